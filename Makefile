@@ -1,0 +1,57 @@
+# Two commands on a fresh machine (python3 >= 3.11 with venv, git, make):
+#   make walk    install, then walk three tripod cycles on virtual hardware
+#   make test    install, then formatting, lint, types, import contracts and all tests
+PYTHON ?= python3
+VENV   ?= .venv
+BIN    := $(VENV)/bin
+STAMP  := $(VENV)/.installed
+JOBS   ?= 2
+
+.PHONY: help install walk test check format lint types imports tests quick figures clean
+help: ## list the targets
+	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
+
+$(STAMP): pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; assert sys.version_info >= (3, 11), "Python 3.11 or newer is needed; try: make PYTHON=python3.12 ..."'
+	@if command -v uv >/dev/null 2>&1; then \
+	    uv venv --quiet --allow-existing --python $(PYTHON) $(VENV) && \
+	    uv pip install --quiet --python $(BIN)/python -c constraints.txt -e '.[dev]'; \
+	else \
+	    $(PYTHON) -m venv $(VENV) && \
+	    $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'; \
+	fi
+	@touch $(STAMP)
+
+install: $(STAMP) ## make .venv with everything in it (with uv if it is there)
+
+walk: install ## walk three tripod cycles on virtual hardware and print distance, speed and slip
+	$(BIN)/bigant drive --gait tripod --cycles 3 --log runs/first_walk.mcap
+	$(BIN)/bigant show runs/first_walk.mcap
+
+test: check ## the same as check
+
+check: format lint types imports tests ## everything that must hold before a commit
+
+format: install
+	$(BIN)/ruff format --check .
+
+lint: install
+	$(BIN)/ruff check .
+
+types: install
+	$(BIN)/mypy
+
+imports: install
+	$(BIN)/lint-imports
+
+tests: install
+	$(BIN)/python -m pytest -n $(JOBS)
+
+quick: install ## the fast tests only
+	$(BIN)/python -m pytest -n $(JOBS) -m "not slow"
+
+figures: install ## draw the figures of docs/ again
+	for script in docs/plot_*.py; do $(BIN)/python $$script || exit 1; done
+
+clean: ## remove everything that was made
+	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis runs

@@ -1,0 +1,61 @@
+"""Settings of the two devices, read from the robot file by ``robot.config``. N legs."""
+
+from dataclasses import dataclass
+
+from model.signals import FloatArray, IntArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ServoBusSettings:
+    """The servo bus and how each leg's servo is mounted.
+
+    Attributes:
+        names: Leg names, N of them.
+        ids: Dynamixel id of each leg, (N,) int64.
+        signs: +1 where increasing position moves a stance foot backward, else -1, (N,) int64.
+        zeros: Position ticks at shaft angle 0, (N,) int64.
+        baud_rate: [baud].
+        watchdog_s: Bus watchdog time [s], 0.02 to 2.54, in steps of 20 ms.
+        silent_limit: Reads in a row without an answer before the robot stops.
+    """
+
+    names: tuple[str, ...]
+    ids: IntArray
+    signs: IntArray
+    zeros: IntArray
+    baud_rate: int
+    watchdog_s: float
+    silent_limit: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ForceSensorSettings:
+    """The wireless force-torque unit and how each transducer is mounted.
+
+    Attributes:
+        names: Leg names, N of them.
+        transducers: Transducer number of each leg, 1-6, or 0 for a leg without one, (N,) int64.
+        address: Host name or address of the unit.
+        udp_port: Its UDP port (49152).
+        console_port: Its telnet port (23).
+        local_port: Our UDP port, fixed; 0 lets the system choose (tests).
+        rate_hz: Packets a second, 5 to 4000.
+        oversampling: 1 to 32; rate x oversampling <= 4000.
+        silent_limit_s: Seconds without a record before the robot stops.
+        offset_m: Transducer origin relative to the crank shaft, body axes, (N, 3) [m].
+        yaw_rad: Rotation about z from body axes to sensor axes, (N,) [rad].
+        bias_n: Reading without contact, sensor axes, subtracted, (N, 3) [N].
+    """
+
+    names: tuple[str, ...]
+    transducers: IntArray
+    address: str
+    udp_port: int
+    console_port: int
+    local_port: int
+    rate_hz: int
+    oversampling: int
+    silent_limit_s: float
+    offset_m: FloatArray
+    yaw_rad: FloatArray
+    bias_n: FloatArray

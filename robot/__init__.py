@@ -1,0 +1,1 @@
+"""The controller: robot file, safety gate, pure step, loop and command line."""

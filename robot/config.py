@@ -1,0 +1,339 @@
+"""The robot file: one TOML a robot, read once into frozen dataclasses.
+
+Unknown or missing keys, wrong lengths, non-finite and impossible values are a ``ConfigError`` that
+names the key and the reason. Nothing else in the program reads configuration.
+"""
+
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from drivers.settings import ForceSensorSettings, ServoBusSettings
+from gaits.gait import make_gait
+from model.errors import ConfigError
+from model.linkage import Linkage
+from model.params import (
+    BodyParameters,
+    ContactParameters,
+    LegParameters,
+    LinkageParameters,
+    MetachronalParameters,
+    RobotParameters,
+    ServoParameters,
+    TripodParameters,
+)
+from robot.toml_table import Table
+
+DEFAULT_ROBOT_FILE = Path(__file__).resolve().parent.parent / "config" / "bigant.toml"
+WATCHDOG_STEP_S = 0.02
+FULL_TURN = 2 * np.pi
+
+
+@dataclass(frozen=True, slots=True)
+class SafetyLimits:
+    """Limits that stop the robot.
+
+    Attributes:
+        max_speed_rad_s: Fastest command the gate lets through.
+        max_temperature_c: Hottest servo.
+        min_voltage_v: Lowest supply.
+        max_current_a: Largest motor current.
+        max_following_error_rad: Largest difference between a shaft and its command.
+    """
+
+    max_speed_rad_s: float
+    max_temperature_c: float
+    min_voltage_v: float
+    max_current_a: float
+    max_following_error_rad: float
+
+
+@dataclass(frozen=True, slots=True)
+class LoopSettings:
+    """The loop: rate, when a tick is late, how many late ticks in a row stop the robot."""
+
+    rate_hz: int
+    late_limit_s: float
+    late_ticks: int
+
+
+@dataclass(frozen=True, slots=True)
+class RobotConfig:
+    """One robot file, read.
+
+    Attributes:
+        name: Name of the robot.
+        text: The file as it was read; it goes into every log.
+        parameters: What the model and the gaits believe.
+        servo_bus: Servo bus settings.
+        force_sensor: Force-torque unit settings.
+        limits: Safety limits.
+        loop: Loop settings.
+    """
+
+    name: str
+    text: str
+    parameters: RobotParameters
+    servo_bus: ServoBusSettings
+    force_sensor: ForceSensorSettings
+    limits: SafetyLimits
+    loop: LoopSettings
+
+
+def load_robot(path: Path = DEFAULT_ROBOT_FILE) -> RobotConfig:
+    """Read a robot file.
+
+    Raises:
+        ConfigError: The file cannot be read, or a key in it cannot be used.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        raise ConfigError(str(path), f"the robot file cannot be read: {reason}") from error
+    try:
+        return parse_robot(text)
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error.key}", error.reason) from error
+
+
+def parse_robot(text: str) -> RobotConfig:
+    """Read the text of a robot file.
+
+    Raises:
+        ConfigError: It is no TOML, or a key in it cannot be used.
+    """
+    try:
+        top = Table(tomllib.loads(text))
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError("robot file", f"is not valid TOML: {error}") from error
+    name = top.text("name")
+    legs_table = top.table("legs")
+    legs, bus_columns = _legs(legs_table)
+    servo_table = top.table("servo")
+    servo = _servo(servo_table)
+    limits = _limits(servo_table, servo)
+    servo_table.done()
+    gait_table = top.table("gait")
+    parameters = RobotParameters(
+        body=_body(top.table("body")),
+        legs=legs,
+        linkage=_linkage(top.table("linkage"), legs),
+        contact=_contact(top.table("contact"), legs.count),
+        servo=servo,
+        tripod=_tripod(gait_table.table("tripod"), legs),
+        metachronal=_metachronal(gait_table.table("metachronal")),
+    )
+    gait_table.done()
+    for gait in ("tripod", "metachronal"):
+        make_gait(gait, parameters)  # refuses what cannot be a gait
+    loop = _loop(top.table("loop"))
+    config = RobotConfig(
+        name=name,
+        text=text,
+        parameters=parameters,
+        servo_bus=_servo_bus(top.table("servo_bus"), legs, bus_columns, loop),
+        force_sensor=_force_sensor(top.table("force_sensor"), legs, bus_columns),
+        limits=limits,
+        loop=loop,
+    )
+    top.done()
+    return config
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _WiringColumns:
+    ids: np.ndarray
+    signs: np.ndarray
+    zeros: np.ndarray
+    transducers: np.ndarray
+
+
+def _body(table: Table) -> BodyParameters:
+    body = BodyParameters(
+        mass=table.number("mass", above=0), inertia=table.numbers("inertia", (3,), above=0)
+    )
+    table.done()
+    moments = np.sort(body.inertia)
+    if moments[0] + moments[1] < moments[2]:
+        raise ConfigError(
+            table.name("inertia"),
+            f"no rigid body has these moments: the largest, {moments[2]:g}, exceeds the sum of the "
+            f"other two, {moments[0] + moments[1]:g}",
+        )
+    return body
+
+
+def _legs(table: Table) -> tuple[LegParameters, _WiringColumns]:
+    names = table.texts("order")
+    count = len(names)
+    if count < 3:
+        raise ConfigError(table.name("order"), f"needs three legs or more, not {count}")
+    columns = _WiringColumns(
+        ids=table.integers("dynamixel_id", count, minimum=0, maximum=252),
+        signs=table.integers("servo_sign", count, minimum=-1, maximum=1),
+        zeros=table.integers("servo_zero", count, minimum=0, maximum=4095),
+        transducers=table.integers("transducer", count, minimum=0, maximum=6),
+    )
+    legs = LegParameters(
+        names=names, shaft_position=table.numbers("shaft_position", (count, 3))
+    )
+    table.done()
+    _no_repeat(table.name("dynamixel_id"), columns.ids, names, "two servos cannot share id")
+    used = columns.transducers[columns.transducers > 0]
+    _no_repeat(table.name("transducer"), used, names, "two legs cannot share transducer")
+    if np.any(columns.signs == 0):
+        raise ConfigError(table.name("servo_sign"), "must be 1 or -1, not 0")
+    return legs, columns
+
+
+def _no_repeat(key: str, values: np.ndarray, names: tuple[str, ...], words: str) -> None:
+    seen: set[int] = set()
+    for value in values.tolist():
+        if value in seen:
+            raise ConfigError(key, f"{words} {value} (legs {', '.join(names)})")
+        seen.add(value)
+
+
+def _linkage(table: Table, legs: LegParameters) -> LinkageParameters:
+    branch = table.integer("branch", minimum=-1, maximum=1)
+    if branch == 0:
+        raise ConfigError(table.name("branch"), "must be 1 or -1, not 0")
+    linkage = LinkageParameters(
+        crank=table.number("crank", above=0),
+        ground_pivot=table.numbers("ground_pivot", (2,)),
+        coupler=table.number("coupler", above=0),
+        rocker=table.number("rocker", above=0),
+        foot=table.numbers("foot", (2,)),
+        branch=branch,
+        mid_stance=table.number("mid_stance"),
+    )
+    table.done()
+    Linkage(linkage, legs.shaft_position)  # refuses a linkage that cannot turn
+    return linkage
+
+
+def _contact(table: Table, count: int) -> ContactParameters:
+    contact = ContactParameters(
+        stiffness=table.numbers("stiffness", (count,), above=0),
+        mu=table.numbers("mu", (count,), above=0),
+        anisotropy=table.numbers("anisotropy", (count, 2)),
+    )
+    table.done()
+    return contact
+
+
+def _servo(table: Table) -> ServoParameters:
+    return ServoParameters(
+        supply_voltage=table.number("supply_voltage", minimum=9.5, maximum=16.0),
+        rated_torque_limit=table.number("rated_torque_limit", above=0),
+        max_speed=table.number("max_speed", above=0),
+        max_acceleration=table.number("max_acceleration", above=0),
+    )
+
+
+def _limits(table: Table, servo: ServoParameters) -> SafetyLimits:
+    return SafetyLimits(
+        max_speed_rad_s=servo.max_speed,
+        max_temperature_c=table.number("max_temperature", above=0, maximum=100),
+        min_voltage_v=table.number("min_voltage", above=0, below=servo.supply_voltage),
+        max_current_a=table.number("max_current", above=0),
+        max_following_error_rad=table.number("max_following_error", above=0),
+    )
+
+
+def _tripod(table: Table, legs: LegParameters) -> TripodParameters:
+    tripod = TripodParameters(
+        frequency=table.number("frequency", above=0),
+        stance_sweep=table.number("stance_sweep", above=0, below=FULL_TURN),
+        duty=table.number("duty", above=0, below=1),
+        offset=table.number("offset", above=-np.pi, below=np.pi),
+        blend=table.number("blend", minimum=0, below=1),
+        group_a=table.texts("group_a"),
+    )
+    table.done()
+    for leg in tripod.group_a:
+        if leg not in legs.names:
+            raise ConfigError(
+                table.name("group_a"), f"{leg!r} is no leg; legs are {', '.join(legs.names)}"
+            )
+    if not 0 < len(tripod.group_a) < legs.count:
+        raise ConfigError(table.name("group_a"), "must leave at least one leg for the other group")
+    return tripod
+
+
+def _metachronal(table: Table) -> MetachronalParameters:
+    metachronal = MetachronalParameters(
+        frequency=table.number("frequency", above=0),
+        stance_sweep=table.number("stance_sweep", above=0, below=FULL_TURN),
+        duty=table.number("duty", above=0, below=1),
+        cubic=table.number("cubic", minimum=0, maximum=1),
+    )
+    table.done()
+    return metachronal
+
+
+def _loop(table: Table) -> LoopSettings:
+    loop = LoopSettings(
+        rate_hz=table.integer("rate", minimum=1, maximum=200),
+        late_limit_s=table.number("late_limit", above=0),
+        late_ticks=table.integer("late_ticks", minimum=1, maximum=100000),
+    )
+    table.done()
+    return loop
+
+
+def _servo_bus(
+    table: Table, legs: LegParameters, columns: _WiringColumns, loop: LoopSettings
+) -> ServoBusSettings:
+    watchdog = table.number("watchdog", minimum=WATCHDOG_STEP_S, maximum=127 * WATCHDOG_STEP_S)
+    steps = watchdog / WATCHDOG_STEP_S
+    if abs(steps - round(steps)) > 1e-6:
+        raise ConfigError(table.name("watchdog"), f"must be a multiple of 0.02 s, not {watchdog:g}")
+    if watchdog < 3 / loop.rate_hz:
+        raise ConfigError(
+            table.name("watchdog"),
+            f"{watchdog:g} s is less than three periods of the loop at {loop.rate_hz} Hz; "
+            "it would trip in ordinary running",
+        )
+    settings = ServoBusSettings(
+        names=legs.names,
+        ids=columns.ids,
+        signs=columns.signs,
+        zeros=columns.zeros,
+        baud_rate=table.integer("baud_rate", minimum=9600, maximum=4_500_000),
+        watchdog_s=watchdog,
+        silent_limit=table.integer("silent_limit", minimum=1, maximum=1000),
+    )
+    table.done()
+    return settings
+
+
+def _force_sensor(
+    table: Table, legs: LegParameters, columns: _WiringColumns
+) -> ForceSensorSettings:
+    rate = table.integer("rate", minimum=5, maximum=4000)
+    oversampling = table.integer("oversampling", minimum=1, maximum=32)
+    if rate * oversampling > 4000:
+        raise ConfigError(
+            table.name("oversampling"),
+            f"rate x oversampling is {rate * oversampling}, the unit samples at most 4000 a second",
+        )
+    settings = ForceSensorSettings(
+        names=legs.names,
+        transducers=columns.transducers,
+        address=table.text("address"),
+        udp_port=table.integer("udp_port", minimum=1, maximum=65535),
+        console_port=table.integer("console_port", minimum=1, maximum=65535),
+        local_port=table.integer("local_port", minimum=0, maximum=65535),
+        rate_hz=rate,
+        oversampling=oversampling,
+        silent_limit_s=table.number("silent_limit", above=0),
+        offset_m=table.numbers("offset", (legs.count, 3)),
+        yaw_rad=table.numbers("yaw", (legs.count,)),
+        bias_n=table.numbers("bias", (legs.count, 3)),
+    )
+    table.done()
+    return settings

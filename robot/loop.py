@@ -1,0 +1,124 @@
+"""The loop: the only place that waits. Read, step, send, record, once a period.
+
+Deadlines lie on a fixed grid. A tick that comes late by more than a period counts what it missed and
+takes the next point of the grid; it never runs a burst to catch up. Torque goes off on every way out.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from model.errors import RecordError
+from model.signals import Fault, FaultKind, Inputs, LoopTiming, Mode, Request, StopReason, Tick
+from robot.controller import Controller
+from robot.rig import Rig
+
+RESTING = (Mode.IDLE, Mode.HOLD, Mode.LIMP)
+
+
+class Operator(Protocol):
+    """Whoever decides what the robot should do: a script, the keyboard, a replay."""
+
+    def request(self, tick: Tick | None, t_ns: int) -> Request:
+        """Return the wish for the tick at ``t_ns``, knowing the tick before."""
+        ...
+
+
+class TickSink(Protocol):
+    """Where ticks go: the log, in this thread or another."""
+
+    def write(self, tick: Tick) -> None:
+        """Take one tick; must not block for long."""
+        ...
+
+    @property
+    def error(self) -> RecordError | None:
+        """Why the log can no longer be written, None while it can."""
+        ...
+
+
+class Observer(Protocol):
+    """Whoever watches: the live view."""
+
+    def show(self, tick: Tick) -> None:
+        """Take one tick; must not block."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class RunResult:
+    """How a run ended.
+
+    Attributes:
+        reason: Why it ended.
+        ticks: Number of ticks.
+        torque_off: True if every servo confirmed that its torque is off.
+        last: The last tick, None if there was none.
+        detail: The last fault in words, for a person.
+    """
+
+    reason: StopReason
+    ticks: int
+    torque_off: bool
+    last: Tick | None
+    detail: str
+
+
+def run(
+    rig: Rig,
+    controller: Controller,
+    operator: Operator,
+    sink: TickSink | None,
+    observer: Observer | None,
+) -> RunResult:
+    """Run until the operator's wish is done or something stops the robot.
+
+    Args:
+        rig: The robot, connected.
+        controller: The pure step.
+        operator: Where wishes come from.
+        sink: Where ticks go, if anywhere.
+        observer: Who watches, if anyone.
+    """
+    clock = rig.clock
+    period_ns = controller.period_ns
+    state = controller.initial()
+    tick: Tick | None = None
+    pending: tuple[Fault, ...] = ()
+    detail = ""
+    missed = busy_ns = 0
+    try:
+        deadline_ns = clock.now_ns() + period_ns
+        while True:
+            clock.sleep_until_ns(deadline_ns)
+            start_ns = clock.now_ns()
+            timing = LoopTiming(deadline_ns, start_ns - deadline_ns, missed, busy_ns)
+            request = operator.request(tick, start_ns)
+            seen = rig.read()
+            faults = (*seen.faults, *pending, *_log_fault(sink))
+            inputs = Inputs(seen.servos, seen.forces, request, timing, seen.truth, faults)
+            state, tick = controller.step(state, inputs, start_ns)
+            switched_on = state.allowed.command.torque and not rig.torque
+            pending = rig.actuate(state.allowed)
+            if sink is not None:
+                sink.write(tick)
+            if observer is not None:
+                observer.show(tick)
+            if tick.faults:
+                detail = f"{tick.faults[-1].source}: {tick.faults[-1].detail}"
+            if tick.mode in RESTING and tick.stop_reason is not StopReason.NONE:
+                break
+            now_ns = clock.now_ns()
+            busy_ns = now_ns - start_ns
+            if switched_on:  # a dozen transactions, once: begin a new grid behind them
+                deadline_ns = now_ns
+            missed = max(0, (now_ns - deadline_ns) // period_ns)
+            deadline_ns += period_ns * (1 + missed)
+    finally:
+        torque_off = rig.cut_torque()
+    return RunResult(state.stop_reason, state.index, torque_off, tick, detail)
+
+
+def _log_fault(sink: TickSink | None) -> tuple[Fault, ...]:
+    if sink is None or sink.error is None:
+        return ()
+    return (Fault(FaultKind.LOG_WRITE, "log", str(sink.error)),)

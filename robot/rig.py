@@ -1,0 +1,184 @@
+"""The robot as the loop sees it: one read, one write, one way to cut torque.
+
+Behind it are the two drivers, whatever is behind those: the real robot, the device process on a
+pseudo-terminal and loopback sockets, or virtual devices in memory under a virtual clock.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from drivers.ati_calibration import Calibration
+from drivers.ati_stream import ForceStream
+from drivers.clock import Clock
+from drivers.servo_bus import BusReport, ServoBus
+from model.errors import BusError, ConnectionLost
+from model.signals import (
+    BodyTruth,
+    Fault,
+    FaultKind,
+    ForceRecord,
+    ServoReadings,
+    readonly,
+)
+from robot.safety import Allowed
+
+
+class TruthSource(Protocol):
+    """Something that knows where the body really is: the plant, or motion capture."""
+
+    def latest(self) -> BodyTruth | None:
+        """Return the newest truth, None if there is none yet."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """What one read brought in.
+
+    Attributes:
+        servos: Servo readings; all invalid after the link was lost.
+        forces: Force records since the last read, oldest first.
+        truth: Ground truth, None where there is none.
+        faults: Faults the drivers found.
+    """
+
+    servos: ServoReadings
+    forces: tuple[ForceRecord, ...]
+    truth: BodyTruth | None
+    faults: tuple[Fault, ...]
+
+
+class Rig:
+    """Drivers of one robot, opened.
+
+    Args:
+        clock: The clock that all of it lives by.
+        bus: Servo bus, connected.
+        forces: Force stream, connected and running, or None to run without.
+        calibrations: Calibration of each leg's transducer, None where there is none.
+        truth: Source of ground truth, or None.
+        armed: Whether torque may be switched on at all.
+        closers: Called last, in order, to give back what was opened.
+    """
+
+    def __init__(
+        self,
+        *,
+        clock: Clock,
+        bus: ServoBus,
+        forces: ForceStream | None,
+        calibrations: tuple[Calibration | None, ...],
+        truth: TruthSource | None,
+        armed: bool,
+        closers: tuple[Callable[[], None], ...] = (),
+    ) -> None:
+        self.clock = clock
+        self.bus = bus
+        self.calibrations = calibrations
+        self.armed = armed
+        self._forces = forces
+        self._truth = truth
+        self._closers = closers
+        self._torque = False
+        self._link_lost = ""
+
+    @property
+    def torque(self) -> bool:
+        """Whether torque has been switched on and not confirmed off."""
+        return self._torque
+
+    @property
+    def report(self) -> BusReport:
+        """What connecting found out about the servos."""
+        return self.bus.report
+
+    def read(self) -> Seen:
+        """Read everything once. A lost link is a fault in the answer, not an exception."""
+        faults: list[Fault] = []
+        servos = self._read_servos(faults)
+        records: tuple[ForceRecord, ...] = ()
+        if self._forces is not None:
+            records = self._forces.read()
+            faults.extend(self._forces.take_faults())
+        truth = self._truth.latest() if self._truth is not None else None
+        return Seen(servos, records, truth, tuple(faults))
+
+    def _read_servos(self, faults: list[Fault]) -> ServoReadings:
+        if not self._link_lost:
+            try:
+                return self.bus.read()
+            except ConnectionLost as error:
+                self._link_lost = str(error)
+        faults.append(Fault(FaultKind.LINK_LOST, "servo bus", self._link_lost))
+        return silent_readings(self.clock.now_ns(), len(self.bus.settings.names))
+
+    def actuate(self, allowed: Allowed) -> tuple[Fault, ...]:
+        """Send what the safety gate let through; nothing else reaches the servos.
+
+        Returns:
+            Faults met on the way, for the next tick.
+        """
+        command = allowed.command
+        if not command.torque:
+            if self._torque:
+                self.cut_torque()
+            return ()
+        if not self.armed or self._link_lost:
+            return ()
+        try:
+            if not self._torque:
+                self._torque = True
+                self.bus.torque_on()
+            else:
+                self.bus.write_goals(command)
+        except ConnectionLost as error:
+            self._link_lost = str(error)
+        except BusError as error:
+            return (Fault(FaultKind.SERVO_CORRUPT, "servo bus", str(error)),)
+        return ()
+
+    def cut_torque(self) -> bool:
+        """Switch all torque off.
+
+        Returns:
+            True if every servo confirmed it, or if torque was never switched on.
+        """
+        if not self._torque:
+            return True
+        confirmed = self.bus.torque_off()
+        self._torque = not confirmed
+        return confirmed
+
+    def close(self) -> None:
+        """Cut torque, stop the force stream and give everything back, whatever fails on the way."""
+        try:
+            self.cut_torque()
+        finally:
+            if self._forces is not None:
+                self._forces.stop()
+                self._forces.close()
+            self.bus.close()
+            for closer in self._closers:
+                closer()
+
+
+def silent_readings(t_ns: int, count: int) -> ServoReadings:
+    """Return readings in which no servo answered."""
+    zeros = readonly(np.zeros(count, dtype=np.int64))
+    unknown = readonly(np.full(count, -1, dtype=np.int64))
+    return ServoReadings(
+        t_ns=t_ns,
+        position_ticks=zeros,
+        velocity_counts=zeros,
+        current_counts=zeros,
+        duty_counts=zeros,
+        voltage_counts=zeros,
+        temperature_c=zeros,
+        error_byte=zeros,
+        hardware_error=unknown,
+        valid=readonly(np.zeros(count, dtype=bool)),
+        age_ns=unknown,
+    )

@@ -1,0 +1,183 @@
+"""The safety gate: the only producer of what the servo bus sends, and the watch over the servos.
+
+Both are pure. The gate never bends a command: it lets it through whole or refuses it with a reason,
+because a clamp that does not report hides a mistake. The watch turns readings into faults.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drivers.mx106 import EXTENDED_POSITION_LIMIT, TICKS_PER_TURN
+from drivers.settings import ServoBusSettings
+from model.signals import (
+    BoolArray,
+    Fault,
+    FaultKind,
+    IntArray,
+    JointCommand,
+    JointState,
+    ServoReadings,
+)
+from robot.config import SafetyLimits
+
+# A command may be this much faster than the limit: the grid of ticks and encoder counts is coarse.
+SPEED_SLACK = 1.05
+# A command older than this says nothing about the next one; the servos have stopped by then.
+STALE_NS = 250_000_000
+# Keep clear of the end of the servo's extended position range (+-256 turns).
+RANGE_MARGIN_TICKS = 2 * TICKS_PER_TURN
+
+
+@dataclass(frozen=True, slots=True)
+class Allowed:
+    """The command may go to the bus as it is."""
+
+    command: JointCommand
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """The command may not go to the bus.
+
+    Attributes:
+        reason: Why, with leg and figures.
+    """
+
+    reason: str
+
+
+def gate(
+    wished: JointCommand,
+    last: JointCommand,
+    limits: SafetyLimits,
+    bus: ServoBusSettings,
+) -> Allowed | Refused:
+    """Decide whether a command may go to the servos.
+
+    Args:
+        wished: The command asked for.
+        last: The command last let through; its angles are where the servos were told to be.
+        limits: Safety limits.
+        bus: How the servos are mounted; needed for the range of their counters.
+
+    Returns:
+        ``Allowed`` with the same command, or ``Refused``. A command without torque is always allowed.
+    """
+    if not wished.torque:
+        return Allowed(wished)
+    if not (np.isfinite(wished.angle_rad).all() and np.isfinite(wished.rate_rad_s).all()):
+        return Refused(f"{_legs(bus, ~np.isfinite(wished.angle_rad))}: the command is not a number")
+    elapsed_ns = wished.t_ns - last.t_ns
+    if elapsed_ns <= 0 and last.torque:
+        return Refused("the command is not newer than the one before")
+    if elapsed_ns > STALE_NS and last.torque:
+        return Refused(f"the command before is {elapsed_ns * 1e-6:.0f} ms old; the loop stood still")
+    step_rad = np.abs(wished.angle_rad - last.angle_rad)
+    allowed_rad = limits.max_speed_rad_s * SPEED_SLACK * elapsed_ns * 1e-9
+    allowed_rad += 2 * np.pi / TICKS_PER_TURN
+    if (step_rad > allowed_rad).any():
+        worst = int(np.argmax(step_rad))
+        return Refused(
+            f"{bus.names[worst]}: a step of {step_rad[worst]:.3f} rad in "
+            f"{elapsed_ns * 1e-6:.0f} ms is faster than {limits.max_speed_rad_s:g} rad/s"
+        )
+    ticks = bus.zeros + bus.signs * wished.angle_rad * (TICKS_PER_TURN / (2 * np.pi))
+    beyond = np.abs(ticks) > EXTENDED_POSITION_LIMIT - RANGE_MARGIN_TICKS
+    if beyond.any():
+        return Refused(
+            f"{_legs(bus, beyond)}: the servo's turn counter is used up (256 turns); "
+            "stop, cut torque and start again to set it back"
+        )
+    return Allowed(wished)
+
+
+def _legs(bus: ServoBusSettings, where: BoolArray) -> str:
+    return " ".join(name for name, here in zip(bus.names, where, strict=True) if here)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ServoVerdict:
+    """What the watch found in one tick.
+
+    Attributes:
+        faults: Faults, in words.
+        silent_reads: Reads in a row without an answer, (N,) int64.
+        lost: A servo has been silent for too long.
+        broken: A servo reports a hardware error, is too hot, draws too much or has too little
+            voltage, for long enough to be believed.
+        bad_reads: Reads in a row in which some value was beyond its limit, (N,) int64.
+    """
+
+    faults: tuple[Fault, ...]
+    silent_reads: IntArray
+    lost: bool
+    broken: bool
+    bad_reads: IntArray
+
+
+# Readings beyond a limit must persist: one noisy current sample is no fault worth a stop.
+PERSISTENCE_READS = 10
+
+
+def watch_servos(
+    readings: ServoReadings,
+    joints: JointState,
+    sent: JointCommand,
+    silent_reads: IntArray,
+    bad_reads: IntArray,
+    limits: SafetyLimits,
+    bus: ServoBusSettings,
+) -> ServoVerdict:
+    """Compare one set of readings with the limits.
+
+    Args:
+        readings: Raw readings (validity, error bytes).
+        joints: The same, calibrated.
+        sent: The command the servos were following.
+        silent_reads: Counts of the tick before, (N,).
+        bad_reads: Counts of the tick before, (N,).
+        limits: Safety limits.
+        bus: Names and the number of silent reads allowed.
+    """
+    faults: list[Fault] = []
+    silent = np.where(readings.valid, 0, silent_reads + 1)
+    bad = np.zeros(readings.valid.shape, dtype=bool)
+    error = np.where(readings.hardware_error > 0, readings.hardware_error, 0)
+    alert = readings.valid & (((readings.error_byte & 0x80) != 0) | (error != 0))
+    lag = np.abs(joints.angle_rad - sent.angle_rad) if sent.torque else np.zeros_like(bad, float)
+    checks = (
+        (FaultKind.SERVO_HOT, joints.temperature_c, limits.max_temperature_c, 1, "degC"),
+        (FaultKind.SERVO_CURRENT, np.abs(joints.current_a), limits.max_current_a, 1, "A"),
+        (FaultKind.SERVO_VOLTAGE, joints.voltage_v, limits.min_voltage_v, -1, "V"),
+        (FaultKind.SERVO_LAG, lag, limits.max_following_error_rad, 1, "rad"),
+    )
+    for leg, name in enumerate(bus.names):
+        if not readings.valid[leg]:
+            faults.append(
+                Fault(FaultKind.SERVO_SILENT, name, f"no sound answer for {silent[leg]} reads")
+            )
+            continue
+        if alert[leg]:
+            faults.append(Fault(FaultKind.SERVO_ALERT, name, _hardware_error_words(error[leg])))
+    for kind, values, limit, sense, unit in checks:
+        beyond = readings.valid & (sense * (values - limit) > 0)
+        bad |= beyond
+        for leg in np.flatnonzero(beyond):
+            detail = f"{values[leg]:.3g} {unit}, limit {limit:g} {unit}"
+            faults.append(Fault(kind, bus.names[leg], detail))
+    bad_now = np.where(bad, bad_reads + 1, np.where(readings.valid, 0, bad_reads))
+    return ServoVerdict(
+        faults=tuple(faults),
+        silent_reads=silent,
+        lost=bool((silent >= bus.silent_limit).any()),
+        broken=bool(alert.any() or (bad_now >= PERSISTENCE_READS).any()),
+        bad_reads=bad_now,
+    )
+
+
+def _hardware_error_words(error: int) -> str:
+    from drivers.mx106 import hardware_error_names  # noqa: PLC0415
+
+    names = hardware_error_names(int(error))
+    return "hardware error: " + (", ".join(names) if names else "alert bit set, cause not read yet")

@@ -1,0 +1,223 @@
+"""The live view: one screen on a terminal, plain lines anywhere else.
+
+Drawing never happens in the control thread: ``show`` only keeps the newest tick, and a thread of its
+own draws it a few times a second, so a slow SSH link delays the picture and not the robot.
+"""
+
+import sys
+import threading
+from collections.abc import Callable
+from typing import Protocol, Self, TextIO
+
+import numpy as np
+
+from model.signals import JointState, Mode, StopReason, Tick
+
+SCREEN_PERIOD_S = 0.25
+LINE_PERIOD_NS = 1_000_000_000
+CLEAR = "\x1b[2J\x1b[H"
+HOME = "\x1b[H"
+CLEAR_TO_END_OF_LINE = "\x1b[K"
+CLEAR_BELOW = "\x1b[J"
+BOLD, RED, RESET = "\x1b[1m", "\x1b[31m", "\x1b[0m"
+
+
+class View(Protocol):
+    """Something that shows ticks and has to be closed."""
+
+    def show(self, tick: Tick) -> None:
+        """Take one tick; must not block."""
+        ...
+
+    def close(self) -> None:
+        """Stop drawing."""
+        ...
+
+
+def open_view(
+    names: tuple[str, ...], title: str, help_line: str, stream: TextIO | None = None
+) -> View:
+    """Return a screen when the output is a terminal, plain lines otherwise.
+
+    Args:
+        names: Leg names.
+        title: First line of the screen.
+        help_line: What the keys do.
+        stream: Where to draw; standard output by default.
+    """
+    out = stream if stream is not None else sys.stdout
+    return ScreenView(names, title, help_line, out) if out.isatty() else LineView(out)
+
+
+class LineView:
+    """One plain line a second of run time, and one for every change of mode and new fault."""
+
+    def __init__(self, out: TextIO) -> None:
+        self._out = out
+        self._first_ns: int | None = None
+        self._next_ns = 0
+        self._mode: Mode | None = None
+        self._faults: set[tuple[str, str]] = set()
+
+    def show(self, tick: Tick) -> None:
+        """Print a line if there is news or a second has passed."""
+        if self._first_ns is None:
+            self._first_ns = self._next_ns = tick.t_ns
+        for fault in tick.faults:
+            key = (fault.kind.name, fault.source)
+            if key not in self._faults:
+                self._faults.add(key)
+                self._print(tick, f"fault {fault.kind.name} {fault.source}: {fault.detail}")
+        if tick.mode is not self._mode or tick.t_ns >= self._next_ns:
+            self._mode = tick.mode
+            self._next_ns = tick.t_ns + LINE_PERIOD_NS
+            self._print(tick, _one_line(tick))
+
+    def _print(self, tick: Tick, text: str) -> None:
+        seconds = (tick.t_ns - (self._first_ns or 0)) * 1e-9
+        print(f"{seconds:7.2f} s  {text}", file=self._out, flush=True)
+
+    def close(self) -> None:
+        """Nothing to give back."""
+
+
+class ScreenView:
+    """Redraws one screen from the newest tick, in a thread."""
+
+    def __init__(self, names: tuple[str, ...], title: str, help_line: str, out: TextIO) -> None:
+        self._names = names
+        self._title = title
+        self._help = help_line
+        self._out = out
+        self._newest: Tick | None = None
+        self._first_ns: int | None = None
+        self._late = self._missed = 0
+        self._done = threading.Event()
+        self._thread = threading.Thread(target=self._draw_forever, daemon=True)
+        self._thread.start()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def show(self, tick: Tick) -> None:
+        """Keep the newest tick."""
+        if self._first_ns is None:
+            self._first_ns = tick.t_ns
+        self._late = max(self._late, tick.inputs.timing.lateness_ns)
+        self._missed += tick.inputs.timing.missed
+        self._newest = tick
+
+    def _draw_forever(self) -> None:
+        self._write(CLEAR)
+        while not self._done.wait(SCREEN_PERIOD_S):
+            self._draw()
+        self._draw()
+
+    def _draw(self) -> None:
+        tick = self._newest
+        if tick is None:
+            return
+        seconds = (tick.t_ns - (self._first_ns or 0)) * 1e-9
+        lines = screen_lines(tick, self._names, seconds, self._late, self._missed)
+        body = [BOLD + self._title + RESET, *lines, "", self._help]
+        self._write(
+            HOME + "".join(line + CLEAR_TO_END_OF_LINE + "\r\n" for line in body) + CLEAR_BELOW
+        )
+
+    def _write(self, text: str) -> None:
+        try:
+            self._out.write(text)
+            self._out.flush()
+        except OSError:  # the terminal went away; the run goes on without a view
+            self._done.set()
+
+    def close(self) -> None:
+        """Draw the last state and stop."""
+        self._done.set()
+        self._thread.join(2.0)
+
+
+def screen_lines(
+    tick: Tick, names: tuple[str, ...], seconds: float, worst_late_ns: int, missed: int
+) -> list[str]:
+    """Return the screen as lines of plain text; a pure function, so that it can be tested."""
+    reason = "" if tick.stop_reason is StopReason.NONE else f"  ({tick.stop_reason.name})"
+    timing = tick.inputs.timing
+    lines = [
+        f"mode {tick.mode.name:<7}{reason}   t {seconds:7.1f} s   {_phase_bar(tick.gait_phase)}",
+        f"loop late {timing.lateness_ns * 1e-6:6.2f} ms  worst {worst_late_ns * 1e-6:6.2f} ms  "
+        f"missed {missed}",
+        "",
+        "leg   angle rad   speed rad/s   current A   temp C   Fz measured N   Fz model N",
+    ]
+    joints, forces, support = tick.joints, tick.forces, tick.contact.support
+    for leg, name in enumerate(names):
+        lines.append(
+            f"{name:<4}{_cell(joints.angle_rad[leg], 11, 3)}{_cell(joints.rate_rad_s[leg], 14, 3)}"
+            f"{_cell(joints.current_a[leg], 12, 2)}{_cell(joints.temperature_c[leg], 9, 0)}"
+            f"{_cell(forces.force_n[leg, 2], 16, 1)}{_cell(support.load_n[leg], 13, 1)}"
+        )
+    lines += ["", *_velocity_lines(tick), *_pose_lines(tick), ""]
+    faults = [f"{f.kind.name} {f.source}: {f.detail}" for f in tick.faults[:4]]
+    lines += [f"{RED}fault{RESET} {text}" for text in faults] or ["no faults"]
+    return lines
+
+
+def _velocity_lines(tick: Tick) -> list[str]:
+    predicted = tick.contact.traction.velocity_B
+    header = "body velocity    vx mm/s    vy mm/s   yaw rad/s"
+    lines = [header, "  predicted  " + _velocity_cells(predicted)]
+    truth = tick.inputs.truth
+    if truth is not None:
+        true = np.array([*truth.velocity_B[:2], truth.angular_velocity_B[2]])
+        lines.append("  true       " + _velocity_cells(true))
+    return lines
+
+
+def _velocity_cells(velocity: np.ndarray) -> str:
+    cells: list[Callable[[], str]] = [
+        lambda: _cell(velocity[0] * 1e3, 11, 1),
+        lambda: _cell(velocity[1] * 1e3, 11, 1),
+        lambda: _cell(velocity[2], 12, 3),
+    ]
+    return "".join(cell() for cell in cells)
+
+
+def _pose_lines(tick: Tick) -> list[str]:
+    estimate = tick.estimate
+    x, y = estimate.position_m
+    return [f"odometry   x {x * 1e3:8.1f} mm   y {y * 1e3:8.1f} mm   yaw {estimate.yaw_rad:7.3f} rad"]
+
+
+def _one_line(tick: Tick) -> str:
+    x = tick.estimate.position_m[0] * 1e3
+    predicted = tick.contact.traction.velocity_B[0] * 1e3
+    text = f"{tick.mode.name:<7}"
+    if np.isfinite(tick.gait_phase):
+        text += f" phase {tick.gait_phase:6.2f}"
+    text += f"  x {x:7.1f} mm  vx {_cell(predicted, 6, 1).strip()} mm/s"
+    truth = tick.inputs.truth
+    if truth is not None:
+        text += f" (true {truth.velocity_B[0] * 1e3:.1f})"
+    text += f"  {_hottest(tick.joints)}"
+    if tick.stop_reason is not StopReason.NONE:
+        text += f"  stopping: {tick.stop_reason.name}"
+    return text
+
+
+def _hottest(joints: JointState) -> str:
+    if not joints.valid.any():
+        return "no servo answers"
+    return f"hottest servo {np.nanmax(joints.temperature_c):.0f} C"
+
+
+def _phase_bar(phase: float) -> str:
+    if not np.isfinite(phase):
+        return "gait  -"
+    width = 20
+    done = int((phase % 1.0) * width)
+    return f"gait [{'#' * done}{'.' * (width - done)}] {phase:6.2f} cycles"
+
+
+def _cell(value: float, width: int, digits: int) -> str:
+    return f"{value:{width}.{digits}f}" if np.isfinite(value) else f"{'-':>{width}}"

@@ -1,0 +1,1 @@
+"""Virtual hardware: a plant, and virtual devices that speak the real bytes in front of it."""

@@ -1,0 +1,90 @@
+"""Who knows what of whom inside the virtual hardware.
+
+The devices (virtual servos, virtual WNet) see the physical world only through these protocols, and
+whoever hosts them (the device process, a test) sees a device only as something to serve.
+"""
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from model.signals import BoolArray, FloatArray
+
+
+class MotorWorld(Protocol):
+    """The motors as a servo's firmware sees them. N servos, in the order of the robot file."""
+
+    def advance_to(self, t_ns: int) -> None:
+        """Let the world run until ``t_ns``; nothing happens if it is already there."""
+        ...
+
+    @property
+    def encoder_ticks(self) -> FloatArray:
+        """Output position, continuous, before quantisation, (N,) [ticks, 4096 a turn]."""
+        ...
+
+    @property
+    def encoder_rate(self) -> FloatArray:
+        """Output speed in the servo's own sense, (N,) [rad/s]."""
+        ...
+
+    @property
+    def current_a(self) -> FloatArray:
+        """Motor current, signed in the servo's own sense, (N,) [A]."""
+        ...
+
+    @property
+    def supply_v(self) -> FloatArray:
+        """Voltage at each servo, (N,) [V]."""
+        ...
+
+    @property
+    def temperature_c(self) -> FloatArray:
+        """Motor temperature, (N,) [degC]."""
+        ...
+
+
+class FirmwareControl(Protocol):
+    """The firmware's control loop, called by the world once every physics step."""
+
+    @property
+    def driven(self) -> BoolArray:
+        """True where the output stage is on (torque enabled and not shut down), (N,)."""
+        ...
+
+    def duty(
+        self, ticks: FloatArray, rate_rad_s: FloatArray, current_a: FloatArray, dt_s: float
+    ) -> FloatArray:
+        """Return the PWM duty of each servo, -1 to 1, in the servo's own sense, (N,)."""
+        ...
+
+
+class WrenchSource(Protocol):
+    """The transducers as the force-torque unit sees them."""
+
+    def wrench(self, t_ns: int) -> FloatArray:
+        """Mean wrench since the last call, up to ``t_ns``, per leg.
+
+        Returns:
+            (N, 6): Fx Fy Fz [N] and Tx Ty Tz [N m] in sensor axes; the ground's force on the foot.
+        """
+        ...
+
+
+class Served(Protocol):
+    """A device with descriptors and a schedule; the host calls ``service`` in a select loop."""
+
+    def filenos(self) -> Sequence[int]:
+        """File descriptors to watch for input."""
+        ...
+
+    def next_due_ns(self) -> int | None:
+        """When the device next wants to act by itself, None if it waits for input."""
+        ...
+
+    def service(self, now_ns: int) -> None:
+        """Read what has arrived without blocking, send what is due."""
+        ...
+
+    def close(self) -> None:
+        """Give back every descriptor."""
+        ...
