@@ -1,0 +1,205 @@
+"""Dynamixel protocol 2.0 frames: pure bytes, both directions.
+
+Written out rather than taken from the SDK because the SDK's Python half never stuffs what it sends and
+its unstuffing is not the inverse of stuffing. Source: ROBOTIS e-manual, "Protocol 2.0".
+
+Instruction: ``FF FF FD 00 | id | length | instruction | parameters | CRC``; a status frame has
+instruction 55 followed by an error byte. Length counts everything behind it, the CRC included. Inside
+instruction and parameters each ``FF FF FD`` gets one more ``FD`` (stuffing), so that no header can
+appear by chance.
+"""
+
+import enum
+from dataclasses import dataclass
+
+HEADER = b"\xff\xff\xfd\x00"
+STUFFING_MARK = b"\xff\xff\xfd"
+BROADCAST_ID = 0xFE
+ALERT = 0x80
+# A sync write to six servos is 37 bytes; anything near this is no frame of ours.
+LARGEST_LENGTH = 4096
+_FIXED = 7  # header, id, length
+
+
+class Instruction(enum.IntEnum):
+    """Instruction codes."""
+
+    PING = 0x01
+    READ = 0x02
+    WRITE = 0x03
+    REG_WRITE = 0x04
+    ACTION = 0x05
+    FACTORY_RESET = 0x06
+    REBOOT = 0x08
+    CLEAR = 0x10
+    CONTROL_TABLE_BACKUP = 0x20
+    STATUS = 0x55
+    SYNC_READ = 0x82
+    SYNC_WRITE = 0x83
+    FAST_SYNC_READ = 0x8A
+    BULK_READ = 0x92
+    BULK_WRITE = 0x93
+    FAST_BULK_READ = 0x9A
+
+
+class StatusError(enum.IntEnum):
+    """Bits 0-6 of a status frame's error byte; bit 7 is ``ALERT``."""
+
+    NONE = 0
+    RESULT_FAIL = 1
+    INSTRUCTION = 2
+    CRC = 3
+    DATA_RANGE = 4
+    DATA_LENGTH = 5
+    DATA_LIMIT = 6
+    ACCESS = 7
+
+
+def _crc_table() -> tuple[int, ...]:
+    table = []
+    for byte in range(256):
+        value = byte << 8
+        for _ in range(8):
+            value = ((value << 1) ^ 0x8005 if value & 0x8000 else value << 1) & 0xFFFF
+        table.append(value)
+    return tuple(table)
+
+
+_CRC_TABLE = _crc_table()
+
+
+def crc16(data: bytes) -> int:
+    """CRC-16, polynomial 0x8005, initial 0, most significant bit first; check value 0xFEE8."""
+    crc = 0
+    for byte in data:
+        crc = ((crc << 8) & 0xFFFF) ^ _CRC_TABLE[(crc >> 8) ^ byte]
+    return crc
+
+
+def stuff(payload: bytes) -> bytes:
+    """Put an ``FD`` behind each ``FF FF FD`` of instruction and parameters."""
+    return payload.replace(STUFFING_MARK, STUFFING_MARK + b"\xfd")
+
+
+def unstuff(payload: bytes) -> bytes:
+    """Inverse of ``stuff``.
+
+    Raises:
+        ValueError: An ``FF FF FD`` is not followed by ``FD``; no sender stuffs like that.
+    """
+    parts = payload.split(STUFFING_MARK)
+    for part in parts[1:]:
+        if not part.startswith(b"\xfd"):
+            raise ValueError("FF FF FD without its stuffing byte")
+    return STUFFING_MARK.join([parts[0], *(part[1:] for part in parts[1:])])
+
+
+def _build(servo_id: int, payload: bytes) -> bytes:
+    stuffed = stuff(payload)
+    body = HEADER + bytes([servo_id]) + (len(stuffed) + 2).to_bytes(2, "little") + stuffed
+    return body + crc16(body).to_bytes(2, "little")
+
+
+def build_instruction(servo_id: int, instruction: int, parameters: bytes = b"") -> bytes:
+    """Return an instruction frame, stuffed and with its CRC."""
+    return _build(servo_id, bytes([instruction]) + parameters)
+
+
+def build_status(servo_id: int, error: int, parameters: bytes = b"") -> bytes:
+    """Return a status frame, stuffed and with its CRC."""
+    return _build(servo_id, bytes([Instruction.STATUS, error]) + parameters)
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """One sound frame.
+
+    Attributes:
+        servo_id: Id in the frame.
+        instruction: Instruction code, ``Instruction.STATUS`` for a reply.
+        parameters: Parameters, unstuffed; for a reply without the error byte.
+        error: Error byte of a reply, None for an instruction.
+    """
+
+    servo_id: int
+    instruction: int
+    parameters: bytes
+    error: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class BadFrame:
+    """Bytes that looked like a frame and were none.
+
+    Attributes:
+        reason: What is wrong, in words.
+        raw: The bytes.
+    """
+
+    reason: str
+    raw: bytes
+
+
+class FrameParser:
+    """Finds frames in a stream of bytes, however it is cut, and takes up again after damage."""
+
+    def __init__(self) -> None:
+        self._buffer = bytearray()
+
+    @property
+    def pending(self) -> int:
+        """Bytes kept, waiting for the rest of a frame."""
+        return len(self._buffer)
+
+    def clear(self) -> None:
+        """Forget what is pending."""
+        self._buffer.clear()
+
+    def feed(self, data: bytes) -> list[Frame | BadFrame]:
+        """Take bytes and return the frames they complete, in order."""
+        self._buffer += data
+        found: list[Frame | BadFrame] = []
+        while (item := self._next()) is not None:
+            found.append(item)
+        return found
+
+    def _next(self) -> Frame | BadFrame | None:
+        start = self._buffer.find(HEADER)
+        if start < 0:
+            # keep only what may be the beginning of a header
+            keep = next((n for n in (3, 2, 1) if self._buffer.endswith(HEADER[:n])), 0)
+            del self._buffer[: len(self._buffer) - keep]
+            return None
+        del self._buffer[:start]
+        if len(self._buffer) < _FIXED:
+            return None
+        length = int.from_bytes(self._buffer[5:7], "little")
+        if not 3 <= length <= LARGEST_LENGTH:
+            return self._drop(len(HEADER), f"impossible length {length}")
+        end = _FIXED + length
+        if len(self._buffer) < end:
+            return None
+        raw = bytes(self._buffer[:end])
+        if crc16(raw[:-2]) != int.from_bytes(raw[-2:], "little"):
+            # a truncated frame swallows the header of the next one: look again inside
+            return self._drop(len(HEADER), "wrong CRC")
+        del self._buffer[:end]
+        return _decode(raw)
+
+    def _drop(self, count: int, reason: str) -> BadFrame:
+        raw = bytes(self._buffer[:count])
+        del self._buffer[:count]
+        return BadFrame(reason, raw)
+
+
+def _decode(raw: bytes) -> Frame | BadFrame:
+    try:
+        payload = unstuff(raw[_FIXED:-2])
+    except ValueError as error:
+        return BadFrame(str(error), raw)
+    instruction, rest = payload[0], payload[1:]
+    if instruction != Instruction.STATUS:
+        return Frame(raw[4], instruction, rest, None)
+    if not rest:
+        return BadFrame("a status without its error byte", raw)
+    return Frame(raw[4], instruction, rest[1:], rest[0])

@@ -1,0 +1,93 @@
+"""Alternating tripod on the Buehler clock: slow stance, fast return (Saranli, Buehler, Koditschek,
+"RHex: a simple and highly mobile hexapod robot", 2001, doi 10.1177/02783640122067570).
+
+The clock is piecewise linear: its speed jumps at touchdown and lift-off, which no servo can follow.
+Each corner is therefore rounded by a parabola over a share ``blend`` of the period; ``blend = 0``
+gives the classical clock, whose acceleration has no limit and which ``gaits.limits`` refuses.
+"""
+
+import numpy as np
+
+from gaits.gait import (
+    TURN,
+    ShaftMotion,
+    check_sweep,
+    leg_sides,
+    leg_sweeps,
+    middle_of_most_support,
+)
+from model.errors import ConfigError
+from model.params import LegParameters, TripodParameters
+from model.signals import BoolArray, FloatArray
+
+SAMPLES = 720
+
+
+class BuehlerTripod:
+    """Two groups of legs half a period apart.
+
+    Args:
+        parameters: Duty, sweep, offset, blend and the first group.
+        legs: Names and sides of the legs.
+
+    Raises:
+        ConfigError: The blends would overlap, or full steering would sweep a whole turn.
+    """
+
+    name = "tripod"
+
+    def __init__(self, parameters: TripodParameters, legs: LegParameters) -> None:
+        check_sweep("gait.tripod.stance_sweep", parameters.stance_sweep)
+        shortest = min(parameters.duty, 1 - parameters.duty)
+        if parameters.blend > shortest:
+            raise ConfigError(
+                "gait.tripod.blend",
+                f"{parameters.blend:g} is longer than the shorter part of the period, {shortest:g}",
+            )
+        self._parameters = parameters
+        self._side = leg_sides(legs)
+        self._delay = np.array([0.0 if n in parameters.group_a else 0.5 for n in legs.names])
+        self.frequency_hz = parameters.frequency
+        self.start_phase = middle_of_most_support(self.stance(np.arange(SAMPLES) / SAMPLES))
+
+    def _leg_phase(self, phase: FloatArray | float) -> FloatArray:
+        legs: FloatArray = np.asarray(phase, dtype=np.float64)[..., None] - self._delay
+        return legs
+
+    def stance(self, phase: FloatArray | float) -> BoolArray:
+        """Return which legs are in the slow part of the clock, (..., N)."""
+        down: BoolArray = np.mod(self._leg_phase(phase), 1.0) < self._parameters.duty
+        return down
+
+    def motion(self, phase: FloatArray | float, steer: float) -> ShaftMotion:
+        """Return shaft motion at phases of any shape (...), as (..., N)."""
+        p = self._parameters
+        sweep = leg_sweeps(p.stance_sweep, steer, self._side)
+        slow, fast = sweep / p.duty, (TURN - sweep) / (1 - p.duty)
+        leg_phase = self._leg_phase(phase)
+        cycle = np.floor(leg_phase)
+        x = leg_phase - cycle  # share of the leg's own period, touchdown at 0
+        in_stance = x < p.duty
+        angle = np.where(in_stance, slow * x, sweep + fast * (x - p.duty))
+        slope = np.where(in_stance, slow, fast) + 0.0 * x
+        curvature = np.zeros_like(angle)
+        for corner, before, after in ((p.duty, slow, fast), (0.0, fast, slow), (1.0, fast, slow)):
+            near = np.abs(x - corner) < p.blend / 2
+            if near.any():
+                y = x - corner + p.blend / 2  # from the beginning of the blend
+                bend = (after - before) / p.blend
+                at_corner = {0.0: 0.0, 1.0: TURN}.get(corner, sweep)
+                rounded = at_corner + before * (x - corner) + bend * y**2 / 2
+                angle = np.where(near, rounded, angle)
+                slope = np.where(near, before + bend * y, slope)
+                curvature = np.where(near, bend, curvature)
+        return ShaftMotion(angle + TURN * cycle + p.offset - sweep / 2, slope, curvature)
+
+    def peaks(self, steer: float) -> tuple[float, float]:
+        """Return the largest slope and curvature; the curvature is infinite without blends."""
+        p = self._parameters
+        sweep = leg_sweeps(p.stance_sweep, steer, self._side)
+        slow, fast = sweep / p.duty, (TURN - sweep) / (1 - p.duty)
+        jump = float(np.abs(fast - slow).max())
+        bend = jump / p.blend if p.blend > 0 else (np.inf if jump > 0 else 0.0)
+        return float(np.maximum(slow, fast).max()), bend

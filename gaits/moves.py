@@ -1,0 +1,108 @@
+"""Moving one leg at a time: to the stand, and to the pose a gait begins with.
+
+Only one shaft turns at any moment, so at most one foot is dragged and the others carry the robot.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaits.gait import TURN, Gait
+from model.signals import FloatArray, IntArray, readonly
+
+# Peak speed of a move and its shortest duration; far inside what the servo can do.
+MOVE_SPEED_RAD_S = 2.0
+SHORTEST_MOVE_S = 0.3
+# Peak speed of the quintic 10 x^3 - 15 x^4 + 6 x^5 over its mean speed.
+QUINTIC_PEAK = 1.875
+# A shaft further than this from mid-stance holds its foot in the air.
+AIR_RAD = np.pi / 2
+SMALLEST_MOVE_RAD = 1e-9
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LegMoves:
+    """A sequence of moves, one leg after the other, each at rest at both ends.
+
+    Attributes:
+        begin_rad: Shaft angles before, (N,).
+        end_rad: Shaft angles after, (N,).
+        start_ns: When each leg begins to move, (N,) int64.
+        stop_ns: When it has arrived, (N,) int64.
+    """
+
+    begin_rad: FloatArray
+    end_rad: FloatArray
+    start_ns: IntArray
+    stop_ns: IntArray
+
+    @property
+    def end_ns(self) -> int:
+        """When the last leg has arrived."""
+        return int(self.stop_ns.max())
+
+    def at(self, t_ns: int) -> tuple[FloatArray, FloatArray]:
+        """Return shaft angles [rad] and speeds [rad/s], (N,) each."""
+        span_s = np.maximum(self.stop_ns - self.start_ns, 1) * 1e-9
+        x = np.clip((t_ns - self.start_ns) * 1e-9 / span_s, 0.0, 1.0)
+        way = self.end_rad - self.begin_rad
+        share = x**3 * (10 - 15 * x + 6 * x**2)
+        rate = 30 * x**2 * (1 - x) ** 2 / span_s
+        return self.begin_rad + way * share, way * rate
+
+    @staticmethod
+    def sequence(
+        t_ns: int, begin_rad: FloatArray, end_rad: FloatArray, order: IntArray
+    ) -> "LegMoves":
+        """Move legs one after the other.
+
+        Args:
+            t_ns: When the first begins.
+            begin_rad: Angles now, (N,).
+            end_rad: Angles wanted, (N,).
+            order: Legs in the order in which they move, (N,).
+        """
+        starts = np.full(len(begin_rad), t_ns, dtype=np.int64)
+        stops = starts.copy()
+        now = t_ns
+        for leg in order:
+            way = abs(float(end_rad[leg] - begin_rad[leg]))
+            starts[leg] = now
+            if way > SMALLEST_MOVE_RAD:
+                now += round(max(SHORTEST_MOVE_S, QUINTIC_PEAK * way / MOVE_SPEED_RAD_S) * 1e9)
+            stops[leg] = now
+        return LegMoves(
+            readonly(begin_rad.copy()), readonly(end_rad.copy()), readonly(starts), readonly(stops)
+        )
+
+    @staticmethod
+    def stand(t_ns: int, angle_rad: FloatArray) -> "LegMoves":
+        """Come to stand on all feet: every shaft to mid-stance.
+
+        Feet in the air come down first, going on forward as in a step; then the feet on the ground
+        are set straight the short way.
+        """
+        offset = _wrap(angle_rad)
+        in_air = np.abs(offset) > AIR_RAD
+        short = angle_rad - offset
+        forward = np.where(offset > 0, short + TURN, short)
+        target = np.where(in_air, forward, short)
+        order = np.lexsort((-np.abs(offset), ~in_air))
+        return LegMoves.sequence(t_ns, angle_rad, target, order)
+
+    @staticmethod
+    def start(t_ns: int, gait: Gait, angle_rad: FloatArray) -> "LegMoves":
+        """Move to the pose a gait begins with, the short way round.
+
+        Legs that begin on the ground go first, so that they carry when the others lift.
+        """
+        pose = gait.motion(gait.start_phase, 0.0).angle_rad
+        target = angle_rad + _wrap(pose - angle_rad)
+        in_air = np.abs(_wrap(pose)) > AIR_RAD
+        order = np.lexsort((np.arange(len(pose)), in_air))
+        return LegMoves.sequence(t_ns, angle_rad, target, order)
+
+
+def _wrap(angle_rad: FloatArray) -> FloatArray:
+    wrapped: FloatArray = np.remainder(angle_rad + np.pi, TURN) - np.pi
+    return wrapped

@@ -1,0 +1,6 @@
+"""``python -m robot`` is ``bigant``."""
+
+from robot.cli import main
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,225 @@
+"""The one command, ``bigant``. Parsing only: each subcommand lives in a module of its own.
+
+Modules are imported when their command runs, so that ``bigant --help`` answers at once.
+"""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NoReturn
+
+from model.errors import BigantError, BusError, ForceStreamError, RecordError
+from robot.exit_codes import ExitCode
+
+EPILOG = "exit codes: 0 good, 1 a verdict failed, 2 wrong usage or file, 3 hardware, 4 log"
+
+
+def main(arguments: Sequence[str] | None = None) -> NoReturn:
+    """Run the command line and exit."""
+    sys.exit(run(arguments))
+
+
+def run(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit code.
+
+    Raises:
+        SystemExit: The arguments make no sense (argparse), or help was asked for.
+    """
+    options = _parser().parse_args(arguments)
+    try:
+        return int(_dispatch(options))
+    except BigantError as error:
+        print(f"bigant {options.command}: {error}", file=sys.stderr)
+        return int(_code_of(error))
+    except BrokenPipeError:  # the reader of our output went away, as with `| head`
+        sys.stderr.close()
+        return int(ExitCode.OK)
+
+
+def _code_of(error: BigantError) -> ExitCode:
+    if isinstance(error, BusError | ForceStreamError):
+        return ExitCode.HARDWARE
+    if isinstance(error, RecordError):
+        return ExitCode.LOG
+    return ExitCode.USAGE
+
+
+def _dispatch(options: argparse.Namespace) -> ExitCode:
+    if options.command == "drive":
+        from robot.drive import drive  # noqa: PLC0415
+
+        return drive(options)
+    if options.command == "show":
+        from robot.show import show  # noqa: PLC0415
+
+        return show(options)
+    if options.command == "devices":
+        from robot.devices import devices  # noqa: PLC0415
+
+        return devices(options)
+    from robot.serve import serve_virtual  # noqa: PLC0415
+
+    return serve_virtual(options)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="bigant",
+        description="Drive, record and model BigANT, on the robot or on virtual hardware.",
+        epilog=EPILOG,
+    )
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    _add_drive(commands)
+    _add_show(commands)
+    _add_devices(commands)
+    _add_sim(commands)
+    return parser
+
+
+def _add_robot(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--robot",
+        type=Path,
+        metavar="FILE",
+        default=_default_robot_file(),
+        help="robot file (default: config/bigant.toml)",
+    )
+
+
+def _default_robot_file() -> Path:
+    return Path(__file__).resolve().parent.parent / "config" / "bigant.toml"
+
+
+def _positive(text: str) -> float:
+    value = float(text)
+    if not 0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"must be a positive number, not {text}")
+    return value
+
+
+def _steer(text: str) -> float:
+    value = float(text)
+    if not -1 <= value <= 1:
+        raise argparse.ArgumentTypeError(f"must be from -1 (right) to 1 (left), not {text}")
+    return value
+
+
+def _rate(text: str) -> int:
+    value = int(text)
+    if not 10 <= value <= 200:
+        raise argparse.ArgumentTypeError(f"must be from 10 to 200 Hz, not {text}")
+    return value
+
+
+def _add_drive(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    drive = commands.add_parser(
+        "drive",
+        help="walk a gait, on virtual hardware unless told otherwise",
+        description="Walk a gait and keep a log. Virtual hardware is the default. Real ports are "
+        "only listened to unless --armed is given. Ctrl-C stops on all feet, a second Ctrl-C cuts "
+        "torque; torque goes off on every way out.",
+        epilog=EPILOG,
+    )
+    _add_robot(drive)
+    drive.add_argument("--gait", choices=("tripod", "metachronal"), default="tripod")
+    length = drive.add_mutually_exclusive_group()
+    length.add_argument("--cycles", type=_positive, metavar="N", help="gait cycles (default: 3)")
+    length.add_argument(
+        "--duration", type=_positive, metavar="S", dest="duration_s", help="seconds of walking"
+    )
+    drive.add_argument(
+        "--frequency-hz", type=_positive, metavar="F", help="cycles a second (default: robot file)"
+    )
+    drive.add_argument(
+        "--steer", type=_steer, default=0.0, metavar="X", help="-1 (right) to 1 (left)"
+    )
+    drive.add_argument(
+        "--hardware",
+        default="virtual",
+        metavar="virtual|PORT",
+        help="virtual (default), or the serial port of the servo bus, for example /dev/ttyUSB0",
+    )
+    drive.add_argument(
+        "--force-unit",
+        metavar="HOST[:UDP:CONSOLE]|none",
+        help="wireless force-torque unit (default: robot file); none walks without it",
+    )
+    drive.add_argument("--log", metavar="FILE", help="log file, or none (default: runs/...)")
+    drive.add_argument("--readonly", action="store_true", help="sense and log, never move")
+    drive.add_argument("--armed", action="store_true", help="allow torque on real hardware")
+    drive.add_argument("--teleop", action="store_true", help="drive with the keyboard")
+    drive.add_argument(
+        "--deadman",
+        type=_positive,
+        default=5.0,
+        metavar="S",
+        dest="deadman_s",
+        help="with --teleop: stand after so many seconds without a key (default: 5)",
+    )
+    drive.add_argument("--rate-hz", type=_rate, metavar="R", help="loop rate, up to 200")
+    drive.add_argument(
+        "--virtual-time",
+        action="store_true",
+        help="virtual hardware in memory under a virtual clock: as fast as the computer goes, and "
+        "the same log, byte for byte, every time",
+    )
+    drive.add_argument("--seed", type=int, default=0, metavar="N", help="seed of virtual noise")
+
+
+def _add_show(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    show = commands.add_parser(
+        "show",
+        help="summary table and pictures of a log",
+        description="Print a summary of a log (distance, speed, slip, faults, loop) and write a "
+        "page with trajectory, body velocity and foot forces, predicted against measured.",
+        epilog=EPILOG,
+    )
+    show.add_argument("path", type=Path, metavar="LOG")
+    show.add_argument(
+        "--out", type=Path, metavar="FILE", help=".html or .png (default: beside the log, .html)"
+    )
+    show.add_argument("--json", action="store_true", help="the summary as JSON, no picture")
+
+
+def _add_devices(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    devices = commands.add_parser(
+        "devices",
+        help="ports, servos at each baud rate, force-torque units",
+        description="List serial ports, the servos that answer at each baud rate, and wireless "
+        "force-torque units found by discovery. Nothing is written and nothing moves.",
+        epilog=EPILOG,
+    )
+    devices.add_argument(
+        "--port", metavar="PORT", help="scan this serial port only (default: every USB port)"
+    )
+    devices.add_argument(
+        "--baud", type=int, metavar="B", help="this baud rate only (default: all eight)"
+    )
+    devices.add_argument(
+        "--discover",
+        metavar="ADDRESS[:PORT]|none",
+        default="255.255.255.255",
+        help="where to ask for force-torque units (default: broadcast on the local network)",
+    )
+    devices.add_argument("--json", action="store_true", help="the result as JSON")
+
+
+def _add_sim(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    sim = commands.add_parser("sim", help="virtual hardware for other programs", epilog=EPILOG)
+    actions = sim.add_subparsers(dest="action", required=True, metavar="ACTION")
+    serve = actions.add_parser(
+        "serve",
+        help="serve virtual devices on a pseudo-terminal and loopback sockets until Ctrl-C",
+        description="Serve a virtual robot that any Dynamixel or WNet program can talk to, and "
+        "print where to find it. Ctrl-C ends it.",
+    )
+    _add_robot(serve)
+    serve.add_argument("--seed", type=int, default=0, metavar="N")
+    serve.add_argument("--baud", type=int, metavar="B", help="baud rate of the servos")
+    serve.add_argument(
+        "--absent", type=int, action="append", default=[], metavar="ID", help="a servo to leave out"
+    )
+    serve.add_argument("--no-force-unit", action="store_true", help="leave out the force unit")
+
+

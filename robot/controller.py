@@ -1,0 +1,268 @@
+"""The controller: one pure step from the inputs of a tick to its outputs.
+
+No clock, bus, file or logger. The loop, the replay and the diagnosis call this same function.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.constants import g as standard_gravity
+
+from drivers.ati_calibration import Calibration
+from drivers.foot_forces import foot_forces
+from drivers.mx106 import joint_state
+from gaits.gait import make_gait
+from gaits.limits import frequency_limit
+from gaits.plan import Walking
+from model.differentiate import latest_rate
+from model.linkage import Linkage
+from model.odometry import advance as advance_odometry
+from model.quasistatic import solve_frame
+from model.signals import (
+    ContactSolution,
+    Estimate,
+    Fault,
+    FaultKind,
+    FloatArray,
+    FootForces,
+    FootMotion,
+    Inputs,
+    IntArray,
+    JointCommand,
+    JointState,
+    Mode,
+    StopReason,
+    Tick,
+    readonly,
+)
+from robot.config import RobotConfig
+from robot.modes import GaitBook, Phase, Situation, advance
+from robot.rig import silent_readings
+from robot.safety import Allowed, Refused, ServoVerdict, gate, watch_servos
+
+# Shaft speed is the slope over this many seconds of encoder readings.
+RATE_WINDOW_S = 0.1
+# Refused commands in a row before the robot halts.
+REFUSED_LIMIT = 5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ControllerState:
+    """Everything the controller remembers from one tick to the next.
+
+    Attributes:
+        index: Ticks done.
+        phase: Mode, plan and stop reason.
+        allowed: The command last let through by the safety gate.
+        refused: Commands refused in a row.
+        late: Late ticks in a row.
+        silent_reads: Reads in a row without an answer, (N,).
+        bad_reads: Reads in a row with a value beyond its limit, (N,).
+        forces: Latest measured foot forces.
+        times_ns: Times of the latest shaft angles, (W,).
+        angles_rad: Latest shaft angles, (W, N).
+        estimate: Dead-reckoned pose.
+    """
+
+    index: int
+    phase: Phase
+    allowed: Allowed
+    refused: int
+    late: int
+    silent_reads: IntArray
+    bad_reads: IntArray
+    forces: FootForces
+    times_ns: IntArray
+    angles_rad: FloatArray
+    estimate: Estimate
+
+    @property
+    def stop_reason(self) -> StopReason:
+        """Why the run is ending, NONE while it goes on."""
+        return self.phase.stop_reason
+
+
+class Controller:
+    """The step and what it needs to know beforehand.
+
+    Args:
+        config: Robot file.
+        calibrations: Calibration of each leg's transducer, None where there is none.
+        armed: Whether torque may be asked for.
+        rate_hz: Rate of the loop, or None for the robot file's.
+    """
+
+    def __init__(
+        self,
+        config: RobotConfig,
+        calibrations: tuple[Calibration | None, ...],
+        *,
+        armed: bool,
+        rate_hz: int | None = None,
+    ) -> None:
+        self.config = config
+        self.armed = armed
+        self.rate_hz = rate_hz if rate_hz is not None else config.loop.rate_hz
+        self.period_ns = round(1e9 / self.rate_hz)
+        self._calibrations = calibrations
+        robot = config.parameters
+        self._linkage = Linkage(robot.linkage, robot.legs.shaft_position)
+        self._weight_n = robot.body.mass * standard_gravity
+        gaits = {name: make_gait(name, robot) for name in ("tripod", "metachronal")}
+        self.book = GaitBook(
+            gaits, {name: frequency_limit(gait, robot.servo) for name, gait in gaits.items()}
+        )
+
+    def initial(self) -> ControllerState:
+        """Return the state before the first tick."""
+        count = self.config.parameters.legs.count
+        window = max(3, round(RATE_WINDOW_S * self.rate_hz) + 1)
+        nan = readonly(np.full(count, np.nan))
+        return ControllerState(
+            index=0,
+            phase=Phase(Mode.IDLE, None, None, StopReason.NONE),
+            allowed=Allowed(JointCommand(0, nan, nan, torque=False)),
+            refused=0,
+            late=0,
+            silent_reads=np.zeros(count, dtype=np.int64),
+            bad_reads=np.zeros(count, dtype=np.int64),
+            forces=foot_forces(None, self._calibrations, self.config.force_sensor),
+            times_ns=np.zeros(window, dtype=np.int64),
+            angles_rad=np.full((window, count), np.nan),
+            estimate=Estimate(0, np.zeros(2), 0.0, np.full(3, np.nan), valid=False),
+        )
+
+    def step(
+        self, state: ControllerState, inputs: Inputs, t_ns: int
+    ) -> tuple[ControllerState, Tick]:
+        """Advance by one tick.
+
+        Args:
+            state: State after the tick before.
+            inputs: Everything known in this tick.
+            t_ns: Time of the tick.
+
+        Returns:
+            The new state and the tick, which holds the inputs, every stage's output and the faults.
+        """
+        count = self.config.parameters.legs.count
+        servos = inputs.servos if inputs.servos is not None else silent_readings(t_ns, count)
+        joints = joint_state(servos, self.config.servo_bus)
+        forces = state.forces
+        if inputs.forces:
+            forces = foot_forces(inputs.forces[-1], self._calibrations, self.config.force_sensor)
+        verdict = watch_servos(
+            servos,
+            joints,
+            state.allowed.command,
+            state.silent_reads,
+            state.bad_reads,
+            self.config.limits,
+            self.config.servo_bus,
+        )
+        late, timing_faults = self._timing(state, inputs)
+        stop = self._stop_reason(inputs, verdict, late, state.refused)
+        situation = Situation(t_ns, inputs.request, stop, joints.angle_rad, self.armed)
+        phase = advance(state.phase, situation, self.book)
+        wished = self._wish(phase, t_ns, count)
+        allowed, refused, gate_faults = self._gate(wished, state)
+        times_ns, angles_rad = _remember(state, joints, t_ns)
+        feet = self._linkage.feet(joints.angle_rad, latest_rate(times_ns, angles_rad))
+        contact, model_faults = self._contact(feet)
+        estimate = self._estimate(state, contact, t_ns)
+        faults = (*inputs.faults, *verdict.faults, *timing_faults, *gate_faults, *model_faults)
+        tick = Tick(
+            t_ns=t_ns,
+            index=state.index,
+            mode=phase.mode,
+            stop_reason=phase.stop_reason,
+            inputs=inputs,
+            joints=joints,
+            forces=forces,
+            gait_phase=phase.plan.phase(t_ns) if isinstance(phase.plan, Walking) else np.nan,
+            wished=wished,
+            sent=allowed.command,
+            feet=feet,
+            contact=contact,
+            estimate=estimate,
+            faults=faults,
+        )
+        after = ControllerState(
+            index=state.index + 1,
+            phase=phase,
+            allowed=allowed,
+            refused=refused,
+            late=late,
+            silent_reads=verdict.silent_reads,
+            bad_reads=verdict.bad_reads,
+            forces=forces,
+            times_ns=times_ns,
+            angles_rad=angles_rad,
+            estimate=estimate,
+        )
+        return after, tick
+
+    def _timing(self, state: ControllerState, inputs: Inputs) -> tuple[int, tuple[Fault, ...]]:
+        late_s = inputs.timing.lateness_ns * 1e-9
+        if late_s <= self.config.loop.late_limit_s:
+            return 0, ()
+        return state.late + 1, (Fault(FaultKind.LATE, "loop", f"{late_s * 1e3:.1f} ms late"),)
+
+    def _stop_reason(
+        self, inputs: Inputs, verdict: ServoVerdict, late: int, refused: int
+    ) -> StopReason:
+        kinds = {fault.kind for fault in inputs.faults}
+        silent_s = inputs.timing.lateness_ns * 1e-9
+        checks = (
+            (FaultKind.LINK_LOST in kinds, StopReason.LINK_LOST),
+            (verdict.lost, StopReason.SERVO_LOST),
+            (verdict.broken, StopReason.SERVO_FAULT),
+            (refused >= REFUSED_LIMIT, StopReason.COMMAND_REFUSED),
+            (late >= self.config.loop.late_ticks, StopReason.TIMING),
+            (silent_s >= self.config.servo_bus.watchdog_s, StopReason.TIMING),
+            (FaultKind.FORCE_SILENT in kinds, StopReason.FORCE_LOST),
+            (FaultKind.LOG_WRITE in kinds, StopReason.LOG_FAILED),
+        )
+        return next((reason for found, reason in checks if found), StopReason.NONE)
+
+    def _wish(self, phase: Phase, t_ns: int, count: int) -> JointCommand:
+        if phase.plan is None:
+            nan = readonly(np.full(count, np.nan))
+            return JointCommand(t_ns, nan, nan, torque=False)
+        angle, rate = phase.plan.at(t_ns)
+        return JointCommand(t_ns, readonly(angle), readonly(rate), torque=True)
+
+    def _gate(
+        self, wished: JointCommand, state: ControllerState
+    ) -> tuple[Allowed, int, tuple[Fault, ...]]:
+        last = state.allowed.command
+        if wished.torque and not last.torque:  # switching on: hold where the shafts are
+            last = replace(wished, torque=False)
+        verdict = gate(wished, last, self.config.limits, self.config.servo_bus)
+        if isinstance(verdict, Refused):
+            fault = Fault(FaultKind.REFUSED, "safety gate", verdict.reason)
+            return state.allowed, state.refused + 1, (fault,)
+        return verdict, 0, ()
+
+    def _contact(self, feet: FootMotion) -> tuple[ContactSolution, tuple[Fault, ...]]:
+        solution = solve_frame(feet, self.config.parameters.contact, self._weight_n)
+        if solution.support.converged:
+            return solution, ()
+        return solution, (Fault(FaultKind.NO_SUPPORT, "support", solution.support.reason),)
+
+    def _estimate(
+        self, state: ControllerState, contact: ContactSolution, t_ns: int
+    ) -> Estimate:
+        before = state.estimate
+        if state.index == 0:
+            before = replace(before, t_ns=t_ns)
+        return advance_odometry(before, contact.traction.velocity_B, t_ns)
+
+
+def _remember(
+    state: ControllerState, joints: JointState, t_ns: int
+) -> tuple[IntArray, FloatArray]:
+    """Append the newest angles to the window that shaft speed is taken from."""
+    times = np.append(state.times_ns[1:], t_ns if state.index == 0 else joints.t_ns)
+    angles = np.vstack([state.angles_rad[1:], joints.angle_rad])
+    return times, angles

@@ -1,0 +1,110 @@
+"""``bigant devices``: what is plugged in. Asks, never writes, never moves."""
+
+import argparse
+import json
+import sys
+from dataclasses import asdict
+
+from drivers.ati_discovery import DISCOVERY_PORT, FoundUnit, discover
+from drivers.clock import MonotonicClock
+from drivers.servo_scan import FoundServo, SerialPort, scan, serial_ports
+from model.errors import BusError, ConfigError
+from robot.exit_codes import ExitCode
+
+BAUD_RATES = (57_600, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 115_200, 9_600, 4_500_000)
+
+
+def devices(options: argparse.Namespace) -> ExitCode:
+    """List ports, servos and force-torque units.
+
+    Returns:
+        OK when something was found, VERDICT_FAILED when nothing answered.
+
+    Raises:
+        BusError: The port asked for cannot be opened.
+        ConfigError: The discovery address makes no sense.
+    """
+    address, port = _discovery_target(options.discover)
+    ports = serial_ports()
+    names = [options.port] if options.port else [p.name for p in ports if p.usb_id]
+    bauds = (options.baud,) if options.baud else BAUD_RATES
+    servos: list[tuple[str, FoundServo]] = []
+    problems: list[str] = []
+    for name in names:
+        try:
+            servos += [(name, found) for found in _scan(name, bauds, quiet=options.json)]
+        except BusError as error:
+            if options.port:
+                raise
+            problems.append(str(error))
+    units = discover(address, port) if address else ()
+    if options.json:
+        print(json.dumps(_as_json(ports, servos, units, problems), indent=2))
+    else:
+        _print(ports, names, servos, units, problems)
+    return ExitCode.OK if servos or units else ExitCode.VERDICT_FAILED
+
+
+def _discovery_target(text: str) -> tuple[str, int]:
+    if text == "none":
+        return "", 0
+    host, _, port = text.partition(":")
+    if not host or (port and not (port.isdecimal() and 0 < int(port) < 65536)):
+        raise ConfigError("--discover", f"must be ADDRESS, ADDRESS:PORT or none, not {text!r}")
+    return host, int(port) if port else DISCOVERY_PORT
+
+
+def _scan(name: str, bauds: tuple[int, ...], *, quiet: bool) -> list[FoundServo]:
+    found: list[FoundServo] = []
+    for baud in bauds:
+        if not quiet and sys.stderr.isatty():
+            print(f"\rscanning {name} at {baud} baud ...   ", end="", file=sys.stderr, flush=True)
+        found += scan(name, (baud,), MonotonicClock())
+    if not quiet and sys.stderr.isatty():
+        print("\r" + " " * 60 + "\r", end="", file=sys.stderr)
+    return found
+
+
+def _print(
+    ports: tuple[SerialPort, ...],
+    scanned: list[str],
+    servos: list[tuple[str, FoundServo]],
+    units: tuple[FoundUnit, ...],
+    problems: list[str],
+) -> None:
+    print("serial ports")
+    for port in ports:
+        print(f"  {port.name:<16} {port.usb_id or '-':<10} {port.description}")
+    if not ports:
+        print("  none: plug in the U2D2, or start virtual hardware with: bigant sim serve")
+    print("servos")
+    for name, servo in servos:
+        kind = "MX-106 (protocol 2.0)" if servo.model == 321 else f"model {servo.model}"
+        print(
+            f"  {name:<16} {servo.baud_rate:>8} baud  id {servo.servo_id:>3}  {kind}  "
+            f"firmware {servo.firmware}"
+        )
+    if not servos:
+        where = ", ".join(scanned) if scanned else "no port was scanned"
+        print(f"  none answered ({where}): check power, cable and the port's name")
+    print("force-torque units")
+    for unit in units:
+        print(f"  {unit.address:<16} {unit.text}  {unit.location}")
+    if not units:
+        print("  none answered: check that the unit is on and on this network")
+    for problem in problems:
+        print(f"warning: {problem}", file=sys.stderr)
+
+
+def _as_json(
+    ports: tuple[SerialPort, ...],
+    servos: list[tuple[str, FoundServo]],
+    units: tuple[FoundUnit, ...],
+    problems: list[str],
+) -> dict[str, object]:
+    return {
+        "serial_ports": [asdict(port) for port in ports],
+        "servos": [{"port": name, **asdict(servo)} for name, servo in servos],
+        "force_units": [asdict(unit) for unit in units],
+        "problems": problems,
+    }

@@ -1,0 +1,238 @@
+"""``bigant drive``: open a robot, run the loop, keep the log, say how it went."""
+
+import argparse
+import gc
+import sys
+import time
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from drivers.settings import ForceSensorSettings
+from gaits.limits import check_gait
+from model.errors import ConfigError, RecordError
+from model.signals import Intent, Tick
+from record.background import BackgroundWriter
+from record.writer import LogWriter
+from robot.config import RobotConfig, load_robot
+from robot.controller import Controller
+from robot.exit_codes import ExitCode, exit_code_of
+from robot.hardware import open_in_memory, open_real, open_virtual
+from robot.loop import Operator, RunResult, run
+from robot.operator import Interrupts, Script, ScriptedOperator
+from robot.rig import Rig
+from robot.teleop import HELP, KeyboardOperator, Keys, Wish
+from robot.view import open_view
+
+VIRTUAL = "virtual"
+# Virtual time has no calendar; its logs are stamped from this date so that two runs are the same.
+VIRTUAL_EPOCH_UNIX_NS = 1_767_225_600_000_000_000  # 2026-01-01 00:00:00 UTC
+DEFAULT_CYCLES = 3.0
+NO_LOG = "none"
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """One run as the command line asks for it.
+
+    Attributes:
+        config: The robot.
+        gait: Gait to begin with.
+        frequency_hz: Its frequency.
+        armed: Whether torque may be switched on.
+        log_path: Where the log goes, None for no log.
+        options: Everything else, as argparse gave it.
+    """
+
+    config: RobotConfig
+    gait: str
+    frequency_hz: float
+    armed: bool
+    log_path: Path | None
+    options: argparse.Namespace
+
+
+def drive(options: argparse.Namespace) -> ExitCode:
+    """Run ``bigant drive``.
+
+    Raises:
+        BigantError: Something is wrong before the robot moves.
+    """
+    plan = _plan(options)
+    with ExitStack() as stack:
+        interrupts = stack.enter_context(Interrupts())
+        rig = _open_rig(plan)
+        stack.callback(rig.close)
+        for warning in rig.report.warnings:
+            print(f"warning: {warning}", file=sys.stderr)
+        controller = Controller(
+            plan.config, rig.calibrations, armed=plan.armed, rate_hz=options.rate_hz
+        )
+        operator = _operator(plan, controller, interrupts, stack)
+        sink = _open_log(plan, rig)
+        title = f"{plan.config.name}  {options.hardware}" + ("" if plan.armed else "  (readonly)")
+        keys = HELP if options.teleop else "Ctrl-C: stop on all feet; twice: cut torque"
+        view = open_view(plan.config.parameters.legs.names, title, keys)
+        stack.callback(view.close)
+        gc.collect()
+        gc.freeze()  # a full collection would cost several periods
+        try:
+            result = run(rig, controller, operator, sink, view)
+        finally:
+            gc.unfreeze()
+            log_error = _close_log(sink)
+    return _say(plan, result, log_error)
+
+
+def _plan(options: argparse.Namespace) -> Drive:
+    config = load_robot(options.robot)
+    controller = Controller(config, (), armed=False)
+    gait = controller.book.gaits[options.gait]
+    frequency_hz = options.frequency_hz if options.frequency_hz is not None else gait.frequency_hz
+    check_gait(gait, frequency_hz, config.parameters.servo)
+    virtual = options.hardware == VIRTUAL
+    if options.virtual_time and not virtual:
+        raise ConfigError("--virtual-time", "needs --hardware virtual; real servos live in real time")
+    if options.readonly and options.armed:
+        raise ConfigError("--armed", "and --readonly exclude each other; choose one")
+    armed = not options.readonly and (virtual or options.armed)
+    return Drive(config, options.gait, frequency_hz, armed, _log_path(options), options)
+
+
+def _log_path(options: argparse.Namespace) -> Path | None:
+    if options.log == NO_LOG:
+        return None
+    if options.log is not None:
+        return Path(options.log)
+    stamp = time.strftime("%Y%m%dT%H%M%S")
+    return Path("runs") / f"{options.gait}-{stamp}.mcap"
+
+
+def _open_rig(plan: Drive) -> Rig:
+    options, config = plan.options, plan.config
+    with_forces = options.force_unit != NO_LOG
+    if options.hardware != VIRTUAL:
+        unit = _force_unit(options.force_unit, config.force_sensor) if with_forces else None
+        return open_real(config, options.hardware, unit, armed=plan.armed)
+    opener = open_in_memory if options.virtual_time else open_virtual
+    return opener(config, seed=options.seed, armed=plan.armed, with_forces=with_forces)
+
+
+def _force_unit(text: str | None, settings: ForceSensorSettings) -> ForceSensorSettings:
+    if text is None:
+        return settings
+    host, *ports = text.split(":")
+    if not host or len(ports) > 2 or not all(p.isdecimal() and int(p) < 65536 for p in ports):
+        raise ConfigError("--force-unit", f"must be HOST, HOST:UDP:CONSOLE or none, not {text!r}")
+    settings = replace(settings, address=host)
+    if ports:
+        settings = replace(settings, udp_port=int(ports[0]), local_port=0)
+    if len(ports) == 2:
+        settings = replace(settings, console_port=int(ports[1]))
+    return settings
+
+
+def _operator(
+    plan: Drive, controller: Controller, interrupts: Interrupts, stack: ExitStack
+) -> Operator:
+    options = plan.options
+    if options.teleop:
+        keys = stack.enter_context(Keys())
+        start = Wish(Intent.STAND, plan.gait, plan.frequency_hz, options.steer)
+        return KeyboardOperator(keys, start, controller.book, interrupts, options.deadman_s)
+    cycles = options.cycles
+    if cycles is None and options.duration_s is None and plan.armed:
+        cycles = DEFAULT_CYCLES
+    script = Script(
+        gait=plan.gait,
+        frequency_hz=plan.frequency_hz,
+        steer=options.steer,
+        cycles=cycles,
+        duration_s=options.duration_s,
+        listen=not plan.armed,
+    )
+    return ScriptedOperator(script, interrupts)
+
+
+def _open_log(plan: Drive, rig: Rig) -> LogWriter | BackgroundWriter | None:
+    if plan.log_path is None:
+        return None
+    options = plan.options
+    try:
+        plan.log_path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RecordError(
+            f"the folder {plan.log_path.parent} cannot be made: {error.strerror}; choose another --log"
+        ) from error
+    start_unix_ns = VIRTUAL_EPOCH_UNIX_NS if options.virtual_time else time.time_ns()
+    writer = LogWriter(
+        plan.log_path,
+        names=plan.config.parameters.legs.names,
+        config_text=plan.config.text,
+        metadata={
+            "robot": plan.config.name,
+            "hardware": options.hardware,
+            "time": "virtual" if options.virtual_time else "real",
+            "gait": plan.gait,
+            "frequency_hz": f"{plan.frequency_hz:g}",
+            "steer": f"{options.steer:g}",
+            "seed": str(options.seed) if options.hardware == VIRTUAL else "",
+            "armed": str(plan.armed).lower(),
+            "software": _software(),
+        },
+        start_ns=rig.clock.now_ns(),
+        start_unix_ns=start_unix_ns,
+    )
+    return writer if options.virtual_time else BackgroundWriter(writer)
+
+
+def _software() -> str:
+    try:
+        return f"bigant {version('bigant')}"
+    except PackageNotFoundError:
+        return "bigant (not installed)"
+
+
+def _close_log(sink: LogWriter | BackgroundWriter | None) -> str:
+    if sink is None:
+        return ""
+    try:
+        sink.close()
+    except RecordError as error:
+        return str(error)
+    return "" if sink.error is None else str(sink.error)
+
+
+def _say(plan: Drive, result: RunResult, log_error: str) -> ExitCode:
+    code = exit_code_of(result.reason)
+    words = result.reason.name.lower().replace("_", " ")
+    torque = "torque off" if result.torque_off else "TORQUE NOT CONFIRMED OFF: cut the power"
+    if code is ExitCode.OK:
+        print(f"done ({words}), {torque}")
+    else:
+        print(f"bigant drive: stopped ({words}): {result.detail}; {torque}", file=sys.stderr)
+    if not result.torque_off:
+        code = ExitCode.HARDWARE
+    if log_error and code is ExitCode.OK:
+        print(f"bigant drive: {log_error}", file=sys.stderr)
+        return ExitCode.LOG
+    if plan.log_path is not None and not log_error:
+        _print_summary(plan.log_path)
+    elif result.last is not None:
+        _print_pose(result.last)
+    return code
+
+
+def _print_pose(tick: Tick) -> None:
+    x, y = tick.estimate.position_m
+    print(f"odometry: x {x:.3f} m, y {y:.3f} m, yaw {tick.estimate.yaw_rad:.3f} rad")
+
+
+def _print_summary(path: Path) -> None:
+    from record.reader import read_log  # noqa: PLC0415 - only when there is something to read
+    from robot.summary import summarise, summary_lines  # noqa: PLC0415
+
+    for line in summary_lines(summarise(read_log(path))):
+        print(line)
+    print(f"log: {path}   (bigant show {path})")

@@ -1,0 +1,142 @@
+"""The memory of one virtual MX-106: control table with access rules and indirect addressing.
+
+Source: ROBOTIS e-manual, MX-106(2.0) and "Protocol 2.0". What a read across reserved gaps returns is
+not documented; here it is zeros.
+"""
+
+from drivers.dynamixel_frames import StatusError
+from drivers.mx106 import MODEL_NUMBER, REGISTER, REGISTERS, Register
+
+SIZE = 662
+FIRMWARE = 45
+# Registers that hold a limit of others; exceeding one is Data Limit, not Data Range.
+LIMITED_BY = {
+    "goal_pwm": "pwm_limit",
+    "goal_current": "current_limit",
+    "goal_velocity": "velocity_limit",
+}
+OPERATING_MODES = frozenset({0, 1, 3, 4, 5, 16})
+_AT: dict[int, Register] = {register.address: register for register in REGISTERS}
+_COVER: dict[int, Register] = {
+    register.address + i: register for register in REGISTERS for i in range(register.size)
+}
+_INDIRECT_DATA = {
+    REGISTER[f"indirect_data_{i}"].address: REGISTER[f"indirect_address_{i}"]
+    for i in range(1, 57)
+}
+
+
+class ControlTable:
+    """One servo's registers.
+
+    Args:
+        servo_id: Id.
+        baud_code: Value of the baud rate register.
+        return_delay: Value of the return delay register.
+    """
+
+    def __init__(self, servo_id: int, baud_code: int, return_delay: int) -> None:
+        self._memory = bytearray(SIZE)
+        for register in REGISTERS:
+            self.set(register.name, register.initial or 0)
+        self.set("model_number", MODEL_NUMBER)
+        self.set("firmware_version", FIRMWARE)
+        self.set("id", servo_id)
+        self.set("baud_rate", baud_code)
+        self.set("return_delay_time", return_delay)
+
+    def get(self, name: str) -> int:
+        """Return a register's value."""
+        register = REGISTER[name]
+        return register.decode(
+            bytes(self._memory[register.address : register.address + register.size])
+        )
+
+    def set(self, name: str, value: int) -> None:
+        """Set a register from inside the firmware; no rule applies."""
+        register = REGISTER[name]
+        self._memory[register.address : register.address + register.size] = register.encode(value)
+
+    def reset_ram(self) -> None:
+        """Forget everything that is not kept without power."""
+        for register in REGISTERS:
+            if not register.eeprom:
+                self.set(register.name, register.initial or 0)
+
+    def read(self, address: int, length: int) -> bytes | StatusError:
+        """Return bytes as an instruction sees them, indirect data followed to their targets."""
+        if length == 0 or address + length > SIZE:
+            return StatusError.DATA_LENGTH
+        return bytes(self._memory[self._target(a)] for a in range(address, address + length))
+
+    def _target(self, address: int) -> int:
+        pointer = _INDIRECT_DATA.get(address)
+        return self.get(pointer.name) if pointer is not None else address
+
+    def check_write(self, address: int, data: bytes) -> StatusError:
+        """Say what a servo answers to a write, without doing it."""
+        if not data or address + len(data) > SIZE:
+            return StatusError.DATA_LENGTH
+        position = 0
+        while position < len(data):
+            register = _COVER.get(address + position)
+            if register is None:
+                return StatusError.ACCESS
+            pointer = _INDIRECT_DATA.get(register.address)
+            if pointer is not None:
+                error = self._check_byte(self.get(pointer.name))
+                position += 1
+            else:
+                if _AT.get(address + position) is None or position + register.size > len(data):
+                    return StatusError.DATA_LENGTH
+                error = self._check(register, data[position : position + register.size])
+                position += register.size
+            if error is not StatusError.NONE:
+                return error
+        return StatusError.NONE
+
+    def _check_byte(self, target: int) -> StatusError:
+        register = _COVER.get(target)
+        writable = register is not None and register.writable and not self._locked(register)
+        return StatusError.NONE if writable else StatusError.ACCESS
+
+    def _locked(self, register: Register) -> bool:
+        return register.eeprom and self.get("torque_enable") == 1
+
+    def _check(self, register: Register, data: bytes) -> StatusError:
+        if not register.writable or self._locked(register):
+            return StatusError.ACCESS
+        value = register.decode(data)
+        limit = LIMITED_BY.get(register.name)
+        if limit is not None and abs(value) > self.get(limit):
+            return StatusError.DATA_LIMIT
+        if not self._lowest(register) <= value <= self._highest(register):
+            return StatusError.DATA_RANGE
+        if register.name == "operating_mode" and value not in OPERATING_MODES:
+            return StatusError.DATA_RANGE
+        if register.name == "goal_position" and self.get("operating_mode") == 3:
+            low, high = self.get("min_position_limit"), self.get("max_position_limit")
+            return StatusError.NONE if low <= value <= high else StatusError.DATA_LIMIT
+        goal = register.name.startswith("goal_")
+        if goal and self.get("bus_watchdog") == -1:
+            return StatusError.DATA_RANGE  # a tripped watchdog takes no goals until it is cleared
+        return StatusError.NONE
+
+    @staticmethod
+    def _lowest(register: Register) -> int:
+        return 0 if register.name == "bus_watchdog" else register.minimum
+
+    @staticmethod
+    def _highest(register: Register) -> int:
+        return register.maximum
+
+    def write(self, address: int, data: bytes) -> list[str]:
+        """Do a write that has been checked; return the names of the registers it touched."""
+        touched: list[str] = []
+        for offset, byte in enumerate(data):
+            target = self._target(address + offset)
+            self._memory[target] = byte
+            register = _COVER[target]
+            if register.name not in touched:
+                touched.append(register.name)
+        return touched

@@ -1,0 +1,345 @@
+"""One virtual MX-106: what it measures, obeys, protects itself against.
+
+Criteria the manual does not publish, decided here: overload is a motor current above 80 % of the stall
+current for two seconds; the voltage error has no delay; a servo counts as standing still for the Clear
+instruction below its moving threshold.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from drivers.dynamixel_frames import Instruction, StatusError
+from drivers.mx106 import (
+    CURRENT_UNIT_A,
+    REGISTER,
+    TICKS_PER_TURN,
+    VELOCITY_UNIT_RAD_S,
+    VOLTAGE_UNIT_V,
+    WATCHDOG_UNIT_S,
+    HardwareError,
+    OperatingMode,
+)
+from sim_hw.control_table import ControlTable
+from sim_hw.interfaces import MotorWorld
+from sim_hw.servo_firmware import POSITION_MODES, FirmwareBank
+
+CLEAR_MULTI_TURN = bytes.fromhex("01 44 58 4C 22")
+OVERLOAD_CURRENT_A = 4.2
+OVERLOAD_NS = 2_000_000_000
+RAM_ONLY_FROM = REGISTER["torque_enable"].address
+# Gains that each operating mode starts with (e-manual: a mode change resets them).
+MODE_GAINS = {
+    OperatingMode.POSITION: (850, 0, 0),
+    OperatingMode.EXTENDED_POSITION: (850, 0, 0),
+    OperatingMode.CURRENT_BASED_POSITION: (850, 0, 0),
+}
+
+
+class VirtualServo:
+    """One servo: control table, its share of the firmware, its motor in the world.
+
+    Args:
+        index: Its place in the world and in the firmware bank.
+        servo_id: Dynamixel id.
+        baud_code: Value of the baud rate register.
+        return_delay: Value of the return delay register.
+        world: The motors.
+        firmware: The control loops.
+    """
+
+    def __init__(
+        self,
+        index: int,
+        servo_id: int,
+        baud_code: int,
+        return_delay: int,
+        world: MotorWorld,
+        firmware: FirmwareBank,
+    ) -> None:
+        self.table = ControlTable(servo_id, baud_code, return_delay)
+        self._index = index
+        self._world = world
+        self._firmware = firmware
+        self._rebase_ticks = 0  # turns taken off the continuous encoder by reboot or Clear
+        self._heard_ns = 0
+        self._overload_since_ns: int | None = None
+        self._registered: tuple[int, bytes] | None = None
+        self._goal_is_here()
+        self._sync_firmware()
+
+    @property
+    def servo_id(self) -> int:
+        """Dynamixel id."""
+        return self.table.get("id")
+
+    @property
+    def shadow_id(self) -> int:
+        """Secondary id, above 252 when there is none."""
+        return self.table.get("secondary_id")
+
+    @property
+    def alert(self) -> bool:
+        """Whether a hardware error is latched."""
+        return self.table.get("hardware_error_status") != 0
+
+    def identity(self) -> bytes:
+        """Return what a ping is answered with: model number and firmware version."""
+        model = self.table.get("model_number").to_bytes(2, "little")
+        return model + bytes([self.table.get("firmware_version")])
+
+    def answers(self, instruction: int) -> bool:
+        """Whether the status return level lets this instruction be answered."""
+        level = self.table.get("status_return_level")
+        if instruction == Instruction.PING:
+            return True
+        return level >= (1 if instruction == Instruction.READ else 2)
+
+    # Time.
+
+    def heard_traffic(self, t_ns: int) -> None:
+        """An instruction packet came by: the watchdog starts anew."""
+        self._heard_ns = t_ns
+
+    def check(self, t_ns: int) -> None:
+        """Look after the watchdog and the protections."""
+        units = self.table.get("bus_watchdog")
+        if units > 0 and self._torque and t_ns - self._heard_ns > units * WATCHDOG_UNIT_S * 1e9:
+            self.table.set("bus_watchdog", -1)
+            self._stop_motor()
+        error = self._protections(t_ns)
+        if error:
+            latched = self.table.get("hardware_error_status") | error
+            self.table.set("hardware_error_status", latched)
+            if error & self.table.get("shutdown"):
+                self._set_torque(on=False)
+
+    def _protections(self, t_ns: int) -> int:
+        world, i = self._world, self._index
+        error = 0
+        volts = world.supply_v[i] / VOLTAGE_UNIT_V
+        low, high = self.table.get("min_voltage_limit"), self.table.get("max_voltage_limit")
+        if not low <= volts <= high:
+            error |= HardwareError.INPUT_VOLTAGE
+        if world.temperature_c[i] > self.table.get("temperature_limit"):
+            error |= HardwareError.OVERHEATING
+        if not self._torque or abs(world.current_a[i]) < OVERLOAD_CURRENT_A:
+            self._overload_since_ns = None
+        elif self._overload_since_ns is None:
+            self._overload_since_ns = t_ns
+        elif t_ns - self._overload_since_ns > OVERLOAD_NS:
+            error |= HardwareError.OVERLOAD
+        return error
+
+    def _stop_motor(self) -> None:
+        """The watchdog tripped: stop where it is (e-manual: profile 0) and take no more goals."""
+        self.table.set("profile_velocity", 0)
+        self.table.set("profile_acceleration", 0)
+        self._sync_firmware()
+        ticks = self._encoder()
+        self._firmware.trajectory[self._index] = ticks
+        self._firmware.goal_position[self._index] = ticks
+        self._firmware.stopped[self._index] = True
+
+    # Instructions.
+
+    def obey(
+        self, instruction: int, parameters: bytes, t_ns: int, *, broadcast: bool
+    ) -> tuple[int, bytes]:
+        """Do one instruction; return error number and data of the answer."""
+        actions: dict[int, Callable[[], tuple[int, bytes]]] = {
+            Instruction.PING: lambda: (0, self.identity()),
+            Instruction.READ: lambda: self._read_instruction(parameters, t_ns),
+            Instruction.WRITE: lambda: self._write_instruction(parameters, t_ns),
+            Instruction.REG_WRITE: lambda: self._register_write(parameters),
+            Instruction.ACTION: lambda: self._action(t_ns),
+            Instruction.REBOOT: self._reboot,
+            Instruction.CLEAR: lambda: self._clear(parameters),
+            Instruction.FACTORY_RESET: lambda: self._factory_reset(parameters, broadcast),
+        }
+        action = actions.get(instruction)
+        return action() if action is not None else (StatusError.INSTRUCTION, b"")
+
+    def obey_as_shadow(self, instruction: int, parameters: bytes, t_ns: int) -> None:
+        """Do a write addressed to the secondary id: RAM only, never answered."""
+        if instruction != Instruction.WRITE or len(parameters) < 3:
+            return
+        if int.from_bytes(parameters[:2], "little") >= RAM_ONLY_FROM:
+            self._write_instruction(parameters, t_ns)
+
+    def _read_instruction(self, parameters: bytes, t_ns: int) -> tuple[int, bytes]:
+        if len(parameters) != 4:
+            return StatusError.DATA_LENGTH, b""
+        address = int.from_bytes(parameters[:2], "little")
+        return self.read(address, int.from_bytes(parameters[2:], "little"), t_ns)
+
+    def read(self, address: int, length: int, t_ns: int) -> tuple[int, bytes]:
+        """Return error number and bytes; measured registers are taken from the world now."""
+        self._measure(t_ns)
+        data = self.table.read(address, length)
+        return (int(data), b"") if isinstance(data, StatusError) else (0, data)
+
+    def _write_instruction(self, parameters: bytes, t_ns: int) -> tuple[int, bytes]:
+        if len(parameters) < 3:
+            return StatusError.DATA_LENGTH, b""
+        address = int.from_bytes(parameters[:2], "little")
+        return int(self.write(address, parameters[2:], t_ns)), b""
+
+    def write(self, address: int, data: bytes, t_ns: int) -> StatusError:
+        """Write registers if the rules allow it; what depends on them follows."""
+        error = self.table.check_write(address, data)
+        if error is not StatusError.NONE:
+            return error
+        mode_before, torque_before = self.table.get("operating_mode"), self._torque
+        touched = self.table.write(address, data)
+        if "operating_mode" in touched and self.table.get("operating_mode") != mode_before:
+            self._changed_mode()
+        if "torque_enable" in touched:
+            wanted = self.table.get("torque_enable") == 1
+            if wanted and self._shut_down:
+                self.table.set("torque_enable", 0)
+            elif wanted != torque_before:
+                self._set_torque(on=wanted)
+        if "bus_watchdog" in touched:
+            self._firmware.stopped[self._index] = False
+            self._heard_ns = t_ns
+        self._sync_firmware()
+        return StatusError.NONE
+
+    def _register_write(self, parameters: bytes) -> tuple[int, bytes]:
+        if len(parameters) < 3:
+            return StatusError.DATA_LENGTH, b""
+        address, data = int.from_bytes(parameters[:2], "little"), parameters[2:]
+        error = self.table.check_write(address, data)
+        if error is StatusError.NONE:
+            self._registered = (address, data)
+            self.table.set("registered_instruction", 1)
+        return int(error), b""
+
+    def _action(self, t_ns: int) -> tuple[int, bytes]:
+        if self._registered is None:
+            return StatusError.RESULT_FAIL, b""
+        address, data = self._registered
+        self._registered = None
+        self.table.set("registered_instruction", 0)
+        return int(self.write(address, data, t_ns)), b""
+
+    def _reboot(self) -> tuple[int, bytes]:
+        self._set_torque(on=False)
+        self.table.reset_ram()
+        self._registered = None
+        self._overload_since_ns = None
+        self._into_one_turn()
+        self._goal_is_here()
+        self._sync_firmware()
+        return 0, b""
+
+    def _clear(self, parameters: bytes) -> tuple[int, bytes]:
+        if parameters != CLEAR_MULTI_TURN:
+            return StatusError.DATA_RANGE, b""
+        if self._is_moving():
+            return StatusError.RESULT_FAIL, b""
+        self._into_one_turn()
+        return 0, b""
+
+    def _factory_reset(self, parameters: bytes, broadcast: bool) -> tuple[int, bytes]:
+        if len(parameters) != 1 or parameters[0] not in {0xFF, 0x01, 0x02}:
+            return StatusError.DATA_RANGE, b""
+        if broadcast and parameters[0] == 0xFF:
+            return StatusError.RESULT_FAIL, b""  # refused from firmware 42 on
+        keep_id, keep_baud = parameters[0] in {0x01, 0x02}, parameters[0] == 0x02
+        servo_id = self.servo_id if keep_id else 1
+        baud = self.table.get("baud_rate") if keep_baud else 1
+        self._set_torque(on=False)
+        self.table = ControlTable(servo_id, baud, 250)
+        self._into_one_turn()
+        self._goal_is_here()
+        self._sync_firmware()
+        return 0, b""
+
+    # State.
+
+    @property
+    def _torque(self) -> bool:
+        return bool(self._firmware.torque[self._index])
+
+    @property
+    def _shut_down(self) -> bool:
+        return bool(self.table.get("hardware_error_status") & self.table.get("shutdown"))
+
+    def _encoder(self) -> float:
+        """Present position before rounding: the continuous encoder less the turns forgotten."""
+        return float(self._world.encoder_ticks[self._index])
+
+    def _into_one_turn(self) -> None:
+        self._rebase_ticks = int(np.floor(self._encoder() / TICKS_PER_TURN)) * TICKS_PER_TURN
+
+    def _set_torque(self, *, on: bool) -> None:
+        i = self._index
+        self.table.set("torque_enable", int(on))
+        if on:
+            if self.table.get("operating_mode") == OperatingMode.POSITION:
+                self._into_one_turn()
+            self._firmware.restart(i, self._encoder())
+        self._firmware.torque[i] = on
+        self._firmware.stopped[i] = False
+
+    def _changed_mode(self) -> None:
+        mode = self.table.get("operating_mode")
+        p, i, d = MODE_GAINS.get(OperatingMode(mode), (850, 0, 0))
+        self.table.set("position_p_gain", p)
+        self.table.set("position_i_gain", i)
+        self.table.set("position_d_gain", d)
+        self.table.set("profile_velocity", 0)
+        self.table.set("profile_acceleration", 0)
+        self.table.set("goal_pwm", self.table.get("pwm_limit"))
+        self.table.set("goal_current", self.table.get("current_limit"))
+        if mode == OperatingMode.POSITION:
+            self._into_one_turn()
+        self._goal_is_here()
+        self._firmware.restart(self._index, self._encoder())
+
+    def _goal_is_here(self) -> None:
+        """A servo that starts, or changes its mode, takes its position for its goal."""
+        self.table.set("goal_position", round(self._encoder()) - self._rebase_ticks)
+
+    def _sync_firmware(self) -> None:
+        """Copy the registers the control loop works from."""
+        bank, i, get = self._firmware, self._index, self.table.get
+        bank.mode[i] = get("operating_mode")
+        if not bank.stopped[i]:
+            bank.goal_position[i] = get("goal_position") + self._rebase_ticks
+        if not self._torque:
+            bank.goal_position[i] = bank.trajectory[i] = self._encoder()
+        bank.goal_velocity[i] = get("goal_velocity")
+        bank.goal_current[i] = get("goal_current")
+        bank.goal_pwm[i] = get("goal_pwm")
+        bank.pwm_limit[i] = get("pwm_limit")
+        bank.position_p[i], bank.position_i[i] = get("position_p_gain"), get("position_i_gain")
+        bank.position_d[i] = get("position_d_gain")
+        bank.velocity_p[i], bank.velocity_i[i] = get("velocity_p_gain"), get("velocity_i_gain")
+        bank.feedforward_1[i] = get("feedforward_1st_gain")
+        bank.feedforward_2[i] = get("feedforward_2nd_gain")
+        bank.profile_velocity[i] = get("profile_velocity")
+        bank.profile_acceleration[i] = get("profile_acceleration")
+
+    def _is_moving(self) -> bool:
+        threshold = self.table.get("moving_threshold") * VELOCITY_UNIT_RAD_S
+        return bool(abs(self._world.encoder_rate[self._index]) > threshold)
+
+    def _measure(self, t_ns: int) -> None:
+        """Fill the registers of what is measured."""
+        world, bank, i, put = self._world, self._firmware, self._index, self.table.set
+        put("realtime_tick", (t_ns // 1_000_000) % 32768)
+        put("moving", int(self._is_moving()))
+        ongoing = self._torque and bank.mode[i] in POSITION_MODES and bank.profile_ongoing()[i]
+        put("moving_status", 0x02 if ongoing else 0x01)
+        put("present_pwm", round(float(bank.pwm[i])))
+        put("present_current", round(float(world.current_a[i]) / CURRENT_UNIT_A))
+        put("present_velocity", round(float(world.encoder_rate[i]) / VELOCITY_UNIT_RAD_S))
+        position = round(self._encoder()) - self._rebase_ticks + self.table.get("homing_offset")
+        put("present_position", position)
+        put("velocity_trajectory", 0)
+        put("position_trajectory", round(float(bank.trajectory[i])) - self._rebase_ticks)
+        put("present_input_voltage", round(float(world.supply_v[i]) / VOLTAGE_UNIT_V))
+        put("present_temperature", round(float(world.temperature_c[i])))
