@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from drivers.ati_calibration import Calibration
 from drivers.ati_links import DatagramLink, TcpTextLink, TextLink, UdpLink
-from drivers.ati_stream import ForceStream
+from drivers.ati_stream import ForceStream, free_console
 from drivers.clock import Clock, MonotonicClock
 from drivers.servo_bus import ServoBus
 from drivers.servo_port import BusPort
@@ -112,8 +112,13 @@ def _open_ports(
         unit = force_sensor
 
         def links() -> tuple[DatagramLink, TextLink]:
-            console = TcpTextLink(unit.address, unit.console_port)
-            return UdpLink(unit.address, unit.udp_port, unit.local_port, clock), console
+            datagrams = UdpLink(unit.address, unit.udp_port, unit.local_port, clock)
+            free_console(datagrams, clock)
+            try:
+                return datagrams, TcpTextLink(unit.address, unit.console_port)
+            except BaseException:
+                datagrams.close()
+                raise
 
     return _assemble(
         config,

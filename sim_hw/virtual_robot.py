@@ -57,5 +57,5 @@ def build_virtual_robot(
     return VirtualRobot(
         world=world,
         servos=VirtualServoBus(world, firmware, ids, baud_rate=servo_bus.baud_rate),
-        wnet=VirtualWnet(world, tuple(int(t) for t in force_sensor.transducers)),
+        wnet=VirtualWnet(world, tuple(int(t) for t in force_sensor.transducers), seed=seed),
     )

@@ -1,0 +1,183 @@
+"""The virtual wireless force-torque unit: commands in, records out on schedule, a console beside.
+
+No input or output of its own: ``sim_hw.ati_sockets`` and ``sim_hw.ati_memory`` carry its bytes. Where the
+sheet knows nothing (does a start reset the sequence number? it does not here) the choice is said.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drivers.ati_packets import (
+    AXES,
+    TRANSDUCERS,
+    U32,
+    Command,
+    build_record,
+    device_ticks,
+    parse_command,
+)
+from model.signals import ForceRecord, IntArray
+from sim_hw.interfaces import WrenchSource
+
+DEFAULT_RATE_HZ = 125
+DEFAULT_OVERSAMPLING = 32
+COUNTS_PER_UNIT = 1_000_000
+# ATI Gamma SI-130-10.
+MAX_RATING = (130.0, 130.0, 400.0, 10.0, 10.0, 10.0)
+# AFE bits and green LEDs of powered channels, battery full: as seen on a real unit.
+AFE = (0x0001_0000, 0x0004_0000, 0x0010_0000)
+LED_GREEN = 0b10
+BATTERY = 7
+# Standard deviation of the sensor's noise at 100 Hz, near the Gamma's resolution [N, N m].
+NOISE = (0.02, 0.02, 0.04, 0.001, 0.001, 0.001)
+
+
+@dataclass(slots=True)
+class TransducerState:
+    """One transducer as its owner has set it up.
+
+    Attributes:
+        powered: Whether it has power, and so appears in records.
+        mult: Whether it sends forces or raw gage counts.
+        calibration: Number of the active calibration.
+        bias: Counts subtracted by the unit itself.
+    """
+
+    powered: bool
+    mult: bool = True
+    calibration: int = 1
+    bias: IntArray | None = None
+
+
+class VirtualWnet:
+    """The unit.
+
+    Args:
+        source: Where wrenches come from, one a leg.
+        transducers: Transducer number of each leg, 1 to 6, 0 for none.
+        seed: Seed of the noise.
+        noise: Standard deviation of each axis; zeros give exact counts.
+        unix_offset_ns: UNIX time minus the clock it is polled with.
+    """
+
+    def __init__(
+        self,
+        source: WrenchSource,
+        transducers: tuple[int, ...],
+        *,
+        seed: int = 0,
+        noise: tuple[float, ...] = NOISE,
+        unix_offset_ns: int = 1_700_000_000_000_000_000,
+    ) -> None:
+        self.rate_hz = DEFAULT_RATE_HZ
+        self.oversampling = DEFAULT_OVERSAMPLING
+        self.transmit = True
+        self.ignored = 0
+        self.state = [
+            TransducerState(powered=number in transducers) for number in range(1, TRANSDUCERS + 1)
+        ]
+        self._source = source
+        self._transducers = transducers
+        self._random = np.random.default_rng(seed)
+        self._noise = np.array(noise)
+        self._unix_offset_ns = unix_offset_ns
+        self._sequence = 0
+        self._last_counts: IntArray | None = None
+        self._left = 0  # samples to send; -1 endless
+        self._next_ns = 0
+        self.console_reset = False
+
+    # Commands.
+
+    def handle_datagram(self, data: bytes, t_ns: int) -> bool:
+        """Take a command; return whether its sender becomes the receiver of records."""
+        command = parse_command(data)
+        if command is None:
+            self.ignored += 1
+            return False
+        if command.command == Command.START:
+            self._left = command.samples if command.samples > 0 else -1
+            self._next_ns = t_ns + self._period_ns
+            return True
+        if command.command == Command.STOP:
+            self._left = 0
+        elif command.command == Command.RESET_CONSOLE:
+            self.console_reset = True
+        return False
+
+    @property
+    def _period_ns(self) -> int:
+        return round(1e9 / self.rate_hz)
+
+    @property
+    def streaming(self) -> bool:
+        """Whether records are due."""
+        return self.transmit and self._left != 0
+
+    def next_due_ns(self) -> int | None:
+        """When the next record is due, None if none is."""
+        return self._next_ns if self.streaming else None
+
+    # Records.
+
+    def poll(self, t_ns: int) -> list[tuple[int, bytes]]:
+        """Return the records due by a time: when each was sampled, and its bytes."""
+        records: list[tuple[int, bytes]] = []
+        while self.streaming and self._next_ns <= t_ns:
+            records.append((self._next_ns, self._record(self._next_ns)))
+            self._next_ns += self._period_ns
+            if self._left > 0:
+                self._left -= 1
+        return records
+
+    def _record(self, t_ns: int) -> bytes:
+        wrench = self._source.wrench(t_ns)
+        counts = np.zeros((TRANSDUCERS, AXES), dtype=np.int64)
+        saturated = np.zeros(TRANSDUCERS, dtype=bool)
+        noise = self._random.standard_normal((TRANSDUCERS, AXES)) * self._noise
+        rating = np.array(MAX_RATING)
+        for leg, number in enumerate(self._transducers):
+            if number == 0:
+                continue
+            sensed = wrench[leg] + noise[number - 1]
+            saturated[number - 1] = bool((np.abs(sensed) > rating).any())
+            bounded = np.clip(sensed, -rating, rating)
+            counts[number - 1] = np.rint(bounded * COUNTS_PER_UNIT)
+            bias = self.state[number - 1].bias
+            if bias is not None:
+                counts[number - 1] -= bias
+        present = np.array([state.powered for state in self.state])
+        self._sequence = (self._sequence + 1) % U32
+        record = ForceRecord(
+            t_ns=t_ns,
+            device_ticks=device_ticks(t_ns + self._unix_offset_ns),
+            sequence=self._sequence,
+            status=np.array(_status_words(present, saturated)),
+            battery=BATTERY,
+            mask=int(sum(1 << i for i in range(TRANSDUCERS) if present[i])),
+            counts=counts,
+            present=present,
+            saturated=saturated,
+        )
+        self._last_counts = counts
+        return build_record(record)
+
+    def set_bias(self, number: int, *, on: bool) -> None:
+        """Take the last counts of a transducer as its zero, or forget that zero."""
+        last = self._last_counts
+        bias = None if not on or last is None else last[number - 1].copy()
+        self.state[number - 1].bias = bias
+
+
+def _status_words(present: np.ndarray, saturated: np.ndarray) -> list[int]:
+    words = []
+    for half in (0, 3):
+        word = 0
+        for i in range(3):
+            if present[half + i]:
+                word |= AFE[i] | LED_GREEN << 2 * i
+            if saturated[half + i]:
+                word |= 1 << 24 + i
+        words.append(word | (0xA80 if half == 0 else 0))
+    return words
