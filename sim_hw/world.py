@@ -3,12 +3,18 @@
 It knows the mounting of the servos (sign, zero) and of the transducers, and nothing of bytes.
 """
 
+from collections import deque
+
 import numpy as np
 
 from drivers.mx106 import TICK_RAD
 from model.signals import BodyTruth, FloatArray, IntArray
 from sim_hw.interfaces import FirmwareControl
 from sim_hw.plant import Plant
+
+
+# A transducer averages over its sample period; nobody samples slower than this.
+LONGEST_WINDOW_STEPS = 1000
 
 
 class World:
@@ -41,8 +47,7 @@ class World:
         self._yaw = sensor_yaw_rad
         self._step_ns = round(plant.dt_s * 1e9)
         self._now_ns: int | None = None
-        self._sum = np.zeros((plant.parameters.legs, 6))
-        self._steps = 0
+        self._recent: deque[tuple[int, FloatArray]] = deque(maxlen=LONGEST_WINDOW_STEPS)
         self._last_wrench = self._sensor_wrench()
 
     def advance_to(self, t_ns: int) -> None:
@@ -59,8 +64,7 @@ class World:
             self.encoder_ticks, self.encoder_rate, self.current_a, plant.dt_s
         )
         plant.step(duty * self._signs, self._firmware.driven)
-        self._sum += self._sensor_wrench()
-        self._steps += 1
+        self._recent.append((self._now_ns or 0, self._sensor_wrench()))
 
     # As the servos see it.
 
@@ -95,12 +99,13 @@ class World:
     # As the transducers see it.
 
     def wrench(self, t_ns: int) -> FloatArray:
-        """Mean wrench on each transducer since the last call, sensor axes, (N, 6) [N, N m]."""
+        """Mean wrench on each transducer from the last call's time to this one, sensor axes, (N, 6) [N, N m]."""
         self.advance_to(t_ns)
-        if self._steps:
-            self._last_wrench = self._sum / self._steps
-            self._sum = np.zeros_like(self._sum)
-            self._steps = 0
+        window: list[FloatArray] = []
+        while self._recent and self._recent[0][0] <= t_ns:
+            window.append(self._recent.popleft()[1])
+        if window:
+            self._last_wrench = np.mean(window, axis=0)
         return self._last_wrench
 
     def _sensor_wrench(self) -> FloatArray:

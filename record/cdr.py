@@ -1,0 +1,184 @@
+"""CDR, the byte format of ROS 2 messages: a writer and a reader of just what our messages need.
+
+Our own because the generic encoders cost 80-115 us a message, two milliseconds a tick; tests hold the
+bytes against two independent decoders. Little endian, plain CDR (XCDR1): every value aligned to its own
+size behind the four-byte header. Source: OMG CORBA/IIOP "CDR transfer syntax", DDS-RTPS encapsulation.
+"""
+
+import struct
+from collections.abc import Sequence
+
+import numpy as np
+
+from model.signals import BoolArray, FloatArray, IntArray
+
+HEADER = b"\x00\x01\x00\x00"
+_U32 = struct.Struct("<I")
+_I32 = struct.Struct("<i")
+_I64 = struct.Struct("<q")
+_F64 = struct.Struct("<d")
+_PADDING = (b"", b"\0", b"\0\0", b"\0\0\0", b"\0" * 4, b"\0" * 5, b"\0" * 6, b"\0" * 7)
+
+
+class CdrWriter:
+    """Builds one message."""
+
+    def __init__(self) -> None:
+        self._parts: list[bytes] = [HEADER]
+        self._size = 0  # without the header, which alignment does not count
+
+    def _put(self, data: bytes, alignment: int) -> None:
+        gap = -self._size % alignment
+        if gap:
+            self._parts.append(_PADDING[gap])
+        self._parts.append(data)
+        self._size += gap + len(data)
+
+    def u8(self, value: int) -> None:
+        """Write a byte."""
+        self._put(bytes((value,)), 1)
+
+    def flag(self, value: bool) -> None:
+        """Write a bool."""
+        self._put(b"\1" if value else b"\0", 1)
+
+    def i32(self, value: int) -> None:
+        """Write an int32."""
+        self._put(_I32.pack(value), 4)
+
+    def u32(self, value: int) -> None:
+        """Write a uint32; also the length of a sequence."""
+        self._put(_U32.pack(value), 4)
+
+    def i64(self, value: int) -> None:
+        """Write an int64."""
+        self._put(_I64.pack(value), 8)
+
+    def f64(self, value: float) -> None:
+        """Write a float64."""
+        self._put(_F64.pack(value), 8)
+
+    def text(self, value: str) -> None:
+        """Write a string: length with its closing zero, then the bytes."""
+        data = value.encode("utf-8") + b"\0"
+        self.u32(len(data))
+        self._put(data, 1)
+
+    def texts(self, values: Sequence[str]) -> None:
+        """Write a sequence of strings."""
+        self.u32(len(values))
+        for value in values:
+            self.text(value)
+
+    def f64_array(self, values: FloatArray) -> None:
+        """Write a fixed array of float64, any shape, row by row."""
+        self._put(values.astype("<f8", copy=False).tobytes(), 8)
+
+    def f64s(self, values: FloatArray) -> None:
+        """Write a sequence of float64."""
+        self.u32(values.size)
+        if values.size:
+            self.f64_array(values)
+
+    def i64_array(self, values: IntArray) -> None:
+        """Write a fixed array of int64."""
+        self._put(values.astype("<i8", copy=False).tobytes(), 8)
+
+    def i64s(self, values: IntArray) -> None:
+        """Write a sequence of int64."""
+        self.u32(values.size)
+        if values.size:
+            self.i64_array(values)
+
+    def flag_array(self, values: BoolArray) -> None:
+        """Write a fixed array of bool."""
+        self._put(values.astype(np.uint8).tobytes(), 1)
+
+    def flags(self, values: BoolArray) -> None:
+        """Write a sequence of bool."""
+        self.u32(values.size)
+        self.flag_array(values)
+
+    def raw(self, data: bytes, alignment: int) -> None:
+        """Write bytes made beforehand, which begin at an alignment."""
+        self._put(data, alignment)
+
+    def done(self) -> bytes:
+        """Return the message."""
+        return b"".join(self._parts)
+
+
+class CdrReader:
+    """Takes one message apart, in the order in which it was written.
+
+    Args:
+        data: The message.
+
+    Raises:
+        ValueError: It is no little-endian CDR, or ends too early (from any method).
+    """
+
+    def __init__(self, data: bytes) -> None:
+        if data[:2] != HEADER[:2]:
+            raise ValueError("not little-endian CDR")
+        self._data = memoryview(data)[len(HEADER) :]
+        self._at = 0
+
+    def _take(self, size: int, alignment: int) -> memoryview:
+        self._at += -self._at % alignment
+        end = self._at + size
+        if end > len(self._data):
+            raise ValueError("the message ends too early")
+        part = self._data[self._at : end]
+        self._at = end
+        return part
+
+    def u8(self) -> int:
+        """Read a byte."""
+        return self._take(1, 1)[0]
+
+    def flag(self) -> bool:
+        """Read a bool."""
+        return self.u8() != 0
+
+    def u32(self) -> int:
+        """Read a uint32."""
+        return int(_U32.unpack(self._take(4, 4))[0])
+
+    def i64(self) -> int:
+        """Read an int64."""
+        return int(_I64.unpack(self._take(8, 8))[0])
+
+    def f64(self) -> float:
+        """Read a float64."""
+        return float(_F64.unpack(self._take(8, 8))[0])
+
+    def text(self) -> str:
+        """Read a string."""
+        return bytes(self._take(self.u32(), 1)[:-1]).decode("utf-8")
+
+    def f64_array(self, count: int) -> FloatArray:
+        """Read a fixed array of float64."""
+        return np.frombuffer(self._take(8 * count, 8), dtype="<f8")
+
+    def f64s(self) -> FloatArray:
+        """Read a sequence of float64."""
+        count = self.u32()
+        return self.f64_array(count) if count else np.zeros(0)
+
+    def i64_array(self, count: int) -> IntArray:
+        """Read a fixed array of int64."""
+        return np.frombuffer(self._take(8 * count, 8), dtype="<i8")
+
+    def i64s(self) -> IntArray:
+        """Read a sequence of int64."""
+        count = self.u32()
+        return self.i64_array(count) if count else np.zeros(0, dtype=np.int64)
+
+    def flag_array(self, count: int) -> BoolArray:
+        """Read a fixed array of bool."""
+        return np.frombuffer(self._take(count, 1), dtype=np.uint8) != 0
+
+    def flags(self) -> BoolArray:
+        """Read a sequence of bool."""
+        return self.flag_array(self.u32())

@@ -1,0 +1,143 @@
+"""The standard ROS 2 messages of a tick: what Foxglove, PlotJuggler, rosbags and ros2 bag understand.
+
+Frames after REP-105: ``odom`` is where the run began, ``base_link`` the body, ``map`` the ground truth's
+world. Forces are the ground's on the foot, body axes. JointState's effort stays empty: it is N m, and the
+servos measure current, which is in ``/bigant/tick``.
+"""
+
+import numpy as np
+
+from model.signals import BodyTruth, Estimate, FloatArray, Tick
+from record.cdr import CdrWriter
+
+BODY_FRAME, ODOM_FRAME, MAP_FRAME = "base_link", "odom", "map"
+UNKNOWN_COVARIANCE = np.zeros(36)
+OK, WARN, ERROR = 0, 1, 2
+
+
+def _header(w: CdrWriter, unix_ns: int, frame: str) -> None:
+    seconds, nanoseconds = divmod(unix_ns, 1_000_000_000)
+    w.i32(seconds)
+    w.u32(nanoseconds)
+    w.text(frame)
+
+
+def joint_state(
+    unix_ns: int, names: tuple[str, ...], angle_rad: FloatArray, rate_rad_s: FloatArray
+) -> bytes:
+    """sensor_msgs/msg/JointState."""
+    w = CdrWriter()
+    _header(w, unix_ns, BODY_FRAME)
+    w.texts(names)
+    w.f64s(angle_rad)
+    w.f64s(rate_rad_s)
+    w.u32(0)
+    return w.done()
+
+
+def wrench(unix_ns: int, force_n: FloatArray) -> bytes:
+    """geometry_msgs/msg/WrenchStamped with a force at the foot and no moment."""
+    w = CdrWriter()
+    _header(w, unix_ns, BODY_FRAME)
+    w.f64_array(force_n)
+    w.f64_array(np.zeros(3))
+    return w.done()
+
+
+def _yaw_quaternion(yaw_rad: float) -> FloatArray:
+    return np.array([0.0, 0.0, np.sin(yaw_rad / 2), np.cos(yaw_rad / 2)])
+
+
+def _odometry(
+    unix_ns: int,
+    frame: str,
+    position: FloatArray,
+    quaternion_xyzw: FloatArray,
+    linear_B: FloatArray,  # noqa: N803
+    angular_B: FloatArray,  # noqa: N803
+) -> bytes:
+    w = CdrWriter()
+    _header(w, unix_ns, frame)
+    w.text(BODY_FRAME)
+    w.f64_array(position)
+    w.f64_array(quaternion_xyzw)
+    w.f64_array(UNKNOWN_COVARIANCE)
+    w.f64_array(linear_B)
+    w.f64_array(angular_B)
+    w.f64_array(UNKNOWN_COVARIANCE)
+    return w.done()
+
+
+def estimate_odometry(unix_ns: int, estimate: Estimate) -> bytes:
+    """nav_msgs/msg/Odometry of the estimate; its covariance is not known yet and left zero."""
+    vx, vy, yaw_rate = estimate.velocity_B
+    return _odometry(
+        unix_ns,
+        ODOM_FRAME,
+        np.array([*estimate.position_m, 0.0]),
+        _yaw_quaternion(estimate.yaw_rad),
+        np.array([vx, vy, 0.0]),
+        np.array([0.0, 0.0, yaw_rate]),
+    )
+
+
+def truth_odometry(unix_ns: int, truth: BodyTruth) -> bytes:
+    """nav_msgs/msg/Odometry of the ground truth."""
+    return _odometry(
+        unix_ns,
+        MAP_FRAME,
+        truth.position_W,
+        truth.quaternion_xyzw,
+        truth.velocity_B,
+        truth.angular_velocity_B,
+    )
+
+
+def transform(unix_ns: int, estimate: Estimate) -> bytes:
+    """tf2_msgs/msg/TFMessage from ``odom`` to ``base_link``."""
+    w = CdrWriter()
+    w.u32(1)
+    _header(w, unix_ns, ODOM_FRAME)
+    w.text(BODY_FRAME)
+    w.f64_array(np.array([*estimate.position_m, 0.0]))
+    w.f64_array(_yaw_quaternion(estimate.yaw_rad))
+    return w.done()
+
+
+def diagnostics(unix_ns: int, names: tuple[str, ...], tick: Tick) -> bytes:
+    """diagnostic_msgs/msg/DiagnosticArray: one status a leg, one each for loop and force unit."""
+    w = CdrWriter()
+    _header(w, unix_ns, "")
+    w.u32(len(names) + 1)
+    joints = tick.joints
+    for leg, name in enumerate(names):
+        mine = [f"{f.kind.name}: {f.detail}" for f in tick.faults if f.source == name]
+        level = OK if joints.valid[leg] and not mine else ERROR
+        values = (
+            ("temperature_c", f"{joints.temperature_c[leg]:.0f}"),
+            ("voltage_v", f"{joints.voltage_v[leg]:.1f}"),
+            ("current_a", f"{joints.current_a[leg]:.3f}"),
+        )
+        _status(w, level, f"servo {name}", "; ".join(mine) or "ok", values)
+    others = [f"{f.source} {f.kind.name}: {f.detail}" for f in tick.faults if f.source not in names]
+    timing = (
+        ("mode", tick.mode.name),
+        ("stop_reason", tick.stop_reason.name),
+        ("lateness_ms", f"{tick.inputs.timing.lateness_ns * 1e-6:.3f}"),
+        ("missed", str(tick.inputs.timing.missed)),
+    )
+    _status(w, WARN if others else OK, "controller", "; ".join(others) or "ok", timing)
+    return w.done()
+
+
+def _status(
+    w: CdrWriter, level: int, name: str, message: str, values: tuple[tuple[str, str], ...]
+) -> None:
+    w.u8(level)
+    w.text(name)
+    w.text(message)
+    w.text("bigant")
+    w.u32(len(values))
+    for key, value in values:
+        w.text(key)
+        w.text(value)

@@ -1,0 +1,286 @@
+"""A tick as one message, complete: written and read back without loss.
+
+The order of fields is that of ``bigant_msgs/msg/Tick`` in ``record.definitions``.
+"""
+
+import numpy as np
+
+from model.signals import (
+    BodyTruth,
+    ContactSolution,
+    Estimate,
+    Fault,
+    FaultKind,
+    FloatArray,
+    FootForces,
+    FootMotion,
+    ForceRecord,
+    Inputs,
+    Intent,
+    JointCommand,
+    JointState,
+    LoopTiming,
+    Mode,
+    Request,
+    ServoReadings,
+    StopReason,
+    Support,
+    Tick,
+    Traction,
+)
+from record.cdr import CdrReader, CdrWriter
+
+TRANSDUCERS = 6
+
+
+def encode_tick(tick: Tick) -> bytes:
+    """Return a tick as a message."""
+    w = CdrWriter()
+    w.i64(tick.t_ns)
+    w.i64(tick.index)
+    w.u8(tick.mode.value)
+    w.u8(tick.stop_reason.value)
+    _write_inputs(w, tick.inputs, len(tick.wished.angle_rad))
+    joints = tick.joints
+    w.i64(joints.t_ns)
+    for values in (
+        joints.angle_rad,
+        joints.rate_rad_s,
+        joints.current_a,
+        joints.duty,
+        joints.voltage_v,
+        joints.temperature_c,
+    ):
+        w.f64s(values)
+    w.flags(joints.valid)
+    w.i64(tick.forces.t_ns)
+    w.f64s(tick.forces.force_n)
+    w.flags(tick.forces.valid)
+    w.f64(tick.gait_phase)
+    for command in (tick.wished, tick.sent):
+        w.i64(command.t_ns)
+        w.f64s(command.angle_rad)
+        w.f64s(command.rate_rad_s)
+        w.flag(command.torque)
+    w.f64s(tick.feet.position_m)
+    w.f64s(tick.feet.velocity_m_s)
+    _write_contact(w, tick.contact)
+    estimate = tick.estimate
+    w.i64(estimate.t_ns)
+    w.f64_array(estimate.position_m)
+    w.f64(estimate.yaw_rad)
+    w.f64_array(estimate.velocity_B)
+    w.flag(estimate.valid)
+    _write_faults(w, tick.faults)
+    return w.done()
+
+
+def _write_inputs(w: CdrWriter, inputs: Inputs, count: int) -> None:
+    request, timing = inputs.request, inputs.timing
+    w.u8(request.intent.value)
+    w.text(request.gait)
+    w.f64(request.frequency_hz)
+    w.f64(request.steer)
+    w.u8(request.reason.value)
+    for value in (timing.deadline_ns, timing.lateness_ns, timing.missed, timing.busy_ns):
+        w.i64(value)
+    _write_servos(w, inputs.servos, count)
+    w.u32(len(inputs.forces))
+    for record in inputs.forces:
+        _write_force_record(w, record)
+    _write_truth(w, inputs.truth, count)
+    _write_faults(w, inputs.faults)
+
+
+def _write_servos(w: CdrWriter, servos: ServoReadings | None, count: int) -> None:
+    w.flag(servos is not None)
+    if servos is None:
+        w.i64(0)
+        for _ in range(8):
+            w.i64s(np.zeros(count, dtype=np.int64))
+        w.flags(np.zeros(count, dtype=bool))
+        w.i64s(np.zeros(count, dtype=np.int64))
+        return
+    w.i64(servos.t_ns)
+    for values in (
+        servos.position_ticks,
+        servos.velocity_counts,
+        servos.current_counts,
+        servos.duty_counts,
+        servos.voltage_counts,
+        servos.temperature_c,
+        servos.error_byte,
+        servos.hardware_error,
+    ):
+        w.i64s(values)
+    w.flags(servos.valid)
+    w.i64s(servos.age_ns)
+
+
+def _write_force_record(w: CdrWriter, record: ForceRecord) -> None:
+    w.i64(record.t_ns)
+    w.i64(record.device_ticks)
+    w.i64(record.sequence)
+    w.i64_array(record.status)
+    w.i64(record.battery)
+    w.i64(record.mask)
+    w.i64_array(record.counts)
+    w.flag_array(record.present)
+    w.flag_array(record.saturated)
+
+
+def _write_truth(w: CdrWriter, truth: BodyTruth | None, count: int) -> None:
+    w.flag(truth is not None)
+    if truth is None:
+        w.i64(0)
+        w.f64_array(np.full(13, np.nan))
+        for _ in range(3):
+            w.f64s(np.full(3 * count, np.nan))
+        w.flags(np.zeros(count, dtype=bool))
+        return
+    w.i64(truth.t_ns)
+    for values in (
+        truth.position_W,
+        truth.quaternion_xyzw,
+        truth.velocity_B,
+        truth.angular_velocity_B,
+    ):
+        w.f64_array(values)
+    for values in (truth.foot_position_W, truth.foot_velocity_W, truth.foot_force_B):
+        w.f64s(values)
+    w.flags(truth.contact)
+
+
+def _write_contact(w: CdrWriter, contact: ContactSolution) -> None:
+    support, traction = contact.support, contact.traction
+    w.flag(support.converged)
+    w.text(support.reason)
+    for value in (support.height_m, support.slope_x, support.slope_y):
+        w.f64(value)
+    w.f64s(support.load_n)
+    w.flags(support.contact)
+    w.i64(support.switches)
+    w.flag(traction.valid)
+    w.text(traction.reason)
+    w.f64_array(traction.velocity_B)
+    w.f64s(traction.slip_B)
+    w.f64s(traction.force_B)
+
+
+def _write_faults(w: CdrWriter, faults: tuple[Fault, ...]) -> None:
+    w.u32(len(faults))
+    for fault in faults:
+        w.u8(fault.kind.value)
+        w.text(fault.source)
+        w.text(fault.detail)
+
+
+def decode_tick(data: bytes) -> Tick:
+    """Return the tick in a message.
+
+    Raises:
+        ValueError: The message is damaged.
+    """
+    r = CdrReader(data)
+    t_ns, index = r.i64(), r.i64()
+    mode, stop_reason = Mode(r.u8()), StopReason(r.u8())
+    inputs = _read_inputs(r)
+    joints = JointState(r.i64(), *(r.f64s() for _ in range(6)), valid=r.flags())
+    forces = FootForces(r.i64(), _rows(r.f64s(), 3), r.flags())
+    gait_phase = r.f64()
+    wished, sent = (JointCommand(r.i64(), r.f64s(), r.f64s(), r.flag()) for _ in range(2))
+    feet = FootMotion(_rows(r.f64s(), 3), _rows(r.f64s(), 3))
+    contact = _read_contact(r)
+    estimate = Estimate(r.i64(), r.f64_array(2), r.f64(), r.f64_array(3), r.flag())
+    return Tick(
+        t_ns=t_ns,
+        index=index,
+        mode=mode,
+        stop_reason=stop_reason,
+        inputs=inputs,
+        joints=joints,
+        forces=forces,
+        gait_phase=gait_phase,
+        wished=wished,
+        sent=sent,
+        feet=feet,
+        contact=contact,
+        estimate=estimate,
+        faults=_read_faults(r),
+    )
+
+
+def _rows(values: FloatArray, width: int) -> FloatArray:
+    return values.reshape(-1, width)
+
+
+def _read_inputs(r: CdrReader) -> Inputs:
+    request = Request(Intent(r.u8()), r.text(), r.f64(), r.f64(), StopReason(r.u8()))
+    timing = LoopTiming(r.i64(), r.i64(), r.i64(), r.i64())
+    attached = r.flag()
+    servos = ServoReadings(r.i64(), *(r.i64s() for _ in range(8)), r.flags(), r.i64s())
+    forces = tuple(_read_force_record(r) for _ in range(r.u32()))
+    truth = _read_truth(r)
+    return Inputs(
+        servos=servos if attached else None,
+        forces=forces,
+        request=request,
+        timing=timing,
+        truth=truth,
+        faults=_read_faults(r),
+    )
+
+
+def _read_force_record(r: CdrReader) -> ForceRecord:
+    return ForceRecord(
+        t_ns=r.i64(),
+        device_ticks=r.i64(),
+        sequence=r.i64(),
+        status=r.i64_array(2),
+        battery=r.i64(),
+        mask=r.i64(),
+        counts=r.i64_array(TRANSDUCERS * 6).reshape(TRANSDUCERS, 6),
+        present=r.flag_array(TRANSDUCERS),
+        saturated=r.flag_array(TRANSDUCERS),
+    )
+
+
+def _read_truth(r: CdrReader) -> BodyTruth | None:
+    known = r.flag()
+    truth = BodyTruth(
+        t_ns=r.i64(),
+        position_W=r.f64_array(3),
+        quaternion_xyzw=r.f64_array(4),
+        velocity_B=r.f64_array(3),
+        angular_velocity_B=r.f64_array(3),
+        foot_position_W=_rows(r.f64s(), 3),
+        foot_velocity_W=_rows(r.f64s(), 3),
+        foot_force_B=_rows(r.f64s(), 3),
+        contact=r.flags(),
+    )
+    return truth if known else None
+
+
+def _read_contact(r: CdrReader) -> ContactSolution:
+    support = Support(
+        converged=r.flag(),
+        reason=r.text(),
+        height_m=r.f64(),
+        slope_x=r.f64(),
+        slope_y=r.f64(),
+        load_n=r.f64s(),
+        contact=r.flags(),
+        switches=r.i64(),
+    )
+    traction = Traction(
+        valid=r.flag(),
+        reason=r.text(),
+        velocity_B=r.f64_array(3),
+        slip_B=_rows(r.f64s(), 2),
+        force_B=_rows(r.f64s(), 3),
+    )
+    return ContactSolution(support, traction)
+
+
+def _read_faults(r: CdrReader) -> tuple[Fault, ...]:
+    return tuple(Fault(FaultKind(r.u8()), r.text(), r.text()) for _ in range(r.u32()))
