@@ -87,9 +87,7 @@ def parse_cal(text: str, transducer: int) -> Calibration:
     )
 
 
-def _scale(
-    text: str, units: dict[str, float], label: str, transducer: int
-) -> tuple[float, float]:
+def _scale(text: str, units: dict[str, float], label: str, transducer: int) -> tuple[float, float]:
     match = _SCALE.match(text)
     counts = float(match.group(1)) if match else 0.0
     unit = match.group(2).strip() if match else text

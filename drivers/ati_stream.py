@@ -154,9 +154,7 @@ class ForceStream:
         """Count what the sequence number says; return whether the record is to be used."""
         self.counters.records += 1
         last = self._last_sequence
-        arrival, missing = (
-            (Arrival.RESTART, 0) if last is None else classify(record.sequence, last)
-        )
+        arrival, missing = (Arrival.RESTART, 0) if last is None else classify(record.sequence, last)
         if arrival is Arrival.DUPLICATE:
             self.counters.duplicate += 1
             return False
@@ -200,4 +198,3 @@ class ForceStream:
         """Give back both links."""
         self._console.close()
         self._datagrams.close()
-

@@ -70,9 +70,7 @@ class HardwareError(enum.IntFlag):
 
 def hardware_error_names(value: int) -> tuple[str, ...]:
     """Return the names of the bits set, in words."""
-    return tuple(
-        (bit.name or "").lower().replace("_", " ") for bit in HardwareError if value & bit
-    )
+    return tuple((bit.name or "").lower().replace("_", " ") for bit in HardwareError if value & bit)
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,6 +29,8 @@ from model.signals import IntArray, JointCommand, ServoReadings, readonly
 
 NEVER = -1
 TORQUE_OFF_TRIES = 3
+# The hardware error register of one servo is read once in so many reads; an alert bit does at once.
+POLL_EVERY_READS = 10
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +78,7 @@ class ServoBus:
         self._torque_on = False
         self._seen_ns: IntArray = np.full(len(self._ids), NEVER, dtype=np.int64)
         self._hardware_error: IntArray = np.full(len(self._ids), NEVER, dtype=np.int64)
-        self._poll_next = 0
+        self._reads = 0
 
     @property
     def counters(self) -> BusCounters:
@@ -138,20 +140,23 @@ class ServoBus:
         return max(delays, default=250) * RETURN_DELAY_UNIT_S * 1e3
 
     def _poll_hardware_error(self, answers: list[Answer]) -> None:
-        """Read register 70 of one servo a tick in turn, and at once where the alert bit is set.
+        """Read register 70 where an alert bit is set, and of each servo in turn now and then.
 
         A sync read carries the alert bit only, and only our own receive loop keeps even that.
         """
         alerted = [i for i, answer in enumerate(answers) if answer.error & ALERT]
-        turn = self._poll_next % len(self._ids)
-        self._poll_next += 1
-        for index in [*alerted[:1], *([turn] if answers[turn].data is not None else [])][:1]:
+        self._reads += 1
+        turn, rest = divmod(self._reads, POLL_EVERY_READS)
+        index = turn % len(self._ids)
+        due = rest == 0 and answers[index].data is not None
+        wanted = alerted[:1] or ([index] if due else [])
+        for chosen in wanted:
             register = REGISTER["hardware_error_status"]
             answer = self._packets.read(
-                self._port, self._ids[index], register.address, register.size
+                self._port, self._ids[chosen], register.address, register.size
             )
             if answer.data is not None:
-                self._hardware_error[index] = register.decode(answer.data)
+                self._hardware_error[chosen] = register.decode(answer.data)
 
     # Writing.
 
@@ -194,8 +199,7 @@ class ServoBus:
         goal = REGISTER["goal_position"]
         ticks = command_ticks(command, self.settings)
         items = [
-            (servo_id, goal.encode(int(t)))
-            for servo_id, t in zip(self._ids, ticks, strict=True)
+            (servo_id, goal.encode(int(t))) for servo_id, t in zip(self._ids, ticks, strict=True)
         ]
         self._packets.sync_write(self._port, goal.address, items)
 

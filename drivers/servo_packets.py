@@ -175,17 +175,13 @@ class PacketHandler(Protocol2PacketHandler):  # type: ignore[misc]  # the SDK is
 
     def write(self, port: ClockedPort, servo_id: int, address: int, data: bytes) -> Answer:
         """Write bytes to one servo and wait for its word that it took them."""
-        frame = build_instruction(
-            servo_id, Instruction.WRITE, address.to_bytes(2, "little") + data
-        )
+        frame = build_instruction(servo_id, Instruction.WRITE, address.to_bytes(2, "little") + data)
         return self._request(port, servo_id, frame, 0)
 
     def ask(self, port: ClockedPort, servo_id: int, instruction: int, data: bytes = b"") -> Answer:
         """Send any other instruction to one servo (ping answers three bytes, the rest none)."""
         length = 3 if instruction == Instruction.PING else 0
-        return self._request(
-            port, servo_id, build_instruction(servo_id, instruction, data), length
-        )
+        return self._request(port, servo_id, build_instruction(servo_id, instruction, data), length)
 
     def tell_all(self, port: ClockedPort, address: int, data: bytes) -> int:
         """Broadcast a write; nobody answers it."""
@@ -230,9 +226,7 @@ class PacketHandler(Protocol2PacketHandler):  # type: ignore[misc]  # the SDK is
         """
         parameters = address.to_bytes(2, "little") + length.to_bytes(2, "little") + bytes(ids)
         began_ns = port.clock.now_ns()
-        code = self._send(
-            port, build_instruction(BROADCAST_ID, Instruction.SYNC_READ, parameters)
-        )
+        code = self._send(port, build_instruction(BROADCAST_ID, Instruction.SYNC_READ, parameters))
         if code != COMM_SUCCESS:
             return [Answer(None, 0, code)] * len(ids)
         port.setPacketTimeout((STATUS_BYTES + length) * len(ids) + STATUS_BYTES + 3 + len(ids))

@@ -68,9 +68,7 @@ class BusReport:
     warnings: tuple[str, ...]
 
 
-def find_servos(
-    port: ClockedPort, packets: PacketHandler, settings: ServoBusSettings
-) -> BusReport:
+def find_servos(port: ClockedPort, packets: PacketHandler, settings: ServoBusSettings) -> BusReport:
     """Ask every servo who it is. Writes nothing.
 
     Raises:
@@ -185,9 +183,7 @@ def _bus_warnings(port: ClockedPort, servos: list[ServoFound]) -> list[str]:
     return warnings
 
 
-def configure_servos(
-    port: ClockedPort, packets: PacketHandler, settings: ServoBusSettings
-) -> None:
+def configure_servos(port: ClockedPort, packets: PacketHandler, settings: ServoBusSettings) -> None:
     """Torque off, watchdog clear, extended position mode, full status answers, counters near 0.
 
     Raises:

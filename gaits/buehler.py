@@ -1,5 +1,7 @@
-"""Alternating tripod on the Buehler clock: slow stance, fast return (Saranli, Buehler, Koditschek,
-"RHex: a simple and highly mobile hexapod robot", 2001, doi 10.1177/02783640122067570).
+"""Alternating tripod on the Buehler clock: slow stance, fast return.
+
+Source: Saranli, Buehler, Koditschek, "RHex: a simple and highly mobile hexapod robot", 2001,
+doi 10.1177/02783640122067570.
 
 The clock is piecewise linear: its speed jumps at touchdown and lift-off, which no servo can follow.
 Each corner is therefore rounded by a parabola over a share ``blend`` of the period; ``blend = 0``

@@ -123,8 +123,8 @@ def make_gait(name: str, robot: RobotParameters) -> Gait:
     Raises:
         ConfigError: There is no such gait, or its parameters make none.
     """
-    from gaits.buehler import BuehlerTripod  # noqa: PLC0415 - they import this module
-    from gaits.metachronal import Metachronal  # noqa: PLC0415
+    from gaits.buehler import BuehlerTripod
+    from gaits.metachronal import Metachronal
 
     if name == "tripod":
         return BuehlerTripod(robot.tripod, robot.legs)

@@ -26,9 +26,7 @@ def check_gait(gait: Gait, frequency_hz: float, servo: ServoParameters) -> None:
     if speed > servo.max_speed:
         raise GaitRefused("servo.max_speed", speed, servo.max_speed, "rad/s")
     if acceleration > servo.max_acceleration:
-        raise GaitRefused(
-            "servo.max_acceleration", acceleration, servo.max_acceleration, "rad/s^2"
-        )
+        raise GaitRefused("servo.max_acceleration", acceleration, servo.max_acceleration, "rad/s^2")
 
 
 def frequency_limit(gait: Gait, servo: ServoParameters) -> float:

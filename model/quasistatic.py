@@ -6,9 +6,7 @@ from model.support import solve_support
 from model.traction import solve_traction
 
 
-def solve_frame(
-    feet: FootMotion, contact: ContactParameters, weight_n: float
-) -> ContactSolution:
+def solve_frame(feet: FootMotion, contact: ContactParameters, weight_n: float) -> ContactSolution:
     """Predict loads, body velocity, slip and foot forces from the feet.
 
     Args:

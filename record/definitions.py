@@ -86,9 +86,7 @@ _PARTS = {
     ),
 }
 
-_BUILT_IN = frozenset(
-    {"bool", "byte", "uint8", "int32", "uint32", "int64", "float64", "string"}
-)
+_BUILT_IN = frozenset({"bool", "byte", "uint8", "int32", "uint32", "int64", "float64", "string"})
 
 
 def _needs(name: str) -> list[str]:

@@ -1,7 +1,7 @@
 """Reading a log, whole or cut anywhere: everything up to the cut comes back."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 
@@ -27,7 +27,7 @@ class LogContents:
     """
 
     config_text: str = ""
-    metadata: MappingProxyType[str, str] = MappingProxyType({})
+    metadata: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     damage: str = ""
 
 

@@ -47,18 +47,18 @@ def _code_of(error: BigantError) -> ExitCode:
 
 def _dispatch(options: argparse.Namespace) -> ExitCode:
     if options.command == "drive":
-        from robot.drive import drive  # noqa: PLC0415
+        from robot.drive import drive
 
         return drive(options)
     if options.command == "show":
-        from robot.show import show  # noqa: PLC0415
+        from robot.show import show
 
         return show(options)
     if options.command == "devices":
-        from robot.devices import devices  # noqa: PLC0415
+        from robot.devices import devices
 
         return devices(options)
-    from robot.serve import serve_virtual  # noqa: PLC0415
+    from robot.serve import serve_virtual
 
     return serve_virtual(options)
 
@@ -221,5 +221,3 @@ def _add_sim(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         "--absent", type=int, action="append", default=[], metavar="ID", help="a servo to leave out"
     )
     serve.add_argument("--no-force-unit", action="store_true", help="leave out the force unit")
-
-

@@ -177,9 +177,7 @@ def _legs(table: Table) -> tuple[LegParameters, _WiringColumns]:
         zeros=table.integers("servo_zero", count, minimum=0, maximum=4095),
         transducers=table.integers("transducer", count, minimum=0, maximum=6),
     )
-    legs = LegParameters(
-        names=names, shaft_position=table.numbers("shaft_position", (count, 3))
-    )
+    legs = LegParameters(names=names, shaft_position=table.numbers("shaft_position", (count, 3)))
     table.done()
     _no_repeat(table.name("dynamixel_id"), columns.ids, names, "two servos cannot share id")
     used = columns.transducers[columns.transducers > 0]

@@ -250,18 +250,14 @@ class Controller:
             return solution, ()
         return solution, (Fault(FaultKind.NO_SUPPORT, "support", solution.support.reason),)
 
-    def _estimate(
-        self, state: ControllerState, contact: ContactSolution, t_ns: int
-    ) -> Estimate:
+    def _estimate(self, state: ControllerState, contact: ContactSolution, t_ns: int) -> Estimate:
         before = state.estimate
         if state.index == 0:
             before = replace(before, t_ns=t_ns)
         return advance_odometry(before, contact.traction.velocity_B, t_ns)
 
 
-def _remember(
-    state: ControllerState, joints: JointState, t_ns: int
-) -> tuple[IntArray, FloatArray]:
+def _remember(state: ControllerState, joints: JointState, t_ns: int) -> tuple[IntArray, FloatArray]:
     """Append the newest angles to the window that shaft speed is taken from."""
     times = np.append(state.times_ns[1:], t_ns if state.index == 0 else joints.t_ns)
     angles = np.vstack([state.angles_rad[1:], joints.angle_rad])

@@ -93,7 +93,9 @@ def _plan(options: argparse.Namespace) -> Drive:
     check_gait(gait, frequency_hz, config.parameters.servo)
     virtual = options.hardware == VIRTUAL
     if options.virtual_time and not virtual:
-        raise ConfigError("--virtual-time", "needs --hardware virtual; real servos live in real time")
+        raise ConfigError(
+            "--virtual-time", "needs --hardware virtual; real servos live in real time"
+        )
     if options.readonly and options.armed:
         raise ConfigError("--armed", "and --readonly exclude each other; choose one")
     armed = not options.readonly and (virtual or options.armed)
@@ -230,8 +232,8 @@ def _print_pose(tick: Tick) -> None:
 
 
 def _print_summary(path: Path) -> None:
-    from record.reader import read_log  # noqa: PLC0415 - only when there is something to read
-    from robot.summary import summarise, summary_lines  # noqa: PLC0415
+    from record.reader import read_log
+    from robot.summary import summarise, summary_lines
 
     for line in summary_lines(summarise(read_log(path))):
         print(line)

@@ -85,9 +85,7 @@ class GaitBook:
             return False
         limit = self.frequency_limits.get(request.gait)
         return (
-            limit is None
-            or not 0 < request.frequency_hz <= limit
-            or not -1 <= request.steer <= 1
+            limit is None or not 0 < request.frequency_hz <= limit or not -1 <= request.steer <= 1
         )
 
 

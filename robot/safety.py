@@ -72,7 +72,9 @@ def gate(
     if elapsed_ns <= 0 and last.torque:
         return Refused("the command is not newer than the one before")
     if elapsed_ns > STALE_NS and last.torque:
-        return Refused(f"the command before is {elapsed_ns * 1e-6:.0f} ms old; the loop stood still")
+        return Refused(
+            f"the command before is {elapsed_ns * 1e-6:.0f} ms old; the loop stood still"
+        )
     step_rad = np.abs(wished.angle_rad - last.angle_rad)
     allowed_rad = limits.max_speed_rad_s * SPEED_SLACK * elapsed_ns * 1e-9
     allowed_rad += 2 * np.pi / TICKS_PER_TURN
@@ -177,7 +179,7 @@ def watch_servos(
 
 
 def _hardware_error_words(error: int) -> str:
-    from drivers.mx106 import hardware_error_names  # noqa: PLC0415
+    from drivers.mx106 import hardware_error_names
 
     names = hardware_error_names(int(error))
     return "hardware error: " + (", ".join(names) if names else "alert bit set, cause not read yet")

@@ -90,9 +90,7 @@ class Table:
             )
         )
 
-    def numbers(
-        self, key: str, shape: tuple[int, ...], *, above: float = -math.inf
-    ) -> FloatArray:
+    def numbers(self, key: str, shape: tuple[int, ...], *, above: float = -math.inf) -> FloatArray:
         """Return finite numbers of a fixed shape, each above ``above``."""
         value = self._take(key)
         flat = _flatten(value, shape, self.name(key))

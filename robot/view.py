@@ -186,7 +186,9 @@ def _velocity_cells(velocity: np.ndarray) -> str:
 def _pose_lines(tick: Tick) -> list[str]:
     estimate = tick.estimate
     x, y = estimate.position_m
-    return [f"odometry   x {x * 1e3:8.1f} mm   y {y * 1e3:8.1f} mm   yaw {estimate.yaw_rad:7.3f} rad"]
+    return [
+        f"odometry   x {x * 1e3:8.1f} mm   y {y * 1e3:8.1f} mm   yaw {estimate.yaw_rad:7.3f} rad"
+    ]
 
 
 def _one_line(tick: Tick) -> str:

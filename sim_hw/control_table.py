@@ -21,8 +21,7 @@ _COVER: dict[int, Register] = {
     register.address + i: register for register in REGISTERS for i in range(register.size)
 }
 _INDIRECT_DATA = {
-    REGISTER[f"indirect_data_{i}"].address: REGISTER[f"indirect_address_{i}"]
-    for i in range(1, 57)
+    REGISTER[f"indirect_data_{i}"].address: REGISTER[f"indirect_address_{i}"] for i in range(1, 57)
 }
 
 

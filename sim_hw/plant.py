@@ -51,7 +51,7 @@ class Plant:
             parameters.battery_resistance,
             parameters.ambient_c,
         )
-        self.foot_force_W: FloatArray = np.zeros((parameters.legs, 3))  # noqa: N815
+        self.foot_force_W: FloatArray = np.zeros((parameters.legs, 3))
         self._slopes = np.zeros((2, parameters.legs))
         self._stand()
 
@@ -152,18 +152,14 @@ class Plant:
         contact = self.data.contact
         if self.data.ncon == 0:
             return
-        legs = self._leg_of_geom[contact.geom]  # (contacts, 2)
-        for index in np.flatnonzero((legs >= 0).any(axis=1)):
-            start = contact.efc_address[index]
-            if start < 0:
-                continue
-            frame = contact.frame[index].reshape(3, 3)
-            force = self.data.efc_force[start : start + 3] @ frame  # on the second geom
-            first, second = legs[index]
-            if second >= 0:
-                self.foot_force_W[second] += force
-            else:
-                self.foot_force_W[first] -= force
+        legs = self._leg_of_geom[contact.geom]  # (contacts, 2); the ground's geom comes first
+        active = (legs[:, 1] >= 0) & (contact.efc_address >= 0)
+        if not active.any():
+            return
+        rows = contact.efc_address[active, None] + np.arange(3)
+        frames = contact.frame[active].reshape(-1, 3, 3)
+        forces = np.einsum("ki,kij->kj", self.data.efc_force[rows], frames)
+        np.add.at(self.foot_force_W, legs[active, 1], forces)
 
     def push(self, force_W: FloatArray, torque_W: FloatArray) -> None:  # noqa: N803
         """Keep pushing the torso at its centre of mass, world axes, until told otherwise."""

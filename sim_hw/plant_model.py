@@ -116,4 +116,3 @@ def _add_leg(
     sole.condim = 3
     sole.solref, sole.solimp = CONTACT_SOLREF, CONTACT_SOLIMP
     sole.contype, sole.conaffinity = 0, 1
-

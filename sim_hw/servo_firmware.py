@@ -81,7 +81,7 @@ class FirmwareBank:
     ) -> FloatArray:
         """Return the PWM duty of each servo, -1 to 1; 0 where torque is off."""
         self._advance_trajectory(dt_s)
-        position = np.isin(self.mode, POSITION_MODES)
+        position = (self.mode >= POSITION_MODES[0]) & (self.mode <= POSITION_MODES[-1])
         pwm = np.where(position, self._position_loop(ticks, dt_s), 0.0)
         if not position.all():
             pwm = np.where(
@@ -149,9 +149,7 @@ class FirmwareBank:
         pwm: FloatArray = self.velocity_p / 128 * error + self._integral
         return pwm
 
-    def _current_loop(
-        self, goal_a: FloatArray, current_a: FloatArray, dt_s: float
-    ) -> FloatArray:
+    def _current_loop(self, goal_a: FloatArray, current_a: FloatArray, dt_s: float) -> FloatArray:
         """An integrating current loop; the firmware's own is undisclosed."""
         error = np.where(self.stopped, 0.0, goal_a) - current_a
         self._integral = np.clip(self._integral + 50.0 * error * (dt_s / 1e-3), -885.0, 885.0)

@@ -27,6 +27,8 @@ BITS_PER_BYTE = 10
 # A longer pause inside a packet makes the servo drop it (e-manual, "Protocol 2.0").
 LARGEST_BYTE_GAP_NS = 1_500_000
 DEFAULT_RETURN_DELAY = 0
+# How often watchdogs and protections are looked after.
+CHECK_PERIOD_NS = 2_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +72,7 @@ class VirtualServoBus:
         self._replies: deque[Reply] = deque()
         self._last_byte_ns = 0
         self._wire_free_ns = 0
+        self._next_check_ns = 0
         self._silent: dict[int, bool] = {}
         self._damage_next = 0
         self._delay_next_ns = 0
@@ -102,8 +105,10 @@ class VirtualServoBus:
     def poll(self, t_ns: int) -> None:
         """Let time pass: watchdogs trip and protections act without any traffic."""
         self._world.advance_to(t_ns)
-        for servo in self.servos:
-            servo.check(t_ns)
+        if t_ns >= self._next_check_ns:
+            self._next_check_ns = t_ns + CHECK_PERIOD_NS
+            for servo in self.servos:
+                servo.check(t_ns)
 
     def receive(self, data: bytes, t_ns: int, baud_rate: int) -> None:
         """Take bytes from the wire.
@@ -156,9 +161,7 @@ class VirtualServoBus:
 
     # What the servos do.
 
-    def _obey(
-        self, frame: Frame, t_ns: int, baud_rate: int, listening: list[VirtualServo]
-    ) -> None:
+    def _obey(self, frame: Frame, t_ns: int, baud_rate: int, listening: list[VirtualServo]) -> None:
         by_id = {s.servo_id: s for s in listening if s.servo_id not in self._silent}
         match frame.instruction:
             case Instruction.SYNC_READ:
@@ -192,9 +195,7 @@ class VirtualServoBus:
         if servo_or_none is None:
             return
         answers = servo_or_none.answers(frame.instruction)
-        error, data = servo_or_none.obey(
-            frame.instruction, frame.parameters, t_ns, broadcast=False
-        )
+        error, data = servo_or_none.obey(frame.instruction, frame.parameters, t_ns, broadcast=False)
         if answers:
             self._send(servo_or_none, error, data, baud_rate)
 
@@ -261,4 +262,3 @@ def _bulk_write(parameters: bytes, t_ns: int, by_id: dict[int, VirtualServo]) ->
 
 def _wire_ns(count: int, baud_rate: int) -> int:
     return round(count * BITS_PER_BYTE * 1e9 / baud_rate)
-

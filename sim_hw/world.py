@@ -12,7 +12,6 @@ from model.signals import BodyTruth, FloatArray, IntArray
 from sim_hw.interfaces import FirmwareControl
 from sim_hw.plant import Plant
 
-
 # A transducer averages over its sample period; nobody samples slower than this.
 LONGEST_WINDOW_STEPS = 1000
 
@@ -44,7 +43,7 @@ class World:
         self._signs = signs.astype(np.float64)
         self._zeros = zeros.astype(np.float64)
         self._origin = plant.parameters.shaft_position + sensor_offset_m
-        self._yaw = sensor_yaw_rad
+        self._cosine, self._sine = np.cos(sensor_yaw_rad), np.sin(sensor_yaw_rad)
         self._step_ns = round(plant.dt_s * 1e9)
         self._now_ns: int | None = None
         self._recent: deque[tuple[int, FloatArray]] = deque(maxlen=LONGEST_WINDOW_STEPS)
@@ -99,7 +98,11 @@ class World:
     # As the transducers see it.
 
     def wrench(self, t_ns: int) -> FloatArray:
-        """Mean wrench on each transducer from the last call's time to this one, sensor axes, (N, 6) [N, N m]."""
+        """Mean wrench on each transducer between the last call's time and this one.
+
+        Returns:
+            (N, 6) [N, N m], sensor axes: the ground's force on the foot, moment about the transducer.
+        """
         self.advance_to(t_ns)
         window: list[FloatArray] = []
         while self._recent and self._recent[0][0] <= t_ns:
@@ -114,13 +117,12 @@ class World:
         rotation = plant.torso_rotation
         force = plant.foot_force_W @ rotation  # body axes
         lever = plant.feet_B - self._origin
-        torque = np.cross(lever, force)
-        c, s = np.cos(self._yaw)[:, None], np.sin(self._yaw)[:, None]
-        parts = []
-        for vector in (force, torque):
-            x, y, z = vector[:, :1], vector[:, 1:2], vector[:, 2:]
-            parts += [c * x + s * y, c * y - s * x, z]
-        wrench: FloatArray = np.concatenate(parts, axis=1)
+        (fx, fy, fz), (x, y, z) = force.T, lever.T
+        tx, ty = y * fz - z * fy, z * fx - x * fz
+        c, s = self._cosine, self._sine
+        wrench = np.empty((len(force), 6))
+        wrench[:, 0], wrench[:, 1], wrench[:, 2] = c * fx + s * fy, c * fy - s * fx, fz
+        wrench[:, 3], wrench[:, 4], wrench[:, 5] = c * tx + s * ty, c * ty - s * tx, x * fy - y * fx
         return wrench
 
     def truth(self, t_ns: int) -> BodyTruth:

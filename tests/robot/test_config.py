@@ -40,7 +40,11 @@ def test_every_assumed_value_is_marked() -> None:
         ("dynamixel_id = [1, 2, 3, 4, 5, 6]", "dynamixel_id = [1, 2, 3, 4, 5, 5]", "share id 5"),
         ("dynamixel_id = [1, 2, 3, 4, 5, 6]", "dynamixel_id = [1, 2, 3]", "must have 6 entries"),
         ("dynamixel_id = [1, 2, 3, 4, 5, 6]", "dynamixel_id = [1, 2, 3, 4, 5, 254]", "0 to 252"),
-        ("transducer = [1, 2, 3, 4, 5, 6]", "transducer = [1, 2, 3, 4, 6, 6]", "share transducer 6"),
+        (
+            "transducer = [1, 2, 3, 4, 5, 6]",
+            "transducer = [1, 2, 3, 4, 6, 6]",
+            "share transducer 6",
+        ),
         ("servo_sign = [1, 1, 1, -1, -1, -1]", "servo_sign = [1, 1, 0, -1, -1, -1]", "1 or -1"),
         ("crank = 0.030", "crank = 0.300", r"linkage\."),
         ("rocker = 0.044", "rocker = 0.004", r"linkage\."),

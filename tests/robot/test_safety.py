@@ -91,9 +91,7 @@ def healthy() -> ServoReadings:
 
 def watch(readings: ServoReadings, silent: int = 0, bad: int = 0):  # type: ignore[no-untyped-def]
     counts = np.full(6, silent), np.full(6, bad)
-    return watch_servos(
-        readings, joint_state(readings, BUS), command(0), *counts, LIMITS, BUS
-    )
+    return watch_servos(readings, joint_state(readings, BUS), command(0), *counts, LIMITS, BUS)
 
 
 def test_healthy_servos_give_no_fault() -> None:

@@ -38,7 +38,9 @@ def test_unknown_key_is_named_with_a_suggestion() -> None:
 
 
 def test_wrong_length_is_named() -> None:
-    with pytest.raises(ConfigError, match=r"legs\.id: must have 3 entries, one a leg or axis, not 2"):
+    with pytest.raises(
+        ConfigError, match=r"legs\.id: must have 3 entries, one a leg or axis, not 2"
+    ):
         Table({"id": [1, 2]}, "legs").integers("id", 3, minimum=0, maximum=9)
 
 
