@@ -7,8 +7,10 @@ model files. Everything here is pure.
 import enum
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drivers.settings import ServoBusSettings
 from model.signals import (
@@ -197,7 +199,7 @@ READ_LENGTH = REGISTER["present_temperature"].address + 1 - READ_ADDRESS
 
 def ticks_to_angle(ticks: FloatArray | IntArray, sign: IntArray, zero: IntArray) -> FloatArray:
     """Return shaft angles in the leg's sense [rad] of positions [ticks]."""
-    angle: FloatArray = sign * (ticks - zero) * TICK_RAD
+    angle: FloatArray = np.asarray(sign * (ticks - zero) * TICK_RAD, dtype=np.float64)
     return angle
 
 
@@ -216,8 +218,8 @@ def joint_state(readings: ServoReadings, settings: ServoBusSettings) -> JointSta
     """Calibrate one sync read into the leg's sense and SI units; NaN where a servo was silent."""
     valid: BoolArray = readings.valid
 
-    def known(values: FloatArray) -> FloatArray:
-        array: FloatArray = readonly(np.where(valid, values, np.nan))
+    def known(values: NDArray[Any]) -> FloatArray:
+        array: FloatArray = readonly(np.where(valid, values, np.nan).astype(np.float64))
         return array
 
     signs, zeros = settings.signs, settings.zeros

@@ -135,7 +135,8 @@ class PacketHandler(Protocol2PacketHandler):  # type: ignore[misc]  # the SDK is
             self._parser.clear()
             self._frames.clear()
             self.counters.requests += 1
-            return COMM_SUCCESS if port.writePort(frame) == len(frame) else COMM_TX_FAIL
+            sent = port.writePort(frame) == len(frame)
+            return int(COMM_SUCCESS if sent else COMM_TX_FAIL)
         finally:
             port.is_using = False
 

@@ -144,7 +144,7 @@ class BusPort(ClockedPort):
         data = bytes(packet)
         written = self._lost(lambda: self.ser.write(data))
         self.note("tx", data)
-        return int(written or 0)
+        return written or 0
 
     def readPort(self, length: int) -> bytes:  # noqa: N802
         """Return up to ``length`` bytes; waits in the kernel, at most as long as the timeout."""
@@ -154,13 +154,13 @@ class BusPort(ClockedPort):
             ready, _, _ = select.select([self.ser.fileno()], [], [], wait_s)
             return bytes(self.ser.read(length)) if ready else b""
 
-        data: bytes = self._lost(wait_and_read) or b""
+        data = self._lost(wait_and_read)
         self.note("rx", data)
         return data
 
     def _lost(self, action: Callable[[], T]) -> T:
         """Run an action; what an unplugged port raises (three unrelated types) becomes one."""
-        if self.ser is None or not self.is_open:
+        if not self.is_open:
             raise ConnectionLost(f"{self.name} is not open", port=self.name)
         try:
             return action()

@@ -177,7 +177,8 @@ class CdrReader:
 
     def flag_array(self, count: int) -> BoolArray:
         """Read a fixed array of bool."""
-        return np.frombuffer(self._take(count, 1), dtype=np.uint8) != 0
+        flags: BoolArray = np.frombuffer(self._take(count, 1), dtype=np.uint8) != 0
+        return flags
 
     def flags(self) -> BoolArray:
         """Read a sequence of bool."""

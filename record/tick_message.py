@@ -185,7 +185,16 @@ def decode_tick(data: bytes) -> Tick:
     t_ns, index = r.i64(), r.i64()
     mode, stop_reason = Mode(r.u8()), StopReason(r.u8())
     inputs = _read_inputs(r)
-    joints = JointState(r.i64(), *(r.f64s() for _ in range(6)), valid=r.flags())
+    joints = JointState(
+        t_ns=r.i64(),
+        angle_rad=r.f64s(),
+        rate_rad_s=r.f64s(),
+        current_a=r.f64s(),
+        duty=r.f64s(),
+        voltage_v=r.f64s(),
+        temperature_c=r.f64s(),
+        valid=r.flags(),
+    )
     forces = FootForces(r.i64(), _rows(r.f64s(), 3), r.flags())
     gait_phase = r.f64()
     wished, sent = (JointCommand(r.i64(), r.f64s(), r.f64s(), r.flag()) for _ in range(2))
@@ -218,7 +227,19 @@ def _read_inputs(r: CdrReader) -> Inputs:
     request = Request(Intent(r.u8()), r.text(), r.f64(), r.f64(), StopReason(r.u8()))
     timing = LoopTiming(r.i64(), r.i64(), r.i64(), r.i64())
     attached = r.flag()
-    servos = ServoReadings(r.i64(), *(r.i64s() for _ in range(8)), r.flags(), r.i64s())
+    servos = ServoReadings(
+        t_ns=r.i64(),
+        position_ticks=r.i64s(),
+        velocity_counts=r.i64s(),
+        current_counts=r.i64s(),
+        duty_counts=r.i64s(),
+        voltage_counts=r.i64s(),
+        temperature_c=r.i64s(),
+        error_byte=r.i64s(),
+        hardware_error=r.i64s(),
+        valid=r.flags(),
+        age_ns=r.i64s(),
+    )
     forces = tuple(_read_force_record(r) for _ in range(r.u32()))
     truth = _read_truth(r)
     return Inputs(

@@ -171,7 +171,7 @@ class LogWriter:
         self._writer.add_message(self._channels[topic], unix_ns, data, unix_ns, self._sequence)
 
     def _flush(self) -> None:
-        self._writer.flush()
+        self._writer.flush()  # type: ignore[no-untyped-call]
         self._file.flush()
 
     def fileno(self) -> int:

@@ -11,7 +11,7 @@ from drivers.ati_links import DatagramLink, TcpTextLink, TextLink, UdpLink
 from drivers.ati_stream import ForceStream, free_console
 from drivers.clock import Clock, MonotonicClock
 from drivers.servo_bus import ServoBus
-from drivers.servo_port import BusPort
+from drivers.servo_port import BusPort, ClockedPort
 from drivers.settings import ForceSensorSettings
 from model.signals import BodyTruth
 from robot.config import RobotConfig
@@ -136,7 +136,7 @@ def _assemble(
     config: RobotConfig,
     *,
     clock: Clock,
-    port: object,
+    port: ClockedPort,
     links: Callable[[], tuple[DatagramLink, TextLink]] | None,
     settings: ForceSensorSettings,
     truth: TruthSource | None,

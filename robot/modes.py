@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaits.gait import Gait
-from gaits.plan import Hold, LegMoves, Plan, Walking
+from gaits.moves import LegMoves
+from gaits.plan import Hold, Plan, Walking
 from model.signals import FloatArray, Intent, Mode, Request, StopReason
 
 CUTS = frozenset({StopReason.EMERGENCY, StopReason.LINK_LOST})

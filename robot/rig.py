@@ -13,7 +13,8 @@ import numpy as np
 from drivers.ati_calibration import Calibration
 from drivers.ati_stream import ForceStream
 from drivers.clock import Clock
-from drivers.servo_bus import BusReport, ServoBus
+from drivers.servo_bus import ServoBus
+from drivers.servo_setup import BusReport
 from model.errors import BusError, ConnectionLost
 from model.signals import (
     BodyTruth,

@@ -165,7 +165,7 @@ def watch_servos(
     for kind, values, limit, sense, unit in checks:
         beyond = readings.valid & (sense * (values - limit) > 0)
         bad |= beyond
-        for leg in np.flatnonzero(beyond):
+        for leg in np.flatnonzero(beyond).tolist():
             detail = f"{values[leg]:.3g} {unit}, limit {limit:g} {unit}"
             faults.append(Fault(kind, bus.names[leg], detail))
     bad_now = np.where(bad, bad_reads + 1, np.where(readings.valid, 0, bad_reads))

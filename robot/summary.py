@@ -119,7 +119,7 @@ def planar_pose(log: Recording) -> FloatArray:
 def truth_yaw(log: Recording) -> FloatArray:
     """Return the true yaw, unwrapped, (T,) [rad]."""
     x, y, z, w = log.truth_quaternion_xyzw.T
-    yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    yaw: FloatArray = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
     known = np.isfinite(yaw)
     yaw[known] = np.unwrap(yaw[known])
     return yaw
@@ -132,7 +132,8 @@ def forward_slip(log: Recording) -> FloatArray:
     yaw = truth_yaw(log)[:, None]
     velocity = log.truth_foot_velocity_W
     along = np.cos(yaw) * velocity[:, :, 0] + np.sin(yaw) * velocity[:, :, 1]
-    return np.where(log.truth_contact, along, np.nan)
+    slip: FloatArray = np.where(log.truth_contact, along, np.nan)
+    return slip
 
 
 def _way(pose: FloatArray) -> tuple[float, float, float]:
@@ -158,7 +159,7 @@ def _percentiles(values: FloatArray) -> tuple[float, ...]:
 def _rms(values: FloatArray) -> tuple[float, ...]:
     known = np.isfinite(values).all(axis=1)
     if not known.any():
-        return (np.nan,) * values.shape[1]
+        return tuple(float("nan") for _ in range(values.shape[1]))
     return tuple(float(v) for v in np.sqrt(np.mean(values[known] ** 2, axis=0)))
 
 
@@ -176,6 +177,17 @@ def _drift(log: Recording) -> float:
 
 def summary_lines(summary: Summary) -> list[str]:
     """Return the summary as lines of text for a person."""
+    return table_lines(summary_rows(summary))
+
+
+def table_lines(rows: list[tuple[str, str]]) -> list[str]:
+    """Return rows as lines, labels in a column."""
+    width = max(len(label) for label, _ in rows)
+    return [f"{label:<{width}}  {text}" for label, text in rows]
+
+
+def summary_rows(summary: Summary) -> list[tuple[str, str]]:
+    """Return label and text of each row of the table."""
     s = summary
     source = "true" if s.truth else "estimated"
     slip = "  ".join(
@@ -206,8 +218,7 @@ def summary_lines(summary: Summary) -> list[str]:
     ]  # fmt: skip
     if s.damage:
         rows.append(("file", s.damage))
-    width = max(len(label) for label, _ in rows)
-    return [f"{label:<{width}}  {text}" for label, text in rows]
+    return rows
 
 
 def _velocity_words(values: tuple[float, ...]) -> str:

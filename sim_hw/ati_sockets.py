@@ -102,9 +102,10 @@ class WnetSockets:
             self._client.setblocking(False)
             self._session = ConsoleSession(self._unit)
             self._print(self._session.greeting())
-        while self._client is not None and self._session is not None:
+        client, session = self._client, self._session
+        while session is not None and client is self._client:
             try:
-                data = self._client.recv(RECEIVE_BYTES)
+                data = client.recv(RECEIVE_BYTES)
             except BlockingIOError:
                 return
             except OSError:
@@ -112,7 +113,7 @@ class WnetSockets:
             if not data:
                 self._hang_up()
                 return
-            self._print(self._session.receive(data))
+            self._print(session.receive(data))
 
     def _print(self, text: bytes) -> None:
         if self._client is not None:

@@ -131,7 +131,7 @@ def test_alert_bit_stops_at_once_and_names_the_cause() -> None:
 def test_limits_must_be_exceeded_for_a_while(
     change: dict[str, np.ndarray], kind: FaultKind
 ) -> None:
-    readings = replace(healthy(), **change)
+    readings = replace(healthy(), **change)  # type: ignore[arg-type]
     once = watch(readings)
     assert [(f.kind, f.source) for f in once.faults] == [(kind, "FR")]
     assert not once.broken

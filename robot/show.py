@@ -1,0 +1,61 @@
+"""``bigant show``: what a log says, as a table and as pictures."""
+
+import argparse
+import json
+import math
+from dataclasses import asdict
+from pathlib import Path
+
+from model.errors import ConfigError, RecordError
+from record.reader import read_log
+from robot.exit_codes import ExitCode
+from robot.summary import summarise, summary_rows, table_lines
+
+
+def show(options: argparse.Namespace) -> ExitCode:
+    """Summarise a log and draw it.
+
+    Raises:
+        RecordError: The log cannot be read, or the page cannot be written.
+        ConfigError: ``--out`` names no kind of file we write.
+    """
+    out: Path = options.out if options.out is not None else options.path.with_suffix(".html")
+    if out.suffix not in {".html", ".png"}:
+        raise ConfigError("--out", f"must end in .html or .png, not {out.suffix or out.name!r}")
+    log = read_log(options.path)
+    summary = summarise(log)
+    if options.json:
+        print(json.dumps(_plain(asdict(summary)), indent=2))
+        return ExitCode.OK
+    rows = summary_rows(summary)
+    for line in table_lines(rows):
+        print(line)
+    from robot.plots import draw_log, save_png
+    from robot.report_page import render_page
+
+    figures = draw_log(log)
+    try:
+        if out.suffix == ".png":
+            written = save_png(figures, out)
+        else:
+            note = f"{options.path.name}, {log.metadata.get('software', '')}"
+            title = f"{log.metadata.get('robot', 'Robot')}: {summary.gait}"
+            out.write_text(render_page(title, note, rows, figures), encoding="utf-8")
+            written = (out,)
+    except OSError as error:
+        raise RecordError(
+            f"{out} cannot be written: {error.strerror}; choose another --out"
+        ) from error
+    print("pictures: " + ", ".join(str(path) for path in written))
+    return ExitCode.OK
+
+
+def _plain(value: object) -> object:
+    """JSON has no NaN: what is not known is null."""
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
