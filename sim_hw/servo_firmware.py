@@ -57,7 +57,9 @@ class FirmwareBank:
         self.trajectory = np.zeros(count)  # ticks
         self.trajectory_rate = np.zeros(count)  # ticks/s
         self.pwm = np.zeros(count)  # last output, counts
-        self._integral = np.zeros(count)  # PWM counts
+        self._integral = np.zeros(count)  # PWM counts, one integrator a loop
+        self._velocity_integral = np.zeros(count)
+        self._current_integral = np.zeros(count)
         self._last_error = np.zeros(count)
 
     @property
@@ -69,7 +71,8 @@ class FirmwareBank:
         """Begin anew at a position: torque switched on, mode changed, power came back."""
         self.trajectory[index] = ticks
         self.trajectory_rate[index] = 0.0
-        self._integral[index] = 0.0
+        for integral in (self._integral, self._velocity_integral, self._current_integral):
+            integral[index] = 0.0
         self._last_error[index] = 0.0
 
     def profile_ongoing(self) -> BoolArray:
@@ -143,15 +146,19 @@ class FirmwareBank:
     def _velocity_loop(self, rate_rad_s: FloatArray, dt_s: float) -> FloatArray:
         goal = np.where(self.stopped, 0.0, self.goal_velocity)
         error = goal - rate_rad_s / VELOCITY_UNIT_RAD_S  # counts
-        self._integral = np.clip(
-            self._integral + self.velocity_i / 65536 * error * (dt_s / 1e-3), -DUTY_FULL, DUTY_FULL
+        self._velocity_integral = np.clip(
+            self._velocity_integral + self.velocity_i / 65536 * error * (dt_s / 1e-3),
+            -DUTY_FULL,
+            DUTY_FULL,
         )
-        pwm: FloatArray = self.velocity_p / 128 * error + self._integral
+        pwm: FloatArray = self.velocity_p / 128 * error + self._velocity_integral
         return pwm
 
     def _current_loop(self, goal_a: FloatArray, current_a: FloatArray, dt_s: float) -> FloatArray:
         """An integrating current loop; the firmware's own is undisclosed."""
         error = np.where(self.stopped, 0.0, goal_a) - current_a
-        self._integral = np.clip(self._integral + 50.0 * error * (dt_s / 1e-3), -885.0, 885.0)
-        pwm: FloatArray = self._integral
+        self._current_integral = np.clip(
+            self._current_integral + 50.0 * error * (dt_s / 1e-3), -885.0, 885.0
+        )
+        pwm: FloatArray = self._current_integral
         return pwm

@@ -1,0 +1,339 @@
+"""The force stream against the virtual unit, in virtual time and over real sockets."""
+
+import select
+import threading
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from drivers.ati_calibration import parse_cal
+from drivers.ati_console import Console
+from drivers.ati_discovery import FoundUnit, answer, discover, parse_answer, question
+from drivers.ati_links import TcpTextLink, UdpLink
+from drivers.ati_packets import Command, build_command
+from drivers.ati_stream import ForceStream, free_console
+from drivers.clock import MonotonicClock
+from drivers.foot_forces import foot_forces
+from model.errors import ForceStreamError
+from model.signals import FaultKind, FloatArray
+from robot.config import load_robot
+from sim_hw.ati import VirtualWnet
+from sim_hw.ati_console import ConsoleSession
+from sim_hw.ati_memory import MemoryDatagramLink, MemoryTextLink
+from sim_hw.ati_sockets import WnetSockets
+from sim_hw.clock import VirtualClock
+
+SETTINGS = load_robot().force_sensor
+NO_NOISE = (0.0,) * 6
+SECOND = 1_000_000_000
+
+
+class SteadyLoad:
+    """Leg k carries k + 1 newtons in every axis."""
+
+    def __init__(self) -> None:
+        self.force = np.tile(np.arange(1.0, 7.0)[:, None], (1, 6))
+
+    def wrench(self, t_ns: int) -> FloatArray:
+        return self.force
+
+
+class Memory:
+    def __init__(self) -> None:
+        self.clock = VirtualClock(SECOND)
+        self.load = SteadyLoad()
+        self.unit = VirtualWnet(self.load, (1, 2, 3, 4, 5, 6), noise=NO_NOISE)
+        self.link = MemoryDatagramLink(self.unit, self.clock)
+        console = MemoryTextLink(self.unit, self.clock)
+        self.stream = ForceStream(self.link, console, SETTINGS, self.clock)
+
+    def wait(self, seconds: float) -> None:
+        self.clock.advance(round(seconds * 1e9))
+
+
+@pytest.fixture
+def memory() -> Memory:
+    made = Memory()
+    made.stream.connect()
+    made.stream.read()
+    return made
+
+
+def test_forces_arrive_at_the_rate_asked_for(memory: Memory) -> None:
+    memory.wait(1.0)
+    records = memory.stream.read()
+    assert len(records) == 100
+    steps = np.diff([r.device_ticks for r in records])
+    assert set(steps.tolist()) == {40, 41}, "1/4096 s at 100 Hz"
+    forces = foot_forces(records[-1], memory.stream.calibrations, SETTINGS)
+    assert forces.force_n == pytest.approx(memory.load.force[:, :3], abs=1e-6)
+    assert memory.stream.take_faults() == ()
+
+
+def test_a_gap_is_counted_and_a_late_record_does_not_move_the_mark(memory: Memory) -> None:
+    memory.wait(0.05)
+    arrived = memory.link.receive()
+    order = [arrived[0], arrived[2], arrived[1], arrived[2], arrived[3], arrived[4]]
+    memory.link.receive = lambda: order  # type: ignore[method-assign]
+    kept = memory.stream.read()
+    assert [r.sequence - kept[0].sequence for r in kept] == [0, 2, 3, 4]
+    counters = memory.stream.counters
+    assert (counters.missing, counters.late, counters.duplicate) == (1, 1, 1)
+    assert [f.kind for f in memory.stream.take_faults()] == [FaultKind.FORCE_GAP]
+
+
+def test_saturation_is_a_fault_and_no_force(memory: Memory) -> None:
+    memory.load.force[2, 0] = 500.0
+    memory.wait(0.01)
+    record = memory.stream.read()[-1]
+    forces = foot_forces(record, memory.stream.calibrations, SETTINGS)
+    assert np.isnan(forces.force_n[2]).all()
+    assert forces.valid.tolist() == [True, True, False, True, True, True]
+    faults = memory.stream.take_faults()
+    assert [(f.kind, f.source) for f in faults] == [(FaultKind.FORCE_SATURATED, "FL")]
+
+
+def test_silence_is_a_fault_and_the_stream_is_started_again(memory: Memory) -> None:
+    memory.unit.handle_datagram(build_command(Command.STOP), memory.clock.now_ns())
+    heard = []
+    for _ in range(100):
+        memory.wait(0.01)
+        heard += memory.stream.read()
+    assert memory.stream.counters.restarts >= 1
+    assert len(heard) > 50, "a restart brings it back"
+    memory.unit.transmit = False
+    kinds = []
+    for _ in range(100):
+        memory.wait(0.01)
+        memory.stream.read()
+        kinds += [f.kind for f in memory.stream.take_faults()]
+    assert FaultKind.FORCE_SILENT in kinds
+
+
+def test_malformed_datagrams_are_counted(memory: Memory) -> None:
+    memory.link.receive = lambda: [(0, b"nonsense")]  # type: ignore[method-assign]
+    assert memory.stream.read() == ()
+    assert memory.stream.counters.malformed == 1
+
+
+def test_a_device_that_starts_anew_is_not_a_loss_of_millions(memory: Memory) -> None:
+    memory.unit._sequence = 4_000_000_000
+    memory.wait(0.01)
+    assert len(memory.stream.read()) == 1
+    assert memory.stream.counters.missing == 0
+
+
+def test_raw_gage_counts_are_refused() -> None:
+    made = Memory()
+    made.unit.state[3].mult = False
+    with pytest.raises(ForceStreamError, match=r"transducer 4 \(HR\) sends raw gage counts"):
+        made.stream.connect()
+
+
+def test_a_unit_that_sends_nothing_is_said() -> None:
+    made = Memory()
+    made.link.send = lambda _: None  # type: ignore[method-assign]
+    with pytest.raises(ForceStreamError, match="takes commands and sends no data"):
+        made.stream.connect()
+
+
+def test_legs_without_transducer_are_nan() -> None:
+    made = Memory()
+    settings = replace(SETTINGS, transducers=np.array([1, 0, 3, 4, 5, 6]))
+    console = MemoryTextLink(made.unit, made.clock)
+    stream = ForceStream(made.link, console, settings, made.clock)
+    stream.connect()
+    made.wait(0.01)
+    forces = foot_forces(stream.read()[-1], stream.calibrations, settings)
+    assert forces.valid.tolist() == [True, False, True, True, True, True]
+
+
+def test_bias_and_rotation() -> None:
+    made = Memory()
+    made.stream.connect()
+    made.wait(0.02)
+    settings = replace(SETTINGS, yaw_rad=np.full(6, np.pi / 2), bias_n=np.full((6, 3), 0.5))
+    forces = foot_forces(made.stream.read()[-1], made.stream.calibrations, settings)
+    assert forces.force_n[1] == pytest.approx([-1.5, 1.5, 1.5])
+    nothing = foot_forces(None, made.stream.calibrations, settings)
+    assert nothing.t_ns == -1
+    assert not nothing.valid.any()
+
+
+# The calibration table.
+
+REAL = """CAL
+Tr Cal   Gain Offset Row           G0        G1        G2        G3        G4        G5  Properties
+-- ---   ---- ------ ---           --        --        --        --        --        --  ----------
+ 1   1    600  32000   0 Fx    -300.1    -200.2     350.3  -32000.4    -220.5   32800.6  Serial: FT00001
+ 1   1    601  32001   1 Fy     216.1   37400.2      57.3  -18800.4     351.5  -18800.6  Date:   2023/5/1
+ 1   1    602  32002   2 Fz   18480.1    -250.2   18750.3    -412.4   18600.5    -588.6  Part:   SI-130-10
+ 1   1    603  32003   3 Tx      53.1     156.2    -322.3       8.4     322.5     -12.6  Force:  {force}
+ 1   1    604  32004   4 Ty     373.1      -6.2    -184.3       6.4    -184.5       6.6  Torque: {torque}
+ 1   1    605  32005   5 Tz       5.1    -198.2       3.3    -197.4       2.5    -196.6  Mult:   ON
+ 1                 0 MaxRatings:
+ 1                 0              130       130       400        10        10        10 
+"""  # noqa: W291
+
+
+def test_calibration_is_read_by_its_labels() -> None:
+    text = REAL.format(force="1000000 counts/N", torque="1000000 counts/N-m")
+    calibration = parse_cal(text, 1)
+    assert calibration.serial == "FT00001"
+    assert calibration.part == "SI-130-10"
+    assert calibration.counts_per_n == 1e6
+    assert calibration.max_rating == (130, 130, 400, 10, 10, 10)
+    assert calibration.mult_on
+    assert calibration.calibrated
+
+
+def test_counts_per_newton_millimetre_are_not_per_metre() -> None:
+    text = REAL.format(force="1000 counts/lbf", torque="1000000 counts/N-mm")
+    calibration = parse_cal(text, 1)
+    assert calibration.counts_per_nm == pytest.approx(1e9)
+    assert calibration.counts_per_n == pytest.approx(224.8089)
+
+
+@pytest.mark.parametrize("force", ["0 counts/", "1000 counts/furlong", "nothing"])
+def test_a_scale_that_means_nothing_is_refused(force: str) -> None:
+    with pytest.raises(ForceStreamError, match="which is no scale we know"):
+        parse_cal(REAL.format(force=force, torque="1 counts/N-m"), 1)
+
+
+# The console.
+
+
+class Scripted:
+    """A console that answers with prepared pieces."""
+
+    def __init__(self, clock: VirtualClock, *pieces: bytes) -> None:
+        self._clock = clock
+        self._pieces = list(pieces)
+        self._ready: list[bytes] = []
+
+    def write(self, data: bytes) -> None:
+        if data.strip():
+            self._ready = self._pieces
+
+    def read(self, timeout_s: float) -> bytes:
+        if self._ready:
+            return self._ready.pop(0)
+        self._clock.advance(round(timeout_s * 1e9))
+        return b""
+
+    def close(self) -> None:
+        pass
+
+
+def test_an_answer_in_pieces_behind_late_bytes_and_telnet_options() -> None:
+    clock = VirtualClock()
+    link = Scripted(
+        clock, b"\xff\xfd\x03\r\n>", b"ra", b"te\r\nPacket rate =  125 Hz\r", b"\nADC > 3\r\n", b">"
+    )
+    assert Console(link, clock).query("rate") == "Packet rate =  125 Hz\r\nADC > 3"
+
+
+def test_no_answer_is_an_error_in_time() -> None:
+    clock = VirtualClock()
+    with pytest.raises(ForceStreamError, match="did not answer 'rate' in 3 s"):
+        Console(Scripted(clock, b"rate\r\nPacket"), clock).query("rate")
+
+
+@pytest.mark.parametrize("command", ["CAL MATRIX 0 1 2", "NET KEY", "FDEL x", "cal serial 1"])
+def test_what_writes_to_the_sensor_is_never_sent(command: str) -> None:
+    clock = VirtualClock()
+    with pytest.raises(ForceStreamError, match="not sent"):
+        Console(Scripted(clock), clock).query(command)
+
+
+def test_the_virtual_console_speaks_like_the_real_one() -> None:
+    unit = VirtualWnet(SteadyLoad(), (1, 2, 3, 4, 5, 6))
+    session = ConsoleSession(unit)
+    assert session.receive(b"\r\n") == b"\r\n>"
+    assert session.receive(b"rate 125 16\r\n") == (
+        b"rate 125 16\r\nPacket rate =  125 Hz\r\nADC    rate = 2000 Hz\r\nOversample  =   16\r\n>"
+    )
+    assert session.receive(b"trans 2\r\n") == (
+        b"trans 2\r\nActive: Transducer = 2 Calibration = 1\r\n>"
+    )
+    assert b"must not exceed 4000" in session.receive(b"rate 1000 32\r\n")
+
+
+# Discovery.
+
+
+def test_discovery_bytes() -> None:
+    assert question() == bytes.fromhex(
+        "52 54 41 20 44 65 76 69 63 65 20 44 69 73 63 6f 76 65 72 79 52 54 41 44"
+        "02 04 e0 00 05 80 f2 01 07"
+    )
+    reply = bytes.fromhex(
+        "52 54 41 44 01 06 00 23 a7 0c 3d 5e 02 04 c0 a8 00 03 03 04 ff ff ff 00"
+        "0d 0c 57 69 72 65 6c 65 73 73 20 46 2f 54 86 05 62 65 6e 63 68"
+    )
+    unit = FoundUnit("192.168.0.3", "00:23:a7:0c:3d:5e", "Wireless F/T", "bench")
+    assert parse_answer(reply) == unit
+    assert answer(unit) == reply
+    assert parse_answer(reply.replace(b"Wireless F/T", b"Net F/T box!")) is None
+
+
+# Real sockets on loopback.
+
+
+class Loopback:
+    def __init__(self) -> None:
+        self.unit = VirtualWnet(SteadyLoad(), (1, 2, 3, 4, 5, 6), noise=NO_NOISE)
+        self.sockets = WnetSockets(self.unit)
+        self.settings = replace(
+            SETTINGS,
+            address="127.0.0.1",
+            udp_port=self.sockets.udp_port,
+            console_port=self.sockets.console_port,
+            local_port=0,
+        )
+        self._done = threading.Event()
+        self._thread = threading.Thread(target=self._serve, daemon=True)
+        self._thread.start()
+
+    def _serve(self) -> None:
+        clock = MonotonicClock()
+        while not self._done.is_set():
+            select.select(self.sockets.filenos(), [], [], 0.002)
+            self.sockets.service(clock.now_ns())
+
+    def close(self) -> None:
+        self._done.set()
+        self._thread.join()
+        self.sockets.close()
+
+
+def test_end_to_end_over_sockets() -> None:
+    loopback = Loopback()
+    clock = MonotonicClock()
+    settings = loopback.settings
+    stale = TcpTextLink("127.0.0.1", settings.console_port)  # a dead program holds the console
+    try:
+        datagrams = UdpLink("127.0.0.1", settings.udp_port, 0, clock)
+        free_console(datagrams, clock)
+        console = TcpTextLink("127.0.0.1", settings.console_port)
+        stream = ForceStream(datagrams, console, settings, clock)
+        stream.connect()
+        records = stream.read()
+        forces = foot_forces(records[-1], stream.calibrations, settings)
+        assert forces.force_n[5] == pytest.approx([6, 6, 6], abs=1e-6)
+        stream.stop()
+        stream.close()
+        found = discover("127.0.0.1", loopback.sockets.discovery_port)
+        assert [u.address for u in found] == ["127.0.0.1"]
+    finally:
+        stale.close()
+        loopback.close()
+
+
+def test_nobody_there_is_said() -> None:
+    loopback = Loopback()
+    port = loopback.sockets.console_port
+    loopback.close()
+    with pytest.raises(ForceStreamError, match="no force-torque unit answers at 127.0.0.1"):
+        TcpTextLink("127.0.0.1", port, timeout_s=1.0)
