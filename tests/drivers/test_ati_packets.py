@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.ati_packets import (
+    RESTART_JUMP,
     U32,
     Arrival,
     Command,
@@ -119,26 +120,37 @@ def test_six_sensors() -> None:
 
 
 def test_two_records_in_one_datagram() -> None:
-    data = b"".join(
-        build_record(
-            record(
-                ticks,
-                sequence,
-                (0x00010AAA, 0),
-                5,
-                0x12,
-                {2: list(range(at, at + 6)), 5: [-v for v in range(at, at + 6)]},
-            )  # fmt: skip
-        )
-        for ticks, sequence, at in ((0xC41C0000, 0xFFFFFFFF, 1), (0xC41C0029, 0, 7))
-    )
+    records = []
+    for ticks, sequence, at in ((0xC41C0000, 0xFFFFFFFF, 1), (0xC41C0029, 0, 7)):
+        counts = {2: list(range(at, at + 6)), 5: [-v for v in range(at, at + 6)]}
+        records.append(record(ticks, sequence, (0x00010AAA, 0), 5, 0x12, counts))
+    data = b"".join(build_record(r) for r in records)
     assert len(data) == 132
     assert zlib.crc32(data) == 0x303C8C24
-    records = parse_datagram(data, 0)
-    assert not isinstance(records, Malformed)
-    assert [r.sequence for r in records] == [0xFFFFFFFF, 0]
-    assert records[1].counts[4].tolist() == [-7, -8, -9, -10, -11, -12]
-    assert classify(records[1].sequence, records[0].sequence) == (Arrival.NEXT, 0)
+    parsed = parse_datagram(data, 0)
+    assert not isinstance(parsed, Malformed)
+    assert [r.sequence for r in parsed] == [0xFFFFFFFF, 0]
+    assert parsed[1].counts[4].tolist() == [-7, -8, -9, -10, -11, -12]
+    assert classify(parsed[1].sequence, parsed[0].sequence) == (Arrival.NEXT, 0)
+
+
+@pytest.mark.parametrize(
+    ("sequence", "last", "expected"),
+    [
+        (11, 10, (Arrival.NEXT, 0)),
+        (13, 10, (Arrival.AFTER_GAP, 2)),
+        (10, 10, (Arrival.DUPLICATE, 0)),
+        (9, 10, (Arrival.LATE, 0)),
+        (1, U32 - 2, (Arrival.AFTER_GAP, 2)),
+        (U32 - 1, 0, (Arrival.LATE, 0)),
+        (RESTART_JUMP + 12, 11, (Arrival.RESTART, 0)),
+        (1, 5_000_000, (Arrival.RESTART, 0)),
+    ],
+)
+def test_what_a_sequence_number_says(
+    sequence: int, last: int, expected: tuple[Arrival, int]
+) -> None:
+    assert classify(sequence, last) == expected
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 6])
@@ -180,4 +192,4 @@ def test_stamps_are_found_through_clock_errors_of_six_days(unix_s: int, error_s:
 
 def test_a_stamp_from_a_real_recording() -> None:
     seconds = unix_ns(0xA86A81F9, 1481582000_000000000) * 1e-9
-    assert seconds == pytest.approx(1481639979.123, abs=1e-3)  # 2016-12-13 14:39:39.123 UTC
+    assert seconds == pytest.approx(1481639976.123, abs=1e-3)  # 2016-12-13 14:39:36.123 UTC

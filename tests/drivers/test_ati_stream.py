@@ -335,5 +335,5 @@ def test_nobody_there_is_said() -> None:
     loopback = Loopback()
     port = loopback.sockets.console_port
     loopback.close()
-    with pytest.raises(ForceStreamError, match="no force-torque unit answers at 127.0.0.1"):
+    with pytest.raises(ForceStreamError, match=r"no force-torque unit answers at 127\.0\.0\.1"):
         TcpTextLink("127.0.0.1", port, timeout_s=1.0)
