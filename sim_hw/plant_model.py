@@ -52,13 +52,14 @@ def _shape_torso(torso: "mujoco.MjsBody", plant: PlantParameters) -> None:
     """Torso with what is left of mass and inertia once the legs at mid-stance are taken off."""
     free = torso.add_freejoint()
     free.name = "free"
-    leg_mass = plant.foot_mass + plant.carriage_mass + TOKEN_MASS
     x, z, _, _ = foot_path(plant, np.zeros(plant.legs))
     feet = plant.shaft_position + np.stack([x, np.zeros(plant.legs), z], axis=1)
-    mass = plant.mass - plant.legs * leg_mass
-    centre = -leg_mass * feet.sum(axis=0) / mass
+    parts = [(foot, plant.foot_mass + plant.carriage_mass) for foot in feet]
+    parts += [(shaft, TOKEN_MASS) for shaft in plant.shaft_position]
+    mass = plant.mass - sum(weight for _, weight in parts)
+    centre = -sum(weight * point for point, weight in parts) / mass
     inertia = np.diag(plant.inertia).astype(float)
-    for point, weight in [*((foot, leg_mass) for foot in feet), (centre, mass)]:
+    for point, weight in [*parts, (centre, mass)]:
         inertia -= weight * (point @ point * np.eye(3) - np.outer(point, point))
     torso.mass = mass
     torso.ipos = centre
@@ -83,14 +84,15 @@ def _add_leg(
     shaft = torso.add_body()
     shaft.name, shaft.pos = f"shaft_{leg}", plant.shaft_position[leg]
     shaft.mass, shaft.inertia = TOKEN_MASS, [TOKEN_INERTIA] * 3
-    shaft.explicitinertial = True
+    shaft.ipos, shaft.explicitinertial = [0, 0, 0], True
     turn = shaft.add_joint()
     turn.name, turn.type, turn.axis = f"shaft_{leg}", mujoco.mjtJoint.mjJNT_HINGE, [0, 1, 0]
     turn.armature = plant.motor.armature
+    turn.solref_friction, turn.solimp_friction = CLOSURE_SOLREF, CLOSURE_SOLIMP
     carriage = torso.add_body()
     carriage.name, carriage.pos = f"carriage_{leg}", plant.shaft_position[leg]
     carriage.mass, carriage.inertia = plant.carriage_mass, [TOKEN_INERTIA] * 3
-    carriage.explicitinertial = True
+    carriage.ipos, carriage.explicitinertial = [0, 0, 0], True
     for axis, direction in (("x", [1, 0, 0]), ("z", [0, 0, 1])):
         slide = carriage.add_joint()
         slide.name, slide.type = f"{axis}_{leg}", mujoco.mjtJoint.mjJNT_SLIDE
@@ -102,7 +104,7 @@ def _add_leg(
         closure.solref, closure.solimp = CLOSURE_SOLREF, CLOSURE_SOLIMP
     foot = carriage.add_body()
     foot.name, foot.mass, foot.inertia = f"foot_{leg}", plant.foot_mass, [TOKEN_INERTIA] * 3
-    foot.explicitinertial = True
+    foot.ipos, foot.explicitinertial = [0, 0, 0], True
     spring = foot.add_joint()
     spring.name, spring.type, spring.axis = f"spring_{leg}", mujoco.mjtJoint.mjJNT_SLIDE, [0, 0, 1]
     spring.stiffness[0] = plant.stiffness[leg]
