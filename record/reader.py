@@ -1,5 +1,6 @@
 """Reading a log, whole or cut anywhere: everything up to the cut comes back."""
 
+import struct
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -8,12 +9,16 @@ from types import MappingProxyType
 from mcap.exceptions import McapError
 from mcap.records import Attachment, Channel, Message, Metadata
 from mcap.stream_reader import StreamReader
+from zstandard import ZstdError
 
 from model.errors import RecordError
 from model.signals import Tick
 from record.recording import Recording, build_recording
 from record.tick_message import decode_tick
 from record.writer import CONFIG_NAME, METADATA_NAME, NAMES_KEY, START_KEY, TICK_TOPIC
+
+# What reading past a cut or a damaged byte raises, by way of mcap, zstd and our own decoder.
+DAMAGE = (McapError, ValueError, EOFError, OSError, MemoryError, KeyError, struct.error, ZstdError)
 
 
 @dataclass(slots=True)
@@ -58,12 +63,8 @@ def read_ticks(path: Path, contents: LogContents | None = None) -> Iterator[Tick
                     found.config_text = record.data.decode("utf-8", errors="replace")
                 elif isinstance(record, Message) and channels.get(record.channel_id) == TICK_TOPIC:
                     yield decode_tick(record.data)
-        except (McapError, ValueError, EOFError, OSError, MemoryError, KeyError) as error:
+        except DAMAGE as error:
             found.damage = f"cut or damaged: {type(error).__name__} {error}".strip()
-        except Exception as error:  # decompressors raise types of their own
-            if type(error).__module__.split(".")[0] not in {"zstandard", "lz4", "struct"}:
-                raise
-            found.damage = f"cut or damaged: {error}"
 
 
 def read_log(path: Path) -> Recording:

@@ -1,0 +1,88 @@
+"""Made-up ticks with every corner of the type in them."""
+
+import numpy as np
+
+from model.signals import (
+    BodyTruth,
+    ContactSolution,
+    Estimate,
+    Fault,
+    FaultKind,
+    FootForces,
+    FootMotion,
+    ForceRecord,
+    Inputs,
+    Intent,
+    JointCommand,
+    JointState,
+    LoopTiming,
+    Mode,
+    Request,
+    ServoReadings,
+    StopReason,
+    Support,
+    Tick,
+    Traction,
+)
+
+NAMES = ("HL", "ML", "FL", "HR", "MR", "FR")
+PERIOD_NS = 10_000_000
+
+
+def make_tick(index: int, *, legs: int = 6, seed: int = 0) -> Tick:
+    """A tick full of random numbers; which parts are absent depends on its index."""
+    rng = np.random.default_rng([seed, index])
+
+    def floats(*shape: int) -> np.ndarray:
+        values = rng.normal(size=shape)
+        values[rng.random(shape) < 0.1] = np.nan
+        return values
+
+    def counts(*shape: int) -> np.ndarray:
+        return rng.integers(-(2**40), 2**40, shape)
+
+    def flags(*shape: int) -> np.ndarray:
+        return rng.random(shape) < 0.5
+
+    t_ns = 1_000_000_000 + index * PERIOD_NS
+    faults = tuple(
+        Fault(list(FaultKind)[(index + k) % len(FaultKind)], "HL", f"text {k} ä ü")
+        for k in range(index % 3)
+    )
+    servos = ServoReadings(t_ns, *(counts(legs) for _ in range(8)), flags(legs), counts(legs))  # type: ignore[call-arg, arg-type]
+    records = tuple(
+        ForceRecord(t_ns, 7, 2**32 - 1, counts(2), 5, 63, counts(6, 6), flags(6), flags(6))
+        for _ in range(index % 3)
+    )
+    truth = BodyTruth(
+        t_ns, floats(3), floats(4), floats(3), floats(3), floats(legs, 3), floats(legs, 3),
+        floats(legs, 3), flags(legs),
+    )  # fmt: skip
+    inputs = Inputs(
+        servos=None if index % 5 == 4 else servos,
+        forces=records,
+        request=Request(Intent.WALK, "tripod", 0.1, -0.25, StopReason.NONE),
+        timing=LoopTiming(t_ns, 123, 0, 4567),
+        truth=None if index % 4 == 3 else truth,
+        faults=faults[:1],
+    )
+    command = JointCommand(t_ns, floats(legs), floats(legs), torque=True)
+    return Tick(
+        t_ns=t_ns,
+        index=index,
+        mode=list(Mode)[index % len(Mode)],
+        stop_reason=StopReason.NONE,
+        inputs=inputs,
+        joints=JointState(t_ns, *(floats(legs) for _ in range(6)), valid=flags(legs)),  # type: ignore[misc, arg-type]
+        forces=FootForces(t_ns, floats(legs, 3), flags(legs)),
+        gait_phase=np.nan if index % 2 else 0.01 * index,
+        wished=command,
+        sent=command,
+        feet=FootMotion(floats(legs, 3), floats(legs, 3)),
+        contact=ContactSolution(
+            Support(True, "", 0.1, 0.01, -0.02, floats(legs), flags(legs), 3),
+            Traction(False, "why not", floats(3), floats(legs, 2), floats(legs, 3)),
+        ),
+        estimate=Estimate(t_ns, rng.normal(size=2), 0.5, rng.normal(size=3), valid=True),
+        faults=faults,
+    )
