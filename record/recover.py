@@ -42,7 +42,7 @@ def recover(path: Path, out: Path) -> int:
                 kept += _copy(record, writer, schemas, channels)
         except DAMAGE:
             pass  # the cut: everything before it has been copied
-        writer.finish()
+        writer.finish()  # type: ignore[no-untyped-call]
     if kept == 0:
         raise RecordError(f"nothing in {path} can be read")
     return kept

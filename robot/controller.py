@@ -44,6 +44,8 @@ from robot.safety import Allowed, Refused, ServoVerdict, gate, watch_servos
 RATE_WINDOW_S = 0.1
 # Refused commands in a row before the robot halts.
 REFUSED_LIMIT = 5
+# A gap this long between two ticks is reported even if the next one came on time.
+LONG_GAP_S = 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -161,7 +163,7 @@ class Controller:
             self.config.servo_bus,
         )
         late, timing_faults = self._timing(state, inputs)
-        stop = self._stop_reason(inputs, verdict, late, state.refused)
+        stop = self._stop_reason(state, inputs, verdict, late, t_ns)
         situation = Situation(t_ns, inputs.request, stop, joints.angle_rad, self.armed)
         phase = advance(state.phase, situation, self.book)
         wished = self._wish(phase, t_ns, count)
@@ -204,20 +206,25 @@ class Controller:
 
     def _timing(self, state: ControllerState, inputs: Inputs) -> tuple[int, tuple[Fault, ...]]:
         late_s = inputs.timing.lateness_ns * 1e-9
+        stood_still_s = inputs.timing.missed * self.period_ns * 1e-9
+        if stood_still_s >= LONG_GAP_S:
+            detail = f"the loop stood still for {stood_still_s * 1e3:.0f} ms"
+            return state.late + 1, (Fault(FaultKind.LATE, "loop", detail),)
         if late_s <= self.config.loop.late_limit_s:
             return 0, ()
         return state.late + 1, (Fault(FaultKind.LATE, "loop", f"{late_s * 1e3:.1f} ms late"),)
 
     def _stop_reason(
-        self, inputs: Inputs, verdict: ServoVerdict, late: int, refused: int
+        self, state: ControllerState, inputs: Inputs, verdict: ServoVerdict, late: int, t_ns: int
     ) -> StopReason:
         kinds = {fault.kind for fault in inputs.faults}
-        silent_s = inputs.timing.lateness_ns * 1e-9
+        last = state.allowed.command
+        silent_s = (t_ns - last.t_ns) * 1e-9 if last.torque and not state.refused else 0.0
         checks = (
             (FaultKind.LINK_LOST in kinds, StopReason.LINK_LOST),
             (verdict.lost, StopReason.SERVO_LOST),
             (verdict.broken, StopReason.SERVO_FAULT),
-            (refused >= REFUSED_LIMIT, StopReason.COMMAND_REFUSED),
+            (state.refused >= REFUSED_LIMIT, StopReason.COMMAND_REFUSED),
             (late >= self.config.loop.late_ticks, StopReason.TIMING),
             (silent_s >= self.config.servo_bus.watchdog_s, StopReason.TIMING),
             (FaultKind.FORCE_SILENT in kinds, StopReason.FORCE_LOST),

@@ -53,7 +53,7 @@ class RunResult:
         ticks: Number of ticks.
         torque_off: True if every servo confirmed that its torque is off.
         last: The last tick, None if there was none.
-        detail: The last fault in words, for a person.
+        detail: What made it end, in words, for a person.
     """
 
     reason: StopReason
@@ -103,8 +103,8 @@ def run(
                 sink.write(tick)
             if observer is not None:
                 observer.show(tick)
-            if tick.faults:
-                detail = f"{tick.faults[-1].source}: {tick.faults[-1].detail}"
+            if not detail and tick.stop_reason is not StopReason.NONE:
+                detail = explain(tick)
             if tick.mode in RESTING and tick.stop_reason is not StopReason.NONE:
                 break
             now_ns = clock.now_ns()
@@ -116,6 +116,31 @@ def run(
     finally:
         torque_off = rig.cut_torque()
     return RunResult(state.stop_reason, state.index, torque_off, tick, detail)
+
+
+# The faults that a reason to stop comes from.
+CAUSES = {
+    StopReason.LINK_LOST: {FaultKind.LINK_LOST},
+    StopReason.SERVO_LOST: {FaultKind.SERVO_SILENT},
+    StopReason.SERVO_FAULT: {
+        FaultKind.SERVO_ALERT,
+        FaultKind.SERVO_HOT,
+        FaultKind.SERVO_CURRENT,
+        FaultKind.SERVO_VOLTAGE,
+        FaultKind.SERVO_LAG,
+    },
+    StopReason.COMMAND_REFUSED: {FaultKind.REFUSED},
+    StopReason.FORCE_LOST: {FaultKind.FORCE_SILENT},
+    StopReason.TIMING: {FaultKind.LATE},
+    StopReason.LOG_FAILED: {FaultKind.LOG_WRITE},
+}
+
+
+def explain(tick: Tick) -> str:
+    """Return the cause of a stop in words, from the tick in which it began."""
+    causes = CAUSES.get(tick.stop_reason, set())
+    words = [f"{f.source}: {f.detail}" for f in tick.faults if f.kind in causes]
+    return "; ".join(dict.fromkeys(words))
 
 
 def _log_fault(sink: TickSink | None) -> tuple[Fault, ...]:

@@ -16,7 +16,7 @@ from drivers.ati_stream import ForceStream, free_console
 from drivers.clock import MonotonicClock
 from drivers.foot_forces import foot_forces
 from model.errors import ForceStreamError
-from model.signals import FaultKind, FloatArray
+from model.signals import FaultKind, FloatArray, ForceRecord
 from robot.config import load_robot
 from sim_hw.ati import VirtualWnet
 from sim_hw.ati_console import ConsoleSession
@@ -96,7 +96,7 @@ def test_saturation_is_a_fault_and_no_force(memory: Memory) -> None:
 
 def test_silence_is_a_fault_and_the_stream_is_started_again(memory: Memory) -> None:
     memory.unit.handle_datagram(build_command(Command.STOP), memory.clock.now_ns())
-    heard = []
+    heard: list[ForceRecord] = []
     for _ in range(100):
         memory.wait(0.01)
         heard += memory.stream.read()
@@ -133,7 +133,7 @@ def test_raw_gage_counts_are_refused() -> None:
 
 def test_a_unit_that_sends_nothing_is_said() -> None:
     made = Memory()
-    made.link.send = lambda _: None  # type: ignore[method-assign]
+    made.link.send = lambda data: None  # type: ignore[method-assign]
     with pytest.raises(ForceStreamError, match="takes commands and sends no data"):
         made.stream.connect()
 

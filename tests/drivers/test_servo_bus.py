@@ -260,9 +260,11 @@ def test_what_connecting_refuses(prepare: Callable[[VirtualServoBus], None], wor
 
 
 def test_the_wrong_baud_rate_is_said() -> None:
-    bench = make_bench(
-        lambda servos: [s.table.set("baud_rate", 1) for s in servos.servos]  # type: ignore[func-returns-value]
-    )
+    def slow_down(servos: VirtualServoBus) -> None:
+        for servo in servos.servos:
+            servo.table.set("baud_rate", 1)
+
+    bench = make_bench(slow_down)
     with pytest.raises(BusError, match=r"at 1000000 baud: .* bigant devices --port memory"):
         bench.bus.connect()
 

@@ -8,16 +8,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaits.buehler import BuehlerTripod
-from gaits.gait import STEER_GAIN, TURN, Gait, make_gait
+from gaits.gait import STEER_GAIN, TURN, Gait, ShaftMotion, make_gait
 from gaits.limits import check_gait, frequency_limit, gait_peaks
 from gaits.metachronal import Metachronal
 from model.errors import ConfigError, GaitRefused
+from model.signals import BoolArray, FloatArray
 from robot.config import load_robot
 
 ROBOT = load_robot().parameters
 TRIPOD: Gait = make_gait("tripod", ROBOT)
 METACHRONAL: Gait = make_gait("metachronal", ROBOT)
 GAITS = pytest.mark.parametrize("gait", [TRIPOD, METACHRONAL], ids=lambda g: g.name)
+SWEEP = {
+    "tripod": ROBOT.tripod.stance_sweep,
+    "metachronal": ROBOT.metachronal.stance_sweep,
+}
 LEFT, RIGHT = slice(0, 3), slice(3, 6)
 phases = st.floats(-20, 20)
 steers = st.floats(-1, 1)
@@ -65,7 +70,7 @@ def test_peaks_are_the_peaks(gait: Gait) -> None:
 @GAITS
 @given(phase=phases)
 def test_stance_is_within_the_sweep(gait: Gait, phase: float) -> None:
-    sweep = {"tripod": ROBOT.tripod, "metachronal": ROBOT.metachronal}[gait.name].stance_sweep
+    sweep = SWEEP[gait.name]
     motion, stance = gait.motion(phase, 0.0), gait.stance(phase)
     offset = np.remainder(motion.angle_rad + np.pi, TURN) - np.pi
     assert (np.abs(offset[stance]) <= sweep / 2 + 0.06).all(), "up to the rounding of the corners"
@@ -130,7 +135,7 @@ def test_without_blends_it_is_the_classical_clock() -> None:
 @GAITS
 @given(phase=phases)
 def test_steering_left_shortens_the_left_sweep(gait: Gait, phase: float) -> None:
-    sweep = {"tripod": ROBOT.tripod, "metachronal": ROBOT.metachronal}[gait.name].stance_sweep
+    sweep = SWEEP[gait.name]
     grid = phase + np.linspace(0, 1, 2001)
     straight, left = gait.motion(grid, 0.0), gait.motion(grid, 1.0)
     stance = gait.stance(grid)
@@ -140,8 +145,8 @@ def test_steering_left_shortens_the_left_sweep(gait: Gait, phase: float) -> None
     assert sweep * (1 + STEER_GAIN) < TURN
 
 
-def _in_stance(motion, stance, leg):  # type: ignore[no-untyped-def]
-    offset = np.remainder(motion.angle_rad[:, leg] + np.pi, TURN) - np.pi
+def _in_stance(motion: ShaftMotion, stance: BoolArray, leg: int) -> FloatArray:
+    offset: FloatArray = np.remainder(motion.angle_rad[:, leg] + np.pi, TURN) - np.pi
     return offset[stance[:, leg]]
 
 

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -120,7 +121,7 @@ def test_rosbags_reads_every_topic(tmp_path: Path) -> None:
     seen: dict[str, int] = {}
     with AnyReader([path]) as reader:
         for connection, stamp, raw in reader.messages():
-            message = reader.deserialize(raw, connection.msgtype)
+            message: Any = reader.deserialize(raw, connection.msgtype)
             seen[connection.topic] = seen.get(connection.topic, 0) + 1
             if connection.topic == "/joint_states" and seen[connection.topic] == 1:
                 assert stamp == START_UNIX_NS
@@ -221,6 +222,7 @@ def test_a_cut_log_can_be_made_whole(tmp_path: Path) -> None:
 KILLED = """
 import sys
 from pathlib import Path
+from typing import Any
 from record.writer import LogWriter
 from tests.record.ticks import NAMES, make_tick
 first = make_tick(0)

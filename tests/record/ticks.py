@@ -49,7 +49,7 @@ def make_tick(index: int, *, legs: int = 6, seed: int = 0) -> Tick:
         Fault(list(FaultKind)[(index + k) % len(FaultKind)], "HL", f"text {k} ä ü")
         for k in range(index % 3)
     )
-    servos = ServoReadings(t_ns, *(counts(legs) for _ in range(8)), flags(legs), counts(legs))  # type: ignore[call-arg, arg-type]
+    servos = ServoReadings(t_ns, *(counts(legs) for _ in range(8)), flags(legs), counts(legs))  # type: ignore[call-arg]
     records = tuple(
         ForceRecord(t_ns, 7, 2**32 - 1, counts(2), 5, 63, counts(6, 6), flags(6), flags(6))
         for _ in range(index % 3)
@@ -73,7 +73,7 @@ def make_tick(index: int, *, legs: int = 6, seed: int = 0) -> Tick:
         mode=list(Mode)[index % len(Mode)],
         stop_reason=StopReason.NONE,
         inputs=inputs,
-        joints=JointState(t_ns, *(floats(legs) for _ in range(6)), valid=flags(legs)),  # type: ignore[misc, arg-type]
+        joints=JointState(t_ns, *(floats(legs) for _ in range(6)), valid=flags(legs)),  # type: ignore[misc]
         forces=FootForces(t_ns, floats(legs, 3), flags(legs)),
         gait_phase=np.nan if index % 2 else 0.01 * index,
         wished=command,

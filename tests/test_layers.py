@@ -1,0 +1,58 @@
+"""What holds for the whole tree: import contracts, names, hosts, paths, modules of one idea."""
+
+import re
+import subprocess
+from importlib.metadata import packages_distributions
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+OURS = ("robot", "model", "gaits", "drivers", "record", "sim_hw")
+SOURCES = sorted(p for folder in OURS for p in (ROOT / folder).glob("*.py"))
+
+
+def tracked_texts() -> list[Path]:
+    listed = subprocess.run(
+        ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    if listed.returncode:
+        pytest.skip("not a git checkout")
+    paths = [ROOT / line for line in listed.stdout.splitlines()]
+    return [p for p in paths if p.suffix not in {".png", ".mcap"} and p.is_file()]
+
+
+def test_no_installed_package_uses_our_names() -> None:
+    providers = packages_distributions()
+    others = {name: set(providers.get(name, ())) - {"bigant"} for name in OURS}
+    assert not {name: found for name, found in others.items() if found}
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda p: f"{p.parent.name}/{p.name}")
+def test_a_module_holds_one_idea(path: Path) -> None:
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= 450, "is it one idea?"
+    assert not re.match(r"(utils?|helpers?|common|misc|manager)", path.stem)
+
+
+def test_nothing_names_a_package_index_or_a_place_of_some_machine() -> None:
+    # built from pieces, so that this file does not match itself
+    index = re.compile("index" + r"[-_]url\s*=|pypi\." + "org|pythonhosted|/sim" + "ple/")
+    place = re.compile(r"(^|[\s\"'=(])/(ro" + "ot|wo" + "rk|ho" + r"me/\w+)/")
+    for path in tracked_texts():
+        text = path.read_text(encoding="utf-8", errors="ignore")
+        assert not index.search(text), path
+        assert not place.search(text), path
+
+
+def test_nothing_is_pickled_into_logs() -> None:
+    for path in SOURCES:
+        assert "import pickle" not in path.read_text(encoding="utf-8"), path
+
+
+def test_only_the_loop_waits() -> None:
+    """No sleep outside the clock: real-time behaviour can be tested in virtual time."""
+    for path in SOURCES:
+        text = path.read_text(encoding="utf-8")
+        if path.relative_to(ROOT).as_posix() == "drivers/clock.py":
+            continue
+        assert "time.sleep" not in text, path
