@@ -1,12 +1,12 @@
 """Dynamixel protocol 2.0 frames: pure bytes, both directions.
 
-Written out rather than taken from the SDK because the SDK's Python half never stuffs what it sends and
-its unstuffing is not the inverse of stuffing. Source: ROBOTIS e-manual, "Protocol 2.0".
+Written out rather than taken from the SDK because the SDK's Python half never stuffs what it sends
+and its unstuffing is not the inverse of stuffing. Source: ROBOTIS e-manual, "Protocol 2.0".
 
 Instruction: ``FF FF FD 00 | id | length | instruction | parameters | CRC``; a status frame has
-instruction 55 followed by an error byte. Length counts everything behind it, the CRC included. Inside
-instruction and parameters each ``FF FF FD`` gets one more ``FD`` (stuffing), so that no header can
-appear by chance.
+instruction 55 followed by an error byte. Length counts everything behind it, the CRC included.
+Inside instruction and parameters each ``FF FF FD`` gets one more ``FD`` (stuffing), so that no
+header can appear by chance.
 """
 
 import enum
@@ -19,6 +19,9 @@ ALERT = 0x80
 # A sync write to six servos is 37 bytes; anything near this is no frame of ours.
 LARGEST_LENGTH = 4096
 _FIXED = 7  # header, id, length
+# Reasons of a ``BadFrame`` that callers tell apart: noise on the line is not a damaged answer.
+OUTSIDE = "bytes outside a frame"
+TRUNCATED = "truncated"
 
 
 class Instruction(enum.IntEnum):
@@ -129,7 +132,7 @@ class Frame:
 
 @dataclass(frozen=True, slots=True)
 class BadFrame:
-    """Bytes that looked like a frame and were none.
+    """Bytes that are no sound frame.
 
     Attributes:
         reason: What is wrong, in words.
@@ -141,7 +144,10 @@ class BadFrame:
 
 
 class FrameParser:
-    """Finds frames in a stream of bytes, however it is cut, and takes up again after damage."""
+    """Finds frames in a stream of bytes, however it is cut, and takes up again after damage.
+
+    Every byte comes out once: in a frame, in a ``BadFrame``, or it is still pending.
+    """
 
     def __init__(self) -> None:
         self._buffer = bytearray()
@@ -163,14 +169,26 @@ class FrameParser:
             found.append(item)
         return found
 
+    def give_up(self) -> list[Frame | BadFrame]:
+        """Wait no longer: what is pending is damaged, save for sound frames inside it.
+
+        A wrong length byte makes one frame swallow those behind it; this gives them back.
+        """
+        found: list[Frame | BadFrame] = []
+        while self._buffer:
+            reason = TRUNCATED if self._buffer.startswith(HEADER) else OUTSIDE
+            end = self._buffer.find(HEADER, len(HEADER))
+            found.append(self._drop(end if end > 0 else len(self._buffer), reason))
+            found += self.feed(b"")
+        return found
+
     def _next(self) -> Frame | BadFrame | None:
         start = self._buffer.find(HEADER)
         if start < 0:
-            # keep only what may be the beginning of a header
-            keep = next((n for n in (3, 2, 1) if self._buffer.endswith(HEADER[:n])), 0)
-            del self._buffer[: len(self._buffer) - keep]
-            return None
-        del self._buffer[:start]
+            surplus = len(self._buffer) - LARGEST_LENGTH
+            return self._drop(LARGEST_LENGTH, OUTSIDE) if surplus > len(HEADER) else None
+        if start > 0:
+            return self._drop(start, OUTSIDE)
         if len(self._buffer) < _FIXED:
             return None
         length = int.from_bytes(self._buffer[5:7], "little")
@@ -181,8 +199,7 @@ class FrameParser:
             return None
         raw = bytes(self._buffer[:end])
         if crc16(raw[:-2]) != int.from_bytes(raw[-2:], "little"):
-            # a truncated frame swallows the header of the next one: look again inside
-            return self._drop(len(HEADER), "wrong CRC")
+            return self._drop(_damaged_length(raw), "wrong CRC")
         del self._buffer[:end]
         return _decode(raw)
 
@@ -190,6 +207,17 @@ class FrameParser:
         raw = bytes(self._buffer[:count])
         del self._buffer[:count]
         return BadFrame(reason, raw)
+
+
+def _damaged_length(raw: bytes) -> int:
+    """Return how many bytes of a frame with a wrong CRC are its own.
+
+    One that lost bytes on the way has swallowed the beginning of the next.
+    """
+    inside = raw.find(HEADER, len(HEADER))
+    if inside >= 0:
+        return inside
+    return len(raw) - next((n for n in (3, 2, 1) if raw.endswith(HEADER[:n])), 0)
 
 
 def _decode(raw: bytes) -> Frame | BadFrame:

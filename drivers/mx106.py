@@ -5,30 +5,21 @@ model files. Everything here is pure.
 """
 
 import enum
+import math
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drivers.settings import ServoBusSettings
-from model.signals import (
-    BoolArray,
-    FloatArray,
-    IntArray,
-    JointCommand,
-    JointState,
-    ServoReadings,
-    readonly,
-)
+from model.signals import FloatArray, IntArray, JointState, ServoReadings, readonly
 
 MODEL_NUMBER = 321
 MODEL_NUMBER_PROTOCOL_1 = 320
 TICKS_PER_TURN = 4096
-TICK_RAD = 2 * np.pi / TICKS_PER_TURN
+TICK_RAD = 2 * math.pi / TICKS_PER_TURN
 # 1 count a 64 ms is 0.228882 rpm; the manual rounds to 0.229 and its acceleration unit needs this.
-VELOCITY_UNIT_RAD_S = (1 / 4096 / 0.064) * 2 * np.pi
+VELOCITY_UNIT_RAD_S = TICK_RAD / 0.064
 CURRENT_UNIT_A = 0.00336
 DUTY_FULL = 885
 VOLTAGE_UNIT_V = 0.1
@@ -71,8 +62,10 @@ class HardwareError(enum.IntFlag):
 
 
 def hardware_error_names(value: int) -> tuple[str, ...]:
-    """Return the names of the bits set, in words."""
-    return tuple((bit.name or "").lower().replace("_", " ") for bit in HardwareError if value & bit)
+    """Return the names of the bits set, in words; a bit without a name by its mask."""
+    masks = [1 << bit for bit in range(8) if value & 1 << bit]
+    names = {int(bit): str(bit.name).lower().replace("_", " ") for bit in HardwareError}
+    return tuple(names.get(mask, f"bit 0x{mask:02x}") for mask in masks)
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,25 +99,27 @@ class Register:
         return int.from_bytes(data, "little", signed=self.signed)
 
     def encode(self, value: int) -> bytes:
-        """Return the bytes of a value."""
-        if not self.signed and value < 0:
-            value &= (1 << 8 * self.size) - 1
+        """Return the bytes of a value.
+
+        Raises:
+            OverflowError: The value does not fit into the register's bytes.
+        """
         return value.to_bytes(self.size, "little", signed=self.signed)
 
 
-def _e(
+def _kept(
     name: str, address: int, size: int, initial: int | None, minimum: int, maximum: int
 ) -> Register:
     return Register(name, address, size, True, True, initial, minimum, maximum, minimum < 0)
 
 
-def _w(
+def _volatile(
     name: str, address: int, size: int, initial: int | None, minimum: int, maximum: int
 ) -> Register:
     return Register(name, address, size, True, False, initial, minimum, maximum, minimum < 0)
 
 
-def _r(
+def _read_only(
     name: str, address: int, size: int, *, signed: bool = False, eeprom: bool = False
 ) -> Register:
     low = -(1 << 8 * size - 1) if signed else 0
@@ -133,62 +128,62 @@ def _r(
 
 
 REGISTERS: tuple[Register, ...] = (
-    _r("model_number", 0, 2, eeprom=True),
-    _r("model_information", 2, 4, eeprom=True),
-    _r("firmware_version", 6, 1, eeprom=True),
-    _e("id", 7, 1, 1, 0, 252),
-    _e("baud_rate", 8, 1, 1, 0, 7),
-    _e("return_delay_time", 9, 1, 250, 0, 254),
-    _e("drive_mode", 10, 1, 0, 0, 7),
-    _e("operating_mode", 11, 1, 3, 0, 16),
-    _e("secondary_id", 12, 1, 255, 0, 255),
-    _e("protocol_type", 13, 1, 2, 1, 2),
-    _e("homing_offset", 20, 4, 0, -1_044_479, 1_044_479),
-    _e("moving_threshold", 24, 4, 10, 0, 1023),
-    _e("temperature_limit", 31, 1, 80, 0, 100),
-    _e("max_voltage_limit", 32, 2, 160, 95, 160),
-    _e("min_voltage_limit", 34, 2, 95, 95, 160),
-    _e("pwm_limit", 36, 2, 885, 0, 885),
-    _e("current_limit", 38, 2, 2047, 0, 2047),
-    _e("acceleration_limit", 40, 4, 32767, 0, 32767),
-    _e("velocity_limit", 44, 4, 210, 0, 1023),
-    _e("max_position_limit", 48, 4, 4095, 0, 4095),
-    _e("min_position_limit", 52, 4, 0, 0, 4095),
-    _e("shutdown", 63, 1, 0x34, 0, 0x3D),
-    _w("torque_enable", 64, 1, 0, 0, 1),
-    _w("led", 65, 1, 0, 0, 1),
-    _w("status_return_level", 68, 1, 2, 0, 2),
-    _r("registered_instruction", 69, 1),
-    _r("hardware_error_status", 70, 1),
-    _w("velocity_i_gain", 76, 2, 1920, 0, 16383),
-    _w("velocity_p_gain", 78, 2, 100, 0, 16383),
-    _w("position_d_gain", 80, 2, 0, 0, 16383),
-    _w("position_i_gain", 82, 2, 0, 0, 16383),
-    _w("position_p_gain", 84, 2, 850, 0, 16383),
-    _w("feedforward_2nd_gain", 88, 2, 0, 0, 16383),
-    _w("feedforward_1st_gain", 90, 2, 0, 0, 16383),
+    _read_only("model_number", 0, 2, eeprom=True),
+    _read_only("model_information", 2, 4, eeprom=True),
+    _read_only("firmware_version", 6, 1, eeprom=True),
+    _kept("id", 7, 1, 1, 0, 252),
+    _kept("baud_rate", 8, 1, 1, 0, 7),
+    _kept("return_delay_time", 9, 1, 250, 0, 254),
+    _kept("drive_mode", 10, 1, 0, 0, 7),
+    _kept("operating_mode", 11, 1, 3, 0, 16),
+    _kept("secondary_id", 12, 1, 255, 0, 255),
+    _kept("protocol_type", 13, 1, 2, 1, 2),
+    _kept("homing_offset", 20, 4, 0, -1_044_479, 1_044_479),
+    _kept("moving_threshold", 24, 4, 10, 0, 1023),
+    _kept("temperature_limit", 31, 1, 80, 0, 100),
+    _kept("max_voltage_limit", 32, 2, 160, 95, 160),
+    _kept("min_voltage_limit", 34, 2, 95, 95, 160),
+    _kept("pwm_limit", 36, 2, 885, 0, 885),
+    _kept("current_limit", 38, 2, 2047, 0, 2047),
+    _kept("acceleration_limit", 40, 4, 32767, 0, 32767),
+    _kept("velocity_limit", 44, 4, 210, 0, 1023),
+    _kept("max_position_limit", 48, 4, 4095, 0, 4095),
+    _kept("min_position_limit", 52, 4, 0, 0, 4095),
+    _kept("shutdown", 63, 1, 0x34, 0, 0x3D),
+    _volatile("torque_enable", 64, 1, 0, 0, 1),
+    _volatile("led", 65, 1, 0, 0, 1),
+    _volatile("status_return_level", 68, 1, 2, 0, 2),
+    _read_only("registered_instruction", 69, 1),
+    _read_only("hardware_error_status", 70, 1),
+    _volatile("velocity_i_gain", 76, 2, 1920, 0, 16383),
+    _volatile("velocity_p_gain", 78, 2, 100, 0, 16383),
+    _volatile("position_d_gain", 80, 2, 0, 0, 16383),
+    _volatile("position_i_gain", 82, 2, 0, 0, 16383),
+    _volatile("position_p_gain", 84, 2, 850, 0, 16383),
+    _volatile("feedforward_2nd_gain", 88, 2, 0, 0, 16383),
+    _volatile("feedforward_1st_gain", 90, 2, 0, 0, 16383),
     Register("bus_watchdog", 98, 1, True, False, 0, -1, 127, True),
-    _w("goal_pwm", 100, 2, 885, -885, 885),
-    _w("goal_current", 102, 2, 2047, -2047, 2047),
-    _w("goal_velocity", 104, 4, 0, -1023, 1023),
-    _w("profile_acceleration", 108, 4, 0, 0, 32767),
-    _w("profile_velocity", 112, 4, 0, 0, 32767),
-    _w("goal_position", 116, 4, 0, -EXTENDED_POSITION_LIMIT, EXTENDED_POSITION_LIMIT),
-    _r("realtime_tick", 120, 2),
-    _r("moving", 122, 1),
-    _r("moving_status", 123, 1),
-    _r("present_pwm", 124, 2, signed=True),
-    _r("present_current", 126, 2, signed=True),
-    _r("present_velocity", 128, 4, signed=True),
-    _r("present_position", 132, 4, signed=True),
-    _r("velocity_trajectory", 136, 4, signed=True),
-    _r("position_trajectory", 140, 4, signed=True),
-    _r("present_input_voltage", 144, 2),
-    _r("present_temperature", 146, 1),
-    *(_w(f"indirect_address_{i + 1}", 168 + 2 * i, 2, 224 + i, 64, 661) for i in range(28)),
-    *(_w(f"indirect_data_{i + 1}", 224 + i, 1, 0, 0, 255) for i in range(28)),
-    *(_w(f"indirect_address_{i + 29}", 578 + 2 * i, 2, 634 + i, 64, 661) for i in range(28)),
-    *(_w(f"indirect_data_{i + 29}", 634 + i, 1, 0, 0, 255) for i in range(28)),
+    _volatile("goal_pwm", 100, 2, 885, -885, 885),
+    _volatile("goal_current", 102, 2, 2047, -2047, 2047),
+    _volatile("goal_velocity", 104, 4, 0, -1023, 1023),
+    _volatile("profile_acceleration", 108, 4, 0, 0, 32767),
+    _volatile("profile_velocity", 112, 4, 0, 0, 32767),
+    _volatile("goal_position", 116, 4, 0, -EXTENDED_POSITION_LIMIT, EXTENDED_POSITION_LIMIT),
+    _read_only("realtime_tick", 120, 2),
+    _read_only("moving", 122, 1),
+    _read_only("moving_status", 123, 1),
+    _read_only("present_pwm", 124, 2, signed=True),
+    _read_only("present_current", 126, 2, signed=True),
+    _read_only("present_velocity", 128, 4, signed=True),
+    _read_only("present_position", 132, 4, signed=True),
+    _read_only("velocity_trajectory", 136, 4, signed=True),
+    _read_only("position_trajectory", 140, 4, signed=True),
+    _read_only("present_input_voltage", 144, 2),
+    _read_only("present_temperature", 146, 1),
+    *(_volatile(f"indirect_address_{i + 1}", 168 + 2 * i, 2, 224 + i, 64, 661) for i in range(28)),
+    *(_volatile(f"indirect_data_{i + 1}", 224 + i, 1, 0, 0, 255) for i in range(28)),
+    *(_volatile(f"indirect_address_{i + 29}", 578 + 2 * i, 2, 634 + i, 64, 661) for i in range(28)),
+    *(_volatile(f"indirect_data_{i + 29}", 634 + i, 1, 0, 0, 255) for i in range(28)),
 )
 REGISTER = MappingProxyType({register.name: register for register in REGISTERS})
 
@@ -198,38 +193,69 @@ READ_LENGTH = REGISTER["present_temperature"].address + 1 - READ_ADDRESS
 
 
 def ticks_to_angle(ticks: FloatArray | IntArray, sign: IntArray, zero: IntArray) -> FloatArray:
-    """Return shaft angles in the leg's sense [rad] of positions [ticks]."""
-    angle: FloatArray = np.asarray(sign * (ticks - zero) * TICK_RAD, dtype=np.float64)
-    return angle
+    """Return shaft angles in the leg's sense, (N,) [rad].
+
+    Args:
+        ticks: Present or goal positions, (N,) [ticks].
+        sign: +1 or -1, (N,); the leg's sense.
+        zero: Position at shaft angle 0, (N,) [ticks].
+    """
+    return _signed(ticks - zero, sign) * TICK_RAD
 
 
 def angle_to_ticks(angle_rad: FloatArray, sign: IntArray, zero: IntArray) -> IntArray:
-    """Return the nearest positions [ticks] of shaft angles in the leg's sense [rad]."""
-    ticks: IntArray = np.rint(zero + sign * angle_rad / TICK_RAD).astype(np.int64)
+    """Return the nearest positions, (N,) int64 [ticks]; the inverse of ``ticks_to_angle``.
+
+    Raises:
+        ValueError: An angle is not a number; it has no position.
+    """
+    if not np.isfinite(angle_rad).all():
+        raise ValueError("an angle is not a number and has no position")
+    ticks: IntArray = np.rint(zero + _signed(angle_rad, sign) / TICK_RAD).astype(np.int64)
     return ticks
 
 
-def command_ticks(command: JointCommand, settings: ServoBusSettings) -> IntArray:
-    """Return goal positions [ticks] of a command, (N,) int64."""
-    return angle_to_ticks(command.angle_rad, settings.signs, settings.zeros)
+def velocity_to_rate(counts: IntArray, sign: IntArray) -> FloatArray:
+    """Return shaft speeds in the leg's sense, (N,) [rad/s], of Present Velocity counts."""
+    return _signed(counts, sign) * VELOCITY_UNIT_RAD_S
+
+
+def current_to_amperes(counts: IntArray, sign: IntArray) -> FloatArray:
+    """Return motor currents in the leg's sense, (N,) [A], of Present Current counts."""
+    return _signed(counts, sign) * CURRENT_UNIT_A
+
+
+def pwm_to_duty(counts: IntArray, sign: IntArray) -> FloatArray:
+    """Return PWM duties in the leg's sense, (N,), -1 to 1, of Present PWM counts."""
+    return _signed(counts, sign) / DUTY_FULL
+
+
+def voltage_to_volts(counts: IntArray) -> FloatArray:
+    """Return supply voltages, (N,) [V], of Present Input Voltage counts."""
+    volts: FloatArray = counts.astype(np.float64) * VOLTAGE_UNIT_V
+    return volts
+
+
+def _signed(values: FloatArray | IntArray, sign: IntArray) -> FloatArray:
+    turned: FloatArray = sign.astype(np.float64) * values.astype(np.float64)
+    return turned
 
 
 def joint_state(readings: ServoReadings, settings: ServoBusSettings) -> JointState:
     """Calibrate one sync read into the leg's sense and SI units; NaN where a servo was silent."""
-    valid: BoolArray = readings.valid
+    valid, signs = readings.valid, settings.signs
 
-    def known(values: NDArray[Any]) -> FloatArray:
-        array: FloatArray = readonly(np.where(valid, values, np.nan).astype(np.float64))
+    def known(values: FloatArray) -> FloatArray:
+        array: FloatArray = readonly(np.where(valid, values, np.nan))
         return array
 
-    signs, zeros = settings.signs, settings.zeros
     return JointState(
         t_ns=readings.t_ns,
-        angle_rad=known(ticks_to_angle(readings.position_ticks, signs, zeros)),
-        rate_rad_s=known(signs * readings.velocity_counts * VELOCITY_UNIT_RAD_S),
-        current_a=known(signs * readings.current_counts * CURRENT_UNIT_A),
-        duty=known(signs * readings.duty_counts / DUTY_FULL),
-        voltage_v=known(readings.voltage_counts * VOLTAGE_UNIT_V),
-        temperature_c=known(readings.temperature_c * 1.0),
+        angle_rad=known(ticks_to_angle(readings.position_ticks, signs, settings.zeros)),
+        rate_rad_s=known(velocity_to_rate(readings.velocity_counts, signs)),
+        current_a=known(current_to_amperes(readings.current_counts, signs)),
+        duty=known(pwm_to_duty(readings.duty_counts, signs)),
+        voltage_v=known(voltage_to_volts(readings.voltage_counts)),
+        temperature_c=known(readings.temperature_c.astype(np.float64)),
         valid=valid,
     )

@@ -1,65 +1,45 @@
 """The servo bus of one robot: connect, configure, read, send goals, torque on and off.
 
-``connect`` and ``read`` never write, so they are safe on any robot; everything that writes needs
+``connect`` and ``read`` never write, so they are safe on any robot; everything that moves needs
 ``configure`` first, which the command line calls only when armed. Torque goes on at the measured
 position, with the servos' own watchdog armed, so that they stop when the host dies.
 """
 
-from dataclasses import dataclass
+import contextlib
+from collections.abc import Sequence
 
 import numpy as np
+from dynamixel_sdk import COMM_SUCCESS
 
+from drivers.checked_servo import CheckedServo
 from drivers.clock import Clock
-from drivers.dynamixel_frames import ALERT
+from drivers.dynamixel_frames import ALERT, BROADCAST_ID
 from drivers.mx106 import (
+    EXTENDED_POSITION_LIMIT,
     READ_ADDRESS,
     READ_LENGTH,
     REGISTER,
     RETURN_DELAY_UNIT_S,
     WATCHDOG_UNIT_S,
-    Register,
-    command_ticks,
+    angle_to_ticks,
 )
-from drivers.servo_packets import Answer, BusCounters, PacketHandler
+from drivers.servo_packets import Answer
 from drivers.servo_port import ClockedPort
-from drivers.servo_setup import BusReport, CheckedServo, configure_servos, find_servos
+from drivers.servo_requests import ServoRequests
+from drivers.servo_setup import BusReport, checked_servos, configure_servos, find_servos
+from drivers.servo_stats import BusStats
 from drivers.settings import ServoBusSettings
-from model.errors import BusError, ConnectionLost
-from model.signals import IntArray, JointCommand, ServoReadings, readonly
+from model.errors import BusError
+from model.signals import BoolArray, IntArray, JointCommand, ServoReadings, readonly
 
 NEVER = -1
 TORQUE_OFF_TRIES = 3
-# The hardware error register of one servo is read once in so many reads; an alert bit does at once.
+# Register 70 of one servo is read once in so many reads; a new alert is looked into at once.
 POLL_EVERY_READS = 10
 
 
-@dataclass(frozen=True, slots=True)
-class _Field:
-    """Where a measured register lies in the block that ``read`` fetches."""
-
-    register: Register
-
-    def decode(self, block: bytes) -> int:
-        """Return the register's value."""
-        start = self.register.address - READ_ADDRESS
-        return self.register.decode(block[start : start + self.register.size])
-
-
-_FIELDS = {
-    name: _Field(REGISTER[name])
-    for name in (
-        "present_position",
-        "present_velocity",
-        "present_current",
-        "present_pwm",
-        "present_input_voltage",
-        "present_temperature",
-    )
-}
-
-
 class ServoBus:
-    """All servos of a robot on one port.
+    """All servos of a robot on one port. One thread at a time.
 
     Args:
         port: Port, not yet open.
@@ -72,7 +52,7 @@ class ServoBus:
         self.report = BusReport((), ())
         self._port = port
         self._clock = clock
-        self._packets = PacketHandler()
+        self._packets = ServoRequests()
         self._ids = [int(i) for i in settings.ids]
         self._configured = False
         self._torque_on = False
@@ -81,17 +61,25 @@ class ServoBus:
         self._reads = 0
 
     @property
-    def counters(self) -> BusCounters:
-        """Counts of requests, timeouts, damaged and late answers."""
-        return self._packets.counters
+    def stats(self) -> BusStats:
+        """Counts of requests, timeouts, damaged and late answers, and round trips."""
+        return self._packets.counters.snapshot()
 
     def connect(self) -> BusReport:
         """Open the port and find every servo. Writes nothing.
 
+        Returns:
+            Who answered, and what should be put right.
+
         Raises:
             BusError: The port cannot be opened, or a servo is missing, of another kind or unusable.
         """
-        self._port.openPort()
+        if not self._port.openPort():
+            raise BusError(
+                f"{self._port.name} cannot be opened at {self.settings.baud_rate} baud; choose "
+                "another port or baud_rate",
+                port=self._port.name,
+            )
         self.report = find_servos(self._port, self._packets, self.settings)
         return self.report
 
@@ -104,10 +92,17 @@ class ServoBus:
         configure_servos(self._port, self._packets, self.settings)
         self._configured = True
 
+    def close(self) -> None:
+        """Close the port."""
+        self._port.closePort()
+
     # Reading.
 
     def read(self) -> ServoReadings:
         """Read every servo once. A silent one costs one timeout and hides no other.
+
+        Returns:
+            Raw readings, (N,) each; see ``ServoReadings`` for what is missing.
 
         Raises:
             ConnectionLost: The port is gone.
@@ -116,20 +111,19 @@ class ServoBus:
             self._port, self._ids, READ_ADDRESS, READ_LENGTH, self._return_delay_ms()
         )
         now_ns = self._clock.now_ns()
-        valid = np.array([answer.data is not None for answer in answers])
+        valid: BoolArray = np.array([answer.data is not None for answer in answers])
         self._seen_ns = np.where(valid, now_ns, self._seen_ns)
         self._poll_hardware_error(answers)
         age_ns = np.where(self._seen_ns == NEVER, NEVER, now_ns - self._seen_ns)
-        columns = {name: _column(answers, field) for name, field in _FIELDS.items()}
         return ServoReadings(
             t_ns=now_ns,
-            position_ticks=columns["present_position"],
-            velocity_counts=columns["present_velocity"],
-            current_counts=columns["present_current"],
-            duty_counts=columns["present_pwm"],
-            voltage_counts=columns["present_input_voltage"],
-            temperature_c=columns["present_temperature"],
-            error_byte=readonly(np.array([answer.error for answer in answers])),
+            position_ticks=_column(answers, "present_position"),
+            velocity_counts=_column(answers, "present_velocity"),
+            current_counts=_column(answers, "present_current"),
+            duty_counts=_column(answers, "present_pwm"),
+            voltage_counts=_column(answers, "present_input_voltage"),
+            temperature_c=_column(answers, "present_temperature"),
+            error_byte=readonly(np.array([answer.error for answer in answers], dtype=np.int64)),
             hardware_error=readonly(self._hardware_error.copy()),
             valid=readonly(valid),
             age_ns=readonly(age_ns),
@@ -137,26 +131,29 @@ class ServoBus:
 
     def _return_delay_ms(self) -> float:
         delays = [servo.return_delay for servo in self.report.servos]
-        return max(delays, default=250) * RETURN_DELAY_UNIT_S * 1e3
+        return max(delays, default=254) * RETURN_DELAY_UNIT_S * 1e3
 
-    def _poll_hardware_error(self, answers: list[Answer]) -> None:
-        """Read register 70 where an alert bit is set, and of each servo in turn now and then.
+    def _poll_hardware_error(self, answers: Sequence[Answer]) -> None:
+        """Read register 70 of one servo: at once where an alert is new, now and then in turn.
 
         A sync read carries the alert bit only, and only our own receive loop keeps even that.
         """
-        alerted = [i for i, answer in enumerate(answers) if answer.error & ALERT]
+        unexplained = [
+            index
+            for index, answer in enumerate(answers)
+            if answer.error & ALERT and self._hardware_error[index] <= 0
+        ]
         self._reads += 1
         turn, rest = divmod(self._reads, POLL_EVERY_READS)
-        index = turn % len(self._ids)
-        due = rest == 0 and answers[index].data is not None
-        wanted = alerted[:1] or ([index] if due else [])
-        for chosen in wanted:
-            register = REGISTER["hardware_error_status"]
-            answer = self._packets.read(
-                self._port, self._ids[chosen], register.address, register.size
-            )
-            if answer.data is not None:
-                self._hardware_error[chosen] = register.decode(answer.data)
+        if not unexplained and rest:
+            return
+        index = unexplained[0] if unexplained else turn % len(self._ids)
+        if answers[index].code != COMM_SUCCESS:
+            return  # it is silent just now, and would cost a second timeout
+        register = REGISTER["hardware_error_status"]
+        answer = self._packets.read(self._port, self._ids[index], register.address, register.size)
+        if answer.data is not None:
+            self._hardware_error[index] = register.decode(answer.data)
 
     # Writing.
 
@@ -171,64 +168,88 @@ class ServoBus:
         readings = self.read()
         if not readings.valid.all():
             raise BusError(
-                f"{self._names(~readings.valid)} did not answer; torque stays off",
+                f"{self._legs(~readings.valid)} did not answer; torque stays off",
                 port=self._port.name,
+                ids=tuple(int(i) for i in self.settings.ids[~readings.valid]),
             )
         try:
             for servo, ticks in zip(self._servos(), readings.position_ticks, strict=True):
+                servo.write("bus_watchdog", 0)  # a tripped one takes no goal
                 servo.write("goal_position", int(ticks))
-                servo.write("torque_enable", 1)
-            self._torque_on = True
+                servo.write_verified("torque_enable", 1)
             for servo in self._servos():
-                servo.write("bus_watchdog", self._watchdog_units())
+                servo.write_verified("bus_watchdog", self._watchdog_units())
         except BusError:
             self.torque_off()
             raise
+        self._torque_on = True
 
     def write_goals(self, command: JointCommand) -> None:
         """Send goal positions to all servos in one sync write.
 
+        Args:
+            command: Shaft angles in the leg's sense, (N,) [rad].
+
         Raises:
-            BusError: Torque is off, or an angle is not a number.
+            BusError: Torque is off, or an angle is not a number or out of the servo's range;
+                nothing has been sent.
             ConnectionLost: The port is gone.
         """
         if not self._torque_on:
             raise BusError("torque is off; call torque_on first", port=self._port.name)
-        if not np.isfinite(command.angle_rad).all():
-            raise BusError("a goal angle is not a number", port=self._port.name)
+        if not command.torque:
+            raise BusError(
+                "a command without torque has no goals; call torque_off", port=self._port.name
+            )
+        self._refuse(~np.isfinite(command.angle_rad), "has a goal angle that is not a number")
+        ticks = angle_to_ticks(command.angle_rad, self.settings.signs, self.settings.zeros)
+        self._refuse(
+            np.abs(ticks) > EXTENDED_POSITION_LIMIT,
+            "has a goal beyond 256 turns; set the turn counter back at standstill",
+        )
         goal = REGISTER["goal_position"]
-        ticks = command_ticks(command, self.settings)
-        items = [
-            (servo_id, goal.encode(int(t))) for servo_id, t in zip(self._ids, ticks, strict=True)
-        ]
+        items = [(i, goal.encode(int(t))) for i, t in zip(self._ids, ticks, strict=True)]
         self._packets.sync_write(self._port, goal.address, items)
 
     def torque_off(self) -> bool:
         """Switch all torque off and read it back.
+
+        The watchdog stays armed until torque is known to be off: it stops a servo that did not
+        hear us. One that heard us and kept its torque is told again with its watchdog clear.
 
         Returns:
             True only if every servo says that its torque is off. Never raises: it is on every way
             out, also when the bus is half broken.
         """
         self._torque_on = False
-        off, enable = REGISTER["torque_enable"].encode(0), REGISTER["torque_enable"]
-        watchdog = REGISTER["bus_watchdog"]
         left = list(self._ids)
         for _ in range(TORQUE_OFF_TRIES):
-            try:
-                # a tripped watchdog would leave the servo deaf to later goals: clear it as well
-                self._packets.tell_all(self._port, enable.address, off)
-                self._packets.tell_all(self._port, watchdog.address, watchdog.encode(0))
-                left = [i for i in left if not self._torque_is_off(i)]
-            except ConnectionLost:
-                return False
+            self._tell(BROADCAST_ID, "torque_enable", 0)
+            torque = {servo_id: self._torque_of(servo_id) for servo_id in left}
+            left = [servo_id for servo_id in left if torque[servo_id] != 0]
             if not left:
+                self._tell(BROADCAST_ID, "bus_watchdog", 0)
                 return True
+            for servo_id in [i for i in left if torque[i] is not None]:
+                self._tell(servo_id, "bus_watchdog", 0)
         return False
 
-    def _torque_is_off(self, servo_id: int) -> bool:
-        answer = self._packets.read(self._port, servo_id, REGISTER["torque_enable"].address, 1)
-        return answer.data == b"\x00"
+    def _tell(self, servo_id: int, name: str, value: int) -> None:
+        """Write a register as well as the port can."""
+        register = REGISTER[name]
+        with contextlib.suppress(BusError, OSError):
+            self._packets.write_unanswered(
+                self._port, servo_id, register.address, register.encode(value)
+            )
+
+    def _torque_of(self, servo_id: int) -> int | None:
+        """Return Torque Enable as the servo says it, None if it says nothing."""
+        register = REGISTER["torque_enable"]
+        with contextlib.suppress(BusError, OSError):
+            answer = self._packets.read(self._port, servo_id, register.address, register.size)
+            if answer.data is not None:
+                return register.decode(answer.data)
+        return None
 
     def _need_configured(self) -> None:
         if not self._configured:
@@ -237,24 +258,26 @@ class ServoBus:
                 port=self._port.name,
             )
 
+    def _refuse(self, where: BoolArray, why: str) -> None:
+        if where.any():
+            ids = tuple(int(i) for i in self.settings.ids[where])
+            raise BusError(f"{self._legs(where)} {why}", port=self._port.name, ids=ids)
+
     def _watchdog_units(self) -> int:
         return round(self.settings.watchdog_s / WATCHDOG_UNIT_S)
 
     def _servos(self) -> list[CheckedServo]:
-        return [
-            CheckedServo(self._port, self._packets, leg, servo_id)
-            for leg, servo_id in zip(self.settings.names, self._ids, strict=True)
-        ]
+        return checked_servos(self._port, self._packets, self.settings)
 
-    def _names(self, where: np.ndarray) -> str:
-        return ", ".join(n for n, here in zip(self.settings.names, where, strict=True) if here)
-
-    def close(self) -> None:
-        """Close the port."""
-        self._port.closePort()
+    def _legs(self, where: BoolArray) -> str:
+        return ", ".join(leg for leg, here in zip(self.settings.names, where, strict=True) if here)
 
 
-def _column(answers: list[Answer], field: _Field) -> IntArray:
-    values = [0 if a.data is None else field.decode(a.data) for a in answers]
+def _column(answers: Sequence[Answer], name: str) -> IntArray:
+    """Return one register of every answer, 0 where there is none."""
+    register = REGISTER[name]
+    start = register.address - READ_ADDRESS
+    span = slice(start, start + register.size)
+    values = [0 if a.data is None else register.decode(a.data[span]) for a in answers]
     column: IntArray = readonly(np.array(values, dtype=np.int64))
     return column

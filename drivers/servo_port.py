@@ -1,9 +1,9 @@
-"""Ports for the Dynamixel SDK that keep our time, wait without burning a core, and say what they did.
+"""Ports for the Dynamixel SDK that keep our time, sleep while they wait, and say what they did.
 
 ``ClockedPort`` gives the SDK's ``PortHandler`` a monotonic clock and an honest timeout; the virtual
-bus builds on it as well. ``BusPort`` is the real serial port. What is replaced, and why: the SDK waits
-34 ms for a silent servo whatever the adapter, spins while it waits, takes wall-clock time that may
-step, opens at 1 Mbaud before the baud rate asked for, and refuses 4.5 Mbaud.
+bus builds on it as well. ``BusPort`` is the real serial port. What is replaced, and why: the SDK
+waits 34 ms for a silent servo whatever the adapter, spins while it waits, takes wall-clock time
+that may step, opens at 1 Mbaud before the baud rate asked for, and refuses 4.5 Mbaud.
 """
 
 import contextlib
@@ -27,9 +27,14 @@ BITS_PER_BYTE = 10
 # where the timer cannot be read (a pseudo-terminal, another chip) this is what we allow for.
 UNKNOWN_LATENCY_MS = 8.0
 # On top of twice the latency: the servo's own work and ours.
-SLACK_MS = 4.0
+SLACK_MS = 2.0
+# A request is at most 0.1 s of wire time; a port that takes none of it for so long is broken.
+WRITE_TIMEOUT_S = 0.2
+# Where Linux shows the latency timer of a USB serial adapter.
+USB_SERIAL_DEVICES = Path("/sys/bus/usb-serial/devices")
 
 T = TypeVar("T")
+# Called with "tx" or "rx", the bytes, and the time [ns].
 Tap = Callable[[str, bytes, int], None]
 
 
@@ -40,14 +45,23 @@ class ClockedPort(PortHandler):  # type: ignore[misc]  # the SDK is not typed
         name: Port name.
         baud_rate: Baud rate.
         clock: Where time comes from.
+
+    Attributes:
+        latency_ms: How long the adapter may hold back an answer; part of every timeout.
+        latency_timer_ms: The same as the system reports it, None if it does not.
+        bytes_sent: Bytes written so far.
+        bytes_received: Bytes read so far.
+        tap: Called with every byte that passes, or None.
     """
 
     def __init__(self, name: str, baud_rate: int, clock: Clock) -> None:
         super().__init__(name)
+        self.is_open = False
         self.baudrate = baud_rate
         self.tx_time_per_byte = 1000.0 * BITS_PER_BYTE / baud_rate  # [ms]
         self.clock = clock
         self.latency_ms = UNKNOWN_LATENCY_MS
+        self.latency_timer_ms: float | None = None
         self.bytes_sent = 0
         self.bytes_received = 0
         self.tap: Tap | None = None
@@ -88,52 +102,52 @@ class BusPort(ClockedPort):
     """A serial port (a U2D2, another adapter, a pseudo-terminal)."""
 
     def openPort(self) -> bool:  # noqa: N802
-        """Open at the right baud rate at once, for us alone.
+        """Open at the right baud rate at once, for us alone; nothing happens if it is open.
 
         Raises:
             BusError: It cannot be opened; says why and what to do.
         """
+        if self.is_open:
+            return True
         try:
             self.ser = serial.Serial(
                 port=self.port_name,
                 baudrate=self.baudrate,
                 bytesize=serial.EIGHTBITS,
                 timeout=0,
-                exclusive=True,
+                write_timeout=WRITE_TIMEOUT_S,
+                exclusive=True,  # the SDK would let two programs talk at once
             )
-        except (OSError, ValueError) as error:  # SerialException is an OSError
+        except (OSError, ValueError, termios.error) as error:  # SerialException is an OSError
             raise BusError(_cannot_open(self.name, self.baudrate, error), port=self.name) from error
         self.is_open = True
         self.is_using = False
-        self.latency_ms = self._lower_latency()
-        return True
-
-    def _lower_latency(self) -> float:
-        """Ask for low latency; return the timer as the system reports it [ms]."""
-        with contextlib.suppress(ValueError, NotImplementedError, OSError):
+        with contextlib.suppress(OSError, ValueError, NotImplementedError):
             self.ser.set_low_latency_mode(True)  # a pseudo-terminal has no such thing
-        device = Path(os.path.realpath(self.name)).name
-        timer = Path("/sys/bus/usb-serial/devices") / device / "latency_timer"
-        try:
-            return float(timer.read_text())
-        except (OSError, ValueError):
-            return UNKNOWN_LATENCY_MS
+        self.latency_timer_ms = _latency_timer_ms(self.name)
+        if self.latency_timer_ms is not None:
+            self.latency_ms = self.latency_timer_ms
+        return True
 
     def setBaudRate(self, baudrate: int) -> bool:  # noqa: N802
         """Change the baud rate without closing; 4.5 Mbaud included."""
-        self.baudrate = baudrate
-        self.tx_time_per_byte = 1000.0 * BITS_PER_BYTE / baudrate
         if self.is_open:
             self._lost(lambda: setattr(self.ser, "baudrate", baudrate))
+        self.baudrate = baudrate
+        self.tx_time_per_byte = 1000.0 * BITS_PER_BYTE / baudrate
         return True
 
     def closePort(self) -> None:  # noqa: N802
         """Close; never fails, because it is on the way out."""
-        self.is_open = False
         self.is_using = False
-        if self.ser is not None:
+        if self.is_open:
+            self.is_open = False
             with contextlib.suppress(OSError, termios.error):
                 self.ser.close()
+
+    def getBytesAvailable(self) -> int:  # noqa: N802
+        """Return how many bytes have been received and not read."""
+        return self._lost(lambda: int(self.ser.in_waiting))
 
     def clearPort(self) -> None:  # noqa: N802
         """Drop what has been received and not read."""
@@ -142,9 +156,9 @@ class BusPort(ClockedPort):
     def writePort(self, packet: bytes) -> int:  # noqa: N802
         """Send bytes."""
         data = bytes(packet)
-        written = self._lost(lambda: self.ser.write(data))
-        self.note("tx", data)
-        return written or 0
+        written = self._lost(lambda: self.ser.write(data) or 0)
+        self.note("tx", data[:written])
+        return written
 
     def readPort(self, length: int) -> bytes:  # noqa: N802
         """Return up to ``length`` bytes; waits in the kernel, at most as long as the timeout."""
@@ -164,10 +178,19 @@ class BusPort(ClockedPort):
             raise ConnectionLost(f"{self.name} is not open", port=self.name)
         try:
             return action()
-        except (OSError, termios.error, TypeError) as error:
+        except (OSError, termios.error) as error:
             raise ConnectionLost(
                 f"{self.name} is gone ({error}): was the cable pulled?", port=self.name
             ) from error
+
+
+def _latency_timer_ms(port_name: str) -> float | None:
+    """Return the adapter's latency timer as the system reports it [ms]."""
+    device = Path(os.path.realpath(port_name)).name
+    try:
+        return float((USB_SERIAL_DEVICES / device / "latency_timer").read_text())
+    except (OSError, ValueError):
+        return None
 
 
 def _cannot_open(name: str, baud_rate: int, error: Exception) -> str:

@@ -16,10 +16,10 @@ from drivers.dynamixel_frames import (
 from drivers.servo_port import BusPort, ClockedPort
 
 PING_ANSWER_BYTES = 14
-# Servos answer a broadcast ping one after the other; so many ids are waited for.
-IDS_WAITED_FOR = 32
-# From one servo's answer to the next one's, at most (500 us return delay and its own work).
+# To a broadcast each servo answers in the time slot of its id, whoever else is there: 3 ms each is
+# what the SDK allows for, and ids end at 252. Together 0.8 s, at any baud rate.
 SLOT_MS = 3.0
+IDS = 253
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,15 +67,20 @@ def serial_ports() -> tuple[SerialPort, ...]:
     return tuple(sorted(found, key=lambda p: (not p.usb_id, p.name)))
 
 
-def scan(name: str, baud_rates: Sequence[int], clock: Clock) -> tuple[FoundServo, ...]:
-    """Ping everybody at each baud rate.
+def scan(port_name: str, baud_rates: Sequence[int], clock: Clock) -> tuple[FoundServo, ...]:
+    """Ping everybody at each baud rate. Writes nothing to any servo.
+
+    Args:
+        port_name: Serial port.
+        baud_rates: Baud rates to try, in this order [baud].
+        clock: Where time comes from.
 
     Raises:
         BusError: The port cannot be opened.
     """
     found: list[FoundServo] = []
     for baud_rate in baud_rates:
-        port = BusPort(name, baud_rate, clock)
+        port = BusPort(port_name, baud_rate, clock)
         port.openPort()
         try:
             found += broadcast_ping(port)
@@ -85,17 +90,23 @@ def scan(name: str, baud_rates: Sequence[int], clock: Clock) -> tuple[FoundServo
 
 
 def broadcast_ping(port: ClockedPort) -> list[FoundServo]:
-    """Ping everybody on an open port; waits only as long as answers may still come."""
+    """Ping everybody on an open port.
+
+    Waits for the slots of all ids, and longer by the wire time of each answer that comes.
+
+    Returns:
+        Who answered, by id.
+    """
     port.clearPort()
     port.writePort(build_instruction(BROADCAST_ID, Instruction.PING))
-    wire_ms = port.tx_time_per_byte * PING_ANSWER_BYTES
-    slot_ms = wire_ms + SLOT_MS
-    port.setPacketTimeoutMillis(slot_ms * IDS_WAITED_FOR + 2 * port.latency_ms)
+    port.setPacketTimeoutMillis(SLOT_MS * IDS + 2 * port.latency_ms)
     parser = FrameParser()
-    found: list[FoundServo] = []
+    found: dict[int, FoundServo] = {}
     while port.remaining_ms() > 0:
         for item in parser.feed(port.readPort(1024)):
             if isinstance(item, Frame) and item.error is not None and len(item.parameters) == 3:
                 model = int.from_bytes(item.parameters[:2], "little")
-                found.append(FoundServo(port.baudrate, item.servo_id, model, item.parameters[2]))
-    return found
+                servo = FoundServo(port.baudrate, item.servo_id, model, item.parameters[2])
+                found[item.servo_id] = servo
+                port.packet_timeout += port.tx_time_per_byte * PING_ANSWER_BYTES
+    return [found[servo_id] for servo_id in sorted(found)]

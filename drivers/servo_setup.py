@@ -1,13 +1,14 @@
 """Finding the servos of a robot, and bringing them into the state the loop needs.
 
-Finding only asks. Setting up writes, and only what differs; EEPROM registers change with torque off.
+Finding only asks. Setting up writes, and to EEPROM only what differs, with torque off.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from dynamixel_sdk import COMM_SUCCESS
+from dynamixel_sdk import COMM_SUCCESS, Protocol1PacketHandler
 
+from drivers.checked_servo import CheckedServo
 from drivers.dynamixel_frames import Instruction
 from drivers.mx106 import (
     MODEL_NUMBER,
@@ -19,19 +20,19 @@ from drivers.mx106 import (
     OperatingMode,
     hardware_error_names,
 )
-from drivers.servo_packets import Answer, PacketHandler
-from drivers.servo_port import UNKNOWN_LATENCY_MS, ClockedPort
+from drivers.servo_packets import Answer
+from drivers.servo_port import ClockedPort
+from drivers.servo_requests import ServoRequests
 from drivers.settings import ServoBusSettings
 from model.errors import BusError
 
 PING_TRIES = 2
 # Firmware before this has no bus watchdog.
 FIRST_FIRMWARE_WITH_WATCHDOG = 38
-LONGEST_QUIET_RETURN_DELAY = 1
+LONGEST_QUIET_RETURN_DELAY = 1  # 2 us
 WARN_LATENCY_MS = 4.0
 # Beyond this many turns the turn counter is set back before walking: the range ends at 256.
-TURNS_TO_CLEAR = 100
-CLEAR_MULTI_TURN = bytes.fromhex("01 44 58 4C 22")
+TURNS_TO_CLEAR = 200
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,182 +69,180 @@ class BusReport:
     warnings: tuple[str, ...]
 
 
-def find_servos(port: ClockedPort, packets: PacketHandler, settings: ServoBusSettings) -> BusReport:
+def checked_servos(
+    port: ClockedPort, packets: ServoRequests, settings: ServoBusSettings
+) -> list[CheckedServo]:
+    """Return the servos of a robot in leg order, to be read and written by register name."""
+    return [
+        CheckedServo(port, packets, leg, int(servo_id))
+        for leg, servo_id in zip(settings.names, settings.ids, strict=True)
+    ]
+
+
+def find_servos(port: ClockedPort, packets: ServoRequests, settings: ServoBusSettings) -> BusReport:
     """Ask every servo who it is. Writes nothing.
 
     Raises:
         BusError: One is missing, of another kind, or in a state that cannot be worked with.
     """
-    pairs = [(name, int(i)) for name, i in zip(settings.names, settings.ids, strict=True)]
-    pings = {servo_id: _ping(port, packets, servo_id) for _, servo_id in pairs}
-    missing = [(name, i) for name, i in pairs if pings[i].data is None]
+    servos = checked_servos(port, packets, settings)
+    identities = [_ping(servo).data for servo in servos]
+    missing = [s for s, identity in zip(servos, identities, strict=True) if identity is None]
     if missing:
-        raise BusError(
-            _missing_words(port.name, settings, missing, len(pairs)),
-            port=port.name,
-            ids=tuple(i for _, i in missing),
-        )
-    servos: list[ServoFound] = []
+        words = _missing_words(port, settings, missing)
+        raise BusError(words, port=port.name, ids=tuple(s.servo_id for s in missing))
+    found: list[ServoFound] = []
     warnings: list[str] = []
-    for name, servo_id in pairs:
-        data = pings[servo_id].data or b""
-        model, firmware = int.from_bytes(data[:2], "little"), data[2]
-        _check_model(port.name, name, servo_id, model)
-        servo, remarks = _inspect(port, packets, name, servo_id, model, firmware)
-        servos.append(servo)
-        warnings += remarks
-    return BusReport(tuple(servos), (*_bus_warnings(port, servos), *warnings))
-
-
-def _ping(port: ClockedPort, packets: PacketHandler, servo_id: int) -> Answer:
-    answer = Answer(None, 0, COMM_SUCCESS)
-    for _ in range(PING_TRIES):
-        answer = packets.ask(port, servo_id, Instruction.PING)
-        if answer.data is not None:
-            break
-    return answer
-
-
-def _missing_words(
-    port_name: str, settings: ServoBusSettings, missing: Sequence[tuple[str, int]], count: int
-) -> str:
-    if len(missing) == count:
-        return (
-            f"no servo answers on {port_name} at {settings.baud_rate} baud: check power and cable, "
-            f"and whether the baud rate is right with: bigant devices --port {port_name}"
+    for servo, identity in zip(servos, identities, strict=True):
+        data = identity or b""
+        model, firmware = REGISTER["model_number"].decode(data[:2]), data[2]
+        _check_model(servo, model)
+        warnings += _check_state(servo, firmware)
+        found.append(
+            ServoFound(
+                leg=servo.leg,
+                servo_id=servo.servo_id,
+                model=model,
+                firmware=firmware,
+                return_delay=servo.read("return_delay_time"),
+                voltage_v=servo.read("present_input_voltage") * VOLTAGE_UNIT_V,
+            )
         )
-    who = ", ".join(f"{name} (id {i})" for name, i in missing)
-    return (
-        f"{who} does not answer on {port_name} at {settings.baud_rate} baud, {count - len(missing)} "
-        "others do: check its cable and id"
-    )
+    return BusReport(tuple(found), (*_bus_warnings(port, found), *warnings))
 
 
-def _check_model(port_name: str, leg: str, servo_id: int, model: int) -> None:
-    if model == MODEL_NUMBER:
-        return
-    what = (
-        "has protocol 1.0 firmware: put the MX-106(2.0) firmware on it with Dynamixel Wizard"
-        if model == MODEL_NUMBER_PROTOCOL_1
-        else f"is model {model}, no MX-106 (2.0): check the ids in the robot file"
-    )
-    raise BusError(f"{leg} (id {servo_id}) {what}", port=port_name, ids=(servo_id,))
-
-
-def _inspect(
-    port: ClockedPort, packets: PacketHandler, leg: str, servo_id: int, model: int, firmware: int
-) -> tuple[ServoFound, list[str]]:
-    checked = CheckedServo(port, packets, leg, servo_id)
-    errors = hardware_error_names(checked.read("hardware_error_status"))
-    if errors:
-        raise BusError(
-            f"{leg} (id {servo_id}) has shut down ({', '.join(errors)}): remove the cause, then "
-            "switch its power off and on",
-            port=port.name,
-            ids=(servo_id,),
-        )
-    offset = checked.read("homing_offset")
-    if offset != 0:
-        raise BusError(
-            f"{leg} (id {servo_id}) has a homing offset of {offset}: set it to 0 and put the offset "
-            "into servo_zero (with an offset, a tripped watchdog can leave the motor running)",
-            port=port.name,
-            ids=(servo_id,),
-            register="homing_offset",
-        )
-    remarks = []
-    if firmware < FIRST_FIRMWARE_WITH_WATCHDOG:
-        remarks.append(f"{leg} has firmware {firmware}, which has no bus watchdog: update it")
-    servo = ServoFound(
-        leg=leg,
-        servo_id=servo_id,
-        model=model,
-        firmware=firmware,
-        return_delay=checked.read("return_delay_time"),
-        voltage_v=checked.read("present_input_voltage") * VOLTAGE_UNIT_V,
-    )
-    return servo, remarks
-
-
-def _bus_warnings(port: ClockedPort, servos: list[ServoFound]) -> list[str]:
-    warnings = []
-    slow = [s for s in servos if s.return_delay > LONGEST_QUIET_RETURN_DELAY]
-    if slow:
-        delay_us = max(s.return_delay for s in slow) * RETURN_DELAY_UNIT_S * 1e6
-        who = ", ".join(s.leg for s in slow)
-        warnings.append(
-            f"{who} wait {delay_us:.0f} us before they answer, once a servo and tick: set their "
-            "return delay time to 0 with Dynamixel Wizard"
-        )
-    if port.latency_ms > WARN_LATENCY_MS and port.latency_ms != UNKNOWN_LATENCY_MS:
-        warnings.append(
-            f"{port.name} holds answers back for up to {port.latency_ms:.0f} ms: set its "
-            "latency_timer to 1"
-        )
-    return warnings
-
-
-def configure_servos(port: ClockedPort, packets: PacketHandler, settings: ServoBusSettings) -> None:
-    """Torque off, watchdog clear, extended position mode, full status answers, counters near 0.
+def configure_servos(port: ClockedPort, packets: ServoRequests, settings: ServoBusSettings) -> None:
+    """Torque off, watchdog clear, extended position mode, every request answered, few turns.
 
     Raises:
         BusError: A servo does not take a setting.
     """
-    for leg, servo_id in zip(settings.names, (int(i) for i in settings.ids), strict=True):
-        setup = CheckedServo(port, packets, leg, servo_id)
-        setup.write("status_return_level", 2)
-        setup.write("torque_enable", 0)
-        setup.write("bus_watchdog", 0)
-        setup.ensure("operating_mode", OperatingMode.EXTENDED_POSITION)
-        setup.write("profile_velocity", 0)
-        setup.write("profile_acceleration", 0)
-        if abs(setup.read("present_position")) > TURNS_TO_CLEAR * TICKS_PER_TURN:
-            setup.clear_turns()
+    for servo in checked_servos(port, packets, settings):
+        servo.answer_everything()
+        servo.write_verified("torque_enable", 0)  # EEPROM is locked while it is on
+        servo.write_verified("bus_watchdog", 0)
+        servo.ensure("operating_mode", OperatingMode.EXTENDED_POSITION)
+        servo.write("profile_velocity", 0)
+        servo.write("profile_acceleration", 0)
+        if abs(servo.read("present_position")) > TURNS_TO_CLEAR * TICKS_PER_TURN:
+            servo.clear_turns()
 
 
-@dataclass(frozen=True, slots=True)
-class CheckedServo:
-    """Reads and writes of one servo that raise a ``BusError`` naming leg and register."""
+def _ping(servo: CheckedServo) -> Answer:
+    answer = servo.packets.ask(servo.port, servo.servo_id, Instruction.PING)
+    for _ in range(PING_TRIES - 1):
+        if answer.data is not None:
+            break
+        answer = servo.packets.ask(servo.port, servo.servo_id, Instruction.PING)
+    return answer
 
-    port: ClockedPort
-    packets: PacketHandler
-    leg: str
-    servo_id: int
 
-    def read(self, name: str) -> int:
-        """Return a register's value."""
-        register = REGISTER[name]
-        answer = self.packets.read(self.port, self.servo_id, register.address, register.size)
-        if answer.data is None:
-            raise self._refused(f"did not give its {name}", answer, name)
-        return register.decode(answer.data)
-
-    def write(self, name: str, value: int) -> None:
-        """Write a register."""
-        register = REGISTER[name]
-        data = register.encode(value)
-        answer = self.packets.write(self.port, self.servo_id, register.address, data)
-        if not answer.ok and answer.error == 0:  # the wire, not the servo: once more
-            answer = self.packets.write(self.port, self.servo_id, register.address, data)
-        if not answer.ok:
-            raise self._refused(f"did not take {name} = {value}", answer, name)
-
-    def ensure(self, name: str, value: int) -> None:
-        """Write only what differs: an EEPROM cell bears a limited number of writes."""
-        if self.read(name) != value:
-            self.write(name, value)
-
-    def clear_turns(self) -> None:
-        """Set the turn counter back into one turn; the servo must stand still."""
-        answer = self.packets.ask(self.port, self.servo_id, Instruction.CLEAR, CLEAR_MULTI_TURN)
-        if not answer.ok:
-            raise self._refused("did not set its turn counter back", answer, "present_position")
-
-    def _refused(self, what: str, answer: Answer, register: str) -> BusError:
-        return BusError(
-            f"{self.leg} (id {self.servo_id}) {what}: {answer.words}",
-            port=self.port.name,
-            ids=(self.servo_id,),
-            register=register,
-            code=answer.code,
+def _missing_words(
+    port: ClockedPort, settings: ServoBusSettings, missing: Sequence[CheckedServo]
+) -> str:
+    old = [servo for servo in missing if _speaks_protocol_1(servo)]
+    if old:
+        return f"{_who(old)}: {_PROTOCOL_1_WORDS}"
+    where = f"on {port.name} at {settings.baud_rate} baud"
+    others = len(settings.names) - len(missing)
+    if not others:
+        return (
+            f"no servo answers {where}: check power and cable, and whether the baud rate is right "
+            f"with: bigant devices --port {port.name}"
         )
+    verb = "does" if len(missing) == 1 else "do"
+    others_words = "1 other does" if others == 1 else f"{others} others do"
+    return (
+        f"{_who(missing)} {verb} not answer {where}, {others_words}: check cable, id and baud rate "
+        f"with: bigant devices --port {port.name}"
+    )
+
+
+def _who(servos: Sequence[CheckedServo]) -> str:
+    return ", ".join(f"{servo.leg} (id {servo.servo_id})" for servo in servos)
+
+
+def _speaks_protocol_1(servo: CheckedServo) -> bool:
+    """Ask in the old protocol: a servo with the old firmware is deaf to the new one."""
+    _, code, _ = Protocol1PacketHandler().ping(servo.port, servo.servo_id)
+    return bool(code == COMM_SUCCESS)
+
+
+_PROTOCOL_1_WORDS = (
+    "protocol 1.0 firmware, which has no sync read and no watchdog; put the MX-106(2.0) firmware "
+    "on it with Dynamixel Wizard"
+)
+
+
+def _check_model(servo: CheckedServo, model: int) -> None:
+    if model == MODEL_NUMBER:
+        return
+    what = (
+        f"has {_PROTOCOL_1_WORDS}"
+        if model == MODEL_NUMBER_PROTOCOL_1
+        else f"is model {model}, no MX-106(2.0): check the ids in the robot file"
+    )
+    raise _unusable(servo, what, "model_number")
+
+
+def _check_state(servo: CheckedServo, firmware: int) -> list[str]:
+    """Return warnings about one servo; raise for what cannot be worked with."""
+    probe = REGISTER["hardware_error_status"]
+    answer = servo.packets.read(servo.port, servo.servo_id, probe.address, probe.size)
+    if answer.data is None and not answer.error:
+        raise _unusable(
+            servo,
+            f"answers a ping and no read on {servo.port.name}: its status return level may be 0, "
+            "so switch its power off and on",
+            "status_return_level",
+        )
+    warnings = []
+    error = servo.read("hardware_error_status")
+    names = ", ".join(hardware_error_names(error))
+    if error & servo.read("shutdown"):
+        raise _unusable(
+            servo,
+            f"has shut down ({names}): remove the cause, then switch its power off and on",
+            "hardware_error_status",
+        )
+    if error:
+        warnings.append(f"{_who([servo])} reports {names}: look for the cause before it walks")
+    offset = servo.read("homing_offset")
+    if offset != 0:
+        raise _unusable(
+            servo,
+            f"has a homing offset of {offset}: set it to 0 with Dynamixel Wizard and put it "
+            "into servo_zero (with an offset, a tripped watchdog can leave the motor running)",
+            "homing_offset",
+        )
+    if firmware < FIRST_FIRMWARE_WITH_WATCHDOG:
+        warnings.append(
+            f"{_who([servo])} has firmware {firmware}, which has no bus watchdog: update it with "
+            "Dynamixel Wizard"
+        )
+    return warnings
+
+
+def _unusable(servo: CheckedServo, what: str, register: str) -> BusError:
+    return BusError(
+        f"{_who([servo])} {what}", port=servo.port.name, ids=(servo.servo_id,), register=register
+    )
+
+
+def _bus_warnings(port: ClockedPort, servos: Sequence[ServoFound]) -> list[str]:
+    warnings = []
+    slow = [servo for servo in servos if servo.return_delay > LONGEST_QUIET_RETURN_DELAY]
+    if slow:
+        delay_us = max(servo.return_delay for servo in slow) * RETURN_DELAY_UNIT_S * 1e6
+        legs = ", ".join(servo.leg for servo in slow)
+        warnings.append(
+            f"{legs} wait {delay_us:.0f} us before they answer, once a servo and tick: set their "
+            "return delay time to 0 with Dynamixel Wizard"
+        )
+    latency_ms = port.latency_timer_ms
+    if latency_ms is not None and latency_ms > WARN_LATENCY_MS:
+        warnings.append(
+            f"{port.name} holds answers back for up to {latency_ms:.0f} ms: set its latency_timer "
+            "to 1"
+        )
+    return warnings

@@ -224,6 +224,7 @@ class Controller:
             (FaultKind.LINK_LOST in kinds, StopReason.LINK_LOST),
             (verdict.lost, StopReason.SERVO_LOST),
             (verdict.broken, StopReason.SERVO_FAULT),
+            (FaultKind.SERVO_CORRUPT in kinds, StopReason.SERVO_FAULT),
             (state.refused >= REFUSED_LIMIT, StopReason.COMMAND_REFUSED),
             (late >= self.config.loop.late_ticks, StopReason.TIMING),
             (silent_s >= self.config.servo_bus.watchdog_s, StopReason.TIMING),

@@ -123,6 +123,7 @@ CAUSES = {
     StopReason.LINK_LOST: {FaultKind.LINK_LOST},
     StopReason.SERVO_LOST: {FaultKind.SERVO_SILENT},
     StopReason.SERVO_FAULT: {
+        FaultKind.SERVO_CORRUPT,
         FaultKind.SERVO_ALERT,
         FaultKind.SERVO_HOT,
         FaultKind.SERVO_CURRENT,

@@ -204,7 +204,7 @@ def test_a_damaged_answer_is_said_of_that_servo_only(bench: Bench) -> None:
     bench.servos.damage_next_reply()
     readings = bench.bus.read()
     assert np.flatnonzero(~readings.valid).tolist() == [0]
-    assert bench.bus.counters.corrupt == 1
+    assert bench.bus.stats.crc_errors == 1
     assert bench.bus.read().valid.all()
 
 

@@ -200,7 +200,8 @@ def test_one_lost_reading_is_a_fault_and_no_stop() -> None:
 
 def test_a_force_unit_that_falls_silent_brings_the_robot_to_rest() -> None:
     def mute(rig: Rig) -> None:
-        rig._forces._datagrams._unit.transmit = False  # type: ignore[union-attr, attr-defined]
+        stream: Any = rig._forces
+        stream._datagrams._unit.transmit = False
 
     result, ticks, _ = drive(walking_on(), disturb=at(7.0, mute))
     assert result.reason is StopReason.FORCE_LOST
@@ -221,6 +222,24 @@ def test_a_pulled_cable_cuts() -> None:
     assert ticks[-1].mode is Mode.LIMP
     assert result.torque_off is False, "nobody can confirm it"
     assert "cable" in result.detail
+
+
+def test_a_servo_that_does_not_take_torque_ends_the_run() -> None:
+    def refuse(rig: Rig, tick: Tick) -> None:
+        if tick.index == 0:  # between connecting and switching on
+            servos(rig).silence(6)
+
+    rig_seen: list[Rig] = []
+
+    def watch(rig: Rig, tick: Tick) -> None:
+        rig_seen.append(rig)
+        refuse(rig, tick)
+
+    listen_then_walk = Told(lambda t, _: wish(Intent.LISTEN if t < 0.02 else Intent.WALK))
+    result, ticks, rig = drive(listen_then_walk, disturb=watch)
+    assert result.reason in {StopReason.SERVO_FAULT, StopReason.SERVO_LOST}
+    assert ticks[-1].mode is not Mode.WALK
+    assert rig_seen[0] is rig
 
 
 def test_a_log_that_fails_brings_the_robot_to_rest() -> None:

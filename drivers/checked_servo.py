@@ -1,0 +1,107 @@
+"""One servo by register name: what it does not give or take raises an error naming leg and id."""
+
+from dataclasses import dataclass
+
+from drivers.dynamixel_frames import Instruction
+from drivers.mx106 import REGISTER
+from drivers.servo_packets import Answer
+from drivers.servo_port import ClockedPort
+from drivers.servo_requests import ServoRequests
+from model.errors import BusError
+
+CLEAR_MULTI_TURN = bytes.fromhex("01 44 58 4C 22")
+
+
+@dataclass(frozen=True, slots=True)
+class CheckedServo:
+    """Reads and writes of one servo that raise a ``BusError`` when they fail.
+
+    Attributes:
+        port: Open port.
+        packets: How to ask.
+        leg: Leg name, for the error.
+        servo_id: Dynamixel id.
+    """
+
+    port: ClockedPort
+    packets: ServoRequests
+    leg: str
+    servo_id: int
+
+    def read(self, name: str) -> int:
+        """Return a register's value.
+
+        Raises:
+            BusError: No sound answer.
+        """
+        register = REGISTER[name]
+        answer = self.packets.read(self.port, self.servo_id, register.address, register.size)
+        if answer.data is None:
+            raise self._refused(f"did not give its {name}", answer, name)
+        return register.decode(answer.data)
+
+    def write(self, name: str, value: int) -> None:
+        """Write a register; one more time if the answer is lost on the way.
+
+        Raises:
+            BusError: The servo did not say that it took the value.
+        """
+        register = REGISTER[name]
+        data = register.encode(value)
+        answer = self.packets.write(self.port, self.servo_id, register.address, data)
+        if not answer.ok and not answer.error:  # the wire, not the servo
+            answer = self.packets.write(self.port, self.servo_id, register.address, data)
+        if not answer.ok:
+            raise self._refused(f"did not take {name} = {value}", answer, name)
+
+    def write_verified(self, name: str, value: int) -> None:
+        """Write a register and read it back: a servo may take a value and not keep it.
+
+        Raises:
+            BusError: The servo did not take or not keep the value.
+        """
+        self.write(name, value)
+        kept = self.read(name)
+        if kept != value:
+            raise BusError(
+                f"{self.leg} (id {self.servo_id}) took {name} = {value} and has {kept}: switch its "
+                "power off and on",
+                port=self.port.name,
+                ids=(self.servo_id,),
+                register=name,
+            )
+
+    def ensure(self, name: str, value: int) -> None:
+        """Write only what differs: an EEPROM cell bears a limited number of writes."""
+        if self.read(name) != value:
+            self.write_verified(name, value)
+
+    def answer_everything(self) -> None:
+        """Set the status return level to 2; a servo at level 1 does not even answer that write.
+
+        Raises:
+            BusError: It is not at level 2 afterwards.
+        """
+        level = REGISTER["status_return_level"]
+        if self.read(level.name) != 2:
+            self.packets.write_unanswered(self.port, self.servo_id, level.address, level.encode(2))
+            self.write_verified(level.name, 2)
+
+    def clear_turns(self) -> None:
+        """Set the turn counter back into one turn; the servo must stand still.
+
+        Raises:
+            BusError: It moves, or its firmware (before 42) cannot.
+        """
+        answer = self.packets.ask(self.port, self.servo_id, Instruction.CLEAR, CLEAR_MULTI_TURN)
+        if not answer.ok:
+            raise self._refused("did not set its turn counter back", answer, "present_position")
+
+    def _refused(self, what: str, answer: Answer, register: str) -> BusError:
+        return BusError(
+            f"{self.leg} (id {self.servo_id}) {what}: {answer.words}",
+            port=self.port.name,
+            ids=(self.servo_id,),
+            register=register,
+            code=answer.code,
+        )
