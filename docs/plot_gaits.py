@@ -1,0 +1,52 @@
+"""Draw both gaits, shaft angle and stance against phase: docs/figures/gaits.png."""
+
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from gaits.gait import GAIT_NAMES, make_gait
+from robot.config import load_robot
+
+OUT = Path(__file__).resolve().parent / "figures" / "gaits.png"
+COLOURS = ("#0072B2", "#56B4E9", "#009E73", "#D55E00", "#E69F00", "#CC79A7")
+
+
+def main() -> None:
+    """Draw them."""
+    robot = load_robot().parameters
+    phase = np.linspace(0, 2, 2001)
+    with mpl.rc_context({"axes.spines.top": False, "axes.spines.right": False, "font.size": 9}):
+        figure = Figure(figsize=(9, 5.2), layout="constrained")
+        axes = figure.subplots(2, 2, sharex=True, height_ratios=[3, 1.6])
+        for column, name in enumerate(GAIT_NAMES):
+            gait = make_gait(name, robot)
+            angle = gait.motion(phase, 0.0).angle_rad
+            stance = gait.stance(phase)
+            top, bottom = axes[0, column], axes[1, column]
+            for leg, leg_name in enumerate(robot.legs.names):
+                wrapped = np.remainder(angle[:, leg] + np.pi, 2 * np.pi) - np.pi
+                wrapped[:-1][np.abs(np.diff(wrapped)) > np.pi] = np.nan
+                top.plot(phase, np.degrees(wrapped), color=COLOURS[leg], lw=1.2, label=leg_name)
+                down = np.where(stance[:, leg], leg, np.nan)
+                bottom.plot(phase, down, color=COLOURS[leg], lw=6, solid_capstyle="butt")
+            top.set_title(name)
+            top.set_ylabel("shaft angle [deg]")
+            bottom.set_yticks(range(len(robot.legs.names)), robot.legs.names)
+            bottom.set_ylabel("on the ground")
+            bottom.set_xlabel("phase [cycles]; dotted: where walking begins")
+            bottom.axvline(gait.start_phase, color="black", lw=0.8, ls=":")
+        figure.legend(
+            *axes[0, 0].get_legend_handles_labels(),
+            frameon=False,
+            ncols=6,
+            loc="outside upper center",
+        )
+        OUT.parent.mkdir(exist_ok=True)
+        figure.savefig(OUT, dpi=120)
+    print(OUT.name)
+
+
+if __name__ == "__main__":
+    main()
