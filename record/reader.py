@@ -54,7 +54,7 @@ def read_ticks(path: Path, contents: LogContents | None = None) -> Iterator[Tick
         raise RecordError(f"the log {path} cannot be read: {error.strerror}") from error
     with stream:
         try:
-            for record in StreamReader(stream, record_size_limit=None).records:
+            for record in StreamReader(stream, validate_crcs=True, record_size_limit=None).records:
                 if isinstance(record, Channel):
                     channels[record.id] = record.topic
                 elif isinstance(record, Metadata) and record.name == METADATA_NAME:

@@ -38,7 +38,7 @@ def recover(path: Path, out: Path) -> int:
         schemas: dict[int, int] = {}
         channels: dict[int, int] = {}
         try:
-            for record in StreamReader(source, record_size_limit=None).records:
+            for record in StreamReader(source, validate_crcs=True, record_size_limit=None).records:
                 kept += _copy(record, writer, schemas, channels)
         except DAMAGE:
             pass  # the cut: everything before it has been copied

@@ -123,7 +123,8 @@ def _velocity(log: Recording) -> Figure:
     axes[3].set_ylabel("difference")
     axes[3].set_xlabel("time [s]")
     axes[3].legend(loc="upper right", ncols=3)
-    _clip(axes[3], (log.predicted_velocity_B - log.truth_velocity_B).ravel() * 1e3)
+    walking = log.mode == Mode.WALK.value
+    _clip(axes[3], (log.predicted_velocity_B - log.truth_velocity_B)[walking].ravel() * 1e3)
     return figure
 
 
@@ -186,5 +187,6 @@ def _clip(ax: Axes, values: FloatArray, where: np.ndarray | None = None) -> None
     if len(known) == 0:
         return
     low, high = np.percentile(known, [0.5, 99.5])
+    low, high = min(low, 0.0), max(high, 0.0)
     margin = 0.35 * max(high - low, 1e-9)
     ax.set_ylim(low - margin, high + margin)

@@ -298,7 +298,7 @@ def test_when_the_host_dies_the_servos_stop_by_themselves() -> None:
     """Kill -9 in mid-stride: the device process lives on, its watchdogs have tripped."""
     from drivers.clock import MonotonicClock
     from drivers.mx106 import REGISTER
-    from drivers.servo_packets import PacketHandler
+    from drivers.servo_requests import ServoRequests
     from drivers.servo_port import BusPort
 
     sim = Sim()
@@ -308,7 +308,7 @@ def test_when_the_host_dies_the_servos_stop_by_themselves() -> None:
         read_until(process, "WALK")
         process.kill()
         process.communicate()
-        port, packets = BusPort(sim.port, 1_000_000, MonotonicClock()), PacketHandler()
+        port, packets = BusPort(sim.port, 1_000_000, MonotonicClock()), ServoRequests()
         for _ in range(50):
             try:
                 port.openPort()
