@@ -298,8 +298,8 @@ def test_when_the_host_dies_the_servos_stop_by_themselves() -> None:
     """Kill -9 in mid-stride: the device process lives on, its watchdogs have tripped."""
     from drivers.clock import MonotonicClock
     from drivers.mx106 import REGISTER
-    from drivers.servo_requests import ServoRequests
     from drivers.servo_port import BusPort
+    from drivers.servo_requests import ServoRequests
 
     sim = Sim()
     try:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,10 @@ import pytest
 from drivers.mx106 import HardwareError
 from model.errors import RecordError
 from model.signals import FaultKind, Intent, Mode, StopReason, Tick
+from robot.config import load_robot, parse_robot
+from robot.controller import Controller
+from robot.hardware import open_in_memory
+from robot.loop import run
 from robot.rig import Rig
 from tests.robot.runs import CONFIG, STOP, Kept, Told, drive, modes_of, walk_then_stop, wish
 
@@ -298,14 +303,34 @@ def test_the_loop_keeps_its_grid() -> None:
     assert {t.inputs.timing.missed for t in ticks[5:]} == {0}
 
 
+def test_the_loop_runs_at_200_hz() -> None:
+    rig = open_in_memory(CONFIG, seed=0, armed=True, with_forces=True)
+    kept = Kept()
+    controller = Controller(CONFIG, rig.calibrations, armed=True, rate_hz=200)
+    result = run(rig, controller, walk_then_stop(4.0), kept, None)
+    starts = np.array([t.t_ns for t in kept.ticks[5:]])
+    assert set(np.diff(starts).tolist()) == {5_000_000}
+    assert result.reason is StopReason.OPERATOR
+    assert not [t for t in kept.ticks if t.faults]
+
+
+def test_a_robot_with_eight_legs_walks() -> None:
+    """The example file, whose fourth pair of legs carries no force sensor."""
+    config = load_robot(Path(__file__).resolve().parents[2] / "examples" / "octopod.toml")
+    result, ticks, _ = drive(walk_then_stop(9.0), config=config)
+    assert result.reason is StopReason.OPERATOR
+    assert forward(ticks) > 0.05
+    valid = ticks[-1].forces.valid
+    assert valid.tolist() == [True, True, True, False] * 2
+    assert np.isnan(ticks[-1].forces.force_n[~valid]).all(), "absent is never zero"
+
+
 def test_another_robot_walks_too() -> None:
     """Half the mass, other ids, other mounting: all of it comes from the file."""
     text = CONFIG.text.replace("mass = 6.5 ", "mass = 4.0 ")
     text = text.replace("[1, 2, 3, 4, 5, 6]              # assumed\n", "[11, 12, 13, 4, 5, 6]\n", 1)
     text = text.replace("servo_zero = [2048, 2048,", "servo_zero = [100, 3000,")
     text = text.replace("[0.10, 0.14, 0.22]", "[0.06, 0.09, 0.14]")
-    from robot.config import parse_robot
-
     config = parse_robot(text)
     assert config.servo_bus.ids.tolist() == [11, 12, 13, 4, 5, 6]
     result, ticks, _ = drive(walk_then_stop(9.0), config=config)
@@ -314,10 +339,6 @@ def test_another_robot_walks_too() -> None:
 
 
 def test_without_forces_it_walks_and_says_nothing_of_forces() -> None:
-    from robot.controller import Controller
-    from robot.hardware import open_in_memory
-    from robot.loop import run
-
     rig = open_in_memory(CONFIG, seed=0, armed=True, with_forces=False)
     kept = Kept()
     run(rig, Controller(CONFIG, rig.calibrations, armed=True), walk_then_stop(6.0), kept, None)
