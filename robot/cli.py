@@ -11,6 +11,7 @@ from typing import NoReturn
 
 from model.errors import BigantError, BusError, ForceStreamError, RecordError
 from robot.exit_codes import ExitCode
+from robot.model_commands import add_model
 
 EPILOG = "exit codes: 0 good, 1 a verdict failed, 2 wrong usage or file, 3 hardware, 4 log"
 
@@ -58,6 +59,10 @@ def _dispatch(options: argparse.Namespace) -> ExitCode:
         from robot.devices import devices
 
         return devices(options)
+    if options.command == "model":
+        from robot.model_commands import run_model
+
+        return run_model(options)
     from robot.serve import serve_virtual
 
     return serve_virtual(options)
@@ -74,6 +79,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_show(commands)
     _add_devices(commands)
     _add_sim(commands)
+    add_model(commands)
     return parser
 
 
