@@ -100,7 +100,8 @@ def bigant(robot: RobotParameters, robot_name: str, gait_name: str, cycles: floa
         shafts.angle_rad, shafts.slope * gait.frequency_hz
     )
     hips = robot.legs.shaft_position[:, :2] * (1.0, SHAFT_SHARE)
-    low, high = hips.min(axis=0) - (BODY_MARGIN_M, 0.0), hips.max(axis=0) + (BODY_MARGIN_M, 0.0)
+    margin = np.array([BODY_MARGIN_M, 0.0])
+    low, high = hips.min(axis=0) - margin, hips.max(axis=0) + margin
     return System(
         name="bigant",
         description=f"{robot_name}, {gait_name} gait, {gait.frequency_hz:g} Hz",

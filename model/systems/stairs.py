@@ -155,5 +155,7 @@ def _in_world(pose: FloatArray, feet_B: FloatArray) -> FloatArray:  # noqa: N803
 def _compose(pose: FloatArray, step: FloatArray) -> FloatArray:
     """Go a step (x, y, yaw) seen from a pose."""
     c, s = np.cos(pose[2]), np.sin(pose[2])
-    moved: FloatArray = pose + np.array([c * step[0] - s * step[1], s * step[0] + c * step[1], step[2]])
+    moved: FloatArray = pose + np.array(
+        [c * step[0] - s * step[1], s * step[0] + c * step[1], step[2]]
+    )
     return moved
