@@ -16,7 +16,8 @@ COLOURS = {FrictionLaw.VISCOUS: "#D55E00", FrictionLaw.COULOMB: "#0072B2"}
 INK, PRINT = "#333333", "#009E73"
 MOST_POINTS = 1500
 MOST_PRINTS = 6000
-SNAPSHOTS = 3
+SNAPSHOT_WINDOWS = 12
+SIDE_VIEWS = 9
 NAMED_FEET = 16  # more rows than this are not labelled one by one
 
 
@@ -50,8 +51,8 @@ def _above(ax: Axes, predictions: Sequence[Prediction]) -> None:
     prints = world[loaded]
     prints = prints[:: max(1, len(prints) // MOST_PRINTS)]
     ax.plot(prints[:, 0], prints[:, 1], ".", ms=1.2, color=PRINT, alpha=0.5, zorder=1)
-    for frame in np.linspace(0, first.system.frames - 1, SNAPSHOTS).astype(int):
-        _body(ax, first, int(frame), world[frame])
+    for order, frame in enumerate(_snapshots(first)):
+        _body(ax, first, frame, world[frame], zorder=2 + order / 10)
     for prediction in predictions:
         pose = prediction.poses[_thin(len(prediction.poses))]
         colour = COLOURS[prediction.law]
@@ -66,22 +67,40 @@ def _above(ax: Axes, predictions: Sequence[Prediction]) -> None:
               bbox_to_anchor=(0.5, 1.12))  # fmt: skip
 
 
-def _body(ax: Axes, prediction: Prediction, frame: int, feet_W: FloatArray) -> None:  # noqa: N803
+def _snapshots(prediction: Prediction) -> list[int]:
+    """Begin, middle and end (no middle on a short way), each where most feet are in the air."""
+    frames = prediction.system.frames
+    feet = prediction.system.feet.position_m[0, :, 0]
+    way = float(np.linalg.norm(prediction.poses[-1, :2] - prediction.poses[0, :2]))
+    shares = (0.0, 0.5, 1.0) if way > 2.5 * np.ptp(feet) else (0.0, 1.0)
+    count = prediction.solutions.contact.sum(axis=1)
+    window = max(1, frames // SNAPSHOT_WINDOWS)
+    begins = (int(share * (frames - window)) for share in shares)
+    return [begin + int(np.argmin(count[begin : begin + window])) for begin in begins]
+
+
+def _body(
+    ax: Axes,
+    prediction: Prediction,
+    frame: int,
+    feet_W: FloatArray,  # noqa: N803
+    zorder: float,
+) -> None:
     system = prediction.system
     pose = prediction.poses[frame]
     loaded = prediction.solutions.contact[frame]
     if system.outline_B is None:
-        ax.plot(feet_W[:, 0], feet_W[:, 1], color=INK, lw=3, alpha=0.6, zorder=2)
+        ax.plot(feet_W[:, 0], feet_W[:, 1], color=INK, lw=3, alpha=0.6, zorder=zorder)
     else:
         outline = _placed(pose, system.outline_B)
-        ax.fill(outline[:, 0], outline[:, 1], fc="#DDDDDD", ec=INK, lw=1, alpha=0.8, zorder=2)
+        ax.fill(outline[:, 0], outline[:, 1], fc="#DDDDDD", ec=INK, lw=1, alpha=0.8, zorder=zorder)
     if system.hips_B is not None:
         hips = _placed(pose, system.hips_B)
         for hip, foot in zip(hips, feet_W, strict=True):
-            ax.plot([hip[0], foot[0]], [hip[1], foot[1]], color=INK, lw=1, zorder=2)
+            ax.plot([hip[0], foot[0]], [hip[1], foot[1]], color=INK, lw=1, zorder=zorder)
     size = 5 if system.legs <= NAMED_FEET else 3
-    ax.plot(*feet_W[loaded].T, "o", color=INK, ms=size, zorder=3)
-    ax.plot(*feet_W[~loaded].T, "o", mec=INK, mfc="white", ms=size, zorder=3)
+    ax.plot(*feet_W[loaded].T, "o", color=INK, ms=size, zorder=zorder)
+    ax.plot(*feet_W[~loaded].T, "o", mec=INK, mfc="white", ms=size, zorder=zorder)
 
 
 def _velocity(axes: list[Axes], predictions: Sequence[Prediction]) -> None:
@@ -92,7 +111,7 @@ def _velocity(axes: list[Axes], predictions: Sequence[Prediction]) -> None:
             time, colour = prediction.system.time_s[thin], COLOURS[prediction.law]
             if prediction.system.low_pass is not None:
                 raw = prediction.solutions.velocity_B[thin, component] * 1e3
-                ax.plot(time, raw, color=colour, lw=0.8, alpha=0.4, label="before the low pass")
+                ax.plot(time, raw, color="#AAAAAA", lw=2.2, label="before the low pass")
             ax.plot(time, prediction.velocity_B[thin, component] * 1e3, color=colour, lw=1.1,
                     label=prediction.law.value)  # fmt: skip
         ax.set_ylabel(label)
@@ -101,6 +120,8 @@ def _velocity(axes: list[Axes], predictions: Sequence[Prediction]) -> None:
         if high - low < 1.0:  # rounding must not look like a motion
             ax.set_ylim(-1, 1)
     if len(predictions) > 1 or predictions[0].system.low_pass is not None:
+        low, high = axes[0].get_ylim()
+        axes[0].set_ylim(low, high + 0.35 * (high - low))  # room for the legend
         axes[0].legend(loc="upper right", ncols=4, fontsize=8)
 
 
@@ -120,7 +141,7 @@ def _loads(figure: Figure, ax: Axes, prediction: Prediction) -> None:
     ax.grid(visible=False)
     ax.set_ylabel("foot")
     if system.legs <= NAMED_FEET:
-        ax.set_yticks(np.arange(1, system.legs + 1))
+        ax.set_yticks(np.arange(1, system.legs + 1, 1 if system.legs <= NAMED_FEET // 2 else 3))
     ax.set_xlabel("time [s]")
     figure.colorbar(mesh, ax=ax, label="load [N]", pad=0.01)
 
@@ -136,7 +157,15 @@ def _side(ax: Axes, prediction: Prediction) -> None:
     profile = ground.ravel()[order] * 1e3
     ax.fill_between(ahead[order], profile, -5, color="#BBBBBB", step="mid", label="ground")
     height = prediction.solutions.pose[:, 2] * 1e3
-    ax.plot(prediction.poses[:-1, 0], height, color=COLOURS[prediction.law], label="body")
+    ax.plot(prediction.poses[:-1, 0], height, color=COLOURS[prediction.law], label="body origin")
+    for frame in np.linspace(0, system.frames - 1, SIDE_VIEWS).astype(int):
+        if system.outline_B is None or not prediction.solutions.valid[frame]:
+            continue
+        half = np.ptp(system.outline_B[:, 0]) / 2
+        ends = np.array([-half, half])
+        # a point of the body at x stands at height - slope_x x (eqn:zpj)
+        level = height[frame] - 1e3 * prediction.solutions.pose[frame, 0] * ends
+        ax.plot(prediction.poses[frame, 0] + ends, level, color=INK, lw=2, alpha=0.6)
     ax.set_xlabel("x [m]")
     ax.set_ylabel("height [mm]")
     ax.legend(loc="center right", fontsize=8)
