@@ -17,7 +17,7 @@ INK, PRINT = "#333333", "#009E73"
 MOST_POINTS = 1500
 MOST_PRINTS = 6000
 SNAPSHOT_WINDOWS = 12
-SIDE_VIEWS = 9
+SIDE_VIEWS = 6
 NAMED_FEET = 16  # more rows than this are not labelled one by one
 
 

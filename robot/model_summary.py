@@ -38,7 +38,7 @@ class PredictionSummary:
         loaded_feet: Mean number of loaded feet.
         climb_m: Change of the body's height from the first to the last frame with an answer.
         without_answer: Number of frames by reason, most frequent first.
-        not_unique: Frames with one answer out of many.
+        not_unique: Frames where forces or velocity are one choice among many.
     """
 
     law: str
@@ -104,7 +104,7 @@ def prediction_rows(predictions: Sequence[Prediction]) -> list[tuple[str, str]]:
             ("friction law", s.law),
             ("mean speed", f"{s.mean_speed_m_s * 1e3:.1f} mm/s forward"),
             ("distance", f"{s.distance_m:.3f} m, forward {s.forward_m:.3f} m"),
-            ("turned", f"{np.degrees(s.turn_rad):.1f} deg"),
+            ("turned", f"{np.degrees(s.turn_rad):z.1f} deg"),
             ("forward slip of loaded feet", f"5% {low * 1e3:.1f}  95% {high * 1e3:.1f} mm/s"),
             ("loaded feet", f"{s.loaded_feet:.2f} on average"),
         ]
@@ -112,5 +112,5 @@ def prediction_rows(predictions: Sequence[Prediction]) -> list[tuple[str, str]]:
             rows.append(("climbed", f"{s.climb_m * 1e3:.1f} mm"))
         rows.append(("frames without an answer", missing or "none"))
         if s.not_unique:
-            rows.append(("frames with one answer of many", str(s.not_unique)))
+            rows.append(("frames with forces or velocity not unique", str(s.not_unique)))
     return rows
