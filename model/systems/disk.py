@@ -51,7 +51,7 @@ def disk(
         rate_hz: Frames a second.
         stride_m: Way of each foot along x, back and forth; less where the workspace is smaller [m].
         lift_m: Rise and fall of each foot about its middle [m].
-        spin: Share of the motion that turns the disk instead of moving it along x, 0 to 1.
+        spin: Share of the motion that turns the disk to the left instead of moving it along x, 0 to 1.
 
     Raises:
         ModelError: A number of legs or a share that makes no disk.
@@ -65,7 +65,7 @@ def disk(
     omega = 2 * np.pi * frequency_hz
     half = min(stride_m / 2, REACH_M * np.sin(largest_yaw(legs)))
     # a foot's way along x, split into what its yaw (along the rim) and its roll (outwards) can do
-    yaw_share = -(1 - spin) * np.sin(azimuth) - spin
+    yaw_share = -(1 - spin) * np.sin(azimuth) + spin
     yaw_size, roll_size = half * yaw_share / REACH_M, half * (1 - spin) * np.cos(azimuth) / HEIGHT_M
     roll, roll_rate = roll_size * np.cos(theta), -roll_size * omega * np.sin(theta)
     angles = LegAngles(
