@@ -10,12 +10,14 @@ from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter, welch
 
 from model.errors import ModelError
-from model.signals import FloatArray
+from model.signals import BoolArray, FloatArray
 
 LARGEST_GAMMA = 0.995
 GRID = 40  # first looks; spectra of real signals can have more than one dip
 SHORTEST = 64  # samples; fewer make no spectrum
 SEGMENT = 256
+# Bins weaker than this share of a component's strongest tell of noise, not of the motion.
+FAINTEST = 1e-3
 
 
 def low_pass(signal: FloatArray, gamma: float) -> FloatArray:
@@ -51,7 +53,9 @@ def choose_gamma(predicted: FloatArray, reference: FloatArray, rate_hz: float) -
     """The gamma that brings the spectrum of a prediction nearest to that of a measurement.
 
     Minimises the mean squared difference of the logarithms of the two Welch spectra, all components
-    together, without the zero frequency. The two need not be in step in time.
+    together, without the zero frequency and without the bins in which one of the two has next to no
+    power: a walking robot's prediction has few harmonics, a measurement has noise between them. The
+    two need not be in step in time.
 
     Args:
         predicted: Raw prediction, (F,) or (F, C).
@@ -59,7 +63,7 @@ def choose_gamma(predicted: FloatArray, reference: FloatArray, rate_hz: float) -
         rate_hz: Samples a second of both.
 
     Raises:
-        ModelError: Shapes do not fit, the signals are too short or not finite.
+        ModelError: Shapes do not fit, the signals are too short, constant or not finite.
     """
     x, y = predicted.reshape(len(predicted), -1), reference.reshape(len(reference), -1)
     if x.shape[1] != y.shape[1]:
@@ -69,10 +73,15 @@ def choose_gamma(predicted: FloatArray, reference: FloatArray, rate_hz: float) -
     if not (np.isfinite(x).all() and np.isfinite(y).all()):
         raise ModelError("a spectrum needs signals without gaps")
     segment = min(SEGMENT, len(x), len(y))
-    wanted = _log_spectrum(y, rate_hz, segment)
+    wanted, offered = _spectrum(y, rate_hz, segment), _spectrum(x, rate_hz, segment)
+    telling = _strong(wanted) & _strong(offered)
+    if not telling.any():
+        raise ModelError("the two signals have no frequency in common")
+    goal = np.log(wanted[telling])
 
     def mismatch(gamma: float) -> float:
-        return float(np.mean((_log_spectrum(low_pass(x, gamma), rate_hz, segment) - wanted) ** 2))
+        filtered = _spectrum(low_pass(x, gamma), rate_hz, segment)[telling]
+        return float(np.mean((np.log(filtered) - goal) ** 2))
 
     grid = np.linspace(0.0, LARGEST_GAMMA, GRID)
     best = int(np.argmin([mismatch(float(gamma)) for gamma in grid]))
@@ -81,8 +90,12 @@ def choose_gamma(predicted: FloatArray, reference: FloatArray, rate_hz: float) -
     return float(found.x)
 
 
-def _log_spectrum(signal: FloatArray, rate_hz: float, segment: int) -> FloatArray:
+def _spectrum(signal: FloatArray, rate_hz: float, segment: int) -> FloatArray:
     _, power = welch(signal, fs=rate_hz, nperseg=segment, axis=0)
-    # the smallest number keeps an empty bin finite without touching any real one
-    spectrum: FloatArray = np.log(power[1:] + np.finfo(np.float64).tiny)
+    spectrum: FloatArray = power[1:]
     return spectrum
+
+
+def _strong(spectrum: FloatArray) -> BoolArray:
+    strong: BoolArray = spectrum > FAINTEST * spectrum.max(axis=0)
+    return strong

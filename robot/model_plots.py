@@ -155,7 +155,9 @@ def _side(ax: Axes, prediction: Prediction) -> None:
     ahead = world[..., 0].ravel()
     order = np.argsort(ahead)[:: max(1, ahead.size // MOST_PRINTS)]
     profile = ground.ravel()[order] * 1e3
-    ax.fill_between(ahead[order], profile, -5, color="#BBBBBB", step="mid", label="ground")
+    ax.fill_between(
+        ahead[order], profile, profile.min() - 10, color="#BBBBBB", step="mid", label="ground"
+    )
     height = prediction.solutions.pose[:, 2] * 1e3
     ax.plot(prediction.poses[:-1, 0], height, color=COLOURS[prediction.law], label="body origin")
     for frame in np.linspace(0, system.frames - 1, SIDE_VIEWS).astype(int):
@@ -168,7 +170,9 @@ def _side(ax: Axes, prediction: Prediction) -> None:
         ax.plot(prediction.poses[frame, 0] + ends, level, color=INK, lw=2, alpha=0.6)
     ax.set_xlabel("x [m]")
     ax.set_ylabel("height [mm]")
-    ax.legend(loc="center right", fontsize=8)
+    low, high = ax.get_ylim()
+    ax.set_ylim(low, high + 0.3 * (high - low))  # room for the legend
+    ax.legend(loc="upper right", ncols=2, fontsize=8)
 
 
 def _in_world(prediction: Prediction, points_B: FloatArray) -> FloatArray:  # noqa: N803

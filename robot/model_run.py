@@ -92,7 +92,7 @@ def _write(predictions: "Sequence[Prediction]", out: Path) -> None:
     figure = draw_predictions(predictions)
     try:
         if out.suffix == ".png":
-            figure.savefig(out, dpi=90)
+            figure.savefig(out, dpi=80)
         else:
             rows = prediction_rows(predictions)
             page = render_page(system.description, "bigant model run", rows, {"Motion": figure})

@@ -8,7 +8,7 @@ it adds traction. The body frame sits at the centre of mass with the mean headin
 import numpy as np
 
 from model.errors import ModelError
-from model.signals import FloatArray, FootMotion
+from model.signals import FloatArray, FootMotion, readonly
 from model.systems.system import System, equal_contacts, even_times
 
 FEWEST_CONTACTS = 4
@@ -69,7 +69,7 @@ def slither(
         feet=feet,
         contact=equal_contacts(contacts, stiffness, mu),
         weight_n=mass_kg * GRAVITY_M_S2,
-        anisotropy_B=across * normal,
+        anisotropy_B=readonly(across * normal),
     )
 
 

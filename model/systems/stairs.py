@@ -10,7 +10,7 @@ import numpy as np
 
 from model.errors import ModelError
 from model.frames import FrictionLaw, solve_frames
-from model.se2 import integrate
+from model.se2 import compose, exponential
 from model.signals import FloatArray, FootMotion
 from model.systems.foot_path import FootPath, walk
 from model.systems.system import System, box, equal_contacts, even_times
@@ -129,8 +129,8 @@ def climb(
             ground_m=ground[one],
         )
         # a frame without an answer leaves the body where it is
-        velocity = np.where(solved.valid[:, None], solved.velocity_B, 0.0)
-        poses[frame + 1] = _compose(poses[frame], integrate(velocity, 1 / rate_hz)[-1])
+        velocity = solved.velocity_B[0] if solved.valid[0] else np.zeros(3)
+        poses[frame + 1] = compose(poses[frame], exponential(velocity / rate_hz))
     system = System(
         name="stairs",
         description=f"hexapod over {len(steps.edges_x_m)} steps, {frequency_hz:g} Hz",
@@ -150,12 +150,3 @@ def _in_world(pose: FloatArray, feet_B: FloatArray) -> FloatArray:  # noqa: N803
     c, s = np.cos(pose[2]), np.sin(pose[2])
     world: FloatArray = pose[:2] + feet_B[:, :2] @ np.array([[c, s], [-s, c]])
     return world
-
-
-def _compose(pose: FloatArray, step: FloatArray) -> FloatArray:
-    """Go a step (x, y, yaw) seen from a pose."""
-    c, s = np.cos(pose[2]), np.sin(pose[2])
-    moved: FloatArray = pose + np.array(
-        [c * step[0] - s * step[1], s * step[0] + c * step[1], step[2]]
-    )
-    return moved

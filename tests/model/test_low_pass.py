@@ -41,6 +41,14 @@ def test_a_known_gamma_is_found_in_noise(gamma: float) -> None:
     assert choose_gamma(predicted, measured, RATE_HZ) == pytest.approx(gamma, abs=0.02)
 
 
+def test_noise_between_the_harmonics_of_a_gait_does_not_mislead() -> None:
+    time = np.arange(921) / RATE_HZ
+    predicted = np.sign(np.sin(2 * np.pi * 0.98 * time)) * 0.05  # harmonics up to the top
+    noise = np.random.default_rng(5).normal(0, 5e-4, len(time))
+    measured = low_pass(predicted, 0.4) + noise
+    assert choose_gamma(predicted, measured, RATE_HZ) == pytest.approx(0.4, abs=0.02)
+
+
 def test_the_signals_need_not_be_in_step() -> None:
     rng = np.random.default_rng(4)
     predicted = rng.normal(size=6000)
@@ -59,5 +67,7 @@ def test_signals_that_make_no_spectrum_are_refused() -> None:
         choose_gamma(np.zeros(10), np.zeros(10), RATE_HZ)
     with pytest.raises(ModelError, match="2 predicted components but 3"):
         choose_gamma(np.zeros((99, 2)), np.zeros((99, 3)), RATE_HZ)
+    with pytest.raises(ModelError, match="no frequency in common"):
+        choose_gamma(np.zeros(99), np.ones(99), RATE_HZ)
     with pytest.raises(ModelError, match="without gaps"):
         choose_gamma(np.full(99, np.nan), np.zeros(99), RATE_HZ)

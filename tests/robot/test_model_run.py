@@ -1,7 +1,9 @@
 """``bigant model run``: a table, a picture, JSON; and one clear line for what makes no sense."""
 
 import json
+import runpy
 import struct
+import sys
 from pathlib import Path
 
 import pytest
@@ -11,7 +13,8 @@ from robot import cli
 from robot.exit_codes import ExitCode
 from robot.model_systems import build_system
 
-OCTOPOD = Path(__file__).resolve().parents[2] / "examples" / "octopod.toml"
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+OCTOPOD = EXAMPLES / "octopod.toml"
 
 
 def run(*words: object) -> int:
@@ -128,3 +131,17 @@ def test_another_robot_file_is_another_system() -> None:
     assert system.legs == 8
     assert system.description.startswith("Octopod")
     assert predict(system).poses[-1, 0] > 0.05
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("model_*.py")), ids=lambda path: path.stem)
+def test_examples_run_and_save_their_picture(
+    path: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    out = tmp_path / "example.png"
+    monkeypatch.setattr(sys, "argv", [str(path), str(out)])
+    runpy.run_path(str(path))
+    assert capsys.readouterr().out
+    assert out.stat().st_size > 10_000
