@@ -10,7 +10,7 @@ from model.frames import FrictionLaw
 from model.linkage import Linkage
 from model.params import RobotParameters
 from model.systems import disk, multipod, quadruped, slither, stairs
-from model.systems.system import System, even_times
+from model.systems.system import GRAVITY_M_S2, System, even_times
 from robot.config import DEFAULT_ROBOT_FILE, load_robot
 
 RATE_HZ = 100.0
@@ -23,7 +23,6 @@ DEFAULT_CYCLES = {
     "slither": 4.0,
 }
 MOST_CYCLES = 1000.0
-GRAVITY_M_S2 = 9.81
 BODY_MARGIN_M = 0.03  # of the drawn body around the shafts
 SHAFT_SHARE = 0.7  # of the shafts' distance from the middle that the drawn body reaches
 WITH_LEGS = ("disk", "multipod", "slither")

@@ -8,9 +8,8 @@ import numpy as np
 
 from model.signals import FloatArray
 from model.systems.foot_path import FootPath, walk
-from model.systems.system import System, box, equal_contacts
+from model.systems.system import GRAVITY_M_S2, System, box, equal_contacts
 
-GRAVITY_M_S2 = 9.81
 FRAMES, RATE_HZ, CYCLES = 921, 100.0, 9.0  # the paper's recording
 LOW_PASS = 0.15  # the paper's, chosen by hand
 # Roughly a Spirit 40; assumed.

@@ -9,10 +9,9 @@ import numpy as np
 
 from model.errors import ModelError
 from model.signals import FloatArray, FootMotion, readonly
-from model.systems.system import System, equal_contacts, even_times
+from model.systems.system import GRAVITY_M_S2, System, equal_contacts, even_times
 
 FEWEST_CONTACTS = 4
-GRAVITY_M_S2 = 9.81
 
 
 def slither(

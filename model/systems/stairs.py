@@ -13,9 +13,8 @@ from model.frames import FrictionLaw, solve_frames
 from model.se2 import compose, exponential
 from model.signals import FloatArray, FootMotion
 from model.systems.foot_path import FootPath, walk
-from model.systems.system import System, box, equal_contacts, even_times
+from model.systems.system import GRAVITY_M_S2, System, box, equal_contacts, even_times
 
-GRAVITY_M_S2 = 9.81
 # A hexapod of the size of BigANT, but with feet that follow a path; assumed.
 MASS_KG = 6.0
 HIP_X_M, HIP_Y_M, FOOT_Y_M, STANCE_M = 0.22, 0.12, 0.25, 0.14

@@ -135,6 +135,12 @@ def test_a_quadruped_trots_and_its_low_pass_takes_the_edge_off() -> None:
     assert (unfiltered.velocity_B == raw).all()
 
 
+def test_tilt_coupling_reaches_the_model() -> None:
+    system = quadruped(frames=200)  # it tilts from foot to foot
+    with_it = predict(system, tilt_coupling=True).velocity_B
+    assert np.abs(with_it - predict(system).velocity_B).max() > 1e-3
+
+
 @pytest.mark.parametrize("law", list(FrictionLaw))
 def test_stairs_raise_the_body_by_their_height(law: FrictionLaw) -> None:
     steps = Steps(np.array([0.5, 0.7]), np.array([0.0, 0.02, 0.05]))
