@@ -112,8 +112,13 @@ def _velocity(axes: list[Axes], predictions: Sequence[Prediction]) -> None:
             time, colour = prediction.system.time_s[thin], COLOURS[prediction.law]
             if prediction.system.low_pass is not None:
                 raw = prediction.solutions.velocity_B[thin, component] * 1e3
-                ax.plot(time, raw, color="#AAAAAA", lw=2.2,
-                        label="before the low pass" if first else None)
+                ax.plot(
+                    time,
+                    raw,
+                    color="#AAAAAA",
+                    lw=2.2,
+                    label="before the low pass" if first else None,
+                )
             ax.plot(time, prediction.velocity_B[thin, component] * 1e3, color=colour, lw=1.1,
                     label=prediction.law.value)  # fmt: skip
         ax.set_ylabel(label)

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+from scipy.constants import g as standard_gravity
 
 from gaits.gait import make_gait
 from model.errors import ConfigError
@@ -10,7 +11,7 @@ from model.frames import FrictionLaw
 from model.linkage import Linkage
 from model.params import RobotParameters
 from model.systems import disk, multipod, quadruped, slither, stairs
-from model.systems.system import GRAVITY_M_S2, System, even_times
+from model.systems.system import System, even_times
 from robot.config import DEFAULT_ROBOT_FILE, load_robot
 
 RATE_HZ = 100.0
@@ -107,7 +108,7 @@ def bigant(robot: RobotParameters, robot_name: str, gait_name: str, cycles: floa
         time_s=time_s,
         feet=feet,
         contact=robot.contact,
-        weight_n=robot.body.mass * GRAVITY_M_S2,
+        weight_n=robot.body.mass * standard_gravity,
         outline_B=np.array([high, [low[0], high[1]], low, [high[0], low[1]]]),
         hips_B=hips,
     )

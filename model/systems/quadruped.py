@@ -5,10 +5,11 @@ order low pass on the predicted velocity stands in for the body's mass.
 """
 
 import numpy as np
+from scipy.constants import g as standard_gravity
 
 from model.signals import FloatArray
 from model.systems.foot_path import FootPath, walk
-from model.systems.system import GRAVITY_M_S2, System, box, equal_contacts
+from model.systems.system import System, box, equal_contacts
 
 FRAMES, RATE_HZ, CYCLES = 921, 100.0, 9.0  # the paper's recording
 LOW_PASS = 0.15  # the paper's, chosen by hand
@@ -59,7 +60,7 @@ def quadruped(
         time_s=time_s,
         feet=walk(FootPath(stroke_m, lift_m, duty), rest, phase, np.array(frequency_hz)),
         contact=equal_contacts(4, stiffness, mu),
-        weight_n=MASS_KG * GRAVITY_M_S2,
+        weight_n=MASS_KG * standard_gravity,
         low_pass=low_pass,
         outline_B=box(BODY_LENGTH_M, BODY_WIDTH_M),
         hips_B=np.column_stack([HIP_X_M * ahead, HIP_Y_M * left]),

@@ -6,10 +6,11 @@ it adds traction. The body frame sits at the centre of mass with the mean headin
 """
 
 import numpy as np
+from scipy.constants import g as standard_gravity
 
 from model.errors import ModelError
 from model.signals import FloatArray, FootMotion, readonly
-from model.systems.system import GRAVITY_M_S2, System, equal_contacts, even_times
+from model.systems.system import System, equal_contacts, even_times
 
 FEWEST_CONTACTS = 4
 
@@ -67,7 +68,7 @@ def slither(
         time_s=time_s,
         feet=feet,
         contact=equal_contacts(contacts, stiffness, mu),
-        weight_n=mass_kg * GRAVITY_M_S2,
+        weight_n=mass_kg * standard_gravity,
         anisotropy_B=readonly(across * normal),
     )
 

@@ -7,13 +7,14 @@ are solved one by one, unlike on level ground where they could be solved in any 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.constants import g as standard_gravity
 
 from model.errors import ModelError
 from model.frames import FrictionLaw, solve_frames
 from model.se2 import compose, exponential
 from model.signals import FloatArray, FootMotion
 from model.systems.foot_path import FootPath, walk
-from model.systems.system import GRAVITY_M_S2, System, box, equal_contacts, even_times
+from model.systems.system import System, box, equal_contacts, even_times
 
 # A hexapod of the size of BigANT, but with feet that follow a path; assumed.
 MASS_KG = 6.0
@@ -113,7 +114,7 @@ def climb(
     phase = frequency_hz * time_s[:, None] - np.array(DELAY)
     feet = walk(FootPath(stroke_m, lift_m, duty), rest, phase, np.array(frequency_hz))
     contact = equal_contacts(6, stiffness, mu)
-    weight_n = MASS_KG * GRAVITY_M_S2
+    weight_n = MASS_KG * standard_gravity
     ground = np.zeros((len(time_s), 6))
     poses = np.zeros((len(time_s) + 1, 3))
     for frame in range(len(time_s)):

@@ -8,7 +8,6 @@ from model.errors import ModelError
 from model.params import ContactParameters
 from model.signals import FloatArray, FootMotion, readonly
 
-GRAVITY_M_S2 = 9.80665
 FEWEST_FRAMES = 2
 EVENNESS = 1e-6  # of the time step
 

@@ -4,13 +4,19 @@ import json
 import runpy
 import struct
 import sys
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from model.errors import ModelError
+from model.signals import FootMotion
 from model.systems.predict import predict
 from robot import cli
 from robot.exit_codes import ExitCode
+from robot.model_plots import draw_predictions
+from robot.model_summary import prediction_rows
 from robot.model_systems import build_system
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
@@ -124,6 +130,26 @@ def test_bigant_walks_slower_in_the_slipping_gait() -> None:
         differences = (system.feet.position_m[2:] - system.feet.position_m[:-2]) / 0.02
         assert differences == pytest.approx(velocity, abs=0.02 * abs(velocity).max())
     assert 0.01 < speeds["metachronal"] < speeds["tripod"] < 0.02
+
+
+def test_frames_without_an_answer_are_counted_and_leave_gaps_in_the_picture(
+    tmp_path: Path,
+) -> None:
+    system = build_system("stairs", cycles=1)
+    position = system.feet.position_m.copy()
+    position[50:60, :, 0] += 1.0  # all feet ahead of the centre of mass
+    position[70] = np.nan
+    prediction = predict(replace(system, feet=FootMotion(position, system.feet.velocity_m_s)))
+    rows = dict(prediction_rows([prediction]))
+    assert rows["frames without an answer"] == "10: the robot tips, 1: a number is missing"
+    draw_predictions([prediction]).savefig(tmp_path / "gaps.png")
+
+
+def test_nothing_but_gaps_is_an_error() -> None:
+    system = build_system("disk", cycles=1)
+    away = FootMotion(system.feet.position_m + np.array([1.0, 0, 0]), system.feet.velocity_m_s)
+    with pytest.raises(ModelError, match="no frame has an answer: the robot tips"):
+        prediction_rows([predict(replace(system, feet=away))])
 
 
 def test_another_robot_file_is_another_system() -> None:
