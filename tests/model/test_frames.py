@@ -124,6 +124,21 @@ def test_tilt_coupling_adds_the_vertical_speed_along_the_slope() -> None:
     assert np.abs(plain.velocity_B - with_it.velocity_B).max() > 1e-4
 
 
+def test_anisotropy_may_turn_from_frame_to_frame() -> None:
+    feet = frames("random", 4, 6, np.random.default_rng(2))
+    turning = np.random.default_rng(3).normal(scale=0.5, size=(4, 6, 2))
+    fine = contact(6)
+    for law in FrictionLaw:
+        together = solve_frames(feet, fine, WEIGHT_N, law=law, anisotropy_B=turning)
+        for i in range(4):
+            alone = ContactParameters(fine.stiffness, fine.mu, turning[i])
+            one = FootMotion(feet.position_m[i : i + 1], feet.velocity_m_s[i : i + 1])
+            expected = solve_frames(one, alone, WEIGHT_N, law=law)
+            close(together.velocity_B[i], expected.velocity_B[0], 10.0)
+    with pytest.raises(ModelError, match="anisotropy must be"):
+        solve_frames(feet, fine, WEIGHT_N, anisotropy_B=turning[:2])
+
+
 def test_wrong_shapes_say_so() -> None:
     feet = frames("random", 2, 6, np.random.default_rng(0))
     with pytest.raises(ModelError, match="frames, legs, 3"):
