@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from mpl_toolkits.mplot3d.axes3d import Axes3D
 
 from model.signals import FloatArray
@@ -10,10 +11,10 @@ from model.support_path import NO_FOOT, SupportPath, search_path
 from robot.figure_style import NEUTRAL, SUPPORT, leg_colour
 
 # Unloaded feet [m]: heights are made uneven so that the search has something to do.
-FLAT_FEET = np.array([[-0.28, 0.0, -0.150], [-0.06, 0.0, -0.175],
-                      [0.10, 0.0, -0.145], [0.28, 0.0, -0.160]])  # fmt: skip
-HEXAPOD_FEET = np.array([[-0.2, 0.25, -0.160], [0.0, 0.25, -0.175], [0.2, 0.25, -0.146],
-                         [-0.2, -0.25, -0.150], [0.0, -0.25, -0.153], [0.2, -0.25, -0.172]])  # fmt: skip
+FLAT_FEET = np.array([[-0.28, 0.0, -0.180], [-0.20, 0.0, -0.163],
+                      [-0.08, 0.0, -0.152], [0.04, 0.0, -0.153]])  # fmt: skip
+HEXAPOD_FEET = np.array([[-0.2, 0.25, -0.125], [0.0, 0.25, -0.125], [0.2, 0.25, -0.149],
+                         [-0.2, -0.25, -0.137], [0.0, -0.25, -0.182], [0.2, -0.25, -0.166]])  # fmt: skip
 STIFFNESS_N_M, WEIGHT_N = 2500.0, 63.7
 GREEN = "#1B9E3A"
 
@@ -141,14 +142,31 @@ def _pose_space(ax: Axes3D, path: SupportPath) -> None:
     ax.set(xlabel="slope_x (pitch) [mrad]", ylabel="slope_y (roll) [mrad]")
     ax.set_zlabel("height [mm]")
     ax.view_init(elev=22, azim=-60)
+    ax.set_box_aspect(None, zoom=0.86)
 
 
 def _plane(ax: Axes3D, foot: FloatArray, low: FloatArray, high: FloatArray, colour: str) -> None:
     """Draw the plane on which a foot touches the ground, cut to the box (slopes [mrad], height [mm])."""
-    x, y = np.meshgrid(np.linspace(low[0], high[0], 60), np.linspace(low[1], high[1], 60))
-    z = foot[0] * x - foot[1] * y - 1e3 * foot[2]
-    inside = np.where((z >= low[2]) & (z <= high[2]), z, np.nan)
-    ax.plot_surface(x, y, inside, color=colour, alpha=0.28, linewidth=0, shade=False)
+    normal, offset = np.array([-foot[0], foot[1], 1.0]), 1e3 * foot[2]  # normal . pose + offset = 0
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+    box = low + corners * (high - low)
+    level = box @ normal + offset
+    cuts = [
+        box[i] + (box[j] - box[i]) * level[i] / (level[i] - level[j])
+        for i in range(8)
+        for j in range(i)
+        if np.abs(corners[i] - corners[j]).sum() == 1 and level[i] * level[j] < 0
+    ]
+    if len(cuts) < 3:
+        return
+    polygon = np.array(cuts)
+    # around the middle, in coordinates of the plane made comparable by the box
+    flat = (polygon - polygon.mean(axis=0)) / (high - low)
+    _, _, axes = np.linalg.svd(flat)
+    order = np.argsort(np.arctan2(flat @ axes[1], flat @ axes[0]))
+    ax.add_collection3d(
+        Poly3DCollection([polygon[order]], facecolor=colour, edgecolor=colour, alpha=0.25)
+    )
 
 
 def _hexapod(ax: Axes3D, path: SupportPath, stop: int) -> None:
