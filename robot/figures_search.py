@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from mpl_toolkits.mplot3d.axes3d import Axes3D
 
@@ -24,11 +25,12 @@ def draw_search_line() -> tuple[Figure, str]:
     path = search_path(FLAT_FEET, np.full(len(FLAT_FEET), STIFFNESS_N_M), WEIGHT_N)
     stops = len(path.pose)
     figure = Figure(figsize=(10, 5.6), layout="constrained")
-    grid = figure.add_gridspec(2, (stops + 1) // 2 + 2)
+    columns = (stops + 1) // 2
+    grid = figure.add_gridspec(2, columns + 2)
     ax = figure.add_subplot(grid[:, :2])
     _line_space(ax, path)
     for stop in range(stops):
-        small = figure.add_subplot(grid[stop % 2, 2 + stop // 2])
+        small = figure.add_subplot(grid[stop // columns, 2 + stop % columns])
         _flat_robot(small, path, stop)
     caption = (
         f"Search for the contacts of a flat robot with {len(FLAT_FEET)} legs: level start (0), a leg "
@@ -95,7 +97,7 @@ def draw_search_space() -> tuple[Figure, str]:
     stops = len(path.pose)
     figure = Figure(figsize=(11, 6.2), layout="constrained")
     columns = (stops + 1) // 2
-    grid = figure.add_gridspec(2, columns + 2)
+    grid = figure.add_gridspec(2, columns + 2, width_ratios=[1.4, 1.4] + [1] * columns)
     space = figure.add_subplot(grid[:, :2], projection="3d")
     assert isinstance(space, Axes3D)
     _pose_space(space, path)
@@ -141,6 +143,8 @@ def _pose_space(ax: Axes3D, path: SupportPath) -> None:
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     ax.set(xlabel="slope_x (pitch) [mrad]", ylabel="slope_y (roll) [mrad]")
     ax.set_zlabel("height [mm]")
+    for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
+        axis.set_major_locator(MaxNLocator(5))
     ax.view_init(elev=22, azim=-60)
     ax.set_box_aspect(None, zoom=0.86)
 

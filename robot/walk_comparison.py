@@ -32,11 +32,14 @@ class Prediction:
         velocity_B: vx, vy [m/s], yaw rate [rad/s], (F, 3); NaN where there is no answer.
         force_xy_B: Horizontal ground force on each foot, (F, N, 2) [N].
         pose: Integrated x, y [m], yaw [rad] from the true beginning, (F, 3).
+        unique: Whether the answer is the only one, (F,): under Coulomb's law the forces of several
+            sticking feet are a choice among many.
     """
 
     velocity_B: FloatArray  # noqa: N815 - frame suffix
     force_xy_B: FloatArray  # noqa: N815
     pose: FloatArray
+    unique: BoolArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -199,4 +202,4 @@ def _prediction(
         between = (velocity[frame - 1] + velocity[frame]) / 2
         at = advance(at, between, round(t_s[frame] * 1e9))
         pose[frame] = [*at.position_m, at.yaw_rad]
-    return Prediction(velocity, force, pose)
+    return Prediction(velocity, force, pose, frames.unique)
