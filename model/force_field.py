@@ -52,22 +52,28 @@ def balance_velocity(foot_velocity: FloatArray, grip: FloatArray, law: FrictionL
     mean: FloatArray = grip @ rest / grip.sum()
     if law is FrictionLaw.VISCOUS:
         return mean
-    for index in range(len(rest)):
-        # a resting foot balances the others if they pull with no more than its grip
-        others = total_force(rest[index], foot_velocity, grip, law)
-        if np.hypot(*others) <= grip[index]:
-            stuck: FloatArray = rest[index].copy()
-            return stuck
-    return _geometric_median(rest, grip, mean)
+    return _geometric_median(rest, grip)
 
 
-def _geometric_median(points: FloatArray, weight: FloatArray, start: FloatArray) -> FloatArray:
-    """Minimum of sum weight |v - point|, not at a point: Newton, halved while it does not descend."""
-    v = start.copy()
+def _geometric_median(points: FloatArray, weight: FloatArray) -> FloatArray:
+    """Minimum of the cost sum weight |v - point|.
+
+    If the best of the points is not the minimum, a step down from it leaves all points above for
+    good, so the cost is smooth wherever a descent may go: Newton, halved while it does not descend.
+    """
 
     def cost(at: FloatArray) -> float:
         return float(weight @ np.linalg.norm(at - points, axis=1))
 
+    best = int(np.argmin([cost(point) for point in points]))
+    v: FloatArray = points[best].copy()
+    pull = total_force(v, -points, weight, FrictionLaw.COULOMB)
+    if np.hypot(*pull) <= weight[best]:  # the foot at rest holds what the others pull
+        return v
+    size = float(np.linalg.norm(points - v, axis=1).max()) / np.hypot(*pull)
+    while cost(v + size * pull) >= cost(v) and size > SPEED_TOLERANCE:
+        size /= 2
+    v = v + size * pull
     for _ in range(NEWTON_STEPS):
         away = v - points
         distance = np.maximum(np.linalg.norm(away, axis=1), SPEED_TOLERANCE)

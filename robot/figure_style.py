@@ -7,11 +7,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-TRUTH, VISCOUS, COULOMB, SUPPORT = "#C81E1E", "#F08A00", "#1F6FB4", "#7A3E9D"
+TRUTH, VISCOUS, COULOMB, SUPPORT = "#DD3B3B", "#F08A00", "#1F6FB4", "#7A3E9D"
 NEUTRAL = "#555555"
 # one colour a leg, distinct for the colour-blind; recycled beyond the eighth
 LEGS = ("#E69F00", "#56B4E9", "#009E73", "#CC79A7", "#0072B2", "#D55E00", "#B8A800", "#333333")
-TRUTH_WIDTH, MODEL_WIDTH = 2.6, 1.1
+TRUTH_WIDTH, MODEL_WIDTH = 3.0, 1.1
 
 
 def leg_colour(index: int) -> str:

@@ -1,5 +1,7 @@
 """Distributions of the prediction errors, as violins (fig:err, fig:slipping_err)."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -87,7 +89,8 @@ def _violins(ax: Axes, groups: list[list[Part]], names: list[str]) -> None:
             if len(kept) < 2 or np.ptp(kept) == 0:
                 continue
             drawn = ax.violinplot([kept], positions=[at], widths=WIDTH, showextrema=False)
-            for body in drawn["bodies"]:
+            bodies: Any = drawn["bodies"]  # matplotlib types them as one collection
+            for body in bodies:
                 body.set(facecolor=colour, alpha=0.65, edgecolor=colour)
             low, middle, high = np.percentile(kept, [25, 50, 75])
             ax.plot([at, at], [low, high], color="black", lw=2)
@@ -102,7 +105,8 @@ def _kept(samples: FloatArray) -> FloatArray:
         return known
     low, high = np.percentile(known, SHOWN)
     inner = known[(known >= low) & (known <= high)]
-    return inner[:: max(1, len(inner) // MOST_SAMPLES)]
+    thinned: FloatArray = inner[:: max(1, len(inner) // MOST_SAMPLES)]
+    return thinned
 
 
 def _mean(values: FloatArray) -> float:

@@ -36,11 +36,11 @@ def draw_all_feet(walk: WalkComparison) -> tuple[Figure, str]:
         for row in (fx, error_of(errors, "Fy"))
     )
     fz = error_of(errors, "Fz share")
+    note = f"{STUCK} " if fx.coulomb > fx.spread else ""
     caption = (
         f"Ground force on every foot, {walk.gait} gait. RMSE over all feet: {words}; share of Fz "
         f"{fz.support:.1f} % of a spread of {fz.spread:.1f} %. Drawn as means over {SMOOTH_S:g} s. "
-        f"{STUCK if fx.coulomb > fx.spread else ''} The paper shows the same curves "
-        "without figures."
+        f"{note}The paper shows the same curves without figures."
     )
     return figure, caption
 
@@ -73,7 +73,7 @@ def draw_slipping_gait(walk: WalkComparison) -> tuple[Figure, str]:
 def _shafts(ax: Axes, walk: WalkComparison) -> None:
     phase = np.mod(walk.phase, 1.0)
     angle = np.mod(walk.angle_rad + np.pi, 2 * np.pi) - np.pi
-    for leg, name in enumerate(walk.names):
+    for leg in range(len(walk.names)):
         ax.plot(phase, angle[:, leg], ".", ms=1.5, color=leg_colour(leg))
     ax.set(xlabel="gait phase [cycles]", ylabel="shaft angle, 0 at mid-stance [rad]", xlim=(0, 1))
     ax.set_yticks([-np.pi, -np.pi / 2, 0, np.pi / 2, np.pi], ["-pi", "-pi/2", "0", "pi/2", "pi"])

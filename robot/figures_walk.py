@@ -71,7 +71,7 @@ def _trajectory(ax: Axes, walk: WalkComparison) -> None:
         for frame in (0, len(pose) // 2, len(pose) - 1):
             ax.plot(*pose[frame, :2], "+", color=colour, ms=11, mew=2)
             ax.plot(*_rectangle(pose[frame], walk.body_size_m).T, color=colour, lw=0.9)
-    ax.set(xlabel="x [m]", ylabel="y [m]", aspect="equal", anchor="W")
+    ax.set(xlabel="x [m]", ylabel="y [m]", aspect="equal")
     ax.set_title("trajectory, the body at its beginning, half way and end", loc="left", fontsize=9)
 
 
@@ -103,6 +103,7 @@ def _tilt(ax: Axes, walk: WalkComparison, column: int, name: str) -> None:
 
 def plot_foot_force(ax: Axes, walk: WalkComparison, foot: int, column: int) -> None:
     """Plot one force component of one foot, Fx, Fy or the share of Fz, as running means."""
+    curves: tuple[tuple[FloatArray, str, float], ...]
     if column == 2:
         curves = ((walk.true_share, TRUTH, TRUTH_WIDTH), (walk.load_share, SUPPORT, MODEL_WIDTH))
         ax.set_ylim(-0.05, 1.0)
@@ -142,12 +143,13 @@ def _caption(walk: WalkComparison) -> str:
     fx, fz = error_of(errors, "Fx"), error_of(errors, "Fz share")
     way = walk.position_W[-1, :2] - walk.position_W[0, :2]
     ends = [law.pose[-1, :2] - law.pose[0, :2] for law in (walk.viscous, walk.coulomb)]
+    note = f"{STUCK} " if fx.coulomb > fx.spread else ""
     return (
         f"The {walk.gait} walk, {np.ptp(walk.phase):.1f} cycles. Way: true {np.hypot(*way):.3f} m, "
         f"viscous-Coulomb {np.hypot(*ends[0]):.3f} m, Coulomb {np.hypot(*ends[1]):.3f} m. RMSE of vx: "
         f"viscous {vx.viscous:.1f}, Coulomb {vx.coulomb:.1f} mm/s, the laws {vx.apart:.1f} mm/s apart; "
         f"of the yaw rate {yaw.viscous:.1f} and {yaw.coulomb:.1f} mrad/s; of Fx {fx.viscous:.1f} and "
         f"{fx.coulomb:.1f} N; of the share of Fz {fz.support:.1f} %. Forces are drawn as means over "
-        f"{SMOOTH_S:g} s, errors are of the raw samples. {STUCK if fx.coulomb > fx.spread else ''} The paper prints no RMSE; it finds "
-        "the two laws closer to each other than either to the robot."
+        f"{SMOOTH_S:g} s, errors are of the raw samples. {note}The paper prints no "
+        "RMSE; it finds the two laws closer to each other than either to the robot."
     )
