@@ -7,9 +7,9 @@ compiles.
 """
 
 from collections.abc import Callable
-from typing import TypeVar
+from typing import Any, TypeVar
 
-Function = TypeVar("Function", bound=Callable[..., object])
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 try:
     import numba
@@ -18,24 +18,36 @@ except ImportError:  # no wheel for this interpreter yet: slow, and said so by C
 else:
     COMPILED = True
 
+# Loops that add up may add in any order; NaN and infinity keep their meaning.
+ORDER_FREE = frozenset({"reassoc", "contract", "nsz"})
+
 
 def compiled(function: Function) -> Function:
-    """Compile a function of numbers and arrays; errors of arithmetic give NaN, as in numpy."""
-    if not COMPILED:
-        return function
-    fast: Function = numba.njit(cache=True, error_model="numpy", boundscheck=False)(function)
-    return fast
+    """Compile a function of numbers and arrays; a division by zero gives inf or NaN, as in numpy."""
+    return _compile(function, fastmath=False)
 
 
 def compiled_sums(function: Function) -> Function:
-    """Compile loops that add up: terms may be added in any order, so that several go at a time.
+    """Compile loops that add up, several terms at a time.
 
-    NaN and infinity keep their meaning. Results differ from plain Python's in the last bits.
+    Results differ from plain Python's in the last bits.
     """
+    return _compile(function, fastmath=set(ORDER_FREE))
+
+
+def _compile(function: Function, fastmath: Any) -> Function:
     if not COMPILED:
         return function
-    order_free = {"reassoc", "contract", "nsz"}
-    fast: Function = numba.njit(
-        cache=True, error_model="numpy", boundscheck=False, fastmath=order_free
-    )(function)
-    return fast
+    keep = True
+    while True:
+        try:
+            made: Any = numba.njit(
+                cache=keep, error_model="numpy", boundscheck=False, fastmath=fastmath
+            )(function)
+        except RuntimeError:  # nowhere to keep the machine code: it is made anew each time
+            if not keep:
+                raise
+            keep = False
+        else:
+            typed: Function = made
+            return typed

@@ -170,7 +170,8 @@ def _smallest_pivot(matrix: FloatArray) -> float:
     minors = max(a * d - b * b, a * f - c * c, d * f - e * e)
     if minors <= 0.0:
         return 0.0
-    return max(determinant / minors / top, 0.0)
+    smallest: float = max(determinant / minors / top, 0.0)
+    return smallest
 
 
 @compiled

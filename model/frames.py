@@ -112,18 +112,18 @@ def solve_frames(
         return _without_answer(out, trouble)
     ground = np.zeros(count) if ground_m is None else ground_m
     try:
-        under = np.ascontiguousarray(np.broadcast_to(ground, (frames, count)), dtype=np.float64)
+        under = np.array(np.broadcast_to(ground, (frames, count)), dtype=np.float64, order="C")
     except ValueError as error:
         raise ModelError(
             f"the ground must be (legs,) or (frames, legs), not {np.shape(ground)}"
         ) from error
     frames_kernel(
-        np.ascontiguousarray(position, dtype=np.float64),
-        np.ascontiguousarray(velocity, dtype=np.float64),
+        _own(position),
+        _own(velocity),
         under,
-        np.ascontiguousarray(contact.stiffness, dtype=np.float64),
-        np.ascontiguousarray(contact.mu, dtype=np.float64),
-        np.ascontiguousarray(contact.anisotropy, dtype=np.float64),
+        _own(contact.stiffness),
+        _own(contact.mu),
+        _own(contact.anisotropy),
         float(weight_n),
         law is FrictionLaw.COULOMB,
         tilt_coupling,
@@ -138,6 +138,11 @@ def solve_frames(
         out.reason,
     )
     return _frozen(out)
+
+
+def _own(values: FloatArray) -> FloatArray:
+    """A copy: whether an array is read-only is part of its type to the compiler, so all are alike."""
+    return np.array(values, dtype=np.float64, order="C")
 
 
 def _parameter_trouble(contact: ContactParameters, weight_n: float, count: int) -> Reason:

@@ -40,7 +40,7 @@ def _lay_out(
         work[2, k] = feet[k, 2] - ground[k]
         work[3, k] = stiffness[k] / load
         total += x * x + y * y + 0.0 * work[2, k]
-    lever = np.sqrt(total / count)
+    lever: float = np.sqrt(total / count)
     if lever > 0.0:
         scale = 1.0 / lever
         for k in range(count):
