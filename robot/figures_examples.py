@@ -128,7 +128,7 @@ def _field_cut(ax: Axes) -> None:
     for law, colour in ((FrictionLaw.COULOMB, COULOMB), (FrictionLaw.VISCOUS, VISCOUS)):
         force = np.linalg.norm(total_force(body, FIELD_FEET, FIELD_GRIP, law), axis=-1)
         ax.plot(vx, force / force.max(), color=colour, lw=1.8)
-    ax.axvline(-foot[0], color=leg_colour(0), lw=1, ls="--")
+    ax.axvline(-foot[0], ymax=0.85, color=leg_colour(0), lw=1, ls="--")
     ax.set(xlabel="body velocity vx [m/s]", ylabel="|total force| / its largest", ylim=(0, 1.22))
     ax.legend(handles=[line(COULOMB, "Coulomb", 1.8), line(VISCOUS, "viscous-Coulomb", 1.8)],
               loc="upper center", ncols=2)  # fmt: skip

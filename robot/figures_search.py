@@ -42,25 +42,27 @@ def draw_search_line() -> tuple[Figure, str]:
 
 
 def _line_space(ax: Axes, path: SupportPath) -> None:
-    slope, height = path.pose[:, 0], 1e3 * path.pose[:, 2]
-    pad_x, pad_y = 0.25 * max(np.ptp(slope), 0.02), 0.3 * max(np.ptp(height), 2.0)
+    slope, height = 1e3 * path.pose[:, 0], 1e3 * path.pose[:, 2]
+    pad_x, pad_y = 0.25 * max(np.ptp(slope), 20.0), 0.3 * max(np.ptp(height), 2.0)
     left, right = slope.min() - pad_x, slope.max() + pad_x
     x = np.array([left, right])
     for leg, foot in enumerate(FLAT_FEET):
-        ax.plot(x, 1e3 * (x * foot[0] - foot[2]), color=leg_colour(leg), lw=1.8,
+        ax.plot(x, x * foot[0] - 1e3 * foot[2], color=leg_colour(leg), lw=1.8,
                 label=f"leg {leg + 1} touches")  # fmt: skip
     for stop in range(len(slope) - 1):
         ax.plot(slope[stop : stop + 2], height[stop : stop + 2], color="black", lw=1.5)
         aim = path.target[stop]
         if np.isfinite(aim).all():
-            ax.plot([slope[stop + 1], aim[0]], [height[stop + 1], 1e3 * aim[2]], "k--", lw=0.9)
+            ax.plot(
+                [slope[stop + 1], 1e3 * aim[0]], [height[stop + 1], 1e3 * aim[2]], "k--", lw=0.9
+            )
     ax.plot(slope[:-1], height[:-1], "ko", ms=5)
     ax.plot(slope[-1], height[-1], "*", color=SUPPORT, ms=16, zorder=5)
     for stop in range(len(slope)):
         ax.annotate(str(stop), (slope[stop], height[stop]), (7, 6), textcoords="offset points",
                     fontweight="bold")  # fmt: skip
     ax.set(xlim=(left, right), ylim=(height.min() - pad_y, height.max() + pad_y))
-    ax.set(xlabel="slope along x (pitch) [rad]", ylabel="height of the body [mm]")
+    ax.set(xlabel="slope_x (pitch) [mrad]", ylabel="height of the body [mm]")
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.11), ncols=2)
 
 
@@ -77,6 +79,7 @@ def _flat_robot(ax: Axes, path: SupportPath, stop: int) -> None:
             ax.plot(foot[0], tip, "o", mfc="none", mec=GREEN, mew=2, ms=13)
     ax.set_title(_stop_title(path, stop), loc="left", fontsize=9)
     ax.set(xlim=(-0.36, 0.36), ylim=(-0.03, 0.22), xticks=[], yticks=[])
+    ax.spines[:].set_visible(False)
     ax.grid(visible=False)
 
 
@@ -95,7 +98,7 @@ def draw_search_space() -> tuple[Figure, str]:
     """Draw fig:search_3d: the search over both slopes and height of a hexapod."""
     path = search_path(HEXAPOD_FEET, np.full(len(HEXAPOD_FEET), STIFFNESS_N_M), WEIGHT_N)
     stops = len(path.pose)
-    figure = Figure(figsize=(11, 6.2), layout="constrained")
+    figure = Figure(figsize=(11, 5), layout="constrained")
     columns = (stops + 1) // 2
     grid = figure.add_gridspec(2, columns + 2, width_ratios=[1.4, 1.4] + [1] * columns)
     space = figure.add_subplot(grid[:, :2], projection="3d")

@@ -140,6 +140,7 @@ def limit_to_most(ax: Axes, *curves: FloatArray) -> None:
 def _caption(walk: WalkComparison) -> str:
     errors = component_errors(walk)
     vx, yaw = error_of(errors, "vx"), error_of(errors, "yaw rate")
+    vy, swayed = error_of(errors, "vy"), error_of(errors, "vy + sway")
     fx, fz = error_of(errors, "Fx"), error_of(errors, "Fz share")
     way = walk.position_W[-1, :2] - walk.position_W[0, :2]
     ends = [law.pose[-1, :2] - law.pose[0, :2] for law in (walk.viscous, walk.coulomb)]
@@ -148,8 +149,12 @@ def _caption(walk: WalkComparison) -> str:
         f"The {walk.gait} walk, {np.ptp(walk.phase):.1f} cycles. Way: true {np.hypot(*way):.3f} m, "
         f"viscous-Coulomb {np.hypot(*ends[0]):.3f} m, Coulomb {np.hypot(*ends[1]):.3f} m. RMSE of vx: "
         f"viscous {vx.viscous:.1f}, Coulomb {vx.coulomb:.1f} mm/s, the laws {vx.apart:.1f} mm/s apart; "
+        f"of vy {vy.coulomb:.2f} mm/s (Coulomb), {swayed.coulomb:.2f} with the sway that the planar "
+        "balance leaves out (height x roll rate of the spring support); "
         f"of the yaw rate {yaw.viscous:.1f} and {yaw.coulomb:.1f} mrad/s; of Fx {fx.viscous:.1f} and "
         f"{fx.coulomb:.1f} N; of the share of Fz {fz.support:.1f} %. Forces are drawn as means over "
         f"{SMOOTH_S:g} s, errors are of the raw samples. {note}The paper prints no "
-        "RMSE; it finds the two laws closer to each other than either to the robot."
+        "RMSE; it finds the two laws closer to each other than either to the robot: here that is "
+        f"{'so' if vx.apart < min(vx.viscous, vx.coulomb) else 'not so'} for vx and "
+        f"{'so' if yaw.apart < min(yaw.viscous, yaw.coulomb) else 'not so'} for the yaw rate."
     )

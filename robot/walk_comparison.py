@@ -5,6 +5,7 @@ body (order 2, 25 samples), and the ansatz' forces get one scale a frame that br
 the measured ones; here the positions come from the shaft angles through the linkage.
 """
 
+import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,12 +16,14 @@ from scipy.spatial.transform import Rotation
 from model.errors import ModelError
 from model.frames import FrameSolutions, FrictionLaw, solve_frames
 from model.linkage import Linkage
-from model.odometry import advance
-from model.signals import BoolArray, Estimate, FloatArray, FootMotion, Mode
+from model.params import ContactParameters
+from model.se2 import integrate
+from model.signals import BoolArray, FloatArray, FootMotion, Mode
 from record.recording import Recording
 from robot.config import RobotConfig, load_robot, parse_robot
 
 FILTER_WINDOW, FILTER_ORDER = 25, 2
+SWAY_WINDOW = 9  # samples; slopes are smooth already
 LARGEST_SCALE = 1e6  # a frame at rest has no scale; it must not get a wild one
 
 
@@ -34,12 +37,14 @@ class Prediction:
         pose: Integrated x, y [m], yaw [rad] from the true beginning, (F, 3).
         unique: Whether the answer is the only one, (F,): under Coulomb's law the forces of several
             sticking feet are a choice among many.
+        frame_us: Time of solving one frame in the batch, support and traction [us].
     """
 
     velocity_B: FloatArray  # noqa: N815 - frame suffix
     force_xy_B: FloatArray  # noqa: N815
     pose: FloatArray
     unique: BoolArray
+    frame_us: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,6 +65,8 @@ class WalkComparison:
         slip_m_s: True horizontal speed of loaded feet over the ground, (F, N); NaN in the air.
         slip_ahead_m_s: The same along the body's heading, signed, (F, N).
         support_tilt_rad: Roll and pitch of the spring support model, (F, 2).
+        sway_B: Horizontal velocity of the body origin as it tilts over the ground below it, from the
+            support model's tilt and height, (F, 2) [m/s]. The planar balance leaves it out.
         load_share: The model's vertical force over the weight, (F, N).
         viscous: Prediction of the viscous-Coulomb ansatz.
         coulomb: Prediction of Coulomb's law.
@@ -79,6 +86,7 @@ class WalkComparison:
     slip_m_s: FloatArray
     slip_ahead_m_s: FloatArray
     support_tilt_rad: FloatArray
+    sway_B: FloatArray  # noqa: N815
     load_share: FloatArray
     viscous: Prediction
     coulomb: Prediction
@@ -116,11 +124,12 @@ def compare_walk(log: Recording) -> WalkComparison:
     weight_n = config.parameters.body.mass * standard_gravity
     contact = config.parameters.contact
     force = log.truth_force_n[walking] if log.has_truth else log.force_n[walking]
-    solved = {law: solve_frames(feet, contact, weight_n, law=law) for law in FrictionLaw}
-    bare = solved[FrictionLaw.VISCOUS].force_xy_B
+    viscous, viscous_us = _solve(feet, contact, weight_n, FrictionLaw.VISCOUS)
+    frames, coulomb_us = _solve(feet, contact, weight_n, FrictionLaw.COULOMB)
+    bare = viscous.force_xy_B
+    scaled = _scale_to(bare, force[..., :2]) * bare
     slip, ahead = _true_slip(log, walking, tilt[:, 2])
     shafts = config.parameters.legs.shaft_position[:, :2]
-    frames = solved[FrictionLaw.COULOMB]
     return WalkComparison(
         gait=log.metadata.get("gait", "walk"),
         names=log.names,
@@ -135,13 +144,22 @@ def compare_walk(log: Recording) -> WalkComparison:
         slip_m_s=slip,
         slip_ahead_m_s=ahead,
         support_tilt_rad=np.arctan(frames.pose[:, [1, 0]]),
+        sway_B=_sway(frames, t_s),
         load_share=frames.load_n / weight_n,
-        viscous=_prediction(
-            solved[FrictionLaw.VISCOUS], _scale_to(bare, force[..., :2]) * bare, t_s, start
-        ),
-        coulomb=_prediction(frames, frames.force_xy_B, t_s, start),
+        viscous=_prediction(viscous, scaled, t_s, start, viscous_us),
+        coulomb=_prediction(frames, frames.force_xy_B, t_s, start, coulomb_us),
         body_size_m=np.ptp(shafts, axis=0),
     )
+
+
+def _solve(
+    feet: FootMotion, contact: ContactParameters, weight_n: float, law: FrictionLaw
+) -> tuple[FrameSolutions, float]:
+    """Solve twice and time the second: the first may have to compile. Time a frame in [us]."""
+    solve_frames(feet, contact, weight_n, law=law)
+    begin = time.perf_counter()
+    solved = solve_frames(feet, contact, weight_n, law=law)
+    return solved, 1e6 * (time.perf_counter() - begin) / len(feet.position_m)
 
 
 def _feet(log: Recording, config: RobotConfig) -> FootMotion:
@@ -165,6 +183,17 @@ def _tilt(log: Recording) -> FloatArray:
         tilt[known] = turned.as_euler("ZYX")[:, ::-1]
         tilt[known, 2] = np.unwrap(tilt[known, 2])
     return tilt
+
+
+def _sway(frames: FrameSolutions, t_s: FloatArray) -> FloatArray:
+    """Tilt rate cross height: (height pitch rate, -height roll rate), (F, 2) [m/s]."""
+    slopes, height = frames.pose[:, :2], frames.pose[:, 2:]
+    period_s = float(np.median(np.diff(t_s)))
+    rate = savgol_filter(
+        slopes, SWAY_WINDOW, FILTER_ORDER, deriv=1, delta=period_s, axis=0, mode="nearest"
+    )
+    sway: FloatArray = height * rate * [1.0, -1.0]
+    return sway
 
 
 def _true_slip(
@@ -191,15 +220,10 @@ def _scale_to(bare: FloatArray, measured: FloatArray) -> FloatArray:
 
 
 def _prediction(
-    frames: FrameSolutions, force: FloatArray, t_s: FloatArray, start: FloatArray
+    frames: FrameSolutions, force: FloatArray, t_s: FloatArray, start: FloatArray, frame_us: float
 ) -> Prediction:
     velocity = frames.velocity_B
-    unknown = np.full(3, np.nan)
-    at = Estimate(round(t_s[0] * 1e9), start[:2], float(start[2]), unknown, valid=False)
-    pose = np.empty((len(t_s), 3))
-    pose[0] = start
-    for frame in range(1, len(t_s)):
-        between = (velocity[frame - 1] + velocity[frame]) / 2
-        at = advance(at, between, round(t_s[frame] * 1e9))
-        pose[frame] = [*at.position_m, at.yaw_rad]
-    return Prediction(velocity, force, pose, frames.unique)
+    between = (velocity[:-1] + velocity[1:]) / 2
+    held = np.where(np.isfinite(between), between, 0.0)  # without an answer the pose stands still
+    pose = integrate(held, np.diff(t_s), start)
+    return Prediction(velocity, force, pose, frames.unique, frame_us)

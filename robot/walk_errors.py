@@ -33,6 +33,9 @@ class ComponentError:
     apart: float
 
 
+PAPER_VISCOUS_US, PAPER_COULOMB_US = 190.0, 10_400.0
+
+
 def component_errors(walk: WalkComparison) -> tuple[ComponentError, ...]:
     """Return the errors of body velocity, tilt and forces; forces over all feet together."""
     none = np.full(1, np.nan)
@@ -44,6 +47,17 @@ def component_errors(walk: WalkComparison) -> tuple[ComponentError, ...]:
             for array in (walk.velocity_B, walk.viscous.velocity_B, walk.coulomb.velocity_B)
         )
         rows.append(_row(name, unit, true, viscous, coulomb, none))
+    for axis, (name, unit) in enumerate(velocity[:2]):
+        true, viscous, coulomb, sway = (
+            1e3 * array[:, axis]
+            for array in (
+                walk.velocity_B,
+                walk.viscous.velocity_B,
+                walk.coulomb.velocity_B,
+                walk.sway_B,
+            )
+        )
+        rows.append(_row(f"{name} + sway", unit, true, viscous + sway, coulomb + sway, none))
     for axis, name in enumerate(("roll", "pitch")):
         true, support = 1e3 * walk.tilt_rad[:, axis], 1e3 * walk.support_tilt_rad[:, axis]
         rows.append(_row(name, "mrad", true, none, none, support))
@@ -99,11 +113,16 @@ def error_of(errors: tuple[ComponentError, ...], component: str) -> ComponentErr
 def error_table(walk: WalkComparison) -> tuple[str, ...]:
     """Return the table as lines of text: RMS, a dash where a model says nothing."""
     lines = [f"{walk.gait}, {len(walk.t_s)} frames, {np.ptp(walk.phase):.1f} cycles"]
-    widths = (10, 7, 9, 9, 9, 9, 11)
+    widths = (11, 7, 9, 9, 9, 9, 11)
     lines.append("".join(f"{c:>{w}}" for c, w in zip(COLUMNS, widths, strict=True)))
     for row in component_errors(walk):
         figures = (row.spread, row.viscous, row.coulomb, row.support, row.apart)
         words = ["-" if np.isnan(value) else f"{value:.2f}" for value in figures]
         cells = (row.component, row.unit, *words)
         lines.append("".join(f"{c:>{w}}" for c, w in zip(cells, widths, strict=True)))
+    lines.append(
+        f"time a frame, in a batch: viscous {walk.viscous.frame_us:.1f} us, Coulomb "
+        f"{walk.coulomb.frame_us:.1f} us (the paper, tripod: {PAPER_VISCOUS_US:.0f} and "
+        f"{PAPER_COULOMB_US:.0f} us)"
+    )
     return tuple(lines)
