@@ -1,15 +1,25 @@
 """``bigant model figures``: the quick pictures, the list, and what a person types wrong."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from record.recording import Recording
 from robot import cli
+from robot.config import load_robot
 from robot.exit_codes import ExitCode
 from robot.figure_catalog import CATALOG
+from robot.figures_errors import draw_error_distributions, draw_planar_force_errors
+from robot.figures_forces import draw_all_feet, draw_slipping_gait
 from robot.figures_runtime import draw_parallel, draw_runtime, read_benchmark
+from robot.figures_walk import draw_walk
+from robot.virtual_walk import walk_in_memory
+from robot.walk_comparison import WalkComparison, compare_walk
+from robot.walk_errors import component_errors, error_of, error_table
 
 QUICK = (
     "line",
@@ -133,9 +143,68 @@ def test_a_broken_benchmark_file_is_named(
     assert "broken.json cannot be read" in capsys.readouterr().err
 
 
+@pytest.fixture(scope="module")
+def log() -> Recording:
+    shares: list[float] = []
+    log = walk_in_memory(load_robot(), "tripod", cycles=0.2, seed=1, progress=shares.append)
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+    return log
+
+
+@pytest.fixture(scope="module")
+def walk(log: Recording) -> WalkComparison:
+    return compare_walk(log)
+
+
+def test_a_walk_is_compared_under_both_laws(walk: WalkComparison) -> None:
+    errors = component_errors(walk)
+    assert error_of(errors, "roll").support < 1.0  # [mrad]
+    assert error_of(errors, "Fz share").support < 3.0  # [%]
+    assert error_of(errors, "vy + sway").coulomb < 0.6 * error_of(errors, "vy").coulomb
+    for law in (walk.viscous, walk.coulomb):
+        true = walk.position_W[-1, :2] - walk.position_W[0, :2]
+        np.testing.assert_allclose(law.pose[-1, :2] - law.pose[0, :2], true, atol=3e-3)
+        # quasi-static: on each law's own account the feet's horizontal forces balance
+        assert np.abs(np.nansum(law.force_xy_B, axis=1)).max() < 1e-3
+    assert np.isnan(error_of(errors, "roll").viscous)
+    assert any("yaw rate" in line for line in error_table(walk))
+
+
+def test_every_walk_figure_can_be_drawn(walk: WalkComparison) -> None:
+    for draw in (
+        draw_walk,
+        draw_all_feet,
+        draw_slipping_gait,
+        draw_error_distributions,
+        draw_planar_force_errors,
+    ):
+        figure, caption = draw(walk)
+        figure.canvas.draw()
+        assert "paper" in caption
+        assert "nan" not in caption
+
+
+def test_a_walk_without_truth_is_drawn_with_what_there_is(log: Recording) -> None:
+    nothing = np.full_like
+    blind = replace(
+        log,
+        truth_position_W=nothing(log.truth_position_W, np.nan),
+        truth_quaternion_xyzw=nothing(log.truth_quaternion_xyzw, np.nan),
+        truth_velocity_B=nothing(log.truth_velocity_B, np.nan),
+        truth_foot_velocity_W=nothing(log.truth_foot_velocity_W, np.nan),
+        truth_force_n=nothing(log.truth_force_n, np.nan),
+    )
+    walk = compare_walk(blind)
+    assert np.isfinite(walk.force_n).any()  # measured in place of true
+    for draw in (draw_walk, draw_slipping_gait, draw_error_distributions):
+        figure, _ = draw(walk)
+        figure.canvas.draw()
+
+
 @pytest.mark.slow
 def test_the_walks_are_drawn(tmp_path: Path) -> None:
-    assert figures("--out", tmp_path, "--cycles", "1") == ExitCode.OK
+    assert figures("--out", tmp_path, "--cycles", "0.5") == ExitCode.OK
     drawn = {path.stem for path in tmp_path.glob("*.png")}
     assert drawn >= {entry.name for entry in CATALOG} - {"tables", "runtime", "parallel"}
     table = (tmp_path / "tables.txt").read_text(encoding="utf-8")
