@@ -144,7 +144,13 @@ def draw_friction_error() -> tuple[Figure, str]:
     shades = left.contourf(along, across, error, levels=np.linspace(0, 60, 13), cmap="YlOrBr")
     contours = left.contour(along, across, error, levels=[2, 5, 10, 20, 40], colors="black",
                             linewidths=0.8)  # fmt: skip
-    left.clabel(contours, fmt="%g %%", fontsize=8)
+    # contours are circles about dv = -v: labels where they stand apart and inside the panel
+    spots = [
+        (float(np.sqrt((1 + share) ** 2 - y**2)) - 1, y)
+        for share, y in ((-0.4, 0.1), (-0.2, 0.35), (-0.1, 0.35), (0.05, -0.35), (0.1, -0.35),
+                         (0.2, -0.35), (0.4, -0.35), (0.02, 0.35))
+    ]  # fmt: skip
+    left.clabel(contours, fmt="%g %%", fontsize=8, manual=spots)
     angle = np.linspace(0, 2 * np.pi, 200)
     left.plot(CLOSE * np.cos(angle), CLOSE * np.sin(angle), color=COULOMB, lw=2)
     figure.colorbar(shades, ax=left, label="error of the force [%]")

@@ -24,7 +24,7 @@ FORCE_LABELS = ("Fx [N]", "Fy [N]", "share of Fz")
 
 
 STUCK = (
-    "Where all feet down move alike, noise of micrometres a second decides Coulomb's forces: they "
+    "Where all feet down move alike, noise of some ten micrometres a second decides Coulomb's forces: they "
     "chatter, the ill-posed case of the paper's static friction, and the ansatz does not."
 )
 
