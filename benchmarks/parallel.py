@@ -7,9 +7,8 @@ import numpy as np
 from benchmarks.timing import keep, repeat, spread
 from model.frames import FrictionLaw
 from model.se2 import product, scan
-from model.signals import FootMotion
 from model.systems.disk import disk, random_disk_poses
-from robot.model_processes import ModelProcesses
+from robot.model_processes import ModelProcesses, SharedFrames
 
 STEPS = 10_000
 FRAMES = 300_000
@@ -34,10 +33,9 @@ def main() -> None:
     system = disk(6)
     some = random_disk_poses(2000, 6, np.random.default_rng(0))
     repeats = FRAMES // 2000
-    feet = FootMotion(
-        np.tile(some.position_m, (repeats, 1, 1)),
-        np.tile(some.velocity_m_s, (repeats, 1, 1)),
-    )
+    room = SharedFrames(FRAMES, 6)
+    room.feet.position_m[:] = np.tile(some.position_m, (repeats, 1, 1))
+    room.feet.velocity_m_s[:] = np.tile(some.velocity_m_s, (repeats, 1, 1))
     counts = (1, 2)
     medians, low, high = [], [], []
     for law in FrictionLaw:
@@ -46,7 +44,7 @@ def main() -> None:
             for turn in range(ROUNDS + 1):
                 for pool in (one, two):  # in turn, so that both see the same machine
                     began = time.perf_counter_ns()
-                    pool.solve(feet, system.contact, system.weight_n, law=law)
+                    pool.solve(room, system.contact, system.weight_n, law=law)
                     if turn:
                         times[pool.count].append((time.perf_counter_ns() - began) / 1e3)
         base = spread(times[1]).median
@@ -61,6 +59,7 @@ def main() -> None:
                 medians.append(overhead.median)
                 low.append(overhead.q25)
                 high.append(overhead.q75)
+    room.close()
     keep(processes=list(counts), overhead={"median": medians, "q25": low, "q75": high})
 
 

@@ -10,6 +10,7 @@ from model.compiled import compiled
 from model.coulomb_kernel import descend
 from model.coulomb_polish import NOT_SOLVED, SOLVED_FLAT, classify, forces_unique, polish
 from model.signals import BoolArray, FloatArray
+from model.support_kernel import DRAG, SPEED_X, SPEED_Y, W_X, W_Y, X, Y
 from model.traction_kernel import FINE, traction_kernel
 
 NO_CONVERGENCE = 4
@@ -19,54 +20,49 @@ LOOSE = 1e-9  # gap at which an unpolished answer is still taken for one
 
 @compiled
 def coulomb_frame(
-    feet: FloatArray,
-    speed: FloatArray,
+    work: FloatArray,
     loads: FloatArray,
     mu: FloatArray,
-    anisotropy: FloatArray,
     warm: bool,
     velocity: FloatArray,
     slip: FloatArray,
     force: FloatArray,
     sticking: BoolArray,
-    work: FloatArray,
 ) -> tuple[int, bool]:
     """Balance of one frame.
 
     Args:
-        feet: (N, 3) [m], body frame.
-        speed: Horizontal foot velocities in the body, (N, 2) [m/s].
+        work: As in ``traction_kernel``. The law is F = -mu N L (L slip) / |L slip|, L = I + w w^T,
+            which has the paper's traction along and across w and, unlike its formula, is the
+            gradient of a power.
         loads: (N,) [N].
         mu: (N,).
-        anisotropy: (N, 2); the law is F = -mu N L (L slip) / |L slip|, L = I + w w^T, which has the
-            paper's traction along and across w and, unlike its formula, is the gradient of a power.
         warm: Whether ``velocity`` and ``sticking`` hold the frame before.
         velocity: Out: vx, vy [m/s], yaw rate [rad/s], (3,).
         slip: Out: (N, 2) [m/s], exactly 0 for feet at rest.
         force: Out: (N, 2) [N].
         sticking: Out: loaded feet at rest, (N,).
-        work: Work space, (1 or more, N).
 
     Returns:
         A reason (0 is fine), and whether velocity and forces are the only ones that balance.
     """
-    count = feet.shape[0]
+    count = loads.size
     before = velocity.copy()
     rested = sticking.copy()
     for k in range(count):
         sticking[k] = False
-    reason = traction_kernel(feet, speed, loads, mu, anisotropy, velocity, slip, force, work)
+    reason = traction_kernel(work, loads, mu, velocity, slip, force)
     if reason != FINE:
         return reason, False
     total = 0.0
     cx, cy = 0.0, 0.0
     loaded = 0
     for k in range(count):
-        c = mu[k] * loads[k]
+        c = work[DRAG, k]
         if c > 0:
             total += c
-            cx += c * feet[k, 0]
-            cy += c * feet[k, 1]
+            cx += c * work[X, k]
+            cy += c * work[Y, k]
             loaded += 1
     cx /= total
     cy /= total
@@ -74,14 +70,14 @@ def coulomb_frame(
     top = 0.0
     fastest = 0.0
     for k in range(count):
-        if mu[k] * loads[k] > 0:
-            spread = max(spread, abs(feet[k, 0] - cx), abs(feet[k, 1] - cy))
+        if work[DRAG, k] > 0:
+            spread = max(spread, abs(work[X, k] - cx), abs(work[Y, k] - cy))
             top = max(top, abs(slip[k, 0]), abs(slip[k, 1]))
-            fastest = max(fastest, abs(speed[k, 0]), abs(speed[k, 1]))
+            fastest = max(fastest, abs(work[SPEED_X, k]), abs(work[SPEED_Y, k]))
     if top <= REST * fastest or top < 1e-150:  # all rest: any balanced forces will do, so none
         for k in range(count):
             force[k, 0] = force[k, 1] = 0.0
-            if mu[k] * loads[k] > 0:
+            if work[DRAG, k] > 0:
                 sticking[k] = True
                 slip[k, 0] = slip[k, 1] = 0.0
         return FINE, False
@@ -95,11 +91,11 @@ def coulomb_frame(
     resting = 0
     i = 0
     for k in range(count):
-        c = mu[k] * loads[k]
+        c = work[DRAG, k]
         if c <= 0:
             continue
-        ax, ay = anisotropy[k, 0], anisotropy[k, 1]
-        gx, gy = -(feet[k, 1] - cy) / spread, (feet[k, 0] - cx) / spread
+        ax, ay = work[W_X, k], work[W_Y, k]
+        gx, gy = -(work[Y, k] - cy) / spread, (work[X, k] - cx) / spread
         lxx, lxy, lyy = 1.0 + ax * ax, ax * ay, 1.0 + ay * ay
         levers[i, 0, 0], levers[i, 0, 1], levers[i, 0, 2] = lxx, lxy, lxx * gx + lxy * gy
         levers[i, 1, 0], levers[i, 1, 1], levers[i, 1, 2] = lxy, lyy, lxy * gx + lyy * gy
@@ -134,8 +130,8 @@ def coulomb_frame(
     velocity[2] = w + rate
     i = 0
     for k in range(count):
-        if mu[k] * loads[k] > 0:
-            ax, ay = anisotropy[k, 0], anisotropy[k, 1]
+        if work[DRAG, k] > 0:
+            ax, ay = work[W_X, k], work[W_Y, k]
             along = ax * dual[i, 0] + ay * dual[i, 1]
             force[k, 0] = -total * (dual[i, 0] + ax * along)
             force[k, 1] = -total * (dual[i, 1] + ay * along)
@@ -147,6 +143,6 @@ def coulomb_frame(
             i += 1
         else:
             force[k, 0] = force[k, 1] = 0.0
-            slip[k, 0] = velocity[0] - velocity[2] * feet[k, 1] + speed[k, 0]
-            slip[k, 1] = velocity[1] + velocity[2] * feet[k, 0] + speed[k, 1]
+            slip[k, 0] = velocity[0] - velocity[2] * work[Y, k] + work[SPEED_X, k]
+            slip[k, 1] = velocity[1] + velocity[2] * work[X, k] + work[SPEED_Y, k]
     return FINE, unique

@@ -6,8 +6,8 @@ import numpy as np
 
 from model.compiled import COMPILED, compiled
 from model.signals import BoolArray, FloatArray
-from model.support_kernel import support_kernel
-from model.traction_kernel import foot_speeds, traction_kernel
+from model.support_kernel import ROWS, support_kernel
+from model.traction_kernel import foot_speeds, lay_anisotropy, traction_kernel
 
 NOT_A_NUMBER = 1
 NEGATIVE = 7
@@ -50,7 +50,8 @@ def solve(
         proper = proper and stiffness[k] > 0.0
     if not proper:
         return -NEGATIVE, NEGATIVE
-    work = np.empty((6, count))
+    work = np.empty((ROWS, count))
+    lay_anisotropy(anisotropy, work)
     pose = numbers[:3]
     velocity = numbers[3:6]
     loads = numbers[7 : 7 + count]
@@ -61,11 +62,10 @@ def solve(
         return found, -found
     for k in range(count):
         loaded[k] = loads[k] > 0.0
-    speed = np.empty((count, 2))
     ansatz = np.empty((count, 2))
-    if not foot_speeds(feet_velocity, pose, False, speed):
+    if not foot_speeds(feet_velocity, pose, False, work):
         return found, NOT_A_NUMBER
-    reason = traction_kernel(feet, speed, loads, mu, anisotropy, velocity, slip, ansatz, work)
+    reason = traction_kernel(work, loads, mu, velocity, slip, ansatz)
     if reason != 0:
         velocity[:] = np.nan
         slip[:] = np.nan

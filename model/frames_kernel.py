@@ -5,8 +5,8 @@ import numpy as np
 from model.compiled import compiled
 from model.coulomb_frame import coulomb_frame
 from model.signals import BoolArray, FloatArray, IntArray
-from model.support_kernel import support_kernel
-from model.traction_kernel import foot_speeds, traction_kernel
+from model.support_kernel import ROWS, support_kernel
+from model.traction_kernel import foot_speeds, lay_anisotropy, traction_kernel
 
 NOT_A_NUMBER = 1
 
@@ -37,14 +37,15 @@ def frames_kernel(
     Shapes are those of ``model.frames``; anisotropy is (1 or F, N, 2).
     """
     frames, count = feet.shape[0], feet.shape[1]
-    work = np.empty((6, count))
-    speed = np.empty((count, 2))
+    work = np.empty((ROWS, count))
+    lay_anisotropy(anisotropy[0], work)
     twist = np.empty(3)
     rested = np.zeros(count, dtype=np.bool_)
     warm = False
     turns = anisotropy.shape[0] > 1  # w of its own for every frame
     for f in range(frames):
-        w = anisotropy[f if turns else 0]
+        if turns:
+            lay_anisotropy(anisotropy[f], work)
         switches[f] = 0
         unique[f] = not coulomb
         found = support_kernel(feet[f], ground[f], stiffness, load, pose[f], loads[f], work)
@@ -55,28 +56,16 @@ def frames_kernel(
         else:
             reason[f] = 0
             switches[f] = found
-            if not foot_speeds(feet_velocity[f], pose[f], tilt_coupling, speed):
+            if not foot_speeds(feet_velocity[f], pose[f], tilt_coupling, work):
                 reason[f] = NOT_A_NUMBER
         if reason[f] == 0:
             if coulomb:
                 reason[f], unique[f] = coulomb_frame(
-                    feet[f],
-                    speed,
-                    loads[f],
-                    mu,
-                    w,
-                    warm,
-                    twist,
-                    slip[f],
-                    force[f],
-                    rested,
-                    work,
+                    work, loads[f], mu, warm, twist, slip[f], force[f], rested
                 )
                 sticking[f, :] = rested
             else:
-                reason[f] = traction_kernel(
-                    feet[f], speed, loads[f], mu, w, twist, slip[f], force[f], work
-                )
+                reason[f] = traction_kernel(work, loads[f], mu, twist, slip[f], force[f])
                 sticking[f, :] = False
             velocity[f, :] = twist
         warm = reason[f] == 0

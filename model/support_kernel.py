@@ -16,6 +16,12 @@ BALANCE = 1e-12  # imbalance accepted, share of the load
 RANK = 1e-11  # pivots below this share of the largest leave the body free to tilt
 ROUNDING = 1e-13
 EPSILON = 1e-15
+# Rows of the work space: levers in units of the feet's spread, height of the unloaded foot over the
+# ground at pose 0, K / load, height now, its change along a line, the foot's place
+LEVER_X, LEVER_Y, ABOVE, SPRING, HEIGHT, CHANGE, X, Y = 0, 1, 2, 3, 4, 5, 6, 7
+# and what traction needs: foot speed, w, mu N
+SPEED_X, SPEED_Y, W_X, W_Y, DRAG = 8, 9, 10, 11, 12
+ROWS = 13
 STEPS_PER_FOOT = 20
 ENOUGH = 1e-4  # share of the promised fall of E that a full step must bring
 FAR = 1e-9  # rounding of the balance at poses out of all proportion: E falls for ever
@@ -28,25 +34,26 @@ NO_CONVERGENCE = -4
 def _lay_out(
     feet: FloatArray, ground: FloatArray, stiffness: FloatArray, load: float, work: FloatArray
 ) -> float:
-    """Put -q_x / lever, q_y / lever, height over the ground and K / load in rows; return the lever.
+    """Fill rows of the work space, where numbers lie side by side for fast sums; return the lever.
 
     The lever is the feet's root mean square distance from the body's origin; NaN if anything is.
     """
     count = feet.shape[0]
+    share = 1.0 / load
+    for k in range(count):
+        work[X, k] = feet[k, 0]
+        work[Y, k] = feet[k, 1]
+        work[ABOVE, k] = feet[k, 2] - ground[k]
     total = 0.0
     for k in range(count):
-        x, y = feet[k, 0], feet[k, 1]
-        work[0, k] = -x
-        work[1, k] = y
-        work[2, k] = feet[k, 2] - ground[k]
-        work[3, k] = stiffness[k] / load
-        total += x * x + y * y + 0.0 * work[2, k]
+        x, y = work[X, k], work[Y, k]
+        work[SPRING, k] = stiffness[k] * share
+        total += x * x + y * y + 0.0 * work[ABOVE, k]
     lever: float = np.sqrt(total / count)
-    if lever > 0.0:
-        scale = 1.0 / lever
-        for k in range(count):
-            work[0, k] *= scale
-            work[1, k] *= scale
+    scale = 1.0 / lever if lever > 0.0 else 0.0
+    for k in range(count):
+        work[LEVER_X, k] = -work[X, k] * scale
+        work[LEVER_Y, k] = work[Y, k] * scale
     return lever
 
 
@@ -56,8 +63,8 @@ def _level_height(work: FloatArray) -> float:
     total = 0.0
     moment = 0.0
     for k in range(work.shape[1]):
-        total += work[3, k]
-        moment += work[3, k] * work[2, k]
+        total += work[SPRING, k]
+        moment += work[SPRING, k] * work[ABOVE, k]
     return -(1.0 + moment) / total
 
 
@@ -72,10 +79,10 @@ def _sums(
     h00, h01, h02, h11, h12, h22 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     rough = 0.0
     for k in range(work.shape[1]):
-        x, y = work[0, k], work[1, k]
-        p = x * a + y * b + (z + work[2, k])
-        work[4, k] = p
-        c = work[3, k] if p < 0.0 else 0.0
+        x, y = work[LEVER_X, k], work[LEVER_Y, k]
+        p = x * a + y * b + (z + work[ABOVE, k])
+        work[HEIGHT, k] = p
+        c = work[SPRING, k] if p < 0.0 else 0.0
         f = c * p
         e += f * p
         g0 += f * x
@@ -89,7 +96,7 @@ def _sums(
         h11 += cy * y
         h12 += cy
         h22 += c
-        rough += c * abs(work[2, k])
+        rough += c * abs(work[ABOVE, k])
     return 0.5 * e + z, g0, g1, g2 + 1.0, h00, h01, h02, h11, h12, h22, rough
 
 
@@ -112,7 +119,7 @@ def support_kernel(
         load: [N].
         pose: Out: slope_x, slope_y, height [m], (3,).
         loads: Out: (N,) [N].
-        work: Work space, (6, N).
+        work: Work space, (ROWS, N); rows X and Y hold the feet afterwards.
 
     Returns:
         Contact changes taken, or NOT_A_NUMBER, TIPS or NO_CONVERGENCE.
@@ -134,7 +141,7 @@ def support_kernel(
             pose[1] = b / lever if lever > 0.0 else 0.0
             pose[2] = z
             for k in range(count):
-                loads[k] = -stiffness[k] * work[4, k] if work[4, k] < 0.0 else 0.0
+                loads[k] = -stiffness[k] * work[HEIGHT, k] if work[HEIGHT, k] < 0.0 else 0.0
             return step_number
         d0, d1, d2, newton = _direction(h00, h01, h02, h11, h12, h22, g0, g1, g2)
         if newton:
@@ -222,16 +229,16 @@ def _line_minimum(
     count = work.shape[1]
     size = max(abs(d0), abs(d1), abs(d2))
     for k in range(count):
-        work[4, k] = work[0, k] * a + work[1, k] * b + (z + work[2, k])
-        change = work[0, k] * d0 + work[1, k] * d1 + d2
-        work[5, k] = 0.0 if abs(change) < ROUNDING * size else change
+        work[HEIGHT, k] = work[LEVER_X, k] * a + work[LEVER_Y, k] * b + (z + work[ABOVE, k])
+        change = work[LEVER_X, k] * d0 + work[LEVER_Y, k] * d1 + d2
+        work[CHANGE, k] = 0.0 if abs(change) < ROUNDING * size else change
     t = 0.0
     for _ in range(count + 1):
         slope = d2
         bend = 0.0
         nearest = np.inf
         for k in range(count):
-            height, change = work[4, k], work[5, k]
+            height, change = work[HEIGHT, k], work[CHANGE, k]
             kink = -height / change if change != 0.0 else np.inf
             if change < 0:
                 down = kink <= t
@@ -240,7 +247,7 @@ def _line_minimum(
             else:
                 down = height < 0
             if down:
-                c = work[3, k] * change
+                c = work[SPRING, k] * change
                 slope += c * (height + t * change)
                 bend += c * change
             if t < kink < nearest:

@@ -1,44 +1,110 @@
 """The model over many frames on several processes, through shared memory.
 
-Frames do not depend on each other, so each process takes a run of them; feet and answers lie in memory
-that all of them see, and nothing but the ends of the runs goes through pipes.
+Frames do not depend on each other, so each process takes a run of them. Feet and answers lie in memory
+that all of them see; nothing but the ends of the runs goes through pipes.
 """
 
+import contextlib
+import shutil
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from itertools import pairwise
 from multiprocessing import get_context
 from multiprocessing.shared_memory import SharedMemory
+from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from model.errors import ModelError
 from model.frames import FrameSolutions, FrictionLaw
 from model.frames_kernel import frames_kernel
 from model.params import ContactParameters
-from model.signals import FloatArray, FootMotion
+from model.signals import FootMotion
 
-# name, type and numbers a frame and a foot of each output, in the kernel's order
+# type, and numbers a frame or a foot (0: one a foot) of each output, in the kernel's order
+_PER_FRAME, _PER_FOOT = True, False
 OUTPUTS = (
-    ("pose", np.float64, 3, 0),
-    ("load_n", np.float64, 0, 1),
-    ("switches", np.int64, 1, 0),
-    ("velocity_B", np.float64, 3, 0),
-    ("slip_B", np.float64, 0, 2),
-    ("force_xy_B", np.float64, 0, 2),
-    ("sticking", np.bool_, 0, 1),
-    ("unique", np.bool_, 1, 0),
-    ("reason", np.int64, 1, 0),
+    (np.float64, _PER_FRAME, 3),  # pose
+    (np.float64, _PER_FOOT, 1),  # load_n
+    (np.int64, _PER_FRAME, 1),  # switches
+    (np.float64, _PER_FRAME, 3),  # velocity_B
+    (np.float64, _PER_FOOT, 2),  # slip_B
+    (np.float64, _PER_FOOT, 2),  # force_xy_B
+    (np.bool_, _PER_FOOT, 1),  # sticking
+    (np.bool_, _PER_FRAME, 1),  # unique
+    (np.int64, _PER_FRAME, 1),  # reason
 )
+ALIGNMENT = 64
+SHARED = Path("/dev/shm")
+
+
+class SharedFrames:
+    """Room for frames in memory that other processes see; to be filled, solved and read in place.
+
+    Args:
+        frames: Number of frames F.
+        legs: Number of legs N.
+        name: Attach to a room that another process made.
+
+    Attributes:
+        feet: To be filled in place, (F, N, 3) each [m], [m/s].
+        answer: Written by ``ModelProcesses.solve``.
+
+    Raises:
+        ModelError: There is not enough shared memory.
+    """
+
+    def __init__(self, frames: int, legs: int, name: str | None = None) -> None:
+        self.frames, self.legs = frames, legs
+        self._made = name is None
+        layout = _layout(frames, legs)
+        size = sum(_bytes(shape, kind) for shape, kind in layout)
+        if self._made and SHARED.is_dir() and size > shutil.disk_usage(SHARED).free:
+            raise ModelError(
+                f"{size / 1e6:.0f} MB of shared memory cannot be had; solve fewer frames at a time"
+            )
+        self._memory = SharedMemory(name, create=self._made, size=size if self._made else 0)
+        views: list[NDArray[Any]] = []
+        start = 0
+        for shape, kind in layout:
+            views.append(np.ndarray(shape, kind, self._memory.buf, start))
+            start += _bytes(shape, kind)
+        self.feet = FootMotion(*views[:2])
+        self.answer = FrameSolutions(*views[2:])
+
+    @property
+    def name(self) -> str:
+        """What other processes attach by."""
+        return self._memory.name
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Give the memory back; ``feet`` and ``answer`` are gone then."""
+        del self.feet, self.answer
+        if self._made:
+            self._memory.unlink()
+        with contextlib.suppress(BufferError):  # somebody still looks at an array: freed with it
+            self._memory.close()
 
 
 @dataclass(frozen=True, slots=True)
 class _Job:
     """A run of frames for one process."""
 
-    memory: str
+    name: str
     frames: int
     legs: int
     first: int
@@ -62,7 +128,7 @@ class ModelProcesses:
         if count < 1:
             raise ModelError(f"at least one process is needed, not {count}")
         self.count = count
-        # a fresh interpreter each: forking a program with threads is asking for trouble
+        # a fresh interpreter each: forking a program that has threads is asking for trouble
         self._pool = ProcessPoolExecutor(count, mp_context=get_context("spawn"))
 
     def __enter__(self) -> Self:
@@ -74,92 +140,65 @@ class ModelProcesses:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """End the processes."""
         self._pool.shutdown()
 
     def solve(
         self,
-        feet: FootMotion,
+        room: SharedFrames,
         contact: ContactParameters,
         weight_n: float,
         *,
         law: FrictionLaw = FrictionLaw.VISCOUS,
     ) -> FrameSolutions:
-        """Do what ``model.frames.solve_frames`` does, on level ground, for parameters known to be good.
+        """Do what ``model.frames.solve_frames`` does, on level ground; contacts must be proper ones.
 
         Args:
-            feet: (F, N, 3) each [m], [m/s].
+            room: Filled with feet.
             contact: Of the N legs.
             weight_n: [N].
             law: Friction law.
+
+        Returns:
+            ``room.answer``.
         """
-        frames, legs, _ = feet.position_m.shape
-        size = sum(
-            np.dtype(kind).itemsize * shape_size for _, kind, shape_size in _sizes(frames, legs)
-        )
-        memory = SharedMemory(create=True, size=size + 128)
-        try:
-            given, _ = _arrays(memory, frames, legs)
-            given[0][:] = feet.position_m
-            given[1][:] = feet.velocity_m_s
-            ends = np.linspace(0, frames, self.count + 1).astype(int).tolist()
-            jobs = [
-                _Job(memory.name, frames, legs, first, last, contact, weight_n,
-                     law is FrictionLaw.COULOMB)
-                for first, last in pairwise(ends)
-            ]  # fmt: skip
-            list(self._pool.map(_run, jobs))
-            _, found = _arrays(memory, frames, legs)
-            answer = FrameSolutions(*(values.copy() for values in found))
-            del given, found
-        finally:
-            memory.close()
-            memory.unlink()
-        return answer
+        ends = np.linspace(0, room.frames, self.count + 1).astype(int).tolist()
+        coulomb = law is FrictionLaw.COULOMB
+        jobs = [
+            _Job(room.name, room.frames, room.legs, first, last, contact, weight_n, coulomb)
+            for first, last in pairwise(ends)
+        ]
+        list(self._pool.map(_run, jobs))
+        return room.answer
 
 
-def _sizes(frames: int, legs: int) -> list[tuple[tuple[int, ...], type, int]]:
+def _layout(frames: int, legs: int) -> list[tuple[tuple[int, ...], type]]:
+    """Shapes and types of inputs and outputs, in the order in which they lie in memory."""
     shapes: list[tuple[tuple[int, ...], type]] = [((frames, legs, 3), np.float64)] * 2
-    for _, kind, per_frame, per_foot in OUTPUTS:
-        if per_foot:
-            shape: tuple[int, ...] = (frames, legs) if per_foot == 1 else (frames, legs, per_foot)
-        else:
-            shape = (frames,) if per_frame == 1 else (frames, per_frame)
-        shapes.append((shape, kind))
-    return [(shape, kind, int(np.prod(shape))) for shape, kind in shapes]
+    for kind, per_frame, numbers in OUTPUTS:
+        shape = (frames,) if per_frame else (frames, legs)
+        shapes.append((shape if numbers == 1 else (*shape, numbers), kind))
+    return shapes
 
 
-def _arrays(
-    memory: SharedMemory, frames: int, legs: int
-) -> tuple[list[FloatArray], list[np.ndarray]]:
-    """Inputs and outputs as views of the shared memory."""
-    views = []
-    start = 0
-    for shape, kind, size in _sizes(frames, legs):
-        views.append(np.ndarray(shape, kind, memory.buf, start))
-        start += np.dtype(kind).itemsize * size
-        start += -start % 8
-    return views[:2], views[2:]
+def _bytes(shape: tuple[int, ...], kind: type) -> int:
+    size = int(np.prod(shape)) * np.dtype(kind).itemsize
+    return size + -size % ALIGNMENT
+
+
+# The rooms that a worker knows, so that it attaches once to each.
+_rooms: dict[str, SharedFrames] = {}
 
 
 def _run(job: _Job) -> None:
-    memory = SharedMemory(job.memory)
-    try:
-        _solve(job, memory)
-    finally:
-        memory.close()
-
-
-def _solve(job: _Job, memory: SharedMemory) -> None:
-    given, found = _arrays(memory, job.frames, job.legs)
-    part = slice(job.first, job.last)
-    contact = job.contact
+    if job.name not in _rooms:
+        for old in list(_rooms):
+            _rooms.pop(old).close()
+        _rooms[job.name] = SharedFrames(job.frames, job.legs, job.name)
+    room, part, contact = _rooms[job.name], slice(job.first, job.last), job.contact
+    found = [getattr(room.answer, field)[part] for field in FrameSolutions.__slots__]
     frames_kernel(
-        given[0][part],
-        given[1][part],
+        room.feet.position_m[part],
+        room.feet.velocity_m_s[part],
         np.zeros((job.last - job.first, job.legs)),
         np.array(contact.stiffness),
         np.array(contact.mu),
@@ -167,5 +206,5 @@ def _solve(job: _Job, memory: SharedMemory) -> None:
         float(job.weight_n),
         job.coulomb,
         False,
-        *(values[part] for values in found),
+        *found,
     )
