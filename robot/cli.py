@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import NoReturn
 
 from model.errors import BigantError, BusError, ForceStreamError, RecordError
+from robot.commands import add_commands, run_command
 from robot.exit_codes import ExitCode
-from robot.model_commands import add_model
 
 EPILOG = "exit codes: 0 good, 1 a verdict failed, 2 wrong usage or file, 3 hardware, 4 log"
 
@@ -27,7 +27,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
     Raises:
         SystemExit: The arguments make no sense (argparse), or help was asked for.
     """
-    options = _parser().parse_args(arguments)
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    options = _parser(given).parse_args(given)
     try:
         return int(_dispatch(options))
     except BigantError as error:
@@ -59,16 +60,14 @@ def _dispatch(options: argparse.Namespace) -> ExitCode:
         from robot.devices import devices
 
         return devices(options)
-    if options.command == "model":
-        from robot.model_commands import run_model
+    if options.command == "sim":
+        from robot.serve import serve_virtual
 
-        return run_model(options)
-    from robot.serve import serve_virtual
-
-    return serve_virtual(options)
+        return serve_virtual(options)
+    return run_command(options)
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="bigant",
         description="Drive, record and model BigANT, on the robot or on virtual hardware.",
@@ -79,7 +78,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_show(commands)
     _add_devices(commands)
     _add_sim(commands)
-    add_model(commands)
+    add_commands(commands, arguments, EPILOG)
     return parser
 
 

@@ -1,0 +1,68 @@
+"""Which module answers which command: ``bigant GROUP ACTION`` and ``bigant COMMAND``.
+
+A module has ``add_arguments(parser)``, ``run(options)`` and no heavy imports at its top. Only the
+module that is asked for is imported, so that ``bigant --help`` answers at once.
+"""
+
+import argparse
+import importlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from robot.exit_codes import ExitCode
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """One command line.
+
+    Attributes:
+        words: ``("model", "run")`` or ``("check",)``.
+        module: Where it is written.
+        help: What it is for.
+    """
+
+    words: tuple[str, ...]
+    module: str
+    help: str
+
+
+GROUP_HELP = (("model", "the model of slipping, without a robot"),)
+
+COMMANDS = (
+    Command(("model", "run"), "robot.model_run", "a named system through the model, drawn"),
+    Command(
+        ("model", "sensitivity"),
+        "robot.model_sensitivity",
+        "naive against fitted parameters on logs",
+    ),
+    Command(
+        ("model", "figures"), "robot.model_figures", "our version of the paper's figures and tables"
+    ),
+)
+
+Parsers = argparse._SubParsersAction  # what add_subparsers returns has no public name
+
+
+def add_commands(
+    commands: "Parsers[argparse.ArgumentParser]", arguments: Sequence[str], epilog: str
+) -> None:
+    """Add all commands to the parser; arguments only to the one that is asked for."""
+    groups = {}
+    for name, words in GROUP_HELP:
+        group = commands.add_parser(name, help=words, description=f"{words}.".capitalize())
+        groups[name] = group.add_subparsers(dest="action", required=True, metavar="ACTION")
+    for command in COMMANDS:
+        parent = commands if len(command.words) == 1 else groups[command.words[0]]
+        parser = parent.add_parser(command.words[-1], help=command.help, epilog=epilog)
+        parser.set_defaults(module=command.module)
+        if tuple(arguments[: len(command.words)]) == command.words:
+            module = importlib.import_module(command.module)
+            parser.description = module.__doc__.split("\n\n", 1)[-1] if module.__doc__ else None
+            module.add_arguments(parser)
+
+
+def run_command(options: argparse.Namespace) -> ExitCode:
+    """Run the command that was asked for."""
+    code: ExitCode = importlib.import_module(options.module).run(options)
+    return code
