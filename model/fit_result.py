@@ -61,17 +61,18 @@ class FitResult:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Spread:
-    """Covariance of the search parameters, and what the data leaves open.
+    """Covariance of the P search parameters, and what the data leave open.
 
     Attributes:
-        covariance: (P, P) over determined directions; NaN for undetermined parameters.
+        covariance: (P, P); NaN for undetermined parameters.
         undetermined: (P,) bool.
-        rank: Number of determined directions.
+        reference: (P,) bool, the parameters that may define a common scale: determined next to each
+            other. All False where there is no common scale, or none of them is determined.
     """
 
     covariance: FloatArray
     undetermined: BoolArray
-    rank: int
+    reference: BoolArray
 
 
 def spread(
@@ -82,9 +83,14 @@ def spread(
     loss: Loss = "linear",
     loss_scale: float = 1.0,
     penalty: FloatArray | None = None,
-    conventions: FloatArray | None = None,
+    scaled: BoolArray | None = None,
+    scale_share: FloatArray | None = None,
 ) -> Spread:
     """Covariance from Jacobian and residuals, and the undetermined parameters.
+
+    Some parameters may be logarithms of things whose common scale is held by convention. The
+    covariance is then that of the logarithms after scaling, which is theirs next to the mean of the
+    reference.
 
     Args:
         jacobian: Of the measured residuals by the search parameters, (M, P); a unit of every search
@@ -93,30 +99,59 @@ def spread(
         lost: Degrees of freedom used up by other than these parameters (a scale a frame).
         loss: Loss of the fit.
         loss_scale: Its scale, units of the residual.
-        penalty: Square of the penalty's Jacobian, (P, P); widens nothing, only steadies.
-        conventions: Directions that a convention holds fast, (P, C), orthonormal; they count neither
-            as known nor as unknown.
+        penalty: J^T J of the penalty, (P, P). It narrows errors; it never makes anything determined.
+        scaled: (P,) the logarithms with a conventional common scale; None if there are none.
+        scale_share: Their values, whose mean is held, (P,); needed with ``scaled``.
     """
     count = jacobian.shape[1]
-    free = np.eye(count)
-    if conventions is not None and conventions.size:
-        # an orthonormal basis of what the conventions leave: the rest of a full QR
-        free = np.linalg.qr(conventions, mode="complete")[0][:, conventions.shape[1] :]
-    variance = _variance(residual, lost + free.shape[1], loss, loss_scale)
-    reduced = jacobian @ free
-    values, vectors = np.linalg.eigh(reduced.T @ reduced)
+    variance = _variance(residual, lost + count - int(scaled is not None), loss, loss_scale)
+    values, vectors = np.linalg.eigh(jacobian.T @ jacobian)
     singular = np.sqrt(np.maximum(values, 0.0))
     least = max(SINGULAR_TOLERANCE * singular[-1], np.sqrt(variance), np.finfo(float).tiny)
     known = singular > least
-    unknown = free @ vectors[:, ~known]
-    undetermined = np.sqrt(np.sum(unknown**2, axis=1)) > COMPONENT_TOLERANCE
-    basis = free @ vectors[:, known]
+    null, basis = vectors[:, ~known], vectors[:, known]
+    reference = np.zeros(count, dtype=bool)
+    undetermined = _in_null_space(null)
+    to_scaled = np.eye(count)
+    if scaled is not None and scale_share is not None:
+        reference, undetermined = _best_reference(null, scaled)
+        to_scaled = _scaling(scaled, np.where(reference, scale_share, 0.0))
     normal = np.diag(values[known])
     if penalty is not None:
         normal = normal + basis.T @ penalty @ basis
-    covariance = variance * basis @ np.linalg.solve(normal, basis.T)
+    told = to_scaled @ basis
+    covariance = np.full((count, count), np.nan)
+    if known.any():
+        covariance = variance * told @ np.linalg.solve(normal, told.T)
     covariance[undetermined] = covariance[:, undetermined] = np.nan
-    return Spread(readonly(covariance), readonly(undetermined), int(known.sum()))
+    return Spread(readonly(covariance), readonly(undetermined), readonly(reference))
+
+
+def _in_null_space(null: FloatArray) -> BoolArray:
+    share: BoolArray = np.sqrt(np.sum(null**2, axis=1)) > COMPONENT_TOLERANCE
+    return share
+
+
+def _scaling(scaled: BoolArray, weights: FloatArray) -> FloatArray:
+    """Matrix that takes the weighted mean of some logarithms out of all scaled ones."""
+    total = float(weights.sum())
+    mean = weights / total if total > 0 else weights
+    matrix: FloatArray = np.eye(len(scaled)) - np.outer(scaled, mean)
+    return matrix
+
+
+def _best_reference(null: FloatArray, scaled: BoolArray) -> tuple[BoolArray, BoolArray]:
+    """Largest set of scaled parameters that the data tell next to each other, and what is left open."""
+    best = np.zeros(len(scaled), dtype=bool), scaled | _in_null_space(null)
+    for one in np.flatnonzero(scaled):
+        single = np.zeros(len(scaled))
+        single[one] = 1.0
+        unknown = _in_null_space(_scaling(scaled, single) @ null)
+        told = scaled & ~unknown
+        # next to itself a parameter is always told: one alone is no reference unless it is the only one
+        if told.sum() > max(best[0].sum(), min(1, scaled.sum() - 1)):
+            best = told, unknown
+    return best
 
 
 def _variance(residual: FloatArray, used: int, loss: Loss, loss_scale: float) -> float:

@@ -9,11 +9,14 @@ from collections.abc import Callable
 from typing import Literal, get_args
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from model.errors import ModelError
 from model.signals import FloatArray
 
 Loss = Literal["linear", "soft_l1", "huber", "cauchy", "arctan"]
+TOLERANCE = 1e-12
+MOST_EVALUATIONS = 200
 LOSSES: tuple[Loss, ...] = get_args(Loss)
 
 
@@ -60,8 +63,28 @@ def rho(loss: Loss, z: FloatArray) -> FloatArray:
     return np.stack([np.arctan(z), 1 / (1 + z**2), -2 * z / (1 + z**2) ** 2])
 
 
-def loss_with_penalty(loss: Loss, penalties: int) -> Callable[[FloatArray], FloatArray]:
-    """Return a loss for ``least_squares`` that keeps the last ``penalties`` rows quadratic."""
+def minimise(
+    residual: Callable[[FloatArray], FloatArray],
+    jacobian: Callable[[FloatArray], FloatArray],
+    start: FloatArray,
+    *,
+    loss: Loss,
+    loss_scale: float,
+    penalties: int = 0,
+) -> tuple[FloatArray, bool]:
+    """Minimise the loss of residuals with ``scipy.optimize.least_squares``.
+
+    Args:
+        residual: (M,) of parameters (P,).
+        jacobian: (M, P) of parameters (P,).
+        start: (P,).
+        loss: Its name.
+        loss_scale: Size of a residual from which on it is an outlier.
+        penalties: How many of the last residuals are penalties, which stay quadratic.
+
+    Returns:
+        Parameters at the minimum, (P,), and whether the search ended by itself.
+    """
 
     def evaluate(z: FloatArray) -> FloatArray:
         values = rho(loss, z)
@@ -69,7 +92,18 @@ def loss_with_penalty(loss: Loss, penalties: int) -> Callable[[FloatArray], Floa
             values[:, -penalties:] = rho("linear", z[-penalties:])
         return values
 
-    return evaluate
+    ended = least_squares(
+        residual,
+        start,
+        jac=jacobian,
+        loss=evaluate,  # type: ignore[arg-type]  # the stubs want a protocol of their own
+        f_scale=loss_scale,
+        xtol=TOLERANCE,
+        ftol=TOLERANCE,
+        gtol=TOLERANCE,
+        max_nfev=MOST_EVALUATIONS,
+    )
+    return np.asarray(ended.x, dtype=np.float64), bool(ended.status > 0)
 
 
 def influence(loss: Loss, residual: FloatArray, scale: float) -> tuple[FloatArray, FloatArray]:
