@@ -55,7 +55,7 @@ def choose_share_frames(
     present = np.isfinite(feet).all(axis=(1, 2)) & np.isfinite(vertical).all(axis=1)
     solved = load_derivatives(np.where(present[:, None, None], feet, 0.0), start, weight).solved
     stands = np.isfinite(solved.load_n).all(axis=1)
-    contact = (vertical > CONTACT_SHARE * weight) | (np.nan_to_num(solved.load_n) > 0)
+    contact: BoolArray = (vertical > CONTACT_SHARE * weight) | (np.nan_to_num(solved.load_n) > 0)
     total: FloatArray = np.sum(np.where(contact, vertical, 0.0), axis=1)
     used: BoolArray = present & stands & (total > CONTACT_SHARE * weight)
     left_out = (
