@@ -103,8 +103,9 @@ def fit_friction(
     residual = search.residual(theta)
     scalable = np.arange(len(theta)) < legs
     known = spread(
-        residual=residual,
-        jacobian=search.jacobian(theta, of_scale=False),
+        search.jacobian(theta, of_scale=False),
+        residual,
+        float(np.linalg.norm(contacts.force)),
         lost=int(contacts.used.any(axis=1).sum()) if scaled else 0,
         loss=loss,
         loss_scale=loss_scale,

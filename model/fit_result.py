@@ -21,6 +21,8 @@ from model.signals import BoolArray, FloatArray, readonly
 
 # Singular values below this share of the largest are rounding.
 SINGULAR_TOLERANCE = 1e-6
+# And so are those below this share of the measurements.
+ROUNDING = 1e-10
 # A parameter's component along an undetermined direction of length 1 that makes it undetermined too.
 COMPONENT_TOLERANCE = 0.01
 
@@ -78,6 +80,7 @@ class Spread:
 def spread(
     jacobian: FloatArray,
     residual: FloatArray,
+    size: float,
     *,
     lost: int = 0,
     loss: Loss = "linear",
@@ -96,6 +99,7 @@ def spread(
         jacobian: Of the measured residuals by the search parameters, (M, P); a unit of every search
             parameter is a large change (a factor e, a w of 1).
         residual: Measured residuals, (M,).
+        size: Norm of what was measured, beside which rounding is nothing.
         lost: Degrees of freedom used up by other than these parameters (a scale a frame).
         loss: Loss of the fit.
         loss_scale: Its scale, units of the residual.
@@ -107,7 +111,7 @@ def spread(
     variance = _variance(residual, lost + count - int(scaled is not None), loss, loss_scale)
     values, vectors = np.linalg.eigh(jacobian.T @ jacobian)
     singular = np.sqrt(np.maximum(values, 0.0))
-    least = max(SINGULAR_TOLERANCE * singular[-1], np.sqrt(variance), np.finfo(float).tiny)
+    least = max(SINGULAR_TOLERANCE * singular[-1], ROUNDING * size, np.sqrt(variance))
     known = singular > least
     null, basis = vectors[:, ~known], vectors[:, known]
     reference = np.zeros(count, dtype=bool)

@@ -76,25 +76,23 @@ def fit_stiffness(
     check_loss(loss, loss_scale)
     frames = choose_share_frames(feet_B, vertical_n, weight_n, start, pose)
     names = tuple(leg_names) or tuple(str(leg) for leg in range(len(start)))
-    search = _Search(frames, weight_n, spread_weight, mean_stiffness, loss, loss_scale)
-    reference = np.ones(len(start), dtype=bool)
-    found, ended = search.run(np.log(start), reference)
-    relative = search.spread(found, reference, relative=True)
-    if mean_stiffness is not None and relative.reference.any() and not relative.reference.all():
-        reference = relative.reference  # the mean is over legs that the data tell
-        found, ended = search.run(found, reference)
-        relative = search.spread(found, reference, relative=True)
-    held = mean_stiffness is not None
-    known = relative if held else search.spread(found, reference, relative=False)
-    stiffness = search.stiffness(found, reference)
+    search = _Search(frames, weight_n, spread_weight, loss, loss_scale)
+    found, ended = search.run(np.log(start))
+    known = search.spread(found, relative=False)
+    relative = search.spread(found, relative=True)
+    if mean_stiffness is not None:
+        # the mean is over legs that the data tell next to each other, or over all if they tell none
+        reference = relative.reference if relative.reference.any() else np.ones_like(start, bool)
+        search.hold_mean(mean_stiffness, reference)
+        found, ended = search.run(np.log(start))
+        known = relative = search.spread(found, relative=True)
+    stiffness = search.stiffness(found)
     undetermined = tuple(f"K {n}" for n, u in zip(names, known.undetermined, strict=True) if u)
     result = FitResult(
         names=tuple(f"K {name}" for name in names),
         values=readonly(stiffness),
         covariance=readonly(known.covariance * stiffness[:, None] * stiffness),
-        residual_rms=float(
-            np.sqrt(np.mean(search.residual(found, reference)[: search.shares] ** 2))
-        ),
+        residual_rms=float(np.sqrt(np.mean(search.residual(found)[: search.shares] ** 2))),
         frames_used=len(frames.feet),
         left_out=frames.left_out,
         undetermined=undetermined,
@@ -116,56 +114,62 @@ class _Search:
         frames: ShareFrames,
         weight_n: float,
         spread_weight: float,
-        mean: float | None,
         loss: Loss,
         loss_scale: float,
     ) -> None:
-        self._frames, self._weight, self._mean = frames, weight_n, mean
+        self._frames, self._weight = frames, weight_n
         self._loss, self._loss_scale = loss, loss_scale
         legs = frames.feet.shape[1]
         self._penalty = np.sqrt(spread_weight * len(frames.feet)) * (np.eye(legs) - 1 / legs)
         self._tether = TETHER * np.sqrt(len(frames.feet))
         self._posed = np.isfinite(frames.pose)
         self.shares = int(frames.contact.sum())  # the first rows of the residual
+        self._mean = np.nan
+        self._reference = np.zeros(legs, dtype=bool)
         self._last: tuple[FloatArray, FloatArray, FloatArray] | None = None
 
-    def stiffness(self, theta: FloatArray, reference: BoolArray) -> FloatArray:
-        """K, (N,), with the mean over the reference legs held if one is given."""
-        if self._mean is None:
+    def hold_mean(self, mean: float, reference: BoolArray) -> None:
+        """Hold the mean of K over some legs from now on."""
+        self._mean, self._reference, self._last = mean, reference, None
+
+    def stiffness(self, theta: FloatArray) -> FloatArray:
+        """K, (N,)."""
+        reference = self._reference
+        if not reference.any():
             return np.exp(theta)
         relative: FloatArray = np.exp(theta - theta[reference].mean())
         held: FloatArray = self._mean * relative / relative[reference].mean()
         return held
 
-    def run(self, theta: FloatArray, reference: BoolArray) -> tuple[FloatArray, bool]:
+    def run(self, theta: FloatArray) -> tuple[FloatArray, bool]:
         """Search from ``theta``; return where it ended and whether it ended by itself."""
-        self._last = None
         hold = self._tether * np.eye(len(theta))
         return minimise(
-            lambda at: np.append(self.residual(at, reference), hold @ (at - theta)),
-            lambda at: np.concatenate([self.jacobian(at, reference), hold]),
+            lambda at: np.append(self.residual(at), hold @ (at - theta)),
+            lambda at: np.concatenate([self.jacobian(at), hold]),
             theta,
             loss=self._loss,
             loss_scale=self._loss_scale,
             penalties=2 * len(theta),
         )
 
-    def residual(self, theta: FloatArray, reference: BoolArray) -> FloatArray:
+    def residual(self, theta: FloatArray) -> FloatArray:
         """Share errors, pose errors, penalty."""
-        return self._evaluate(theta, reference)[0]
+        return self._evaluate(theta)[0]
 
-    def jacobian(self, theta: FloatArray, reference: BoolArray) -> FloatArray:
+    def jacobian(self, theta: FloatArray) -> FloatArray:
         """Of ``residual``, (M, N)."""
-        return self._evaluate(theta, reference)[1]
+        return self._evaluate(theta)[1]
 
-    def _evaluate(self, theta: FloatArray, reference: BoolArray) -> tuple[FloatArray, FloatArray]:
+    def _evaluate(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
         if self._last is not None and np.array_equal(self._last[0], theta):
             return self._last[1], self._last[2]
-        frames, stiffness = self._frames, self.stiffness(theta, reference)
+        frames, stiffness = self._frames, self.stiffness(theta)
         model = load_derivatives(frames.feet, stiffness, self._weight)
         by_log = np.eye(len(theta))  # d log K / d theta
-        if self._mean is not None:
-            by_log = by_log - np.where(reference, stiffness, 0.0) / stiffness[reference].sum()
+        if self._reference.any():
+            held = np.where(self._reference, stiffness, 0.0)
+            by_log = by_log - held / held.sum()
         share = np.nan_to_num(model.solved.load_n) / self._weight
         pose = (model.solved.pose - frames.pose) * frames.pose_weight
         residual = np.concatenate(
@@ -186,20 +190,21 @@ class _Search:
         self._last = theta.copy(), residual, slope @ by_log
         return self._last[1], self._last[2]
 
-    def spread(self, theta: FloatArray, reference: BoolArray, *, relative: bool) -> Spread:
+    def spread(self, theta: FloatArray, *, relative: bool) -> Spread:
         """Errors of log K, or of log K next to each other, and what the data leave open."""
-        residual, jacobian = self._evaluate(theta, reference)
+        residual, jacobian = self._evaluate(theta)
         measured = len(residual) - len(theta)
         penalty = jacobian[measured:]
         return spread(
             jacobian[:measured],
             residual[:measured],
+            float(np.linalg.norm(self._frames.share)),
             lost=len(self._frames.feet),  # shares of a frame sum to one
             loss=self._loss,
             loss_scale=self._loss_scale,
             penalty=penalty.T @ penalty,
             scaled=np.ones(len(theta), dtype=bool) if relative else None,
-            scale_share=self.stiffness(theta, reference),
+            scale_share=self.stiffness(theta),
         )
 
 
