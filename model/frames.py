@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from model.errors import ModelError
+from model.frames_kernel import frames_kernel
 from model.params import ContactParameters
 from model.signals import BoolArray, FloatArray, FootMotion, IntArray, readonly
 
@@ -31,7 +32,7 @@ class Reason(enum.IntEnum):
     NO_CONVERGENCE = 4  # a fault of ours: please report the pose
     TOO_FEW_FEET = 5  # fewer than two loaded feet: turning is not determined
     ONE_POINT = 6  # the loaded feet stand in one point
-    NEGATIVE = 7  # load or a stiffness is not positive
+    NEGATIVE = 7  # load or a stiffness not positive, or a friction coefficient below 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,4 +100,89 @@ def solve_frames(
     Raises:
         ModelError: Shapes do not fit.
     """
-    raise NotImplementedError
+    position, velocity = feet.position_m, feet.velocity_m_s
+    if position.ndim != 3 or position.shape[2] != 3 or velocity.shape != position.shape:
+        raise ModelError(
+            f"feet must be two arrays (frames, legs, 3), not {position.shape} and {velocity.shape}"
+        )
+    frames, count, _ = position.shape
+    out = _room(frames, count)
+    trouble = _parameter_trouble(contact, weight_n, count)
+    if trouble is not Reason.FINE:
+        return _without_answer(out, trouble)
+    ground = np.zeros(count) if ground_m is None else ground_m
+    try:
+        under = np.array(np.broadcast_to(ground, (frames, count)), dtype=np.float64, order="C")
+    except ValueError as error:
+        raise ModelError(
+            f"the ground must be (legs,) or (frames, legs), not {np.shape(ground)}"
+        ) from error
+    frames_kernel(
+        _own(position),
+        _own(velocity),
+        under,
+        _own(contact.stiffness),
+        _own(contact.mu),
+        _own(contact.anisotropy),
+        float(weight_n),
+        law is FrictionLaw.COULOMB,
+        tilt_coupling,
+        out.pose,
+        out.load_n,
+        out.switches,
+        out.velocity_B,
+        out.slip_B,
+        out.force_xy_B,
+        out.sticking,
+        out.unique,
+        out.reason,
+    )
+    return _frozen(out)
+
+
+def _own(values: FloatArray) -> FloatArray:
+    """A copy: whether an array is read-only is part of its type to the compiler, so all are alike."""
+    return np.array(values, dtype=np.float64, order="C")
+
+
+def _parameter_trouble(contact: ContactParameters, weight_n: float, count: int) -> Reason:
+    shapes = (contact.stiffness.shape, contact.mu.shape, contact.anisotropy.shape)
+    if shapes != ((count,), (count,), (count, 2)):
+        raise ModelError(
+            f"{count} feet need stiffness and mu ({count},) and anisotropy ({count}, 2), not {shapes}"
+        )
+    if count == 0:
+        return Reason.NO_FEET
+    numbers = (contact.stiffness, contact.mu, contact.anisotropy, np.array(weight_n))
+    if not all(np.isfinite(n).all() for n in numbers):
+        return Reason.NOT_A_NUMBER
+    if weight_n <= 0 or (contact.stiffness <= 0).any() or (contact.mu < 0).any():
+        return Reason.NEGATIVE
+    return Reason.FINE
+
+
+def _room(frames: int, count: int) -> FrameSolutions:
+    return FrameSolutions(
+        pose=np.empty((frames, 3)),
+        load_n=np.empty((frames, count)),
+        switches=np.zeros(frames, dtype=np.int64),
+        velocity_B=np.empty((frames, 3)),
+        slip_B=np.empty((frames, count, 2)),
+        force_xy_B=np.empty((frames, count, 2)),
+        sticking=np.zeros((frames, count), dtype=np.bool_),
+        unique=np.zeros(frames, dtype=np.bool_),
+        reason=np.zeros(frames, dtype=np.int64),
+    )
+
+
+def _without_answer(out: FrameSolutions, reason: Reason) -> FrameSolutions:
+    for values in (out.pose, out.load_n, out.velocity_B, out.slip_B, out.force_xy_B):
+        values.fill(np.nan)
+    out.reason.fill(reason)
+    return _frozen(out)
+
+
+def _frozen(out: FrameSolutions) -> FrameSolutions:
+    for name in FrameSolutions.__slots__:
+        readonly(getattr(out, name))
+    return out

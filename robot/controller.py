@@ -17,7 +17,7 @@ from gaits.plan import Walking
 from model.differentiate import latest_rate
 from model.linkage import Linkage
 from model.odometry import advance as advance_odometry
-from model.quasistatic import solve_frame
+from model.quasistatic import prepare, solve_frame
 from model.signals import (
     ContactSolution,
     Estimate,
@@ -114,6 +114,7 @@ class Controller:
         self.book = GaitBook(
             gaits, {name: frequency_limit(gait, robot.servo) for name, gait in gaits.items()}
         )
+        prepare()  # here, where nothing waits for it
 
     def initial(self) -> ControllerState:
         """Return the state before the first tick."""

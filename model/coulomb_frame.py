@@ -1,0 +1,151 @@
+"""One frame under Coulomb's law, from feet and loads to velocity and forces, compiled.
+
+Scales the problem (slips by their size, lengths by the feet's spread, forces by the sum of mu N), tries
+the feet that rested in the frame before, and otherwise minimises the dissipation from scratch.
+"""
+
+import numpy as np
+
+from model.compiled import compiled
+from model.coulomb_kernel import descend
+from model.coulomb_polish import NOT_SOLVED, SOLVED_FLAT, classify, forces_unique, polish
+from model.signals import BoolArray, FloatArray
+from model.traction_kernel import FINE, traction_kernel
+
+NO_CONVERGENCE = 4
+REST = 1e-13  # slip over foot speed that is rounding
+LOOSE = 1e-9  # gap at which an unpolished answer is still taken for one
+
+
+@compiled
+def coulomb_frame(
+    feet: FloatArray,
+    speed: FloatArray,
+    loads: FloatArray,
+    mu: FloatArray,
+    anisotropy: FloatArray,
+    warm: bool,
+    velocity: FloatArray,
+    slip: FloatArray,
+    force: FloatArray,
+    sticking: BoolArray,
+    work: FloatArray,
+) -> tuple[int, bool]:
+    """Balance of one frame.
+
+    Args:
+        feet: (N, 3) [m], body frame.
+        speed: Horizontal foot velocities in the body, (N, 2) [m/s].
+        loads: (N,) [N].
+        mu: (N,).
+        anisotropy: (N, 2); the law is F = -mu N L (L slip) / |L slip|, L = I + w w^T, which has the
+            paper's traction along and across w and, unlike its formula, is the gradient of a power.
+        warm: Whether ``velocity`` and ``sticking`` hold the frame before.
+        velocity: Out: vx, vy [m/s], yaw rate [rad/s], (3,).
+        slip: Out: (N, 2) [m/s], exactly 0 for feet at rest.
+        force: Out: (N, 2) [N].
+        sticking: Out: loaded feet at rest, (N,).
+        work: Work space, (1 or more, N).
+
+    Returns:
+        A reason (0 is fine), and whether velocity and forces are the only ones that balance.
+    """
+    count = feet.shape[0]
+    before = velocity.copy()
+    rested = sticking.copy()
+    for k in range(count):
+        sticking[k] = False
+    reason = traction_kernel(feet, speed, loads, mu, anisotropy, velocity, slip, force, work)
+    if reason != FINE:
+        return reason, False
+    total = 0.0
+    cx, cy = 0.0, 0.0
+    loaded = 0
+    for k in range(count):
+        c = mu[k] * loads[k]
+        if c > 0:
+            total += c
+            cx += c * feet[k, 0]
+            cy += c * feet[k, 1]
+            loaded += 1
+    cx /= total
+    cy /= total
+    spread = 0.0
+    top = 0.0
+    fastest = 0.0
+    for k in range(count):
+        if mu[k] * loads[k] > 0:
+            spread = max(spread, abs(feet[k, 0] - cx), abs(feet[k, 1] - cy))
+            top = max(top, abs(slip[k, 0]), abs(slip[k, 1]))
+            fastest = max(fastest, abs(speed[k, 0]), abs(speed[k, 1]))
+    if top <= REST * fastest or top < 1e-150:  # all rest: any balanced forces will do, so none
+        for k in range(count):
+            force[k, 0] = force[k, 1] = 0.0
+            if mu[k] * loads[k] > 0:
+                sticking[k] = True
+                slip[k, 0] = slip[k, 1] = 0.0
+        return FINE, False
+    levers = np.empty((loaded, 2, 3))
+    offset = np.empty((loaded, 2))
+    limit = np.empty(loaded)
+    twist = np.zeros(3)
+    dual = np.zeros((loaded, 2))
+    gone = np.empty((loaded, 2))
+    rest = np.zeros(loaded, dtype=np.bool_)
+    resting = 0
+    i = 0
+    for k in range(count):
+        c = mu[k] * loads[k]
+        if c <= 0:
+            continue
+        ax, ay = anisotropy[k, 0], anisotropy[k, 1]
+        gx, gy = -(feet[k, 1] - cy) / spread, (feet[k, 0] - cx) / spread
+        lxx, lxy, lyy = 1.0 + ax * ax, ax * ay, 1.0 + ay * ay
+        levers[i, 0, 0], levers[i, 0, 1], levers[i, 0, 2] = lxx, lxy, lxx * gx + lxy * gy
+        levers[i, 1, 0], levers[i, 1, 1], levers[i, 1, 2] = lxy, lyy, lxy * gx + lyy * gy
+        offset[i, 0] = (lxx * slip[k, 0] + lxy * slip[k, 1]) / top
+        offset[i, 1] = (lxy * slip[k, 0] + lyy * slip[k, 1]) / top
+        limit[i] = c / total
+        rest[i] = rested[k]
+        resting += rested[k]
+        i += 1
+    # from the drag's centre and the viscous answer, in units of top and spread
+    v0, v1, w = velocity[0], velocity[1], velocity[2]
+    state = NOT_SOLVED
+    if warm and resting <= 1 and np.isfinite(before[2]):
+        dw = before[2] - w
+        twist[0] = (before[0] - v0 - dw * cy) / top
+        twist[1] = (before[1] - v1 + dw * cx) / top
+        twist[2] = dw * spread / top
+        state = polish(levers, offset, limit, twist, dual, gone, rest, resting)
+    if state == NOT_SOLVED:
+        twist[:] = 0.0
+        gap, _ = descend(
+            levers, offset, limit, twist, dual, gone, np.empty((loaded, 2)), np.empty((loaded, 2))
+        )
+        resting = classify(limit, dual, gone, rest)
+        state = polish(levers, offset, limit, twist, dual, gone, rest, resting)
+        if state == NOT_SOLVED and not gap <= LOOSE:
+            return NO_CONVERGENCE, False
+    unique = state != SOLVED_FLAT and forces_unique(limit, dual, rest)
+    rate = twist[2] * top / spread
+    velocity[0] = v0 + twist[0] * top + rate * cy
+    velocity[1] = v1 + twist[1] * top - rate * cx
+    velocity[2] = w + rate
+    i = 0
+    for k in range(count):
+        if mu[k] * loads[k] > 0:
+            ax, ay = anisotropy[k, 0], anisotropy[k, 1]
+            along = ax * dual[i, 0] + ay * dual[i, 1]
+            force[k, 0] = -total * (dual[i, 0] + ax * along)
+            force[k, 1] = -total * (dual[i, 1] + ay * along)
+            sticking[k] = rest[i]
+            i += 1
+        else:
+            force[k, 0] = force[k, 1] = 0.0
+        if sticking[k]:
+            slip[k, 0] = slip[k, 1] = 0.0
+        else:
+            slip[k, 0] = velocity[0] - velocity[2] * feet[k, 1] + speed[k, 0]
+            slip[k, 1] = velocity[1] + velocity[2] * feet[k, 0] + speed[k, 1]
+    return FINE, unique
