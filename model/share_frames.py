@@ -52,7 +52,8 @@ def choose_share_frames(
     Raises:
         ModelError: No frame is left.
     """
-    present: BoolArray = np.isfinite(feet).all(axis=(1, 2)) & np.isfinite(vertical).all(axis=1)
+    everything = np.concatenate([feet.reshape(len(feet), -1), vertical], axis=1)
+    present = np.isfinite(everything).all(axis=1)
     solved = load_derivatives(np.where(present[:, None, None], feet, 0.0), start, weight).solved
     stands = np.isfinite(solved.load_n).all(axis=1)
     contact: BoolArray = (vertical > CONTACT_SHARE * weight) | (np.nan_to_num(solved.load_n) > 0)

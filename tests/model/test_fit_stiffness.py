@@ -140,7 +140,7 @@ def test_the_penalty_draws_legs_together() -> None:
 
 def test_frames_that_cannot_be_used_are_counted() -> None:
     position = feet(8)
-    vertical = loads(position)
+    vertical = loads(position).copy()
     vertical[0, 3] = np.nan
     position[1, :, 0] += 1.0  # the centre of mass is not above the feet
     vertical[2] = 0.0
