@@ -99,7 +99,8 @@ def fit_friction(
     unit = None if direction is None else direction / np.linalg.norm(direction, axis=1)[:, None]
     search = FrictionSearch(contacts, unit, frame_scale=scaled)
     theta, ended = _search(search, loss, loss_scale)
-    theta = _one_sign(theta, legs, free=unit is None)
+    if unit is None:
+        theta = _one_sign(theta, legs)
     residual = search.residual(theta)
     scalable = np.arange(len(theta)) < legs
     known = spread(
@@ -120,13 +121,17 @@ def fit_friction(
     open_ = known.undetermined | isotropic
     if scaled and mean_mu is None:
         open_ = open_ | scalable
-    unit_of = np.where(scalable, np.exp(theta), 1.0)  # from log mu to mu
-    covariance = known.covariance * unit_of[:, None] * unit_of
-    covariance[open_] = covariance[:, open_] = np.nan
+    values = np.append(mu, w.ravel() if unit is None else np.linalg.norm(w, axis=1))
+    slope = np.append(mu, np.ones(len(theta) - legs))  # of the values by theta
+    if unit is not None:
+        # theta = log(1 + w^2); where w is 0 no linear error of it exists, and it is open anyway
+        slope[legs:] = 0.5 * np.exp(theta[legs:]) / np.maximum(values[legs:], np.finfo(float).tiny)
+    slope[open_] = np.nan
+    covariance = known.covariance * slope[:, None] * slope
     labels = _labels(names, free=unit is None)
     result = FitResult(
         names=labels,
-        values=readonly(np.where(scalable, np.exp(theta), theta)),
+        values=readonly(values),
         covariance=readonly(covariance),
         residual_rms=float(np.sqrt(np.mean(residual**2))),
         frames_used=int(contacts.used.any(axis=1).sum()),
@@ -150,17 +155,15 @@ def _search(search: FrictionSearch, loss: Loss, loss_scale: float) -> tuple[Floa
         loss=loss,
         loss_scale=loss_scale,
         penalties=len(start),
+        lowest=search.lowest,
     )
 
 
-def _one_sign(theta: FloatArray, legs: int, *, free: bool) -> FloatArray:
+def _one_sign(theta: FloatArray, legs: int) -> FloatArray:
     """Choose between w and -w."""
-    rest = theta[legs:].reshape(legs, -1).copy()
-    flip = rest[:, 0] < 0
-    if free:
-        flip |= (rest[:, 0] == 0) & (rest[:, 1] < 0)
-    rest[flip] *= -1
-    return np.concatenate([theta[:legs], rest.ravel()])
+    w = theta[legs:].reshape(legs, 2).copy()
+    w[(w[:, 0] < 0) | ((w[:, 0] == 0) & (w[:, 1] < 0))] *= -1
+    return np.concatenate([theta[:legs], w.ravel()])
 
 
 def _isotropic(theta: FloatArray, known: Spread, legs: int, *, free: bool) -> BoolArray:
@@ -169,9 +172,11 @@ def _isotropic(theta: FloatArray, known: Spread, legs: int, *, free: bool) -> Bo
     lost = np.zeros(len(theta), dtype=bool)
     for leg in range(legs):
         at = slice(legs + width * leg, legs + width * (leg + 1))
-        slope = 2 * theta[at]  # of w^2
+        # |w|^2, or log(1 + |w|^2)
+        square = float(theta[at] @ theta[at]) if free else float(theta[legs + leg])
+        slope = 2 * theta[at] if free else np.ones(1)
         error = np.sqrt(slope @ known.covariance[at, at] @ slope)
-        lost[at] = not theta[at] @ theta[at] > TOLD_FROM_ZERO * error
+        lost[at] = not square > TOLD_FROM_ZERO * error
     return lost
 
 
@@ -203,15 +208,15 @@ def _warnings(
             warnings.append(f"leg {name} was never loaded, so that its friction is not known")
         elif not moved.any():
             warnings.append(f"leg {name} never slipped, so that its friction is not known")
-        elif known.undetermined[leg] or own.any():
+        elif known.undetermined[leg]:
             warnings.append(
                 f"mu and w of leg {name} cannot be told apart: it slips too little, or always in "
                 "one direction"
             )
-        elif isotropic[legs:].reshape(legs, -1)[leg].any():
+        elif own.any() or isotropic[legs:].reshape(legs, -1)[leg].any():
             warnings.append(
-                f"the w of leg {name} cannot be told from 0: its traction is the same in all "
-                "directions as far as these data go"
+                f"the w of leg {name} cannot be told from 0: its traction along w is no larger than "
+                "across it as far as these data go"
             )
     return tuple(warnings)
 

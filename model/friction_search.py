@@ -1,7 +1,8 @@
 """Forces of the friction law as functions of its parameters, with derivatives, for the fit.
 
 F = -mu N (I + w w^T) u with u the slip (viscous ansatz) or its direction (Coulomb). The search runs over
-log mu and either w itself (three numbers a leg) or its length along a given direction (two), erratum E8.
+log mu and either w itself (three numbers a leg) or log(1 + |w|^2) along a given direction (two), erratum
+E8: the logarithm of the ratio of the two tractions, in which the search does not get stuck at w = 0.
 Where forces are known up to one scale a frame, the best scale of each frame is eliminated: with
 sigma = F.h / h.h the residual F - sigma h keeps an exact derivative (variable projection; Golub and
 Pereyra, 1973), and no scale has to be searched for.
@@ -19,7 +20,7 @@ ROUNDS = 4
 
 
 class FrictionSearch:
-    """Residuals and Jacobian over (log mu_k, then w_k or lengths of w_k).
+    """Residuals and Jacobian over (log mu_k, then w_k or log(1 + |w_k|^2)).
 
     Args:
         contacts: The data.
@@ -37,8 +38,19 @@ class FrictionSearch:
         """Return mu, (N,), and w, (N, 2)."""
         mu, rest = np.exp(theta[: self.legs]), theta[self.legs :]
         w: FloatArray
-        w = rest.reshape(-1, 2) if self.direction is None else rest[:, None] * self.direction
+        if self.direction is None:
+            w = rest.reshape(-1, 2)
+        else:
+            w = np.sqrt(np.expm1(np.maximum(rest, 0.0)))[:, None] * self.direction
         return mu, w
+
+    @property
+    def lowest(self) -> FloatArray:
+        """Lower bounds of the parameters, (P,)."""
+        free = np.full(self.legs, -np.inf)
+        if self.direction is None:
+            return np.tile(free, 3)
+        return np.append(free, np.zeros(self.legs))
 
     def residual(self, theta: FloatArray) -> FloatArray:
         """Measured minus fitted force of the feet used, (M,) [N]."""
@@ -80,14 +92,14 @@ class FrictionSearch:
         told = (values[:, 1] > 0) & data.used.any(axis=0)
         high = np.where(told, values[:, 1], 1.0)
         if self.direction is None:
-            low = np.maximum(np.where(told, values[:, 0], 1.0), high / LARGEST_RATIO)
+            low = _sound(np.where(told, values[:, 0], 1.0), high)
             w = np.maximum(np.sqrt(high / low - 1), START_W)[:, None] * vectors[:, :, 1]
         else:
             across = np.stack([-self.direction[:, 1], self.direction[:, 0]], axis=1)
             low = np.einsum("ki,kij,kj->k", across, traction, across)
             along = np.einsum("ki,kij,kj->k", self.direction, traction, self.direction)
-            low = np.maximum(np.where(told, low, 1.0), high / LARGEST_RATIO)
-            w = np.sqrt(np.maximum(along / low - 1, START_W**2))[:, None]
+            low = _sound(np.where(told, low, 1.0), high)
+            w = np.log(np.maximum(along / low, 1 + START_W**2))[:, None]
         if told.any():
             low = np.where(told, low, np.exp(np.mean(np.log(low[told]))))
         return np.concatenate([np.log(low), np.where(told[:, None], w, 0.0).ravel()])
@@ -113,8 +125,17 @@ class FrictionSearch:
                 first = legs + 2 * leg
                 slope[:, leg, :, first : first + 2] = by_w[:, leg]
             else:
-                slope[:, leg, :, legs + leg] = by_w[:, leg] @ self.direction[leg]
+                unit = self.direction[leg]
+                ratio = np.exp(theta[legs + leg])
+                pulled = ratio * pressed[:, leg] * (data.motion[:, leg] @ unit)[:, None]
+                slope[:, leg, :, legs + leg] = pulled * unit
         return bare, slope
+
+
+def _sound(low: FloatArray, high: FloatArray) -> FloatArray:
+    """Where the lower traction is absurd, as it is where nothing tells it, begin with the higher."""
+    sound: FloatArray = np.where(low > high / LARGEST_RATIO, low, high)
+    return sound
 
 
 def _symmetric(motion: FloatArray, force: FloatArray) -> FloatArray:

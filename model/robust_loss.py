@@ -71,6 +71,7 @@ def minimise(
     loss: Loss,
     loss_scale: float,
     penalties: int = 0,
+    lowest: FloatArray | None = None,
 ) -> tuple[FloatArray, bool]:
     """Minimise the loss of residuals with ``scipy.optimize.least_squares``.
 
@@ -81,6 +82,7 @@ def minimise(
         loss: Its name.
         loss_scale: Size of a residual from which on it is an outlier.
         penalties: How many of the last residuals are penalties, which stay quadratic.
+        lowest: Lower bounds of the parameters, (P,), if there are any.
 
     Returns:
         Parameters at the minimum, (P,), and whether the search ended by itself.
@@ -98,6 +100,7 @@ def minimise(
         jac=jacobian,
         loss=evaluate,  # type: ignore[arg-type]  # the stubs want a protocol of their own
         f_scale=loss_scale,
+        bounds=(-np.inf if lowest is None else lowest, np.inf),
         xtol=TOLERANCE,
         ftol=TOLERANCE,
         gtol=TOLERANCE,
