@@ -215,8 +215,7 @@ def _warnings(
             )
         elif own.any() or isotropic[legs:].reshape(legs, -1)[leg].any():
             warnings.append(
-                f"the w of leg {name} cannot be told from 0: its traction along w is no larger than "
-                "across it as far as these data go"
+                f"the w of leg {name} cannot be told from 0: no more traction along it than across"
             )
     return tuple(warnings)
 

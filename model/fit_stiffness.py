@@ -42,7 +42,7 @@ def fit_stiffness(
     start: FloatArray,
     *,
     leg_names: Sequence[str] = (),
-    spread_weight: float = 1e-5,
+    spread_weight: float = 1e-4,
     mean_stiffness: float | None = None,
     pose: FloatArray | None = None,
     loss: Loss = "linear",
@@ -50,8 +50,8 @@ def fit_stiffness(
 ) -> StiffnessFit:
     """Fit K to the shares of the weight that the feet in contact carry.
 
-    Minimises, summed over frames, the squared errors of the shares plus ``spread_weight`` times
-    sum_k (log K_k - mean log K)^2, and the squared errors of the pose where one is given.
+    Minimises the squared errors of the shares, summed over feet and frames, and those of the pose where
+    one is given, plus ``spread_weight`` times sum_k (log K_k - mean log K)^2.
 
     Args:
         feet_B: Unloaded feet in the body frame, (F, N, 3) [m].
@@ -59,7 +59,8 @@ def fit_stiffness(
         weight_n: Weight carried [N].
         start: Where the search begins, (N,) [N/m], positive. A scale that does not show stays there.
         leg_names: Names for the result; numbers if there are none.
-        spread_weight: How much legs are wished to be alike; 0 to let the data speak alone.
+        spread_weight: How much legs are wished to be alike: the square of share noise over expected
+            spread of log K, which stays small beside many frames; 0 to let the data speak alone.
         mean_stiffness: Hold the mean of the fitted stiffnesses here [N/m]: the scale by convention. The
             mean is over the legs that the data tell.
         pose: Measured slope_x, slope_y [rad] and height of the body origin [m], (F, 3), if they are
@@ -120,7 +121,7 @@ class _Search:
         self._frames, self._weight = frames, weight_n
         self._loss, self._loss_scale = loss, loss_scale
         legs = frames.feet.shape[1]
-        self._penalty = np.sqrt(spread_weight * len(frames.feet)) * (np.eye(legs) - 1 / legs)
+        self._penalty = np.sqrt(spread_weight) * (np.eye(legs) - 1 / legs)
         self._tether = TETHER * np.sqrt(len(frames.feet))
         self._posed = np.isfinite(frames.pose)
         self.shares = int(frames.contact.sum())  # the first rows of the residual

@@ -46,7 +46,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     """
     from model.errors import ConfigError
     from robot.sensitivity_frames import halves, joined
-    from robot.sensitivity_table import compare, fit_contact
+    from robot.sensitivity_table import NAIVE_STIFFNESS, compare, fit_contact
 
     if options.out is not None and options.out.suffix != ".png":
         raise ConfigError("--out", f"must end in .png, not {options.out.name!r}")
@@ -70,6 +70,9 @@ def run(options: argparse.Namespace) -> ExitCode:
     else:
         print(f"fitted to {parts[0]}, {fitted_to.count} frames; weight {fits.weight_n:.2f} N")
         print(f"judged by {parts[1]}, {found.frames} frames; none of them fitted to")
+        print(
+            f"naive: K {NAIVE_STIFFNESS * fits.weight_n:.0f} N/m (10 for a weight of 1), mu 1, w 0"
+        )
         print(*_table(found), "", *_parameters(fits), sep="\n")
     if options.out is not None:
         _draw(found, options.out)
@@ -203,17 +206,33 @@ def _draw(found: "Sensitivity", out: Path) -> None:
     from robot.plots import PREDICTED, STYLE, TRUE
     from robot.sensitivity_table import PAPER_CHANGE, QUANTITIES
 
+    at = np.arange(len(QUANTITIES))
+    bars = (
+        (at - 0.2, found.change, PREDICTED, "these logs"),
+        (at + 0.2, np.array(PAPER_CHANGE), TRUE, "the paper"),
+    )
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(8, 3.6), layout="constrained")
+        figure = Figure(figsize=(9, 3.8), layout="constrained")
         ax = figure.subplots()
-        at = np.arange(len(QUANTITIES))
-        ax.bar(at - 0.2, found.change, 0.38, color=PREDICTED, label="these logs")
-        ax.bar(
-            at + 0.2, PAPER_CHANGE, 0.38, color=TRUE, hatch="//", edgecolor="w", label="the paper"
-        )
-        ax.axhline(0, color="k", lw=0.8)
+        for place, change, colour, label in bars:
+            known = np.isfinite(change)
+            ratio = 1 + change[known] / 100
+            # on a logarithmic axis twice as bad and half as bad are the same step from 1
+            ax.bar(place[known], ratio - 1, 0.38, bottom=1, color=colour, label=label)
+            for x, y, percent in zip(place[known], ratio, change[known], strict=True):
+                ax.annotate(
+                    f"{percent:+.0f} %" if abs(percent) >= 10 else f"{percent:+.1f} %",
+                    (x, max(y, 1.0)),
+                    (0, 3),
+                    textcoords="offset points",
+                    ha="center",
+                    fontsize=7,
+                )
+        ax.set_yscale("log")
+        ax.axhline(1, color="k", lw=0.8)
+        ax.margins(y=0.15)
         ax.set_xticks(at, QUANTITIES)
-        ax.set_ylabel("change of RMSE [%]")
+        ax.set_ylabel("RMSE, naive / fitted")
         ax.set_title("naive against fitted parameters, on frames not fitted to", loc="left")
         ax.legend()
         try:

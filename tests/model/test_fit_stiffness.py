@@ -113,7 +113,7 @@ def test_measured_height_and_slopes_fix_the_scale() -> None:
 def test_a_leg_that_is_never_loaded_is_not_known(mean: float | None) -> None:
     position = feet(5)
     position[:, 0, 2] += 0.1
-    found = fit(position, loads(position), mean_stiffness=mean, spread_weight=1e-5).result
+    found = fit(position, loads(position), mean_stiffness=mean, spread_weight=1e-4).result
     assert found.undetermined == ("K HL",)
     assert "leg HL was never loaded" in found.warnings[0]
     assert np.isnan(found.standard_errors[0])
@@ -134,7 +134,7 @@ def test_three_feet_tell_nothing() -> None:
 
 def test_the_penalty_draws_legs_together() -> None:
     position = feet(7)
-    found = fit(position, loads(position), spread_weight=1.0).stiffness
+    found = fit(position, loads(position), spread_weight=100.0).stiffness
     assert np.ptp(np.log(found)) < 0.1 * np.ptp(np.log(TRUE))
 
 
