@@ -1,8 +1,8 @@
 """Friction of each leg from measured horizontal forces and slips (sec:params, eqn:anisotropic).
 
-The law is F = -mu N (I + w w^T) u, with u the slip (the viscous ansatz, whose forces are known up to one
-positive scale a frame) or the slip's direction (Coulomb's law, in newtons). What can be seen, and what
-not:
+The law is the viscous ansatz F = -mu N (I + w w^T) slip, whose forces are known up to one positive scale
+a frame, or Coulomb's law with the same tractions along and across w, in newtons
+(``model.friction_search``). What can be seen, and what not:
 
 * With one scale a frame, the common scale of mu does not show, nor does it move any velocity: the mean of
   mu is a convention.
@@ -40,7 +40,7 @@ class FrictionFit:
     """Fitted friction and how well it is known; residuals are forces [N].
 
     Attributes:
-        mu: (N,), for forces -mu N (I + w w^T) u [1, or s/m up to one scale].
+        mu: (N,), [1] for Coulomb's law, [s/m] up to one scale for the viscous ansatz.
         anisotropy: w in body axes, (N, 2).
         result: mu of all legs, then w_x and w_y of each (24), or the length of each w (18).
     """

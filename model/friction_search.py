@@ -1,16 +1,20 @@
 """Forces of the friction law as functions of its parameters, with derivatives, for the fit.
 
-F = -mu N (I + w w^T) u with u the slip (viscous ansatz) or its direction (Coulomb). The search runs over
-log mu and either w itself (three numbers a leg) or log(1 + |w|^2) along a given direction (two), erratum
-E8: the logarithm of the ratio of the two tractions, in which the search does not get stuck at w = 0.
-Where forces are known up to one scale a frame, the best scale of each frame is eliminated: with
-sigma = F.h / h.h the residual F - sigma h keeps an exact derivative (variable projection; Golub and
-Pereyra, 1973), and no scale has to be searched for.
+The viscous ansatz is F = -mu N L slip with L = I + w w^T. Coulomb's law is F = -mu N L u, u = L slip /
+|L slip|: it has the same tractions along and across w, its largest forces form an ellipse, and it is the
+gradient of a dissipation, which (I + w w^T) slip / |slip| is not. It is what ``model.frames`` solves.
+
+The search runs over log mu and either w itself (three numbers a leg) or log(1 + |w|^2) along a given
+direction (two), erratum E8: the logarithm of the ratio of the two tractions, in which the search does not
+get stuck at w = 0. Where forces are known up to one scale a frame, the best scale of each frame is
+eliminated: with sigma = F.h / h.h the residual F - sigma h keeps an exact derivative (variable projection;
+Golub and Pereyra, 1973), and no scale has to be searched for.
 """
 
 import numpy as np
 
 from model.force_scale import force_scale
+from model.frames import FrictionLaw
 from model.signals import FloatArray
 from model.slip_contacts import Contacts
 
@@ -111,24 +115,37 @@ class FrictionSearch:
 
     def _bare(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Force before the frame's scale, (F, N, 2), and its derivative, (F, N, 2, P)."""
-        (mu, w), data, legs = self.split(theta), self.contacts, self.legs
-        pressed = -(mu * data.load)[..., None]
-        along = np.einsum("ki,fki->fk", w, data.motion)[..., None]
-        bare = pressed * (data.motion + along * w)
+        (mu, w), motion, legs = self.split(theta), self.contacts.motion, self.legs
+        pressed = -(mu * self.contacts.load)[..., None]
+        matrix = np.eye(2) + w[:, :, None] * w[:, None, :]
+        if self.direction is None:  # d matrix / d w_i, (N, 2, 2, 2)
+            one = w[:, None, :, None] * np.eye(2)[:, None, :]
+            matrix_slope = one + one.transpose(0, 2, 1, 3)
+        else:
+            along = self.direction[:, :, None] * self.direction[:, None, :]
+            matrix_slope = (np.exp(theta[legs:])[:, None, None] * along)[..., None]
+        pulled = np.einsum("kij,fkj->fki", matrix, motion)
+        pulled_slope = np.einsum("kijq,fkj->fkiq", matrix_slope, motion)
+        if self.contacts.law is FrictionLaw.COULOMB:
+            size = np.linalg.norm(pulled, axis=2, keepdims=True)
+            size = np.where(size > 0, size, 1.0)
+            unit = pulled / size
+            turning = (
+                pulled_slope
+                - unit[..., None] * np.einsum("fki,fkiq->fkq", unit, pulled_slope)[:, :, None, :]
+            )
+            pulled = np.einsum("kij,fkj->fki", matrix, unit)
+            pulled_slope = np.einsum("kijq,fkj->fkiq", matrix_slope, unit)
+            pulled_slope += np.einsum("kij,fkjq->fkiq", matrix, turning / size[..., None])
+        bare = pressed * pulled
         slope = np.zeros((*bare.shape, len(theta)))
-        by_w = pressed[..., None] * (
-            along[..., None] * np.eye(2) + w[:, :, None] * data.motion[:, :, None, :]
-        )
+        width = matrix_slope.shape[-1]
         for leg in range(legs):
+            first = legs + width * leg
             slope[:, leg, :, leg] = bare[:, leg]
-            if self.direction is None:
-                first = legs + 2 * leg
-                slope[:, leg, :, first : first + 2] = by_w[:, leg]
-            else:
-                unit = self.direction[leg]
-                ratio = np.exp(theta[legs + leg])
-                pulled = ratio * pressed[:, leg] * (data.motion[:, leg] @ unit)[:, None]
-                slope[:, leg, :, legs + leg] = pulled * unit
+            slope[:, leg, :, first : first + width] = (
+                pressed[:, leg, :, None] * pulled_slope[:, leg]
+            )
         return bare, slope
 
 

@@ -16,14 +16,16 @@ class Contacts:
     Attributes:
         force: Measured horizontal force, (F, N, 2) [N]; 0 where not used.
         load: Vertical force, (F, N) [N]; 0 where not used.
-        motion: u of each foot, (F, N, 2) [m/s] or [1]; 0 where not used.
+        motion: Slip, (F, N, 2) [m/s], or for Coulomb's law its direction [1]; 0 where not used.
         used: (F, N) bool.
+        law: Friction law.
     """
 
     force: FloatArray
     load: FloatArray
     motion: FloatArray
     used: BoolArray
+    law: FrictionLaw
 
 
 def choose_contacts(
@@ -59,6 +61,6 @@ def choose_contacts(
     size = np.where(used & (law is FrictionLaw.COULOMB), speed, 1.0)
     motion = np.where(used[..., None], slip, 0.0) / size[..., None]
     contacts = Contacts(
-        np.where(used[..., None], force, 0.0), np.where(used, load, 0.0), motion, used
+        np.where(used[..., None], force, 0.0), np.where(used, load, 0.0), motion, used, law
     )
     return contacts, tuple((why, count) for why, count in left_out if count)

@@ -23,6 +23,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("logs", type=Path, nargs="+", metavar="LOG")
     parser.add_argument("--form", type=int, choices=(18, 24), default=18,
         help="18 parameters, w fore and aft, or 24, w free (default: 18)")  # fmt: skip
+    parser.add_argument("--law", choices=("viscous", "coulomb"), default="viscous",
+        help="the paper's viscous ansatz or Coulomb's law (default: viscous)")  # fmt: skip
     parser.add_argument("--rest-mm-s", type=_speed, default=1.0, metavar="V",
         help="leave feet no faster than this out of the friction fit (default: 1)")  # fmt: skip
     parser.add_argument("--out", type=Path, metavar="FILE.png", help="draw the changes as well")
@@ -45,6 +47,7 @@ def run(options: argparse.Namespace) -> ExitCode:
         ModelError: There is nothing to fit to.
     """
     from model.errors import ConfigError
+    from model.frames import FrictionLaw
     from robot.sensitivity_frames import halves, joined
     from robot.sensitivity_table import NAIVE_STIFFNESS, compare, fit_contact
 
@@ -62,7 +65,11 @@ def run(options: argparse.Namespace) -> ExitCode:
         fitted_to, judged_by = halves(walks[0])
         parts = (f"earlier half of {options.logs[0].name}", "its later half")
     fits = fit_contact(
-        fitted_to, names, free_w=options.form == 24, rest_m_s=options.rest_mm_s * 1e-3
+        fitted_to,
+        names,
+        free_w=options.form == 24,
+        rest_m_s=options.rest_mm_s * 1e-3,
+        law=FrictionLaw(options.law),
     )
     found = compare(judged_by, fits)
     if options.json:
@@ -121,7 +128,10 @@ def _table(found: "Sensitivity") -> list[str]:
 
 
 def _parameters(fits: "Fits") -> list[str]:
-    lines = ["fitted parameters (K in N/m; mu relative, mean 1 by convention), standard error"]
+    from model.frames import FrictionLaw
+
+    mu = "relative, mean 1 by convention" if fits.law is FrictionLaw.VISCOUS else "Coulomb's"
+    lines = [f"fitted parameters (K in N/m; mu {mu}), standard error"]
     for result in (fits.stiffness, fits.friction):
         lines += [
             f"  {name:<8}{value:>10.4g}  "
@@ -153,6 +163,7 @@ def _as_json(
         QUANTITIES, UNITS, found.fitted, found.naive, found.change, PAPER_CHANGE, strict=True
     )
     return {
+        "law": fits.law.value,
         "fitted_to": {"what": parts[0], "frames": fitted_to, "weight_n": fits.weight_n},
         "judged_by": {
             "what": parts[1],

@@ -26,8 +26,9 @@ PAPER_CHANGE = (14.0, -5.5, 1.5, -22.0, 24.0, 4.0, 3.0, 2.0)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fits:
-    """Fitted parameters, and how well they are known."""
+    """Fitted parameters, the law they are for, and how well they are known."""
 
+    law: FrictionLaw
     weight_n: float
     contact: ContactParameters
     stiffness: FitResult
@@ -61,7 +62,14 @@ class Sensitivity:
         return percent
 
 
-def fit_contact(walk: WalkFrames, names: tuple[str, ...], *, free_w: bool, rest_m_s: float) -> Fits:
+def fit_contact(
+    walk: WalkFrames,
+    names: tuple[str, ...],
+    *,
+    free_w: bool,
+    rest_m_s: float,
+    law: FrictionLaw = FrictionLaw.VISCOUS,
+) -> Fits:
     """Fit stiffness and friction.
 
     Args:
@@ -70,6 +78,7 @@ def fit_contact(walk: WalkFrames, names: tuple[str, ...], *, free_w: bool, rest_
         free_w: 24 parameters instead of 18, whose w lies fore and aft.
         rest_m_s: Feet no faster than this rest. What holds them is statics, not the friction law: they
             tell nothing of it, and lead the fit astray.
+        law: Friction law to fit; the viscous ansatz is the paper's.
 
     Raises:
         ModelError: These frames cannot be fitted to.
@@ -90,12 +99,13 @@ def fit_contact(walk: WalkFrames, names: tuple[str, ...], *, free_w: bool, rest_
         np.maximum(walk.force[..., 2], 0.0),
         walk.slip,
         direction=None if free_w else np.tile([1.0, 0.0], (legs, 1)),
-        mean_mu=NAIVE_MU,
+        law=law,
+        mean_mu=NAIVE_MU if law is FrictionLaw.VISCOUS else None,
         rest_m_s=rest_m_s,
         leg_names=names,
     )
     contact = ContactParameters(springs.stiffness, friction.mu, friction.anisotropy)
-    return Fits(weight, contact, springs.result, friction.result)
+    return Fits(law, weight, contact, springs.result, friction.result)
 
 
 def compare(walk: WalkFrames, fits: Fits) -> Sensitivity:
@@ -110,7 +120,7 @@ def compare(walk: WalkFrames, fits: Fits) -> Sensitivity:
         np.full(legs, NAIVE_MU),
         np.zeros((legs, 2)),
     )
-    results = [_errors(walk, contact, fits.weight_n) for contact in (fits.contact, naive)]
+    results = [_errors(walk, contact, fits) for contact in (fits.contact, naive)]
     both = results[0][1] & results[1][1]
     if not both.any():
         raise ModelError("the model has no answer for any of the frames to judge by")
@@ -128,13 +138,17 @@ def compare(walk: WalkFrames, fits: Fits) -> Sensitivity:
 
 
 def _errors(
-    walk: WalkFrames, contact: ContactParameters, weight: float
+    walk: WalkFrames, contact: ContactParameters, fits: Fits
 ) -> tuple[list[FloatArray], BoolArray, BoolArray]:
     """Error of each quantity by frame (or frame and foot), which frames have one, which were clamped."""
-    solved = solve_frames(walk.motion, contact, weight, law=FrictionLaw.VISCOUS)
-    scale = force_scale(solved.force_xy_B, walk.force[..., :2])
+    solved = solve_frames(walk.motion, contact, fits.weight_n, law=fits.law)
+    if fits.law is FrictionLaw.VISCOUS:
+        fitted = force_scale(solved.force_xy_B, walk.force[..., :2])
+        scale, clamped = fitted.scale, fitted.clamped
+    else:  # Coulomb's forces are in newtons
+        scale, clamped = np.ones(walk.count), np.zeros(walk.count, dtype=bool)
     velocity = solved.velocity_B - walk.velocity
-    horizontal = scale.scale[:, None, None] * solved.force_xy_B - walk.force[..., :2]
+    horizontal = scale[:, None, None] * solved.force_xy_B - walk.force[..., :2]
     errors = [
         velocity[:, 0],
         velocity[:, 1],
@@ -145,4 +159,4 @@ def _errors(
         horizontal[..., 1],
         solved.load_n - walk.force[..., 2],
     ]
-    return errors, solved.valid & np.isfinite(scale.scale), scale.clamped
+    return errors, solved.valid & np.isfinite(scale), clamped
