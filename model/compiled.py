@@ -6,7 +6,10 @@ of a process loads machine code from a cache beside the modules; only the very f
 compiles.
 """
 
+import hashlib
 from collections.abc import Callable
+from functools import cache
+from importlib.resources import files
 from typing import Any, TypeVar
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -49,5 +52,18 @@ def _compile(function: Function, fastmath: Any) -> Function:
                 raise
             keep = False
         else:
+            if keep:
+                # the compiler's own stamp is that of one file, and knows nothing of those it calls
+                made._cache._cache_file._source_stamp = _stamp()
             typed: Function = made
             return typed
+
+
+@cache
+def _stamp() -> str:
+    """A digest of all sources of ``model``, so that no machine code outlives a change in any."""
+    digest = hashlib.sha256()
+    for source in sorted(files("model").iterdir(), key=lambda entry: entry.name):
+        if source.name.endswith(".py"):
+            digest.update(source.read_bytes())
+    return digest.hexdigest()

@@ -140,12 +140,13 @@ def coulomb_frame(
             force[k, 0] = -total * (dual[i, 0] + ax * along)
             force[k, 1] = -total * (dual[i, 1] + ay * along)
             sticking[k] = rest[i]
+            # back from L slip; the sum velocity + speed would lose the digits of a small slip
+            along = (ax * gone[i, 0] + ay * gone[i, 1]) / (1.0 + ax * ax + ay * ay)
+            slip[k, 0] = 0.0 if rest[i] else top * (gone[i, 0] - ax * along)
+            slip[k, 1] = 0.0 if rest[i] else top * (gone[i, 1] - ay * along)
             i += 1
         else:
             force[k, 0] = force[k, 1] = 0.0
-        if sticking[k]:
-            slip[k, 0] = slip[k, 1] = 0.0
-        else:
             slip[k, 0] = velocity[0] - velocity[2] * feet[k, 1] + speed[k, 0]
             slip[k, 1] = velocity[1] + velocity[2] * feet[k, 0] + speed[k, 1]
     return FINE, unique

@@ -132,14 +132,11 @@ def _all_slide(
         size = max(abs(gradient[0]), abs(gradient[1]), abs(gradient[2]))
         if size <= 0.01 * BALANCED:
             break
-        flat = _smallest_pivot(matrix) <= FLAT
-        if flat:
-            # the forces balance already, and there is a way to move that does not change them
-            if size > BALANCED:
-                return NOT_SOLVED
-            twist[:] = at
-            _take(limit, slip, none, new, dual)
-            return SOLVED_FLAT
+        if _smallest_pivot(matrix) <= FLAT:
+            # a way to move that changes no force: stay where the interior method put us on it
+            top = max(matrix[0, 0], matrix[1, 1], matrix[2, 2])
+            for i in range(3):
+                matrix[i, i] += 1e3 * FLAT * top
         for i in range(3):
             gradient[i] = -gradient[i]
         if not solve3(matrix, gradient, step):

@@ -85,6 +85,7 @@ def solve_frames(
     law: FrictionLaw = FrictionLaw.VISCOUS,
     tilt_coupling: bool = False,
     ground_m: FloatArray | None = None,
+    anisotropy_B: FloatArray | None = None,  # noqa: N803
 ) -> FrameSolutions:
     """Support, then traction, for every frame.
 
@@ -96,6 +97,7 @@ def solve_frames(
         tilt_coupling: Add the horizontal share of the feet's vertical speed on a tilted body,
             [slope_x, -slope_y] q'_z (the last term of eqn:vxy, erratum E2).
         ground_m: Height of the level ground under each foot, (F, N) or (N,) [m]; 0 if None.
+        anisotropy_B: w where it turns from frame to frame, (F, N, 2); ``contact``'s if None.
 
     Raises:
         ModelError: Shapes do not fit.
@@ -123,7 +125,7 @@ def solve_frames(
         under,
         _own(contact.stiffness),
         _own(contact.mu),
-        _own(contact.anisotropy),
+        _anisotropy(contact, anisotropy_B, frames),
         float(weight_n),
         law is FrictionLaw.COULOMB,
         tilt_coupling,
@@ -138,6 +140,20 @@ def solve_frames(
         out.reason,
     )
     return _frozen(out)
+
+
+def _anisotropy(
+    contact: ContactParameters,
+    anisotropy_B: FloatArray | None,  # noqa: N803
+    frames: int,
+) -> FloatArray:
+    if anisotropy_B is None:
+        return _own(contact.anisotropy[None])
+    if anisotropy_B.shape != (frames, len(contact.mu), 2) or not np.isfinite(anisotropy_B).all():
+        raise ModelError(
+            f"anisotropy must be {(frames, len(contact.mu), 2)} numbers, not {anisotropy_B.shape}"
+        )
+    return _own(anisotropy_B)
 
 
 def _own(values: FloatArray) -> FloatArray:

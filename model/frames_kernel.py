@@ -32,14 +32,19 @@ def frames_kernel(
     unique: BoolArray,
     reason: IntArray,
 ) -> None:
-    """Solve frames in order; shapes as in ``model.frames.FrameSolutions``, outputs are written."""
+    """Solve frames in order; outputs are written.
+
+    Shapes are those of ``model.frames``; anisotropy is (1 or F, N, 2).
+    """
     frames, count = feet.shape[0], feet.shape[1]
     work = np.empty((6, count))
     speed = np.empty((count, 2))
     twist = np.empty(3)
     rested = np.zeros(count, dtype=np.bool_)
     warm = False
+    turns = anisotropy.shape[0] > 1  # w of its own for every frame
     for f in range(frames):
+        w = anisotropy[f if turns else 0]
         switches[f] = 0
         unique[f] = not coulomb
         found = support_kernel(feet[f], ground[f], stiffness, load, pose[f], loads[f], work)
@@ -59,7 +64,7 @@ def frames_kernel(
                     speed,
                     loads[f],
                     mu,
-                    anisotropy,
+                    w,
                     warm,
                     twist,
                     slip[f],
@@ -70,7 +75,7 @@ def frames_kernel(
                 sticking[f, :] = rested
             else:
                 reason[f] = traction_kernel(
-                    feet[f], speed, loads[f], mu, anisotropy, twist, slip[f], force[f], work
+                    feet[f], speed, loads[f], mu, w, twist, slip[f], force[f], work
                 )
                 sticking[f, :] = False
             velocity[f, :] = twist

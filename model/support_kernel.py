@@ -18,6 +18,7 @@ ROUNDING = 1e-13
 EPSILON = 1e-15
 STEPS_PER_FOOT = 20
 ENOUGH = 1e-4  # share of the promised fall of E that a full step must bring
+FAR = 1e-9  # rounding of the balance at poses out of all proportion: E falls for ever
 NOT_A_NUMBER = -1
 TIPS = -3
 NO_CONVERGENCE = -4
@@ -125,7 +126,10 @@ def support_kernel(
     z = _level_height(work)
     e, g0, g1, g2, h00, h01, h02, h11, h12, h22, rough = _sums(work, a, b, z)
     for step_number in range(STEPS_PER_FOOT * count):
-        if max(abs(g0), abs(g1), abs(g2)) <= BALANCE + EPSILON * (rough + abs(z) * h22):
+        rounding = EPSILON * (rough + abs(z) * h22)
+        if not rounding < FAR:
+            return TIPS
+        if max(abs(g0), abs(g1), abs(g2)) <= BALANCE + rounding:
             pose[0] = a / lever if lever > 0.0 else 0.0
             pose[1] = b / lever if lever > 0.0 else 0.0
             pose[2] = z

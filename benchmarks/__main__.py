@@ -1,0 +1,30 @@
+"""Run benchmarks: ``python -m benchmarks`` for all, ``python -m benchmarks model`` for some.
+
+Every figure is a median over repetitions in this run, with quartiles where they say something; compare
+figures of one run with each other, not with those of another machine.
+"""
+
+import argparse
+import importlib
+
+NAMES = {
+    "model": "benchmarks.model_speed",
+    "legs": "benchmarks.legs",
+    "parallel": "benchmarks.parallel",
+    "loop": "benchmarks.loop_cost",
+}
+
+
+def main() -> None:
+    """Run the benchmarks that were asked for."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument(
+        "names", nargs="*", choices=[*NAMES, []], metavar="NAME", help=str([*NAMES])
+    )
+    for name in parser.parse_args().names or NAMES:
+        print(f"== {name}", flush=True)
+        importlib.import_module(NAMES[name]).main()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,109 @@
+"""Run time against number of legs: our model, batched, and MuJoCo's step of the same disk."""
+
+from collections.abc import Callable
+from dataclasses import asdict
+from functools import partial
+
+import mujoco
+import numpy as np
+
+from benchmarks.timing import Spread, each, keep, repeat
+from model.frames import FrictionLaw, solve_frames
+from model.signals import FootMotion
+from model.systems.disk import disk, random_disk_poses
+from model.systems.system import System
+
+LEGS = (3, 6, 12, 24, 50)
+POSES = 1000
+BATCH = 5000
+
+
+def disk_mjcf(legs: int) -> str:
+    """A disk on a plane; each leg two rotations and a vertical slide, servo-held, a ball for a foot."""
+    limbs = []
+    motors = []
+    for k in range(legs):
+        angle = 2 * np.pi * k / legs
+        x, y = 0.3 * np.cos(angle), 0.3 * np.sin(angle)
+        limbs.append(
+            f'<body pos="{x:.5f} {y:.5f} 0" euler="0 0 {np.degrees(angle):.4f}">'
+            f'<joint name="y{k}" type="hinge" axis="0 0 1" range="-3 3" damping="0.1"/>'
+            f'<joint name="p{k}" type="hinge" axis="0 1 0" range="-10 10" damping="0.1"/>'
+            f'<joint name="s{k}" type="slide" axis="0 0 1" range="-0.02 0.02" damping="5"/>'
+            '<geom type="capsule" fromto="0 0 0 0.05 0 -0.14" size="0.006" mass="0.02" '
+            'contype="0" conaffinity="0"/>'
+            '<geom type="sphere" pos="0.05 0 -0.14" size="0.01" mass="0.02" '
+            'contype="1" conaffinity="2" friction="0.6"/></body>'
+        )
+        motors += [
+            f'<position joint="{name}{k}" kp="{gain}"/>'
+            for name, gain in (("y", 20), ("p", 20), ("s", 500))
+        ]
+    return (
+        "<mujoco><compiler angle='degree'/><option timestep='0.002'/>"
+        "<worldbody><geom type='plane' size='5 5 0.1' contype='2' conaffinity='1' friction='0.6'/>"
+        "<body pos='0 0 0.15'><freejoint/><geom type='cylinder' size='0.3 0.01' mass='4' "
+        f"contype='0' conaffinity='0'/>{''.join(limbs)}</body></worldbody>"
+        f"<actuator>{''.join(motors)}</actuator></mujoco>"
+    )
+
+
+def _mujoco(legs: int, rng: np.random.Generator) -> Spread:
+    model = mujoco.MjModel.from_xml_string(disk_mjcf(legs))
+    states = []
+    for _ in range(POSES):
+        data = mujoco.MjData(model)
+        low, high = model.jnt_range[1:].T
+        data.qpos[7:] = rng.uniform(low, high)
+        data.qvel[6:] = rng.normal(scale=0.1, size=model.nv - 6)
+        data.qpos[2] = 0.15
+        mujoco.mj_forward(model, data)
+        states.append((data.qpos.copy(), data.qvel.copy()))
+    data = mujoco.MjData(model)
+
+    def step(state: tuple[np.ndarray, np.ndarray]) -> None:
+        data.qpos[:], data.qvel[:] = state
+        mujoco.mj_step(model, data)
+
+    return each([partial(step, state) for state in states], 2)
+
+
+def _batch(feet: FootMotion, system: System, law: FrictionLaw) -> Callable[[], object]:
+    return lambda: solve_frames(feet, system.contact, system.weight_n, law=law)
+
+
+def main() -> None:
+    """Print the table and keep it for the figure."""
+    rng = np.random.default_rng(0)
+    ours: list[Spread] = []
+    coulomb: list[Spread] = []
+    theirs: list[Spread] = []
+    print("legs   ours, batched [us]   Coulomb, batched [us]   MuJoCo mj_step [us]   MuJoCo / ours")
+    for legs in LEGS:
+        system, feet = disk(legs), random_disk_poses(BATCH, legs, rng)
+        times = [
+            repeat(_batch(feet, system, law), 31, BATCH)
+            for law in (FrictionLaw.VISCOUS, FrictionLaw.COULOMB)
+        ]
+        ours.append(times[0])
+        coulomb.append(times[1])
+        theirs.append(_mujoco(legs, rng))
+        ratio = theirs[-1].median / ours[-1].median
+        print(
+            f"{legs:4d}{ours[-1].median:16.2f}{coulomb[-1].median:24.2f}{theirs[-1].median:22.1f}"
+            f"{ratio:16.0f}",
+            flush=True,
+        )
+    for name, figures in (("ours", ours), ("Coulomb", coulomb), ("MuJoCo", theirs)):
+        print(
+            f"{name}: {LEGS[-1]} legs cost {figures[-1].median / figures[0].median:.1f} x {LEGS[0]}"
+        )
+    keep(legs=list(LEGS), ours_us=_columns(ours), mujoco_us=_columns(theirs))
+
+
+def _columns(rows: list[Spread]) -> dict[str, list[float]]:
+    return {key: [round(asdict(row)[key], 4) for row in rows] for key in asdict(rows[0])}
+
+
+if __name__ == "__main__":
+    main()

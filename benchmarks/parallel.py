@@ -1,0 +1,68 @@
+"""Whole trajectories: scan against a linear pass, and frames on one and two processes."""
+
+import time
+
+import numpy as np
+
+from benchmarks.timing import keep, repeat, spread
+from model.frames import FrictionLaw
+from model.se2 import product, scan
+from model.signals import FootMotion
+from model.systems.disk import disk, random_disk_poses
+from robot.model_processes import ModelProcesses
+
+STEPS = 10_000
+FRAMES = 300_000
+ROUNDS = 15
+
+
+def _scan() -> None:
+    steps = np.random.default_rng(0).normal(scale=1e-3, size=(STEPS, 3))
+    linear = repeat(lambda: product(steps), 9)
+    rounds = repeat(lambda: scan(steps), 31)
+    worst = np.abs(scan(steps) - product(steps)).max()
+    print(f"trajectory of {STEPS} steps: linear pass {linear}")
+    print(
+        f"                             scan        {rounds}   {linear.median / rounds.median:.0f} x"
+    )
+    print(f"                             largest difference {worst:.1e}")
+
+
+def main() -> None:
+    """Print the table and keep it for the figure."""
+    _scan()
+    system = disk(6)
+    some = random_disk_poses(2000, 6, np.random.default_rng(0))
+    repeats = FRAMES // 2000
+    feet = FootMotion(
+        np.tile(some.position_m, (repeats, 1, 1)),
+        np.tile(some.velocity_m_s, (repeats, 1, 1)),
+    )
+    counts = (1, 2)
+    medians, low, high = [], [], []
+    for law in FrictionLaw:
+        times: dict[int, list[float]] = {count: [] for count in counts}
+        with ModelProcesses(1) as one, ModelProcesses(2) as two:
+            for turn in range(ROUNDS + 1):
+                for pool in (one, two):  # in turn, so that both see the same machine
+                    began = time.perf_counter_ns()
+                    pool.solve(feet, system.contact, system.weight_n, law=law)
+                    if turn:
+                        times[pool.count].append((time.perf_counter_ns() - began) / 1e3)
+        base = spread(times[1]).median
+        print(f"{law.value}: {FRAMES} frames, time x processes / time on one")
+        for count in counts:
+            overhead = spread([t * count / base for t in times[count]])
+            print(
+                f"  {count} processes: {spread(times[count]).median / 1e3:8.1f} ms, overhead "
+                f"{overhead.median:.2f} (quartiles {overhead.q25:.2f}, {overhead.q75:.2f})"
+            )
+            if law is FrictionLaw.VISCOUS:
+                medians.append(overhead.median)
+                low.append(overhead.q25)
+                high.append(overhead.q75)
+    keep(processes=list(counts), overhead={"median": medians, "q25": low, "q75": high})
+
+
+if __name__ == "__main__":
+    main()
