@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 from robot.exit_codes import ExitCode
 
 if TYPE_CHECKING:
-    from model.fit_result import FitResult
     from robot.sensitivity_frames import WalkFrames
     from robot.sensitivity_table import Fits, Sensitivity
 
@@ -73,7 +72,9 @@ def run(options: argparse.Namespace) -> ExitCode:
     )
     found = compare(judged_by, fits)
     if options.json:
-        print(json.dumps(_as_json(fits, found, fitted_to.count, parts), indent=2))
+        from robot.sensitivity_json import as_json
+
+        print(json.dumps(as_json(fits, found, fitted_to.count, parts), indent=2))
     else:
         print(f"fitted to {parts[0]}, {fitted_to.count} frames; weight {fits.weight_n:.2f} N")
         print(f"judged by {parts[1]}, {found.frames} frames; none of them fitted to")
@@ -152,60 +153,6 @@ def _parameters(fits: "Fits") -> list[str]:
         if not result.converged:
             lines.append(f"note: the search for the {what} did not end by itself")
     return lines
-
-
-def _as_json(
-    fits: "Fits", found: "Sensitivity", fitted_to: int, parts: tuple[str, ...]
-) -> dict[str, object]:
-    from robot.sensitivity_table import PAPER_CHANGE, QUANTITIES, UNITS
-
-    rows = zip(
-        QUANTITIES, UNITS, found.fitted, found.naive, found.change, PAPER_CHANGE, strict=True
-    )
-    return {
-        "law": fits.law.value,
-        "fitted_to": {"what": parts[0], "frames": fitted_to, "weight_n": fits.weight_n},
-        "judged_by": {
-            "what": parts[1],
-            "frames": found.frames,
-            "without_answer": found.without_answer,
-        },
-        "rmse": [
-            {
-                "quantity": name,
-                "unit": unit,
-                "fitted": _known(fitted),
-                "naive": _known(naive),
-                "change_percent": _known(change),
-                "paper_change_percent": paper,
-            }
-            for name, unit, fitted, naive, change, paper in rows
-        ],
-        "stiffness": _result(fits.stiffness),
-        "friction": _result(fits.friction),
-    }
-
-
-def _result(result: "FitResult") -> dict[str, object]:
-    return {
-        "parameters": [
-            {"name": name, "value": _known(value), "standard_error": _known(error)}
-            for name, value, error in zip(
-                result.names, result.values, result.standard_errors, strict=True
-            )
-        ],
-        "residual_rms": _known(result.residual_rms),
-        "frames_used": result.frames_used,
-        "left_out": [{"why": why, "count": count} for why, count in result.left_out],
-        "undetermined": list(result.undetermined),
-        "warnings": list(result.warnings),
-        "converged": result.converged,
-    }
-
-
-def _known(value: float) -> float | None:
-    """JSON has no NaN: what is not known is null."""
-    return float(value) if math.isfinite(value) else None
 
 
 def _draw(found: "Sensitivity", out: Path) -> None:
