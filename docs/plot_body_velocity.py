@@ -1,4 +1,4 @@
-"""Draw forward speed, true and predicted, of both gaits on the virtual robot: docs/figures/body_velocity.png."""
+"""Draw forward speed, true and predicted, of both gaits: docs/figures/body_velocity.png."""
 
 from pathlib import Path
 
