@@ -67,12 +67,14 @@ class Pass:
         position: Bytes read so far.
         finished: Whether the file has its proper end.
         damages: What could not be read, in file order.
+        tell: Called now and then while it goes on.
     """
 
     size: int = 0
     position: int = 0
     finished: bool = False
     damages: list[Damage] = field(default_factory=list)
+    tell: Callable[[], None] = lambda: None
 
 
 def read_records(
@@ -126,6 +128,7 @@ class _Salvage:
         while not self._progress.finished:
             offset = self._stream.tell()
             self._progress.position = offset
+            self._progress.tell()
             head = self._stream.read(_FRAME.size)
             if len(head) < _FRAME.size:
                 self._lost(offset, 0, "the file ends early")

@@ -83,12 +83,12 @@ def merge_logs(paths: tuple[Path, ...], out: Path, progress: Pass | None = None)
             _begin_pass(done)
             for record in read_records(part.path, done):
                 if isinstance(record, Metadata) and record.name == METADATA_NAME:
+                    if number == 0:
+                        copy.add_metadata(METADATA_NAME, _merged_metadata(parts))
                     continue
                 if isinstance(record, Attachment) and record.name == CONFIG_NAME and number:
                     continue  # the same robot file as that of the first
                 copy.add(record)
-            if number == 0:
-                copy.add_metadata(METADATA_NAME, _merged_metadata(parts))
     return Repair(copy.messages, damages)
 
 

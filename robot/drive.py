@@ -182,7 +182,7 @@ def _open_log(plan: Drive, rig: Rig) -> LogWriter | BackgroundWriter | None:
             "steer": f"{options.steer:g}",
             "seed": str(options.seed) if options.hardware == VIRTUAL else "",
             "armed": str(plan.armed).lower(),
-            "software": _software(),
+            "software": software(),
             **software_versions(),
         },
         start_ns=rig.clock.now_ns(),
@@ -191,7 +191,8 @@ def _open_log(plan: Drive, rig: Rig) -> LogWriter | BackgroundWriter | None:
     return writer if options.virtual_time else BackgroundWriter(writer)
 
 
-def _software() -> str:
+def software() -> str:
+    """Return name and version of this program."""
     try:
         return f"bigant {version('bigant')}"
     except PackageNotFoundError:

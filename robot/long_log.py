@@ -23,8 +23,8 @@ def read_summary(path: Path) -> tuple[Summary, Recording]:
     totals = RunTotals()
     kept: list[Recording] = []
     step, count = 1, 0
-    with ProgressLine(f"reading {path}", contents.progress) as line:
-        for block in line.each(read_blocks(path, contents)):
+    with ProgressLine(f"reading {path}", contents.progress):
+        for block in read_blocks(path, contents):
             totals.add(block)
             kept.append(thin_recording(block, step))
             count += len(kept[-1].t_s)

@@ -2,13 +2,10 @@
 
 import sys
 import time
-from collections.abc import Iterable, Iterator
 from types import TracebackType
-from typing import TypeVar
 
 from record.salvage import Pass
 
-Item = TypeVar("Item")
 FIRST_S = 1.0
 TERMINAL_S = 0.2
 # Where nobody watches a line change, a new line now and then is enough.
@@ -29,6 +26,7 @@ class ProgressLine:
         self._terminal = sys.stderr.isatty()
         self._next_s = time.monotonic() + FIRST_S
         self._shown = False
+        progress.tell = self.update
 
     def update(self) -> None:
         """Show how far it is, if it is time to."""
@@ -43,12 +41,6 @@ class ProgressLine:
         else:
             print(text, file=sys.stderr, flush=True)
         self._shown = True
-
-    def each(self, items: Iterable[Item]) -> Iterator[Item]:
-        """Yield items, showing progress between them."""
-        for item in items:
-            self.update()
-            yield item
 
     def __enter__(self) -> "ProgressLine":
         return self
