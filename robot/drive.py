@@ -14,6 +14,7 @@ from gaits.limits import check_gait
 from model.errors import ConfigError, RecordError
 from model.signals import Intent, Tick
 from record.background import BackgroundWriter
+from record.versions import software_versions
 from record.writer import LogWriter
 from robot.config import RobotConfig, load_robot
 from robot.controller import Controller
@@ -181,7 +182,8 @@ def _open_log(plan: Drive, rig: Rig) -> LogWriter | BackgroundWriter | None:
             "steer": f"{options.steer:g}",
             "seed": str(options.seed) if options.hardware == VIRTUAL else "",
             "armed": str(plan.armed).lower(),
-            "software": _software(),
+            "software": software(),
+            **software_versions(),
         },
         start_ns=rig.clock.now_ns(),
         start_unix_ns=start_unix_ns,
@@ -189,7 +191,8 @@ def _open_log(plan: Drive, rig: Rig) -> LogWriter | BackgroundWriter | None:
     return writer if options.virtual_time else BackgroundWriter(writer)
 
 
-def _software() -> str:
+def software() -> str:
+    """Return name and version of this program."""
     try:
         return f"bigant {version('bigant')}"
     except PackageNotFoundError:
@@ -232,9 +235,10 @@ def _print_pose(tick: Tick) -> None:
 
 
 def _print_summary(path: Path) -> None:
-    from record.reader import read_log
-    from robot.summary import summarise, summary_lines
+    from robot.long_log import read_summary
+    from robot.summary import summary_lines
 
-    for line in summary_lines(summarise(read_log(path))):
+    summary, _ = read_summary(path)
+    for line in summary_lines(summary):
         print(line)
     print(f"log: {path}   (bigant show {path})")
