@@ -20,7 +20,7 @@ CREEP_SPEED_M_S = 1e-3  # as in ``model.frame_kernel``
 NEWTON_STEPS = 60
 REWEIGHTED_STEPS = 400
 CONVERGED = 1e-11  # change of a velocity, share of the largest foot speed
-ARMIJO = 1e-4
+REWEIGHTED_LOOSER = 1e5  # reweighting converges slowly; still a thousandth of what cameras can tell
 
 
 @compiled
@@ -249,7 +249,7 @@ def traction_frames_kernel(
             else:
                 sigma = _reweighted(
                     x, y, u, c, w, push[f], drag, rest, coulomb, give, period, static_ratio,
-                    static_speed, before, 1e3 * tolerance, sigma, v, slip[f], force[f],
+                    static_speed, before, REWEIGHTED_LOOSER * tolerance, sigma, v, slip[f], force[f],
                 )  # fmt: skip
             valid[f] = np.isfinite(v[0] + v[1] + v[2] + sigma)
         warm = valid[f]
