@@ -1,4 +1,5 @@
 """Faults of the data themselves, of any trial."""
+
 from gap.interfaces import DataFault
 from record.trial import Trial
 

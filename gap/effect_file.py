@@ -27,7 +27,9 @@ class UserEffect:
     act: Callable[[Any, tuple[float, ...], tuple[bool, ...]], Any]
 
 
-def read_effects(path: Path, stages: tuple[str, ...], taken: tuple[str, ...]) -> tuple[UserEffect, ...]:
+def read_effects(
+    path: Path, stages: tuple[str, ...], taken: tuple[str, ...]
+) -> tuple[UserEffect, ...]:
     """Read a file of effects.
 
     Args:
@@ -60,7 +62,9 @@ def _check(path: Path, effect: Effect, stages: tuple[str, ...], seen: set[str]) 
     if effect.name in seen:
         raise GapError(f"{path}: there is an effect {effect.name!r} already; choose another name")
     if effect.stage not in stages:
-        raise GapError(f"{path}: {effect.name} names the stage {effect.stage!r}; stages are {', '.join(stages)}")
+        raise GapError(
+            f"{path}: {effect.name} names the stage {effect.stage!r}; stages are {', '.join(stages)}"
+        )
     if not effect.scopes:
         raise GapError(f"{path}: {effect.name} needs a scope: Scope.ALL, Scope.JOINT or both")
     for parameter in effect.parameters:

@@ -5,7 +5,7 @@ places, the chain is run until nothing changes. Measured drive: shafts, loads, f
 the sensors (made good for what the causes say of the sensors), where they were measured.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -15,14 +15,14 @@ from gap.legged_ground import Sliding, Standing, gradient, slide, stand
 from gap.legged_inputs import LeggedInputs
 from gap.legged_machine import LeggedMachine
 from gap.legged_sensing import read_sensors, true_inputs
-from gap.legged_settings import Settings
-from gap.legged_shafts import Feet, feet, load_torque, shafts
+from gap.legged_settings import Settings, neutral_settings
+from gap.legged_shafts import Feet, Loads, feels_loads, feet, load_torque, shafts
 from gap.legged_signals import SensorSignals
 from model.se2 import integrate
 from model.signals import FloatArray
 
 PASSES = 30
-CONVERGED = 1e-9  # change from pass to pass of shafts [rad] and places [m]
+CONVERGED = 1e-7  # change from pass to pass of shafts [rad] and places [m]
 REMEMBERED = 24
 
 
@@ -71,34 +71,28 @@ class LeggedChain:
             settings: What is added.
             drive: What feeds the stages.
         """
-        from dataclasses import replace
-
-        from gap.legged_settings import neutral_settings
-
         sensor = neutral_settings(self._machine.legs.count).sensor
         others = tuple(added for added in settings.added if added.stage != "sensing")
         return self._plain_walk(known, replace(settings, sensor=sensor, added=others), drive)
 
     def _walk(self, known: LeggedInputs, settings: Settings, drive: Drive) -> Walk:
-        machine, grid = self._machine, known.grid
         measured = drive is Drive.MEASURED
-        force = known.force_n if measured else np.zeros_like(known.force_n)
-        force = np.where(np.isfinite(force), force, 0.0)
         world = _measured_world(known) if measured else None
-        still = np.tile(known.start_pose, (grid.frames, 1))
-        place = still if world is None else world
-        walk = self._pass(known, settings, drive, force, place)
+        flank = None
+        if not measured and any(settings.shaft.backlash_rad):
+            # which flank a shaft lies against is told by the loads of a walk without the play
+            tight = replace(settings.shaft, backlash_rad=(0.0,) * len(settings.shaft.backlash_rad))
+            flank = foot_forces(self._plain_walk(known, replace(settings, shaft=tight), drive))
+        place = np.tile(known.start_pose, (known.grid.frames, 1)) if world is None else world
+        force = known.force_n if measured else np.zeros_like(known.force_n)
+        walk = self._pass(known, settings, drive, force, flank, place)
         if not _acts_back(settings, drive, world is None):
             return walk
         for _ in range(PASSES):
             before = walk
-            if not measured:
-                force = np.concatenate(
-                    [walk.sliding.force_xy_n, walk.standing.load_n[..., None]], axis=2
-                )
-                force = np.where(np.isfinite(force), force, 0.0)
+            force = force if measured else foot_forces(walk)
             place = walk.world if world is None else world
-            walk = self._pass(known, settings, drive, force, place)
+            walk = self._pass(known, settings, drive, force, flank, place)
             if _change(before, walk) <= CONVERGED:
                 break
         return walk
@@ -109,35 +103,45 @@ class LeggedChain:
         settings: Settings,
         drive: Drive,
         force: FloatArray,
+        flank_force: FloatArray | None,
         world: FloatArray,
     ) -> Walk:
         """One pass: forces about the shafts and places on the ground are those given."""
         machine, grid = self._machine, known.grid
-        at_command = feet(machine, grid, known.command_rad, settings)
-        # the torque's lever is that of the shaft where it nearly is
-        lever = (
-            feet(machine, grid, known.shaft_rad, settings) if drive is Drive.MEASURED else at_command
-        )
-        own = shafts(known, settings, load_torque(lever.signals, force))
-        turned = own
-        if drive is Drive.MEASURED:
-            turned = np.where(np.isfinite(known.shaft_rad), known.shaft_rad, own)
+        measured = drive is Drive.MEASURED
+        loads, give, springing = None, None, None
+        if feels_loads(settings):
+            # the lever is that of the shaft where it nearly is
+            near = known.shaft_rad if measured else known.command_rad
+            lever = feet(machine, grid, near, settings).signals
+            torque = load_torque(lever, force)
+            flank = torque if flank_force is None else load_torque(lever, flank_force)
+            loads = Loads(torque, flank)
+            if not measured:
+                # a shaft that gives under friction is a foot that gives: too stiff for a loop of passes
+                compliance = np.array(settings.shaft.compliance_rad_nm)
+                give = compliance * lever.slope_m_rad[..., 0] ** 2
+                springing = compliance * lever.slope_m_rad[..., 0] * _finite(force[..., 0])
+        own = shafts(known, settings, loads)
+        turned = np.where(np.isfinite(known.shaft_rad), known.shaft_rad, own) if measured else own
         walked = feet(machine, grid, turned, settings)
         standing = stand(machine, grid, walked, settings, world)
         load = standing.load_n
-        if drive is Drive.MEASURED:
+        if measured:
             seen = known.force_n[..., 2]
             load = np.where(np.isfinite(seen), np.maximum(seen, 0.0), load)
-        sliding = slide(machine, grid, walked, standing, settings, world, load)
-        planar = _integrated(known, sliding.velocity_B)
-        return Walk(own, walked, standing, sliding, planar)
+        held = walked
+        if springing is not None and springing.any():
+            held = feet(machine, grid, turned - springing, settings)
+        sliding = slide(machine, grid, held, standing, settings, world, load, give)
+        return Walk(own, walked, standing, sliding, _integrated(known, sliding.velocity_B))
 
     def _truth(
         self, known: LeggedInputs, walk: Walk, settings: Settings, drive: Drive
     ) -> SensorSignals:
         """What perfect sensors would read of a walk."""
         own, standing = settings.ground, walk.standing
-        force = np.concatenate([walk.sliding.force_xy_n, standing.load_n[..., None]], axis=2)
+        force = foot_forces(walk, known=False)
         acting = force
         if drive is Drive.MEASURED:
             acting = np.where(np.isfinite(known.force_n), known.force_n, force)
@@ -150,9 +154,19 @@ class LeggedChain:
         return SensorSignals(known.grid.time_s, walk.shaft_rad, foot, force, body, angles)
 
 
+def foot_forces(walk: Walk, *, known: bool = True) -> FloatArray:
+    """Ground's force on each foot, (W, N, 3) [N]; where there is no answer 0 if ``known``, else NaN."""
+    force = np.concatenate([walk.sliding.force_xy_n, walk.standing.load_n[..., None]], axis=2)
+    return _finite(force) if known else force
+
+
+def _finite(values: FloatArray) -> FloatArray:
+    return np.where(np.isfinite(values), values, 0.0)
+
+
 def _acts_back(settings: Settings, drive: Drive, place_unknown: bool) -> bool:
-    shaft, ground = settings.shaft, settings.ground
-    loads = any(shaft.compliance_rad_nm) or any(shaft.backlash_rad) or bool(settings.at("actuation"))
+    ground = settings.ground
+    loads = any(settings.shaft.compliance_rad_nm) or bool(settings.at("actuation"))
     places = (
         ground.step_height_m or ground.patch_ratio != 1.0 or ground.slope_x or ground.slope_y
         or ground.tether_x_n or ground.tether_y_n
@@ -181,9 +195,7 @@ def _integrated(known: LeggedInputs, velocity: FloatArray) -> FloatArray:
     return integrate((held[:-1] + held[1:]) / 2, known.grid.period_s, known.start_pose)
 
 
-def _body(
-    known: LeggedInputs, walk: Walk, settings: Settings
-) -> tuple[FloatArray, FloatArray]:
+def _body(known: LeggedInputs, walk: Walk, settings: Settings) -> tuple[FloatArray, FloatArray]:
     """Body's place and angles in the world, (W, 3) each; NaN where there is no balance.
 
     The planar balance moves the ground below the origin; the origin, at its height above it, sways with the

@@ -43,7 +43,9 @@ def to_channels(grid: Grid, command_rad: FloatArray, signals: SensorSignals) -> 
         signals: What sensors read.
     """
     frames = grid.frames
-    rate = grid.slope(np.column_stack([signals.body_m[:, :2], signals.body_rad[:, 2]]), TWIST_WINDOW_S)
+    rate = grid.slope(
+        np.column_stack([signals.body_m[:, :2], signals.body_rad[:, 2]]), TWIST_WINDOW_S
+    )
     c, s = np.cos(signals.body_rad[:, 2]), np.sin(signals.body_rad[:, 2])
     twist = (c * rate[:, 0] + s * rate[:, 1], c * rate[:, 1] - s * rate[:, 0], rate[:, 2])
     wide = np.column_stack([

@@ -147,9 +147,7 @@ def _balance(signals: SupportSignals, twist_rad_nm: float) -> SupportSolutions:
     def solve(angle: FloatArray) -> SupportSolutions:
         bent = points.copy()
         bent[..., 2] += arm * angle[:, None]
-        return solve_support_frames(
-            bent, signals.ground_m, signals.stiffness_n_m, signals.weight_n
-        )
+        return solve_support_frames(bent, signals.ground_m, signals.stiffness_n_m, signals.weight_n)
 
     arm = np.zeros(points.shape[:2])
     angle = np.zeros(len(points))
@@ -184,6 +182,7 @@ def slide(
     settings: Settings,
     world: FloatArray,
     load_n: FloatArray,
+    shaft_give_m_n: FloatArray | None = None,
 ) -> Sliding:
     """Find velocity and friction forces.
 
@@ -195,6 +194,7 @@ def slide(
         settings: What is added.
         world: As for ``stand``.
         load_n: Loads that press the feet down: the support's, or measured ones, (W, N).
+        shaft_give_m_n: How far feet give fore and aft because their shafts do, (W, N).
     """
     own = settings.ground
     points = contact_points(feet, settings)
@@ -228,7 +228,6 @@ def slide(
             signals = added.act(signals, added.values, added.legs)
     law = FootLaw(
         FrictionLaw.COULOMB if own.coulomb else FrictionLaw.VISCOUS,
-        (own.flex_longitudinal_m_n, own.flex_lateral_m_n),
         own.static_ratio,
         own.static_speed_m_s,
     )
@@ -240,6 +239,7 @@ def slide(
         law,
         Pushes(signals.wrench_B, own.drag_n_s_m),
         grid.period_s,
+        _give(own, shaft_give_m_n, load_n.shape[1]),
     )
     motion = MotionSignals(grid.time_s, _held(found.velocity_B))
     if own.inertia_s:
@@ -248,6 +248,14 @@ def slide(
         motion = added.act(motion, added.values, added.legs)
     velocity = np.where(found.valid[:, None], motion.velocity_B, np.nan)
     return Sliding(found.force_xy_B, velocity)
+
+
+def _give(own: GroundSettings, shaft_give_m_n: FloatArray | None, legs: int) -> FloatArray:
+    """How far feet give along body x and y, (W or 1, N, 2) [m/N]."""
+    flex = np.tile([own.flex_longitudinal_m_n, own.flex_lateral_m_n], (1, legs, 1))
+    if shaft_give_m_n is None:
+        return flex
+    return flex + np.stack([shaft_give_m_n, np.zeros_like(shaft_give_m_n)], axis=2)
 
 
 def _held(velocity: FloatArray) -> FloatArray:

@@ -31,24 +31,45 @@ class Feet:
     turn_rad: FloatArray
 
 
-def shafts(inputs: LeggedInputs, settings: Settings, load_nm: FloatArray) -> FloatArray:
+@dataclass(frozen=True, slots=True, eq=False)
+class Loads:
+    """What the ground does to the shafts, W frames.
+
+    Attributes:
+        torque_nm: Torque about each shaft, positive where it drives it on, (W, N).
+        flank_nm: The same for deciding which flank of a play a shaft lies against, (W, N).
+    """
+
+    torque_nm: FloatArray
+    flank_nm: FloatArray
+
+
+def feels_loads(settings: Settings) -> bool:
+    """Whether loads move shafts."""
+    own = settings.shaft
+    return any(own.compliance_rad_nm) or any(own.backlash_rad) or bool(settings.at("actuation"))
+
+
+def shafts(inputs: LeggedInputs, settings: Settings, loads: Loads | None) -> FloatArray:
     """Where commands and loads put the shafts, (W, N) [rad], as an encoder sees them.
 
     Args:
         inputs: Commands.
         settings: What is added.
-        load_nm: Torque of the ground about each shaft, positive where it drives it on, (W, N).
+        loads: Needed where loads move shafts.
     """
     own = settings.shaft
     command = inputs.delayed_command(own.delay_s)
     angle = _limited(inputs.grid, _lagged(inputs.grid, command, own), own)
+    if loads is None:
+        return angle
     if any(own.compliance_rad_nm):
-        angle = angle + np.array(own.compliance_rad_nm) * load_nm
+        angle = angle + np.array(own.compliance_rad_nm) * loads.torque_nm
     if any(own.backlash_rad):
-        flank = np.tanh((load_nm - BEARING_DRAG_NM) / FLANK_TORQUE_NM)
+        flank = np.tanh((loads.flank_nm - BEARING_DRAG_NM) / FLANK_TORQUE_NM)
         angle = angle + np.array(own.backlash_rad) / 2 * flank
     for added in settings.at("actuation"):
-        signals = ShaftSignals(inputs.grid.time_s, inputs.command_rad, load_nm, angle)
+        signals = ShaftSignals(inputs.grid.time_s, inputs.command_rad, loads.torque_nm, angle)
         angle = added.act(signals, added.values, added.legs).shaft_rad
     return angle
 
@@ -79,9 +100,7 @@ def _limited(grid: Grid, wanted: FloatArray, own: ShaftSettings) -> FloatArray:
     return np.where(known, np.where(touched, both, wanted), np.nan)
 
 
-def feet(
-    machine: LeggedMachine, grid: Grid, shaft_rad: FloatArray, settings: Settings
-) -> Feet:
+def feet(machine: LeggedMachine, grid: Grid, shaft_rad: FloatArray, settings: Settings) -> Feet:
     """Unloaded feet from encoder angles, (W, N) [rad]."""
     own = settings.shaft
     crank = shaft_rad
@@ -138,6 +157,7 @@ def load_torque(signals: FootSignals, force_n: FloatArray) -> FloatArray:
         force_n: Ground's force on each foot, body axes, (W, N, 3).
     """
     torque: FloatArray = (
-        signals.slope_m_rad[..., 0] * force_n[..., 0] + signals.slope_m_rad[..., 1] * force_n[..., 2]
+        signals.slope_m_rad[..., 0] * force_n[..., 0]
+        + signals.slope_m_rad[..., 1] * force_n[..., 2]
     )
     return torque

@@ -39,14 +39,12 @@ class FootLaw:
 
     Attributes:
         friction: The law.
-        give_m_n: How far a foot gives under a horizontal force, along body x and y [m/N].
         static_ratio: Friction at rest over friction when sliding fast.
         static_speed_m_s: Slip at which most of the difference is gone.
         rest_speed_m_s: Slip below which a foot under Coulomb's law creeps.
     """
 
     friction: FrictionLaw = FrictionLaw.VISCOUS
-    give_m_n: tuple[float, float] = (0.0, 0.0)
     static_ratio: float = 1.0
     static_speed_m_s: float = 0.01
     rest_speed_m_s: float = REST_SPEED_M_S
@@ -77,6 +75,7 @@ def solve_traction_frames(
     law: FootLaw,
     pushes: Pushes,
     period_s: float,
+    give_m_n: FloatArray | None = None,
 ) -> TractionSolutions:
     """Balance each frame.
 
@@ -88,6 +87,7 @@ def solve_traction_frames(
         law: How feet answer slip.
         pushes: What else acts.
         period_s: Time between frames; feet that give remember the frame before.
+        give_m_n: How far a foot gives under a horizontal force, along body x and y, (F or 1, N, 2).
 
     Raises:
         ModelError: Shapes do not fit.
@@ -97,6 +97,9 @@ def solve_traction_frames(
     shapes = (feet_xy_m.shape, feet_speed_m_s.shape, pushes.wrench_B.shape)
     if shapes != (two, two, (frames, 3)) or anisotropy_B.shape not in {two, (1, count, 2)}:
         raise ModelError(f"{frames} frames of {count} feet do not fit shapes {shapes}")
+    give = np.zeros((1, count, 2)) if give_m_n is None else give_m_n
+    if give.shape not in {two, (1, count, 2)}:
+        raise ModelError(f"how feet give must be (frames or 1, {count}, 2), not {give.shape}")
     out = TractionSolutions(
         velocity_B=np.empty((frames, 3)),
         slip_B=np.empty(two),
@@ -113,7 +116,7 @@ def solve_traction_frames(
         float(pushes.drag_n_s_m),
         law.friction is FrictionLaw.COULOMB,
         law.rest_speed_m_s,
-        np.array(law.give_m_n),
+        _rows(give),
         period_s,
         law.static_ratio,
         law.static_speed_m_s,
@@ -140,7 +143,7 @@ def prepare() -> None:
 
     number, flag = types.float64, types.boolean
     given = [types.Array(number, axes, "C", readonly=True) for axes in (3, 3, 2, 3, 2)]
-    give = types.Array(number, 1, "C")
+    give = types.Array(number, 3, "C", readonly=True)
     out = [types.Array(number, axes, "C") for axes in (2, 3, 3)]
     valid = types.Array(flag, 1, "C")
     dispatcher.compile(

@@ -20,7 +20,9 @@ CREEP_SPEED_M_S = 1e-3  # as in ``model.frame_kernel``
 NEWTON_STEPS = 60
 REWEIGHTED_STEPS = 400
 CONVERGED = 1e-11  # change of a velocity, share of the largest foot speed
-REWEIGHTED_LOOSER = 1e5  # reweighting converges slowly; still a thousandth of what cameras can tell
+REWEIGHTED_LOOSER = 1e3
+FIRST_REWEIGHTED = 4  # steps before Newton's are tried; as many again where those do not help
+MOST_FAILURES = 4  # then only safe steps
 
 
 @compiled
@@ -142,72 +144,100 @@ def _reweighted(
 ) -> float:  # fmt: skip
     """Balance by reweighting, for laws that are no plain convex power; returns sigma (NaN: none).
 
-    ``before`` holds the forces one frame ago, (N, 2), for feet that give; slip and force are outputs.
+    ``before`` holds the forces one frame ago, (N, 2), for feet that give. v and slip are where to begin and
+    where it ends, force is the output.
     """
     count = x.size
     sigma = scale
-    old = v.copy()
-    for k in range(count):
-        slip[k, 0] = v[0] - v[2] * y[k] + u[k, 0]
-        slip[k, 1] = v[1] + v[2] * x[k] + u[k, 1]
+    old, trial = v.copy(), v.copy()
+    laws = np.zeros((count, 6))
+    last, slow, failures = np.inf, 0, 0
     for number in range(REWEIGHTED_STEPS):
+        newton = 1.0 if coulomb and slow == 0 and static_ratio == 1.0 else 0.0
         a = np.zeros((3, 3))
         r = push.copy()
         a[0, 0] = a[1, 1] = drag
-        laws = np.zeros((count, 6))
         for k in range(count):
-            if c[k] <= 0.0:
-                continue
-            wx, wy = w[k, 0], w[k, 1]
-            sx, sy = slip[k, 0], slip[k, 1]
-            along = wx * sx + wy * sy
-            nx, ny = sx + wx * along, sy + wy * along
-            lxx, lxy, lyy = 1.0 + wx * wx, wx * wy, 1.0 + wy * wy
-            grip = c[k] * _weakening(np.sqrt(sx * sx + sy * sy), static_ratio, static_speed)
-            if coulomb:
-                h = grip / np.sqrt(nx * nx + ny * ny + rest * rest)
-                hxx, hxy = h * (lxx * lxx + lxy * lxy), h * lxy * (lxx + lyy)
-                hyy = h * (lxy * lxy + lyy * lyy)
-            else:
-                h = grip * sigma
-                hxx, hxy, hyy = h * lxx, h * lxy, h * lyy
-            # G = H (I + C H / dt)^-1, and the force that stays when the rigid slip is 0
-            mxx, mxy = 1.0 + give[0] * hxx / period, give[0] * hxy / period
-            myx, myy = give[1] * hxy / period, 1.0 + give[1] * hyy / period
-            det = mxx * myy - mxy * myx
-            gxx, gxy = (hxx * myy - hxy * myx) / det, (hxy * mxx - hxx * mxy) / det
-            gyx, gyy = (hxy * myy - hyy * myx) / det, (hyy * mxx - hxy * mxy) / det
-            ex, ey = give[0] * before[k, 0] / period, give[1] * before[k, 1] / period
-            fx, fy = gxx * ex + gxy * ey, gyx * ex + gyy * ey
-            laws[k, 0], laws[k, 1], laws[k, 2], laws[k, 3] = gxx, gxy, gyx, gyy
-            laws[k, 4], laws[k, 5] = ex, ey
-            _add(a, r, x[k], y[k], u[k, 0], u[k, 1], gxx, gxy, gyx, gyy, fx, fy)
-        if not solve3(a, r, v):
+            if c[k] > 0.0:
+                _linear_law(
+                    slip[k], c[k], w[k], give[k], before[k], period, coulomb, rest, sigma, newton,
+                    static_ratio, static_speed, laws[k],
+                )  # fmt: skip
+                g = laws[k]
+                _add(a, r, x[k], y[k], u[k, 0], u[k, 1], g[0], g[1], g[2], g[3], g[4], g[5])
+        if not solve3(a, r, trial):
             return np.nan
         power, aim, change = 0.0, 0.0, 0.0
         for k in range(count):
-            rx, ry = v[0] - v[2] * y[k] + u[k, 0], v[1] + v[2] * x[k] + u[k, 1]
-            ex, ey = rx - laws[k, 4], ry - laws[k, 5]
-            force[k, 0] = -(laws[k, 0] * ex + laws[k, 1] * ey)
-            force[k, 1] = -(laws[k, 2] * ex + laws[k, 3] * ey)
-            nx = rx + give[0] * (force[k, 0] - before[k, 0]) / period
-            ny = ry + give[1] * (force[k, 1] - before[k, 1]) / period
+            rx, ry = trial[0] - trial[2] * y[k] + u[k, 0], trial[1] + trial[2] * x[k] + u[k, 1]
+            force[k, 0] = laws[k, 4] - laws[k, 0] * rx - laws[k, 1] * ry
+            force[k, 1] = laws[k, 5] - laws[k, 2] * rx - laws[k, 3] * ry
+            nx = rx + give[k, 0] * (force[k, 0] - before[k, 0]) / period
+            ny = ry + give[k, 1] * (force[k, 1] - before[k, 1]) / period
             if c[k] > 0.0:
                 change = max(change, abs(nx - slip[k, 0]), abs(ny - slip[k, 1]))
             slip[k, 0], slip[k, 1] = nx, ny
             h2 = (force[k, 0] ** 2 + force[k, 1] ** 2) / (sigma * sigma)
             power += h2
             aim += h2 / (np.sqrt(nx * nx + ny * ny) + CREEP_SPEED_M_S)
+        for i in range(3):
+            change = max(change, abs(trial[i] - old[i]))
+        if newton == 1.0:  # the first step jumps; the others must close in, or safe steps follow
+            if not change < 0.5 * last and change > tolerance:
+                failures += 1
+                slow = FIRST_REWEIGHTED if failures < MOST_FAILURES else REWEIGHTED_STEPS
+            last = change
+        else:
+            slow, last = max(slow - 1, 0), np.inf
+        for i in range(3):
+            v[i] = old[i] = trial[i]
         if not coulomb and power > 0.0:
             new = aim / power
-            change = max(change, tolerance * 1e3 * abs(new / sigma - 1.0) * 1e4)
+            change = max(change, tolerance * 1e7 * abs(new / sigma - 1.0))
             sigma = new
-        for i in range(3):
-            change = max(change, abs(v[i] - old[i]))
-            old[i] = v[i]
         if number > 0 and change <= tolerance:
             break
     return sigma
+
+
+@compiled
+def _linear_law(
+    slip: FloatArray, c: float, w: FloatArray, give: FloatArray, before: FloatArray, period: float,
+    coulomb: bool, rest: float, sigma: float, newton: float, static_ratio: float,
+    static_speed: float, out: FloatArray,
+) -> None:  # fmt: skip
+    """A foot's force near its present slip as f - G (rigid slip); out: Gxx, Gxy, Gyx, Gyy, fx, fy.
+
+    F = e - B s, s = rigid + C (F - before) / period, so G = B (I + C B / period)^-1 and
+    f = e - G C (e - before) / period.
+    """
+    wx, wy = w[0], w[1]
+    sx, sy = slip[0], slip[1]
+    lxx, lxy, lyy = 1.0 + wx * wx, wx * wy, 1.0 + wy * wy
+    grip = c * _weakening(np.sqrt(sx * sx + sy * sy), static_ratio, static_speed)
+    ex, ey = 0.0, 0.0
+    if coulomb:
+        nx, ny = lxx * sx + lxy * sy, lxy * sx + lyy * sy
+        square = nx * nx + ny * ny + rest * rest
+        h = grip / np.sqrt(square)
+        mx, my = lxx * nx + lxy * ny, lxy * nx + lyy * ny
+        share = newton * h / square
+        bxx = h * (lxx * lxx + lxy * lxy) - share * mx * mx
+        bxy = h * lxy * (lxx + lyy) - share * mx * my
+        byy = h * (lxy * lxy + lyy * lyy) - share * my * my
+        along = share * (mx * sx + my * sy)
+        ex, ey = -along * mx, -along * my
+    else:
+        h = grip * sigma
+        bxx, bxy, byy = h * lxx, h * lxy, h * lyy
+    ax, ay = give[0] / period, give[1] / period
+    mxx, mxy, myx, myy = 1.0 + ax * bxx, ax * bxy, ay * bxy, 1.0 + ay * byy
+    det = mxx * myy - mxy * myx
+    gxx, gxy = (bxx * myy - bxy * myx) / det, (bxy * mxx - bxx * mxy) / det
+    gyx, gyy = (bxy * myy - byy * myx) / det, (byy * mxx - bxy * mxy) / det
+    tx, ty = ax * (ex - before[0]), ay * (ey - before[1])
+    out[0], out[1], out[2], out[3] = gxx, gxy, gyx, gyy
+    out[4], out[5] = ex - gxx * tx - gxy * ty, ey - gyx * tx - gyy * ty
 
 
 @compiled
@@ -219,7 +249,7 @@ def traction_frames_kernel(
 ) -> None:  # fmt: skip
     """Solve frames in order; the last four arguments are written. Shapes: ``model.traction_frames``."""
     frames, count = limit.shape
-    one_step = give[0] == 0.0 and give[1] == 0.0 and static_ratio == 1.0
+    one_step = not give.any() and static_ratio == 1.0
     before = np.zeros((count, 2))
     v = np.zeros(3)
     warm = False
@@ -236,8 +266,10 @@ def traction_frames_kernel(
             tolerance = CONVERGED * max(fastest, rest)
             pushed = drag != 0.0 or push[f, 0] != 0.0 or push[f, 1] != 0.0 or push[f, 2] != 0.0
             sigma = 1.0
-            if not (coulomb and one_step and warm):
+            if not (coulomb and warm):
                 sigma = _start(x, y, u, c, w, v, slip[f], force[f])
+            elif not one_step:
+                slip[f] = slip[f - 1]
             if coulomb and one_step:
                 if not _coulomb(x, y, u, c, w, push[f], drag, rest, tolerance, v):
                     sigma = np.nan
@@ -248,8 +280,8 @@ def traction_frames_kernel(
                     force[f, k, 1] *= sigma
             else:
                 sigma = _reweighted(
-                    x, y, u, c, w, push[f], drag, rest, coulomb, give, period, static_ratio,
-                    static_speed, before, REWEIGHTED_LOOSER * tolerance, sigma, v, slip[f], force[f],
+                    x, y, u, c, w, push[f], drag, rest, coulomb, give[f if give.shape[0] > 1 else 0],
+                    period, static_ratio, static_speed, before, REWEIGHTED_LOOSER * tolerance, sigma, v, slip[f], force[f],
                 )  # fmt: skip
             valid[f] = np.isfinite(v[0] + v[1] + v[2] + sigma)
         warm = valid[f]
