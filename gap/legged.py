@@ -9,7 +9,8 @@ from gap.interfaces import Cause, Channel, DataFault, Drive, Effect, Observation
 from gap.legged_catalogue import CATALOGUE, STAGES
 from gap.legged_causes import settings_of
 from gap.legged_chain import LeggedChain
-from gap.legged_channels import channels, make_observation, measured_signals, to_channels
+from gap.legged_channels import channels, make_observation, to_channels
+from gap.legged_check import check_legged
 from gap.legged_inputs import LeggedInputs, make_inputs
 from gap.legged_machine import LeggedMachine, machine_of
 from gap.legged_settings import neutral_settings
@@ -85,7 +86,10 @@ class LeggedSimulator:
 
     def check(self, trial: Trial) -> tuple[DataFault, ...]:
         """Look for faults of the data themselves: any trial's, and those that the robot's geometry shows."""
-        return check_trial(trial)
+        inputs = self._inputs(trial)
+        neutral = neutral_settings(len(self.joints))
+        walk = self._chain.read(inputs, neutral, Drive.MEASURED)
+        return (*check_trial(trial), *check_legged(inputs, walk, self.machine.weight_n))
 
     def _make_inputs(self, trial: Trial) -> LeggedInputs:
         return make_inputs(trial, self.joints)
@@ -99,5 +103,3 @@ def legged_simulator(trial: Trial, added: tuple[UserEffect, ...] = ()) -> Legged
     """
     return LeggedSimulator(machine_of(trial), added)
 
-
-__all__ = ["LeggedSimulator", "legged_simulator", "measured_signals"]
