@@ -229,7 +229,10 @@ def _shaft_faults(trial: Trial) -> Iterator[DataFault]:
         if alike[j, j] > ALIKE:
             ratio = _slope(command[:, j], shaft[:, j])
             for factor, unit in UNITS:
-                for scale, words in ((factor, f"is in {unit}"), (1 / factor, f"command is in {unit}")):
+                for scale, words in (
+                    (factor, f"is in {unit}"),
+                    (1 / factor, f"command is in {unit}"),
+                ):
                     if abs(ratio / scale - 1) < 0.1:
                         yield DataFault(
                             "unit", column, f"moves {ratio:.3g} times its command: it {words}", True

@@ -102,4 +102,3 @@ def legged_simulator(trial: Trial, added: tuple[UserEffect, ...] = ()) -> Legged
         GapError: It names none, or its file cannot be used.
     """
     return LeggedSimulator(machine_of(trial), added)
-

@@ -123,8 +123,12 @@ def _foot_faults(inputs: LeggedInputs, walk: SensorSignals) -> Iterator[DataFaul
     if known.sum() < 20:
         return
     with np.errstate(invalid="ignore"):
-        seen = np.array([np.nanmean(inputs.foot_m[known[:, k], k], axis=0) for k in range(len(legs))])
-        wanted = np.array([np.nanmean(walk.foot_m[known[:, k], k], axis=0) for k in range(len(legs))])
+        seen = np.array(
+            [np.nanmean(inputs.foot_m[known[:, k], k], axis=0) for k in range(len(legs))]
+        )
+        wanted = np.array(
+            [np.nanmean(walk.foot_m[known[:, k], k], axis=0) for k in range(len(legs))]
+        )
     scale = float(np.nanmedian(np.linalg.norm(seen, axis=1) / np.linalg.norm(wanted, axis=1)))
     unit = _unit(scale, LENGTH_UNITS)
     if unit:
@@ -149,7 +153,9 @@ def _foot_faults(inputs: LeggedInputs, walk: SensorSignals) -> Iterator[DataFaul
             np.nanmean(np.abs(seen[:, axis] + wanted[:, axis])) < 0.25 * np.nanmean(np.abs(wanted[:, axis]))
             and np.nanmean(np.abs(seen[:, axis] - wanted[:, axis])) > np.nanmean(np.abs(wanted[:, axis]))
         ):  # fmt: skip
-            yield DataFault("sign", f"foot_{letter}", "feet lie on the other side of the body", True)
+            yield DataFault(
+                "sign", f"foot_{letter}", "feet lie on the other side of the body", True
+            )
     away = np.linalg.norm(seen[:, None, :2] - wanted[None, :, :2], axis=2)
     for j in range(len(legs)):
         for k in range(j + 1, len(legs)):
@@ -170,7 +176,10 @@ def _body_faults(inputs: LeggedInputs, walk: SensorSignals) -> Iterator[DataFaul
         unit = _unit(abs(ratio), LENGTH_UNITS)
         if unit:
             yield DataFault(
-                "unit", "body", f"the body is {ratio:.3g} times as high as its legs: in {unit}", True
+                "unit",
+                "body",
+                f"the body is {ratio:.3g} times as high as its legs: in {unit}",
+                True,
             )
         elif ratio < -0.7:
             yield DataFault("sign", "body_z_m", "the body is below the ground", True)
@@ -183,11 +192,11 @@ def _body_faults(inputs: LeggedInputs, walk: SensorSignals) -> Iterator[DataFaul
         alike = float(x @ y / np.sqrt((x @ x) * (y @ y))) if y.any() else 0.0
         slope = float(x @ y / (x @ x))
         if alike < -0.7:
-            yield DataFault(
-                "sign", name, f"tilts against the legs (correlation {alike:.2f})", True
-            )
+            yield DataFault("sign", name, f"tilts against the legs (correlation {alike:.2f})", True)
         if abs(alike) > 0.7 and abs(abs(slope) / DEGREES - 1) < 0.4:
-            yield DataFault("unit", name, f"tilts {slope:.3g} times as far as the legs: in degrees", True)
+            yield DataFault(
+                "unit", name, f"tilts {slope:.3g} times as far as the legs: in degrees", True
+            )
 
 
 def _clock_faults(inputs: LeggedInputs, walk: SensorSignals) -> Iterator[DataFault]:
@@ -195,7 +204,11 @@ def _clock_faults(inputs: LeggedInputs, walk: SensorSignals) -> Iterator[DataFau
     frames = inputs.grid.frames
     streams = (
         ("force", walk.force_n[..., 2], inputs.force_n[..., 2]),
-        ("body", walk.foot_m[..., 0].reshape(frames, -1), inputs.foot_m[..., 0].reshape(frames, -1)),
+        (
+            "body",
+            walk.foot_m[..., 0].reshape(frames, -1),
+            inputs.foot_m[..., 0].reshape(frames, -1),
+        ),
         ("body", walk.body_rad[:, :2], inputs.body_rad[:, :2]),
     )
     reported: set[str] = set()

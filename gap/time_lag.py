@@ -77,7 +77,8 @@ def stream_faults(
         return ()
     third = len(time_s) // 3
     ends = [
-        lag(time_s[part], first[part], then[part]) for part in (slice(0, third), slice(-third, None))
+        lag(time_s[part], first[part], then[part])
+        for part in (slice(0, third), slice(-third, None))
     ]
     if all(s > SURE for _, s in ends) and abs(ends[1][0] - ends[0][0]) > SKEW_S:
         rate = (ends[1][0] - ends[0][0]) / (time_s[-third] - time_s[0])

@@ -128,7 +128,9 @@ def names(faults: tuple[DataFault, ...]) -> list[tuple[str, str]]:
 
 
 @pytest.mark.parametrize(
-    ("kind", "channel", "damage"), FAULTS, ids=[f"{k}-{c}-{i}" for i, (k, c, _) in enumerate(FAULTS)]
+    ("kind", "channel", "damage"),
+    FAULTS,
+    ids=[f"{k}-{c}-{i}" for i, (k, c, _) in enumerate(FAULTS)],
 )
 def test_a_fault_is_found_where_it_is(kind: str, channel: str, damage: Damage) -> None:
     found = simulator().check(damage(healthy()))
