@@ -1,7 +1,8 @@
 """Faults of the data themselves, before any physics is blamed: what any trial shows without a model.
 
-Rules look for what no machine does (a step of a whole turn, a reading that repeats bit for bit while all
-around it moves, a signed quantity that never is negative), so that effects of the catalogue pass as healthy.
+Rules look for what no machine does (a step of a whole turn, a reading that repeats bit for bit while
+all around it moves, a signed quantity that never is negative), so that effects of the catalogue pass as
+healthy.
 """
 
 from collections.abc import Iterator

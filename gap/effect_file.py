@@ -19,8 +19,9 @@ class UserEffect:
 
     Attributes:
         effect: Its name, stage, parameters, scopes and words.
-        act: ``act(signals, values, legs)`` returns changed signals of the stage (``gap.legged_signals``); values
-            are in the order of the parameters, legs is a mask (N,). At neutral values it must change nothing.
+        act: ``act(signals, values, legs)`` returns changed signals of the stage
+            (``gap.legged_signals``); values are in the order of the parameters, legs is a mask (N,). At
+            neutral values it must change nothing.
     """
 
     effect: Effect
@@ -44,7 +45,7 @@ def read_effects(
         raise GapError(f"there is no file {path}; --effects takes a Python file")
     try:
         names = runpy.run_path(str(path))
-    except Exception as error:  # noqa: BLE001 - whatever a user's file raises is a mistake in it
+    except Exception as error:  # whatever a user's file raises is a mistake in it
         raise GapError(f"{path} cannot be run: {type(error).__name__}: {error}") from error
     effects = names.get("EFFECTS")
     if not isinstance(effects, list | tuple) or not effects:
@@ -70,5 +71,6 @@ def _check(path: Path, effect: Effect, stages: tuple[str, ...], seen: set[str]) 
     for parameter in effect.parameters:
         if not parameter.lower <= parameter.neutral <= parameter.upper or not parameter.spread > 0:
             raise GapError(
-                f"{path}: {effect.name}: {parameter.name} needs lower <= neutral <= upper and a spread above 0"
+                f"{path}: {effect.name}: {parameter.name} needs lower <= neutral <= upper "
+                "and a spread above 0"
             )

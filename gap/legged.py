@@ -1,4 +1,4 @@
-"""The legged robot's simulator under diagnosis, ``legged``: its chain, channels and catalogue of effects."""
+"""The legged robot's simulator under diagnosis: its chain, channels and catalogue of effects."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -85,7 +85,7 @@ class LeggedSimulator:
         return predicted
 
     def check(self, trial: Trial) -> tuple[DataFault, ...]:
-        """Look for faults of the data themselves: any trial's, and those that the robot's geometry shows."""
+        """Look for faults of the data: any trial's, and those that geometry and weight show."""
         inputs = self._inputs(trial)
         neutral = neutral_settings(len(self.joints))
         walk = self._chain.read(inputs, neutral, Drive.MEASURED)

@@ -55,9 +55,11 @@ def _ratio(lower: float, upper: float, spread: float, name: str = "ratio") -> Pa
     return Parameter(name, "", 1.0, lower, upper, spread)
 
 
-def _place(name: str, parameter: str, neutral: float, lower: float, upper: float) -> Parameter:
+def _place(
+    name: str, unit: str, neutral: float, lower: float, upper: float, spread: float
+) -> Parameter:
     """A number that says where or how fast, and means nothing while its partner is neutral."""
-    return Parameter(name, parameter, neutral, lower, upper, (upper - lower) / 6)
+    return Parameter(name, unit, neutral, lower, upper, spread)
 
 
 def _shaft(*fields: str) -> tuple[Place, ...]:
@@ -99,22 +101,22 @@ ACTUATION = (
            "Check buffers, bus retries and the time at which commands are stamped."),
     _entry("servo_lag", "actuation", (_number("time_constant_s", "s", 0.0, 0.5, 0.05),), BOTH,
            _shaft("lag_s"),
-           "The shaft follows its command like a first-order low pass, behind by speed times time constant.",
+           "The shaft follows its command like a first-order low pass.",
            "Raise the servo's position gain, or give the simulator its servo loop."),
     _entry("servo_speed_limit", "actuation",
            (Parameter("limit_rad_s", "rad/s", NO_LIMIT_RAD_S, 0.2, NO_LIMIT_RAD_S, 8.0),), BOTH,
            (Place("shaft", "speed_limit_rad_s", Combine.LEAST),),
-           "The shaft cannot turn faster than this; it falls behind in the fast return and catches up after it.",
+           "The shaft cannot turn faster than this; it falls behind in the fast return.",
            "Check supply voltage and the servo's profile velocity, or walk slower."),
     _entry("servo_compliance", "actuation", (_number("rad_per_nm", "rad/(N m)", 0.0, 0.2, 0.02),), BOTH,
            _shaft("compliance_rad_nm"),
            "The shaft gives under the torque of its load, and its encoder sees it.",
            "Raise the servo's position gain or add integral action."),
-    _entry("gear_backlash", "actuation", (_number("width_rad", "rad", 0.0, 0.2, 0.02),), LEG,
+    _entry("gear_backlash", "actuation", (_number("width_rad", "rad", 0.0, 0.5, 0.02),), LEG,
            _shaft("backlash_rad"),
            "The shaft lies against one or the other flank of the play, whichever way its load pushes.",
            "Replace the gears or the horn of this servo."),
-    _entry("shaft_zero_offset", "actuation", (_number("offset_rad", "rad", -0.5, 0.5, 0.05),), LEG,
+    _entry("shaft_zero_offset", "actuation", (_number("offset_rad", "rad", -0.6, 0.6, 0.05),), LEG,
            _shaft("zero_offset_rad"),
            "The crank sits on its shaft turned by an angle that the encoder does not see.",
            "Refit the horn, or calibrate the zero of this servo."),
@@ -122,7 +124,7 @@ ACTUATION = (
 
 KINEMATICS = (
     _entry("link_length", "kinematics",
-           tuple(_number(name, "m", -0.008, 0.008, 0.001) for name in ("crank_m", "coupler_m", "rocker_m")),
+           tuple(_number(f"{k}_m", "m", -0.01, 0.01, 0.001) for k in ("crank", "coupler", "rocker")),
            BOTH, _shaft("crank_m", "coupler_m", "rocker_m"),
            "Links of the four-bar are longer or shorter than drawn: the foot's path changes its shape.",
            "Measure the links between pin centres."),
@@ -132,7 +134,7 @@ KINEMATICS = (
            "The crank shaft is not where the drawing has it in the body frame.",
            "Measure where this leg is mounted."),
     _entry("leg_flex", "kinematics",
-           tuple(_number(name, "m/N", 0.0, 1e-3, 5e-5) for name in ("lateral_m_per_n", "longitudinal_m_per_n")),
+           tuple(_number(f"{way}_m_per_n", "m/N", 0.0, 2e-3, 5e-5) for way in ("lateral", "longitudinal")),
            ALL, _ground("flex_lateral_m_n", "flex_longitudinal_m_n"),
            "Feet give sideways and fore-aft under friction, and spring back when it goes.",
            "Stiffen legs and bearings, or give the simulator their stiffness."),
@@ -145,7 +147,7 @@ SUPPORT = (
            "Look for a cracked or replaced leg spring; measure its rate."),
     _entry("ground_stiffness", "support", (_ratio(0.05, 1.0, 0.2),), ALL,
            _times("ground", "ground_stiffness"),
-           "Soft ground in series with the legs: every foot sinks in, the markers on the feet do not see it.",
+           "Soft ground in series with the legs: feet sink in, and their markers do not see it.",
            "Walk on firm ground, or give the simulator the ground's stiffness."),
     _entry("leg_length", "support", (_number("offset_m", "m", -0.03, 0.03, 0.003),), LEG,
            _ground("leg_length_m"),
@@ -154,15 +156,15 @@ SUPPORT = (
     _entry("ground_slope", "support",
            tuple(_number(name, "", -0.2, 0.2, 0.02) for name in ("slope_x", "slope_y")), ALL,
            _ground("slope_x", "slope_y"),
-           "The ground rises: gravity pulls the body downhill, loads move to the lower feet, the body leans.",
+           "The ground rises: gravity pulls downhill, lower feet carry more, the body leans.",
            "Level the floor, or measure its slope."),
     _entry("ground_step", "support",
-           (_number("height_m", "m", -0.03, 0.03, 0.005), _place("x_m", "m", 0.2, -1.0, 3.0)), ALL,
+           (_number("height_m", "m", -0.03, 0.03, 0.005), _place("x_m", "m", 0.2, -1.0, 10.0, 0.5)), ALL,
            (Place("ground", "step_height_m"), _set("step_x_m")),
            "Beyond a line across the world's x the ground is higher: feet there carry more.",
            "Look for an edge in the floor."),
     _entry("com_offset", "support",
-           tuple(_number(name, "m", -0.08, 0.08, 0.01) for name in ("x_m", "y_m")), ALL,
+           tuple(_number(name, "m", -0.1, 0.1, 0.01) for name in ("x_m", "y_m")), ALL,
            _ground("com_x_m", "com_y_m"),
            "The centre of mass is not at the body's origin: loads shift towards it.",
            "Weigh the robot on three points; move the battery."),
@@ -193,12 +195,12 @@ FRICTION = (
            "Friction does not grow with slip: feet stick, or slide at the full mu N.",
            "Use Coulomb's law in the simulator."),
     _entry("stiction", "friction",
-           (_ratio(1.0, 3.0, 0.3, "static_ratio"), _place("speed_m_s", "m/s", 0.005, 0.0005, 0.05)), ALL,
+           (_ratio(1.0, 3.0, 0.3, "static_ratio"), _place("speed_m_s", "m/s", 0.005, 0.0005, 0.05, 0.005)), ALL,
            (Place("ground", "static_ratio", Combine.MULTIPLY), _set("static_speed_m_s")),
            "A foot at rest grips more than a sliding one.",
            "Use a Stribeck law, or feet of another material."),
     _entry("friction_patch", "friction",
-           (_ratio(0.1, 4.0, 0.25), _place("x_m", "m", 0.2, -1.0, 3.0)), ALL,
+           (_ratio(0.1, 4.0, 0.25), _place("x_m", "m", 0.2, -1.0, 10.0, 0.5)), ALL,
            (Place("ground", "patch_ratio", Combine.MULTIPLY), _set("patch_x_m")),
            "Beyond a line across the world's x the ground is more or less slippery.",
            "Clean the floor, or look where its surface changes."),

@@ -1,8 +1,8 @@
 """The legged chain: commands to sensor readings through all stages, with whatever is added.
 
-Command drive: every stage is fed by the one before; where loads act back on shafts, or effects are bound to
-places, the chain is run until nothing changes. Measured drive: shafts, loads, foot forces and pose come from
-the sensors (made good for what the causes say of the sensors), where they were measured.
+Command drive: every stage is fed by the one before; where loads act back on shafts, or effects are
+bound to places, the chain is run until nothing changes. Measured drive: shafts, loads, foot forces and
+pose come from the sensors (made good for what the causes say of the sensors), where they were measured.
 """
 
 from dataclasses import dataclass, replace
@@ -140,7 +140,7 @@ class LeggedChain:
         self, known: LeggedInputs, walk: Walk, settings: Settings, drive: Drive
     ) -> SensorSignals:
         """What perfect sensors would read of a walk."""
-        own, standing = settings.ground, walk.standing
+        own = settings.ground
         force = foot_forces(walk, known=False)
         acting = force
         if drive is Drive.MEASURED:

@@ -1,4 +1,4 @@
-"""Faults of a legged robot's data that its geometry and weight show: units, signs, exchanged legs or axes, clocks."""
+"""Faults of a legged robot's data that geometry and weight show: units, signs, exchanges, clocks."""
 
 from collections.abc import Iterator
 from itertools import permutations
@@ -9,7 +9,7 @@ from gap.interfaces import DataFault
 from gap.legged_inputs import LeggedInputs
 from gap.legged_signals import SensorSignals
 from gap.time_lag import lag, stream_faults
-from model.signals import FloatArray
+from model.signals import BoolArray, FloatArray
 
 FORCE_UNITS = (
     (1e3, "millinewtons"), (1e-3, "kilonewtons"), (1 / 9.80665, "kilograms"), (0.224809, "pounds"),
@@ -116,19 +116,21 @@ def _correlations(seen: FloatArray, expected: FloatArray) -> FloatArray:
     return out
 
 
+def _means(feet: FloatArray, known: BoolArray) -> FloatArray:
+    """Mean place of each foot where it is known, (N, 3); NaN where it never is."""
+    total = np.where(known[..., None], feet, 0.0).sum(axis=0)
+    count = known.sum(axis=0)[:, None].astype(np.float64)
+    means: FloatArray = total / np.where(count > 0, count, np.nan)
+    return means
+
+
 def _foot_faults(inputs: LeggedInputs, walk: SensorSignals) -> Iterator[DataFault]:
     """Foot markers against where the linkage puts the feet."""
     legs = inputs.trial.joints
-    known = np.isfinite(inputs.foot_m).all(axis=2)
+    known: BoolArray = np.all(np.isfinite(inputs.foot_m + walk.foot_m), axis=2)
     if known.sum() < 20:
         return
-    with np.errstate(invalid="ignore"):
-        seen = np.array(
-            [np.nanmean(inputs.foot_m[known[:, k], k], axis=0) for k in range(len(legs))]
-        )
-        wanted = np.array(
-            [np.nanmean(walk.foot_m[known[:, k], k], axis=0) for k in range(len(legs))]
-        )
+    seen, wanted = _means(inputs.foot_m, known), _means(walk.foot_m, known)
     scale = float(np.nanmedian(np.linalg.norm(seen, axis=1) / np.linalg.norm(wanted, axis=1)))
     unit = _unit(scale, LENGTH_UNITS)
     if unit:
@@ -171,7 +173,7 @@ def _foot_faults(inputs: LeggedInputs, walk: SensorSignals) -> Iterator[DataFaul
 def _body_faults(inputs: LeggedInputs, walk: SensorSignals) -> Iterator[DataFault]:
     """Pose against the height and tilt at which the legs carry the body."""
     height = inputs.body_m[:, 2]
-    if np.isfinite(height).any():
+    if np.isfinite(height).any() and np.isfinite(walk.body_m[:, 2]).any():
         ratio = float(np.nanmedian(height) / np.nanmedian(walk.body_m[:, 2]))
         unit = _unit(abs(ratio), LENGTH_UNITS)
         if unit:

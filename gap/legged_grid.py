@@ -1,7 +1,8 @@
 """The legged simulator's grids and filters, the same for what was measured and what is predicted.
 
-Signals are put on an even working grid (50 a second, or the trial's rate if that is less); velocities are the
-slope of a Savitzky-Golay filter there; channels are averaged down to half the rate, (1, 2, 1) / 4.
+Signals are put on an even working grid (50 a second, or the trial's rate if that is less); velocities
+are the slope of a Savitzky-Golay filter there; channels are averaged down to half the rate, (1, 2, 1) /
+4.
 """
 
 from dataclasses import dataclass
@@ -42,7 +43,7 @@ class Grid:
     @cached_property
     def time_s(self) -> FloatArray:
         """(W,), since the start."""
-        time: FloatArray = np.arange(self.frames) * self.period_s
+        time: FloatArray = np.arange(self.frames, dtype=np.float64) * self.period_s
         return time
 
     def window(self, seconds: float) -> int:
@@ -52,7 +53,9 @@ class Grid:
     def slope(self, values: FloatArray, seconds: float) -> FloatArray:
         """Derivative in time along the first axis, Savitzky-Golay."""
         window = self.window(seconds)
-        kernel = savgol_coeffs(window, ORDER, deriv=1, delta=self.period_s, use="conv")
+        kernel = np.asarray(
+            savgol_coeffs(window, ORDER, deriv=1, delta=self.period_s, use="conv"), dtype=np.float64
+        )
         half = window // 2
         # mirrored through the end points, so that a straight line keeps its slope to the edge
         head = 2 * values[:1] - values[half:0:-1]
@@ -69,7 +72,8 @@ class Grid:
 
 def down(values: FloatArray) -> FloatArray:
     """Average from the working grid to that of the channels, (W, ...) to (F, ...)."""
-    return convolve1d(values, DOWN, axis=0, mode="nearest")[::2]
+    averaged: FloatArray = convolve1d(values, DOWN, axis=0, mode="nearest")[::2]
+    return averaged
 
 
 def make_grid(time_s: FloatArray) -> Grid:
@@ -103,7 +107,8 @@ def place(grid: Grid, time_s: FloatArray, values: FloatArray, later_s: float = 0
         out += DOWN[1] * _between(time_s, flat, at)
     else:
         out = _between(time_s, flat, at)
-    return out.reshape(grid.frames, *values.shape[1:])
+    placed: FloatArray = out.reshape(grid.frames, *values.shape[1:])
+    return placed
 
 
 def placed_noise(grid: Grid) -> float:
@@ -121,8 +126,8 @@ def placed_noise(grid: Grid) -> float:
 def shifted(grid: Grid, values: FloatArray, time_s: FloatArray) -> FloatArray:
     """What a signal on the grid was at other times, (W,) since the start, held beyond its ends."""
     flat = values.reshape(grid.frames, -1)
-    out = _between(grid.time_s, flat, time_s)
-    return out.reshape(values.shape)
+    moved: FloatArray = _between(grid.time_s, flat, time_s).reshape(values.shape)
+    return moved
 
 
 def lagged(grid: Grid, values: FloatArray, time_constant_s: float) -> FloatArray:

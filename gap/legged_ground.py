@@ -11,7 +11,7 @@ from gap.legged_settings import GroundSettings, Settings
 from gap.legged_shafts import Feet
 from gap.legged_signals import FrictionSignals, MotionSignals, SupportSignals
 from model.frames import FrictionLaw
-from model.signals import FloatArray
+from model.signals import BoolArray, FloatArray
 from model.support_frames import SupportSolutions, solve_support_frames
 from model.traction_frames import FootLaw, Pushes, solve_traction_frames
 
@@ -88,8 +88,8 @@ def _beyond(x: FloatArray, edge: float) -> FloatArray:
 def contact_points(feet: Feet, settings: Settings) -> FloatArray:
     """Unloaded points of contact, (W, N, 3): under the centre of a round foot, of legs of their length.
 
-    A foot of radius r with its lowest point in the linkage's foot point at mid-stance: when the foot link has
-    turned by b, its lowest point is r sin b behind that point and r (1 - cos b) below it.
+    A foot of radius r with its lowest point in the linkage's foot point at mid-stance: when the foot
+    link has turned by b, its lowest point is r sin b behind that point and r (1 - cos b) below it.
     """
     points = feet.signals.position_m
     radius, lengths = settings.shaft.rolling_m, settings.ground.leg_length_m
@@ -260,7 +260,7 @@ def _give(own: GroundSettings, shaft_give_m_n: FloatArray | None, legs: int) -> 
 
 def _held(velocity: FloatArray) -> FloatArray:
     """Bridge frames without an answer, so that filters pass them."""
-    known = np.isfinite(velocity).all(axis=1)
+    known: BoolArray = np.all(np.isfinite(velocity), axis=1)
     if known.all() or not known.any():
         return np.where(known[:, None], velocity, 0.0)
     at = np.arange(len(velocity))

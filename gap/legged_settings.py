@@ -1,7 +1,7 @@
 """What is added to the legged simulator: one number for everything that an effect can change.
 
-Neutral values are the simulator as it stands. All fields are numbers or tuples, so that settings compare and
-hash by value and stages can be remembered by them.
+Neutral values are the simulator as it stands. All fields are numbers or tuples, so that settings
+compare and hash by value and stages can be remembered by them.
 """
 
 from collections.abc import Callable

@@ -1,7 +1,7 @@
 """Any simulator that makes a whole trial from commands, under diagnosis through the same interface.
 
-A physics engine (the MuJoCo twin) is one piece: it has no stages that could be fed measured inputs one by one.
-Its answers are put on the channels of the legged simulator, with the same filters.
+A physics engine (the MuJoCo twin) is one piece: it has no stages that could be fed measured inputs one
+by one. Its answers are put on the channels of the legged simulator, with the same filters.
 """
 
 from collections.abc import Callable, Sequence
@@ -84,7 +84,8 @@ class RolloutSimulator:
     def predict(self, trial: Trial, causes: Sequence[Cause], drive: Drive) -> FloatArray:
         """Return what the channels would read, (F, C).
 
-        Fed what was measured, only channels of the actuation are known (commands feed them); the others are NaN.
+        Fed what was measured, only channels of the actuation are known (commands feed them); the others
+        are NaN.
 
         Raises:
             GapError: A cause is not among the effects, or the rollout's trial does not fit.

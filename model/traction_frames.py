@@ -1,8 +1,8 @@
 """Traction over many frames with given loads, and what ``model.frames`` leaves out.
 
-For the diagnosis of measured runs: loads may be measured ones, the body may be pushed or dragged, feet may give
-sideways, friction may fall with speed. Without any of these the answers are those of ``model.frames``, but for
-the creep of feet at rest (see ``model.traction_frames_kernel``).
+For the diagnosis of measured runs: loads may be measured ones, the body may be pushed or dragged, feet
+may give sideways, friction may fall with speed. Without any of these the answers are those of
+``model.frames``, but for the creep of feet at rest (see ``model.traction_frames_kernel``).
 """
 
 from dataclasses import dataclass

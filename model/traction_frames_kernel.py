@@ -28,7 +28,8 @@ MOST_FAILURES = 4  # then only safe steps
 @compiled
 def _weakening(speed: float, static_ratio: float, static_speed: float) -> float:
     """Friction over its value at speed: static_ratio at rest, 1 when fast (Stribeck)."""
-    return 1.0 + (static_ratio - 1.0) * np.exp(-((speed / static_speed) ** 2))
+    factor: float = 1.0 + (static_ratio - 1.0) * np.exp(-((speed / static_speed) ** 2))
+    return factor
 
 
 @compiled
@@ -58,7 +59,7 @@ def _power(
     x: FloatArray, y: FloatArray, u: FloatArray, c: FloatArray, w: FloatArray,
     push: FloatArray, drag: float, rest: float, v: FloatArray,
 ) -> float:  # fmt: skip
-    total = 0.5 * drag * (v[0] * v[0] + v[1] * v[1])
+    total: float = 0.5 * drag * (v[0] * v[0] + v[1] * v[1])
     total -= push[0] * v[0] + push[1] * v[1] + push[2] * v[2]
     for k in range(x.size):
         if c[k] > 0.0:
@@ -281,7 +282,8 @@ def traction_frames_kernel(
             else:
                 sigma = _reweighted(
                     x, y, u, c, w, push[f], drag, rest, coulomb, give[f if give.shape[0] > 1 else 0],
-                    period, static_ratio, static_speed, before, REWEIGHTED_LOOSER * tolerance, sigma, v, slip[f], force[f],
+                    period, static_ratio, static_speed, before, REWEIGHTED_LOOSER * tolerance, sigma, v,
+                    slip[f], force[f],
                 )  # fmt: skip
             valid[f] = np.isfinite(v[0] + v[1] + v[2] + sigma)
         warm = valid[f]

@@ -1,8 +1,8 @@
 """``bigant gap effects``: the catalogue of what a simulator may lack.
 
-Each effect with its stage, what it can touch, its numbers with units and bounds, its physics and what a person
-would do about it. With --effects FILE.py a user's own effects are listed behind them, which also checks the file
-(it is run as Python: open only files that you trust).
+Each effect with its stage, what it can touch, its numbers with units and bounds, its physics and what a
+person would do about it. With --effects FILE.py a user's own effects are listed behind them, which also
+checks the file (it is run as Python: open only files that you trust).
 """
 
 import argparse

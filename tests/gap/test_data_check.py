@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -33,7 +34,9 @@ def changed(trial: Trial, field: str, change: Callable[[FloatArray], None]) -> T
     return replace(trial, **{field: array})
 
 
-def at(field: str, index: tuple[object, ...], change: Callable[[FloatArray], FloatArray]) -> Damage:
+def at(
+    field: str, index: tuple[int | slice, ...], change: Callable[[FloatArray], FloatArray]
+) -> Damage:
     def damage(trial: Trial) -> Trial:
         def inner(array: FloatArray) -> None:
             array[index] = change(array[index])
@@ -56,7 +59,7 @@ def exchanged(field: str, j: int, k: int) -> Damage:
 def late(fields: tuple[str, ...], seconds: float, skew: float = 0.0) -> Damage:
     def damage(trial: Trial) -> Trial:
         when = trial.time_s / (1 + skew) - seconds
-        arrays = {}
+        arrays: dict[str, Any] = {}
         for field in fields:
             values = getattr(trial, field)
             flat = values.reshape(len(values), -1)

@@ -7,9 +7,9 @@ import pytest
 from scipy.constants import g
 from scipy.signal import lfilter
 
-from gap.interfaces import Drive
-from gap.legged_ground import contact_points
+from gap.interfaces import Cause, Drive
 from gap.legged_grid import make_grid
+from gap.legged_ground import contact_points
 from gap.legged_settings import neutral_settings
 from gap.legged_shafts import feet
 from model.frames import FrictionLaw, solve_frames
@@ -32,7 +32,8 @@ def arms(got: Prediction) -> FloatArray:
 def load_centre(got: Prediction) -> FloatArray:
     """Where the ground's vertical forces act together, (F, 2)."""
     load = got["force_z"][..., None]
-    return np.sum(load * arms(got), axis=1) / load.sum(axis=1)
+    centre: FloatArray = np.sum(load * arms(got), axis=1) / load.sum(axis=1)
+    return centre
 
 
 @BOTH
@@ -146,7 +147,8 @@ def test_a_chassis_that_twists_evens_the_loads(drive: Drive) -> None:
     def twisting(p: Prediction) -> FloatArray:
         shafts = machine().legs.shaft_position
         middle = (shafts[:, 0].max() + shafts[:, 0].min()) / 2
-        return np.sum(p["force_z"] * shafts[:, 1] * (shafts[:, 0] - middle), axis=1)
+        twist: FloatArray = np.sum(p["force_z"] * shafts[:, 1] * (shafts[:, 0] - middle), axis=1)
+        return twist
 
     more_feet = (base["force_z"] > 3).sum(axis=1) > 3  # with three, statics allows no other loads
     assert np.mean(twisting(got)[more_feet] ** 2) < 0.95 * np.mean(twisting(base)[more_feet] ** 2)
@@ -192,7 +194,7 @@ def test_laws_anisotropy_and_tilt_are_those_of_the_model(law: FrictionLaw) -> No
     trial = walk("metachronal", 0.2, 6.0)
     base = [COULOMB] if law is FrictionLaw.COULOMB else []
     w = np.tile([0.0, 1.0], (601, 6, 1))
-    cases = (
+    cases: tuple[tuple[list[Cause], dict[str, object]], ...] = (
         ([], {}),
         ([cause("friction_anisotropy", 0.0, 1.0)], {"anisotropy_B": w}),
         ([cause("tilt_coupling")], {"tilt_coupling": True}),

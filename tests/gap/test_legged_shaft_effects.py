@@ -42,7 +42,9 @@ def test_command_delay_shifts_by_exactly_that() -> None:
 def test_servo_lag_is_speed_times_time_constant() -> None:
     trial = walk("tripod", 0.1, 10.0)
     got = Prediction(trial, [cause("servo_lag", 0.1, legs=("ML",))])["shaft_error"]
-    rate = np.gradient(commands("tripod", 0.1, 10.0, np.arange(len(got)) * 0.04), 0.04, axis=0)
+    rate = np.gradient(
+        commands("tripod", 0.1, 10.0, 0.04 * np.arange(len(got), dtype=np.float64)), 0.04, axis=0
+    )
     steady = np.abs(np.gradient(np.gradient(rate[:, ML]))) < 1e-3
     steady &= np.abs(rate[:, ML] - np.roll(rate[:, ML], 25)) < 1e-3  # ten time constants
     assert steady.sum() > 50

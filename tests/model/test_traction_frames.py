@@ -46,7 +46,7 @@ def test_support_is_that_of_the_batch_solver() -> None:
     assert np.array_equal(found.pose, theirs.pose)
     with pytest.raises(ModelError, match="must be positive"):
         solve_support_frames(POSITION, np.zeros((FRAMES, LEGS)), CONTACT.stiffness, -1.0)
-    outside = POSITION + [1.0, 0.0, 0.0]
+    outside = POSITION + np.array([1.0, 0.0, 0.0])
     tips = solve_support_frames(outside, np.zeros((FRAMES, LEGS)), CONTACT.stiffness, WEIGHT)
     assert not tips.valid.any()
     assert np.isnan(tips.load_n).all()
