@@ -17,6 +17,7 @@ from model.signals import (
     FootForces,
     FootMotion,
     Inputs,
+    IntArray,
     Intent,
     JointCommand,
     JointState,
@@ -50,7 +51,7 @@ def write_trial_log(trial: Trial, path: Path, software: str) -> None:
     Raises:
         RecordError: It cannot be written.
     """
-    t_ns = np.rint(trial.time_s * 1e9).astype(np.int64)
+    t_ns = _nanoseconds(trial.time_s)
     if np.any(np.diff(t_ns) <= 0):
         raise RecordError("a log's clock counts nanoseconds; two samples lie closer than that")
     # the log's clock begins at 0 s of the trial, and must not be negative
@@ -83,6 +84,13 @@ def write_trial_log(trial: Trial, path: Path, software: str) -> None:
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)
+
+
+def _nanoseconds(time_s: FloatArray) -> IntArray:
+    """Return whole nanoseconds; times 1e9 at once would lose hundreds of them on UNIX time."""
+    whole = np.floor(time_s)
+    rest_ns: IntArray = np.rint((time_s - whole) * 1e9).astype(np.int64)
+    return whole.astype(np.int64) * 10**9 + rest_ns
 
 
 def left_out(trial: Trial) -> tuple[str, ...]:
