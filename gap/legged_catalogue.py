@@ -209,7 +209,7 @@ FRICTION = (
            "Clean the floor, or look where its surface changes."),
     _entry("foot_rolling", "friction", (_number("radius_m", "m", 0.0, 0.05, 0.006),), ALL,
            _shaft("rolling_m"),
-           "The foot is round: as the leg leans the point of contact moves and the leg grows shorter.",
+           "The foot is round and turns with its link: its surface rolls over the ground as the leg leans.",
            "Give the simulator the radius of the feet."),
     _entry("tilt_coupling", "friction", (), ALL, (_set("tilt_coupling"),),
            "On a tilted body the feet's vertical speed has a share along the ground.",
