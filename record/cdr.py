@@ -122,44 +122,50 @@ class CdrReader:
         if data[:2] != HEADER[:2]:
             raise ValueError("not little-endian CDR")
         self._data = memoryview(data)[len(HEADER) :]
+        self._size = len(self._data)
         self._at = 0
 
-    def _take(self, size: int, alignment: int) -> memoryview:
-        self._at += -self._at % alignment
-        end = self._at + size
-        if end > len(self._data):
+    def _skip(self, size: int, alignment: int) -> int:
+        """Step over the next so many bytes; return where they begin."""
+        begin = self._at + -self._at % alignment
+        self._at = begin + size
+        if self._at > self._size:
             raise ValueError("the message ends too early")
-        part = self._data[self._at : end]
-        self._at = end
-        return part
+        return begin
 
     def u8(self) -> int:
         """Read a byte."""
-        return self._take(1, 1)[0]
+        return self._data[self._skip(1, 1)]
 
     def flag(self) -> bool:
         """Read a bool."""
-        return self.u8() != 0
+        return self._data[self._skip(1, 1)] != 0
 
     def u32(self) -> int:
         """Read a uint32."""
-        return int(_U32.unpack(self._take(4, 4))[0])
+        return int(_U32.unpack_from(self._data, self._skip(4, 4))[0])
 
     def i64(self) -> int:
         """Read an int64."""
-        return int(_I64.unpack(self._take(8, 8))[0])
+        return int(_I64.unpack_from(self._data, self._skip(8, 8))[0])
 
     def f64(self) -> float:
         """Read a float64."""
-        return float(_F64.unpack(self._take(8, 8))[0])
+        return float(_F64.unpack_from(self._data, self._skip(8, 8))[0])
 
     def text(self) -> str:
         """Read a string."""
-        return bytes(self._take(self.u32(), 1)[:-1]).decode("utf-8")
+        return self.octets()[:-1].decode("utf-8")
+
+    def octets(self) -> bytes:
+        """Read a sequence of bytes."""
+        count = self.u32()
+        begin = self._skip(count, 1)
+        return bytes(self._data[begin : begin + count])
 
     def f64_array(self, count: int) -> FloatArray:
         """Read a fixed array of float64."""
-        return np.frombuffer(self._take(8 * count, 8), dtype="<f8")
+        return np.frombuffer(self._data, "<f8", count, self._skip(8 * count, 8))
 
     def f64s(self) -> FloatArray:
         """Read a sequence of float64."""
@@ -168,7 +174,7 @@ class CdrReader:
 
     def i64_array(self, count: int) -> IntArray:
         """Read a fixed array of int64."""
-        return np.frombuffer(self._take(8 * count, 8), dtype="<i8")
+        return np.frombuffer(self._data, "<i8", count, self._skip(8 * count, 8))
 
     def i64s(self) -> IntArray:
         """Read a sequence of int64."""
@@ -177,7 +183,7 @@ class CdrReader:
 
     def flag_array(self, count: int) -> BoolArray:
         """Read a fixed array of bool."""
-        flags: BoolArray = np.frombuffer(self._take(count, 1), dtype=np.uint8) != 0
+        flags: BoolArray = np.frombuffer(self._data, np.uint8, count, self._skip(count, 1)) != 0
         return flags
 
     def flags(self) -> BoolArray:

@@ -175,6 +175,19 @@ def _write_faults(w: CdrWriter, faults: tuple[Fault, ...]) -> None:
         w.text(fault.detail)
 
 
+def decode_inputs(data: bytes) -> tuple[int, int, Inputs]:
+    """Return time [ns], number and inputs of the tick in a message, and leave the rest as it is.
+
+    Raises:
+        ValueError: The message is damaged.
+    """
+    r = CdrReader(data)
+    t_ns, index = r.i64(), r.i64()
+    r.u8()
+    r.u8()
+    return t_ns, index, _read_inputs(r)
+
+
 def decode_tick(data: bytes) -> Tick:
     """Return the tick in a message.
 

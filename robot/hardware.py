@@ -13,6 +13,7 @@ from drivers.clock import Clock, MonotonicClock
 from drivers.servo_bus import ServoBus
 from drivers.servo_port import BusPort, ClockedPort
 from drivers.settings import ForceSensorSettings
+from drivers.wire_tap import TappedDatagrams, TappedText, WireTap
 from model.signals import BodyTruth
 from robot.config import RobotConfig
 from robot.rig import Rig, TruthSource
@@ -37,27 +38,45 @@ class _WorldTruth:
         return self.robot.world.truth(self.clock.now_ns())
 
 
-def open_in_memory(config: RobotConfig, *, seed: int, armed: bool, with_forces: bool) -> Rig:
+def open_in_memory(
+    config: RobotConfig,
+    *,
+    seed: int,
+    armed: bool,
+    with_forces: bool,
+    tap: WireTap | None = None,
+) -> Rig:
     """Open a virtual robot in memory under a virtual clock: no waiting, same bytes every time."""
     clock = VirtualClock(start_ns=1_000_000_000)
     robot = build_virtual_robot(config.parameters, config.servo_bus, config.force_sensor, seed)
-    return _assemble(
+
+    def links() -> tuple[DatagramLink, TextLink]:
+        datagrams, console = MemoryDatagramLink(robot.wnet, clock), MemoryTextLink(robot.wnet, clock)
+        if tap is None:
+            return datagrams, console
+        return TappedDatagrams(datagrams, tap, clock), TappedText(console, tap, clock)
+
+    return assemble(
         config,
         clock=clock,
         port=MemoryPort(robot.servos, clock, config.servo_bus.baud_rate),
-        links=(
-            (lambda: (MemoryDatagramLink(robot.wnet, clock), MemoryTextLink(robot.wnet, clock)))
-            if with_forces
-            else None
-        ),
+        links=links if with_forces else None,
         settings=config.force_sensor,
         truth=_WorldTruth(robot, clock),
         armed=armed,
         closers=(),
+        tap=tap,
     )
 
 
-def open_virtual(config: RobotConfig, *, seed: int, armed: bool, with_forces: bool) -> Rig:
+def open_virtual(
+    config: RobotConfig,
+    *,
+    seed: int,
+    armed: bool,
+    with_forces: bool,
+    tap: WireTap | None = None,
+) -> Rig:
     """Open a virtual robot in a process of its own: pseudo-terminal, sockets, real time."""
     devices = DeviceProcess(
         VirtualSetup(config.parameters, config.servo_bus, config.force_sensor, seed)
@@ -77,6 +96,7 @@ def open_virtual(config: RobotConfig, *, seed: int, armed: bool, with_forces: bo
             truth=devices.truth,
             armed=armed,
             closers=(devices.close,),
+            tap=tap,
         )
     except BaseException:
         devices.close()
@@ -84,7 +104,12 @@ def open_virtual(config: RobotConfig, *, seed: int, armed: bool, with_forces: bo
 
 
 def open_real(
-    config: RobotConfig, port_name: str, force_sensor: ForceSensorSettings | None, *, armed: bool
+    config: RobotConfig,
+    port_name: str,
+    force_sensor: ForceSensorSettings | None,
+    *,
+    armed: bool,
+    tap: WireTap | None = None,
 ) -> Rig:
     """Open real ports. Nothing moves unless ``armed``.
 
@@ -93,8 +118,9 @@ def open_real(
         port_name: Serial port of the servo bus.
         force_sensor: Force-torque unit, or None to run without.
         armed: Whether torque may be switched on.
+        tap: Listens in on all wires, from the first byte on.
     """
-    return _open_ports(config, port_name, force_sensor, truth=None, armed=armed, closers=())
+    return _open_ports(config, port_name, force_sensor, truth=None, armed=armed, closers=(), tap=tap)
 
 
 def _open_ports(
@@ -105,6 +131,7 @@ def _open_ports(
     truth: TruthSource | None,
     armed: bool,
     closers: tuple[Callable[[], None], ...],
+    tap: WireTap | None,
 ) -> Rig:
     clock = MonotonicClock()
     links = None
@@ -112,15 +139,17 @@ def _open_ports(
         unit = force_sensor
 
         def links() -> tuple[DatagramLink, TextLink]:
-            datagrams = UdpLink(unit.address, unit.udp_port, unit.local_port, clock)
+            udp = UdpLink(unit.address, unit.udp_port, unit.local_port, clock)
+            datagrams = udp if tap is None else TappedDatagrams(udp, tap, clock)
             free_console(datagrams, clock)
             try:
-                return datagrams, TcpTextLink(unit.address, unit.console_port)
+                console = TcpTextLink(unit.address, unit.console_port)
+                return datagrams, console if tap is None else TappedText(console, tap, clock)
             except BaseException:
                 datagrams.close()
                 raise
 
-    return _assemble(
+    return assemble(
         config,
         clock=clock,
         port=BusPort(port_name, config.servo_bus.baud_rate, clock),
@@ -129,10 +158,11 @@ def _open_ports(
         truth=truth,
         armed=armed,
         closers=closers,
+        tap=tap,
     )
 
 
-def _assemble(
+def assemble(
     config: RobotConfig,
     *,
     clock: Clock,
@@ -142,7 +172,23 @@ def _assemble(
     truth: TruthSource | None,
     armed: bool,
     closers: tuple[Callable[[], None], ...],
+    tap: WireTap | None = None,
 ) -> Rig:
+    """Connect the drivers of one robot to its wires.
+
+    Args:
+        config: Robot file.
+        clock: Clock of everything.
+        port: Port of the servo bus, not yet open.
+        links: Opens the ways to the force-torque unit; None runs without one.
+        settings: Force-torque unit.
+        truth: Source of ground truth, or None.
+        armed: Whether torque may be switched on.
+        closers: Called last when the rig closes.
+        tap: Listens to the servo port; whoever opens ``links`` taps those.
+    """
+    if tap is not None:
+        tap.listen(port)
     bus = ServoBus(port, config.servo_bus, clock)
     stream: ForceStream | None = None
     try:

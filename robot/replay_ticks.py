@@ -1,0 +1,122 @@
+"""A log's inputs through today's controller, and its outputs against the recorded ones.
+
+This is the step that the loop calls, and nothing beside it: a log is replayed by calling it in a row.
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from model.errors import RecordError
+from record.reader import LogContents
+from record.tick_message import decode_inputs, decode_tick, encode_tick
+from record.topic_reader import read_tick_messages
+from robot.config import RobotConfig
+from robot.replay_compare import Comparison, Difference, FieldResult
+from robot.replay_fields import FIELDS
+from robot.run_record import rebuild_controller
+
+# Told the number of ticks done, now and then.
+Progress = Callable[[int], None]
+PROGRESS_TICKS = 200
+
+
+@dataclass(frozen=True, slots=True)
+class Replay:
+    """What a replay found.
+
+    Attributes:
+        path: The log.
+        ticks: Ticks replayed.
+        equal_bits: How many of them are the same in every bit.
+        duration_s: How much of the run they are.
+        wall_s: How long the replay took.
+        fields: How each field agrees.
+        first: The first difference that is too large, None if there is none.
+        notes: What had to be assumed or left out, in words.
+    """
+
+    path: Path
+    ticks: int
+    equal_bits: int
+    duration_s: float
+    wall_s: float
+    fields: tuple[FieldResult, ...]
+    first: Difference | None
+    notes: tuple[str, ...]
+
+    @property
+    def equal(self) -> bool:
+        """Whether every field agrees within its tolerance."""
+        return self.first is None
+
+
+def replay_log(
+    path: Path,
+    *,
+    scale: float = 1.0,
+    config: RobotConfig | None = None,
+    progress: Progress | None = None,
+) -> Replay:
+    """Replay a log.
+
+    Args:
+        path: The log.
+        scale: Factor on all tolerances; 0 asks for the same bits.
+        config: Another robot file to try instead of the log's.
+        progress: Told how far it is.
+
+    Raises:
+        RecordError: The log cannot be read, or holds no ticks.
+        ConfigError: Its robot file is none of today's.
+    """
+    contents = LogContents()
+    messages = read_tick_messages(path, contents)
+    first_message = next(messages, None)
+    if first_message is None:
+        reason = contents.damage or "it holds no ticks"
+        raise RecordError(f"{path} is no log of ours, or nothing of it is left: {reason}")
+    began = time.perf_counter()
+    rebuilt = rebuild_controller(contents, config)
+    controller, notes = rebuilt.controller, list(rebuilt.notes)
+    fields = [f for f in FIELDS if rebuilt.forces_known or f.stage != "forces"]
+    comparison = Comparison(fields, controller.config.parameters.legs.names, scale)
+    state = controller.initial()
+    start_ns, index, inputs = decode_inputs(first_message)
+    comparison.begin(start_ns)
+    t_ns, equal_bits = start_ns, 0
+    message: bytes | None = first_message
+    while message is not None:
+        t_ns, index, inputs = decode_inputs(message)
+        if index != state.index:
+            notes.append(
+                f"ticks {state.index} to {index - 1} are missing from the log: only what is before "
+                "them is replayed"
+            )
+            break
+        state, tick = controller.step(state, inputs, t_ns)
+        # the same bits need no second look, and taking a message apart costs more than making one
+        if encode_tick(tick) == message:
+            comparison.add_equal()
+            equal_bits += 1
+        else:
+            comparison.add(decode_tick(message), tick)
+        if progress is not None and state.index % PROGRESS_TICKS == 0:
+            progress(state.index)
+        message = next(messages, None)
+    if contents.damage:
+        notes.append(f"the file is {contents.damage}")
+    if comparison.ticks == 0:
+        raise RecordError(f"{path} begins with tick {index}; a replay needs a log from tick 0 on")
+    results = comparison.results()
+    return Replay(
+        path=path,
+        ticks=comparison.ticks,
+        equal_bits=equal_bits,
+        duration_s=(t_ns - start_ns) * 1e-9,
+        wall_s=time.perf_counter() - began,
+        fields=results,
+        first=comparison.first,
+        notes=tuple(notes),
+    )
