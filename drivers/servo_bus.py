@@ -65,6 +65,11 @@ class ServoBus:
         """Counts of requests, timeouts, damaged and late answers, and round trips."""
         return self._packets.counters.snapshot()
 
+    @property
+    def latency_ms(self) -> float:
+        """How long the port's adapter may hold back an answer."""
+        return self._port.latency_ms
+
     def connect(self) -> BusReport:
         """Open the port and find every servo. Writes nothing.
 

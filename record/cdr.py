@@ -21,11 +21,16 @@ _PADDING = (b"", b"\0", b"\0\0", b"\0\0\0", b"\0" * 4, b"\0" * 5, b"\0" * 6, b"\
 
 
 class CdrWriter:
-    """Builds one message."""
+    """Builds one message.
 
-    def __init__(self) -> None:
-        self._parts: list[bytes] = [HEADER]
-        self._size = 0  # without the header, which alignment does not count
+    Args:
+        at: Place in a message that has been begun elsewhere, to build only what follows; alignment
+            counts from the message's beginning.
+    """
+
+    def __init__(self, at: int = 0) -> None:
+        self._parts: list[bytes] = [] if at else [HEADER]
+        self._size = at  # without the header, which alignment does not count
 
     def _put(self, data: bytes, alignment: int) -> None:
         gap = -self._size % alignment
@@ -124,6 +129,11 @@ class CdrReader:
         self._data = memoryview(data)[len(HEADER) :]
         self._size = len(self._data)
         self._at = 0
+
+    @property
+    def at(self) -> int:
+        """Bytes read so far, without the header."""
+        return self._at
 
     def _skip(self, size: int, alignment: int) -> int:
         """Step over the next so many bytes; return where they begin."""

@@ -3,6 +3,8 @@
 The order of fields is that of ``bigant_msgs/msg/Tick`` in ``record.definitions``.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from model.signals import (
@@ -28,7 +30,7 @@ from model.signals import (
     Tick,
     Traction,
 )
-from record.cdr import CdrReader, CdrWriter
+from record.cdr import HEADER, CdrReader, CdrWriter
 
 TRANSDUCERS = 6
 
@@ -41,6 +43,27 @@ def encode_tick(tick: Tick) -> bytes:
     w.u8(tick.mode.value)
     w.u8(tick.stop_reason.value)
     _write_inputs(w, tick.inputs, len(tick.wished.angle_rad))
+    _write_outputs(w, tick)
+    return w.done()
+
+
+def says_the_same(tick: Tick, message: bytes, inputs_end: int) -> bool:
+    """Tell whether a message holds exactly the outputs of a tick, without taking it apart.
+
+    Args:
+        tick: The tick, made from the inputs in the message.
+        message: The message.
+        inputs_end: Where its inputs end, as ``decode_inputs`` returned it.
+    """
+    w = CdrWriter(at=inputs_end)
+    _write_outputs(w, tick)
+    begin = len(HEADER)
+    decided = message[begin + 16], message[begin + 17]  # behind time and number
+    same_decisions = decided == (tick.mode.value, tick.stop_reason.value)
+    return same_decisions and w.done() == message[begin + inputs_end :]
+
+
+def _write_outputs(w: CdrWriter, tick: Tick) -> None:
     joints = tick.joints
     w.i64(joints.t_ns)
     for values in (
@@ -72,7 +95,6 @@ def encode_tick(tick: Tick) -> bytes:
     w.f64_array(estimate.velocity_B)
     w.flag(estimate.valid)
     _write_faults(w, tick.faults)
-    return w.done()
 
 
 def _write_inputs(w: CdrWriter, inputs: Inputs, count: int) -> None:
@@ -175,8 +197,25 @@ def _write_faults(w: CdrWriter, faults: tuple[Fault, ...]) -> None:
         w.text(fault.detail)
 
 
-def decode_inputs(data: bytes) -> tuple[int, int, Inputs]:
-    """Return time [ns], number and inputs of the tick in a message, and leave the rest as it is.
+@dataclass(frozen=True, slots=True, eq=False)
+class TickInputs:
+    """The part of a tick message that a replay begins from.
+
+    Attributes:
+        t_ns: Time of the tick.
+        index: Its number.
+        inputs: Its inputs.
+        end: Where they end in the message; see ``says_the_same``.
+    """
+
+    t_ns: int
+    index: int
+    inputs: Inputs
+    end: int
+
+
+def decode_inputs(data: bytes) -> TickInputs:
+    """Return time, number and inputs of the tick in a message, and leave the rest as it is.
 
     Raises:
         ValueError: The message is damaged.
@@ -185,7 +224,8 @@ def decode_inputs(data: bytes) -> tuple[int, int, Inputs]:
     t_ns, index = r.i64(), r.i64()
     r.u8()
     r.u8()
-    return t_ns, index, _read_inputs(r)
+    inputs = _read_inputs(r)
+    return TickInputs(t_ns, index, inputs, r.at)
 
 
 def decode_tick(data: bytes) -> Tick:

@@ -7,14 +7,15 @@ would take a fifth of the time of the replay.
 import struct
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
-from io import BytesIO
+from io import SEEK_CUR, SEEK_END, BytesIO
 from pathlib import Path
 from types import MappingProxyType
+from typing import BinaryIO
 
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Metadata
-from mcap.stream_reader import StreamReader, get_chunk_data_stream
+from mcap.stream_reader import get_chunk_data_stream, read_magic
 
 from model.errors import RecordError
 from model.wire import WireBytes
@@ -23,6 +24,7 @@ from record.wire_message import WIRE_TOPICS, decode_wire
 from record.writer import CONFIG_NAME, METADATA_NAME, TICK_TOPIC
 
 _RECORD = struct.Struct("<BQ")  # opcode, length
+_OPENED = frozenset({Opcode.CHUNK, Opcode.METADATA, Opcode.ATTACHMENT})
 _MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
 
 
@@ -60,17 +62,40 @@ def read_topics(
     except OSError as error:
         raise RecordError(f"the log {path} cannot be read: {error.strerror}") from error
     with stream:
-        reader = StreamReader(stream, emit_chunks=True, validate_crcs=True, record_size_limit=None)
         try:
-            for record in reader.records:
-                if isinstance(record, Metadata) and record.name == METADATA_NAME:
-                    contents.metadata = MappingProxyType(dict(record.metadata))
-                elif isinstance(record, Attachment) and record.name == CONFIG_NAME:
-                    contents.config_text = record.data.decode("utf-8", errors="replace")
-                elif isinstance(record, Chunk):
-                    yield from _from_chunk(record, channels, topics)
+            for opcode, data in _file_records(stream):
+                if opcode == Opcode.CHUNK:
+                    yield from _from_chunk(Chunk.read(_stream_of(data)), channels, topics)
+                elif opcode == Opcode.METADATA:
+                    metadata = Metadata.read(_stream_of(data))
+                    if metadata.name == METADATA_NAME:
+                        contents.metadata = MappingProxyType(dict(metadata.metadata))
+                elif opcode == Opcode.ATTACHMENT:
+                    attachment = Attachment.read(_stream_of(data))
+                    if attachment.name == CONFIG_NAME:
+                        contents.config_text = attachment.data.decode("utf-8", errors="replace")
         except DAMAGE as error:
             contents.damage = f"cut or damaged: {type(error).__name__} {error}".strip()
+
+
+def _file_records(stream: BinaryIO) -> Iterator[tuple[int, bytes]]:
+    """Yield opcode and bytes of the records of a file, up to the end of its data."""
+    size = stream.seek(0, SEEK_END)
+    stream.seek(0)
+    read_magic(ReadDataStream(stream))
+    while True:
+        head = stream.read(_RECORD.size)
+        if len(head) < _RECORD.size:
+            raise EOFError("the end is missing")
+        opcode, length = _RECORD.unpack(head)
+        if opcode == Opcode.DATA_END:
+            return
+        if length > size - stream.tell():
+            raise EOFError("the end is missing")
+        if opcode in _OPENED:
+            yield opcode, stream.read(length)
+        else:
+            stream.seek(length, SEEK_CUR)
 
 
 def _from_chunk(

@@ -39,6 +39,7 @@ COMMANDS = (
     Command(
         ("model", "figures"), "robot.model_figures", "our version of the paper's figures and tables"
     ),
+    Command(("replay",), "robot.replay", "a recorded run again, as a test: step, drivers or robot"),
 )
 
 Parsers = argparse._SubParsersAction  # what add_subparsers returns has no public name

@@ -24,7 +24,7 @@ from robot.hardware import open_in_memory, open_real, open_virtual
 from robot.loop import Operator, RunResult, run
 from robot.operator import Interrupts, Script, ScriptedOperator
 from robot.rig import Rig
-from robot.run_record import controller_metadata
+from robot.run_record import controller_metadata, wire_metadata
 from robot.teleop import HELP, KeyboardOperator, Keys, Wish
 from robot.view import open_view
 
@@ -212,6 +212,7 @@ def _open_log(
             "steer": f"{options.steer:g}",
             "seed": str(options.seed) if options.hardware == VIRTUAL else "",
             **controller_metadata(controller, rig.calibrations),
+            **wire_metadata(rig, recorded=options.record_bytes),
             "software": _software(),
         },
         start_ns=rig.clock.now_ns(),

@@ -6,11 +6,12 @@ This is the step that the loop calls, and nothing beside it: a log is replayed b
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 from model.errors import RecordError
 from record.reader import LogContents
-from record.tick_message import decode_inputs, decode_tick, encode_tick
+from record.tick_message import decode_inputs, decode_tick, says_the_same
 from record.topic_reader import read_tick_messages
 from robot.config import RobotConfig
 from robot.replay_compare import Comparison, Difference, FieldResult
@@ -83,38 +84,37 @@ def replay_log(
     fields = [f for f in FIELDS if rebuilt.forces_known or f.stage != "forces"]
     comparison = Comparison(fields, controller.config.parameters.legs.names, scale)
     state = controller.initial()
-    start_ns, index, inputs = decode_inputs(first_message)
+    start_ns = now_ns = decode_inputs(first_message).t_ns
     comparison.begin(start_ns)
-    t_ns, equal_bits = start_ns, 0
-    message: bytes | None = first_message
-    while message is not None:
-        t_ns, index, inputs = decode_inputs(message)
-        if index != state.index:
+    equal_bits = 0
+    for message in chain((first_message,), messages):
+        seen = decode_inputs(message)
+        if seen.index != state.index:
             notes.append(
-                f"ticks {state.index} to {index - 1} are missing from the log: only what is before "
-                "them is replayed"
+                f"ticks {state.index} to {seen.index - 1} are missing from the log: only what is "
+                "before them is replayed"
             )
             break
-        state, tick = controller.step(state, inputs, t_ns)
+        now_ns = seen.t_ns
+        state, tick = controller.step(state, seen.inputs, now_ns)
         # the same bits need no second look, and taking a message apart costs more than making one
-        if encode_tick(tick) == message:
+        if says_the_same(tick, message, seen.end):
             comparison.add_equal()
             equal_bits += 1
         else:
             comparison.add(decode_tick(message), tick)
         if progress is not None and state.index % PROGRESS_TICKS == 0:
             progress(state.index)
-        message = next(messages, None)
     if contents.damage:
         notes.append(f"the file is {contents.damage}")
     if comparison.ticks == 0:
-        raise RecordError(f"{path} begins with tick {index}; a replay needs a log from tick 0 on")
+        raise RecordError(f"{path} does not begin with tick 0; a replay needs a log from its beginning")
     results = comparison.results()
     return Replay(
         path=path,
         ticks=comparison.ticks,
         equal_bits=equal_bits,
-        duration_s=(t_ns - start_ns) * 1e-9,
+        duration_s=(now_ns - start_ns) * 1e-9,
         wall_s=time.perf_counter() - began,
         fields=results,
         first=comparison.first,

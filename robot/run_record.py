@@ -14,10 +14,13 @@ from model.errors import ConfigError, RecordError
 from record.reader import LogContents
 from robot.config import RobotConfig, parse_robot
 from robot.controller import Controller
+from robot.rig import Rig
 
 CALIBRATIONS_KEY = "calibrations"
 RATE_KEY = "rate_hz"
 ARMED_KEY = "armed"
+LATENCY_KEY = "bus_latency_ms"
+FORCE_UNIT_KEY = "force_unit"
 
 
 def controller_metadata(
@@ -34,6 +37,19 @@ def controller_metadata(
         RATE_KEY: str(controller.rate_hz),
         ARMED_KEY: str(controller.armed).lower(),
     }
+
+
+def wire_metadata(rig: Rig, *, recorded: bool) -> Mapping[str, str]:
+    """Return what a log with recorded bytes needs to know of the wires, nothing for one without.
+
+    Args:
+        rig: The robot, open.
+        recorded: Whether the log holds the bytes.
+    """
+    if not recorded:
+        return {}
+    with_forces = any(calibration is not None for calibration in rig.calibrations)
+    return {LATENCY_KEY: repr(rig.bus.latency_ms), FORCE_UNIT_KEY: str(with_forces).lower()}
 
 
 def _as_json(calibration: Calibration | None) -> dict[str, object] | None:
