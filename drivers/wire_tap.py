@@ -1,6 +1,7 @@
 """Listening in on the wires of both devices, below the drivers: bytes, direction, time.
 
-A tap only appends to a list, so it costs a microsecond a piece and changes nothing of what it hears.
+A read that waited in vain is noted as well, as no bytes: a replay has to know when a driver gave up. A
+tap only appends to a list, so it costs a microsecond a piece and changes nothing of what it hears.
 """
 
 from drivers.ati_links import DatagramLink, TextLink
@@ -79,8 +80,7 @@ class TappedText:
     def read(self, timeout_s: float) -> bytes:
         """Return what has arrived."""
         data = self._link.read(timeout_s)
-        if data:
-            self._tap.note(WireBytes(self._clock.now_ns(), Wire.FORCE_CONSOLE, False, data))
+        self._tap.note(WireBytes(self._clock.now_ns(), Wire.FORCE_CONSOLE, False, data))
         return data
 
     def close(self) -> None:

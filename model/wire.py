@@ -20,7 +20,7 @@ class WireBytes:
         t_ns: When it was written, or when it was there to be read.
         wire: Which wire.
         sent: True for what we sent, False for what we received.
-        data: The bytes.
+        data: The bytes; none where a read waited in vain.
     """
 
     t_ns: int

@@ -43,9 +43,7 @@ class RawMessage:
     data: bytes
 
 
-def read_topics(
-    path: Path, topics: Collection[str], contents: LogContents
-) -> Iterator[RawMessage]:
+def read_topics(path: Path, topics: Collection[str], contents: LogContents) -> Iterator[RawMessage]:
     """Yield the messages of some topics in the order of the file; ends quietly where it is cut.
 
     Args:

@@ -186,9 +186,7 @@ def _operator(
     return ScriptedOperator(script, interrupts)
 
 
-def _open_log(
-    plan: Drive, rig: Rig, controller: Controller
-) -> LogWriter | BackgroundWriter | None:
+def _open_log(plan: Drive, rig: Rig, controller: Controller) -> LogWriter | BackgroundWriter | None:
     if plan.log_path is None:
         return None
     options = plan.options

@@ -51,7 +51,10 @@ def open_in_memory(
     robot = build_virtual_robot(config.parameters, config.servo_bus, config.force_sensor, seed)
 
     def links() -> tuple[DatagramLink, TextLink]:
-        datagrams, console = MemoryDatagramLink(robot.wnet, clock), MemoryTextLink(robot.wnet, clock)
+        datagrams, console = (
+            MemoryDatagramLink(robot.wnet, clock),
+            MemoryTextLink(robot.wnet, clock),
+        )
         if tap is None:
             return datagrams, console
         return TappedDatagrams(datagrams, tap, clock), TappedText(console, tap, clock)
@@ -120,7 +123,9 @@ def open_real(
         armed: Whether torque may be switched on.
         tap: Listens in on all wires, from the first byte on.
     """
-    return _open_ports(config, port_name, force_sensor, truth=None, armed=armed, closers=(), tap=tap)
+    return _open_ports(
+        config, port_name, force_sensor, truth=None, armed=armed, closers=(), tap=tap
+    )
 
 
 def _open_ports(

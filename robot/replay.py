@@ -87,9 +87,7 @@ def run(options: argparse.Namespace) -> ExitCode:
 
     config = None if options.robot is None else load_robot(options.robot)
     progress = ProgressLine("ticks replayed")
-    found = replay_log(
-        options.path, scale=options.tolerance, config=config, progress=progress.show
-    )
+    found = replay_log(options.path, scale=options.tolerance, config=config, progress=progress.show)
     progress.clear()
     if options.json:
         print(json.dumps(as_json(found), indent=2))
@@ -162,11 +160,6 @@ def first_line(first: "Difference") -> str:
 
 def _tolerance(value: float) -> str:
     return "none" if value == 0 else f"{value:.0e}"
-
-
-def _largest(value: float) -> str:
-    """A value against none at all has no difference in numbers."""
-    return f"{value:.2g}" if math.isfinite(value) else "absent"
 
 
 def _largest(value: float) -> str:

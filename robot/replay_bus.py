@@ -269,9 +269,7 @@ def replay_bus_command(options: argparse.Namespace) -> ExitCode:
     """
     config = None if options.robot is None else load_robot(options.robot)
     progress = ProgressLine("ticks replayed")
-    found = replay_bus(
-        options.path, scale=options.tolerance, config=config, progress=progress.show
-    )
+    found = replay_bus(options.path, scale=options.tolerance, config=config, progress=progress.show)
     progress.clear()
     if options.json:
         print(json.dumps(_as_json(found), indent=2))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from model.signals import Tick
+from model.signals import BoolArray, FloatArray, Tick
 from robot.replay_fields import Field
 
 # Ticks compared at a time: enough that numpy's overhead does not count.
@@ -168,7 +168,7 @@ class Comparison:
 
 def differences(
     recorded: Sequence[ArrayLike], replayed: Sequence[ArrayLike], tolerance: float
-) -> tuple[float, np.ndarray]:
+) -> tuple[float, BoolArray]:
     """Compare one field over some ticks.
 
     Args:
@@ -182,27 +182,28 @@ def differences(
     one, other = np.array(recorded), np.array(replayed)
     flat = (len(one), -1)
     excess = _excess(one, other, tolerance).reshape(flat)
-    return float(_distance(one, other).max(initial=0.0)), (excess > 0).any(axis=1)
+    beyond: BoolArray = np.any(excess > 0, axis=1)
+    return float(_distance(one, other).max(initial=0.0)), beyond
 
 
-def _distance(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def _distance(one: np.ndarray, other: np.ndarray) -> FloatArray:
     if one.dtype == object or other.dtype == object:
-        return (one != other).astype(np.float64)
+        return np.asarray(one != other, dtype=np.float64)
     a, b = one.astype(np.float64), other.astype(np.float64)
     # what is absent in both is the same; what is infinite in both too
     same = (a == b) | (np.isnan(a) & np.isnan(b))
     with np.errstate(invalid="ignore"):
         distance = np.where(same, 0.0, np.abs(a - b))
-    return np.where(np.isnan(distance), np.inf, distance)
+    return np.asarray(np.where(np.isnan(distance), np.inf, distance))
 
 
-def _excess(one: np.ndarray, other: np.ndarray, tolerance: float) -> np.ndarray:
+def _excess(one: np.ndarray, other: np.ndarray, tolerance: float) -> FloatArray:
     """Return the distance beyond what is allowed, at most 0 where it is allowed."""
     distance = _distance(one, other)
     if one.dtype == object or other.dtype == object or tolerance == 0:
         return distance
     size = np.nan_to_num(np.abs(one.astype(np.float64)), nan=0.0, posinf=0.0)
-    return distance - tolerance * np.maximum(1.0, size)
+    return np.asarray(distance - tolerance * np.maximum(1.0, size))
 
 
 def _words(field: Field, value: object) -> str:

@@ -4,16 +4,18 @@ This is the step that the loop calls, and nothing beside it: a log is replayed b
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 
 from model.errors import RecordError
+from model.signals import Tick
 from record.reader import LogContents
 from record.tick_message import decode_inputs, decode_tick, says_the_same
 from record.topic_reader import read_tick_messages
 from robot.config import RobotConfig
+from robot.controller import Controller
 from robot.replay_compare import Comparison, Difference, FieldResult
 from robot.replay_fields import FIELDS
 from robot.run_record import rebuild_controller
@@ -83,32 +85,25 @@ def replay_log(
     controller, notes = rebuilt.controller, list(rebuilt.notes)
     fields = [f for f in FIELDS if rebuilt.forces_known or f.stage != "forces"]
     comparison = Comparison(fields, controller.config.parameters.legs.names, scale)
-    state = controller.initial()
     start_ns = now_ns = decode_inputs(first_message).t_ns
     comparison.begin(start_ns)
     equal_bits = 0
-    for message in chain((first_message,), messages):
-        seen = decode_inputs(message)
-        if seen.index != state.index:
-            notes.append(
-                f"ticks {state.index} to {seen.index - 1} are missing from the log: only what is "
-                "before them is replayed"
-            )
-            break
-        now_ns = seen.t_ns
-        state, tick = controller.step(state, seen.inputs, now_ns)
+    for message, end, tick in step_through(chain((first_message,), messages), controller, notes):
+        now_ns = tick.t_ns
         # the same bits need no second look, and taking a message apart costs more than making one
-        if says_the_same(tick, message, seen.end):
+        if says_the_same(tick, message, end):
             comparison.add_equal()
             equal_bits += 1
         else:
             comparison.add(decode_tick(message), tick)
-        if progress is not None and state.index % PROGRESS_TICKS == 0:
-            progress(state.index)
+        if progress is not None and comparison.ticks % PROGRESS_TICKS == 0:
+            progress(comparison.ticks)
     if contents.damage:
         notes.append(f"the file is {contents.damage}")
     if comparison.ticks == 0:
-        raise RecordError(f"{path} does not begin with tick 0; a replay needs a log from its beginning")
+        raise RecordError(
+            f"{path} does not begin with tick 0; a replay needs a log from its beginning"
+        )
     results = comparison.results()
     return Replay(
         path=path,
@@ -120,3 +115,29 @@ def replay_log(
         first=comparison.first,
         notes=tuple(notes),
     )
+
+
+def step_through(
+    messages: Iterable[bytes], controller: Controller, notes: list[str]
+) -> Iterator[tuple[bytes, int, Tick]]:
+    """Step a controller through recorded inputs.
+
+    Args:
+        messages: Ticks of a log as messages, from the first one on.
+        controller: The controller.
+        notes: Told in words where the log has a gap; the replay ends there.
+
+    Yields:
+        The message, where the inputs end in it, and today's tick.
+    """
+    state = controller.initial()
+    for message in messages:
+        seen = decode_inputs(message)
+        if seen.index != state.index:
+            notes.append(
+                f"ticks {state.index} to {seen.index - 1} are missing from the log: only what is "
+                "before them is replayed"
+            )
+            return
+        state, tick = controller.step(state, seen.inputs, seen.t_ns)
+        yield message, seen.end, tick

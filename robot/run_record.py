@@ -70,9 +70,7 @@ def _calibrations(text: str) -> tuple[Calibration | None, ...]:
             else Calibration(
                 **{
                     **values,
-                    "max_rating": tuple(
-                        math.nan if r is None else r for r in values["max_rating"]
-                    ),
+                    "max_rating": tuple(math.nan if r is None else r for r in values["max_rating"]),
                 }
             )
             for values in found
