@@ -1,130 +1,47 @@
-"""Reading single topics of a log fast: chunks are opened, all other messages are stepped over.
+"""Reading single topics of a log as the messages they are: ticks to be replayed, bytes of the wires.
 
-A log holds twenty messages a tick and a replay needs one of them; unpacking the others into objects
-would take a fifth of the time of the replay.
+A log holds twenty messages a tick and a replay needs one of them, and of that one its inputs.
 """
 
-import struct
-from collections.abc import Collection, Iterator
-from dataclasses import dataclass
-from io import SEEK_CUR, SEEK_END, BytesIO
+from collections.abc import Iterator
 from pathlib import Path
-from types import MappingProxyType
-from typing import BinaryIO
 
-from mcap.data_stream import ReadDataStream
-from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, Chunk, Metadata
-from mcap.stream_reader import get_chunk_data_stream, read_magic
+from mcap.records import Channel, Message, Schema
 
 from model.errors import RecordError
 from model.wire import WireBytes
-from record.reader import DAMAGE, LogContents
+from record.reader import LogContents, note_content, tick_decoder
+from record.salvage import read_records
+from record.tick_message import decode_tick
 from record.wire_message import WIRE_TOPICS, decode_wire
-from record.writer import CONFIG_NAME, METADATA_NAME, TICK_TOPIC
-
-_RECORD = struct.Struct("<BQ")  # opcode, length
-_OPENED = frozenset({Opcode.CHUNK, Opcode.METADATA, Opcode.ATTACHMENT})
-_MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
-
-
-@dataclass(frozen=True, slots=True)
-class RawMessage:
-    """One message as it lies in the file.
-
-    Attributes:
-        topic: Its topic.
-        sequence: Number that the writer gave it.
-        data: Its bytes.
-    """
-
-    topic: str
-    sequence: int
-    data: bytes
-
-
-def read_topics(path: Path, topics: Collection[str], contents: LogContents) -> Iterator[RawMessage]:
-    """Yield the messages of some topics in the order of the file; ends quietly where it is cut.
-
-    Args:
-        path: The log.
-        topics: The topics wanted.
-        contents: Filled with robot file, metadata and damage on the way.
-
-    Raises:
-        RecordError: The file cannot be opened.
-    """
-    channels: dict[int, str] = {}
-    try:
-        stream = path.open("rb")
-    except OSError as error:
-        raise RecordError(f"the log {path} cannot be read: {error.strerror}") from error
-    with stream:
-        try:
-            for opcode, data in _file_records(stream):
-                if opcode == Opcode.CHUNK:
-                    yield from _from_chunk(Chunk.read(_stream_of(data)), channels, topics)
-                elif opcode == Opcode.METADATA:
-                    metadata = Metadata.read(_stream_of(data))
-                    if metadata.name == METADATA_NAME:
-                        contents.metadata = MappingProxyType(dict(metadata.metadata))
-                elif opcode == Opcode.ATTACHMENT:
-                    attachment = Attachment.read(_stream_of(data))
-                    if attachment.name == CONFIG_NAME:
-                        contents.config_text = attachment.data.decode("utf-8", errors="replace")
-        except DAMAGE as error:
-            contents.damage = f"cut or damaged: {type(error).__name__} {error}".strip()
-
-
-def _file_records(stream: BinaryIO) -> Iterator[tuple[int, bytes]]:
-    """Yield opcode and bytes of the records of a file, up to the end of its data."""
-    size = stream.seek(0, SEEK_END)
-    stream.seek(0)
-    read_magic(ReadDataStream(stream))
-    while True:
-        head = stream.read(_RECORD.size)
-        if len(head) < _RECORD.size:
-            raise EOFError("the end is missing")
-        opcode, length = _RECORD.unpack(head)
-        if opcode == Opcode.DATA_END:
-            return
-        if length > size - stream.tell():
-            raise EOFError("the end is missing")
-        if opcode in _OPENED:
-            yield opcode, stream.read(length)
-        else:
-            stream.seek(length, SEEK_CUR)
-
-
-def _from_chunk(
-    chunk: Chunk, channels: dict[int, str], topics: Collection[str]
-) -> Iterator[RawMessage]:
-    opened, size = get_chunk_data_stream(chunk, validate_crc=True)
-    data = opened.read(size)
-    at = 0
-    while at < size:
-        opcode, length = _RECORD.unpack_from(data, at)
-        at += _RECORD.size
-        if opcode == Opcode.MESSAGE:
-            topic = channels.get(data[at] | data[at + 1] << 8)
-            if topic is not None:
-                _, sequence, _, _ = _MESSAGE.unpack_from(data, at)
-                yield RawMessage(topic, sequence, data[at + _MESSAGE.size : at + length])
-        elif opcode == Opcode.CHANNEL:
-            channel = Channel.read(_stream_of(data[at : at + length]))
-            if channel.topic in topics:
-                channels[channel.id] = channel.topic
-        at += length
-
-
-def _stream_of(data: bytes) -> ReadDataStream:
-    return ReadDataStream(BytesIO(data))
+from record.writer import TICK_TOPIC
 
 
 def read_tick_messages(path: Path, contents: LogContents) -> Iterator[bytes]:
-    """Yield the ticks of a log as messages, in order; see ``read_topics``."""
-    for message in read_topics(path, (TICK_TOPIC,), contents):
-        yield message.data
+    """Yield the ticks of a log as messages, in order; damage is stepped over and told in ``contents``.
+
+    Args:
+        path: The log.
+        contents: Filled with robot file, metadata and damage on the way.
+
+    Raises:
+        RecordError: The file cannot be opened, or its ticks have another layout than today's.
+    """
+    schemas: dict[int, Schema] = {}
+    for record in read_records(path, contents.progress, topics={TICK_TOPIC}):
+        if isinstance(record, Message):
+            yield record.data
+        elif isinstance(record, Schema):
+            schemas[record.id] = record
+        elif isinstance(record, Channel):
+            if record.topic == TICK_TOPIC:
+                decoder = tick_decoder(path, schemas.get(record.schema_id), contents)
+                if decoder is not decode_tick:
+                    raise RecordError(
+                        f"{path} holds ticks of an old layout, from which nothing can be replayed"
+                    )
+        else:
+            note_content(record, contents)
 
 
 def read_wires(path: Path, contents: LogContents) -> tuple[WireBytes, ...]:
@@ -133,7 +50,12 @@ def read_wires(path: Path, contents: LogContents) -> tuple[WireBytes, ...]:
     Raises:
         RecordError: The file cannot be opened, or holds no traffic.
     """
-    found = list(read_topics(path, WIRE_TOPICS, contents))
+    found: list[Message] = []
+    for record in read_records(path, contents.progress, topics=WIRE_TOPICS):
+        if isinstance(record, Message):
+            found.append(record)
+        elif not isinstance(record, Schema | Channel):
+            note_content(record, contents)
     if not found:
         raise RecordError(
             f"{path} holds no bytes of the devices; record them with: bigant drive --record-bytes"

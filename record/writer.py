@@ -26,6 +26,7 @@ FLUSH_PERIOD_NS = 500_000_000
 DIAGNOSTICS_PERIOD_NS = 1_000_000_000
 LIBRARY = "bigant"
 TICK_TOPIC = "/bigant/tick"
+TICK_SCHEMA = "bigant_msgs/msg/Tick"
 CONFIG_NAME = "robot.toml"
 METADATA_NAME = "bigant"
 NAMES_KEY = "leg_names"
@@ -42,8 +43,8 @@ QOS = (
 )
 
 
-def open_log_file(path: Path) -> BinaryIO:
-    """Open a new log file.
+def open_log_file(path: Path, option: str = "--log") -> BinaryIO:
+    """Open a new log file; an error names the option that chose it.
 
     Raises:
         RecordError: It cannot be written.
@@ -52,8 +53,15 @@ def open_log_file(path: Path) -> BinaryIO:
         return path.open("wb")
     except OSError as error:
         raise RecordError(
-            f"the log {path} cannot be written: {error.strerror}; choose another --log"
+            f"the log {path} cannot be written: {error.strerror}; choose another {option}"
         ) from error
+
+
+def mcap_writer(file: BinaryIO) -> McapWriter:
+    """Return a writer of small chunks, with a checksum over the whole beside those of the chunks."""
+    return McapWriter(
+        file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD, enable_data_crcs=True
+    )
 
 
 class LogWriter:
@@ -90,9 +98,7 @@ class LogWriter:
         self._next_flush_ns = start_ns + FLUSH_PERIOD_NS
         self._next_diagnostics_ns = start_ns
         self._file = open_log_file(path)
-        self._writer = McapWriter(
-            self._file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD
-        )
+        self._writer = mcap_writer(self._file)
         details = {
             **metadata,
             NAMES_KEY: ",".join(names),
@@ -224,7 +230,7 @@ def topics(names: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
         for name in names
     ]
     return (
-        (TICK_TOPIC, "bigant_msgs/msg/Tick"),
+        (TICK_TOPIC, TICK_SCHEMA),
         ("/joint_states", "sensor_msgs/msg/JointState"),
         ("/joint_commands", "sensor_msgs/msg/JointState"),
         *wrenches,

@@ -27,7 +27,10 @@ class Command:
     help: str
 
 
-GROUP_HELP = (("model", "the model of slipping, without a robot"),)
+GROUP_HELP = (
+    ("model", "the model of slipping, without a robot"),
+    ("log", "look at, mend, cut, merge and export logs"),
+)
 
 COMMANDS = (
     Command(("model", "run"), "robot.model_run", "a named system through the model, drawn"),
@@ -40,6 +43,12 @@ COMMANDS = (
         ("model", "figures"), "robot.model_figures", "our version of the paper's figures and tables"
     ),
     Command(("replay",), "robot.replay", "a recorded run again, as a test: step, drivers or robot"),
+    Command(("log", "info"), "robot.log_info", "duration, rate, topics, versions, damage"),
+    Command(("log", "repair"), "robot.log_repair", "a proper file of a cut or damaged log"),
+    Command(("log", "cut"), "robot.log_cut", "a piece of a log"),
+    Command(("log", "merge"), "robot.log_merge", "logs of one robot, one behind the other"),
+    Command(("log", "export"), "robot.log_export", "tables, trials and trajectories of a log"),
+    Command(("import",), "robot.import_command", "measured data as a log or a trial, checked"),
 )
 
 Parsers = argparse._SubParsersAction  # what add_subparsers returns has no public name

@@ -16,6 +16,7 @@ from gaits.limits import check_gait
 from model.errors import ConfigError, RecordError
 from model.signals import Intent, Tick
 from record.background import BackgroundWriter
+from record.versions import software_versions
 from record.writer import LogWriter
 from robot.config import RobotConfig, load_robot
 from robot.controller import Controller
@@ -211,7 +212,8 @@ def _open_log(plan: Drive, rig: Rig, controller: Controller) -> LogWriter | Back
             "seed": str(options.seed) if options.hardware == VIRTUAL else "",
             **controller_metadata(controller, rig.calibrations),
             **wire_metadata(rig, recorded=options.record_bytes),
-            "software": _software(),
+            "software": software(),
+            **software_versions(),
         },
         start_ns=rig.clock.now_ns(),
         start_unix_ns=start_unix_ns,
@@ -219,7 +221,8 @@ def _open_log(plan: Drive, rig: Rig, controller: Controller) -> LogWriter | Back
     return writer if options.virtual_time else BackgroundWriter(writer)
 
 
-def _software() -> str:
+def software() -> str:
+    """Return name and version of this program."""
     try:
         return f"bigant {version('bigant')}"
     except PackageNotFoundError:
@@ -290,9 +293,10 @@ def _print_pose(tick: Tick) -> None:
 
 
 def _print_summary(path: Path) -> None:
-    from record.reader import read_log
-    from robot.summary import summarise, summary_lines
+    from robot.long_log import read_summary
+    from robot.summary import summary_lines
 
-    for line in summary_lines(summarise(read_log(path))):
+    summary, _ = read_summary(path)
+    for line in summary_lines(summary):
         print(line)
     print(f"log: {path}   (bigant show {path})")

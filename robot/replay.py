@@ -9,8 +9,6 @@ compared with the old. Exit code 0: equal (--drive: driven); 1: not.
 import argparse
 import json
 import math
-import sys
-import time
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -23,9 +21,6 @@ if TYPE_CHECKING:
 
     from robot.replay_compare import Difference, FieldResult
     from robot.replay_ticks import Replay
-
-# A progress line only where someone would begin to wonder.
-QUIET_S = 1.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -82,43 +77,21 @@ def run(options: argparse.Namespace) -> ExitCode:
         from robot.replay_bus import replay_bus_command
 
         return replay_bus_command(options)
+    from record.reader import LogContents
     from robot.config import load_robot
+    from robot.progress import ProgressLine
     from robot.replay_ticks import replay_log
 
+    contents = LogContents()
     config = None if options.robot is None else load_robot(options.robot)
-    progress = ProgressLine("ticks replayed")
-    found = replay_log(options.path, scale=options.tolerance, config=config, progress=progress.show)
-    progress.clear()
+    with ProgressLine(f"replaying {options.path}", contents.progress):
+        found = replay_log(options.path, scale=options.tolerance, config=config, contents=contents)
     if options.json:
         print(json.dumps(as_json(found), indent=2))
     else:
         for line in replay_lines(found):
             print(line)
     return ExitCode.OK if found.equal else ExitCode.VERDICT_FAILED
-
-
-class ProgressLine:
-    """One line on the terminal that says how far it is; silent where nobody reads it.
-
-    Args:
-        words: What is counted.
-    """
-
-    def __init__(self, words: str) -> None:
-        self._words = words
-        self._began = time.monotonic()
-        self._shown = False
-
-    def show(self, done: int) -> None:
-        """Say how much is done."""
-        if sys.stderr.isatty() and time.monotonic() - self._began > QUIET_S:
-            self._shown = True
-            print(f"\r{done} {self._words}", end="", file=sys.stderr, flush=True)
-
-    def clear(self) -> None:
-        """Take the line away."""
-        if self._shown:
-            print("\r" + " " * 60 + "\r", end="", file=sys.stderr, flush=True)
 
 
 def replay_table(fields: "Sequence[FieldResult]") -> list[str]:
@@ -167,19 +140,8 @@ def _largest(value: float) -> str:
     return f"{value:.2g}" if math.isfinite(value) else "absent"
 
 
-def as_json(found: "Replay") -> dict[str, object]:
+def as_json(found: "Replay") -> object:
     """Return the result for ``json.dumps``; what is infinite or not a number is null."""
-    return {
-        "log": str(found.path),
-        "equal": found.equal,
-        "ticks": found.ticks,
-        "ticks_same_bits": found.equal_bits,
-        "duration_s": found.duration_s,
-        "wall_s": found.wall_s,
-        "fields": [
-            {**asdict(field), "largest": field.largest if math.isfinite(field.largest) else None}
-            for field in found.fields
-        ],
-        "first_difference": None if found.first is None else asdict(found.first),
-        "notes": list(found.notes),
-    }
+    from robot.plain_json import plain
+
+    return plain({**asdict(found), "equal": found.equal})

@@ -6,10 +6,10 @@ do on a robot, the controller runs on what they read, and everything they send m
 
 import argparse
 import json
-import math
 import time
-from collections.abc import Callable
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, replace
+from itertools import chain
 from pathlib import Path
 
 from drivers.ati_links import DatagramLink, TextLink
@@ -21,10 +21,13 @@ from model.wire import WireBytes
 from record.reader import LogContents, read_ticks
 from record.topic_reader import read_wires
 from robot.config import RobotConfig, load_robot
+from robot.controller import Controller
 from robot.exit_codes import ExitCode
 from robot.hardware import assemble
 from robot.loop import Call, exchange
-from robot.replay import ProgressLine, first_line, replay_table
+from robot.plain_json import plain
+from robot.progress import ProgressLine
+from robot.replay import first_line, replay_table
 from robot.replay_compare import Comparison, Difference, FieldResult
 from robot.replay_fields import FIELDS, WIRE_FIELDS
 from robot.rig import Rig, Seen
@@ -33,7 +36,6 @@ from robot.safety import Allowed
 from sim_hw.clock import VirtualClock
 from sim_hw.recorded_wire import Diverged, RecordedDatagrams, RecordedPort, RecordedText, Tape
 
-PROGRESS_TICKS = 100
 UNKNOWN_LATENCY_MS = 8.0
 
 
@@ -99,12 +101,12 @@ class BusReplay:
 class _Replayed:
     """A rig on a tape, whose time stamps and truth are those of the log: they are not in the bytes."""
 
-    def __init__(self, rig: Rig, first: Tick) -> None:
+    def __init__(self, rig: Rig, recorded: Tick) -> None:
         self._rig = rig
-        self.recorded = first
+        self._recorded = recorded
 
     def read(self) -> Seen:
-        seen, inputs = self._rig.read(), self.recorded.inputs
+        seen, inputs = self._rig.read(), self._recorded.inputs
         servos, truth = seen.servos, inputs.truth
         if inputs.servos is not None:
             servos = replace(servos, t_ns=inputs.servos.t_ns, age_ns=inputs.servos.age_ns)
@@ -126,7 +128,7 @@ def replay_bus(
     *,
     scale: float = 1.0,
     config: RobotConfig | None = None,
-    progress: Callable[[int], None] | None = None,
+    contents: LogContents | None = None,
 ) -> BusReplay:
     """Replay the bytes of a log.
 
@@ -134,32 +136,38 @@ def replay_bus(
         path: The log, recorded with ``bigant drive --record-bytes``.
         scale: Factor on all tolerances of the ticks; requests have none.
         config: Another robot file to try instead of the log's.
-        progress: Told the number of ticks done, now and then.
+        contents: Filled on the way: robot file, metadata, damage, how far it is.
 
     Raises:
         RecordError: The log cannot be read, holds no bytes or no ticks, or its devices do not answer.
     """
-    contents = LogContents()
-    pieces = read_wires(path, contents)
-    ticks = list(read_ticks(path, contents))
-    if not ticks:
+    pieces = read_wires(path, LogContents())
+    contents = contents if contents is not None else LogContents()
+    ticks = read_ticks(path, contents)
+    first = next(ticks, None)
+    if first is None:
         raise RecordError(f"{path} holds no ticks")
     began = time.perf_counter()
     rebuilt = rebuild_controller(contents, config)
     tape = Tape(pieces, VirtualClock(pieces[0].t_ns))
     names = rebuilt.controller.config.parameters.legs.names
     comparison = Comparison((*WIRE_FIELDS, *FIELDS), names, scale)
-    comparison.begin(ticks[0].t_ns)
+    comparison.begin(first.t_ns)
     notes = [*rebuilt.notes]
     wire: WireDifference | None = None
+    end_ns, at_the_end = first.t_ns, False
     try:
-        _run(tape, rebuilt, contents, ticks, comparison, progress)
-        wire = _left_over(tape, ticks[0].t_ns)
+        rig = _open(tape, rebuilt, contents)
+        for recorded in _run(rig, tape, rebuilt.controller, chain((first,), ticks), comparison):
+            end_ns = recorded.t_ns
+        at_the_end = True
+        rig.cut_torque()
+        wire = _left_over(tape, first.t_ns)
     except Diverged as diverged:
-        if diverged.recorded is None and comparison.ticks == len(ticks):
+        if diverged.recorded is None and at_the_end:
             notes.append("the recording ends before torque went off")
         else:
-            wire = _wire_difference(diverged.recorded, diverged.sent, ticks[0].t_ns)
+            wire = _wire_difference(diverged.recorded, diverged.sent, first.t_ns)
     except (BusError, ForceStreamError) as error:
         raise RecordError(f"today's drivers do not come to terms with {path}: {error}") from error
     if tape.skipped:
@@ -167,14 +175,13 @@ def replay_bus(
     if contents.damage:
         notes.append(f"the file is {contents.damage}")
     played = tape.pieces[: tape.place]
-    done = ticks[: comparison.ticks]
     return BusReplay(
         path=path,
         ticks=comparison.ticks,
         requests=sum(piece.sent for piece in played),
         bytes_sent=sum(len(piece.data) for piece in played if piece.sent),
         bytes_received=sum(len(piece.data) for piece in played if not piece.sent),
-        duration_s=(done[-1].t_ns - done[0].t_ns) * 1e-9 if done else 0.0,
+        duration_s=(end_ns - first.t_ns) * 1e-9,
         wall_s=time.perf_counter() - began,
         fields=comparison.results(),
         first=comparison.first,
@@ -184,29 +191,19 @@ def replay_bus(
 
 
 def _run(
-    tape: Tape,
-    rebuilt: Rebuilt,
-    contents: LogContents,
-    ticks: list[Tick],
-    comparison: Comparison,
-    progress: Callable[[int], None] | None,
-) -> None:
-    controller = rebuilt.controller
-    rig = _open(tape, rebuilt, contents)
+    rig: Rig, tape: Tape, controller: Controller, ticks: Iterable[Tick], comparison: Comparison
+) -> Iterator[Tick]:
+    """Do the loop's ticks again; yield the recorded tick of each that is done."""
     state = controller.initial()
     pending: tuple[Fault, ...] = ()
-    replayed = _Replayed(rig, ticks[0])
     for recorded in ticks:
-        replayed.recorded = recorded
         tape.clock.sleep_until_ns(recorded.t_ns)
         inputs = recorded.inputs
         of_the_log = tuple(f for f in inputs.faults if f.kind is FaultKind.LOG_WRITE)
         call = Call(recorded.t_ns, inputs.request, inputs.timing, (*pending, *of_the_log))
-        state, tick, pending = exchange(replayed, controller, state, call)
+        state, tick, pending = exchange(_Replayed(rig, recorded), controller, state, call)
         comparison.add(recorded, tick)
-        if progress is not None and comparison.ticks % PROGRESS_TICKS == 0:
-            progress(comparison.ticks)
-    rig.cut_torque()
+        yield recorded
 
 
 def _open(tape: Tape, rebuilt: Rebuilt, contents: LogContents) -> Rig:
@@ -268,9 +265,9 @@ def replay_bus_command(options: argparse.Namespace) -> ExitCode:
         BigantError: The log cannot be replayed.
     """
     config = None if options.robot is None else load_robot(options.robot)
-    progress = ProgressLine("ticks replayed")
-    found = replay_bus(options.path, scale=options.tolerance, config=config, progress=progress.show)
-    progress.clear()
+    contents = LogContents()
+    with ProgressLine(f"replaying {options.path}", contents.progress):
+        found = replay_bus(options.path, scale=options.tolerance, config=config, contents=contents)
     if options.json:
         print(json.dumps(_as_json(found), indent=2))
     else:
@@ -304,8 +301,5 @@ def bus_lines(found: BusReplay) -> list[str]:
     return [*lines, f"{'equal' if found.equal else 'NOT EQUAL'}: {done}"]
 
 
-def _as_json(found: BusReplay) -> dict[str, object]:
-    values = asdict(found)
-    for field in values["fields"]:
-        field["largest"] = field["largest"] if math.isfinite(field["largest"]) else None
-    return {**values, "path": str(found.path), "equal": found.equal}
+def _as_json(found: BusReplay) -> object:
+    return plain({**asdict(found), "equal": found.equal})

@@ -4,7 +4,7 @@ This is the step that the loop calls, and nothing beside it: a log is replayed b
 """
 
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
@@ -20,9 +20,8 @@ from robot.replay_compare import Comparison, Difference, FieldResult
 from robot.replay_fields import FIELDS
 from robot.run_record import rebuild_controller
 
-# Told the number of ticks done, now and then.
-Progress = Callable[[int], None]
-PROGRESS_TICKS = 200
+# What the metadata of a log say of data that no run of ours made.
+IMPORTED = "imported"
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +59,7 @@ def replay_log(
     *,
     scale: float = 1.0,
     config: RobotConfig | None = None,
-    progress: Progress | None = None,
+    contents: LogContents | None = None,
 ) -> Replay:
     """Replay a log.
 
@@ -68,18 +67,22 @@ def replay_log(
         path: The log.
         scale: Factor on all tolerances; 0 asks for the same bits.
         config: Another robot file to try instead of the log's.
-        progress: Told how far it is.
+        contents: Filled on the way: robot file, metadata, damage, how far it is.
 
     Raises:
         RecordError: The log cannot be read, or holds no ticks.
         ConfigError: Its robot file is none of today's.
     """
-    contents = LogContents()
+    contents = contents if contents is not None else LogContents()
     messages = read_tick_messages(path, contents)
     first_message = next(messages, None)
     if first_message is None:
         reason = contents.damage or "it holds no ticks"
         raise RecordError(f"{path} is no log of ours, or nothing of it is left: {reason}")
+    if contents.metadata.get("hardware") == IMPORTED:
+        raise RecordError(
+            f"{path} is imported data: no controller made it, so none can be held to it"
+        )
     began = time.perf_counter()
     rebuilt = rebuild_controller(contents, config)
     controller, notes = rebuilt.controller, list(rebuilt.notes)
@@ -96,8 +99,6 @@ def replay_log(
             equal_bits += 1
         else:
             comparison.add(decode_tick(message), tick)
-        if progress is not None and comparison.ticks % PROGRESS_TICKS == 0:
-            progress(comparison.ticks)
     if contents.damage:
         notes.append(f"the file is {contents.damage}")
     if comparison.ticks == 0:
@@ -134,10 +135,16 @@ def step_through(
     for message in messages:
         seen = decode_inputs(message)
         if seen.index != state.index:
-            notes.append(
-                f"ticks {state.index} to {seen.index - 1} are missing from the log: only what is "
-                "before them is replayed"
-            )
+            notes.append(_gap_words(state.index, seen.index))
             return
         state, tick = controller.step(state, seen.inputs, seen.t_ns)
         yield message, seen.end, tick
+
+
+def _gap_words(expected: int, found: int) -> str:
+    if found < expected:
+        return "another run begins here (the log is merged): only the first is replayed"
+    return (
+        f"ticks {expected} to {found - 1} are missing from the log: only what is before them is "
+        "replayed"
+    )
