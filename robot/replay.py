@@ -94,13 +94,15 @@ def run(options: argparse.Namespace) -> ExitCode:
     return ExitCode.OK if found.equal else ExitCode.VERDICT_FAILED
 
 
-def replay_table(fields: "Sequence[FieldResult]") -> list[str]:
-    """Return stages and fields as a table."""
+def replay_table(fields: "Sequence[FieldResult]", *, only_beyond: bool = False) -> list[str]:
+    """Return stages and fields as a table; on wish only those that differ too much."""
     lines = [
         f"{'stage':<12}{'field':<17}{'unit':<12}{'tolerance':>10}{'largest':>11}{'ticks beyond':>14}"
     ]
     stage = ""
     for field in fields:
+        if only_beyond and not field.ticks_beyond:
+            continue
         shown = field.stage if field.stage != stage else ""
         stage = field.stage
         lines.append(
@@ -110,9 +112,12 @@ def replay_table(fields: "Sequence[FieldResult]") -> list[str]:
     return lines
 
 
-def replay_lines(found: "Replay") -> list[str]:
-    """Return the result for a person."""
-    lines = [*replay_table(found.fields), *(f"note: {note}" for note in found.notes)]
+def replay_lines(found: "Replay", *, only_beyond: bool = False) -> list[str]:
+    """Return the result for a person; on wish only those fields that differ too much."""
+    lines = [
+        *replay_table(found.fields, only_beyond=only_beyond),
+        *(f"note: {note}" for note in found.notes),
+    ]
     speed = f", {found.duration_s / found.wall_s:.0f} times real time" if found.wall_s > 0 else ""
     done = f"{found.ticks} ticks, {found.duration_s:.1f} s{speed}"
     if found.first is not None:

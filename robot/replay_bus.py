@@ -276,9 +276,9 @@ def replay_bus_command(options: argparse.Namespace) -> ExitCode:
     return ExitCode.OK if found.equal else ExitCode.VERDICT_FAILED
 
 
-def bus_lines(found: BusReplay) -> list[str]:
-    """Return the result for a person."""
-    lines = replay_table(found.fields)
+def bus_lines(found: BusReplay, *, only_beyond: bool = False) -> list[str]:
+    """Return the result for a person; on wish only those fields that differ too much."""
+    lines = replay_table(found.fields, only_beyond=only_beyond)
     lines += [f"note: {note}" for note in found.notes]
     speed = f", {found.duration_s / found.wall_s:.0f} times real time" if found.wall_s > 0 else ""
     done = (
