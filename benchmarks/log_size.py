@@ -1,8 +1,8 @@
 """A long log: its size, and the time and peak memory that each command takes for it.
 
-Ticks of a virtual walk, repeated under new times. Run it with ``python -m benchmarks log_size`` (six minutes of
-ticks) or ``python benchmarks/log_size.py 360000`` (an hour). Memory is the peak resident size of a process of
-its own for each command.
+Ticks of a virtual walk, repeated under new times. Run it with ``python -m benchmarks log_size`` (six
+minutes of ticks) or ``python benchmarks/log_size.py 360000`` (an hour). Memory is the peak resident size
+of a process of its own for each command.
 """
 
 import os

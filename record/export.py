@@ -73,8 +73,8 @@ def export_table(
 def export_trial(path: Path, out: Path, contents: LogContents) -> tuple[Exported, ...]:
     """Write a log as a trial: NAME.parquet or NAME.csv, NAME.toml and the robot file.
 
-    Columns in which nothing was measured are left out. Body and feet are the ground truth's, if there is any;
-    the model's and the estimator's outputs are no measurements and do not go in.
+    Columns in which nothing was measured are left out. Body and feet are the ground truth's, if there is
+    any; the model's and the estimator's outputs are no measurements and do not go in.
 
     Raises:
         RecordError: The log cannot be read, or a file cannot be written.
@@ -136,12 +136,17 @@ def _float(text: str) -> float:
 def _trial_columns(
     block: Sequence[StampedTick], names: tuple[str, ...], start_ns: int, last_yaw: float
 ) -> tuple[list[Column], float]:
-    """Return every column of a trial, also those without a number, and the last yaw for the next block."""
+    """Return every column of a trial, also those without a number, and the last yaw."""
     ticks = [item.tick for item in block]
     columns = table_columns(block, names, start_ns, ("joints", "commands", "forces"))
     found = {column.name: column.values for column in columns}
     time_s = found.pop("time_s")
-    skip = ("unix_ns", "torque_on", *(f"wished_{n}_rad" for n in names), *(f"pwm_{n}" for n in names))
+    skip = (
+        "unix_ns",
+        "torque_on",
+        *(f"wished_{n}_rad" for n in names),
+        *(f"pwm_{n}" for n in names),
+    )
     measured = [Column(name, values) for name, values in found.items() if name not in skip]
     position = truth_stack(ticks, lambda b: b.position_W, 3)
     quaternion = truth_stack(ticks, lambda b: b.quaternion_xyzw, 4)
@@ -159,7 +164,7 @@ def _trial_columns(
 
 
 def _roll_pitch_yaw(quaternion: FloatArray, last_yaw: float) -> tuple[FloatArray, float]:
-    """Return (T, 3) angles, the yaw without jumps of a turn from the block before on, and its last value."""
+    """Return (T, 3) angles, the yaw unwrapped from the block before on, and its last value."""
     angles = np.full((len(quaternion), 3), np.nan)
     known = np.isfinite(quaternion).all(axis=1)
     if known.any():
@@ -212,7 +217,9 @@ def export_tum(path: Path, out: Path, contents: LogContents) -> tuple[Exported, 
                             _write_pose(files[at], item.unix_ns, pose)
                             counts[at], last_ns[at] = counts[at] + 1, item.unix_ns
     except OSError as error:
-        raise RecordError(f"{base} cannot be written: {error.strerror}; choose another --out") from error
+        raise RecordError(
+            f"{base} cannot be written: {error.strerror}; choose another --out"
+        ) from error
     for target, count in zip(targets, counts, strict=True):
         if count == 0:
             target.unlink()

@@ -1,9 +1,10 @@
 """The records of an MCAP file, in file order, past whatever is damaged.
 
-A record is an opcode, a length and that many bytes, so a chunk whose content is broken can be stepped over: it
-alone is lost. Where the framing itself is broken the index at the end of the file, if it is there, tells where the
-next chunk begins; a file without one (cut, killed) is read up to that place. Our own because the library's reader
-stops at the first broken byte, and because decoding all twenty topics to look at one costs six times as much.
+A record is an opcode, a length and that many bytes, so a chunk whose content is broken can be stepped over:
+it alone is lost. Where the framing itself is broken the index at the end of the file, if it is there, tells
+where the next chunk begins; a file without one (cut, killed) is read up to that place. Our own because the
+library's reader stops at the first broken byte, and because decoding all twenty topics to look at one costs
+six times as much.
 """
 
 import struct
@@ -104,9 +105,7 @@ def read_records(
 class _Salvage:
     """One pass over one file."""
 
-    def __init__(
-        self, stream: BinaryIO, progress: Pass, topics: Collection[str] | None
-    ) -> None:
+    def __init__(self, stream: BinaryIO, progress: Pass, topics: Collection[str] | None) -> None:
         self._stream = stream
         self._progress = progress
         self._topics = topics
@@ -231,9 +230,7 @@ class _Salvage:
                 raise ValueError(f"it claims {chunk.uncompressed_size} bytes")
             records = _split(get_chunk_data_stream(chunk, validate_crc=True)[0])
         except DAMAGE as error:
-            self._lost(
-                offset, len(data) + _FRAME.size, f"a broken chunk: {_words(error)}", span
-            )
+            self._lost(offset, len(data) + _FRAME.size, f"a broken chunk: {_words(error)}", span)
             return
         for opcode, content in records:
             if opcode == Opcode.MESSAGE:
@@ -279,7 +276,8 @@ def _attachment(data: bytes) -> Attachment:
     (expected,) = struct.unpack("<I", data[-4:])
     if expected not in {0, zlib.crc32(data[:-4])}:
         raise ValueError("its checksum does not fit")
-    return Attachment.read(_stream_of(data))
+    attachment: Attachment = Attachment.read(_stream_of(data))
+    return attachment
 
 
 _OPCODES = frozenset(int(opcode) for opcode in Opcode)
@@ -309,7 +307,9 @@ def _believable(chunk: Chunk, last_ns: int) -> tuple[int, int]:
     """Return a chunk's own time span, unless its header contradicts itself or the messages before."""
     begin, end = chunk.message_start_time, chunk.message_end_time
     longest_ns = 3600 * 10**9
-    if begin <= end <= begin + longest_ns and (last_ns < 0 or last_ns <= begin <= last_ns + longest_ns):
+    if begin <= end <= begin + longest_ns and (
+        last_ns < 0 or last_ns <= begin <= last_ns + longest_ns
+    ):
         return begin, end
     return last_ns, -1
 
@@ -332,4 +332,3 @@ def damage_words(damages: Collection[Damage], start_unix_ns: int) -> str:
 
 def _seconds(unix_ns: int, start_unix_ns: int) -> str:
     return f"{(unix_ns - start_unix_ns) * 1e-9:.2f} s" if unix_ns >= 0 else "?"
-

@@ -3,6 +3,8 @@
 What the tick has no place for is named by ``left_out``. The model is not run: its outputs are invalid.
 """
 
+from pathlib import Path
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -27,8 +29,6 @@ from model.signals import (
     Traction,
     readonly,
 )
-from pathlib import Path
-
 from record.trial import Trial
 from record.trial_toml import header_text
 from record.versions import software_versions
@@ -83,10 +83,14 @@ def write_trial_log(trial: Trial, path: Path, software: str) -> None:
 def left_out(trial: Trial) -> tuple[str, ...]:
     """Return the columns that a log has no place for; write those to a .parquet or .csv."""
     lost = [c.name for c in trial.columns() if c.name.startswith("torque_")]
-    pose = np.isfinite(trial.body_position_m).all(axis=1) & np.isfinite(trial.body_angles_rad).all(axis=1)
+    pose = np.isfinite(trial.body_position_m).all(axis=1) & np.isfinite(trial.body_angles_rad).all(
+        axis=1
+    )
     if (np.isfinite(trial.foot_m).any(axis=(1, 2)) & ~pose).any():
         lost.append("foot points where the body's pose is not known")
-    partial = np.isfinite(trial.body_position_m).any(axis=1) | np.isfinite(trial.body_angles_rad).any(axis=1)
+    partial = np.isfinite(trial.body_position_m).any(axis=1) | np.isfinite(
+        trial.body_angles_rad
+    ).any(axis=1)
     if (partial & ~pose).any():
         lost.append("body poses that are known in part")
     return tuple(lost)
@@ -158,6 +162,10 @@ def _no_feet(trial: Trial) -> FootMotion:
 
 def _no_contact(legs: int) -> ContactSolution:
     nan = float("nan")
-    support = Support(False, NOT_RUN, nan, nan, nan, np.full(legs, nan), np.zeros(legs, dtype=bool), 0)
-    traction = Traction(False, NOT_RUN, np.full(3, nan), np.full((legs, 2), nan), np.full((legs, 3), nan))
+    support = Support(
+        False, NOT_RUN, nan, nan, nan, np.full(legs, nan), np.zeros(legs, dtype=bool), 0
+    )
+    traction = Traction(
+        False, NOT_RUN, np.full(3, nan), np.full((legs, 2), nan), np.full((legs, 3), nan)
+    )
     return ContactSolution(support, traction)
