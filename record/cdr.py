@@ -17,6 +17,8 @@ _U32 = struct.Struct("<I")
 _I32 = struct.Struct("<i")
 _I64 = struct.Struct("<q")
 _F64 = struct.Struct("<d")
+# made once: numpy would take the text apart at every call
+_FLOATS, _INTS = np.dtype("<f8"), np.dtype("<i8")
 _PADDING = (b"", b"\0", b"\0\0", b"\0\0\0", b"\0" * 4, b"\0" * 5, b"\0" * 6, b"\0" * 7)
 
 
@@ -77,7 +79,7 @@ class CdrWriter:
 
     def f64_array(self, values: FloatArray) -> None:
         """Write a fixed array of float64, any shape, row by row."""
-        self._put(values.astype("<f8", copy=False).tobytes(), 8)
+        self._put(values.astype(_FLOATS, copy=False).tobytes(), 8)
 
     def f64s(self, values: FloatArray) -> None:
         """Write a sequence of float64."""
@@ -87,7 +89,7 @@ class CdrWriter:
 
     def i64_array(self, values: IntArray) -> None:
         """Write a fixed array of int64."""
-        self._put(values.astype("<i8", copy=False).tobytes(), 8)
+        self._put(values.astype(_INTS, copy=False).tobytes(), 8)
 
     def i64s(self, values: IntArray) -> None:
         """Write a sequence of int64."""
@@ -175,7 +177,7 @@ class CdrReader:
 
     def f64_array(self, count: int) -> FloatArray:
         """Read a fixed array of float64."""
-        return np.frombuffer(self._data, "<f8", count, self._skip(8 * count, 8))
+        return np.frombuffer(self._data, _FLOATS, count, self._skip(8 * count, 8))
 
     def f64s(self) -> FloatArray:
         """Read a sequence of float64."""
@@ -184,7 +186,7 @@ class CdrReader:
 
     def i64_array(self, count: int) -> IntArray:
         """Read a fixed array of int64."""
-        return np.frombuffer(self._data, "<i8", count, self._skip(8 * count, 8))
+        return np.frombuffer(self._data, _INTS, count, self._skip(8 * count, 8))
 
     def i64s(self) -> IntArray:
         """Read a sequence of int64."""

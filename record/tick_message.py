@@ -217,6 +217,8 @@ class TickInputs:
 def decode_inputs(data: bytes) -> TickInputs:
     """Return time, number and inputs of the tick in a message, and leave the rest as it is.
 
+    The truth is left out: no step may know it.
+
     Raises:
         ValueError: The message is damaged.
     """
@@ -224,7 +226,7 @@ def decode_inputs(data: bytes) -> TickInputs:
     t_ns, index = r.i64(), r.i64()
     r.u8()
     r.u8()
-    inputs = _read_inputs(r)
+    inputs = _read_inputs(r, with_truth=False)
     return TickInputs(t_ns, index, inputs, r.at)
 
 
@@ -276,7 +278,7 @@ def _rows(values: FloatArray, width: int) -> FloatArray:
     return values.reshape(-1, width)
 
 
-def _read_inputs(r: CdrReader) -> Inputs:
+def _read_inputs(r: CdrReader, *, with_truth: bool = True) -> Inputs:
     request = Request(Intent(r.u8()), r.text(), r.f64(), r.f64(), StopReason(r.u8()))
     timing = LoopTiming(r.i64(), r.i64(), r.i64(), r.i64())
     attached = r.flag()
@@ -294,7 +296,7 @@ def _read_inputs(r: CdrReader) -> Inputs:
         age_ns=r.i64s(),
     )
     forces = tuple(_read_force_record(r) for _ in range(r.u32()))
-    truth = _read_truth(r)
+    truth = _read_truth(r) if with_truth else _skip_truth(r)
     return Inputs(
         servos=servos if attached else None,
         forces=forces,
@@ -333,6 +335,15 @@ def _read_truth(r: CdrReader) -> BodyTruth | None:
         contact=r.flags(),
     )
     return truth if known else None
+
+
+def _skip_truth(r: CdrReader) -> None:
+    r.flag()
+    r.i64()
+    r.f64_array(3 + 4 + 3 + 3)
+    for _ in range(3):
+        r.f64s()
+    r.flags()
 
 
 def _read_contact(r: CdrReader) -> ContactSolution:
