@@ -296,7 +296,7 @@ def _read_inputs(r: CdrReader, *, with_truth: bool = True) -> Inputs:
         age_ns=r.i64s(),
     )
     forces = tuple(_read_force_record(r) for _ in range(r.u32()))
-    truth = _read_truth(r) if with_truth else _skip_truth(r)
+    truth = _read_truth(r, wanted=with_truth)
     return Inputs(
         servos=servos if attached else None,
         forces=forces,
@@ -321,8 +321,15 @@ def _read_force_record(r: CdrReader) -> ForceRecord:
     )
 
 
-def _read_truth(r: CdrReader) -> BodyTruth | None:
+def _read_truth(r: CdrReader, *, wanted: bool) -> BodyTruth | None:
     known = r.flag()
+    if not wanted:
+        r.i64()
+        r.f64_array(3 + 4 + 3 + 3)
+        for _ in range(3):
+            r.f64s()
+        r.flags()
+        return None
     truth = BodyTruth(
         t_ns=r.i64(),
         position_W=r.f64_array(3),
@@ -335,15 +342,6 @@ def _read_truth(r: CdrReader) -> BodyTruth | None:
         contact=r.flags(),
     )
     return truth if known else None
-
-
-def _skip_truth(r: CdrReader) -> None:
-    r.flag()
-    r.i64()
-    r.f64_array(3 + 4 + 3 + 3)
-    for _ in range(3):
-        r.f64s()
-    r.flags()
 
 
 def _read_contact(r: CdrReader) -> ContactSolution:
