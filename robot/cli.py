@@ -170,6 +170,7 @@ def _add_drive(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         "the same log, byte for byte, every time",
     )
     drive.add_argument("--seed", type=int, default=0, metavar="N", help="seed of virtual noise")
+    _add_scenario(drive)
 
 
 def _add_show(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -226,3 +227,13 @@ def _add_sim(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
         "--absent", type=int, action="append", default=[], metavar="ID", help="a servo to leave out"
     )
     serve.add_argument("--no-force-unit", action="store_true", help="leave out the force unit")
+    _add_scenario(serve)
+
+
+def _add_scenario(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--scenario",
+        type=Path,
+        metavar="FILE",
+        help="faults of the virtual hardware, for example examples/faults_servo.toml",
+    )
