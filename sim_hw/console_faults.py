@@ -2,9 +2,10 @@
 
 from collections.abc import Sequence
 
-from sim_hw.fault_kinds import ConsoleStall, Fault, SplitConsole
+from sim_hw.fault_kinds import Fault
 from sim_hw.interfaces import ConsoleEnd
 from sim_hw.scenario_time import ScenarioTime
+from sim_hw.wnet_fault_kinds import ConsoleStall, SplitConsole
 
 
 class FaultyConsole:
@@ -23,6 +24,7 @@ class FaultyConsole:
         self._splits = [fault for fault in faults if isinstance(fault, SplitConsole)]
         self._waiting = bytearray()
         self._next_piece_ns = 0
+        self._looked_ns = 0
 
     def give(self, data: bytes, t_ns: int) -> None:
         """Send bytes to the unit."""
@@ -31,6 +33,7 @@ class FaultyConsole:
 
     def take(self, t_ns: int) -> bytes:
         """Return what has been printed by a time: nothing, a piece, or all of it."""
+        self._looked_ns = t_ns
         self._time.look(t_ns, torque=False)
         if self._stalled(t_ns):
             return b""
@@ -50,11 +53,13 @@ class FaultyConsole:
 
     def next_due_ns(self) -> int | None:
         """When there may be something to take."""
-        if self._waiting:
-            due_ns: int | None = self._next_piece_ns
-        else:
-            due_ns = self._end.next_due_ns()
-        for fault in self._stalls:
-            if due_ns is not None and self._time.active(fault, due_ns):
-                due_ns = self._time.end_ns(fault)
-        return due_ns
+        due_ns = self._next_piece_ns if self._waiting else self._end.next_due_ns()
+        if due_ns is None:
+            return None
+        due_ns = max(due_ns, self._looked_ns)  # printed before a stall, taken after it
+        ends_ns = [
+            self._time.end_ns(fault) for fault in self._stalls if self._time.active(fault, due_ns)
+        ]
+        if None in ends_ns:
+            return None
+        return max([due_ns, *(t for t in ends_ns if t is not None)])

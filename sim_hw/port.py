@@ -40,7 +40,13 @@ class MemoryPort(ClockedPort):
             self.latency_ms = self.latency_timer_ms = 1e3 * latency_timer_s
 
     def openPort(self) -> bool:  # noqa: N802 - the SDK's names
-        """Open."""
+        """Open; what came while nobody listened is gone.
+
+        Raises:
+            ConnectionLost: The cable is out.
+        """
+        self._bus.replies(self._virtual.now_ns())
+        self._received.clear()
         self.is_open = True
         return True
 

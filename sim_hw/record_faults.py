@@ -5,8 +5,9 @@ from dataclasses import replace
 
 from drivers.ati_packets import TICKS_PER_SECOND, U32, Malformed, build_record, parse_datagram
 from model.signals import ForceRecord
-from sim_hw.fault_kinds import ClockStep, Fault, LowBattery, MaskChange, Rollover, Saturation
+from sim_hw.fault_kinds import Fault
 from sim_hw.scenario_time import ScenarioTime
+from sim_hw.wnet_fault_kinds import ClockStep, LowBattery, MaskChange, Rollover, Saturation
 
 LED_CODES = {"off": 0, "red": 1, "green": 2, "orange": 3}
 BATTERY_LED_SHIFT = 10

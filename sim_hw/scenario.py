@@ -2,7 +2,7 @@
 
 Keys: ``seed``, ``begins`` (``power``: when the devices are first used; ``torque``: when a servo's torque is
 first switched on), the tables ``servo``, ``force_unit`` and ``adapter`` of ``sim_hw.assumed``, and any
-number of ``[[fault]]`` tables with a ``kind`` of ``sim_hw.fault_kinds``. See examples/faults_servo.toml.
+number of ``[[fault]]`` tables with a ``kind`` of ``sim_hw.fault_catalog``. See examples/faults_servo.toml.
 """
 
 import tomllib
@@ -13,7 +13,8 @@ from typing import Any
 
 from model.errors import ConfigError
 from sim_hw.assumed import AdapterAssumed, ServoAssumed, WnetAssumed
-from sim_hw.fault_kinds import KINDS, Fault
+from sim_hw.fault_catalog import KINDS
+from sim_hw.fault_kinds import Fault
 from sim_hw.scenario_table import among, read_table, suggestion, within
 
 TABLES = ("servo", "force_unit", "adapter", "fault")

@@ -21,9 +21,9 @@ from drivers.settings import ForceSensorSettings, ServoBusSettings
 from model.errors import BusError
 from model.params import RobotParameters
 from sim_hw.ati_sockets import WnetSockets
-from sim_hw.fault_kinds import Unplug
 from sim_hw.interfaces import Served
 from sim_hw.scenario import Scenario
+from sim_hw.servo_fault_kinds import Unplug
 from sim_hw.servo_pty import PtyServoBus
 from sim_hw.truth_link import TruthReceiver, TruthSender
 from sim_hw.virtual_robot import VirtualRobot, build_virtual_robot

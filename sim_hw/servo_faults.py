@@ -10,20 +10,19 @@ from typing import Protocol
 
 from drivers.dynamixel_frames import build_status
 from model.errors import ConnectionLost
-from sim_hw.fault_kinds import (
+from sim_hw.fault_kinds import ChanceFault, Fault
+from sim_hw.interfaces import ServoWire
+from sim_hw.scenario_time import Dice, ScenarioTime
+from sim_hw.servo_fault_kinds import (
     BitFlip,
-    ChanceFault,
     DuplicatedReply,
     Echo,
-    Fault,
     ForeignReply,
     LateReply,
     LostReply,
     ReplyFault,
     TruncatedReply,
 )
-from sim_hw.interfaces import ServoWire
-from sim_hw.scenario_time import Dice, ScenarioTime
 from sim_hw.servo_mishaps import ServoMishaps
 from sim_hw.servos import Reply, wire_ns
 

@@ -7,17 +7,17 @@ from typing import Protocol
 import numpy as np
 
 from model.signals import FloatArray
-from sim_hw.fault_kinds import (
+from sim_hw.fault_kinds import Fault
+from sim_hw.interfaces import FirmwareControl, MotorWorld
+from sim_hw.scenario_time import ScenarioTime
+from sim_hw.servo_fault_kinds import (
     Brownout,
-    Fault,
     Overheating,
     Overload,
     SilentServo,
     StuckShaft,
     Unplug,
 )
-from sim_hw.interfaces import FirmwareControl, MotorWorld
-from sim_hw.scenario_time import ScenarioTime
 from sim_hw.servos import VirtualServoBus
 
 MISHAPS = (SilentServo, Brownout, Overheating, Overload, StuckShaft, Unplug)

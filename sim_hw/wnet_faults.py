@@ -9,19 +9,19 @@ from collections.abc import Sequence
 from drivers.ati_packets import Command, parse_command
 from sim_hw.ati import VirtualWnet
 from sim_hw.console_faults import FaultyConsole
-from sim_hw.fault_kinds import (
+from sim_hw.fault_kinds import Fault
+from sim_hw.interfaces import ConsoleEnd
+from sim_hw.record_faults import RecordFaults
+from sim_hw.scenario_time import Dice, ScenarioTime
+from sim_hw.wnet_fault_kinds import (
     Batching,
     DuplicatePacket,
-    Fault,
     PacketLoss,
     PortChangeStall,
     ReorderedPacket,
     SampleRate,
     SilentStop,
 )
-from sim_hw.interfaces import ConsoleEnd
-from sim_hw.record_faults import RecordFaults
-from sim_hw.scenario_time import Dice, ScenarioTime
 
 SMALLEST_RECORD = 18
 Datagrams = list[tuple[int, bytes]]
@@ -126,19 +126,17 @@ class FaultyWnet:
         return t_ns, data
 
     def _in_the_air(self, t_ns: int, data: bytes) -> Datagrams:
-        """Return what of a datagram arrives now, with what was held back for it."""
+        """Return what of a datagram arrives now: it, behind it the one that it has overtaken."""
         copies = [data]
         for dice in self._dice:
-            if copies and dice.hits(t_ns):
-                match dice.fault:
-                    case PacketLoss():
-                        copies = []
-                    case DuplicatePacket():
-                        copies = 2 * copies
-                    case _:
-                        self._held += copies
-                        copies = []
-                        return []
+            overtaking = isinstance(dice.fault, ReorderedPacket)
+            # one that overtakes is not itself overtaken, or else nothing would ever arrive
+            if not copies or (overtaking and self._held) or not dice.hits(t_ns):
+                continue
+            if overtaking:
+                self._held, copies = copies, []
+            else:
+                copies = [] if isinstance(dice.fault, PacketLoss) else 2 * copies
         if copies:
             copies += self._held
             self._held = []
