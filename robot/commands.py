@@ -27,7 +27,10 @@ class Command:
     help: str
 
 
-GROUP_HELP = (("model", "the model of slipping, without a robot"),)
+GROUP_HELP = (
+    ("model", "the model of slipping, without a robot"),
+    ("sim", "virtual hardware for other programs, and what can go wrong with it"),
+)
 
 COMMANDS = (
     Command(("model", "run"), "robot.model_run", "a named system through the model, drawn"),
@@ -39,6 +42,8 @@ COMMANDS = (
     Command(
         ("model", "figures"), "robot.model_figures", "our version of the paper's figures and tables"
     ),
+    Command(("sim", "serve"), "robot.sim_serve", "serve virtual devices until Ctrl-C"),
+    Command(("sim", "faults"), "robot.sim_faults", "list the faults that --scenario can hold"),
 )
 
 Parsers = argparse._SubParsersAction  # what add_subparsers returns has no public name
