@@ -30,6 +30,7 @@ class Command:
 GROUP_HELP = (
     ("model", "the model of slipping, without a robot"),
     ("log", "look at, mend, cut, merge and export logs"),
+    ("sim", "virtual hardware for other programs, and what can go wrong with it"),
 )
 
 COMMANDS = (
@@ -49,6 +50,8 @@ COMMANDS = (
     Command(("log", "merge"), "robot.log_merge", "logs of one robot, one behind the other"),
     Command(("log", "export"), "robot.log_export", "tables, trials and trajectories of a log"),
     Command(("import",), "robot.import_command", "measured data as a log or a trial, checked"),
+    Command(("sim", "serve"), "robot.sim_serve", "serve virtual devices until Ctrl-C"),
+    Command(("sim", "faults"), "robot.sim_faults", "list the faults that --scenario can hold"),
 )
 
 Parsers = argparse._SubParsersAction  # what add_subparsers returns has no public name

@@ -28,6 +28,7 @@ from robot.rig import Rig
 from robot.run_record import controller_metadata, wire_metadata
 from robot.teleop import HELP, KeyboardOperator, Keys, Wish
 from robot.view import open_view
+from sim_hw.scenario import load_scenario
 
 VIRTUAL = "virtual"
 # Virtual time has no calendar; its logs are stamped from this date so that two runs are the same.
@@ -124,6 +125,10 @@ def plan_of(options: argparse.Namespace) -> Drive:
         raise ConfigError(
             "--virtual-time", "needs --hardware virtual; real servos live in real time"
         )
+    if options.scenario is not None and not virtual:
+        raise ConfigError(
+            "--scenario", "needs --hardware virtual; faults are put on virtual devices only"
+        )
     if options.readonly and options.armed:
         raise ConfigError("--armed", "and --readonly exclude each other; choose one")
     if options.record_bytes and options.log == NO_LOG:
@@ -147,8 +152,18 @@ def _open_rig(plan: Drive, tap: WireTap | None) -> Rig:
     if options.hardware != VIRTUAL:
         unit = _force_unit(options.force_unit, config.force_sensor) if with_forces else None
         return open_real(config, options.hardware, unit, armed=plan.armed, tap=tap)
+    scenario = None
+    if options.scenario is not None:
+        scenario = load_scenario(options.scenario, [int(i) for i in config.servo_bus.ids])
     opener = open_in_memory if options.virtual_time else open_virtual
-    return opener(config, seed=options.seed, armed=plan.armed, with_forces=with_forces, tap=tap)
+    return opener(
+        config,
+        seed=options.seed,
+        armed=plan.armed,
+        with_forces=with_forces,
+        scenario=scenario,
+        tap=tap,
+    )
 
 
 def _force_unit(text: str | None, settings: ForceSensorSettings) -> ForceSensorSettings:
@@ -212,6 +227,7 @@ def _open_log(plan: Drive, rig: Rig, controller: Controller) -> LogWriter | Back
             "seed": str(options.seed) if options.hardware == VIRTUAL else "",
             **controller_metadata(controller, rig.calibrations),
             **wire_metadata(rig, recorded=options.record_bytes),
+            **({"scenario": options.scenario.name} if options.scenario is not None else {}),
             "software": software(),
             **software_versions(),
         },

@@ -20,6 +20,7 @@ from robot.rig import Rig, TruthSource
 from sim_hw.ati_memory import MemoryDatagramLink, MemoryTextLink
 from sim_hw.clock import VirtualClock
 from sim_hw.port import MemoryPort
+from sim_hw.scenario import Scenario
 from sim_hw.server import DeviceProcess, VirtualSetup
 from sim_hw.virtual_robot import VirtualRobot, build_virtual_robot
 
@@ -34,7 +35,8 @@ class _WorldTruth:
     clock: Clock
 
     def latest(self) -> BodyTruth:
-        """Return the truth now."""
+        """Return the truth now. The servos live on even when nobody can talk to them any more."""
+        self.robot.servo_wire.poll(self.clock.now_ns())
         return self.robot.world.truth(self.clock.now_ns())
 
 
@@ -44,17 +46,28 @@ def open_in_memory(
     seed: int,
     armed: bool,
     with_forces: bool,
+    scenario: Scenario | None = None,
     tap: WireTap | None = None,
 ) -> Rig:
-    """Open a virtual robot in memory under a virtual clock: no waiting, same bytes every time."""
+    """Open a virtual robot in memory under a virtual clock: no waiting, same bytes every time.
+
+    Args:
+        config: Robot file.
+        seed: Seed of the virtual robot's noise.
+        armed: Whether torque may be switched on.
+        with_forces: Whether to use the force-torque unit.
+        scenario: What goes wrong, None for sound devices.
+        tap: Listens in on all wires, from the first byte on.
+    """
     clock = VirtualClock(start_ns=1_000_000_000)
-    robot = build_virtual_robot(config.parameters, config.servo_bus, config.force_sensor, seed)
+    robot = build_virtual_robot(
+        config.parameters, config.servo_bus, config.force_sensor, seed, scenario=scenario
+    )
+    timer_s = scenario.adapter.latency_timer_s if scenario is not None else 0.0
 
     def links() -> tuple[DatagramLink, TextLink]:
-        datagrams, console = (
-            MemoryDatagramLink(robot.wnet, clock),
-            MemoryTextLink(robot.wnet, clock),
-        )
+        datagrams = MemoryDatagramLink(robot.wnet_wire, clock)
+        console = MemoryTextLink(robot.wnet_wire, clock)
         if tap is None:
             return datagrams, console
         return TappedDatagrams(datagrams, tap, clock), TappedText(console, tap, clock)
@@ -62,7 +75,7 @@ def open_in_memory(
     return assemble(
         config,
         clock=clock,
-        port=MemoryPort(robot.servos, clock, config.servo_bus.baud_rate),
+        port=MemoryPort(robot.servo_wire, clock, config.servo_bus.baud_rate, timer_s),
         links=links if with_forces else None,
         settings=config.force_sensor,
         truth=_WorldTruth(robot, clock),
@@ -78,11 +91,17 @@ def open_virtual(
     seed: int,
     armed: bool,
     with_forces: bool,
+    scenario: Scenario | None = None,
     tap: WireTap | None = None,
 ) -> Rig:
-    """Open a virtual robot in a process of its own: pseudo-terminal, sockets, real time."""
+    """Open a virtual robot in a process of its own: pseudo-terminal, sockets, real time.
+
+    Args: as for ``open_in_memory``.
+    """
     devices = DeviceProcess(
-        VirtualSetup(config.parameters, config.servo_bus, config.force_sensor, seed)
+        VirtualSetup(
+            config.parameters, config.servo_bus, config.force_sensor, seed, scenario=scenario
+        )
     )
     settings = replace(
         config.force_sensor,

@@ -164,6 +164,7 @@ def _plan(options: argparse.Namespace, wishes: Wishes, contents: LogContents) ->
             **vars(options),
             "teleop": False,
             "record_bytes": False,
+            "scenario": None,
             "rate_hz": then.rate_hz,
             "steer": first.steer,
         }
