@@ -125,12 +125,13 @@ class RecordedPort(ClockedPort):
         return len(data)
 
     def readPort(self, length: int) -> bytes:  # noqa: N802
-        """Return what this read gave then; where there was none, let the timeout pass."""
+        """Return what this read gave then; after the last one in vain, let the timeout pass."""
         data = self._rest
         if not data:
             if self._tape.incoming(Wire.SERVO_BUS) is not None:
                 data = self._tape.pop().data
-            if not data:
+            if not data and self._tape.incoming(Wire.SERVO_BUS) is None:
+                # no more reads: the driver gave up here, if only a moment after the read was noted
                 wait_ns = round(self.remaining_ms() * 1e6) + IDLE_STEP_NS
                 self._tape.clock.advance(wait_ns)
         data, self._rest = data[:length], data[length:]

@@ -125,6 +125,34 @@ def test_recorded_bytes_go_through_the_drivers(walk: Path) -> None:
     assert all(field.largest == 0 for field in found.fields)
 
 
+FAULTY = """
+begins = "torque"
+[adapter]
+latency_timer_s = 0.001
+[[fault]]
+kind = "bit_flip"
+start_s = 0.5
+rate = 0.02
+[[fault]]
+kind = "silent_servo"
+servo = 3
+start_s = 2.0
+duration_s = 0.06
+"""
+
+
+def test_damaged_and_missing_replies_are_replayed_too(tmp_path: Path) -> None:
+    scenario, path = tmp_path / "faulty.toml", tmp_path / "faulty.mcap"
+    scenario.write_text(FAULTY, encoding="utf-8")
+    arguments = "drive --cycles 0.1 --virtual-time --rate-hz 20 --record-bytes --scenario"
+    run([*arguments.split(), str(scenario), "--log", str(path)])
+    faulty = [tick for tick in read_ticks(path) if not tick.joints.valid.all()]
+    assert len(faulty) > 3
+    found = replay_bus(path)
+    assert found.wire is None
+    assert found.first is None
+
+
 def test_the_first_other_request_is_shown_with_its_register(walk: Path) -> None:
     other = parse_robot(CONFIG_TEXT.replace("watchdog = 0.24 ", "watchdog = 0.30 "))
     found = replay_bus(walk, config=other)
