@@ -40,6 +40,23 @@ class CheckedServo:
             raise self._refused(f"did not give its {name}", answer, name)
         return register.decode(answer.data)
 
+    def read_run(self, first: str, last: str) -> bytes:
+        """Return the bytes from one register to another; asks twice if an answer is lost.
+
+        Only for neighbours: what a read across a gap of the table returns is not documented.
+
+        Raises:
+            BusError: No sound answer.
+        """
+        start, end = REGISTER[first], REGISTER[last]
+        length = end.address + end.size - start.address
+        answer = self.packets.read(self.port, self.servo_id, start.address, length)
+        if answer.data is None and not answer.error:
+            answer = self.packets.read(self.port, self.servo_id, start.address, length)
+        if answer.data is None:
+            raise self._refused(f"did not give {first} to {last}", answer, first)
+        return answer.data
+
     def write(self, name: str, value: int) -> None:
         """Write a register; one more time if the answer is lost on the way.
 
@@ -96,6 +113,20 @@ class CheckedServo:
         answer = self.packets.ask(self.port, self.servo_id, Instruction.CLEAR, CLEAR_MULTI_TURN)
         if not answer.ok:
             raise self._refused("did not set its turn counter back", answer, "present_position")
+
+    def reboot(self) -> None:
+        """Tell the servo to start anew; it is deaf for a moment then, and its torque is off.
+
+        Raises:
+            BusError: It did not say that it will.
+        """
+        answer = self.packets.ask(self.port, self.servo_id, Instruction.REBOOT)
+        if not answer.ok:
+            raise self._refused("did not reboot", answer, "hardware_error_status")
+
+    def answers(self) -> bool:
+        """Return whether it answers a ping."""
+        return self.packets.ask(self.port, self.servo_id, Instruction.PING).data is not None
 
     def _refused(self, what: str, answer: Answer, register: str) -> BusError:
         return BusError(

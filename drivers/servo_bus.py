@@ -26,7 +26,13 @@ from drivers.mx106 import (
 from drivers.servo_packets import Answer
 from drivers.servo_port import ClockedPort
 from drivers.servo_requests import ServoRequests
-from drivers.servo_setup import BusReport, checked_servos, configure_servos, find_servos
+from drivers.servo_setup import (
+    BusReport,
+    checked_servos,
+    configure_servos,
+    find_servos,
+    hold_at,
+)
 from drivers.servo_stats import BusStats
 from drivers.settings import ServoBusSettings
 from model.errors import BusError
@@ -64,6 +70,11 @@ class ServoBus:
     def stats(self) -> BusStats:
         """Counts of requests, timeouts, damaged and late answers, and round trips."""
         return self._packets.counters.snapshot()
+
+    @property
+    def torque_wanted(self) -> bool:
+        """Whether torque has been switched on and not off again; a servo may have lost it."""
+        return self._torque_on
 
     def connect(self) -> BusReport:
         """Open the port and find every servo. Writes nothing.
@@ -173,12 +184,10 @@ class ServoBus:
                 ids=tuple(int(i) for i in self.settings.ids[~readings.valid]),
             )
         try:
-            for servo, ticks in zip(self._servos(), readings.position_ticks, strict=True):
-                servo.write("bus_watchdog", 0)  # a tripped one takes no goal
-                servo.write("goal_position", int(ticks))
-                servo.write_verified("torque_enable", 1)
-            for servo in self._servos():
-                servo.write_verified("bus_watchdog", self._watchdog_units())
+            for servo, ticks in zip(self.servos(), readings.position_ticks, strict=True):
+                hold_at(servo, int(ticks))
+            for servo in self.servos():
+                servo.write_verified("bus_watchdog", self.watchdog_units)
         except BusError:
             self.torque_off()
             raise
@@ -263,10 +272,13 @@ class ServoBus:
             ids = tuple(int(i) for i in self.settings.ids[where])
             raise BusError(f"{self._legs(where)} {why}", port=self._port.name, ids=ids)
 
-    def _watchdog_units(self) -> int:
+    @property
+    def watchdog_units(self) -> int:
+        """The watchdog time in the servos' own units."""
         return round(self.settings.watchdog_s / WATCHDOG_UNIT_S)
 
-    def _servos(self) -> list[CheckedServo]:
+    def servos(self) -> list[CheckedServo]:
+        """Return the servos in leg order, to be read and written by register name."""
         return checked_servos(self._port, self._packets, self.settings)
 
     def _legs(self, where: BoolArray) -> str:

@@ -118,14 +118,38 @@ def configure_servos(port: ClockedPort, packets: ServoRequests, settings: ServoB
         BusError: A servo does not take a setting.
     """
     for servo in checked_servos(port, packets, settings):
-        servo.answer_everything()
-        servo.write_verified("torque_enable", 0)  # EEPROM is locked while it is on
-        servo.write_verified("bus_watchdog", 0)
-        servo.ensure("operating_mode", OperatingMode.EXTENDED_POSITION)
-        servo.write("profile_velocity", 0)
-        servo.write("profile_acceleration", 0)
+        configure_servo(servo)
         if abs(servo.read("present_position")) > TURNS_TO_CLEAR * TICKS_PER_TURN:
             servo.clear_turns()
+
+
+def configure_servo(servo: CheckedServo) -> None:
+    """Bring one servo into extended position mode, torque off, watchdog clear, no profile.
+
+    Raises:
+        BusError: It does not take a setting.
+    """
+    servo.answer_everything()
+    servo.write_verified("torque_enable", 0)  # EEPROM is locked while it is on
+    servo.write_verified("bus_watchdog", 0)
+    servo.ensure("operating_mode", OperatingMode.EXTENDED_POSITION)
+    servo.write("profile_velocity", 0)
+    servo.write("profile_acceleration", 0)
+
+
+def hold_at(servo: CheckedServo, ticks: int) -> None:
+    """Switch one servo's torque on with its goal where it stands.
+
+    Args:
+        servo: The servo, configured.
+        ticks: Its present position [ticks].
+
+    Raises:
+        BusError: It does not do it.
+    """
+    servo.write("bus_watchdog", 0)  # a tripped one takes no goal
+    servo.write("goal_position", ticks)
+    servo.write_verified("torque_enable", 1)
 
 
 def _ping(servo: CheckedServo) -> Answer:
