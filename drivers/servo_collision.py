@@ -24,14 +24,17 @@ def id_is_shared(port: ClockedPort, packets: PacketHandler, servo_id: int) -> bo
     first, last = REGISTER["realtime_tick"], REGISTER["present_temperature"]
     length = last.address + last.size - first.address
     parameters = first.address.to_bytes(2, "little") + length.to_bytes(2, "little")
-    damaged = 0
+    damaged, answered = 0, False
     for _ in range(PROBES):
-        before = _oddities(packets)
+        bad, late = _damage(packets), packets.counters.late_replies
         answer = packets.request(port, servo_id, Instruction.READ, parameters, length)
-        damaged += answer.data is None or _oddities(packets) > before
+        # what this request found waiting came behind a sound answer; behind a timeout it is just late
+        second = answered and packets.counters.late_replies > late
+        damaged += second or _damage(packets) > bad
+        answered = answer.data is not None
     return damaged >= DAMAGED_LIMIT
 
 
-def _oddities(packets: PacketHandler) -> int:
-    c = packets.counters
-    return c.crc_errors + c.late_replies + c.foreign_replies + c.noise_bytes
+def _damage(packets: PacketHandler) -> int:
+    counters = packets.counters
+    return counters.crc_errors + counters.foreign_replies + counters.noise_bytes

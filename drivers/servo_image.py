@@ -167,12 +167,15 @@ def write_changes(servo: CheckedServo, changes: Sequence[Change]) -> CheckedServ
 
 
 def _change_id(servo: CheckedServo, new_id: int) -> CheckedServo:
-    servo.write("id", new_id)
+    """Set an id, and prove it; the answer to this write may come under either, so nobody looks."""
+    register = REGISTER["id"]
+    data = register.encode(new_id)
+    servo.packets.write(servo.port, servo.servo_id, register.address, data)
     renamed = CheckedServo(servo.port, servo.packets, servo.leg, new_id)
-    if renamed.read("id") != new_id or servo.answers():
+    if not _knocks(renamed) or servo.answers():
         raise BusError(
-            f"{servo.leg} took the id {new_id} and does not go by it alone; is there a second servo "
-            f"with id {servo.servo_id} or {new_id}? Connect one at a time",
+            f"{servo.leg} was told to take id {new_id} and does not go by it alone; is there a second "
+            f"servo with id {servo.servo_id} or {new_id}? Connect one at a time",
             port=servo.port.name,
             ids=(servo.servo_id, new_id),
             register="id",
@@ -201,6 +204,10 @@ def _change_baud_rate(servo: CheckedServo, baud_rate: int) -> None:
         ids=(servo.servo_id,),
         register="baud_rate",
     )
+
+
+def _knocks(servo: CheckedServo) -> bool:
+    return any(servo.answers() for _ in range(TALK_TRIES))
 
 
 def _talks(servo: CheckedServo) -> bool:

@@ -27,7 +27,10 @@ class Command:
     help: str
 
 
-GROUP_HELP = (("model", "the model of slipping, without a robot"),)
+GROUP_HELP = (
+    ("model", "the model of slipping, without a robot"),
+    ("servo", "the servos one by one: scan, set up, back up, watch"),
+)
 
 COMMANDS = (
     Command(("model", "run"), "robot.model_run", "a named system through the model, drawn"),
@@ -39,6 +42,13 @@ COMMANDS = (
     Command(
         ("model", "figures"), "robot.model_figures", "our version of the paper's figures and tables"
     ),
+    Command(("servo", "scan"), "robot.servo_scan", "who answers at which baud rate"),
+    Command(("servo", "setup"), "robot.servo_setup", "bring servos into the robot file's settings"),
+    Command(("servo", "backup"), "robot.servo_backup", "everything the servos keep, into a file"),
+    Command(("servo", "restore"), "robot.servo_restore", "a backup back into the servos"),
+    Command(("servo", "zero"), "robot.servo_zero", "the servo_zero line of the robot file"),
+    Command(("servo", "watch"), "robot.servo_watch", "live table, round trips, counters"),
+    Command(("servo", "reboot"), "robot.servo_reboot", "reboot, and keep the cause of the error"),
 )
 
 Parsers = argparse._SubParsersAction  # what add_subparsers returns has no public name
