@@ -76,6 +76,29 @@ class ServoBus:
         """Whether torque has been switched on and not off again; a servo may have lost it."""
         return self._torque_on
 
+    @property
+    def clock(self) -> Clock:
+        """The clock of the port."""
+        return self._clock
+
+    @property
+    def latency_timer_ms(self) -> float | None:
+        """How long the adapter holds a short answer back, None where the system does not say."""
+        return self._port.latency_timer_ms
+
+    def open(self) -> None:
+        """Open the port; nothing happens if it is open.
+
+        Raises:
+            BusError: It cannot be opened.
+        """
+        if not self._port.openPort():
+            raise BusError(
+                f"{self._port.name} cannot be opened at {self.settings.baud_rate} baud; choose "
+                "another port or baud_rate",
+                port=self._port.name,
+            )
+
     def connect(self) -> BusReport:
         """Open the port and find every servo. Writes nothing.
 
@@ -85,12 +108,7 @@ class ServoBus:
         Raises:
             BusError: The port cannot be opened, or a servo is missing, of another kind or unusable.
         """
-        if not self._port.openPort():
-            raise BusError(
-                f"{self._port.name} cannot be opened at {self.settings.baud_rate} baud; choose "
-                "another port or baud_rate",
-                port=self._port.name,
-            )
+        self.open()
         self.report = find_servos(self._port, self._packets, self.settings)
         return self.report
 

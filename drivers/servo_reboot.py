@@ -10,6 +10,7 @@ from model.errors import BusError
 # A servo takes a few tenths of a second to start.
 REBOOT_LIMIT_S = 3.0
 LOOK_AGAIN_S = 0.05
+TELL_TRIES = 10  # longer together than a reboot whose answer was lost
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +62,7 @@ def reboot_servo(servo: CheckedServo, clock: Clock) -> Reboot:
     torque = bool(servo.read("torque_enable"))
     ticks_before = servo.read("present_position")
     began_ns = clock.now_ns()
-    servo.reboot()
+    _tell(servo, clock)
     _wait_until_back(servo, clock, began_ns)
     servo.write_verified("torque_enable", 0)
     return Reboot(
@@ -73,6 +74,19 @@ def reboot_servo(servo: CheckedServo, clock: Clock) -> Reboot:
         ticks_after=servo.read("present_position"),
         error_after=servo.read("hardware_error_status"),
         duration_s=(clock.now_ns() - began_ns) * 1e-9,
+    )
+
+
+def _tell(servo: CheckedServo, clock: Clock) -> None:
+    """Tell it until it says that it will: twice does no harm, and a lost answer proves nothing."""
+    for _ in range(TELL_TRIES):
+        if servo.reboot():
+            return
+        clock.sleep_until_ns(clock.now_ns() + round(LOOK_AGAIN_S * 1e9))
+    raise BusError(
+        f"{servo.leg} (id {servo.servo_id}) did not answer to its reboot: check its cable",
+        port=servo.port.name,
+        ids=(servo.servo_id,),
     )
 
 

@@ -26,7 +26,7 @@ from drivers.servo_requests import ServoRequests
 from drivers.settings import ServoBusSettings
 from model.errors import BusError
 
-PING_TRIES = 2
+PING_TRIES = 3
 # Firmware before this has no bus watchdog.
 FIRST_FIRMWARE_WITH_WATCHDOG = 38
 LONGEST_QUIET_RETURN_DELAY = 1  # 2 us
