@@ -11,7 +11,8 @@ from model.errors import ConfigError
 
 if TYPE_CHECKING:
     from drivers.checked_servo import CheckedServo
-    from drivers.servo_port import BusPort, ClockedPort
+    from drivers.servo_bus import ServoBus
+    from drivers.servo_port import ClockedPort
     from drivers.servo_requests import ServoRequests
     from drivers.servo_scan import FoundServo
     from robot.config import RobotConfig
@@ -52,6 +53,19 @@ def servo_id(text: str) -> int:
     return int(text)
 
 
+def bus_of(options: argparse.Namespace, config: "RobotConfig") -> "ServoBus":
+    """Return the servo bus of a robot at the port and baud rate asked for, not yet open."""
+    from dataclasses import replace
+
+    from drivers.servo_bus import ServoBus
+
+    settings = config.servo_bus
+    if options.baud is not None:
+        settings = replace(settings, baud_rate=options.baud)
+    port = new_port(options.port, settings.baud_rate)
+    return ServoBus(port, settings, port.clock)
+
+
 def robot_of(options: argparse.Namespace) -> "RobotConfig":
     """Return the robot file asked for, or the nominal one.
 
@@ -74,13 +88,13 @@ def scan_port(name: str, bauds: Sequence[int], *, quiet: bool = False) -> "list[
     Raises:
         BusError: The port cannot be opened.
     """
-    from drivers.clock import MonotonicClock
-    from drivers.servo_scan import scan
+    from drivers.servo_scan import broadcast_ping
 
     found: list[FoundServo] = []
     for place, baud in enumerate(bauds, start=1):
         progress(f"scanning {name} at {baud} baud ({place} of {len(bauds)}) ...", quiet=quiet)
-        found += scan(name, (baud,), MonotonicClock())
+        with open_port(name, baud) as (port, _):
+            found += broadcast_ping(port)
     progress("", quiet=quiet)
     return found
 
@@ -91,18 +105,24 @@ def progress(text: str, *, quiet: bool = False) -> None:
         print(f"\r\x1b[K{text}", end="", file=sys.stderr, flush=True)
 
 
+def new_port(name: str, baud: int) -> "ClockedPort":
+    """Return a serial port, not yet open. Every servo command gets its port here."""
+    from drivers.clock import MonotonicClock
+    from drivers.servo_port import BusPort
+
+    return BusPort(name, baud, MonotonicClock())
+
+
 @contextmanager
-def open_port(name: str, baud: int) -> "Iterator[tuple[BusPort, ServoRequests]]":
+def open_port(name: str, baud: int) -> "Iterator[tuple[ClockedPort, ServoRequests]]":
     """Open a port for requests, and close it whatever happens.
 
     Raises:
         BusError: It cannot be opened.
     """
-    from drivers.clock import MonotonicClock
-    from drivers.servo_port import BusPort
     from drivers.servo_requests import ServoRequests
 
-    port = BusPort(name, baud, MonotonicClock())
+    port = new_port(name, baud)
     port.openPort()
     try:
         yield port, ServoRequests()

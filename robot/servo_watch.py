@@ -13,17 +13,14 @@ from typing import TYPE_CHECKING, TextIO
 
 from model.errors import BusError, ConnectionLost
 from robot.exit_codes import ExitCode
-from robot.servo_access import add_robot, baud_rate, robot_of
+from robot.servo_access import add_robot, baud_rate, bus_of, robot_of
 
 if TYPE_CHECKING:
-    from drivers.clock import Clock
     from drivers.servo_bus import ServoBus
-    from drivers.servo_stats import BusStats
     from model.signals import ServoReadings
 
 SCREEN_PERIOD_NS = 250_000_000
 LINES_PERIOD_NS = 1_000_000_000
-BAR = 40
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -61,28 +58,17 @@ def run(options: argparse.Namespace) -> ExitCode:
     Raises:
         BusError: The port cannot be opened, or vanishes.
     """
-    from dataclasses import replace
-
-    from drivers.clock import MonotonicClock
-    from drivers.servo_bus import ServoBus
-    from drivers.servo_port import BusPort
     from robot.operator import Interrupts
+    from robot.servo_lines import stats_lines
 
-    config = robot_of(options)
-    settings = config.servo_bus
-    if options.baud is not None:
-        settings = replace(settings, baud_rate=options.baud)
-    clock = MonotonicClock()
-    port = BusPort(options.port, settings.baud_rate, clock)
-    bus = ServoBus(port, settings, clock)
-    port.openPort()
+    bus = bus_of(options, robot_of(options))
+    bus.open()
     try:
         with Interrupts() as interrupts:
             _introduce(bus)
             out = None if options.json else sys.stdout
             last = watch(
                 bus,
-                clock,
                 out,
                 seconds=options.seconds,
                 rate_hz=options.rate_hz,
@@ -111,7 +97,6 @@ def _introduce(bus: "ServoBus") -> None:
 
 def watch(
     bus: "ServoBus",
-    clock: "Clock",
     out: TextIO | None,
     *,
     seconds: float | None,
@@ -122,7 +107,6 @@ def watch(
 
     Args:
         bus: The bus, its port open.
-        clock: Where time comes from.
         out: Where to draw, None for nowhere.
         seconds: How long, None until stopped [s].
         rate_hz: Reads a second.
@@ -131,6 +115,9 @@ def watch(
     Raises:
         ConnectionLost: The port is gone.
     """
+    from robot.servo_lines import table_lines
+
+    clock = bus.clock
     screen = out is not None and out.isatty()
     begin_ns = deadline_ns = clock.now_ns()
     show_ns = begin_ns
@@ -158,97 +145,10 @@ def _draw(out: TextIO, lines: list[str], *, screen: bool) -> None:
     out.flush()
 
 
-def table_lines(bus: "ServoBus", readings: "ServoReadings", seconds: float) -> list[str]:
-    """Return one screen: a line a servo and one of counters. What is missing is a dash."""
-    from drivers.mx106 import joint_state
-
-    joints = joint_state(readings, bus.settings)
-    stats = bus.stats
-    median = stats.median_round_trip_us
-    trip = "no complete read" if median is None else f"half within {median * 1e-3:.2f} ms"
-    lines = [
-        f"{seconds:8.1f} s  round trips: {trip}, longest "
-        f"{stats.longest_round_trip_us * 1e-3:.2f} ms  {counter_line(stats)}",
-        "leg  id   ticks      rad   rad/s      A      V  degC   age ms  errors",
-    ]
-    for i, name in enumerate(bus.settings.names):
-        ticks = f"{readings.position_ticks[i]:7d}" if readings.valid[i] else f"{'-':>7}"
-        cells = [
-            _cell(joints.angle_rad[i], 9, 3),
-            _cell(joints.rate_rad_s[i], 8, 2),
-            _cell(joints.current_a[i], 7, 2),
-            _cell(joints.voltage_v[i], 7, 1),
-            _cell(joints.temperature_c[i], 6, 0),
-            _cell(readings.age_ns[i] * 1e-6 if readings.age_ns[i] >= 0 else float("nan"), 9, 1),
-        ]
-        lines.append(
-            f"{name:<4} {int(bus.settings.ids[i]):>3} {ticks}{''.join(cells)}  "
-            f"{error_words(readings, i)}"
-        )
-    return lines
-
-
-def error_words(readings: "ServoReadings", index: int) -> str:
-    """Return what a servo reports, in words."""
-    from drivers.dynamixel_frames import ALERT
-    from drivers.mx106 import hardware_error_names
-
-    if not readings.valid[index]:
-        return "silent"
-    value = int(readings.hardware_error[index])
-    if value > 0:
-        return ", ".join(hardware_error_names(value))
-    if readings.error_byte[index] & ALERT:
-        return "alert, cause not read yet"
-    return "not read yet" if value < 0 else "none"
-
-
-def counter_line(stats: "BusStats") -> str:
-    """Return the counters of the wire."""
-    return (
-        f"reads {stats.reads}  timeouts {stats.timeouts}  CRC {stats.crc_errors}  "
-        f"late {stats.late_replies}  foreign {stats.foreign_replies}  "
-        f"noise bytes {stats.noise_bytes}"
-    )
-
-
-def stats_lines(stats: "BusStats") -> list[str]:
-    """Return both histograms and the counters."""
-    from drivers.servo_stats import JITTER_EDGES_US, ROUND_TRIP_EDGES_US
-
-    return [
-        "round trip of complete reads",
-        *histogram_lines(stats.round_trips, ROUND_TRIP_EDGES_US),
-        f"  longest {stats.longest_round_trip_us * 1e-3:.2f} ms",
-        "jitter: change of the time from one read to the next",
-        *histogram_lines(stats.jitters, JITTER_EDGES_US),
-        f"  largest {stats.largest_jitter_us * 1e-3:.2f} ms",
-        counter_line(stats),
-    ]
-
-
-def histogram_lines(counts: tuple[int, ...], edges_us: tuple[int, ...]) -> list[str]:
-    """Return a histogram as lines, empty classes at both ends left out."""
-    labels = [f"< {edge * 1e-3:g} ms" for edge in edges_us] + [f">= {edges_us[-1] * 1e-3:g} ms"]
-    filled = [i for i, count in enumerate(counts) if count]
-    if not filled:
-        return ["  none"]
-    most = max(counts)
-    return [
-        f"  {labels[i]:>10} {counts[i]:7d}  {'#' * -(-BAR * counts[i] // most)}"
-        for i in range(filled[0], filled[-1] + 1)
-    ]
-
-
-def _cell(value: float, width: int, digits: int) -> str:
-    return (
-        f"{value:{width}.{digits}f}" if value == value else f"{'-':>{width}}"
-    )  # NaN is not itself
-
-
 def _as_json(bus: "ServoBus", readings: "ServoReadings") -> dict[str, object]:
     from drivers.mx106 import joint_state
     from drivers.servo_stats import JITTER_EDGES_US, ROUND_TRIP_EDGES_US
+    from robot.servo_lines import error_words
 
     joints = joint_state(readings, bus.settings)
     servos = []

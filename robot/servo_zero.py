@@ -8,16 +8,15 @@ keeps it with servo id and model in a calibration file of its own. No robot file
 import argparse
 import json
 import time
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from model.errors import BusError, ConfigError
 from robot.exit_codes import ExitCode
-from robot.servo_access import add_robot, baud_rate, robot_of, write_new
+from robot.servo_access import add_robot, baud_rate, bus_of, robot_of, write_new
 
 if TYPE_CHECKING:
-    from drivers.clock import Clock
     from drivers.servo_bus import ServoBus
     from model.signals import BoolArray
 
@@ -64,23 +63,13 @@ def run(options: argparse.Namespace) -> ExitCode:
         BusError: A servo does not answer, or a shaft moves.
         ConfigError: The calibration file exists or cannot be written.
     """
-    from dataclasses import asdict, replace
-
-    from drivers.clock import MonotonicClock
-    from drivers.servo_bus import ServoBus
-    from drivers.servo_port import BusPort
-
     config = robot_of(options)
-    settings = config.servo_bus
     if options.write is not None and options.write.exists():
         raise ConfigError("--write", f"{options.write} exists; choose another name")
-    if options.baud is not None:
-        settings = replace(settings, baud_rate=options.baud)
-    clock = MonotonicClock()
-    bus = ServoBus(BusPort(options.port, settings.baud_rate, clock), settings, clock)
+    bus = bus_of(options, config)
     try:
         bus.connect()
-        zeros = measure_zeros(bus, clock)
+        zeros = measure_zeros(bus)
     finally:
         bus.close()
     line = zero_line(zeros)
@@ -97,12 +86,11 @@ def run(options: argparse.Namespace) -> ExitCode:
     return ExitCode.OK
 
 
-def measure_zeros(bus: "ServoBus", clock: "Clock") -> list[ServoZero]:
+def measure_zeros(bus: "ServoBus") -> list[ServoZero]:
     """Return the median position of every servo.
 
     Args:
         bus: The bus, connected.
-        clock: Where time comes from.
 
     Raises:
         BusError: A servo does not answer every time, or a shaft moves.
@@ -116,7 +104,7 @@ def measure_zeros(bus: "ServoBus", clock: "Clock") -> list[ServoZero]:
         readings = bus.read()
         ticks.append(readings.position_ticks)
         valid.append(readings.valid)
-        clock.sleep_until_ns(clock.now_ns() + round(READ_PERIOD_S * 1e9))
+        bus.clock.sleep_until_ns(bus.clock.now_ns() + round(READ_PERIOD_S * 1e9))
     silent = np.array(valid).min(axis=0) == 0
     _refuse(bus, silent, "did not answer every time: check its cable")
     spread = np.ptp(np.array(ticks), axis=0)
