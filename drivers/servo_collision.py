@@ -32,6 +32,7 @@ def id_is_shared(port: ClockedPort, packets: PacketHandler, servo_id: int) -> bo
         second = answered and packets.counters.late_replies > late
         damaged += second or _damage(packets) > bad
         answered = answer.data is not None
+        packets.suspect_late = True  # the next request first listens for a second answer
     return damaged >= DAMAGED_LIMIT
 
 
