@@ -49,6 +49,7 @@ COMMANDS = (
     Command(("servo", "zero"), "robot.servo_zero", "the servo_zero line of the robot file"),
     Command(("servo", "watch"), "robot.servo_watch", "live table, round trips, counters"),
     Command(("servo", "reboot"), "robot.servo_reboot", "reboot, and keep the cause of the error"),
+    Command(("check",), "robot.check", "pre-flight list: is this robot fit to walk?"),
 )
 
 Parsers = argparse._SubParsersAction  # what add_subparsers returns has no public name

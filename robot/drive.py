@@ -115,13 +115,18 @@ def _open_rig(plan: Drive) -> Rig:
     options, config = plan.options, plan.config
     with_forces = options.force_unit != NO_LOG
     if options.hardware != VIRTUAL:
-        unit = _force_unit(options.force_unit, config.force_sensor) if with_forces else None
+        unit = force_unit_of(options.force_unit, config.force_sensor) if with_forces else None
         return open_real(config, options.hardware, unit, armed=plan.armed)
     opener = open_in_memory if options.virtual_time else open_virtual
     return opener(config, seed=options.seed, armed=plan.armed, with_forces=with_forces)
 
 
-def _force_unit(text: str | None, settings: ForceSensorSettings) -> ForceSensorSettings:
+def force_unit_of(text: str | None, settings: ForceSensorSettings) -> ForceSensorSettings:
+    """Return the unit that ``--force-unit`` names, the robot file's without it.
+
+    Raises:
+        ConfigError: It is no HOST[:UDP[:CONSOLE]].
+    """
     if text is None:
         return settings
     host, *ports = text.split(":")

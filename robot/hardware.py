@@ -57,8 +57,12 @@ def open_in_memory(config: RobotConfig, *, seed: int, armed: bool, with_forces: 
     )
 
 
-def open_virtual(config: RobotConfig, *, seed: int, armed: bool, with_forces: bool) -> Rig:
-    """Open a virtual robot in a process of its own: pseudo-terminal, sockets, real time."""
+def start_virtual(config: RobotConfig, *, seed: int) -> tuple[DeviceProcess, ForceSensorSettings]:
+    """Start virtual devices in a process of their own.
+
+    Returns:
+        The process, to be closed, and where its force-torque unit is.
+    """
     devices = DeviceProcess(
         VirtualSetup(config.parameters, config.servo_bus, config.force_sensor, seed)
     )
@@ -69,6 +73,27 @@ def open_virtual(config: RobotConfig, *, seed: int, armed: bool, with_forces: bo
         console_port=devices.addresses.console_port,
         local_port=0,
     )
+    return devices, settings
+
+
+def open_force_links(unit: ForceSensorSettings, clock: Clock) -> tuple[DatagramLink, TextLink]:
+    """Open both ways to a force-torque unit; its console is freed first.
+
+    Raises:
+        ForceStreamError: Nobody answers.
+    """
+    datagrams = UdpLink(unit.address, unit.udp_port, unit.local_port, clock)
+    free_console(datagrams, clock)
+    try:
+        return datagrams, TcpTextLink(unit.address, unit.console_port)
+    except BaseException:
+        datagrams.close()
+        raise
+
+
+def open_virtual(config: RobotConfig, *, seed: int, armed: bool, with_forces: bool) -> Rig:
+    """Open a virtual robot in a process of its own: pseudo-terminal, sockets, real time."""
+    devices, settings = start_virtual(config, seed=seed)
     try:
         return _open_ports(
             config,
@@ -112,13 +137,7 @@ def _open_ports(
         unit = force_sensor
 
         def links() -> tuple[DatagramLink, TextLink]:
-            datagrams = UdpLink(unit.address, unit.udp_port, unit.local_port, clock)
-            free_console(datagrams, clock)
-            try:
-                return datagrams, TcpTextLink(unit.address, unit.console_port)
-            except BaseException:
-                datagrams.close()
-                raise
+            return open_force_links(unit, clock)
 
     return _assemble(
         config,
