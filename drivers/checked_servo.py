@@ -9,7 +9,8 @@ from drivers.servo_port import ClockedPort
 from drivers.servo_requests import ServoRequests
 from model.errors import BusError
 
-READ_TRIES = 3
+# A servo that misses so many requests in a row is not there; one lost on the way is nothing.
+TRIES = 5
 CLEAR_MULTI_TURN = bytes.fromhex("01 44 58 4C 22")
 
 
@@ -41,6 +42,12 @@ class CheckedServo:
             raise self._refused(f"did not give its {name}", answer, name)
         return register.decode(answer.data)
 
+    def answers_reads(self) -> bool:
+        """Return whether it answers a read at all, if only with an error."""
+        register = REGISTER["hardware_error_status"]
+        answer = self._read_bytes(register.address, register.size)
+        return answer.data is not None or answer.error != 0
+
     def read_run(self, first: str, last: str) -> bytes:
         """Return the bytes from one register to another; asks again if an answer is lost.
 
@@ -57,23 +64,24 @@ class CheckedServo:
         return answer.data
 
     def _read_bytes(self, address: int, length: int) -> Answer:
-        for _ in range(READ_TRIES):  # only the wire is given another chance, not a servo's no
+        for _ in range(TRIES):  # only the wire is given another chance, not a servo's no
             answer = self.packets.read(self.port, self.servo_id, address, length)
             if answer.data is not None or answer.error:
                 break
         return answer
 
     def write(self, name: str, value: int) -> None:
-        """Write a register; one more time if the answer is lost on the way.
+        """Write a register; again if the answer is lost on the way.
 
         Raises:
             BusError: The servo did not say that it took the value.
         """
         register = REGISTER[name]
         data = register.encode(value)
-        answer = self.packets.write(self.port, self.servo_id, register.address, data)
-        if not answer.ok and not answer.error:  # the wire, not the servo
+        for _ in range(TRIES):
             answer = self.packets.write(self.port, self.servo_id, register.address, data)
+            if answer.ok or answer.error:
+                break
         if not answer.ok:
             raise self._refused(f"did not take {name} = {value}", answer, name)
 

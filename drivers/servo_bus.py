@@ -40,6 +40,8 @@ from model.signals import BoolArray, IntArray, JointCommand, ServoReadings, read
 
 NEVER = -1
 TORQUE_OFF_TRIES = 3
+# One lost answer is no reason to refuse; a servo that misses so many is not to be relied on.
+TORQUE_ON_READS = 5
 # Register 70 of one servo is read once in so many reads; a new alert is looked into at once.
 POLL_EVERY_READS = 10
 
@@ -194,8 +196,11 @@ class ServoBus:
             ConnectionLost: The port is gone.
         """
         self._need_configured()
-        readings = self.read()
-        if not readings.valid.all():
+        for _ in range(TORQUE_ON_READS):
+            readings = self.read()
+            if readings.valid.all():
+                break
+        else:
             raise BusError(
                 f"{self._legs(~readings.valid)} did not answer; torque stays off",
                 port=self._port.name,

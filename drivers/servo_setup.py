@@ -26,7 +26,7 @@ from drivers.servo_requests import ServoRequests
 from drivers.settings import ServoBusSettings
 from model.errors import BusError
 
-PING_TRIES = 3
+PING_TRIES = 5
 # Firmware before this has no bus watchdog.
 FIRST_FIRMWARE_WITH_WATCHDOG = 38
 LONGEST_QUIET_RETURN_DELAY = 1  # 2 us
@@ -211,9 +211,7 @@ def _check_model(servo: CheckedServo, model: int) -> None:
 
 def _check_state(servo: CheckedServo, firmware: int) -> list[str]:
     """Return warnings about one servo; raise for what cannot be worked with."""
-    probe = REGISTER["hardware_error_status"]
-    answer = servo.packets.read(servo.port, servo.servo_id, probe.address, probe.size)
-    if answer.data is None and not answer.error:
+    if not servo.answers_reads():
         raise _unusable(
             servo,
             f"answers a ping and no read on {servo.port.name}: its status return level may be 0, "

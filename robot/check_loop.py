@@ -18,6 +18,7 @@ import numpy as np
 from model.signals import StopReason, Tick
 from record.background import BackgroundWriter
 from record.writer import LogWriter
+from robot.check_servos import bus_advice, wire_ms
 from robot.config import RobotConfig
 from robot.controller import Controller
 from robot.finding import Finding, failed, passed, warned
@@ -44,6 +45,7 @@ class LoopFigures:
         late_ms: Lateness: 50, 95, 99 and 100 %.
         busy_ms: Work of a tick: 50, 95, 99 and 100 %.
         round_trip_ms: Half of the complete sync reads took no longer; NaN without any.
+        wire_ms: What the bytes of one of them take.
         reason: Why it ended.
     """
 
@@ -54,6 +56,7 @@ class LoopFigures:
     late_ms: tuple[float, float, float, float]
     busy_ms: tuple[float, float, float, float]
     round_trip_ms: float
+    wire_ms: float
     reason: StopReason
 
 
@@ -63,7 +66,7 @@ class HostSettings:
 
     Attributes:
         governors: Frequency governors of the processors; empty where the system shows none.
-        latency_timer_ms: The adapter's latency timer; NaN where there is none.
+        latency_timer_ms: The adapter's latency timer, None where there is none.
         nice: Niceness of this process.
         realtime: Whether it runs under a real-time policy.
         isolated: Isolated processors as the kernel lists them, empty for none.
@@ -73,7 +76,7 @@ class HostSettings:
     """
 
     governors: tuple[str, ...]
-    latency_timer_ms: float
+    latency_timer_ms: float | None
     nice: int
     realtime: bool
     isolated: str
@@ -158,6 +161,7 @@ def figures_of(
         late_ms=_percentiles(lateness.late_ns),
         busy_ms=_percentiles(lateness.busy_ns),
         round_trip_ms=float("nan") if median_us is None else median_us * 1e-3,
+        wire_ms=wire_ms(config.servo_bus),
         reason=result.reason,
     )
 
@@ -172,7 +176,7 @@ def host_settings(latency_timer_ms: float | None) -> HostSettings:
     governors = sorted({_text(path) for path in CPUS.glob("cpu*/cpufreq/scaling_governor")})
     return HostSettings(
         governors=tuple(governors),
-        latency_timer_ms=float("nan") if latency_timer_ms is None else latency_timer_ms,
+        latency_timer_ms=latency_timer_ms,
         nice=os.getpriority(os.PRIO_PROCESS, 0),
         realtime=os.sched_getscheduler(0) in {os.SCHED_FIFO, os.SCHED_RR},
         isolated=_text(CPUS / "isolated"),
@@ -197,7 +201,7 @@ def advice_of(figures: LoopFigures, host: HostSettings) -> list[str]:
     if figures.round_trip_ms > figures.period_ms / 3:
         advice.append(
             f"half of the sync reads take up to {figures.round_trip_ms:.1f} of {figures.period_ms:g} "
-            "ms: " + _bus_advice(host)
+            "ms: " + bus_advice(figures.round_trip_ms, figures.wire_ms, host.latency_timer_ms)
         )
     elif busy_p99 > BUSY_SHARE * figures.period_ms:
         advice.append(
@@ -228,12 +232,6 @@ def advice_of(figures: LoopFigures, host: HostSettings) -> list[str]:
             "none to see the difference"
         )
     return advice
-
-
-def _bus_advice(host: HostSettings) -> str:
-    if host.latency_timer_ms > 1:
-        return f"the latency timer is {host.latency_timer_ms:.0f} ms, set it to 1"
-    return "raise servo_bus.baud_rate or set the return delay to 0 (bigant servo setup)"
 
 
 def loop_finding(figures: LoopFigures, host: HostSettings, late_limit_s: float) -> Finding:

@@ -4,15 +4,17 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from drivers.mx106 import MODEL_NUMBER, OperatingMode
+from drivers.mx106 import MODEL_NUMBER, READ_LENGTH, OperatingMode
 from drivers.servo_bus import ServoBus
 from drivers.servo_condition import ServoCondition, read_condition
+from drivers.servo_port import BITS_PER_BYTE
 from drivers.servo_setup import (
     FIRST_FIRMWARE_WITH_WATCHDOG,
     LONGEST_QUIET_RETURN_DELAY,
     WARN_LATENCY_MS,
 )
 from drivers.servo_watchdog import prove_watchdog
+from drivers.settings import ServoBusSettings
 from model.errors import BusError, ConnectionLost
 from robot.config import RobotConfig, SafetyLimits
 from robot.finding import Finding, Verdict, failed, passed, skipped, warned
@@ -21,7 +23,12 @@ READS = 100
 WARM_MARGIN_C = 15.0
 # Servos on one supply that differ by more than this have a bad cable or plug between them.
 LARGEST_VOLTAGE_SPREAD_V = 0.5
-KNOCKS = 3
+KNOCKS = 5
+# Bytes of a sync read's request besides the ids, and of an answer besides its data.
+SYNC_READ_BYTES = 14
+STATUS_BYTES = 11
+# A round trip longer than this many times its bytes is not the wire's.
+WIRE_SHARE = 3.0
 
 
 def servo_findings(bus: ServoBus, config: RobotConfig, *, armed: bool) -> Iterator[Finding]:
@@ -261,11 +268,38 @@ def _traffic_finding(bus: ServoBus, period_ns: int) -> Finding:
         return warned(
             "bus traffic",
             f"{found}, of a period of {period_ns * 1e-6:g} ms",
-            "set latency timer and return delay to their least, or raise the baud rate",
+            bus_advice(median_us * 1e-3, wire_ms(bus.settings), bus.latency_timer_ms),
         )
     if lost or damaged:
         return warned("bus traffic", found, "look again with bigant servo watch; check cables")
     return passed("bus traffic", found)
+
+
+def wire_ms(settings: ServoBusSettings) -> float:
+    """Return how long the bytes of one sync read of all servos take [ms]."""
+    count = len(settings.ids)
+    request = SYNC_READ_BYTES + count
+    return (
+        (request + (STATUS_BYTES + READ_LENGTH) * count)
+        * BITS_PER_BYTE
+        * 1e3
+        / (settings.baud_rate)
+    )
+
+
+def bus_advice(round_trip_ms: float, on_the_wire_ms: float, latency_ms: float | None) -> str:
+    """Say what makes round trips long: the adapter, the wire, or this computer. Pure."""
+    if latency_ms is not None and latency_ms > 1:
+        return f"the latency timer is {latency_ms:.0f} ms: set it to 1"
+    if round_trip_ms < WIRE_SHARE * on_the_wire_ms:
+        return (
+            f"the bytes alone take {on_the_wire_ms:.1f} ms: raise servo_bus.baud_rate, and set the "
+            "return delay to 0 (bigant servo setup)"
+        )
+    return (
+        f"the bytes take {on_the_wire_ms:.1f} ms only: this computer is late, or the adapter; stop "
+        "other programs and look again with --loop"
+    )
 
 
 def _watchdog_finding(bus: ServoBus, *, armed: bool) -> Finding:

@@ -1,4 +1,4 @@
-"""Every servo command against ``bigant sim serve``: a real pseudo-terminal, a process at its end."""
+"""Every servo command through a real pseudo-terminal with a process at its other end."""
 
 import json
 from collections.abc import Iterator
@@ -8,6 +8,7 @@ import pytest
 
 from robot import cli
 from robot.exit_codes import ExitCode
+from tests.robot.light_servos import LightServos
 from tests.robot.sim_serve import Sim
 
 Capture = pytest.CaptureFixture[str]
@@ -15,9 +16,9 @@ Capture = pytest.CaptureFixture[str]
 
 @pytest.fixture(scope="module")
 def port() -> Iterator[str]:
-    sim = Sim("--no-force-unit")
-    yield sim.port
-    sim.close()
+    servos = LightServos()
+    yield servos.port
+    servos.close()
 
 
 def servo(*words: str) -> int:
@@ -29,6 +30,15 @@ def test_scan(port: str, capsys: Capture) -> None:
     found = json.loads(capsys.readouterr().out)
     assert [s["servo_id"] for s in found] == [1, 2, 3, 4, 5, 6]
     assert servo("scan", "--port", port, "--baud", "57600") == ExitCode.VERDICT_FAILED
+
+
+def test_scan_of_bigant_sim_serve(capsys: Capture) -> None:
+    sim = Sim("--no-force-unit", "--absent", "2")
+    try:
+        assert servo("scan", "--port", sim.port, "--baud", "1000000", "--json") == ExitCode.OK
+    finally:
+        sim.close()
+    assert [s["servo_id"] for s in json.loads(capsys.readouterr().out)] == [1, 3, 4, 5, 6]
 
 
 def test_setup_talks_at_the_new_baud_rate(port: str, capsys: Capture) -> None:
