@@ -12,6 +12,7 @@ NAMES = {
     "legs": "benchmarks.legs",
     "parallel": "benchmarks.parallel",
     "loop": "benchmarks.loop_cost",
+    "fuzz": "benchmarks.fuzz",
 }
 
 

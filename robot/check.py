@@ -14,9 +14,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from model.errors import BigantError, ConnectionLost
+from robot.arguments import add_robot
 from robot.exit_codes import ExitCode
 from robot.finding import Finding, Verdict, count_line, failed, lines_of, skipped
-from robot.servo_access import add_robot, new_port, progress, robot_of
+from robot.servo_access import new_port, progress, robot_of
 
 if TYPE_CHECKING:
     from drivers.settings import ForceSensorSettings

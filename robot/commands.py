@@ -30,6 +30,7 @@ class Command:
 GROUP_HELP = (
     ("model", "the model of slipping, without a robot"),
     ("servo", "the servos one by one: scan, set up, back up, watch"),
+    ("sim", "virtual hardware for other programs, and what can go wrong with it"),
 )
 
 COMMANDS = (
@@ -50,6 +51,8 @@ COMMANDS = (
     Command(("servo", "watch"), "robot.servo_watch", "live table, round trips, counters"),
     Command(("servo", "reboot"), "robot.servo_reboot", "reboot, and keep the cause of the error"),
     Command(("check",), "robot.check", "pre-flight list: is this robot fit to walk?"),
+    Command(("sim", "serve"), "robot.sim_serve", "serve virtual devices until Ctrl-C"),
+    Command(("sim", "faults"), "robot.sim_faults", "list the faults that --scenario can hold"),
 )
 
 Parsers = argparse._SubParsersAction  # what add_subparsers returns has no public name

@@ -24,6 +24,7 @@ from robot.operator import Interrupts, Script, ScriptedOperator
 from robot.rig import Rig
 from robot.teleop import HELP, KeyboardOperator, Keys, Wish
 from robot.view import open_view
+from sim_hw.scenario import load_scenario
 
 VIRTUAL = "virtual"
 # Virtual time has no calendar; its logs are stamped from this date so that two runs are the same.
@@ -96,6 +97,10 @@ def _plan(options: argparse.Namespace) -> Drive:
         raise ConfigError(
             "--virtual-time", "needs --hardware virtual; real servos live in real time"
         )
+    if options.scenario is not None and not virtual:
+        raise ConfigError(
+            "--scenario", "needs --hardware virtual; faults are put on virtual devices only"
+        )
     if options.readonly and options.armed:
         raise ConfigError("--armed", "and --readonly exclude each other; choose one")
     armed = not options.readonly and (virtual or options.armed)
@@ -117,8 +122,13 @@ def _open_rig(plan: Drive) -> Rig:
     if options.hardware != VIRTUAL:
         unit = force_unit_of(options.force_unit, config.force_sensor) if with_forces else None
         return open_real(config, options.hardware, unit, armed=plan.armed)
+    scenario = None
+    if options.scenario is not None:
+        scenario = load_scenario(options.scenario, [int(i) for i in config.servo_bus.ids])
     opener = open_in_memory if options.virtual_time else open_virtual
-    return opener(config, seed=options.seed, armed=plan.armed, with_forces=with_forces)
+    return opener(
+        config, seed=options.seed, armed=plan.armed, with_forces=with_forces, scenario=scenario
+    )
 
 
 def force_unit_of(text: str | None, settings: ForceSensorSettings) -> ForceSensorSettings:
@@ -187,6 +197,7 @@ def _open_log(plan: Drive, rig: Rig) -> LogWriter | BackgroundWriter | None:
             "seed": str(options.seed) if options.hardware == VIRTUAL else "",
             "armed": str(plan.armed).lower(),
             "software": _software(),
+            **({"scenario": options.scenario.name} if options.scenario is not None else {}),
         },
         start_ns=rig.clock.now_ns(),
         start_unix_ns=start_unix_ns,

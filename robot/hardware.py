@@ -19,6 +19,7 @@ from robot.rig import Rig, TruthSource
 from sim_hw.ati_memory import MemoryDatagramLink, MemoryTextLink
 from sim_hw.clock import VirtualClock
 from sim_hw.port import MemoryPort
+from sim_hw.scenario import Scenario
 from sim_hw.server import DeviceProcess, VirtualSetup
 from sim_hw.virtual_robot import VirtualRobot, build_virtual_robot
 
@@ -33,20 +34,44 @@ class _WorldTruth:
     clock: Clock
 
     def latest(self) -> BodyTruth:
-        """Return the truth now."""
+        """Return the truth now. The servos live on even when nobody can talk to them any more."""
+        self.robot.servo_wire.poll(self.clock.now_ns())
         return self.robot.world.truth(self.clock.now_ns())
 
 
-def open_in_memory(config: RobotConfig, *, seed: int, armed: bool, with_forces: bool) -> Rig:
-    """Open a virtual robot in memory under a virtual clock: no waiting, same bytes every time."""
+def open_in_memory(
+    config: RobotConfig,
+    *,
+    seed: int,
+    armed: bool,
+    with_forces: bool,
+    scenario: Scenario | None = None,
+) -> Rig:
+    """Open a virtual robot in memory under a virtual clock: no waiting, same bytes every time.
+
+    Args:
+        config: Robot file.
+        seed: Seed of the virtual robot's noise.
+        armed: Whether torque may be switched on.
+        with_forces: Whether to use the force-torque unit.
+        scenario: What goes wrong, None for sound devices.
+    """
     clock = VirtualClock(start_ns=1_000_000_000)
-    robot = build_virtual_robot(config.parameters, config.servo_bus, config.force_sensor, seed)
+    robot = build_virtual_robot(
+        config.parameters, config.servo_bus, config.force_sensor, seed, scenario=scenario
+    )
+    timer_s = scenario.adapter.latency_timer_s if scenario is not None else 0.0
     return _assemble(
         config,
         clock=clock,
-        port=MemoryPort(robot.servos, clock, config.servo_bus.baud_rate),
+        port=MemoryPort(robot.servo_wire, clock, config.servo_bus.baud_rate, timer_s),
         links=(
-            (lambda: (MemoryDatagramLink(robot.wnet, clock), MemoryTextLink(robot.wnet, clock)))
+            (
+                lambda: (
+                    MemoryDatagramLink(robot.wnet_wire, clock),
+                    MemoryTextLink(robot.wnet_wire, clock),
+                )
+            )
             if with_forces
             else None
         ),
@@ -57,14 +82,18 @@ def open_in_memory(config: RobotConfig, *, seed: int, armed: bool, with_forces: 
     )
 
 
-def start_virtual(config: RobotConfig, *, seed: int) -> tuple[DeviceProcess, ForceSensorSettings]:
+def start_virtual(
+    config: RobotConfig, *, seed: int, scenario: Scenario | None = None
+) -> tuple[DeviceProcess, ForceSensorSettings]:
     """Start virtual devices in a process of their own.
 
     Returns:
         The process, to be closed, and where its force-torque unit is.
     """
     devices = DeviceProcess(
-        VirtualSetup(config.parameters, config.servo_bus, config.force_sensor, seed)
+        VirtualSetup(
+            config.parameters, config.servo_bus, config.force_sensor, seed, scenario=scenario
+        )
     )
     settings = replace(
         config.force_sensor,
@@ -91,9 +120,19 @@ def open_force_links(unit: ForceSensorSettings, clock: Clock) -> tuple[DatagramL
         raise
 
 
-def open_virtual(config: RobotConfig, *, seed: int, armed: bool, with_forces: bool) -> Rig:
-    """Open a virtual robot in a process of its own: pseudo-terminal, sockets, real time."""
-    devices, settings = start_virtual(config, seed=seed)
+def open_virtual(
+    config: RobotConfig,
+    *,
+    seed: int,
+    armed: bool,
+    with_forces: bool,
+    scenario: Scenario | None = None,
+) -> Rig:
+    """Open a virtual robot in a process of its own: pseudo-terminal, sockets, real time.
+
+    Args: as for ``open_in_memory``.
+    """
+    devices, settings = start_virtual(config, seed=seed, scenario=scenario)
     try:
         return _open_ports(
             config,

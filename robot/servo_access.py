@@ -31,13 +31,6 @@ def add_port(parser: argparse.ArgumentParser, *, required: bool = True) -> None:
     parser.add_argument("--baud", type=baud_rate, metavar="B", help="baud rate now (all eight)")
 
 
-def add_robot(parser: argparse.ArgumentParser) -> None:
-    """Add ``--robot``."""
-    parser.add_argument(
-        "--robot", type=Path, metavar="FILE", help="robot file (config/bigant.toml)"
-    )
-
-
 def baud_rate(text: str) -> int:
     """Read a baud rate that an MX-106 can be set to."""
     if not text.isdecimal() or int(text) not in BAUD_RATES:
@@ -72,9 +65,9 @@ def robot_of(options: argparse.Namespace) -> "RobotConfig":
     Raises:
         ConfigError: It cannot be used.
     """
-    from robot.config import DEFAULT_ROBOT_FILE, load_robot
+    from robot.config import load_robot
 
-    return load_robot(options.robot if options.robot is not None else DEFAULT_ROBOT_FILE)
+    return load_robot(options.robot)
 
 
 def bauds_of(options: argparse.Namespace) -> tuple[int, ...]:

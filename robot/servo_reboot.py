@@ -11,9 +11,9 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from model.errors import BusError
+from robot.arguments import add_robot
 from robot.exit_codes import ExitCode
 from robot.servo_access import (
-    add_robot,
     baud_rate,
     confirmed,
     open_port,

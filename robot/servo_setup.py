@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from model.errors import BusError, ConfigError
+from robot.arguments import add_robot
 from robot.exit_codes import ExitCode
 from robot.servo_access import (
     add_port,
-    add_robot,
     baud_rate,
     bauds_of,
     confirmed,

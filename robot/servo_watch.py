@@ -12,8 +12,9 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, TextIO
 
 from model.errors import BusError, ConnectionLost
+from robot.arguments import add_robot
 from robot.exit_codes import ExitCode
-from robot.servo_access import add_robot, baud_rate, bus_of, robot_of
+from robot.servo_access import baud_rate, bus_of, robot_of
 
 if TYPE_CHECKING:
     from drivers.servo_bus import ServoBus

@@ -13,8 +13,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from model.errors import BusError, ConfigError
+from robot.arguments import add_robot
 from robot.exit_codes import ExitCode
-from robot.servo_access import add_robot, baud_rate, bus_of, robot_of, write_new
+from robot.servo_access import baud_rate, bus_of, robot_of, write_new
 
 if TYPE_CHECKING:
     from drivers.servo_bus import ServoBus

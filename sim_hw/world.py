@@ -100,6 +100,10 @@ class World:
         """Motor temperature, (N,) [degC]."""
         return self.plant.motors.temperature_c
 
+    def jam(self, index: int, torque_n_m: float) -> None:
+        """Give a shaft so much dry friction on top of its own; 0 frees it."""
+        self.plant.jam_n_m[index] = torque_n_m
+
     # As the transducers see it.
 
     def wrench(self, t_ns: int) -> FloatArray:

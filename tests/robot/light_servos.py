@@ -20,11 +20,15 @@ IDS = (1, 2, 3, 4, 5, 6)
 
 
 class LightServos:
-    """The process; ``port`` is its device name."""
+    """The process; ``port`` is its device name.
 
-    def __init__(self) -> None:
+    Args:
+        absent: Ids of servos that do not answer.
+    """
+
+    def __init__(self, *absent: int) -> None:
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "tests.robot.light_servos"],
+            [sys.executable, "-m", "tests.robot.light_servos", *(str(i) for i in absent)],
             stdout=subprocess.PIPE,
             text=True,
             cwd=ROOT,
@@ -42,7 +46,10 @@ class LightServos:
 def serve() -> None:
     """Serve until terminated."""
     firmware, clock = FirmwareBank(len(IDS)), MonotonicClock()
-    pty = PtyServoBus(VirtualServoBus(SimpleMotors(firmware, len(IDS)), firmware, IDS, 1_000_000))
+    bus = VirtualServoBus(SimpleMotors(firmware, len(IDS)), firmware, IDS, 1_000_000)
+    for servo_id in sys.argv[1:]:
+        bus.silence(int(servo_id))
+    pty = PtyServoBus(bus)
     print(pty.device_name, flush=True)
     while True:
         due_ns = pty.next_due_ns()

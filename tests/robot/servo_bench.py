@@ -29,6 +29,9 @@ class Bench:
         self.ports: list[ClockedPort] = []
         for servo in self.bus.servos:
             servo.table.set("operating_mode", 4)
+        self._damage = 0
+        self._sound = self.bus.replies
+        monkeypatch.setattr(self.bus, "replies", self._replies)
         monkeypatch.setattr(servo_access, "new_port", self._new_port)
 
     def _new_port(self, name: str, baud: int) -> ClockedPort:
@@ -36,6 +39,17 @@ class Bench:
             raise BusError(f"there is no port {name}", port=name)
         self.ports.append(MemoryPort(self.bus, self.clock, baud))
         return self.ports[-1]
+
+    def damage_next_reply(self) -> None:
+        """Flip one bit of the next reply."""
+        self._damage += 1
+
+    def _replies(self, t_ns: int) -> bytes:
+        data = self._sound(t_ns)
+        if self._damage and data:
+            self._damage -= 1
+            return data[:-3] + bytes([data[-3] ^ 0x10]) + data[-2:]
+        return data
 
     def servo(self, index: int) -> VirtualServo:
         """Return a servo by its place."""

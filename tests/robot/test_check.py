@@ -449,12 +449,12 @@ def torque_of_all(port_name: str) -> list[int]:
 
 
 def test_check_of_a_robot_with_a_leg_missing(capsys: pytest.CaptureFixture[str]) -> None:
-    sim = Sim("--absent", "3", "--no-force-unit")
+    servos = LightServos(3)
     try:
-        words = ["check", "--hardware", sim.port, "--force-unit", "none"]
+        words = ["check", "--hardware", servos.port, "--force-unit", "none"]
         assert cli.run(words) == ExitCode.VERDICT_FAILED
     finally:
-        sim.close()
+        servos.close()
     printed = capsys.readouterr().out
     assert "fail  servos answer    1 of 6 silent: FL (id 3)" in printed
     assert "skip  force unit" in printed

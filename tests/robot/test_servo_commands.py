@@ -111,7 +111,7 @@ def test_setup_refuses_two_servos_with_one_id(bench: Bench, capsys: Capture) -> 
 
     def both_answer(data: bytes, t_ns: int, baud_rate: int) -> None:
         if data[4] == 2:
-            bench.bus.damage_next_reply()
+            bench.damage_next_reply()
         receive(data, t_ns, baud_rate)
 
     bench.bus.receive = both_answer  # type: ignore[method-assign]
@@ -338,7 +338,7 @@ def test_watch_counts_damage_and_draws_both_histograms(bench: Bench, capsys: Cap
         nonlocal reads
         reads += 1
         if reads in {150, 160}:
-            bench.bus.damage_next_reply()
+            bench.damage_next_reply()
         receive(data, t_ns, baud_rate)
 
     bench.bus.receive = now_and_then  # type: ignore[method-assign]
