@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from model.signals import BoolArray
 
 READS = 25
+TRIES = 75  # a read with a lost answer is made again, so often at most
 READ_PERIOD_S = 0.02
 # Two counts of noise are usual; more is a shaft that moves.
 LARGEST_SPREAD_TICKS = 8
@@ -94,20 +95,24 @@ def measure_zeros(bus: "ServoBus") -> list[ServoZero]:
         bus: The bus, connected.
 
     Raises:
-        BusError: A servo does not answer every time, or a shaft moves.
+        BusError: A servo does not answer often enough, or a shaft moves.
     """
     import numpy as np
 
     from drivers.mx106 import TICKS_PER_TURN
 
-    ticks, valid = [], []
-    for _ in range(READS):
+    ticks, heard = [], np.zeros(len(bus.settings.names), dtype=int)
+    for _ in range(TRIES):
         readings = bus.read()
-        ticks.append(readings.position_ticks)
-        valid.append(readings.valid)
+        heard += readings.valid
+        if readings.valid.all():
+            ticks.append(readings.position_ticks)
+            if len(ticks) == READS:
+                break
         bus.clock.sleep_until_ns(bus.clock.now_ns() + round(READ_PERIOD_S * 1e9))
-    silent = np.array(valid).min(axis=0) == 0
-    _refuse(bus, silent, "did not answer every time: check its cable")
+    else:
+        _refuse(bus, heard < heard.max(), "did not answer often enough: check its cable")
+        raise BusError("answers are lost again and again: check cables with bigant servo watch")
     spread = np.ptp(np.array(ticks), axis=0)
     _refuse(bus, spread > LARGEST_SPREAD_TICKS, "moves: hold the shaft still and try again")
     medians = np.rint(np.median(np.array(ticks), axis=0)).astype(int) % TICKS_PER_TURN

@@ -289,6 +289,24 @@ def test_zero_is_the_median_of_several(bench: Bench, monkeypatch: pytest.MonkeyP
     assert 0 < first["spread_ticks"] <= 6
 
 
+def test_zero_reads_again_where_an_answer_is_lost(bench: Bench, capsys: Capture) -> None:
+    receive = bench.bus.receive
+    reads = 0
+
+    def lossy(data: bytes, t_ns: int, baud_rate: int) -> None:
+        nonlocal reads
+        reads += data[7] == 0x82
+        bench.bus.silence(4, on=data[7] == 0x82 and reads % every == 0)
+        receive(data, t_ns, baud_rate)
+
+    bench.bus.receive = lossy  # type: ignore[method-assign]
+    every = 3
+    assert bench.command("zero") == ExitCode.OK
+    every = 1
+    assert bench.command("zero") == ExitCode.HARDWARE
+    assert "HR did not answer often enough: check its cable" in capsys.readouterr().err
+
+
 def test_zero_refuses_a_shaft_that_moves(bench: Bench, monkeypatch: pytest.MonkeyPatch,
                                          capsys: Capture) -> None:  # fmt: skip
     def turning(t_ns: int) -> None:
