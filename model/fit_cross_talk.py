@@ -8,7 +8,10 @@ X_k takes a wrench at sensor k to the body's origin. That is six equations a pos
 linear in D. However many poses there are, the balance cannot see an error that all sensors share: with
 D_k = X_k^-1 E X_k the sum changes by E times the weight, which is nothing for every E whose column of
 vertical force is zero. Those 30 directions (a common scale of the horizontal forces is one) are left at
-zero by construction, and so is, by the ridge, what the poses at hand do not tell. The ridge is the one that
+zero by construction, unless *point feet* are believed in: a foot that touches at a point takes no moment
+there, so that force and moment of one sensor must agree about where the foot is. That goes in with little
+weight (``POINT_FOOT_WEIGHT``), because it trusts the linkage's dimensions, and decides what the balance
+leaves open. What neither tells stays at zero by the ridge. The ridge is the one that
 predicts left-out poses best, but no weaker than entries of the size ``EXPECTED`` would ask for under the
 noise found: noise in the readings makes the poses seem to tell more than they do. The *resolution* of an
 unknown is the share of it that the data and not the ridge decides (the diagonal of Backus and Gilbert's
@@ -24,7 +27,8 @@ from model.signals import BoolArray, FloatArray, IntArray, readonly
 
 STRENGTHS = np.logspace(-9, 1, 41)  # ridge, as a share of the largest squared singular value
 # Size of cross-talk that is no surprise, as a share of the load.
-EXPECTED = 0.1
+EXPECTED = 0.03
+POINT_FOOT_WEIGHT = 0.1
 FOLDS = 5
 SHUFFLE_SEED = 1
 # Poses whose shafts all agree to this are the same pose and never both left out and fitted to [rad].
@@ -56,6 +60,8 @@ class StillPoses:
         in_air: True where the foot touches nothing, (P, N).
         up_B: Direction of "up" in body axes, (P, 3).
         standing: False for poses of a robot that is hung up, (P,).
+        lever: From each sensor to where its foot touches, sensor axes, (P, N, 3) [m]; NaN where
+            unknown.
     """
 
     angle_rad: FloatArray
@@ -63,6 +69,7 @@ class StillPoses:
     in_air: BoolArray
     up_B: FloatArray  # noqa: N815 - frame suffix
     standing: BoolArray
+    lever: FloatArray
 
     def __len__(self) -> int:
         return len(self.angle_rad)
@@ -75,6 +82,7 @@ class StillPoses:
             self.in_air[chosen],
             self.up_B[chosen],
             self.standing[chosen],
+            self.lever[chosen],
         )
 
 
@@ -134,13 +142,16 @@ def usable(poses: StillPoses) -> BoolArray:
     return poses.standing & known.all(axis=1) & ~poses.in_air.all(axis=1)
 
 
-def fit_cross_talk(free: FloatArray, poses: StillPoses, places: SensorPlaces) -> CrossTalkFit:
+def fit_cross_talk(
+    free: FloatArray, poses: StillPoses, places: SensorPlaces, *, point_feet: bool
+) -> CrossTalkFit:
     """Fit D of all sensors.
 
     Args:
         free: Readings less a(q), (P, N, 6) [N, N m].
         poses: The same poses, all usable.
         places: The sensors.
+        point_feet: Whether feet touch at a point and take no moment there.
 
     Raises:
         ModelError: Too few different poses to leave some out.
@@ -155,8 +166,15 @@ def fit_cross_talk(free: FloatArray, poses: StillPoses, places: SensorPlaces) ->
     rows_scale, wrench_scale = _scales(loaded, places)
     design = _design(loaded, places, wrench_scale) / rows_scale[None, :, None]
     target = -balance_residual(free, poses, places) / rows_scale
-    shared = shared_directions(places, wrench_scale)
-    design = design - (design @ shared) @ shared.T
+    left_open = np.zeros((design.shape[2], 0))
+    if point_feet:
+        foot_design, foot_target = _foot_rows(loaded, poses.lever, wrench_scale)
+        share = POINT_FOOT_WEIGHT / rows_scale[-1]
+        design = np.concatenate([design, share * foot_design], axis=1)
+        target = np.concatenate([target, share * foot_target], axis=1)
+    else:
+        left_open = shared_directions(places, wrench_scale)
+        design = design - (design @ left_open) @ left_open.T
     strength = _choose_strength(design, target, folds(poses.angle_rad, FOLDS))
     flat = design.reshape(-1, design.shape[2])
     left, singular, right = np.linalg.svd(flat, full_matrices=False)
@@ -165,8 +183,8 @@ def fit_cross_talk(free: FloatArray, poses: StillPoses, places: SensorPlaces) ->
     resolution = np.einsum("s,sc->c", share, right**2)
     count = poses.angle_rad.shape[1]
     unit = wrench_scale[:, None] / wrench_scale[None, :]
-    needed = singular[: flat.shape[1] - shared.shape[1]]
-    full_rank = len(needed) == flat.shape[1] - shared.shape[1]
+    needed = singular[: flat.shape[1] - left_open.shape[1]]
+    full_rank = len(needed) == flat.shape[1] - left_open.shape[1]
     return CrossTalkFit(
         correction=readonly(solution.reshape(count, 6, 6) * unit),
         resolution=readonly(resolution.reshape(count, 6, 6)),
@@ -231,19 +249,40 @@ def _design(loaded: FloatArray, places: SensorPlaces, wrench_scale: FloatArray) 
     return product.reshape(len(loaded), 6, -1)
 
 
+def _foot_rows(
+    loaded: FloatArray, lever: FloatArray, wrench_scale: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the moment about each foot as rows: design (P, 3 N, 36 N) and target (P, 3 N) [N m]."""
+    poses, count = loaded.shape[:2]
+    known = np.isfinite(lever).all(axis=2)
+    x, y, z = np.moveaxis(np.where(known[..., None], lever, 0.0), -1, 0)
+    moment = np.zeros((poses, count, 3, 6))  # wrench at the sensor to moment about the foot
+    moment[..., 0, 1], moment[..., 0, 2], moment[..., 1, 2] = z, -y, x
+    moment[..., 1, 0], moment[..., 2, 0], moment[..., 2, 1] = -z, y, -x
+    moment[..., [0, 1, 2], [3, 4, 5]] = 1.0
+    moment[~known] = 0.0
+    target = -np.einsum("pnri,pni->pnr", moment, loaded)
+    design = np.zeros((poses, count, 3, count, 6, 6))
+    product = np.einsum("pnri,pnj->pnrij", moment * wrench_scale, loaded / wrench_scale)
+    legs = np.arange(count)
+    design[:, legs, :, legs] = product.transpose(1, 0, 2, 3, 4)
+    return design.reshape(poses, 3 * count, -1), target.reshape(poses, -1)
+
+
 def _choose_strength(design: FloatArray, target: FloatArray, parts: IntArray) -> float:
-    """Return the ridge strength that predicts left-out poses best, within reason."""
+    """Return the ridge strength that predicts the balance of left-out poses best, within reason."""
     error = np.zeros(len(STRENGTHS))
     for fold in range(FOLDS):
         out = parts == fold
         kept = design[~out].reshape(-1, design.shape[2])
         left, singular, right = np.linalg.svd(kept, full_matrices=False)
         pressed = left.T @ target[~out].ravel()
-        tested = design[out].reshape(-1, design.shape[2]) @ right.T
+        tested = design[out, :6].reshape(-1, design.shape[2]) @ right.T
+        wanted = target[out, :6].ravel()
         for index, strength in enumerate(STRENGTHS):
             gain = singular / (singular**2 + strength * singular[0] ** 2)
-            error[index] += float(((tested @ (gain * pressed) - target[out].ravel()) ** 2).sum())
+            error[index] += float(((tested @ (gain * pressed) - wanted) ** 2).sum())
     best = int(np.argmin(error))
-    noise = error[best] / target.size
+    noise = error[best] / target[:, :6].size
     largest = float(np.linalg.norm(design.reshape(-1, design.shape[2]), 2))
     return max(float(STRENGTHS[best]), noise / (EXPECTED * largest) ** 2)

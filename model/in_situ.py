@@ -1,6 +1,6 @@
 """The in-situ calibration as a whole: both stages, judged on poses that neither has seen."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -79,6 +79,7 @@ def calibrate_in_situ(
     *,
     max_harmonics: int,
     cross_talk: bool = True,
+    point_feet: bool = True,
     serials: tuple[str, ...] = (),
     date: str = "",
     logs: tuple[str, ...] = (),
@@ -91,6 +92,7 @@ def calibrate_in_situ(
         legs: Leg names.
         max_harmonics: Most harmonics of the leg's gravity; 0 fits constants.
         cross_talk: Whether to fit the 6 x 6 corrections.
+        point_feet: Whether feet touch at a point and take no moment there.
         serials: Serial numbers, kept with the result.
         date: Kept with the result.
         logs: Kept with the result.
@@ -103,10 +105,11 @@ def calibrate_in_situ(
     kept, left_out = poses.part(~out), poses.part(out)
     _check(kept, legs)
     names = _Names(legs, serials or ("",) * len(legs), date, logs)
-    constant = _fit(kept, places, names, 0, cross_talk=False)[0]
-    gravity = _fit(kept, places, names, max_harmonics, cross_talk=False)[0]
-    whole = _fit(kept, places, names, max_harmonics, cross_talk=cross_talk)[0]
-    final, unloaded, fit = _fit(poses, places, names, max_harmonics, cross_talk=cross_talk)
+    depth = _Depth(max_harmonics, cross_talk, point_feet)
+    constant = _fit(kept, places, names, _Depth(0, cross_talk=False, point_feet=False))[0]
+    gravity = _fit(kept, places, names, replace(depth, cross_talk=False))[0]
+    whole = _fit(kept, places, names, depth)[0]
+    final, unloaded, fit = _fit(poses, places, names, depth)
     return InSituResult(
         calibration=final,
         unloaded=unloaded,
@@ -115,8 +118,15 @@ def calibrate_in_situ(
         stage_one=residuals(gravity, left_out, places),
         after=residuals(whole, left_out, places),
         held_out=int(usable(left_out).sum()),
-        warnings=_warnings(legs, unloaded, fit),
+        warnings=_warnings(legs, unloaded, fit, point_feet=point_feet),
     )
+
+
+@dataclass(frozen=True, slots=True)
+class _Depth:
+    max_harmonics: int
+    cross_talk: bool
+    point_feet: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,9 +138,10 @@ class _Names:
 
 
 def _check(poses: StillPoses, legs: tuple[str, ...]) -> None:
-    has_sensor = np.isfinite(poses.sensed).all(axis=2).any(axis=0)
-    seen = (poses.in_air & np.isfinite(poses.sensed).all(axis=2)).any(axis=0)
-    never = [name for name, has, air in zip(legs, has_sensor, seen, strict=True) if has and not air]
+    known = np.isfinite(poses.sensed).all(axis=2)  # (P, N)
+    has_sensor = known.any(axis=0)
+    lacking = has_sensor & ~(poses.in_air & known).any(axis=0)
+    never = [legs[leg] for leg in np.flatnonzero(lacking).tolist()]
     if never:
         raise ModelError(
             f"legs {', '.join(never)} never stood still in the air long enough in two or more "
@@ -141,14 +152,14 @@ def _check(poses: StillPoses, legs: tuple[str, ...]) -> None:
 
 
 def _fit(
-    poses: StillPoses, places: SensorPlaces, names: _Names, max_harmonics: int, *, cross_talk: bool
+    poses: StillPoses, places: SensorPlaces, names: _Names, depth: _Depth
 ) -> tuple[ForceCalibration, tuple[UnloadedFit | None, ...], CrossTalkFit | None]:
     count = len(names.legs)
     fits: list[UnloadedFit | None] = []
     for leg in range(count):
         air = poses.in_air[:, leg] & np.isfinite(poses.sensed[:, leg]).all(axis=1)
         fits.append(
-            fit_unloaded(poses.angle_rad[air, leg], poses.sensed[air, leg], max_harmonics)
+            fit_unloaded(poses.angle_rad[air, leg], poses.sensed[air, leg], depth.max_harmonics)
             if air.any()
             else None
         )
@@ -163,10 +174,10 @@ def _fit(
     correction = np.zeros((count, 6, 6))
     calibration = _calibration(names, coefficients, correction, error)
     found = None
-    if cross_talk:
+    if depth.cross_talk:
         standing = poses.part(usable(poses))
         free = standing.sensed - calibration.unloaded_wrench(standing.angle_rad)
-        found = fit_cross_talk(free, standing, places)
+        found = fit_cross_talk(free, standing, places, point_feet=depth.point_feet)
         calibration = _calibration(names, coefficients, found.correction, error)
     return calibration, tuple(fits), found
 
@@ -219,7 +230,11 @@ def _force_and_moment(wrench: FloatArray) -> tuple[float, float]:
 
 
 def _warnings(
-    legs: tuple[str, ...], unloaded: tuple[UnloadedFit | None, ...], fit: CrossTalkFit | None
+    legs: tuple[str, ...],
+    unloaded: tuple[UnloadedFit | None, ...],
+    fit: CrossTalkFit | None,
+    *,
+    point_feet: bool,
 ) -> tuple[str, ...]:
     said = []
     for name, stage in zip(legs, unloaded, strict=True):
@@ -239,7 +254,8 @@ def _warnings(
                     f"{name}: the poses do not tell how a load in {axes} shows in the six readings; "
                     "those corrections stay near zero"
                 )
-        said.append(SHARED)
+        if not point_feet:
+            said.append(SHARED)
     return tuple(said)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from model.fit_cross_talk import SensorPlaces, StillPoses
 from model.force_calibration import ForceCalibration, fourier_rows
-from model.signals import FloatArray
+from model.signals import BoolArray, FloatArray
 
 LEGS = ("HL", "ML", "FL", "HR", "MR", "FR")
 WEIGHT_N = 63.7
@@ -15,10 +15,6 @@ ORIGIN = np.array(
 
 def places(yaw: float = 0.3) -> SensorPlaces:
     return SensorPlaces(ORIGIN, np.full(6, yaw), WEIGHT_N)
-
-
-def cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    return np.cross(a, b)
 
 
 def true_faults(random: np.random.Generator, harmonics: int = 1) -> ForceCalibration:
@@ -37,8 +33,8 @@ def true_faults(random: np.random.Generator, harmonics: int = 1) -> ForceCalibra
 
 def true_wrenches(
     random: np.random.Generator, poses: int, yaw: float = 0.3
-) -> tuple[FloatArray, FloatArray, np.ndarray]:
-    """Forces at rest: contact points, wrenches in sensor axes at the sensors, legs in the air."""
+) -> tuple[FloatArray, FloatArray, BoolArray, FloatArray]:
+    """A robot at rest: shaft angles, wrenches, legs in the air, levers; sensor axes."""
     angle = random.uniform(-0.9, 0.9, (poses, 6))
     in_air = np.zeros((poses, 6), dtype=bool)
     for index in range(poses):
@@ -47,6 +43,7 @@ def true_wrenches(
             in_air[index, leg] = True
             angle[index, leg] = random.uniform(-np.pi, np.pi)
     wrench = np.zeros((poses, 6, 6))
+    lever = np.zeros((poses, 6, 3))
     turn = np.array([[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]])
     for index in range(poses):
         down = np.stack([-0.1 * np.sin(angle[index]), random.uniform(-0.02, 0.02, 6),
@@ -64,8 +61,9 @@ def true_wrenches(
         missing = np.array([0, 0, WEIGHT_N, 0, 0, 0]) - rows @ force.ravel()
         force += (np.linalg.pinv(rows) @ missing).reshape(6, 3)
         wrench[index, :, :3] = force @ turn
-        wrench[index, :, 3:] = cross(down, force) @ turn
-    return angle, wrench, in_air
+        wrench[index, :, 3:] = np.cross(down, force) @ turn
+        lever[index] = down @ turn
+    return angle, wrench, in_air, lever
 
 
 def sensed(
@@ -74,10 +72,11 @@ def sensed(
     """What sensors with these faults read."""
     cross_talk = np.linalg.inv(np.eye(6) + faults.correction)
     rows = fourier_rows(angle, faults.harmonics)
-    free = np.einsum("nij,pnj->pni", cross_talk, wrench)
-    return free + np.einsum("pnh,nah->pna", rows, faults.unloaded) + noise
+    free: FloatArray = np.einsum("nij,pnj->pni", cross_talk, wrench)
+    free += np.einsum("pnh,nah->pna", rows, faults.unloaded) + noise
+    return free
 
 
-def still(angle: FloatArray, read: FloatArray, in_air: np.ndarray) -> StillPoses:
+def still(angle: FloatArray, read: FloatArray, in_air: BoolArray, lever: FloatArray) -> StillPoses:
     up = np.tile([0.0, 0.0, 1.0], (len(angle), 1))
-    return StillPoses(angle, read, in_air, up, np.ones(len(angle), dtype=bool))
+    return StillPoses(angle, read, in_air, up, np.ones(len(angle), dtype=bool), lever)

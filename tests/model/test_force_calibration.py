@@ -18,7 +18,7 @@ from model.fit_cross_talk import (
 )
 from model.fit_unloaded import fit_unloaded
 from model.force_calibration import ForceCalibration, bias_only, fourier_rows
-from model.in_situ import calibrate_in_situ, weak_axes
+from model.in_situ import SHARED, calibrate_in_situ, weak_axes
 from model.signals import FloatArray
 from tests.model.standing import LEGS, places, sensed, still, true_faults, true_wrenches
 
@@ -28,7 +28,8 @@ LOAD = np.array([8.0, 8.0, 8.0, 1.0, 1.0, 1.0])  # of a foot [N, N m]
 
 
 def scaled(correction: FloatArray) -> FloatArray:
-    return correction * LOAD / LOAD[:, None]
+    shares: FloatArray = correction * LOAD / LOAD[:, None]
+    return shares
 
 
 def make(
@@ -36,9 +37,9 @@ def make(
 ) -> tuple[ForceCalibration, FloatArray, StillPoses]:
     random = np.random.default_rng(seed)
     faults = true_faults(random)
-    angle, wrench, in_air = true_wrenches(random, poses)
+    angle, wrench, in_air, lever = true_wrenches(random, poses)
     read = sensed(faults, angle, wrench, noise * NOISE * random.standard_normal(wrench.shape))
-    return faults, wrench, still(angle, read, in_air)
+    return faults, wrench, still(angle, read, in_air, lever)
 
 
 def test_the_made_up_poses_balance_the_weight() -> None:
@@ -55,10 +56,19 @@ def test_offset_gravity_and_cross_talk_are_recovered() -> None:
     assert np.abs(error[..., :3]).max() < 0.02, "N"
     assert np.abs(error[..., 3:]).max() < 1e-3, "N m"
     missed = scaled(found.correction - faults.correction)
-    shared = shared_directions(places(), LOAD)
-    tellable = missed.ravel() - shared @ (shared.T @ missed.ravel())
     assert np.sqrt((scaled(faults.correction) ** 2).mean()) > 0.028
-    assert np.sqrt((tellable**2).mean()) < 0.005, "what the balance can tell, of 0.03"
+    assert np.sqrt((missed**2).mean()) < 0.008, "cross-talk, of 0.03"
+
+
+def test_without_point_feet_only_what_the_balance_tells_is_recovered() -> None:
+    faults, _, poses = make(1, 240)
+    result = calibrate_in_situ(poses, places(), LEGS, max_harmonics=3, point_feet=False)
+    assert SHARED in result.warnings
+    missed = scaled(result.calibration.correction - faults.correction).ravel()
+    shared = shared_directions(places(), LOAD)
+    tellable = missed - shared @ (shared.T @ missed)
+    assert np.sqrt((missed**2).mean()) > 0.01
+    assert np.sqrt((tellable**2).mean()) < 0.005, "of 0.03"
 
 
 def test_foot_wrenches_are_nearer_to_the_truth_than_with_offsets_only() -> None:
@@ -70,9 +80,9 @@ def test_foot_wrenches_are_nearer_to_the_truth_than_with_offsets_only() -> None:
         found = calibration.foot_wrench(poses.sensed, poses.angle_rad)
         off = (found - wrench)[~poses.in_air]
         errors.append((np.sqrt((off[:, :3] ** 2).mean()), np.sqrt((off[:, 3:] ** 2).mean())))
-    assert errors[1][0] < 0.5 * errors[0][0], "force"
-    assert errors[1][1] < 0.5 * errors[0][1], "moment"
-    assert errors[1][0] < 0.2, "N, of feet that push with some 8 N"
+    assert errors[1][0] < 0.3 * errors[0][0], "force"
+    assert errors[1][1] < 0.3 * errors[0][1], "moment"
+    assert errors[1][0] < 0.12, "N, of feet that push with some 8 N"
 
 
 def test_an_error_that_all_sensors_share_leaves_the_balance_alone() -> None:
@@ -100,8 +110,9 @@ def test_residuals_on_left_out_poses_fall_to_the_noise() -> None:
 
 def test_perfect_sensors_need_no_correction() -> None:
     random = np.random.default_rng(3)
-    angle, wrench, in_air = true_wrenches(random, 120)
-    poses = still(angle, wrench + NOISE * random.standard_normal(wrench.shape), in_air)
+    angle, wrench, in_air, lever = true_wrenches(random, 120)
+    read = wrench + NOISE * random.standard_normal(wrench.shape)
+    poses = still(angle, read, in_air, lever)
     result = calibrate_in_situ(poses, places(), LEGS, max_harmonics=3)
     assert result.calibration.harmonics == 0, "noise is not taken for gravity"
     assert np.abs(result.calibration.unloaded[..., 0]).max() < 0.01
@@ -112,12 +123,13 @@ def test_a_direction_without_load_is_named_and_stays_at_zero() -> None:
     """Feet that only push up and never turn the sensor: nothing shows how Fx, Fy read."""
     random = np.random.default_rng(4)
     faults, _, poses = make(4, 120)
-    _, wrench, in_air = true_wrenches(random, 120)
+    _, wrench, in_air, _ = true_wrenches(random, 120)
     wrench[..., :2] = 0.0
     wrench[..., 3:] = 0.0
     read = sensed(faults, poses.angle_rad, wrench, NOISE * random.standard_normal(wrench.shape))
     bare = replace(poses, sensed=read, in_air=in_air)
-    result = calibrate_in_situ(bare, places(), LEGS, max_harmonics=1)
+    result = calibrate_in_situ(bare, places(), LEGS, max_harmonics=1, point_feet=False)
+    assert SHARED in result.warnings
     assert result.cross_talk is not None
     told = "\n".join(result.warnings)
     for leg in LEGS:
@@ -137,7 +149,7 @@ def test_too_few_poses_are_refused() -> None:
     _, _, poses = make(6, 240)
     few = poses.part(np.arange(240) < 4)
     with pytest.raises(ModelError, match="different standing poses are too few"):
-        fit_cross_talk(few.sensed, few, places())
+        fit_cross_talk(few.sensed, few, places(), point_feet=False)
 
 
 def test_one_pose_many_times_is_one_pose() -> None:
