@@ -1,21 +1,19 @@
 """Run time against number of legs: our model, batched, and MuJoCo's step of the same disk."""
 
-from collections.abc import Callable
+import time
 from dataclasses import asdict
 from functools import partial
 
 import mujoco
 import numpy as np
 
-from benchmarks.timing import Spread, each, keep, repeat
+from benchmarks.timing import Spread, each, keep, spread
 from model.frames import FrictionLaw, solve_frames
-from model.signals import FootMotion
 from model.systems.disk import disk, random_disk_poses
-from model.systems.system import System
 
 LEGS = (3, 6, 12, 24, 50)
 POSES = 1000
-BATCH = 5000
+ROUNDS = 101
 
 
 def disk_mjcf(legs: int) -> str:
@@ -68,31 +66,27 @@ def _mujoco(legs: int, rng: np.random.Generator) -> Spread:
     return each([partial(step, state) for state in states], 2)
 
 
-def _batch(feet: FootMotion, system: System, law: FrictionLaw) -> Callable[[], object]:
-    return lambda: solve_frames(feet, system.contact, system.weight_n, law=law)
-
-
 def main() -> None:
     """Print the table and keep it for the figure."""
     rng = np.random.default_rng(0)
-    ours: list[Spread] = []
-    coulomb: list[Spread] = []
-    theirs: list[Spread] = []
+    cases = [(disk(legs), random_disk_poses(POSES, legs, rng)) for legs in LEGS]
+    laws = (FrictionLaw.VISCOUS, FrictionLaw.COULOMB)
+    samples = {law: [[] for _ in LEGS] for law in laws}  # type: dict[FrictionLaw, list[list[float]]]
+    for turn in range(ROUNDS + 1):  # all cases in turn, so that all see the same machine
+        for law in laws:
+            for i, (system, feet) in enumerate(cases):
+                began = time.perf_counter_ns()
+                solve_frames(feet, system.contact, system.weight_n, law=law)
+                if turn:
+                    samples[law][i].append((time.perf_counter_ns() - began) / 1e3 / POSES)
+    ours, coulomb = ([spread(row) for row in samples[law]] for law in laws)
+    theirs = [_mujoco(legs, rng) for legs in LEGS]
     print("legs   ours, batched [us]   Coulomb, batched [us]   MuJoCo mj_step [us]   MuJoCo / ours")
-    for legs in LEGS:
-        system, feet = disk(legs), random_disk_poses(BATCH, legs, rng)
-        times = [
-            repeat(_batch(feet, system, law), 31, BATCH)
-            for law in (FrictionLaw.VISCOUS, FrictionLaw.COULOMB)
-        ]
-        ours.append(times[0])
-        coulomb.append(times[1])
-        theirs.append(_mujoco(legs, rng))
-        ratio = theirs[-1].median / ours[-1].median
+    for i, legs in enumerate(LEGS):
+        ratio = theirs[i].median / ours[i].median
         print(
-            f"{legs:4d}{ours[-1].median:16.2f}{coulomb[-1].median:24.2f}{theirs[-1].median:22.1f}"
-            f"{ratio:16.0f}",
-            flush=True,
+            f"{legs:4d}{ours[i].median:16.2f}{coulomb[i].median:24.2f}{theirs[i].median:22.1f}"
+            f"{ratio:16.0f}"
         )
     for name, figures in (("ours", ours), ("Coulomb", coulomb), ("MuJoCo", theirs)):
         print(

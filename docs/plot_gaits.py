@@ -6,7 +6,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from gaits.gait import GAIT_NAMES, make_gait
+from gaits.catalog import GAIT_NAMES, make_gait
 from robot.config import load_robot
 
 OUT = Path(__file__).resolve().parent / "figures" / "gaits.png"

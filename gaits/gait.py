@@ -10,14 +10,13 @@ from typing import Protocol
 import numpy as np
 
 from model.errors import ConfigError
-from model.params import LegParameters, RobotParameters
+from model.params import LegParameters
 from model.signals import BoolArray, FloatArray
 
 TURN = 2 * np.pi
 # Full steering shortens the stance sweep on the inner side and lengthens it outside by this share.
 # The source paper only cites its steering strategy (Zhao 2020); this one is ours.
 STEER_GAIN = 0.3
-GAIT_NAMES = ("tripod", "metachronal")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,19 +114,3 @@ def middle_of_most_support(stance: BoolArray) -> float:
         if length > longest:
             longest, end = length, first + index
     return ((end - (longest - 1) / 2) % samples) / samples
-
-
-def make_gait(name: str, robot: RobotParameters) -> Gait:
-    """Build a gait by name.
-
-    Raises:
-        ConfigError: There is no such gait, or its parameters make none.
-    """
-    from gaits.buehler import BuehlerTripod
-    from gaits.metachronal import Metachronal
-
-    if name == "tripod":
-        return BuehlerTripod(robot.tripod, robot.legs)
-    if name == "metachronal":
-        return Metachronal(robot.metachronal, robot.legs)
-    raise ConfigError("gait", f"{name!r} is no gait; choose {' or '.join(GAIT_NAMES)}")

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from model import frames_kernel
 from model.errors import ModelError
-from model.frames_kernel import frames_kernel
 from model.params import ContactParameters
 from model.signals import BoolArray, FloatArray, FootMotion, IntArray, readonly
 
@@ -112,19 +112,13 @@ def solve_frames(
     trouble = _parameter_trouble(contact, weight_n, count)
     if trouble is not Reason.FINE:
         return _without_answer(out, trouble)
-    ground = np.zeros(count) if ground_m is None else ground_m
-    try:
-        under = np.array(np.broadcast_to(ground, (frames, count)), dtype=np.float64, order="C")
-    except ValueError as error:
-        raise ModelError(
-            f"the ground must be (legs,) or (frames, legs), not {np.shape(ground)}"
-        ) from error
-    frames_kernel(
-        _own(position),
-        _own(velocity),
-        under,
-        _own(contact.stiffness),
-        _own(contact.mu),
+    frames_kernel.prepare()
+    frames_kernel.frames_kernel(
+        _rows(position),
+        _rows(velocity),
+        _ground(ground_m, frames, count),
+        _rows(contact.stiffness),
+        _rows(contact.mu),
         _anisotropy(contact, anisotropy_B, frames),
         float(weight_n),
         law is FrictionLaw.COULOMB,
@@ -148,17 +142,25 @@ def _anisotropy(
     frames: int,
 ) -> FloatArray:
     if anisotropy_B is None:
-        return _own(contact.anisotropy[None])
+        return _rows(contact.anisotropy[None])
     if anisotropy_B.shape != (frames, len(contact.mu), 2) or not np.isfinite(anisotropy_B).all():
         raise ModelError(
             f"anisotropy must be {(frames, len(contact.mu), 2)} numbers, not {anisotropy_B.shape}"
         )
-    return _own(anisotropy_B)
+    return _rows(anisotropy_B)
 
 
-def _own(values: FloatArray) -> FloatArray:
-    """A copy: whether an array is read-only is part of its type to the compiler, so all are alike."""
-    return np.array(values, dtype=np.float64, order="C")
+def _ground(ground_m: FloatArray | None, frames: int, count: int) -> FloatArray:
+    """Height under each foot: one row for all frames, or one a frame."""
+    if ground_m is None:
+        return np.zeros((1, count))
+    if ground_m.shape not in {(count,), (frames, count)}:
+        raise ModelError(f"the ground must be (legs,) or (frames, legs), not {ground_m.shape}")
+    return _rows(ground_m.reshape(-1, count))
+
+
+def _rows(values: FloatArray) -> FloatArray:
+    return np.ascontiguousarray(values, dtype=np.float64)
 
 
 def _parameter_trouble(contact: ContactParameters, weight_n: float, count: int) -> Reason:

@@ -1,8 +1,10 @@
 """The loop over frames, compiled: support, foot speeds, traction, frame by frame."""
 
+from typing import Any
+
 import numpy as np
 
-from model.compiled import compiled
+from model.compiled import COMPILED, compiled
 from model.coulomb_frame import coulomb_frame
 from model.signals import BoolArray, FloatArray, IntArray
 from model.support_kernel import ROWS, support_kernel
@@ -34,7 +36,7 @@ def frames_kernel(
 ) -> None:
     """Solve frames in order; outputs are written.
 
-    Shapes are those of ``model.frames``; anisotropy is (1 or F, N, 2).
+    Shapes are those of ``model.frames``; ground is (1 or F, N) and anisotropy (1 or F, N, 2).
     """
     frames, count = feet.shape[0], feet.shape[1]
     work = np.empty((ROWS, count))
@@ -42,13 +44,16 @@ def frames_kernel(
     twist = np.empty(3)
     rested = np.zeros(count, dtype=np.bool_)
     warm = False
+    uneven = ground.shape[0] > 1
     turns = anisotropy.shape[0] > 1  # w of its own for every frame
     for f in range(frames):
         if turns:
             lay_anisotropy(anisotropy[f], work)
         switches[f] = 0
         unique[f] = not coulomb
-        found = support_kernel(feet[f], ground[f], stiffness, load, pose[f], loads[f], work)
+        found = support_kernel(
+            feet[f], ground[f if uneven else 0], stiffness, load, pose[f], loads[f], work
+        )
         if found < 0:
             reason[f] = -found
             pose[f, :] = np.nan
@@ -75,3 +80,19 @@ def frames_kernel(
             force[f, :, :] = np.nan
             sticking[f, :] = False
             unique[f] = False
+
+
+def prepare() -> None:
+    """Compile for read-only inputs, which writable ones fit too, and for nothing else after."""
+    dispatcher: Any = frames_kernel
+    if not COMPILED or dispatcher.signatures:
+        return
+    from numba import types
+
+    number, flag, count = types.float64, types.boolean, types.int64
+    given = [types.Array(number, axes, "C", readonly=True) for axes in (3, 3, 2, 1, 1, 3)]
+    kinds = (number, number, count, number, number, number, flag, flag, count)
+    axes = (2, 2, 1, 2, 3, 3, 2, 1, 1)
+    out = [types.Array(kind, axis, "C") for kind, axis in zip(kinds, axes, strict=True)]
+    dispatcher.compile((*given, number, flag, flag, *out))
+    dispatcher.disable_compile()

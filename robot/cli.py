@@ -32,7 +32,10 @@ def run(arguments: Sequence[str] | None = None) -> int:
     try:
         return int(_dispatch(options))
     except BigantError as error:
-        print(f"bigant {options.command}: {error}", file=sys.stderr)
+        words = " ".join(
+            ["bigant", options.command, *([options.action] if "action" in options else [])]
+        )
+        print(f"{words}: {error}", file=sys.stderr)
         return int(_code_of(error))
     except BrokenPipeError:  # the reader of our output went away, as with `| head`
         sys.stderr.close()
@@ -45,6 +48,19 @@ def _code_of(error: BigantError) -> ExitCode:
     if isinstance(error, RecordError):
         return ExitCode.LOG
     return ExitCode.USAGE
+
+
+class _Version(argparse.Action):
+    """Print versions; nothing is imported for it unless it is asked for."""
+
+    def __init__(self, option_strings: Sequence[str], dest: str, help: str) -> None:  # noqa: A002
+        super().__init__(option_strings, dest, nargs=0, help=help, default=argparse.SUPPRESS)
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object, **__: object) -> None:
+        from robot.versions import version_lines
+
+        print("\n".join(version_lines()))
+        parser.exit()
 
 
 def _dispatch(options: argparse.Namespace) -> ExitCode:
@@ -73,6 +89,7 @@ def _parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
         description="Drive, record and model BigANT, on the robot or on virtual hardware.",
         epilog=EPILOG,
     )
+    parser.add_argument("--version", action=_Version, help="versions of what matters, and exit")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     _add_drive(commands)
     _add_show(commands)

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from drivers.settings import ForceSensorSettings, ServoBusSettings
-from gaits.gait import make_gait
+from gaits.catalog import make_gait
 from model.errors import ConfigError
 from model.linkage import Linkage
 from model.params import (

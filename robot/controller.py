@@ -11,7 +11,7 @@ from scipy.constants import g as standard_gravity
 from drivers.ati_calibration import Calibration
 from drivers.foot_forces import foot_forces
 from drivers.mx106 import joint_state
-from gaits.gait import make_gait
+from gaits.catalog import make_gait
 from gaits.limits import frequency_limit
 from gaits.plan import Walking
 from model.differentiate import latest_rate

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from model.errors import ModelError
 from model.frames import FrameSolutions, FrictionLaw
-from model.frames_kernel import frames_kernel
+from model.frames_kernel import frames_kernel, prepare
 from model.params import ContactParameters
 from model.signals import FootMotion
 
@@ -196,10 +196,11 @@ def _run(job: _Job) -> None:
         _rooms[job.name] = SharedFrames(job.frames, job.legs, job.name)
     room, part, contact = _rooms[job.name], slice(job.first, job.last), job.contact
     found = [getattr(room.answer, field)[part] for field in FrameSolutions.__slots__]
+    prepare()
     frames_kernel(
         room.feet.position_m[part],
         room.feet.velocity_m_s[part],
-        np.zeros((job.last - job.first, job.legs)),
+        np.zeros((1, job.legs)),
         np.array(contact.stiffness),
         np.array(contact.mu),
         np.array(contact.anisotropy[None]),

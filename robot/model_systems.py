@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from scipy.constants import g as standard_gravity
 
-from gaits.gait import make_gait
+from gaits.catalog import make_gait
 from model.errors import ConfigError
 from model.frames import FrictionLaw
 from model.linkage import Linkage

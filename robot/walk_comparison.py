@@ -14,6 +14,7 @@ from scipy.signal import savgol_filter
 from scipy.spatial.transform import Rotation
 
 from model.errors import ModelError
+from model.force_scale import force_scale
 from model.frames import FrameSolutions, FrictionLaw, solve_frames
 from model.linkage import Linkage
 from model.params import ContactParameters
@@ -24,7 +25,6 @@ from robot.config import RobotConfig, load_robot, parse_robot
 
 FILTER_WINDOW, FILTER_ORDER = 25, 2
 SWAY_WINDOW = 9  # samples; slopes are smooth already
-LARGEST_SCALE = 1e6  # a frame at rest has no scale; it must not get a wild one
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -127,7 +127,9 @@ def compare_walk(log: Recording) -> WalkComparison:
     viscous, viscous_us = _solve(feet, contact, weight_n, FrictionLaw.VISCOUS)
     frames, coulomb_us = _solve(feet, contact, weight_n, FrictionLaw.COULOMB)
     bare = viscous.force_xy_B
-    scaled = _scale_to(bare, force[..., :2]) * bare
+    # the paper's loss, of magnitudes; a frame at rest has no scale, and no forces either
+    sigma = force_scale(bare, force[..., :2], norms=True).scale
+    scaled = np.where(np.isfinite(sigma), sigma, 0.0)[:, None, None] * bare
     slip, ahead = _true_slip(log, walking, tilt[:, 2])
     shafts = config.parameters.legs.shaft_position[:, :2]
     return WalkComparison(
@@ -204,19 +206,6 @@ def _true_slip(
     ahead = np.cos(yaw)[:, None] * velocity[..., 0] + np.sin(yaw)[:, None] * velocity[..., 1]
     speed = np.linalg.norm(velocity[..., :2], axis=-1)
     return np.where(loaded, speed, np.nan), np.where(loaded, ahead, np.nan)
-
-
-def _scale_to(bare: FloatArray, measured: FloatArray) -> FloatArray:
-    """One positive scale a frame, least squares over the horizontal components (sec:tripod), (F, 1, 1).
-
-    The paper's loss compares magnitudes of the components, so it cannot turn a force round.
-    """
-    up = np.sum(np.abs(bare) * np.abs(measured), axis=(1, 2))
-    down = np.sum(bare**2, axis=(1, 2))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        scale = np.where(down > 0, up / down, 0.0)
-    limited: FloatArray = np.minimum(scale, LARGEST_SCALE)[:, None, None]
-    return limited
 
 
 def _prediction(

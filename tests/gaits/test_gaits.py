@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gaits.buehler import BuehlerTripod
-from gaits.gait import STEER_GAIN, TURN, Gait, ShaftMotion, make_gait
+from gaits.catalog import make_gait
+from gaits.gait import STEER_GAIN, TURN, Gait, ShaftMotion
 from gaits.limits import check_gait, frequency_limit, gait_peaks
 from gaits.metachronal import Metachronal
 from model.errors import ConfigError, GaitRefused

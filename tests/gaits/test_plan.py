@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gaits.gait import TURN, make_gait
+from gaits.catalog import make_gait
+from gaits.gait import TURN
 from gaits.moves import AIR_RAD, MOVE_SPEED_RAD_S, LegMoves
 from gaits.phase import GaitClock, Ramp
 from gaits.plan import FREQUENCY_RAMP_HZ_S, Hold, Walking

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -157,12 +158,21 @@ def test_wrong_usage_is_argparses_own_error(
     assert "usage: bigant" in capsys.readouterr().err
 
 
+def test_version_says_what_is_at_work(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stopped:
+        bigant("--version")
+    assert stopped.value.code == 0
+    text = capsys.readouterr().out
+    assert re.search(r"bigant \d+\.\d+.*Python 3\.", text)
+    assert "model: compiled" in text
+
+
 def test_help_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as caught:
         bigant("--help")
     assert caught.value.code == 0
     printed = capsys.readouterr().out
-    for command in ("drive", "show", "devices", "sim", "exit codes"):
+    for command in ("drive", "show", "devices", "sim", "model", "exit codes"):
         assert command in printed
 
 

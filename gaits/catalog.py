@@ -1,0 +1,22 @@
+"""Which gaits there are."""
+
+from gaits.buehler import BuehlerTripod
+from gaits.gait import Gait
+from gaits.metachronal import Metachronal
+from model.errors import ConfigError
+from model.params import RobotParameters
+
+GAIT_NAMES = ("tripod", "metachronal")
+
+
+def make_gait(name: str, robot: RobotParameters) -> Gait:
+    """Build a gait by name.
+
+    Raises:
+        ConfigError: There is no such gait, or its parameters make none.
+    """
+    if name == "tripod":
+        return BuehlerTripod(robot.tripod, robot.legs)
+    if name == "metachronal":
+        return Metachronal(robot.metachronal, robot.legs)
+    raise ConfigError("gait", f"{name!r} is no gait; choose {' or '.join(GAIT_NAMES)}")
