@@ -246,7 +246,8 @@ def _design(loaded: FloatArray, places: SensorPlaces, wrench_scale: FloatArray) 
     """Return d balance / d scaled D, (P, 6, 36 N)."""
     maps = wrench_maps(places) * wrench_scale  # columns times the scale of the row of D
     product = np.einsum("nri,pnj->prnij", maps, loaded / wrench_scale)
-    return product.reshape(len(loaded), 6, -1)
+    rows: FloatArray = product.reshape(len(loaded), 6, -1)
+    return rows
 
 
 def _foot_rows(
@@ -254,7 +255,7 @@ def _foot_rows(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the moment about each foot as rows: design (P, 3 N, 36 N) and target (P, 3 N) [N m]."""
     poses, count = loaded.shape[:2]
-    known = np.isfinite(lever).all(axis=2)
+    known = np.asarray(np.isfinite(lever).all(axis=2))
     x, y, z = np.moveaxis(np.where(known[..., None], lever, 0.0), -1, 0)
     moment = np.zeros((poses, count, 3, 6))  # wrench at the sensor to moment about the foot
     moment[..., 0, 1], moment[..., 0, 2], moment[..., 1, 2] = z, -y, x
@@ -285,4 +286,4 @@ def _choose_strength(design: FloatArray, target: FloatArray, parts: IntArray) ->
     best = int(np.argmin(error))
     noise = error[best] / target[:, :6].size
     largest = float(np.linalg.norm(design.reshape(-1, design.shape[2]), 2))
-    return max(float(STRENGTHS[best]), noise / (EXPECTED * largest) ** 2)
+    return max(float(STRENGTHS[best]), float(noise / (EXPECTED * largest) ** 2))

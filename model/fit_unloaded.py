@@ -49,7 +49,7 @@ class UnloadedFit:
     @property
     def harmonics(self) -> int:
         """Number of harmonics H."""
-        return (self.coefficients.shape[1] - 1) // 2
+        return int(self.coefficients.shape[1] - 1) // 2
 
     def standard_error(self, angle_rad: float) -> FloatArray:
         """Return one standard deviation of the fit at a shaft angle, (6,) [N, N m]."""

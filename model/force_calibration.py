@@ -69,7 +69,7 @@ class ForceCalibration:
     @property
     def harmonics(self) -> int:
         """Number of harmonics H."""
-        return (self.unloaded.shape[2] - 1) // 2
+        return int(self.unloaded.shape[2] - 1) // 2
 
     def unloaded_wrench(self, angle_rad: FloatArray) -> FloatArray:
         """Return a(q), (..., N, 6) [N, N m].

@@ -15,9 +15,11 @@ from model.errors import ConfigError, RecordError
 from model.signals import Intent, Tick
 from record.background import BackgroundWriter
 from record.writer import LogWriter
+from robot.calibration_file import CALIBRATION_KEY, calibration_text
 from robot.config import RobotConfig, load_robot
 from robot.controller import Controller
 from robot.exit_codes import ExitCode, exit_code_of
+from robot.force_units import UNITS_KEY, units_text
 from robot.hardware import open_in_memory, open_real, open_virtual
 from robot.loop import Operator, RunResult, run
 from robot.operator import Interrupts, Script, ScriptedOperator
@@ -86,7 +88,7 @@ def drive(options: argparse.Namespace) -> ExitCode:
 
 
 def _plan(options: argparse.Namespace) -> Drive:
-    config = load_robot(options.robot)
+    config = load_robot(options.robot, options.calibration)
     controller = Controller(config, (), armed=False)
     gait = controller.book.gaits[options.gait]
     frequency_hz = options.frequency_hz if options.frequency_hz is not None else gait.frequency_hz
@@ -182,6 +184,8 @@ def _open_log(plan: Drive, rig: Rig) -> LogWriter | BackgroundWriter | None:
             "seed": str(options.seed) if options.hardware == VIRTUAL else "",
             "armed": str(plan.armed).lower(),
             "software": _software(),
+            UNITS_KEY: units_text(plan.config.parameters.legs.names, rig.calibrations),
+            CALIBRATION_KEY: calibration_text(plan.config.force_sensor.calibration),
         },
         start_ns=rig.clock.now_ns(),
         start_unix_ns=start_unix_ns,

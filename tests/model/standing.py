@@ -54,7 +54,7 @@ def true_wrenches(
         force = random.uniform(-6, 6, (6, 3)) * on[:, None]
         force[:, 2] = np.abs(force[:, 2]) + 5.0 * on
         rows = np.zeros((6, 18))
-        for leg in np.flatnonzero(on):
+        for leg in np.flatnonzero(on).tolist():
             x, y, z = feet[leg]
             rows[:3, 3 * leg : 3 * leg + 3] = np.eye(3)
             rows[3:, 3 * leg : 3 * leg + 3] = [[0, -z, y], [z, 0, -x], [-y, x, 0]]
