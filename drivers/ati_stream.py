@@ -246,6 +246,16 @@ class ForceStream:
         """Return the host time at which a recent record was sampled, plus the shortest delay."""
         return self._device_clock.host_ns(record.device_ticks)
 
+    def set_device_bias(self) -> None:
+        """Let the unit itself take the present readings of our transducers as zero.
+
+        Raises:
+            ForceStreamError: Its console does not answer.
+        """
+        for number in self._settings.transducers.tolist():
+            if number:
+                self._console.query(f"BIAS {number} ON")
+
     def stop(self) -> None:
         """Tell the unit to stop sending; never fails. It remembers us until it is told."""
         for _ in range(STOPS):

@@ -27,7 +27,10 @@ class Command:
     help: str
 
 
-GROUP_HELP = (("model", "the model of slipping, without a robot"),)
+GROUP_HELP = (
+    ("model", "the model of slipping, without a robot"),
+    ("ft", "the force-torque sensors: find, watch, bias, calibrate"),
+)
 
 COMMANDS = (
     Command(("model", "run"), "robot.model_run", "a named system through the model, drawn"),
@@ -38,6 +41,12 @@ COMMANDS = (
     ),
     Command(
         ("model", "figures"), "robot.model_figures", "our version of the paper's figures and tables"
+    ),
+    Command(("ft", "scan"), "robot.ft_scan", "find wireless force-torque units"),
+    Command(("ft", "watch"), "robot.ft_watch", "live readings, state, losses and clock"),
+    Command(("ft", "bias"), "robot.ft_bias", "measure what is read with no contact"),
+    Command(
+        ("ft", "calibrate"), "robot.ft_calibrate", "offset, leg gravity and cross-talk from logs"
     ),
 )
 

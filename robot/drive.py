@@ -5,11 +5,10 @@ import gc
 import sys
 import time
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from drivers.settings import ForceSensorSettings
 from gaits.limits import check_gait
 from model.errors import ConfigError, RecordError
 from model.signals import Intent, Tick
@@ -20,6 +19,7 @@ from robot.config import RobotConfig, load_robot
 from robot.controller import Controller
 from robot.exit_codes import ExitCode, exit_code_of
 from robot.force_units import UNITS_KEY, units_text
+from robot.ft_unit import unit_settings
 from robot.hardware import open_in_memory, open_real, open_virtual
 from robot.loop import Operator, RunResult, run
 from robot.operator import Interrupts, Script, ScriptedOperator
@@ -117,24 +117,10 @@ def _open_rig(plan: Drive) -> Rig:
     options, config = plan.options, plan.config
     with_forces = options.force_unit != NO_LOG
     if options.hardware != VIRTUAL:
-        unit = _force_unit(options.force_unit, config.force_sensor) if with_forces else None
+        unit = unit_settings(options.force_unit, config.force_sensor) if with_forces else None
         return open_real(config, options.hardware, unit, armed=plan.armed)
     opener = open_in_memory if options.virtual_time else open_virtual
     return opener(config, seed=options.seed, armed=plan.armed, with_forces=with_forces)
-
-
-def _force_unit(text: str | None, settings: ForceSensorSettings) -> ForceSensorSettings:
-    if text is None:
-        return settings
-    host, *ports = text.split(":")
-    if not host or len(ports) > 2 or not all(p.isdecimal() and int(p) < 65536 for p in ports):
-        raise ConfigError("--force-unit", f"must be HOST, HOST:UDP:CONSOLE or none, not {text!r}")
-    settings = replace(settings, address=host)
-    if ports:
-        settings = replace(settings, udp_port=int(ports[0]), local_port=0)
-    if len(ports) == 2:
-        settings = replace(settings, console_port=int(ports[1]))
-    return settings
 
 
 def _operator(
