@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from model.errors import ConfigError
+from model.errors import ConfigError, ModelError
 from robot.exit_codes import ExitCode
 
 if TYPE_CHECKING:
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from drivers.clock import Clock
     from drivers.settings import ForceSensorSettings
     from model.signals import FloatArray
+    from robot.operator import Interrupts
 
 LOOK_NS = 10_000_000
 LEAST_SECONDS = 1.0
@@ -56,6 +57,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     from robot.calibration_file import write_calibration
     from robot.config import DEFAULT_ROBOT_FILE, load_robot
     from robot.ft_unit import running_stream, unit_settings
+    from robot.operator import Interrupts
 
     if not LEAST_SECONDS <= options.seconds <= 3600:
         raise ConfigError("--seconds", f"must be from 1 to 3600, not {options.seconds:g}")
@@ -63,13 +65,13 @@ def run(options: argparse.Namespace) -> ExitCode:
     settings = unit_settings(options.force_unit, config.force_sensor)
     names = settings.names
     clock = MonotonicClock()
-    with running_stream(settings, clock) as stream:
+    with Interrupts() as interrupts, running_stream(settings, clock) as stream:
         serials = tuple("" if c is None else c.serial for c in stream.calibrations)
-        bias = measure_bias(_collect(stream, settings, clock, options.seconds))
+        bias = measure_bias(_collect(stream, settings, clock, interrupts, options.seconds))
         require_rest(bias, names)
         if options.device:
             stream.set_device_bias()
-            bias = measure_bias(_collect(stream, settings, clock, options.seconds))
+            bias = measure_bias(_collect(stream, settings, clock, interrupts, options.seconds))
             require_rest(bias, names)
     calibration = bias_only(
         names,
@@ -91,7 +93,11 @@ def run(options: argparse.Namespace) -> ExitCode:
 
 
 def _collect(
-    stream: "ForceStream", settings: "ForceSensorSettings", clock: "Clock", seconds: float
+    stream: "ForceStream",
+    settings: "ForceSensorSettings",
+    clock: "Clock",
+    interrupts: "Interrupts",
+    seconds: float,
 ) -> "FloatArray":
     """Return what the sensors read for some seconds, (T, N, 6), nothing taken off."""
     import numpy as np
@@ -104,6 +110,8 @@ def _collect(
     while (done_s := (clock.now_ns() - begin_ns) * 1e-9) < seconds:
         clock.sleep_until_ns(clock.now_ns() + LOOK_NS)
         rows += [sensed_wrenches(r, stream.calibrations, settings) for r in stream.read()]
+        if interrupts.count:
+            raise ModelError("interrupted; nothing was written")
         if sys.stderr.isatty():
             print(f"\rmeasuring {done_s:.0f} of {seconds:.0f} s", end="", file=sys.stderr)
     if sys.stderr.isatty():

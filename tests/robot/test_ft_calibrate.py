@@ -10,8 +10,9 @@ import pytest
 
 from drivers.ati_calibration import Calibration
 from drivers.foot_forces import foot_forces
+from model.errors import RecordError
 from model.force_calibration import ForceCalibration, fourier_rows
-from model.signals import FloatArray, ForceRecord, Tick
+from model.signals import FloatArray, ForceRecord, Intent, Tick
 from record.reader import LogContents, read_ticks
 from record.writer import NAMES_KEY, START_KEY, START_UNIX_KEY, LogWriter
 from robot import cli
@@ -20,7 +21,9 @@ from robot.config import load_robot
 from robot.exit_codes import ExitCode
 from robot.force_units import UNITS_KEY, units_of, units_text
 from robot.pose_run import record_poses
+from robot.still_poses import find_still_poses, joined
 from tests.model.standing import true_faults
+from tests.robot.runs import STOP, Told, drive, wish
 
 CONFIG = load_robot()
 LEGS = CONFIG.parameters.legs.names
@@ -29,7 +32,7 @@ LEGS = CONFIG.parameters.legs.names
 @pytest.fixture(scope="module")
 def poses(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("poses") / "poses.mcap"
-    record_poses(CONFIG, path, rounds=2, heights=2, seed=0, progress=lambda share: None)
+    record_poses(CONFIG, path, rounds=2, heights=3, seed=0, progress=lambda share: None)
     return path
 
 
@@ -120,6 +123,32 @@ def test_sound_sensors_stay_as_they_are(poses: Path, tmp_path: Path) -> None:
     units = units_of(contents.metadata, LEGS)
     none = replace(found, unloaded=np.zeros((6, 6, 1)), correction=np.zeros((6, 6, 6)))
     assert force_error(ticks, units, found) < 1.5 * force_error(ticks, units, none) + 0.1
+
+
+def test_a_robot_at_rest_is_one_pose_and_a_hung_one_has_no_foot_on_the_ground() -> None:
+    listen = Told(lambda t, _: STOP if t > 0.8 else wish(Intent.LISTEN))
+    _, ticks, rig = drive(listen, armed=False)
+    standing = find_still_poses(ticks, CONFIG, rig.calibrations, hung_up=False)
+    assert len(standing) == 1
+    assert not standing.in_air.any()
+    assert standing.standing.all()
+    assert np.isfinite(standing.lever).all()
+    assert (standing.lever[..., 2] < -0.05).all(), "feet are below the shafts"
+    hung = find_still_poses(ticks, CONFIG, rig.calibrations, hung_up=True)
+    assert hung.in_air.all()
+    assert not hung.standing.any()
+    assert np.isnan(hung.lever).all()
+    assert np.array_equal(hung.sensed, standing.sensed)
+    both = joined([standing, hung])
+    assert len(both) == 2
+    assert both.standing.tolist() == [True, False]
+
+
+def test_a_log_that_does_not_say_what_its_counts_mean_is_refused() -> None:
+    with pytest.raises(RecordError, match="does not say what its force counts mean"):
+        units_of({}, ("A",))
+    with pytest.raises(RecordError, match="cannot be read"):
+        units_of({UNITS_KEY: '{"A": 3}'}, ("A",))
 
 
 def test_units_travel_with_the_log() -> None:

@@ -3,6 +3,7 @@
 import csv
 import json
 import select
+import signal
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -31,10 +32,13 @@ class Offsets:
 
     def __init__(self) -> None:
         self.touch = False
+        self.terminate_at = -1
         self._calls = 0
 
     def wrench(self, t_ns: int) -> FloatArray:
         self._calls += 1
+        if self._calls == self.terminate_at:
+            signal.raise_signal(signal.SIGTERM)
         leaning = 3.0 * self.touch * (self._calls % 100 > 50)
         return np.tile(np.arange(0.1, 0.65, 0.1)[:, None], (1, 6)) + leaning
 
@@ -102,7 +106,7 @@ def test_watch_shows_and_writes_and_stops_the_unit(
     assert "\x1b" not in out
     assert "LED green" in out
     assert "battery byte 0x07" in out
-    assert "clock  offset" in out
+    assert "clock  host (monotonic) less unit" in out
     with path.open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert {row["leg"] for row in rows} == set(LEGS)
@@ -140,6 +144,19 @@ def test_a_touched_robot_is_refused(
     assert error.count("\n") == 1
     assert not path.exists()
     served.wait_for_stop()
+
+
+@pytest.mark.parametrize(("command", "code"), [("watch", ExitCode.OK), ("bias", ExitCode.USAGE)])
+def test_the_unit_is_stopped_when_the_program_is_told_to_end(
+    served: Served, tmp_path: Path, command: str, code: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    served.source.terminate_at = 60
+    more = ["--out", tmp_path / "b.toml"] if command == "bias" else []
+    words = ["ft", command, "--force-unit", served.address, "--seconds", "60", *more]
+    assert bigant(*words) == code
+    served.wait_for_stop()
+    assert not (tmp_path / "b.toml").exists()
+    assert ("interrupted" in capsys.readouterr().err) is (command == "bias")
 
 
 def test_the_units_own_bias_only_on_demand(served: Served, tmp_path: Path) -> None:
@@ -236,4 +253,4 @@ def test_the_table_names_what_is_wrong() -> None:
     assert lines[6].endswith("not in the packets")
     assert "lost 2" in lines[7]
     assert "WLAN green   power green   battery green   battery byte 0x07" in lines[8]
-    assert "offset 3.0000 s   drift not known yet" in lines[9]
+    assert "less unit 3.0000 s   drift not known yet" in lines[9]
