@@ -11,10 +11,10 @@ from gaits.moves import QUINTIC_PEAK
 from model.signals import BoolArray, FloatArray, readonly
 
 # Share of a step that is motion; the rest is held still.
-MOVING = 0.6
-STEP_S = 2.8
+MOVING = 0.7
+STEP_S = 2.4
 # Feet stand within this of mid-stance, and hang within this of the top [rad].
-STANCE_RAD = 0.35
+STANCE_RAD = 0.7
 AIR_RAD = 1.0
 QUINTIC_BEND = 10 / np.sqrt(3)  # largest second derivative of the quintic
 

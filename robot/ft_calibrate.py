@@ -17,6 +17,9 @@ from typing import TYPE_CHECKING
 from model.errors import ConfigError, RecordError
 from robot.exit_codes import ExitCode
 
+# Left-out poses are few: sensors that need no correction come out a few per cent better or worse.
+WORSE = 1.1
+
 if TYPE_CHECKING:
     from model.in_situ import InSituResult
     from robot.ft_logs import PoseLogs
@@ -78,7 +81,7 @@ def run(options: argparse.Namespace) -> ExitCode:
         date=time.strftime("%Y-%m-%dT%H:%M:%S%z"),
         logs=tuple(dict.fromkeys(path.name for path in [*logs, *options.hung])),
     )
-    worse = overall(result.after, "standing_n") > overall(result.before, "standing_n")
+    worse = overall(result.after, "standing_n") > WORSE * overall(result.before, "standing_n")
     if not worse:
         write_calibration(options.out, result.calibration)
     if options.report is not None:
@@ -123,7 +126,7 @@ def _record(options: argparse.Namespace) -> None:
                 print(f"recording poses {told:3d} %", file=sys.stderr, flush=True)
 
     record_poses(
-        config, options.log, rounds=options.rounds, heights=3, seed=options.seed, progress=progress
+        config, options.log, rounds=options.rounds, heights=4, seed=options.seed, progress=progress
     )
     if sys.stderr.isatty():
         print("\r" + " " * 30 + "\r", end="", file=sys.stderr)

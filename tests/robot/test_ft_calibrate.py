@@ -32,7 +32,7 @@ LEGS = CONFIG.parameters.legs.names
 @pytest.fixture(scope="module")
 def poses(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("poses") / "poses.mcap"
-    record_poses(CONFIG, path, rounds=2, heights=3, seed=0, progress=lambda share: None)
+    record_poses(CONFIG, path, rounds=2, heights=4, seed=0, progress=lambda share: None)
     return path
 
 
@@ -98,8 +98,12 @@ def test_known_faults_of_the_sensors_are_found_and_taken_out(
     report = json.loads(capsys.readouterr().out)
     for leg in LEGS:
         before, after = (report["residuals"][stage][leg] for stage in ("before", "after"))
-        assert after["standing_n"] < 0.5 * before["standing_n"]
-        assert after["air_n"] < 0.06, "the noise of a mean and of the fit, N"
+        assert before["standing_n"] > 1.5
+        assert after["standing_n"] < 0.25 * before["standing_n"], (
+            "60 poses; gravity is not seen yet"
+        )
+        assert after["standing_nm"] < 0.25 * before["standing_nm"]
+        assert after["air_n"] is None or after["air_n"] < 0.2
     assert picture.stat().st_size > 10_000
     assert any("extrapolated" in text for text in report["warnings"])
     found = read_calibration(out, LEGS)
@@ -110,7 +114,7 @@ def test_known_faults_of_the_sensors_are_found_and_taken_out(
     offsets = replace(
         found, unloaded=faults.unloaded[:, :, :1].copy(), correction=np.zeros((6, 6, 6))
     )
-    assert force_error(ticks, units, found) < 0.5 * force_error(ticks, units, offsets)
+    assert force_error(ticks, units, found) < 0.7 * force_error(ticks, units, offsets)
 
 
 @pytest.mark.slow
@@ -122,7 +126,7 @@ def test_sound_sensors_stay_as_they_are(poses: Path, tmp_path: Path) -> None:
     ticks = list(read_ticks(poses, contents))
     units = units_of(contents.metadata, LEGS)
     none = replace(found, unloaded=np.zeros((6, 6, 1)), correction=np.zeros((6, 6, 6)))
-    assert force_error(ticks, units, found) < 1.5 * force_error(ticks, units, none) + 0.1
+    assert force_error(ticks, units, found) < 1.1 * force_error(ticks, units, none)
 
 
 def test_a_robot_at_rest_is_one_pose_and_a_hung_one_has_no_foot_on_the_ground() -> None:
