@@ -118,11 +118,11 @@ def _target(options: argparse.Namespace, stack: ExitStack) -> Target:
         stack.callback(devices.close)
         port = devices.addresses.servo_port
         return Target(config, port, None if options.force_unit == NONE else unit, armed=True)
-    from robot.drive import force_unit_of
+    from robot.ft_unit import unit_settings
 
     wanted = None
     if options.force_unit != NONE:
-        wanted = force_unit_of(options.force_unit, config.force_sensor)
+        wanted = unit_settings(options.force_unit, config.force_sensor)
     return Target(config, options.hardware, wanted, options.armed)
 
 

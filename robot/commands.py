@@ -31,6 +31,7 @@ GROUP_HELP = (
     ("model", "the model of slipping, without a robot"),
     ("servo", "the servos one by one: scan, set up, back up, watch"),
     ("sim", "virtual hardware for other programs, and what can go wrong with it"),
+    ("ft", "the force-torque sensors: find, watch, bias, calibrate"),
 )
 
 COMMANDS = (
@@ -53,6 +54,12 @@ COMMANDS = (
     Command(("check",), "robot.check", "pre-flight list: is this robot fit to walk?"),
     Command(("sim", "serve"), "robot.sim_serve", "serve virtual devices until Ctrl-C"),
     Command(("sim", "faults"), "robot.sim_faults", "list the faults that --scenario can hold"),
+    Command(("ft", "scan"), "robot.ft_scan", "find wireless force-torque units"),
+    Command(("ft", "watch"), "robot.ft_watch", "live readings, state, losses and clock"),
+    Command(("ft", "bias"), "robot.ft_bias", "measure what is read with no contact"),
+    Command(
+        ("ft", "calibrate"), "robot.ft_calibrate", "offset, leg gravity and cross-talk from logs"
+    ),
 )
 
 Parsers = argparse._SubParsersAction  # what add_subparsers returns has no public name

@@ -23,7 +23,7 @@ def devices(options: argparse.Namespace) -> ExitCode:
         BusError: The port asked for cannot be opened.
         ConfigError: The discovery address makes no sense.
     """
-    address, port = _discovery_target(options.discover)
+    address, port = discovery_target(options.discover)
     ports = serial_ports()
     names = [options.port] if options.port else [p.name for p in ports if p.usb_id]
     bauds = (options.baud,) if options.baud else BAUD_RATES
@@ -44,7 +44,12 @@ def devices(options: argparse.Namespace) -> ExitCode:
     return ExitCode.OK if servos or units else ExitCode.VERDICT_FAILED
 
 
-def _discovery_target(text: str) -> tuple[str, int]:
+def discovery_target(text: str) -> tuple[str, int]:
+    """Return address and port of --discover; an empty address for none.
+
+    Raises:
+        ConfigError: It makes no sense.
+    """
     if text == "none":
         return "", 0
     host, _, port = text.partition(":")

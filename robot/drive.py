@@ -5,19 +5,21 @@ import gc
 import sys
 import time
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from drivers.settings import ForceSensorSettings
 from gaits.limits import check_gait
 from model.errors import ConfigError, RecordError
 from model.signals import Intent, Tick
 from record.background import BackgroundWriter
 from record.writer import LogWriter
+from robot.calibration_file import CALIBRATION_KEY, calibration_text
 from robot.config import RobotConfig, load_robot
 from robot.controller import Controller
 from robot.exit_codes import ExitCode, exit_code_of
+from robot.force_units import UNITS_KEY, units_text
+from robot.ft_unit import unit_settings
 from robot.hardware import open_in_memory, open_real, open_virtual
 from robot.loop import Operator, RunResult, run
 from robot.operator import Interrupts, Script, ScriptedOperator
@@ -87,7 +89,7 @@ def drive(options: argparse.Namespace) -> ExitCode:
 
 
 def _plan(options: argparse.Namespace) -> Drive:
-    config = load_robot(options.robot)
+    config = load_robot(options.robot, options.calibration)
     controller = Controller(config, (), armed=False)
     gait = controller.book.gaits[options.gait]
     frequency_hz = options.frequency_hz if options.frequency_hz is not None else gait.frequency_hz
@@ -120,7 +122,7 @@ def _open_rig(plan: Drive) -> Rig:
     options, config = plan.options, plan.config
     with_forces = options.force_unit != NO_LOG
     if options.hardware != VIRTUAL:
-        unit = force_unit_of(options.force_unit, config.force_sensor) if with_forces else None
+        unit = unit_settings(options.force_unit, config.force_sensor) if with_forces else None
         return open_real(config, options.hardware, unit, armed=plan.armed)
     scenario = None
     if options.scenario is not None:
@@ -129,25 +131,6 @@ def _open_rig(plan: Drive) -> Rig:
     return opener(
         config, seed=options.seed, armed=plan.armed, with_forces=with_forces, scenario=scenario
     )
-
-
-def force_unit_of(text: str | None, settings: ForceSensorSettings) -> ForceSensorSettings:
-    """Return the unit that ``--force-unit`` names, the robot file's without it.
-
-    Raises:
-        ConfigError: It is no HOST[:UDP[:CONSOLE]].
-    """
-    if text is None:
-        return settings
-    host, *ports = text.split(":")
-    if not host or len(ports) > 2 or not all(p.isdecimal() and int(p) < 65536 for p in ports):
-        raise ConfigError("--force-unit", f"must be HOST, HOST:UDP:CONSOLE or none, not {text!r}")
-    settings = replace(settings, address=host)
-    if ports:
-        settings = replace(settings, udp_port=int(ports[0]), local_port=0)
-    if len(ports) == 2:
-        settings = replace(settings, console_port=int(ports[1]))
-    return settings
 
 
 def _operator(
@@ -198,6 +181,8 @@ def _open_log(plan: Drive, rig: Rig) -> LogWriter | BackgroundWriter | None:
             "armed": str(plan.armed).lower(),
             "software": _software(),
             **({"scenario": options.scenario.name} if options.scenario is not None else {}),
+            UNITS_KEY: units_text(plan.config.parameters.legs.names, rig.calibrations),
+            CALIBRATION_KEY: calibration_text(plan.config.force_sensor.calibration),
         },
         start_ns=rig.clock.now_ns(),
         start_unix_ns=start_unix_ns,

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 
 from drivers.ati_calibration import Calibration
 from drivers.ati_links import DatagramLink, TcpTextLink, TextLink, UdpLink
-from drivers.ati_stream import ForceStream, free_console
+from drivers.ati_setup import free_console
+from drivers.ati_stream import ForceStream
 from drivers.clock import Clock, MonotonicClock
 from drivers.servo_bus import ServoBus
 from drivers.servo_port import BusPort, ClockedPort
@@ -65,6 +66,7 @@ def open_in_memory(
         config,
         clock=clock,
         port=MemoryPort(robot.servo_wire, clock, config.servo_bus.baud_rate, timer_s),
+        reopen=None,  # nothing to wait for beside a virtual clock
         links=(
             (
                 lambda: (
@@ -171,18 +173,22 @@ def _open_ports(
     closers: tuple[Callable[[], None], ...],
 ) -> Rig:
     clock = MonotonicClock()
-    links = None
+    links = reopen = None
     if force_sensor is not None:
         unit = force_sensor
 
         def links() -> tuple[DatagramLink, TextLink]:
             return open_force_links(unit, clock)
 
+        def reopen() -> TextLink:
+            return TcpTextLink(unit.address, unit.console_port)
+
     return _assemble(
         config,
         clock=clock,
         port=BusPort(port_name, config.servo_bus.baud_rate, clock),
         links=links,
+        reopen=reopen,
         settings=force_sensor if force_sensor is not None else config.force_sensor,
         truth=truth,
         armed=armed,
@@ -196,6 +202,7 @@ def _assemble(
     clock: Clock,
     port: ClockedPort,
     links: Callable[[], tuple[DatagramLink, TextLink]] | None,
+    reopen: Callable[[], TextLink] | None,
     settings: ForceSensorSettings,
     truth: TruthSource | None,
     armed: bool,
@@ -209,7 +216,7 @@ def _assemble(
             bus.configure()
         calibrations: tuple[Calibration | None, ...] = (None,) * len(settings.names)
         if links is not None:
-            stream = ForceStream(*links(), settings, clock)
+            stream = ForceStream(*links(), settings, clock, reopen=reopen)
             stream.connect()
             calibrations = stream.calibrations
     except BaseException:

@@ -25,7 +25,7 @@ def show(options: argparse.Namespace) -> ExitCode:
     log = read_log(options.path)
     summary = summarise(log)
     if options.json:
-        print(json.dumps(_plain(asdict(summary)), indent=2))
+        print(json.dumps(plain(asdict(summary)), indent=2))
         return ExitCode.OK
     rows = summary_rows(summary)
     for line in table_lines(rows):
@@ -50,12 +50,12 @@ def show(options: argparse.Namespace) -> ExitCode:
     return ExitCode.OK
 
 
-def _plain(value: object) -> object:
-    """JSON has no NaN: what is not known is null."""
+def plain(value: object) -> object:
+    """Return a value for JSON, which has no NaN: what is not known is null."""
     if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
+        return {key: plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
+        return [plain(item) for item in value]
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
