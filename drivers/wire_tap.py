@@ -4,6 +4,8 @@ A read that waited in vain is noted as well, as no bytes: a replay has to know w
 tap only appends to a list, so it costs a microsecond a piece and changes nothing of what it hears.
 """
 
+from collections import deque
+
 from drivers.ati_links import DatagramLink, TextLink
 from drivers.clock import Clock
 from drivers.servo_port import ClockedPort
@@ -14,7 +16,7 @@ class WireTap:
     """Collects what passes on all wires, in the order in which it passed."""
 
     def __init__(self) -> None:
-        self._heard: list[WireBytes] = []
+        self._heard: deque[WireBytes] = deque()  # the force unit is repaired in another thread
 
     def listen(self, port: ClockedPort) -> None:
         """Listen to a servo port from now on."""
@@ -29,8 +31,7 @@ class WireTap:
 
     def take(self) -> tuple[WireBytes, ...]:
         """Return what was heard since the last call, oldest first."""
-        heard, self._heard = tuple(self._heard), []
-        return heard
+        return tuple(self._heard.popleft() for _ in range(len(self._heard)))
 
 
 class TappedDatagrams:

@@ -149,6 +149,12 @@ def _add_drive(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         metavar="HOST[:UDP:CONSOLE]|none",
         help="wireless force-torque unit (default: robot file); none walks without it",
     )
+    drive.add_argument(
+        "--calibration",
+        type=Path,
+        metavar="FILE",
+        help="calibration of the force sensors (default: the one that the robot file names, if any)",
+    )
     drive.add_argument("--log", metavar="FILE", help="log file, or none (default: runs/...)")
     drive.add_argument(
         "--record-bytes",

@@ -6,11 +6,10 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from drivers.settings import ForceSensorSettings
 from drivers.wire_tap import WireTap
 from gaits.limits import check_gait
 from model.errors import ConfigError, RecordError
@@ -21,6 +20,8 @@ from record.writer import LogWriter
 from robot.config import RobotConfig, load_robot
 from robot.controller import Controller
 from robot.exit_codes import ExitCode, exit_code_of
+from robot.force_units import UNITS_KEY, units_text
+from robot.ft_unit import unit_settings
 from robot.hardware import open_in_memory, open_real, open_virtual
 from robot.loop import Operator, RunResult, run
 from robot.operator import Interrupts, Script, ScriptedOperator
@@ -115,7 +116,7 @@ def plan_of(options: argparse.Namespace) -> Drive:
     Raises:
         BigantError: It makes no sense.
     """
-    config = load_robot(options.robot)
+    config = load_robot(options.robot, options.calibration)
     controller = Controller(config, (), armed=False)
     gait = controller.book.gaits[options.gait]
     frequency_hz = options.frequency_hz if options.frequency_hz is not None else gait.frequency_hz
@@ -150,7 +151,7 @@ def _open_rig(plan: Drive, tap: WireTap | None) -> Rig:
     options, config = plan.options, plan.config
     with_forces = options.force_unit != NO_LOG
     if options.hardware != VIRTUAL:
-        unit = _force_unit(options.force_unit, config.force_sensor) if with_forces else None
+        unit = unit_settings(options.force_unit, config.force_sensor) if with_forces else None
         return open_real(config, options.hardware, unit, armed=plan.armed, tap=tap)
     scenario = None
     if options.scenario is not None:
@@ -164,20 +165,6 @@ def _open_rig(plan: Drive, tap: WireTap | None) -> Rig:
         scenario=scenario,
         tap=tap,
     )
-
-
-def _force_unit(text: str | None, settings: ForceSensorSettings) -> ForceSensorSettings:
-    if text is None:
-        return settings
-    host, *ports = text.split(":")
-    if not host or len(ports) > 2 or not all(p.isdecimal() and int(p) < 65536 for p in ports):
-        raise ConfigError("--force-unit", f"must be HOST, HOST:UDP:CONSOLE or none, not {text!r}")
-    settings = replace(settings, address=host)
-    if ports:
-        settings = replace(settings, udp_port=int(ports[0]), local_port=0)
-    if len(ports) == 2:
-        settings = replace(settings, console_port=int(ports[1]))
-    return settings
 
 
 def _operator(
@@ -228,6 +215,7 @@ def _open_log(plan: Drive, rig: Rig, controller: Controller) -> LogWriter | Back
             **controller_metadata(controller, rig.calibrations),
             **wire_metadata(rig, recorded=options.record_bytes),
             **({"scenario": options.scenario.name} if options.scenario is not None else {}),
+            UNITS_KEY: units_text(plan.config.parameters.legs.names, rig.calibrations),
             "software": software(),
             **software_versions(),
         },

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 
 from drivers.ati_calibration import Calibration
 from drivers.ati_links import DatagramLink, TcpTextLink, TextLink, UdpLink
-from drivers.ati_stream import ForceStream, free_console
+from drivers.ati_setup import free_console
+from drivers.ati_stream import ForceStream
 from drivers.clock import Clock, MonotonicClock
 from drivers.servo_bus import ServoBus
 from drivers.servo_port import BusPort, ClockedPort
@@ -76,6 +77,7 @@ def open_in_memory(
         config,
         clock=clock,
         port=MemoryPort(robot.servo_wire, clock, config.servo_bus.baud_rate, timer_s),
+        reopen=None,  # nothing to wait for beside a virtual clock
         links=links if with_forces else None,
         settings=config.force_sensor,
         truth=_WorldTruth(robot, clock),
@@ -83,6 +85,48 @@ def open_in_memory(
         closers=(),
         tap=tap,
     )
+
+
+def start_virtual(
+    config: RobotConfig, *, seed: int, scenario: Scenario | None = None
+) -> tuple[DeviceProcess, ForceSensorSettings]:
+    """Start virtual devices in a process of their own.
+
+    Returns:
+        The process, to be closed, and where its force-torque unit is.
+    """
+    devices = DeviceProcess(
+        VirtualSetup(
+            config.parameters, config.servo_bus, config.force_sensor, seed, scenario=scenario
+        )
+    )
+    settings = replace(
+        config.force_sensor,
+        address=LOOPBACK,
+        udp_port=devices.addresses.udp_port,
+        console_port=devices.addresses.console_port,
+        local_port=0,
+    )
+    return devices, settings
+
+
+def open_force_links(
+    unit: ForceSensorSettings, clock: Clock, tap: WireTap | None = None
+) -> tuple[DatagramLink, TextLink]:
+    """Open both ways to a force-torque unit; its console is freed first.
+
+    Raises:
+        ForceStreamError: Nobody answers.
+    """
+    udp = UdpLink(unit.address, unit.udp_port, unit.local_port, clock)
+    datagrams = udp if tap is None else TappedDatagrams(udp, tap, clock)
+    free_console(datagrams, clock)
+    try:
+        console = TcpTextLink(unit.address, unit.console_port)
+        return datagrams, console if tap is None else TappedText(console, tap, clock)
+    except BaseException:
+        datagrams.close()
+        raise
 
 
 def open_virtual(
@@ -98,18 +142,7 @@ def open_virtual(
 
     Args: as for ``open_in_memory``.
     """
-    devices = DeviceProcess(
-        VirtualSetup(
-            config.parameters, config.servo_bus, config.force_sensor, seed, scenario=scenario
-        )
-    )
-    settings = replace(
-        config.force_sensor,
-        address=LOOPBACK,
-        udp_port=devices.addresses.udp_port,
-        console_port=devices.addresses.console_port,
-        local_port=0,
-    )
+    devices, settings = start_virtual(config, seed=seed, scenario=scenario)
     try:
         return _open_ports(
             config,
@@ -158,26 +191,22 @@ def _open_ports(
     tap: WireTap | None,
 ) -> Rig:
     clock = MonotonicClock()
-    links = None
+    links = reopen = None
     if force_sensor is not None:
         unit = force_sensor
 
         def links() -> tuple[DatagramLink, TextLink]:
-            udp = UdpLink(unit.address, unit.udp_port, unit.local_port, clock)
-            datagrams = udp if tap is None else TappedDatagrams(udp, tap, clock)
-            free_console(datagrams, clock)
-            try:
-                console = TcpTextLink(unit.address, unit.console_port)
-                return datagrams, console if tap is None else TappedText(console, tap, clock)
-            except BaseException:
-                datagrams.close()
-                raise
+            return open_force_links(unit, clock, tap)
+
+        def reopen() -> TextLink:
+            return TcpTextLink(unit.address, unit.console_port)
 
     return assemble(
         config,
         clock=clock,
         port=BusPort(port_name, config.servo_bus.baud_rate, clock),
         links=links,
+        reopen=reopen,
         settings=force_sensor if force_sensor is not None else config.force_sensor,
         truth=truth,
         armed=armed,
@@ -192,6 +221,7 @@ def assemble(
     clock: Clock,
     port: ClockedPort,
     links: Callable[[], tuple[DatagramLink, TextLink]] | None,
+    reopen: Callable[[], TextLink] | None,
     settings: ForceSensorSettings,
     truth: TruthSource | None,
     armed: bool,
@@ -205,6 +235,7 @@ def assemble(
         clock: Clock of everything.
         port: Port of the servo bus, not yet open.
         links: Opens the ways to the force-torque unit; None runs without one.
+        reopen: Opens its console again beside the loop, untapped; None never does.
         settings: Force-torque unit.
         truth: Source of ground truth, or None.
         armed: Whether torque may be switched on.
@@ -221,7 +252,7 @@ def assemble(
             bus.configure()
         calibrations: tuple[Calibration | None, ...] = (None,) * len(settings.names)
         if links is not None:
-            stream = ForceStream(*links(), settings, clock)
+            stream = ForceStream(*links(), settings, clock, reopen=reopen)
             stream.connect()
             calibrations = stream.calibrations
     except BaseException:

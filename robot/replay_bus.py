@@ -13,7 +13,7 @@ from itertools import chain
 from pathlib import Path
 
 from drivers.ati_links import DatagramLink, TextLink
-from drivers.ati_stream import free_console
+from drivers.ati_setup import free_console
 from drivers.wire_words import difference_words, wire_name, wire_words
 from model.errors import BusError, ForceStreamError, RecordError
 from model.signals import BodyTruth, Fault, FaultKind, Tick
@@ -222,6 +222,7 @@ def _open(tape: Tape, rebuilt: Rebuilt, contents: LogContents) -> Rig:
         clock=tape.clock,
         port=RecordedPort(tape, config.servo_bus.baud_rate, latency_ms),
         links=links if with_forces else None,
+        reopen=None,
         settings=config.force_sensor,
         truth=_NoTruth(),
         armed=rebuilt.controller.armed,

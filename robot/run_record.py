@@ -7,11 +7,12 @@ of the log's metadata: calibrations of the force sensors, rate of the loop, whet
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 from drivers.ati_calibration import Calibration
 from model.errors import ConfigError, RecordError
 from record.reader import LogContents
+from robot.calibration_file import CALIBRATION_KEY, calibration_text, parse_calibration
 from robot.config import RobotConfig, parse_robot
 from robot.controller import Controller
 from robot.rig import Rig
@@ -36,6 +37,7 @@ def controller_metadata(
         CALIBRATIONS_KEY: json.dumps([_as_json(c) for c in calibrations], separators=(",", ":")),
         RATE_KEY: str(controller.rate_hz),
         ARMED_KEY: str(controller.armed).lower(),
+        CALIBRATION_KEY: calibration_text(controller.config.force_sensor.calibration),
     }
 
 
@@ -134,8 +136,16 @@ def rebuild_controller(contents: LogContents, config: RobotConfig | None = None)
 
 
 def _config(contents: LogContents, config: RobotConfig | None) -> RobotConfig:
-    if config is not None:
-        return config
+    """Return the robot file in use, with the sensors' calibration that the log holds."""
+    used = config if config is not None else _own_config(contents)
+    text = contents.metadata.get(CALIBRATION_KEY, "")
+    if not text or (config is not None and config.force_sensor.calibration is not None):
+        return used
+    found = parse_calibration(text, used.parameters.legs.names)
+    return replace(used, force_sensor=replace(used.force_sensor, calibration=found))
+
+
+def _own_config(contents: LogContents) -> RobotConfig:
     if not contents.config_text:
         raise RecordError(
             "the log holds no robot file, so its controller cannot be built; give one with --robot"

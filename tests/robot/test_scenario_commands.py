@@ -11,7 +11,8 @@ from drivers.ati_packets import Command, build_command
 from drivers.dynamixel_frames import build_status
 from robot.exit_codes import ExitCode
 from sim_hw.fault_catalog import KINDS
-from tests.robot.test_cli import ROOT, SHORT, Sim, bigant
+from tests.robot.sim_serve import Sim
+from tests.robot.test_cli import ROOT, SHORT, bigant
 
 FORCE_EXAMPLE = str(ROOT / "examples" / "faults_force.toml")
 BOTH = """
