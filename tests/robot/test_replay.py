@@ -11,17 +11,20 @@ import numpy as np
 import pytest
 
 from model.errors import RecordError
+from model.force_calibration import METHODS, ForceCalibration
 from model.signals import Intent, Mode, StopReason, Tick, readonly
 from model.wire import Wire
 from record.reader import LogContents, read_log, read_ticks
 from record.topic_reader import read_wires
 from robot.cli import run
 from robot.config import DEFAULT_ROBOT_FILE, parse_robot
+from robot.controller import Controller
 from robot.operator import Interrupts
 from robot.repeat import turned
 from robot.replay_bus import replay_bus
 from robot.replay_drive import RecordedOperator, Wishes, read_wishes
 from robot.replay_ticks import replay_log
+from robot.run_record import controller_metadata, rebuild_controller
 from tests.replay.golden import log_of, replayed, write
 from tests.robot.runs import wish
 
@@ -254,3 +257,29 @@ def test_a_lab_adds_its_log_in_three_lines(tmp_path: Path) -> None:
     assert "1 failed, 1 passed" in done.stdout, done.stdout + done.stderr
     assert "changed.mcap does not replay equal" in done.stdout
     assert "first difference: 4.016 s (tick 40), support, load of HR" in done.stdout
+
+
+def test_the_log_s_own_calibration_of_the_sensors_comes_back() -> None:
+    names = ("HL", "ML", "FL", "HR", "MR", "FR")
+    rng = np.random.default_rng(1)
+    in_use = ForceCalibration(
+        legs=names,
+        serials=("FT1", "", "", "", "", ""),
+        unloaded=readonly(rng.normal(size=(6, 6, 3))),
+        correction=readonly(rng.normal(size=(6, 6, 6))),
+        standard_error=readonly(np.full((6, 6), np.nan)),
+        method=METHODS[0],
+        date="2026-01-01",
+        logs=("a.mcap",),
+    )
+    plain = parse_robot(CONFIG_TEXT)
+    config = replace(plain, force_sensor=replace(plain.force_sensor, calibration=in_use))
+    controller = Controller(config, (None,) * 6, armed=True, rate_hz=50)
+    metadata = controller_metadata(controller, (None,) * 6)
+    rebuilt = rebuild_controller(LogContents(config_text=CONFIG_TEXT, metadata=metadata))
+    found = rebuilt.controller.config.force_sensor.calibration
+    assert found is not None
+    np.testing.assert_array_equal(found.unloaded, in_use.unloaded)
+    np.testing.assert_array_equal(found.correction, in_use.correction)
+    assert rebuilt.controller.rate_hz == 50
+    assert rebuilt.notes == ()
