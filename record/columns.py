@@ -16,6 +16,10 @@ from record.tick_message import TRANSDUCERS
 from record.trial import AXES, BODY_POSITION
 
 Block = Sequence[Tick]
+RAW_SERVO = (
+    "position_ticks", "velocity_counts", "current_counts", "duty_counts", "voltage_counts",
+    "temperature_c", "error_byte", "hardware_error", "age_ns",
+)  # fmt: skip
 COUNT_AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 
@@ -178,7 +182,7 @@ def _raw(ticks: Block, names: tuple[str, ...]) -> list[Column]:
     """Counts as the devices sent them; of several force records in one tick, the last."""
     absent = np.full(len(names), np.nan)
     columns: list[Column] = []
-    for field in ("position_ticks", "velocity_counts", "current_counts", "voltage_counts"):
+    for field in RAW_SERVO:
 
         def take(tick: Tick, field: str = field) -> FloatArray:
             servos = tick.inputs.servos
@@ -186,7 +190,7 @@ def _raw(ticks: Block, names: tuple[str, ...]) -> list[Column]:
                 return absent
             return np.where(servos.valid, getattr(servos, field), np.nan)
 
-        columns += _each(_stack(ticks, take), names, field + "_{}")
+        columns += _each(_stack(ticks, take), names, f"servo_{field}_{{}}")
     no_record = np.full((TRANSDUCERS, len(COUNT_AXES)), np.nan)
 
     def counts(tick: Tick) -> FloatArray:

@@ -50,6 +50,7 @@ class Damage:
             header is believable); -1 when there is none.
         to_ns: UNIX time of the first message after it (of the chunk's own end); -1 when nothing follows.
         reason: What is wrong, in words.
+        content: Whether messages are lost; False if only an index or a checksum is wrong.
     """
 
     offset: int
@@ -57,6 +58,19 @@ class Damage:
     from_ns: int
     to_ns: int
     reason: str
+    content: bool = True
+
+    def words(self, start_unix_ns: int) -> str:
+        """Return reason, place and span of time in seconds since the log's beginning."""
+        size = f", {self.size} bytes" if self.size else ""
+        where = f"{self.reason} (at byte {self.offset}{size}"
+        if not self.content:
+            return f"{where}; no message is lost)"
+        if self.from_ns < 0:
+            return f"{where})"
+        first_s, last_s = ((ns - start_unix_ns) * 1e-9 for ns in (self.from_ns, self.to_ns))
+        end = f"to {last_s:.2f} s" if self.to_ns >= 0 else "on"
+        return f"{where}; from {first_s:.2f} s {end})"
 
 
 @dataclass(slots=True)
@@ -216,10 +230,8 @@ class _Salvage:
         except DAMAGE:
             expected = 0
         if expected not in {0, self._crc} and not self._progress.damages:
-            self._lost(
-                offset, 0, "the checksum of the whole does not fit: an index is broken, no message",
-                (-1, -1),
-            )  # fmt: skip
+            reason = "the checksum of the whole does not fit, those of all chunks do"
+            self._progress.damages.append(Damage(offset, 0, -1, -1, reason, content=False))
 
     def _chunk(self, data: bytes, offset: int) -> Iterator[Content]:
         span = (self._last_ns, -1)
@@ -320,15 +332,5 @@ def _words(error: Exception) -> str:
 
 def damage_words(damages: Collection[Damage], start_unix_ns: int) -> str:
     """Return one sentence about all damage, times in seconds since the log's beginning; "" for none."""
-    parts = []
-    for damage in damages:
-        first = _seconds(damage.from_ns, start_unix_ns)
-        last = _seconds(damage.to_ns, start_unix_ns)
-        span = f"from {first} " + (f"to {last}" if damage.to_ns >= 0 else "on")
-        where = f"at byte {damage.offset}"
-        parts.append(f"{damage.reason} ({span if damage.from_ns >= 0 else where})")
-    return "cut or damaged: " + "; ".join(parts) if parts else ""
-
-
-def _seconds(unix_ns: int, start_unix_ns: int) -> str:
-    return f"{(unix_ns - start_unix_ns) * 1e-9:.2f} s" if unix_ns >= 0 else "?"
+    words = "; ".join(damage.words(start_unix_ns) for damage in damages)
+    return f"cut or damaged: {words}" if words else ""

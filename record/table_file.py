@@ -4,6 +4,7 @@ A sample that is missing is NaN in Parquet and an empty field in CSV.
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -115,7 +116,9 @@ class TableWriter:
         return pq.ParquetWriter(str(self._part), schema, compression="zstd")
 
     def _trouble(self, error: OSError) -> RecordError:
-        reason = error.strerror or str(error)
+        reason = (
+            error.strerror or str(error).rpartition("] ")[2]
+        )  # Arrow's words end: [errno 2] why
         return RecordError(f"{self._path} cannot be written: {reason}; choose another --out")
 
     def __enter__(self) -> "TableWriter":
@@ -137,7 +140,8 @@ class TableWriter:
             if kind is None:
                 raise self._trouble(failure) from failure
         finally:
-            self._part.unlink(missing_ok=True)
+            with suppress(OSError):  # there may never have been one
+                self._part.unlink()
 
 
 def _arrow(values: NDArray[Any], *, nan_is_null: bool) -> Any:
@@ -169,6 +173,8 @@ def read_table(path: Path, delimiter: str = ",", *, numbers: bool = False) -> Ta
         RecordError: It cannot be read, or has two columns of one name.
     """
     check_suffix(path)
+    if not path.is_file():
+        raise RecordError(f"the table {path} cannot be read: there is no such file")
     try:
         csv = path.suffix == ".csv"
         table = _read_csv(path, delimiter, numbers=numbers) if csv else pq.read_table(path)

@@ -17,6 +17,7 @@ from model.signals import (
     FootForces,
     FootMotion,
     Inputs,
+    IntArray,
     Intent,
     JointCommand,
     JointState,
@@ -50,19 +51,20 @@ def write_trial_log(trial: Trial, path: Path, software: str) -> None:
     Raises:
         RecordError: It cannot be written.
     """
-    t_ns = np.rint(trial.time_s * 1e9).astype(np.int64)
+    t_ns = _nanoseconds(trial.time_s)
     if np.any(np.diff(t_ns) <= 0):
         raise RecordError("a log's clock counts nanoseconds; two samples lie closer than that")
     # the log's clock begins at 0 s of the trial, and must not be negative
     start_ns = int(t_ns[0]) if trial.time_s[0] > UNIX_TIME_S else max(0, -int(t_ns[0]))
     offset_ns = 0 if trial.time_s[0] > UNIX_TIME_S else start_ns
     header = trial.header
+    part = path.with_name(path.name + ".part")
     writer = LogWriter(
-        path,
+        part,
         names=header.joints,
         config_text=header.robot_text,
         metadata={
-            "robot": header.robot_file.removesuffix(".toml"),
+            "robot": Path(header.robot_file).stem,
             "hardware": "imported",
             "gait": header.gait,
             "frequency_hz": "" if np.isnan(header.frequency_hz) else f"{header.frequency_hz:g}",
@@ -73,11 +75,22 @@ def write_trial_log(trial: Trial, path: Path, software: str) -> None:
         start_ns=start_ns,
         start_unix_ns=start_ns,
     )
-    for index in range(len(t_ns)):
-        writer.write(_tick(trial, index, int(t_ns[index]) + offset_ns))
-    writer.close()
-    if writer.error is not None:
-        raise writer.error
+    try:
+        for index in range(len(t_ns)):
+            writer.write(_tick(trial, index, int(t_ns[index]) + offset_ns))
+        writer.close()
+        if writer.error is not None:
+            raise writer.error
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _nanoseconds(time_s: FloatArray) -> IntArray:
+    """Return whole nanoseconds; times 1e9 at once would lose hundreds of them on UNIX time."""
+    whole = np.floor(time_s)
+    rest_ns: IntArray = np.rint((time_s - whole) * 1e9).astype(np.int64)
+    return whole.astype(np.int64) * 10**9 + rest_ns
 
 
 def left_out(trial: Trial) -> tuple[str, ...]:
@@ -141,7 +154,7 @@ def _truth(trial: Trial, at: int, t_ns: int) -> BodyTruth | None:
         return None
     turn = Rotation.from_euler("ZYX", [yaw, pitch, roll])
     legs = len(trial.joints)
-    feet: FloatArray = position + turn.apply(trial.foot_m[at]) if legs else np.zeros((0, 3))
+    feet: FloatArray = position + trial.foot_m[at] @ turn.as_matrix().T
     return BodyTruth(
         t_ns=t_ns,
         position_W=position,

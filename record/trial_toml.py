@@ -108,13 +108,16 @@ def read_text(path: Path) -> str:
         raise RecordError(f"{path} is not UTF-8 text") from error
 
 
-def parse_header(data: Mapping[str, Any], path: Path, columns: tuple[str, ...]) -> TrialHeader:
+def parse_header(
+    data: Mapping[str, Any], path: Path, columns: tuple[str, ...], machine: str | None = None
+) -> TrialHeader:
     """Make a header of the tables [trial] and [noise].
 
     Args:
         data: The parsed TOML.
         path: Where it was; for messages, and to find the machine's file.
         columns: Columns of the table.
+        machine: The machine's file; read from the disk without it.
 
     Raises:
         RecordError: A key is not known, or a value is of the wrong kind.
@@ -126,10 +129,11 @@ def parse_header(data: Mapping[str, Any], path: Path, columns: tuple[str, ...]) 
     sensors = tuple(field.name for field in fields(TrialNoise))
     check_keys(noise, sensors, path, "noise.")
     robot_file = _words(trial, "robot", path)
-    robot_text = read_text(path.parent / robot_file) if robot_file else ""
-    robot = parse_toml(robot_text, path.parent / robot_file)
+    if machine is None:
+        machine = read_text(path.parent / robot_file) if robot_file else ""
+    robot = parse_toml(machine, path.parent / robot_file)
     return TrialHeader(
-        kind=_kind_of(robot, path.parent / robot_file),
+        kind=kind_of(robot, path.parent / robot_file),
         joints=check_joints(
             _listed(trial, path) if "legs" in trial else joints_of(robot, columns), path
         ),
@@ -139,7 +143,7 @@ def parse_header(data: Mapping[str, Any], path: Path, columns: tuple[str, ...]) 
         notes=_words(trial, "notes", path),
         noise=TrialNoise(**{name: _number(noise, name, path) for name in sensors}),
         robot_file=robot_file,
-        robot_text=robot_text,
+        robot_text=machine,
     )
 
 
@@ -188,7 +192,12 @@ def check_joints(joints: tuple[str, ...], path: Path) -> tuple[str, ...]:
     return joints
 
 
-def _kind_of(robot: Mapping[str, Any], path: Path) -> str:
+def kind_of(robot: Mapping[str, Any], path: Path) -> str:
+    """Return the kind of machine that its file says; a hexapod's says none.
+
+    Raises:
+        RecordError: There is no such kind.
+    """
     kind = robot.get("kind", LEGGED)
     if kind not in KINDS:
         raise RecordError(f"{path}: kind must be one of {', '.join(KINDS)}, not {kind!r}")
@@ -250,7 +259,7 @@ def _check_header(header: TrialHeader, path: Path) -> None:
         raise RecordError(
             f"{path} would be the machine's file too; choose another name for the trial"
         )
-    kind = _kind_of(parse_toml(header.robot_text, machine), machine)
+    kind = kind_of(parse_toml(header.robot_text, machine), machine)
     if kind != header.kind:
         raise RecordError(
             f"{path}: the trial is of a {header.kind}, but its machine's file says {kind}; a trial's kind "
