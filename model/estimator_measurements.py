@@ -182,7 +182,18 @@ def pose_block(mean: FloatArray, pose: FloatArray, settings: EstimatorSettings) 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stack:
-    """Blocks that passed their gates, as one measurement, and what became of the gates."""
+    """Blocks that passed their gates, as one measurement, and what became of the gates.
+
+    Attributes:
+        innovation: Of what passed, (m,).
+        rows: H, (m, n).
+        noise: R, (m, m).
+        accepted: Blocks that passed.
+        rejected: Blocks that did not at first; one believed after many rejections is in both.
+        nis: Normalised innovation squared of what passed; NaN if nothing did.
+        log_likelihood: Of the innovation of what passed; NaN if nothing did.
+        sd: Standard deviation that the filter gives each number of each accepted block.
+    """
 
     innovation: FloatArray
     rows: FloatArray
@@ -190,6 +201,8 @@ class Stack:
     accepted: tuple[Block, ...]
     rejected: tuple[Block, ...]
     nis: float
+    log_likelihood: float
+    sd: FloatArray
 
 
 def stack(
@@ -235,12 +248,19 @@ def stack(
                 variance[part] += (distance / block.gate - 1) * np.diagonal(inner)
         accepted.append(block)
     if not accepted:
-        return Stack(innovation[:0], rows[:0], np.zeros((0, 0)), (), tuple(rejected), np.nan)
+        none = innovation[:0]
+        return Stack(none, rows[:0], np.zeros((0, 0)), (), tuple(rejected), np.nan, np.nan, none)
     noise = np.diag(variance[keep])
     inner = spread[np.ix_(keep, keep)] + noise
     left = innovation[keep]
-    nis = float(left @ np.linalg.solve(inner, left))
-    return Stack(left, rows[keep], noise, tuple(accepted), tuple(rejected), nis)
+    root = np.linalg.cholesky(inner)
+    whitened = np.linalg.solve(root, left)
+    nis = float(whitened @ whitened)
+    volume = 2 * float(np.log(np.diagonal(root)).sum()) + len(left) * np.log(2 * np.pi)
+    return Stack(
+        left, rows[keep], noise, tuple(accepted), tuple(rejected), nis, -0.5 * (nis + volume),
+        np.sqrt(np.diagonal(inner)),
+    )  # fmt: skip
 
 
 def _distance(inner: FloatArray, left: FloatArray) -> float:

@@ -74,11 +74,30 @@ def estimate(
         holding=holding,
         nis=stack.nis if stack is not None and known else np.nan,
         nis_dof=len(stack.innovation) if stack is not None and known else 0,
+        log_likelihood=stack.log_likelihood if stack is not None else np.nan,
+        innovation=readonly(_innovation(stack, legs)),
         rejects=state.rejects,
         force_age_s=age_s,
         health=verdict.health,
         reason=verdict.reason,
     )
+
+
+def _innovation(stack: Stack | None, legs: int) -> FloatArray:
+    """Normalised innovations of the feet's forces in their places."""
+    found = np.full((legs, 3), np.nan)
+    if stack is None:
+        return found
+    normal = stack.innovation / stack.sd
+    at = 0
+    for block in stack.accepted:
+        size = len(block.innovation)
+        if block.kind == 0:
+            found[block.leg, 2] = normal[at]
+        elif block.kind == 1:
+            found[block.leg, :2] = normal[at : at + 2]
+        at += size
+    return found
 
 
 def _forces(

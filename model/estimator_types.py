@@ -131,6 +131,9 @@ class OdometryEstimate:
         holding: Whether pose and parameters are held because nothing moves.
         nis: Normalised innovation squared of this tick; NaN without a measurement.
         nis_dof: Its degrees of freedom.
+        log_likelihood: Of this tick's innovations; NaN without a measurement.
+        innovation: Measured less predicted force over the sd that the filter gives it, (N, 3); NaN
+            where none was used.
         rejects: Measurements rejected so far.
         force_age_s: Age of the newest force record; NaN if there never was one.
         health: Verdict.
@@ -159,6 +162,8 @@ class OdometryEstimate:
     holding: bool
     nis: float
     nis_dof: int
+    log_likelihood: float
+    innovation: FloatArray
     rejects: int
     force_age_s: float
     health: Health

@@ -39,6 +39,7 @@ COMMANDS = (
     Command(
         ("model", "figures"), "robot.model_figures", "our version of the paper's figures and tables"
     ),
+    Command(("odom",), "robot.odom", "odometry and foot forces from a log; 'odom tune' its noise"),
 )
 
 Parsers = argparse._SubParsersAction  # what add_subparsers returns has no public name
