@@ -29,7 +29,7 @@ from model.estimator_types import (
 from model.kalman import Kalman, mended, sound
 from model.neighbourhood import Neighbourhood, neighbourhood, prepare
 from model.params import ContactParameters
-from model.signals import FloatArray, FootMotion, IntArray
+from model.signals import BoolArray, FloatArray, FootMotion, IntArray
 
 NEVER = -1
 START_SD = 1e-4  # of pose [m, rad] and velocity [m/s, rad/s] at the beginning
@@ -146,7 +146,9 @@ class Estimator:
             trouble.add("picked up: the feet carry nothing")
         covariance = self._kalman.predict(step.mean, state.covariance, step.transition, step.noise)
         # the model was solved at the parameters that the prediction leaves as they are
-        blocks = self._blocks(step.mean, inputs, heard, None if held else serving, feet, state)
+        blocks = self._blocks(
+            step.mean, covariance, inputs, heard, None if held else serving, feet, dead, state
+        )
         mean, after_covariance, stacked = self._correct(step.mean, covariance, blocks, state)
         if not (sound(after_covariance) and np.isfinite(mean).all()):
             trouble.add("the covariance had to be mended")
@@ -251,10 +253,12 @@ class Estimator:
     def _blocks(
         self,
         mean: FloatArray,
+        covariance: FloatArray,
         inputs: OdometryInputs,
         heard: senses.Heard,
         model: Neighbourhood | None,
         feet: FootMotion,
+        dead: BoolArray,
         state: EstimatorState,
     ) -> list[measure.Block]:
         settings = self.settings
@@ -264,11 +268,12 @@ class Estimator:
                 heard.share[:, 2], model, self.weight_n, settings, self.size
             )
             slip = measure.slip_of_feet(mean[VELOCITY], feet, model.sway_B)
-            fast = np.einsum("ki,ki->k", slip, slip) > settings.slip_speed**2
+            doubt = settings.clear_slip**2 * senses.slip_variance(covariance, feet)
+            fast = np.einsum("ki,ki->k", slip, slip) > np.maximum(settings.slip_speed**2, doubt)
             loaded = senses.contact(state, model, heard, self.weight_n, settings) & (
                 heard.share[:, 2] > settings.load_on
             )
-            which = fast & loaded & np.isfinite(heard.share).all(axis=1)
+            which = ~dead & fast & loaded & np.isfinite(heard.share).all(axis=1)
             blocks += measure.friction_blocks(
                 mean, heard.share, slip, feet, which, self.contact.mu, settings
             )

@@ -55,7 +55,9 @@ def walking(
     to[6 + axes, 6 + axes] = memory
 
     slip = _slip_size(model)
-    white = np.array([settings.speed_sd, settings.speed_sd, settings.turn_sd]) ** 2
+    speed_sd = settings.speed_sd + settings.speed_per_slip * slip
+    turn_sd = settings.turn_sd + settings.turn_per_slip * slip
+    white = np.array([speed_sd, speed_sd, turn_sd]) ** 2
     speeds = (1 - lag) * settings.foot_speed_sd * model.by_speeds
     noise = np.zeros((size, size))
     noise[VELOCITY, VELOCITY] = np.diag(white) + speeds @ speeds.T
@@ -109,17 +111,16 @@ def nothing(mean: FloatArray) -> Prediction:
 
 
 def after_gap(mean: FloatArray, settings: EstimatorSettings, dt_s: float) -> Prediction:
-    """A step over a time in which nobody looked: the velocity of before says nothing about it."""
-    first = standing(mean, settings)
-    axes = np.arange(3, 6)
+    """A step over a time in which nobody looked: it may have been carried about all the while.
+
+    Where it is now says nothing about how fast it is, and neither does how fast it was before.
+    """
+    step = standing(mean, settings)
     sd = np.array([settings.carried_speed_sd] * 2 + [settings.carried_turn_sd])
-    first.noise[axes, axes] = sd**2
-    then = carried(first.mean, settings, dt_s)
-    return Prediction(
-        then.mean,
-        then.transition @ first.transition,
-        then.transition @ first.noise @ then.transition.T + then.noise,
-    )
+    axes = np.arange(3)
+    step.noise[axes, axes] = 2 * sd**2 * settings.carried_time_s * dt_s
+    step.noise[3 + axes, 3 + axes] = sd**2
+    return step
 
 
 def carried(mean: FloatArray, settings: EstimatorSettings, dt_s: float) -> Prediction:

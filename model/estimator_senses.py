@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from model.estimator_settings import EstimatorSettings
-from model.estimator_types import EstimatorState, OdometryInputs
+from model.estimator_types import VELOCITY, EstimatorState, OdometryInputs
 from model.neighbourhood import Neighbourhood
 from model.signals import BoolArray, FloatArray, FootMotion
 
@@ -84,6 +84,20 @@ def telling(
     square = np.einsum("ki,ki->k", model.slip_B, model.slip_B)
     loaded = np.asarray(model.load_n > settings.load_on * weight_n)
     return loaded & (square > settings.slip_speed**2), loaded
+
+
+def slip_variance(covariance: FloatArray, feet: FootMotion) -> FloatArray:
+    """Variance of each foot's slip along an axis, mean of the two, (N,) [m^2/s^2].
+
+    Args:
+        covariance: P, (n, n).
+        feet: Feet, (N, 3) each.
+    """
+    p = covariance[VELOCITY, VELOCITY]
+    x, y = feet.position_m[:, 0], feet.position_m[:, 1]
+    both = p[0, 0] + p[1, 1] + (x**2 + y**2) * p[2, 2] + 2 * (x * p[1, 2] - y * p[0, 2])
+    variance: FloatArray = 0.5 * both
+    return variance
 
 
 def contact(

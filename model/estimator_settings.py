@@ -24,6 +24,8 @@ class EstimatorSettings:
         foot_speed_sd: Of a foot's speed from encoder noise, white from tick to tick [m/s].
         speed_sd: Of the body's speed, white from tick to tick [m/s].
         turn_sd: Of its yaw rate, the same [rad/s].
+        speed_per_slip: What the white part of the speed grows by, over the root mean square slip.
+        turn_per_slip: What that of the yaw rate grows by, over that slip [rad/m].
         parameter_sd: Of log mu and log K at the beginning.
         scale_sd: Of the log of the common friction at the beginning.
         parameter_walk: Random walk of log mu and log K while a foot tells of them [1/sqrt(s)].
@@ -35,6 +37,8 @@ class EstimatorSettings:
         load_sd: Of a vertical force over the weight.
         creep_speed: Slip at which the regularised friction has 71 % of its size [m/s].
         slip_speed: A foot faster than this over the ground tells of velocity and friction [m/s].
+        clear_slip: Its slip must also be this many times as large as its own standard deviation: which
+            way friction points is not known before.
         load_on: A foot counts as loaded above this share of the weight,
         load_off: and no longer below this one.
         gate_load: Largest normalised innovation squared of a load, 1 degree of freedom.
@@ -66,25 +70,28 @@ class EstimatorSettings:
     sway: bool = True
     sway_step_s: float = 0.02
     lag_s: float = 0.005
-    bias_time_s: float = 0.3
+    bias_time_s: float = 0.1
     bias_speed_sd: float = 0.0006
-    bias_speed_per_slip: float = 0.15
+    bias_speed_per_slip: float = 0.05
     bias_turn_sd: float = 0.0005
-    bias_turn_per_slip: float = 0.08
+    bias_turn_per_slip: float = 0.03
     foot_speed_sd: float = 0.001
     speed_sd: float = 0.0002
     turn_sd: float = 0.0005
+    speed_per_slip: float = 0.12
+    turn_per_slip: float = 0.07
     parameter_sd: float = 0.25
     scale_sd: float = 0.25
     parameter_walk: float = 0.01
     parameter_limit: float = 1.0
     gauge_sd: float = 0.01
     force_period_s: float = 0.05
-    force_sd: float = 0.02
-    force_share_sd: float = 0.2
-    load_sd: float = 0.05
+    force_sd: float = 0.01
+    force_share_sd: float = 0.1
+    load_sd: float = 0.02
     creep_speed: float = 0.001
     slip_speed: float = 0.004
+    clear_slip: float = 3.0
     load_on: float = 0.06
     load_off: float = 0.03
     gate_load: float = 10.8
@@ -104,8 +111,8 @@ class EstimatorSettings:
     carried_turn_sd: float = 0.5
     carried_time_s: float = 0.5
     airborne_share: float = 0.3
-    dead_leg_speed_sd: float = 0.01
-    dead_leg_turn_sd: float = 0.05
+    dead_leg_speed_sd: float = 0.05
+    dead_leg_turn_sd: float = 0.2
     lost_after_s: float = 2.0
     recover_s: float = 1.0
     stale_force_s: float = 0.5
@@ -128,5 +135,6 @@ class EstimatorSettings:
 
 
 MAY_BE_ZERO = frozenset({
-    "lag_s", "bias_speed_per_slip", "bias_turn_per_slip", "parameter_walk", "foot_speed_sd",
+    "lag_s", "bias_speed_per_slip", "bias_turn_per_slip", "speed_per_slip", "turn_per_slip",
+    "parameter_walk", "foot_speed_sd",
 })  # fmt: skip

@@ -25,7 +25,7 @@ from robot.exit_codes import ExitCode
 from robot.odometry_metrics import in_band
 from robot.odometry_track import OdometryTrack, track
 
-NAMES = ("bias_speed_per_slip", "bias_turn_per_slip", "force_sd", "force_share_sd", "load_sd")
+NAMES = ("speed_per_slip", "turn_per_slip", "force_sd", "force_share_sd", "load_sd")
 # Settings may move this far from where they began; data that want more contradict the model.
 FACTOR = 30.0
 LONGEST_S = 30.0  # of each log
@@ -81,9 +81,12 @@ def tune(
         progress(min(spent / EVALUATIONS, 1.0))
         far = np.abs(point - begin).max() - math.log(FACTOR)
         if far > 0:
-            return 1e9 * (1 + far)
+            return float(1e9 * (1 + far))
         settings = _with(start, point)
-        return -float(sum(_likelihood(walk, settings) for walk in walks))
+        total = 0.0
+        for walk in walks:
+            total -= _likelihood(walk, settings)
+        return total
 
     simplex = np.vstack([begin, begin - 1.0 * np.eye(len(begin))])
     found = minimize(
