@@ -100,8 +100,8 @@ def _force_ratio(log: Recording, predicted: FloatArray) -> list[float]:
     return [float(value) for value in share]
 
 
-def walks(folder: Path, seeds: tuple[int, ...]) -> None:
-    for gait in GAITS:
+def walks(folder: Path, seeds: tuple[int, ...], gaits: tuple[str, ...]) -> None:
+    for gait in gaits:
         there = [s for s in seeds if (folder / f"{gait}_{s}_9.npz").exists()]
         rows = np.array([judge(gait, seed, folder).values for seed in there])
         print(f"{gait}, {len(there)} walks, seeds {there}: median (least, most)", flush=True)
@@ -248,11 +248,12 @@ def main() -> None:
     parser.add_argument("what", choices=("walks", "montecarlo", "steps", "ukf"))
     parser.add_argument("folder", type=Path, nargs="?")
     parser.add_argument("seeds", type=int, nargs="*")
+    parser.add_argument("--gait", choices=GAITS, action="append")
     options = parser.parse_args()
     if options.what in {"walks", "ukf"} and options.folder is None:
         parser.error("name the folder that benchmarks.odometry_walks made")
     if options.what == "walks":
-        walks(options.folder, tuple(options.seeds) or JUDGED_SEEDS)
+        walks(options.folder, tuple(options.seeds) or JUDGED_SEEDS, tuple(options.gait or GAITS))
     elif options.what == "montecarlo":
         montecarlo()
     elif options.what == "steps":

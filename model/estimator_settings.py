@@ -71,10 +71,10 @@ class EstimatorSettings:
     sway_step_s: float = 0.02
     lag_s: float = 0.005
     bias_time_s: float = 0.1
-    bias_speed_sd: float = 0.0006
-    bias_speed_per_slip: float = 0.05
+    bias_speed_sd: float = 0.00065
+    bias_speed_per_slip: float = 0.01
     bias_turn_sd: float = 0.0005
-    bias_turn_per_slip: float = 0.03
+    bias_turn_per_slip: float = 0.005
     foot_speed_sd: float = 0.001
     speed_sd: float = 0.0002
     turn_sd: float = 0.0005

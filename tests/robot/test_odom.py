@@ -39,7 +39,7 @@ def walk() -> Recording:
 def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A short walk by the real command, as a file."""
     path = tmp_path_factory.mktemp("odom") / "walk.mcap"
-    made = cli.main(
+    made = cli.run(
         ["drive", "--gait", "tripod", "--cycles", "1", "--virtual-time", "--log", str(path)]
     )
     assert made == ExitCode.OK
@@ -172,17 +172,17 @@ def test_the_command_compares_and_writes(
 ) -> None:
     for name in ("a.tum", "a.mcap", "a.png"):
         assert (
-            cli.main(["odom", str(log), "--compare", "--out", str(tmp_path / name)]) == ExitCode.OK
+            cli.run(["odom", str(log), "--compare", "--out", str(tmp_path / name)]) == ExitCode.OK
         )
         assert (tmp_path / name).stat().st_size > 1000
     shown = capsys.readouterr().out
     assert "open loop, naive" in shown
     assert (tmp_path / "a.truth.tum").exists()
-    assert cli.main(["odom", str(log), "--compare", "--fitted", str(log), "--json"]) == ExitCode.OK
+    assert cli.run(["odom", str(log), "--compare", "--fitted", str(log), "--json"]) == ExitCode.OK
     names = [way["name"] for way in json.loads(capsys.readouterr().out)["ways"]]
     assert "open loop, fitted" in names
     smooth = tmp_path / "s.tum"
-    assert cli.main(["odom", str(log), "--smooth", "--out", str(smooth)]) == ExitCode.OK
+    assert cli.run(["odom", str(log), "--smooth", "--out", str(smooth)]) == ExitCode.OK
     one, other = np.loadtxt(tmp_path / "a.tum"), np.loadtxt(smooth)
     assert one.shape == other.shape
     np.testing.assert_allclose(one[-1], other[-1], atol=1e-9)
@@ -194,7 +194,7 @@ def test_evo_reads_the_trajectory(log: Path, tmp_path: Path) -> None:
     if evo is None:
         pytest.skip("evo is not installed (pip install 'bigant[eval]')")
     out = tmp_path / "a.tum"
-    assert cli.main(["odom", str(log), "--out", str(out)]) == ExitCode.OK
+    assert cli.run(["odom", str(log), "--out", str(out)]) == ExitCode.OK
     answer = subprocess.run(
         [evo, "tum", str(tmp_path / "a.truth.tum"), str(out), "--delta", "0.05", "--delta_unit",
          "m", "--all_pairs", "--pairs_from_reference"],
@@ -216,7 +216,7 @@ def test_evo_reads_the_trajectory(log: Path, tmp_path: Path) -> None:
 def test_wrong_input_gives_one_line(
     log: Path, arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert cli.main(["odom", str(log), *arguments]) != ExitCode.OK
+    assert cli.run(["odom", str(log), *arguments]) != ExitCode.OK
     said = capsys.readouterr().err.strip()
     assert words in said
     assert "\n" not in said
@@ -225,7 +225,7 @@ def test_wrong_input_gives_one_line(
 def test_tune_without_a_log_and_an_absent_log_are_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert cli.main(["odom", "tune"]) != ExitCode.OK
+    assert cli.run(["odom", "tune"]) != ExitCode.OK
     assert "at least one" in capsys.readouterr().err
-    assert cli.main(["odom", str(tmp_path / "none.mcap")]) != ExitCode.OK
+    assert cli.run(["odom", str(tmp_path / "none.mcap")]) != ExitCode.OK
     assert "cannot be read" in capsys.readouterr().err
