@@ -17,6 +17,7 @@ from record.reader import read_log
 from robot import cli
 from robot.config import DEFAULT_ROBOT_FILE
 from robot.exit_codes import ExitCode
+from tests.robot.sim_serve import Sim
 
 ROOT = Path(__file__).resolve().parents[2]
 SHORT = ["--duration", "0.3", "--frequency-hz", "0.2"]
@@ -187,27 +188,6 @@ def test_a_robot_file_with_a_mistake_names_the_key(
 
 
 # Processes of their own: the pseudo-terminal, sockets and signals are real.
-
-
-class Sim:
-    """``bigant sim serve`` in a process."""
-
-    def __init__(self, *words: str) -> None:
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "robot", "sim", "serve", *words],
-            stdout=subprocess.PIPE,
-            text=True,
-            cwd=ROOT,
-        )
-        assert self.process.stdout is not None
-        self.port = self.process.stdout.readline().split()[2]
-        self.unit = self.process.stdout.readline().split()[2]
-
-    def close(self) -> None:
-        self.process.send_signal(signal.SIGINT)
-        self.process.wait(20)
-        assert self.process.stdout is not None
-        self.process.stdout.close()
 
 
 def test_real_ports_are_only_listened_to_unless_armed(tmp_path: Path) -> None:
