@@ -155,7 +155,7 @@ def steps(count: int = 1_000_000) -> None:
             print(f"{i + 1} steps: smallest eigenvalue {smallest:.3g}, mended {mended}", flush=True)
 
 
-def ukf(folder: Path, seed: int = 901, ticks: int = 1500) -> None:
+def ukf(folder: Path, seed: int = 901, ticks: int = 600) -> None:
     """filterpy's unscented filter on the same model and noise, offline, beside the EKF."""
     config = load_robot()
     contact, weight_n = config.parameters.contact, weight_of(config)

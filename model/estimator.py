@@ -83,7 +83,7 @@ class Estimator:
         return EstimatorState(
             t_ns=NEVER, mean=mean, covariance=covariance, feet=FootMotion(nan, nan),
             force_ns=NEVER, used_ns=NEVER, share=np.full(legs, np.nan),
-            contact=np.zeros(legs, dtype=bool), rejected=np.zeros((2, legs), dtype=np.int64),
+            contact=np.zeros(legs, dtype=bool), rejected=np.zeros((3, legs), dtype=np.int64),
             rejects=0, idle_ns=NEVER, answer_ns=NEVER, fine_ns=NEVER, lost=False, airborne=False,
             nis=np.nan, before=(mean, covariance), transition=np.eye(self.size),
         )  # fmt: skip
@@ -290,7 +290,7 @@ class Estimator:
 
 
 def _streaks(before: IntArray, stacked: measure.Stack | None) -> IntArray:
-    """Rejections in a row of each leg's load and force."""
+    """Rejections in a row of each leg's load and force, and of the pose."""
     if stacked is None:
         return before
     after = before.copy()

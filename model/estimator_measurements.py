@@ -32,7 +32,7 @@ class Block:
         rows: Derivatives of what is expected, (m, n).
         variance: Of the noise, (m,).
         gate: Largest normalised innovation squared; infinite for none.
-        kind: 0 a leg's load, 1 a leg's horizontal force, -1 anything else.
+        kind: 0 a leg's load, 1 a leg's horizontal force, 2 the absolute pose, -1 anything else.
         leg: Leg it belongs to.
     """
 
@@ -177,7 +177,7 @@ def pose_block(mean: FloatArray, pose: FloatArray, settings: EstimatorSettings) 
     rows = np.zeros((3, len(mean)))
     rows[[0, 1, 2], [0, 1, 2]] = 1.0
     variance = np.array([settings.pose_sd, settings.pose_sd, settings.yaw_sd]) ** 2
-    return Block(left[known], rows[known], variance[known], settings.gate_pose)
+    return Block(left[known], rows[known], variance[known], settings.gate_pose, 2)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -216,7 +216,7 @@ def stack(
     Args:
         blocks: Not empty.
         covariance: P, (n, n).
-        streak: Rejections in a row of loads and of forces, (2, N).
+        streak: Rejections in a row of loads, forces and pose, (3, N).
         settings: Gates.
 
     Returns:

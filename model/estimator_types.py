@@ -72,7 +72,8 @@ class EstimatorState:
         used_ns: Time of the newest one used.
         share: Measured shares of the weight in it, (N,).
         contact: Feet taken to be loaded, (N,).
-        rejected: Rejections in a row, of each leg's load and of its horizontal force, (2, N).
+        rejected: Rejections in a row, of each leg's load, of its horizontal force, and of the absolute
+            pose (first of the row), (3, N).
         rejects: Rejections ever, all legs.
         idle_ns: Since when the feet stand still in the body, -1 if they do not.
         answer_ns: Last time that the model had an answer, -1 for never.

@@ -14,7 +14,7 @@ from record.recording import Recording
 from robot.config import RobotConfig
 from robot.odometry_metrics import TrackErrors, nees, track_errors
 from robot.odometry_track import OdometryTrack, Progress, feet_of, inputs_of, track, weight_of
-from robot.summary import truth_yaw
+from robot.run_totals import truth_yaw
 
 
 @dataclass(frozen=True, slots=True, eq=False)

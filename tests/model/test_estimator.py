@@ -312,13 +312,28 @@ def test_late_samples_that_are_too_old_or_known_are_refused() -> None:
 def test_an_absolute_pose_holds_the_estimate_also_across_half_a_turn() -> None:
     world = simulate(SETTINGS, 12, 200)
     estimator = Estimator(CONTACT, WEIGHT_N)
-    state = estimator.initial(np.array([0.0, 0.0, np.pi - 0.002]))
+    state = estimator.initial(np.array([0.0, 0.0, np.pi - 0.05]))
     state.covariance[:3, :3] = np.diag([0.01, 0.01, 0.01])
-    for known in world.inputs:
-        seen = np.array([0.5 * 0, 0.0, -np.pi + 0.002])
+    for known, pose in zip(world.inputs, world.pose, strict=True):
+        yaw = (pose[2] + 2 * np.pi) % (2 * np.pi) - np.pi  # half a turn on, as a camera says it
+        seen = np.array([-pose[0], -pose[1], yaw])
         state, estimate = estimator.step(state, replace(known, pose_W=seen))
-    assert abs(estimate.yaw_rad - np.pi) < 0.05
-    assert np.sqrt(np.diag(estimate.pose_covariance)).max() < 0.002
+    assert estimate.yaw_rad == pytest.approx(world.pose[-1, 2] + np.pi, abs=0.005)
+    np.testing.assert_allclose(estimate.position_m, -world.pose[-1, :2], atol=0.003)
+    assert np.sqrt(np.diag(estimate.pose_covariance)).max() < 0.005
+
+
+def test_a_pose_that_stays_elsewhere_is_believed_in_the_end() -> None:
+    world = simulate(SETTINGS, 12, 100)
+    estimator = Estimator(CONTACT, WEIGHT_N)
+    state = estimator.initial()
+    off = []
+    for known, pose in zip(world.inputs, world.pose, strict=True):
+        seen = pose + np.array([0.5, 0.0, 0.0])
+        state, estimate = estimator.step(state, replace(known, pose_W=seen))
+        off.append(abs(estimate.position_m[0] - seen[0]))
+    assert min(off[:10]) > 0.4
+    assert off[-1] < 0.1
 
 
 def test_a_gyro_makes_the_yaw_rate_better_known() -> None:

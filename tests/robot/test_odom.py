@@ -139,7 +139,7 @@ def test_mcap_holds_pose_twist_and_covariance(walk: Recording, tmp_path: Path) -
     write_mcap(path, found.track)
     with path.open("rb") as stream:
         reader = make_reader(stream, decoder_factories=[DecoderFactory()])
-        messages = [m.ros_msg for m in reader.iter_decoded_messages()]  # type: ignore[attr-defined]
+        messages = [m[3] for m in reader.iter_decoded_messages()]
     assert len(messages) == len(found.track.t_s)
     last, run = messages[-1], found.track
     assert last.pose.pose.position.x == run.pose[-1, 0]
