@@ -217,6 +217,12 @@ class Estimator:
         """Use what passes its gate."""
         if not blocks:
             return mean, covariance, None
+        for block in blocks:
+            if block.kind == 2 and state.rejected[2, 0] >= self.settings.reject_limit:
+                # it keeps saying that we are elsewhere: then that is how little we know
+                covariance = covariance + block.rows.T @ (
+                    block.innovation[:, None] ** 2 * block.rows
+                )
         stacked = measure.stack(blocks, covariance, state.rejected, self.settings)
         if not stacked.accepted:
             return mean, covariance, stacked

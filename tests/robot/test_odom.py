@@ -40,7 +40,7 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A short walk by the real command, as a file."""
     path = tmp_path_factory.mktemp("odom") / "walk.mcap"
     made = cli.run(
-        ["drive", "--gait", "tripod", "--cycles", "1", "--virtual-time", "--log", str(path)]
+        ["drive", "--gait", "tripod", "--duration", "4", "--virtual-time", "--log", str(path)]
     )
     assert made == ExitCode.OK
     return path
