@@ -30,6 +30,7 @@ class Command:
 GROUP_HELP = (
     ("model", "the model of slipping, without a robot"),
     ("log", "look at, mend, cut, merge and export logs"),
+    ("gap", "where a simulator differs from measured runs, and why"),
 )
 
 COMMANDS = (
@@ -47,6 +48,7 @@ COMMANDS = (
     Command(("log", "cut"), "robot.log_cut", "a piece of a log"),
     Command(("log", "merge"), "robot.log_merge", "logs of one robot, one behind the other"),
     Command(("log", "export"), "robot.log_export", "tables, trials and trajectories of a log"),
+    Command(("gap", "effects"), "robot.gap_effects", "every effect a simulator can add to itself"),
     Command(("import",), "robot.import_command", "measured data as a log or a trial, checked"),
 )
 
