@@ -54,10 +54,8 @@ def alike(evidence: Evidence, selection: Selection) -> tuple[Alike, ...]:
 
 def _compare(evidence: Evidence, number: int, step: Step, rival: Option) -> Alike:
     weights = evidence.weights(step.chosen.fitted.residual)
-    apart = min(
-        separation(step.chosen.fitted, rival.fitted, weights),
-        separation(rival.fitted, step.chosen.fitted, weights),
-    )
+    # not the other way round: a cause of any size imitates a rival that does nothing
+    apart = separation(step.chosen.fitted, rival.fitted, weights)
     ahead = advantage(step.chosen.unseen, rival.unseen)
     return Alike(
         number, rival.added.effect.name, rival.added.joints, apart, ahead.nats, ahead.error

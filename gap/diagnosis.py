@@ -99,6 +99,8 @@ def diagnose(
         selection = select(
             evidence, candidates, signatures, effects, threshold,
             lambda share: tell("which effects", 0.5 + 0.35 * share),
+            make_evidence(predictor, reference_parts, Drive.MEASURED, local_floor)
+            if reference_parts else None,
         )  # fmt: skip
     else:
         fitted = fit_causes(evidence, (), effects)

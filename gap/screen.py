@@ -162,9 +162,10 @@ class _Store:
         found = []
         for number, (one, start, live) in enumerate(wanted):
             offset = self._plain(one, [start])[0]
-            steps = [_moved(one, start, i) for i in live] if live else []
             extra = tuple(i for i in range(len(start)) if i not in live)
-            steps += [_moved(one, start, i) for i in extra]
+            if not live and not self.loud([offset])[0]:
+                continue  # nothing happens here
+            steps = [_moved(one, start, i) for i in (*live, *extra)]
             rows = self._plain(one, steps)
             for row, values in zip(rows, steps, strict=True):
                 moved = [i for i in range(len(start)) if values[i] != start[i]]

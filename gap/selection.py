@@ -19,6 +19,7 @@ SHORTLIST = 8
 MOST_OF_AN_EFFECT = 3
 LEAST_NATS = 4.0
 ERRORS = 2.0
+SHARED = 0.5  # share of a gain that references may have as well
 NEAR = 0.2  # a candidate with a smaller share of the best's first-order gain is not fitted
 ANEW = 0.3  # share of the score that a law must have closed for all signatures to be made anew
 
@@ -77,6 +78,7 @@ def select(
     effects: Mapping[str, Effect],
     threshold: float,
     progress: Callable[[float], None],
+    healthy: Evidence | None = None,
 ) -> Selection:
     """Find the causes.
 
@@ -87,6 +89,7 @@ def select(
         effects: The catalogue by name.
         threshold: Nats that a cause must gain beyond its scatter, at least.
         progress: Told the share that is done.
+        healthy: References; what helps them as much is nothing new.
     """
     fitted = fit_causes(evidence, (), effects)
     found = Selection(fitted, unseen_score(evidence, fitted), (), None)
@@ -94,18 +97,36 @@ def select(
         options = _options(evidence, found, signatures, effects)
         if not options:
             break
-        best = options[0]
-        if not worth(best.over, len(best.added.effect.parameters), threshold, len(best.unseen)):
+        best = next((one for one in options if _is_new(one, evidence, healthy)), options[0])
+        size = len(best.added.effect.parameters)
+        new = _is_new(best, evidence, healthy)
+        if not new or not worth(best.over, size, threshold, len(best.unseen)):
             found = replace(found, refused=best)
             break
         share = best.over.nats / max(float(found.unseen.sum()), 1e-9)
-        steps = (*found.steps, Step(best, tuple(options[1:])))
+        others = tuple(one for one in options if one is not best)
+        steps = (*found.steps, Step(best, others))
         found = Selection(best.fitted, best.unseen, steps, None)
         found = _dropped(evidence, found, effects, threshold)
         if not best.added.effect.parameters or share > ANEW:
             signatures = make_signatures(evidence, candidates, found.fitted.causes, lambda _: None)
         progress(len(found.steps) / MOST_CAUSES)
     return _swapped(evidence, found, effects)
+
+
+def _is_new(option: Option, evidence: Evidence, healthy: Evidence | None) -> bool:
+    """Tell whether what was added helps these trials clearly more than the references.
+
+    Noise in what is fed to a stage biases it in the same way in every run, and some effects look like that.
+    """
+    if healthy is None:
+        return True
+    added = next(
+        c for c in option.fitted.causes if (c.effect, c.joints) == option.added.key
+    )
+    base, changed = healthy.residuals([(), (added,)])
+    helped = float((healthy.score(base) - healthy.score(changed)).sum())
+    return helped / healthy.count.sum() < SHARED * option.over.nats / evidence.count.sum()
 
 
 def worth(over: Advantage, parameters: int, threshold: float, blocks: int) -> bool:
