@@ -17,7 +17,7 @@ from gap.interfaces import Channel
 from gap.parts import Part, block_starts
 from gap.screen import Signature, Signatures, plain_gains
 from gap.whitening import make_whitener
-from model.signals import FloatArray
+from model.signals import FloatArray, IntArray
 
 BATCHES = (50, 50, 50, 49)
 NULL_SETS = sum(BATCHES)
@@ -34,11 +34,13 @@ class Healthy:
         part: The reference.
         residual: Whitened, (F, C).
         excess: Energy over expectation of each channel, (C,); NaN where unused.
+        blocks: First frame of each block.
     """
 
     part: Part
     residual: FloatArray
     excess: FloatArray
+    blocks: IntArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +101,7 @@ def healthy_runs(
         count = whitener.count.sum(axis=0)
         energy = (residual**2).sum(axis=0)
         excess = np.where(count > 0, energy / np.where(count > 0, count, 1.0), np.nan)
-        found.append(Healthy(part, residual, excess))
+        found.append(Healthy(part, residual, excess, block_starts(part.observation)))
     return tuple(found)
 
 
@@ -108,11 +110,12 @@ def detect(
 ) -> Detection:
     """Decide with references."""
     rng = np.random.default_rng(seed)
+    edges = [np.append(block_starts(p.observation), p.frames) for p in evidence.parts]
     best = float(plain_gains(signatures, evidence.base.reshape(1, -1))[0])
     null = np.concatenate([
         plain_gains(
             signatures,
-            np.array([_synthetic(evidence, healthy, rng).ravel() for _ in range(size)]),
+            np.array([_synthetic(evidence, edges, healthy, rng).ravel() for _ in range(size)]),
         )
         for size in BATCHES
     ])  # fmt: skip
@@ -124,25 +127,26 @@ def detect(
 
 
 def _synthetic(
-    evidence: Evidence, healthy: Sequence[Healthy], rng: np.random.Generator
+    evidence: Evidence,
+    edges: Sequence[IntArray],
+    healthy: Sequence[Healthy],
+    rng: np.random.Generator,
 ) -> FloatArray:
     """Lay blocks of references over the trials, (F, C)."""
     rows = []
-    for part, whitener in zip(evidence.parts, evidence.whiteners, strict=True):
+    for part, whitener, at in zip(evidence.parts, evidence.whiteners, edges, strict=True):
         same = [one for one in healthy if one.part.gait == part.gait]
         choice = same or list(healthy)
         source = choice[int(rng.integers(len(choice)))]
         sign = 1.0 if rng.random() < 0.5 else -1.0
-        starts = block_starts(source.part.observation)
+        starts = source.blocks
         ends = np.append(starts[1:], source.part.frames)
-        at = np.append(block_starts(part.observation), part.frames)
-        laid = np.empty((part.frames, source.residual.shape[1]))
-        for first, last in zip(at[:-1], at[1:], strict=True):
-            block = int(rng.integers(len(starts)))
-            span = np.linspace(starts[block], ends[block] - 1, last - first)
-            laid[first:last] = source.residual[np.round(span).astype(int)]
-        # a reference's dependence is its own; energies are those of the trial's count
-        rows.append(sign * laid * (whitener.gain > 0))
+        picks = rng.integers(len(starts), size=len(at) - 1)
+        frames = np.empty(part.frames, dtype=np.int64)
+        for block, first, last in zip(picks, at[:-1], at[1:], strict=True):
+            size, count = ends[block] - starts[block], last - first
+            frames[first:last] = starts[block] + np.arange(count) * size // count
+        rows.append(sign * source.residual[frames] * (whitener.gain > 0))
     return np.concatenate(rows)
 
 
@@ -194,7 +198,10 @@ def _sizes(one: Signature, signatures: Signatures, threshold: float) -> list[Det
         p = one.candidate.effect.parameters[i]
         out.append(
             Detectable(
-                one.candidate.effect.name, p.name, p.spread * float(np.sqrt(2 * threshold / energy)), p.unit
+                one.candidate.effect.name,
+                p.name,
+                p.spread * float(np.sqrt(2 * threshold / energy)),
+                p.unit,
             )
         )
     return out

@@ -9,20 +9,20 @@ import numpy as np
 from gap.ambiguity import Alike, alike
 from gap.baselines import baselines
 from gap.candidates import candidates_of
+from gap.cross_validation import unseen_residual, unseen_score
 from gap.detection import Detection, Healthy, detect, detectable, healthy_runs
 from gap.evidence import Evidence, errors, make_evidence
 from gap.findings import Diagnosis, RivalCause, TrialFaults, Verdict
+from gap.fit import fit_causes
 from gap.floor import Floor, make_floor
 from gap.how_far import how_far
 from gap.interfaces import Cause, Drive, Simulator
 from gap.next_run import Proposer, next_runs
 from gap.parts import Part, split, whole_part
 from gap.predictions import Predictor
-from gap.probability import Calibration, chances, none_of_them
+from gap.probability import Calibration, Left, chances, none_of_them
 from gap.screen import make_signatures
 from gap.selection import Selection, closed_share, select
-from gap.cross_validation import unseen_residual, unseen_score
-from gap.fit import fit_causes
 from gap.verdict import named_causes, sentence, verdict_of, warnings_of
 from gap.where import where
 from model.errors import GapError
@@ -88,7 +88,10 @@ def diagnose(
     candidates = candidates_of(simulator)
     effects = {effect.name: effect for effect in simulator.effects}
     signatures = make_signatures(
-        evidence, candidates, (), lambda share: tell("what each effect would do", 0.05 + 0.4 * share)
+        evidence,
+        candidates,
+        (),
+        lambda share: tell("what each effect would do", 0.05 + 0.4 * share),
     )
     tell("is there a gap", 0.46)
     detection: Detection | None = None
@@ -111,14 +114,20 @@ def diagnose(
     left = _excess(evidence, unseen)
     exists = _exists(evidence, detection, selection)
     constants = calibration or Calibration()
-    none = none_of_them(closed, left, constants) if exists else 0.0
+    none = 0.0
+    if exists:
+        worst = float(np.nanmax(evidence.excess(unseen)))
+        rest = Left(closed, left, worst, len(selection.steps), bool(references))
+        none = none_of_them(rest, constants)
     shared = chances(selection, none, constants)
     open_rivals = alike(evidence, selection)
     verdict = verdict_of(exists, selection, none, open_rivals)
     far = how_far(held, simulator.channels, selection.fitted.causes, seed)
     tell("where it lies", 0.93)
     before = where(evidence, end_to_end, simulator.channels, simulator.stages, evidence.base, seed)
-    after = where(evidence, end_to_end, simulator.channels, simulator.stages, selection.fitted.residual, seed)
+    after = where(
+        evidence, end_to_end, simulator.channels, simulator.stages, selection.fitted.residual, seed
+    )
     named = named_causes(evidence, selection, effects, shared, far)
     rivals = tuple(
         RivalCause(i, one.effect, one.joints, one.probability)
@@ -209,8 +218,10 @@ def _rival_sets(selection: Selection, rivals: Sequence[Alike]) -> list[tuple[Cau
     """The causes that were named, and each set with an open rival in a cause's place."""
     sets = [selection.fitted.causes]
     names = {(one.cause, one.effect, one.joints) for one in rivals}
-    for number, step in enumerate(selection.steps):
-        for rival in step.rivals:
-            if (number, rival.added.effect.name, rival.added.joints) in names:
-                sets.append(rival.fitted.causes)
-    return sets
+    others = (
+        rival.fitted.causes
+        for number, step in enumerate(selection.steps)
+        for rival in step.rivals
+        if (number, rival.added.effect.name, rival.added.joints) in names
+    )
+    return [*sets, *others]

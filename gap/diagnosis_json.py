@@ -84,7 +84,12 @@ def _pairs(d: Diagnosis) -> list[list[str]]:
     for one, (effect, joints) in zip(d.ambiguous, order, strict=True):
         assert (effect, joints) in by_number
         if one.effect == effect:
-            pairs.append([f"{effect} {' '.join(joints)}".strip(), f"{one.effect} {' '.join(one.joints)}".strip()])
+            pairs.append(
+                [
+                    f"{effect} {' '.join(joints)}".strip(),
+                    f"{one.effect} {' '.join(one.joints)}".strip(),
+                ]
+            )
         else:
             pairs.append([effect, one.effect])
     return [list(pair) for pair in dict.fromkeys(map(tuple, pairs))]

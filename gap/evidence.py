@@ -130,7 +130,9 @@ def make_evidence(
         predictor=predictor,
         floor=floor,
         whiteners=whiteners,
-        starts=np.concatenate([at + o for at, o in zip(blocks, offsets, strict=True)]).astype(np.int64),
+        starts=np.concatenate([at + o for at, o in zip(blocks, offsets, strict=True)]).astype(
+            np.int64
+        ),
         folds=folds_of(parts, blocks),
         block_part=np.repeat(np.arange(len(parts)), [len(at) for at in blocks]),
     )

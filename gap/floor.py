@@ -1,8 +1,8 @@
 """What differs without any new cause: noise, repeatability, and the misfit that reference runs show.
 
 The misfit of references is described by its first harmonics in the phase of the gait, each a number that
-varies smoothly over conditions (gait and frequency): what is expected at a condition, and how surely, follows
-from the references near it. A condition that none of them has gets a wide expectation, not none.
+varies smoothly over conditions (gait and frequency): what is expected at a condition, and how surely,
+follows from the references near it. A condition that none of them has gets a wide expectation, not none.
 """
 
 from collections.abc import Sequence

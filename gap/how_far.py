@@ -110,7 +110,9 @@ def how_far(
     value, low, high = _shrink(before, after, weight, seed)
     n = len(causes)
     closed = [_shrunk(before, one, weight) for one in energies[2 : 2 + n]]
-    last = [_shrunk(before, after, weight) - _shrunk(before, one, weight) for one in energies[2 + n :]]
+    last = [
+        _shrunk(before, after, weight) - _shrunk(before, one, weight) for one in energies[2 + n :]
+    ]
     mean = _mean(before, weight)
     return HowFar(
         before=float(np.sqrt(mean)),

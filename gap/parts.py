@@ -72,7 +72,9 @@ def split(
     Raises:
         GapError: There are too few frames.
     """
-    wholes = [whole_part(i, t, o) for i, (t, o) in enumerate(zip(trials, observations, strict=True))]
+    wholes = [
+        whole_part(i, t, o) for i, (t, o) in enumerate(zip(trials, observations, strict=True))
+    ]
     wholes = [part for part in wholes if part.frames >= FEWEST_FRAMES]
     if not wholes:
         raise GapError("the trials have too few usable samples; record longer ones")
@@ -129,7 +131,9 @@ def block_starts(observation: Observation) -> IntArray:
     for frame in at[1:]:
         if time_s[frame] - time_s[starts[-1]] >= SHORTEST_BLOCK_S * (1 - 1e-9):
             starts.append(int(frame))
-    if len(starts) > 1 and time_s[-1] - time_s[starts[-1]] < 0.7 * (time_s[starts[-1]] - time_s[starts[-2]]):
+    if len(starts) > 1 and time_s[-1] - time_s[starts[-1]] < 0.7 * (
+        time_s[starts[-1]] - time_s[starts[-2]]
+    ):
         starts.pop()
     return np.array(starts, dtype=np.int64)
 

@@ -52,7 +52,9 @@ def _install(simulator: Simulator, trials: tuple[Trial, ...]) -> None:
 
 def _predict_installed(wanted: Wanted) -> FloatArray:
     if not _installed:
-        raise GapError("the executor knows no simulator; make it with gap.predictions.prediction_pool")
+        raise GapError(
+            "the executor knows no simulator; make it with gap.predictions.prediction_pool"
+        )
     simulator, trials = _installed[0]
     return simulator.predict(trials[wanted.trial], wanted.causes, wanted.drive)
 
@@ -79,9 +81,7 @@ class Predictor:
         """Return (F, C) for each."""
         fresh = list(dict.fromkeys(one for one in wanted if one not in self._known))
         if self._executor is None or len(fresh) == 1:
-            found = [
-                self.simulator.predict(self.trials[w.trial], w.causes, w.drive) for w in fresh
-            ]
+            found = [self.simulator.predict(self.trials[w.trial], w.causes, w.drive) for w in fresh]
         else:
             found = list(self._executor.map(_predict_installed, fresh))
         self.count += len(fresh)

@@ -22,6 +22,9 @@ class Calibration:
         none: Log odds of none of them when everything is closed down to expectation.
         none_energy: Added for each e-fold of energy over expectation that is left.
         none_open: Added for the whole gap being left open.
+        none_worst: Added for each e-fold of the worst channel's energy over expectation, with references.
+        none_worst_alone: The same without references, where the expectation is noise alone.
+        none_many: Added for each cause above two: a true cause needs no patchwork.
     """
 
     temperature: float = 2.0
@@ -29,6 +32,9 @@ class Calibration:
     none: float = -4.5
     none_energy: float = 0.3
     none_open: float = 9.0
+    none_worst: float = 0.8
+    none_worst_alone: float = 0.1
+    none_many: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,16 +46,32 @@ class Chance:
     probability: float
 
 
-def none_of_them(closed: float, excess: float, calibration: Calibration) -> float:
-    """Return the probability that the cause is none of the catalogue.
+@dataclass(frozen=True, slots=True)
+class Left:
+    """What is left when the causes are added, in the trials that were fitted to, by cross-validation.
 
-    Args:
+    Attributes:
         closed: Share of the explainable gap that the causes close, 0 to 1.
-        excess: Energy over expectation that is left.
-        calibration: Constants.
+        excess: Energy over expectation.
+        worst: The same of the worst channel.
+        causes: How many causes there are.
+        referenced: Whether the expectation comes from references.
     """
-    logit = calibration.none + calibration.none_open * (1.0 - closed)
-    logit += calibration.none_energy * math.log(max(excess, 1.0))
+
+    closed: float
+    excess: float
+    worst: float
+    causes: int
+    referenced: bool
+
+
+def none_of_them(left: Left, calibration: Calibration) -> float:
+    """Return the probability that the cause is none of the catalogue."""
+    worst = calibration.none_worst if left.referenced else calibration.none_worst_alone
+    logit = calibration.none + calibration.none_open * (1.0 - left.closed)
+    logit += calibration.none_energy * math.log(max(left.excess, 1.0))
+    logit += worst * math.log(max(left.worst, 1.0))
+    logit += calibration.none_many * max(0, left.causes - 2)
     return 1.0 / (1.0 + math.exp(-logit))
 
 

@@ -107,7 +107,11 @@ def make_signatures(
             found.append(Signature(one, one.neutral, tuple(range(size)), tuple(rows), -1))
             continue
         live = tuple(i for i in range(size) if loud[i])
-        starts = [one.neutral] if acting[one.effect.name] else starts_of(one.effect, [not x for x in loud])
+        starts = (
+            [one.neutral]
+            if acting[one.effect.name]
+            else starts_of(one.effect, [not x for x in loud])
+        )
         later += [(one, start, live) for start in starts]
     found += store.expand(later, progress)
     return Signatures(tuple(found), store.matrix())
@@ -178,7 +182,13 @@ class _Store:
             made = offset if self.loud([offset])[0] else -1
             if keep or made >= 0:
                 found.append(
-                    Signature(one, start, tuple(order[k] for k in keep), tuple(rows[k] for k in keep), made)
+                    Signature(
+                        one,
+                        start,
+                        tuple(order[k] for k in keep),
+                        tuple(rows[k] for k in keep),
+                        made,
+                    )
                 )
             progress(0.7 + 0.3 * (number + 1) / len(wanted))
         return found
@@ -220,9 +230,7 @@ def plain_gains(signatures: Signatures, residuals: FloatArray) -> FloatArray:
     return best
 
 
-def gains(
-    signatures: Signatures, residual: FloatArray, weights: FloatArray
-) -> list[Gain]:
+def gains(signatures: Signatures, residual: FloatArray, weights: FloatArray) -> list[Gain]:
     """Return what each candidate would gain, best first, one (its best start) each.
 
     Args:

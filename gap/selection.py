@@ -121,12 +121,10 @@ def _is_new(option: Option, evidence: Evidence, healthy: Evidence | None) -> boo
     """
     if healthy is None:
         return True
-    added = next(
-        c for c in option.fitted.causes if (c.effect, c.joints) == option.added.key
-    )
+    added = next(c for c in option.fitted.causes if (c.effect, c.joints) == option.added.key)
     base, changed = healthy.residuals([(), (added,)])
     helped = float((healthy.score(base) - healthy.score(changed)).sum())
-    return helped / healthy.count.sum() < SHARED * option.over.nats / evidence.count.sum()
+    return bool(helped / healthy.count.sum() < SHARED * option.over.nats / evidence.count.sum())
 
 
 def worth(over: Advantage, parameters: int, threshold: float, blocks: int) -> bool:

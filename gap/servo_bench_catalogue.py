@@ -22,7 +22,8 @@ class BenchEffect:
         effect: The effect.
         servos: ``any``, ``ideal`` (no motor data) or ``motor``.
         needs: ``torque`` where it needs a known load or a measured torque; else empty.
-        places: Number of ``servo_bench_kernel`` a parameter changes, and how: ``+``, ``*`` or ``<`` (at most).
+        places: Number of ``servo_bench_kernel`` a parameter changes, and how: ``+``, ``*``, ``<`` (at most)
+            or ``=``.
     """
 
     effect: Effect

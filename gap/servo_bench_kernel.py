@@ -118,10 +118,7 @@ def run_motor(
             if p[STRIBECK] > 0.0:
                 dry += p[STRIBECK] * np.exp(-abs(speed) / p[STRIBECK_SPEED])
             stop = dry * dt / inertia / (1.0 + dt / inertia * damping)
-            if abs(free) <= stop:
-                speed = 0.0
-            else:
-                speed = free - stop * np.sign(free)
+            speed = 0.0 if abs(free) <= stop else free - stop * np.sign(free)
             angle += dt * speed
             half = 0.5 * p[BACKLASH]
             if half > 0.0 and p[MASS_LENGTH] > 0.0 and abs(load) > 1e-9:

@@ -14,17 +14,9 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from gap.even_grid import even_times, on_times
-from gap.interfaces import (
-    Cause,
-    Channel,
-    DataFault,
-    Drive,
-    Effect,
-    Observation,
-    Parameter,
-    Scope,
-)
+from gap.interfaces import Cause, Channel, DataFault, Drive, Effect, Observation
 from gap.match_causes import match_causes
+from gap.sliding_body_catalogue import CATALOGUE, STAGES
 from model.compiled import compiled
 from model.errors import GapError
 from model.signals import FloatArray, readonly
@@ -41,32 +33,6 @@ CHANNELS = (
     Channel("sideways", "", "friction", "m/s^2"),
     Channel("speed", "", "friction", "m/s"),
 )
-
-
-def _effect(
-    name: str, stage: str, parameters: tuple[Parameter, ...], physics: str, remedy: str
-) -> Effect:
-    return Effect(name, stage, parameters, (Scope.ALL,), physics, remedy)
-
-
-CATALOGUE = (
-    _effect("coulomb_friction", "friction", (Parameter("mu", "", 0.2, 0.0, 2.0, 0.2),),
-            "Friction does not grow with speed: mu times the weight, against the motion.",
-            "Use Coulomb's law in the simulator."),
-    _effect("speed_dependence", "friction", (Parameter("per_m_s", "s/m", 0.0, -2.0, 10.0, 0.5),),
-            "The coefficient of friction changes with speed, by this share for each m/s.",
-            "Measure friction at two speeds."),
-    _effect("friction_level", "friction", (Parameter("ratio", "", 1.0, 0.05, 10.0, 0.4),),
-            "The law is right, its coefficient is not.",
-            "Measure mu by tilting the surface."),
-    _effect("ground_slope", "support",
-            tuple(Parameter(n, "", 0.0, -0.2, 0.2, 0.02) for n in ("slope_x", "slope_y")),
-            "The ground rises along the world's x or y, and gravity pulls downhill.",
-            "Level the surface, or measure its slope."),
-    _effect("pose_delay", "sensing", (Parameter("delay_s", "s", 0.0, 0.0, 0.1, 0.01),),
-            "Poses are stamped later than they were taken.",
-            "Check the camera's clock."),
-)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +81,8 @@ def _friction(v: FloatArray, coulomb: bool, mu: float, per_m_s: float) -> FloatA
     level = mu * max(1.0 + per_m_s * speed, 0.0) * GRAVITY
     if coulomb:
         level = level / max(speed, 1e-9)
-    return -level * v
+    pull: FloatArray = -level * v
+    return pull
 
 
 @compiled
@@ -160,7 +127,7 @@ class SlidingBody:
     @property
     def stages(self) -> tuple[str, ...]:
         """Names of the stages in the order of the chain."""
-        return ("support", "friction", "sensing")
+        return STAGES
 
     @property
     def joints(self) -> tuple[str, ...]:

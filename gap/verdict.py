@@ -41,7 +41,9 @@ def named_causes(
     errors = _standard_errors(evidence, selection)
     found, at = [], 0
     parts = _parts(far, len(selection.steps))
-    for number, (cause, step) in enumerate(zip(selection.fitted.causes, selection.steps, strict=True)):
+    for number, (cause, step) in enumerate(
+        zip(selection.fitted.causes, selection.steps, strict=True)
+    ):
         effect = effects[cause.effect]
         size = len(effect.parameters)
         values = _values(effect, cause, errors[at : at + size])
@@ -112,7 +114,11 @@ def cause_words(one: NamedCause) -> str:
 def sentence(d: Diagnosis) -> str:
     """Say the verdict in one sentence."""
     if d.verdict is Verdict.NO_GAP:
-        above = "what the references show" if d.floor_source == "references" else "noise and repeatability"
+        above = (
+            "what the references show"
+            if d.floor_source == "references"
+            else "noise and repeatability"
+        )
         return f"No gap above {above}."
     shrunk = ""
     if np.isfinite(d.far.shrink):
@@ -149,11 +155,15 @@ def warnings_of(
         channels = ", ".join(sorted({f.channel for f in severe}))
         out.append(f"mend the data first ({channels}): what follows cannot be trusted")
     if not references:
-        out.append("no reference runs: what the simulator always lacks cannot be told from what is new")
+        out.append(
+            "no reference runs: what the simulator always lacks cannot be told from what is new"
+        )
     elif len(references) < 3:
         out.append("fewer than 3 references: no chance of a false alarm can be given")
     if len(trials) == 1:
-        out.append("one trial: its last third judges what was fitted to the rest; more trials tell more")
+        out.append(
+            "one trial: its last third judges what was fitted to the rest; more trials tell more"
+        )
     if len(evidence.starts) < FEW_BLOCKS:
         out.append(f"only {len(evidence.starts)} blocks to fit to; record longer runs")
     gaits = {part.gait for part in fitted}
@@ -162,7 +172,7 @@ def warnings_of(
     if not {part.gait for part in held} <= gaits:
         out.append("a whole gait was kept back to judge; it was not fitted to")
     out += [
-        f"{place_words(one.effect, one.joints)}: {value.name} is on its bound, so the effect is not of this form"
+        f"{place_words(one.effect, one.joints)}: {value.name} is on its bound: not an effect of this form"
         for one in named
         for value in one.values
         if value.on_bound

@@ -203,7 +203,9 @@ def _cells(
     square = (flat**2).mean(axis=0)
     flipped = signs @ flat / blocks
     spread = np.fmax(square - flipped**2, 0.0) * blocks / (blocks - 1)
-    null = np.abs(flipped) / np.sqrt((spread + np.median(spread, axis=1, keepdims=True) + 1e-30) / (2 * blocks))
+    null = np.abs(flipped) / np.sqrt(
+        (spread + np.median(spread, axis=1, keepdims=True) + 1e-30) / (2 * blocks)
+    )
     largest = null.max(axis=1)
     order = np.argsort(-np.abs(statistic), kind="stable")[:SHOWN]
     places = np.flatnonzero(known)

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap.floor import Floor, Misfit, phase_basis
-from gap.floor import Condition
+from gap.floor import Condition, Floor, Misfit, phase_basis
 from gap.interfaces import used
 from gap.parts import Part
 from model.signals import FloatArray

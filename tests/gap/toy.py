@@ -31,7 +31,7 @@ HZ = 20.0
 NOISE = {"angle": 0.004, "force": 0.05, "speed": 0.01}
 
 
-def _effect(name: str, stage: str, scope: Scope, *parameters: Parameter) -> Effect:
+def toy_effect(name: str, stage: str, scope: Scope, *parameters: Parameter) -> Effect:
     return Effect(name, stage, parameters, (scope,), f"{name} happens.", f"look at {name}.")
 
 
@@ -40,14 +40,14 @@ def number(name: str, spread: float, neutral: float = 0.0, lower: float = -9.0) 
 
 
 EFFECTS = (
-    _effect("delay", "drive", Scope.ALL, number("delay_s", 0.03, lower=0.0)),
-    _effect("lag", "drive", Scope.ALL, number("time_constant_s", 0.03, lower=0.0)),
-    _effect("offset", "drive", Scope.JOINT, number("offset_rad", 0.03)),
-    _effect("stiffness", "press", Scope.JOINT, number("ratio", 0.2, 1.0, 0.1)),
-    _effect("bias", "press", Scope.JOINT, number("bias_n", 0.3)),
-    _effect("square_law", "press", Scope.ALL),
-    _effect("grip", "move", Scope.JOINT, number("ratio", 0.2, 1.0, 0.1)),
-    _effect("tether", "move", Scope.ALL, number("x_n", 0.1)),
+    toy_effect("delay", "drive", Scope.ALL, number("delay_s", 0.03, lower=0.0)),
+    toy_effect("lag", "drive", Scope.ALL, number("time_constant_s", 0.03, lower=0.0)),
+    toy_effect("offset", "drive", Scope.JOINT, number("offset_rad", 0.03)),
+    toy_effect("stiffness", "press", Scope.JOINT, number("ratio", 0.2, 1.0, 0.1)),
+    toy_effect("bias", "press", Scope.JOINT, number("bias_n", 0.3)),
+    toy_effect("square_law", "press", Scope.ALL),
+    toy_effect("grip", "move", Scope.JOINT, number("ratio", 0.2, 1.0, 0.1)),
+    toy_effect("tether", "move", Scope.ALL, number("x_n", 0.1)),
 )
 CHANNELS = (
     *(Channel("angle", j, "drive", "rad") for j in JOINTS),
@@ -76,20 +76,26 @@ class Toy:
         return self.catalogue
 
     def observe(self, trial: Trial) -> Observation:
-        values = np.column_stack([trial.shaft_rad, trial.force_n[..., 2], trial.body_position_m[:, 0]])
+        values = np.column_stack(
+            [trial.shaft_rad, trial.force_n[..., 2], trial.body_position_m[:, 0]]
+        )
         noise = np.array([NOISE[c.name] for c in CHANNELS])
         cycle = trial.time_s * trial.header.frequency_hz
         scale = np.array(self.scale)
         weight = np.isfinite(values) * 1.0
         return Observation(
-            trial.time_s, cycle, values * scale, np.broadcast_to(noise * scale, values.shape), weight
+            trial.time_s,
+            cycle,
+            values * scale,
+            np.broadcast_to(noise * scale, values.shape),
+            weight,
         )
 
     def predict(self, trial: Trial, causes: Sequence[Cause], drive: Drive) -> FloatArray:
         match_causes(causes, self.catalogue, JOINTS)
         measured = trial if drive is Drive.MEASURED else None
         out = chain(trial.time_s, trial.header.frequency_hz, trial.header.gait, causes, measured)
-        return out * np.array(self.scale)
+        return np.asarray(out * np.array(self.scale))
 
     def check(self, trial: Trial) -> tuple[DataFault, ...]:
         if np.nanmax(np.abs(trial.shaft_rad)) > 50:
@@ -108,14 +114,22 @@ def chain(
         on = [JOINTS.index(j) for j in cause.joints] or [0, 1, 2]
         v = cause.values
         match cause.effect:
-            case "delay": delay += v[0]
-            case "lag": lag += v[0]
-            case "offset": offset[on] += v[0]
-            case "stiffness": stiffness[on] *= v[0]
-            case "bias": bias[on] += v[0]
-            case "square_law": square = True
-            case "grip": grip[on] *= v[0]
-            case "tether": tether += v[0]
+            case "delay":
+                delay += v[0]
+            case "lag":
+                lag += v[0]
+            case "offset":
+                offset[on] += v[0]
+            case "stiffness":
+                stiffness[on] *= v[0]
+            case "bias":
+                bias[on] += v[0]
+            case "square_law":
+                square = True
+            case "grip":
+                grip[on] *= v[0]
+            case "tether":
+                tether += v[0]
     shape = 0.5 if gait == "walk" else 0.15
     phase = 2 * np.pi * hz * (time_s[:, None] - delay) - np.array([0.0, 2.1, 4.2])
     # a first-order lag of each harmonic, exactly
@@ -137,7 +151,7 @@ def toy_trial(
     causes: Sequence[Cause] = (), hz: float = 0.5, gait: str = "walk", seconds: float = 16.0, seed: int = 0,
     strange: float = 0.0, wander: float = 0.0,
 ) -> Trial:  # fmt: skip
-    """Measure the toy with causes; ``strange`` adds what no effect is, ``wander`` what varies from run to run."""
+    """Measure the toy with causes; ``strange`` adds what no effect is, ``wander`` what varies."""
     rng = np.random.default_rng(seed)
     time_s = np.arange(round(seconds * HZ)) / HZ
     extra = [Cause("stiffness", (j,), (1 + wander * rng.standard_normal(),)) for j in JOINTS]
@@ -145,9 +159,7 @@ def toy_trial(
     true[:, 3:6] += strange * np.sign(np.sin(2 * np.pi * 5 * hz * time_s))[:, None]
     noise = rng.standard_normal(true.shape) * np.array([NOISE[c.name] for c in CHANNELS])
     seen = true + noise
-    header = TrialHeader(
-        SERVO_BENCH, JOINTS, gait, hz, HZ, "", TrialNoise(math.nan), "", ""
-    )
+    header = TrialHeader(SERVO_BENCH, JOINTS, gait, hz, HZ, "", TrialNoise(math.nan), "", "")
     columns = [Column("time_s", time_s)]
     columns += [Column(f"shaft_{j}_rad", seen[:, i]) for i, j in enumerate(JOINTS)]
     columns += [Column(f"force_{j}_z_n", seen[:, 3 + i]) for i, j in enumerate(JOINTS)]
@@ -160,7 +172,8 @@ CONDITIONS = ((0.5, "walk"), (0.8, "walk"), (0.5, "trot"), (0.8, "trot"))
 
 def toy_case(causes: Sequence[Cause] = (), seed: int = 0, **more: float) -> list[Trial]:
     return [
-        toy_trial(causes, hz, gait, seed=1000 * seed + i, **more) for i, (hz, gait) in enumerate(CONDITIONS)
+        toy_trial(causes, hz, gait, seed=1000 * seed + i, **more)
+        for i, (hz, gait) in enumerate(CONDITIONS)
     ]
 
 
