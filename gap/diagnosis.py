@@ -32,6 +32,7 @@ from record.trial import Trial
 Progress = Callable[[str, float], None]
 FEWEST_REFERENCES = 3
 MOST_INFLATION = 4.0
+WHOLE_SHARE = 0.7
 # Without references: energy over expectation of a channel from which nothing found is still a gap.
 CLEAR_EXCESS = 1.5
 
@@ -77,9 +78,10 @@ def diagnose(
         for i, one in enumerate(references)
     ]
     tell("measuring the floor", 0.03)
-    local_floor, healthy = _floor(predictor, reference_parts, fitted_parts, Drive.MEASURED)
+    local = _local_drive(predictor, fitted_parts)
+    local_floor, healthy = _floor(predictor, reference_parts, fitted_parts, local)
     whole_floor, _ = _floor(predictor, reference_parts, fitted_parts, Drive.COMMAND)
-    evidence = make_evidence(predictor, fitted_parts, Drive.MEASURED, local_floor)
+    evidence = make_evidence(predictor, fitted_parts, local, local_floor)
     if not (evidence.count > 0).any():
         raise GapError("no measured channel can be compared with the simulator; check the columns")
     end_to_end = make_evidence(predictor, fitted_parts, Drive.COMMAND, whole_floor)
@@ -102,7 +104,7 @@ def diagnose(
         selection = select(
             evidence, candidates, signatures, effects, threshold,
             lambda share: tell("which effects", 0.5 + 0.35 * share),
-            make_evidence(predictor, reference_parts, Drive.MEASURED, local_floor)
+            make_evidence(predictor, reference_parts, local, local_floor)
             if reference_parts else None,
         )  # fmt: skip
     else:
@@ -168,6 +170,15 @@ def diagnose(
     )
     tell("done", 1.0)
     return replace(diagnosis, sentence=sentence(diagnosis))
+
+
+def _local_drive(predictor: Predictor, parts: Sequence[Part]) -> Drive:
+    """Measured inputs, unless the simulator is one piece and then has no answer on most channels."""
+    known = [
+        sum(int(np.isfinite(one).any(axis=0).sum()) for one in errors(predictor, parts[:1], drive))
+        for drive in (Drive.MEASURED, Drive.COMMAND)
+    ]
+    return Drive.MEASURED if known[0] >= WHOLE_SHARE * known[1] else Drive.COMMAND
 
 
 def _floor(

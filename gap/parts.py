@@ -1,6 +1,7 @@
 """Which frames are fitted to, which judge, and the blocks that count as independent.
 
-Trials are held out whole where there are two or more; of a single trial its last third, behind a gap.
+Trials are held out whole where a gait has two or more; where each trial is the only one of its gait, the
+last third of each judges, behind a gap.
 """
 
 from collections.abc import Sequence
@@ -72,14 +73,16 @@ def split(
     Raises:
         GapError: There are too few frames.
     """
+    # a gait that is not known is a gait like any other
     wholes = [
         whole_part(i, t, o) for i, (t, o) in enumerate(zip(trials, observations, strict=True))
     ]
     wholes = [part for part in wholes if part.frames >= FEWEST_FRAMES]
     if not wholes:
         raise GapError("the trials have too few usable samples; record longer ones")
-    if len(wholes) == 1:
-        return _split_one(trials[wholes[0].trial], wholes[0])
+    if len({part.gait for part in wholes}) == len(wholes):
+        pairs = [_split_one(trials[part.trial], part) for part in wholes]
+        return tuple(fit for fit, _ in pairs), tuple(judge for _, judge in pairs)
     held = _held_out(wholes)
     return (
         tuple(part for i, part in enumerate(wholes) if i not in held),
@@ -98,8 +101,7 @@ def _held_out(parts: list[Part]) -> set[int]:
     while len(held) < wanted:
         free = [of for of in order if len([i for i in of if i not in held]) > 1]
         if not free:
-            held.add(order[-1][-1])  # one trial a gait: a whole gait is kept back
-            break
+            break  # every gait keeps one to fit to
         of = max(free, key=lambda group: len([i for i in group if i not in held]))
         left = [i for i in of if i not in held]
         count = sum(i in held for i in of)
@@ -107,7 +109,7 @@ def _held_out(parts: list[Part]) -> set[int]:
     return held
 
 
-def _split_one(trial: Trial, whole: Part) -> tuple[tuple[Part, ...], tuple[Part, ...]]:
+def _split_one(trial: Trial, whole: Part) -> tuple[Part, Part]:
     o = whole.observation
     blocks = block_starts(o)
     if len(blocks) >= 6:
@@ -116,7 +118,7 @@ def _split_one(trial: Trial, whole: Part) -> tuple[tuple[Part, ...], tuple[Part,
         cut, after = int(0.6 * whole.frames), int(0.67 * whole.frames)
     fitted = part_of(whole.trial, trial, o, 0, int(cut))
     judge = part_of(whole.trial, trial, o, int(after), whole.frames)
-    return (fitted,), (judge,)
+    return fitted, judge
 
 
 def block_starts(observation: Observation) -> IntArray:

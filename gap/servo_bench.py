@@ -11,6 +11,7 @@ import numpy as np
 
 from gap import servo_bench_kernel as k
 from gap.bench_check import check_bench
+from gap.data_check import check_trial
 from gap.even_grid import EvenTrial, even_trial
 from gap.interfaces import Cause, Channel, DataFault, Drive, Effect, Observation
 from gap.match_causes import match_causes
@@ -130,7 +131,9 @@ class ServoBench:
 
     def check(self, trial: Trial) -> tuple[DataFault, ...]:
         """Look for faults of the data themselves."""
-        return check_bench(trial)
+        known = check_trial(trial)
+        seen = {(fault.kind, fault.channel) for fault in known}
+        return (*known, *(f for f in check_bench(trial) if (f.kind, f.channel) not in seen))
 
 
 def joint_numbers(

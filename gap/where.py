@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap.evidence import Evidence
-from gap.interfaces import Channel, Drive
+from gap.interfaces import Channel
 from model.signals import FloatArray, IntArray
 
 PHASE_BINS = 8
@@ -117,14 +117,13 @@ def where(
     """Make the map.
 
     Args:
-        local: The trials under ``Drive.MEASURED``.
+        local: The trials under ``Drive.MEASURED``, or commands if the simulator is one piece.
         end_to_end: The same under ``Drive.COMMAND``.
         channels: Channels.
         stages: Names of the stages.
         residual: Whitened residual under ``Drive.MEASURED`` of what is to be mapped, (F, C).
         seed: Of the random signs.
     """
-    assert local.drive is Drive.MEASURED
     excess = local.excess(residual)
     bins = _phase_bins(local)
     cells, testable = _cells(local, channels, residual, bins, seed)
