@@ -164,7 +164,7 @@ def diagnose(
         baselines=baselines(evidence, signatures),
         detectable=detectable(signatures, threshold),
         next=next_runs(proposals, simulator, sets, whole_floor) if proposals else (),
-        warnings=warnings_of(faults, trials, references, evidence, fitted_parts, held_parts, named),
+        warnings=warnings_of(faults, references, evidence, fitted_parts, held_parts, named),
         predictions=predictor.count,
         seed=seed,
     )

@@ -18,6 +18,8 @@ MOST_CAUSES = 5
 SHORTLIST = 8
 MOST_OF_AN_EFFECT = 3
 LEAST_NATS = 4.0
+# Without references a misfit of the model's own form is left; a cause must close this share of the score.
+LEAST_SHARE = 0.005
 ERRORS = 2.0
 SHARED = 0.5  # share of a gain that references may have as well
 NEAR = 0.2  # a candidate with a smaller share of the best's first-order gain is not fitted
@@ -100,7 +102,8 @@ def select(
         best = next((one for one in options if _is_new(one, evidence, healthy)), options[0])
         size = len(best.added.effect.parameters)
         new = _is_new(best, evidence, healthy)
-        if not new or not worth(best.over, size, threshold, len(best.unseen)):
+        small = healthy is None and best.over.nats < LEAST_SHARE * float(found.unseen.sum())
+        if small or not new or not worth(best.over, size, threshold, len(best.unseen)):
             found = replace(found, refused=best)
             break
         share = best.over.nats / max(float(found.unseen.sum()), 1e-9)

@@ -141,7 +141,6 @@ def sentence(d: Diagnosis) -> str:
 
 def warnings_of(
     faults: Sequence[TrialFaults],
-    trials: Sequence[Trial],
     references: Sequence[Trial],
     evidence: Evidence,
     fitted: Sequence[Part],
@@ -160,17 +159,13 @@ def warnings_of(
         )
     elif len(references) < 3:
         out.append("fewer than 3 references: no chance of a false alarm can be given")
-    if len(trials) == 1:
-        out.append(
-            "one trial: its last third judges what was fitted to the rest; more trials tell more"
-        )
+    if {part.trial for part in fitted} & {part.trial for part in held}:
+        out.append("one trial a gait: the last third of each judges what was fitted to the rest")
     if len(evidence.starts) < FEW_BLOCKS:
         out.append(f"only {len(evidence.starts)} blocks to fit to; record longer runs")
     gaits = {part.gait for part in fitted}
     if references and not gaits <= {one.header.gait for one in references}:
         out.append("a gait has no reference: its expectation is wide")
-    if not {part.gait for part in held} <= gaits:
-        out.append("a whole gait was kept back to judge; it was not fitted to")
     out += [
         f"{place_words(one.effect, one.joints)}: {value.name} is on its bound: not an effect of this form"
         for one in named
