@@ -18,8 +18,11 @@ MOST_CAUSES = 5
 SHORTLIST = 8
 MOST_OF_AN_EFFECT = 3
 LEAST_NATS = 4.0
-# Without references a misfit of the model's own form is left; a cause must close this share of the score.
-LEAST_SHARE = 0.005
+# Without references a misfit of the model's own form is left; a cause must close this share of the score
+# of the channels in which it acts.
+LEAST_SHARE = 0.02
+ACTS = 0.1  # of the largest gain of a channel
+TRIMMED = 0.03  # share of the blocks, those that are explained worst, that a verdict does not hang on
 ERRORS = 2.0
 SHARED = 0.5  # share of a gain that references may have as well
 NEAR = 0.2  # a candidate with a smaller share of the best's first-order gain is not fitted
@@ -102,7 +105,7 @@ def select(
         best = next((one for one in options if _is_new(one, evidence, healthy)), options[0])
         size = len(best.added.effect.parameters)
         new = _is_new(best, evidence, healthy)
-        small = healthy is None and best.over.nats < LEAST_SHARE * float(found.unseen.sum())
+        small = healthy is None and _share(evidence, best, found.fitted) < LEAST_SHARE
         if small or not new or not worth(best.over, size, threshold, len(best.unseen)):
             found = replace(found, refused=best)
             break
@@ -115,6 +118,14 @@ def select(
             signatures = make_signatures(evidence, candidates, found.fitted.causes, lambda _: None)
         progress(len(found.steps) / MOST_CAUSES)
     return _swapped(evidence, found, effects)
+
+
+def _share(evidence: Evidence, option: Option, standing: Fitted) -> float:
+    """Share of the score that an option closes in the channels in which it acts."""
+    before = evidence.score(standing.residual).sum(axis=0)
+    gain = before - evidence.score(option.fitted.residual).sum(axis=0)
+    on = gain > ACTS * gain.max()
+    return float(gain[on].sum() / before[on].sum()) if on.any() else 0.0
 
 
 def _is_new(option: Option, evidence: Evidence, healthy: Evidence | None) -> bool:
@@ -231,6 +242,9 @@ def closed_share(evidence: Evidence, residual: FloatArray) -> float:
 
     What is left at or below expectation counts as closed altogether.
     """
-    before, after = float((evidence.base**2).sum()), float((residual**2).sum())
-    floor = min(float(evidence.count.sum()), after)
+    blocks = evidence.per_block(residual**2).sum(axis=1)
+    kept = np.argsort(blocks, kind="stable")[: len(blocks) - int(TRIMMED * len(blocks))]
+    before = float(evidence.per_block(evidence.base**2)[kept].sum())
+    after = float(blocks[kept].sum())
+    floor = min(float(evidence.count[kept].sum()), after)
     return float(np.clip((before - after) / (before - floor), 0.0, 1.0)) if before > floor else 0.0
