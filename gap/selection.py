@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import stats
 
-from gap.candidates import Candidate
+from gap.candidates import Candidate, off_bounds
 from gap.cross_validation import Advantage, advantage, unseen_score
 from gap.evidence import Evidence
 from gap.fit import Fitted, fit_causes
@@ -22,7 +22,9 @@ LEAST_NATS = 4.0
 # of the channels in which it acts.
 LEAST_SHARE = 0.02
 ACTS = 0.1  # of the largest gain of a channel
-TRIMMED = 0.03  # share of the blocks, those that are explained worst, that a verdict does not hang on
+TRIMMED = (
+    0.03  # share of the blocks, those that are explained worst, that a verdict does not hang on
+)
 ERRORS = 2.0
 SHARED = 0.5  # share of a gain that references may have as well
 NEAR = 0.2  # a candidate with a smaller share of the best's first-order gain is not fitted
@@ -170,6 +172,11 @@ def _option(
     effects: Mapping[str, Effect],
 ) -> Option:
     fitted = fit_causes(evidence, start, effects)
+    freed = off_bounds(start, effects)
+    if freed != start:
+        # a cause that took the place of one that was missing may be stuck where it went for that
+        again = fit_causes(evidence, freed, effects)
+        fitted = again if again.nats < fitted.nats else fitted
     unseen = unseen_score(evidence, fitted)
     return Option(added, fitted, unseen, advantage(unseen, standing))
 

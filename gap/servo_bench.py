@@ -99,6 +99,10 @@ class ServoBench:
         ])  # fmt: skip
         weight = np.ones(values.shape)
         weight[even.time_s < SETTLE_S] = 0.0
+        for at, joint in enumerate(self.machine.joints):
+            if joint.ideal and joint.coulomb_nm > 0.0:
+                # a shaft that nothing pushes past its friction may lie anywhere in its play
+                weight[np.abs(even.torque_nm[:, at]) <= joint.coulomb_nm, at] = 0.0
         return Observation(
             time_s=readonly(even.time_s.copy()),
             cycle=readonly(even.time_s * trial.header.frequency_hz),
