@@ -1,7 +1,7 @@
 """The diagnosis on logs of real machines that others measured; see docs/real/README.md.
 
-Run it with ``BIGANT_SHARED_DATA=FOLDER python -m benchmarks.real_machines``. It turns each set into trials (the maps are
-the functions below, and nothing is cut out by hand), diagnoses them and prints what was found.
+Run it with ``BIGANT_SHARED_DATA=FOLDER python -m benchmarks.real_machines``. It turns each set into trials
+(the maps are the functions below, and nothing is cut by hand), diagnoses them and prints what was found.
 """
 
 import csv
@@ -37,7 +37,9 @@ def arm_trials(folder: Path, joint: str) -> list[Trial]:
     """One joint of the arm, one trial a motion."""
     robot = f'kind = "servo_bench"\n[joint.{joint}]\n'
     noise = TrialNoise(shaft_rad=COUNT_RAD)
-    header = TrialHeader(SERVO_BENCH, (joint,), "other", math.nan, 50.0, "", noise, "arm.toml", robot)
+    header = TrialHeader(
+        SERVO_BENCH, (joint,), "other", math.nan, 50.0, "", noise, "arm.toml", robot
+    )
     names = {"cmd": f"command_{joint}_rad", "pos": f"shaft_{joint}_rad",
              "vel": f"shaft_{joint}_rad_s", "tau": f"torque_{joint}_nm"}  # fmt: skip
     trials = []
@@ -45,7 +47,9 @@ def arm_trials(folder: Path, joint: str) -> list[Trial]:
         data = np.load(path)
         columns = [Column("time_s", data["t"].astype(float))]
         at = ARM.index(joint)
-        columns += [Column(ours, data[theirs][:, at].astype(float)) for theirs, ours in names.items()]
+        columns += [
+            Column(ours, data[theirs][:, at].astype(float)) for theirs, ours in names.items()
+        ]
         trials.append(build_trial(header, tuple(columns)))
     return trials
 
@@ -63,16 +67,16 @@ def rig_trial(folder: Path) -> Trial:
     def column(name: str) -> FloatArray:
         return np.array([float(row[name]) for row in rows])
 
-    stamps = [datetime.fromisoformat(row["timestamp"].replace("Z", "+00:00")) for row in rows]
+    stamps = [datetime.fromisoformat(row["timestamp"]) for row in rows]
     pull = np.zeros(len(rows))
     for servo, rest in (("3", 1748.0), ("4", 2347.0)):
         away = column(f"pos ({servo})") - rest
         pull -= np.where(np.abs(away) > TAUT_COUNTS, np.sign(away) * PULL_NM, 0.0)
-    robot = (
-        'kind = "servo_bench"\n[joint.servo]\nfriction = { coulomb_nm = 0.01, viscous_nm_s = 0.0 }\n'
-    )
+    robot = 'kind = "servo_bench"\n[joint.servo]\nfriction = { coulomb_nm = 0.01, viscous_nm_s = 0.0 }\n'
     noise = TrialNoise(shaft_rad=COUNT_RAD)
-    header = TrialHeader(SERVO_BENCH, ("servo",), "other", math.nan, 10.0, "", noise, "rig.toml", robot)
+    header = TrialHeader(
+        SERVO_BENCH, ("servo",), "other", math.nan, 10.0, "", noise, "rig.toml", robot
+    )
     return build_trial(header, (
         Column("time_s", np.array([(s - stamps[0]).total_seconds() for s in stamps])),
         Column("command_servo_rad", column("target pos (5)") * COUNT_RAD),
@@ -97,7 +101,9 @@ def cube_trials(folder: Path) -> list[Trial]:
         if len(rows) < FEWEST:
             continue
         part = toss[first : first + rows[-1] + 1]
-        header = TrialHeader(SLIDING_BODY, (), "toss", math.nan, 148.0, "", noise, "cube.toml", robot)
+        header = TrialHeader(
+            SLIDING_BODY, (), "toss", math.nan, 148.0, "", noise, "cube.toml", robot
+        )
         columns = [Column("time_s", np.arange(len(part)) * CUBE_STEP_S)]
         columns += [Column(f"body_{axis}_m", part[:, 4 + i]) for i, axis in enumerate("xy")]
         trials.append(build_trial(header, tuple(columns)))
@@ -110,7 +116,8 @@ def _report(name: str, trials: list[Trial], simulator: Simulator, out: Path) -> 
     print(f"== {name}: {len(trials)} trials, {len(found.held_out_trials)} kept back")
     print("\n".join(summary_lines(found, paths)[:40]))
     for c in found.far.channels:
-        print(f"RMS kept back {c.channel}: {c.before:.4g} -> {c.after:.4g} {c.unit}, cut {1 - c.after / c.before:.0%}")
+        cut = f"{c.before:.4g} -> {c.after:.4g} {c.unit}, cut {1 - c.after / c.before:.0%}"
+        print(f"RMS kept back {c.channel}: {cut}")
     (out / f"{name}.html").write_text(diagnosis_page(found, paths), encoding="utf-8")
     return found
 
@@ -130,7 +137,9 @@ def main() -> None:
     for cause in found.causes:
         for value in cause.values:
             if value.unit == "rad":
-                print(f"{cause.effect}: {value.value / COUNT_RAD:.2f} +- {value.error / COUNT_RAD:.2f} counts")
+                print(
+                    f"{cause.effect}: {value.value / COUNT_RAD:.2f} +- {value.error / COUNT_RAD:.2f} counts"
+                )
     cube = cube_trials(folder)
     _report("cube", cube, sliding_body(cube), out)
     print(f"pages in {out}")

@@ -208,9 +208,9 @@ def _scatter(part: Part, error: FloatArray) -> FloatArray:
         return _rms((again[64:] - again[:-64]) / np.sqrt(2))
     # white noise alone: the second difference has six times its variance; steps of a command are none
     second = np.abs(np.diff(error, 2, axis=0)) / np.sqrt(6)
-    known = np.isfinite(second)
-    middle = np.ma.median(np.ma.array(np.where(known, second, 0.0), mask=~known), axis=0)
-    return np.asarray(1.4826 * np.ma.filled(middle, 0.0))
+    middle = [np.median(column[np.isfinite(column)]) if np.isfinite(column).any() else 0.0
+              for column in second.T]  # fmt: skip
+    return 1.4826 * np.array(middle)
 
 
 def _rms(values: FloatArray) -> FloatArray:

@@ -28,6 +28,7 @@ TRIMMED = (
 ERRORS = 2.0
 SHARED = 0.5  # share of a gain that references may have as well
 NEAR = 0.2  # a candidate with a smaller share of the best's first-order gain is not fitted
+NOTHING_LEFT = 1.1  # energy over expectation below which the old signatures will do
 ANEW = 0.3  # share of the score that a law must have closed for all signatures to be made anew
 
 
@@ -116,7 +117,8 @@ def select(
         steps = (*found.steps, Step(best, others))
         found = Selection(best.fitted, best.unseen, steps, None)
         found = _dropped(evidence, found, effects, threshold)
-        if not best.added.effect.parameters or share > ANEW:
+        left = float((found.fitted.residual**2).sum() / evidence.count.sum())
+        if left > NOTHING_LEFT and (not best.added.effect.parameters or share > ANEW):
             signatures = make_signatures(evidence, candidates, found.fitted.causes, lambda _: None)
         progress(len(found.steps) / MOST_CAUSES)
     return _swapped(evidence, found, effects)

@@ -21,8 +21,8 @@ class BenchEffect:
     Attributes:
         effect: The effect.
         servos: ``any``, ``ideal`` (no motor data) or ``motor``.
-        needs: ``torque`` where it needs a known load or a measured torque, ``no load`` where it needs none of
-            them; else empty.
+        needs: ``torque`` where it needs a known load or a measured torque, ``no load`` where it needs
+            none of them; else empty.
         places: Number of ``servo_bench_kernel`` a parameter changes, and how: ``+``, ``*``, ``<`` (at most)
             or ``=``.
     """
