@@ -123,7 +123,7 @@ def diagnose(
         worst = float(np.nanmax(evidence.excess(unseen)))
         rest = Left(closed, left, worst, len(selection.steps), bool(references))
         none = none_of_them(rest, constants)
-    shared = chances(selection, none, constants)
+    shared = chances(selection, evidence.block_part, none, constants)
     open_rivals = alike(evidence, selection)
     verdict = verdict_of(exists, selection, none, open_rivals)
     far = how_far(held, simulator.channels, selection.fitted.causes, seed)

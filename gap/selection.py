@@ -180,7 +180,7 @@ def _option(
         again = fit_causes(evidence, freed, effects)
         fitted = again if again.nats < fitted.nats else fitted
     unseen = unseen_score(evidence, fitted)
-    return Option(added, fitted, unseen, advantage(unseen, standing))
+    return Option(added, fitted, unseen, advantage(unseen, standing, evidence.block_part))
 
 
 def shortlist(ranked: Sequence[Gain]) -> list[Gain]:
@@ -212,7 +212,7 @@ def _dropped(
     while len(found.steps) > 1 and at < len(found.steps) - 1:
         fitted = fit_causes(evidence, _without(found.fitted.causes, at), effects)
         unseen = unseen_score(evidence, fitted)
-        loss = advantage(found.unseen, unseen)
+        loss = advantage(found.unseen, unseen, evidence.block_part)
         step = found.steps[at]
         if worth(loss, len(step.chosen.added.effect.parameters), threshold, len(unseen)):
             at += 1
