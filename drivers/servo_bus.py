@@ -66,6 +66,8 @@ class ServoBus:
         self._torque_on = False
         self._seen_ns: IntArray = np.full(len(self._ids), NEVER, dtype=np.int64)
         self._hardware_error: IntArray = np.full(len(self._ids), NEVER, dtype=np.int64)
+        # A servo that starts anew forgets its turns; positions are given and taken as if it had not.
+        self._lost_ticks: IntArray = np.zeros(len(self._ids), dtype=np.int64)
         self._reads = 0
 
     @property
@@ -148,7 +150,7 @@ class ServoBus:
         age_ns = np.where(self._seen_ns == NEVER, NEVER, now_ns - self._seen_ns)
         return ServoReadings(
             t_ns=now_ns,
-            position_ticks=_column(answers, "present_position"),
+            position_ticks=self._unshifted(_column(answers, "present_position"), valid),
             velocity_counts=_column(answers, "present_velocity"),
             current_counts=_column(answers, "present_current"),
             duty_counts=_column(answers, "present_pwm"),
@@ -159,6 +161,22 @@ class ServoBus:
             valid=readonly(valid),
             age_ns=readonly(age_ns),
         )
+
+    def _unshifted(self, ticks: IntArray, valid: BoolArray) -> IntArray:
+        if not self._lost_ticks.any():
+            return ticks
+        shifted: IntArray = readonly(np.where(valid, ticks - self._lost_ticks, 0))
+        return shifted
+
+    def note_restart(self, index: int, lost_ticks: int) -> None:
+        """Take note that a servo has started anew and is sound.
+
+        Args:
+            index: Leg index.
+            lost_ticks: Its position now less the one that ``read`` would have given before [ticks].
+        """
+        self._lost_ticks[index] = lost_ticks
+        self._hardware_error[index] = 0
 
     def _return_delay_ms(self) -> float:
         delays = [servo.return_delay for servo in self.report.servos]
@@ -207,7 +225,9 @@ class ServoBus:
                 ids=tuple(int(i) for i in self.settings.ids[~readings.valid]),
             )
         try:
-            for servo, ticks in zip(self.servos(), readings.position_ticks, strict=True):
+            for servo, ticks in zip(
+                self.servos(), readings.position_ticks + self._lost_ticks, strict=True
+            ):
                 hold_at(servo, int(ticks))
             for servo in self.servos():
                 servo.write_verified("bus_watchdog", self.watchdog_units)
@@ -235,6 +255,7 @@ class ServoBus:
             )
         self._refuse(~np.isfinite(command.angle_rad), "has a goal angle that is not a number")
         ticks = angle_to_ticks(command.angle_rad, self.settings.signs, self.settings.zeros)
+        ticks = ticks + self._lost_ticks
         self._refuse(
             np.abs(ticks) > EXTENDED_POSITION_LIMIT,
             "has a goal beyond 256 turns; set the turn counter back at standstill",

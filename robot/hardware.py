@@ -233,4 +233,5 @@ def _assemble(
         truth=truth,
         armed=armed,
         closers=closers,
+        recovery=config.recovery,
     )
