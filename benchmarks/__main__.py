@@ -12,6 +12,7 @@ NAMES = {
     "legs": "benchmarks.legs",
     "parallel": "benchmarks.parallel",
     "loop": "benchmarks.loop_cost",
+    "log_size": "benchmarks.log_size",
     "fuzz": "benchmarks.fuzz",
 }
 

@@ -76,6 +76,11 @@ class ServoBus:
         return self._packets.counters.snapshot()
 
     @property
+    def latency_ms(self) -> float:
+        """How long the port's adapter may hold back an answer."""
+        return self._port.latency_ms
+
+    @property
     def torque_wanted(self) -> bool:
         """Whether torque has been switched on and not off again; a servo may have lost it."""
         return self._torque_on

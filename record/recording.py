@@ -1,7 +1,8 @@
 """A log as arrays: T ticks of N legs, for tables, plots and comparisons."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -86,8 +87,19 @@ def build_recording(
     config_text: str,
     metadata: Mapping[str, str],
     damage: str,
+    times_s: Sequence[float] | None = None,
 ) -> Recording:
-    """Stack ticks into arrays."""
+    """Stack ticks into arrays.
+
+    Args:
+        ticks: The ticks, at least one.
+        names: Leg names.
+        start_ns: The ticks' clock at the beginning of the log.
+        config_text: The robot file.
+        metadata: Metadata texts.
+        damage: Empty, or how the file is damaged.
+        times_s: Time of each tick since the beginning; without it, from their own clock.
+    """
     legs = len(names)
 
     def column(take: Callable[[Tick], FloatArray | float]) -> FloatArray:
@@ -113,7 +125,9 @@ def build_recording(
     )
     return Recording(
         names=names,
-        t_s=column(lambda tick: (tick.t_ns - start_ns) * 1e-9),
+        t_s=column(lambda tick: (tick.t_ns - start_ns) * 1e-9)
+        if times_s is None
+        else readonly(np.array(times_s, dtype=np.float64)),
         mode=counts(lambda tick: tick.mode.value),
         stop_reason=counts(lambda tick: tick.stop_reason.value),
         gait_phase=column(lambda tick: tick.gait_phase),
@@ -154,3 +168,29 @@ def build_recording(
         metadata=metadata,
         damage=damage,
     )
+
+
+def join_recordings(parts: Sequence[Recording], damage: str) -> Recording:
+    """Put blocks of one log together, in order.
+
+    Args:
+        parts: The blocks, at least one.
+        damage: How the whole is damaged, empty if it is not.
+    """
+    arrays: dict[str, Any] = {
+        field.name: readonly(np.concatenate([getattr(part, field.name) for part in parts]))
+        for field in fields(Recording)
+        if isinstance(getattr(parts[0], field.name), np.ndarray)
+    }
+    faults = tuple(fault for part in parts for fault in part.faults)
+    return replace(parts[-1], **arrays, faults=faults, damage=damage)
+
+
+def thin_recording(log: Recording, step: int) -> Recording:
+    """Return every ``step``-th tick of a log, for pictures; faults are kept as they are."""
+    arrays: dict[str, Any] = {
+        field.name: readonly(getattr(log, field.name)[::step])
+        for field in fields(Recording)
+        if isinstance(getattr(log, field.name), np.ndarray)
+    }
+    return replace(log, **arrays)

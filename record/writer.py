@@ -15,15 +15,18 @@ from mcap.writer import Writer as McapWriter
 
 from model.errors import RecordError
 from model.signals import Tick
+from model.wire import WireBytes
 from record import messages
 from record.definitions import DEFINITIONS
 from record.tick_message import encode_tick
+from record.wire_message import WIRE_DEFINITION, WIRE_TOPICS, WIRE_TYPE, encode_wire, wire_topic
 
 CHUNK_BYTES = 64 * 1024
 FLUSH_PERIOD_NS = 500_000_000
 DIAGNOSTICS_PERIOD_NS = 1_000_000_000
 LIBRARY = "bigant"
 TICK_TOPIC = "/bigant/tick"
+TICK_SCHEMA = "bigant_msgs/msg/Tick"
 CONFIG_NAME = "robot.toml"
 METADATA_NAME = "bigant"
 NAMES_KEY = "leg_names"
@@ -40,8 +43,8 @@ QOS = (
 )
 
 
-def open_log_file(path: Path) -> BinaryIO:
-    """Open a new log file.
+def open_log_file(path: Path, option: str = "--log") -> BinaryIO:
+    """Open a new log file; an error names the option that chose it.
 
     Raises:
         RecordError: It cannot be written.
@@ -50,8 +53,15 @@ def open_log_file(path: Path) -> BinaryIO:
         return path.open("wb")
     except OSError as error:
         raise RecordError(
-            f"the log {path} cannot be written: {error.strerror}; choose another --log"
+            f"the log {path} cannot be written: {error.strerror}; choose another {option}"
         ) from error
+
+
+def mcap_writer(file: BinaryIO) -> McapWriter:
+    """Return a writer of small chunks, with a checksum over the whole beside those of the chunks."""
+    return McapWriter(
+        file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD, enable_data_crcs=True
+    )
 
 
 class LogWriter:
@@ -84,12 +94,11 @@ class LogWriter:
         self._offset_ns = start_unix_ns - start_ns
         self._error: RecordError | None = None
         self._sequence = 0
+        self._wires = 0
         self._next_flush_ns = start_ns + FLUSH_PERIOD_NS
         self._next_diagnostics_ns = start_ns
         self._file = open_log_file(path)
-        self._writer = McapWriter(
-            self._file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD
-        )
+        self._writer = mcap_writer(self._file)
         details = {
             **metadata,
             NAMES_KEY: ",".join(names),
@@ -167,6 +176,27 @@ class LogWriter:
             self._next_flush_ns = tick.t_ns + FLUSH_PERIOD_NS
             self._flush()
 
+    def write_wires(self, heard: tuple[WireBytes, ...]) -> None:
+        """Write raw bytes of the devices, oldest first; their topics begin with the first of them."""
+        self._guard(lambda: self._write_wires(heard))
+
+    def _write_wires(self, heard: tuple[WireBytes, ...]) -> None:
+        if heard and WIRE_TOPICS[0] not in self._channels:
+            schema = self._writer.register_schema(
+                WIRE_TYPE, "ros2msg", WIRE_DEFINITION.encode("utf-8")
+            )
+            added = {
+                topic: self._writer.register_channel(
+                    topic, "cdr", schema, {"offered_qos_profiles": QOS}
+                )
+                for topic in WIRE_TOPICS
+            }
+            self._channels = MappingProxyType({**self._channels, **added})
+        for piece in heard:
+            channel, unix_ns = self._channels[wire_topic(piece.wire)], piece.t_ns + self._offset_ns
+            self._writer.add_message(channel, unix_ns, encode_wire(piece), unix_ns, self._wires)
+            self._wires += 1  # one count over all wires: their common order
+
     def _put(self, topic: str, unix_ns: int, data: bytes) -> None:
         self._writer.add_message(self._channels[topic], unix_ns, data, unix_ns, self._sequence)
 
@@ -200,7 +230,7 @@ def topics(names: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
         for name in names
     ]
     return (
-        (TICK_TOPIC, "bigant_msgs/msg/Tick"),
+        (TICK_TOPIC, TICK_SCHEMA),
         ("/joint_states", "sensor_msgs/msg/JointState"),
         ("/joint_commands", "sensor_msgs/msg/JointState"),
         *wrenches,

@@ -156,6 +156,11 @@ def _add_drive(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         help="calibration of the force sensors (default: the one that the robot file names, if any)",
     )
     drive.add_argument("--log", metavar="FILE", help="log file, or none (default: runs/...)")
+    drive.add_argument(
+        "--record-bytes",
+        action="store_true",
+        help="log the raw bytes of both devices as well, so that the drivers can be replayed",
+    )
     drive.add_argument("--readonly", action="store_true", help="sense and log, never move")
     drive.add_argument("--armed", action="store_true", help="allow torque on real hardware")
     drive.add_argument("--teleop", action="store_true", help="drive with the keyboard")

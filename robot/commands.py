@@ -29,6 +29,7 @@ class Command:
 
 GROUP_HELP = (
     ("model", "the model of slipping, without a robot"),
+    ("log", "look at, mend, cut, merge and export logs"),
     ("servo", "the servos one by one: scan, set up, back up, watch"),
     ("sim", "virtual hardware for other programs, and what can go wrong with it"),
     ("ft", "the force-torque sensors: find, watch, bias, calibrate"),
@@ -44,6 +45,13 @@ COMMANDS = (
     Command(
         ("model", "figures"), "robot.model_figures", "our version of the paper's figures and tables"
     ),
+    Command(("replay",), "robot.replay", "a recorded run again, as a test: step, drivers or robot"),
+    Command(("log", "info"), "robot.log_info", "duration, rate, topics, versions, damage"),
+    Command(("log", "repair"), "robot.log_repair", "a proper file of a cut or damaged log"),
+    Command(("log", "cut"), "robot.log_cut", "a piece of a log"),
+    Command(("log", "merge"), "robot.log_merge", "logs of one robot, one behind the other"),
+    Command(("log", "export"), "robot.log_export", "tables, trials and trajectories of a log"),
+    Command(("import",), "robot.import_command", "measured data as a log or a trial, checked"),
     Command(("servo", "scan"), "robot.servo_scan", "who answers at which baud rate"),
     Command(("servo", "setup"), "robot.servo_setup", "bring servos into the robot file's settings"),
     Command(("servo", "backup"), "robot.servo_backup", "everything the servos keep, into a file"),

@@ -4,17 +4,19 @@ import argparse
 import gc
 import sys
 import time
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from drivers.wire_tap import WireTap
 from gaits.limits import check_gait
 from model.errors import ConfigError, RecordError
 from model.signals import Intent, Tick
 from record.background import BackgroundWriter
+from record.versions import software_versions
 from record.writer import LogWriter
-from robot.calibration_file import CALIBRATION_KEY, calibration_text
 from robot.config import RobotConfig, load_robot
 from robot.controller import Controller
 from robot.exit_codes import ExitCode, exit_code_of
@@ -24,6 +26,7 @@ from robot.hardware import open_in_memory, open_real, open_virtual
 from robot.loop import Operator, RunResult, run
 from robot.operator import Interrupts, Script, ScriptedOperator
 from robot.rig import Rig
+from robot.run_record import controller_metadata, wire_metadata
 from robot.teleop import HELP, KeyboardOperator, Keys, Wish
 from robot.view import open_view
 from sim_hw.scenario import load_scenario
@@ -56,24 +59,43 @@ class Drive:
     options: argparse.Namespace
 
 
+# Makes the operator of a run once the robot is open; what it needs to give back goes on the stack.
+OperatorOf = Callable[[Drive, Controller, Interrupts, ExitStack], Operator]
+
+
 def drive(options: argparse.Namespace) -> ExitCode:
     """Run ``bigant drive``.
 
     Raises:
         BigantError: Something is wrong before the robot moves.
     """
-    plan = _plan(options)
+    return drive_plan(plan_of(options), _operator)
+
+
+def drive_plan(plan: Drive, operator_of: OperatorOf) -> ExitCode:
+    """Open the robot of a plan, run it, keep its log and say how it went.
+
+    Args:
+        plan: The run.
+        operator_of: Makes the operator once the robot is open.
+
+    Raises:
+        BigantError: Something is wrong before the robot moves.
+    """
+    options = plan.options
+    tap = WireTap() if options.record_bytes else None
     with ExitStack() as stack:
         interrupts = stack.enter_context(Interrupts())
-        rig = _open_rig(plan)
+        rig = _open_rig(plan, tap)
         stack.callback(rig.close)
         for warning in rig.report.warnings:
             print(f"warning: {warning}", file=sys.stderr)
         controller = Controller(
             plan.config, rig.calibrations, armed=plan.armed, rate_hz=options.rate_hz
         )
-        operator = _operator(plan, controller, interrupts, stack)
-        sink = _open_log(plan, rig)
+        operator = operator_of(plan, controller, interrupts, stack)
+        log = _open_log(plan, rig, controller)
+        sink = log if log is None or tap is None else TappedLog(log, tap)
         title = f"{plan.config.name}  {options.hardware}" + ("" if plan.armed else "  (readonly)")
         keys = HELP if options.teleop else "Ctrl-C: stop on all feet; twice: cut torque"
         view = open_view(plan.config.parameters.legs.names, title, keys)
@@ -88,7 +110,12 @@ def drive(options: argparse.Namespace) -> ExitCode:
     return _say(plan, result, log_error)
 
 
-def _plan(options: argparse.Namespace) -> Drive:
+def plan_of(options: argparse.Namespace) -> Drive:
+    """Turn the command line into a plan.
+
+    Raises:
+        BigantError: It makes no sense.
+    """
     config = load_robot(options.robot, options.calibration)
     controller = Controller(config, (), armed=False)
     gait = controller.book.gaits[options.gait]
@@ -105,6 +132,8 @@ def _plan(options: argparse.Namespace) -> Drive:
         )
     if options.readonly and options.armed:
         raise ConfigError("--armed", "and --readonly exclude each other; choose one")
+    if options.record_bytes and options.log == NO_LOG:
+        raise ConfigError("--record-bytes", "needs a log; leave out --log none")
     armed = not options.readonly and (virtual or options.armed)
     return Drive(config, options.gait, frequency_hz, armed, _log_path(options), options)
 
@@ -118,18 +147,23 @@ def _log_path(options: argparse.Namespace) -> Path | None:
     return Path("runs") / f"{options.gait}-{stamp}.mcap"
 
 
-def _open_rig(plan: Drive) -> Rig:
+def _open_rig(plan: Drive, tap: WireTap | None) -> Rig:
     options, config = plan.options, plan.config
     with_forces = options.force_unit != NO_LOG
     if options.hardware != VIRTUAL:
         unit = unit_settings(options.force_unit, config.force_sensor) if with_forces else None
-        return open_real(config, options.hardware, unit, armed=plan.armed)
+        return open_real(config, options.hardware, unit, armed=plan.armed, tap=tap)
     scenario = None
     if options.scenario is not None:
         scenario = load_scenario(options.scenario, [int(i) for i in config.servo_bus.ids])
     opener = open_in_memory if options.virtual_time else open_virtual
     return opener(
-        config, seed=options.seed, armed=plan.armed, with_forces=with_forces, scenario=scenario
+        config,
+        seed=options.seed,
+        armed=plan.armed,
+        with_forces=with_forces,
+        scenario=scenario,
+        tap=tap,
     )
 
 
@@ -155,7 +189,7 @@ def _operator(
     return ScriptedOperator(script, interrupts)
 
 
-def _open_log(plan: Drive, rig: Rig) -> LogWriter | BackgroundWriter | None:
+def _open_log(plan: Drive, rig: Rig, controller: Controller) -> LogWriter | BackgroundWriter | None:
     if plan.log_path is None:
         return None
     options = plan.options
@@ -178,11 +212,12 @@ def _open_log(plan: Drive, rig: Rig) -> LogWriter | BackgroundWriter | None:
             "frequency_hz": f"{plan.frequency_hz:g}",
             "steer": f"{options.steer:g}",
             "seed": str(options.seed) if options.hardware == VIRTUAL else "",
-            "armed": str(plan.armed).lower(),
-            "software": _software(),
+            **controller_metadata(controller, rig.calibrations),
+            **wire_metadata(rig, recorded=options.record_bytes),
             **({"scenario": options.scenario.name} if options.scenario is not None else {}),
             UNITS_KEY: units_text(plan.config.parameters.legs.names, rig.calibrations),
-            CALIBRATION_KEY: calibration_text(plan.config.force_sensor.calibration),
+            "software": software(),
+            **software_versions(),
         },
         start_ns=rig.clock.now_ns(),
         start_unix_ns=start_unix_ns,
@@ -190,14 +225,43 @@ def _open_log(plan: Drive, rig: Rig) -> LogWriter | BackgroundWriter | None:
     return writer if options.virtual_time else BackgroundWriter(writer)
 
 
-def _software() -> str:
+def software() -> str:
+    """Return name and version of this program."""
     try:
         return f"bigant {version('bigant')}"
     except PackageNotFoundError:
         return "bigant (not installed)"
 
 
-def _close_log(sink: LogWriter | BackgroundWriter | None) -> str:
+class TappedLog:
+    """A log that takes what the tap heard along with every tick.
+
+    Args:
+        log: The log.
+        tap: The tap.
+    """
+
+    def __init__(self, log: LogWriter | BackgroundWriter, tap: WireTap) -> None:
+        self._log = log
+        self._tap = tap
+
+    @property
+    def error(self) -> RecordError | None:
+        """Why the log can no longer be written, None while it can."""
+        return self._log.error
+
+    def write(self, tick: Tick) -> None:
+        """Write what was heard up to here, then the tick."""
+        self._log.write_wires(self._tap.take())
+        self._log.write(tick)
+
+    def close(self) -> None:
+        """Write what was heard since the last tick (torque going off) and finish."""
+        self._log.write_wires(self._tap.take())
+        self._log.close()
+
+
+def _close_log(sink: LogWriter | BackgroundWriter | TappedLog | None) -> str:
     if sink is None:
         return ""
     try:
@@ -233,9 +297,10 @@ def _print_pose(tick: Tick) -> None:
 
 
 def _print_summary(path: Path) -> None:
-    from record.reader import read_log
-    from robot.summary import summarise, summary_lines
+    from robot.long_log import read_summary
+    from robot.summary import summary_lines
 
-    for line in summary_lines(summarise(read_log(path))):
+    summary, _ = read_summary(path)
+    for line in summary_lines(summary):
         print(line)
     print(f"log: {path}   (bigant show {path})")

@@ -142,7 +142,7 @@ def _draw(result: "InSituResult", path: Path) -> None:
 
 
 def _as_json(result: "InSituResult", out: Path | None) -> dict[str, object]:
-    from robot.show import plain
+    from robot.plain_json import plain
 
     legs = result.calibration.legs
     parts = {"before": result.before, "stage_one": result.stage_one, "after": result.after}

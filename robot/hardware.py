@@ -14,6 +14,7 @@ from drivers.clock import Clock, MonotonicClock
 from drivers.servo_bus import ServoBus
 from drivers.servo_port import BusPort, ClockedPort
 from drivers.settings import ForceSensorSettings
+from drivers.wire_tap import TappedDatagrams, TappedText, WireTap
 from model.signals import BodyTruth
 from robot.config import RobotConfig
 from robot.rig import Rig, TruthSource
@@ -47,6 +48,7 @@ def open_in_memory(
     armed: bool,
     with_forces: bool,
     scenario: Scenario | None = None,
+    tap: WireTap | None = None,
 ) -> Rig:
     """Open a virtual robot in memory under a virtual clock: no waiting, same bytes every time.
 
@@ -56,31 +58,32 @@ def open_in_memory(
         armed: Whether torque may be switched on.
         with_forces: Whether to use the force-torque unit.
         scenario: What goes wrong, None for sound devices.
+        tap: Listens in on all wires, from the first byte on.
     """
     clock = VirtualClock(start_ns=1_000_000_000)
     robot = build_virtual_robot(
         config.parameters, config.servo_bus, config.force_sensor, seed, scenario=scenario
     )
     timer_s = scenario.adapter.latency_timer_s if scenario is not None else 0.0
-    return _assemble(
+
+    def links() -> tuple[DatagramLink, TextLink]:
+        datagrams = MemoryDatagramLink(robot.wnet_wire, clock)
+        console = MemoryTextLink(robot.wnet_wire, clock)
+        if tap is None:
+            return datagrams, console
+        return TappedDatagrams(datagrams, tap, clock), TappedText(console, tap, clock)
+
+    return assemble(
         config,
         clock=clock,
         port=MemoryPort(robot.servo_wire, clock, config.servo_bus.baud_rate, timer_s),
         reopen=None,  # nothing to wait for beside a virtual clock
-        links=(
-            (
-                lambda: (
-                    MemoryDatagramLink(robot.wnet_wire, clock),
-                    MemoryTextLink(robot.wnet_wire, clock),
-                )
-            )
-            if with_forces
-            else None
-        ),
+        links=links if with_forces else None,
         settings=config.force_sensor,
         truth=_WorldTruth(robot, clock),
         armed=armed,
         closers=(),
+        tap=tap,
     )
 
 
@@ -107,16 +110,20 @@ def start_virtual(
     return devices, settings
 
 
-def open_force_links(unit: ForceSensorSettings, clock: Clock) -> tuple[DatagramLink, TextLink]:
+def open_force_links(
+    unit: ForceSensorSettings, clock: Clock, tap: WireTap | None = None
+) -> tuple[DatagramLink, TextLink]:
     """Open both ways to a force-torque unit; its console is freed first.
 
     Raises:
         ForceStreamError: Nobody answers.
     """
-    datagrams = UdpLink(unit.address, unit.udp_port, unit.local_port, clock)
+    udp = UdpLink(unit.address, unit.udp_port, unit.local_port, clock)
+    datagrams = udp if tap is None else TappedDatagrams(udp, tap, clock)
     free_console(datagrams, clock)
     try:
-        return datagrams, TcpTextLink(unit.address, unit.console_port)
+        console = TcpTextLink(unit.address, unit.console_port)
+        return datagrams, console if tap is None else TappedText(console, tap, clock)
     except BaseException:
         datagrams.close()
         raise
@@ -129,6 +136,7 @@ def open_virtual(
     armed: bool,
     with_forces: bool,
     scenario: Scenario | None = None,
+    tap: WireTap | None = None,
 ) -> Rig:
     """Open a virtual robot in a process of its own: pseudo-terminal, sockets, real time.
 
@@ -143,6 +151,7 @@ def open_virtual(
             truth=devices.truth,
             armed=armed,
             closers=(devices.close,),
+            tap=tap,
         )
     except BaseException:
         devices.close()
@@ -150,7 +159,12 @@ def open_virtual(
 
 
 def open_real(
-    config: RobotConfig, port_name: str, force_sensor: ForceSensorSettings | None, *, armed: bool
+    config: RobotConfig,
+    port_name: str,
+    force_sensor: ForceSensorSettings | None,
+    *,
+    armed: bool,
+    tap: WireTap | None = None,
 ) -> Rig:
     """Open real ports. Nothing moves unless ``armed``.
 
@@ -159,8 +173,11 @@ def open_real(
         port_name: Serial port of the servo bus.
         force_sensor: Force-torque unit, or None to run without.
         armed: Whether torque may be switched on.
+        tap: Listens in on all wires, from the first byte on.
     """
-    return _open_ports(config, port_name, force_sensor, truth=None, armed=armed, closers=())
+    return _open_ports(
+        config, port_name, force_sensor, truth=None, armed=armed, closers=(), tap=tap
+    )
 
 
 def _open_ports(
@@ -171,6 +188,7 @@ def _open_ports(
     truth: TruthSource | None,
     armed: bool,
     closers: tuple[Callable[[], None], ...],
+    tap: WireTap | None,
 ) -> Rig:
     clock = MonotonicClock()
     links = reopen = None
@@ -178,12 +196,12 @@ def _open_ports(
         unit = force_sensor
 
         def links() -> tuple[DatagramLink, TextLink]:
-            return open_force_links(unit, clock)
+            return open_force_links(unit, clock, tap)
 
         def reopen() -> TextLink:
             return TcpTextLink(unit.address, unit.console_port)
 
-    return _assemble(
+    return assemble(
         config,
         clock=clock,
         port=BusPort(port_name, config.servo_bus.baud_rate, clock),
@@ -193,10 +211,11 @@ def _open_ports(
         truth=truth,
         armed=armed,
         closers=closers,
+        tap=tap,
     )
 
 
-def _assemble(
+def assemble(
     config: RobotConfig,
     *,
     clock: Clock,
@@ -207,7 +226,24 @@ def _assemble(
     truth: TruthSource | None,
     armed: bool,
     closers: tuple[Callable[[], None], ...],
+    tap: WireTap | None = None,
 ) -> Rig:
+    """Connect the drivers of one robot to its wires.
+
+    Args:
+        config: Robot file.
+        clock: Clock of everything.
+        port: Port of the servo bus, not yet open.
+        links: Opens the ways to the force-torque unit; None runs without one.
+        reopen: Opens its console again beside the loop, untapped; None never does.
+        settings: Force-torque unit.
+        truth: Source of ground truth, or None.
+        armed: Whether torque may be switched on.
+        closers: Called last when the rig closes.
+        tap: Listens to the servo port; whoever opens ``links`` taps those.
+    """
+    if tap is not None:
+        tap.listen(port)
     bus = ServoBus(port, config.servo_bus, clock)
     stream: ForceStream | None = None
     try:

@@ -14,7 +14,8 @@ from matplotlib.figure import Figure
 
 from model.signals import FloatArray, Mode
 from record.recording import Recording
-from robot.summary import planar_pose, truth_yaw
+from robot.run_totals import truth_yaw
+from robot.summary import planar_pose
 
 TRUE, PREDICTED, DIFFERENCE = "#0072B2", "#D55E00", "#555555"
 STYLE: Any = {  # matplotlib types its settings by name

@@ -11,7 +11,7 @@ from model.linkage import Linkage
 from model.signals import BoolArray, FloatArray, FootMotion, Mode
 from record.recording import Recording
 from robot.config import parse_robot
-from robot.summary import truth_yaw
+from robot.run_totals import truth_yaw
 
 # The paper's filter for foot velocities: second order, 25 samples at 100 Hz (sec:setup).
 WINDOW, ORDER = 25, 2

@@ -2,14 +2,14 @@
 
 import argparse
 import json
-import math
 from dataclasses import asdict
 from pathlib import Path
 
 from model.errors import ConfigError, RecordError
-from record.reader import read_log
 from robot.exit_codes import ExitCode
-from robot.summary import summarise, summary_rows, table_lines
+from robot.long_log import read_summary
+from robot.plain_json import plain
+from robot.summary import summary_rows, table_lines
 
 
 def show(options: argparse.Namespace) -> ExitCode:
@@ -22,8 +22,7 @@ def show(options: argparse.Namespace) -> ExitCode:
     out: Path = options.out if options.out is not None else options.path.with_suffix(".html")
     if out.suffix not in {".html", ".png"}:
         raise ConfigError("--out", f"must end in .html or .png, not {out.suffix or out.name!r}")
-    log = read_log(options.path)
-    summary = summarise(log)
+    summary, log = read_summary(options.path)
     if options.json:
         print(json.dumps(plain(asdict(summary)), indent=2))
         return ExitCode.OK
@@ -48,14 +47,3 @@ def show(options: argparse.Namespace) -> ExitCode:
         ) from error
     print("pictures: " + ", ".join(str(path) for path in written))
     return ExitCode.OK
-
-
-def plain(value: object) -> object:
-    """Return a value for JSON, which has no NaN: what is not known is null."""
-    if isinstance(value, dict):
-        return {key: plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

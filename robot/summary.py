@@ -1,12 +1,12 @@
 """What a log says in a few lines: distance, speed, slip, forces, faults, loop."""
 
-from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
 
-from model.signals import FloatArray, Mode, StopReason
+from model.signals import FloatArray, StopReason
 from record.recording import Recording
+from robot.run_totals import RunTotals, truth_yaw
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,41 +71,47 @@ PERCENTILES = (5, 25, 50, 75, 95)
 
 def summarise(log: Recording) -> Summary:
     """Compute the figures of a log."""
-    walking = log.mode == Mode.WALK.value
-    walking_s = float(np.sum(walking[1:] * np.diff(log.t_s)))
-    pose = planar_pose(log)
-    where = walking & np.isfinite(pose).all(axis=1)
-    way, forward, turn = _way(pose[where])
-    error = log.predicted_velocity_B - log.truth_velocity_B
-    force_error = log.predicted_force_n - log.force_n
-    late_ms = log.lateness_s * 1e3
+    totals = RunTotals()
+    totals.add(log)
+    return summarise_totals(totals, log)
+
+
+def summarise_totals(totals: RunTotals, last: Recording) -> Summary:
+    """Compute the figures of a log that was read in blocks.
+
+    Args:
+        totals: What all blocks gave.
+        last: The last block; it knows metadata and damage.
+    """
+    t_s, walking, pose = totals.column("t_s"), totals.walking, totals.pose()
+    walking_s = float(np.sum(walking[1:] * np.diff(t_s)))
+    way, forward, turn = _way(pose[walking & np.isfinite(pose).all(axis=1)])
+    late_ms = totals.column("lateness_s") * 1e3
     return Summary(
-        gait=log.metadata.get("gait", "?"),
-        hardware=log.metadata.get("hardware", "?"),
-        duration_s=float(log.t_s[-1] - log.t_s[0]),
+        gait=last.metadata.get("gait", "?"),
+        hardware=last.metadata.get("hardware", "?"),
+        duration_s=float(t_s[-1] - t_s[0]),
         walking_s=walking_s,
-        cycles=_span(log.gait_phase[walking]),
-        truth=log.has_truth,
+        cycles=_span(totals.column("gait_phase")[walking]),
+        truth=totals.truth,
         distance_m=way,
         forward_m=forward,
         mean_speed_m_s=forward / walking_s if walking_s > 0 else np.nan,
         yaw_rad=turn,
-        slip_percentiles_m_s=_percentiles(forward_slip(log)[walking]),
-        velocity_rmse=_rms(error[walking]),
-        velocity_rms=_rms(log.truth_velocity_B[walking]),
-        force_rmse_n=_rms(force_error[walking].reshape(-1, 3)),
-        drift_m=_drift(log),
-        faults=tuple(Counter(fault.kind.name for _, fault in log.faults).most_common()),
+        slip_percentiles_m_s=_percentiles(totals.slip_m_s()),
+        velocity_rmse=totals.velocity_error.root(),
+        velocity_rms=totals.velocity.root(),
+        force_rmse_n=totals.force_error.root(),
+        drift_m=_drift(totals.true_pose(), totals.column("estimate")),
+        faults=tuple(totals.faults.most_common()),
         late_p50_ms=float(np.percentile(late_ms, 50)),
         late_p99_ms=float(np.percentile(late_ms, 99)),
         late_max_ms=float(late_ms.max()),
-        missed=int(log.missed.sum()),
-        ticks=len(log.t_s),
-        hottest_c=float(np.nanmax(log.temperature_c))
-        if np.isfinite(log.temperature_c).any()
-        else np.nan,
-        stop_reason=StopReason(int(log.stop_reason[-1])).name.lower().replace("_", " "),
-        damage=log.damage,
+        missed=totals.missed,
+        ticks=len(t_s),
+        hottest_c=totals.hottest_c,
+        stop_reason=StopReason(int(last.stop_reason[-1])).name.lower().replace("_", " "),
+        damage=last.damage,
     )
 
 
@@ -114,26 +120,6 @@ def planar_pose(log: Recording) -> FloatArray:
     if not log.has_truth:
         return log.estimate_pose
     return np.column_stack([log.truth_position_W[:, :2], truth_yaw(log)])
-
-
-def truth_yaw(log: Recording) -> FloatArray:
-    """Return the true yaw, unwrapped, (T,) [rad]."""
-    x, y, z, w = log.truth_quaternion_xyzw.T
-    yaw: FloatArray = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-    known = np.isfinite(yaw)
-    yaw[known] = np.unwrap(yaw[known])
-    return yaw
-
-
-def forward_slip(log: Recording) -> FloatArray:
-    """Return the velocity of loaded feet over the ground along the body's x, (T, N) [m/s]."""
-    if not log.has_truth:
-        return log.predicted_slip_B[:, :, 0]
-    yaw = truth_yaw(log)[:, None]
-    velocity = log.truth_foot_velocity_W
-    along = np.cos(yaw) * velocity[:, :, 0] + np.sin(yaw) * velocity[:, :, 1]
-    slip: FloatArray = np.where(log.truth_contact, along, np.nan)
-    return slip
 
 
 def _way(pose: FloatArray) -> tuple[float, float, float]:
@@ -156,23 +142,16 @@ def _percentiles(values: FloatArray) -> tuple[float, ...]:
     return tuple(float(p) for p in np.percentile(known, PERCENTILES))
 
 
-def _rms(values: FloatArray) -> tuple[float, ...]:
-    known = np.isfinite(values).all(axis=1)
-    if not known.any():
-        return tuple(float("nan") for _ in range(values.shape[1]))
-    return tuple(float(v) for v in np.sqrt(np.mean(values[known] ** 2, axis=0)))
-
-
-def _drift(log: Recording) -> float:
-    known = np.flatnonzero(np.isfinite(log.truth_position_W[:, 0]))
+def _drift(true: FloatArray, estimate: FloatArray) -> float:
+    known = np.flatnonzero(np.isfinite(true[:, 0]))
     if len(known) == 0:
         return np.nan
     first, last = known[0], known[-1]
-    yaw = truth_yaw(log)[first] - log.estimate_pose[first, 2]
+    yaw = true[first, 2] - estimate[first, 2]
     c, s = np.cos(yaw), np.sin(yaw)
-    moved = log.estimate_pose[last, :2] - log.estimate_pose[first, :2]
-    there = log.truth_position_W[first, :2] + np.array([[c, -s], [s, c]]) @ moved
-    return float(np.hypot(*(log.truth_position_W[last, :2] - there)))
+    moved = estimate[last, :2] - estimate[first, :2]
+    there = true[first, :2] + np.array([[c, -s], [s, c]]) @ moved
+    return float(np.hypot(*(true[last, :2] - there)))
 
 
 def summary_lines(summary: Summary) -> list[str]:

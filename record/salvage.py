@@ -1,0 +1,336 @@
+"""The records of an MCAP file, in file order, past whatever is damaged.
+
+A record is an opcode, a length and that many bytes, so a chunk whose content is broken can be stepped over:
+it alone is lost. Where the framing itself is broken the index at the end of the file, if it is there, tells
+where the next chunk begins; a file without one (cut, killed) is read up to that place. Our own because the
+library's reader stops at the first broken byte, and because decoding all twenty topics to look at one costs
+six times as much.
+"""
+
+import struct
+import zlib
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import dataclass, field, replace
+from io import BytesIO
+from pathlib import Path
+from typing import BinaryIO
+
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.reader import SeekingReader
+from mcap.records import Attachment, Channel, Chunk, DataEnd, Message, Metadata, Schema
+from mcap.stream_reader import get_chunk_data_stream
+from zstandard import ZstdError
+
+from model.errors import RecordError
+
+# What reading a damaged byte raises, by way of mcap, zstd, lz4 and our own decoder.
+DAMAGE = (
+    McapError, ValueError, EOFError, OSError, MemoryError, KeyError, OverflowError, RuntimeError,
+    struct.error, ZstdError,
+)  # fmt: skip
+MAGIC = b"\x89MCAP0\r\n"
+LARGEST_CHUNK = 1 << 30  # uncompressed; a larger one is a broken length
+DATA_END_BYTES = 4
+_FRAME = struct.Struct("<BQ")
+_MESSAGE = struct.Struct("<HIQQ")
+
+Content = Schema | Channel | Message | Metadata | Attachment
+
+
+@dataclass(frozen=True, slots=True)
+class Damage:
+    """A part of a file that could not be read.
+
+    Attributes:
+        offset: Where it begins [bytes].
+        size: Its length [bytes]; 0 when it goes on to the end of the file.
+        from_ns: UNIX time of the last message before it (of the damaged chunk's own beginning, where its
+            header is believable); -1 when there is none.
+        to_ns: UNIX time of the first message after it (of the chunk's own end); -1 when nothing follows.
+        reason: What is wrong, in words.
+        content: Whether messages are lost; False if only an index or a checksum is wrong.
+    """
+
+    offset: int
+    size: int
+    from_ns: int
+    to_ns: int
+    reason: str
+    content: bool = True
+
+    def words(self, start_unix_ns: int) -> str:
+        """Return reason, place and span of time in seconds since the log's beginning."""
+        size = f", {self.size} bytes" if self.size else ""
+        where = f"{self.reason} (at byte {self.offset}{size}"
+        if not self.content:
+            return f"{where}; no message is lost)"
+        if self.from_ns < 0:
+            return f"{where})"
+        first_s, last_s = ((ns - start_unix_ns) * 1e-9 for ns in (self.from_ns, self.to_ns))
+        end = f"to {last_s:.2f} s" if self.to_ns >= 0 else "on"
+        return f"{where}; from {first_s:.2f} s {end})"
+
+
+@dataclass(slots=True)
+class Pass:
+    """How far a pass over a file has come; filled while it is read.
+
+    Attributes:
+        size: Size of the file [bytes].
+        position: Bytes read so far.
+        finished: Whether the file has its proper end.
+        damages: What could not be read, in file order.
+        tell: Called now and then while it goes on.
+    """
+
+    size: int = 0
+    position: int = 0
+    finished: bool = False
+    damages: list[Damage] = field(default_factory=list)
+    tell: Callable[[], None] = lambda: None
+
+
+def read_records(
+    path: Path, progress: Pass, topics: Collection[str] | None = None
+) -> Iterator[Content]:
+    """Yield schemas, channels, messages, metadata and attachments, stepping over damage.
+
+    Args:
+        path: The file.
+        progress: Filled on the way.
+        topics: Only messages of these topics; None for all.
+
+    Raises:
+        RecordError: The file cannot be opened.
+    """
+    try:
+        stream = path.open("rb")
+    except OSError as error:
+        raise RecordError(f"the log {path} cannot be read: {error.strerror}") from error
+    with stream:
+        try:
+            yield from _Salvage(stream, progress, topics).records()
+        except IsADirectoryError as error:
+            raise RecordError(f"the log {path} cannot be read: {error.strerror}") from error
+
+
+class _Salvage:
+    """One pass over one file."""
+
+    def __init__(self, stream: BinaryIO, progress: Pass, topics: Collection[str] | None) -> None:
+        self._stream = stream
+        self._progress = progress
+        self._topics = topics
+        self._wanted: dict[int, bool] = {}  # channel id to whether its messages are asked for
+        self._schemas: set[int] = set()
+        self._chunks: list[int] = []  # where chunks begin, as far as the index knows
+        self._last_ns = -1
+        self._crc = 0
+        self._open_ended = False  # the last damage still waits for the message behind it
+        progress.size = stream.seek(0, 2)
+
+    def records(self) -> Iterator[Content]:
+        yield from self._summary()
+        self._stream.seek(0)
+        if self._stream.read(len(MAGIC)) != MAGIC:
+            self._lost(0, 0, "it does not begin like an MCAP file")
+            return
+        self._crc = zlib.crc32(MAGIC)
+        while not self._progress.finished:
+            offset = self._stream.tell()
+            self._progress.position = offset
+            self._progress.tell()
+            head = self._stream.read(_FRAME.size)
+            if len(head) < _FRAME.size:
+                self._lost(offset, 0, "the file ends early")
+                return
+            opcode, length = _FRAME.unpack(head)
+            known = opcode in _OPCODES and (opcode != Opcode.DATA_END or length == DATA_END_BYTES)
+            if not known or length > self._progress.size - offset - _FRAME.size:
+                cut = known and offset > self._last_chunk()
+                reason = "the file ends early" if cut else "the framing of records is broken"
+                if not self._resynchronise(offset, reason):
+                    return
+                continue
+            data = self._stream.read(length)
+            if opcode != Opcode.DATA_END:
+                self._crc = zlib.crc32(data, zlib.crc32(head, self._crc))
+            yield from self._record(opcode, data, offset)
+        self._progress.position = self._progress.size
+
+    def _last_chunk(self) -> int:
+        return self._chunks[-1] if self._chunks else -1
+
+    def _summary(self) -> Iterator[Content]:
+        """Read the index at the end, if there is a sound one: it knows channels and chunks."""
+        self._stream.seek(0)
+        try:
+            summary = SeekingReader(self._stream).get_summary()
+        except DAMAGE:
+            return
+        if summary is None:
+            return
+        self._chunks = sorted(index.chunk_start_offset for index in summary.chunk_indexes)
+        for schema in summary.schemas.values():
+            yield from self._once(schema)
+        for channel in summary.channels.values():
+            yield from self._once(channel)
+
+    def _once(self, record: Schema | Channel) -> Iterator[Content]:
+        if isinstance(record, Schema):
+            new = record.id not in self._schemas
+            self._schemas.add(record.id)
+        else:
+            new = record.id not in self._wanted
+            self._wanted[record.id] = self._topics is None or record.topic in self._topics
+        if new:
+            yield record
+
+    def _resynchronise(self, offset: int, reason: str) -> bool:
+        """Go to the next chunk that the index knows; return whether there is one."""
+        following = [chunk for chunk in self._chunks if chunk > offset]
+        self._lost(offset, following[0] - offset if following else 0, reason)
+        if following:
+            self._stream.seek(following[0])
+        return bool(following)
+
+    def _lost(
+        self, offset: int, size: int, reason: str, span: tuple[int, int] | None = None
+    ) -> None:
+        from_ns, to_ns = span if span is not None else (self._last_ns, -1)
+        self._progress.damages.append(Damage(offset, size, from_ns, to_ns, reason))
+        self._open_ended = to_ns < 0 <= from_ns
+
+    def _record(self, opcode: int, data: bytes, offset: int) -> Iterator[Content]:
+        if opcode == Opcode.CHUNK:
+            yield from self._chunk(data, offset)
+        elif opcode in _SINGLE:
+            try:
+                record = _SINGLE[opcode](data)
+            except DAMAGE as error:
+                name = Opcode(opcode).name.lower()
+                self._lost(offset, len(data) + _FRAME.size, f"a broken {name}: {_words(error)}")
+                return
+            if isinstance(record, Schema | Channel):
+                yield from self._once(record)
+            else:
+                yield record
+        elif opcode == Opcode.MESSAGE:  # a file without chunks
+            yield from self._message(data)
+        elif opcode == Opcode.DATA_END:
+            self._end(data, offset)
+
+    def _end(self, data: bytes, offset: int) -> None:
+        """The end of the data: everything behind it is index. Its checksum covers what chunks do not."""
+        self._progress.finished = True
+        try:
+            expected = DataEnd.read(_stream_of(data)).data_section_crc
+        except DAMAGE:
+            expected = 0
+        if expected not in {0, self._crc} and not self._progress.damages:
+            reason = "the checksum of the whole does not fit, those of all chunks do"
+            self._progress.damages.append(Damage(offset, 0, -1, -1, reason, content=False))
+
+    def _chunk(self, data: bytes, offset: int) -> Iterator[Content]:
+        span = (self._last_ns, -1)
+        try:
+            chunk = Chunk.read(_stream_of(data))
+            span = _believable(chunk, self._last_ns)
+            if chunk.uncompressed_size > LARGEST_CHUNK:
+                raise ValueError(f"it claims {chunk.uncompressed_size} bytes")
+            records = _split(get_chunk_data_stream(chunk, validate_crc=True)[0])
+        except DAMAGE as error:
+            self._lost(offset, len(data) + _FRAME.size, f"a broken chunk: {_words(error)}", span)
+            return
+        for opcode, content in records:
+            if opcode == Opcode.MESSAGE:
+                yield from self._message(content)
+            elif opcode in {Opcode.SCHEMA, Opcode.CHANNEL}:
+                record = _SINGLE[opcode](content)
+                if isinstance(record, Schema | Channel):
+                    yield from self._once(record)
+
+    def _message(self, content: bytes) -> Iterator[Content]:
+        channel, sequence, log_ns, publish_ns = _MESSAGE.unpack_from(content)
+        self._last_ns = log_ns
+        if self._open_ended:
+            damages = self._progress.damages
+            damages[-1] = replace(damages[-1], to_ns=log_ns)
+            self._open_ended = False
+        if channel not in self._wanted:
+            self._no_channel(log_ns)
+        elif self._wanted[channel]:
+            yield Message(
+                channel_id=channel,
+                log_time=log_ns,
+                publish_time=publish_ns,
+                sequence=sequence,
+                data=content[_MESSAGE.size :],
+            )
+
+    def _no_channel(self, log_ns: int) -> None:
+        """Its channel was in a broken chunk, and there is no index to know it from."""
+        reason = "messages whose channel was lost in a broken chunk"
+        damages = self._progress.damages
+        if damages and damages[-1].reason == reason:
+            damages[-1] = replace(damages[-1], to_ns=log_ns)
+        else:
+            self._lost(self._progress.position, 0, reason, (log_ns, log_ns))
+
+
+def _stream_of(data: bytes) -> ReadDataStream:
+    return ReadDataStream(BytesIO(data))
+
+
+def _attachment(data: bytes) -> Attachment:
+    (expected,) = struct.unpack("<I", data[-4:])
+    if expected not in {0, zlib.crc32(data[:-4])}:
+        raise ValueError("its checksum does not fit")
+    attachment: Attachment = Attachment.read(_stream_of(data))
+    return attachment
+
+
+_OPCODES = frozenset(int(opcode) for opcode in Opcode)
+_SINGLE: dict[int, Callable[[bytes], Content]] = {
+    Opcode.SCHEMA: lambda data: Schema.read(_stream_of(data)),
+    Opcode.CHANNEL: lambda data: Channel.read(_stream_of(data)),
+    Opcode.METADATA: lambda data: Metadata.read(_stream_of(data)),
+    Opcode.ATTACHMENT: _attachment,
+}
+
+
+def _split(stream: ReadDataStream) -> list[tuple[int, bytes]]:
+    """Return opcode and content of each record in a chunk."""
+    data = stream.read(1 << 62)
+    view, at, records = memoryview(data), 0, []
+    while at < len(data):
+        opcode, length = _FRAME.unpack_from(data, at)
+        at += _FRAME.size
+        if length > len(data) - at:
+            raise ValueError("a record in it is longer than the chunk")
+        records.append((opcode, bytes(view[at : at + length])))
+        at += length
+    return records
+
+
+def _believable(chunk: Chunk, last_ns: int) -> tuple[int, int]:
+    """Return a chunk's own time span, unless its header contradicts itself or the messages before."""
+    begin, end = chunk.message_start_time, chunk.message_end_time
+    longest_ns = 3600 * 10**9
+    if begin <= end <= begin + longest_ns and (
+        last_ns < 0 or last_ns <= begin <= last_ns + longest_ns
+    ):
+        return begin, end
+    return last_ns, -1
+
+
+def _words(error: Exception) -> str:
+    return f"{error}" or type(error).__name__
+
+
+def damage_words(damages: Collection[Damage], start_unix_ns: int) -> str:
+    """Return one sentence about all damage, times in seconds since the log's beginning; "" for none."""
+    words = "; ".join(damage.words(start_unix_ns) for damage in damages)
+    return f"cut or damaged: {words}" if words else ""

@@ -1,0 +1,36 @@
+"""Reading a log of any length for its summary and pictures, in bounded memory."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from record.reader import LogContents, read_blocks
+from record.recording import Recording, join_recordings, thin_recording
+from robot.progress import ProgressLine
+from robot.run_totals import RunTotals
+from robot.summary import Summary, summarise_totals
+
+# Five minutes at 100 Hz are kept whole; of a longer log every second, fourth, ... tick is drawn.
+DRAWN_TICKS = 30_000
+
+
+def read_summary(path: Path) -> tuple[Summary, Recording]:
+    """Return the figures of all of a log, and as much of it as pictures need.
+
+    Raises:
+        RecordError: The log cannot be read.
+    """
+    contents = LogContents()
+    totals = RunTotals()
+    kept: list[Recording] = []
+    step, count = 1, 0
+    with ProgressLine(f"reading {path}", contents.progress):
+        for block in read_blocks(path, contents):
+            totals.add(block)
+            kept.append(thin_recording(block, step))
+            count += len(kept[-1].t_s)
+            if count > DRAWN_TICKS:
+                step *= 2
+                kept = [thin_recording(join_recordings(kept, ""), 2)]
+                count = len(kept[0].t_s)
+    log = join_recordings(kept, contents.damage)
+    return summarise_totals(totals, replace(block, damage=contents.damage)), log
