@@ -97,8 +97,8 @@ class Recovery:
         incident: What it was about; the cause is kept here, the servo has forgotten it.
         recovered: True if torque is on again at the measured position.
         reason: Why not, in words; empty if recovered.
-        zero_shift_ticks: Turns lost since torque was first switched on, in ticks: what the bus now takes off
-            the leg's positions. 0 if not recovered.
+        zero_shift_ticks: Turns lost since torque first went on, in ticks: what the bus now takes off the
+            leg's positions. 0 if not recovered.
         goal_ticks: Where it holds now [ticks]; 0 if not recovered.
         torque_off: If not recovered: whether the servo confirmed that its torque is off.
     """

@@ -123,7 +123,8 @@ def watch_body(
         faults.append(Fault(FaultKind.TILTED, "body", detail))
     faults += _slipped(seen, standing_at_m, limits)
     if unloaded_s >= limits.unloaded_time:
-        detail = f"all feet together carry {load_n:.1f} N of {seen.weight_n:.1f} N: lifted, hanging or fallen"
+        share = f"{load_n:.1f} N of {seen.weight_n:.1f} N"
+        detail = f"all feet together carry {share}: lifted, hanging or fallen"
         faults.append(Fault(FaultKind.UNLOADED, "body", detail))
     after = replace(
         memory,

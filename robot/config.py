@@ -86,8 +86,8 @@ class RobotConfig:
     calibration_file: str
     limits: SafetyLimits
     loop: LoopSettings
-    body_limits: BodyLimits = BodyLimits()
-    recovery: RecoverySettings = RecoverySettings()
+    body_limits: BodyLimits
+    recovery: RecoverySettings
 
 
 def load_robot(path: Path = DEFAULT_ROBOT_FILE, calibration: Path | None = None) -> RobotConfig:
