@@ -14,6 +14,7 @@ NAMES = {
     "loop": "benchmarks.loop_cost",
     "log_size": "benchmarks.log_size",
     "fuzz": "benchmarks.fuzz",
+    "soak": "benchmarks.soak",
 }
 
 

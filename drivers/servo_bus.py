@@ -7,6 +7,7 @@ position, with the servos' own watchdog armed, so that they stop when the host d
 
 import contextlib
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from dynamixel_sdk import COMM_SUCCESS
@@ -42,6 +43,9 @@ NEVER = -1
 TORQUE_OFF_TRIES = 3
 # One lost answer is no reason to refuse; a servo that misses so many is not to be relied on.
 TORQUE_ON_READS = 5
+# While an answer is owed, reads begin up to so many bytes early (goal position and what is between are
+# neighbours), each with another length than those before: an old answer cannot pass for a new one.
+LONGEST_LEAD = 8
 # Register 70 of one servo is read once in so many reads; a new alert is looked into at once.
 POLL_EVERY_READS = 10
 
@@ -69,6 +73,7 @@ class ServoBus:
         # A servo that starts anew forgets its turns; positions are given and taken as if it had not.
         self._lost_ticks: IntArray = np.zeros(len(self._ids), dtype=np.int64)
         self._reads = 0
+        self._lead = 0
 
     @property
     def stats(self) -> BusStats:
@@ -145,9 +150,7 @@ class ServoBus:
         Raises:
             ConnectionLost: The port is gone.
         """
-        answers = self._packets.sync_read(
-            self._port, self._ids, READ_ADDRESS, READ_LENGTH, self._return_delay_ms()
-        )
+        answers = self._sync_read()
         now_ns = self._clock.now_ns()
         valid: BoolArray = np.array([answer.data is not None for answer in answers])
         self._seen_ns = np.where(valid, now_ns, self._seen_ns)
@@ -166,6 +169,17 @@ class ServoBus:
             valid=readonly(valid),
             age_ns=readonly(age_ns),
         )
+
+    def _sync_read(self) -> list[Answer]:
+        """Read the registers of the loop, so that no answer still owed can be taken for a new one."""
+        self._lead = self._lead % LONGEST_LEAD + 1 if self._packets.owed(self._port) else 0
+        lead = self._lead
+        answers = self._packets.sync_read(
+            self._port, self._ids, READ_ADDRESS - lead, READ_LENGTH + lead, self._return_delay_ms()
+        )
+        if not lead:
+            return answers
+        return [a if a.data is None else replace(a, data=a.data[lead:]) for a in answers]
 
     def _unshifted(self, ticks: IntArray, valid: BoolArray) -> IntArray:
         if not self._lost_ticks.any():
@@ -205,7 +219,7 @@ class ServoBus:
         if answers[index].code != COMM_SUCCESS:
             return  # it is silent just now, and would cost a second timeout
         register = REGISTER["hardware_error_status"]
-        answer = self._packets.read(self._port, self._ids[index], register.address, register.size)
+        answer = self._packets.read_byte(self._port, self._ids[index], register.address)
         if answer.data is not None:
             self._hardware_error[index] = register.decode(answer.data)
 
@@ -304,7 +318,7 @@ class ServoBus:
         """Return Torque Enable as the servo says it, None if it says nothing."""
         register = REGISTER["torque_enable"]
         with contextlib.suppress(BusError, OSError):
-            answer = self._packets.read(self._port, servo_id, register.address, register.size)
+            answer = self._packets.read_byte(self._port, servo_id, register.address)
             if answer.data is not None:
                 return register.decode(answer.data)
         return None
