@@ -15,6 +15,7 @@ NAMES = {
     "log_size": "benchmarks.log_size",
     "fuzz": "benchmarks.fuzz",
     "soak": "benchmarks.soak",
+    "matrix": "benchmarks.fault_matrix",
 }
 
 

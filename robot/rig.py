@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 
 from drivers.ati_calibration import Calibration
-from drivers.ati_stream import ForceStream
+from drivers.ati_stream import ForceStream, StreamCounters
 from drivers.clock import Clock
 from drivers.servo_bus import ServoBus
 from drivers.servo_recovery import Incident, ServoRecovery
@@ -98,6 +98,11 @@ class Rig:
     def torque(self) -> bool:
         """Whether torque has been switched on and not confirmed off."""
         return self._torque
+
+    @property
+    def force_counters(self) -> StreamCounters | None:
+        """What happened on the force stream, None without one."""
+        return None if self._forces is None else self._forces.counters
 
     @property
     def report(self) -> BusReport:
