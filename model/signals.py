@@ -85,6 +85,8 @@ class FaultKind(enum.Enum):
     TILTED = 21
     SLIPPED = 22
     UNLOADED = 23
+    FORCE_ABSENT = 24  # a transducer that should be in the record is not
+    FORCE_BATTERY = 25  # the force unit says that its battery is low
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,6 +19,7 @@ from model.linkage import Linkage
 from model.odometry import advance as advance_odometry
 from model.quasistatic import prepare, solve_frame
 from model.signals import (
+    BoolArray,
     ContactSolution,
     Estimate,
     Fault,
@@ -189,7 +190,7 @@ class Controller:
         feet = self._linkage.feet(joints.angle_rad, latest_rate(times_ns, angles_rad))
         contact, model_faults = self._contact(feet)
         estimate = self._estimate(state, contact, t_ns)
-        body, body_faults = self._watch_body(state, joints, forces, contact, t_ns)
+        body, body_faults = self._watch_body(state, joints, forces, contact, down)
         cared = self._care(state, inputs, servos, verdict, t_ns)
         stop = self._stop_reason(state, inputs, late, t_ns)
         stop = graver(stop, graver(cared.stop, stop_reason_of(body_faults)))
@@ -249,10 +250,10 @@ class Controller:
         joints: JointState,
         forces: FootForces,
         contact: ContactSolution,
-        t_ns: int,
+        down: BoolArray,
     ) -> tuple[BodyMemory, tuple[Fault, ...]]:
         seen = BodySeen(
-            t_ns=t_ns,
+            t_ns=joints.t_ns,
             mode=state.phase.mode,
             joints=joints,
             sent=state.allowed.command,
@@ -261,6 +262,7 @@ class Controller:
             estimate=state.estimate,
             weight_n=self._weight_n,
             sensors=self._sensors,
+            down=down,
         )
         names = self.config.servo_bus.names
         return watch_body(state.body, seen, self.config.body_limits, names)
