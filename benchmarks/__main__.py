@@ -16,6 +16,7 @@ NAMES = {
     "fuzz": "benchmarks.fuzz",
     "soak": "benchmarks.soak",
     "matrix": "benchmarks.fault_matrix",
+    "cycle": "benchmarks.bus_cycle",
 }
 
 
