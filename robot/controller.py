@@ -3,7 +3,7 @@
 No clock, bus, file or logger. The loop, the replay and the diagnosis call this same function.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.constants import g as standard_gravity
@@ -39,6 +39,7 @@ from model.signals import (
 )
 from robot.body_watch import BodyMemory, BodySeen, stop_reason_of, watch_body
 from robot.config import RobotConfig
+from robot.controller_state import ControllerState
 from robot.modes import GaitBook, Phase, Situation, advance, graver
 from robot.recovery import Care, CareSeen, RecoveryMemory, care, legs_down
 from robot.rig import silent_readings
@@ -50,46 +51,6 @@ RATE_WINDOW_S = 0.1
 REFUSED_LIMIT = 5
 # A gap this long between two ticks is reported even if the next one came on time.
 LONG_GAP_S = 0.05
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ControllerState:
-    """Everything the controller remembers from one tick to the next.
-
-    Attributes:
-        index: Ticks done.
-        phase: Mode, plan and stop reason.
-        allowed: The command last let through by the safety gate.
-        refused: Commands refused in a row.
-        late: Late ticks in a row.
-        silent_reads: Reads in a row without an answer, (N,).
-        bad_reads: Reads in a row with a value beyond its limit, (N,).
-        forces: Latest measured foot forces.
-        times_ns: Times of the latest shaft angles, (W,).
-        angles_rad: Latest shaft angles, (W, N).
-        estimate: Dead-reckoned pose.
-        body: What the watch over the body remembers.
-        recovery: Servos that are being brought back.
-    """
-
-    index: int
-    phase: Phase
-    allowed: Allowed
-    refused: int
-    late: int
-    silent_reads: IntArray
-    bad_reads: IntArray
-    forces: FootForces
-    times_ns: IntArray
-    angles_rad: FloatArray
-    estimate: Estimate
-    body: BodyMemory
-    recovery: RecoveryMemory
-
-    @property
-    def stop_reason(self) -> StopReason:
-        """Why the run is ending, NONE while it goes on."""
-        return self.phase.stop_reason
 
 
 class Controller:

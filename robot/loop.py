@@ -9,7 +9,8 @@ from typing import Protocol
 
 from model.errors import RecordError
 from model.signals import Fault, FaultKind, Inputs, LoopTiming, Mode, Request, StopReason, Tick
-from robot.controller import Controller, ControllerState
+from robot.controller import Controller
+from robot.controller_state import ControllerState
 from robot.rig import Rig, Seen
 from robot.safety import Allowed
 
