@@ -179,7 +179,7 @@ CAUSES = {
     },
     StopReason.COMMAND_REFUSED: {FaultKind.REFUSED},
     StopReason.FORCE_LOST: {FaultKind.FORCE_SILENT},
-    StopReason.TIMING: {FaultKind.LATE},
+    StopReason.TIMING: {FaultKind.LATE, FaultKind.REFUSED},  # the gate says how old its last is
     StopReason.LOG_FAILED: {FaultKind.LOG_WRITE},
     StopReason.TILTED: {FaultKind.TILTED},
     StopReason.SERVO_STALLED: {FaultKind.SERVO_STALLED},

@@ -39,6 +39,12 @@ def test_the_cause_is_told_in_words_and_the_exit_code_is_not_0(reason: StopReaso
     assert (again.stop_reason, again.faults) == (reason, faults), "and it is in the log"
 
 
+def test_a_loop_that_stood_still_while_torque_went_on_says_for_how_long() -> None:
+    refused = Fault(FaultKind.REFUSED, "safety gate", "the command before is 302 ms old")
+    tick = replace(make_tick(0), stop_reason=StopReason.TIMING, faults=(refused,))
+    assert explain(tick) == "safety gate: the command before is 302 ms old"
+
+
 @pytest.mark.parametrize("reason", STOPS)
 def test_an_emergency_stop_is_latched(reason: StopReason) -> None:
     limp = Phase(Mode.LIMP, None, None, StopReason.EMERGENCY)
