@@ -15,7 +15,9 @@ from drivers.mx106 import (
     VELOCITY_UNIT_RAD_S,
     OperatingMode,
 )
+from model.compiled import compiled
 from model.signals import BoolArray, FloatArray
+from sim_hw.goal_path import GoalPath
 
 # Acceleration unit: 1 count of velocity in 64 ms.
 ACCELERATION_UNIT_RAD_S2 = VELOCITY_UNIT_RAD_S / 0.064
@@ -24,6 +26,36 @@ POSITION_MODES = (
     OperatingMode.EXTENDED_POSITION,
     OperatingMode.CURRENT_BASED_POSITION,
 )
+
+
+@compiled
+def _position_pid(
+    ticks: FloatArray,
+    steps_ms: float,
+    trajectory: FloatArray,
+    rate: FloatArray,
+    gain_p: FloatArray,
+    gain_i: FloatArray,
+    gain_d: FloatArray,
+    feedforward: FloatArray,
+    integral: FloatArray,
+    last_error: FloatArray,
+    pwm: FloatArray,
+) -> None:
+    """Position loops of all servos: write ``pwm``, ``integral`` and ``last_error``."""
+    for k in range(len(ticks)):
+        error = trajectory[k] - np.rint(ticks[k])  # the encoder counts whole ticks
+        # the D gain's time base is undisclosed; per millisecond gives the order of magnitude
+        derivative = (error - last_error[k]) / steps_ms
+        last_error[k] = error
+        total = integral[k] + gain_i[k] / 65536 * error * steps_ms
+        integral[k] = min(max(total, -885.0), 885.0)
+        pwm[k] = (
+            gain_p[k] / 128 * error
+            + integral[k]
+            + gain_d[k] / 16 * derivative
+            + feedforward[k] / 4 * rate[k] * 1e-3
+        )
 
 
 class FirmwareBank:
@@ -61,6 +93,7 @@ class FirmwareBank:
         self._velocity_integral = np.zeros(count)
         self._current_integral = np.zeros(count)
         self._last_error = np.zeros(count)
+        self.goal_path: GoalPath | None = None
 
     @property
     def driven(self) -> BoolArray:
@@ -74,6 +107,8 @@ class FirmwareBank:
         for integral in (self._integral, self._velocity_integral, self._current_integral):
             integral[index] = 0.0
         self._last_error[index] = 0.0
+        if self.goal_path is not None:
+            self.goal_path.restart(index, ticks)
 
     def profile_ongoing(self) -> BoolArray:
         """True where the trajectory has not reached its goal."""
@@ -83,10 +118,14 @@ class FirmwareBank:
         self, ticks: FloatArray, rate_rad_s: FloatArray, current_a: FloatArray, dt_s: float
     ) -> FloatArray:
         """Return the PWM duty of each servo, -1 to 1; 0 where torque is off."""
-        self._advance_trajectory(dt_s)
+        goal = self.goal_position
+        if self.goal_path is not None:
+            goal = self.goal_path.advance(goal)
+        self._advance_trajectory(goal, dt_s)
         position = (self.mode >= POSITION_MODES[0]) & (self.mode <= POSITION_MODES[-1])
-        pwm = np.where(position, self._position_loop(ticks, dt_s), 0.0)
+        pwm = self._position_loop(ticks, dt_s)
         if not position.all():
+            pwm = np.where(position, pwm, 0.0)
             pwm = np.where(
                 self.mode == OperatingMode.VELOCITY, self._velocity_loop(rate_rad_s, dt_s), pwm
             )
@@ -101,14 +140,14 @@ class FirmwareBank:
         output: FloatArray = self.pwm / DUTY_FULL
         return output
 
-    def _advance_trajectory(self, dt_s: float) -> None:
+    def _advance_trajectory(self, goal: FloatArray, dt_s: float) -> None:
         """Step, rectangular or trapezoidal approach of the trajectory to the goal."""
-        to_go = self.goal_position - self.trajectory
         moving = ~self.stopped
         if not self.profile_velocity.any():
-            self.trajectory = np.where(moving, self.goal_position, self.trajectory)
-            self.trajectory_rate = np.zeros(self.count)
+            np.copyto(self.trajectory, goal, where=moving)
+            self.trajectory_rate[:] = 0.0
             return
+        to_go = goal - self.trajectory
         to_ticks = 1.0 / TICK_RAD
         top = self.profile_velocity * VELOCITY_UNIT_RAD_S * to_ticks  # ticks/s
         ramp = self.profile_acceleration * ACCELERATION_UNIT_RAD_S2 * to_ticks  # ticks/s^2
@@ -122,24 +161,25 @@ class FirmwareBank:
         way = np.clip(rate * dt_s, -np.abs(to_go), np.abs(to_go))
         free = top == 0
         self.trajectory = np.where(
-            moving, np.where(free, self.goal_position, self.trajectory + way), self.trajectory
+            moving, np.where(free, goal, self.trajectory + way), self.trajectory
         )
-        arrived = np.abs(self.goal_position - self.trajectory) < 1e-9
+        arrived = np.abs(goal - self.trajectory) < 1e-9
         self.trajectory_rate = np.where(free | arrived | ~moving, 0.0, rate)
 
     def _position_loop(self, ticks: FloatArray, dt_s: float) -> FloatArray:
-        error = self.trajectory - np.rint(ticks)  # the encoder counts whole ticks
-        # the D gain's time base is undisclosed; per millisecond gives the order of magnitude
-        derivative = (error - self._last_error) * (1e-3 / dt_s)
-        self._last_error = error
-        self._integral = np.clip(
-            self._integral + self.position_i / 65536 * error * (dt_s / 1e-3), -DUTY_FULL, DUTY_FULL
-        )
-        pwm: FloatArray = (
-            self.position_p / 128 * error
-            + self._integral
-            + self.position_d / 16 * derivative
-            + self.feedforward_1 / 4 * self.trajectory_rate * 1e-3
+        pwm = np.empty(self.count)
+        _position_pid(
+            ticks,
+            dt_s / 1e-3,
+            self.trajectory,
+            self.trajectory_rate,
+            self.position_p,
+            self.position_i,
+            self.position_d,
+            self.feedforward_1,
+            self._integral,
+            self._last_error,
+            pwm,
         )
         return pwm
 

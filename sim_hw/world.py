@@ -3,8 +3,6 @@
 It knows the mounting of the servos (sign, zero) and of the transducers, and nothing of bytes.
 """
 
-from collections import deque
-
 import numpy as np
 
 from drivers.mx106 import TICK_RAD
@@ -12,8 +10,8 @@ from model.signals import BodyTruth, FloatArray, IntArray
 from sim_hw.interfaces import FirmwareControl
 from sim_hw.plant import Plant
 
-# A transducer averages over its sample period; nobody samples slower than this.
-LONGEST_WINDOW_STEPS = 1000
+# Forces are kept so long: a transducer averages over its sample period, and its stream may come late.
+KEPT_STEPS = 4096
 
 
 class World:
@@ -41,13 +39,15 @@ class World:
         self.plant = plant
         self._firmware = firmware
         self._signs = signs.astype(np.float64)
+        self._ticks_a_rad = self._signs / TICK_RAD
         self._zeros = zeros.astype(np.float64)
         self._origin = plant.parameters.shaft_position + sensor_offset_m
         self._cosine, self._sine = np.cos(sensor_yaw_rad), np.sin(sensor_yaw_rad)
         self._step_ns = round(plant.dt_s * 1e9)
         self._now_ns: int | None = None
-        self._recent: deque[tuple[int, FloatArray]] = deque(maxlen=LONGEST_WINDOW_STEPS)
-        self._last_wrench = self._sensor_wrench()
+        self._steps = 0
+        self._forces = np.tile(plant.foot_force_B, (KEPT_STEPS, 1, 1))  # a ring, a row a step
+        self._read_until = 0
 
     def advance_to(self, t_ns: int) -> None:
         """Run in whole steps up to a time, never beyond it. The first call sets the beginning."""
@@ -60,17 +60,21 @@ class World:
     def _step(self) -> None:
         plant = self.plant
         duty = self._firmware.duty(
-            self.encoder_ticks, self.encoder_rate, self.current_a, plant.dt_s
+            self._zeros + self._ticks_a_rad * plant.motor_angle_rad,
+            self.encoder_rate,
+            self.current_a,
+            plant.dt_s,
         )
         plant.step(duty * self._signs, self._firmware.driven)
-        self._recent.append((self._now_ns or 0, self._sensor_wrench()))
+        self._steps += 1
+        self._forces[self._steps % KEPT_STEPS] = plant.foot_force_B
 
     # As the servos see it.
 
     @property
     def encoder_ticks(self) -> FloatArray:
         """Output position, continuous, (N,) [ticks]."""
-        ticks: FloatArray = self._zeros + self._signs * self.plant.shaft_angle_rad / TICK_RAD
+        ticks: FloatArray = self._zeros + self._ticks_a_rad * self.plant.shaft_angle_rad
         return ticks
 
     @property
@@ -82,18 +86,18 @@ class World:
     @property
     def current_a(self) -> FloatArray:
         """Motor current in the servo's own sense, (N,) [A]."""
-        current: FloatArray = self._signs * self.plant.motors.current_a
+        current: FloatArray = self._signs * self.plant.current_a
         return current
 
     @property
     def supply_v(self) -> FloatArray:
         """Voltage at each servo, (N,) [V]."""
-        return self.plant.motors.supply_v
+        return self.plant.supply_v
 
     @property
     def temperature_c(self) -> FloatArray:
         """Motor temperature, (N,) [degC]."""
-        return self.plant.motors.temperature_c
+        return self.plant.temperature_c
 
     # As the transducers see it.
 
@@ -104,23 +108,21 @@ class World:
             (N, 6) [N, N m], sensor axes: the ground's force on the foot, moment about the transducer.
         """
         self.advance_to(t_ns)
-        window: list[FloatArray] = []
-        while self._recent and self._recent[0][0] <= t_ns:
-            window.append(self._recent.popleft()[1])
-        if window:
-            self._last_wrench = np.mean(window, axis=0)
-        return self._last_wrench
+        first, last = self._read_until + 1, self._steps
+        if first <= last:
+            self._read_until = last
+        else:  # asked again within a step: the same answer
+            first = last
+        rows = np.arange(max(first, last - KEPT_STEPS + 1), last + 1) % KEPT_STEPS
+        return self._sensor_wrench(self._forces[rows].mean(axis=0))
 
-    def _sensor_wrench(self) -> FloatArray:
-        """The ground's force on each foot, and its moment about the transducer, now."""
-        plant = self.plant
-        rotation = plant.torso_rotation
-        force = plant.foot_force_W @ rotation  # body axes
-        lever = plant.feet_B - self._origin
-        (fx, fy, fz), (x, y, z) = force.T, lever.T
+    def _sensor_wrench(self, force_B: FloatArray) -> FloatArray:  # noqa: N803 - frame suffix
+        """Turn forces on the feet into wrenches on the transducers."""
+        lever = self.plant.feet_B - self._origin
+        (fx, fy, fz), (x, y, z) = force_B.T, lever.T
         tx, ty = y * fz - z * fy, z * fx - x * fz
         c, s = self._cosine, self._sine
-        wrench = np.empty((len(force), 6))
+        wrench = np.empty((len(force_B), 6))
         wrench[:, 0], wrench[:, 1], wrench[:, 2] = c * fx + s * fy, c * fy - s * fx, fz
         wrench[:, 3], wrench[:, 4], wrench[:, 5] = c * tx + s * ty, c * ty - s * tx, x * fy - y * fx
         return wrench
