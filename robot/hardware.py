@@ -20,6 +20,7 @@ from sim_hw.ati_memory import MemoryDatagramLink, MemoryTextLink
 from sim_hw.clock import VirtualClock
 from sim_hw.port import MemoryPort
 from sim_hw.server import DeviceProcess, VirtualSetup
+from sim_hw.twin import Twin
 from sim_hw.virtual_robot import VirtualRobot, build_virtual_robot
 
 LOOPBACK = "127.0.0.1"
@@ -33,15 +34,25 @@ class _WorldTruth:
     clock: Clock
 
     def latest(self) -> BodyTruth:
-        """Return the truth now."""
-        return self.robot.world.truth(self.clock.now_ns())
+        """Return the truth now, or what the cameras make of it."""
+        truth = self.robot.world.truth(self.clock.now_ns())
+        return truth if self.robot.cameras is None else self.robot.cameras.see(truth)
 
 
 def open_in_memory(config: RobotConfig, *, seed: int, armed: bool, with_forces: bool) -> Rig:
     """Open a virtual robot in memory under a virtual clock: no waiting, same bytes every time."""
+    return open_twin(config, None, seed=seed, armed=armed, with_forces=with_forces)[0]
+
+
+def open_twin(
+    config: RobotConfig, twin: Twin | None, *, seed: int, armed: bool, with_forces: bool
+) -> tuple[Rig, VirtualRobot]:
+    """Open a twin of the robot in memory under a virtual clock; also return what is behind the devices."""
     clock = VirtualClock(start_ns=1_000_000_000)
-    robot = build_virtual_robot(config.parameters, config.servo_bus, config.force_sensor, seed)
-    return _assemble(
+    robot = build_virtual_robot(
+        config.parameters, config.servo_bus, config.force_sensor, seed, twin
+    )
+    rig = _assemble(
         config,
         clock=clock,
         port=MemoryPort(robot.servos, clock, config.servo_bus.baud_rate),
@@ -55,6 +66,7 @@ def open_in_memory(config: RobotConfig, *, seed: int, armed: bool, with_forces: 
         armed=armed,
         closers=(),
     )
+    return rig, robot
 
 
 def open_virtual(config: RobotConfig, *, seed: int, armed: bool, with_forces: bool) -> Rig:

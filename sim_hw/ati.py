@@ -123,15 +123,19 @@ class VirtualWnet:
 
     def poll(self, t_ns: int) -> list[tuple[int, bytes]]:
         """Return the records due by a time: when each was sampled, and its bytes."""
-        records: list[tuple[int, bytes]] = []
+        return [(record.t_ns, build_record(record)) for record in self.due(t_ns)]
+
+    def due(self, t_ns: int) -> list[ForceRecord]:
+        """Return the records due by a time before they are made bytes, stamped when they were sampled."""
+        records: list[ForceRecord] = []
         while self.streaming and self._next_ns <= t_ns:
-            records.append((self._next_ns, self._record(self._next_ns)))
+            records.append(self._record(self._next_ns))
             self._next_ns += self._period_ns
             if self._left > 0:
                 self._left -= 1
         return records
 
-    def _record(self, t_ns: int) -> bytes:
+    def _record(self, t_ns: int) -> ForceRecord:
         wrench = self._source.wrench(t_ns)
         counts = np.zeros((TRANSDUCERS, AXES), dtype=np.int64)
         saturated = np.zeros(TRANSDUCERS, dtype=bool)
@@ -161,7 +165,7 @@ class VirtualWnet:
             saturated=saturated,
         )
         self._last_counts = counts
-        return build_record(record)
+        return record
 
     def set_bias(self, number: int, *, on: bool) -> None:
         """Take the last counts of a transducer as its zero, or forget that zero."""

@@ -15,7 +15,7 @@ from sim_hw.four_bar import four_bar_point
 from sim_hw.motor import current_of, turned, warmed
 from sim_hw.plant_parameters import PlantParameters
 
-# State of a leg, one row each: motor and shaft (the encoder's side of the gear), then the motor's condition.
+# State of a leg, a row: motor and shaft (the encoder's side of the gear), the motor's condition.
 MOTOR, MOTOR_RATE, SHAFT, SHAFT_RATE, CURRENT, TEMPERATURE, SUPPLY, DUTY = range(8)
 # What a leg is made of.
 (
@@ -95,7 +95,7 @@ def turn_legs(
         driven: Where the output stage is on, (N,).
         foot_q: Addresses of the feet's x, y, z in ``qpos``, (N, 3).
         foot_v: The same in ``qvel`` and ``applied``.
-        roll_v: Addresses of rolling feet's hinges in ``qvel``, one behind ``qpos``; -1 where there are none.
+        roll_v: Addresses of rolling feet's hinges in ``qvel``, one less than in ``qpos``; -1 for none.
         qpos: MuJoCo's.
         qvel: MuJoCo's.
         applied: MuJoCo's ``qfrc_applied``; changed.

@@ -172,7 +172,7 @@ class Plant:
         """
         p, model, data = self.parameters, self.model, self.data
         dt_s = p.time_step_s / p.substeps
-        force = np.zeros_like(self.foot_force_B)
+        force = 0.0
         if self._gusts.blow:
             self._write_push(self._gusts.next())
         for _ in range(p.substeps):
@@ -186,7 +186,7 @@ class Plant:
                 self._directed.step(model, data, self._yaw_rad())
             else:
                 mujoco.mj_step(model, data)
-            force += self._reaction[self._foot_v]
+            force = force + self._reaction[self._foot_v]
         self.foot_force_B = force / p.substeps
 
     def _change_surface(self) -> None:
@@ -238,6 +238,13 @@ class Plant:
             self._qvel[0:3] + (slide + np.cross(self._qvel[3:6], arm)) @ rotation.T
         )
         return velocity
+
+    def places(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the body's position and quaternion x y z w, and the feet, in the world."""
+        self.refresh()
+        data = self.data
+        quaternion = np.roll(data.xquat[self._torso], -1)
+        return data.xpos[self._torso], quaternion, data.xpos[self._foot_body]
 
     def truth(self, t_ns: int) -> BodyTruth:
         """Return where everything is."""

@@ -21,6 +21,8 @@ from sim_hw.goal_path import GoalPath
 
 # Acceleration unit: 1 count of velocity in 64 ms.
 ACCELERATION_UNIT_RAD_S2 = VELOCITY_UNIT_RAD_S / 0.064
+FIRST_POSITION_MODE = int(OperatingMode.POSITION)
+LAST_POSITION_MODE = int(OperatingMode.CURRENT_BASED_POSITION)
 POSITION_MODES = (
     OperatingMode.POSITION,
     OperatingMode.EXTENDED_POSITION,
@@ -121,32 +123,51 @@ class FirmwareBank:
         goal = self.goal_position
         if self.goal_path is not None:
             goal = self.goal_path.advance(goal)
-        self._advance_trajectory(goal, dt_s)
-        position = (self.mode >= POSITION_MODES[0]) & (self.mode <= POSITION_MODES[-1])
+        if self._plain():
+            np.copyto(self.trajectory, goal, where=~self.stopped)
+            self.trajectory_rate[:] = 0.0
+        else:
+            self._advance_trajectory(goal, dt_s)
         pwm = self._position_loop(ticks, dt_s)
-        if not position.all():
-            pwm = np.where(position, pwm, 0.0)
-            pwm = np.where(
-                self.mode == OperatingMode.VELOCITY, self._velocity_loop(rate_rad_s, dt_s), pwm
-            )
-            pwm = np.where(self.mode == OperatingMode.PWM, self.goal_pwm, pwm)
-            current_goal = self.goal_current * CURRENT_UNIT_A
-            wanted = self._current_loop(current_goal, current_a, dt_s)
-            pwm = np.where(self.mode == OperatingMode.CURRENT, wanted, pwm)
         ceiling = np.minimum(self.pwm_limit, np.abs(self.goal_pwm))
-        if (self.mode == OperatingMode.PWM).any():
-            ceiling = np.where(self.mode == OperatingMode.PWM, self.pwm_limit, ceiling)
-        self.pwm = np.where(self.torque, np.clip(pwm, -ceiling, ceiling), 0.0)
-        output: FloatArray = self.pwm / DUTY_FULL
+        if not self._positions():
+            pwm, ceiling = self._other_loops(pwm, ceiling, rate_rad_s, current_a, dt_s)
+        self.pwm = np.where(self.torque, np.minimum(np.maximum(pwm, -ceiling), ceiling), 0.0)
+        output: FloatArray = self.pwm * (1.0 / DUTY_FULL)
         return output
 
+    def _plain(self) -> bool:
+        """Whether no servo has a profile: the trajectory is the goal."""
+        return not self.profile_velocity.any()
+
+    def _positions(self) -> bool:
+        """Whether every servo is in a position mode."""
+        lowest, highest = int(self.mode.min()), int(self.mode.max())
+        return lowest >= FIRST_POSITION_MODE and highest <= LAST_POSITION_MODE
+
+    def _other_loops(
+        self,
+        pwm: FloatArray,
+        ceiling: FloatArray,
+        rate_rad_s: FloatArray,
+        current_a: FloatArray,
+        dt_s: float,
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return PWM and its bound where some servos are in velocity, current or PWM mode."""
+        position = (self.mode >= FIRST_POSITION_MODE) & (self.mode <= LAST_POSITION_MODE)
+        pwm = np.where(position, pwm, 0.0)
+        pwm = np.where(
+            self.mode == OperatingMode.VELOCITY, self._velocity_loop(rate_rad_s, dt_s), pwm
+        )
+        pwm = np.where(self.mode == OperatingMode.PWM, self.goal_pwm, pwm)
+        current_goal = self.goal_current * CURRENT_UNIT_A
+        wanted = self._current_loop(current_goal, current_a, dt_s)
+        pwm = np.where(self.mode == OperatingMode.CURRENT, wanted, pwm)
+        return pwm, np.where(self.mode == OperatingMode.PWM, self.pwm_limit, ceiling)
+
     def _advance_trajectory(self, goal: FloatArray, dt_s: float) -> None:
-        """Step, rectangular or trapezoidal approach of the trajectory to the goal."""
+        """Rectangular or trapezoidal approach of the trajectory to the goal."""
         moving = ~self.stopped
-        if not self.profile_velocity.any():
-            np.copyto(self.trajectory, goal, where=moving)
-            self.trajectory_rate[:] = 0.0
-            return
         to_go = goal - self.trajectory
         to_ticks = 1.0 / TICK_RAD
         top = self.profile_velocity * VELOCITY_UNIT_RAD_S * to_ticks  # ticks/s

@@ -4,11 +4,14 @@ from dataclasses import dataclass
 
 from drivers.settings import ForceSensorSettings, ServoBusSettings
 from model.params import RobotParameters
-from sim_hw.ati import VirtualWnet
+from sim_hw.ati import NOISE, VirtualWnet
+from sim_hw.goal_path import GoalPath
+from sim_hw.motion_capture import MotionCapture
 from sim_hw.plant import Plant
 from sim_hw.plant_parameters import PlantParameters
 from sim_hw.servo_firmware import FirmwareBank
 from sim_hw.servos import VirtualServoBus
+from sim_hw.twin import Twin
 from sim_hw.world import World
 
 
@@ -20,11 +23,15 @@ class VirtualRobot:
         world: Plant and firmware, running together in steps.
         servos: Virtual servo bus.
         wnet: Virtual wireless force-torque unit.
+        firmware: The servos' control loops.
+        cameras: What sees body and feet; None where ground truth is taken as it is.
     """
 
     world: World
     servos: VirtualServoBus
     wnet: VirtualWnet
+    firmware: FirmwareBank
+    cameras: MotionCapture | None
 
 
 def build_virtual_robot(
@@ -32,30 +39,37 @@ def build_virtual_robot(
     servo_bus: ServoBusSettings,
     force_sensor: ForceSensorSettings,
     seed: int,
-    plant: PlantParameters | None = None,
+    twin: Twin | None = None,
 ) -> VirtualRobot:
     """Build a virtual robot for a robot file.
 
     Args:
-        robot: Nominal parameters; geometry is copied from them when ``plant`` is not given.
+        robot: Nominal parameters; geometry is copied from them when there is no twin.
         servo_bus: Ids, mounting and baud rate of the servos.
         force_sensor: Transducers and their mounting.
         seed: Seed of all noise.
-        plant: The plant's own parameters.
+        twin: What the robot and its sensors really are; None for the nominal robot and ground truth.
     """
-    parameters = plant if plant is not None else PlantParameters.nominal(robot)
+    plant = Plant(twin.plant if twin is not None else PlantParameters.nominal(robot), seed)
     firmware = FirmwareBank(robot.legs.count)
     world = World(
-        Plant(parameters, seed),
+        plant,
         firmware,
         signs=servo_bus.signs,
         zeros=servo_bus.zeros,
         sensor_offset_m=force_sensor.offset_m,
         sensor_yaw_rad=force_sensor.yaw_rad,
+        sensors=twin.sensors if twin is not None else None,
     )
+    if twin is not None and GoalPath.needed(twin.plant.drive):
+        firmware.goal_path = GoalPath(twin.plant.drive, world.encoder_ticks, plant.dt_s, seed)
     ids = tuple(int(i) for i in servo_bus.ids)
+    transducers = tuple(int(t) for t in force_sensor.transducers)
+    noise = NOISE if twin is None else (*[twin.sensors.noise.force_n] * 3, *NOISE[3:])
     return VirtualRobot(
         world=world,
         servos=VirtualServoBus(world, firmware, ids, baud_rate=servo_bus.baud_rate),
-        wnet=VirtualWnet(world, tuple(int(t) for t in force_sensor.transducers), seed=seed),
+        wnet=VirtualWnet(world, transducers, seed=seed, noise=noise),
+        firmware=firmware,
+        cameras=MotionCapture(twin.sensors, seed) if twin is not None else None,
     )

@@ -9,6 +9,7 @@ from drivers.mx106 import TICK_RAD
 from model.signals import BodyTruth, FloatArray, IntArray
 from sim_hw.interfaces import FirmwareControl
 from sim_hw.plant import Plant
+from sim_hw.sensing import ForceChannel, SensorParameters
 
 # Forces are kept so long: a transducer averages over its sample period, and its stream may come late.
 KEPT_STEPS = 4096
@@ -23,7 +24,8 @@ class World:
         signs: +1 where increasing servo position moves a stance foot backward, else -1, (N,).
         zeros: Servo ticks at shaft angle 0, (N,).
         sensor_offset_m: Transducer origin from the crank shaft, body axes, (N, 3).
-        sensor_yaw_rad: Rotation about z from body axes to sensor axes, (N,).
+        sensor_yaw_rad: Rotation about z from body axes to sensor axes, (N,), as the robot file has it.
+        sensors: Errors of encoders and transducers; None for none.
     """
 
     def __init__(
@@ -35,6 +37,7 @@ class World:
         zeros: IntArray,
         sensor_offset_m: FloatArray,
         sensor_yaw_rad: FloatArray,
+        sensors: SensorParameters | None = None,
     ) -> None:
         self.plant = plant
         self._firmware = firmware
@@ -42,7 +45,12 @@ class World:
         self._ticks_a_rad = self._signs / TICK_RAD
         self._zeros = zeros.astype(np.float64)
         self._origin = plant.parameters.shaft_position + sensor_offset_m
-        self._cosine, self._sine = np.cos(sensor_yaw_rad), np.sin(sensor_yaw_rad)
+        known = sensors if sensors is not None else SensorParameters.healthy(len(signs))
+        yaw = sensor_yaw_rad + known.force_yaw
+        self._cosine, self._sine = np.cos(yaw), np.sin(yaw)
+        self._channel = ForceChannel(known)
+        self._late_steps = round(known.force_delay_s / plant.dt_s)
+        self._scale = known.encoder_scale
         self._step_ns = round(plant.dt_s * 1e9)
         self._now_ns: int | None = None
         self._steps = 0
@@ -74,13 +82,15 @@ class World:
     @property
     def encoder_ticks(self) -> FloatArray:
         """Output position, continuous, (N,) [ticks]."""
-        ticks: FloatArray = self._zeros + self._ticks_a_rad * self.plant.shaft_angle_rad
+        ticks: FloatArray = self._zeros + self._ticks_a_rad * (
+            self._scale * self.plant.shaft_angle_rad
+        )
         return ticks
 
     @property
     def encoder_rate(self) -> FloatArray:
         """Output speed in the servo's own sense, (N,) [rad/s]."""
-        rate: FloatArray = self._signs * self.plant.shaft_rate_rad_s
+        rate: FloatArray = self._signs * (self._scale * self.plant.shaft_rate_rad_s)
         return rate
 
     @property
@@ -108,13 +118,16 @@ class World:
             (N, 6) [N, N m], sensor axes: the ground's force on the foot, moment about the transducer.
         """
         self.advance_to(t_ns)
-        first, last = self._read_until + 1, self._steps
+        ahead = max(0, (self._now_ns or t_ns) - t_ns)
+        last = self._steps - -(-ahead // self._step_ns)
+        first = self._read_until + 1
         if first <= last:
             self._read_until = last
         else:  # asked again within a step: the same answer
             first = last
-        rows = np.arange(max(first, last - KEPT_STEPS + 1), last + 1) % KEPT_STEPS
-        return self._sensor_wrench(self._forces[rows].mean(axis=0))
+        rows = np.arange(max(first, last - KEPT_STEPS // 2), last + 1) - self._late_steps
+        force = self._forces[np.maximum(rows, 0) % KEPT_STEPS].mean(axis=0)
+        return self._channel.report(self._sensor_wrench(force), t_ns)
 
     def _sensor_wrench(self, force_B: FloatArray) -> FloatArray:  # noqa: N803 - frame suffix
         """Turn forces on the feet into wrenches on the transducers."""
