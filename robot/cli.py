@@ -76,10 +76,6 @@ def _dispatch(options: argparse.Namespace) -> ExitCode:
         from robot.devices import devices
 
         return devices(options)
-    if options.command == "sim":
-        from robot.serve import serve_virtual
-
-        return serve_virtual(options)
     return run_command(options)
 
 
@@ -94,7 +90,6 @@ def _parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
     _add_drive(commands)
     _add_show(commands)
     _add_devices(commands)
-    _add_sim(commands)
     add_commands(commands, arguments, EPILOG)
     return parser
 
@@ -225,21 +220,3 @@ def _add_devices(commands: "argparse._SubParsersAction[argparse.ArgumentParser]"
         help="where to ask for force-torque units (default: broadcast on the local network)",
     )
     devices.add_argument("--json", action="store_true", help="the result as JSON")
-
-
-def _add_sim(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    sim = commands.add_parser("sim", help="virtual hardware for other programs", epilog=EPILOG)
-    actions = sim.add_subparsers(dest="action", required=True, metavar="ACTION")
-    serve = actions.add_parser(
-        "serve",
-        help="serve virtual devices on a pseudo-terminal and loopback sockets until Ctrl-C",
-        description="Serve a virtual robot that any Dynamixel or WNet program can talk to, and "
-        "print where to find it. Ctrl-C ends it.",
-    )
-    _add_robot(serve)
-    serve.add_argument("--seed", type=int, default=0, metavar="N")
-    serve.add_argument("--baud", type=int, metavar="B", help="baud rate of the servos")
-    serve.add_argument(
-        "--absent", type=int, action="append", default=[], metavar="ID", help="a servo to leave out"
-    )
-    serve.add_argument("--no-force-unit", action="store_true", help="leave out the force unit")

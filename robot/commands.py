@@ -28,7 +28,9 @@ class Command:
 
 
 GROUP_HELP = (
+    ("sim", "virtual hardware, and a robot that is wrong on purpose"),
     ("model", "the model of slipping, without a robot"),
+    ("robot", "the robot file for other programs"),
     ("log", "look at, mend, cut, merge and export logs"),
 )
 
@@ -42,6 +44,19 @@ COMMANDS = (
     Command(
         ("model", "figures"), "robot.model_figures", "our version of the paper's figures and tables"
     ),
+    Command(("sim", "serve"), "robot.serve", "virtual devices for other programs, until Ctrl-C"),
+    Command(
+        ("sim", "effects"), "robot.sim_effects", "what can be made wrong with the virtual robot"
+    ),
+    Command(
+        ("sim", "run"), "robot.sim_run", "a walk of the virtual robot with effects, as a trial"
+    ),
+    Command(
+        ("sim", "campaign"), "robot.sim_campaign", "many trials of a scenario file, in parallel"
+    ),
+    Command(("sim", "unseal"), "robot.sim_unseal", "open the labels of a sealed campaign"),
+    Command(("sim", "render"), "robot.sim_render", "a picture or video of a log or trial"),
+    Command(("robot", "export"), "robot.robot_export", "the robot file as URDF or MJCF"),
     Command(("log", "info"), "robot.log_info", "duration, rate, topics, versions, damage"),
     Command(("log", "repair"), "robot.log_repair", "a proper file of a cut or damaged log"),
     Command(("log", "cut"), "robot.log_cut", "a piece of a log"),

@@ -7,15 +7,15 @@ import numpy as np
 
 from drivers.foot_forces import foot_forces
 from drivers.mx106 import joint_state
+from gaits.catalog import make_gait
+from gaits.limits import check_gait
 from model.errors import ModelError
 from model.signals import (
-    BodyTruth,
     Intent,
     JointCommand,
     Mode,
     Request,
     StopReason,
-    Tick,
     readonly,
 )
 from record.trial import Trial
@@ -23,9 +23,7 @@ from robot.config import RobotConfig
 from robot.controller import Controller
 from robot.direct_robot import DirectRobot
 from robot.hardware import open_twin
-from robot.loop import TickSink, run
 from robot.modes import Phase, Situation, advance
-from robot.operator import Interrupts, Script, ScriptedOperator
 from robot.safety import Allowed, Refused, gate
 from robot.twin_rows import TwinRows, trial_header, trial_of
 from sim_hw.effect_catalog import EFFECTS
@@ -53,6 +51,28 @@ class WalkPlan:
     frequency_hz: float
     seconds: float
     steer: float
+
+
+def plan_of(
+    config: RobotConfig, gait: str, frequency_hz: float | None, seconds: float, steer: float
+) -> WalkPlan:
+    """Return a walk that the robot's servos can follow.
+
+    Args:
+        config: Robot file.
+        gait: Gait.
+        frequency_hz: Cycles a second, None for the robot file's.
+        seconds: Length.
+        steer: -1 (right) to 1 (left).
+
+    Raises:
+        ConfigError: There is no such gait.
+        GaitRefused: It is too fast.
+    """
+    made = make_gait(gait, config.parameters)
+    frequency = frequency_hz if frequency_hz is not None else made.frequency_hz
+    check_gait(made, frequency, config.parameters.servo)
+    return WalkPlan(gait, frequency, seconds, steer)
 
 
 def make_twin(config: RobotConfig, effects: tuple[Effect, ...], seed: int) -> Twin:
@@ -196,67 +216,3 @@ class _FastWalk:
             self._deadline_ns = self._robot.clock.now_ns()
         missed = max(0, (self._robot.clock.now_ns() - self._deadline_ns) // self._period_ns)
         self._deadline_ns += self._period_ns * (1 + missed)
-
-
-class _Collector:
-    """Keeps what a trial needs of the ticks of a walk, and hands every tick on."""
-
-    error = None
-
-    def __init__(self, plan: WalkPlan, sink: TickSink | None, progress: Progress) -> None:
-        self.rows = TwinRows()
-        self.truths: list[BodyTruth] = []
-        self._plan, self._sink, self._progress = plan, sink, progress
-
-    def write(self, tick: Tick) -> None:
-        """Take one tick."""
-        if self._sink is not None:
-            self._sink.write(tick)
-            self.error = self._sink.error
-        rows, length_ns = self.rows, round(self._plan.seconds * 1e9)
-        if tick.mode is not Mode.WALK or (rows.t_ns and tick.t_ns - rows.t_ns[0] >= length_ns):
-            return
-        if tick.inputs.truth is None:
-            raise ModelError("the cameras saw nothing")
-        rows.t_ns.append(tick.t_ns)
-        rows.command_rad.append(tick.sent.angle_rad)
-        rows.joints.append(tick.joints)
-        rows.forces.append(tick.forces)
-        self.truths.append(tick.inputs.truth)
-        self._progress(min(1.0, (tick.t_ns - rows.t_ns[0]) / length_ns))
-
-
-def walk_through_bytes(
-    config: RobotConfig, twin: Twin, plan: WalkPlan, sink: TickSink | None, progress: Progress
-) -> Trial:
-    """Walk through the virtual bus and force unit, with the whole controller, and return the trial.
-
-    Args:
-        config: Robot file: what controller and safety gate believe.
-        twin: What walks.
-        plan: How.
-        sink: Where every tick goes too, if anywhere: a log.
-        progress: Told the share done, 0 to 1.
-
-    Raises:
-        ModelError: The robot stopped before it was done.
-    """
-    rig, _ = open_twin(config, twin, seed=twin.seed, armed=True, with_forces=True)
-    controller = Controller(config, rig.calibrations, armed=True)
-    script = Script(plan.gait, plan.frequency_hz, plan.steer, None, plan.seconds)
-    collector = _Collector(plan, sink, progress)
-    try:
-        result = run(rig, controller, ScriptedOperator(script, Interrupts()), collector, None)
-    finally:
-        rig.close()
-    if result.reason is not StopReason.COMPLETED:
-        raise ModelError(f"the walk stopped early ({result.reason.name}): {result.detail}")
-    truths = collector.truths
-    poses = Poses(
-        t_ns=np.array([truth.t_ns for truth in truths]),
-        position_W=np.array([truth.position_W for truth in truths]),
-        quaternion_xyzw=np.array([truth.quaternion_xyzw for truth in truths]),
-        foot_position_W=np.array([truth.foot_position_W for truth in truths]),
-    )
-    header = trial_header(config, plan.gait, plan.frequency_hz, twin.sensors.noise)
-    return trial_of(collector.rows, poses, header)

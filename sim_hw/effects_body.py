@@ -155,7 +155,7 @@ KINDS = (
     EffectKind(
         "hip_mount_offset", "kinematics", LEG,
         (_p("x_m", "m", -0.05, 0.05, 0, 0.008, 0.02), _p("y_m", "m", -0.05, 0.05, 0, 0.008, 0.02)),
-        "the leg is bolted on elsewhere; its transducer with it is not", _hip_mount_offset,
+        "the leg, with its transducer, is bolted on elsewhere", _hip_mount_offset,
     ),
     EffectKind(
         "leg_flex", "kinematics", ALL,

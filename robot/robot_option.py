@@ -1,0 +1,33 @@
+"""The options that several commands share: which robot file, which walk."""
+
+import argparse
+from pathlib import Path
+
+GAITS = ("tripod", "metachronal")
+
+
+def add_robot(parser: argparse.ArgumentParser) -> None:
+    """Add ``--robot``."""
+    parser.add_argument(
+        "--robot",
+        type=Path,
+        metavar="FILE",
+        default=Path(__file__).resolve().parent.parent / "config" / "bigant.toml",
+        help="robot file (default: config/bigant.toml)",
+    )
+
+
+def positive(text: str) -> float:
+    """Read a positive number."""
+    value = float(text)
+    if not 0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"must be a positive number, not {text}")
+    return value
+
+
+def steer(text: str) -> float:
+    """Read a steering wish."""
+    value = float(text)
+    if not -1 <= value <= 1:
+        raise argparse.ArgumentTypeError(f"must be from -1 (right) to 1 (left), not {text}")
+    return value
