@@ -34,6 +34,14 @@ class Table:
             raise ConfigError(self.name(key), "is missing; add it to the robot file")
         return self._data[key]
 
+    def has(self, key: str) -> bool:
+        """Whether a key is given."""
+        return key in self._data
+
+    def raw(self, key: str) -> Any:
+        """Return a value of any kind, for the caller to check."""
+        return self._take(key)
+
     def table(self, key: str) -> "Table":
         """Return a sub-table."""
         value = self._take(key)

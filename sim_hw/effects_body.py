@@ -126,7 +126,7 @@ KINDS = (
         "the control loop's set point is a low-pass of the goal", _drive_at("lag_s"),
     ),
     EffectKind(
-        "servo_speed_limit", "actuation", BOTH, (_p("limit_rad_s", "rad/s", 0.05, 10, 10, 1.0, 0.7),),
+        "servo_speed_limit", "actuation", BOTH, (_p("limit_rad_s", "rad/s", 0.05, 10, 10, 1.45, 1.38),),
         "the control loop's set point moves no faster", _drive_at("speed_limit"),
     ),
     EffectKind(
@@ -207,7 +207,7 @@ KINDS = (
     ),
     EffectKind(
         "missed_steps", "actuation", BOTH,
-        (_p("per_s", "1/s", 0, 5, 0, 0.3, 1.0), _p("hold_s", "s", 0.01, 2, 0.3, 0.3, 0.5)),
+        (_p("per_s", "1/s", 0, 5, 0, 0.3, 1.0), _p("hold_s", "s", 0.01, 2, 0.15, 0.15, 0.22)),
         "a servo misses its goals for a while, at random times", _missed_steps, catalogued=False,
     ),
     EffectKind(
