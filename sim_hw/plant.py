@@ -45,10 +45,13 @@ class Plant:
         model = self.model = build_model(p)
         data = self.data = mujoco.MjData(model)
         self._qpos, self._qvel, self._applied = data.qpos, data.qvel, data.qfrc_applied
-        self._reaction = data.qfrc_constraint
         axes = [[f"{axis}_{k}" for axis in "xyz"] for k in legs]
         self._foot_q = np.array([[model.joint(n).qposadr[0] for n in names] for names in axes])
         self._foot_v = np.array([[model.joint(n).dofadr[0] for n in names] for names in axes])
+        # the contacts' force on the slides is the ground's on the feet, body axes; a view where it can be
+        ends = int(self._foot_v.min()), int(self._foot_v.max()) + 1
+        together = np.array_equal(self._foot_v.ravel(), np.arange(*ends))
+        self._reaction = data.qfrc_constraint[slice(*ends)].reshape(p.legs, 3) if together else None
         self._roll_v = np.full(p.legs, -1)
         if p.rolling_radius > 0:
             self._roll_v = np.array([model.joint(f"roll_{k}").dofadr[0] for k in legs])
@@ -186,7 +189,8 @@ class Plant:
                 self._directed.step(model, data, self._yaw_rad())
             else:
                 mujoco.mj_step(model, data)
-            force = force + self._reaction[self._foot_v]
+            reaction = self._reaction
+            force = force + (data.qfrc_constraint[self._foot_v] if reaction is None else reaction)
         self.foot_force_B = force / p.substeps
 
     def _change_surface(self) -> None:

@@ -16,7 +16,7 @@ from drivers.mx106 import (
     OperatingMode,
 )
 from model.compiled import compiled
-from model.signals import BoolArray, FloatArray
+from model.signals import BoolArray, FloatArray, IntArray
 from sim_hw.goal_path import GoalPath
 
 # Acceleration unit: 1 count of velocity in 64 ms.
@@ -31,33 +31,45 @@ POSITION_MODES = (
 
 
 @compiled
-def _position_pid(
+def _plain_duty(
     ticks: FloatArray,
     steps_ms: float,
-    trajectory: FloatArray,
-    rate: FloatArray,
-    gain_p: FloatArray,
-    gain_i: FloatArray,
-    gain_d: FloatArray,
-    feedforward: FloatArray,
-    integral: FloatArray,
-    last_error: FloatArray,
-    pwm: FloatArray,
-) -> None:
-    """Position loops of all servos: write ``pwm``, ``integral`` and ``last_error``."""
+    goal: FloatArray,
+    mode: IntArray,
+    flags: BoolArray,
+    loop: FloatArray,
+    gains: FloatArray,
+    duty: FloatArray,
+) -> bool:
+    """Position loops of all servos, goals followed at once; False, and nothing done, if any is otherwise.
+
+    Args:
+        ticks: Encoders, (N,).
+        steps_ms: Step [ms].
+        goal: Goals, (N,) [ticks].
+        mode: Operating modes, (N,).
+        flags: Torque on, held by a tripped watchdog, (2, N).
+        loop: Trajectory, its rate, integral, last error, PWM, (5, N); changed.
+        gains: P, I, D, first feedforward, PWM limit, goal PWM, profile velocity, (7, N).
+        duty: Written, (N,).
+    """
     for k in range(len(ticks)):
-        error = trajectory[k] - np.rint(ticks[k])  # the encoder counts whole ticks
+        if mode[k] < 3 or mode[k] > 5 or gains[6, k] != 0.0:
+            return False
+    for k in range(len(ticks)):
+        if not flags[1, k]:
+            loop[0, k] = goal[k]
+        loop[1, k] = 0.0
+        error = loop[0, k] - np.rint(ticks[k])  # the encoder counts whole ticks
         # the D gain's time base is undisclosed; per millisecond gives the order of magnitude
-        derivative = (error - last_error[k]) / steps_ms
-        last_error[k] = error
-        total = integral[k] + gain_i[k] / 65536 * error * steps_ms
-        integral[k] = min(max(total, -885.0), 885.0)
-        pwm[k] = (
-            gain_p[k] / 128 * error
-            + integral[k]
-            + gain_d[k] / 16 * derivative
-            + feedforward[k] / 4 * rate[k] * 1e-3
-        )
+        derivative = (error - loop[3, k]) / steps_ms
+        loop[3, k] = error
+        loop[2, k] = min(max(loop[2, k] + gains[1, k] / 65536 * error * steps_ms, -885.0), 885.0)
+        pwm = gains[0, k] / 128 * error + loop[2, k] + gains[2, k] / 16 * derivative
+        most = min(gains[4, k], abs(gains[5, k]))
+        loop[4, k] = min(max(pwm, -most), most) if flags[0, k] else 0.0
+        duty[k] = loop[4, k] / 885.0
+    return True
 
 
 class FirmwareBank:
@@ -72,29 +84,29 @@ class FirmwareBank:
     def __init__(self, count: int) -> None:
         self.count = count
         self.mode = np.full(count, int(OperatingMode.POSITION))
-        self.torque = np.zeros(count, dtype=bool)
-        self.stopped = np.zeros(count, dtype=bool)  # held by a tripped watchdog
+        self._flags = np.zeros((2, count), dtype=bool)
+        self._loop = np.zeros((5, count))
+        self._gains = np.zeros((7, count))
+        # views: the virtual servos write single registers, the compiled loop takes them in rows
+        self.torque, self.stopped = self._flags  # the second: held by a tripped watchdog
+        self.trajectory, self.trajectory_rate = self._loop[0], self._loop[1]  # ticks, ticks/s
+        self._integral, self._last_error = self._loop[2], self._loop[3]  # PWM counts, ticks
+        self.pwm = self._loop[4]  # last output, counts
+        self.position_p, self.position_i, self.position_d = self._gains[0:3]
+        self.feedforward_1 = self._gains[3]
+        self.pwm_limit, self.goal_pwm = self._gains[4], self._gains[5]  # counts
+        self.profile_velocity = self._gains[6]  # counts, 0 = step
+        self.position_p[:] = 850.0
+        self.pwm_limit[:] = self.goal_pwm[:] = DUTY_FULL
         self.goal_position = np.zeros(count)  # ticks
         self.goal_velocity = np.zeros(count)  # counts
         self.goal_current = np.zeros(count)  # counts
-        self.goal_pwm = np.full(count, float(DUTY_FULL))
-        self.pwm_limit = np.full(count, float(DUTY_FULL))
-        self.position_p = np.full(count, 850.0)
-        self.position_i = np.zeros(count)
-        self.position_d = np.zeros(count)
         self.velocity_p = np.full(count, 100.0)
         self.velocity_i = np.full(count, 1920.0)
-        self.feedforward_1 = np.zeros(count)
         self.feedforward_2 = np.zeros(count)
-        self.profile_velocity = np.zeros(count)  # counts, 0 = step
         self.profile_acceleration = np.zeros(count)  # counts, 0 = rectangular
-        self.trajectory = np.zeros(count)  # ticks
-        self.trajectory_rate = np.zeros(count)  # ticks/s
-        self.pwm = np.zeros(count)  # last output, counts
-        self._integral = np.zeros(count)  # PWM counts, one integrator a loop
         self._velocity_integral = np.zeros(count)
         self._current_integral = np.zeros(count)
-        self._last_error = np.zeros(count)
         self.goal_path: GoalPath | None = None
 
     @property
@@ -123,27 +135,17 @@ class FirmwareBank:
         goal = self.goal_position
         if self.goal_path is not None:
             goal = self.goal_path.advance(goal)
-        if self._plain():
-            np.copyto(self.trajectory, goal, where=~self.stopped)
-            self.trajectory_rate[:] = 0.0
-        else:
-            self._advance_trajectory(goal, dt_s)
+        output = np.empty(self.count)
+        if _plain_duty(
+            ticks, dt_s / 1e-3, goal, self.mode, self._flags, self._loop, self._gains, output
+        ):
+            return output
+        self._advance_trajectory(goal, dt_s)
         pwm = self._position_loop(ticks, dt_s)
         ceiling = np.minimum(self.pwm_limit, np.abs(self.goal_pwm))
-        if not self._positions():
-            pwm, ceiling = self._other_loops(pwm, ceiling, rate_rad_s, current_a, dt_s)
-        self.pwm = np.where(self.torque, np.minimum(np.maximum(pwm, -ceiling), ceiling), 0.0)
-        output: FloatArray = self.pwm * (1.0 / DUTY_FULL)
-        return output
-
-    def _plain(self) -> bool:
-        """Whether no servo has a profile: the trajectory is the goal."""
-        return not self.profile_velocity.any()
-
-    def _positions(self) -> bool:
-        """Whether every servo is in a position mode."""
-        lowest, highest = int(self.mode.min()), int(self.mode.max())
-        return lowest >= FIRST_POSITION_MODE and highest <= LAST_POSITION_MODE
+        pwm, ceiling = self._other_loops(pwm, ceiling, rate_rad_s, current_a, dt_s)
+        self.pwm[:] = np.where(self.torque, np.clip(pwm, -ceiling, ceiling), 0.0)
+        return self.pwm / DUTY_FULL
 
     def _other_loops(
         self,
@@ -181,26 +183,25 @@ class FirmwareBank:
         rate = self.trajectory_rate + change
         way = np.clip(rate * dt_s, -np.abs(to_go), np.abs(to_go))
         free = top == 0
-        self.trajectory = np.where(
+        self.trajectory[:] = np.where(
             moving, np.where(free, goal, self.trajectory + way), self.trajectory
         )
         arrived = np.abs(goal - self.trajectory) < 1e-9
-        self.trajectory_rate = np.where(free | arrived | ~moving, 0.0, rate)
+        self.trajectory_rate[:] = np.where(free | arrived | ~moving, 0.0, rate)
 
     def _position_loop(self, ticks: FloatArray, dt_s: float) -> FloatArray:
-        pwm = np.empty(self.count)
-        _position_pid(
-            ticks,
-            dt_s / 1e-3,
-            self.trajectory,
-            self.trajectory_rate,
-            self.position_p,
-            self.position_i,
-            self.position_d,
-            self.feedforward_1,
-            self._integral,
-            self._last_error,
-            pwm,
+        """The same as in ``_plain_duty``, and feedforward, which only a profile gives anything to."""
+        error = self.trajectory - np.rint(ticks)
+        derivative = (error - self._last_error) * (1e-3 / dt_s)
+        self._last_error[:] = error
+        self._integral[:] = np.clip(
+            self._integral + self.position_i / 65536 * error * (dt_s / 1e-3), -DUTY_FULL, DUTY_FULL
+        )
+        pwm: FloatArray = (
+            self.position_p / 128 * error
+            + self._integral
+            + self.position_d / 16 * derivative
+            + self.feedforward_1 / 4 * self.trajectory_rate * 1e-3
         )
         return pwm
 
