@@ -36,7 +36,8 @@ def friction_budget(
     """
     carried = abs(motor_torque - load_torque)
     decay = math.exp(-(abs(rate / motor[7]) ** motor[8]))
-    return motor[5] * carried + decay * (motor[4] + motor[6] * carried)
+    budget: float = motor[5] * carried + decay * (motor[4] + motor[6] * carried)
+    return budget
 
 
 @compiled
@@ -64,17 +65,20 @@ def turned(
     budget = friction_budget(motor, rate, stall_torque - damping * rate, load_torque)
     momentum = motor[2] * rate + dt_s * (stall_torque + load_torque)
     left = max(0.0, abs(momentum) - dt_s * budget)
-    return math.copysign(left, momentum) / (motor[2] + dt_s * (motor[9] + damping))
+    speed: float = math.copysign(left, momentum) / (motor[2] + dt_s * (motor[9] + damping))
+    return speed
 
 
 @compiled
 def current_of(motor: FloatArray, applied_v: float, rate: float) -> float:
     """Return the current through the winding [A]."""
-    return (applied_v - motor[0] * rate) / motor[1]
+    current: float = (applied_v - motor[0] * rate) / motor[1]
+    return current
 
 
 @compiled
 def warmed(motor: FloatArray, temperature_c: float, current_a: float, dt_s: float) -> float:
     """Return the temperature a step later [degC]."""
     final = motor[14] + motor[10] * motor[1] * current_a**2
-    return temperature_c + (final - temperature_c) * (dt_s / motor[11])
+    warmer: float = temperature_c + (final - temperature_c) * (dt_s / motor[11])
+    return warmer

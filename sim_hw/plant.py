@@ -175,7 +175,7 @@ class Plant:
         """
         p, model, data = self.parameters, self.model, self.data
         dt_s = p.time_step_s / p.substeps
-        force = 0.0
+        force = np.zeros(self.foot_force_B.shape)
         if self._gusts.blow:
             self._write_push(self._gusts.next())
         for _ in range(p.substeps):

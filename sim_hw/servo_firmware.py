@@ -88,10 +88,11 @@ class FirmwareBank:
         self._loop = np.zeros((5, count))
         self._gains = np.zeros((7, count))
         # views: the virtual servos write single registers, the compiled loop takes them in rows
-        self.torque, self.stopped = self._flags  # the second: held by a tripped watchdog
+        self.torque: BoolArray = self._flags[0]
+        self.stopped: BoolArray = self._flags[1]  # held by a tripped watchdog
         self.trajectory, self.trajectory_rate = self._loop[0], self._loop[1]  # ticks, ticks/s
         self._integral, self._last_error = self._loop[2], self._loop[3]  # PWM counts, ticks
-        self.pwm = self._loop[4]  # last output, counts
+        self.pwm: FloatArray = self._loop[4]  # last output, counts
         self.position_p, self.position_i, self.position_d = self._gains[0:3]
         self.feedforward_1 = self._gains[3]
         self.pwm_limit, self.goal_pwm = self._gains[4], self._gains[5]  # counts
@@ -112,7 +113,8 @@ class FirmwareBank:
     @property
     def driven(self) -> BoolArray:
         """True where the output stage is on."""
-        return self.torque
+        driven: BoolArray = self.torque
+        return driven
 
     def restart(self, index: int, ticks: float) -> None:
         """Begin anew at a position: torque switched on, mode changed, power came back."""
@@ -145,7 +147,8 @@ class FirmwareBank:
         ceiling = np.minimum(self.pwm_limit, np.abs(self.goal_pwm))
         pwm, ceiling = self._other_loops(pwm, ceiling, rate_rad_s, current_a, dt_s)
         self.pwm[:] = np.where(self.torque, np.clip(pwm, -ceiling, ceiling), 0.0)
-        return self.pwm / DUTY_FULL
+        output[:] = self.pwm / DUTY_FULL
+        return output
 
     def _other_loops(
         self,
