@@ -13,6 +13,7 @@ NAMES = {
     "parallel": "benchmarks.parallel",
     "loop": "benchmarks.loop_cost",
     "log_size": "benchmarks.log_size",
+    "twin": "benchmarks.twin",
 }
 
 
