@@ -72,7 +72,7 @@ class RunDrawing:
         return float(self._time_s[index])
 
     def video(
-        self, out: Path, speed: float, rate_hz: float, progress: Callable[[float], None]
+        self, out: Path, speed: float, rate_hz: int, progress: Callable[[float], None]
     ) -> int:
         """Draw a video; return its number of pictures."""
         with mpl.rc_context({"savefig.bbox": None}):

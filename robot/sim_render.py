@@ -15,7 +15,7 @@ from robot.robot_option import positive
 if TYPE_CHECKING:
     from record.trial import Trial
 
-FRAMES_A_SECOND = 10.0
+FRAMES_A_SECOND = 10
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -128,7 +128,8 @@ class FirmwareBank:
 
     def profile_ongoing(self) -> BoolArray:
         """True where the trajectory has not reached its goal."""
-        return np.abs(self.goal_position - self.trajectory) > 0.5
+        ongoing: BoolArray = np.abs(self.goal_position - self.trajectory) > 0.5
+        return ongoing
 
     def duty(
         self, ticks: FloatArray, rate_rad_s: FloatArray, current_a: FloatArray, dt_s: float
