@@ -106,9 +106,7 @@ def read_ticks(path: Path, contents: LogContents | None = None) -> Iterator[Tick
         yield stamped.tick
 
 
-def read_stamped_ticks(
-    path: Path, contents: LogContents | None = None
-) -> Iterator[StampedTick]:
+def read_stamped_ticks(path: Path, contents: LogContents | None = None) -> Iterator[StampedTick]:
     """Yield the ticks of a log with their UNIX times; otherwise as ``read_ticks``.
 
     Raises:
@@ -146,9 +144,7 @@ def note_content(record: object, found: LogContents) -> None:
         found.config_text = record.data.decode("utf-8", errors="replace")
 
 
-def _decoder(
-    path: Path, schema: Schema | None, found: LogContents
-) -> Callable[[bytes], Tick]:
+def _decoder(path: Path, schema: Schema | None, found: LogContents) -> Callable[[bytes], Tick]:
     data = schema.data if schema is not None and schema.name == TICK_SCHEMA else b""
     decoder = TICK_DECODERS.get(hashlib.sha256(data).hexdigest())
     if decoder is None:
