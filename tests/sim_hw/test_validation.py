@@ -33,7 +33,7 @@ def tilt_from_ground(robot: Plant) -> float:
 
 
 def test_it_tips_at_the_angle_of_its_stance() -> None:
-    """tan = half the width over the height of the centre of mass, and a quarter less already for springs that swing as it is put down."""
+    """tan = half the width over the height of the centre of mass; springs that swing take some of it."""
     limit = 0.25 / -STAND_Z
     assert limit == pytest.approx(1.93, abs=0.05)
     assert tilt_from_ground(on_slope(0.0, 0.75 * limit, mu=5.0)) < 0.1
