@@ -14,6 +14,8 @@ NAMES = {
     "loop": "benchmarks.loop_cost",
     "log_size": "benchmarks.log_size",
     "twin": "benchmarks.twin",
+    "gap_chain": "benchmarks.gap_chain",
+    "fuzz": "benchmarks.fuzz",
 }
 
 

@@ -85,3 +85,7 @@ class ForceStreamError(BigantError):
 
 class RecordError(BigantError):
     """A log that cannot be written or read."""
+
+
+class GapError(BigantError):
+    """A diagnosis that cannot be made: no usable data, an unknown effect, a cause that does not fit."""

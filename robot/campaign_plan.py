@@ -31,8 +31,8 @@ import numpy as np
 
 from gaits.catalog import GAIT_NAMES
 from model.errors import ConfigError
+from model.toml_table import Table
 from robot.config import RobotConfig, load_robot
-from robot.toml_table import Table
 from robot.twin_run import WalkPlan, plan_of
 from sim_hw.effect_catalog import EFFECTS
 from sim_hw.effects import LEG, Effect, EffectKind, EffectParameter, find_kind

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from model.errors import BigantError, BusError, ForceStreamError, RecordError
+from robot.arguments import GAITS, add_robot, add_scenario, positive, steer
 from robot.commands import add_commands, run_command
 from robot.exit_codes import ExitCode
 
@@ -94,34 +95,6 @@ def _parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
     return parser
 
 
-def _add_robot(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--robot",
-        type=Path,
-        metavar="FILE",
-        default=_default_robot_file(),
-        help="robot file (default: config/bigant.toml)",
-    )
-
-
-def _default_robot_file() -> Path:
-    return Path(__file__).resolve().parent.parent / "config" / "bigant.toml"
-
-
-def _positive(text: str) -> float:
-    value = float(text)
-    if not 0 < value < float("inf"):
-        raise argparse.ArgumentTypeError(f"must be a positive number, not {text}")
-    return value
-
-
-def _steer(text: str) -> float:
-    value = float(text)
-    if not -1 <= value <= 1:
-        raise argparse.ArgumentTypeError(f"must be from -1 (right) to 1 (left), not {text}")
-    return value
-
-
 def _rate(text: str) -> int:
     value = int(text)
     if not 10 <= value <= 200:
@@ -138,18 +111,18 @@ def _add_drive(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         "torque; torque goes off on every way out.",
         epilog=EPILOG,
     )
-    _add_robot(drive)
-    drive.add_argument("--gait", choices=("tripod", "metachronal"), default="tripod")
+    add_robot(drive)
+    drive.add_argument("--gait", choices=GAITS, default="tripod")
     length = drive.add_mutually_exclusive_group()
-    length.add_argument("--cycles", type=_positive, metavar="N", help="gait cycles (default: 3)")
+    length.add_argument("--cycles", type=positive, metavar="N", help="gait cycles (default: 3)")
     length.add_argument(
-        "--duration", type=_positive, metavar="S", dest="duration_s", help="seconds of walking"
+        "--duration", type=positive, metavar="S", dest="duration_s", help="seconds of walking"
     )
     drive.add_argument(
-        "--frequency-hz", type=_positive, metavar="F", help="cycles a second (default: robot file)"
+        "--frequency-hz", type=positive, metavar="F", help="cycles a second (default: robot file)"
     )
     drive.add_argument(
-        "--steer", type=_steer, default=0.0, metavar="X", help="-1 (right) to 1 (left)"
+        "--steer", type=steer, default=0.0, metavar="X", help="-1 (right) to 1 (left)"
     )
     drive.add_argument(
         "--hardware",
@@ -162,13 +135,24 @@ def _add_drive(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         metavar="HOST[:UDP:CONSOLE]|none",
         help="wireless force-torque unit (default: robot file); none walks without it",
     )
+    drive.add_argument(
+        "--calibration",
+        type=Path,
+        metavar="FILE",
+        help="calibration of the force sensors (default: the one that the robot file names, if any)",
+    )
     drive.add_argument("--log", metavar="FILE", help="log file, or none (default: runs/...)")
+    drive.add_argument(
+        "--record-bytes",
+        action="store_true",
+        help="log the raw bytes of both devices as well, so that the drivers can be replayed",
+    )
     drive.add_argument("--readonly", action="store_true", help="sense and log, never move")
     drive.add_argument("--armed", action="store_true", help="allow torque on real hardware")
     drive.add_argument("--teleop", action="store_true", help="drive with the keyboard")
     drive.add_argument(
         "--deadman",
-        type=_positive,
+        type=positive,
         default=5.0,
         metavar="S",
         dest="deadman_s",
@@ -182,6 +166,7 @@ def _add_drive(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         "the same log, byte for byte, every time",
     )
     drive.add_argument("--seed", type=int, default=0, metavar="N", help="seed of virtual noise")
+    add_scenario(drive)
 
 
 def _add_show(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:

@@ -4,31 +4,31 @@ Unknown or missing keys, wrong lengths, non-finite and impossible values are a `
 names the key and the reason. Nothing else in the program reads configuration.
 """
 
-import tomllib
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
 from drivers.settings import ForceSensorSettings, ServoBusSettings
 from gaits.catalog import make_gait
 from model.errors import ConfigError
-from model.linkage import Linkage
 from model.params import (
-    BodyParameters,
-    ContactParameters,
     LegParameters,
-    LinkageParameters,
     MetachronalParameters,
     RobotParameters,
     ServoParameters,
     TripodParameters,
 )
-from robot.toml_table import Table
+from model.robot_file import parse_table, read_body, read_contact, read_legs, read_linkage
+from model.toml_table import Table
+from robot.calibration_file import read_calibration
 
 DEFAULT_ROBOT_FILE = Path(__file__).resolve().parent.parent / "config" / "bigant.toml"
 WATCHDOG_STEP_S = 0.02
 FULL_TURN = 2 * np.pi
+Part = TypeVar("Part")
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +69,7 @@ class RobotConfig:
         parameters: What the model and the gaits believe.
         servo_bus: Servo bus settings.
         force_sensor: Force-torque unit settings.
+        calibration_file: Calibration file that the robot file names, empty for none.
         limits: Safety limits.
         loop: Loop settings.
     """
@@ -78,15 +79,20 @@ class RobotConfig:
     parameters: RobotParameters
     servo_bus: ServoBusSettings
     force_sensor: ForceSensorSettings
+    calibration_file: str
     limits: SafetyLimits
     loop: LoopSettings
 
 
-def load_robot(path: Path = DEFAULT_ROBOT_FILE) -> RobotConfig:
-    """Read a robot file.
+def load_robot(path: Path = DEFAULT_ROBOT_FILE, calibration: Path | None = None) -> RobotConfig:
+    """Read a robot file, and the calibration of its force sensors where it has one.
+
+    Args:
+        path: The robot file.
+        calibration: Calibration file to take in place of the one that the robot file names.
 
     Raises:
-        ConfigError: The file cannot be read, or a key in it cannot be used.
+        ConfigError: A file cannot be read, or a key in it cannot be used.
     """
     try:
         text = path.read_text(encoding="utf-8")
@@ -94,21 +100,24 @@ def load_robot(path: Path = DEFAULT_ROBOT_FILE) -> RobotConfig:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         raise ConfigError(str(path), f"the robot file cannot be read: {reason}") from error
     try:
-        return parse_robot(text)
+        config = parse_robot(text)
     except ConfigError as error:
         raise ConfigError(f"{path}: {error.key}", error.reason) from error
+    if calibration is None and config.calibration_file:
+        calibration = path.parent / config.calibration_file
+    if calibration is None:
+        return config
+    found = read_calibration(calibration, config.parameters.legs.names)
+    return replace(config, force_sensor=replace(config.force_sensor, calibration=found))
 
 
 def parse_robot(text: str) -> RobotConfig:
-    """Read the text of a robot file.
+    """Read the text of a robot file; a calibration file that it names is not opened.
 
     Raises:
         ConfigError: It is no TOML, or a key in it cannot be used.
     """
-    try:
-        top = Table(tomllib.loads(text))
-    except tomllib.TOMLDecodeError as error:
-        raise ConfigError("robot file", f"is not valid TOML: {error}") from error
+    top = parse_table(text)
     name = top.text("name")
     legs_table = top.table("legs")
     legs, bus_columns = _legs(legs_table)
@@ -118,10 +127,10 @@ def parse_robot(text: str) -> RobotConfig:
     servo_table.done()
     gait_table = top.table("gait")
     parameters = RobotParameters(
-        body=_body(top.table("body")),
+        body=_whole(top.table("body"), read_body),
         legs=legs,
-        linkage=_linkage(top.table("linkage"), legs),
-        contact=_contact(top.table("contact"), legs.count),
+        linkage=_whole(top.table("linkage"), read_linkage),
+        contact=_whole(top.table("contact"), lambda table: read_contact(table, legs.count)),
         servo=servo,
         tripod=_tripod(gait_table.table("tripod"), legs),
         metachronal=_metachronal(gait_table.table("metachronal")),
@@ -130,12 +139,15 @@ def parse_robot(text: str) -> RobotConfig:
     for gait in ("tripod", "metachronal"):
         make_gait(gait, parameters)  # refuses what cannot be a gait
     loop = _loop(top.table("loop"))
+    force_table = top.table("force_sensor")
+    calibration_file = force_table.maybe_text("calibration")
     config = RobotConfig(
         name=name,
         text=text,
         parameters=parameters,
         servo_bus=_servo_bus(top.table("servo_bus"), legs, bus_columns, loop),
-        force_sensor=_force_sensor(top.table("force_sensor"), legs, bus_columns),
+        force_sensor=_force_sensor(force_table, legs, bus_columns),
+        calibration_file=calibration_file,
         limits=limits,
         loop=loop,
     )
@@ -151,33 +163,22 @@ class _WiringColumns:
     transducers: np.ndarray
 
 
-def _body(table: Table) -> BodyParameters:
-    body = BodyParameters(
-        mass=table.number("mass", above=0), inertia=table.numbers("inertia", (3,), above=0)
-    )
+def _whole(table: Table, read: Callable[[Table], Part]) -> Part:
+    """Read a table of which nothing may be left over."""
+    part = read(table)
     table.done()
-    moments = np.sort(body.inertia)
-    if moments[0] + moments[1] < moments[2]:
-        raise ConfigError(
-            table.name("inertia"),
-            f"no rigid body has these moments: the largest, {moments[2]:g}, exceeds the sum of the "
-            f"other two, {moments[0] + moments[1]:g}",
-        )
-    return body
+    return part
 
 
 def _legs(table: Table) -> tuple[LegParameters, _WiringColumns]:
-    names = table.texts("order")
-    count = len(names)
-    if count < 3:
-        raise ConfigError(table.name("order"), f"needs three legs or more, not {count}")
+    legs = read_legs(table)
+    names, count = legs.names, legs.count
     columns = _WiringColumns(
         ids=table.integers("dynamixel_id", count, minimum=0, maximum=252),
         signs=table.integers("servo_sign", count, minimum=-1, maximum=1),
         zeros=table.integers("servo_zero", count, minimum=0, maximum=4095),
         transducers=table.integers("transducer", count, minimum=0, maximum=6),
     )
-    legs = LegParameters(names=names, shaft_position=table.numbers("shaft_position", (count, 3)))
     table.done()
     _no_repeat(table.name("dynamixel_id"), columns.ids, names, "two servos cannot share id")
     used = columns.transducers[columns.transducers > 0]
@@ -193,34 +194,6 @@ def _no_repeat(key: str, values: np.ndarray, names: tuple[str, ...], words: str)
         if value in seen:
             raise ConfigError(key, f"{words} {value} (legs {', '.join(names)})")
         seen.add(value)
-
-
-def _linkage(table: Table, legs: LegParameters) -> LinkageParameters:
-    branch = table.integer("branch", minimum=-1, maximum=1)
-    if branch == 0:
-        raise ConfigError(table.name("branch"), "must be 1 or -1, not 0")
-    linkage = LinkageParameters(
-        crank=table.number("crank", above=0),
-        ground_pivot=table.numbers("ground_pivot", (2,)),
-        coupler=table.number("coupler", above=0),
-        rocker=table.number("rocker", above=0),
-        foot=table.numbers("foot", (2,)),
-        branch=branch,
-        mid_stance=table.number("mid_stance"),
-    )
-    table.done()
-    Linkage(linkage, legs.shaft_position)  # refuses a linkage that cannot turn
-    return linkage
-
-
-def _contact(table: Table, count: int) -> ContactParameters:
-    contact = ContactParameters(
-        stiffness=table.numbers("stiffness", (count,), above=0),
-        mu=table.numbers("mu", (count,), above=0),
-        anisotropy=table.numbers("anisotropy", (count, 2)),
-    )
-    table.done()
-    return contact
 
 
 def _servo(table: Table) -> ServoParameters:

@@ -8,8 +8,8 @@ closes the loop; its actuators hold shaft angles.
 import argparse
 from pathlib import Path
 
+from robot.arguments import add_robot
 from robot.exit_codes import ExitCode
-from robot.robot_option import add_robot
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -55,7 +55,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     from model.errors import ConfigError
     from robot.campaign_plan import read_scenario
     from robot.campaign_run import campaign_jobs, drop_cases, level_stamps, run_jobs
-    from robot.progress_bar import ProgressBar
+    from robot.progress import ProgressBar
 
     if options.jobs < 1:
         raise ConfigError("--jobs", f"must be 1 or more, not {options.jobs}")

@@ -9,8 +9,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from robot.arguments import positive
 from robot.exit_codes import ExitCode
-from robot.robot_option import positive
 
 if TYPE_CHECKING:
     from record.trial import Trial
@@ -46,7 +46,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     import shutil
 
     from model.errors import ConfigError, RecordError
-    from robot.progress_bar import ProgressBar
+    from robot.progress import ProgressBar
     from robot.robot_drawing import RunDrawing
 
     out: Path = options.out

@@ -9,8 +9,8 @@ also sets the day: friction, stiffness and centre of mass differ by a few per ce
 import argparse
 from pathlib import Path
 
+from robot.arguments import GAITS, add_robot, positive, steer
 from robot.exit_codes import ExitCode
-from robot.robot_option import GAITS, add_robot, positive, steer
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -58,7 +58,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     from model.errors import ConfigError
     from record.trial import write_trial
     from robot.config import load_robot
-    from robot.progress_bar import ProgressBar
+    from robot.progress import ProgressBar
     from robot.twin_log import twin_log
     from robot.twin_run import make_twin, plan_of, walk_fast
     from robot.twin_stack import walk_through_bytes

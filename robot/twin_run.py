@@ -162,7 +162,8 @@ class _FastWalk:
         self._begin_ns = robot.clock.now_ns()
         self._walked = False
         self.allowed = Allowed(JointCommand(0, nan, nan, torque=False))
-        self.forces = foot_forces(None, self._calibrations, config.force_sensor)
+        self._no_forces = foot_forces(None, self._calibrations, config.force_sensor, nan)
+        self.forces = self._no_forces
         self.t_ns = 0
 
     def tick(self) -> tuple[int, Mode]:
@@ -173,7 +174,11 @@ class _FastWalk:
         readings, records = self._robot.read()
         self.joints = joint_state(readings, self._config.servo_bus)
         if records:
-            self.forces = foot_forces(records[-1], self._calibrations, self._config.force_sensor)
+            self.forces = foot_forces(
+                records[-1], self._calibrations, self._config.force_sensor, self.joints.angle_rad
+            )
+        elif self.t_ns - self.forces.t_ns > self._config.force_sensor.silent_limit_s * 1e9:
+            self.forces = self._no_forces
         self._check()
         now = Situation(self.t_ns, self._request, StopReason.NONE, self.joints.angle_rad, True)
         self._phase = advance(self._phase, now, self._book)

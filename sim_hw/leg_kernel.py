@@ -12,7 +12,7 @@ import numpy as np
 from model.compiled import compiled
 from model.signals import BoolArray, FloatArray, IntArray
 from sim_hw.four_bar import four_bar_point
-from sim_hw.motor import current_of, turned, warmed
+from sim_hw.motor import current_of, slowed, turned, warmed
 from sim_hw.plant_parameters import PlantParameters
 
 # State of a leg, a row: motor and shaft (the encoder's side of the gear), the motor's condition.
@@ -20,8 +20,8 @@ MOTOR, MOTOR_RATE, SHAFT, SHAFT_RATE, CURRENT, TEMPERATURE, SUPPLY, DUTY = range
 # What a leg is made of.
 (
     STIFFNESS, DAMPING, SIDE_STIFFNESS, SIDE_DAMPING, LEG_OFFSET, LEG_PLAY, CRANK_OFFSET, COMPLIANCE,
-    BACKLASH, ROLL_STIFFNESS, ROLL_DAMPING, ROLL_ZERO,
-) = range(12)  # fmt: skip
+    BACKLASH, ROLL_STIFFNESS, ROLL_DAMPING, ROLL_ZERO, JAM,
+) = range(13)  # fmt: skip
 # Side springs are damped to this share of critical on the foot's mass; assumed.
 SIDE_DAMPING_RATIO = 0.5
 # Inertia on the encoder's side of a gear with play or twist: crank, coupler and foot; assumed.
@@ -34,8 +34,8 @@ ROLLING = (200.0, 0.9)  # stiffness [N m/rad] and damping that turn a rolling fo
 
 
 def leg_rows(plant: PlantParameters, coupler_zero: FloatArray) -> FloatArray:
-    """Return what the compiled code needs of each leg, (N, 12)."""
-    rows = np.zeros((plant.legs, 12))
+    """Return what the compiled code needs of each leg, (N, 13)."""
+    rows = np.zeros((plant.legs, 13))
     rows[:, STIFFNESS], rows[:, DAMPING] = plant.stiffness, plant.damping
     rows[:, SIDE_STIFFNESS] = plant.side_stiffness[:, 0]
     rows[:, SIDE_DAMPING] = side_damping(plant)[:, 0]
@@ -129,12 +129,12 @@ def turn_legs(
                 push_roll += row[9] * wanted - row[10] * turn * rate
             if elastic:
                 torque = _gear_torque(row, leg[0] - leg[2], leg[1] - rate)
-                leg[1] = turned(motor, leg[1], stall, emf, -torque, h)
+                leg[1] = turned(motor, leg[1], stall, emf, -torque, 0.0, h)
                 leg[0] += h * leg[1]
-                leg[3] = rate + h * (torque + load) / 0.002
+                leg[3] = slowed(0.002 * rate + h * (torque + load), h * row[12]) / 0.002
                 leg[2] += h * leg[3]
             else:
-                leg[3] = turned(motor, rate, stall, emf, load, h)
+                leg[3] = turned(motor, rate, stall, emf, load, row[12], h)
                 leg[2] += h * leg[3]
                 leg[0], leg[1] = leg[2], leg[3]
         applied[foot_v[k, 0]] = push_x / substeps

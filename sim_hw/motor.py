@@ -41,12 +41,20 @@ def friction_budget(
 
 
 @compiled
+def slowed(momentum: float, friction: float) -> float:
+    """Return what dry friction leaves of a momentum, each [N m s]; it stops, and never turns it round."""
+    left: float = math.copysign(max(0.0, abs(momentum) - friction), momentum)
+    return left
+
+
+@compiled
 def turned(
     motor: FloatArray,
     rate: float,
     stall_torque: float,
     damping: float,
     load_torque: float,
+    jam_torque: float,
     dt_s: float,
 ) -> float:
     """Return the shaft's speed a step later.
@@ -60,12 +68,13 @@ def turned(
         stall_torque: Torque of the applied voltage at standstill, kt V/R [N m].
         damping: Back-EMF, kt^2/R where the output stage is on [N m s].
         load_torque: Torque of the load on the shaft [N m].
+        jam_torque: Dry friction on the shaft besides the motor's own [N m].
         dt_s: Step.
     """
     budget = friction_budget(motor, rate, stall_torque - damping * rate, load_torque)
     momentum = motor[2] * rate + dt_s * (stall_torque + load_torque)
-    left = max(0.0, abs(momentum) - dt_s * budget)
-    speed: float = math.copysign(left, momentum) / (motor[2] + dt_s * (motor[9] + damping))
+    left = slowed(momentum, dt_s * (budget + jam_torque))
+    speed: float = left / (motor[2] + dt_s * (motor[9] + damping))
     return speed
 
 

@@ -13,6 +13,7 @@ from sim_hw.four_bar import foot_path, four_bar_point, leg_geometry
 from sim_hw.gusts import Gusts
 from sim_hw.leg_kernel import (
     CURRENT,
+    JAM,
     MOTOR,
     MOTOR_RATE,
     SHAFT,
@@ -63,6 +64,8 @@ class Plant:
         self._geometry = leg_geometry(p)
         zero = np.array([four_bar_point(g, 0.0)[4] for g in self._geometry])
         self._rows, self._motor = leg_rows(p, zero), motor_row(p.motor)
+        # dry friction of each shaft on top of its motor's own: what is caught in a leg [N m]
+        self.jam_n_m: FloatArray = self._rows[:, JAM]
         self._state = np.zeros((p.legs, 8))
         self._directed = DirectedContacts(p, leg_of_geom)
         self._varies, self._has_direction = varies(p), self._directed.any

@@ -106,6 +106,7 @@ class FirmwareBank:
         self.velocity_i = np.full(count, 1920.0)
         self.feedforward_2 = np.zeros(count)
         self.profile_acceleration = np.zeros(count)  # counts, 0 = rectangular
+        self.ramp_velocity = np.zeros(count)  # counts; goal of the velocity loop on its ramp
         self._velocity_integral = np.zeros(count)
         self._current_integral = np.zeros(count)
         self.goal_path: GoalPath | None = None
@@ -120,6 +121,7 @@ class FirmwareBank:
         """Begin anew at a position: torque switched on, mode changed, power came back."""
         self.trajectory[index] = ticks
         self.trajectory_rate[index] = 0.0
+        self.ramp_velocity[index] = 0.0
         for integral in (self._integral, self._velocity_integral, self._current_integral):
             integral[index] = 0.0
         self._last_error[index] = 0.0
@@ -130,6 +132,12 @@ class FirmwareBank:
         """True where the trajectory has not reached its goal."""
         ongoing: BoolArray = np.abs(self.goal_position - self.trajectory) > 0.5
         return ongoing
+
+    def planned_velocity(self, index: int) -> float:
+        """Return the velocity that the profile asks for now [counts]."""
+        if self.mode[index] == OperatingMode.VELOCITY:
+            return float(self.ramp_velocity[index])
+        return float(self.trajectory_rate[index]) * TICK_RAD / VELOCITY_UNIT_RAD_S
 
     def duty(
         self, ticks: FloatArray, rate_rad_s: FloatArray, current_a: FloatArray, dt_s: float
@@ -211,7 +219,11 @@ class FirmwareBank:
 
     def _velocity_loop(self, rate_rad_s: FloatArray, dt_s: float) -> FloatArray:
         goal = np.where(self.stopped, 0.0, self.goal_velocity)
-        error = goal - rate_rad_s / VELOCITY_UNIT_RAD_S  # counts
+        # one count of acceleration is one count of velocity in 64 ms; 0 does not limit it
+        unlimited = (self.profile_acceleration <= 0) | self.stopped
+        step = np.where(unlimited, np.inf, self.profile_acceleration * (dt_s / 0.064))
+        self.ramp_velocity = self.ramp_velocity + np.clip(goal - self.ramp_velocity, -step, step)
+        error = self.ramp_velocity - rate_rad_s / VELOCITY_UNIT_RAD_S  # counts
         self._velocity_integral = np.clip(
             self._velocity_integral + self.velocity_i / 65536 * error * (dt_s / 1e-3),
             -DUTY_FULL,

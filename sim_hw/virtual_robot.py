@@ -6,12 +6,20 @@ from drivers.settings import ForceSensorSettings, ServoBusSettings
 from model.params import RobotParameters
 from sim_hw.ati import NOISE, VirtualWnet
 from sim_hw.goal_path import GoalPath
+from sim_hw.interfaces import ServoWire, WnetWire
+from sim_hw.latency_timer import LatencyTimer
 from sim_hw.motion_capture import MotionCapture
+from sim_hw.old_servos import BusWithOldServos
 from sim_hw.plant import Plant
 from sim_hw.plant_parameters import PlantParameters
+from sim_hw.scenario import Scenario
+from sim_hw.scenario_time import ScenarioTime
+from sim_hw.servo_faults import FaultyServoWire, ServoLine
 from sim_hw.servo_firmware import FirmwareBank
+from sim_hw.servo_mishaps import DisturbedMotors, ServoMishaps
 from sim_hw.servos import VirtualServoBus
 from sim_hw.twin import Twin
+from sim_hw.wnet_faults import FaultyWnet
 from sim_hw.world import World
 
 
@@ -21,9 +29,11 @@ class VirtualRobot:
 
     Attributes:
         world: Plant and firmware, running together in steps.
-        servos: Virtual servo bus.
+        servos: Virtual servos.
         wnet: Virtual wireless force-torque unit.
         firmware: The servos' control loops.
+        servo_wire: The servos as the host's port sees them; with a scenario, its faults lie between.
+        wnet_wire: The same for the force-torque unit.
         cameras: What sees body and feet; None where ground truth is taken as it is.
     """
 
@@ -31,6 +41,8 @@ class VirtualRobot:
     servos: VirtualServoBus
     wnet: VirtualWnet
     firmware: FirmwareBank
+    servo_wire: ServoWire
+    wnet_wire: WnetWire
     cameras: MotionCapture | None
 
 
@@ -40,6 +52,7 @@ def build_virtual_robot(
     force_sensor: ForceSensorSettings,
     seed: int,
     twin: Twin | None = None,
+    scenario: Scenario | None = None,
 ) -> VirtualRobot:
     """Build a virtual robot for a robot file.
 
@@ -49,6 +62,7 @@ def build_virtual_robot(
         force_sensor: Transducers and their mounting.
         seed: Seed of all noise.
         twin: What the robot and its sensors really are; None for the nominal robot and ground truth.
+        scenario: What goes wrong; None for sound devices with nothing between them and the host.
     """
     plant = Plant(twin.plant if twin is not None else PlantParameters.nominal(robot), seed)
     firmware = FirmwareBank(robot.legs.count)
@@ -66,10 +80,41 @@ def build_virtual_robot(
     ids = tuple(int(i) for i in servo_bus.ids)
     transducers = tuple(int(t) for t in force_sensor.transducers)
     noise = NOISE if twin is None else (*[twin.sensors.noise.force_n] * 3, *NOISE[3:])
+    cameras = MotionCapture(twin.sensors, seed) if twin is not None else None
+    if scenario is None:
+        servos = VirtualServoBus(world, firmware, ids, baud_rate=servo_bus.baud_rate)
+        wnet = VirtualWnet(world, transducers, seed=seed, noise=noise)
+        return VirtualRobot(world, servos, wnet, firmware, servos, wnet, cameras)
+    motors = DisturbedMotors(world, firmware)
+    servos = VirtualServoBus(
+        motors, firmware, ids, baud_rate=servo_bus.baud_rate, assumed=scenario.servo
+    )
+    wnet = VirtualWnet(world, transducers, seed=seed, noise=noise, assumed=scenario.force_unit)
+    time = ScenarioTime(scenario.course.begins)
+    mishaps = ServoMishaps(servos, motors, world, scenario.faults, time)
     return VirtualRobot(
         world=world,
-        servos=VirtualServoBus(world, firmware, ids, baud_rate=servo_bus.baud_rate),
-        wnet=VirtualWnet(world, transducers, seed=seed, noise=noise),
+        servos=servos,
+        wnet=wnet,
         firmware=firmware,
-        cameras=MotionCapture(twin.sensors, seed) if twin is not None else None,
+        servo_wire=faulty_wire(servos, mishaps, scenario, time, servo_bus.baud_rate),
+        wnet_wire=FaultyWnet(wnet, scenario.faults, time, scenario.course.seed),
+        cameras=cameras,
     )
+
+
+def faulty_wire(
+    servos: VirtualServoBus,
+    mishaps: ServoMishaps,
+    scenario: Scenario,
+    time: ScenarioTime,
+    baud_rate: int,
+) -> ServoWire:
+    """Return the wire to servos with a scenario on it: old servos, faults, adapter, in this order."""
+    line: ServoLine = servos
+    if scenario.servo.old_firmware:
+        line = BusWithOldServos(servos, scenario.servo.old_firmware, baud_rate)
+    wire = FaultyServoWire(line, mishaps, scenario.faults, time, scenario.course.seed)
+    if scenario.adapter.latency_timer_s > 0:
+        return LatencyTimer(wire, scenario.adapter.latency_timer_s)
+    return wire

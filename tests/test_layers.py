@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-OURS = ("robot", "model", "gaits", "drivers", "record", "sim_hw")
+OURS = ("robot", "model", "gaits", "drivers", "record", "sim_hw", "gap")
 SOURCES = sorted(p for folder in OURS for p in (ROOT / folder).glob("*.py"))
 
 

@@ -192,7 +192,6 @@ def test_files_of_a_campaign_say_nothing(scenario_file: Path, tmp_path: Path) ->
 
 
 def test_a_seal_opens_with_its_key_alone(scenario_file: Path, tmp_path: Path) -> None:
-    pytest.importorskip("cryptography")
     labels = labels_of(draw_cases(read_scenario(scenario_file), b"z"), b"z")
     folder = tmp_path / "sealed"
     folder.mkdir()

@@ -109,6 +109,6 @@ def test_speed_under_load_is_near_the_data_sheets_line(load: float) -> None:
     stall = motor.torque_constant * 12.0 * motor.duty_limit / motor.resistance
     emf, rate = motor.torque_constant**2 / motor.resistance, 0.0
     for _ in range(2000):
-        rate = turned(motor_row(motor), rate, stall, emf, -load, 2.5e-4)
+        rate = turned(motor_row(motor), rate, stall, emf, -load, 0.0, 2.5e-4)
     sheet = 4.71 * (1 - load / 8.4)
     assert rate == pytest.approx(sheet, rel=0.15)

@@ -1,4 +1,4 @@
-"""The options that several commands share: which robot file, which walk."""
+"""Arguments that several commands share: robot file, scenario, walk. Imports nothing heavy."""
 
 import argparse
 from pathlib import Path
@@ -14,6 +14,17 @@ def add_robot(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         default=Path(__file__).resolve().parent.parent / "config" / "bigant.toml",
         help="robot file (default: config/bigant.toml)",
+    )
+
+
+def add_scenario(parser: argparse.ArgumentParser) -> None:
+    """Add ``--scenario``."""
+    parser.add_argument(
+        "--scenario",
+        type=Path,
+        metavar="FILE",
+        help="faults of the virtual hardware, for example examples/faults_servo.toml; what it may "
+        "say: bigant sim faults",
     )
 
 

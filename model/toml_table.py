@@ -42,6 +42,11 @@ class Table:
         """Return a value of any kind, for the caller to check."""
         return self._take(key)
 
+    def maybe_text(self, key: str) -> str:
+        """Return a non-empty string, or an empty one where the key is left out."""
+        self._taken.add(key)
+        return self.text(key) if key in self._data else ""
+
     def table(self, key: str) -> "Table":
         """Return a sub-table."""
         value = self._take(key)

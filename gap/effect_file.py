@@ -1,0 +1,76 @@
+"""Effects of a user's own: one Python file with a list ``EFFECTS``.
+
+See ``docs/gap_effects.md`` for an example. The file is run as Python: open only files that you trust.
+"""
+
+import runpy
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from gap.interfaces import Effect
+from model.errors import GapError
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class UserEffect:
+    """An effect and what it does.
+
+    Attributes:
+        effect: Its name, stage, parameters, scopes and words.
+        act: ``act(signals, values, legs)`` returns changed signals of the stage
+            (``gap.legged_signals``); values are in the order of the parameters, legs is a mask (N,). At
+            neutral values it must change nothing.
+    """
+
+    effect: Effect
+    act: Callable[[Any, tuple[float, ...], tuple[bool, ...]], Any]
+
+
+def read_effects(
+    path: Path, stages: tuple[str, ...], taken: tuple[str, ...]
+) -> tuple[UserEffect, ...]:
+    """Read a file of effects.
+
+    Args:
+        path: The file.
+        stages: Stages of the simulator that they are for.
+        taken: Names that its own effects have.
+
+    Raises:
+        GapError: The file cannot be run, has no EFFECTS, or one of them does not fit.
+    """
+    if not path.is_file():
+        raise GapError(f"there is no file {path}; --effects takes a Python file")
+    try:
+        names = runpy.run_path(str(path))
+    except Exception as error:  # whatever a user's file raises is a mistake in it
+        raise GapError(f"{path} cannot be run: {type(error).__name__}: {error}") from error
+    effects = names.get("EFFECTS")
+    if not isinstance(effects, list | tuple) or not effects:
+        raise GapError(f"{path} has no list EFFECTS of UserEffect(effect, act)")
+    seen = set(taken)
+    for user in effects:
+        if not isinstance(user, UserEffect):
+            raise GapError(f"{path}: EFFECTS must hold UserEffect(effect, act), not {user!r}")
+        _check(path, user.effect, stages, seen)
+        seen.add(user.effect.name)
+    return tuple(effects)
+
+
+def _check(path: Path, effect: Effect, stages: tuple[str, ...], seen: set[str]) -> None:
+    if effect.name in seen:
+        raise GapError(f"{path}: there is an effect {effect.name!r} already; choose another name")
+    if effect.stage not in stages:
+        raise GapError(
+            f"{path}: {effect.name} names the stage {effect.stage!r}; stages are {', '.join(stages)}"
+        )
+    if not effect.scopes:
+        raise GapError(f"{path}: {effect.name} needs a scope: Scope.ALL, Scope.JOINT or both")
+    for parameter in effect.parameters:
+        if not parameter.lower <= parameter.neutral <= parameter.upper or not parameter.spread > 0:
+            raise GapError(
+                f"{path}: {effect.name}: {parameter.name} needs lower <= neutral <= upper "
+                "and a spread above 0"
+            )

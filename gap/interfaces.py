@@ -1,0 +1,200 @@
+"""Who knows what of whom in the diagnosis: a simulator, its catalogue of effects, and the engine.
+
+The engine (detection, selection, probabilities, report) sees a machine only through ``Simulator``;
+BigANT's chain, the servo bench and the sliding body are simulators. Names of stages and effects are
+those that reports print.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Protocol
+
+import numpy as np
+
+from model.signals import BoolArray, FloatArray
+from record.trial import Trial
+
+
+class Scope(Enum):
+    """What an effect can touch."""
+
+    ALL = "all"  # the machine as a whole
+    JOINT = "leg"  # one leg or joint (several: several causes, or one cause with several joints)
+
+
+class Drive(Enum):
+    """What feeds the stages of a simulator."""
+
+    MEASURED = (
+        "measured"  # each stage is fed what was measured before it: residuals are local to a stage
+    )
+    COMMAND = (
+        "command"  # the commands alone; every stage is fed by the one before: the end-to-end gap
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One number of an effect.
+
+    Attributes:
+        name: As reports print it, with its unit as suffix, for example ``delay_s`` or ``ratio``.
+        unit: SI unit, empty for a ratio.
+        neutral: The value at which nothing happens.
+        lower: Smallest value that makes sense.
+        upper: Largest value that makes sense.
+        spread: Prior standard deviation about ``neutral``: what a builder of such machines would expect.
+    """
+
+    name: str
+    unit: str
+    neutral: float
+    lower: float
+    upper: float
+    spread: float
+
+
+@dataclass(frozen=True, slots=True)
+class Effect:
+    """One thing that a simulator may lack.
+
+    Attributes:
+        name: Its name.
+        stage: The stage in which it acts.
+        parameters: Its numbers; none for a law that is there or not.
+        scopes: What it can touch.
+        physics: One sentence: what happens in the world.
+        remedy: One sentence: what a person would check or change.
+    """
+
+    name: str
+    stage: str
+    parameters: tuple[Parameter, ...]
+    scopes: tuple[Scope, ...]
+    physics: str
+    remedy: str
+
+
+@dataclass(frozen=True, slots=True)
+class Cause:
+    """An effect with its numbers, at its place.
+
+    Attributes:
+        effect: Name of the effect.
+        joints: The joints that it touches; empty for the whole machine.
+        values: In the order of the effect's parameters.
+    """
+
+    effect: str
+    joints: tuple[str, ...]
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """One measured quantity as the diagnosis compares it.
+
+    Attributes:
+        name: As reports print it, for example ``force_z`` or ``body_vx``.
+        joint: Joint or leg; empty for the body.
+        stage: The stage whose output it is.
+        unit: SI unit.
+    """
+
+    name: str
+    joint: str
+    stage: str
+    unit: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Observation:
+    """What was measured in one trial, on a simulator's channels and on its own grid of F frames.
+
+    Attributes:
+        time_s: Seconds from the start of the trial, (F,).
+        cycle: Cycles of the gait (or excitation) since the start, continuous, (F,); NaN if none.
+        values: (F, C) in the order of ``Simulator.channels``; NaN where nothing was measured.
+        noise: Standard deviation of a value from the sensors alone, after every filter, (F, C).
+        weight: 0 to 1, (F, C): less where the simulator cannot be held to it (a contact switch).
+    """
+
+    time_s: FloatArray
+    cycle: FloatArray
+    values: FloatArray
+    noise: FloatArray
+    weight: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class DataFault:
+    """Something wrong with the data, before any physics is blamed.
+
+    Attributes:
+        kind: ``unit``, ``sign``, ``wrap``, ``magnitude_only``, ``swapped``, ``frozen``, ``spikes``,
+            ``gap``, ``clock_offset`` or ``saturated``.
+        channel: Column of the trial table, or a group such as ``body``.
+        evidence: One sentence with figures.
+        severe: Whether what follows cannot be trusted unless it is mended.
+    """
+
+    kind: str
+    channel: str
+    evidence: str
+    severe: bool
+
+
+class Simulator(Protocol):
+    """A simulator under diagnosis, pure: the same arguments always give the same answer."""
+
+    @property
+    def name(self) -> str:
+        """Name, for example ``legged``."""
+        ...
+
+    @property
+    def stages(self) -> tuple[str, ...]:
+        """Names of the stages in the order of the chain."""
+        ...
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of joints or legs."""
+        ...
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """The catalogue: every effect that the simulator can add to itself."""
+        ...
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """What is compared, C channels. The same for both drives."""
+        ...
+
+    def observe(self, trial: Trial) -> Observation:
+        """Put the measured data of a trial on the simulator's channels and grid.
+
+        Filters and decimation here are exactly those of ``predict``.
+        """
+        ...
+
+    def predict(self, trial: Trial, causes: Sequence[Cause], drive: Drive) -> FloatArray:
+        """Return what the channels would read with these causes added, (F, C); NaN where unknown.
+
+        Effects of the sensing stage act on what is predicted, so that the data are never altered.
+
+        Raises:
+            GapError: A cause is not of the catalogue, or its joints or values do not fit.
+        """
+        ...
+
+    def check(self, trial: Trial) -> tuple[DataFault, ...]:
+        """Look for faults of the data themselves."""
+        ...
+
+
+def used(observation: Observation) -> BoolArray:
+    """Return which values take part in the comparison, (F, C)."""
+    return np.asarray((observation.weight > 0.0) & np.isfinite(observation.values))

@@ -1,0 +1,262 @@
+"""Support, friction and external forces of the legged simulator: feet to loads, pose and velocity."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.constants import g as standard_gravity
+
+from gap.legged_grid import FOOT_WINDOW_S, Grid, lagged
+from gap.legged_machine import LeggedMachine
+from gap.legged_settings import GroundSettings, Settings
+from gap.legged_shafts import Feet
+from gap.legged_signals import FrictionSignals, MotionSignals, SupportSignals
+from model.frames import FrictionLaw
+from model.signals import BoolArray, FloatArray
+from model.support_frames import SupportSolutions, solve_support_frames
+from model.traction_frames import FootLaw, Pushes, solve_traction_frames
+
+EDGE_M = 0.004  # over which an edge in the floor is rounded, so that fits can move it
+TWIST_PASSES = 40
+TWIST_CONVERGED_RAD = 1e-11
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Standing:
+    """Support of W frames.
+
+    Attributes:
+        load_n: (W, N).
+        slopes: slope_x, slope_y of the body against the ground, (W, 2).
+        height_m: Height of the body's origin over the ground, (W,).
+        com_m: Where the weight acts, without what pushes sideways, (2,).
+    """
+
+    load_n: FloatArray
+    slopes: FloatArray
+    height_m: FloatArray
+    com_m: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sliding:
+    """Friction of W frames: forces (W, N, 2) [N] and the body's velocity (W, 3), body axes."""
+
+    force_xy_n: FloatArray
+    velocity_B: FloatArray  # noqa: N815 - frame suffix
+
+
+def weight_and_centre(machine: LeggedMachine, own: GroundSettings) -> tuple[float, FloatArray]:
+    """Weight [N] and centre of mass in the body frame, (2,) [m], with what rides along."""
+    mass = machine.mass_kg
+    moment = mass * np.array([own.com_x_m, own.com_y_m])
+    for rider_kg, x, y in own.payloads:
+        mass += rider_kg
+        moment = moment + rider_kg * np.array([x, y])
+    return mass * standard_gravity, moment / mass
+
+
+def gradient(own: GroundSettings, world: FloatArray) -> FloatArray:
+    """Rise of the ground per metre along body x and y, (W, 2), as the body turns."""
+    turned = world[:, 2] - world[0, 2]
+    c, s = np.cos(turned), np.sin(turned)
+    return np.stack([c * own.slope_x + s * own.slope_y, c * own.slope_y - s * own.slope_x], axis=1)
+
+
+def sideways_force(machine: LeggedMachine, own: GroundSettings, world: FloatArray) -> FloatArray:
+    """Force along the ground at the centre of mass, body axes, (W, 2) [N]: gravity's share, the tether."""
+    force = np.zeros((len(world), 2))
+    if own.slope_x or own.slope_y:
+        force -= weight_and_centre(machine, own)[0] * gradient(own, world)
+    if own.tether_x_n or own.tether_y_n:
+        c, s = np.cos(world[:, 2]), np.sin(world[:, 2])
+        force[:, 0] += c * own.tether_x_n + s * own.tether_y_n
+        force[:, 1] += c * own.tether_y_n - s * own.tether_x_n
+    return force
+
+
+def _feet_world_x(feet_xy: FloatArray, world: FloatArray) -> FloatArray:
+    c, s = np.cos(world[:, 2])[:, None], np.sin(world[:, 2])[:, None]
+    x: FloatArray = world[:, :1] + c * feet_xy[..., 0] - s * feet_xy[..., 1]
+    return x
+
+
+def _beyond(x: FloatArray, edge: float) -> FloatArray:
+    share: FloatArray = 0.5 * (1.0 + np.tanh((x - edge) / EDGE_M))
+    return share
+
+
+def contact_points(feet: Feet, settings: Settings) -> FloatArray:
+    """Unloaded points of contact, (W, N, 3), of legs of their length.
+
+    A round foot has its centre above the linkage's foot point, so its point of contact stays that point.
+    """
+    points = feet.signals.position_m
+    if any(settings.ground.leg_length_m):
+        points = points.copy()
+        points[..., 2] -= np.array(settings.ground.leg_length_m)
+    return points
+
+
+def stand(
+    machine: LeggedMachine, grid: Grid, feet: Feet, settings: Settings, world: FloatArray
+) -> Standing:
+    """Find loads and pose of the body on its legs.
+
+    Args:
+        machine: The robot.
+        grid: Times.
+        feet: Unloaded feet.
+        settings: What is added.
+        world: x, y, yaw of the body, (W, 3); only effects that are bound to a place need it.
+    """
+    own = settings.ground
+    points = contact_points(feet, settings)
+    ground = np.zeros(points.shape[:2])
+    if own.step_height_m:
+        ground = own.step_height_m * _beyond(_feet_world_x(points[..., :2], world), own.step_x_m)
+    stiffness = machine.contact.stiffness * np.array(own.stiffness_ratio) * own.ground_stiffness
+    weight, centre = weight_and_centre(machine, own)
+    com = np.broadcast_to(centre, (grid.frames, 2))
+    signals = SupportSignals(grid.time_s, points, ground, stiffness, weight, com)
+    sideways = sideways_force(machine, own, world)
+    if sideways.any():
+        # it acts at the height of the body's origin, friction on the ground: the weight's line moves
+        first = _balance(signals, 0.0)
+        height = first.pose[:, 2] + com[:, 0] * first.pose[:, 0] - com[:, 1] * first.pose[:, 1]
+        com = com + height[:, None] * sideways / weight
+        signals = SupportSignals(grid.time_s, points, ground, stiffness, weight, com)
+    for added in settings.at("support"):
+        signals = added.act(signals, added.values, added.legs)
+    found = _balance(signals, own.twist_rad_nm)
+    com = signals.com_m
+    height = found.pose[:, 2] + com[:, 0] * found.pose[:, 0] - com[:, 1] * found.pose[:, 1]
+    return Standing(found.load_n, found.pose[:, :2], height, centre)
+
+
+def _balance(signals: SupportSignals, twist_rad_nm: float) -> SupportSolutions:
+    """Balance seen from where the weight acts; with a chassis that twists, until its angle stays."""
+    points = signals.feet_m.copy()
+    points[..., 0] -= signals.com_m[:, :1]
+    points[..., 1] -= signals.com_m[:, 1:]
+
+    def solve(angle: FloatArray) -> SupportSolutions:
+        bent = points.copy()
+        bent[..., 2] += arm * angle[:, None]
+        return solve_support_frames(bent, signals.ground_m, signals.stiffness_n_m, signals.weight_n)
+
+    arm = np.zeros(points.shape[:2])
+    angle = np.zeros(len(points))
+    found = solve(angle)
+    if twist_rad_nm == 0.0:
+        return found
+    # a foot moves up by y times the chassis' roll at its place, linear from rear to front
+    x = signals.feet_m[..., 0].mean(axis=0)
+    arm = signals.feet_m[..., 1] * (x - (x.max() + x.min()) / 2) / np.ptp(x)
+    excess = -twist_rad_nm * np.sum(found.load_n * arm, axis=1)
+    slope = np.ones(len(points))
+    for _ in range(TWIST_PASSES):
+        step = -excess / slope
+        if not np.nanmax(np.abs(step), initial=0.0) > TWIST_CONVERGED_RAD:
+            break
+        angle = angle + step
+        found = solve(angle)
+        new = angle - twist_rad_nm * np.sum(found.load_n * arm, axis=1)
+        # secant; the excess grows with the angle at least as fast as the angle itself
+        moved = np.abs(step) > 1e-15
+        slope = np.where(moved, (new - excess) / np.where(moved, step, 1.0), slope)
+        slope = np.maximum(slope, 1.0)
+        excess = new
+    return found
+
+
+def slide(
+    machine: LeggedMachine,
+    grid: Grid,
+    feet: Feet,
+    standing: Standing,
+    settings: Settings,
+    world: FloatArray,
+    load_n: FloatArray,
+    shaft_give_m_n: FloatArray | None = None,
+) -> Sliding:
+    """Find velocity and friction forces.
+
+    Args:
+        machine: The robot.
+        grid: Times.
+        feet: Unloaded feet.
+        standing: Pose of the body.
+        settings: What is added.
+        world: As for ``stand``.
+        load_n: Loads that press the feet down: the support's, or measured ones, (W, N).
+        shaft_give_m_n: How far feet give fore and aft because their shafts do, (W, N).
+    """
+    own = settings.ground
+    points = contact_points(feet, settings)
+    rate = grid.slope(points, FOOT_WINDOW_S)
+    speed = rate[..., :2]
+    if own.tilt_coupling:
+        speed = speed + standing.slopes[:, None, :] * [1.0, -1.0] * rate[..., 2:]
+    if settings.shaft.rolling_m:
+        # the surface of a foot that turns with its link passes through the point of contact
+        speed = speed.copy()
+        speed[..., 0] += settings.shaft.rolling_m * grid.slope(feet.turn_rad, FOOT_WINDOW_S)
+    mu = machine.contact.mu * np.array(own.mu_ratio) * np.ones_like(load_n)
+    if own.patch_ratio != 1.0:
+        x = _feet_world_x(points[..., :2], world)
+        mu = mu * (1.0 + (own.patch_ratio - 1.0) * _beyond(x, own.patch_x_m))
+    added_w = np.stack([own.w_x, own.w_y], axis=1)
+    force = sideways_force(machine, own, world)
+    centre = standing.com_m
+    moment = centre[0] * force[:, 1] - centre[1] * force[:, 0]
+    signals = FrictionSignals(
+        grid.time_s,
+        points[..., :2],
+        speed,
+        load_n,
+        mu,
+        (machine.contact.anisotropy + added_w)[None],
+        np.column_stack([force, moment]),
+    )
+    for stage in ("friction", "external"):
+        for added in settings.at(stage):
+            signals = added.act(signals, added.values, added.legs)
+    law = FootLaw(
+        FrictionLaw.COULOMB if own.coulomb else FrictionLaw.VISCOUS,
+        own.static_ratio,
+        own.static_speed_m_s,
+    )
+    found = solve_traction_frames(
+        signals.feet_m,
+        signals.speed_m_s,
+        signals.mu * signals.load_n,
+        signals.anisotropy_B,
+        law,
+        Pushes(signals.wrench_B, own.drag_n_s_m),
+        grid.period_s,
+        _give(own, shaft_give_m_n, load_n.shape[1]),
+    )
+    motion = MotionSignals(grid.time_s, _held(found.velocity_B))
+    if own.inertia_s:
+        motion = MotionSignals(grid.time_s, lagged(grid, motion.velocity_B, own.inertia_s))
+    for added in settings.at("dynamics"):
+        motion = added.act(motion, added.values, added.legs)
+    velocity = np.where(found.valid[:, None], motion.velocity_B, np.nan)
+    return Sliding(found.force_xy_B, velocity)
+
+
+def _give(own: GroundSettings, shaft_give_m_n: FloatArray | None, legs: int) -> FloatArray:
+    """How far feet give along body x and y, (W or 1, N, 2) [m/N]."""
+    flex = np.tile([own.flex_longitudinal_m_n, own.flex_lateral_m_n], (1, legs, 1))
+    if shaft_give_m_n is None:
+        return flex
+    return flex + np.stack([shaft_give_m_n, np.zeros_like(shaft_give_m_n)], axis=2)
+
+
+def _held(velocity: FloatArray) -> FloatArray:
+    """Bridge frames without an answer, so that filters pass them."""
+    known: BoolArray = np.all(np.isfinite(velocity), axis=1)
+    if known.all() or not known.any():
+        return np.where(known[:, None], velocity, 0.0)
+    at = np.arange(len(velocity))
+    return np.stack([np.interp(at, at[known], column[known]) for column in velocity.T], axis=1)

@@ -1,0 +1,64 @@
+"""The legged robot under diagnosis: what its simulator believes about it."""
+
+from dataclasses import dataclass
+
+from scipy.constants import g as standard_gravity
+
+from model.errors import ConfigError, GapError
+from model.params import ContactParameters, LegParameters, LinkageParameters
+from model.robot_file import parse_table, read_body, read_contact, read_legs, read_linkage
+from record.trial import Trial
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LeggedMachine:
+    """A robot whose legs are four-bars on springs.
+
+    Attributes:
+        mass_kg: Whole robot.
+        legs: Names and crank shafts; the body frame's origin is at the centre of mass.
+        linkage: One four-bar for all legs.
+        contact: Leg springs and friction.
+    """
+
+    mass_kg: float
+    legs: LegParameters
+    linkage: LinkageParameters
+    contact: ContactParameters
+
+    @property
+    def weight_n(self) -> float:
+        """Weight."""
+        return self.mass_kg * standard_gravity
+
+
+def parse_machine(text: str) -> LeggedMachine:
+    """Read the physical tables of a robot file; all others (wiring, loop, gaits) may be absent.
+
+    Raises:
+        GapError: A table is missing or wrong.
+    """
+    try:
+        top = parse_table(text)
+        legs = read_legs(top.table("legs"))
+        return LeggedMachine(
+            mass_kg=read_body(top.table("body")).mass,
+            legs=legs,
+            linkage=read_linkage(top.table("linkage")),
+            contact=read_contact(top.table("contact"), legs.count),
+        )
+    except ConfigError as error:
+        raise GapError(f"the robot file beside the trial cannot be used: {error}") from error
+
+
+def machine_of(trial: Trial) -> LeggedMachine:
+    """Return the machine of a trial.
+
+    Raises:
+        GapError: There is no robot file beside it, or it cannot be used.
+    """
+    if not trial.header.robot_text:
+        raise GapError(
+            'the trial names no robot file; add robot = "FILE.toml" to [trial] in the file beside its table'
+        )
+    return parse_machine(trial.header.robot_text)

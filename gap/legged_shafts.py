@@ -1,0 +1,163 @@
+"""Actuation and kinematics of the legged simulator: commands to shafts, shafts to unloaded feet."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gap.legged_grid import Grid, lagged
+from gap.legged_inputs import LeggedInputs
+from gap.legged_machine import LeggedMachine
+from gap.legged_settings import NO_LIMIT_RAD_S, Settings, ShaftSettings
+from gap.legged_signals import FootSignals, ShaftSignals
+from model.linkage import LinkagePose, linkage_pose
+from model.signals import FloatArray
+
+# A free shaft in a play is dragged against its rear flank by its bearings; beyond this torque its load
+# decides which flank it lies against.
+BEARING_DRAG_NM = 0.03
+FLANK_TORQUE_NM = 0.03
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Feet:
+    """Kinematics of W frames: the signals, and how far the foot link has turned since mid-stance.
+
+    Attributes:
+        signals: Feet and their slopes.
+        turn_rad: Angle of the coupler from its angle at shaft angle 0, from +x to +z, (W, N).
+    """
+
+    signals: FootSignals
+    turn_rad: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Loads:
+    """What the ground does to the shafts, W frames.
+
+    Attributes:
+        torque_nm: Torque about each shaft, positive where it drives it on, (W, N).
+        flank_nm: The same for deciding which flank of a play a shaft lies against, (W, N).
+    """
+
+    torque_nm: FloatArray
+    flank_nm: FloatArray
+
+
+def feels_loads(settings: Settings) -> bool:
+    """Whether loads move shafts."""
+    own = settings.shaft
+    return any(own.compliance_rad_nm) or any(own.backlash_rad) or bool(settings.at("actuation"))
+
+
+def shafts(inputs: LeggedInputs, settings: Settings, loads: Loads | None) -> FloatArray:
+    """Where commands and loads put the shafts, (W, N) [rad], as an encoder sees them.
+
+    Args:
+        inputs: Commands.
+        settings: What is added.
+        loads: Needed where loads move shafts.
+    """
+    own = settings.shaft
+    command = inputs.delayed_command(own.delay_s)
+    angle = _limited(inputs.grid, _lagged(inputs.grid, command, own), own)
+    if loads is None:
+        return angle
+    if any(own.compliance_rad_nm):
+        angle = angle + np.array(own.compliance_rad_nm) * loads.torque_nm
+    if any(own.backlash_rad):
+        flank = np.tanh((loads.flank_nm - BEARING_DRAG_NM) / FLANK_TORQUE_NM)
+        angle = angle + np.array(own.backlash_rad) / 2 * flank
+    for added in settings.at("actuation"):
+        signals = ShaftSignals(inputs.grid.time_s, inputs.command_rad, loads.torque_nm, angle)
+        angle = added.act(signals, added.values, added.legs).shaft_rad
+    return angle
+
+
+def _lagged(grid: Grid, command: FloatArray, own: ShaftSettings) -> FloatArray:
+    if not any(own.lag_s):
+        return command
+    angle = command.copy()
+    for leg, time_constant_s in enumerate(own.lag_s):
+        known = np.isfinite(command[:, leg])
+        if time_constant_s > 0 and known.any():
+            whole = np.interp(grid.time_s, grid.time_s[known], command[known, leg])
+            filtered = lagged(grid, whole[:, None], time_constant_s)[:, 0]
+            angle[:, leg] = np.where(known, filtered, np.nan)
+    return angle
+
+
+def _limited(grid: Grid, wanted: FloatArray, own: ShaftSettings) -> FloatArray:
+    """The fastest motion behind the wanted one that keeps the limits, forward and backward."""
+    if all(limit >= NO_LIMIT_RAD_S for limit in own.speed_limit_rad_s):
+        return wanted
+    ramp = grid.time_s[:, None] * np.array(own.speed_limit_rad_s)
+    # NaN would spread to all that follows
+    known = np.isfinite(wanted)
+    ahead = np.minimum.accumulate(np.where(known, wanted, np.inf) - ramp) + ramp
+    both = np.maximum.accumulate(np.where(known, ahead, -np.inf) + ramp) - ramp
+    touched = np.array(own.speed_limit_rad_s) < NO_LIMIT_RAD_S
+    return np.where(known, np.where(touched, both, wanted), np.nan)
+
+
+def feet(machine: LeggedMachine, grid: Grid, shaft_rad: FloatArray, settings: Settings) -> Feet:
+    """Unloaded feet from encoder angles, (W, N) [rad]."""
+    own = settings.shaft
+    crank = shaft_rad
+    if any(own.zero_offset_rad):
+        crank = crank + np.array(own.zero_offset_rad)
+    pose = _poses(machine, crank, own)
+    position = np.empty((*crank.shape, 3))
+    position[..., 0] = pose.foot[..., 0]
+    position[..., 1] = 0.0
+    position[..., 2] = pose.foot[..., 1]
+    position += machine.legs.shaft_position
+    if any(own.hip_x_m) or any(own.hip_y_m):
+        position[..., 0] += np.array(own.hip_x_m)
+        position[..., 1] += np.array(own.hip_y_m)
+    signals = FootSignals(grid.time_s, crank, position, pose.foot_slope)
+    for added in settings.at("kinematics"):
+        signals = added.act(signals, added.values, added.legs)
+    return Feet(signals, _coupler_turn(machine, pose) if own.rolling_m else np.zeros((1, 1)))
+
+
+def _poses(machine: LeggedMachine, crank: FloatArray, own: ShaftSettings) -> LinkagePose:
+    """All linkages; those with other links are solved on their own."""
+    nominal = machine.linkage
+    changes = list(zip(own.crank_m, own.coupler_m, own.rocker_m, strict=True))
+    pose = linkage_pose(nominal, crank)
+    for change in dict.fromkeys(c for c in changes if any(c)):
+        legs = [leg for leg, own_change in enumerate(changes) if own_change == change]
+        links = replace(
+            nominal,
+            crank=nominal.crank + change[0],
+            coupler=nominal.coupler + change[1],
+            rocker=nominal.rocker + change[2],
+        )
+        other = linkage_pose(links, crank[:, legs])
+        for name in LinkagePose.__slots__:
+            getattr(pose, name)[:, legs] = getattr(other, name)
+    return pose
+
+
+def _coupler_turn(machine: LeggedMachine, pose: LinkagePose) -> FloatArray:
+    middle = linkage_pose(machine.linkage, np.zeros(1))
+    along = pose.rocker_pin - pose.crank_pin
+    at_zero = (middle.rocker_pin - middle.crank_pin)[0]
+    cross = at_zero[0] * along[..., 1] - at_zero[1] * along[..., 0]
+    turn: FloatArray = np.arctan2(cross, along @ at_zero)
+    return turn
+
+
+def load_torque(signals: FootSignals, force_n: FloatArray) -> FloatArray:
+    """Torque of foot forces about the shafts, by virtual work, (W, N) [N m].
+
+    Args:
+        signals: Feet and their slopes.
+        force_n: Ground's force on each foot, body axes, (W, N, 3).
+    """
+    torque: FloatArray = (
+        signals.slope_m_rad[..., 0] * force_n[..., 0]
+        + signals.slope_m_rad[..., 1] * force_n[..., 2]
+    )
+    return torque

@@ -1,0 +1,152 @@
+"""Traction over many frames with given loads, and what ``model.frames`` leaves out.
+
+For the diagnosis of measured runs: loads may be measured ones, the body may be pushed or dragged, feet
+may give sideways, friction may fall with speed. Without any of these the answers are those of
+``model.frames``, but for the creep of feet at rest (see ``model.traction_frames_kernel``).
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from model import traction_frames_kernel as kernel
+from model.compiled import COMPILED
+from model.errors import ModelError
+from model.frames import FrictionLaw
+from model.signals import BoolArray, FloatArray, readonly
+
+# Slip below which a foot creeps instead of sliding: far below what motion capture can tell.
+REST_SPEED_M_S = 2e-4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pushes:
+    """What acts on the body besides its feet, F frames.
+
+    Attributes:
+        wrench_B: Force x, y [N] and moment about z through the origin [N m], body axes, (F, 3).
+        drag_n_s_m: Force against the body's velocity over its size.
+    """
+
+    wrench_B: FloatArray  # noqa: N815 - frame suffix
+    drag_n_s_m: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class FootLaw:
+    """How a foot answers slip.
+
+    Attributes:
+        friction: The law.
+        static_ratio: Friction at rest over friction when sliding fast.
+        static_speed_m_s: Slip at which most of the difference is gone.
+        rest_speed_m_s: Slip below which a foot under Coulomb's law creeps.
+    """
+
+    friction: FrictionLaw = FrictionLaw.VISCOUS
+    static_ratio: float = 1.0
+    static_speed_m_s: float = 0.01
+    rest_speed_m_s: float = REST_SPEED_M_S
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TractionSolutions:
+    """Velocities and forces of F frames of N feet; NaN where ``valid`` is False.
+
+    Attributes:
+        velocity_B: vx, vy [m/s], yaw rate [rad/s] in body axes, (F, 3).
+        slip_B: Velocity of each foot over the ground, (F, N, 2) [m/s].
+        force_xy_B: Ground's horizontal force on each foot, (F, N, 2) [N].
+        valid: (F,) False with fewer than two loaded feet or numbers missing.
+    """
+
+    velocity_B: FloatArray  # noqa: N815
+    slip_B: FloatArray  # noqa: N815
+    force_xy_B: FloatArray  # noqa: N815
+    valid: BoolArray
+
+
+def solve_traction_frames(
+    feet_xy_m: FloatArray,
+    feet_speed_m_s: FloatArray,
+    limit_n: FloatArray,
+    anisotropy_B: FloatArray,  # noqa: N803
+    law: FootLaw,
+    pushes: Pushes,
+    period_s: float,
+    give_m_n: FloatArray | None = None,
+) -> TractionSolutions:
+    """Balance each frame.
+
+    Args:
+        feet_xy_m: Feet in the body frame, (F, N, 2).
+        feet_speed_m_s: Their velocities in the body frame, (F, N, 2).
+        limit_n: mu N of each foot, 0 in the air, (F, N).
+        anisotropy_B: w of each foot, (F or 1, N, 2).
+        law: How feet answer slip.
+        pushes: What else acts.
+        period_s: Time between frames; feet that give remember the frame before.
+        give_m_n: How far a foot gives under a horizontal force, along body x and y, (F or 1, N, 2).
+
+    Raises:
+        ModelError: Shapes do not fit.
+    """
+    frames, count = limit_n.shape
+    two = (frames, count, 2)
+    shapes = (feet_xy_m.shape, feet_speed_m_s.shape, pushes.wrench_B.shape)
+    if shapes != (two, two, (frames, 3)) or anisotropy_B.shape not in {two, (1, count, 2)}:
+        raise ModelError(f"{frames} frames of {count} feet do not fit shapes {shapes}")
+    give = np.zeros((1, count, 2)) if give_m_n is None else give_m_n
+    if give.shape not in {two, (1, count, 2)}:
+        raise ModelError(f"how feet give must be (frames or 1, {count}, 2), not {give.shape}")
+    out = TractionSolutions(
+        velocity_B=np.empty((frames, 3)),
+        slip_B=np.empty(two),
+        force_xy_B=np.empty(two),
+        valid=np.zeros(frames, dtype=np.bool_),
+    )
+    prepare()
+    kernel.traction_frames_kernel(
+        _rows(feet_xy_m),
+        _rows(feet_speed_m_s),
+        _rows(limit_n),
+        _rows(anisotropy_B),
+        _rows(pushes.wrench_B),
+        float(pushes.drag_n_s_m),
+        law.friction is FrictionLaw.COULOMB,
+        law.rest_speed_m_s,
+        _rows(give),
+        period_s,
+        law.static_ratio,
+        law.static_speed_m_s,
+        out.velocity_B,
+        out.slip_B,
+        out.force_xy_B,
+        out.valid,
+    )
+    for name in TractionSolutions.__slots__:
+        readonly(getattr(out, name))
+    return out
+
+
+def _rows(values: FloatArray) -> FloatArray:
+    return np.ascontiguousarray(values, dtype=np.float64)
+
+
+def prepare() -> None:
+    """Compile for read-only inputs, which writable ones fit too, and for nothing else after."""
+    dispatcher: Any = kernel.traction_frames_kernel
+    if not COMPILED or dispatcher.signatures:
+        return
+    from numba import types
+
+    number, flag = types.float64, types.boolean
+    given = [types.Array(number, axes, "C", readonly=True) for axes in (3, 3, 2, 3, 2)]
+    give = types.Array(number, 3, "C", readonly=True)
+    out = [types.Array(number, axes, "C") for axes in (2, 3, 3)]
+    valid = types.Array(flag, 1, "C")
+    dispatcher.compile(
+        (*given, number, flag, number, give, number, number, number, *out, valid)
+    )  # fmt: skip
+    dispatcher.disable_compile()

@@ -1,0 +1,169 @@
+"""Each kind of data fault is found where it was done, and none in healthy trials or in any effect."""
+
+import os
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gap.interfaces import Cause, DataFault, Scope
+from gap.legged import legged_simulator
+from gap.legged_catalogue import CATALOGUE
+from model.signals import FloatArray
+from record.trial import Trial, read_trial
+from tests.gap.predictions import COULOMB
+from tests.gap.walks import machine, simulator, walk
+
+LEGS = machine().legs.names
+ML, FR = LEGS.index("ML"), LEGS.index("FR")
+Damage = Callable[[Trial], Trial]
+
+
+@cache
+def healthy(gait: str = "metachronal") -> Trial:
+    return walk(gait, 0.2, 15.0, [COULOMB], noise_seed=5)
+
+
+def changed(trial: Trial, field: str, change: Callable[[FloatArray], None]) -> Trial:
+    array = getattr(trial, field).copy()
+    change(array)
+    return replace(trial, **{field: array})
+
+
+def at(
+    field: str, index: tuple[int | slice, ...], change: Callable[[FloatArray], FloatArray]
+) -> Damage:
+    def damage(trial: Trial) -> Trial:
+        def inner(array: FloatArray) -> None:
+            array[index] = change(array[index])
+
+        return changed(trial, field, inner)
+
+    return damage
+
+
+def exchanged(field: str, j: int, k: int) -> Damage:
+    def damage(trial: Trial) -> Trial:
+        def inner(array: FloatArray) -> None:
+            array[:, [j, k]] = array[:, [k, j]]
+
+        return changed(trial, field, inner)
+
+    return damage
+
+
+def late(fields: tuple[str, ...], seconds: float, skew: float = 0.0) -> Damage:
+    def damage(trial: Trial) -> Trial:
+        when = trial.time_s / (1 + skew) - seconds
+        arrays: dict[str, Any] = {}
+        for field in fields:
+            values = getattr(trial, field)
+            flat = values.reshape(len(values), -1)
+            moved = np.stack([np.interp(when, trial.time_s, c) for c in flat.T], axis=1)
+            arrays[field] = moved.reshape(values.shape)
+        return replace(trial, **arrays)
+
+    return damage
+
+
+def spiked(values: FloatArray) -> FloatArray:
+    values = values.copy()
+    values[[200, 700, 1100]] += [60.0, -60.0, 80.0]
+    return values
+
+
+def frozen(values: FloatArray) -> FloatArray:
+    values = values.copy()
+    values[400:700] = values[400]
+    return values
+
+
+def without(values: FloatArray) -> FloatArray:
+    values = values.copy()
+    values[300:360] = np.nan
+    return values
+
+
+ALL = slice(None)
+POSE = ("body_position_m", "body_angles_rad", "foot_m")
+FAULTS: tuple[tuple[str, str, Damage], ...] = (
+    ("unit", "shaft_ML_rad", at("shaft_rad", (ALL, ML), np.rad2deg)),
+    ("unit", "force", at("force_n", (ALL,), lambda f: f / 9.80665)),
+    ("unit", "force", at("force_n", (ALL,), lambda f: 1000 * f)),
+    ("unit", "foot", at("foot_m", (ALL,), lambda q: 1000 * q)),
+    ("unit", "body", at("body_position_m", (ALL,), lambda p: 1000 * p)),
+    ("unit", "body_pitch_rad", at("body_angles_rad", (ALL,), np.rad2deg)),
+    ("unit", "time_s", lambda t: replace(t, time_s=1000 * t.time_s)),
+    ("sign", "shaft_ML_rad", at("shaft_rad", (ALL, ML), np.negative)),
+    ("sign", "force", at("force_n", (ALL,), np.negative)),
+    ("sign", "force_ML_z_n", at("force_n", (ALL, ML, 2), np.negative)),
+    ("sign", "body_pitch_rad", at("body_angles_rad", (ALL, 1), np.negative)),
+    ("sign", "body_z_m", at("body_position_m", (ALL, 2), np.negative)),
+    ("sign", "foot_y", at("foot_m", (ALL, ALL, 1), np.negative)),
+    ("wrap", "shaft_ML_rad", at("shaft_rad", (ALL, ML), lambda a: (a + np.pi) % (2 * np.pi) - np.pi)),
+    ("magnitude_only", "force_ML_x_n", at("force_n", (ALL, ML, 0), np.abs)),
+    ("swapped", "shaft_ML_rad", exchanged("shaft_rad", ML, FR)),
+    ("swapped", "force_ML_z_n", exchanged("force_n", ML, FR)),
+    ("swapped", "foot_ML", exchanged("foot_m", ML, FR)),
+    ("swapped", "force", at("force_n", (ALL,), lambda f: f[..., [2, 1, 0]])),
+    ("swapped", "foot", at("foot_m", (ALL,), lambda q: q[..., [1, 0, 2]])),
+    ("frozen", "force_ML_z_n", at("force_n", (ALL, ML, 2), frozen)),
+    ("frozen", "shaft_ML_rad", at("shaft_rad", (ALL, ML), frozen)),
+    ("frozen", "body_yaw_rad", at("body_angles_rad", (ALL, 2), frozen)),
+    ("spikes", "force_ML_y_n", at("force_n", (ALL, ML, 1), spiked)),
+    ("gap", "force_ML_z_n", at("force_n", (ALL, ML, 2), without)),
+    ("gap", "time_s", lambda t: t.rows((t.time_s < 4.0) | (t.time_s > 4.7))),
+    ("saturated", "force_ML_z_n", at("force_n", (ALL, ML, 2), lambda f: np.minimum(f, 12.0))),
+    ("clock_offset", "shaft", late(("shaft_rad",), 0.6)),
+    ("clock_offset", "force", late(("force_n",), 0.6)),
+    ("clock_offset", "body", late(POSE, 0.6)),
+    ("clock_offset", "force", late(("force_n",), -0.3)),
+    ("clock_offset", "force", late(("force_n",), 0.0, skew=0.03)),
+)  # fmt: skip
+
+
+def names(faults: tuple[DataFault, ...]) -> list[tuple[str, str]]:
+    return [(fault.kind, fault.channel) for fault in faults]
+
+
+@pytest.mark.parametrize(
+    ("kind", "channel", "damage"),
+    FAULTS,
+    ids=[f"{k}-{c}-{i}" for i, (k, c, _) in enumerate(FAULTS)],
+)
+def test_a_fault_is_found_where_it_is(kind: str, channel: str, damage: Damage) -> None:
+    found = simulator().check(damage(healthy()))
+    assert (kind, channel) in names(found), found
+    assert all(fault.evidence and fault.evidence[-1] != "." for fault in found)
+
+
+@pytest.mark.parametrize("gait", ["tripod", "metachronal"])
+def test_healthy_trials_have_none(gait: str) -> None:
+    for seed in (1, None):
+        assert simulator().check(walk(gait, 0.2, 15.0, [COULOMB], noise_seed=seed)) == ()
+    assert simulator().check(walk(gait, 0.1, 25.0, noise_seed=2, steer=0.5)) == ()
+
+
+@pytest.mark.parametrize("entry", CATALOGUE, ids=lambda e: e.effect.name)
+def test_effects_are_no_data_faults(entry: object) -> None:
+    effect = next(e.effect for e in CATALOGUE if e is entry)
+    values = tuple(
+        float(np.clip(p.neutral + p.spread * (1 if p.upper > p.neutral else -1), p.lower, p.upper))
+        for p in effect.parameters
+    )
+    legs = ("ML",) if Scope.JOINT in effect.scopes else ()
+    ill = walk("metachronal", 0.2, 6.0, [COULOMB, Cause(effect.name, legs, values)], noise_seed=1)
+    assert [fault for fault in simulator().check(ill) if fault.severe] == []
+
+
+def test_trials_of_another_origin_are_healthy() -> None:
+    data = os.environ.get("BIGANT_SHARED_DATA")
+    if not data:
+        pytest.skip("BIGANT_SHARED_DATA names no folder of measured data")
+    for gait in ("tripod", "metachronal"):
+        trial = read_trial(Path(data) / "trial_table_example" / f"{gait}.parquet")
+        assert legged_simulator(trial).check(trial) == ()

@@ -1,0 +1,152 @@
+"""Effects of actuation and kinematics against what the physics says by hand."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from gap.interfaces import Drive
+from model.linkage import Linkage
+from model.signals import FloatArray
+from tests.gap.predictions import COULOMB, ML, Prediction, inside
+from tests.gap.walks import cause, command_trial, machine, walk
+
+
+def commands(gait: str, frequency_hz: float, seconds: float, at_s: FloatArray) -> FloatArray:
+    trial = command_trial(gait, frequency_hz, seconds)
+    return np.stack([np.interp(at_s, trial.time_s, c) for c in trial.command_rad.T], axis=1)
+
+
+def slopes(shaft_rad: FloatArray) -> FloatArray:
+    """Foot x and z by shaft angle, from differences of the linkage, (..., N, 2)."""
+    linkage = Linkage(machine().linkage, machine().legs.shaft_position)
+    still = np.zeros_like(shaft_rad)
+    step = 1e-6
+    ahead, behind = (linkage.feet(shaft_rad + s, still).position_m for s in (step, -step))
+    return (ahead - behind)[..., [0, 2]] / (2 * step)
+
+
+def test_command_delay_shifts_by_exactly_that() -> None:
+    trial = walk("tripod", 0.2, 8.0)
+    for drive in Drive:
+        got = Prediction(trial, [cause("command_delay", 0.04)], drive)
+        now = commands("tripod", 0.2, 8.0, got.time_s)
+        then = commands("tripod", 0.2, 8.0, got.time_s - 0.04)
+        # the corners of the clock are averaged over a frame
+        assert np.abs(inside(got["shaft_error"] - (then - now))).max() < 2e-3
+        assert np.median(np.abs(inside(got["shaft_error"] - (then - now)))) < 1e-6
+    late, base = (Prediction(trial, c) for c in ([cause("command_delay", 0.04)], []))
+    shifted = np.interp(base.time_s - 0.04, base.time_s, base["foot_x"][:, ML])
+    assert np.abs(inside(late["foot_x"][:, ML] - shifted)).max() < 5e-4
+
+
+def test_servo_lag_is_speed_times_time_constant() -> None:
+    trial = walk("tripod", 0.1, 10.0)
+    got = Prediction(trial, [cause("servo_lag", 0.1, legs=("ML",))])["shaft_error"]
+    rate = np.gradient(
+        commands("tripod", 0.1, 10.0, 0.04 * np.arange(len(got), dtype=np.float64)), 0.04, axis=0
+    )
+    steady = np.abs(np.gradient(np.gradient(rate[:, ML]))) < 1e-3
+    steady &= np.abs(rate[:, ML] - np.roll(rate[:, ML], 25)) < 1e-3  # ten time constants
+    assert steady.sum() > 50
+    assert np.allclose(got[steady, ML], -0.1 * rate[steady, ML], atol=1e-3)
+    assert np.abs(np.delete(got, ML, axis=1)).max() == 0.0
+
+
+def test_a_speed_limit_falls_behind_and_catches_up() -> None:
+    trial = walk("tripod", 0.2, 10.0)
+    got = Prediction(trial, [cause("servo_speed_limit", 1.5)])
+    shaft = got["shaft_error"] + commands("tripod", 0.2, 10.0, got.time_s)
+    assert np.diff(shaft, axis=0).max() / 0.04 < 1.5 + 0.06  # the commands' corners
+    assert got["shaft_error"].min() < -0.3
+    assert np.abs(got["shaft_error"]).min(axis=0).max() < 1e-3
+    unhurt = Prediction(trial, [cause("servo_speed_limit", 5.0)])["shaft_error"]
+    assert np.abs(unhurt).max() < 1e-9
+
+
+def test_compliance_gives_by_the_torque_of_the_load() -> None:
+    trial = walk("metachronal", 0.2, 6.0)
+    for drive in Drive:
+        got = Prediction(trial, [COULOMB, cause("servo_compliance", 0.02)], drive)
+        source = got if drive is Drive.COMMAND else Prediction(trial)
+        lever = slopes(got["shaft_error"] + commands("metachronal", 0.2, 6.0, got.time_s))
+        torque = np.sum(lever * source.force[..., [0, 2]], axis=2)
+        error = inside(got["shaft_error"] - 0.02 * torque)
+        assert np.sqrt(np.mean(error**2)) < 0.05 * np.sqrt(np.mean((0.02 * torque) ** 2))
+
+
+def test_backlash_lies_on_one_flank_or_the_other() -> None:
+    trial = walk("metachronal", 0.2, 10.0)
+    for drive in Drive:
+        width = 0.03
+        got = Prediction(trial, [cause("gear_backlash", width, legs=("ML",))], drive)
+        base = Prediction(trial)
+        play = got["shaft_error"][:, ML] - base["shaft_error"][:, ML]
+        lever = slopes(commands("metachronal", 0.2, 10.0, got.time_s))
+        torque = np.sum(lever * base.force[..., [0, 2]], axis=2)[:, ML]
+        assert np.abs(play).max() <= width / 2 + 1e-12
+        assert np.allclose(play[torque > 0.2], width / 2, atol=1e-3)
+        assert np.allclose(play[torque < -0.2], -width / 2, atol=1e-3)
+        assert (torque > 0.2).any()
+        assert (torque < -0.2).any()
+        free = base["force_z"][:, ML] == 0
+        assert play[free].max() < -width / 4  # dragged against the rear flank
+
+
+def test_the_encoder_does_not_see_a_zero_offset() -> None:
+    trial = walk("tripod", 0.2, 5.0)
+    for drive in Drive:
+        got = Prediction(trial, [cause("shaft_zero_offset", 0.05, legs=("ML",))], drive)
+        base = Prediction(trial, [], drive)
+        assert np.array_equal(got["shaft_error"], base["shaft_error"])
+        shafts = commands("tripod", 0.2, 5.0, got.time_s)
+        moved = got["foot_x"] - base["foot_x"]
+        expected = 0.05 * slopes(shafts + 0.025)[:, ML, 0]
+        assert np.allclose(inside(moved[:, ML]), inside(expected), atol=2e-4)
+        assert np.abs(np.delete(moved, ML, axis=1)).max() == 0.0
+
+
+def test_longer_links_are_another_linkage() -> None:
+    trial = walk("tripod", 0.2, 5.0)
+    for drive in Drive:
+        for legs in ((), ("ML",)):
+            got = Prediction(
+                trial, [cause("link_length", 0.001, -0.0005, 0.0008, legs=legs)], drive
+            )
+            links = replace(machine().linkage, crank=0.031, coupler=0.1315, rocker=0.0448)
+            other = Linkage(links, machine().legs.shaft_position)
+            shafts = commands("tripod", 0.2, 5.0, got.time_s)
+            feet = other.feet(shafts, np.zeros_like(shafts)).position_m
+            assert np.allclose(inside(got["foot_x"][:, ML]), inside(feet[:, ML, 0]), atol=3e-4)
+            if legs:
+                base = Prediction(trial, [], drive)
+                assert np.array_equal(got["foot_x"][:, ML + 1], base["foot_x"][:, ML + 1])
+
+
+def test_a_moved_hip_moves_its_foot_by_as_much() -> None:
+    trial = walk("tripod", 0.2, 5.0)
+    for drive in Drive:
+        got = Prediction(trial, [cause("hip_mount_offset", 0.01, -0.006, legs=("ML",))], drive)
+        moved = got.feet - Prediction(trial, [], drive).feet
+        assert np.allclose(moved[:, ML, 0], 0.01, atol=1e-12)
+        assert np.allclose(moved[:, ML, 1], -0.006, atol=1e-12)
+        assert np.abs(np.delete(moved[..., :2], ML, axis=1)).max() == 0.0
+
+
+def test_flexible_feet_give_by_force_times_compliance() -> None:
+    trial = walk("metachronal", 0.2, 6.0, [COULOMB])
+    lateral, along = 1e-4, 4e-5
+    for drive in Drive:
+        got = Prediction(trial, [COULOMB, cause("leg_flex", lateral, along)], drive)
+        source = got if drive is Drive.COMMAND else Prediction(trial, [COULOMB])
+        moved = got.feet - Prediction(trial, [COULOMB], drive).feet
+        given = source.force[..., :2] * [along, lateral]
+        error = inside(moved[..., :2] - given)
+        # measured forces were averaged to frames of their own where they jump
+        assert np.sqrt(np.mean(error**2)) < 0.03 * np.sqrt(np.mean(given**2))
+        assert np.median(np.abs(error)) < 1e-7
+    # forces build up instead of jumping
+    stiff, soft = (
+        Prediction(trial, c)["force_y"]
+        for c in ([COULOMB], [COULOMB, cause("leg_flex", 3e-4, 0.0)])
+    )
+    assert np.abs(np.diff(soft, axis=0)).sum() < 0.9 * np.abs(np.diff(stiff, axis=0)).sum()

@@ -1,0 +1,88 @@
+"""Trials for the tests of the legged simulator, made by a gait and the chain itself."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+
+from gaits.catalog import make_gait
+from gap.interfaces import Cause, Drive
+from gap.legged import LeggedSimulator
+from gap.legged_causes import settings_of
+from gap.legged_chain import LeggedChain
+from gap.legged_inputs import make_inputs
+from gap.legged_machine import LeggedMachine, parse_machine
+from model.signals import FloatArray, readonly
+from record.table_file import Column
+from record.trial import Trial, build_trial
+from record.trial_toml import TrialHeader, TrialNoise
+from robot.config import load_robot
+
+NOISE = TrialNoise(0.15, 5e-4, 2e-3, 8e-4, 5e-4)
+RATE_HZ = 100.0
+
+
+def cause(effect: str, *values: float, legs: tuple[str, ...] = ()) -> Cause:
+    return Cause(effect, legs, values)
+
+
+@cache
+def machine() -> LeggedMachine:
+    return parse_machine(load_robot().text)
+
+
+@cache
+def simulator() -> LeggedSimulator:
+    return LeggedSimulator(machine())
+
+
+@cache
+def command_trial(gait: str, frequency_hz: float, seconds: float, steer: float = 0.0) -> Trial:
+    """Commands of a gait in steady walking, and nothing else."""
+    robot = load_robot()
+    plan = make_gait(gait, robot.parameters)
+    time_s = np.arange(round(seconds * RATE_HZ) + 1) / RATE_HZ
+    motion = plan.motion(plan.start_phase + frequency_hz * time_s, steer)
+    legs = robot.parameters.legs.names
+    header = TrialHeader(
+        "legged", legs, gait, frequency_hz, RATE_HZ, "", NOISE, "bigant.toml", robot.text
+    )
+    commands = [Column(f"command_{leg}_rad", motion.angle_rad[:, k]) for k, leg in enumerate(legs)]
+    return build_trial(header, (Column("time_s", time_s), *commands))
+
+
+def walk(
+    gait: str,
+    frequency_hz: float = 0.2,
+    seconds: float = 10.0,
+    causes: Sequence[Cause] = (),
+    *,
+    steer: float = 0.0,
+    noise_seed: int | None = None,
+) -> Trial:
+    """A trial with everything measured, as the chain has it with these causes."""
+    bare = command_trial(gait, frequency_hz, seconds, steer)
+    names = machine().legs.names
+    inputs = make_inputs(bare, names)
+    read = LeggedChain(machine()).read(inputs, settings_of(causes, names), Drive.COMMAND)
+    rng = np.random.default_rng(noise_seed)
+
+    def samples(values: FloatArray, sigma: float) -> FloatArray:
+        flat = values.reshape(len(values), -1)
+        fine = np.stack(
+            [np.interp(bare.time_s, read.time_s, column) for column in flat.T], axis=1
+        ).reshape(len(bare.time_s), *values.shape[1:])
+        if noise_seed is not None:
+            fine = fine + rng.normal(0.0, sigma, fine.shape)
+        array: FloatArray = readonly(fine)
+        return array
+
+    return replace(
+        bare,
+        shaft_rad=samples(read.shaft_rad, NOISE.shaft_rad),
+        foot_m=samples(read.foot_m, NOISE.foot_position_m),
+        force_n=samples(read.force_n, NOISE.force_n),
+        body_position_m=samples(read.body_m, NOISE.body_position_m),
+        body_angles_rad=samples(read.body_rad, NOISE.body_angle_rad),
+    )

@@ -1,0 +1,138 @@
+"""Traction over frames against the exact batch solver, and what it adds against mechanics."""
+
+import numpy as np
+import pytest
+
+from model.errors import ModelError
+from model.frames import FrameSolutions, FrictionLaw, solve_frames
+from model.params import ContactParameters
+from model.signals import FloatArray, FootMotion
+from model.support_frames import solve_support_frames
+from model.traction_frames import FootLaw, Pushes, TractionSolutions, solve_traction_frames
+
+LEGS, FRAMES = 6, 300
+RNG = np.random.default_rng(4)
+ROUND = np.linspace(0, 2 * np.pi, LEGS, endpoint=False)
+PLACE = np.stack([0.3 * np.cos(ROUND), 0.25 * np.sin(ROUND), np.zeros(LEGS)], axis=1)
+POSITION = PLACE + RNG.normal(0, [0.02, 0.02, 0.004], (FRAMES, LEGS, 3))
+SPEED = RNG.normal(0, [0.05, 0.02, 0.01], (FRAMES, LEGS, 3))
+W = RNG.normal(0, 0.4, (LEGS, 2))
+CONTACT = ContactParameters(np.full(LEGS, 2500.0), np.full(LEGS, 0.6), W)
+WEIGHT = 64.0
+
+
+def exact(law: FrictionLaw) -> FrameSolutions:
+    return solve_frames(FootMotion(POSITION, SPEED), CONTACT, WEIGHT, law=law)
+
+
+def ours(
+    law: FootLaw,
+    *,
+    push: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    drag: float = 0.0,
+    give: FloatArray | None = None,
+) -> TractionSolutions:
+    load = exact(FrictionLaw.VISCOUS).load_n
+    pushes = Pushes(np.tile(np.array(push), (FRAMES, 1)), drag)
+    return solve_traction_frames(
+        POSITION[..., :2], SPEED[..., :2], 0.6 * load, W[None], law, pushes, 0.02, give
+    )
+
+
+def test_support_is_that_of_the_batch_solver() -> None:
+    found = solve_support_frames(POSITION, np.zeros((FRAMES, LEGS)), CONTACT.stiffness, WEIGHT)
+    theirs = exact(FrictionLaw.VISCOUS)
+    assert np.array_equal(found.load_n, theirs.load_n)
+    assert np.array_equal(found.pose, theirs.pose)
+    with pytest.raises(ModelError, match="must be positive"):
+        solve_support_frames(POSITION, np.zeros((FRAMES, LEGS)), CONTACT.stiffness, -1.0)
+    outside = POSITION + np.array([1.0, 0.0, 0.0])
+    tips = solve_support_frames(outside, np.zeros((FRAMES, LEGS)), CONTACT.stiffness, WEIGHT)
+    assert not tips.valid.any()
+    assert np.isnan(tips.load_n).all()
+
+
+def test_viscous_is_that_of_the_batch_solver() -> None:
+    found, theirs = ours(FootLaw()), exact(FrictionLaw.VISCOUS)
+    assert np.allclose(found.velocity_B, theirs.velocity_B, atol=1e-13)
+    scale = found.force_xy_B[..., 0] / np.where(
+        theirs.load_n > 0, theirs.force_xy_B[..., 0], np.nan
+    )
+    assert np.nanmax(np.ptp(scale, axis=1), initial=0) < np.nanmedian(scale)  # one scale a frame
+    spread = np.nanstd(scale, axis=1) / np.nanmean(scale, axis=1)
+    assert np.nanmax(spread) < 1e-9
+
+
+def test_coulomb_comes_to_the_exact_one_as_creep_vanishes() -> None:
+    theirs = exact(FrictionLaw.COULOMB)
+    errors = [
+        np.sqrt(
+            np.mean(
+                (
+                    ours(FootLaw(FrictionLaw.COULOMB, rest_speed_m_s=rest)).velocity_B
+                    - theirs.velocity_B
+                )
+                ** 2
+            )
+        )
+        for rest in (1e-3, 1e-4, 1e-5)
+    ]
+    assert errors[0] > errors[1] > errors[2]
+    assert errors[2] < 2e-5  # some frames are nearly flat there
+
+
+@pytest.mark.parametrize("law", FrictionLaw, ids=lambda e: e.value)
+@pytest.mark.parametrize("static_ratio", [1.0, 1.4])
+@pytest.mark.parametrize("flexible", [False, True])
+def test_forces_balance_push_and_drag(
+    law: FrictionLaw, static_ratio: float, flexible: bool
+) -> None:
+    give = np.full((1, LEGS, 2), 5e-5) if flexible else None
+    found = ours(FootLaw(law, static_ratio), push=(3.0, -2.0, 0.4), drag=20.0, give=give)
+    force, (x, y) = found.force_xy_B, np.moveaxis(POSITION[..., :2], -1, 0)
+    assert found.valid.all()
+    assert np.allclose(force[..., 0].sum(axis=1), -3.0 + 20 * found.velocity_B[:, 0], atol=1e-5)
+    assert np.allclose(force[..., 1].sum(axis=1), 2.0 + 20 * found.velocity_B[:, 1], atol=1e-5)
+    assert np.allclose((x * force[..., 1] - y * force[..., 0]).sum(axis=1), -0.4, atol=1e-5)
+
+
+def test_a_foot_that_gives_springs_before_it_slides() -> None:
+    """Three feet, one alone pulled along x at a steady speed: its force grows by speed / compliance."""
+    feet = np.tile(np.array([[0.3, 0.0], [-0.2, 0.2], [-0.2, -0.2]]), (50, 1, 1))
+    speed = np.zeros((50, 3, 2))
+    speed[:, 0, 0], speed[:, 1:, 0] = -0.002, 0.001  # balanced: feet pull against each other
+    limit = np.full((50, 3), 10.0)
+    law = FootLaw(FrictionLaw.COULOMB, rest_speed_m_s=1e-7)
+    give = np.full((1, 3, 2), 1e-4)
+    still = Pushes(np.zeros((50, 3)))
+    found = solve_traction_frames(feet, speed, limit, np.zeros((1, 3, 2)), law, still, 0.02, give)
+    ahead = found.force_xy_B[:, 0, 0]
+    # all stick: relative motion 0.003 m/s stretches one spring in series with two in parallel
+    rate = 0.003 / (1e-4 * 1.5)
+    assert np.allclose(ahead[:15], rate * 0.02 * np.arange(1, 16), rtol=0.01)
+    assert np.isclose(ahead[-1], 10.0, rtol=1e-3)  # then it slides
+    assert np.allclose(found.force_xy_B[:, 1:, 0].sum(axis=1), -ahead, atol=1e-6)
+
+
+def test_frames_without_answer_leave_the_others_alone() -> None:
+    whole = ours(FootLaw(FrictionLaw.COULOMB))
+    load = exact(FrictionLaw.VISCOUS).load_n.copy()
+    load[100, 1:] = 0.0
+    speed = SPEED[..., :2].copy()
+    speed[150, 0, 0] = np.nan
+    still = Pushes(np.zeros((FRAMES, 3)))
+    found = solve_traction_frames(
+        POSITION[..., :2], speed, 0.6 * load, W[None], FootLaw(FrictionLaw.COULOMB), still, 0.02
+    )
+    assert np.flatnonzero(~found.valid).tolist() == [100, 150]
+    assert np.isnan(found.velocity_B[[100, 150]]).all()
+    rest = found.valid
+    assert np.allclose(found.velocity_B[rest], whole.velocity_B[rest], atol=1e-9)
+
+
+def test_shapes_that_do_not_fit_are_refused() -> None:
+    still = Pushes(np.zeros((FRAMES, 3)))
+    with pytest.raises(ModelError, match="do not fit"):
+        solve_traction_frames(
+            POSITION, SPEED, np.ones((FRAMES, LEGS)), W[None], FootLaw(), still, 0.02
+        )
