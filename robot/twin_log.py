@@ -6,14 +6,18 @@ from pathlib import Path
 from record.versions import software_versions
 from record.writer import LogWriter
 from robot.config import RobotConfig
+from robot.controller import Controller
+from robot.drive import VIRTUAL_EPOCH_UNIX_NS, software
+from robot.force_units import UNITS_KEY, units_text
+from robot.rig import Rig
+from robot.run_record import controller_metadata
 from robot.twin_run import WalkPlan
 
-# Virtual runs happen at this time; a real clock would make every log another one.
-EPOCH_UNIX_NS = 1_700_000_000_000_000_000
+BeginLog = Callable[[Rig, Controller], LogWriter]
 
 
-def twin_log(path: Path, config: RobotConfig, plan: WalkPlan) -> Callable[[int], LogWriter]:
-    """Return what opens the log once the run's first time is known.
+def twin_log(path: Path, config: RobotConfig, plan: WalkPlan) -> BeginLog:
+    """Return what opens the log once robot and controller are there.
 
     Args:
         path: The log.
@@ -21,10 +25,11 @@ def twin_log(path: Path, config: RobotConfig, plan: WalkPlan) -> Callable[[int],
         plan: The walk.
     """
 
-    def begin(start_ns: int) -> LogWriter:
+    def begin(rig: Rig, controller: Controller) -> LogWriter:
+        names = config.parameters.legs.names
         return LogWriter(
             path,
-            names=config.parameters.legs.names,
+            names=names,
             config_text=config.text,
             metadata={
                 "robot": config.name,
@@ -33,10 +38,13 @@ def twin_log(path: Path, config: RobotConfig, plan: WalkPlan) -> Callable[[int],
                 "gait": plan.gait,
                 "frequency_hz": f"{plan.frequency_hz:g}",
                 "steer": f"{plan.steer:g}",
+                **controller_metadata(controller, rig.calibrations),
+                UNITS_KEY: units_text(names, rig.calibrations),
+                "software": software(),
                 **software_versions(),
             },
-            start_ns=start_ns,
-            start_unix_ns=EPOCH_UNIX_NS,
+            start_ns=rig.clock.now_ns(),
+            start_unix_ns=VIRTUAL_EPOCH_UNIX_NS,
         )
 
     return begin

@@ -1,24 +1,20 @@
 """A walk of a physical twin through the whole stack: controller, servo bus and force unit, byte by byte."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from model.errors import ModelError, RecordError
 from model.signals import BodyTruth, Mode, StopReason, Tick
 from record.trial import Trial
-from record.writer import LogWriter
 from robot.config import RobotConfig
 from robot.controller import Controller
 from robot.hardware import open_twin
 from robot.loop import TickSink, run
 from robot.operator import Interrupts, Script, ScriptedOperator
+from robot.twin_log import BeginLog
 from robot.twin_rows import TwinRows, trial_header, trial_of
 from robot.twin_run import Progress, WalkPlan
 from sim_hw.motion_capture import Poses
 from sim_hw.twin import Twin
-
-BeginLog = Callable[[int], LogWriter]
 
 
 class _Collector:
@@ -57,7 +53,7 @@ def walk_through_bytes(
         config: Robot file: what controller and safety gate believe.
         twin: What walks.
         plan: How.
-        begin: Opens the log that every tick goes to as well, at the run's first time.
+        begin: Opens the log that every tick goes to as well, for this rig and controller.
         progress: Told the share done, 0 to 1.
 
     Raises:
@@ -67,7 +63,7 @@ def walk_through_bytes(
     rig, _ = open_twin(config, twin, seed=twin.seed, armed=True, with_forces=True)
     controller = Controller(config, rig.calibrations, armed=True)
     script = Script(plan.gait, plan.frequency_hz, plan.steer, None, plan.seconds)
-    log = begin(rig.clock.now_ns()) if begin is not None else None
+    log = begin(rig, controller) if begin is not None else None
     collector = _Collector(plan, log, progress)
     try:
         result = run(rig, controller, ScriptedOperator(script, Interrupts()), collector, None)

@@ -10,16 +10,19 @@ import pyarrow.parquet as pq
 import pytest
 
 from model.errors import ConfigError, ModelError, RecordError
+from record.reader import LogContents, read_ticks
 from record.trial import read_trial
 from robot.campaign_plan import draw_cases, read_scenario
 from robot.campaign_run import Job, campaign_jobs, drop_cases, run_jobs
 from robot.campaign_seal import labels_of, make_key, read_key, seal, unseal
 from robot.cli import run as command
 from robot.config import DEFAULT_ROBOT_FILE, load_robot
+from robot.hardware import open_twin
 from robot.twin_run import WalkPlan, make_twin, plan_of, walk_fast
 from robot.twin_stack import walk_through_bytes
 from sim_hw.effect_catalog import EFFECTS
 from sim_hw.effects import parse_effect
+from sim_hw.scenario import parse_scenario
 
 CONFIG = load_robot()
 FIELDS = (
@@ -47,6 +50,43 @@ def test_without_bytes_the_same_trial_comes_out() -> None:
     assert len(fast.time_s) == 120
     assert shares == sorted(shares)
     assert np.isfinite(fast.force_n).all()
+
+
+def test_a_twins_log_can_be_replayed(tmp_path: Path) -> None:
+    """Step by step through today's controller, the calibrations taken from the log."""
+    out = tmp_path / "twin.mcap"
+    words = ["sim", "run", "--seconds", "0.2", "--seed", "2", "--out", str(out)]
+    assert command([*words, "--effect", "com_offset:x_m=0.02"]) == 0
+    assert command(["replay", str(out)]) == 0
+    contents = LogContents()
+    assert sum(1 for _ in read_ticks(out, contents)) > 20
+    assert "com_offset" not in str(contents.metadata), "no word of what is wrong"
+
+
+def test_faults_of_a_scenario_come_on_top_of_a_twin() -> None:
+    """One path opens both: the force unit's faults lie on the wire, the twin's errors before it."""
+    twin = make_twin(CONFIG, (parse_effect("force_gain@ML:ratio=2", EFFECTS),), seed=0)
+    scenario = parse_scenario(
+        """
+        [[fault]]
+        kind = "stuck_shaft"
+        servo = 2
+        torque_n_m = 30.0
+        [[fault]]
+        kind = "overheating"
+        servo = 3
+        temperature_c = 70.0
+        """,
+        (1, 2, 3, 4, 5, 6),
+    )
+    rig, robot = open_twin(CONFIG, twin, seed=0, armed=False, with_forces=True, scenario=scenario)
+    try:
+        seen = rig.read().servos
+        assert robot.world.plant.jam_n_m.tolist() == [0.0, 30.0, 0.0, 0.0, 0.0, 0.0]
+        assert seen.temperature_c.tolist() == [25, 25, 70, 25, 25, 25]
+        assert robot.cameras is not None
+    finally:
+        rig.close()
 
 
 def test_the_same_seed_gives_the_same_bytes_and_another_day_is_another(tmp_path: Path) -> None:
