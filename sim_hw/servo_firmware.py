@@ -110,6 +110,10 @@ class FirmwareBank:
         self._velocity_integral = np.zeros(count)
         self._current_integral = np.zeros(count)
         self.goal_path: GoalPath | None = None
+        # machine code is loaded here, in mode 0 nothing is done: a servo that is asked must not wait for it
+        empty = np.zeros(count)
+        mode = np.zeros_like(self.mode)
+        _plain_duty(empty, 1.0, empty, mode, self._flags, self._loop, self._gains, empty)
 
     @property
     def driven(self) -> BoolArray:
