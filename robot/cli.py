@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from model.errors import BigantError, BusError, ForceStreamError, RecordError
-from robot.arguments import add_robot, add_scenario
+from robot.arguments import GAITS, add_robot, add_scenario, positive, steer
 from robot.commands import add_commands, run_command
 from robot.exit_codes import ExitCode
 
@@ -95,20 +95,6 @@ def _parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
     return parser
 
 
-def _positive(text: str) -> float:
-    value = float(text)
-    if not 0 < value < float("inf"):
-        raise argparse.ArgumentTypeError(f"must be a positive number, not {text}")
-    return value
-
-
-def _steer(text: str) -> float:
-    value = float(text)
-    if not -1 <= value <= 1:
-        raise argparse.ArgumentTypeError(f"must be from -1 (right) to 1 (left), not {text}")
-    return value
-
-
 def _rate(text: str) -> int:
     value = int(text)
     if not 10 <= value <= 200:
@@ -126,17 +112,17 @@ def _add_drive(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         epilog=EPILOG,
     )
     add_robot(drive)
-    drive.add_argument("--gait", choices=("tripod", "metachronal"), default="tripod")
+    drive.add_argument("--gait", choices=GAITS, default="tripod")
     length = drive.add_mutually_exclusive_group()
-    length.add_argument("--cycles", type=_positive, metavar="N", help="gait cycles (default: 3)")
+    length.add_argument("--cycles", type=positive, metavar="N", help="gait cycles (default: 3)")
     length.add_argument(
-        "--duration", type=_positive, metavar="S", dest="duration_s", help="seconds of walking"
+        "--duration", type=positive, metavar="S", dest="duration_s", help="seconds of walking"
     )
     drive.add_argument(
-        "--frequency-hz", type=_positive, metavar="F", help="cycles a second (default: robot file)"
+        "--frequency-hz", type=positive, metavar="F", help="cycles a second (default: robot file)"
     )
     drive.add_argument(
-        "--steer", type=_steer, default=0.0, metavar="X", help="-1 (right) to 1 (left)"
+        "--steer", type=steer, default=0.0, metavar="X", help="-1 (right) to 1 (left)"
     )
     drive.add_argument(
         "--hardware",
@@ -166,7 +152,7 @@ def _add_drive(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
     drive.add_argument("--teleop", action="store_true", help="drive with the keyboard")
     drive.add_argument(
         "--deadman",
-        type=_positive,
+        type=positive,
         default=5.0,
         metavar="S",
         dest="deadman_s",

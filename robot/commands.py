@@ -29,10 +29,11 @@ class Command:
 
 GROUP_HELP = (
     ("model", "the model of slipping, without a robot"),
+    ("robot", "the robot file for other programs"),
     ("log", "look at, mend, cut, merge and export logs"),
     ("gap", "where a simulator differs from measured runs, and why"),
     ("servo", "the servos one by one: scan, set up, back up, watch"),
-    ("sim", "virtual hardware for other programs, and what can go wrong with it"),
+    ("sim", "virtual hardware, its faults, and a robot that is wrong on purpose"),
     ("ft", "the force-torque sensors: find, watch, bias, calibrate"),
 )
 
@@ -47,6 +48,7 @@ COMMANDS = (
         ("model", "figures"), "robot.model_figures", "our version of the paper's figures and tables"
     ),
     Command(("odom",), "robot.odom", "odometry and foot forces from a log; 'odom tune' its noise"),
+    Command(("robot", "export"), "robot.robot_export", "the robot file as URDF or MJCF"),
     Command(("replay",), "robot.replay", "a recorded run again, as a test: step, drivers or robot"),
     Command(("log", "info"), "robot.log_info", "duration, rate, topics, versions, damage"),
     Command(("log", "repair"), "robot.log_repair", "a proper file of a cut or damaged log"),
@@ -66,6 +68,17 @@ COMMANDS = (
     Command(("check",), "robot.check", "pre-flight list: is this robot fit to walk?"),
     Command(("sim", "serve"), "robot.sim_serve", "serve virtual devices until Ctrl-C"),
     Command(("sim", "faults"), "robot.sim_faults", "list the faults that --scenario can hold"),
+    Command(
+        ("sim", "effects"), "robot.sim_effects", "what can be made wrong with the virtual robot"
+    ),
+    Command(
+        ("sim", "run"), "robot.sim_run", "a walk of the virtual robot with effects, as a trial"
+    ),
+    Command(
+        ("sim", "campaign"), "robot.sim_campaign", "many trials of a scenario file, in parallel"
+    ),
+    Command(("sim", "unseal"), "robot.sim_unseal", "open the labels of a sealed campaign"),
+    Command(("sim", "render"), "robot.sim_render", "a picture or video of a log or trial"),
     Command(("ft", "scan"), "robot.ft_scan", "find wireless force-torque units"),
     Command(("ft", "watch"), "robot.ft_watch", "live readings, state, losses and clock"),
     Command(("ft", "bias"), "robot.ft_bias", "measure what is read with no contact"),

@@ -95,14 +95,18 @@ def _diagnose(
 ) -> "Diagnosis":
     from gap.diagnosis import diagnose
     from gap.predictions import prediction_pool
-    from robot.progress_bar import ProgressBar
+    from robot.progress import ProgressBar
 
-    with ProgressBar() as bar:
+    with ProgressBar("diagnosis") as bar:
+
+        def tell(words: str, share: float) -> None:
+            bar.show(share, words)
+
         if options.jobs == 1:
-            return diagnose(trials, simulator, references, progress=bar.update, seed=options.seed)
+            return diagnose(trials, simulator, references, progress=tell, seed=options.seed)
         with prediction_pool(simulator, trials, references, options.jobs) as pool:
             return diagnose(
-                trials, simulator, references, executor=pool, progress=bar.update, seed=options.seed
+                trials, simulator, references, executor=pool, progress=tell, seed=options.seed
             )
 
 
