@@ -62,6 +62,7 @@ COMMANDS = (
     Command(("servo", "watch"), "robot.servo_watch", "live table, round trips, counters"),
     Command(("servo", "reboot"), "robot.servo_reboot", "reboot, and keep the cause of the error"),
     Command(("view",), "robot.view_command", "watch a run, live or from its log"),
+    Command(("doctor",), "robot.doctor", "is this computer set up, and what to do if not"),
     Command(("check",), "robot.check", "pre-flight list: is this robot fit to walk?"),
     Command(("sim", "serve"), "robot.sim_serve", "serve virtual devices until Ctrl-C"),
     Command(("sim", "faults"), "robot.sim_faults", "list the faults that --scenario can hold"),
