@@ -54,6 +54,10 @@ EXAMPLES: Mapping[tuple[str, ...], tuple[str, ...]] = MappingProxyType({
         "bigant view --live --terminal",
         "bigant view runs/first_walk.mcap --save walk-view.mcap --layout layout.json",
     ),
+    ("bridge",): (
+        "bigant bridge --live",
+        "bigant bridge runs/first_walk.mcap --speed 2 --prefix lab1",
+    ),
     ("doctor",): ("bigant doctor", "bigant doctor --json"),
     ("completion",): (
         "bigant completion bash > ~/.local/share/bash-completion/completions/bigant",

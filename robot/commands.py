@@ -65,6 +65,7 @@ COMMANDS = (
     Command(("servo", "watch"), "robot.servo_watch", "live table, round trips, counters"),
     Command(("servo", "reboot"), "robot.servo_reboot", "reboot, and keep the cause of the error"),
     Command(("view",), "robot.view_command", "watch a run, live or from its log"),
+    Command(("bridge",), "robot.bridge", "a live run or a log as ROS 2 topics"),
     Command(("doctor",), "robot.doctor", "is this computer set up, and what to do if not"),
     Command(("completion",), "robot.completion", "completion script for bash, zsh or fish"),
     Command(("check",), "robot.check", "pre-flight list: is this robot fit to walk?"),
