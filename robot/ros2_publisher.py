@@ -7,9 +7,6 @@ import importlib
 from collections import Counter
 from typing import Any, Self
 
-import rclpy
-from rclpy.node import Node
-
 from model.errors import ConfigError
 from record.cdr import CdrWriter
 from record.follow import TopicMessage
@@ -30,8 +27,9 @@ class Ros2Publisher:
     """
 
     def __init__(self, prefix: str, *, clock: bool) -> None:
-        rclpy.init()
-        self._node: Any = Node("bigant_bridge")
+        self._ros: Any = importlib.import_module("rclpy")  # here, so that this module needs no ROS
+        self._ros.init()
+        self._node: Any = importlib.import_module("rclpy.node").Node("bigant_bridge")
         self._prefix = f"/{prefix.strip('/')}" if prefix.strip("/") else ""
         self._clock = clock
         self._publishers: dict[str, Any] = {}
@@ -44,12 +42,12 @@ class Ros2Publisher:
     def __exit__(self, *_: object) -> None:
         """Destroy the node."""
         self._node.destroy_node()
-        if rclpy.ok():
-            rclpy.shutdown()
+        if self._ros.ok():
+            self._ros.shutdown()
 
     def ok(self) -> bool:
         """Whether ROS still runs."""
-        return bool(rclpy.ok())
+        return bool(self._ros.ok())
 
     def publish(self, message: TopicMessage) -> None:
         """Publish a message; those of types that ROS does not have are left out.

@@ -127,6 +127,15 @@ def test_the_tutorials_python_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPat
         exec(compile(block, "tutorial.md", "exec"), {})
 
 
+def test_pages_of_modules_are_made_from_their_docstrings(tmp_path: Path) -> None:
+    pdoc = pytest.importorskip("pdoc")
+    pdoc.render.configure(docformat="google", show_source=False)
+    pdoc.pdoc("model.linkage", "record.reader", output_directory=tmp_path)
+    page = (tmp_path / "model" / "linkage.html").read_text(encoding="utf-8")
+    assert "linkage_pose" in page
+    assert "Shaft angles, any shape" in page
+
+
 def test_the_command_reference_is_current() -> None:
     done = subprocess.run(
         [sys.executable, "-c", "import runpy; print(runpy.run_path("

@@ -77,7 +77,6 @@ def ros(monkeypatch: pytest.MonkeyPatch) -> Ros:
         ok=lambda: world.running and world.stop_after > 0,
     )
     module("rclpy.node", Node=Node)
-    monkeypatch.delitem(sys.modules, "robot.ros2_publisher", raising=False)
     packages = {
         "sensor_msgs": ("JointState",),
         "geometry_msgs": ("WrenchStamped",),
