@@ -59,7 +59,7 @@ def script_for(shell: str) -> str:
     return "\n".join(line for line in (first, note, rest) if line)
 
 
-def _mark_files(parser: argparse.ArgumentParser, files: dict[str, str]) -> None:
+def _mark_files(parser: argparse.ArgumentParser, files: object) -> None:
     """Tell shtab which arguments are names of files: those that argparse turns into a path."""
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):

@@ -5,6 +5,8 @@ import json
 import os
 import socket
 import struct
+import subprocess
+import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -23,6 +25,7 @@ from robot.view_numbers import NewsTracker, fields_of, numbers_of
 from robot.view_scene import METRES_PER_NEWTON, legs_of, turn_from_x
 from tests.record.ticks import NAMES, make_tick
 
+ROOT = Path(__file__).resolve().parents[2]
 PARAMETERS = load_robot().parameters
 
 
@@ -238,19 +241,49 @@ def test_a_recorded_log_is_played_at_its_speed(walked: Path) -> None:
     assert clock.now_ns() == pytest.approx(took_ns, rel=1e-9)
 
 
-def _frames(connection: socket.socket) -> Iterator[bytes]:
-    """Payloads of unmasked websocket frames (RFC 6455, section 5.2)."""
-    stream = connection.makefile("rb")
-    while head := stream.read(2):
-        size = head[1] & 0x7F
-        if size == 126:
-            (size,) = struct.unpack(">H", stream.read(2))
-        elif size == 127:
-            (size,) = struct.unpack(">Q", stream.read(8))
-        yield stream.read(size)
+class Viewer:
+    """A viewer's side of the websocket (RFC 6455), down to the bytes."""
+
+    def __init__(self, port: int) -> None:
+        self._socket = socket.create_connection(("127.0.0.1", port), timeout=60)
+        key = base64.b64encode(bytes(16)).decode()
+        self._socket.sendall(
+            f"GET / HTTP/1.1\r\nHost: localhost:{port}\r\nUpgrade: websocket\r\n"
+            f"Connection: Upgrade\r\nSec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\n"
+            "Sec-WebSocket-Protocol: foxglove.sdk.v1\r\n\r\n".encode()
+        )
+        answer = b""
+        while not answer.endswith(b"\r\n\r\n"):
+            answer += self._socket.recv(1)
+        assert answer.startswith(b"HTTP/1.1 101")
+        self._stream = self._socket.makefile("rb")
+
+    def frames(self) -> Iterator[tuple[int, bytes]]:
+        """Opcode and payload of what comes, until the other side closes."""
+        while len(head := self._stream.read(2)) == 2:
+            size = head[1] & 0x7F
+            if size == 126:
+                (size,) = struct.unpack(">H", self._stream.read(2))
+            elif size == 127:
+                (size,) = struct.unpack(">Q", self._stream.read(8))
+            opcode = head[0] & 0x0F
+            if opcode == 8:  # close
+                return
+            yield opcode, self._stream.read(size)
+
+    def subscribe(self, channel: int) -> None:
+        """Ask for a channel; a client masks what it sends, here with zeros."""
+        wish = {"op": "subscribe", "subscriptions": [{"id": 1, "channelId": channel}]}
+        text = json.dumps(wish).encode()
+        assert len(text) < 126
+        self._socket.sendall(bytes((0x81, 0x80 | len(text), 0, 0, 0, 0)) + text)
+
+    def close(self) -> None:
+        self._stream.close()
+        self._socket.close()
 
 
-def test_a_viewer_on_the_network_is_told_all_topics(walked: Path) -> None:
+def test_a_viewer_on_the_network_is_told_all_topics() -> None:
     pytest.importorskip("foxglove")
     from robot.view_foxglove import FoxgloveView
 
@@ -258,28 +291,46 @@ def test_a_viewer_on_the_network_is_told_all_topics(walked: Path) -> None:
     try:
         assert not view.watched
         view.show(make_tick(3), 10**9)
-        with socket.create_connection(("127.0.0.1", view.port), timeout=30) as connection:
-            key = base64.b64encode(bytes(16)).decode()
-            connection.sendall(
-                f"GET / HTTP/1.1\r\nHost: localhost:{view.port}\r\nUpgrade: websocket\r\n"
-                f"Connection: Upgrade\r\nSec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\n"
-                "Sec-WebSocket-Protocol: foxglove.sdk.v1\r\n\r\n".encode()
-            )
-            answer = b""
-            while not answer.endswith(b"\r\n\r\n"):
-                answer += connection.recv(1)
-            assert answer.startswith(b"HTTP/1.1 101")
-            topics: set[str] = set()
-            for payload in _frames(connection):
-                message = json.loads(payload)
-                if message["op"] == "serverInfo":
-                    assert message["name"] == "bigant"
-                topics |= {channel["topic"] for channel in message.get("channels", ())}
-                if "/velocity" in topics and "/robot" in topics and "/force/FR" in topics:
-                    break
-        assert "/tf" in topics
+        viewer = Viewer(view.port)
+        topics: set[str] = set()
+        for _, payload in viewer.frames():
+            message = json.loads(payload)
+            if message["op"] == "serverInfo":
+                assert message["name"] == "bigant"
+            topics |= {channel["topic"] for channel in message.get("channels", ())}
+            if {"/velocity", "/robot", "/tf", "/force/FR", "/servo/HL", "/state"} <= topics:
+                break
+        viewer.close()
     finally:
         view.close()
+
+
+def test_a_log_waits_for_its_viewer_and_is_then_played_to_the_end(walked: Path) -> None:
+    pytest.importorskip("foxglove")
+    process = subprocess.Popen(
+        [sys.executable, "-m", "robot", "view", str(walked), "--port", "0", "--speed", "50"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT,
+    )  # fmt: skip
+    try:
+        assert process.stdout is not None
+        line = process.stdout.readline()
+        viewer = Viewer(int(line.split()[1].rpartition(":")[2]))
+        scenes = 0
+        for opcode, payload in viewer.frames():
+            if opcode == 1:
+                for channel in json.loads(payload).get("channels", ()):
+                    if channel["topic"] == "/robot":
+                        assert channel["schemaName"] == "foxglove.SceneUpdate"
+                        viewer.subscribe(channel["id"])
+            elif payload[0] == 1:  # message data
+                scenes += 1
+        viewer.close()
+        _, complaints = process.communicate(timeout=60)
+    finally:
+        process.kill()
+        process.wait()
+    assert process.returncode == ExitCode.OK, complaints
+    assert scenes > 50
 
 
 def test_wrong_use_is_one_clear_line(
