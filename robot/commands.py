@@ -49,12 +49,14 @@ COMMANDS = (
     Command(
         ("model", "figures"), "robot.model_figures", "our version of the paper's figures and tables"
     ),
+    Command(("odom",), "robot.odom", "odometry and foot forces from a log; 'odom tune' its noise"),
     Command(("replay",), "robot.replay", "a recorded run again, as a test: step, drivers or robot"),
     Command(("log", "info"), "robot.log_info", "duration, rate, topics, versions, damage"),
     Command(("log", "repair"), "robot.log_repair", "a proper file of a cut or damaged log"),
     Command(("log", "cut"), "robot.log_cut", "a piece of a log"),
     Command(("log", "merge"), "robot.log_merge", "logs of one robot, one behind the other"),
     Command(("log", "export"), "robot.log_export", "tables, trials and trajectories of a log"),
+    Command(("gap", "diagnose"), "robot.gap_diagnose", "where, which effect, how far it shrinks"),
     Command(("gap", "effects"), "robot.gap_effects", "every effect a simulator can add to itself"),
     Command(("import",), "robot.import_command", "measured data as a log or a trial, checked"),
     Command(("servo", "scan"), "robot.servo_scan", "who answers at which baud rate"),
