@@ -32,6 +32,14 @@ EXAMPLES: Mapping[tuple[str, ...], tuple[str, ...]] = MappingProxyType({
         "bigant log export runs/first_walk.mcap --format trial",
         "bigant log export runs/first_walk.mcap --format csv --what joints,forces",
     ),
+    ("odom",): (
+        "bigant odom runs/first_walk.mcap --compare",
+        "bigant odom runs/first_walk.mcap --out first_walk.tum",
+    ),
+    ("gap", "diagnose"): (
+        "bigant gap diagnose today-1.mcap today-2.mcap --reference healthy-1.mcap healthy-2.mcap",
+        "bigant gap diagnose walk.toml --json walk.json --html walk.html",
+    ),
     ("gap", "effects"): ("bigant gap effects --stage friction", "bigant gap effects --json"),
     ("import",): ("bigant import table.csv --columns map.toml --out walk.mcap",),
     ("servo", "scan"): ("bigant servo scan", "bigant servo scan --port /dev/ttyUSB0 --json"),
