@@ -68,7 +68,10 @@ def run(options: argparse.Namespace) -> ExitCode:
         _write(trial, out, report)
         if not options.json:
             lost = left_out(trial) if out.suffix == ".mcap" else ()
-            print(f"{out}: {report.kept} samples" + (f"; no place in a log for {', '.join(lost)}" if lost else ""))
+            print(
+                f"{out}: {report.kept} samples"
+                + (f"; no place in a log for {', '.join(lost)}" if lost else "")
+            )
     return ExitCode.OK
 
 

@@ -73,5 +73,7 @@ def _target(path: Path, kind: str, out: Path | None) -> Path:
         stem = path.stem + "_trial" if kind == "trial" else path.stem
         return path.with_name(stem + suffixes[kind][0])
     if out.suffix not in suffixes[kind]:
-        raise ConfigError("--out", f"must end in {' or '.join(suffixes[kind])} for {kind}, not {out}")
+        raise ConfigError(
+            "--out", f"must end in {' or '.join(suffixes[kind])} for {kind}, not {out}"
+        )
     return out

@@ -58,12 +58,18 @@ def _rows(survey: "LogSurvey") -> list[tuple[str, str]]:
     rows = [
         ("file", f"{survey.path}, {survey.size / 1e6:.2f} MB"),
         ("robot", f"{m.get('robot', '?')}, legs {m.get('leg_names', '?')}"),
-        ("run", f"{m.get('gait', '?')} at {m.get('frequency_hz', '?')} Hz on {m.get('hardware', '?')}"),
+        (
+            "run",
+            f"{m.get('gait', '?')} at {m.get('frequency_hz', '?')} Hz on {m.get('hardware', '?')}",
+        ),
         ("begun", begun),
         ("duration", f"{survey.duration_s:.3f} s"),
         ("ticks", f"{survey.ticks} at {_rate_hz(survey):.4g} Hz"),
         ("missing", f"{survey.lost} ticks lost from the file, {survey.skipped} periods never run"),
-        ("robot file", f"{len(survey.config_text.encode())} bytes" if survey.config_text else "none"),
+        (
+            "robot file",
+            f"{len(survey.config_text.encode())} bytes" if survey.config_text else "none",
+        ),
         ("software", m.get("software", "?") + (f" ({', '.join(versions)})" if versions else "")),
     ]
     if "merged" in m:

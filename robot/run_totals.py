@@ -58,7 +58,9 @@ class RunTotals:
         """Add the next block of the log."""
         self.truth = self.truth or block.has_truth
         self.missed += int(block.missed.sum())
-        self.hottest_c = float(np.fmax.reduce(block.temperature_c, axis=None, initial=self.hottest_c))
+        self.hottest_c = float(
+            np.fmax.reduce(block.temperature_c, axis=None, initial=self.hottest_c)
+        )
         self.faults.update(fault.kind.name for _, fault in block.faults)
         walking = block.mode == Mode.WALK.value
         self.velocity_error.add((block.predicted_velocity_B - block.truth_velocity_B)[walking])
