@@ -7,7 +7,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 JOBS   ?= 2
 
-.PHONY: help install walk test check format lint types imports tests quick constraints figures clean
+.PHONY: help install walk test check format lint types imports tests quick constraints golden figures clean
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
@@ -53,6 +53,9 @@ quick: install ## the fast tests only
 constraints: ## write constraints.txt anew (needs uv)
 	uv pip compile pyproject.toml --extra dev --universal --python-version 3.11 --upgrade \
 	    --no-annotate --no-header --no-emit-index-url --quiet --output-file constraints.txt
+
+golden: install ## write the change indicators of tests/replay anew; git diff then says what changed
+	$(BIN)/python -m tests.replay.golden
 
 figures: install ## draw the figures of docs/ again
 	for script in docs/plot_*.py; do $(BIN)/python $$script || exit 1; done

@@ -14,6 +14,7 @@ NAMES = {
     "loop": "benchmarks.loop_cost",
     "log_size": "benchmarks.log_size",
     "gap_chain": "benchmarks.gap_chain",
+    "fuzz": "benchmarks.fuzz",
 }
 
 

@@ -151,6 +151,23 @@ def saturation(status_1: int, status_2: int) -> BoolArray:
     return np.array(bits)
 
 
+class Led(enum.IntEnum):
+    """Colour of one of the unit's lights; a blinking one is off in some records."""
+
+    OFF = 0
+    RED = 1
+    GREEN = 2
+    ORANGE = 3
+
+
+def battery_led(status_1: int) -> Led:
+    """Return the battery light, bits 10-11 of the first status word.
+
+    The battery byte beside it has no documented scale; the light is what the unit itself thinks.
+    """
+    return Led(status_1 >> 10 & 0b11)
+
+
 def build_record(record: ForceRecord) -> bytes:
     """Return a record's bytes; the inverse of ``parse_datagram`` for one record."""
     status_1, status_2 = (int(word) for word in record.status)

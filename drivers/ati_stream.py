@@ -1,27 +1,36 @@
 """The force stream: set the unit up over its console, then read records as they come.
 
 The data path never waits. Losses, repeats and late records are counted by sequence number; a stream
-that falls silent is started again, with pauses that grow, while the loop goes on.
+that falls silent is started again, with pauses that grow, while the loop goes on, and a unit that does
+not come back from that is set up anew beside the loop (``drivers.ati_repair``).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
-from drivers.ati_calibration import Calibration, parse_cal
+import numpy as np
+
+from drivers.ati_calibration import Calibration
+from drivers.ati_clock import ClockEstimate, DeviceClock
 from drivers.ati_console import Console
 from drivers.ati_links import DatagramLink, TextLink
-from drivers.ati_packets import Arrival, Command, Malformed, build_command, classify, parse_datagram
+from drivers.ati_packets import Arrival, Command, Malformed, build_command, parse_datagram
+from drivers.ati_repair import Background, Repair, Repaired, in_thread
+from drivers.ati_sequence import SequenceWatch
+from drivers.ati_setup import free_console, set_up
 from drivers.clock import Clock
 from drivers.settings import ForceSensorSettings
 from model.errors import ForceStreamError
-from model.signals import Fault, FaultKind, ForceRecord
+from model.signals import Fault, FaultKind, ForceRecord, IntArray, readonly
 
-RESETS = 3
-RESET_PAUSE_S = 0.2
 START_TRIES = 10
 START_WAIT_S = 0.3
 LOOK_S = 0.005
 FIRST_RESTART_S = 0.25
 LONGEST_RESTART_S = 4.0
+# Silent for so long in spite of start packets: the unit needs more than those.
+REPAIR_AFTER_S = 1.0
+STOPS = 3  # the unit sends for ever if the only stop is lost in the air
 
 
 @dataclass(slots=True)
@@ -34,7 +43,10 @@ class StreamCounters:
         duplicate: Records received twice.
         late: Records that came behind a newer one; dropped.
         malformed: Datagrams that were none.
+        saturated: Samples of single transducers dropped because they were saturated.
+        unit_restarts: Times the unit's sequence numbers began anew.
         restarts: Times the stream was started again.
+        repairs: Times the unit was set up anew.
     """
 
     records: int = 0
@@ -42,14 +54,10 @@ class StreamCounters:
     duplicate: int = 0
     late: int = 0
     malformed: int = 0
+    saturated: int = 0
+    unit_restarts: int = 0
     restarts: int = 0
-
-
-def free_console(datagrams: DatagramLink, clock: Clock) -> None:
-    """Free a console that a dead program still holds; three times, as radio loses packets."""
-    for _ in range(RESETS):
-        datagrams.send(build_command(Command.RESET_CONSOLE))
-        clock.sleep_until_ns(clock.now_ns() + round(RESET_PAUSE_S * 1e9))
+    repairs: int = 0
 
 
 class ForceStream:
@@ -60,6 +68,8 @@ class ForceStream:
         console: Way of text.
         settings: Transducers, rate and limits.
         clock: Clock of both.
+        reopen: Opens the console again for a unit that fell silent; None leaves it at start packets.
+        background: Runs that where it holds nobody up.
     """
 
     def __init__(
@@ -68,6 +78,9 @@ class ForceStream:
         console: TextLink,
         settings: ForceSensorSettings,
         clock: Clock,
+        *,
+        reopen: Callable[[], TextLink] | None = None,
+        background: Background = in_thread,
     ) -> None:
         self.counters = StreamCounters()
         self.calibrations: tuple[Calibration | None, ...] = (None,) * len(settings.names)
@@ -75,7 +88,11 @@ class ForceStream:
         self._console = Console(console, clock)
         self._settings = settings
         self._clock = clock
-        self._last_sequence: int | None = None
+        self._reopen = reopen
+        self._repair = Repair(self._set_up_anew, background) if reopen is not None else None
+        self._sequence = SequenceWatch()
+        self._device_clock = DeviceClock()
+        self._sound_ns = [-1] * len(settings.names)
         self._last_heard_ns = clock.now_ns()
         self._restart_ns = 0
         self._restart_pause_s = FIRST_RESTART_S
@@ -88,7 +105,7 @@ class ForceStream:
         Raises:
             ForceStreamError: It does not answer, sends gage counts, or sends nothing.
         """
-        self._configure()
+        self.calibrations = set_up(self._console, self._settings)
         for _ in range(START_TRIES):  # a start packet may be lost in the air
             self._datagrams.send(build_command(Command.START, 0))
             if self._wait_for_record(START_WAIT_S):
@@ -98,26 +115,6 @@ class ForceStream:
             f"the force-torque unit at {self._settings.address} takes commands and sends no data: "
             f"switch it off and on (it may be bound to another port than {self._settings.local_port})"
         )
-
-    def _configure(self) -> None:
-        settings = self._settings
-        self._console.query(f"RATE {settings.rate_hz} {settings.oversampling}")
-        self._console.query("T OFF")
-        found: list[Calibration | None] = []
-        for leg, number in zip(settings.names, settings.transducers, strict=True):
-            if number == 0:
-                found.append(None)
-                continue
-            self._console.query(f"TRANS {number}")
-            calibration = parse_cal(self._console.query("CAL"), int(number))
-            if not calibration.mult_on:
-                raise ForceStreamError(
-                    f"transducer {number} ({leg}) sends raw gage counts: switch its matrix on with "
-                    f"TRANS {number} and CAL MULT ON, then SAVEALL, on the unit's console"
-                )
-            found.append(calibration)
-        self.calibrations = tuple(found)
-        self._console.query("T ON")
 
     def _wait_for_record(self, limit_s: float) -> bool:
         deadline_ns = self._clock.now_ns() + round(limit_s * 1e9)
@@ -132,6 +129,7 @@ class ForceStream:
         """Return all records since the last call, oldest first; never waits."""
         records = [*self._ahead, *self._receive()]
         self._ahead = []
+        self._take_over_repaired()
         if not records:
             self._look_after_silence()
         return tuple(records)
@@ -143,29 +141,42 @@ class ForceStream:
             if isinstance(parsed, Malformed):
                 self.counters.malformed += 1
                 continue
-            kept += [record for record in parsed if self._in_order(record)]
+            kept += [record for record in parsed if self._fresh(record)]
         if kept:
             self._last_heard_ns = self._clock.now_ns()
             self._restart_pause_s = FIRST_RESTART_S
+            if self._repair is not None:
+                self._repair.heard()
             self._report_saturation(kept[-1])
         return kept
 
-    def _in_order(self, record: ForceRecord) -> bool:
+    def _fresh(self, record: ForceRecord) -> bool:
         """Count what the sequence number says; return whether the record is to be used."""
-        self.counters.records += 1
-        last = self._last_sequence
-        arrival, missing = (Arrival.RESTART, 0) if last is None else classify(record.sequence, last)
-        if arrival is Arrival.DUPLICATE:
-            self.counters.duplicate += 1
+        counters = self.counters
+        counters.records += 1
+        verdict = self._sequence.judge(record.sequence)
+        if not verdict.fresh:
+            counters.duplicate += verdict.arrival is Arrival.DUPLICATE
+            counters.late += verdict.arrival is Arrival.LATE
             return False
-        if arrival is Arrival.LATE:
-            self.counters.late += 1
-            return False
-        if missing:
-            self.counters.missing += missing
-            self._faults.append(Fault(FaultKind.FORCE_GAP, "force unit", f"{missing} samples lost"))
-        self._last_sequence = record.sequence
+        if verdict.arrival is Arrival.RESTART:
+            counters.unit_restarts += 1
+            self._device_clock.restart()
+        if verdict.missing:
+            counters.missing += verdict.missing
+            detail = f"{verdict.missing} samples lost"
+            self._faults.append(Fault(FaultKind.FORCE_GAP, "force unit", detail))
+        self._device_clock.add(record.device_ticks, record.t_ns)
+        self._note_sensors(record)
         return True
+
+    def _note_sensors(self, record: ForceRecord) -> None:
+        for leg, number in enumerate(self._settings.transducers.tolist()):
+            if number and record.present[number - 1]:
+                if record.saturated[number - 1]:
+                    self.counters.saturated += 1
+                else:
+                    self._sound_ns[leg] = record.t_ns
 
     def _report_saturation(self, record: ForceRecord) -> None:
         for leg, number in zip(self._settings.names, self._settings.transducers, strict=True):
@@ -179,22 +190,80 @@ class ForceStream:
         if silent_s >= self._settings.silent_limit_s:
             detail = f"no record for {silent_s:.2f} s"
             self._faults.append(Fault(FaultKind.FORCE_SILENT, "force unit", detail))
+        if self._repair is not None and silent_s >= REPAIR_AFTER_S:
+            self._repair.begin(now_ns)
         if silent_s >= self._settings.silent_limit_s / 2 and now_ns >= self._restart_ns:
             self.counters.restarts += 1
             self._datagrams.send(build_command(Command.START, 0))
             self._restart_ns = now_ns + round(self._restart_pause_s * 1e9)
             self._restart_pause_s = min(2 * self._restart_pause_s, LONGEST_RESTART_S)
 
+    def _set_up_anew(self) -> Repaired:
+        """One attempt, in the background: a new console, everything set and read again.
+
+        Raises:
+            ForceStreamError: It did not succeed.
+        """
+        assert self._reopen is not None
+        self._console.close()
+        free_console(self._datagrams, self._clock)
+        console = Console(self._reopen(), self._clock)
+        try:
+            calibrations = set_up(console, self._settings, self.calibrations)
+        except BaseException:
+            console.close()
+            raise
+        return Repaired(console, calibrations)
+
+    def _take_over_repaired(self) -> None:
+        repaired = None if self._repair is None else self._repair.take(self._clock.now_ns())
+        if repaired is not None:
+            self._console = repaired.console
+            self.counters.repairs += 1
+            self._restart_ns = self._clock.now_ns()
+            self._restart_pause_s = FIRST_RESTART_S
+
+    @property
+    def repair_error(self) -> str:
+        """Why the last attempt to set the unit up anew failed; empty if none did."""
+        return "" if self._repair is None else self._repair.last_error
+
     def take_faults(self) -> tuple[Fault, ...]:
         """Return the faults since the last call."""
         faults, self._faults = tuple(self._faults), []
         return faults
 
+    def age_ns(self) -> IntArray:
+        """Return the time since each leg's last sample that was not saturated, (N,); -1: never."""
+        now_ns = self._clock.now_ns()
+        return readonly(np.array([now_ns - t if t >= 0 else -1 for t in self._sound_ns]))
+
+    def clock_estimate(self) -> ClockEstimate | None:
+        """Return how the unit's clock stands to ours; None before the first record."""
+        return self._device_clock.estimate()
+
+    def sample_time_ns(self, record: ForceRecord) -> int | None:
+        """Return the host time at which a recent record was sampled, plus the shortest delay."""
+        return self._device_clock.host_ns(record.device_ticks)
+
+    def set_device_bias(self) -> None:
+        """Let the unit itself take the present readings of our transducers as zero.
+
+        Raises:
+            ForceStreamError: Its console does not answer.
+        """
+        for number in self._settings.transducers.tolist():
+            if number:
+                self._console.query(f"BIAS {number} ON")
+
     def stop(self) -> None:
         """Tell the unit to stop sending; never fails. It remembers us until it is told."""
-        self._datagrams.send(build_command(Command.STOP))
+        for _ in range(STOPS):
+            self._datagrams.send(build_command(Command.STOP))
 
     def close(self) -> None:
         """Give back both links."""
+        if self._repair is not None:
+            self._repair.close()
         self._console.close()
         self._datagrams.close()

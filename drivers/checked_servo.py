@@ -9,6 +9,8 @@ from drivers.servo_port import ClockedPort
 from drivers.servo_requests import ServoRequests
 from model.errors import BusError
 
+# A servo that misses so many requests in a row is not there; one lost on the way is nothing.
+TRIES = 5
 CLEAR_MULTI_TURN = bytes.fromhex("01 44 58 4C 22")
 
 
@@ -29,28 +31,57 @@ class CheckedServo:
     servo_id: int
 
     def read(self, name: str) -> int:
-        """Return a register's value.
+        """Return a register's value; asks again if an answer is lost on the way.
 
         Raises:
             BusError: No sound answer.
         """
         register = REGISTER[name]
-        answer = self.packets.read(self.port, self.servo_id, register.address, register.size)
+        answer = self._read_bytes(register.address, register.size)
         if answer.data is None:
             raise self._refused(f"did not give its {name}", answer, name)
         return register.decode(answer.data)
 
+    def answers_reads(self) -> bool:
+        """Return whether it answers a read at all, if only with an error."""
+        register = REGISTER["hardware_error_status"]
+        answer = self._read_bytes(register.address, register.size)
+        return answer.data is not None or answer.error != 0
+
+    def read_run(self, first: str, last: str) -> bytes:
+        """Return the bytes from one register to another; asks again if an answer is lost.
+
+        Only for neighbours: what a read across a gap of the table returns is not documented.
+
+        Raises:
+            BusError: No sound answer.
+        """
+        start, end = REGISTER[first], REGISTER[last]
+        length = end.address + end.size - start.address
+        answer = self._read_bytes(start.address, length)
+        if answer.data is None:
+            raise self._refused(f"did not give {first} to {last}", answer, first)
+        return answer.data
+
+    def _read_bytes(self, address: int, length: int) -> Answer:
+        for _ in range(TRIES):  # only the wire is given another chance, not a servo's no
+            answer = self.packets.read(self.port, self.servo_id, address, length)
+            if answer.data is not None or answer.error:
+                break
+        return answer
+
     def write(self, name: str, value: int) -> None:
-        """Write a register; one more time if the answer is lost on the way.
+        """Write a register; again if the answer is lost on the way.
 
         Raises:
             BusError: The servo did not say that it took the value.
         """
         register = REGISTER[name]
         data = register.encode(value)
-        answer = self.packets.write(self.port, self.servo_id, register.address, data)
-        if not answer.ok and not answer.error:  # the wire, not the servo
+        for _ in range(TRIES):
             answer = self.packets.write(self.port, self.servo_id, register.address, data)
+            if answer.ok or answer.error:
+                break
         if not answer.ok:
             raise self._refused(f"did not take {name} = {value}", answer, name)
 
@@ -96,6 +127,24 @@ class CheckedServo:
         answer = self.packets.ask(self.port, self.servo_id, Instruction.CLEAR, CLEAR_MULTI_TURN)
         if not answer.ok:
             raise self._refused("did not set its turn counter back", answer, "present_position")
+
+    def reboot(self) -> bool:
+        """Tell the servo to start anew; it is deaf for a moment then, and its torque is off.
+
+        Returns:
+            Whether it said that it will; False if no answer came.
+
+        Raises:
+            BusError: It said that it will not.
+        """
+        answer = self.packets.ask(self.port, self.servo_id, Instruction.REBOOT)
+        if answer.error and not answer.ok:
+            raise self._refused("did not reboot", answer, "hardware_error_status")
+        return answer.ok
+
+    def answers(self) -> bool:
+        """Return whether it answers a ping."""
+        return self.packets.ask(self.port, self.servo_id, Instruction.PING).data is not None
 
     def _refused(self, what: str, answer: Answer, register: str) -> BusError:
         return BusError(

@@ -22,6 +22,7 @@ _FIXED = 7  # header, id, length
 # Reasons of a ``BadFrame`` that callers tell apart: noise on the line is not a damaged answer.
 OUTSIDE = "bytes outside a frame"
 TRUNCATED = "truncated"
+WRONG_CRC = "wrong CRC"
 
 
 class Instruction(enum.IntEnum):
@@ -199,7 +200,7 @@ class FrameParser:
             return None
         raw = bytes(self._buffer[:end])
         if crc16(raw[:-2]) != int.from_bytes(raw[-2:], "little"):
-            return self._drop(_damaged_length(raw), "wrong CRC")
+            return self._drop(_damaged_length(raw), WRONG_CRC)
         del self._buffer[:end]
         return _decode(raw)
 

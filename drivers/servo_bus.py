@@ -26,7 +26,13 @@ from drivers.mx106 import (
 from drivers.servo_packets import Answer
 from drivers.servo_port import ClockedPort
 from drivers.servo_requests import ServoRequests
-from drivers.servo_setup import BusReport, checked_servos, configure_servos, find_servos
+from drivers.servo_setup import (
+    BusReport,
+    checked_servos,
+    configure_servos,
+    find_servos,
+    hold_at,
+)
 from drivers.servo_stats import BusStats
 from drivers.settings import ServoBusSettings
 from model.errors import BusError
@@ -34,6 +40,8 @@ from model.signals import BoolArray, IntArray, JointCommand, ServoReadings, read
 
 NEVER = -1
 TORQUE_OFF_TRIES = 3
+# One lost answer is no reason to refuse; a servo that misses so many is not to be relied on.
+TORQUE_ON_READS = 5
 # Register 70 of one servo is read once in so many reads; a new alert is looked into at once.
 POLL_EVERY_READS = 10
 
@@ -65,6 +73,39 @@ class ServoBus:
         """Counts of requests, timeouts, damaged and late answers, and round trips."""
         return self._packets.counters.snapshot()
 
+    @property
+    def latency_ms(self) -> float:
+        """How long the port's adapter may hold back an answer."""
+        return self._port.latency_ms
+
+    @property
+    def torque_wanted(self) -> bool:
+        """Whether torque has been switched on and not off again; a servo may have lost it."""
+        return self._torque_on
+
+    @property
+    def clock(self) -> Clock:
+        """The clock of the port."""
+        return self._clock
+
+    @property
+    def latency_timer_ms(self) -> float | None:
+        """How long the adapter holds a short answer back, None where the system does not say."""
+        return self._port.latency_timer_ms
+
+    def open(self) -> None:
+        """Open the port; nothing happens if it is open.
+
+        Raises:
+            BusError: It cannot be opened.
+        """
+        if not self._port.openPort():
+            raise BusError(
+                f"{self._port.name} cannot be opened at {self.settings.baud_rate} baud; choose "
+                "another port or baud_rate",
+                port=self._port.name,
+            )
+
     def connect(self) -> BusReport:
         """Open the port and find every servo. Writes nothing.
 
@@ -74,12 +115,7 @@ class ServoBus:
         Raises:
             BusError: The port cannot be opened, or a servo is missing, of another kind or unusable.
         """
-        if not self._port.openPort():
-            raise BusError(
-                f"{self._port.name} cannot be opened at {self.settings.baud_rate} baud; choose "
-                "another port or baud_rate",
-                port=self._port.name,
-            )
+        self.open()
         self.report = find_servos(self._port, self._packets, self.settings)
         return self.report
 
@@ -165,20 +201,21 @@ class ServoBus:
             ConnectionLost: The port is gone.
         """
         self._need_configured()
-        readings = self.read()
-        if not readings.valid.all():
+        for _ in range(TORQUE_ON_READS):
+            readings = self.read()
+            if readings.valid.all():
+                break
+        else:
             raise BusError(
                 f"{self._legs(~readings.valid)} did not answer; torque stays off",
                 port=self._port.name,
                 ids=tuple(int(i) for i in self.settings.ids[~readings.valid]),
             )
         try:
-            for servo, ticks in zip(self._servos(), readings.position_ticks, strict=True):
-                servo.write("bus_watchdog", 0)  # a tripped one takes no goal
-                servo.write("goal_position", int(ticks))
-                servo.write_verified("torque_enable", 1)
-            for servo in self._servos():
-                servo.write_verified("bus_watchdog", self._watchdog_units())
+            for servo, ticks in zip(self.servos(), readings.position_ticks, strict=True):
+                hold_at(servo, int(ticks))
+            for servo in self.servos():
+                servo.write_verified("bus_watchdog", self.watchdog_units)
         except BusError:
             self.torque_off()
             raise
@@ -263,10 +300,13 @@ class ServoBus:
             ids = tuple(int(i) for i in self.settings.ids[where])
             raise BusError(f"{self._legs(where)} {why}", port=self._port.name, ids=ids)
 
-    def _watchdog_units(self) -> int:
+    @property
+    def watchdog_units(self) -> int:
+        """The watchdog time in the servos' own units."""
         return round(self.settings.watchdog_s / WATCHDOG_UNIT_S)
 
-    def _servos(self) -> list[CheckedServo]:
+    def servos(self) -> list[CheckedServo]:
+        """Return the servos in leg order, to be read and written by register name."""
         return checked_servos(self._port, self._packets, self.settings)
 
     def _legs(self, where: BoolArray) -> str:

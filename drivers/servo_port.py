@@ -51,7 +51,7 @@ class ClockedPort(PortHandler):  # type: ignore[misc]  # the SDK is not typed
         latency_timer_ms: The same as the system reports it, None if it does not.
         bytes_sent: Bytes written so far.
         bytes_received: Bytes read so far.
-        tap: Called with every byte that passes, or None.
+        tap: Called with what is written and with what each read gave, nothing included; or None.
     """
 
     def __init__(self, name: str, baud_rate: int, clock: Clock) -> None:
@@ -94,7 +94,7 @@ class ClockedPort(PortHandler):  # type: ignore[misc]  # the SDK is not typed
             self.bytes_sent += len(data)
         else:
             self.bytes_received += len(data)
-        if self.tap is not None and data:
+        if self.tap is not None and (data or direction == "rx"):
             self.tap(direction, data, self.clock.now_ns())
 
 

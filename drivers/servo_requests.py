@@ -86,6 +86,7 @@ class ServoRequests(PacketHandler):
         parameters = _span(address, length) + bytes(ids)
         frame = build_instruction(BROADCAST_ID, Instruction.SYNC_READ, parameters)
         self.counters.reads += 1
+        self.counters.note_begin(began_ns)
         code = self.send(port, frame)
         if code != COMM_SUCCESS:
             return [Answer(None, 0, code)] * len(ids)

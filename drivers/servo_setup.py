@@ -26,7 +26,7 @@ from drivers.servo_requests import ServoRequests
 from drivers.settings import ServoBusSettings
 from model.errors import BusError
 
-PING_TRIES = 2
+PING_TRIES = 5
 # Firmware before this has no bus watchdog.
 FIRST_FIRMWARE_WITH_WATCHDOG = 38
 LONGEST_QUIET_RETURN_DELAY = 1  # 2 us
@@ -118,14 +118,38 @@ def configure_servos(port: ClockedPort, packets: ServoRequests, settings: ServoB
         BusError: A servo does not take a setting.
     """
     for servo in checked_servos(port, packets, settings):
-        servo.answer_everything()
-        servo.write_verified("torque_enable", 0)  # EEPROM is locked while it is on
-        servo.write_verified("bus_watchdog", 0)
-        servo.ensure("operating_mode", OperatingMode.EXTENDED_POSITION)
-        servo.write("profile_velocity", 0)
-        servo.write("profile_acceleration", 0)
+        configure_servo(servo)
         if abs(servo.read("present_position")) > TURNS_TO_CLEAR * TICKS_PER_TURN:
             servo.clear_turns()
+
+
+def configure_servo(servo: CheckedServo) -> None:
+    """Bring one servo into extended position mode, torque off, watchdog clear, no profile.
+
+    Raises:
+        BusError: It does not take a setting.
+    """
+    servo.answer_everything()
+    servo.write_verified("torque_enable", 0)  # EEPROM is locked while it is on
+    servo.write_verified("bus_watchdog", 0)
+    servo.ensure("operating_mode", OperatingMode.EXTENDED_POSITION)
+    servo.write("profile_velocity", 0)
+    servo.write("profile_acceleration", 0)
+
+
+def hold_at(servo: CheckedServo, ticks: int) -> None:
+    """Switch one servo's torque on with its goal where it stands.
+
+    Args:
+        servo: The servo, configured.
+        ticks: Its present position [ticks].
+
+    Raises:
+        BusError: It does not do it.
+    """
+    servo.write("bus_watchdog", 0)  # a tripped one takes no goal
+    servo.write("goal_position", ticks)
+    servo.write_verified("torque_enable", 1)
 
 
 def _ping(servo: CheckedServo) -> Answer:
@@ -187,9 +211,7 @@ def _check_model(servo: CheckedServo, model: int) -> None:
 
 def _check_state(servo: CheckedServo, firmware: int) -> list[str]:
     """Return warnings about one servo; raise for what cannot be worked with."""
-    probe = REGISTER["hardware_error_status"]
-    answer = servo.packets.read(servo.port, servo.servo_id, probe.address, probe.size)
-    if answer.data is None and not answer.error:
+    if not servo.answers_reads():
         raise _unusable(
             servo,
             f"answers a ping and no read on {servo.port.name}: its status return level may be 0, "

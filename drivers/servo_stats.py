@@ -1,10 +1,13 @@
 """Counts of what happened on the servo bus: the driver counts, everybody else gets a frozen copy."""
 
 from bisect import bisect_right
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 # Upper edges of the round trip histogram [us]; one more class holds what is beyond the last.
 ROUND_TRIP_EDGES_US = (500, 1000, 2000, 3000, 5000, 10_000, 20_000, 50_000)
+# Upper edges of the jitter histogram [us], the same way.
+JITTER_EDGES_US = (20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, 20_000)
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +25,9 @@ class BusStats:
         noise_bytes: Bytes outside any frame.
         round_trips: Complete sync reads per class of ``ROUND_TRIP_EDGES_US``.
         longest_round_trip_us: Longest complete sync read.
+        jitters: Sync reads per class of ``JITTER_EDGES_US``: by how much the time from one request
+            to the next differed from the time before it. The first two reads have none.
+        largest_jitter_us: Largest such difference.
     """
 
     requests: int
@@ -34,6 +40,35 @@ class BusStats:
     noise_bytes: int
     round_trips: tuple[int, ...]
     longest_round_trip_us: int
+    jitters: tuple[int, ...]
+    largest_jitter_us: int
+
+    @property
+    def median_round_trip_us(self) -> int | None:
+        """Upper edge of the class that the median round trip falls into; None without a read."""
+        return share_below(self.round_trips, ROUND_TRIP_EDGES_US, 0.5, self.longest_round_trip_us)
+
+
+def share_below(
+    counts: Sequence[int], edges_us: Sequence[int], share: float, largest_us: int
+) -> int | None:
+    """Return a duration that a share of all counted ones does not exceed [us].
+
+    Args:
+        counts: Count of each class, one more than edges.
+        edges_us: Upper edges.
+        share: 0 to 1.
+        largest_us: Largest duration counted; the answer for the open class.
+
+    Returns:
+        The upper edge of the class in question, None if nothing has been counted.
+    """
+    total, seen = sum(counts), 0
+    for count, edge in zip(counts, (*edges_us, largest_us), strict=True):
+        seen += count
+        if total and seen >= share * total:
+            return min(edge, largest_us)
+    return None
 
 
 @dataclass(slots=True)
@@ -49,7 +84,22 @@ class BusCounters:
     status_errors: int = 0
     noise_bytes: int = 0
     longest_round_trip_us: int = 0
+    largest_jitter_us: int = 0
     _round_trips: list[int] = field(default_factory=lambda: [0] * (len(ROUND_TRIP_EDGES_US) + 1))
+    _jitters: list[int] = field(default_factory=lambda: [0] * (len(JITTER_EDGES_US) + 1))
+    _began_ns: int | None = None
+    _interval_ns: int | None = None
+
+    def note_begin(self, t_ns: int) -> None:
+        """Take the time at which a sync read began."""
+        if self._began_ns is not None:
+            interval_ns = t_ns - self._began_ns
+            if self._interval_ns is not None:
+                jitter_us = abs(interval_ns - self._interval_ns) // 1000
+                self._jitters[bisect_right(JITTER_EDGES_US, jitter_us)] += 1
+                self.largest_jitter_us = max(self.largest_jitter_us, jitter_us)
+            self._interval_ns = interval_ns
+        self._began_ns = t_ns
 
     def note_round_trip(self, duration_ns: int) -> None:
         """Count one complete sync read."""
@@ -70,4 +120,6 @@ class BusCounters:
             noise_bytes=self.noise_bytes,
             round_trips=tuple(self._round_trips),
             longest_round_trip_us=self.longest_round_trip_us,
+            jitters=tuple(self._jitters),
+            largest_jitter_us=self.largest_jitter_us,
         )

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from model.force_calibration import ForceCalibration
 from model.signals import FloatArray, IntArray
 
 
@@ -45,6 +46,7 @@ class ForceSensorSettings:
         offset_m: Transducer origin relative to the crank shaft, body axes, (N, 3) [m].
         yaw_rad: Rotation about z from body axes to sensor axes, (N,) [rad].
         bias_n: Reading without contact, sensor axes, subtracted, (N, 3) [N].
+        calibration: Calibration file, read; it takes the place of ``bias_n``. None without one.
     """
 
     names: tuple[str, ...]
@@ -59,3 +61,4 @@ class ForceSensorSettings:
     offset_m: FloatArray
     yaw_rad: FloatArray
     bias_n: FloatArray
+    calibration: ForceCalibration | None = None

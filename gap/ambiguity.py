@@ -56,7 +56,7 @@ def _compare(evidence: Evidence, number: int, step: Step, rival: Option) -> Alik
     weights = evidence.weights(step.chosen.fitted.residual)
     # not the other way round: a cause of any size imitates a rival that does nothing
     apart = separation(step.chosen.fitted, rival.fitted, weights)
-    ahead = advantage(step.chosen.unseen, rival.unseen)
+    ahead = advantage(step.chosen.unseen, rival.unseen, evidence.block_part)
     return Alike(
         number, rival.added.effect.name, rival.added.joints, apart, ahead.nats, ahead.error
     )

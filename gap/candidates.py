@@ -5,7 +5,7 @@ limit that is not reached, a law without a size) the fit begins at several value
 """
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -101,3 +101,26 @@ def _ladder(p: Parameter) -> list[float]:
     if low > 0 and high / low > LOG_RANGE:
         return [float(low * (high / low) ** q) for q in (0.1, *QUANTILES, 0.9)]
     return [float(low + q * (high - low)) for q in QUANTILES]
+
+
+def off_bounds(causes: tuple[Cause, ...], effects: Mapping[str, Effect]) -> tuple[Cause, ...]:
+    """Return causes with every value that lies on a bound moved half way to neutral."""
+    return tuple(
+        Cause(
+            cause.effect,
+            cause.joints,
+            tuple(
+                _half_way(p, v)
+                for p, v in zip(effects[cause.effect].parameters, cause.values, strict=True)
+            ),
+        )
+        for cause in causes
+    )
+
+
+def _half_way(p: Parameter, value: float) -> float:
+    if p.lower < value < p.upper or value == p.neutral:
+        return value
+    if p.lower > 0 and p.upper / p.lower > LOG_RANGE:
+        return float(np.sqrt(value * p.neutral))
+    return 0.5 * (value + p.neutral)

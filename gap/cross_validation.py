@@ -10,7 +10,9 @@ import numpy as np
 
 from gap.evidence import Evidence
 from gap.fit import Fitted
-from model.signals import FloatArray
+from model.signals import FloatArray, IntArray
+
+FEWEST_FREE = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,15 +58,25 @@ def unseen_score(evidence: Evidence, fitted: Fitted) -> FloatArray:
     return np.asarray(evidence.score(unseen_residual(evidence, fitted)).sum(axis=1))
 
 
-def advantage(of: FloatArray, over: FloatArray) -> Advantage:
+def advantage(of: FloatArray, over: FloatArray, strata: IntArray) -> Advantage:
     """Compare two scores block by block.
+
+    What differs between trials is no scatter: an effect that shows in one gait only is still there. So the
+    scatter is that of blocks about the mean of their trial.
 
     Args:
         of: Scores of the one, (B,).
         over: Scores of the other, (B,).
+        strata: Trial of each block, (B,).
     """
     gain = over - of
-    count = len(gain)
-    if count < 2:
+    groups = np.unique(strata)
+    free = len(gain) - len(groups)
+    if free < FEWEST_FREE:  # too few blocks a trial: all that differs counts
+        strata, groups, free = np.zeros_like(strata), groups[:1] * 0, len(gain) - 1
+    if free < 1:
         return Advantage(float(gain.sum()), float(np.abs(gain).sum()))
-    return Advantage(float(gain.sum()), float(np.sqrt(count * np.var(gain, ddof=1))))
+    about = sum(
+        float(np.sum((gain[strata == one] - gain[strata == one].mean()) ** 2)) for one in groups
+    )
+    return Advantage(float(gain.sum()), float(np.sqrt(len(gain) * about / free)))

@@ -37,7 +37,10 @@ NOISY = ("shaft_rad", "foot_m", "force_n", "body_position_m", "body_angles_rad",
 
 def check_trial(trial: Trial) -> tuple[DataFault, ...]:
     """Look for faults in any machine's trial."""
-    return (*_time_faults(trial), *_column_faults(trial), *_shaft_faults(trial), *lag_faults(trial))
+    time = tuple(_time_faults(trial))
+    if any(fault.kind == "unit" for fault in time):
+        return time  # nothing that has to do with time can be told
+    return (*time, *_column_faults(trial), *_shaft_faults(trial), *lag_faults(trial))
 
 
 def _time_faults(trial: Trial) -> Iterator[DataFault]:

@@ -80,6 +80,11 @@ class Detection:
     p_channel: float
     threshold: float
 
+    @property
+    def by_energy(self) -> bool:
+        """Whether energies alone tell of a gap, whatever the candidates."""
+        return TESTS * min(self.p_energy, self.p_channel) < LEVEL
+
 
 def healthy_runs(
     channels: Sequence[Channel], references: Sequence[tuple[Part, FloatArray]]

@@ -148,6 +148,10 @@ class LeggedChain:
         foot = walk.feet.signals.position_m.copy()
         stiffness = self._machine.contact.stiffness * np.array(own.stiffness_ratio)
         foot[..., 2] += np.maximum(acting[..., 2], 0.0) / stiffness - np.array(own.leg_length_m)
+        radius = settings.shaft.rolling_m
+        if radius:  # a marker at the bottom of a round foot turns with it about its centre
+            foot[..., 0] += radius * np.sin(walk.feet.turn_rad)
+            foot[..., 2] += radius * (1.0 - np.cos(walk.feet.turn_rad))
         if own.flex_lateral_m_n or own.flex_longitudinal_m_n:
             foot[..., :2] += acting[..., :2] * [own.flex_longitudinal_m_n, own.flex_lateral_m_n]
         body, angles = _body(known, walk, settings)

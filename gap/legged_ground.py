@@ -86,19 +86,14 @@ def _beyond(x: FloatArray, edge: float) -> FloatArray:
 
 
 def contact_points(feet: Feet, settings: Settings) -> FloatArray:
-    """Unloaded points of contact, (W, N, 3): under the centre of a round foot, of legs of their length.
+    """Unloaded points of contact, (W, N, 3), of legs of their length.
 
-    A foot of radius r with its lowest point in the linkage's foot point at mid-stance: when the foot
-    link has turned by b, its lowest point is r sin b behind that point and r (1 - cos b) below it.
+    A round foot has its centre above the linkage's foot point, so its point of contact stays that point.
     """
     points = feet.signals.position_m
-    radius, lengths = settings.shaft.rolling_m, settings.ground.leg_length_m
-    if radius or any(lengths):
+    if any(settings.ground.leg_length_m):
         points = points.copy()
-        points[..., 2] -= np.array(lengths)
-        if radius:
-            points[..., 0] -= radius * np.sin(feet.turn_rad)
-            points[..., 2] -= radius * (1.0 - np.cos(feet.turn_rad))
+        points[..., 2] -= np.array(settings.ground.leg_length_m)
     return points
 
 
@@ -203,7 +198,7 @@ def slide(
     if own.tilt_coupling:
         speed = speed + standing.slopes[:, None, :] * [1.0, -1.0] * rate[..., 2:]
     if settings.shaft.rolling_m:
-        # material at the point of contact moves on against the point itself
+        # the surface of a foot that turns with its link passes through the point of contact
         speed = speed.copy()
         speed[..., 0] += settings.shaft.rolling_m * grid.slope(feet.turn_rad, FOOT_WINDOW_S)
     mu = machine.contact.mu * np.array(own.mu_ratio) * np.ones_like(load_n)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from gap.cross_validation import advantage
 from gap.selection import Selection
+from model.signals import IntArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +77,7 @@ def none_of_them(left: Left, calibration: Calibration) -> float:
 
 
 def chances(
-    selection: Selection, none: float, calibration: Calibration
+    selection: Selection, strata: IntArray, none: float, calibration: Calibration
 ) -> tuple[tuple[Chance, ...], ...]:
     """Return, for each cause, the probability of the named one and of each rival."""
     out = []
@@ -84,7 +85,7 @@ def chances(
         weights = [1.0]
         options = [step.chosen, *step.rivals]
         for rival in step.rivals:
-            behind = advantage(step.chosen.unseen, rival.unseen)
+            behind = advantage(step.chosen.unseen, rival.unseen, strata)
             scale = calibration.temperature + calibration.error_share * behind.error
             weights.append(math.exp(-max(min(behind.nats / scale, 700.0), -20.0)))
         total = sum(weights)

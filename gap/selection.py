@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import stats
 
-from gap.candidates import Candidate
+from gap.candidates import Candidate, off_bounds
 from gap.cross_validation import Advantage, advantage, unseen_score
 from gap.evidence import Evidence
 from gap.fit import Fitted, fit_causes
@@ -18,11 +18,17 @@ MOST_CAUSES = 5
 SHORTLIST = 8
 MOST_OF_AN_EFFECT = 3
 LEAST_NATS = 4.0
-# Without references a misfit of the model's own form is left; a cause must close this share of the score.
-LEAST_SHARE = 0.005
+# Without references a misfit of the model's own form is left; a cause must close this share of the score
+# of the channels in which it acts.
+LEAST_SHARE = 0.02
+ACTS = 0.1  # of the largest gain of a channel
+TRIMMED = (
+    0.03  # share of the blocks, those that are explained worst, that a verdict does not hang on
+)
 ERRORS = 2.0
 SHARED = 0.5  # share of a gain that references may have as well
 NEAR = 0.2  # a candidate with a smaller share of the best's first-order gain is not fitted
+NOTHING_LEFT = 1.1  # energy over expectation below which the old signatures will do
 ANEW = 0.3  # share of the score that a law must have closed for all signatures to be made anew
 
 
@@ -102,7 +108,7 @@ def select(
         best = next((one for one in options if _is_new(one, evidence, healthy)), options[0])
         size = len(best.added.effect.parameters)
         new = _is_new(best, evidence, healthy)
-        small = healthy is None and best.over.nats < LEAST_SHARE * float(found.unseen.sum())
+        small = healthy is None and _share(evidence, best, found.fitted) < LEAST_SHARE
         if small or not new or not worth(best.over, size, threshold, len(best.unseen)):
             found = replace(found, refused=best)
             break
@@ -111,10 +117,19 @@ def select(
         steps = (*found.steps, Step(best, others))
         found = Selection(best.fitted, best.unseen, steps, None)
         found = _dropped(evidence, found, effects, threshold)
-        if not best.added.effect.parameters or share > ANEW:
+        left = float((found.fitted.residual**2).sum() / evidence.count.sum())
+        if left > NOTHING_LEFT and (not best.added.effect.parameters or share > ANEW):
             signatures = make_signatures(evidence, candidates, found.fitted.causes, lambda _: None)
         progress(len(found.steps) / MOST_CAUSES)
     return _swapped(evidence, found, effects)
+
+
+def _share(evidence: Evidence, option: Option, standing: Fitted) -> float:
+    """Share of the score that an option closes in the channels in which it acts."""
+    before = evidence.score(standing.residual).sum(axis=0)
+    gain = before - evidence.score(option.fitted.residual).sum(axis=0)
+    on = gain > ACTS * gain.max()
+    return float(gain[on].sum() / before[on].sum()) if on.any() else 0.0
 
 
 def _is_new(option: Option, evidence: Evidence, healthy: Evidence | None) -> bool:
@@ -159,8 +174,13 @@ def _option(
     effects: Mapping[str, Effect],
 ) -> Option:
     fitted = fit_causes(evidence, start, effects)
+    freed = off_bounds(start, effects)
+    if freed != start:
+        # a cause that took the place of one that was missing may be stuck where it went for that
+        again = fit_causes(evidence, freed, effects)
+        fitted = again if again.nats < fitted.nats else fitted
     unseen = unseen_score(evidence, fitted)
-    return Option(added, fitted, unseen, advantage(unseen, standing))
+    return Option(added, fitted, unseen, advantage(unseen, standing, evidence.block_part))
 
 
 def shortlist(ranked: Sequence[Gain]) -> list[Gain]:
@@ -192,7 +212,7 @@ def _dropped(
     while len(found.steps) > 1 and at < len(found.steps) - 1:
         fitted = fit_causes(evidence, _without(found.fitted.causes, at), effects)
         unseen = unseen_score(evidence, fitted)
-        loss = advantage(found.unseen, unseen)
+        loss = advantage(found.unseen, unseen, evidence.block_part)
         step = found.steps[at]
         if worth(loss, len(step.chosen.added.effect.parameters), threshold, len(unseen)):
             at += 1
@@ -231,6 +251,9 @@ def closed_share(evidence: Evidence, residual: FloatArray) -> float:
 
     What is left at or below expectation counts as closed altogether.
     """
-    before, after = float((evidence.base**2).sum()), float((residual**2).sum())
-    floor = min(float(evidence.count.sum()), after)
+    blocks = evidence.per_block(residual**2).sum(axis=1)
+    kept = np.argsort(blocks, kind="stable")[: len(blocks) - int(TRIMMED * len(blocks))]
+    before = float(evidence.per_block(evidence.base**2)[kept].sum())
+    after = float(blocks[kept].sum())
+    floor = min(float(evidence.count[kept].sum()), after)
     return float(np.clip((before - after) / (before - floor), 0.0, 1.0)) if before > floor else 0.0

@@ -24,6 +24,7 @@ TRIALS_REMEMBERED = 128
 ASSUMED_SHAFT_RAD = 0.0015  # one count of 4096
 ASSUMED_DUTY = 0.01
 ASSUMED_CURRENT_A = 0.02
+UNLIMITED_RAD_S = 100.0
 SETTLE_S = 0.1  # the servo's state before the trial is not known
 
 
@@ -42,7 +43,9 @@ class ServoBench:
         self._catalogue = tuple(
             entry
             for entry in CATALOGUE
-            if entry.servos in kinds and (entry.needs != "torque" or loaded)
+            if entry.servos in kinds
+            and (entry.needs != "torque" or loaded)
+            and (entry.needs != "no load" or not loaded)
         )
         self._grid = lru_cache(maxsize=TRIALS_REMEMBERED)(even_trial)
 
@@ -96,6 +99,10 @@ class ServoBench:
         ])  # fmt: skip
         weight = np.ones(values.shape)
         weight[even.time_s < SETTLE_S] = 0.0
+        for at, joint in enumerate(self.machine.joints):
+            if joint.ideal and joint.coulomb_nm > 0.0:
+                # a shaft that nothing pushes past its friction may lie anywhere in its play
+                weight[np.abs(even.torque_nm[:, at]) <= joint.coulomb_nm, at] = 0.0
         return Observation(
             time_s=readonly(even.time_s.copy()),
             cycle=readonly(even.time_s * trial.header.frequency_hz),
@@ -148,6 +155,7 @@ def joint_numbers(
     p[k.MASS_LENGTH] = joint.mass_kg * joint.length_m
     p[k.LOAD_INERTIA] = joint.mass_kg * joint.length_m**2
     p[k.COULOMB], p[k.VISCOUS] = joint.coulomb_nm, joint.viscous_nm_s
+    p[k.SPEED_LIMIT] = UNLIMITED_RAD_S
     p[k.BREAK_TORQUE], p[k.STRIBECK_SPEED], p[k.ENCODER_SCALE] = joint.coulomb_nm, 0.5, 1.0
     entries = {entry.effect.name: entry for entry in catalogue}
     for cause in causes:
@@ -176,8 +184,12 @@ def _run(even: EvenTrial, at: int, joint: ServoJoint, p: FloatArray) -> FloatArr
     """Run one servo from its commands, (F, 3): reported shaft angle, duty, current."""
     command = even.command_rad[:, at]
     target = k.delayed(command, float(p[k.DELAY]), even.period_s)
+    if joint.ideal and p[k.SPEED_LIMIT] < UNLIMITED_RAD_S:
+        target = k.speed_limited(target, float(p[k.SPEED_LIMIT]), even.period_s)
     target = k.lagging(target, float(p[k.LAG]), even.period_s)
-    target = k.hysteresis(target, float(p[k.PLAY]))
+    first = float(even.shaft_rad[0, at])
+    start = first if np.isfinite(first) else float(target[0])
+    target = k.hysteresis(target, float(p[k.PLAY]), _undrooped(start, float(target[0]), p))
     torque = even.torque_nm[:, at]
     known = np.isfinite(torque)
     if joint.ideal:
@@ -186,14 +198,19 @@ def _run(even: EvenTrial, at: int, joint: ServoJoint, p: FloatArray) -> FloatArr
         load = np.where(known, torque, gravity)
         side = k.pushed_side(load, float(p[k.BREAK_TORQUE]))
         out[:, 0] = target + p[k.DROOP] * load + 0.5 * p[k.BACKLASH] * side
+        out[:, 0] += p[k.DROOP_SIN] * np.sin(target) + p[k.DROOP_COS] * np.cos(target)
     else:
-        first = even.shaft_rad[0, at]
-        start = float(first) if np.isfinite(first) else float(target[0])
         out = k.run_motor(target, even.period_s, start, 0.0, p)
         gravity = -p[k.MASS_LENGTH] * k.GRAVITY * np.sin(out[:, 0])
         out[:, 0] += p[k.DROOP] * np.where(known, torque, gravity)
     out[:, 0] = p[k.ENCODER_SCALE] * out[:, 0] + p[k.ENCODER_OFFSET]
     return out
+
+
+def _undrooped(reported: float, command: float, p: FloatArray) -> float:
+    """Where a shaft lies in its play: what it reports without offset and droop."""
+    bent = p[k.DROOP_SIN] * np.sin(command) + p[k.DROOP_COS] * np.cos(command)
+    return float((reported - p[k.ENCODER_OFFSET]) / p[k.ENCODER_SCALE] - bent)
 
 
 def _local(even: EvenTrial, at: int, p: FloatArray, ran: FloatArray) -> FloatArray:
@@ -207,6 +224,7 @@ def _local(even: EvenTrial, at: int, p: FloatArray, ran: FloatArray) -> FloatArr
                 k.delayed(command, float(p[k.DELAY]), even.period_s), float(p[k.LAG]), even.period_s
             ),
             float(p[k.PLAY]),
+            float(shaft[0]) if np.isfinite(shaft[0]) else float(command[0]),
         )
         true = (shaft - p[k.ENCODER_OFFSET]) / p[k.ENCODER_SCALE]
         error = target - true

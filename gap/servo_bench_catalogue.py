@@ -21,7 +21,8 @@ class BenchEffect:
     Attributes:
         effect: The effect.
         servos: ``any``, ``ideal`` (no motor data) or ``motor``.
-        needs: ``torque`` where it needs a known load or a measured torque; else empty.
+        needs: ``torque`` where it needs a known load or a measured torque, ``no load`` where it needs
+            none of them; else empty.
         places: Number of ``servo_bench_kernel`` a parameter changes, and how: ``+``, ``*``, ``<`` (at most)
             or ``=``.
     """
@@ -68,6 +69,10 @@ CATALOGUE = (
            ((k.LAG, "+"),),
            "The position loop follows its command like a first-order low pass.",
            "Raise the position gain, or look for a profile or filter in the firmware."),
+    _entry("speed_limit", "controller", (Parameter("limit_rad_s", "rad/s", 100.0, 0.2, 100.0, 5.0),),
+           IDEAL, "", ((k.SPEED_LIMIT, "<"),),
+           "The shaft cannot turn faster than this, and catches up when its command rests.",
+           "Read the profile and torque limits of the servo; check the supply."),
     _entry("controller_gain", "controller", _ratio(0.1, 5.0, 0.3), MOTOR, "", ((k.KP, "*"),),
            "The position loop pushes less or more per angle of error than thought.",
            "Read the gain registers; log the duty."),
@@ -128,6 +133,11 @@ CATALOGUE = (
            ((k.DROOP, "+"),),
            "The shaft gives under the torque of its load.",
            "Raise the gain or add integral action."),
+    _entry("gravity_droop_unknown_load", "load",
+           (_number("sin_rad", "rad", -0.5, 0.5, 0.03), _number("cos_rad", "rad", -0.5, 0.5, 0.03)),
+           IDEAL, "no load", ((k.DROOP_SIN, "+"), (k.DROOP_COS, "+")),
+           "The shaft gives under a weight that turns with it; where it hangs straight down is not known.",
+           "Raise the gain, add integral action, or give the file the load."),
     _entry("encoder_offset", "sensing", (_number("offset_rad", "rad", -1.0, 1.0, 0.03),), ANY, "",
            ((k.ENCODER_OFFSET, "+"),),
            "The reported angle is off by a constant.",

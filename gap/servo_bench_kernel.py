@@ -13,16 +13,22 @@ GRAVITY = 9.80665
 # Places in the array of numbers.
 (DELAY, LAG, PLAY, KP, KD, KI, DUTY_LIMIT, SUPPLY, TORQUE_CONSTANT, RESISTANCE, ARMATURE, MASS_LENGTH,
  LOAD_INERTIA, COULOMB, VISCOUS, STRIBECK, STRIBECK_SPEED, LOAD_FRICTION, BACKLASH, DROOP, BREAK_TORQUE,
- ENCODER_OFFSET, ENCODER_SCALE) = range(23)  # fmt: skip
-NUMBERS = 23
+ ENCODER_OFFSET, ENCODER_SCALE, DROOP_SIN, DROOP_COS, SPEED_LIMIT) = range(26)  # fmt: skip
+NUMBERS = 26
 SUBSTEP_S = 0.002
 
 
 @compiled
-def hysteresis(values: FloatArray, width: float) -> FloatArray:
-    """Play of a full width between a driver and what it drags along, (F,); begins in the middle."""
+def hysteresis(values: FloatArray, width: float, start: float) -> FloatArray:
+    """Play of a full width between a driver and what it drags along, (F,).
+
+    Args:
+        values: Where the driver is, (F,).
+        width: Full width.
+        start: Where the dragged side lies at first; outside its play it is at the nearer end.
+    """
     out = np.empty_like(values)
-    at = values[0]
+    at = start
     for i in range(len(values)):
         at = min(max(at, values[i] - 0.5 * width), values[i] + 0.5 * width)
         out[i] = at
@@ -68,6 +74,18 @@ def lagging(values: FloatArray, time_constant_s: float, period_s: float) -> Floa
     for i in range(1, len(values)):
         new, old = 1.0 - r * (1.0 - a), r * (1.0 - a) - a
         out[i] = a * out[i - 1] + new * values[i] + old * values[i - 1]
+    return out
+
+
+@compiled
+def speed_limited(values: FloatArray, limit_rad_s: float, period_s: float) -> FloatArray:
+    """What follows a signal no faster than a limit, (F,)."""
+    out = np.empty_like(values)
+    most = limit_rad_s * period_s
+    at = values[0]
+    for i in range(len(values)):
+        at += min(max(values[i] - at, -most), most)
+        out[i] = at
     return out
 
 

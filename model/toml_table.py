@@ -34,6 +34,11 @@ class Table:
             raise ConfigError(self.name(key), "is missing; add it to the robot file")
         return self._data[key]
 
+    def maybe_text(self, key: str) -> str:
+        """Return a non-empty string, or an empty one where the key is left out."""
+        self._taken.add(key)
+        return self.text(key) if key in self._data else ""
+
     def table(self, key: str) -> "Table":
         """Return a sub-table."""
         value = self._take(key)

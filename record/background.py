@@ -10,6 +10,7 @@ import threading
 
 from model.errors import RecordError
 from model.signals import Tick
+from model.wire import WireBytes
 from record.writer import LogWriter
 
 # Twenty seconds at 100 Hz. When it is full, the disk has been stuck for that long.
@@ -27,7 +28,7 @@ class BackgroundWriter:
     def __init__(self, writer: LogWriter) -> None:
         self.dropped = 0
         self._writer = writer
-        self._queue: queue.Queue[Tick | None] = queue.Queue(QUEUE_TICKS)
+        self._queue: queue.Queue[Tick | tuple[WireBytes, ...] | None] = queue.Queue(QUEUE_TICKS)
         self._overflow: RecordError | None = None
         self._thread = threading.Thread(target=self._work, name="log", daemon=True)
         self._thread.start()
@@ -39,8 +40,16 @@ class BackgroundWriter:
 
     def write(self, tick: Tick) -> None:
         """Hand over one tick; never waits."""
+        self._put(tick)
+
+    def write_wires(self, heard: tuple[WireBytes, ...]) -> None:
+        """Hand over raw bytes of the devices; never waits."""
+        if heard:
+            self._put(heard)
+
+    def _put(self, item: Tick | tuple[WireBytes, ...]) -> None:
         try:
-            self._queue.put_nowait(tick)
+            self._queue.put_nowait(item)
         except queue.Full:
             self.dropped += 1
             self._overflow = RecordError(
@@ -49,8 +58,11 @@ class BackgroundWriter:
 
     def _work(self) -> None:
         written = 0
-        while (tick := self._queue.get()) is not None:
-            self._writer.write(tick)
+        while (item := self._queue.get()) is not None:
+            if isinstance(item, tuple):
+                self._writer.write_wires(item)
+                continue
+            self._writer.write(item)
             written += 1
             if written % SYNC_EVERY_TICKS == 0:
                 with contextlib.suppress(OSError):  # a pipe or device has nothing to sync

@@ -17,15 +17,22 @@ _U32 = struct.Struct("<I")
 _I32 = struct.Struct("<i")
 _I64 = struct.Struct("<q")
 _F64 = struct.Struct("<d")
+# made once: numpy would take the text apart at every call
+_FLOATS, _INTS = np.dtype("<f8"), np.dtype("<i8")
 _PADDING = (b"", b"\0", b"\0\0", b"\0\0\0", b"\0" * 4, b"\0" * 5, b"\0" * 6, b"\0" * 7)
 
 
 class CdrWriter:
-    """Builds one message."""
+    """Builds one message.
 
-    def __init__(self) -> None:
-        self._parts: list[bytes] = [HEADER]
-        self._size = 0  # without the header, which alignment does not count
+    Args:
+        at: Place in a message that has been begun elsewhere, to build only what follows; alignment
+            counts from the message's beginning.
+    """
+
+    def __init__(self, at: int = 0) -> None:
+        self._parts: list[bytes] = [] if at else [HEADER]
+        self._size = at  # without the header, which alignment does not count
 
     def _put(self, data: bytes, alignment: int) -> None:
         gap = -self._size % alignment
@@ -72,7 +79,7 @@ class CdrWriter:
 
     def f64_array(self, values: FloatArray) -> None:
         """Write a fixed array of float64, any shape, row by row."""
-        self._put(values.astype("<f8", copy=False).tobytes(), 8)
+        self._put(values.astype(_FLOATS, copy=False).tobytes(), 8)
 
     def f64s(self, values: FloatArray) -> None:
         """Write a sequence of float64."""
@@ -82,7 +89,7 @@ class CdrWriter:
 
     def i64_array(self, values: IntArray) -> None:
         """Write a fixed array of int64."""
-        self._put(values.astype("<i8", copy=False).tobytes(), 8)
+        self._put(values.astype(_INTS, copy=False).tobytes(), 8)
 
     def i64s(self, values: IntArray) -> None:
         """Write a sequence of int64."""
@@ -122,44 +129,55 @@ class CdrReader:
         if data[:2] != HEADER[:2]:
             raise ValueError("not little-endian CDR")
         self._data = memoryview(data)[len(HEADER) :]
+        self._size = len(self._data)
         self._at = 0
 
-    def _take(self, size: int, alignment: int) -> memoryview:
-        self._at += -self._at % alignment
-        end = self._at + size
-        if end > len(self._data):
+    @property
+    def at(self) -> int:
+        """Bytes read so far, without the header."""
+        return self._at
+
+    def _skip(self, size: int, alignment: int) -> int:
+        """Step over the next so many bytes; return where they begin."""
+        begin = self._at + -self._at % alignment
+        self._at = begin + size
+        if self._at > self._size:
             raise ValueError("the message ends too early")
-        part = self._data[self._at : end]
-        self._at = end
-        return part
+        return begin
 
     def u8(self) -> int:
         """Read a byte."""
-        return self._take(1, 1)[0]
+        return self._data[self._skip(1, 1)]
 
     def flag(self) -> bool:
         """Read a bool."""
-        return self.u8() != 0
+        return self._data[self._skip(1, 1)] != 0
 
     def u32(self) -> int:
         """Read a uint32."""
-        return int(_U32.unpack(self._take(4, 4))[0])
+        return int(_U32.unpack_from(self._data, self._skip(4, 4))[0])
 
     def i64(self) -> int:
         """Read an int64."""
-        return int(_I64.unpack(self._take(8, 8))[0])
+        return int(_I64.unpack_from(self._data, self._skip(8, 8))[0])
 
     def f64(self) -> float:
         """Read a float64."""
-        return float(_F64.unpack(self._take(8, 8))[0])
+        return float(_F64.unpack_from(self._data, self._skip(8, 8))[0])
 
     def text(self) -> str:
         """Read a string."""
-        return bytes(self._take(self.u32(), 1)[:-1]).decode("utf-8")
+        return self.octets()[:-1].decode("utf-8")
+
+    def octets(self) -> bytes:
+        """Read a sequence of bytes."""
+        count = self.u32()
+        begin = self._skip(count, 1)
+        return bytes(self._data[begin : begin + count])
 
     def f64_array(self, count: int) -> FloatArray:
         """Read a fixed array of float64."""
-        return np.frombuffer(self._take(8 * count, 8), dtype="<f8")
+        return np.frombuffer(self._data, _FLOATS, count, self._skip(8 * count, 8))
 
     def f64s(self) -> FloatArray:
         """Read a sequence of float64."""
@@ -168,7 +186,7 @@ class CdrReader:
 
     def i64_array(self, count: int) -> IntArray:
         """Read a fixed array of int64."""
-        return np.frombuffer(self._take(8 * count, 8), dtype="<i8")
+        return np.frombuffer(self._data, _INTS, count, self._skip(8 * count, 8))
 
     def i64s(self) -> IntArray:
         """Read a sequence of int64."""
@@ -177,7 +195,7 @@ class CdrReader:
 
     def flag_array(self, count: int) -> BoolArray:
         """Read a fixed array of bool."""
-        flags: BoolArray = np.frombuffer(self._take(count, 1), dtype=np.uint8) != 0
+        flags: BoolArray = np.frombuffer(self._data, np.uint8, count, self._skip(count, 1)) != 0
         return flags
 
     def flags(self) -> BoolArray:

@@ -133,7 +133,9 @@ def complete_sources(
     known = ("time_s", *(place.column for place in trial_places(joints)))
     for source in given.sources:
         if source.ours not in known:
-            raise RecordError(f"columns.{source.ours} is no column of a trial{_near(source.ours, known)}")
+            raise RecordError(
+                f"columns.{source.ours} is no column of a trial{_near(source.ours, known)}"
+            )
         if source.theirs not in theirs:
             raise RecordError(f"{path} has no column {source.theirs}{_near(source.theirs, theirs)}")
     mapped = {source.ours for source in given.sources}

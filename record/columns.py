@@ -16,6 +16,10 @@ from record.tick_message import TRANSDUCERS
 from record.trial import AXES, BODY_POSITION
 
 Block = Sequence[Tick]
+RAW_SERVO = (
+    "position_ticks", "velocity_counts", "current_counts", "duty_counts", "voltage_counts",
+    "temperature_c", "error_byte", "hardware_error", "age_ns",
+)  # fmt: skip
 COUNT_AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 
@@ -105,8 +109,12 @@ def _model(ticks: Block, names: tuple[str, ...]) -> list[Column]:
         Column("predicted_height_m", _stack(ticks, lambda t: t.contact.support.height_m)),
         Column("predicted_slope_x_rad", _stack(ticks, lambda t: t.contact.support.slope_x)),
         Column("predicted_slope_y_rad", _stack(ticks, lambda t: t.contact.support.slope_y)),
-        *_axes(_stack(ticks, lambda t: t.contact.traction.force_B), names, "predicted_force_{}_{}_n"),
-        *_axes(_stack(ticks, lambda t: t.contact.traction.slip_B), names, "predicted_slip_{}_{}_m_s"),
+        *_axes(
+            _stack(ticks, lambda t: t.contact.traction.force_B), names, "predicted_force_{}_{}_n"
+        ),
+        *_axes(
+            _stack(ticks, lambda t: t.contact.traction.slip_B), names, "predicted_slip_{}_{}_m_s"
+        ),
         *_axes(_stack(ticks, lambda t: t.feet.position_m), names, "unloaded_foot_{}_{}_m"),
     ]
 
@@ -142,8 +150,12 @@ def _truth(ticks: Block, names: tuple[str, ...]) -> list[Column]:
         *(Column(f"body_quaternion_{c}", turn[:, k]) for k, c in enumerate("xyzw")),
         *(Column(f"body_velocity_{c}_m_s", velocity[:, k]) for k, c in enumerate(AXES)),
         *(Column(f"body_rate_{c}_rad_s", rates[:, k]) for k, c in enumerate(AXES)),
-        *_axes(truth_stack(ticks, lambda b: b.foot_position_W, legs, 3), names, "true_foot_{}_{}_m"),
-        *_axes(truth_stack(ticks, lambda b: b.foot_velocity_W, legs, 3), names, "true_foot_{}_{}_m_s"),
+        *_axes(
+            truth_stack(ticks, lambda b: b.foot_position_W, legs, 3), names, "true_foot_{}_{}_m"
+        ),
+        *_axes(
+            truth_stack(ticks, lambda b: b.foot_velocity_W, legs, 3), names, "true_foot_{}_{}_m_s"
+        ),
         *_axes(truth_stack(ticks, lambda b: b.foot_force_B, legs, 3), names, "true_force_{}_{}_n"),
         *_each(contact, names, "true_contact_{}"),
     ]
@@ -170,7 +182,7 @@ def _raw(ticks: Block, names: tuple[str, ...]) -> list[Column]:
     """Counts as the devices sent them; of several force records in one tick, the last."""
     absent = np.full(len(names), np.nan)
     columns: list[Column] = []
-    for field in ("position_ticks", "velocity_counts", "current_counts", "voltage_counts"):
+    for field in RAW_SERVO:
 
         def take(tick: Tick, field: str = field) -> FloatArray:
             servos = tick.inputs.servos
@@ -178,7 +190,7 @@ def _raw(ticks: Block, names: tuple[str, ...]) -> list[Column]:
                 return absent
             return np.where(servos.valid, getattr(servos, field), np.nan)
 
-        columns += _each(_stack(ticks, take), names, field + "_{}")
+        columns += _each(_stack(ticks, take), names, f"servo_{field}_{{}}")
     no_record = np.full((TRANSDUCERS, len(COUNT_AXES)), np.nan)
 
     def counts(tick: Tick) -> FloatArray:
@@ -196,13 +208,15 @@ def _raw(ticks: Block, names: tuple[str, ...]) -> list[Column]:
     return [*columns, Column("force_records", _stack(ticks, lambda t: len(t.inputs.forces)))]
 
 
-GROUPS: Mapping[str, Callable[[Block, tuple[str, ...]], list[Column]]] = MappingProxyType({
-    "joints": _joints,
-    "commands": _commands,
-    "forces": _forces,
-    "model": _model,
-    "odometry": _odometry,
-    "truth": _truth,
-    "loop": _loop,
-    "raw": _raw,
-})
+GROUPS: Mapping[str, Callable[[Block, tuple[str, ...]], list[Column]]] = MappingProxyType(
+    {
+        "joints": _joints,
+        "commands": _commands,
+        "forces": _forces,
+        "model": _model,
+        "odometry": _odometry,
+        "truth": _truth,
+        "loop": _loop,
+        "raw": _raw,
+    }
+)

@@ -1,7 +1,7 @@
 """A log as files that other programs read: tables, trials and trajectories, in bounded memory."""
 
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -15,7 +15,15 @@ from model.signals import FloatArray, Tick
 from record.columns import table_columns, truth_stack
 from record.reader import LogContents, StampedTick, read_stamped_ticks
 from record.table_file import Column, TableWriter, check_suffix, copy_table
-from record.trial_toml import LEGGED, TrialHeader, TrialNoise, joints_of, parse_toml, write_header
+from record.trial_toml import (
+    TrialHeader,
+    TrialNoise,
+    joints_of,
+    kind_of,
+    parse_header,
+    parse_toml,
+    write_header,
+)
 
 BLOCK_TICKS = 1000
 
@@ -73,8 +81,8 @@ def export_table(
 def export_trial(path: Path, out: Path, contents: LogContents) -> tuple[Exported, ...]:
     """Write a log as a trial: NAME.parquet or NAME.csv, NAME.toml and the robot file.
 
-    Columns in which nothing was measured are left out. Body and feet are the ground truth's, if there is any;
-    the model's and the estimator's outputs are no measurements and do not go in.
+    Columns in which nothing was measured are left out. Body and feet are the ground truth's, if there is
+    any; the model's and the estimator's outputs are no measurements and do not go in.
 
     Raises:
         RecordError: The log cannot be read, or a file cannot be written.
@@ -101,20 +109,27 @@ def export_trial(path: Path, out: Path, contents: LogContents) -> tuple[Exported
         write_header(_trial_header(path, names, contents, rate_hz), out.with_suffix(".toml"))
         copy_table(whole, out, [name for name, known in measured.items() if known])
     finally:
-        whole.unlink(missing_ok=True)
+        with suppress(OSError):
+            whole.unlink()
     return (Exported(out, writer.rows), Exported(out.with_suffix(".toml"), 0))
 
 
 def _trial_header(
     path: Path, names: tuple[str, ...], contents: LogContents, rate_hz: float
 ) -> TrialHeader:
-    metadata = contents.metadata
-    robot_file = f"{metadata.get('robot', 'robot').lower()}.toml" if contents.config_text else ""
-    joints = joints_of(parse_toml(contents.config_text, path), ()) if robot_file else ()
+    metadata, whence = contents.metadata, f"the header in {path}"
+    if "trial" in metadata and "merged" not in metadata:  # it was one before it became a log
+        text = parse_toml(metadata["trial"], Path(whence))
+        return parse_header(text, Path(whence), (), contents.config_text)
+    robot_file = (
+        f"{(metadata.get('robot') or 'robot').lower()}.toml" if contents.config_text else ""
+    )
+    robot = parse_toml(contents.config_text, path)
+    joints = joints_of(robot, ())
     if joints and joints != names:
         raise RecordError(f"{path}: its robot file has legs {joints}, its ticks {names}")
     return TrialHeader(
-        kind=LEGGED,
+        kind=kind_of(robot, path),
         joints=names,
         gait=metadata.get("gait", ""),
         frequency_hz=_float(metadata.get("frequency_hz", "")),
@@ -136,12 +151,16 @@ def _float(text: str) -> float:
 def _trial_columns(
     block: Sequence[StampedTick], names: tuple[str, ...], start_ns: int, last_yaw: float
 ) -> tuple[list[Column], float]:
-    """Return every column of a trial, also those without a number, and the last yaw for the next block."""
+    """Return every column of a trial, also those without a number, and the last yaw."""
     ticks = [item.tick for item in block]
     columns = table_columns(block, names, start_ns, ("joints", "commands", "forces"))
     found = {column.name: column.values for column in columns}
     time_s = found.pop("time_s")
-    skip = ("unix_ns", "torque_on", *(f"wished_{n}_rad" for n in names), *(f"pwm_{n}" for n in names))
+    skip = (
+        "unix_ns",
+        "torque_on",
+        *(f"wished_{n}_rad" for n in names),
+    )
     measured = [Column(name, values) for name, values in found.items() if name not in skip]
     position = truth_stack(ticks, lambda b: b.position_W, 3)
     quaternion = truth_stack(ticks, lambda b: b.quaternion_xyzw, 4)
@@ -159,7 +178,7 @@ def _trial_columns(
 
 
 def _roll_pitch_yaw(quaternion: FloatArray, last_yaw: float) -> tuple[FloatArray, float]:
-    """Return (T, 3) angles, the yaw without jumps of a turn from the block before on, and its last value."""
+    """Return (T, 3) angles, the yaw unwrapped from the block before on, and its last value."""
     angles = np.full((len(quaternion), 3), np.nan)
     known = np.isfinite(quaternion).all(axis=1)
     if known.any():
@@ -201,21 +220,28 @@ def export_tum(path: Path, out: Path, contents: LogContents) -> tuple[Exported, 
     """
     base = out.with_suffix("") if out.suffix == ".tum" else out
     targets = [base.with_name(f"{base.name}_{kind}.tum") for kind in ("estimate", "truth")]
+    parts = [target.with_name(target.name + ".part") for target in targets]
     counts, last_ns = [0, 0], [-1, -1]
     try:
         with ExitStack() as stack:
-            files = [stack.enter_context(t.open("w", encoding="ascii")) for t in targets]
+            files = [stack.enter_context(part.open("w", encoding="ascii")) for part in parts]
             for block in _blocks(path, contents):
                 for item in block:
                     for at, pose in enumerate((_estimate(item.tick), _true_pose(item.tick))):
                         if np.isfinite(pose).all() and item.unix_ns > last_ns[at]:
                             _write_pose(files[at], item.unix_ns, pose)
                             counts[at], last_ns[at] = counts[at] + 1, item.unix_ns
+        for part, target, count in zip(parts, targets, counts, strict=True):
+            if count:
+                part.replace(target)
     except OSError as error:
-        raise RecordError(f"{base} cannot be written: {error.strerror}; choose another --out") from error
-    for target, count in zip(targets, counts, strict=True):
-        if count == 0:
-            target.unlink()
+        raise RecordError(
+            f"{base} cannot be written: {error.strerror}; choose another --out"
+        ) from error
+    finally:
+        for part in parts:
+            with suppress(OSError):
+                part.unlink()
     return tuple(Exported(t, c) for t, c in zip(targets, counts, strict=True) if c)
 
 

@@ -1,7 +1,7 @@
 """Bringing a table of measured data in: columns mapped, time put in order, everything odd reported.
 
-Nothing is dropped without being listed. Values are not changed but for the units of the map; rows out of order
-are put in order; rows without a time, and second rows at one time, are dropped and listed.
+Nothing is dropped without being listed. Values are not changed but for the units of the map; rows out of
+order are put in order; rows without a time, and second rows at one time, are dropped and listed.
 """
 
 from dataclasses import dataclass
@@ -74,7 +74,9 @@ def import_table(path: Path, given: ColumnMap) -> tuple[Trial, ImportReport]:
         )
     columns = [_column(table, source, findings) for source in sources]
     if len(columns) < 2:
-        raise RecordError(f"{path} has a time and no column that we know; map its columns (--columns)")
+        raise RecordError(
+            f"{path} has a time and no column that we know; map its columns (--columns)"
+        )
     findings += _unused(table, sources)
     findings += _absent(header, sources)
     order, dropped = _in_time(columns, findings)
@@ -86,9 +88,7 @@ def import_table(path: Path, given: ColumnMap) -> tuple[Trial, ImportReport]:
     return trial, ImportReport(path, table.rows, len(order), dropped, names, tuple(findings))
 
 
-def _header(
-    path: Path, table: Table, given: ColumnMap, findings: list[Finding]
-) -> TrialHeader:
+def _header(path: Path, table: Table, given: ColumnMap, findings: list[Finding]) -> TrialHeader:
     beside = path.with_suffix(".toml")
     ours = (*(source.ours for source in given.sources), *table.names)
     if given.header is not None:
@@ -131,7 +131,9 @@ def _parse(column: Column, findings: list[Finding]) -> FloatArray:
 def _unused(table: Table, sources: tuple[Source, ...]) -> list[Finding]:
     used = {source.theirs for source in sources}
     return [
-        Finding("ignored", name, table.rows, 0, "not a column of a trial, and the map does not name it")
+        Finding(
+            "ignored", name, table.rows, 0, "not a column of a trial, and the map does not name it"
+        )
         for name in table.names
         if name not in used
     ]
@@ -158,7 +160,9 @@ def _in_time(
 ) -> tuple[IntArray, tuple[DroppedRow, ...]]:
     """Return the rows to keep in order of time, and those left out."""
     time_s = next(c.values for c in columns if c.name == "time_s")
-    dropped = [DroppedRow(int(row) + 1, "it has no time") for row in np.flatnonzero(~np.isfinite(time_s))]
+    dropped = [
+        DroppedRow(int(row) + 1, "it has no time") for row in np.flatnonzero(~np.isfinite(time_s))
+    ]
     rows = np.flatnonzero(np.isfinite(time_s))
     back = np.diff(time_s[rows]) < 0
     if back.any():

@@ -106,9 +106,7 @@ def read_ticks(path: Path, contents: LogContents | None = None) -> Iterator[Tick
         yield stamped.tick
 
 
-def read_stamped_ticks(
-    path: Path, contents: LogContents | None = None
-) -> Iterator[StampedTick]:
+def read_stamped_ticks(path: Path, contents: LogContents | None = None) -> Iterator[StampedTick]:
     """Yield the ticks of a log with their UNIX times; otherwise as ``read_ticks``.
 
     Raises:
@@ -121,7 +119,9 @@ def read_stamped_ticks(
     for record in read_records(path, found.progress, topics={TICK_TOPIC}):
         if isinstance(record, Message):
             if record.channel_id not in decoders:
-                decoders[record.channel_id] = _decoder(path, layouts.get(record.channel_id), found)
+                decoders[record.channel_id] = tick_decoder(
+                    path, layouts.get(record.channel_id), found
+                )
             try:
                 tick = decoders[record.channel_id](record.data)
             except DAMAGE as error:
@@ -146,9 +146,12 @@ def note_content(record: object, found: LogContents) -> None:
         found.config_text = record.data.decode("utf-8", errors="replace")
 
 
-def _decoder(
-    path: Path, schema: Schema | None, found: LogContents
-) -> Callable[[bytes], Tick]:
+def tick_decoder(path: Path, schema: Schema | None, found: LogContents) -> Callable[[bytes], Tick]:
+    """Return the decoder of a log's ticks, whose layout the schema tells.
+
+    Raises:
+        RecordError: The layout is not known.
+    """
     data = schema.data if schema is not None and schema.name == TICK_SCHEMA else b""
     decoder = TICK_DECODERS.get(hashlib.sha256(data).hexdigest())
     if decoder is None:

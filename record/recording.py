@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -176,7 +177,7 @@ def join_recordings(parts: Sequence[Recording], damage: str) -> Recording:
         parts: The blocks, at least one.
         damage: How the whole is damaged, empty if it is not.
     """
-    arrays = {
+    arrays: dict[str, Any] = {
         field.name: readonly(np.concatenate([getattr(part, field.name) for part in parts]))
         for field in fields(Recording)
         if isinstance(getattr(parts[0], field.name), np.ndarray)
@@ -187,7 +188,7 @@ def join_recordings(parts: Sequence[Recording], damage: str) -> Recording:
 
 def thin_recording(log: Recording, step: int) -> Recording:
     """Return every ``step``-th tick of a log, for pictures; faults are kept as they are."""
-    arrays = {
+    arrays: dict[str, Any] = {
         field.name: readonly(getattr(log, field.name)[::step])
         for field in fields(Recording)
         if isinstance(getattr(log, field.name), np.ndarray)

@@ -1,6 +1,7 @@
 """Copying records of logs into a new log, without decoding what is in them."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 
@@ -119,8 +120,6 @@ class LogCopy:
             ) from failure
 
     def _discard(self) -> None:
-        try:
+        with suppress(OSError):  # what cannot be flushed any more is thrown away in the next line
             self._file.close()
-        except OSError:
-            pass  # what cannot be flushed any more is thrown away in the next line
         self._part.unlink(missing_ok=True)

@@ -1,9 +1,10 @@
 """The records of an MCAP file, in file order, past whatever is damaged.
 
-A record is an opcode, a length and that many bytes, so a chunk whose content is broken can be stepped over: it
-alone is lost. Where the framing itself is broken the index at the end of the file, if it is there, tells where the
-next chunk begins; a file without one (cut, killed) is read up to that place. Our own because the library's reader
-stops at the first broken byte, and because decoding all twenty topics to look at one costs six times as much.
+A record is an opcode, a length and that many bytes, so a chunk whose content is broken can be stepped over:
+it alone is lost. Where the framing itself is broken the index at the end of the file, if it is there, tells
+where the next chunk begins; a file without one (cut, killed) is read up to that place. Our own because the
+library's reader stops at the first broken byte, and because decoding all twenty topics to look at one costs
+six times as much.
 """
 
 import struct
@@ -49,6 +50,7 @@ class Damage:
             header is believable); -1 when there is none.
         to_ns: UNIX time of the first message after it (of the chunk's own end); -1 when nothing follows.
         reason: What is wrong, in words.
+        content: Whether messages are lost; False if only an index or a checksum is wrong.
     """
 
     offset: int
@@ -56,6 +58,19 @@ class Damage:
     from_ns: int
     to_ns: int
     reason: str
+    content: bool = True
+
+    def words(self, start_unix_ns: int) -> str:
+        """Return reason, place and span of time in seconds since the log's beginning."""
+        size = f", {self.size} bytes" if self.size else ""
+        where = f"{self.reason} (at byte {self.offset}{size}"
+        if not self.content:
+            return f"{where}; no message is lost)"
+        if self.from_ns < 0:
+            return f"{where})"
+        first_s, last_s = ((ns - start_unix_ns) * 1e-9 for ns in (self.from_ns, self.to_ns))
+        end = f"to {last_s:.2f} s" if self.to_ns >= 0 else "on"
+        return f"{where}; from {first_s:.2f} s {end})"
 
 
 @dataclass(slots=True)
@@ -104,9 +119,7 @@ def read_records(
 class _Salvage:
     """One pass over one file."""
 
-    def __init__(
-        self, stream: BinaryIO, progress: Pass, topics: Collection[str] | None
-    ) -> None:
+    def __init__(self, stream: BinaryIO, progress: Pass, topics: Collection[str] | None) -> None:
         self._stream = stream
         self._progress = progress
         self._topics = topics
@@ -217,10 +230,8 @@ class _Salvage:
         except DAMAGE:
             expected = 0
         if expected not in {0, self._crc} and not self._progress.damages:
-            self._lost(
-                offset, 0, "the checksum of the whole does not fit: an index is broken, no message",
-                (-1, -1),
-            )  # fmt: skip
+            reason = "the checksum of the whole does not fit, those of all chunks do"
+            self._progress.damages.append(Damage(offset, 0, -1, -1, reason, content=False))
 
     def _chunk(self, data: bytes, offset: int) -> Iterator[Content]:
         span = (self._last_ns, -1)
@@ -231,9 +242,7 @@ class _Salvage:
                 raise ValueError(f"it claims {chunk.uncompressed_size} bytes")
             records = _split(get_chunk_data_stream(chunk, validate_crc=True)[0])
         except DAMAGE as error:
-            self._lost(
-                offset, len(data) + _FRAME.size, f"a broken chunk: {_words(error)}", span
-            )
+            self._lost(offset, len(data) + _FRAME.size, f"a broken chunk: {_words(error)}", span)
             return
         for opcode, content in records:
             if opcode == Opcode.MESSAGE:
@@ -279,7 +288,8 @@ def _attachment(data: bytes) -> Attachment:
     (expected,) = struct.unpack("<I", data[-4:])
     if expected not in {0, zlib.crc32(data[:-4])}:
         raise ValueError("its checksum does not fit")
-    return Attachment.read(_stream_of(data))
+    attachment: Attachment = Attachment.read(_stream_of(data))
+    return attachment
 
 
 _OPCODES = frozenset(int(opcode) for opcode in Opcode)
@@ -309,7 +319,9 @@ def _believable(chunk: Chunk, last_ns: int) -> tuple[int, int]:
     """Return a chunk's own time span, unless its header contradicts itself or the messages before."""
     begin, end = chunk.message_start_time, chunk.message_end_time
     longest_ns = 3600 * 10**9
-    if begin <= end <= begin + longest_ns and (last_ns < 0 or last_ns <= begin <= last_ns + longest_ns):
+    if begin <= end <= begin + longest_ns and (
+        last_ns < 0 or last_ns <= begin <= last_ns + longest_ns
+    ):
         return begin, end
     return last_ns, -1
 
@@ -320,16 +332,5 @@ def _words(error: Exception) -> str:
 
 def damage_words(damages: Collection[Damage], start_unix_ns: int) -> str:
     """Return one sentence about all damage, times in seconds since the log's beginning; "" for none."""
-    parts = []
-    for damage in damages:
-        first = _seconds(damage.from_ns, start_unix_ns)
-        last = _seconds(damage.to_ns, start_unix_ns)
-        span = f"from {first} " + (f"to {last}" if damage.to_ns >= 0 else "on")
-        where = f"at byte {damage.offset}"
-        parts.append(f"{damage.reason} ({span if damage.from_ns >= 0 else where})")
-    return "cut or damaged: " + "; ".join(parts) if parts else ""
-
-
-def _seconds(unix_ns: int, start_unix_ns: int) -> str:
-    return f"{(unix_ns - start_unix_ns) * 1e-9:.2f} s" if unix_ns >= 0 else "?"
-
+    words = "; ".join(damage.words(start_unix_ns) for damage in damages)
+    return f"cut or damaged: {words}" if words else ""

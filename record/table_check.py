@@ -1,12 +1,13 @@
 """What is odd about measured data: absent, out of range, jumping, stuck. Nothing is changed here.
 
-Ranges and rates are what no machine of this size does: a value beyond them is a broken sensor, a wrong unit or
-a wrong column, and is reported, not removed.
+Ranges and rates are what no machine of this size does: a value beyond them is a broken sensor, a wrong
+unit or a wrong column, and is reported, not removed.
 """
 
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -150,9 +151,9 @@ def _jumps(
 
 def _stuck(trial: Trial, rows: FloatArray) -> Iterator[Finding]:
     for place in trial_places(trial.joints):
-        values = getattr(trial, place.field)[(slice(None), *place.index)]
-        if place.field in {"shaft_rad"}:
-            command = trial.command_rad[(slice(None), *place.index)]
+        values = trial.values(place)
+        if place.field == "shaft_rad":
+            command = trial.command_rad[place.where]
             odd = _stuck_shaft(trial.time_s, values, command)
             words = f"the same for {STUCK_SHAFT_S:g} s and more while its command moved"
         elif place.field in {"foot_m", "force_n", "body_position_m", "body_angles_rad"}:
@@ -169,7 +170,7 @@ def _stuck(trial: Trial, rows: FloatArray) -> Iterator[Finding]:
 def _runs(values: FloatArray) -> Iterator[tuple[int, int]]:
     """Yield first and last index of each run of one and the same value."""
     edges = np.flatnonzero(np.concatenate([[True], values[1:] != values[:-1], [True]]))
-    yield from ((int(a), int(b) - 1) for a, b in zip(edges[:-1], edges[1:], strict=True) if b - a > 1)
+    yield from ((a, b - 1) for a, b in pairwise(edges.tolist()) if b - a > 1)
 
 
 def _stuck_sensor(time_s: FloatArray, values: FloatArray) -> BoolArray:

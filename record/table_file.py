@@ -4,6 +4,7 @@ A sample that is missing is NaN in Parquet and an empty field in CSV.
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -115,7 +116,9 @@ class TableWriter:
         return pq.ParquetWriter(str(self._part), schema, compression="zstd")
 
     def _trouble(self, error: OSError) -> RecordError:
-        reason = error.strerror or str(error)
+        reason = (
+            error.strerror or str(error).rpartition("] ")[2]
+        )  # Arrow's words end: [errno 2] why
         return RecordError(f"{self._path} cannot be written: {reason}; choose another --out")
 
     def __enter__(self) -> "TableWriter":
@@ -137,7 +140,8 @@ class TableWriter:
             if kind is None:
                 raise self._trouble(failure) from failure
         finally:
-            self._part.unlink(missing_ok=True)
+            with suppress(OSError):  # there may never have been one
+                self._part.unlink()
 
 
 def _arrow(values: NDArray[Any], *, nan_is_null: bool) -> Any:
@@ -156,19 +160,24 @@ def write_table(path: Path, columns: Sequence[Column]) -> None:
         writer.write(columns)
 
 
-def read_table(path: Path, delimiter: str = ",") -> Table:
+def read_table(path: Path, delimiter: str = ",", *, numbers: bool = False) -> Table:
     """Read a table.
 
     Args:
         path: A .parquet or .csv file.
         delimiter: Between the fields of a CSV file.
+        numbers: Every column of a CSV file is numbers, which are then exact (-0 and 20 digits too); else
+            its kind is found from what it holds.
 
     Raises:
         RecordError: It cannot be read, or has two columns of one name.
     """
     check_suffix(path)
+    if not path.is_file():
+        raise RecordError(f"the table {path} cannot be read: there is no such file")
     try:
-        table = _read_csv(path, delimiter) if path.suffix == ".csv" else pq.read_table(path)
+        csv = path.suffix == ".csv"
+        table = _read_csv(path, delimiter, numbers=numbers) if csv else pq.read_table(path)
     except (OSError, pa.ArrowException) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise RecordError(f"the table {path} cannot be read: {reason}") from error
@@ -176,17 +185,20 @@ def read_table(path: Path, delimiter: str = ",") -> Table:
     for name in names:
         if names.count(name) > 1:
             raise RecordError(f"{path} has two columns {name}; name each column once")
-    return Table(
-        tuple(Column(name, _numpy(table.column(at))) for at, name in enumerate(names))
-    )
+    return Table(tuple(Column(name, _numpy(table.column(at))) for at, name in enumerate(names)))
 
 
-def _read_csv(path: Path, delimiter: str) -> Any:
+def _read_csv(path: Path, delimiter: str, *, numbers: bool) -> Any:
+    parse = pacsv.ParseOptions(delimiter=delimiter)
+    kinds = {}
+    if numbers:
+        with pacsv.open_csv(path, parse_options=parse) as reader:
+            kinds = dict.fromkeys(reader.schema.names, pa.float64())
     return pacsv.read_csv(
         path,
-        parse_options=pacsv.ParseOptions(delimiter=delimiter),
+        parse_options=parse,
         convert_options=pacsv.ConvertOptions(
-            null_values=list(MISSING_TEXTS), strings_can_be_null=True
+            null_values=list(MISSING_TEXTS), strings_can_be_null=True, column_types=kinds
         ),
     )
 
@@ -212,6 +224,4 @@ def copy_table(path: Path, out: Path, names: Sequence[str]) -> None:
     """
     with TableWriter(out) as writer:
         for batch in pq.ParquetFile(path).iter_batches(batch_size=4096, columns=list(names)):
-            writer.write(
-                [Column(n, batch.column(n).to_numpy(zero_copy_only=False)) for n in names]
-            )
+            writer.write([Column(n, batch.column(n).to_numpy(zero_copy_only=False)) for n in names])

@@ -3,6 +3,8 @@
 The order of fields is that of ``bigant_msgs/msg/Tick`` in ``record.definitions``.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from model.signals import (
@@ -28,7 +30,7 @@ from model.signals import (
     Tick,
     Traction,
 )
-from record.cdr import CdrReader, CdrWriter
+from record.cdr import HEADER, CdrReader, CdrWriter
 
 TRANSDUCERS = 6
 
@@ -41,6 +43,27 @@ def encode_tick(tick: Tick) -> bytes:
     w.u8(tick.mode.value)
     w.u8(tick.stop_reason.value)
     _write_inputs(w, tick.inputs, len(tick.wished.angle_rad))
+    _write_outputs(w, tick)
+    return w.done()
+
+
+def says_the_same(tick: Tick, message: bytes, inputs_end: int) -> bool:
+    """Tell whether a message holds exactly the outputs of a tick, without taking it apart.
+
+    Args:
+        tick: The tick, made from the inputs in the message.
+        message: The message.
+        inputs_end: Where its inputs end, as ``decode_inputs`` returned it.
+    """
+    w = CdrWriter(at=inputs_end)
+    _write_outputs(w, tick)
+    begin = len(HEADER)
+    decided = message[begin + 16], message[begin + 17]  # behind time and number
+    same_decisions = decided == (tick.mode.value, tick.stop_reason.value)
+    return same_decisions and w.done() == message[begin + inputs_end :]
+
+
+def _write_outputs(w: CdrWriter, tick: Tick) -> None:
     joints = tick.joints
     w.i64(joints.t_ns)
     for values in (
@@ -72,7 +95,6 @@ def encode_tick(tick: Tick) -> bytes:
     w.f64_array(estimate.velocity_B)
     w.flag(estimate.valid)
     _write_faults(w, tick.faults)
-    return w.done()
 
 
 def _write_inputs(w: CdrWriter, inputs: Inputs, count: int) -> None:
@@ -175,6 +197,39 @@ def _write_faults(w: CdrWriter, faults: tuple[Fault, ...]) -> None:
         w.text(fault.detail)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class TickInputs:
+    """The part of a tick message that a replay begins from.
+
+    Attributes:
+        t_ns: Time of the tick.
+        index: Its number.
+        inputs: Its inputs.
+        end: Where they end in the message; see ``says_the_same``.
+    """
+
+    t_ns: int
+    index: int
+    inputs: Inputs
+    end: int
+
+
+def decode_inputs(data: bytes) -> TickInputs:
+    """Return time, number and inputs of the tick in a message, and leave the rest as it is.
+
+    The truth is left out: no step may know it.
+
+    Raises:
+        ValueError: The message is damaged.
+    """
+    r = CdrReader(data)
+    t_ns, index = r.i64(), r.i64()
+    r.u8()
+    r.u8()
+    inputs = _read_inputs(r, with_truth=False)
+    return TickInputs(t_ns, index, inputs, r.at)
+
+
 def decode_tick(data: bytes) -> Tick:
     """Return the tick in a message.
 
@@ -223,7 +278,7 @@ def _rows(values: FloatArray, width: int) -> FloatArray:
     return values.reshape(-1, width)
 
 
-def _read_inputs(r: CdrReader) -> Inputs:
+def _read_inputs(r: CdrReader, *, with_truth: bool = True) -> Inputs:
     request = Request(Intent(r.u8()), r.text(), r.f64(), r.f64(), StopReason(r.u8()))
     timing = LoopTiming(r.i64(), r.i64(), r.i64(), r.i64())
     attached = r.flag()
@@ -241,7 +296,7 @@ def _read_inputs(r: CdrReader) -> Inputs:
         age_ns=r.i64s(),
     )
     forces = tuple(_read_force_record(r) for _ in range(r.u32()))
-    truth = _read_truth(r)
+    truth = _read_truth(r, wanted=with_truth)
     return Inputs(
         servos=servos if attached else None,
         forces=forces,
@@ -266,8 +321,15 @@ def _read_force_record(r: CdrReader) -> ForceRecord:
     )
 
 
-def _read_truth(r: CdrReader) -> BodyTruth | None:
+def _read_truth(r: CdrReader, *, wanted: bool) -> BodyTruth | None:
     known = r.flag()
+    if not wanted:
+        r.i64()
+        r.f64_array(3 + 4 + 3 + 3)
+        for _ in range(3):
+            r.f64s()
+        r.flags()
+        return None
     truth = BodyTruth(
         t_ns=r.i64(),
         position_W=r.f64_array(3),

@@ -1,7 +1,7 @@
 """A trial: measured data of one run of any machine, as arrays by joint.
 
-The table on disk and its columns are described in ``docs/log.md``; ``read_trial`` and ``write_trial`` are each
-other's inverse.
+The table on disk and its columns are described in ``docs/log.md``; ``read_trial`` and ``write_trial``
+are each other's inverse.
 """
 
 from collections.abc import Iterator
@@ -50,7 +50,8 @@ class Trial:
         foot_m: Foot point in the body frame from a marker, so with the leg's compression, (T, N, 3).
         force_n: Ground's force on each foot, body axes, (T, N, 3).
         body_position_m: Body in the world, (T, 3).
-        body_angles_rad: Roll, pitch, yaw of the body in the world (yaw about z, then pitch, then roll), (T, 3).
+        body_angles_rad: Roll, pitch, yaw of the body in the world, (T, 3): yaw about z, then pitch about y,
+            then roll about x.
     """
 
     header: TrialHeader
@@ -77,10 +78,15 @@ class Trial:
         """Return time and every column in which anything was measured."""
         found = [Column("time_s", self.time_s)]
         for place in trial_places(self.joints):
-            values = getattr(self, place.field)[(slice(None), *place.index)]
-            if np.isfinite(values).any() or np.isinf(values).any():
+            values = self.values(place)
+            if not np.isnan(values).all():
                 found.append(Column(place.column, values))
         return tuple(found)
+
+    def values(self, place: "Place") -> FloatArray:
+        """Return the samples of one column, (T,)."""
+        array: FloatArray = getattr(self, place.field)[place.where]
+        return array
 
     def rows(self, keep: BoolArray) -> "Trial":
         """Return the trial with some of its samples, (T,) bool."""
@@ -107,6 +113,11 @@ class Place:
     field: str
     index: tuple[int, ...]
     joint: str
+
+    @property
+    def where(self) -> tuple[slice | int, ...]:
+        """Index of the whole column in the field's array."""
+        return (slice(None), *self.index)
 
 
 def trial_places(joints: tuple[str, ...]) -> Iterator[Place]:
@@ -142,10 +153,10 @@ def build_trial(header: TrialHeader, columns: tuple[Column, ...]) -> Trial:
     arrays |= {name: np.full((count, 3), np.nan) for name in ("body_position_m", "body_angles_rad")}
     for place in trial_places(header.joints):
         if place.column in values:
-            arrays[place.field][(slice(None), *place.index)] = values.pop(place.column)
+            arrays[place.field][place.where] = values.pop(place.column)
     if values:
         raise RecordError(
-            f"{', '.join(sorted(values))}: no column of a trial of {', '.join(header.joints) or 'no joints'}; "
+            f"{', '.join(sorted(values))}: no column of a trial of joints {', '.join(header.joints)}; "
             "bring the table in with: bigant import TABLE --columns MAP.toml"
         )
     return Trial(
@@ -162,19 +173,24 @@ def read_trial(path: Path) -> Trial:
         path: NAME.parquet or NAME.csv with NAME.toml beside it, or that NAME.toml.
 
     Raises:
-        RecordError: A file is missing or wrong; a table that is not quite a trial goes through ``bigant import``.
+        RecordError: A file is missing or wrong; a table that is not quite a trial goes through
+            ``bigant import``.
     """
     path = trial_table(path)
-    table = read_table(path)
+    table = read_table(path, numbers=True)
     header = read_header(path.with_suffix(".toml"), table.names)
     if "time_s" not in table.names:
         raise RecordError(f"{path} has no column time_s")
     trial = build_trial(header, _numbers(table))
-    if not np.isfinite(trial.time_s).all() or np.any(np.diff(trial.time_s) <= 0):
+    if not _increases(trial.time_s):
         raise RecordError(
-            f"time_s of {path} does not increase everywhere; mend it with: bigant import {path} --out FILE"
+            f"time_s of {path} does not increase everywhere; mend it: bigant import {path} --out FILE"
         )
     return trial
+
+
+def _increases(time_s: FloatArray) -> bool:
+    return bool(np.isfinite(time_s).all() and np.all(np.diff(time_s) > 0))
 
 
 def trial_table(path: Path) -> Path:
@@ -204,7 +220,13 @@ def write_trial(trial: Trial, path: Path) -> None:
         path: NAME.parquet or NAME.csv.
 
     Raises:
-        RecordError: A file cannot be written, or another machine's file of the same name is there.
+        RecordError: Time does not increase, the header contradicts itself, a file cannot be written, or
+            another machine's file of the same name is there.
     """
+    check_suffix(path)
+    if not _increases(trial.time_s):
+        raise RecordError(
+            f"{path} is not written: time_s does not increase everywhere; put it in order"
+        )
     write_header(trial.header, path.with_suffix(".toml"))
     write_table(path, trial.columns())

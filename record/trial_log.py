@@ -3,6 +3,8 @@
 What the tick has no place for is named by ``left_out``. The model is not run: its outputs are invalid.
 """
 
+from pathlib import Path
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -15,6 +17,7 @@ from model.signals import (
     FootForces,
     FootMotion,
     Inputs,
+    IntArray,
     Intent,
     JointCommand,
     JointState,
@@ -27,8 +30,6 @@ from model.signals import (
     Traction,
     readonly,
 )
-from pathlib import Path
-
 from record.trial import Trial
 from record.trial_toml import header_text
 from record.versions import software_versions
@@ -50,19 +51,20 @@ def write_trial_log(trial: Trial, path: Path, software: str) -> None:
     Raises:
         RecordError: It cannot be written.
     """
-    t_ns = np.rint(trial.time_s * 1e9).astype(np.int64)
+    t_ns = _nanoseconds(trial.time_s)
     if np.any(np.diff(t_ns) <= 0):
         raise RecordError("a log's clock counts nanoseconds; two samples lie closer than that")
     # the log's clock begins at 0 s of the trial, and must not be negative
     start_ns = int(t_ns[0]) if trial.time_s[0] > UNIX_TIME_S else max(0, -int(t_ns[0]))
     offset_ns = 0 if trial.time_s[0] > UNIX_TIME_S else start_ns
     header = trial.header
+    part = path.with_name(path.name + ".part")
     writer = LogWriter(
-        path,
+        part,
         names=header.joints,
         config_text=header.robot_text,
         metadata={
-            "robot": header.robot_file.removesuffix(".toml"),
+            "robot": Path(header.robot_file).stem,
             "hardware": "imported",
             "gait": header.gait,
             "frequency_hz": "" if np.isnan(header.frequency_hz) else f"{header.frequency_hz:g}",
@@ -73,20 +75,35 @@ def write_trial_log(trial: Trial, path: Path, software: str) -> None:
         start_ns=start_ns,
         start_unix_ns=start_ns,
     )
-    for index in range(len(t_ns)):
-        writer.write(_tick(trial, index, int(t_ns[index]) + offset_ns))
-    writer.close()
-    if writer.error is not None:
-        raise writer.error
+    try:
+        for index in range(len(t_ns)):
+            writer.write(_tick(trial, index, int(t_ns[index]) + offset_ns))
+        writer.close()
+        if writer.error is not None:
+            raise writer.error
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _nanoseconds(time_s: FloatArray) -> IntArray:
+    """Return whole nanoseconds; times 1e9 at once would lose hundreds of them on UNIX time."""
+    whole = np.floor(time_s)
+    rest_ns: IntArray = np.rint((time_s - whole) * 1e9).astype(np.int64)
+    return whole.astype(np.int64) * 10**9 + rest_ns
 
 
 def left_out(trial: Trial) -> tuple[str, ...]:
     """Return the columns that a log has no place for; write those to a .parquet or .csv."""
     lost = [c.name for c in trial.columns() if c.name.startswith("torque_")]
-    pose = np.isfinite(trial.body_position_m).all(axis=1) & np.isfinite(trial.body_angles_rad).all(axis=1)
+    pose = np.isfinite(trial.body_position_m).all(axis=1) & np.isfinite(trial.body_angles_rad).all(
+        axis=1
+    )
     if (np.isfinite(trial.foot_m).any(axis=(1, 2)) & ~pose).any():
         lost.append("foot points where the body's pose is not known")
-    partial = np.isfinite(trial.body_position_m).any(axis=1) | np.isfinite(trial.body_angles_rad).any(axis=1)
+    partial = np.isfinite(trial.body_position_m).any(axis=1) | np.isfinite(
+        trial.body_angles_rad
+    ).any(axis=1)
     if (partial & ~pose).any():
         lost.append("body poses that are known in part")
     return tuple(lost)
@@ -137,7 +154,7 @@ def _truth(trial: Trial, at: int, t_ns: int) -> BodyTruth | None:
         return None
     turn = Rotation.from_euler("ZYX", [yaw, pitch, roll])
     legs = len(trial.joints)
-    feet: FloatArray = position + turn.apply(trial.foot_m[at]) if legs else np.zeros((0, 3))
+    feet: FloatArray = position + trial.foot_m[at] @ turn.as_matrix().T
     return BodyTruth(
         t_ns=t_ns,
         position_W=position,
@@ -158,6 +175,10 @@ def _no_feet(trial: Trial) -> FootMotion:
 
 def _no_contact(legs: int) -> ContactSolution:
     nan = float("nan")
-    support = Support(False, NOT_RUN, nan, nan, nan, np.full(legs, nan), np.zeros(legs, dtype=bool), 0)
-    traction = Traction(False, NOT_RUN, np.full(3, nan), np.full((legs, 2), nan), np.full((legs, 3), nan))
+    support = Support(
+        False, NOT_RUN, nan, nan, nan, np.full(legs, nan), np.zeros(legs, dtype=bool), 0
+    )
+    traction = Traction(
+        False, NOT_RUN, np.full(3, nan), np.full((legs, 2), nan), np.full((legs, 3), nan)
+    )
     return ContactSolution(support, traction)

@@ -18,6 +18,8 @@ _JOINT_OF_COLUMN = re.compile(
     r"(?:command_(.+)_rad|shaft_(.+?)_rad(?:_s)?|current_(.+)_a|voltage_(.+)_v|temperature_(.+)_c"
     r"|pwm_(.+)|torque_(.+)_nm|(?:foot_(.+)_[xyz]_m)|(?:force_(.+)_[xyz]_n))"
 )
+# Names of joints stand in the names of columns and topics.
+_JOINT_NAME = re.compile(r"\w[\w.-]*")
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,13 +108,16 @@ def read_text(path: Path) -> str:
         raise RecordError(f"{path} is not UTF-8 text") from error
 
 
-def parse_header(data: Mapping[str, Any], path: Path, columns: tuple[str, ...]) -> TrialHeader:
+def parse_header(
+    data: Mapping[str, Any], path: Path, columns: tuple[str, ...], machine: str | None = None
+) -> TrialHeader:
     """Make a header of the tables [trial] and [noise].
 
     Args:
         data: The parsed TOML.
         path: Where it was; for messages, and to find the machine's file.
         columns: Columns of the table.
+        machine: The machine's file; read from the disk without it.
 
     Raises:
         RecordError: A key is not known, or a value is of the wrong kind.
@@ -124,21 +129,21 @@ def parse_header(data: Mapping[str, Any], path: Path, columns: tuple[str, ...]) 
     sensors = tuple(field.name for field in fields(TrialNoise))
     check_keys(noise, sensors, path, "noise.")
     robot_file = _words(trial, "robot", path)
-    robot_text = read_text(path.parent / robot_file) if robot_file else ""
-    robot = parse_toml(robot_text, path.parent / robot_file)
-    kind = robot.get("kind", LEGGED)
-    if kind not in KINDS:
-        raise RecordError(f"{path.parent / robot_file}: kind must be one of {', '.join(KINDS)}")
+    if machine is None:
+        machine = read_text(path.parent / robot_file) if robot_file else ""
+    robot = parse_toml(machine, path.parent / robot_file)
     return TrialHeader(
-        kind=kind,
-        joints=_listed(trial, path) if "legs" in trial else joints_of(robot, columns),
+        kind=kind_of(robot, path.parent / robot_file),
+        joints=check_joints(
+            _listed(trial, path) if "legs" in trial else joints_of(robot, columns), path
+        ),
         gait=_words(trial, "gait", path),
         frequency_hz=_number(trial, "frequency_hz", path),
         sample_rate_hz=_number(trial, "sample_rate_hz", path),
         notes=_words(trial, "notes", path),
         noise=TrialNoise(**{name: _number(noise, name, path) for name in sensors}),
         robot_file=robot_file,
-        robot_text=robot_text,
+        robot_text=machine,
     )
 
 
@@ -166,11 +171,37 @@ def _words(table: Mapping[str, Any], key: str, path: Path) -> str:
 
 def _listed(table: Mapping[str, Any], path: Path) -> tuple[str, ...]:
     value = table["legs"]
-    if not isinstance(value, list) or not all(isinstance(name, str) and name for name in value):
+    if not isinstance(value, list) or not all(isinstance(name, str) for name in value):
         raise RecordError(f"{path}: legs must be a list of names, not {value!r}")
-    if len(set(value)) != len(value):
-        raise RecordError(f"{path}: legs must differ from each other, not {value!r}")
     return tuple(value)
+
+
+def check_joints(joints: tuple[str, ...], path: Path) -> tuple[str, ...]:
+    """Return names of joints that are fit to stand in names of columns.
+
+    Raises:
+        RecordError: One is no name, or two are the same.
+    """
+    for name in joints:
+        if not _JOINT_NAME.fullmatch(name):
+            raise RecordError(
+                f"{path}: {name!r} is no name of a leg or joint; use letters, digits and _"
+            )
+    if len(set(joints)) != len(joints):
+        raise RecordError(f"{path}: legs must differ from each other, not {', '.join(joints)}")
+    return joints
+
+
+def kind_of(robot: Mapping[str, Any], path: Path) -> str:
+    """Return the kind of machine that its file says; a hexapod's says none.
+
+    Raises:
+        RecordError: There is no such kind.
+    """
+    kind = robot.get("kind", LEGGED)
+    if kind not in KINDS:
+        raise RecordError(f"{path}: kind must be one of {', '.join(KINDS)}, not {kind!r}")
+    return str(kind)
 
 
 def _number(table: Mapping[str, Any], key: str, path: Path) -> float:
@@ -198,8 +229,10 @@ def write_header(header: TrialHeader, path: Path) -> None:
     """Write NAME.toml, and the machine's file if it is not there yet.
 
     Raises:
-        RecordError: A file cannot be written, or another machine's file of that name is there.
+        RecordError: It contradicts itself, a file cannot be written, or another machine's file of that name
+            is there.
     """
+    _check_header(header, path)
     try:
         if header.robot_file:
             machine = path.parent / header.robot_file
@@ -211,7 +244,27 @@ def write_header(header: TrialHeader, path: Path) -> None:
                 )
         path.write_text(header_text(header), encoding="utf-8", newline="")
     except OSError as error:
-        raise RecordError(f"{path} cannot be written: {error.strerror}; choose another --out") from error
+        raise RecordError(
+            f"{path} cannot be written: {error.strerror}; choose another --out"
+        ) from error
+
+
+def _check_header(header: TrialHeader, path: Path) -> None:
+    """Refuse what would not read back as it is."""
+    check_joints(header.joints, path)
+    machine = path.parent / header.robot_file
+    if header.robot_text and not header.robot_file:
+        raise RecordError(f"{path}: the machine's text needs a name for its file (robot_file)")
+    if header.robot_file and machine.resolve() == path.resolve():
+        raise RecordError(
+            f"{path} would be the machine's file too; choose another name for the trial"
+        )
+    kind = kind_of(parse_toml(header.robot_text, machine), machine)
+    if kind != header.kind:
+        raise RecordError(
+            f"{path}: the trial is of a {header.kind}, but its machine's file says {kind}; a trial's kind "
+            "is that of its machine's file"
+        )
 
 
 def header_text(header: TrialHeader) -> str:

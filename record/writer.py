@@ -15,9 +15,11 @@ from mcap.writer import Writer as McapWriter
 
 from model.errors import RecordError
 from model.signals import Tick
+from model.wire import WireBytes
 from record import messages
 from record.definitions import DEFINITIONS
 from record.tick_message import encode_tick
+from record.wire_message import WIRE_DEFINITION, WIRE_TOPICS, WIRE_TYPE, encode_wire, wire_topic
 
 CHUNK_BYTES = 64 * 1024
 FLUSH_PERIOD_NS = 500_000_000
@@ -92,6 +94,7 @@ class LogWriter:
         self._offset_ns = start_unix_ns - start_ns
         self._error: RecordError | None = None
         self._sequence = 0
+        self._wires = 0
         self._next_flush_ns = start_ns + FLUSH_PERIOD_NS
         self._next_diagnostics_ns = start_ns
         self._file = open_log_file(path)
@@ -172,6 +175,27 @@ class LogWriter:
         if tick.t_ns >= self._next_flush_ns:
             self._next_flush_ns = tick.t_ns + FLUSH_PERIOD_NS
             self._flush()
+
+    def write_wires(self, heard: tuple[WireBytes, ...]) -> None:
+        """Write raw bytes of the devices, oldest first; their topics begin with the first of them."""
+        self._guard(lambda: self._write_wires(heard))
+
+    def _write_wires(self, heard: tuple[WireBytes, ...]) -> None:
+        if heard and WIRE_TOPICS[0] not in self._channels:
+            schema = self._writer.register_schema(
+                WIRE_TYPE, "ros2msg", WIRE_DEFINITION.encode("utf-8")
+            )
+            added = {
+                topic: self._writer.register_channel(
+                    topic, "cdr", schema, {"offered_qos_profiles": QOS}
+                )
+                for topic in WIRE_TOPICS
+            }
+            self._channels = MappingProxyType({**self._channels, **added})
+        for piece in heard:
+            channel, unix_ns = self._channels[wire_topic(piece.wire)], piece.t_ns + self._offset_ns
+            self._writer.add_message(channel, unix_ns, encode_wire(piece), unix_ns, self._wires)
+            self._wires += 1  # one count over all wires: their common order
 
     def _put(self, topic: str, unix_ns: int, data: bytes) -> None:
         self._writer.add_message(self._channels[topic], unix_ns, data, unix_ns, self._sequence)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from model.errors import BigantError, BusError, ForceStreamError, RecordError
+from robot.arguments import add_robot, add_scenario
 from robot.commands import add_commands, run_command
 from robot.exit_codes import ExitCode
 
@@ -76,10 +77,6 @@ def _dispatch(options: argparse.Namespace) -> ExitCode:
         from robot.devices import devices
 
         return devices(options)
-    if options.command == "sim":
-        from robot.serve import serve_virtual
-
-        return serve_virtual(options)
     return run_command(options)
 
 
@@ -94,23 +91,8 @@ def _parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
     _add_drive(commands)
     _add_show(commands)
     _add_devices(commands)
-    _add_sim(commands)
     add_commands(commands, arguments, EPILOG)
     return parser
-
-
-def _add_robot(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--robot",
-        type=Path,
-        metavar="FILE",
-        default=_default_robot_file(),
-        help="robot file (default: config/bigant.toml)",
-    )
-
-
-def _default_robot_file() -> Path:
-    return Path(__file__).resolve().parent.parent / "config" / "bigant.toml"
 
 
 def _positive(text: str) -> float:
@@ -143,7 +125,7 @@ def _add_drive(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         "torque; torque goes off on every way out.",
         epilog=EPILOG,
     )
-    _add_robot(drive)
+    add_robot(drive)
     drive.add_argument("--gait", choices=("tripod", "metachronal"), default="tripod")
     length = drive.add_mutually_exclusive_group()
     length.add_argument("--cycles", type=_positive, metavar="N", help="gait cycles (default: 3)")
@@ -167,7 +149,18 @@ def _add_drive(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         metavar="HOST[:UDP:CONSOLE]|none",
         help="wireless force-torque unit (default: robot file); none walks without it",
     )
+    drive.add_argument(
+        "--calibration",
+        type=Path,
+        metavar="FILE",
+        help="calibration of the force sensors (default: the one that the robot file names, if any)",
+    )
     drive.add_argument("--log", metavar="FILE", help="log file, or none (default: runs/...)")
+    drive.add_argument(
+        "--record-bytes",
+        action="store_true",
+        help="log the raw bytes of both devices as well, so that the drivers can be replayed",
+    )
     drive.add_argument("--readonly", action="store_true", help="sense and log, never move")
     drive.add_argument("--armed", action="store_true", help="allow torque on real hardware")
     drive.add_argument("--teleop", action="store_true", help="drive with the keyboard")
@@ -187,6 +180,7 @@ def _add_drive(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         "the same log, byte for byte, every time",
     )
     drive.add_argument("--seed", type=int, default=0, metavar="N", help="seed of virtual noise")
+    add_scenario(drive)
 
 
 def _add_show(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -225,21 +219,3 @@ def _add_devices(commands: "argparse._SubParsersAction[argparse.ArgumentParser]"
         help="where to ask for force-torque units (default: broadcast on the local network)",
     )
     devices.add_argument("--json", action="store_true", help="the result as JSON")
-
-
-def _add_sim(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    sim = commands.add_parser("sim", help="virtual hardware for other programs", epilog=EPILOG)
-    actions = sim.add_subparsers(dest="action", required=True, metavar="ACTION")
-    serve = actions.add_parser(
-        "serve",
-        help="serve virtual devices on a pseudo-terminal and loopback sockets until Ctrl-C",
-        description="Serve a virtual robot that any Dynamixel or WNet program can talk to, and "
-        "print where to find it. Ctrl-C ends it.",
-    )
-    _add_robot(serve)
-    serve.add_argument("--seed", type=int, default=0, metavar="N")
-    serve.add_argument("--baud", type=int, metavar="B", help="baud rate of the servos")
-    serve.add_argument(
-        "--absent", type=int, action="append", default=[], metavar="ID", help="a servo to leave out"
-    )
-    serve.add_argument("--no-force-unit", action="store_true", help="leave out the force unit")

@@ -31,6 +31,9 @@ GROUP_HELP = (
     ("model", "the model of slipping, without a robot"),
     ("log", "look at, mend, cut, merge and export logs"),
     ("gap", "where a simulator differs from measured runs, and why"),
+    ("servo", "the servos one by one: scan, set up, back up, watch"),
+    ("sim", "virtual hardware for other programs, and what can go wrong with it"),
+    ("ft", "the force-torque sensors: find, watch, bias, calibrate"),
 )
 
 COMMANDS = (
@@ -43,6 +46,7 @@ COMMANDS = (
     Command(
         ("model", "figures"), "robot.model_figures", "our version of the paper's figures and tables"
     ),
+    Command(("replay",), "robot.replay", "a recorded run again, as a test: step, drivers or robot"),
     Command(("log", "info"), "robot.log_info", "duration, rate, topics, versions, damage"),
     Command(("log", "repair"), "robot.log_repair", "a proper file of a cut or damaged log"),
     Command(("log", "cut"), "robot.log_cut", "a piece of a log"),
@@ -51,6 +55,22 @@ COMMANDS = (
     Command(("gap", "diagnose"), "robot.gap_diagnose", "where, which effect, how far it shrinks"),
     Command(("gap", "effects"), "robot.gap_effects", "every effect a simulator can add to itself"),
     Command(("import",), "robot.import_command", "measured data as a log or a trial, checked"),
+    Command(("servo", "scan"), "robot.servo_scan", "who answers at which baud rate"),
+    Command(("servo", "setup"), "robot.servo_setup", "bring servos into the robot file's settings"),
+    Command(("servo", "backup"), "robot.servo_backup", "everything the servos keep, into a file"),
+    Command(("servo", "restore"), "robot.servo_restore", "a backup back into the servos"),
+    Command(("servo", "zero"), "robot.servo_zero", "the servo_zero line of the robot file"),
+    Command(("servo", "watch"), "robot.servo_watch", "live table, round trips, counters"),
+    Command(("servo", "reboot"), "robot.servo_reboot", "reboot, and keep the cause of the error"),
+    Command(("check",), "robot.check", "pre-flight list: is this robot fit to walk?"),
+    Command(("sim", "serve"), "robot.sim_serve", "serve virtual devices until Ctrl-C"),
+    Command(("sim", "faults"), "robot.sim_faults", "list the faults that --scenario can hold"),
+    Command(("ft", "scan"), "robot.ft_scan", "find wireless force-torque units"),
+    Command(("ft", "watch"), "robot.ft_watch", "live readings, state, losses and clock"),
+    Command(("ft", "bias"), "robot.ft_bias", "measure what is read with no contact"),
+    Command(
+        ("ft", "calibrate"), "robot.ft_calibrate", "offset, leg gravity and cross-talk from logs"
+    ),
 )
 
 Parsers = argparse._SubParsersAction  # what add_subparsers returns has no public name

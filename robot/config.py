@@ -5,7 +5,7 @@ names the key and the reason. Nothing else in the program reads configuration.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
 
@@ -23,6 +23,7 @@ from model.params import (
 )
 from model.robot_file import parse_table, read_body, read_contact, read_legs, read_linkage
 from model.toml_table import Table
+from robot.calibration_file import read_calibration
 
 DEFAULT_ROBOT_FILE = Path(__file__).resolve().parent.parent / "config" / "bigant.toml"
 WATCHDOG_STEP_S = 0.02
@@ -68,6 +69,7 @@ class RobotConfig:
         parameters: What the model and the gaits believe.
         servo_bus: Servo bus settings.
         force_sensor: Force-torque unit settings.
+        calibration_file: Calibration file that the robot file names, empty for none.
         limits: Safety limits.
         loop: Loop settings.
     """
@@ -77,15 +79,20 @@ class RobotConfig:
     parameters: RobotParameters
     servo_bus: ServoBusSettings
     force_sensor: ForceSensorSettings
+    calibration_file: str
     limits: SafetyLimits
     loop: LoopSettings
 
 
-def load_robot(path: Path = DEFAULT_ROBOT_FILE) -> RobotConfig:
-    """Read a robot file.
+def load_robot(path: Path = DEFAULT_ROBOT_FILE, calibration: Path | None = None) -> RobotConfig:
+    """Read a robot file, and the calibration of its force sensors where it has one.
+
+    Args:
+        path: The robot file.
+        calibration: Calibration file to take in place of the one that the robot file names.
 
     Raises:
-        ConfigError: The file cannot be read, or a key in it cannot be used.
+        ConfigError: A file cannot be read, or a key in it cannot be used.
     """
     try:
         text = path.read_text(encoding="utf-8")
@@ -93,13 +100,19 @@ def load_robot(path: Path = DEFAULT_ROBOT_FILE) -> RobotConfig:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         raise ConfigError(str(path), f"the robot file cannot be read: {reason}") from error
     try:
-        return parse_robot(text)
+        config = parse_robot(text)
     except ConfigError as error:
         raise ConfigError(f"{path}: {error.key}", error.reason) from error
+    if calibration is None and config.calibration_file:
+        calibration = path.parent / config.calibration_file
+    if calibration is None:
+        return config
+    found = read_calibration(calibration, config.parameters.legs.names)
+    return replace(config, force_sensor=replace(config.force_sensor, calibration=found))
 
 
 def parse_robot(text: str) -> RobotConfig:
-    """Read the text of a robot file.
+    """Read the text of a robot file; a calibration file that it names is not opened.
 
     Raises:
         ConfigError: It is no TOML, or a key in it cannot be used.
@@ -126,12 +139,15 @@ def parse_robot(text: str) -> RobotConfig:
     for gait in ("tripod", "metachronal"):
         make_gait(gait, parameters)  # refuses what cannot be a gait
     loop = _loop(top.table("loop"))
+    force_table = top.table("force_sensor")
+    calibration_file = force_table.maybe_text("calibration")
     config = RobotConfig(
         name=name,
         text=text,
         parameters=parameters,
         servo_bus=_servo_bus(top.table("servo_bus"), legs, bus_columns, loop),
-        force_sensor=_force_sensor(top.table("force_sensor"), legs, bus_columns),
+        force_sensor=_force_sensor(force_table, legs, bus_columns),
+        calibration_file=calibration_file,
         limits=limits,
         loop=loop,
     )

@@ -108,6 +108,9 @@ class Controller:
         self.period_ns = round(1e9 / self.rate_hz)
         self._calibrations = calibrations
         robot = config.parameters
+        self._no_forces = foot_forces(
+            None, calibrations, config.force_sensor, np.full(robot.legs.count, np.nan)
+        )
         self._linkage = Linkage(robot.linkage, robot.legs.shaft_position)
         self._weight_n = robot.body.mass * standard_gravity
         gaits = {name: make_gait(name, robot) for name in ("tripod", "metachronal")}
@@ -129,7 +132,7 @@ class Controller:
             late=0,
             silent_reads=np.zeros(count, dtype=np.int64),
             bad_reads=np.zeros(count, dtype=np.int64),
-            forces=foot_forces(None, self._calibrations, self.config.force_sensor),
+            forces=self._no_forces,
             times_ns=np.zeros(window, dtype=np.int64),
             angles_rad=np.full((window, count), np.nan),
             estimate=Estimate(0, np.zeros(2), 0.0, np.full(3, np.nan), valid=False),
@@ -153,7 +156,11 @@ class Controller:
         joints = joint_state(servos, self.config.servo_bus)
         forces = state.forces
         if inputs.forces:
-            forces = foot_forces(inputs.forces[-1], self._calibrations, self.config.force_sensor)
+            forces = foot_forces(
+                inputs.forces[-1], self._calibrations, self.config.force_sensor, joints.angle_rad
+            )
+        elif t_ns - forces.t_ns > self.config.force_sensor.silent_limit_s * 1e9:
+            forces = self._no_forces
         verdict = watch_servos(
             servos,
             joints,

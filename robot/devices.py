@@ -6,12 +6,11 @@ import sys
 from dataclasses import asdict
 
 from drivers.ati_discovery import DISCOVERY_PORT, FoundUnit, discover
-from drivers.clock import MonotonicClock
-from drivers.servo_scan import FoundServo, SerialPort, scan, serial_ports
+from drivers.servo_scan import FoundServo, SerialPort, serial_ports
 from model.errors import BusError, ConfigError
 from robot.exit_codes import ExitCode
-
-BAUD_RATES = (57_600, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 115_200, 9_600, 4_500_000)
+from robot.servo_access import BAUD_RATES, scan_port
+from robot.servo_scan import servo_line
 
 
 def devices(options: argparse.Namespace) -> ExitCode:
@@ -24,7 +23,7 @@ def devices(options: argparse.Namespace) -> ExitCode:
         BusError: The port asked for cannot be opened.
         ConfigError: The discovery address makes no sense.
     """
-    address, port = _discovery_target(options.discover)
+    address, port = discovery_target(options.discover)
     ports = serial_ports()
     names = [options.port] if options.port else [p.name for p in ports if p.usb_id]
     bauds = (options.baud,) if options.baud else BAUD_RATES
@@ -32,7 +31,7 @@ def devices(options: argparse.Namespace) -> ExitCode:
     problems: list[str] = []
     for name in names:
         try:
-            servos += [(name, found) for found in _scan(name, bauds, quiet=options.json)]
+            servos += [(name, found) for found in scan_port(name, bauds, quiet=options.json)]
         except BusError as error:
             if options.port:
                 raise
@@ -45,24 +44,18 @@ def devices(options: argparse.Namespace) -> ExitCode:
     return ExitCode.OK if servos or units else ExitCode.VERDICT_FAILED
 
 
-def _discovery_target(text: str) -> tuple[str, int]:
+def discovery_target(text: str) -> tuple[str, int]:
+    """Return address and port of --discover; an empty address for none.
+
+    Raises:
+        ConfigError: It makes no sense.
+    """
     if text == "none":
         return "", 0
     host, _, port = text.partition(":")
     if not host or (port and not (port.isdecimal() and 0 < int(port) < 65536)):
         raise ConfigError("--discover", f"must be ADDRESS, ADDRESS:PORT or none, not {text!r}")
     return host, int(port) if port else DISCOVERY_PORT
-
-
-def _scan(name: str, bauds: tuple[int, ...], *, quiet: bool) -> list[FoundServo]:
-    found: list[FoundServo] = []
-    for baud in bauds:
-        if not quiet and sys.stderr.isatty():
-            print(f"\rscanning {name} at {baud} baud ...   ", end="", file=sys.stderr, flush=True)
-        found += scan(name, (baud,), MonotonicClock())
-    if not quiet and sys.stderr.isatty():
-        print("\r" + " " * 60 + "\r", end="", file=sys.stderr)
-    return found
 
 
 def _print(
@@ -79,11 +72,7 @@ def _print(
         print("  none: plug in the U2D2, or start virtual hardware with: bigant sim serve")
     print("servos")
     for name, servo in servos:
-        kind = "MX-106 (protocol 2.0)" if servo.model == 321 else f"model {servo.model}"
-        print(
-            f"  {name:<16} {servo.baud_rate:>8} baud  id {servo.servo_id:>3}  {kind}  "
-            f"firmware {servo.firmware}"
-        )
+        print(f"  {name:<16} {servo_line(servo)}")
     if not servos:
         where = ", ".join(scanned) if scanned else "no port was scanned"
         print(f"  none answered ({where}): check power, cable and the port's name")

@@ -4,12 +4,13 @@ import argparse
 import gc
 import sys
 import time
+from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from drivers.settings import ForceSensorSettings
+from drivers.wire_tap import WireTap
 from gaits.limits import check_gait
 from model.errors import ConfigError, RecordError
 from model.signals import Intent, Tick
@@ -19,12 +20,16 @@ from record.writer import LogWriter
 from robot.config import RobotConfig, load_robot
 from robot.controller import Controller
 from robot.exit_codes import ExitCode, exit_code_of
+from robot.force_units import UNITS_KEY, units_text
+from robot.ft_unit import unit_settings
 from robot.hardware import open_in_memory, open_real, open_virtual
 from robot.loop import Operator, RunResult, run
 from robot.operator import Interrupts, Script, ScriptedOperator
 from robot.rig import Rig
+from robot.run_record import controller_metadata, wire_metadata
 from robot.teleop import HELP, KeyboardOperator, Keys, Wish
 from robot.view import open_view
+from sim_hw.scenario import load_scenario
 
 VIRTUAL = "virtual"
 # Virtual time has no calendar; its logs are stamped from this date so that two runs are the same.
@@ -54,24 +59,43 @@ class Drive:
     options: argparse.Namespace
 
 
+# Makes the operator of a run once the robot is open; what it needs to give back goes on the stack.
+OperatorOf = Callable[[Drive, Controller, Interrupts, ExitStack], Operator]
+
+
 def drive(options: argparse.Namespace) -> ExitCode:
     """Run ``bigant drive``.
 
     Raises:
         BigantError: Something is wrong before the robot moves.
     """
-    plan = _plan(options)
+    return drive_plan(plan_of(options), _operator)
+
+
+def drive_plan(plan: Drive, operator_of: OperatorOf) -> ExitCode:
+    """Open the robot of a plan, run it, keep its log and say how it went.
+
+    Args:
+        plan: The run.
+        operator_of: Makes the operator once the robot is open.
+
+    Raises:
+        BigantError: Something is wrong before the robot moves.
+    """
+    options = plan.options
+    tap = WireTap() if options.record_bytes else None
     with ExitStack() as stack:
         interrupts = stack.enter_context(Interrupts())
-        rig = _open_rig(plan)
+        rig = _open_rig(plan, tap)
         stack.callback(rig.close)
         for warning in rig.report.warnings:
             print(f"warning: {warning}", file=sys.stderr)
         controller = Controller(
             plan.config, rig.calibrations, armed=plan.armed, rate_hz=options.rate_hz
         )
-        operator = _operator(plan, controller, interrupts, stack)
-        sink = _open_log(plan, rig)
+        operator = operator_of(plan, controller, interrupts, stack)
+        log = _open_log(plan, rig, controller)
+        sink = log if log is None or tap is None else TappedLog(log, tap)
         title = f"{plan.config.name}  {options.hardware}" + ("" if plan.armed else "  (readonly)")
         keys = HELP if options.teleop else "Ctrl-C: stop on all feet; twice: cut torque"
         view = open_view(plan.config.parameters.legs.names, title, keys)
@@ -86,8 +110,13 @@ def drive(options: argparse.Namespace) -> ExitCode:
     return _say(plan, result, log_error)
 
 
-def _plan(options: argparse.Namespace) -> Drive:
-    config = load_robot(options.robot)
+def plan_of(options: argparse.Namespace) -> Drive:
+    """Turn the command line into a plan.
+
+    Raises:
+        BigantError: It makes no sense.
+    """
+    config = load_robot(options.robot, options.calibration)
     controller = Controller(config, (), armed=False)
     gait = controller.book.gaits[options.gait]
     frequency_hz = options.frequency_hz if options.frequency_hz is not None else gait.frequency_hz
@@ -97,8 +126,14 @@ def _plan(options: argparse.Namespace) -> Drive:
         raise ConfigError(
             "--virtual-time", "needs --hardware virtual; real servos live in real time"
         )
+    if options.scenario is not None and not virtual:
+        raise ConfigError(
+            "--scenario", "needs --hardware virtual; faults are put on virtual devices only"
+        )
     if options.readonly and options.armed:
         raise ConfigError("--armed", "and --readonly exclude each other; choose one")
+    if options.record_bytes and options.log == NO_LOG:
+        raise ConfigError("--record-bytes", "needs a log; leave out --log none")
     armed = not options.readonly and (virtual or options.armed)
     return Drive(config, options.gait, frequency_hz, armed, _log_path(options), options)
 
@@ -112,28 +147,24 @@ def _log_path(options: argparse.Namespace) -> Path | None:
     return Path("runs") / f"{options.gait}-{stamp}.mcap"
 
 
-def _open_rig(plan: Drive) -> Rig:
+def _open_rig(plan: Drive, tap: WireTap | None) -> Rig:
     options, config = plan.options, plan.config
     with_forces = options.force_unit != NO_LOG
     if options.hardware != VIRTUAL:
-        unit = _force_unit(options.force_unit, config.force_sensor) if with_forces else None
-        return open_real(config, options.hardware, unit, armed=plan.armed)
+        unit = unit_settings(options.force_unit, config.force_sensor) if with_forces else None
+        return open_real(config, options.hardware, unit, armed=plan.armed, tap=tap)
+    scenario = None
+    if options.scenario is not None:
+        scenario = load_scenario(options.scenario, [int(i) for i in config.servo_bus.ids])
     opener = open_in_memory if options.virtual_time else open_virtual
-    return opener(config, seed=options.seed, armed=plan.armed, with_forces=with_forces)
-
-
-def _force_unit(text: str | None, settings: ForceSensorSettings) -> ForceSensorSettings:
-    if text is None:
-        return settings
-    host, *ports = text.split(":")
-    if not host or len(ports) > 2 or not all(p.isdecimal() and int(p) < 65536 for p in ports):
-        raise ConfigError("--force-unit", f"must be HOST, HOST:UDP:CONSOLE or none, not {text!r}")
-    settings = replace(settings, address=host)
-    if ports:
-        settings = replace(settings, udp_port=int(ports[0]), local_port=0)
-    if len(ports) == 2:
-        settings = replace(settings, console_port=int(ports[1]))
-    return settings
+    return opener(
+        config,
+        seed=options.seed,
+        armed=plan.armed,
+        with_forces=with_forces,
+        scenario=scenario,
+        tap=tap,
+    )
 
 
 def _operator(
@@ -158,7 +189,7 @@ def _operator(
     return ScriptedOperator(script, interrupts)
 
 
-def _open_log(plan: Drive, rig: Rig) -> LogWriter | BackgroundWriter | None:
+def _open_log(plan: Drive, rig: Rig, controller: Controller) -> LogWriter | BackgroundWriter | None:
     if plan.log_path is None:
         return None
     options = plan.options
@@ -181,7 +212,10 @@ def _open_log(plan: Drive, rig: Rig) -> LogWriter | BackgroundWriter | None:
             "frequency_hz": f"{plan.frequency_hz:g}",
             "steer": f"{options.steer:g}",
             "seed": str(options.seed) if options.hardware == VIRTUAL else "",
-            "armed": str(plan.armed).lower(),
+            **controller_metadata(controller, rig.calibrations),
+            **wire_metadata(rig, recorded=options.record_bytes),
+            **({"scenario": options.scenario.name} if options.scenario is not None else {}),
+            UNITS_KEY: units_text(plan.config.parameters.legs.names, rig.calibrations),
             "software": software(),
             **software_versions(),
         },
@@ -199,7 +233,35 @@ def software() -> str:
         return "bigant (not installed)"
 
 
-def _close_log(sink: LogWriter | BackgroundWriter | None) -> str:
+class TappedLog:
+    """A log that takes what the tap heard along with every tick.
+
+    Args:
+        log: The log.
+        tap: The tap.
+    """
+
+    def __init__(self, log: LogWriter | BackgroundWriter, tap: WireTap) -> None:
+        self._log = log
+        self._tap = tap
+
+    @property
+    def error(self) -> RecordError | None:
+        """Why the log can no longer be written, None while it can."""
+        return self._log.error
+
+    def write(self, tick: Tick) -> None:
+        """Write what was heard up to here, then the tick."""
+        self._log.write_wires(self._tap.take())
+        self._log.write(tick)
+
+    def close(self) -> None:
+        """Write what was heard since the last tick (torque going off) and finish."""
+        self._log.write_wires(self._tap.take())
+        self._log.close()
+
+
+def _close_log(sink: LogWriter | BackgroundWriter | TappedLog | None) -> str:
     if sink is None:
         return ""
     try:

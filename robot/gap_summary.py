@@ -31,7 +31,9 @@ def summary_lines(d: Diagnosis, paths: Sequence[Path]) -> list[str]:
     lines += _next(d)
     if d.warnings:
         lines += ["", *(f"note: {words}" for words in d.warnings)]
-    held = ", ".join(paths[i].name for i in d.held_out_trials)
+    held = ", ".join(paths[i].name for i in d.held_out_trials[:MOST_CHANNELS])
+    if len(d.held_out_trials) > MOST_CHANNELS:
+        held += f" and {len(d.held_out_trials) - MOST_CHANNELS} more"
     lines.append(f"kept back to judge: {held}; floor from {d.floor_source}")
     return [line for i, line in enumerate(lines) if line or (i and lines[i - 1])]
 

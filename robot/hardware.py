@@ -8,17 +8,20 @@ from dataclasses import dataclass, replace
 
 from drivers.ati_calibration import Calibration
 from drivers.ati_links import DatagramLink, TcpTextLink, TextLink, UdpLink
-from drivers.ati_stream import ForceStream, free_console
+from drivers.ati_setup import free_console
+from drivers.ati_stream import ForceStream
 from drivers.clock import Clock, MonotonicClock
 from drivers.servo_bus import ServoBus
 from drivers.servo_port import BusPort, ClockedPort
 from drivers.settings import ForceSensorSettings
+from drivers.wire_tap import TappedDatagrams, TappedText, WireTap
 from model.signals import BodyTruth
 from robot.config import RobotConfig
 from robot.rig import Rig, TruthSource
 from sim_hw.ati_memory import MemoryDatagramLink, MemoryTextLink
 from sim_hw.clock import VirtualClock
 from sim_hw.port import MemoryPort
+from sim_hw.scenario import Scenario
 from sim_hw.server import DeviceProcess, VirtualSetup
 from sim_hw.virtual_robot import VirtualRobot, build_virtual_robot
 
@@ -33,34 +36,69 @@ class _WorldTruth:
     clock: Clock
 
     def latest(self) -> BodyTruth:
-        """Return the truth now."""
+        """Return the truth now. The servos live on even when nobody can talk to them any more."""
+        self.robot.servo_wire.poll(self.clock.now_ns())
         return self.robot.world.truth(self.clock.now_ns())
 
 
-def open_in_memory(config: RobotConfig, *, seed: int, armed: bool, with_forces: bool) -> Rig:
-    """Open a virtual robot in memory under a virtual clock: no waiting, same bytes every time."""
+def open_in_memory(
+    config: RobotConfig,
+    *,
+    seed: int,
+    armed: bool,
+    with_forces: bool,
+    scenario: Scenario | None = None,
+    tap: WireTap | None = None,
+) -> Rig:
+    """Open a virtual robot in memory under a virtual clock: no waiting, same bytes every time.
+
+    Args:
+        config: Robot file.
+        seed: Seed of the virtual robot's noise.
+        armed: Whether torque may be switched on.
+        with_forces: Whether to use the force-torque unit.
+        scenario: What goes wrong, None for sound devices.
+        tap: Listens in on all wires, from the first byte on.
+    """
     clock = VirtualClock(start_ns=1_000_000_000)
-    robot = build_virtual_robot(config.parameters, config.servo_bus, config.force_sensor, seed)
-    return _assemble(
+    robot = build_virtual_robot(
+        config.parameters, config.servo_bus, config.force_sensor, seed, scenario=scenario
+    )
+    timer_s = scenario.adapter.latency_timer_s if scenario is not None else 0.0
+
+    def links() -> tuple[DatagramLink, TextLink]:
+        datagrams = MemoryDatagramLink(robot.wnet_wire, clock)
+        console = MemoryTextLink(robot.wnet_wire, clock)
+        if tap is None:
+            return datagrams, console
+        return TappedDatagrams(datagrams, tap, clock), TappedText(console, tap, clock)
+
+    return assemble(
         config,
         clock=clock,
-        port=MemoryPort(robot.servos, clock, config.servo_bus.baud_rate),
-        links=(
-            (lambda: (MemoryDatagramLink(robot.wnet, clock), MemoryTextLink(robot.wnet, clock)))
-            if with_forces
-            else None
-        ),
+        port=MemoryPort(robot.servo_wire, clock, config.servo_bus.baud_rate, timer_s),
+        reopen=None,  # nothing to wait for beside a virtual clock
+        links=links if with_forces else None,
         settings=config.force_sensor,
         truth=_WorldTruth(robot, clock),
         armed=armed,
         closers=(),
+        tap=tap,
     )
 
 
-def open_virtual(config: RobotConfig, *, seed: int, armed: bool, with_forces: bool) -> Rig:
-    """Open a virtual robot in a process of its own: pseudo-terminal, sockets, real time."""
+def start_virtual(
+    config: RobotConfig, *, seed: int, scenario: Scenario | None = None
+) -> tuple[DeviceProcess, ForceSensorSettings]:
+    """Start virtual devices in a process of their own.
+
+    Returns:
+        The process, to be closed, and where its force-torque unit is.
+    """
     devices = DeviceProcess(
-        VirtualSetup(config.parameters, config.servo_bus, config.force_sensor, seed)
+        VirtualSetup(
+            config.parameters, config.servo_bus, config.force_sensor, seed, scenario=scenario
+        )
     )
     settings = replace(
         config.force_sensor,
@@ -69,6 +107,42 @@ def open_virtual(config: RobotConfig, *, seed: int, armed: bool, with_forces: bo
         console_port=devices.addresses.console_port,
         local_port=0,
     )
+    return devices, settings
+
+
+def open_force_links(
+    unit: ForceSensorSettings, clock: Clock, tap: WireTap | None = None
+) -> tuple[DatagramLink, TextLink]:
+    """Open both ways to a force-torque unit; its console is freed first.
+
+    Raises:
+        ForceStreamError: Nobody answers.
+    """
+    udp = UdpLink(unit.address, unit.udp_port, unit.local_port, clock)
+    datagrams = udp if tap is None else TappedDatagrams(udp, tap, clock)
+    free_console(datagrams, clock)
+    try:
+        console = TcpTextLink(unit.address, unit.console_port)
+        return datagrams, console if tap is None else TappedText(console, tap, clock)
+    except BaseException:
+        datagrams.close()
+        raise
+
+
+def open_virtual(
+    config: RobotConfig,
+    *,
+    seed: int,
+    armed: bool,
+    with_forces: bool,
+    scenario: Scenario | None = None,
+    tap: WireTap | None = None,
+) -> Rig:
+    """Open a virtual robot in a process of its own: pseudo-terminal, sockets, real time.
+
+    Args: as for ``open_in_memory``.
+    """
+    devices, settings = start_virtual(config, seed=seed, scenario=scenario)
     try:
         return _open_ports(
             config,
@@ -77,6 +151,7 @@ def open_virtual(config: RobotConfig, *, seed: int, armed: bool, with_forces: bo
             truth=devices.truth,
             armed=armed,
             closers=(devices.close,),
+            tap=tap,
         )
     except BaseException:
         devices.close()
@@ -84,7 +159,12 @@ def open_virtual(config: RobotConfig, *, seed: int, armed: bool, with_forces: bo
 
 
 def open_real(
-    config: RobotConfig, port_name: str, force_sensor: ForceSensorSettings | None, *, armed: bool
+    config: RobotConfig,
+    port_name: str,
+    force_sensor: ForceSensorSettings | None,
+    *,
+    armed: bool,
+    tap: WireTap | None = None,
 ) -> Rig:
     """Open real ports. Nothing moves unless ``armed``.
 
@@ -93,8 +173,11 @@ def open_real(
         port_name: Serial port of the servo bus.
         force_sensor: Force-torque unit, or None to run without.
         armed: Whether torque may be switched on.
+        tap: Listens in on all wires, from the first byte on.
     """
-    return _open_ports(config, port_name, force_sensor, truth=None, armed=armed, closers=())
+    return _open_ports(
+        config, port_name, force_sensor, truth=None, armed=armed, closers=(), tap=tap
+    )
 
 
 def _open_ports(
@@ -105,44 +188,62 @@ def _open_ports(
     truth: TruthSource | None,
     armed: bool,
     closers: tuple[Callable[[], None], ...],
+    tap: WireTap | None,
 ) -> Rig:
     clock = MonotonicClock()
-    links = None
+    links = reopen = None
     if force_sensor is not None:
         unit = force_sensor
 
         def links() -> tuple[DatagramLink, TextLink]:
-            datagrams = UdpLink(unit.address, unit.udp_port, unit.local_port, clock)
-            free_console(datagrams, clock)
-            try:
-                return datagrams, TcpTextLink(unit.address, unit.console_port)
-            except BaseException:
-                datagrams.close()
-                raise
+            return open_force_links(unit, clock, tap)
 
-    return _assemble(
+        def reopen() -> TextLink:
+            return TcpTextLink(unit.address, unit.console_port)
+
+    return assemble(
         config,
         clock=clock,
         port=BusPort(port_name, config.servo_bus.baud_rate, clock),
         links=links,
+        reopen=reopen,
         settings=force_sensor if force_sensor is not None else config.force_sensor,
         truth=truth,
         armed=armed,
         closers=closers,
+        tap=tap,
     )
 
 
-def _assemble(
+def assemble(
     config: RobotConfig,
     *,
     clock: Clock,
     port: ClockedPort,
     links: Callable[[], tuple[DatagramLink, TextLink]] | None,
+    reopen: Callable[[], TextLink] | None,
     settings: ForceSensorSettings,
     truth: TruthSource | None,
     armed: bool,
     closers: tuple[Callable[[], None], ...],
+    tap: WireTap | None = None,
 ) -> Rig:
+    """Connect the drivers of one robot to its wires.
+
+    Args:
+        config: Robot file.
+        clock: Clock of everything.
+        port: Port of the servo bus, not yet open.
+        links: Opens the ways to the force-torque unit; None runs without one.
+        reopen: Opens its console again beside the loop, untapped; None never does.
+        settings: Force-torque unit.
+        truth: Source of ground truth, or None.
+        armed: Whether torque may be switched on.
+        closers: Called last when the rig closes.
+        tap: Listens to the servo port; whoever opens ``links`` taps those.
+    """
+    if tap is not None:
+        tap.listen(port)
     bus = ServoBus(port, config.servo_bus, clock)
     stream: ForceStream | None = None
     try:
@@ -151,7 +252,7 @@ def _assemble(
             bus.configure()
         calibrations: tuple[Calibration | None, ...] = (None,) * len(settings.names)
         if links is not None:
-            stream = ForceStream(*links(), settings, clock)
+            stream = ForceStream(*links(), settings, clock, reopen=reopen)
             stream.connect()
             calibrations = stream.calibrations
     except BaseException:

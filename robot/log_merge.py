@@ -23,12 +23,12 @@ def run(options: argparse.Namespace) -> ExitCode:
     """
     from record.salvage import Pass
     from record.splice import merge_logs
+    from robot.log_repair import print_damage
     from robot.progress import ProgressLine
 
     progress = Pass()
     with ProgressLine(f"writing {options.out}", progress):
         done = merge_logs(tuple(options.paths), options.out, progress)
-    for damage in done.damages:
-        print(f"lost: {damage.size} bytes from byte {damage.offset}: {damage.reason}")
+    print_damage(options.out, done.damages)
     print(f"{options.out}: {done.kept} messages of {len(options.paths)} logs")
     return ExitCode.OK

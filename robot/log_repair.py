@@ -5,8 +5,12 @@ Everything that can be read goes into a new file with index and summary; the old
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from robot.exit_codes import ExitCode
+
+if TYPE_CHECKING:
+    from record.salvage import Damage
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -41,17 +45,11 @@ def run(options: argparse.Namespace) -> ExitCode:
     return ExitCode.OK
 
 
-def print_damage(path: Path, damages: object) -> None:
+def print_damage(path: Path, damages: "tuple[Damage, ...]") -> None:
     """Say what could not be read, with times since the beginning of what is left."""
-    from record.salvage import Damage
     from record.survey import survey_log
 
-    found = [d for d in damages if isinstance(d, Damage)] if isinstance(damages, tuple) else []
-    if not found:
-        return
-    start_ns = survey_log(path).start_unix_ns
-    for damage in found:
-        begin = f"{(damage.from_ns - start_ns) * 1e-9:.2f} s" if damage.from_ns >= 0 else "?"
-        end = f"{(damage.to_ns - start_ns) * 1e-9:.2f} s" if damage.to_ns >= 0 else "the end"
-        size = f"{damage.size} bytes" if damage.size else "everything"
-        print(f"lost: {size} from byte {damage.offset}, {begin} to {end}: {damage.reason}")
+    if damages:
+        start_ns = survey_log(path).start_unix_ns
+        for damage in damages:
+            print(f"{'lost' if damage.content else 'odd'}: {damage.words(start_ns)}")

@@ -9,8 +9,9 @@ from typing import Protocol
 
 from model.errors import RecordError
 from model.signals import Fault, FaultKind, Inputs, LoopTiming, Mode, Request, StopReason, Tick
-from robot.controller import Controller
-from robot.rig import Rig
+from robot.controller import Controller, ControllerState
+from robot.rig import Rig, Seen
+from robot.safety import Allowed
 
 RESTING = (Mode.IDLE, Mode.HOLD, Mode.LIMP)
 
@@ -93,12 +94,10 @@ def run(
             start_ns = clock.now_ns()
             timing = LoopTiming(deadline_ns, start_ns - deadline_ns, missed, busy_ns)
             request = operator.request(tick, start_ns)
-            seen = rig.read()
-            faults = (*seen.faults, *pending, *_log_fault(sink))
-            inputs = Inputs(seen.servos, seen.forces, request, timing, seen.truth, faults)
-            state, tick = controller.step(state, inputs, start_ns)
-            switched_on = state.allowed.command.torque and not rig.torque
-            pending = rig.actuate(state.allowed)
+            had_torque = rig.torque
+            call = Call(start_ns, request, timing, (*pending, *_log_fault(sink)))
+            state, tick, pending = exchange(rig, controller, state, call)
+            switched_on = state.allowed.command.torque and not had_torque
             if sink is not None:
                 sink.write(tick)
             if observer is not None:
@@ -116,6 +115,50 @@ def run(
     finally:
         torque_off = rig.cut_torque()
     return RunResult(state.stop_reason, state.index, torque_off, tick, detail)
+
+
+class Reached(Protocol):
+    """A robot within reach: what ``exchange`` needs of a rig."""
+
+    def read(self) -> Seen:
+        """Read everything once."""
+        ...
+
+    def actuate(self, allowed: Allowed) -> tuple[Fault, ...]:
+        """Send what the safety gate let through; return the faults met on the way."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """What a tick knows before it looks at the robot.
+
+    Attributes:
+        t_ns: Time of the tick.
+        request: The operator's wish.
+        timing: How the loop is doing.
+        faults: Faults found since the tick before.
+    """
+
+    t_ns: int
+    request: Request
+    timing: LoopTiming
+    faults: tuple[Fault, ...]
+
+
+def exchange(
+    rig: Reached, controller: Controller, state: ControllerState, call: Call
+) -> tuple[ControllerState, Tick, tuple[Fault, ...]]:
+    """Read, step, send: what happens once a tick, in the loop and in a replay of recorded bytes.
+
+    Returns:
+        The new state, the tick, and the faults met while sending, for the next tick.
+    """
+    seen = rig.read()
+    faults = (*seen.faults, *call.faults)
+    inputs = Inputs(seen.servos, seen.forces, call.request, call.timing, seen.truth, faults)
+    state, tick = controller.step(state, inputs, call.t_ns)
+    return state, tick, rig.actuate(state.allowed)
 
 
 # The faults that a reason to stop comes from.

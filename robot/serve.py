@@ -2,6 +2,7 @@
 
 import argparse
 import signal
+from contextlib import ExitStack
 from dataclasses import replace
 
 from drivers.clock import MonotonicClock
@@ -10,9 +11,9 @@ from robot.config import load_robot
 from robot.exit_codes import ExitCode
 from sim_hw.ati_sockets import WnetSockets
 from sim_hw.interfaces import Served
-from sim_hw.server import serve
-from sim_hw.servo_pty import PtyServoBus
-from sim_hw.virtual_robot import build_virtual_robot
+from sim_hw.scenario import Scenario, load_scenario
+from sim_hw.server import open_servo_pty, serve
+from sim_hw.virtual_robot import VirtualRobot, build_virtual_robot
 
 
 def serve_virtual(options: argparse.Namespace) -> ExitCode:
@@ -25,18 +26,37 @@ def serve_virtual(options: argparse.Namespace) -> ExitCode:
     servo_bus = config.servo_bus
     if options.baud is not None:
         servo_bus = replace(servo_bus, baud_rate=options.baud)
-    robot = build_virtual_robot(config.parameters, servo_bus, config.force_sensor, options.seed)
+    scenario = None
+    if options.scenario is not None:
+        scenario = load_scenario(options.scenario, [int(i) for i in servo_bus.ids])
+    robot = build_virtual_robot(
+        config.parameters, servo_bus, config.force_sensor, options.seed, scenario=scenario
+    )
     for servo_id in options.absent:
         if servo_id not in servo_bus.ids:
             known = ", ".join(str(i) for i in servo_bus.ids)
             raise ConfigError("--absent", f"{servo_id} is no servo of this robot; it has {known}")
         robot.servos.silence(servo_id)
-    pty = PtyServoBus(robot.servos)
+    with ExitStack() as stack:
+        _serve(robot, scenario, servo_bus.baud_rate, stack, with_wnet=not options.no_force_unit)
+    return ExitCode.OK
+
+
+def _serve(
+    robot: VirtualRobot,
+    scenario: Scenario | None,
+    baud_rate: int,
+    stack: ExitStack,
+    *,
+    with_wnet: bool,
+) -> None:
+    pty = open_servo_pty(robot, scenario, stack)
     devices: list[Served] = [pty]
-    print(f"servo bus   {pty.device_name}  at {servo_bus.baud_rate} baud", flush=True)
+    print(f"servo bus   {pty.device_name}  at {baud_rate} baud", flush=True)
     unit = "none"
-    if not options.no_force_unit:
-        sockets = WnetSockets(robot.wnet)
+    if with_wnet:
+        sockets = WnetSockets(robot.wnet_wire)
+        stack.callback(sockets.close)
         devices.append(sockets)
         unit = f"127.0.0.1:{sockets.udp_port}:{sockets.console_port}"
     print(f"force unit  {unit}")
@@ -46,7 +66,3 @@ def serve_virtual(options: argparse.Namespace) -> ExitCode:
         serve(robot, devices, MonotonicClock(), truth=None, control=None)
     except KeyboardInterrupt:
         print("stopped")
-    finally:
-        for device in devices:
-            device.close()
-    return ExitCode.OK

@@ -1,6 +1,7 @@
 """The virtual unit's console: echo, lines, prompt. Texts follow a real session with firmware 2.1.27.
 
-Answers to setters that no source shows (T ON, XPWR, FILTER, BIAS, unknown commands) are our own.
+Answers to setters that no source shows (T ON, XPWR, FILTER, BIAS) are our own; those to an empty line and
+to unknown commands, banner and blank lines are settings in ``sim_hw.assumed.WnetAssumed``.
 """
 
 from collections.abc import Callable, Sequence
@@ -8,6 +9,7 @@ from dataclasses import dataclass
 
 from drivers.ati_calibration import AXES
 from sim_hw.ati import COUNTS_PER_UNIT, MAX_RATING, VirtualWnet
+from sim_hw.interfaces import ConsoleEnd, WnetWire
 
 PROMPT = b">"
 BANNER = b"WLAN:  2026 Jan  1 00:00:00 Telnet connection opened by client\r\n\r\n>"
@@ -83,14 +85,14 @@ class ConsoleSession:
 
     Args:
         unit: The unit.
-        banner: Whether it greets.
     """
 
-    def __init__(self, unit: VirtualWnet, *, banner: bool = True) -> None:
+    def __init__(self, unit: VirtualWnet) -> None:
+        self._assumed = unit.assumed
         self._unit = unit
         self._active = 1
         self._line = bytearray()
-        self._greeting = BANNER if banner else b""
+        self._greeting = BANNER if unit.assumed.banner else b""
 
     def greeting(self) -> bytes:
         """Return what the unit says first."""
@@ -109,8 +111,8 @@ class ConsoleSession:
 
     def _obey(self, line: str) -> bytes:
         if not line.strip():
-            return b"\r\n" + PROMPT
-        lines = [line, *self._answer(line.split())]
+            return self._assumed.empty_line.encode("ascii")
+        lines = [line, *self._answer(line.split()), *([""] if self._assumed.blank_line else [])]
         return "".join(text + "\r\n" for text in lines).encode("ascii") + PROMPT
 
     def _answer(self, words: list[str]) -> list[str]:
@@ -124,7 +126,10 @@ class ConsoleSession:
             "T": self._transmit,
             "VERSIONS": lambda _: list(VERSIONS),
             "DEVIP": lambda _: ["Device IP = 127.0.0.1"],
-            "IP": lambda _: ["Device IP = 127.0.0.1"],
+            "IP": lambda _: [
+                "Device IP = 127.0.0.1",
+                f"UDPout 49152 -> {self._unit.host_port}",
+            ],
             "TECHNICIAN": lambda _: ["USER"],
             "FILTER": lambda _: self._filter(),
             "NTP": lambda _: ["Parameter Value", "--------- -----", "Enable    0"],
@@ -133,7 +138,7 @@ class ConsoleSession:
         }
         action = actions.get(words[0].upper())
         if action is None:
-            return [f"Unknown command: {words[0]}"]
+            return [f"{self._assumed.unknown_command}{words[0]}"]
         return action([word.upper() for word in words[1:]])
 
     def _number(self, words: list[str]) -> int | None:
@@ -212,6 +217,40 @@ class ConsoleSession:
         if words in (["ON"], ["OFF"]):
             self._unit.transmit = words == ["ON"]
         return []
+
+
+class PlainConsole:
+    """``sim_hw.interfaces.ConsoleEnd`` of a session: what is printed is there at once.
+
+    Args:
+        session: The session.
+    """
+
+    def __init__(self, session: ConsoleSession) -> None:
+        self._session = session
+        self._printed = bytearray(session.greeting())
+        self._printed_ns = 0
+
+    def give(self, data: bytes, t_ns: int) -> None:
+        """Send bytes to the unit."""
+        self._printed += self._session.receive(data)
+        self._printed_ns = t_ns
+
+    def take(self, t_ns: int) -> bytes:
+        """Return what has been printed."""
+        del t_ns
+        data = bytes(self._printed)
+        self._printed.clear()
+        return data
+
+    def next_due_ns(self) -> int | None:
+        """When there is something to take."""
+        return self._printed_ns if self._printed else None
+
+
+def open_console(wire: WnetWire) -> ConsoleEnd:
+    """Return a new console session of the unit at the other end of a wire."""
+    return wire.wrap_console(PlainConsole(ConsoleSession(wire.unit)))
 
 
 def nominal_cal(number: int, calibration: int, *, mult: bool) -> CalTable:

@@ -4,9 +4,9 @@ import contextlib
 import socket
 from collections.abc import Sequence
 
-from drivers.ati_discovery import APPLICATION, FoundUnit, answer, question
-from sim_hw.ati import VirtualWnet
-from sim_hw.ati_console import ConsoleSession
+from drivers.ati_discovery import FoundUnit, answer, question
+from sim_hw.ati_console import open_console
+from sim_hw.interfaces import ConsoleEnd, WnetWire
 
 LOOPBACK = "127.0.0.1"
 RECEIVE_BYTES = 2048
@@ -17,7 +17,7 @@ class WnetSockets:
     """Serves a virtual unit; see ``sim_hw.interfaces.Served``.
 
     Args:
-        unit: The unit.
+        unit: The unit, or the wire to it.
         udp_port: Port of commands and data, 0 to let the system choose.
         console_port: Port of the console, 0 to let the system choose.
         discovery_port: Port asked by discovery, 0 to let the system choose.
@@ -25,7 +25,7 @@ class WnetSockets:
 
     def __init__(
         self,
-        unit: VirtualWnet,
+        unit: WnetWire,
         udp_port: int = 0,
         console_port: int = 0,
         discovery_port: int = 0,
@@ -36,7 +36,7 @@ class WnetSockets:
         self._listener = _bound(socket.SOCK_STREAM, console_port)
         self._listener.listen(1)
         self._client: socket.socket | None = None
-        self._session: ConsoleSession | None = None
+        self._console: ConsoleEnd | None = None
         self._receiver: tuple[str, int] | None = None
 
     @property
@@ -61,14 +61,17 @@ class WnetSockets:
         return [s.fileno() for s in sockets]
 
     def next_due_ns(self) -> int | None:
-        """When the next record is due."""
-        return self._unit.next_due_ns()
+        """When the next record or console text is due."""
+        times = [self._unit.next_due_ns()]
+        if self._console is not None:
+            times.append(self._console.next_due_ns())
+        return min((t for t in times if t is not None), default=None)
 
     def service(self, now_ns: int) -> None:
         """Take commands, console text and discovery questions; send the records due."""
         self._take_commands(now_ns)
         self._take_questions()
-        self._take_console()
+        self._take_console(now_ns)
         for _, record in self._unit.poll(now_ns):
             if self._receiver is not None:
                 with contextlib.suppress(OSError):
@@ -80,50 +83,53 @@ class WnetSockets:
                 data, sender = self._data.recvfrom(RECEIVE_BYTES)
             except OSError:  # nothing more, or the echo of a receiver that went away
                 return
-            if self._unit.handle_datagram(data, now_ns):
+            if self._unit.command(data, now_ns, int(sender[1])):
                 self._receiver = sender
-            if self._unit.console_reset:
-                self._unit.console_reset = False
+            if self._unit.unit.console_reset:
+                self._unit.unit.console_reset = False
                 self._hang_up()
 
     def _take_questions(self) -> None:
         with contextlib.suppress(OSError):
             data, sender = self._discovery.recvfrom(RECEIVE_BYTES)
             if data == question():
-                me = FoundUnit(LOOPBACK, MAC, f"{APPLICATION} (virtual)", "loopback")
+                me = FoundUnit(LOOPBACK, MAC, self._unit.unit.assumed.application, "loopback")
                 self._discovery.sendto(answer(me), sender)
 
-    def _take_console(self) -> None:
+    def _take_console(self, now_ns: int) -> None:
         if self._client is None:
             try:
                 self._client, _ = self._listener.accept()
             except OSError:
                 return
             self._client.setblocking(False)
-            self._session = ConsoleSession(self._unit)
-            self._print(self._session.greeting())
-        client, session = self._client, self._session
-        while session is not None and client is self._client:
+            # pieces that the unit prints one by one must not be put together again
+            self._client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            self._console = open_console(self._unit)
+        client, console = self._client, self._console
+        while console is not None:
             try:
                 data = client.recv(RECEIVE_BYTES)
             except BlockingIOError:
-                return
+                break
             except OSError:
                 data = b""
             if not data:
                 self._hang_up()
                 return
-            self._print(session.receive(data))
+            console.give(data, now_ns)
+        self._print(now_ns)
 
-    def _print(self, text: bytes) -> None:
-        if self._client is not None:
+    def _print(self, now_ns: int) -> None:
+        if self._client is not None and self._console is not None:
             with contextlib.suppress(OSError):
-                self._client.sendall(text)
+                self._client.sendall(self._console.take(now_ns))
 
     def _hang_up(self) -> None:
         if self._client is not None:
             self._client.close()
-        self._client = self._session = None
+        self._client = None
+        self._console = None
 
     def close(self) -> None:
         """Close every socket."""

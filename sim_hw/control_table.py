@@ -1,14 +1,16 @@
 """The memory of one virtual MX-106: control table with access rules and indirect addressing.
 
 Source: ROBOTIS e-manual, MX-106(2.0) and "Protocol 2.0". What a read across reserved gaps returns is
-not documented; here it is zeros.
+not documented and has not been tried on a servo: ``ServoAssumed.reserved`` chooses between zeros (the
+default) and an Access Error. A write through indirect data is checked for the value it makes, byte by byte
+where only a part of a register is mapped; that too is assumed.
 """
 
 from drivers.dynamixel_frames import StatusError
 from drivers.mx106 import MODEL_NUMBER, REGISTER, REGISTERS, Register
+from sim_hw.assumed import SERVO_ASSUMED, ServoAssumed
 
 SIZE = 662
-FIRMWARE = 45
 # Registers that hold a limit of others; exceeding one is Data Limit, not Data Range.
 LIMITED_BY = {
     "goal_pwm": "pwm_limit",
@@ -32,14 +34,22 @@ class ControlTable:
         servo_id: Id.
         baud_code: Value of the baud rate register.
         return_delay: Value of the return delay register.
+        assumed: What is assumed about the servo.
     """
 
-    def __init__(self, servo_id: int, baud_code: int, return_delay: int) -> None:
+    def __init__(
+        self,
+        servo_id: int,
+        baud_code: int,
+        return_delay: int,
+        assumed: ServoAssumed = SERVO_ASSUMED,
+    ) -> None:
+        self._gaps_are_zeros = assumed.reserved == "zeros"
         self._memory = bytearray(SIZE)
         for register in REGISTERS:
             self.set(register.name, register.initial or 0)
         self.set("model_number", MODEL_NUMBER)
-        self.set("firmware_version", FIRMWARE)
+        self.set("firmware_version", assumed.firmware)
         self.set("id", servo_id)
         self.set("baud_rate", baud_code)
         self.set("return_delay_time", return_delay)
@@ -66,7 +76,10 @@ class ControlTable:
         """Return bytes as an instruction sees them, indirect data followed to their targets."""
         if length == 0 or address + length > SIZE:
             return StatusError.DATA_LENGTH
-        return bytes(self._memory[self._target(a)] for a in range(address, address + length))
+        addresses = range(address, address + length)
+        if not self._gaps_are_zeros and not all(a in _COVER for a in addresses):
+            return StatusError.ACCESS
+        return bytes(self._memory[self._target(a)] for a in addresses)
 
     def _target(self, address: int) -> int:
         pointer = _INDIRECT_DATA.get(address)
@@ -83,7 +96,7 @@ class ControlTable:
                 return StatusError.ACCESS
             pointer = _INDIRECT_DATA.get(register.address)
             if pointer is not None:
-                error = self._check_byte(self.get(pointer.name))
+                error = self._check_byte(self.get(pointer.name), address, data)
                 position += 1
             else:
                 if _AT.get(address + position) is None or position + register.size > len(data):
@@ -94,10 +107,19 @@ class ControlTable:
                 return error
         return StatusError.NONE
 
-    def _check_byte(self, target: int) -> StatusError:
+    def _check_byte(self, target: int, address: int, data: bytes) -> StatusError:
+        """Check the register at ``target`` as a write through indirect data makes it."""
         register = _COVER.get(target)
-        writable = register is not None and register.writable and not self._locked(register)
-        return StatusError.NONE if writable else StatusError.ACCESS
+        if register is None:
+            return StatusError.ACCESS
+        if register.address in _INDIRECT_DATA:  # a cell that points at itself, as all do at first
+            return StatusError.NONE
+        made = bytearray(self._memory[register.address : register.address + register.size])
+        for other, byte in enumerate(data):  # its other bytes may come with the same write
+            place = self._target(address + other) - register.address
+            if 0 <= place < register.size and address + other in _INDIRECT_DATA:
+                made[place] = byte
+        return self._check(register, bytes(made))
 
     def _locked(self, register: Register) -> bool:
         return register.eeprom and self.get("torque_enable") == 1
@@ -113,12 +135,11 @@ class ControlTable:
             return StatusError.DATA_RANGE
         if register.name == "operating_mode" and value not in OPERATING_MODES:
             return StatusError.DATA_RANGE
+        if register.name.startswith("goal_") and self.get("bus_watchdog") == -1:
+            return StatusError.DATA_RANGE  # a tripped watchdog takes no goals until it is cleared
         if register.name == "goal_position" and self.get("operating_mode") == 3:
             low, high = self.get("min_position_limit"), self.get("max_position_limit")
             return StatusError.NONE if low <= value <= high else StatusError.DATA_LIMIT
-        goal = register.name.startswith("goal_")
-        if goal and self.get("bus_watchdog") == -1:
-            return StatusError.DATA_RANGE  # a tripped watchdog takes no goals until it is cleared
         return StatusError.NONE
 
     @staticmethod

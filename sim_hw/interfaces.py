@@ -5,9 +5,12 @@ whoever hosts them (the device process, a test) sees a device only as something 
 """
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from model.signals import BoolArray, FloatArray
+
+if TYPE_CHECKING:
+    from sim_hw.ati import VirtualWnet
 
 
 class MotorWorld(Protocol):
@@ -67,6 +70,70 @@ class WrenchSource(Protocol):
         Returns:
             (N, 6): Fx Fy Fz [N] and Tx Ty Tz [N m] in sensor axes; the ground's force on the foot.
         """
+        ...
+
+
+class ServoWire(Protocol):
+    """A servo bus as the host's end sees it: bytes in, bytes out, each at its time.
+
+    A wire whose adapter has been unplugged raises ``ConnectionLost`` from ``receive`` and ``replies``.
+    """
+
+    def poll(self, t_ns: int) -> None:
+        """Let time pass."""
+        ...
+
+    def receive(self, data: bytes, t_ns: int, baud_rate: int) -> None:
+        """Take bytes whose last one arrived at ``t_ns``."""
+        ...
+
+    def next_reply_ns(self) -> int | None:
+        """When there may be something to read, None if nothing is under way."""
+        ...
+
+    def replies(self, t_ns: int) -> bytes:
+        """Return what has arrived by a time."""
+        ...
+
+
+class ConsoleEnd(Protocol):
+    """One console session of the force-torque unit, as the host's end sees it."""
+
+    def give(self, data: bytes, t_ns: int) -> None:
+        """Send bytes to the unit."""
+        ...
+
+    def take(self, t_ns: int) -> bytes:
+        """Return what has been printed by a time, empty if nothing."""
+        ...
+
+    def next_due_ns(self) -> int | None:
+        """When there may be something to take, None if nothing is waiting."""
+        ...
+
+
+class WnetWire(Protocol):
+    """The force-torque unit as the host's end sees it: commands in, datagrams out, a console beside."""
+
+    @property
+    def unit(self) -> "VirtualWnet":
+        """The unit itself."""
+        ...
+
+    def command(self, data: bytes, t_ns: int, host_port: int) -> bool:
+        """Take a command sent from a port; return whether that is where datagrams go from now on."""
+        ...
+
+    def poll(self, t_ns: int) -> list[tuple[int, bytes]]:
+        """Return the datagrams that have arrived by a time: when each did, and its bytes."""
+        ...
+
+    def next_due_ns(self) -> int | None:
+        """When the next datagram may be due, None if none is."""
+        ...
+
+    def wrap_console(self, end: ConsoleEnd) -> ConsoleEnd:
+        """Return a console session as this wire carries it."""
         ...
 
 

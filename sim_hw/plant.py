@@ -52,6 +52,8 @@ class Plant:
             parameters.ambient_c,
         )
         self.foot_force_W: FloatArray = np.zeros((parameters.legs, 3))
+        # dry friction of each shaft on top of its motor's own: what is caught in a leg [N m]
+        self.jam_n_m: FloatArray = np.zeros(parameters.legs)
         self._slopes = np.zeros((2, parameters.legs))
         self._stand()
 
@@ -131,7 +133,7 @@ class Plant:
         force_B = self.foot_force_W @ self.torso_rotation  # noqa: N806 - frame suffix
         load = self._slopes[0] * force_B[:, 0] + self._slopes[1] * force_B[:, 2]
         budget = friction_budget(p.motor, rate, torque - np.where(driven, emf * rate, 0.0), load)
-        model.dof_frictionloss[self._shaft_v] = budget
+        model.dof_frictionloss[self._shaft_v] = budget + self.jam_n_m
         damping = p.motor.viscous + np.where(driven, emf, 0.0)
         if model.dof_damping.ndim == 2:
             model.dof_damping[self._shaft_v, 0] = damping

@@ -7,7 +7,7 @@ nothing in ours.
 
 from drivers.servo_port import BITS_PER_BYTE, ClockedPort
 from sim_hw.clock import VirtualClock
-from sim_hw.servos import VirtualServoBus
+from sim_hw.interfaces import ServoWire
 
 LATENCY_MS = 1.0
 # What the SDK's own busy-wait loops let pass between two looks.
@@ -21,17 +21,32 @@ class MemoryPort(ClockedPort):
         bus: The virtual bus.
         clock: The virtual clock that both live by.
         baud_rate: Baud rate of this end.
+        latency_timer_s: Latency timer of the adapter as the system reports it, 0 if it has none.
     """
 
-    def __init__(self, bus: VirtualServoBus, clock: VirtualClock, baud_rate: int) -> None:
+    def __init__(
+        self,
+        bus: ServoWire,
+        clock: VirtualClock,
+        baud_rate: int,
+        latency_timer_s: float = 0.0,
+    ) -> None:
         super().__init__("memory", baud_rate, clock)
         self._bus = bus
         self._virtual = clock
         self._received = bytearray()
         self.latency_ms = LATENCY_MS
+        if latency_timer_s > 0:
+            self.latency_ms = self.latency_timer_ms = 1e3 * latency_timer_s
 
     def openPort(self) -> bool:  # noqa: N802 - the SDK's names
-        """Open."""
+        """Open; what came while nobody listened is gone.
+
+        Raises:
+            ConnectionLost: The cable is out.
+        """
+        self._bus.replies(self._virtual.now_ns())
+        self._received.clear()
         self.is_open = True
         return True
 

@@ -8,10 +8,13 @@ existing, which is the case the servos' watchdog is for.
 import select
 import signal
 import socket
+from contextlib import ExitStack
 from dataclasses import dataclass
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from drivers.clock import Clock, MonotonicClock
 from drivers.settings import ForceSensorSettings, ServoBusSettings
@@ -19,6 +22,8 @@ from model.errors import BusError
 from model.params import RobotParameters
 from sim_hw.ati_sockets import WnetSockets
 from sim_hw.interfaces import Served
+from sim_hw.scenario import Scenario
+from sim_hw.servo_fault_kinds import Unplug
 from sim_hw.servo_pty import PtyServoBus
 from sim_hw.truth_link import TruthReceiver, TruthSender
 from sim_hw.virtual_robot import VirtualRobot, build_virtual_robot
@@ -26,8 +31,9 @@ from sim_hw.virtual_robot import VirtualRobot, build_virtual_robot
 TRUTH_PERIOD_NS = 10_000_000
 # The world is brought up to date at least so often, so that it never has much to catch up on.
 IDLE_PERIOD_NS = 2_000_000
-# A host that stood still longer than this lets the virtual robot stand still with it.
-LARGEST_CATCH_UP_NS = 2_000_000_000
+# A host that stood still longer than this lets the virtual robot stand still with it: one that is too
+# slow for the plant has a slow robot then, whose servos still answer in time.
+LARGEST_CATCH_UP_NS = 10_000_000
 START_LIMIT_S = 60.0
 
 
@@ -42,6 +48,7 @@ class VirtualSetup:
         seed: Seed of all noise.
         absent_ids: Servos that do not answer.
         with_wnet: False leaves the force-torque unit out.
+        scenario: What goes wrong, None for sound devices.
     """
 
     robot: RobotParameters
@@ -50,6 +57,7 @@ class VirtualSetup:
     seed: int
     absent_ids: tuple[int, ...] = ()
     with_wnet: bool = True
+    scenario: Scenario | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +94,7 @@ def serve(
     truth_due_ns = clock.now_ns()
     while True:
         now_ns = clock.now_ns()
+        robot.world.stand_still_until(now_ns - LARGEST_CATCH_UP_NS)
         robot.world.advance_to(now_ns)
         for device in devices:
             device.service(now_ns)
@@ -104,23 +113,36 @@ def serve(
 
 def _device_process(setup: VirtualSetup, control: Connection, truth_end: socket.socket) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the controller to act on
-    robot = build_virtual_robot(setup.robot, setup.servo_bus, setup.force_sensor, setup.seed)
+    robot = build_virtual_robot(
+        setup.robot, setup.servo_bus, setup.force_sensor, setup.seed, scenario=setup.scenario
+    )
     for servo_id in setup.absent_ids:
         robot.servos.silence(servo_id)
     clock = MonotonicClock()
-    pty = PtyServoBus(robot.servos)
-    devices: list[Served] = [pty]
-    udp_port = console_port = 0
-    if setup.with_wnet:
-        sockets = WnetSockets(robot.wnet)
-        devices.append(sockets)
-        udp_port, console_port = sockets.udp_port, sockets.console_port
-    control.send(Addresses(pty.device_name, udp_port, console_port))
-    try:
+    with ExitStack() as stack:
+        pty = open_servo_pty(robot, setup.scenario, stack)
+        devices: list[Served] = [pty]
+        udp_port = console_port = 0
+        if setup.with_wnet:
+            sockets = WnetSockets(robot.wnet_wire)
+            stack.callback(sockets.close)
+            devices.append(sockets)
+            udp_port, console_port = sockets.udp_port, sockets.console_port
+        control.send(Addresses(pty.device_name, udp_port, console_port))
         serve(robot, devices, clock, TruthSender(truth_end), control)
-    finally:
-        for device in devices:
-            device.close()
+
+
+def open_servo_pty(robot: VirtualRobot, scenario: Scenario | None, stack: ExitStack) -> PtyServoBus:
+    """Open the servo bus of a virtual robot on a pseudo-terminal, closed with the stack.
+
+    Where the scenario pulls the cable it gets a name that stays the same when it is plugged in again.
+    """
+    link = None
+    if scenario is not None and any(isinstance(fault, Unplug) for fault in scenario.faults):
+        link = Path(stack.enter_context(TemporaryDirectory(prefix="bigant-"))) / "servo_bus"
+    pty = PtyServoBus(robot.servo_wire, link)
+    stack.callback(pty.close)
+    return pty
 
 
 class DeviceProcess:

@@ -56,6 +56,7 @@ class FirmwareBank:
         self.profile_acceleration = np.zeros(count)  # counts, 0 = rectangular
         self.trajectory = np.zeros(count)  # ticks
         self.trajectory_rate = np.zeros(count)  # ticks/s
+        self.ramp_velocity = np.zeros(count)  # counts; goal of the velocity loop on its ramp
         self.pwm = np.zeros(count)  # last output, counts
         self._integral = np.zeros(count)  # PWM counts, one integrator a loop
         self._velocity_integral = np.zeros(count)
@@ -71,6 +72,7 @@ class FirmwareBank:
         """Begin anew at a position: torque switched on, mode changed, power came back."""
         self.trajectory[index] = ticks
         self.trajectory_rate[index] = 0.0
+        self.ramp_velocity[index] = 0.0
         for integral in (self._integral, self._velocity_integral, self._current_integral):
             integral[index] = 0.0
         self._last_error[index] = 0.0
@@ -78,6 +80,12 @@ class FirmwareBank:
     def profile_ongoing(self) -> BoolArray:
         """True where the trajectory has not reached its goal."""
         return np.abs(self.goal_position - self.trajectory) > 0.5
+
+    def planned_velocity(self, index: int) -> float:
+        """Return the velocity that the profile asks for now [counts]."""
+        if self.mode[index] == OperatingMode.VELOCITY:
+            return float(self.ramp_velocity[index])
+        return float(self.trajectory_rate[index]) * TICK_RAD / VELOCITY_UNIT_RAD_S
 
     def duty(
         self, ticks: FloatArray, rate_rad_s: FloatArray, current_a: FloatArray, dt_s: float
@@ -145,7 +153,11 @@ class FirmwareBank:
 
     def _velocity_loop(self, rate_rad_s: FloatArray, dt_s: float) -> FloatArray:
         goal = np.where(self.stopped, 0.0, self.goal_velocity)
-        error = goal - rate_rad_s / VELOCITY_UNIT_RAD_S  # counts
+        # one count of acceleration is one count of velocity in 64 ms; 0 does not limit it
+        unlimited = (self.profile_acceleration <= 0) | self.stopped
+        step = np.where(unlimited, np.inf, self.profile_acceleration * (dt_s / 0.064))
+        self.ramp_velocity = self.ramp_velocity + np.clip(goal - self.ramp_velocity, -step, step)
+        error = self.ramp_velocity - rate_rad_s / VELOCITY_UNIT_RAD_S  # counts
         self._velocity_integral = np.clip(
             self._velocity_integral + self.velocity_i / 65536 * error * (dt_s / 1e-3),
             -DUTY_FULL,

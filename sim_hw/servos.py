@@ -2,7 +2,8 @@
 
 Bytes go in with the time at which they were sent, answers come out with the time at which their last
 byte is on the wire: ten bits a byte, the servo's return delay, and about 50 us of its own work. Source:
-ROBOTIS e-manual, MX-106(2.0) and "Protocol 2.0"; what it does not publish is marked where it is decided.
+ROBOTIS e-manual, MX-106(2.0) and "Protocol 2.0"; what it does not publish is in ``sim_hw.assumed``, or
+marked where it is decided. That the answer to a write of the id comes from the old id is assumed.
 """
 
 from collections import deque
@@ -11,19 +12,22 @@ from dataclasses import dataclass
 from drivers.dynamixel_frames import (
     ALERT,
     BROADCAST_ID,
+    WRONG_CRC,
     BadFrame,
     Frame,
     FrameParser,
     Instruction,
+    StatusError,
     build_status,
 )
 from drivers.mx106 import BAUD_CODES, RETURN_DELAY_UNIT_S
+from sim_hw.assumed import SERVO_ASSUMED, ServoAssumed
 from sim_hw.interfaces import MotorWorld
 from sim_hw.servo_firmware import FirmwareBank
 from sim_hw.virtual_servo import VirtualServo
 
-PROCESSING_NS = 50_000
 BITS_PER_BYTE = 10
+LARGEST_ID = 252
 # A longer pause inside a packet makes the servo drop it (e-manual, "Protocol 2.0").
 LARGEST_BYTE_GAP_NS = 1_500_000
 DEFAULT_RETURN_DELAY = 0
@@ -38,10 +42,12 @@ class Reply:
     Attributes:
         t_ns: When its last byte has been sent.
         data: Its bytes.
+        servo_id: Who sent it.
     """
 
     t_ns: int
     data: bytes
+    servo_id: int
 
 
 class VirtualServoBus:
@@ -53,6 +59,7 @@ class VirtualServoBus:
         ids: Dynamixel ids, in the world's order.
         baud_rate: Baud rate they are set to.
         return_delay: Return delay they are set to, in units of 2 us.
+        assumed: What is assumed about them.
     """
 
     def __init__(
@@ -62,10 +69,13 @@ class VirtualServoBus:
         ids: tuple[int, ...],
         baud_rate: int,
         return_delay: int = DEFAULT_RETURN_DELAY,
+        assumed: ServoAssumed = SERVO_ASSUMED,
     ) -> None:
         self._world = world
+        self._assumed = assumed
+        code = BAUD_CODES[baud_rate]
         self.servos = tuple(
-            VirtualServo(index, servo_id, BAUD_CODES[baud_rate], return_delay, world, firmware)
+            VirtualServo(index, servo_id, code, return_delay, world, firmware, assumed)
             for index, servo_id in enumerate(ids)
         )
         self._parser = FrameParser()
@@ -74,13 +84,9 @@ class VirtualServoBus:
         self._wire_free_ns = 0
         self._next_check_ns = 0
         self._silent: dict[int, bool] = {}
-        self._damage_next = 0
-        self._delay_next_ns = 0
-
-    # Faults on purpose.
 
     def silence(self, servo_id: int, *, on: bool = True, chain_breaks: bool = False) -> None:
-        """Make a servo deaf and mute, or give it back its voice.
+        """Take a servo off the wire, deaf and mute, or put it back.
 
         Args:
             servo_id: Which.
@@ -91,14 +97,6 @@ class VirtualServoBus:
             self._silent[servo_id] = chain_breaks
         else:
             self._silent.pop(servo_id, None)
-
-    def damage_next_reply(self) -> None:
-        """Flip one bit of the next reply."""
-        self._damage_next += 1
-
-    def delay_next_reply(self, duration_ns: int) -> None:
-        """Send the next reply so much later."""
-        self._delay_next_ns = duration_ns
 
     # The wire.
 
@@ -119,19 +117,32 @@ class VirtualServoBus:
             baud_rate: Baud rate they were sent at; servos set to another understand nothing.
         """
         self.poll(t_ns)
-        if t_ns - self._last_byte_ns > LARGEST_BYTE_GAP_NS + _wire_ns(len(data), baud_rate):
+        if t_ns - self._last_byte_ns > LARGEST_BYTE_GAP_NS + wire_ns(len(data), baud_rate):
             self._parser.clear()
         self._last_byte_ns = t_ns
         code = BAUD_CODES.get(baud_rate)
         listening = [s for s in self.servos if s.table.get("baud_rate") == code]
         for item in self._parser.feed(data):
-            if isinstance(item, BadFrame) or item.error is not None:
-                continue
             self._wire_free_ns = max(self._wire_free_ns, t_ns)
-            for servo in listening:
-                if servo.servo_id not in self._silent:
-                    servo.heard_traffic(t_ns)
-            self._obey(item, t_ns, baud_rate, listening)
+            if isinstance(item, BadFrame):
+                self._answer_damage(item, listening, baud_rate)
+            elif item.error is None:
+                self._hear(item, listening, t_ns)
+                self._obey(item, t_ns, baud_rate, listening)
+
+    def _hear(self, frame: Frame, listening: list[VirtualServo], t_ns: int) -> None:
+        """Let the watchdogs know of an instruction packet."""
+        every = self._assumed.watchdog_hears == "all" or frame.servo_id == BROADCAST_ID
+        for servo in listening:
+            if servo.servo_id not in self._silent and (every or servo.servo_id == frame.servo_id):
+                servo.heard_traffic(t_ns)
+
+    def _answer_damage(self, bad: BadFrame, listening: list[VirtualServo], baud_rate: int) -> None:
+        if not self._assumed.answers_bad_crc or bad.reason != WRONG_CRC:
+            return
+        for servo in listening:
+            if servo.servo_id == bad.raw[4] and servo.servo_id not in self._silent:
+                self._send(servo, servo.servo_id, StatusError.CRC, b"", baud_rate)
 
     def next_reply_ns(self) -> int | None:
         """When the next reply is complete, None if none is under way."""
@@ -139,25 +150,23 @@ class VirtualServoBus:
 
     def replies(self, t_ns: int) -> bytes:
         """Return the bytes of all replies complete by a time."""
-        ready = bytearray()
+        return b"".join(reply.data for reply in self.due(t_ns))
+
+    def due(self, t_ns: int) -> list[Reply]:
+        """Return all replies complete by a time, each by itself."""
+        ready: list[Reply] = []
         while self._replies and self._replies[0].t_ns <= t_ns:
-            ready += self._replies.popleft().data
-        return bytes(ready)
+            ready.append(self._replies.popleft())
+        return ready
 
-    def drop_replies(self) -> None:
-        """Forget what is under way; the receiver has gone."""
-        self._replies.clear()
-
-    def _send(self, servo: VirtualServo, error: int, data: bytes, baud_rate: int) -> None:
-        frame = build_status(servo.servo_id, error | (ALERT if servo.alert else 0), data)
-        if self._damage_next:
-            self._damage_next -= 1
-            frame = frame[:-3] + bytes([frame[-3] ^ 0x10]) + frame[-2:]
+    def _send(
+        self, servo: VirtualServo, servo_id: int, error: int, data: bytes, baud_rate: int
+    ) -> None:
+        frame = build_status(servo_id, error | (ALERT if servo.alert else 0), data)
         delay_ns = round(servo.table.get("return_delay_time") * RETURN_DELAY_UNIT_S * 1e9)
-        start_ns = self._wire_free_ns + delay_ns + PROCESSING_NS + self._delay_next_ns
-        self._delay_next_ns = 0
-        self._wire_free_ns = start_ns + _wire_ns(len(frame), baud_rate)
-        self._replies.append(Reply(self._wire_free_ns, frame))
+        start_ns = self._wire_free_ns + delay_ns + round(self._assumed.processing_s * 1e9)
+        self._wire_free_ns = start_ns + wire_ns(len(frame), baud_rate)
+        self._replies.append(Reply(self._wire_free_ns, frame, servo_id))
 
     # What the servos do.
 
@@ -176,7 +185,7 @@ class VirtualServoBus:
                 return  # MX firmware does not know them; they go to everybody, so it is silent
             case Instruction.PING if frame.servo_id == BROADCAST_ID:
                 for servo in sorted(by_id.values(), key=lambda s: s.servo_id):
-                    self._send(servo, 0, servo.identity(), baud_rate)
+                    self._send(servo, servo.servo_id, 0, servo.identity(), baud_rate)
             case _:
                 self._single(frame, t_ns, baud_rate, by_id)
 
@@ -188,16 +197,15 @@ class VirtualServoBus:
             for servo in by_id.values():
                 servo.obey(frame.instruction, frame.parameters, t_ns, broadcast=True)
             return
-        for servo in by_id.values():  # a shadow id listens and never answers
-            if servo.shadow_id == frame.servo_id and servo.servo_id != frame.servo_id:
-                servo.obey_as_shadow(frame.instruction, frame.parameters, t_ns)
+        for servo in _shadows(by_id, frame.servo_id):
+            servo.obey_as_shadow(frame.instruction, frame.parameters, t_ns)
         servo_or_none = by_id.get(frame.servo_id)
         if servo_or_none is None:
             return
         answers = servo_or_none.answers(frame.instruction)
         error, data = servo_or_none.obey(frame.instruction, frame.parameters, t_ns, broadcast=False)
         if answers:
-            self._send(servo_or_none, error, data, baud_rate)
+            self._send(servo_or_none, frame.servo_id, error, data, baud_rate)
 
     def _sync_read(
         self, parameters: bytes, t_ns: int, baud_rate: int, by_id: dict[int, VirtualServo]
@@ -232,7 +240,7 @@ class VirtualServoBus:
             return self._silent.get(servo_id, False)
         if servo.table.get("status_return_level") >= 1:
             error, data = servo.read(address, length, t_ns)
-            self._send(servo, error, data, baud_rate)
+            self._send(servo, servo_id, error, data, baud_rate)
         return False
 
 
@@ -245,20 +253,37 @@ def _sync_write(parameters: bytes, t_ns: int, by_id: dict[int, VirtualServo]) ->
         return
     address, length = _pair(parameters)
     for start in range(4, len(parameters) - length, length + 1):
-        servo = by_id.get(parameters[start])
-        if servo is not None:
-            servo.write(address, parameters[start + 1 : start + 1 + length], t_ns)
+        _write(by_id, parameters[start], address, parameters[start + 1 : start + 1 + length], t_ns)
 
 
 def _bulk_write(parameters: bytes, t_ns: int, by_id: dict[int, VirtualServo]) -> None:
     start = 0
     while start + 5 <= len(parameters):
         address, length = _pair(parameters[start + 1 :])
-        servo = by_id.get(parameters[start])
-        if servo is not None:
-            servo.write(address, parameters[start + 5 : start + 5 + length], t_ns)
+        data = parameters[start + 5 : start + 5 + length]
+        if len(data) == length:
+            _write(by_id, parameters[start], address, data, t_ns)
         start += 5 + length
 
 
-def _wire_ns(count: int, baud_rate: int) -> int:
+def _write(
+    by_id: dict[int, VirtualServo], servo_id: int, address: int, data: bytes, t_ns: int
+) -> None:
+    """Write to the servo of an id, and to those that listen to it as their secondary id."""
+    servo = by_id.get(servo_id)
+    if servo is not None:
+        servo.write(address, data, t_ns)
+    for shadow in _shadows(by_id, servo_id):
+        shadow.write_as_shadow(address, data, t_ns)
+
+
+def _shadows(by_id: dict[int, VirtualServo], servo_id: int) -> list[VirtualServo]:
+    """Return the servos whose secondary id this is; they listen and never answer."""
+    if servo_id > LARGEST_ID:
+        return []
+    return [s for s in by_id.values() if s.shadow_id == servo_id and s.servo_id != servo_id]
+
+
+def wire_ns(count: int, baud_rate: int) -> int:
+    """Return how long so many bytes take on the wire [ns]."""
     return round(count * BITS_PER_BYTE * 1e9 / baud_rate)

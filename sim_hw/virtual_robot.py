@@ -5,10 +5,18 @@ from dataclasses import dataclass
 from drivers.settings import ForceSensorSettings, ServoBusSettings
 from model.params import RobotParameters
 from sim_hw.ati import VirtualWnet
+from sim_hw.interfaces import ServoWire, WnetWire
+from sim_hw.latency_timer import LatencyTimer
+from sim_hw.old_servos import BusWithOldServos
 from sim_hw.plant import Plant
 from sim_hw.plant_parameters import PlantParameters
+from sim_hw.scenario import Scenario
+from sim_hw.scenario_time import ScenarioTime
+from sim_hw.servo_faults import FaultyServoWire, ServoLine
 from sim_hw.servo_firmware import FirmwareBank
+from sim_hw.servo_mishaps import DisturbedMotors, ServoMishaps
 from sim_hw.servos import VirtualServoBus
+from sim_hw.wnet_faults import FaultyWnet
 from sim_hw.world import World
 
 
@@ -18,13 +26,17 @@ class VirtualRobot:
 
     Attributes:
         world: Plant and firmware, running together in steps.
-        servos: Virtual servo bus.
+        servos: Virtual servos.
         wnet: Virtual wireless force-torque unit.
+        servo_wire: The servos as the host's port sees them; with a scenario, its faults lie between.
+        wnet_wire: The same for the force-torque unit.
     """
 
     world: World
     servos: VirtualServoBus
     wnet: VirtualWnet
+    servo_wire: ServoWire
+    wnet_wire: WnetWire
 
 
 def build_virtual_robot(
@@ -33,6 +45,7 @@ def build_virtual_robot(
     force_sensor: ForceSensorSettings,
     seed: int,
     plant: PlantParameters | None = None,
+    scenario: Scenario | None = None,
 ) -> VirtualRobot:
     """Build a virtual robot for a robot file.
 
@@ -42,6 +55,7 @@ def build_virtual_robot(
         force_sensor: Transducers and their mounting.
         seed: Seed of all noise.
         plant: The plant's own parameters.
+        scenario: What goes wrong; None for sound devices with nothing between them and the host.
     """
     parameters = plant if plant is not None else PlantParameters.nominal(robot)
     firmware = FirmwareBank(robot.legs.count)
@@ -54,8 +68,39 @@ def build_virtual_robot(
         sensor_yaw_rad=force_sensor.yaw_rad,
     )
     ids = tuple(int(i) for i in servo_bus.ids)
+    transducers = tuple(int(t) for t in force_sensor.transducers)
+    if scenario is None:
+        servos = VirtualServoBus(world, firmware, ids, baud_rate=servo_bus.baud_rate)
+        wnet = VirtualWnet(world, transducers, seed=seed)
+        return VirtualRobot(world, servos, wnet, servos, wnet)
+    motors = DisturbedMotors(world, firmware)
+    servos = VirtualServoBus(
+        motors, firmware, ids, baud_rate=servo_bus.baud_rate, assumed=scenario.servo
+    )
+    wnet = VirtualWnet(world, transducers, seed=seed, assumed=scenario.force_unit)
+    time = ScenarioTime(scenario.course.begins)
+    mishaps = ServoMishaps(servos, motors, world, scenario.faults, time)
     return VirtualRobot(
         world=world,
-        servos=VirtualServoBus(world, firmware, ids, baud_rate=servo_bus.baud_rate),
-        wnet=VirtualWnet(world, tuple(int(t) for t in force_sensor.transducers), seed=seed),
+        servos=servos,
+        wnet=wnet,
+        servo_wire=faulty_wire(servos, mishaps, scenario, time, servo_bus.baud_rate),
+        wnet_wire=FaultyWnet(wnet, scenario.faults, time, scenario.course.seed),
     )
+
+
+def faulty_wire(
+    servos: VirtualServoBus,
+    mishaps: ServoMishaps,
+    scenario: Scenario,
+    time: ScenarioTime,
+    baud_rate: int,
+) -> ServoWire:
+    """Return the wire to servos with a scenario on it: old servos, faults, adapter, in this order."""
+    line: ServoLine = servos
+    if scenario.servo.old_firmware:
+        line = BusWithOldServos(servos, scenario.servo.old_firmware, baud_rate)
+    wire = FaultyServoWire(line, mishaps, scenario.faults, time, scenario.course.seed)
+    if scenario.adapter.latency_timer_s > 0:
+        return LatencyTimer(wire, scenario.adapter.latency_timer_s)
+    return wire

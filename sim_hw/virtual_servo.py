@@ -1,8 +1,8 @@
 """One virtual MX-106: what it measures, obeys, protects itself against.
 
-Criteria the manual does not publish, decided here: overload is a motor current above 80 % of the stall
-current for two seconds; the voltage error has no delay; a servo counts as standing still for the Clear
-instruction below its moving threshold.
+Decided here, as the manual does not say: a servo counts as standing still for the Clear instruction below
+its moving threshold, and a homing offset beyond a quarter turn is cut to it in position mode. Not
+modelled: dual joint (slave) mode and time-based profiles. Protections: ``sim_hw.servo_protection``.
 """
 
 from collections.abc import Callable
@@ -17,23 +17,35 @@ from drivers.mx106 import (
     VELOCITY_UNIT_RAD_S,
     VOLTAGE_UNIT_V,
     WATCHDOG_UNIT_S,
-    HardwareError,
     OperatingMode,
 )
+from sim_hw.assumed import SERVO_ASSUMED, ServoAssumed
 from sim_hw.control_table import ControlTable
 from sim_hw.interfaces import MotorWorld
 from sim_hw.servo_firmware import POSITION_MODES, FirmwareBank
+from sim_hw.servo_protection import Protection
 
 CLEAR_MULTI_TURN = bytes.fromhex("01 44 58 4C 22")
-OVERLOAD_CURRENT_A = 4.2
-OVERLOAD_NS = 2_000_000_000
 RAM_ONLY_FROM = REGISTER["torque_enable"].address
-# Gains that each operating mode starts with (e-manual: a mode change resets them).
-MODE_GAINS = {
-    OperatingMode.POSITION: (850, 0, 0),
-    OperatingMode.EXTENDED_POSITION: (850, 0, 0),
-    OperatingMode.CURRENT_BASED_POSITION: (850, 0, 0),
-}
+REVERSE = 0x01  # bit of Drive Mode
+LARGEST_OFFSET_IN_POSITION_MODE = 1024
+NO_PROFILE, RECTANGULAR, TRAPEZOIDAL = 0x00, 0x10, 0x30  # bits of Moving Status
+# What a mode change sets (e-manual: gains of that mode; the same ones in all modes are assumed).
+MODE_DEFAULTS = tuple(
+    (name, REGISTER[name].initial or 0)
+    for name in (
+        "velocity_i_gain",
+        "velocity_p_gain",
+        "position_d_gain",
+        "position_i_gain",
+        "position_p_gain",
+        "feedforward_2nd_gain",
+        "feedforward_1st_gain",
+        "profile_acceleration",
+        "profile_velocity",
+        "goal_velocity",
+    )
+)
 
 
 class VirtualServo:
@@ -46,6 +58,7 @@ class VirtualServo:
         return_delay: Value of the return delay register.
         world: The motors.
         firmware: The control loops.
+        assumed: What is assumed about it.
     """
 
     def __init__(
@@ -56,14 +69,16 @@ class VirtualServo:
         return_delay: int,
         world: MotorWorld,
         firmware: FirmwareBank,
+        assumed: ServoAssumed = SERVO_ASSUMED,
     ) -> None:
-        self.table = ControlTable(servo_id, baud_code, return_delay)
+        self.table = ControlTable(servo_id, baud_code, return_delay, assumed)
+        self._assumed = assumed
+        self._protection = Protection(index, world, assumed)
         self._index = index
         self._world = world
         self._firmware = firmware
         self._rebase_ticks = 0  # turns taken off the continuous encoder by reboot or Clear
         self._heard_ns = 0
-        self._overload_since_ns: int | None = None
         self._registered: tuple[int, bytes] | None = None
         self._goal_is_here()
         self._sync_firmware()
@@ -107,36 +122,19 @@ class VirtualServo:
         if units > 0 and self._torque and t_ns - self._heard_ns > units * WATCHDOG_UNIT_S * 1e9:
             self.table.set("bus_watchdog", -1)
             self._stop_motor()
-        error = self._protections(t_ns)
+        error = self._protection.errors(self.table, t_ns, torque=self._torque)
         if error:
             latched = self.table.get("hardware_error_status") | error
             self.table.set("hardware_error_status", latched)
             if error & self.table.get("shutdown"):
                 self._set_torque(on=False)
 
-    def _protections(self, t_ns: int) -> int:
-        world, i = self._world, self._index
-        error = 0
-        volts = world.supply_v[i] / VOLTAGE_UNIT_V
-        low, high = self.table.get("min_voltage_limit"), self.table.get("max_voltage_limit")
-        if not low <= volts <= high:
-            error |= HardwareError.INPUT_VOLTAGE
-        if world.temperature_c[i] > self.table.get("temperature_limit"):
-            error |= HardwareError.OVERHEATING
-        if not self._torque or abs(world.current_a[i]) < OVERLOAD_CURRENT_A:
-            self._overload_since_ns = None
-        elif self._overload_since_ns is None:
-            self._overload_since_ns = t_ns
-        elif t_ns - self._overload_since_ns > OVERLOAD_NS:
-            error |= HardwareError.OVERLOAD
-        return error
-
     def _stop_motor(self) -> None:
         """The watchdog tripped: stop where it is (e-manual: profile 0) and take no more goals."""
         self.table.set("profile_velocity", 0)
         self.table.set("profile_acceleration", 0)
         self._sync_firmware()
-        ticks = self._encoder()
+        ticks = self._shaft()
         self._firmware.trajectory[self._index] = ticks
         self._firmware.goal_position[self._index] = ticks
         self._firmware.stopped[self._index] = True
@@ -153,7 +151,7 @@ class VirtualServo:
             Instruction.WRITE: lambda: self._write_instruction(parameters, t_ns),
             Instruction.REG_WRITE: lambda: self._register_write(parameters),
             Instruction.ACTION: lambda: self._action(t_ns),
-            Instruction.REBOOT: self._reboot,
+            Instruction.REBOOT: self._reboot_instruction,
             Instruction.CLEAR: lambda: self._clear(parameters),
             Instruction.FACTORY_RESET: lambda: self._factory_reset(parameters, broadcast),
         }
@@ -162,10 +160,13 @@ class VirtualServo:
 
     def obey_as_shadow(self, instruction: int, parameters: bytes, t_ns: int) -> None:
         """Do a write addressed to the secondary id: RAM only, never answered."""
-        if instruction != Instruction.WRITE or len(parameters) < 3:
-            return
-        if int.from_bytes(parameters[:2], "little") >= RAM_ONLY_FROM:
-            self._write_instruction(parameters, t_ns)
+        if instruction == Instruction.WRITE and len(parameters) >= 3:
+            self.write_as_shadow(int.from_bytes(parameters[:2], "little"), parameters[2:], t_ns)
+
+    def write_as_shadow(self, address: int, data: bytes, t_ns: int) -> None:
+        """Write RAM because the secondary id was meant."""
+        if address >= RAM_ONLY_FROM:
+            self.write(address, data, t_ns)
 
     def _read_instruction(self, parameters: bytes, t_ns: int) -> tuple[int, bytes]:
         if len(parameters) != 4:
@@ -224,15 +225,19 @@ class VirtualServo:
         self.table.set("registered_instruction", 0)
         return int(self.write(address, data, t_ns)), b""
 
-    def _reboot(self) -> tuple[int, bytes]:
+    def _reboot_instruction(self) -> tuple[int, bytes]:
+        self.restart()
+        return 0, b""
+
+    def restart(self) -> None:
+        """Begin as after power-up: RAM, turns and torque are lost, EEPROM is kept."""
         self._set_torque(on=False)
         self.table.reset_ram()
         self._registered = None
-        self._overload_since_ns = None
+        self._protection.restart()
         self._into_one_turn()
         self._goal_is_here()
         self._sync_firmware()
-        return 0, b""
 
     def _clear(self, parameters: bytes) -> tuple[int, bytes]:
         if parameters != CLEAR_MULTI_TURN:
@@ -240,6 +245,9 @@ class VirtualServo:
         if self._is_moving():
             return StatusError.RESULT_FAIL, b""
         self._into_one_turn()
+        self._goal_is_here()
+        self._firmware.trajectory[self._index] = self._shaft()
+        self._sync_firmware()
         return 0, b""
 
     def _factory_reset(self, parameters: bytes, broadcast: bool) -> tuple[int, bytes]:
@@ -250,11 +258,8 @@ class VirtualServo:
         keep_id, keep_baud = parameters[0] in {0x01, 0x02}, parameters[0] == 0x02
         servo_id = self.servo_id if keep_id else 1
         baud = self.table.get("baud_rate") if keep_baud else 1
-        self._set_torque(on=False)
-        self.table = ControlTable(servo_id, baud, 250)
-        self._into_one_turn()
-        self._goal_is_here()
-        self._sync_firmware()
+        self.table = ControlTable(servo_id, baud, 250, self._assumed)
+        self.restart()
         return 0, b""
 
     # State.
@@ -267,9 +272,27 @@ class VirtualServo:
     def _shut_down(self) -> bool:
         return bool(self.table.get("hardware_error_status") & self.table.get("shutdown"))
 
-    def _encoder(self) -> float:
-        """Present position before rounding: the continuous encoder less the turns forgotten."""
+    @property
+    def _sense(self) -> int:
+        """-1 where Drive Mode reverses every signed register but the homing offset."""
+        return -1 if self.table.get("drive_mode") & REVERSE else 1
+
+    def _shaft(self) -> float:
+        """The continuous encoder in the world's own sense, before rounding [ticks]."""
         return float(self._world.encoder_ticks[self._index])
+
+    def _encoder(self) -> float:
+        """The same in the sense that Drive Mode asks for."""
+        return self._sense * self._shaft()
+
+    @property
+    def _offset(self) -> int:
+        """Present position less what the encoder counts: homing offset, and turns forgotten."""
+        offset = self.table.get("homing_offset")
+        if self.table.get("operating_mode") == OperatingMode.POSITION:
+            limit = LARGEST_OFFSET_IN_POSITION_MODE
+            offset = max(-limit, min(limit, offset))
+        return offset - self._rebase_ticks
 
     def _into_one_turn(self) -> None:
         self._rebase_ticks = int(np.floor(self._encoder() / TICKS_PER_TURN)) * TICKS_PER_TURN
@@ -280,40 +303,36 @@ class VirtualServo:
         if on:
             if self.table.get("operating_mode") == OperatingMode.POSITION:
                 self._into_one_turn()
-            self._firmware.restart(i, self._encoder())
+            self._firmware.restart(i, self._shaft())
         self._firmware.torque[i] = on
         self._firmware.stopped[i] = False
 
     def _changed_mode(self) -> None:
         mode = self.table.get("operating_mode")
-        p, i, d = MODE_GAINS.get(OperatingMode(mode), (850, 0, 0))
-        self.table.set("position_p_gain", p)
-        self.table.set("position_i_gain", i)
-        self.table.set("position_d_gain", d)
-        self.table.set("profile_velocity", 0)
-        self.table.set("profile_acceleration", 0)
+        for name, value in MODE_DEFAULTS:
+            self.table.set(name, value)
         self.table.set("goal_pwm", self.table.get("pwm_limit"))
         self.table.set("goal_current", self.table.get("current_limit"))
         if mode == OperatingMode.POSITION:
             self._into_one_turn()
         self._goal_is_here()
-        self._firmware.restart(self._index, self._encoder())
+        self._firmware.restart(self._index, self._shaft())
 
     def _goal_is_here(self) -> None:
         """A servo that starts, or changes its mode, takes its position for its goal."""
-        self.table.set("goal_position", round(self._encoder()) - self._rebase_ticks)
+        self.table.set("goal_position", round(self._encoder()) + self._offset)
 
     def _sync_firmware(self) -> None:
         """Copy the registers the control loop works from."""
-        bank, i, get = self._firmware, self._index, self.table.get
+        bank, i, get, sense = self._firmware, self._index, self.table.get, self._sense
         bank.mode[i] = get("operating_mode")
         if not bank.stopped[i]:
-            bank.goal_position[i] = get("goal_position") + self._rebase_ticks
+            bank.goal_position[i] = sense * (get("goal_position") - self._offset)
         if not self._torque:
-            bank.goal_position[i] = bank.trajectory[i] = self._encoder()
-        bank.goal_velocity[i] = get("goal_velocity")
-        bank.goal_current[i] = get("goal_current")
-        bank.goal_pwm[i] = get("goal_pwm")
+            bank.goal_position[i] = bank.trajectory[i] = self._shaft()
+        bank.goal_velocity[i] = sense * get("goal_velocity")
+        bank.goal_current[i] = sense * get("goal_current")
+        bank.goal_pwm[i] = sense * get("goal_pwm")
         bank.pwm_limit[i] = get("pwm_limit")
         bank.position_p[i], bank.position_i[i] = get("position_p_gain"), get("position_i_gain")
         bank.position_d[i] = get("position_d_gain")
@@ -331,15 +350,23 @@ class VirtualServo:
         """Fill the registers of what is measured."""
         world, bank, i, put = self._world, self._firmware, self._index, self.table.set
         put("realtime_tick", (t_ns // 1_000_000) % 32768)
+        sense = self._sense
+        rate = sense * float(world.encoder_rate[i])
         put("moving", int(self._is_moving()))
-        ongoing = self._torque and bank.mode[i] in POSITION_MODES and bank.profile_ongoing()[i]
-        put("moving_status", 0x02 if ongoing else 0x01)
-        put("present_pwm", round(float(bank.pwm[i])))
-        put("present_current", round(float(world.current_a[i]) / CURRENT_UNIT_A))
-        put("present_velocity", round(float(world.encoder_rate[i]) / VELOCITY_UNIT_RAD_S))
-        position = round(self._encoder()) - self._rebase_ticks + self.table.get("homing_offset")
-        put("present_position", position)
-        put("velocity_trajectory", 0)
-        put("position_trajectory", round(float(bank.trajectory[i])) - self._rebase_ticks)
+        put("moving_status", self._moving_status())
+        put("present_pwm", round(sense * float(bank.pwm[i])))
+        put("present_current", round(sense * float(world.current_a[i]) / CURRENT_UNIT_A))
+        put("present_velocity", round(rate / VELOCITY_UNIT_RAD_S))
+        put("present_position", round(self._encoder()) + self._offset)
+        put("velocity_trajectory", round(sense * bank.planned_velocity(i)))
+        put("position_trajectory", round(sense * float(bank.trajectory[i])) + self._offset)
         put("present_input_voltage", round(float(world.supply_v[i]) / VOLTAGE_UNIT_V))
-        put("present_temperature", round(float(world.temperature_c[i])))
+        put("present_temperature", max(0, round(float(world.temperature_c[i]))))
+
+    def _moving_status(self) -> int:
+        bank, i = self._firmware, self._index
+        if not self._torque or bank.mode[i] not in POSITION_MODES or not bank.profile_ongoing()[i]:
+            return 0x01
+        if not bank.profile_velocity[i]:
+            return 0x02 | NO_PROFILE
+        return 0x02 | (TRAPEZOIDAL if bank.profile_acceleration[i] else RECTANGULAR)

@@ -57,6 +57,11 @@ class World:
             self._now_ns += self._step_ns
             self._step()
 
+    def stand_still_until(self, t_ns: int) -> None:
+        """Skip the time until ``t_ns``, in which nothing happens; nothing if it is already there."""
+        if self._now_ns is not None:
+            self._now_ns = max(self._now_ns, t_ns)
+
     def _step(self) -> None:
         plant = self.plant
         duty = self._firmware.duty(
@@ -94,6 +99,10 @@ class World:
     def temperature_c(self) -> FloatArray:
         """Motor temperature, (N,) [degC]."""
         return self.plant.motors.temperature_c
+
+    def jam(self, index: int, torque_n_m: float) -> None:
+        """Give a shaft so much dry friction on top of its own; 0 frees it."""
+        self.plant.jam_n_m[index] = torque_n_m
 
     # As the transducers see it.
 

@@ -2,6 +2,7 @@
 
 import select
 import threading
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +13,8 @@ from drivers.ati_console import Console
 from drivers.ati_discovery import FoundUnit, answer, discover, parse_answer, question
 from drivers.ati_links import TcpTextLink, UdpLink
 from drivers.ati_packets import Command, build_command
-from drivers.ati_stream import ForceStream, free_console
+from drivers.ati_setup import free_console
+from drivers.ati_stream import ForceStream
 from drivers.clock import MonotonicClock
 from drivers.foot_forces import foot_forces
 from model.errors import ForceStreamError
@@ -27,6 +29,7 @@ from sim_hw.clock import VirtualClock
 SETTINGS = load_robot().force_sensor
 NO_NOISE = (0.0,) * 6
 SECOND = 1_000_000_000
+UNKNOWN = np.full(6, np.nan)  # shaft angles
 
 
 class SteadyLoad:
@@ -66,7 +69,7 @@ def test_forces_arrive_at_the_rate_asked_for(memory: Memory) -> None:
     assert len(records) == 100
     steps = np.diff([r.device_ticks for r in records])
     assert set(steps.tolist()) == {40, 41}, "1/4096 s at 100 Hz"
-    forces = foot_forces(records[-1], memory.stream.calibrations, SETTINGS)
+    forces = foot_forces(records[-1], memory.stream.calibrations, SETTINGS, UNKNOWN)
     assert forces.force_n == pytest.approx(memory.load.force[:, :3], abs=1e-6)
     assert memory.stream.take_faults() == ()
 
@@ -87,7 +90,7 @@ def test_saturation_is_a_fault_and_no_force(memory: Memory) -> None:
     memory.load.force[2, 0] = 500.0
     memory.wait(0.01)
     record = memory.stream.read()[-1]
-    forces = foot_forces(record, memory.stream.calibrations, SETTINGS)
+    forces = foot_forces(record, memory.stream.calibrations, SETTINGS, UNKNOWN)
     assert np.isnan(forces.force_n[2]).all()
     assert forces.valid.tolist() == [True, True, False, True, True, True]
     faults = memory.stream.take_faults()
@@ -109,6 +112,128 @@ def test_silence_is_a_fault_and_the_stream_is_started_again(memory: Memory) -> N
         memory.stream.read()
         kinds += [f.kind for f in memory.stream.take_faults()]
     assert FaultKind.FORCE_SILENT in kinds
+
+
+def test_a_unit_switched_off_and_on_is_set_up_anew_beside_the_loop() -> None:
+    """It has forgotten its rate and sends nothing until its console is asked: start packets fail."""
+    made = Memory()
+    work: list[Callable[[], None]] = []
+    made.unit._sequence = 5000
+    stream = ForceStream(
+        made.link,
+        MemoryTextLink(made.unit, made.clock),
+        SETTINGS,
+        made.clock,
+        reopen=lambda: MemoryTextLink(made.unit, made.clock),
+        background=work.append,
+    )
+    stream.connect()
+    stream.read()
+    made.unit.rate_hz, made.unit.transmit, made.unit._sequence = 125, False, 0
+    for _ in range(150):
+        made.wait(0.01)
+        assert stream.read() == (), "reads go on, and bring nothing"
+    assert len(work) == 1, "one attempt at a time, not in this thread"
+    assert stream.counters.repairs == 0
+    work.pop()()
+    heard: list[ForceRecord] = []
+    for _ in range(100):
+        made.wait(0.01)
+        heard += stream.read()
+    assert stream.counters.repairs == 1
+    assert made.unit.rate_hz == 100
+    assert len(heard) > 80
+    assert stream.counters.unit_restarts == 1
+    assert stream.counters.missing == 0
+
+
+def test_attempts_to_reconnect_come_with_pauses_that_grow_to_a_bound() -> None:
+    made = Memory()
+    tried: list[float] = []
+
+    def nobody() -> MemoryTextLink:
+        tried.append(made.clock.now_ns() * 1e-9)
+        raise ForceStreamError("no force-torque unit answers")
+
+    stream = ForceStream(
+        made.link,
+        MemoryTextLink(made.unit, made.clock),
+        SETTINGS,
+        made.clock,
+        reopen=nobody,
+        background=lambda work: work(),
+    )
+    stream.connect()
+    made.unit.transmit = False
+    for _ in range(3000):
+        made.wait(0.05)
+        stream.read()
+    pauses = np.diff(tried)
+    assert 6 <= len(tried) <= 10
+    assert pauses[0] < 3
+    assert (np.diff(pauses) > -0.2).all()
+    assert 29 < pauses.max() < 32
+    assert stream.repair_error == "no force-torque unit answers"
+    assert 30 < stream.counters.restarts < 60, "start packets: every four seconds at the end"
+
+
+def test_other_transducers_after_a_silence_are_not_taken() -> None:
+    made = Memory()
+    stream = ForceStream(
+        made.link,
+        MemoryTextLink(made.unit, made.clock),
+        SETTINGS,
+        made.clock,
+        reopen=lambda: Swapped(made.unit, made.clock),
+        background=lambda work: work(),
+    )
+    stream.connect()
+    stream.read()
+    made.unit.transmit = False
+    for _ in range(200):
+        made.wait(0.02)
+        assert stream.read() == ()
+    assert "other transducers" in stream.repair_error
+
+
+class Swapped(MemoryTextLink):
+    """A console on which every sensor has another serial number."""
+
+    def read(self, timeout_s: float) -> bytes:
+        return super().read(timeout_s).replace(b"VIRTUAL", b"OTHER")
+
+
+def test_the_units_clock_is_mapped_to_ours(memory: Memory) -> None:
+    heard: list[ForceRecord] = []
+    for _ in range(1500):
+        memory.wait(0.01)
+        heard += memory.stream.read()
+    estimate = memory.stream.clock_estimate()
+    assert estimate is not None
+    assert abs(estimate.drift_ppm) < 30, "a tick of 244 us seen over fifteen seconds"
+    assert (estimate.steps, estimate.records) == (0, 1501)
+    for record in heard[-100:]:
+        at_ns = memory.stream.sample_time_ns(record)
+        assert at_ns is not None
+        assert abs(at_ns - record.t_ns) < 400_000, "no delay: within two ticks of the stamp"
+
+
+def test_age_is_that_of_each_sensor(memory: Memory) -> None:
+    memory.load.force[4, 1] = 1000.0
+    memory.wait(0.5)
+    memory.stream.read()
+    age = memory.stream.age_ns()
+    assert age[4] >= 500_000_000
+    assert (age[[0, 1, 2, 3, 5]] <= 10_000_000).all()
+    assert memory.stream.counters.saturated == 50
+
+
+def test_stop_is_said_more_than_once() -> None:
+    made = Memory()
+    sent: list[bytes] = []
+    made.link.send = lambda data: sent.append(data)  # type: ignore[method-assign]
+    made.stream.stop()
+    assert sent == [bytes.fromhex("00 06 00 02 7d 48")] * 3
 
 
 def test_malformed_datagrams_are_counted(memory: Memory) -> None:
@@ -145,7 +270,7 @@ def test_legs_without_transducer_are_nan() -> None:
     stream = ForceStream(made.link, console, settings, made.clock)
     stream.connect()
     made.wait(0.01)
-    forces = foot_forces(stream.read()[-1], stream.calibrations, settings)
+    forces = foot_forces(stream.read()[-1], stream.calibrations, settings, UNKNOWN)
     assert forces.valid.tolist() == [True, False, True, True, True, True]
 
 
@@ -154,9 +279,9 @@ def test_bias_and_rotation() -> None:
     made.stream.connect()
     made.wait(0.02)
     settings = replace(SETTINGS, yaw_rad=np.full(6, np.pi / 2), bias_n=np.full((6, 3), 0.5))
-    forces = foot_forces(made.stream.read()[-1], made.stream.calibrations, settings)
+    forces = foot_forces(made.stream.read()[-1], made.stream.calibrations, settings, UNKNOWN)
     assert forces.force_n[1] == pytest.approx([-1.5, 1.5, 1.5])
-    nothing = foot_forces(None, made.stream.calibrations, settings)
+    nothing = foot_forces(None, made.stream.calibrations, settings, UNKNOWN)
     assert nothing.t_ns == -1
     assert not nothing.valid.any()
 
@@ -320,7 +445,7 @@ def test_end_to_end_over_sockets() -> None:
         stream = ForceStream(datagrams, console, settings, clock)
         stream.connect()
         records = stream.read()
-        forces = foot_forces(records[-1], stream.calibrations, settings)
+        forces = foot_forces(records[-1], stream.calibrations, settings, UNKNOWN)
         assert forces.force_n[5] == pytest.approx([6, 6, 6], abs=1e-6)
         stream.stop()
         stream.close()

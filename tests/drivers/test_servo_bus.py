@@ -15,6 +15,7 @@ from sim_hw.clock import VirtualClock
 from sim_hw.port import MemoryPort
 from sim_hw.servo_firmware import FirmwareBank
 from sim_hw.servos import VirtualServoBus
+from tests.sim_hw.faulty import scenario_on
 from tests.sim_hw.motors import SimpleMotors
 
 SETTINGS = load_robot().servo_bus
@@ -42,14 +43,17 @@ def bench() -> Bench:
     return make_bench()
 
 
-def make_bench(prepare: Callable[[VirtualServoBus], None] | None = None) -> Bench:
+def make_bench(
+    prepare: Callable[[VirtualServoBus], None] | None = None, scenario: str = ""
+) -> Bench:
     clock = VirtualClock(1_000_000_000)
     firmware = FirmwareBank(6)
     motors = SimpleMotors(firmware, 6)
-    servos = VirtualServoBus(motors, firmware, (1, 2, 3, 4, 5, 6), SETTINGS.baud_rate)
+    ids = (1, 2, 3, 4, 5, 6)
+    servos, wire = scenario_on(scenario, motors, firmware, ids, SETTINGS.baud_rate)
     if prepare is not None:
         prepare(servos)
-    port = MemoryPort(servos, clock, SETTINGS.baud_rate)
+    port = MemoryPort(wire, clock, SETTINGS.baud_rate)
     sent: list[bytes] = []
     port.tap = lambda direction, data, _t: sent.append(data) if direction == "tx" else None
     return Bench(clock, motors, servos, ServoBus(port, SETTINGS, clock), sent)
@@ -187,10 +191,12 @@ def test_a_frame_that_needs_stuffing_comes_through_both_ways() -> None:
 # Trap 12: a late answer is not taken for the next one.
 
 
-def test_a_late_answer_is_not_taken_for_the_next(bench: Bench) -> None:
+def test_a_late_answer_is_not_taken_for_the_next() -> None:
+    # behind the timeout, within one latency period
+    bench = make_bench(scenario=_once("late_reply", "delay_s = 0.007"))
     bench.bus.connect()
     bench.motors.hold = True
-    bench.servos.delay_next_reply(7_000_000)  # behind the timeout, within one latency period
+    bench.wait(1.0)
     first = bench.bus.read()
     assert not first.valid.all()
     bench.motors.ticks[:] = 1000.0
@@ -199,9 +205,14 @@ def test_a_late_answer_is_not_taken_for_the_next(bench: Bench) -> None:
     assert bench.bus.read().position_ticks.tolist() == [1000] * 6
 
 
-def test_a_damaged_answer_is_said_of_that_servo_only(bench: Bench) -> None:
+def _once(kind: str, more: str = "") -> str:
+    return f'[[fault]]\nkind = "{kind}"\nstart_s = 1.0\ncount = 1\n{more}'
+
+
+def test_a_damaged_answer_is_said_of_that_servo_only() -> None:
+    bench = make_bench(scenario=_once("bit_flip"))
     bench.bus.connect()
-    bench.servos.damage_next_reply()
+    bench.wait(1.0)
     readings = bench.bus.read()
     assert np.flatnonzero(~readings.valid).tolist() == [0]
     assert bench.bus.stats.crc_errors == 1

@@ -165,25 +165,6 @@ def test_our_bytes_are_those_of_an_independent_encoder(index: int) -> None:
 # A log that ends early.
 
 
-def test_cut_anywhere_it_reads_up_to_the_cut(tmp_path: Path) -> None:
-    path = tmp_path / "log.mcap"
-    write_log(path, 150)
-    data = path.read_bytes()
-    rng = np.random.default_rng(0)
-    counts = []
-    for cut in sorted(rng.integers(20_000, len(data), 60).tolist()):
-        short = tmp_path / "short.mcap"
-        short.write_bytes(data[:cut])
-        contents = LogContents()
-        back = list(read_ticks(short, contents))
-        assert [t.index for t in back] == list(range(len(back)))
-        counts.append(len(back))
-        # a tick is about 5 kB before compression: less than a second is lost behind the cut
-        assert len(back) >= 150 * cut / len(data) - 100
-    assert counts == sorted(counts)
-    assert counts[-1] > 50
-
-
 @pytest.mark.parametrize("share", [0.45, 0.5, 0.55, 0.6, 0.65])
 def test_a_damaged_byte_is_noticed(tmp_path: Path, share: float) -> None:
     path = tmp_path / "log.mcap"

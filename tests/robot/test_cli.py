@@ -17,6 +17,7 @@ from record.reader import read_log
 from robot import cli
 from robot.config import DEFAULT_ROBOT_FILE
 from robot.exit_codes import ExitCode
+from tests.robot.sim_serve import WATCHDOG_S, Sim, patient_robot
 
 ROOT = Path(__file__).resolve().parents[2]
 SHORT = ["--duration", "0.3", "--frequency-hz", "0.2"]
@@ -189,32 +190,12 @@ def test_a_robot_file_with_a_mistake_names_the_key(
 # Processes of their own: the pseudo-terminal, sockets and signals are real.
 
 
-class Sim:
-    """``bigant sim serve`` in a process."""
-
-    def __init__(self, *words: str) -> None:
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "robot", "sim", "serve", *words],
-            stdout=subprocess.PIPE,
-            text=True,
-            cwd=ROOT,
-        )
-        assert self.process.stdout is not None
-        self.port = self.process.stdout.readline().split()[2]
-        self.unit = self.process.stdout.readline().split()[2]
-
-    def close(self) -> None:
-        self.process.send_signal(signal.SIGINT)
-        self.process.wait(20)
-        assert self.process.stdout is not None
-        self.process.stdout.close()
-
-
 def test_real_ports_are_only_listened_to_unless_armed(tmp_path: Path) -> None:
     sim = Sim()
     try:
         log = tmp_path / "log.mcap"
-        common = ["drive", "--hardware", sim.port, "--force-unit", sim.unit, "--log", str(log)]
+        ports = ["--hardware", sim.port, "--force-unit", sim.unit]
+        common = ["drive", *ports, "--robot", patient_robot(tmp_path), "--log", str(log)]
         assert bigant(*common, "--duration", "0.5") == ExitCode.OK
         assert np.isnan(read_log(log).sent_angle_rad).all()
         assert bigant(*common, "--armed", *SHORT) == ExitCode.OK
@@ -282,8 +263,9 @@ def read_until(process: "subprocess.Popen[str]", words: str) -> str:
 
 
 @pytest.mark.slow
-def test_one_interrupt_stops_on_all_feet_and_two_cut_torque() -> None:
-    process = drive_process("--cycles", "9", "--frequency-hz", "0.2")
+def test_one_interrupt_stops_on_all_feet_and_two_cut_torque(tmp_path: Path) -> None:
+    words = ("--cycles", "9", "--frequency-hz", "0.2", "--robot", patient_robot(tmp_path))
+    process = drive_process(*words)
     read_until(process, "START")
     process.send_signal(signal.SIGINT)
     seen = read_until(process, "HOLD")
@@ -292,7 +274,7 @@ def test_one_interrupt_stops_on_all_feet_and_two_cut_torque() -> None:
     assert "done (operator), torque off" in rest
     assert process.returncode == ExitCode.OK
 
-    process = drive_process("--cycles", "9", "--frequency-hz", "0.2")
+    process = drive_process(*words)
     read_until(process, "START")
     process.send_signal(signal.SIGINT)
     time.sleep(0.3)
@@ -304,7 +286,7 @@ def test_one_interrupt_stops_on_all_feet_and_two_cut_torque() -> None:
 
 
 @pytest.mark.slow
-def test_when_the_host_dies_the_servos_stop_by_themselves() -> None:
+def test_when_the_host_dies_the_servos_stop_by_themselves(tmp_path: Path) -> None:
     """Kill -9 in mid-stride: the device process lives on, its watchdogs have tripped."""
     from drivers.clock import MonotonicClock
     from drivers.mx106 import REGISTER
@@ -314,7 +296,7 @@ def test_when_the_host_dies_the_servos_stop_by_themselves() -> None:
     sim = Sim()
     try:
         process = drive_process("--hardware", sim.port, "--force-unit", sim.unit, "--armed",
-                                "--frequency-hz", "0.2")  # fmt: skip
+                                "--frequency-hz", "0.2", "--robot", patient_robot(tmp_path))  # fmt: skip
         read_until(process, "WALK")
         process.kill()
         process.communicate()
@@ -325,7 +307,7 @@ def test_when_the_host_dies_the_servos_stop_by_themselves() -> None:
                 break
             except BusError:  # the dead process's lock goes with it, in its own time
                 time.sleep(0.1)
-        time.sleep(0.5)
+        time.sleep(2 * WATCHDOG_S)  # a busy machine's virtual servos may be slow themselves
         watchdog = REGISTER["bus_watchdog"]
         answers = [packets.read(port, i, watchdog.address, 1).data for i in range(1, 7)]
         port.closePort()

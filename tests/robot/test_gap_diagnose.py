@@ -19,7 +19,7 @@ def write_bench(folder: Path, width: float, count: int = 4) -> list[str]:
         rng = np.random.default_rng(number)
         t = np.arange(1000) / 50.0
         command = 0.6 * np.sin(2 * np.pi * (0.15 + 0.05 * number) * t)
-        shaft = hysteresis(command, width) + 0.001 * rng.standard_normal(len(t))
+        shaft = hysteresis(command, width, 0.0) + 0.001 * rng.standard_normal(len(t))
         path = folder / f"run{number}.csv"
         write_trial(servo_trial(IDEAL, command, shaft), path)
         paths.append(str(path))

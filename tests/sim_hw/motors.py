@@ -22,6 +22,7 @@ class SimpleMotors:
         self.volts = np.full(count, 12.0)
         self.temperature_c: FloatArray = np.full(count, 30.0)
         self.hold = False
+        self.jammed = np.zeros(count)
 
     def advance_to(self, t_ns: int) -> None:
         if self._now_ns is None:
@@ -31,8 +32,12 @@ class SimpleMotors:
             duty = self._firmware.duty(self.ticks, self.rate, self.currents, STEP_NS * 1e-9)
             if not self.hold:
                 final = np.where(self._firmware.driven, duty, 0.0) * NO_LOAD_RAD_S
+                final = np.where(self.jammed > 0, 0.0, final)
                 self.rate += (final - self.rate) * (STEP_NS * 1e-9 / TIME_CONSTANT_S)
                 self.ticks += self.rate * STEP_NS * 1e-9 * 4096 / (2 * np.pi)
+
+    def jam(self, index: int, torque_n_m: float) -> None:
+        self.jammed[index] = torque_n_m
 
     @property
     def encoder_ticks(self) -> FloatArray:

@@ -1,0 +1,29 @@
+"""``bigant sim serve``: virtual devices on a pseudo-terminal and loopback sockets until Ctrl-C."""
+
+import argparse
+
+from robot.arguments import add_robot, add_scenario
+from robot.exit_codes import ExitCode
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments; imports nothing heavy."""
+    parser.description = (
+        "Serve a virtual robot that any Dynamixel or WNet program can talk to, and print where to "
+        "find it. Ctrl-C ends it."
+    )
+    add_robot(parser)
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of virtual noise")
+    parser.add_argument("--baud", type=int, metavar="B", help="baud rate of the servos")
+    parser.add_argument(
+        "--absent", type=int, action="append", default=[], metavar="ID", help="a servo to leave out"
+    )
+    parser.add_argument("--no-force-unit", action="store_true", help="leave out the force unit")
+    add_scenario(parser)
+
+
+def run(options: argparse.Namespace) -> ExitCode:
+    """Run the action; see ``robot.serve``."""
+    from robot.serve import serve_virtual
+
+    return serve_virtual(options)

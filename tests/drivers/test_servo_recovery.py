@@ -1,0 +1,192 @@
+"""A servo that shuts down or starts anew: found out, explained, brought back as often as allowed."""
+
+import numpy as np
+import pytest
+
+from drivers.dynamixel_frames import Instruction
+from drivers.mx106 import HardwareError
+from drivers.servo_recovery import Incident, IncidentKind, RecoveryPolicy, ServoRecovery
+from tests.drivers.test_servo_bus import SETTINGS, Bench, armed
+
+TURN = 4096
+OVERLOAD = RecoveryPolicy(most=2, window_s=300.0)
+SERVO = 2  # FL, id 3
+
+
+def tick(bench: Bench, recovery: ServoRecovery, count: int = 1) -> list[Incident]:
+    """Let the loop run: one read and one look every 10 ms."""
+    found: list[Incident] = []
+    for _ in range(count):
+        bench.wait(0.01)
+        found += recovery.look(bench.bus.read())
+    return found
+
+
+def overload(bench: Bench, recovery: ServoRecovery) -> Incident:
+    """Load one servo beyond its strength until it gives up."""
+    bench.motors.currents[SERVO] = 5.0
+    (incident,) = tick(bench, recovery, 230)
+    bench.motors.currents[SERVO] = 0.0
+    return incident
+
+
+def register(bench: Bench, name: str, index: int = SERVO) -> int:
+    return bench.servos.servos[index].table.get(name)
+
+
+def test_a_healthy_bus_has_no_incidents() -> None:
+    bench = armed()
+    recovery = ServoRecovery(bench.bus, bench.clock, OVERLOAD)
+    assert tick(bench, recovery, 300) == []
+    assert recovery.incidents == ()
+    assert all(register(bench, "torque_enable", i) for i in range(6))
+
+
+def test_an_overload_is_found_with_its_cause() -> None:
+    bench = armed()
+    recovery = ServoRecovery(bench.bus, bench.clock, OVERLOAD)
+    incident = overload(bench, recovery)
+    assert (incident.leg, incident.servo_id) == ("FL", 3)
+    assert incident.kind is IncidentKind.SHUT_DOWN
+    assert incident.cause == HardwareError.OVERLOAD
+    assert incident.words == "FL (id 3) shut itself down: overload"
+    assert tick(bench, recovery, 50) == [], "reported once"
+    assert recovery.incidents == (incident,)
+
+
+def test_nothing_is_recovered_by_default() -> None:
+    bench = armed()
+    recovery = ServoRecovery(bench.bus, bench.clock, RecoveryPolicy())
+    result = recovery.recover(overload(bench, recovery))
+    assert not result.recovered
+    assert result.reason == "recovery is not allowed"
+    assert result.torque_off
+    assert register(bench, "hardware_error_status") == HardwareError.OVERLOAD, "no reboot either"
+    assert register(bench, "torque_enable") == 0
+
+
+def test_an_allowed_recovery_holds_at_the_measured_position() -> None:
+    bench = armed()
+    bench.motors.ticks[SERVO] += 3 * TURN
+    recovery = ServoRecovery(bench.bus, bench.clock, OVERLOAD)
+    bench.bus.torque_off()
+    bench.bus.torque_on()
+    incident = overload(bench, recovery)
+    bench.motors.ticks[SERVO] += 300  # it sagged while nobody held it
+    before = [bench.motors.ticks[i] for i in range(6)]
+    result = recovery.recover(incident)
+    assert result.recovered
+    assert result.incident.cause == HardwareError.OVERLOAD, "the servo has forgotten it"
+    here = round(before[SERVO]) - 3 * TURN
+    assert result.goal_ticks == pytest.approx(here, abs=1)
+    assert result.zero_shift_ticks == -3 * TURN, "turns lost"
+    assert register(bench, "goal_position") == result.goal_ticks
+    assert register(bench, "torque_enable") == 1
+    assert register(bench, "bus_watchdog") == bench.bus.watchdog_units
+    assert register(bench, "hardware_error_status") == 0
+    others = [i for i in range(6) if i != SERVO]
+    assert all(register(bench, "torque_enable", i) == 1 for i in others)
+    assert all(register(bench, "bus_watchdog", i) > 0 for i in others), "none tripped meanwhile"
+    assert tick(bench, recovery, 100) == []
+    assert np.abs(bench.motors.ticks - before).max() < 20, "nobody moved"
+
+
+def test_recoveries_are_counted_and_end() -> None:
+    bench = armed()
+    recovery = ServoRecovery(bench.bus, bench.clock, OVERLOAD)
+    results = [recovery.recover(overload(bench, recovery)) for _ in range(3)]
+    assert [r.recovered for r in results] == [True, True, False]
+    assert results[2].reason == "2 recoveries within 300 s, and that is the limit"
+    assert register(bench, "torque_enable") == 0
+    bench.clock.advance(300 * 10**9)
+    assert recovery.refusal(results[2].incident) == "", "the window has passed"
+
+
+def test_a_cause_that_is_not_allowed_stays() -> None:
+    bench = armed()
+    recovery = ServoRecovery(bench.bus, bench.clock, OVERLOAD)
+    bench.motors.temperature_c[SERVO] = 85
+    (incident,) = tick(bench, recovery, 10)
+    assert incident.cause == HardwareError.OVERHEATING
+    assert recovery.recover(incident).reason == "recovery from overheating is not allowed"
+
+
+def test_a_cause_that_persists_leaves_torque_off() -> None:
+    bench = armed()
+    policy = RecoveryPolicy(most=5, causes=HardwareError.OVERHEATING)
+    recovery = ServoRecovery(bench.bus, bench.clock, policy)
+    bench.motors.temperature_c[SERVO] = 85
+    (incident,) = tick(bench, recovery, 10)
+    result = recovery.recover(incident)
+    assert not result.recovered
+    assert "still reports overheating after its reboot" in result.reason
+    assert result.torque_off
+    assert register(bench, "torque_enable") == 0
+
+
+def power_cut(bench: Bench) -> None:
+    bench.servos.servos[SERVO].obey(Instruction.REBOOT, b"", bench.clock.now_ns(), broadcast=False)
+
+
+@pytest.mark.parametrize("allowed", [False, True])
+def test_a_servo_that_started_anew_is_found_by_its_turns(allowed: bool) -> None:
+    bench = armed()
+    bench.motors.ticks[SERVO] += 2 * TURN
+    recovery = ServoRecovery(bench.bus, bench.clock, RecoveryPolicy(most=1, after_restart=allowed))
+    bench.bus.torque_off()
+    bench.bus.torque_on()
+    tick(bench, recovery, 5)
+    power_cut(bench)
+    (incident,) = tick(bench, recovery)
+    assert incident.kind is IncidentKind.RESTARTED
+    assert incident.ticks_before - incident.ticks_after == 2 * TURN
+    result = recovery.recover(incident)
+    assert result.recovered is allowed
+    if allowed:
+        assert result.zero_shift_ticks == -2 * TURN
+        assert register(bench, "torque_enable") == 1
+    else:
+        assert result.reason == "recovery of a servo that started anew is not allowed"
+        assert register(bench, "torque_enable") == 0
+
+
+def test_torque_that_vanished_without_a_trace_is_found_in_turn() -> None:
+    bench = armed()
+    recovery = ServoRecovery(bench.bus, bench.clock, OVERLOAD)
+    tick(bench, recovery, 5)
+    power_cut(bench)  # within its first turn: the position does not change
+    (incident,) = tick(bench, recovery, 60)
+    assert (incident.leg, incident.kind) == ("FL", IncidentKind.TORQUE_LOST)
+
+
+def test_a_servo_back_from_silence_is_looked_at() -> None:
+    bench = armed()
+    recovery = ServoRecovery(bench.bus, bench.clock, OVERLOAD)
+    tick(bench, recovery, 5)
+    bench.servos.silence(3)
+    power_cut(bench)
+    assert tick(bench, recovery, 3) == []
+    bench.servos.silence(3, on=False)
+    (incident,) = tick(bench, recovery)
+    assert incident.kind is IncidentKind.RESTARTED
+
+
+def test_torque_switched_off_on_purpose_is_no_incident() -> None:
+    bench = armed()
+    recovery = ServoRecovery(bench.bus, bench.clock, OVERLOAD)
+    tick(bench, recovery, 5)
+    assert bench.bus.torque_off()
+    assert tick(bench, recovery, 100) == []
+
+
+def test_a_failed_attempt_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = armed()
+    recovery = ServoRecovery(bench.bus, bench.clock, RecoveryPolicy(most=1))
+    incident = overload(bench, recovery)
+    bench.servos.silence(3)
+    result = recovery.recover(incident)
+    assert not result.recovered
+    assert not result.torque_off, "nobody confirmed it"
+    bench.servos.silence(3, on=False)
+    assert "that is the limit" in recovery.refusal(incident)
+    assert SETTINGS.names[incident.index] == "FL"

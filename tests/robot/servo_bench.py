@@ -1,0 +1,68 @@
+"""Virtual servos on a bench for the servo commands: in memory, under a virtual clock, no plant."""
+
+import pytest
+
+from drivers.servo_port import ClockedPort
+from model.errors import BusError
+from robot import cli, servo_access
+from sim_hw.clock import VirtualClock
+from sim_hw.port import MemoryPort
+from sim_hw.servo_firmware import FirmwareBank
+from sim_hw.servos import VirtualServoBus
+from sim_hw.virtual_servo import VirtualServo
+from tests.sim_hw.motors import SimpleMotors
+
+PORT = "bench"
+BAUD = 1_000_000
+
+
+class Bench:
+    """Servos on the port ``bench``; every servo command finds them there."""
+
+    def __init__(
+        self, monkeypatch: pytest.MonkeyPatch, ids: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
+    ) -> None:
+        firmware = FirmwareBank(len(ids))
+        self.clock = VirtualClock(start_ns=1_000_000_000)
+        self.motors = SimpleMotors(firmware, len(ids))
+        self.bus = VirtualServoBus(self.motors, firmware, ids, BAUD)
+        self.ports: list[ClockedPort] = []
+        for servo in self.bus.servos:
+            servo.table.set("operating_mode", 4)
+        self._damage = 0
+        self._sound = self.bus.replies
+        monkeypatch.setattr(self.bus, "replies", self._replies)
+        monkeypatch.setattr(servo_access, "new_port", self._new_port)
+
+    def _new_port(self, name: str, baud: int) -> ClockedPort:
+        if name != PORT:
+            raise BusError(f"there is no port {name}", port=name)
+        self.ports.append(MemoryPort(self.bus, self.clock, baud))
+        return self.ports[-1]
+
+    def damage_next_reply(self) -> None:
+        """Flip one bit of the next reply."""
+        self._damage += 1
+
+    def _replies(self, t_ns: int) -> bytes:
+        data = self._sound(t_ns)
+        if self._damage and data:
+            self._damage -= 1
+            return data[:-3] + bytes([data[-3] ^ 0x10]) + data[-2:]
+        return data
+
+    def servo(self, index: int) -> VirtualServo:
+        """Return a servo by its place."""
+        return self.bus.servos[index]
+
+    def values(self, name: str) -> list[int]:
+        """Return one register of every servo, straight from its memory."""
+        return [servo.table.get(name) for servo in self.bus.servos]
+
+    def command(self, *words: str) -> int:
+        """Run ``bigant servo`` on the bench; every port it opened must be closed afterwards."""
+        self.ports = []
+        code = cli.run(["servo", *words, "--port", PORT])
+        assert self.ports
+        assert not any(port.is_open for port in self.ports)
+        return code
