@@ -46,6 +46,7 @@ COMMANDS = (
     Command(
         ("model", "figures"), "robot.model_figures", "our version of the paper's figures and tables"
     ),
+    Command(("odom",), "robot.odom", "odometry and foot forces from a log; 'odom tune' its noise"),
     Command(("replay",), "robot.replay", "a recorded run again, as a test: step, drivers or robot"),
     Command(("log", "info"), "robot.log_info", "duration, rate, topics, versions, damage"),
     Command(("log", "repair"), "robot.log_repair", "a proper file of a cut or damaged log"),
