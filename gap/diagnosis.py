@@ -80,8 +80,8 @@ def diagnose(
     ]
     tell("measuring the floor", 0.03)
     local = _local_drive(predictor, fitted_parts)
-    local_floor, healthy = _floor(predictor, reference_parts, fitted_parts, local)
-    whole_floor, _ = _floor(predictor, reference_parts, fitted_parts, Drive.COMMAND)
+    local_floor, healthy = measure_floor(predictor, reference_parts, fitted_parts, local)
+    whole_floor, _ = measure_floor(predictor, reference_parts, fitted_parts, Drive.COMMAND)
     judged = local_floor if references else _loosened(predictor, fitted_parts, local, local_floor)
     evidence = make_evidence(predictor, fitted_parts, local, judged)
     if not (evidence.count > 0).any():
@@ -196,7 +196,7 @@ def _local_drive(predictor: Predictor, parts: Sequence[Part]) -> Drive:
     return Drive.MEASURED if known[0] >= WHOLE_SHARE * known[1] else Drive.COMMAND
 
 
-def _floor(
+def measure_floor(
     predictor: Predictor,
     references: Sequence[Part],
     fitted: Sequence[Part],
