@@ -40,7 +40,23 @@ EXAMPLES: Mapping[tuple[str, ...], tuple[str, ...]] = MappingProxyType({
         "bigant gap diagnose today-1.mcap today-2.mcap --reference healthy-1.mcap healthy-2.mcap",
         "bigant gap diagnose walk.toml --json walk.json --html walk.html",
     ),
+    ("gap", "check"): (
+        "bigant gap check dev --scenario scenario.toml --markdown figures.md",
+        "bigant gap check final --key final.key --removed 15 --json final.json",
+    ),
     ("gap", "effects"): ("bigant gap effects --stage friction", "bigant gap effects --json"),
+    ("robot", "export"): ("bigant robot export --urdf bigant.urdf --mjcf bigant.xml",),
+    ("sim", "effects"): ("bigant sim effects", "bigant sim effects --json"),
+    ("sim", "run"): (
+        "bigant sim run --gait tripod --effect foot_friction@ML:ratio=0.5 --fast --out a.parquet",
+        "bigant sim run --gait tripod --effect com_offset:x_m=0.03 --out a.mcap",
+    ),
+    ("sim", "campaign"): (
+        "bigant sim campaign scenario.toml --jobs 2 --out dev",
+        "bigant sim campaign scenario.toml --out final --sealed --key final.key",
+    ),
+    ("sim", "unseal"): ("bigant sim unseal final --key final.key --out labels.json",),
+    ("sim", "render"): ("bigant sim render a.parquet --out a.gif",),
     ("import",): ("bigant import table.csv --columns map.toml --out walk.mcap",),
     ("servo", "scan"): ("bigant servo scan", "bigant servo scan --port /dev/ttyUSB0 --json"),
     ("servo", "setup"): (

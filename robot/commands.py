@@ -58,6 +58,9 @@ COMMANDS = (
     Command(("log", "cut"), "robot.log_cut", "a piece of a log"),
     Command(("log", "merge"), "robot.log_merge", "logs of one robot, one behind the other"),
     Command(("log", "export"), "robot.log_export", "tables, trials and trajectories of a log"),
+    Command(
+        ("gap", "check"), "robot.gap_check", "diagnose a withheld campaign, open the seal, count"
+    ),
     Command(("gap", "diagnose"), "robot.gap_diagnose", "where, which effect, how far it shrinks"),
     Command(("gap", "effects"), "robot.gap_effects", "every effect a simulator can add to itself"),
     Command(("import",), "robot.import_command", "measured data as a log or a trial, checked"),

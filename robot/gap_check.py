@@ -52,7 +52,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     import json
 
     from gap.score import confusions, figures
-    from model.errors import ConfigError, RecordError
+    from model.errors import ConfigError
     from robot.gap_campaign import campaign_cases
     from robot.gap_case import neutral_values
     from robot.gap_score_text import score_json, score_lines, score_markdown
@@ -69,16 +69,20 @@ def run(options: argparse.Namespace) -> ExitCode:
     counted = figures(cases, neutral_values(files[0]))
     confused = confusions(cases)
     print("\n".join(score_lines(counted, confused)))
-    for path, text in (
-        (options.json, lambda: json.dumps(score_json(counted, confused, cases), indent=1) + "\n"),
-        (options.markdown, lambda: score_markdown(counted, confused, cases)),
-    ):
-        if path is not None:
-            try:
-                path.write_text(text(), encoding="utf-8")
-            except OSError as error:
-                raise RecordError(f"{path} cannot be written: {error.strerror}") from error
+    if options.json is not None:
+        _write(options.json, json.dumps(score_json(counted, confused, cases), indent=1) + "\n")
+    if options.markdown is not None:
+        _write(options.markdown, score_markdown(counted, confused, cases))
     return ExitCode.VERDICT_FAILED if _missed(counted) else ExitCode.OK
+
+
+def _write(path: Path, text: str) -> None:
+    from model.errors import RecordError
+
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise RecordError(f"{path} cannot be written: {error.strerror}") from error
 
 
 def _missed(counted: "tuple[Figure, ...]") -> bool:
@@ -121,7 +125,7 @@ def _ask(asked: "list[Asked]", jobs: int, words: str) -> None:
     from multiprocessing import get_context
 
     from robot.gap_case import answer_case
-    from robot.progress_bar import ProgressBar
+    from robot.progress import ProgressBar
 
     left = [one for one in asked if not one.out.is_file()]
     if not left:

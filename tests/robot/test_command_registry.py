@@ -19,6 +19,8 @@ from tests.test_docs import anchors_of
 ROOT = Path(__file__).resolve().parents[2]
 # What does something rather than report: its result is a file, a moving robot, or a program.
 ACTS = {
+    ("robot", "export"): "writes files",
+    ("sim", "render"): "draws",
     ("drive",): "bigant show LOG --json has the summary",
     ("view",): "draws",
     ("completion",): "prints a script",
