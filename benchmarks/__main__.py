@@ -16,6 +16,9 @@ NAMES = {
     "twin": "benchmarks.twin",
     "gap_chain": "benchmarks.gap_chain",
     "fuzz": "benchmarks.fuzz",
+    "soak": "benchmarks.soak",
+    "matrix": "benchmarks.fault_matrix",
+    "cycle": "benchmarks.bus_cycle",
 }
 
 

@@ -20,12 +20,15 @@ from robot.config import RobotConfig
 from robot.rig import Rig, TruthSource
 from sim_hw.ati_memory import MemoryDatagramLink, MemoryTextLink
 from sim_hw.clock import VirtualClock
+from sim_hw.interfaces import HostedWorld
 from sim_hw.port import MemoryPort
 from sim_hw.scenario import Scenario
 from sim_hw.server import DeviceProcess, VirtualSetup
+from sim_hw.servo_firmware import FirmwareBank
 from sim_hw.twin import Twin
-from sim_hw.virtual_robot import VirtualRobot, build_virtual_robot
+from sim_hw.virtual_robot import VirtualRobot, build_virtual_robot, put_devices
 
+MakeWorld = Callable[[FirmwareBank], HostedWorld]
 LOOPBACK = "127.0.0.1"
 
 
@@ -36,14 +39,15 @@ class _WorldTruth:
     robot: VirtualRobot
     clock: Clock
 
-    def latest(self) -> BodyTruth:
-        """Return the truth now, or what the cameras make of it.
+    def latest(self) -> BodyTruth | None:
+        """Return the truth now, or what the cameras make of it; None on a bench without a body.
 
         The servos live on even when nobody can talk to them any more.
         """
         self.robot.servo_wire.poll(self.clock.now_ns())
         truth = self.robot.world.truth(self.clock.now_ns())
-        return truth if self.robot.cameras is None else self.robot.cameras.see(truth)
+        cameras = self.robot.cameras
+        return truth if cameras is None or truth is None else cameras.see(truth)
 
 
 def open_in_memory(
@@ -54,6 +58,7 @@ def open_in_memory(
     with_forces: bool,
     scenario: Scenario | None = None,
     tap: WireTap | None = None,
+    bench: MakeWorld | None = None,
 ) -> Rig:
     """Open a virtual robot in memory under a virtual clock: no waiting, same bytes every time.
 
@@ -64,6 +69,7 @@ def open_in_memory(
         with_forces: Whether to use the force-torque unit.
         scenario: What goes wrong, None for sound devices.
         tap: Listens in on all wires, from the first byte on.
+        bench: Makes the world that the devices stand in, None for the plant of the robot file.
     """
     rig, _ = open_twin(
         config,
@@ -73,6 +79,7 @@ def open_in_memory(
         with_forces=with_forces,
         scenario=scenario,
         tap=tap,
+        bench=bench,
     )
     return rig
 
@@ -86,15 +93,23 @@ def open_twin(
     with_forces: bool,
     scenario: Scenario | None = None,
     tap: WireTap | None = None,
+    bench: MakeWorld | None = None,
 ) -> tuple[Rig, VirtualRobot]:
     """Open a twin of the robot in memory under a virtual clock; also return what is behind the devices.
 
     Args: as for ``open_in_memory``, and ``twin``, what the robot really is; None for the nominal one.
     """
     clock = VirtualClock(start_ns=1_000_000_000)
-    robot = build_virtual_robot(
-        config.parameters, config.servo_bus, config.force_sensor, seed, twin, scenario
-    )
+    servo_bus, force_sensor = config.servo_bus, config.force_sensor
+    if bench is None:
+        robot = build_virtual_robot(
+            config.parameters, servo_bus, force_sensor, seed, twin, scenario
+        )
+    else:
+        firmware = FirmwareBank(len(servo_bus.ids))
+        robot = put_devices(
+            bench(firmware), firmware, servo_bus, force_sensor, seed, scenario=scenario
+        )
     timer_s = scenario.adapter.latency_timer_s if scenario is not None else 0.0
 
     def links() -> tuple[DatagramLink, TextLink]:
@@ -301,4 +316,5 @@ def assemble(
         truth=truth,
         armed=armed,
         closers=closers,
+        recovery=config.recovery,
     )

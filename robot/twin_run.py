@@ -30,6 +30,7 @@ from sim_hw.effect_catalog import EFFECTS
 from sim_hw.effects import Effect, apply_effects
 from sim_hw.motion_capture import MotionCapture, Poses
 from sim_hw.twin import Twin, healthy_twin
+from sim_hw.world import World
 
 # The robot stands up and takes its start pose in this time, or never.
 START_LIMIT_S = 60.0
@@ -118,9 +119,11 @@ def walk_fast(config: RobotConfig, twin: Twin, plan: WalkPlan, progress: Progres
     rig, robot = open_twin(config, twin, seed=twin.seed, armed=True, with_forces=True)
     walker = _FastWalk(config, DirectRobot(config, rig, robot), plan)
     poses, rows, first = _Poses(), TwinRows(), 0
+    world = robot.world
+    assert isinstance(world, World), "a twin is no bench"
     while True:
         joints_at_ns, mode = walker.tick()
-        poses.add(joints_at_ns, robot.world.plant.places())
+        poses.add(joints_at_ns, world.plant.places())
         if mode is Mode.WALK:
             if not rows.t_ns:
                 first = len(poses.rows) - 1

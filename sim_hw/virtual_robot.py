@@ -6,7 +6,7 @@ from drivers.settings import ForceSensorSettings, ServoBusSettings
 from model.params import RobotParameters
 from sim_hw.ati import NOISE, VirtualWnet
 from sim_hw.goal_path import GoalPath
-from sim_hw.interfaces import ServoWire, WnetWire
+from sim_hw.interfaces import HostedWorld, ServoWire, WnetWire
 from sim_hw.latency_timer import LatencyTimer
 from sim_hw.motion_capture import MotionCapture
 from sim_hw.old_servos import BusWithOldServos
@@ -28,7 +28,7 @@ class VirtualRobot:
     """The virtual robot's parts.
 
     Attributes:
-        world: Plant and firmware, running together in steps.
+        world: Plant and firmware running together in steps, or a bench.
         servos: Virtual servos.
         wnet: Virtual wireless force-torque unit.
         firmware: The servos' control loops.
@@ -37,7 +37,7 @@ class VirtualRobot:
         cameras: What sees body and feet; None where ground truth is taken as it is.
     """
 
-    world: World
+    world: HostedWorld
     servos: VirtualServoBus
     wnet: VirtualWnet
     firmware: FirmwareBank
@@ -77,6 +77,29 @@ def build_virtual_robot(
     )
     if twin is not None and GoalPath.needed(twin.plant.drive):
         firmware.goal_path = GoalPath(twin.plant.drive, world.encoder_ticks, plant.dt_s, seed)
+    return put_devices(world, firmware, servo_bus, force_sensor, seed, scenario, twin)
+
+
+def put_devices(
+    world: HostedWorld,
+    firmware: FirmwareBank,
+    servo_bus: ServoBusSettings,
+    force_sensor: ForceSensorSettings,
+    seed: int,
+    scenario: Scenario | None,
+    twin: Twin | None = None,
+) -> VirtualRobot:
+    """Put both virtual devices into a world; arguments as for ``build_virtual_robot``.
+
+    Args:
+        world: The world.
+        firmware: The servos' control loops, which it calls.
+        servo_bus: Ids and baud rate of the servos.
+        force_sensor: Transducers.
+        seed: Seed of all noise.
+        scenario: What goes wrong.
+        twin: Whose sensors and cameras they are; None for sound ones.
+    """
     ids = tuple(int(i) for i in servo_bus.ids)
     transducers = tuple(int(t) for t in force_sensor.transducers)
     noise = NOISE if twin is None else (*[twin.sensors.noise.force_n] * 3, *NOISE[3:])

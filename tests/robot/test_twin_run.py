@@ -23,6 +23,7 @@ from robot.twin_stack import walk_through_bytes
 from sim_hw.effect_catalog import EFFECTS
 from sim_hw.effects import parse_effect
 from sim_hw.scenario import parse_scenario
+from sim_hw.world import World
 
 CONFIG = load_robot()
 FIELDS = (
@@ -82,6 +83,7 @@ def test_faults_of_a_scenario_come_on_top_of_a_twin() -> None:
     rig, robot = open_twin(CONFIG, twin, seed=0, armed=False, with_forces=True, scenario=scenario)
     try:
         seen = rig.read().servos
+        assert isinstance(robot.world, World)
         assert robot.world.plant.jam_n_m.tolist() == [0.0, 30.0, 0.0, 0.0, 0.0, 0.0]
         assert seen.temperature_c.tolist() == [25, 25, 70, 25, 25, 25]
         assert robot.cameras is not None

@@ -1,0 +1,319 @@
+"""Odometry and foot forces online: an extended Kalman filter whose process is the model of slipping.
+
+One step a tick, a pure function of the state before and what is known now. The design and its limits are
+described in ``docs/odometry.md``; late samples are the business of ``model.estimator_history``.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from model import estimator_measurements as measure
+from model import estimator_process as process
+from model import estimator_senses as senses
+from model.errors import ModelError
+from model.estimator_health import Trouble, judge
+from model.estimator_output import estimate
+from model.estimator_settings import EstimatorSettings
+from model.estimator_types import (
+    BIAS,
+    FIXED,
+    GYRO_BIAS,
+    POSE,
+    SCALE,
+    VELOCITY,
+    EstimatorState,
+    OdometryEstimate,
+    OdometryInputs,
+)
+from model.kalman import Kalman, mended, sound
+from model.neighbourhood import Neighbourhood, neighbourhood, prepare
+from model.params import ContactParameters
+from model.signals import BoolArray, FloatArray, FootMotion, IntArray
+
+NEVER = -1
+START_SD = 1e-4  # of pose [m, rad] and velocity [m/s, rad/s] at the beginning
+NIS_MEMORY_S = 5.0
+
+
+class Estimator:
+    """The filter and what it knows beforehand.
+
+    Args:
+        contact: Leg springs and friction of the robot file: where the parameters start.
+        weight_n: Weight carried [N].
+        settings: Noise and limits.
+
+    Raises:
+        ModelError: Fewer than two legs, or a weight that is none.
+    """
+
+    def __init__(
+        self,
+        contact: ContactParameters,
+        weight_n: float,
+        settings: EstimatorSettings | None = None,
+    ) -> None:
+        if len(contact.mu) < 2 or not weight_n > 0:
+            raise ModelError("the estimator needs at least two legs and a weight above 0")
+        self.settings = settings if settings is not None else EstimatorSettings()
+        self.contact = contact
+        self.weight_n = weight_n
+        self.legs = len(contact.mu)
+        self.size = FIXED + 2 * self.legs
+        self._kalman = Kalman(self.size)
+        prepare()
+
+    def initial(self, pose: FloatArray | None = None) -> EstimatorState:
+        """Return the state before the first tick.
+
+        Args:
+            pose: x, y [m], yaw [rad] to start from; the origin if None.
+        """
+        settings, legs = self.settings, self.legs
+        mean = np.zeros(self.size)
+        if pose is not None:
+            mean[POSE] = pose
+        sd = np.full(self.size, settings.parameter_sd)
+        sd[POSE] = sd[VELOCITY] = START_SD
+        sd[BIAS] = process.bias_size(settings, 0.0, 0)
+        sd[SCALE], sd[GYRO_BIAS] = settings.scale_sd, settings.gyro_bias_sd
+        nan = np.full((legs, 3), np.nan)
+        covariance = np.diag(sd**2)
+        return EstimatorState(
+            t_ns=NEVER, mean=mean, covariance=covariance, feet=FootMotion(nan, nan),
+            force_ns=NEVER, used_ns=NEVER, share=np.full(legs, np.nan),
+            contact=np.zeros(legs, dtype=bool), rejected=np.zeros((3, legs), dtype=np.int64),
+            rejects=0, idle_ns=NEVER, answer_ns=NEVER, fine_ns=NEVER, lost=False, airborne=False,
+            nis=np.nan, before=(mean, covariance), transition=np.eye(self.size),
+        )  # fmt: skip
+
+    def reset(
+        self, state: EstimatorState, pose: FloatArray | None = None, *, keep_parameters: bool = True
+    ) -> EstimatorState:
+        """Begin anew at a pose, with what was learned about the feet or without.
+
+        Args:
+            state: State so far.
+            pose: x, y [m], yaw [rad]; the origin if None.
+            keep_parameters: Keep friction, stiffness and gyro bias with their covariance.
+        """
+        fresh = self.initial(pose)
+        if not keep_parameters:
+            return replace(fresh, t_ns=state.t_ns, feet=state.feet)
+        learned = np.arange(SCALE, self.size)
+        fresh.mean[learned] = state.mean[learned]
+        both = np.ix_(learned, learned)
+        fresh.covariance[both] = state.covariance[both]
+        return replace(
+            fresh, t_ns=state.t_ns, feet=state.feet, force_ns=state.force_ns,
+            used_ns=state.used_ns, share=state.share, contact=state.contact,
+        )  # fmt: skip
+
+    def step(
+        self, state: EstimatorState, inputs: OdometryInputs
+    ) -> tuple[EstimatorState, OdometryEstimate]:
+        """Advance to a tick and use what was measured in it.
+
+        A tick that is not later than the one before moves nothing; the estimate says so.
+
+        Raises:
+            ModelError: Shapes do not fit.
+        """
+        self._check(inputs)
+        settings = self.settings
+        trouble = Trouble()
+        first = state.t_ns == NEVER
+        dt_s = 0.0 if first else (inputs.t_ns - state.t_ns) * 1e-9
+        if dt_s < 0:
+            trouble.add(f"time went back by {-dt_s:.3g} s")
+            state = replace(
+                state, force_ns=NEVER, used_ns=NEVER, idle_ns=NEVER, answer_ns=NEVER, fine_ns=NEVER
+            )  # they are times of a clock that is no more
+        elif dt_s == 0 and not first:
+            trouble.add("a tick came twice")
+        feet, dead = senses.bridged(inputs.feet, state.feet)
+        if dead.any():
+            trouble.add(f"no encoder reading from {int(dead.sum())} of {self.legs} legs")
+        heard, airborne = senses.hear(state, inputs, self.weight_n, settings)
+        model = self._model(state.mean, feet)
+        idle_ns = senses.idle_since(state, inputs.t_ns, feet, heard, settings)
+        held = idle_ns != NEVER and (inputs.t_ns - idle_ns) * 1e-9 >= settings.idle_time_s
+        held = held and not airborne
+        serving = None if airborne else model
+        step = self._predict(state.mean, serving, dt_s, held, int(dead.sum()), trouble)
+        if airborne:
+            trouble.add("picked up: the feet carry nothing")
+        covariance = self._kalman.predict(step.mean, state.covariance, step.transition, step.noise)
+        # the model was solved at the parameters that the prediction leaves as they are
+        blocks = self._blocks(
+            step.mean, covariance, inputs, heard, None if held else serving, feet, dead, state
+        )
+        mean, after_covariance, stacked = self._correct(step.mean, covariance, blocks, state)
+        if not (sound(after_covariance) and np.isfinite(mean).all()):
+            trouble.add("the covariance had to be mended")
+            mean = np.where(np.isfinite(mean), mean, state.mean)
+            after_covariance = mended(
+                np.where(np.isfinite(after_covariance), after_covariance, state.covariance)
+            )
+        after = EstimatorState(
+            t_ns=inputs.t_ns,
+            mean=mean,
+            covariance=after_covariance,
+            feet=feet,
+            force_ns=inputs.forces.t_ns if heard.fresh and inputs.forces else state.force_ns,
+            used_ns=inputs.t_ns if heard.use else state.used_ns,
+            share=heard.share[:, 2] if heard.fresh else state.share,
+            contact=senses.contact(state, model, heard, self.weight_n, settings),
+            rejected=_streaks(state.rejected, stacked),
+            rejects=state.rejects + (len(stacked.rejected) if stacked is not None else 0),
+            idle_ns=idle_ns,
+            answer_ns=(
+                inputs.t_ns if serving is not None or state.answer_ns == NEVER else state.answer_ns
+            ),
+            fine_ns=state.fine_ns,
+            lost=state.lost,
+            airborne=airborne,
+            nis=_smoothed_nis(state.nis, stacked, settings.force_period_s),
+            before=(step.mean, covariance),
+            transition=step.transition,
+        )
+        after, verdict = judge(after, settings, trouble, inputs.pose_W is not None)
+        out = estimate(after, self.contact, self.weight_n, settings, model, stacked, verdict, held)
+        return after, out
+
+    def _predict(
+        self,
+        mean: FloatArray,
+        model: Neighbourhood | None,
+        dt_s: float,
+        held: bool,
+        dead_legs: int,
+        trouble: Trouble,
+    ) -> process.Prediction:
+        """The step of the process that the moment calls for."""
+        settings = self.settings
+        if dt_s == 0:
+            return process.nothing(mean)
+        if dt_s < 0 or dt_s > settings.longest_gap_s:
+            if dt_s > 0:
+                trouble.add(f"a gap of {dt_s:.2g} s")
+            return process.after_gap(mean, settings, max(dt_s, settings.longest_gap_s))
+        if model is None:
+            trouble.add("the feet do not carry the robot")
+            return process.carried(mean, settings, dt_s)
+        if held:
+            return process.standing(mean, settings)
+        telling = senses.telling(model, self.legs, self.weight_n, settings)
+        return process.walking(mean, model, settings, dt_s, telling, dead_legs)
+
+    def _correct(
+        self,
+        mean: FloatArray,
+        covariance: FloatArray,
+        blocks: list[measure.Block],
+        state: EstimatorState,
+    ) -> tuple[FloatArray, FloatArray, measure.Stack | None]:
+        """Use what passes its gate."""
+        if not blocks:
+            return mean, covariance, None
+        for block in blocks:
+            if block.kind == 2 and state.rejected[2, 0] >= self.settings.reject_limit:
+                # it keeps saying that we are elsewhere: then that is how little we know
+                covariance = covariance + block.rows.T @ (
+                    block.innovation[:, None] ** 2 * block.rows
+                )
+        stacked = measure.stack(blocks, covariance, state.rejected, self.settings)
+        if not stacked.accepted:
+            return mean, covariance, stacked
+        mean, covariance = self._kalman.update(
+            mean, covariance, stacked.innovation, stacked.rows, stacked.noise
+        )
+        limit = self.settings.parameter_limit
+        mean[FIXED:] = np.clip(mean[FIXED:], -limit, limit)
+        return mean, covariance, stacked
+
+    def _check(self, inputs: OdometryInputs) -> None:
+        shape = (self.legs, 3)
+        feet = inputs.feet
+        if feet.position_m.shape != shape or feet.velocity_m_s.shape != shape:
+            raise ModelError(f"feet must be {shape}, not {feet.position_m.shape}")
+        if inputs.forces is not None and inputs.forces.force_n.shape != shape:
+            raise ModelError(f"forces must be {shape}, not {inputs.forces.force_n.shape}")
+
+    def _model(self, mean: FloatArray, feet: FootMotion) -> Neighbourhood | None:
+        """The model at the parameters of a state; None without an answer."""
+        if not (np.isfinite(feet.position_m).all() and np.isfinite(feet.velocity_m_s).all()):
+            return None
+        factors = np.exp(mean[FIXED:])
+        contact = ContactParameters(
+            stiffness=self.contact.stiffness * factors[self.legs :],
+            mu=self.contact.mu * np.exp(mean[SCALE]) * factors[: self.legs],
+            anisotropy=self.contact.anisotropy,
+        )
+        settings = self.settings
+        step_s = settings.sway_step_s if settings.sway else 0.0
+        found = neighbourhood(feet, contact, self.weight_n, settings.law, step_s)
+        return found if found.reason == 0 else None
+
+    def _blocks(
+        self,
+        mean: FloatArray,
+        covariance: FloatArray,
+        inputs: OdometryInputs,
+        heard: senses.Heard,
+        model: Neighbourhood | None,
+        feet: FootMotion,
+        dead: BoolArray,
+        state: EstimatorState,
+    ) -> list[measure.Block]:
+        settings = self.settings
+        blocks: list[measure.Block] = []
+        if model is not None and heard.use:
+            blocks += measure.load_blocks(
+                heard.share[:, 2], model, self.weight_n, settings, self.size
+            )
+            slip = measure.slip_of_feet(mean[VELOCITY], feet, model.sway_B)
+            doubt = settings.clear_slip**2 * senses.slip_variance(covariance, feet)
+            fast = np.einsum("ki,ki->k", slip, slip) > np.maximum(settings.slip_speed**2, doubt)
+            loaded = senses.contact(state, model, heard, self.weight_n, settings) & (
+                heard.share[:, 2] > settings.load_on
+            )
+            which = ~dead & fast & loaded & np.isfinite(heard.share).all(axis=1)
+            blocks += measure.friction_blocks(
+                mean, heard.share, slip, feet, which, self.contact.mu, settings
+            )
+            blocks.append(measure.gauge_block(mean, self.legs, settings))
+        if model is not None:
+            tilt = (inputs.roll_rad, inputs.pitch_rad)
+            blocks += measure.tilt_blocks(tilt, model, settings, self.size)
+        if np.isfinite(inputs.yaw_rate_rad_s):
+            blocks.append(measure.gyro_block(mean, inputs.yaw_rate_rad_s, settings))
+        if inputs.pose_W is not None:
+            pose = measure.pose_block(mean, inputs.pose_W, settings)
+            blocks += [pose] if pose is not None else []
+        return blocks
+
+
+def _streaks(before: IntArray, stacked: measure.Stack | None) -> IntArray:
+    """Rejections in a row of each leg's load and force, and of the pose."""
+    if stacked is None:
+        return before
+    after = before.copy()
+    for block in stacked.accepted:
+        if block.kind >= 0 and block not in stacked.rejected:
+            after[block.kind, block.leg] = 0
+    for block in stacked.rejected:
+        if block.kind >= 0:
+            after[block.kind, block.leg] += 1
+    return after
+
+
+def _smoothed_nis(before: float, stacked: measure.Stack | None, period_s: float) -> float:
+    if stacked is None or not np.isfinite(stacked.nis):
+        return before
+    now = stacked.nis / len(stacked.innovation)
+    if not np.isfinite(before):
+        return now
+    share = period_s / NIS_MEMORY_S
+    return (1 - share) * before + share * now

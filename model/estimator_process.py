@@ -1,0 +1,173 @@
+"""How the estimator's state moves from tick to tick: the model as the evolution step of an observer.
+
+The velocity follows the model's, plus a bias that forgets, with a first-order lag; the pose goes along
+the arc of the mean velocity of the tick; parameters walk at random while their foot tells of them.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from model.estimator_settings import EstimatorSettings
+from model.estimator_types import BIAS, FIXED, POSE, VELOCITY, YAW
+from model.neighbourhood import Neighbourhood
+from model.signals import BoolArray, FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Prediction:
+    """A step of the process: mean (n,), its Jacobian F (n, n) and noise Q (n, n)."""
+
+    mean: FloatArray
+    transition: FloatArray
+    noise: FloatArray
+
+
+def walking(
+    mean: FloatArray,
+    model: Neighbourhood,
+    settings: EstimatorSettings,
+    dt_s: float,
+    telling: tuple[BoolArray, BoolArray],
+    dead_legs: int,
+) -> Prediction:
+    """A step while the feet carry the robot.
+
+    Args:
+        mean: State, (n,).
+        model: The model's answer at the tick's end and at this state's parameters.
+        settings: Noise.
+        dt_s: Length of the step [s].
+        telling: Feet whose friction, and feet whose stiffness may walk, (N,) each.
+        dead_legs: Legs without encoder.
+    """
+    size = len(mean)
+    lag = np.exp(-dt_s / settings.lag_s) if settings.lag_s > 0 else 0.0
+    memory = np.exp(-dt_s / settings.bias_time_s)
+    after = mean.copy()
+    after[VELOCITY] = lag * mean[VELOCITY] + (1 - lag) * (model.velocity_B + mean[BIAS])
+    after[BIAS] = memory * mean[BIAS]
+    to = np.eye(size)
+    axes = np.arange(3)
+    to[3 + axes, 3 + axes] = lag
+    to[3 + axes, 6 + axes] = 1 - lag
+    to[VELOCITY, FIXED:] = (1 - lag) * model.by_parameters
+    to[6 + axes, 6 + axes] = memory
+
+    slip = _slip_size(model)
+    speed_sd = settings.speed_sd + settings.speed_per_slip * slip
+    turn_sd = settings.turn_sd + settings.turn_per_slip * slip
+    white = np.array([speed_sd, speed_sd, turn_sd]) ** 2
+    speeds = (1 - lag) * settings.foot_speed_sd * model.by_speeds
+    noise = np.zeros((size, size))
+    noise[VELOCITY, VELOCITY] = np.diag(white) + speeds @ speeds.T
+    bias_sd = bias_size(settings, slip, dead_legs)
+    noise[6 + axes, 6 + axes] = bias_sd**2 * (1 - memory**2)
+    step = settings.parameter_walk**2 * dt_s
+    parameters = FIXED + np.flatnonzero(np.concatenate(telling))
+    noise[parameters, parameters] = step
+    return _carry_pose(mean, after, to, noise, dt_s)
+
+
+def bias_size(settings: EstimatorSettings, slip_m_s: float, dead_legs: int) -> FloatArray:
+    """Standard deviation of the velocity bias at rest of its memory, (3,): it grows with slip."""
+    speed = (
+        settings.bias_speed_sd
+        + settings.bias_speed_per_slip * slip_m_s
+        + settings.dead_leg_speed_sd * dead_legs
+    )
+    turn = (
+        settings.bias_turn_sd
+        + settings.bias_turn_per_slip * slip_m_s
+        + settings.dead_leg_turn_sd * dead_legs
+    )
+    return np.array([speed, speed, turn])
+
+
+def _slip_size(model: Neighbourhood) -> float:
+    """Root mean square slip of loaded feet [m/s]."""
+    loaded = model.load_n > 0
+    square = np.einsum("ki,ki->k", model.slip_B, model.slip_B)[loaded]
+    return float(np.sqrt(square.mean())) if len(square) else 0.0
+
+
+def standing(mean: FloatArray, settings: EstimatorSettings) -> Prediction:
+    """A step while nothing moves: velocity 0, everything else held as it is."""
+    size = len(mean)
+    after = mean.copy()
+    after[VELOCITY] = 0.0
+    to = np.eye(size)
+    to[VELOCITY, VELOCITY] = 0.0
+    noise = np.zeros((size, size))
+    axes = np.arange(3, 6)
+    noise[axes, axes] = settings.idle_speed_sd**2
+    return Prediction(after, to, noise)
+
+
+def nothing(mean: FloatArray) -> Prediction:
+    """A step in no time."""
+    size = len(mean)
+    return Prediction(mean.copy(), np.eye(size), np.zeros((size, size)))
+
+
+def after_gap(mean: FloatArray, settings: EstimatorSettings, dt_s: float) -> Prediction:
+    """A step over a time in which nobody looked: it may have been carried about all the while.
+
+    Where it is now says nothing about how fast it is, and neither does how fast it was before.
+    """
+    step = standing(mean, settings)
+    sd = np.array([settings.carried_speed_sd] * 2 + [settings.carried_turn_sd])
+    axes = np.arange(3)
+    step.noise[axes, axes] = 2 * sd**2 * settings.carried_time_s * dt_s
+    step.noise[3 + axes, 3 + axes] = sd**2
+    return step
+
+
+def carried(mean: FloatArray, settings: EstimatorSettings, dt_s: float) -> Prediction:
+    """A step without an answer of the model: any motion a person may give the robot."""
+    size = len(mean)
+    memory = np.exp(-dt_s / settings.carried_time_s)
+    after = mean.copy()
+    after[VELOCITY] = memory * mean[VELOCITY]
+    to = np.eye(size)
+    axes = np.arange(3, 6)
+    to[axes, axes] = memory
+    noise = np.zeros((size, size))
+    sd = np.array([settings.carried_speed_sd] * 2 + [settings.carried_turn_sd])
+    noise[axes, axes] = sd**2 * (1 - memory**2)
+    return _carry_pose(mean, after, to, noise, dt_s)
+
+
+def _carry_pose(
+    mean: FloatArray, after: FloatArray, to: FloatArray, noise: FloatArray, dt_s: float
+) -> Prediction:
+    """Move the pose along the arc of the mean velocity; fill its rows of F and Q in place.
+
+    Noise of the velocity at the end of the step enters the pose by half.
+    """
+    vx, vy, turn = 0.5 * (mean[VELOCITY] + after[VELOCITY]) * [dt_s, dt_s, 0.5 * dt_s]
+    # an arc is a chord of length sinc(half turn), turned by half the turn
+    sinc, slope = 1 - turn**2 / 6, -turn / 3
+    if abs(turn) > 1e-3:
+        sinc = np.sin(turn) / turn
+        slope = (np.cos(turn) - sinc) / turn
+    c, s = np.cos(mean[YAW] + turn), np.sin(mean[YAW] + turn)
+    along = np.array([c * vx - s * vy, s * vx + c * vy])
+    across = np.array([-along[1], along[0]])
+    after[0:2] = mean[0:2] + sinc * along
+    after[YAW] = mean[YAW] + 2 * turn
+    by_velocity = np.array([
+        [sinc * c * dt_s, -sinc * s * dt_s, 0.5 * dt_s * (sinc * across[0] + slope * along[0])],
+        [sinc * s * dt_s, sinc * c * dt_s, 0.5 * dt_s * (sinc * across[1] + slope * along[1])],
+        [0.0, 0.0, dt_s],
+    ])  # fmt: skip
+    half = 0.5 * to[VELOCITY]
+    half[:, VELOCITY] += 0.5 * np.eye(3)
+    to[POSE] += by_velocity @ half
+    to[0:2, YAW] += sinc * across
+    enters = 0.5 * by_velocity
+    both = enters @ noise[VELOCITY, VELOCITY]
+    noise[POSE, VELOCITY] = both
+    noise[VELOCITY, POSE] = both.T
+    noise[POSE, POSE] = both @ enters.T
+    return Prediction(after, to, noise)

@@ -1,0 +1,130 @@
+"""What a tick's sensors amount to: forces on a scale, feet in contact, standstill, silent encoders."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from model.estimator_settings import EstimatorSettings
+from model.estimator_types import VELOCITY, EstimatorState, OdometryInputs
+from model.neighbourhood import Neighbourhood
+from model.signals import BoolArray, FloatArray, FootMotion
+
+NEVER = -1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Heard:
+    """Forces of a tick.
+
+    Attributes:
+        share: Over the weight, (N, 3); NaN where there are none.
+        fresh: Whether the record is a new one.
+        use: Whether it is also time to use one.
+    """
+
+    share: FloatArray
+    fresh: bool
+    use: bool
+
+
+def hear(
+    state: EstimatorState, inputs: OdometryInputs, weight_n: float, settings: EstimatorSettings
+) -> tuple[Heard, bool]:
+    """Normalise forces so that the weight is 1, as the paper does.
+
+    Returns:
+        The forces, and whether they say that the robot has been picked up.
+    """
+    forces = inputs.forces
+    age_ns = inputs.t_ns - forces.t_ns if forces is not None else 0
+    if (
+        forces is None
+        or forces.t_ns == NEVER
+        or forces.t_ns <= state.force_ns
+        or age_ns * 1e-9 > settings.stale_force_s
+        or not forces.valid.any()
+    ):
+        stale_s = (inputs.t_ns - state.force_ns) * 1e-9
+        believed = state.force_ns != NEVER and stale_s <= settings.stale_force_s
+        nothing = np.full((len(state.contact), 3), np.nan)
+        return Heard(nothing, fresh=False, use=False), state.airborne and believed
+    force = np.where(forces.valid[:, None], forces.force_n, np.nan)
+    total = float(force[:, 2].sum())
+    # with a transducer missing the sum is not the weight's; then the robot file's is taken
+    whole = bool(np.isfinite(total))
+    airborne = whole and total < settings.airborne_share * weight_n
+    unit = total if whole and total > 0 else weight_n
+    due_s = (inputs.t_ns - state.used_ns) * 1e-9
+    due = state.used_ns == NEVER or due_s > settings.force_period_s - 1e-3
+    return Heard(force / unit, fresh=True, use=due and not airborne), airborne
+
+
+def idle_since(
+    state: EstimatorState,
+    t_ns: int,
+    feet: FootMotion,
+    heard: Heard,
+    settings: EstimatorSettings,
+) -> int:
+    """Since when the feet stand still in the body under steady loads; -1 if they do not."""
+    if not np.abs(feet.velocity_m_s).max() < settings.idle_speed:
+        return NEVER
+    if heard.fresh and (np.abs(heard.share[:, 2] - state.share) > settings.steady_load).any():
+        return NEVER
+    return state.idle_ns if state.idle_ns != NEVER else t_ns
+
+
+def telling(
+    model: Neighbourhood | None, legs: int, weight_n: float, settings: EstimatorSettings
+) -> tuple[BoolArray, BoolArray]:
+    """Feet whose friction, and whose stiffness, may walk: where nothing tells, nothing grows."""
+    if model is None:
+        none = np.zeros(legs, dtype=bool)
+        return none, none
+    square = np.einsum("ki,ki->k", model.slip_B, model.slip_B)
+    loaded = np.asarray(model.load_n > settings.load_on * weight_n)
+    return loaded & (square > settings.slip_speed**2), loaded
+
+
+def slip_variance(covariance: FloatArray, feet: FootMotion) -> FloatArray:
+    """Variance of each foot's slip along an axis, mean of the two, (N,) [m^2/s^2].
+
+    Args:
+        covariance: P, (n, n).
+        feet: Feet, (N, 3) each.
+    """
+    p = covariance[VELOCITY, VELOCITY]
+    x, y = feet.position_m[:, 0], feet.position_m[:, 1]
+    both = p[0, 0] + p[1, 1] + (x**2 + y**2) * p[2, 2] + 2 * (x * p[1, 2] - y * p[0, 2])
+    variance: FloatArray = 0.5 * both
+    return variance
+
+
+def contact(
+    state: EstimatorState,
+    model: Neighbourhood | None,
+    heard: Heard,
+    weight_n: float,
+    settings: EstimatorSettings,
+) -> BoolArray:
+    """Loaded feet, with hysteresis, by the measured share where there is one, else the model's."""
+    measured = heard.share[:, 2]
+    if model is not None:
+        share = np.where(np.isfinite(measured), measured, model.load_n / weight_n)
+    elif heard.fresh:
+        share = measured
+    else:
+        return state.contact
+    least = np.where(state.contact, settings.load_off, settings.load_on)
+    return np.asarray(share > least)
+
+
+def bridged(now: FootMotion, before: FootMotion) -> tuple[FootMotion, BoolArray]:
+    """Feet with those of silent encoders held where they were last seen; which ones those are."""
+    both = np.hstack([now.position_m, now.velocity_m_s])
+    known = np.asarray(np.isfinite(both).all(axis=1))
+    if known.all():
+        return now, ~known
+    position = np.where(known[:, None], now.position_m, before.position_m)
+    velocity = np.where(known[:, None], now.velocity_m_s, 0.0)
+    return FootMotion(position, velocity), ~known

@@ -1,0 +1,125 @@
+"""The model at one frame with its derivatives, by one compiled call over stepped parameters."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from model import estimator_kernel
+from model.frames import FrictionLaw
+from model.params import ContactParameters
+from model.signals import BoolArray, FloatArray, FootMotion
+
+LOG_STEP = 0.01
+SPEED_STEP_M_S = 1e-4
+CREEP_SPEED_M_S = 1e-3  # as in ``model.frame_kernel``: puts the ansatz' forces on a scale
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Neighbourhood:
+    """The model's answer for N feet and its derivatives; parameters are log mu, then log K.
+
+    Attributes:
+        reason: 0, or why there is no answer (``model.frames.Reason``); all else is then undefined.
+        velocity_B: With sway, (3,).
+        by_parameters: Its derivatives, (3, 2 N).
+        by_speeds: By the feet's speeds along x, (3, N).
+        sway_B: Velocity of the body origin as it tilts, (2,) [m/s].
+        load_n: (N,) [N].
+        load_by_stiffness: By log K, (N, N).
+        pose: slope_x, slope_y, height, (3,).
+        pose_by_stiffness: (3, N).
+        slip_B: (N, 2) [m/s].
+        force_B: Horizontal forces, (N, 2) [N].
+        force_by_parameters: (N, 2, 2 N).
+        resting: Feet at rest, (N,).
+    """
+
+    reason: int
+    velocity_B: FloatArray  # noqa: N815 - frame suffix
+    by_parameters: FloatArray
+    by_speeds: FloatArray
+    sway_B: FloatArray  # noqa: N815
+    load_n: FloatArray
+    load_by_stiffness: FloatArray
+    pose: FloatArray
+    pose_by_stiffness: FloatArray
+    slip_B: FloatArray  # noqa: N815
+    force_B: FloatArray  # noqa: N815
+    force_by_parameters: FloatArray
+    resting: BoolArray
+
+
+def prepare() -> None:
+    """Load or make the machine code now, so that no tick has to wait for it."""
+    estimator_kernel.prepare()
+
+
+def neighbourhood(
+    feet: FootMotion,
+    contact: ContactParameters,
+    weight_n: float,
+    law: FrictionLaw,
+    sway_step_s: float,
+) -> Neighbourhood:
+    """Solve a frame and step each parameter and foot speed by a little.
+
+    Args:
+        feet: (N, 3) each, all finite.
+        contact: Stiffness and friction to solve at.
+        weight_n: Weight carried [N].
+        law: Friction law. The viscous ansatz' forces get the scale that brings them nearest to
+            Coulomb's law at the same slips.
+        sway_step_s: Time either way over which slopes are differenced [s]; 0 leaves sway out.
+    """
+    count = len(contact.mu)
+    velocity = np.empty((1 + 3 * count, 3))
+    loads = np.empty((1 + count, count))
+    pose = np.empty((1 + count, 3))
+    sway = np.zeros(2)
+    slip = np.zeros((count, 2))
+    force = np.zeros((1 + 2 * count, count, 2))
+    resting = np.zeros(count, dtype=np.bool_)
+    reason = estimator_kernel.neighbourhood_kernel(
+        np.ascontiguousarray(feet.position_m),
+        np.ascontiguousarray(feet.velocity_m_s),
+        contact.stiffness,
+        contact.mu,
+        contact.anisotropy,
+        weight_n,
+        law is FrictionLaw.COULOMB,
+        sway_step_s,
+        LOG_STEP,
+        SPEED_STEP_M_S,
+        velocity,
+        loads,
+        pose,
+        sway,
+        slip,
+        force,
+        resting,
+    )
+    if law is FrictionLaw.VISCOUS and reason == 0:
+        force *= _scale(force[0], slip)
+    parameters = 2 * count
+    return Neighbourhood(
+        reason=int(reason),
+        velocity_B=velocity[0],
+        by_parameters=(velocity[1 : 1 + parameters] - velocity[0]).T / LOG_STEP,
+        by_speeds=(velocity[1 + parameters :] - velocity[0]).T / SPEED_STEP_M_S,
+        sway_B=sway,
+        load_n=loads[0],
+        load_by_stiffness=(loads[1:] - loads[0]).T / LOG_STEP,
+        pose=pose[0],
+        pose_by_stiffness=(pose[1:] - pose[0]).T / LOG_STEP,
+        slip_B=slip,
+        force_B=force[0],
+        force_by_parameters=np.moveaxis(force[1:] - force[0], 0, -1) / LOG_STEP,
+        resting=resting,
+    )
+
+
+def _scale(force: FloatArray, slip: FloatArray) -> float:
+    square = np.einsum("ki,ki->k", force, force)
+    power = float(square.sum())
+    aim = float((square / (np.sqrt(np.einsum("ki,ki->k", slip, slip)) + CREEP_SPEED_M_S)).sum())
+    return aim / power if power > 0 else 0.0

@@ -1,0 +1,435 @@
+"""The estimator: derivatives, symmetries, consistency."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from filterpy.kalman import KalmanFilter
+
+from model import estimator_measurements as measure
+from model import estimator_process as process
+from model.errors import ModelError
+from model.estimator import Estimator
+from model.estimator_history import EstimatorHistory, LateSample
+from model.estimator_settings import EstimatorSettings
+from model.estimator_types import (
+    FIXED,
+    SCALE,
+    VELOCITY,
+    EstimatorState,
+    OdometryEstimate,
+    OdometryInputs,
+    friction_of,
+    stiffness_of,
+)
+from model.frames import FrictionLaw, solve_frames
+from model.kalman import Kalman, mended, sound
+from model.neighbourhood import Neighbourhood, neighbourhood
+from model.params import ContactParameters
+from model.signals import FloatArray, FootForces, FootMotion
+from model.smoother import smooth
+from robot.odometry_metrics import in_band, nees
+from tests.model.estimator_world import CONTACT, PERIOD_NS, PLACES, WEIGHT_N, feet_at, simulate
+
+SETTINGS = EstimatorSettings()
+KNOWN = replace(SETTINGS, parameter_sd=0.05, scale_sd=0.05)
+
+
+def run(
+    inputs: list[OdometryInputs],
+    settings: EstimatorSettings = SETTINGS,
+    contact: ContactParameters = CONTACT,
+) -> tuple[list[EstimatorState], list[OdometryEstimate]]:
+    estimator = Estimator(contact, WEIGHT_N, settings)
+    state = estimator.initial()
+    states, said = [], []
+    for known in inputs:
+        state, estimate = estimator.step(state, known)
+        states.append(state)
+        said.append(estimate)
+    return states, said
+
+
+def solved(
+    mean: FloatArray, feet: FootMotion, law: FrictionLaw = FrictionLaw.COULOMB
+) -> Neighbourhood:
+    contact = ContactParameters(
+        CONTACT.stiffness * np.exp(mean[stiffness_of(6)]),
+        CONTACT.mu * np.exp(mean[friction_of(6)] + mean[SCALE]),
+        CONTACT.anisotropy,
+    )
+    return neighbourhood(feet, contact, WEIGHT_N, law, 0.02)
+
+
+@pytest.mark.parametrize("law", FrictionLaw)
+def test_neighbourhood_is_the_public_model_plus_sway(law: FrictionLaw) -> None:
+    feet = feet_at(1.3)
+    found = neighbourhood(feet, CONTACT, WEIGHT_N, law, 0.0)
+    one = FootMotion(feet.position_m[None], feet.velocity_m_s[None])
+    expected = solve_frames(one, CONTACT, WEIGHT_N, law=law)
+    np.testing.assert_allclose(found.velocity_B, expected.velocity_B[0], atol=1e-9)
+    np.testing.assert_allclose(found.load_n, expected.load_n[0], atol=1e-9)
+    np.testing.assert_allclose(found.slip_B, expected.slip_B[0], atol=1e-9)
+    with_sway = neighbourhood(feet, CONTACT, WEIGHT_N, law, 0.001)
+    slopes = [
+        solve_frames(
+            FootMotion(one.position_m + h * one.velocity_m_s, one.velocity_m_s), CONTACT, WEIGHT_N
+        ).pose[0]
+        for h in (-1e-3, 1e-3)
+    ]
+    rate = (slopes[1] - slopes[0]) / 2e-3
+    height = expected.pose[0, 2]
+    np.testing.assert_allclose(
+        with_sway.sway_B, [height * rate[0], -height * rate[1]], rtol=1e-6, atol=1e-12
+    )
+
+
+@pytest.mark.parametrize("law", FrictionLaw)
+def test_process_jacobian_against_differences(law: FrictionLaw) -> None:
+    settings = replace(SETTINGS, law=law)
+    draw = np.random.default_rng(1)
+    mean = 0.05 * draw.normal(size=FIXED + 12)
+    mean[VELOCITY] = [0.02, 0.003, 0.3]
+    feet = feet_at(0.7)
+    none = np.zeros(6, dtype=bool)
+
+    def after(at: FloatArray) -> process.Prediction:
+        return process.walking(at, solved(at, feet, law), settings, 0.01, (none, none), 0)
+
+    analytic = after(mean).transition
+    for i in range(len(mean)):
+        step = np.zeros(len(mean))
+        step[i] = 1e-3
+        numeric = (after(mean + step).mean - after(mean - step).mean) / 2e-3
+        # one-sided steps of 1 % inside, central ones here
+        np.testing.assert_allclose(analytic[:, i], numeric, atol=3e-5, rtol=0.03)
+
+
+def test_measurement_rows_against_differences() -> None:
+    draw = np.random.default_rng(2)
+    mean = 0.05 * draw.normal(size=FIXED + 12)
+    mean[VELOCITY] = [0.03, 0.002, 0.1]
+    feet = feet_at(2.0)
+    share = np.column_stack([draw.normal(size=(6, 2)) * 0.05, np.full(6, 1 / 6)])
+    every = np.ones(6, dtype=bool)
+
+    def blocks(at: FloatArray) -> list[measure.Block]:
+        model = solved(at, feet)
+        slip = measure.slip_of_feet(at[VELOCITY], feet, solved(mean, feet).sway_B)
+        pose = measure.pose_block(at, np.array([1.0, 2.0, 0.3]), SETTINGS)
+        assert pose is not None
+        return [
+            *measure.load_blocks(share[:, 2], model, WEIGHT_N, SETTINGS, len(at)),
+            *measure.friction_blocks(at, share, slip, feet, every, CONTACT.mu, SETTINGS),
+            measure.gauge_block(at, 6, SETTINGS),
+            measure.gyro_block(at, 0.2, SETTINGS),
+            *measure.tilt_blocks((0.01, -0.02), model, SETTINGS, len(at)),
+            pose,
+        ]
+
+    rows = np.concatenate([block.rows for block in blocks(mean)])
+    for i in range(len(mean)):
+        step = np.zeros(len(mean))
+        step[i] = 1e-4
+        up, down = (
+            np.concatenate([block.innovation for block in blocks(mean + sign * step)])
+            for sign in (1, -1)
+        )
+        np.testing.assert_allclose(rows[:, i], (down - up) / 2e-4, atol=2e-3)
+
+
+def test_no_force_row_touches_the_global_pose() -> None:
+    feet, mean = feet_at(0.4), np.zeros(FIXED + 12)
+    model = solved(mean, feet)
+    slip = measure.slip_of_feet(np.array([0.02, 0, 0]), feet, model.sway_B)
+    share = np.full((6, 3), 1 / 6)
+    every = np.ones(6, dtype=bool)
+    blocks = [
+        *measure.load_blocks(share[:, 2], model, WEIGHT_N, SETTINGS, len(mean)),
+        *measure.friction_blocks(mean, share, slip, feet, every, CONTACT.mu, SETTINGS),
+    ]
+    assert not np.concatenate([block.rows for block in blocks])[:, :3].any()
+
+
+def test_wrapper_equals_a_plain_kalman_filter() -> None:
+    draw = np.random.default_rng(3)
+    size, count = 5, 3
+    transition = np.eye(size) + 0.1 * draw.normal(size=(size, size))
+    noise, rows = 0.1 * np.eye(size), draw.normal(size=(count, size))
+    plain = KalmanFilter(dim_x=size, dim_z=count)
+    plain.x, plain.P = np.zeros(size), np.eye(size)
+    plain.F, plain.Q, plain.H, plain.R = transition, noise, rows, 0.2 * np.eye(count)
+    kalman = Kalman(size)
+    mean, covariance = np.zeros(size), np.eye(size)
+    for _ in range(20):
+        z = draw.normal(size=count)
+        plain.predict()
+        plain.update(z)
+        mean = transition @ mean
+        covariance = kalman.predict(mean, covariance, transition, noise)
+        mean, covariance = kalman.update(
+            mean, covariance, z - rows @ mean, rows, 0.2 * np.eye(count)
+        )
+    np.testing.assert_allclose(mean, plain.x, atol=1e-12)
+    np.testing.assert_allclose(covariance, plain.P, atol=1e-12)
+
+
+def test_mending_makes_a_covariance_sound() -> None:
+    broken = np.diag([1.0, -1e-3, 2.0])
+    assert not sound(broken)
+    assert sound(mended(broken))
+    np.testing.assert_allclose(np.diag(mended(broken))[[0, 2]], [1.0, 2.0])
+
+
+def test_legs_may_be_called_in_any_order() -> None:
+    order = np.array([3, 5, 0, 2, 1, 4])
+    world = simulate(SETTINGS, 4, 150)
+
+    def shuffled(known: OdometryInputs) -> OdometryInputs:
+        assert known.forces is not None
+        feet = FootMotion(known.feet.position_m[order], known.feet.velocity_m_s[order])
+        forces = replace(known.forces, force_n=known.forces.force_n[order])
+        return replace(known, feet=feet, forces=forces)
+
+    one = run(list(world.inputs))[1][-1]
+    other = run([shuffled(known) for known in world.inputs])[1][-1]
+    np.testing.assert_allclose(other.velocity_B, one.velocity_B, atol=1e-8)
+    np.testing.assert_allclose(other.position_m, one.position_m, atol=1e-8)
+    np.testing.assert_allclose(other.mu, one.mu[order], atol=1e-7)
+    np.testing.assert_allclose(other.stiffness, one.stiffness[order], rtol=1e-7)
+
+
+def test_a_mirrored_walk_gives_the_mirrored_estimate() -> None:
+    world = simulate(SETTINGS, 5, 150)
+    sign = np.array([1.0, -1.0, 1.0])
+
+    def mirrored(known: OdometryInputs) -> OdometryInputs:
+        assert known.forces is not None
+        feet = FootMotion(known.feet.position_m * sign, known.feet.velocity_m_s * sign)
+        return replace(
+            known, feet=feet, forces=replace(known.forces, force_n=known.forces.force_n * sign)
+        )
+
+    one = run(list(world.inputs))[1][-1]
+    other = run([mirrored(known) for known in world.inputs])[1][-1]
+    np.testing.assert_allclose(other.velocity_B, one.velocity_B * [1, -1, -1], atol=1e-8)
+    np.testing.assert_allclose(other.position_m, one.position_m * [1, -1], atol=1e-8)
+    assert other.yaw_rad == pytest.approx(-one.yaw_rad, abs=1e-8)
+    np.testing.assert_allclose(other.mu, one.mu, atol=1e-7)
+
+
+def test_forces_twice_as_large_say_the_same() -> None:
+    world = simulate(SETTINGS, 6, 150)
+
+    def doubled(known: OdometryInputs) -> OdometryInputs:
+        assert known.forces is not None
+        return replace(known, forces=replace(known.forces, force_n=2 * known.forces.force_n))
+
+    one = run(list(world.inputs))[1][-1]
+    other = run([doubled(known) for known in world.inputs])[1][-1]
+    np.testing.assert_allclose(other.velocity_B, one.velocity_B, atol=1e-12)
+    np.testing.assert_allclose(other.mu, one.mu, atol=1e-12)
+
+
+def test_same_inputs_same_bits() -> None:
+    world = simulate(SETTINGS, 7, 100)
+    first, second = (run(list(world.inputs))[0][-1] for _ in range(2))
+    assert first.mean.tobytes() == second.mean.tobytes()
+    assert first.covariance.tobytes() == second.covariance.tobytes()
+
+
+def test_without_absolute_poses_the_global_pose_is_never_known_better_than_at_first() -> None:
+    world = simulate(SETTINGS, 8, 300)
+    estimator = Estimator(CONTACT, WEIGHT_N)
+    state = estimator.initial()
+    state.covariance[:3, :3] = np.eye(3)
+    for known in world.inputs:
+        state, estimate = estimator.step(state, known)
+        assert np.diag(estimate.pose_covariance).min() >= 1 - 1e-9
+
+
+def test_parameters_are_found() -> None:
+    quiet = replace(SETTINGS, force_share_sd=0.03, load_sd=0.01, parameter_walk=0.001)
+    world = simulate(quiet, 9, 1500)
+    state = run(list(world.inputs), quiet)[0][-1]
+    found = state.mean[SCALE:]
+    sd = np.sqrt(np.diag(state.covariance))[SCALE:]
+    mu = slice(friction_of(6).start - SCALE, friction_of(6).stop - SCALE)
+    assert np.abs(found - world.parameters)[mu].max() < 0.06
+    assert (np.abs(found - world.parameters)[2:] < 4 * sd[2:] + 0.01).all()
+    assert np.corrcoef(found[mu], world.parameters[mu])[0, 1] > 0.9
+
+
+def test_matched_world_is_consistent() -> None:
+    """Tier one in small: the benchmark runs 50 worlds, and parameters known less well."""
+    runs = 10
+    total = np.zeros((2, 250))
+    for seed in range(runs):
+        world = simulate(KNOWN, 100 + seed, 250)
+        said = run(list(world.inputs), KNOWN)[1]
+        velocity = np.array([e.velocity_B for e in said]) - world.velocity
+        pose = np.array([[*e.position_m, e.yaw_rad] for e in said]) - world.pose
+        total[0] += nees(velocity, np.array([e.twist_covariance for e in said])) / runs
+        total[1] += nees(pose, np.array([e.pose_covariance for e in said])) / runs
+    assert 2.0 < total[0].mean() < 4.2
+    assert 1.5 < total[1].mean() < 5.0
+    assert in_band(total[0], 3, runs) > 0.8
+
+
+def test_a_late_sample_counts_as_if_it_had_come_in_time() -> None:
+    world = simulate(SETTINGS, 10, 120)
+    estimator = Estimator(CONTACT, WEIGHT_N)
+    straight, delayed = EstimatorHistory(estimator), EstimatorHistory(estimator)
+    for known in world.inputs:
+        straight.step(known)
+    waiting: list[LateSample] = []
+    for i, known in enumerate(world.inputs):
+        assert known.forces is not None
+        delayed.step(replace(known, forces=None))
+        waiting.append(LateSample(known.t_ns, known.forces))
+        if i % 20 == 19:  # two at a time out of order, the rest in order
+            waiting[0], waiting[1] = waiting[1], waiting[0]
+            for sample in waiting:
+                assert delayed.late(sample) is not None
+            waiting.clear()
+    assert delayed.state.mean.tobytes() == straight.state.mean.tobytes()
+    assert delayed.refused == 0
+
+
+def test_late_samples_that_are_too_old_or_known_are_refused() -> None:
+    world = simulate(SETTINGS, 11, 120)
+    history = EstimatorHistory(Estimator(CONTACT, WEIGHT_N))
+    for known in world.inputs:
+        history.step(known)
+    before = history.state.mean.tobytes()
+    for known in (world.inputs[10], world.inputs[-5]):
+        assert history.late(LateSample(known.t_ns, known.forces)) is None
+    assert history.late(LateSample(world.inputs[-1].t_ns + 1, world.inputs[-1].forces)) is None
+    assert history.refused == 3
+    assert history.state.mean.tobytes() == before
+
+
+def test_an_absolute_pose_holds_the_estimate_also_across_half_a_turn() -> None:
+    world = simulate(SETTINGS, 12, 200)
+    estimator = Estimator(CONTACT, WEIGHT_N)
+    state = estimator.initial(np.array([0.0, 0.0, np.pi - 0.05]))
+    state.covariance[:3, :3] = np.diag([0.01, 0.01, 0.01])
+    for known, pose in zip(world.inputs, world.pose, strict=True):
+        yaw = (pose[2] + 2 * np.pi) % (2 * np.pi) - np.pi  # half a turn on, as a camera says it
+        seen = np.array([-pose[0], -pose[1], yaw])
+        state, estimate = estimator.step(state, replace(known, pose_W=seen))
+    assert estimate.yaw_rad == pytest.approx(world.pose[-1, 2] + np.pi, abs=0.005)
+    np.testing.assert_allclose(estimate.position_m, -world.pose[-1, :2], atol=0.003)
+    assert np.sqrt(np.diag(estimate.pose_covariance)).max() < 0.005
+
+
+def test_a_pose_that_stays_elsewhere_is_believed_in_the_end() -> None:
+    world = simulate(SETTINGS, 12, 100)
+    estimator = Estimator(CONTACT, WEIGHT_N)
+    state = estimator.initial()
+    off = []
+    for known, pose in zip(world.inputs, world.pose, strict=True):
+        seen = pose + np.array([0.5, 0.0, 0.0])
+        state, estimate = estimator.step(state, replace(known, pose_W=seen))
+        off.append(abs(estimate.position_m[0] - seen[0]))
+    assert min(off[:10]) > 0.4
+    assert off[-1] < 0.1
+
+
+def test_a_gyro_makes_the_yaw_rate_better_known() -> None:
+    world = simulate(SETTINGS, 13, 200)
+    with_gyro = [
+        replace(known, yaw_rate_rad_s=float(v[2]))
+        for known, v in zip(world.inputs, world.velocity, strict=True)
+    ]
+    one, other = run(list(world.inputs))[1][-1], run(with_gyro)[1][-1]
+    assert other.twist_covariance[2, 2] < one.twist_covariance[2, 2]
+
+
+def test_tilt_tells_of_stiffness() -> None:
+    feet = feet_at(0.0)
+    mean = np.zeros(FIXED + 12)
+    true = mean.copy()
+    true[stiffness_of(6)] = [0.3, 0, 0, 0, 0, -0.3]
+    slope = solved(true, feet).pose
+    still = FootMotion(feet.position_m, np.full((6, 3), 0.01))
+    inputs = [
+        OdometryInputs(
+            i * PERIOD_NS,
+            still,
+            None,
+            np.nan,
+            float(np.arctan(slope[1])),
+            float(np.arctan(slope[0])),
+        )
+        for i in range(100)
+    ]
+    said = run(inputs)[1][-1]
+    assert said.stiffness[0] > CONTACT.stiffness[0] > said.stiffness[5]
+    np.testing.assert_allclose(said.tilt_rad, np.arctan(slope[[1, 0]]), atol=1e-3)
+
+
+def test_smoothing_is_better_than_filtering_and_ends_with_it() -> None:
+    world = simulate(SETTINGS, 14, 300)
+    states = run(list(world.inputs))[0]
+    mean, covariance = smooth(states)
+    np.testing.assert_array_equal(mean[-1], states[-1].mean)
+    filtered = np.array([s.mean[VELOCITY] for s in states]) - world.velocity
+    smoothed = mean[:, VELOCITY] - world.velocity
+    assert (smoothed**2).sum() < (filtered**2).sum()
+    for i, state in enumerate(states):
+        assert (np.diag(covariance[i]) <= np.diag(state.covariance) + 1e-12).all()
+
+
+def test_reset_keeps_or_forgets_what_was_learned() -> None:
+    world = simulate(SETTINGS, 15, 200)
+    estimator = Estimator(CONTACT, WEIGHT_N)
+    state = run(list(world.inputs))[0][-1]
+    pose = np.array([1.0, 2.0, 0.5])
+    kept = estimator.reset(state, pose)
+    np.testing.assert_array_equal(kept.mean[SCALE:], state.mean[SCALE:])
+    np.testing.assert_array_equal(kept.mean[:3], pose)
+    assert np.diag(kept.covariance)[:3].max() < 1e-6
+    forgotten = estimator.reset(state, pose, keep_parameters=False)
+    assert not forgotten.mean[SCALE:].any()
+
+
+def test_predicted_forces_carry_the_weight_with_and_without_a_sensor() -> None:
+    world = simulate(SETTINGS, 16, 60)
+    mute = [replace(known, forces=None) for known in world.inputs]
+    for inputs in (list(world.inputs), mute):
+        said = run(inputs)[1][-1]
+        assert said.force_B[:, 2].sum() == pytest.approx(WEIGHT_N)
+        assert said.load_share.sum() == pytest.approx(1.0)
+        np.testing.assert_allclose(said.force_B[:, :2].sum(axis=0), 0, atol=1e-6)
+        for k in range(6):
+            assert sound(said.force_covariance[k])
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: EstimatorSettings(force_sd=0.0),
+        lambda: EstimatorSettings(lag_s=-1.0),
+        lambda: EstimatorSettings(pose_sd=float("nan")),
+        lambda: EstimatorSettings(load_on=0.01, load_off=0.05),
+        lambda: Estimator(CONTACT, 0.0),
+        lambda: Estimator(CONTACT, WEIGHT_N).step(
+            Estimator(CONTACT, WEIGHT_N).initial(),
+            OdometryInputs(0, FootMotion(np.zeros((5, 3)), np.zeros((5, 3)))),
+        ),
+        lambda: smooth([]),
+    ],
+)
+def test_mistakes_are_refused(make: object) -> None:
+    assert callable(make)
+    with pytest.raises(ModelError):
+        make()
+
+
+def test_forces_of_another_robot_are_refused() -> None:
+    estimator = Estimator(CONTACT, WEIGHT_N)
+    wrong = FootForces(0, np.zeros((4, 3)), np.ones(4, dtype=bool))
+    with pytest.raises(ModelError, match="forces must be"):
+        estimator.step(estimator.initial(), OdometryInputs(0, feet_at(0), wrong))
+    assert len(PLACES) == 6
