@@ -121,7 +121,7 @@ def _ask(asked: "list[Asked]", jobs: int, words: str) -> None:
     from multiprocessing import get_context
 
     from robot.gap_case import answer_case
-    from robot.progress_bar import ProgressBar
+    from robot.progress import ProgressBar
 
     left = [one for one in asked if not one.out.is_file()]
     if not left:

@@ -24,7 +24,7 @@ from robot.campaign_plan import Scenario, read_scenario
 from robot.config import load_robot
 from robot.gap_campaign import CaseFiles, Label
 from robot.gap_case import Asked, read_case
-from robot.progress_bar import ProgressBar
+from robot.progress import ProgressBar
 from robot.twin_run import make_twin, walk_fast
 
 if TYPE_CHECKING:
