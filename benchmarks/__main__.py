@@ -15,6 +15,8 @@ NAMES = {
     "log_size": "benchmarks.log_size",
     "gap_chain": "benchmarks.gap_chain",
     "fuzz": "benchmarks.fuzz",
+    "soak": "benchmarks.soak",
+    "matrix": "benchmarks.fault_matrix",
 }
 
 

@@ -65,7 +65,10 @@ class CheckedServo:
 
     def _read_bytes(self, address: int, length: int) -> Answer:
         for _ in range(TRIES):  # only the wire is given another chance, not a servo's no
-            answer = self.packets.read(self.port, self.servo_id, address, length)
+            if length == 1:
+                answer = self.packets.read_byte(self.port, self.servo_id, address)
+            else:
+                answer = self.packets.read(self.port, self.servo_id, address, length)
             if answer.data is not None or answer.error:
                 break
         return answer

@@ -7,6 +7,7 @@ position, with the servos' own watchdog armed, so that they stop when the host d
 
 import contextlib
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from dynamixel_sdk import COMM_SUCCESS
@@ -42,6 +43,9 @@ NEVER = -1
 TORQUE_OFF_TRIES = 3
 # One lost answer is no reason to refuse; a servo that misses so many is not to be relied on.
 TORQUE_ON_READS = 5
+# While an answer is owed, reads begin up to so many bytes early (goal position and what is between are
+# neighbours), each with another length than those before: an old answer cannot pass for a new one.
+LONGEST_LEAD = 8
 # Register 70 of one servo is read once in so many reads; a new alert is looked into at once.
 POLL_EVERY_READS = 10
 
@@ -66,7 +70,10 @@ class ServoBus:
         self._torque_on = False
         self._seen_ns: IntArray = np.full(len(self._ids), NEVER, dtype=np.int64)
         self._hardware_error: IntArray = np.full(len(self._ids), NEVER, dtype=np.int64)
+        # A servo that starts anew forgets its turns; positions are given and taken as if it had not.
+        self._lost_ticks: IntArray = np.zeros(len(self._ids), dtype=np.int64)
         self._reads = 0
+        self._lead = 0
 
     @property
     def stats(self) -> BusStats:
@@ -143,9 +150,7 @@ class ServoBus:
         Raises:
             ConnectionLost: The port is gone.
         """
-        answers = self._packets.sync_read(
-            self._port, self._ids, READ_ADDRESS, READ_LENGTH, self._return_delay_ms()
-        )
+        answers = self._sync_read()
         now_ns = self._clock.now_ns()
         valid: BoolArray = np.array([answer.data is not None for answer in answers])
         self._seen_ns = np.where(valid, now_ns, self._seen_ns)
@@ -153,7 +158,7 @@ class ServoBus:
         age_ns = np.where(self._seen_ns == NEVER, NEVER, now_ns - self._seen_ns)
         return ServoReadings(
             t_ns=now_ns,
-            position_ticks=_column(answers, "present_position"),
+            position_ticks=self._unshifted(_column(answers, "present_position"), valid),
             velocity_counts=_column(answers, "present_velocity"),
             current_counts=_column(answers, "present_current"),
             duty_counts=_column(answers, "present_pwm"),
@@ -164,6 +169,33 @@ class ServoBus:
             valid=readonly(valid),
             age_ns=readonly(age_ns),
         )
+
+    def _sync_read(self) -> list[Answer]:
+        """Read the registers of the loop, so that no answer still owed can be taken for a new one."""
+        self._lead = self._lead % LONGEST_LEAD + 1 if self._packets.owed(self._port) else 0
+        lead = self._lead
+        answers = self._packets.sync_read(
+            self._port, self._ids, READ_ADDRESS - lead, READ_LENGTH + lead, self._return_delay_ms()
+        )
+        if not lead:
+            return answers
+        return [a if a.data is None else replace(a, data=a.data[lead:]) for a in answers]
+
+    def _unshifted(self, ticks: IntArray, valid: BoolArray) -> IntArray:
+        if not self._lost_ticks.any():
+            return ticks
+        shifted: IntArray = readonly(np.where(valid, ticks - self._lost_ticks, 0))
+        return shifted
+
+    def note_restart(self, index: int, lost_ticks: int) -> None:
+        """Take note that a servo has started anew and is sound.
+
+        Args:
+            index: Leg index.
+            lost_ticks: Its position now less the one that ``read`` would have given before [ticks].
+        """
+        self._lost_ticks[index] = lost_ticks
+        self._hardware_error[index] = 0
 
     def _return_delay_ms(self) -> float:
         delays = [servo.return_delay for servo in self.report.servos]
@@ -187,7 +219,7 @@ class ServoBus:
         if answers[index].code != COMM_SUCCESS:
             return  # it is silent just now, and would cost a second timeout
         register = REGISTER["hardware_error_status"]
-        answer = self._packets.read(self._port, self._ids[index], register.address, register.size)
+        answer = self._packets.read_byte(self._port, self._ids[index], register.address)
         if answer.data is not None:
             self._hardware_error[index] = register.decode(answer.data)
 
@@ -212,7 +244,9 @@ class ServoBus:
                 ids=tuple(int(i) for i in self.settings.ids[~readings.valid]),
             )
         try:
-            for servo, ticks in zip(self.servos(), readings.position_ticks, strict=True):
+            for servo, ticks in zip(
+                self.servos(), readings.position_ticks + self._lost_ticks, strict=True
+            ):
                 hold_at(servo, int(ticks))
             for servo in self.servos():
                 servo.write_verified("bus_watchdog", self.watchdog_units)
@@ -240,6 +274,7 @@ class ServoBus:
             )
         self._refuse(~np.isfinite(command.angle_rad), "has a goal angle that is not a number")
         ticks = angle_to_ticks(command.angle_rad, self.settings.signs, self.settings.zeros)
+        ticks = ticks + self._lost_ticks
         self._refuse(
             np.abs(ticks) > EXTENDED_POSITION_LIMIT,
             "has a goal beyond 256 turns; set the turn counter back at standstill",
@@ -283,7 +318,7 @@ class ServoBus:
         """Return Torque Enable as the servo says it, None if it says nothing."""
         register = REGISTER["torque_enable"]
         with contextlib.suppress(BusError, OSError):
-            answer = self._packets.read(self._port, servo_id, register.address, register.size)
+            answer = self._packets.read_byte(self._port, servo_id, register.address)
             if answer.data is not None:
                 return register.decode(answer.data)
         return None

@@ -34,6 +34,8 @@ from drivers.dynamixel_frames import (
 from drivers.servo_port import ClockedPort
 from drivers.servo_stats import BusCounters
 
+# For so long after an answer failed to come it may still do so, in the middle of another request.
+OWED_NS = 500_000_000
 STATUS_BYTES = 11  # a status frame without parameters
 READ_CHUNK = 1024
 
@@ -83,6 +85,15 @@ class PacketHandler(Protocol2PacketHandler):  # type: ignore[misc]  # the SDK is
         self._frames: deque[Frame | BadFrame] = deque()
         # True from a timeout on, until the port has been given time to bring what was late.
         self.suspect_late = False
+        self._owed_until_ns = 0
+
+    def owed(self, port: ClockedPort) -> bool:
+        """Whether an answer that failed to come may still do so: the next one may not be what it seems."""
+        return port.clock.now_ns() < self._owed_until_ns
+
+    def note_missing(self, port: ClockedPort) -> None:
+        """Take note that an answer has failed to come."""
+        self._owed_until_ns = port.clock.now_ns() + OWED_NS
 
     # What the SDK's own requests (ping, reboot, clearMultiTurn, ...) go through.
 
@@ -139,6 +150,7 @@ class PacketHandler(Protocol2PacketHandler):  # type: ignore[misc]  # the SDK is
             if frame is None:
                 self.counters.timeouts += code == COMM_RX_TIMEOUT
                 self.suspect_late = True
+                self.note_missing(port)
                 return Answer(None, 0, code)
             answer = self.checked(frame, length) if frame.servo_id == servo_id else None
             if answer is not None:

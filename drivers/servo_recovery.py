@@ -6,7 +6,8 @@ the policy allows it, and at most so many times in so long, because a servo that
 again protects itself from something real. Nothing here decides that the robot should go on.
 
 A servo that starts anew has lost its turns: the same shaft angle has another position afterwards.
-``Recovery.zero_shift_ticks`` says by how much; a goal computed without it would unwind those turns.
+``Recovery.zero_shift_ticks`` says by how much; a goal computed without it would unwind those turns, so the
+bus is told, and gives and takes positions as if nothing had happened.
 """
 
 import enum
@@ -96,7 +97,8 @@ class Recovery:
         incident: What it was about; the cause is kept here, the servo has forgotten it.
         recovered: True if torque is on again at the measured position.
         reason: Why not, in words; empty if recovered.
-        zero_shift_ticks: To be added to the leg's zero: turns lost, in ticks. 0 if not recovered.
+        zero_shift_ticks: Turns lost since torque first went on, in ticks: what the bus now takes off the
+            leg's positions. 0 if not recovered.
         goal_ticks: Where it holds now [ticks]; 0 if not recovered.
         torque_off: If not recovered: whether the servo confirmed that its torque is off.
     """
@@ -246,7 +248,8 @@ class ServoRecovery:
         except BusError as error:
             return _failed(incident, str(error), torque_off=_switch_off(servo))
         self._open.discard(incident.index)
-        self._ticks[incident.index] = ticks
+        self._bus.note_restart(incident.index, shift)
+        self._ticks[incident.index] = ticks - shift
         self._alerted[incident.index] = False
         return Recovery(incident, True, "", shift, ticks, torque_off=False)
 

@@ -14,6 +14,8 @@ from drivers.servo_port import ClockedPort
 IDENTITY_BYTES = 3  # what a ping is answered with: model number and firmware version
 # What a servo takes to begin its answer, on top of its return delay setting [ms].
 PROCESSING_MS = 0.1
+# Two one-byte answers in a row should agree within so many more reads.
+AGREE_TRIES = 4
 
 
 class ServoRequests(PacketHandler):
@@ -22,6 +24,22 @@ class ServoRequests(PacketHandler):
     def read(self, port: ClockedPort, servo_id: int, address: int, length: int) -> Answer:
         """Read ``length`` bytes of one servo."""
         return self.request(port, servo_id, Instruction.READ, _span(address, length), length)
+
+    def read_byte(self, port: ClockedPort, servo_id: int, address: int) -> Answer:
+        """Read one byte, and again while an older answer may still come, until two in a row agree.
+
+        All one-byte answers look alike, so one that comes late would pass for the answer to another
+        question: a torque that is on for a voltage error.
+        """
+        answer = self.read(port, servo_id, address, 1)
+        for _ in range(AGREE_TRIES):
+            if not self.owed(port):
+                return answer
+            again = self.read(port, servo_id, address, 1)
+            if again == answer:
+                return again
+            answer = again
+        return Answer(None, 0, COMM_RX_CORRUPT)
 
     def write(self, port: ClockedPort, servo_id: int, address: int, data: bytes) -> Answer:
         """Write bytes to one servo and wait for its word that it took them."""
@@ -100,6 +118,8 @@ class ServoRequests(PacketHandler):
         code = COMM_RX_CORRUPT if damaged else COMM_RX_TIMEOUT
         self.counters.timeouts += max(0, silent - damaged)
         self.suspect_late = silent > 0
+        if silent:
+            self.note_missing(port)
         if not silent:
             self.counters.note_round_trip(port.clock.now_ns() - began_ns)
         return [answers.get(servo_id, Answer(None, 0, code)) for servo_id in ids]

@@ -53,6 +53,10 @@ class StopReason(enum.Enum):
     LOG_FAILED = 9  # the log can no longer be written
     LINK_LOST = 10  # the port vanished
     GAIT_REFUSED = 11  # the gait asked for cannot be followed
+    TILTED = 12  # the body leans too far
+    SERVO_STALLED = 13  # a shaft does not follow its goal, with much current
+    SLIPPED = 14  # the body moves when it should stand, or is too far from where it began
+    UNLOADED = 15  # the feet carry too little: lifted, hanging or fallen
 
 
 class FaultKind(enum.Enum):
@@ -73,6 +77,14 @@ class FaultKind(enum.Enum):
     NO_SUPPORT = 13  # the support model found no equilibrium
     LOG_WRITE = 14
     LINK_LOST = 15
+    SERVO_STALLED = 16
+    SERVO_DOWN = 17  # a servo has lost its torque: shut down, or started anew
+    RECOVERING = 18  # the controller asks for a servo to be brought back
+    SERVO_RECOVERED = 19  # it holds again where it stands
+    RECOVERY_FAILED = 20
+    TILTED = 21
+    SLIPPED = 22
+    UNLOADED = 23
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,10 +34,25 @@ class Table:
             raise ConfigError(self.name(key), "is missing; add it to the robot file")
         return self._data[key]
 
+    def flag(self, key: str) -> bool:
+        """Return true or false."""
+        value = self._take(key)
+        if not isinstance(value, bool):
+            raise ConfigError(self.name(key), f"must be true or false, not {value!r}")
+        return value
+
     def maybe_text(self, key: str) -> str:
         """Return a non-empty string, or an empty one where the key is left out."""
+        return self.text(key) if self.has(key) else ""
+
+    def has(self, key: str) -> bool:
+        """Whether a key that may be left out is there."""
         self._taken.add(key)
-        return self.text(key) if key in self._data else ""
+        return key in self._data
+
+    def maybe_table(self, key: str) -> "Table":
+        """Return a sub-table, or an empty one where the key is left out."""
+        return self.table(key) if self.has(key) else Table({}, self.name(key))
 
     def table(self, key: str) -> "Table":
         """Return a sub-table."""

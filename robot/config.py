@@ -24,6 +24,7 @@ from model.params import (
 from model.robot_file import parse_table, read_body, read_contact, read_legs, read_linkage
 from model.toml_table import Table
 from robot.calibration_file import read_calibration
+from robot.safety_table import BodyLimits, RecoverySettings, read_body_limits, read_recovery
 
 DEFAULT_ROBOT_FILE = Path(__file__).resolve().parent.parent / "config" / "bigant.toml"
 WATCHDOG_STEP_S = 0.02
@@ -70,8 +71,10 @@ class RobotConfig:
         servo_bus: Servo bus settings.
         force_sensor: Force-torque unit settings.
         calibration_file: Calibration file that the robot file names, empty for none.
-        limits: Safety limits.
+        limits: Safety limits of the servos.
         loop: Loop settings.
+        body_limits: Safety limits of the body.
+        recovery: Whether a servo that lost its torque may be brought back.
     """
 
     name: str
@@ -82,6 +85,8 @@ class RobotConfig:
     calibration_file: str
     limits: SafetyLimits
     loop: LoopSettings
+    body_limits: BodyLimits
+    recovery: RecoverySettings
 
 
 def load_robot(path: Path = DEFAULT_ROBOT_FILE, calibration: Path | None = None) -> RobotConfig:
@@ -139,6 +144,7 @@ def parse_robot(text: str) -> RobotConfig:
     for gait in ("tripod", "metachronal"):
         make_gait(gait, parameters)  # refuses what cannot be a gait
     loop = _loop(top.table("loop"))
+    safety_table = top.maybe_table("safety")
     force_table = top.table("force_sensor")
     calibration_file = force_table.maybe_text("calibration")
     config = RobotConfig(
@@ -150,7 +156,10 @@ def parse_robot(text: str) -> RobotConfig:
         calibration_file=calibration_file,
         limits=limits,
         loop=loop,
+        body_limits=read_body_limits(safety_table),
+        recovery=read_recovery(safety_table),
     )
+    safety_table.done()
     top.done()
     return config
 

@@ -31,12 +31,15 @@ from model.signals import (
     JointCommand,
     JointState,
     Mode,
+    ServoReadings,
     StopReason,
     Tick,
     readonly,
 )
+from robot.body_watch import BodyMemory, BodySeen, stop_reason_of, watch_body
 from robot.config import RobotConfig
-from robot.modes import GaitBook, Phase, Situation, advance
+from robot.modes import GaitBook, Phase, Situation, advance, graver
+from robot.recovery import Care, CareSeen, RecoveryMemory, care, legs_down
 from robot.rig import silent_readings
 from robot.safety import Allowed, Refused, ServoVerdict, gate, watch_servos
 
@@ -64,6 +67,8 @@ class ControllerState:
         times_ns: Times of the latest shaft angles, (W,).
         angles_rad: Latest shaft angles, (W, N).
         estimate: Dead-reckoned pose.
+        body: What the watch over the body remembers.
+        recovery: Servos that are being brought back.
     """
 
     index: int
@@ -77,6 +82,8 @@ class ControllerState:
     times_ns: IntArray
     angles_rad: FloatArray
     estimate: Estimate
+    body: BodyMemory
+    recovery: RecoveryMemory
 
     @property
     def stop_reason(self) -> StopReason:
@@ -113,6 +120,7 @@ class Controller:
         )
         self._linkage = Linkage(robot.linkage, robot.legs.shaft_position)
         self._weight_n = robot.body.mass * standard_gravity
+        self._sensors = tuple(number > 0 for number in config.force_sensor.transducers.tolist())
         gaits = {name: make_gait(name, robot) for name in ("tripod", "metachronal")}
         self.book = GaitBook(
             gaits, {name: frequency_limit(gait, robot.servo) for name, gait in gaits.items()}
@@ -136,6 +144,8 @@ class Controller:
             times_ns=np.zeros(window, dtype=np.int64),
             angles_rad=np.full((window, count), np.nan),
             estimate=Estimate(0, np.zeros(2), 0.0, np.full(3, np.nan), valid=False),
+            body=BodyMemory.empty(count),
+            recovery=RecoveryMemory.empty(count),
         )
 
     def step(
@@ -153,7 +163,11 @@ class Controller:
         """
         count = self.config.parameters.legs.count
         servos = inputs.servos if inputs.servos is not None else silent_readings(t_ns, count)
-        joints = joint_state(servos, self.config.servo_bus)
+        names = self.config.servo_bus.names
+        down = legs_down(state.recovery, inputs.faults, names)
+        # a servo that started anew has another number for the same angle: what it says is not used
+        usable = replace(servos, valid=readonly(servos.valid & ~down)) if down.any() else servos
+        joints = joint_state(usable, self.config.servo_bus)
         forces = state.forces
         if inputs.forces:
             forces = foot_forces(
@@ -171,16 +185,31 @@ class Controller:
             self.config.servo_bus,
         )
         late, timing_faults = self._timing(state, inputs)
-        stop = self._stop_reason(state, inputs, verdict, late, t_ns)
-        situation = Situation(t_ns, inputs.request, stop, joints.angle_rad, self.armed)
-        phase = advance(state.phase, situation, self.book)
-        wished = self._wish(phase, t_ns, count)
-        allowed, refused, gate_faults = self._gate(wished, state)
         times_ns, angles_rad = _remember(state, joints, t_ns)
         feet = self._linkage.feet(joints.angle_rad, latest_rate(times_ns, angles_rad))
         contact, model_faults = self._contact(feet)
         estimate = self._estimate(state, contact, t_ns)
-        faults = (*inputs.faults, *verdict.faults, *timing_faults, *gate_faults, *model_faults)
+        body, body_faults = self._watch_body(state, joints, forces, contact, t_ns)
+        cared = self._care(state, inputs, servos, verdict, t_ns)
+        stop = self._stop_reason(state, inputs, late, t_ns)
+        stop = graver(stop, graver(cared.stop, stop_reason_of(body_faults)))
+        situation = Situation(
+            t_ns, inputs.request, stop, joints.angle_rad, self.armed, cared.pause, cared.resume
+        )
+        phase = advance(state.phase, situation, self.book)
+        wished = self._wish(phase, t_ns, count)
+        seeded = cared.resume is not None or bool(state.allowed.recover)
+        allowed, refused, gate_faults = self._gate(wished, state, seeded=seeded)
+        allowed = replace(allowed, recover=cared.ask)
+        faults = (
+            *inputs.faults,
+            *verdict.faults,
+            *timing_faults,
+            *body_faults,
+            *cared.faults,
+            *gate_faults,
+            *model_faults,
+        )
         tick = Tick(
             t_ns=t_ns,
             index=state.index,
@@ -209,8 +238,51 @@ class Controller:
             times_ns=times_ns,
             angles_rad=angles_rad,
             estimate=estimate,
+            body=body,
+            recovery=cared.memory,
         )
         return after, tick
+
+    def _watch_body(
+        self,
+        state: ControllerState,
+        joints: JointState,
+        forces: FootForces,
+        contact: ContactSolution,
+        t_ns: int,
+    ) -> tuple[BodyMemory, tuple[Fault, ...]]:
+        seen = BodySeen(
+            t_ns=t_ns,
+            mode=state.phase.mode,
+            joints=joints,
+            sent=state.allowed.command,
+            forces=forces,
+            contact=contact,
+            estimate=state.estimate,
+            weight_n=self._weight_n,
+            sensors=self._sensors,
+        )
+        names = self.config.servo_bus.names
+        return watch_body(state.body, seen, self.config.body_limits, names)
+
+    def _care(
+        self,
+        state: ControllerState,
+        inputs: Inputs,
+        servos: ServoReadings,
+        verdict: ServoVerdict,
+        t_ns: int,
+    ) -> Care:
+        seen = CareSeen(
+            t_ns=t_ns,
+            faults=inputs.faults,
+            verdict=verdict,
+            valid=servos.valid,
+            age_ns=servos.age_ns,
+            holding=state.phase.mode is Mode.HOLD,
+            torque=state.allowed.command.torque,
+        )
+        return care(state.recovery, seen, self.config.recovery, self.config.servo_bus.names)
 
     def _timing(self, state: ControllerState, inputs: Inputs) -> tuple[int, tuple[Fault, ...]]:
         late_s = inputs.timing.lateness_ns * 1e-9
@@ -223,15 +295,14 @@ class Controller:
         return state.late + 1, (Fault(FaultKind.LATE, "loop", f"{late_s * 1e3:.1f} ms late"),)
 
     def _stop_reason(
-        self, state: ControllerState, inputs: Inputs, verdict: ServoVerdict, late: int, t_ns: int
+        self, state: ControllerState, inputs: Inputs, late: int, t_ns: int
     ) -> StopReason:
         kinds = {fault.kind for fault in inputs.faults}
         last = state.allowed.command
-        silent_s = (t_ns - last.t_ns) * 1e-9 if last.torque and not state.refused else 0.0
+        waited = state.refused or state.allowed.recover  # bringing a servo back takes its time
+        silent_s = (t_ns - last.t_ns) * 1e-9 if last.torque and not waited else 0.0
         checks = (
             (FaultKind.LINK_LOST in kinds, StopReason.LINK_LOST),
-            (verdict.lost, StopReason.SERVO_LOST),
-            (verdict.broken, StopReason.SERVO_FAULT),
             (FaultKind.SERVO_CORRUPT in kinds, StopReason.SERVO_FAULT),
             (state.refused >= REFUSED_LIMIT, StopReason.COMMAND_REFUSED),
             (late >= self.config.loop.late_ticks, StopReason.TIMING),
@@ -249,15 +320,16 @@ class Controller:
         return JointCommand(t_ns, readonly(angle), readonly(rate), torque=True)
 
     def _gate(
-        self, wished: JointCommand, state: ControllerState
+        self, wished: JointCommand, state: ControllerState, *, seeded: bool
     ) -> tuple[Allowed, int, tuple[Fault, ...]]:
         last = state.allowed.command
-        if wished.torque and not last.torque:  # switching on: hold where the shafts are
+        # switching on, or taking a servo up again: the driver holds where the shafts are
+        if wished.torque and (seeded or not last.torque):
             last = replace(wished, torque=False)
         verdict = gate(wished, last, self.config.limits, self.config.servo_bus)
         if isinstance(verdict, Refused):
             fault = Fault(FaultKind.REFUSED, "safety gate", verdict.reason)
-            return state.allowed, state.refused + 1, (fault,)
+            return Allowed(state.allowed.command), state.refused + 1, (fault,)
         return verdict, 0, ()
 
     def _contact(self, feet: FootMotion) -> tuple[ContactSolution, tuple[Fault, ...]]:

@@ -20,11 +20,14 @@ from robot.config import RobotConfig
 from robot.rig import Rig, TruthSource
 from sim_hw.ati_memory import MemoryDatagramLink, MemoryTextLink
 from sim_hw.clock import VirtualClock
+from sim_hw.interfaces import HostedWorld
 from sim_hw.port import MemoryPort
 from sim_hw.scenario import Scenario
 from sim_hw.server import DeviceProcess, VirtualSetup
-from sim_hw.virtual_robot import VirtualRobot, build_virtual_robot
+from sim_hw.servo_firmware import FirmwareBank
+from sim_hw.virtual_robot import VirtualRobot, build_virtual_robot, put_devices
 
+MakeWorld = Callable[[FirmwareBank], HostedWorld]
 LOOPBACK = "127.0.0.1"
 
 
@@ -35,7 +38,7 @@ class _WorldTruth:
     robot: VirtualRobot
     clock: Clock
 
-    def latest(self) -> BodyTruth:
+    def latest(self) -> BodyTruth | None:
         """Return the truth now. The servos live on even when nobody can talk to them any more."""
         self.robot.servo_wire.poll(self.clock.now_ns())
         return self.robot.world.truth(self.clock.now_ns())
@@ -49,6 +52,7 @@ def open_in_memory(
     with_forces: bool,
     scenario: Scenario | None = None,
     tap: WireTap | None = None,
+    bench: MakeWorld | None = None,
 ) -> Rig:
     """Open a virtual robot in memory under a virtual clock: no waiting, same bytes every time.
 
@@ -59,11 +63,19 @@ def open_in_memory(
         with_forces: Whether to use the force-torque unit.
         scenario: What goes wrong, None for sound devices.
         tap: Listens in on all wires, from the first byte on.
+        bench: Makes the world that the devices stand in, None for the plant of the robot file.
     """
     clock = VirtualClock(start_ns=1_000_000_000)
-    robot = build_virtual_robot(
-        config.parameters, config.servo_bus, config.force_sensor, seed, scenario=scenario
-    )
+    servo_bus, force_sensor = config.servo_bus, config.force_sensor
+    if bench is None:
+        robot = build_virtual_robot(
+            config.parameters, servo_bus, force_sensor, seed, scenario=scenario
+        )
+    else:
+        firmware = FirmwareBank(len(servo_bus.ids))
+        robot = put_devices(
+            bench(firmware), firmware, servo_bus, force_sensor, seed, scenario=scenario
+        )
     timer_s = scenario.adapter.latency_timer_s if scenario is not None else 0.0
 
     def links() -> tuple[DatagramLink, TextLink]:
@@ -269,4 +281,5 @@ def assemble(
         truth=truth,
         armed=armed,
         closers=closers,
+        recovery=config.recovery,
     )

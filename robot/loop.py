@@ -108,7 +108,8 @@ def run(
                 break
             now_ns = clock.now_ns()
             busy_ns = now_ns - start_ns
-            if switched_on:  # a dozen transactions, once: begin a new grid behind them
+            # a dozen transactions and more: begin a new grid behind them
+            if switched_on or state.allowed.recover:
                 deadline_ns = now_ns
             missed = max(0, (now_ns - deadline_ns) // period_ns)
             deadline_ns += period_ns * (1 + missed)
@@ -172,11 +173,17 @@ CAUSES = {
         FaultKind.SERVO_CURRENT,
         FaultKind.SERVO_VOLTAGE,
         FaultKind.SERVO_LAG,
+        FaultKind.SERVO_DOWN,
+        FaultKind.RECOVERY_FAILED,
     },
     StopReason.COMMAND_REFUSED: {FaultKind.REFUSED},
     StopReason.FORCE_LOST: {FaultKind.FORCE_SILENT},
     StopReason.TIMING: {FaultKind.LATE},
     StopReason.LOG_FAILED: {FaultKind.LOG_WRITE},
+    StopReason.TILTED: {FaultKind.TILTED},
+    StopReason.SERVO_STALLED: {FaultKind.SERVO_STALLED},
+    StopReason.SLIPPED: {FaultKind.SLIPPED},
+    StopReason.UNLOADED: {FaultKind.UNLOADED},
 }
 
 

@@ -5,8 +5,9 @@ Pure functions of the situation. The modes are those of ``model.signals.Mode``::
     IDLE > ARMED > START > HOLD > START > WALK > SLOW > SETTLE > HOLD        any > LIMP
 
 A stop is one of three kinds. A *cut* goes to LIMP at once. A *halt* (a servo is lost or broken, the
-loop is late) slows down and stands where it is, because moving single legs needs all of them. A
-*settle* brings the legs down one at a time until all feet stand.
+loop is late, the body leans or slips) slows down and stands where it is, because moving single legs needs
+all of them. A *settle* brings the legs down one at a time until all feet stand. A *pause* is a halt without
+a reason to end: a servo is being brought back, and the robot goes on from ARMED.
 """
 
 from collections.abc import Mapping
@@ -17,7 +18,7 @@ import numpy as np
 from gaits.gait import Gait
 from gaits.moves import LegMoves
 from gaits.plan import Hold, Plan, Walking
-from model.signals import FloatArray, Intent, Mode, Request, StopReason
+from model.signals import BoolArray, FloatArray, Intent, Mode, Request, StopReason
 
 CUTS = frozenset({StopReason.EMERGENCY, StopReason.LINK_LOST})
 HALTS = frozenset(
@@ -26,6 +27,10 @@ HALTS = frozenset(
         StopReason.SERVO_FAULT,
         StopReason.COMMAND_REFUSED,
         StopReason.TIMING,
+        StopReason.TILTED,
+        StopReason.SERVO_STALLED,
+        StopReason.SLIPPED,
+        StopReason.UNLOADED,
     }
 )
 # Legs this close to their place need no move.
@@ -59,6 +64,8 @@ class Situation:
         stop: Reason to stop found in this tick, NONE if none.
         angle_rad: Measured shaft angles, (N,), NaN where unknown.
         armed: Whether torque may be switched on.
+        pause: Whether the robot has to hold where it is for a while.
+        resume: Legs to be taken up where they were measured, (N,) bool, when it may go on after a pause.
     """
 
     t_ns: int
@@ -66,6 +73,8 @@ class Situation:
     stop: StopReason
     angle_rad: FloatArray
     armed: bool
+    pause: bool = False
+    resume: BoolArray | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,8 +107,11 @@ def advance(phase: Phase, now: Situation, book: GaitBook) -> Phase:
     phase = Phase(phase.mode, phase.plan, phase.gait, reason)
     if phase.mode is Mode.IDLE:
         return _from_idle(phase, now)
-    if reason in HALTS:
+    if reason in HALTS or now.pause:
         return _halt(phase, now)
+    if now.resume is not None:
+        angle = np.where(now.resume, now.angle_rad, _planned(phase, now.t_ns))
+        return Phase(Mode.ARMED, Hold(angle), None, reason)
     if reason is not StopReason.NONE or now.request.intent is not Intent.WALK:
         return _come_to_rest(phase, now)
     return _towards_walking(phase, now, book)
@@ -115,6 +127,11 @@ def _reason(phase: Phase, now: Situation, book: GaitBook) -> StopReason:
     if phase.mode is not Mode.IDLE and book.refuses(now.request):
         candidates.append(StopReason.GAIT_REFUSED)
     return max(candidates, key=_gravity)  # the first of equals stays
+
+
+def graver(one: StopReason, other: StopReason) -> StopReason:
+    """Return the more serious of two reasons, the first of equals."""
+    return max(one, other, key=_gravity)
 
 
 def _gravity(reason: StopReason) -> int:

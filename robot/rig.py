@@ -11,9 +11,10 @@ from typing import Protocol
 import numpy as np
 
 from drivers.ati_calibration import Calibration
-from drivers.ati_stream import ForceStream
+from drivers.ati_stream import ForceStream, StreamCounters
 from drivers.clock import Clock
 from drivers.servo_bus import ServoBus
+from drivers.servo_recovery import Incident, ServoRecovery
 from drivers.servo_setup import BusReport
 from model.errors import BusError, ConnectionLost
 from model.signals import (
@@ -25,6 +26,9 @@ from model.signals import (
     readonly,
 )
 from robot.safety import Allowed
+from robot.safety_table import RecoverySettings
+
+NO_RECOVERY = RecoverySettings()
 
 
 class TruthSource(Protocol):
@@ -63,6 +67,7 @@ class Rig:
         truth: Source of ground truth, or None.
         armed: Whether torque may be switched on at all.
         closers: Called last, in order, to give back what was opened.
+        recovery: Whether a servo that lost its torque may be brought back.
     """
 
     def __init__(
@@ -75,6 +80,7 @@ class Rig:
         truth: TruthSource | None,
         armed: bool,
         closers: tuple[Callable[[], None], ...] = (),
+        recovery: RecoverySettings = NO_RECOVERY,
     ) -> None:
         self.clock = clock
         self.bus = bus
@@ -85,11 +91,18 @@ class Rig:
         self._closers = closers
         self._torque = False
         self._link_lost = ""
+        self._recovery = ServoRecovery(bus, clock, recovery.policy)
+        self._down: dict[int, Incident] = {}
 
     @property
     def torque(self) -> bool:
         """Whether torque has been switched on and not confirmed off."""
         return self._torque
+
+    @property
+    def force_counters(self) -> StreamCounters | None:
+        """What happened on the force stream, None without one."""
+        return None if self._forces is None else self._forces.counters
 
     @property
     def report(self) -> BusReport:
@@ -110,7 +123,11 @@ class Rig:
     def _read_servos(self, faults: list[Fault]) -> ServoReadings:
         if not self._link_lost:
             try:
-                return self.bus.read()
+                readings = self.bus.read()
+                for incident in self._recovery.look(readings):
+                    self._down[incident.index] = incident
+                    faults.append(Fault(FaultKind.SERVO_DOWN, incident.leg, incident.words))
+                return readings
             except ConnectionLost as error:
                 self._link_lost = str(error)
         faults.append(Fault(FaultKind.LINK_LOST, "servo bus", self._link_lost))
@@ -135,11 +152,24 @@ class Rig:
                 self.bus.torque_on()
             else:
                 self.bus.write_goals(command)
+            return tuple(self._bring_back(leg) for leg in allowed.recover)
         except ConnectionLost as error:
             self._link_lost = str(error)
         except BusError as error:
             return (Fault(FaultKind.SERVO_CORRUPT, "servo bus", str(error)),)
         return ()
+
+    def _bring_back(self, leg: int) -> Fault:
+        """Bring one servo back where it stands; say what came of it. Blocks while it reboots."""
+        incident = self._down[leg]
+        result = self._recovery.recover(incident)
+        if not result.recovered:
+            off = "" if result.torque_off else "; its torque is not confirmed off"
+            detail = f"{incident.words}, not brought back: {result.reason}{off}"
+            return Fault(FaultKind.RECOVERY_FAILED, incident.leg, detail)
+        del self._down[leg]
+        detail = f"{incident.words}, holds again at {result.goal_ticks} ticks"
+        return Fault(FaultKind.SERVO_RECOVERED, incident.leg, detail)
 
     def cut_torque(self) -> bool:
         """Switch all torque off.

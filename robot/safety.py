@@ -31,9 +31,15 @@ RANGE_MARGIN_TICKS = 2 * TICKS_PER_TURN
 
 @dataclass(frozen=True, slots=True)
 class Allowed:
-    """The command may go to the bus as it is."""
+    """The command may go to the bus as it is.
+
+    Attributes:
+        command: The command.
+        recover: Legs whose servos may be brought back now, where they stand; see ``robot.recovery``.
+    """
 
     command: JointCommand
+    recover: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,17 +111,27 @@ class ServoVerdict:
     Attributes:
         faults: Faults, in words.
         silent_reads: Reads in a row without an answer, (N,) int64.
-        lost: A servo has been silent for too long.
-        broken: A servo reports a hardware error, is too hot, draws too much or has too little
-            voltage, for long enough to be believed.
+        lost_legs: Servos that have been silent for too long, (N,) bool.
+        broken_legs: Servos that report a hardware error, are too hot, draw too much or have too little
+            voltage, for long enough to be believed, (N,) bool.
         bad_reads: Reads in a row in which some value was beyond its limit, (N,) int64.
     """
 
     faults: tuple[Fault, ...]
     silent_reads: IntArray
-    lost: bool
-    broken: bool
+    lost_legs: BoolArray
+    broken_legs: BoolArray
     bad_reads: IntArray
+
+    @property
+    def lost(self) -> bool:
+        """Whether any servo is lost."""
+        return bool(self.lost_legs.any())
+
+    @property
+    def broken(self) -> bool:
+        """Whether any servo is broken."""
+        return bool(self.broken_legs.any())
 
 
 # Readings beyond a limit must persist: one noisy current sample is no fault worth a stop.
@@ -172,8 +188,8 @@ def watch_servos(
     return ServoVerdict(
         faults=tuple(faults),
         silent_reads=silent,
-        lost=bool((silent >= bus.silent_limit).any()),
-        broken=bool(alert.any() or (bad_now >= PERSISTENCE_READS).any()),
+        lost_legs=silent >= bus.silent_limit,
+        broken_legs=alert | (bad_now >= PERSISTENCE_READS),
         bad_reads=bad_now,
     )
 

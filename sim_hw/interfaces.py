@@ -7,7 +7,7 @@ whoever hosts them (the device process, a test) sees a device only as something 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol
 
-from model.signals import BoolArray, FloatArray
+from model.signals import BodyTruth, BoolArray, FloatArray
 
 if TYPE_CHECKING:
     from sim_hw.ati import VirtualWnet
@@ -70,6 +70,22 @@ class WrenchSource(Protocol):
         Returns:
             (N, 6): Fx Fy Fz [N] and Tx Ty Tz [N m] in sensor axes; the ground's force on the foot.
         """
+        ...
+
+
+class HostedWorld(MotorWorld, WrenchSource, Protocol):
+    """A world that virtual devices stand in: motors that can be jammed, transducers, perhaps a body."""
+
+    def jam(self, index: int, torque_n_m: float) -> None:
+        """Give a shaft so much dry friction on top of its own; 0 frees it."""
+        ...
+
+    def stand_still_until(self, t_ns: int) -> None:
+        """Skip the time until ``t_ns``, in which nothing happens."""
+        ...
+
+    def truth(self, t_ns: int) -> BodyTruth | None:
+        """Let the world run and return where the body is, None where there is none."""
         ...
 
 

@@ -18,6 +18,7 @@ class ScenarioTime:
     def __init__(self, begins: str) -> None:
         self._needs_torque = begins == "torque"
         self._zero_ns: int | None = None
+        self._spans: dict[int, tuple[Fault, int | None, int | None]] = {}
 
     def look(self, t_ns: int, *, torque: bool) -> None:
         """Begin at ``t_ns`` if it has not begun and what it waits for is there."""
@@ -26,11 +27,20 @@ class ScenarioTime:
 
     def start_ns(self, fault: Fault) -> int | None:
         """When a fault starts, None while that is not known."""
-        return self._at(fault.start_s)
+        return self._span(fault)[1]
 
     def end_ns(self, fault: Fault) -> int | None:
         """When a fault ends, None if that is not known or never."""
-        return self._at(fault.start_s + fault.duration_s)
+        return self._span(fault)[2]
+
+    def _span(self, fault: Fault) -> tuple[Fault, int | None, int | None]:
+        """Start and end, computed once; asked for with every byte on the wire."""
+        found = self._spans.get(id(fault))
+        if found is None:
+            found = fault, self._at(fault.start_s), self._at(fault.start_s + fault.duration_s)
+            if self._zero_ns is not None:
+                self._spans[id(fault)] = found
+        return found
 
     def _at(self, after_s: float) -> int | None:
         if self._zero_ns is None or not math.isfinite(after_s):
@@ -39,7 +49,7 @@ class ScenarioTime:
 
     def active(self, fault: Fault, t_ns: int) -> bool:
         """Whether a fault is on: from its start on, and no more at its end."""
-        start_ns, end_ns = self.start_ns(fault), self.end_ns(fault)
+        _, start_ns, end_ns = self._span(fault)
         return start_ns is not None and start_ns <= t_ns and (end_ns is None or t_ns < end_ns)
 
     def changes(self, faults: Sequence[Fault], after_ns: int, until_ns: int) -> list[int]:

@@ -99,7 +99,9 @@ def serve(
         for device in devices:
             device.service(now_ns)
         if truth is not None and now_ns >= truth_due_ns:
-            truth.send(robot.world.truth(now_ns))
+            where = robot.world.truth(now_ns)
+            if where is not None:
+                truth.send(where)
             truth_due_ns = now_ns - now_ns % TRUTH_PERIOD_NS + TRUTH_PERIOD_NS
         due = [t for device in devices if (t := device.next_due_ns()) is not None]
         next_ns = min([*due, now_ns + IDLE_PERIOD_NS])

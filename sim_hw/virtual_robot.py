@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from drivers.settings import ForceSensorSettings, ServoBusSettings
 from model.params import RobotParameters
 from sim_hw.ati import VirtualWnet
-from sim_hw.interfaces import ServoWire, WnetWire
+from sim_hw.interfaces import HostedWorld, ServoWire, WnetWire
 from sim_hw.latency_timer import LatencyTimer
 from sim_hw.old_servos import BusWithOldServos
 from sim_hw.plant import Plant
@@ -25,14 +25,14 @@ class VirtualRobot:
     """The virtual robot's parts.
 
     Attributes:
-        world: Plant and firmware, running together in steps.
+        world: Plant and firmware running together in steps, or a bench.
         servos: Virtual servos.
         wnet: Virtual wireless force-torque unit.
         servo_wire: The servos as the host's port sees them; with a scenario, its faults lie between.
         wnet_wire: The same for the force-torque unit.
     """
 
-    world: World
+    world: HostedWorld
     servos: VirtualServoBus
     wnet: VirtualWnet
     servo_wire: ServoWire
@@ -67,6 +67,27 @@ def build_virtual_robot(
         sensor_offset_m=force_sensor.offset_m,
         sensor_yaw_rad=force_sensor.yaw_rad,
     )
+    return put_devices(world, firmware, servo_bus, force_sensor, seed, scenario)
+
+
+def put_devices(
+    world: HostedWorld,
+    firmware: FirmwareBank,
+    servo_bus: ServoBusSettings,
+    force_sensor: ForceSensorSettings,
+    seed: int,
+    scenario: Scenario | None,
+) -> VirtualRobot:
+    """Put both virtual devices into a world; arguments as for ``build_virtual_robot``.
+
+    Args:
+        world: The world.
+        firmware: The servos' control loops, which it calls.
+        servo_bus: Ids and baud rate of the servos.
+        force_sensor: Transducers.
+        seed: Seed of all noise.
+        scenario: What goes wrong.
+    """
     ids = tuple(int(i) for i in servo_bus.ids)
     transducers = tuple(int(t) for t in force_sensor.transducers)
     if scenario is None:

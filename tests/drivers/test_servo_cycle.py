@@ -188,7 +188,7 @@ def test_the_poll_passes_over_a_silent_servo() -> None:
     rig.servo(2).silent = True
     for _ in range(2 * POLL_EVERY_READS):
         rig.bus.read()
-    assert rig.polled() == [3]
+    assert rig.polled() == [3, 3], "twice, as an answer that is owed may still come"
 
 
 # Late replies.

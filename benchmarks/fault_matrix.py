@@ -1,0 +1,313 @@
+"""Every fault of the catalogue, once each, on the whole loop: what was reported, what the robot did, how fast.
+
+``python -m benchmarks matrix`` (``make reliability``) writes the table into docs/reliability.md;
+tests/robot/test_fault_matrix.py runs the same cases and holds each to what is expected here. Virtual time,
+real drivers, virtual devices on a bench (``sim_hw.bench_world``), tripod gait.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from scipy.constants import g as standard_gravity
+
+from model.errors import BusError, ForceStreamError, RecordError
+from model.signals import FaultKind, Intent, Mode, Request, StopReason, Tick
+from robot.config import DEFAULT_ROBOT_FILE, RobotConfig, parse_robot
+from robot.controller import Controller
+from robot.hardware import open_in_memory
+from robot.loop import run
+from robot.rig import Rig
+from sim_hw.bench_world import BenchWorld
+from sim_hw.scenario import parse_scenario
+from sim_hw.servo_firmware import FirmwareBank
+
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "reliability.md"
+BEGIN, END = "<!-- fault matrix: make reliability -->", "<!-- end of the fault matrix -->"
+FAULT_S = 3.2  # after torque went on; the robot walks by then
+WATCH_S = 3.0  # so long after the fault began, unless it has stopped
+RECOVERY = "\n[safety.recovery]\nmost = 2\nafter_restart = true\n"
+COUNTED = ("timeouts", "crc_errors", "late_replies", "foreign_replies", "noise_bytes")
+STREAM_COUNTED = ("missing", "duplicate", "late", "malformed", "saturated", "restarts")
+NOTHING = frozenset[FaultKind]()
+SILENT = frozenset({FaultKind.SERVO_SILENT})
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One fault.
+
+    Attributes:
+        kind: Its name in the catalogue.
+        what: The same for a person.
+        keys: Keys of its table, TOML.
+        reason: Why the run has to end; COMPLETED if the robot has to walk on.
+        reported: Fault kinds that have to be in the ticks.
+        recovery: Whether the robot file allows recovery.
+        power: Whether the fault begins with the devices instead of during the walk.
+        refused: Words of the error if the run must not even begin.
+    """
+
+    kind: str
+    what: str
+    keys: str = ""
+    reason: StopReason = StopReason.COMPLETED
+    reported: frozenset[FaultKind] = NOTHING
+    recovery: bool = False
+    power: bool = False
+    refused: str = ""
+
+
+def _kinds(*kinds: FaultKind) -> frozenset[FaultKind]:
+    return frozenset(kinds)
+
+
+CASES = (
+    Case("lost_reply", "1 of 20 replies lost", "rate = 0.05", reported=SILENT),
+    Case("bit_flip", "1 of 20 replies with a bit inverted", "rate = 0.05", reported=SILENT),
+    Case("late_reply", "1 of 20 replies 30 ms late", "rate = 0.05", reported=SILENT),
+    Case("truncated_reply", "1 of 20 replies cut in half", "rate = 0.05", reported=SILENT),
+    Case("duplicated_reply", "every reply twice"),
+    Case("foreign_reply", "a foreign status before every reply"),
+    Case("echo", "every request heard again"),
+    Case("silent_servo", "servo 3 silent for 30 ms", "servo = 3\nduration_s = 0.03", reported=SILENT),
+    Case(
+        "silent_servo",
+        "servo 3 silent for good",
+        "servo = 3",
+        StopReason.SERVO_LOST,
+        SILENT,
+    ),
+    Case(
+        "silent_servo",
+        "servo 3 silent for good, those behind it wait for it",
+        "servo = 3\nchain_breaks = true",
+        StopReason.SERVO_LOST,
+        SILENT,
+    ),
+    Case(
+        "silent_servo",
+        "servo 3 silent for 0.5 s, recovery allowed",
+        "servo = 3\nduration_s = 0.5",
+        reported=SILENT,
+        recovery=True,
+    ),
+    Case("brownout", "servo 4 without power for 0.2 s", "servo = 4\nduration_s = 0.2", StopReason.SERVO_LOST, SILENT),
+    Case(
+        "brownout",
+        "servo 4 without power for 0.2 s, recovery allowed",
+        "servo = 4\nduration_s = 0.2",
+        reported=_kinds(FaultKind.SERVO_DOWN, FaultKind.RECOVERING, FaultKind.SERVO_RECOVERED),
+        recovery=True,
+    ),
+    Case(
+        "brownout",
+        "servo 4 without power for 20 ms",
+        "servo = 4\nduration_s = 0.02",
+        StopReason.SERVO_FAULT,
+        _kinds(FaultKind.SERVO_DOWN),
+    ),
+    Case("overheating", "motor 5 at 75 C", "servo = 5\ntemperature_c = 75.0", StopReason.SERVO_FAULT, _kinds(FaultKind.SERVO_HOT)),
+    Case("overheating", "motor 5 at 85 C: the servo shuts down", "servo = 5", StopReason.SERVO_FAULT, _kinds(FaultKind.SERVO_ALERT)),
+    Case("overload", "motor 6 draws 5.2 A", "servo = 6", StopReason.SERVO_FAULT, _kinds(FaultKind.SERVO_CURRENT)),
+    Case("stuck_shaft", "shaft 1 jammed", "servo = 1", StopReason.SERVO_STALLED, _kinds(FaultKind.SERVO_STALLED)),
+    Case("unplug", "USB cable pulled", "", StopReason.LINK_LOST, _kinds(FaultKind.LINK_LOST)),
+    Case("packet_loss", "1 of 10 datagrams lost", "rate = 0.1", reported=_kinds(FaultKind.FORCE_GAP)),
+    Case("duplicate_packet", "every datagram twice"),
+    Case("reordered_packet", "1 of 5 datagrams behind the next", "rate = 0.2", reported=_kinds(FaultKind.FORCE_GAP)),
+    Case("batching", "three records in a datagram"),
+    Case("mask_change", "transducers 2 and 5 vanish", "transducers = [2, 5]"),
+    Case("saturation", "transducer 5 saturated", "transducer = 5", reported=_kinds(FaultKind.FORCE_SATURATED)),
+    Case("low_battery", "battery low"),
+    Case("clock_step", "clock of the unit jumps by an hour", "step_s = 3600.0"),
+    Case("rollover", "stamps of the unit wrap"),
+    Case("silent_stop", "stream stops for 0.3 s", "duration_s = 0.3"),
+    Case("silent_stop", "stream stops for good", "", StopReason.FORCE_LOST, _kinds(FaultKind.FORCE_SILENT)),
+    Case("port_change_stall", "unit bound to another port", "stored_port = 50000", power=True, refused="sends no data"),
+    Case("console_stall", "console prints nothing", power=True, refused="console"),
+    Case("split_console", "console prints in pieces", "gap_s = 0.01", power=True),
+    Case("sample_rate", "unit samples 20 % too fast", "percent = 20.0"),
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """What came of a case.
+
+    Attributes:
+        case: The case.
+        begun: Whether the run began.
+        words: Cause of the stop, or why it did not begin.
+        reported: Fault kinds in the ticks after the fault began.
+        driver: Counters of both drivers that moved, in words.
+        reason: Why it ended.
+        path: Modes from the fault on.
+        torque_off: Whether every servo confirmed that its torque is off.
+        safe_s: From the fault's beginning until the robot stood or was limp; NaN if it walked on.
+    """
+
+    case: Case
+    begun: bool
+    words: str
+    reported: tuple[str, ...]
+    driver: str
+    reason: StopReason
+    path: tuple[str, ...]
+    torque_off: bool
+    safe_s: float
+
+    @property
+    def decisions(self) -> tuple[str, ...]:
+        """What must not change unseen: all of the row's cells but driver counts and seconds."""
+        cells = self.cells
+        return cells[0], cells[1], cells[3], cells[4]
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """The row of the table."""
+        if not self.begun:
+            return (
+                f"`{self.case.kind}`",
+                self.case.what,
+                self.driver,
+                self.words,
+                "does not begin",
+                "at once",
+            )
+        done = self.reason is StopReason.COMPLETED
+        did = "walks on" if done and self.path == ("WALK",) else " > ".join(self.path)
+        if not done:
+            did += f"; {self.reason.name}; " + (
+                "torque off" if self.torque_off else "torque off not confirmed"
+            )
+        safe = "-" if self.safe_s != self.safe_s else f"{self.safe_s:.2f} s"
+        return (f"`{self.case.kind}`", self.case.what, self.driver or "-", ", ".join(self.reported) or "-", did, safe)  # fmt: skip
+
+
+class _Kept:
+    error: RecordError | None = None
+
+    def __init__(self) -> None:
+        self.ticks: list[Tick] = []
+
+    def write(self, tick: Tick) -> None:
+        self.ticks.append(tick)
+
+
+class _Walker:
+    """Walks until so long after the fault, and then ends the run without a settling."""
+
+    def __init__(self, end_ns: int) -> None:
+        self._end_ns = end_ns
+
+    def request(self, _tick: Tick | None, t_ns: int) -> Request:
+        if t_ns > self._end_ns:
+            return Request(Intent.CUT, "tripod", 0.25, 0.0, StopReason.COMPLETED)
+        return Request(Intent.WALK, "tripod", 0.25, 0.0, StopReason.NONE)
+
+
+def scenario_text(case: Case) -> str:
+    """Return the scenario of a case."""
+    start = "" if case.power else f"start_s = {FAULT_S}\n"
+    begins = "power" if case.power else "torque"
+    return f'seed = 4\nbegins = "{begins}"\n[[fault]]\nkind = "{case.kind}"\n{start}{case.keys}\n'
+
+
+def run_case(case: Case) -> Row:
+    """Run one case."""
+    text = DEFAULT_ROBOT_FILE.read_text(encoding="utf-8")
+    config = parse_robot(text + RECOVERY if case.recovery else text)
+    scenario = parse_scenario(scenario_text(case), [int(i) for i in config.servo_bus.ids])
+    weight_n = config.parameters.body.mass * standard_gravity
+
+    def bench(firmware: FirmwareBank) -> BenchWorld:
+        return BenchWorld(firmware, config.servo_bus.zeros, weight_n)
+
+    try:
+        rig = open_in_memory(
+            config, seed=1, armed=True, with_forces=True, scenario=scenario, bench=bench
+        )
+    except (BusError, ForceStreamError) as error:
+        return Row(case, False, str(error), (), "", StopReason.NONE, (), True, 0.0)
+    try:
+        return _walk(case, config, rig)
+    finally:
+        rig.close()
+
+
+def _walk(case: Case, config: RobotConfig, rig: Rig) -> Row:
+    controller, kept = Controller(config, rig.calibrations, armed=True), _Kept()
+    begin_ns = rig.clock.now_ns()
+    fault_ns = begin_ns + round(FAULT_S * 1e9)
+    before = _counters(rig)
+    result = run(rig, controller, _Walker(fault_ns + round(WATCH_S * 1e9)), kept, None)
+    after = [tick for tick in kept.ticks if tick.t_ns >= fault_ns or case.power]
+    walked = result.reason is StopReason.EMERGENCY and "WALK" in {t.mode.name for t in after}
+    reason = StopReason.COMPLETED if walked else result.reason
+    moved = {k: n - before[k] for k, n in _counters(rig).items() if n != before[k]}
+    reported = {f.kind for tick in after for f in tick.faults} - {FaultKind.NO_SUPPORT}
+    path: list[str] = []
+    for tick in after[:-1] if walked else after:
+        if not path or path[-1] != tick.mode.name:
+            path.append(tick.mode.name)
+    stopped = [t for t in after if t.mode in {Mode.HOLD, Mode.LIMP} and not walked]
+    safe_s = (stopped[0].t_ns - fault_ns) * 1e-9 if stopped else float("nan")
+    return Row(
+        case=case,
+        begun=True,
+        words=result.detail,
+        reported=tuple(sorted(kind.name for kind in reported)),
+        driver=", ".join(f"{n} {k.replace('_', ' ')}" for k, n in moved.items()),
+        reason=reason,
+        path=tuple(path),
+        torque_off=result.torque_off,
+        safe_s=safe_s,
+    )
+
+
+def _counters(rig: Rig) -> dict[str, int]:
+    stats, stream = rig.bus.stats, rig.force_counters
+    counts = {name: int(getattr(stats, name)) for name in COUNTED}
+    if stream is not None:
+        counts |= {f"samples {n}": int(getattr(stream, n)) for n in STREAM_COUNTED}
+    return counts
+
+
+HEAD = (
+    "fault",
+    "in this case",
+    "drivers counted",
+    "faults in the ticks",
+    "the robot",
+    "time to safe",
+)
+
+
+def table(rows: list[Row]) -> str:
+    """Return the table in Markdown."""
+    out = ["| " + " | ".join(HEAD) + " |", "|" + "---|" * len(HEAD)]
+    out += ["| " + " | ".join(cell.replace("|", "/") for cell in row.cells) + " |" for row in rows]
+    return "\n".join(out)
+
+
+def committed() -> list[tuple[str, ...]]:
+    """Return the cells of the table that stands in the documentation."""
+    text = PAGE.read_text(encoding="utf-8")
+    lines = text[text.index(BEGIN) : text.index(END)].splitlines()[3:]
+    return [tuple(cell.strip() for cell in line.strip("|").split("|")) for line in lines if line]
+
+
+def main() -> None:
+    """Run all cases and write the table."""
+    rows = []
+    for number, case in enumerate(CASES, 1):
+        print(f"{number}/{len(CASES)} {case.kind}: {case.what}", flush=True)
+        rows.append(run_case(case))
+    text = PAGE.read_text(encoding="utf-8")
+    head, rest = text.split(BEGIN)
+    _, tail = rest.split(END)
+    PAGE.write_text(f"{head}{BEGIN}\n{table(rows)}\n{END}{tail}", encoding="utf-8")
+    print(f"written to {PAGE}")
+
+
+if __name__ == "__main__":
+    main()

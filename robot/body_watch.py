@@ -1,0 +1,226 @@
+"""The watch over body and shafts: leaning, stalled shafts, slipping away, feet that carry nothing.
+
+Pure: what it remembers goes in and comes out. Each limit is a key of the robot file (``[safety]``), each
+must be exceeded for a while, and nothing is judged from what is absent.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from model.signals import (
+    ContactSolution,
+    Estimate,
+    Fault,
+    FaultKind,
+    FloatArray,
+    FootForces,
+    JointCommand,
+    JointState,
+    Mode,
+    StopReason,
+)
+from robot.safety_table import BodyLimits
+
+# A shaft that goes less than this share of its goal's way does not follow.
+FOLLOWING_SHARE = 0.25
+STANDING = frozenset({Mode.ARMED, Mode.HOLD})
+REASONS = (
+    (FaultKind.TILTED, StopReason.TILTED),
+    (FaultKind.SERVO_STALLED, StopReason.SERVO_STALLED),
+    (FaultKind.SLIPPED, StopReason.SLIPPED),
+    (FaultKind.UNLOADED, StopReason.UNLOADED),
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BodyMemory:
+    """What the watch remembers.
+
+    Attributes:
+        t_ns: Time of the tick before, -1 if there was none.
+        goal_rad: Goals of the tick before, (N,).
+        angle_rad: Latest known shaft angles, (N,).
+        goal_way_rad: Way of the goals, fading with the stall time, (N,).
+        shaft_way_rad: Way of the shafts in the goals' direction, fading in the same way, (N,).
+        load_a: Current against which the shaft works, fading in the same way, (N,).
+        tilted_s: How long the body has leaned too far.
+        unloaded_s: How long the feet have carried too little.
+        standing_at_m: Where dead reckoning was when the robot came to stand, (2,); NaN while it moves.
+    """
+
+    t_ns: int
+    goal_rad: FloatArray
+    angle_rad: FloatArray
+    goal_way_rad: FloatArray
+    shaft_way_rad: FloatArray
+    load_a: FloatArray
+    tilted_s: float
+    unloaded_s: float
+    standing_at_m: FloatArray
+
+    @staticmethod
+    def empty(count: int) -> "BodyMemory":
+        """Return the memory before the first tick."""
+        nan, zero = np.full(count, np.nan), np.zeros(count)
+        return BodyMemory(-1, nan, nan, zero, zero, zero, 0.0, 0.0, np.full(2, np.nan))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BodySeen:
+    """What the watch looks at in one tick.
+
+    Attributes:
+        t_ns: Time of the tick.
+        mode: Mode of the tick before.
+        joints: Calibrated shaft state.
+        sent: The command that the servos were following.
+        forces: Latest measured foot forces.
+        contact: The model's answer for this tick.
+        estimate: Dead reckoning of the tick before; the run began at (0, 0).
+        weight_n: The robot's weight [N].
+        sensors: Legs with a force sensor, (N,) bool.
+    """
+
+    t_ns: int
+    mode: Mode
+    joints: JointState
+    sent: JointCommand
+    forces: FootForces
+    contact: ContactSolution
+    estimate: Estimate
+    weight_n: float
+    sensors: Sequence[bool]
+
+
+def watch_body(
+    memory: BodyMemory, seen: BodySeen, limits: BodyLimits, names: Sequence[str]
+) -> tuple[BodyMemory, tuple[Fault, ...]]:
+    """Compare one tick with the limits.
+
+    Args:
+        memory: What was remembered.
+        seen: What there is to see.
+        limits: Limits.
+        names: Leg names.
+
+    Returns:
+        What is to be remembered, and the faults.
+    """
+    dt_s = 0.0 if memory.t_ns < 0 else max(0.0, (seen.t_ns - memory.t_ns) * 1e-9)
+    if not seen.sent.torque:  # nobody answers for a robot without torque
+        return replace(BodyMemory.empty(len(names)), t_ns=seen.t_ns), ()
+    memory, stalled = _stalled(memory, seen, limits, names, dt_s)
+    tilt, of = _tilt(seen)
+    tilted_s = memory.tilted_s + dt_s if tilt > limits.max_tilt else 0.0
+    load_n = _load(seen)
+    unloaded_s = memory.unloaded_s + dt_s if load_n < limits.min_load * seen.weight_n else 0.0
+    standing_at_m = _standing_at(memory, seen)
+    faults = [*stalled]
+    if tilted_s >= limits.tilt_time:
+        detail = f"leans {tilt:.2f} rad by {of}, limit {limits.max_tilt:g} rad"
+        faults.append(Fault(FaultKind.TILTED, "body", detail))
+    faults += _slipped(seen, standing_at_m, limits)
+    if unloaded_s >= limits.unloaded_time:
+        share = f"{load_n:.1f} N of {seen.weight_n:.1f} N"
+        detail = f"all feet together carry {share}: lifted, hanging or fallen"
+        faults.append(Fault(FaultKind.UNLOADED, "body", detail))
+    after = replace(
+        memory,
+        t_ns=seen.t_ns,
+        tilted_s=tilted_s,
+        unloaded_s=unloaded_s,
+        standing_at_m=standing_at_m,
+    )
+    return after, tuple(faults)
+
+
+def stop_reason_of(faults: Sequence[Fault]) -> StopReason:
+    """Return the reason to stop that is in the watch's faults, NONE if there is none."""
+    kinds = {fault.kind for fault in faults}
+    return next((reason for kind, reason in REASONS if kind in kinds), StopReason.NONE)
+
+
+def _stalled(
+    memory: BodyMemory, seen: BodySeen, limits: BodyLimits, names: Sequence[str], dt_s: float
+) -> tuple[BodyMemory, list[Fault]]:
+    """Compare the goals' way with the shafts' way over the stall time."""
+    fade = np.exp(-dt_s / limits.stall_time)
+    step = np.nan_to_num(seen.sent.angle_rad - memory.goal_rad)
+    angle = np.where(seen.joints.valid, seen.joints.angle_rad, memory.angle_rad)
+    moved = np.nan_to_num(angle - memory.angle_rad) * np.sign(step)
+    current = np.where(seen.joints.valid, np.abs(seen.joints.current_a), memory.load_a)
+    goal_way = memory.goal_way_rad * fade + np.abs(step)
+    shaft_way = memory.shaft_way_rad * fade + moved
+    load_a = memory.load_a * fade + current * (1 - fade)
+    stalled = (
+        (goal_way > limits.stall_travel)
+        & (shaft_way < FOLLOWING_SHARE * goal_way)
+        & (load_a > limits.stall_current)
+    )
+    faults = [
+        Fault(
+            FaultKind.SERVO_STALLED,
+            names[leg],
+            f"its goal moved {goal_way[leg]:.2f} rad and its shaft {shaft_way[leg]:.2f} rad at "
+            f"{load_a[leg]:.1f} A, limit {limits.stall_current:g} A",
+        )
+        for leg in np.flatnonzero(stalled).tolist()
+    ]
+    after = replace(
+        memory,
+        goal_rad=seen.sent.angle_rad,
+        angle_rad=angle,
+        goal_way_rad=goal_way,
+        shaft_way_rad=shaft_way,
+        load_a=load_a,
+    )
+    return after, faults
+
+
+def _tilt(seen: BodySeen) -> tuple[float, str]:
+    """Return the larger of two leans [rad] and what it comes from; -1 if neither is known."""
+    leans = [(-1.0, "nothing")]
+    support = seen.contact.support
+    if support.converged:
+        lean = float(np.arctan(np.hypot(support.slope_x, support.slope_y)))
+        leans.append((lean, "the model's support"))
+    valid = seen.forces.valid
+    if _all_sensors(seen) and valid.all():
+        # inner forces between the feet cancel: what is left points where gravity does not pull
+        x, y, z = seen.forces.force_n.sum(axis=0)
+        if np.hypot(np.hypot(x, y), z) > 0.5 * seen.weight_n:
+            leans.append((float(np.arctan2(np.hypot(x, y), z)), "the sum of measured forces"))
+    return max(leans)
+
+
+def _load(seen: BodySeen) -> float:
+    """Return what the feet carry [N]; infinite where that cannot be known."""
+    if not _all_sensors(seen) or not seen.forces.valid.all():
+        return np.inf
+    return float(np.linalg.norm(seen.forces.force_n.sum(axis=0)))
+
+
+def _all_sensors(seen: BodySeen) -> bool:
+    return all(seen.sensors)
+
+
+def _standing_at(memory: BodyMemory, seen: BodySeen) -> FloatArray:
+    if seen.mode not in STANDING:
+        return np.full(2, np.nan)
+    known = bool(np.isfinite(memory.standing_at_m).all())
+    return memory.standing_at_m if known else seen.estimate.position_m
+
+
+def _slipped(seen: BodySeen, standing_at_m: FloatArray, limits: BodyLimits) -> list[Fault]:
+    faults = []
+    way_m = float(np.hypot(*(seen.estimate.position_m - standing_at_m)))
+    if way_m > limits.max_slip:  # False where it does not stand: NaN
+        detail = f"moved {way_m:.3f} m while it should stand, limit {limits.max_slip:g} m"
+        faults.append(Fault(FaultKind.SLIPPED, "body", detail))
+    distance_m = float(np.hypot(*seen.estimate.position_m))
+    if distance_m > limits.max_distance:
+        detail = f"is {distance_m:.2f} m from where it began, limit {limits.max_distance:g} m"
+        faults.append(Fault(FaultKind.SLIPPED, "body", detail))
+    return faults
