@@ -292,9 +292,9 @@ class Estimator:
             blocks += measure.tilt_blocks(tilt, model, settings, self.size)
         if np.isfinite(inputs.yaw_rate_rad_s):
             blocks.append(measure.gyro_block(mean, inputs.yaw_rate_rad_s, settings))
-        if inputs.pose_W is not None:
-            pose = measure.pose_block(mean, inputs.pose_W, settings)
-            blocks += [pose] if pose is not None else []
+        pose = measure.pose_block(mean, inputs, settings)
+        if pose is not None:
+            blocks.append(pose)
         return blocks
 
 

@@ -62,7 +62,7 @@ def walking(
         settings.foot_speed_sd,
         np.array([speed_sd, speed_sd, turn_sd]),
         bias_size(settings, slip, dead_legs),
-        settings.parameter_walk**2 * dt_s * np.concatenate(telling),
+        np.where(np.concatenate(telling), settings.parameter_walk**2 * dt_s, 0.0),
         after,
         to,
         noise,

@@ -229,11 +229,12 @@ def force_kernel(
                     total += by[i, 1 + other] * covariance[fixed + other, row]
                 half[i, j] = total
         for i in range(3):
-            for j in range(3):
+            for j in range(i + 1):
                 total = 0.0
                 for other in range(parameters + 1):
                     total += half[i, other] * by[j, other]
                 spread[k, i, j] = total
+                spread[k, j, i] = total
         if load[k] > 0.0:
             level = force_xy[k, 0] ** 2 + force_xy[k, 1] ** 2
             flat = force_sd**2 + force_share_sd**2 * level
