@@ -186,5 +186,6 @@ def test_machine_code_does_not_outlive_any_source_of_the_model() -> None:
     from model.frames_kernel import frames_kernel
 
     kept = frames_kernel._cache._cache_file  # type: ignore[attr-defined]
-    assert kept._source_stamp == compiled._stamp()
-    assert len(compiled._stamp()) == 64
+    assert kept._source_stamp == compiled._stamp("model")
+    assert compiled._stamp("gap") != compiled._stamp("model")
+    assert len(compiled._stamp("model")) == 64
