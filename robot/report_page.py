@@ -10,7 +10,6 @@ import io
 import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from model.errors import RecordError
@@ -59,9 +58,6 @@ figure svg, figure img { display: block; width: 100%; height: auto; }
   pre { white-space: pre-wrap; } figure, tr { break-inside: avoid; } h2 { break-after: avoid; }
 }
 """
-# Text stays text (small, searchable, and a test can see whether it overlaps); ids do not change from run
-# to run. Both are read when a picture is saved, not when it is drawn.
-SVG = MappingProxyType({"svg.fonttype": "none", "svg.hashsalt": "bigant"})
 # More cells in a row than this do not fit a phone; the table then scrolls instead of breaking words.
 NARROW_CELLS = 3
 MARKS = frozenset({"pass", "warn", "fail", "skip"})
@@ -181,7 +177,9 @@ def inline_svg(figure: "Figure", number: str) -> str:
     import matplotlib as mpl
 
     buffer = io.StringIO()
-    with mpl.rc_context(dict(SVG)):
+    # Text stays text (small, searchable, and a test can see whether it overlaps) and ids do not change from
+    # run to run; both are read when a picture is saved, not when it is drawn.
+    with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": "bigant"}):
         figure.savefig(buffer, format="svg", metadata={"Date": None})
     text = buffer.getvalue()
     svg = text[text.index("<svg") :]
