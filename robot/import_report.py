@@ -46,7 +46,6 @@ def data_faults(trial: Trial | None) -> tuple[DataFault, ...]:
 @lru_cache(maxsize=1)
 def _simulator(header: TrialHeader) -> Simulator:
 
-
     return simulator_for([build_trial(header, (Column("time_s", np.zeros(0)),))], None)
 
 
