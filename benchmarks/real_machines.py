@@ -8,6 +8,7 @@ done to the data: the column maps come with the program, and no constant is set 
 import contextlib
 import io
 import json
+import math
 import os
 import sys
 import tempfile
@@ -19,7 +20,7 @@ from benchmarks.real_figures import draw_arm, draw_cube, draw_rig
 from robot import cli
 
 ARM = ("Rotation", "Pitch", "Elbow", "Wrist_Pitch", "Wrist_Roll")
-COUNT_RAD = 2 * 3.141592653589793 / 4096
+COUNT_RAD = 2 * math.pi / 4096
 DECOYS = (
     "command_delay", "servo_lag", "encoder_offset", "encoder_scale",
     "command_delay+servo_lag+encoder_offset", "play",
@@ -81,8 +82,7 @@ def named(found: Found) -> str:
     parts = []
     for cause in found["causes"]:
         sizes = [
-            f"{name.rsplit('_', 1)[0] if name.endswith(('_rad', '_s')) else name} "
-            f"{value:.3g} +- {cause['errors'][name]:.1g}"
+            f"{name} {value:.3g} +- {cause['errors'][name]:.1g}"
             for name, value in cause["parameters"].items()
         ]
         parts.append(f"{cause['effect']} ({', '.join(sizes)})")
@@ -161,17 +161,21 @@ def rig(folder: Path, out: Path, pages: Path) -> None:
     width, error = (cause[key]["width_rad"] / COUNT_RAD for key in ("parameters", "errors"))
     (shaft,) = found["channels"]
     by = alone(trials, RIG_DECOYS)
-    rows = [["named: " + "; ".join(one["effect"] for one in found["causes"]), f"{width:.2f} +- {error:.2f} counts",
-             span(shaft, "before", 1 / COUNT_RAD), span(shaft, "after", 1 / COUNT_RAD),
-             f"{1 - shaft['after'] / shaft['before']:.0%}"]]  # fmt: skip
+    named_as = "named: " + "; ".join(one["effect"] for one in found["causes"])
+    rows = [[named_as, f"{width:.2f} +- {error:.2f} counts", *_in_counts(shaft)]]
     for name in RIG_DECOYS:
-        one = by[name]["channels"][0]
         (size,) = by[name]["causes"][0]["parameters"].items()
-        rows.append([f"{name} alone, least squares", f"{size[0]} {size[1]:.3g}",
-                     span(one, "before", 1 / COUNT_RAD), span(one, "after", 1 / COUNT_RAD), f"{one['cut']:.0%}"])  # fmt: skip
+        words = f"{size[0]} {size[1]:.3g}"
+        rows.append([f"{name} alone, least squares", words, *_in_counts(by[name]["channels"][0])])
     heads = ("", "size", "RMS before, counts", "after", "cut")
     put(pages / "backlash.md", "diagnosis", table(heads, rows))
     draw_rig(Path(trials[0]), cause["parameters"]["width_rad"], pages / "backlash.png")
+
+
+def _in_counts(shaft: Found) -> list[str]:
+    """RMS before and after in counts with intervals, and the cut."""
+    spans = [span(shaft, which, 1 / COUNT_RAD) for which in ("before", "after")]
+    return [*spans, f"{1 - shaft['after'] / shaft['before']:.0%}"]
 
 
 def cube(folder: Path, out: Path, pages: Path) -> None:
