@@ -44,7 +44,8 @@ def _hidden_sign(name: str, values: FloatArray, sources: Sequence[Source]) -> It
         level = 2.0**bits
         high = values >= 0.5 * level
         sizes = np.where(high, level - values, values)
-        if min(high.sum(), (~high).sum()) < FEWEST or sizes.max() > 0.25 * SIZE_SHARE * level:
+        few = min(high.sum(), (~high).sum()) < FEWEST
+        if few or values.max() >= level or sizes.max() > 0.25 * SIZE_SHARE * level:
             continue
         taken = read is not None and read.signed_bits == bits
         words = "read so" if taken else f"map it with signed_bits = {bits}"

@@ -32,13 +32,15 @@ h1 { font-size: 1.5rem; line-height: 1.25; margin-bottom: 0; }
 h2 { font-size: 1.1rem; margin: 2rem 0 0.5rem; } h2 small { font-weight: 400; color: var(--faint); }
 .note, figcaption, footer { color: var(--faint); margin-top: 0.2rem; }
 .verdict { font-size: 1.25rem; border-left: 0.4rem solid var(--accent); padding: 0.4rem 0 0.4rem 0.8rem; }
+.verdict.pass { border-color: var(--good); } .verdict.warn { border-color: var(--warn); }
+.verdict.fail { border-color: var(--bad); }
 .scroll { overflow-x: auto; }
 table { border-collapse: collapse; width: 100%; }
 th { text-align: left; font-weight: 500; color: var(--faint); vertical-align: top; }
 th[scope=row] { width: 16rem; }
 th, td { padding: 0.25rem 0.5rem; border-bottom: 1px solid var(--line); vertical-align: top; }
 td { font-variant-numeric: tabular-nums; } td.number, th.number { text-align: right; }
-.rows td { overflow-wrap: anywhere; }
+table:not(.wide) td { overflow-wrap: anywhere; }
 .pass { color: var(--good); } .warn { color: var(--warn); } .fail { color: var(--bad); }
 .skip { color: var(--faint); }
 .pass, .warn, .fail { font-weight: 600; }
@@ -49,7 +51,7 @@ figure svg, figure img { display: block; width: 100%; height: auto; }
 @media (max-width: 40rem) {
   body { margin: 1rem auto; } th[scope=row] { width: 7.5rem; }
   figure svg, figure img { min-width: 40rem; }
-  .wide { min-width: 40rem; }
+  .wide { min-width: 40rem; } body > table { display: block; overflow-x: auto; }
 }
 @media print {
   :root { color-scheme: light; --ink: #000000; --paper: #ffffff; --faint: #444444; --line: #bbbbbb;
