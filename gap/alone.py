@@ -155,7 +155,11 @@ def _fit(
         inside = 1e-6 * (upper - lower)
         x0 = np.clip(neutral + start * spread, lower + inside, upper - inside) / spread
         found = least_squares(
-            misfit, x0, bounds=(lower / spread, upper / spread), diff_step=1e-3, max_nfev=MOST_TRIES
+            misfit,
+            x0,
+            bounds=(lower / spread, upper / spread),
+            diff_step=[1e-3],
+            max_nfev=MOST_TRIES,
         )
         if best is None or found.cost < best.cost:
             best = found
@@ -210,6 +214,8 @@ def _channels(
         frames = weight[:, i].sum()
         if frames == 0:
             continue
-        rms = [float(np.sqrt(e[:, i].sum() / frames)) for e in energies]
-        spans = [rms_range(e[:, i], weight[:, i], seed) for e in energies]
-        yield ChannelAlone(channel.name, channel.joint, channel.unit, *rms, *spans)
+        before, after = (float(np.sqrt(e[:, i].sum() / frames)) for e in energies)
+        wide, left = (rms_range(e[:, i], weight[:, i], seed) for e in energies)
+        yield ChannelAlone(
+            channel.name, channel.joint, channel.unit, before, after, wide, left
+        )  # fmt: skip

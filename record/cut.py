@@ -96,7 +96,8 @@ def parse_cut(data: Any, path: Path) -> Cut:
     fewest = data.get("fewest_rows", 0)
     if isinstance(fewest, bool) or not isinstance(fewest, int) or fewest < 0:
         raise RecordError(f"{path}: cut.fewest_rows must be a whole number from 0, not {fewest!r}")
-    return Cut(*(_conditions(data, key, path) for key in ("settled", "moving")), fewest)
+    settled, moving = (_conditions(data, key, path) for key in ("settled", "moving"))
+    return Cut(settled, moving, fewest)
 
 
 def _conditions(data: Mapping[str, Any], key: str, path: Path) -> tuple[Condition, ...]:

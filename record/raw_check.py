@@ -17,7 +17,7 @@ SIZE_SHARE = 0.5  # of the bit's value, that sizes stay below
 
 def raw_findings(table: Table, sources: Sequence[Source]) -> list[Finding]:
     """Look at the whole numbers of a table."""
-    found = []
+    found: list[Finding] = []
     for column in table.columns:
         if column.values.dtype.kind not in "fi":
             continue
