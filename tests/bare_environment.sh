@@ -12,11 +12,12 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 mkdir "$work/bin" "$work/home" "$work/tmp"
 
-python=${PYTHON:-python3}
+# the interpreter itself, not a wrapper that needs a path of its own
+python=$("${PYTHON:-python3}" -c 'import sys; print(sys.executable)')
 for name in python3 git make bash sh env grep sed expand cat cp mv rm mkdir rmdir ls ln touch chmod uname \
         dirname basename tr sort head tail wc date sleep test true false stty tput id hostname; do
     path=$(command -v "$name" 2>/dev/null) || continue
-    [ "$name" = python3 ] && path=$(command -v "$python")
+    [ "$name" = python3 ] && path=$python
     [ -x "$path" ] && ln -s "$path" "$work/bin/$name"
 done
 "$python" -c 'import venv, ensurepip' || { echo "python3 has no venv or no pip; on Debian: apt-get install python3-venv"; exit 2; }
