@@ -62,6 +62,7 @@ COMMANDS = (
         ("gap", "check"), "robot.gap_check", "diagnose a withheld campaign, open the seal, count"
     ),
     Command(("gap", "diagnose"), "robot.gap_diagnose", "where, which effect, how far it shrinks"),
+    Command(("gap", "alone"), "robot.gap_alone", "how far an explanation comes by itself"),
     Command(("gap", "effects"), "robot.gap_effects", "every effect a simulator can add to itself"),
     Command(("import",), "robot.import_command", "measured data as a log or a trial, checked"),
     Command(("servo", "scan"), "robot.servo_scan", "who answers at which baud rate"),

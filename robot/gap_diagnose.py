@@ -27,6 +27,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("trials", type=Path, nargs="+", metavar="TRIAL")
     parser.add_argument("--reference", type=Path, nargs="+", default=[], metavar="TRIAL",
         help="healthy runs of the same machine; what they show is no news")  # fmt: skip
+    parser.add_argument("--joint", action="append", default=[], metavar="NAME",
+        help="only this joint of a bench of servos; may be given again")  # fmt: skip
     parser.add_argument(
         "--json", type=Path, metavar="FILE", help="the diagnosis as JSON; - prints it"
     )
@@ -61,7 +63,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     if options.html is not None and options.html.suffix != ".html":
         raise ConfigError("--html", f"must end in .html, not {options.html.name!r}")
     paths = (*options.trials, *options.reference)
-    everything = read_trials(paths)
+    everything = read_trials(paths, tuple(options.joint))
     trials = everything[: len(options.trials)]
     references = everything[len(options.trials) :]
     simulator = simulator_for(everything, options.effects)

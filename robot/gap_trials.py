@@ -13,14 +13,25 @@ from record.trial import Trial, read_trial
 from record.trial_toml import LEGGED, SERVO_BENCH
 
 
-def read_trials(paths: Sequence[Path]) -> tuple[Trial, ...]:
+def read_trials(paths: Sequence[Path], joints: tuple[str, ...] = ()) -> tuple[Trial, ...]:
     """Read trials: .parquet, .csv, NAME.toml, or a log (.mcap).
+
+    Args:
+        paths: Files.
+        joints: Only these joints of a bench of servos, each of which is a machine of its own; all if
+            empty.
 
     Raises:
         RecordError: A file cannot be read.
-        GapError: They are of different machines.
+        GapError: They are of different machines, or one whose joints cannot be taken apart.
     """
     trials = tuple(_read(path) for path in paths)
+    if joints:
+        if trials[0].header.kind != SERVO_BENCH:
+            raise GapError(
+                f"--joint is for a servo_bench; the trials are of kind {trials[0].header.kind}"
+            )
+        trials = tuple(trial.only(joints) for trial in trials)
     for path, trial in zip(paths, trials, strict=True):
         first = trials[0].header
         if (trial.header.kind, trial.header.joints) != (first.kind, first.joints):
