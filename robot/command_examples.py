@@ -44,6 +44,8 @@ EXAMPLES: Mapping[tuple[str, ...], tuple[str, ...]] = MappingProxyType({
         "bigant gap check dev --scenario scenario.toml --markdown figures.md",
         "bigant gap check final --key final.key --removed 15 --json final.json",
     ),
+    ("gap", "apply"): ("bigant gap apply walk.json --out corrected.toml",),
+    ("gap", "next"): ("bigant gap next walk.json", "bigant gap next trial_1.parquet --json"),
     ("gap", "effects"): ("bigant gap effects --stage friction", "bigant gap effects --json"),
     ("robot", "export"): ("bigant robot export --urdf bigant.urdf --mjcf bigant.xml",),
     ("sim", "effects"): ("bigant sim effects", "bigant sim effects --json"),

@@ -13,6 +13,8 @@ import numpy as np
 
 from drivers.settings import ForceSensorSettings, ServoBusSettings
 from gaits.catalog import make_gait
+from gap.interfaces import Cause
+from gap.robot_effects import causes_of
 from model.errors import ConfigError
 from model.params import (
     LegParameters,
@@ -21,6 +23,7 @@ from model.params import (
     ServoParameters,
     TripodParameters,
 )
+from model.robot_effects import read_effects
 from model.robot_file import parse_table, read_body, read_contact, read_legs, read_linkage
 from model.toml_table import Table
 from robot.calibration_file import read_calibration
@@ -75,6 +78,7 @@ class RobotConfig:
         loop: Loop settings.
         body_limits: Safety limits of the body.
         recovery: Whether a servo that lost its torque may be brought back.
+        effects: What the file adds to the nominal model.
     """
 
     name: str
@@ -87,6 +91,7 @@ class RobotConfig:
     loop: LoopSettings
     body_limits: BodyLimits
     recovery: RecoverySettings
+    effects: tuple[Cause, ...] = ()
 
 
 def load_robot(path: Path = DEFAULT_ROBOT_FILE, calibration: Path | None = None) -> RobotConfig:
@@ -158,6 +163,7 @@ def parse_robot(text: str) -> RobotConfig:
         loop=loop,
         body_limits=read_body_limits(safety_table),
         recovery=read_recovery(safety_table),
+        effects=causes_of(read_effects(top, legs.names), legs.names),
     )
     safety_table.done()
     top.done()

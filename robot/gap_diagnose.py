@@ -27,6 +27,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("trials", type=Path, nargs="+", metavar="TRIAL")
     parser.add_argument("--reference", type=Path, nargs="+", default=[], metavar="TRIAL",
         help="healthy runs of the same machine; what they show is no news")  # fmt: skip
+    parser.add_argument("--robot", type=Path, metavar="FILE",
+        help="robot file to believe of the trials (default: the one beside them); references keep theirs")  # fmt: skip
     parser.add_argument(
         "--json", type=Path, metavar="FILE", help="the diagnosis as JSON; - prints it"
     )
@@ -64,13 +66,18 @@ def run(options: argparse.Namespace) -> ExitCode:
     everything = read_trials(paths)
     trials = everything[: len(options.trials)]
     references = everything[len(options.trials) :]
-    simulator = simulator_for(everything, options.effects)
+    simulator = simulator_for(everything, options.effects, options.robot, references)
     found = _diagnose(trials, references, simulator, options)
     to_stdout = options.json is not None and str(options.json) == "-"
     if options.json is not None:
         from gap.diagnosis_json import diagnosis_json
 
-        told = {**diagnosis_json(found), "files": [str(path) for path in paths]}
+        told = {
+            **diagnosis_json(found),
+            "files": [str(path) for path in paths],
+            "references": len(references),
+            "robot": None if options.robot is None else str(options.robot),
+        }
         text = json.dumps(told, indent=2)
         if to_stdout:
             print(text)
