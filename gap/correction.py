@@ -129,7 +129,9 @@ def _together(old: WrittenEffect, new: WrittenEffect) -> WrittenEffect:
     names = [parameter.name for parameter in entry.effect.parameters]
     neutral = {parameter.name: parameter.neutral for parameter in entry.effect.parameters}
     a, b = neutral | dict(old.values), neutral | dict(new.values)
-    if any(place.combine is Combine.LIST for place in entry.places):  # loads on the body: their centre
+    if any(
+        place.combine is Combine.LIST for place in entry.places
+    ):  # loads on the body: their centre
         mass = a["mass_kg"] + b["mass_kg"]
         share = b["mass_kg"] / mass if mass else 0.0
         values = [mass] + [(1 - share) * a[name] + share * b[name] for name in names[1:]]

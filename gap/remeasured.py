@@ -18,10 +18,11 @@ class _Switch:
     """The simulator before; with its only effect added, the one after."""
 
     def __init__(
-        self, before: Simulator, after: Simulator, expected: int, progress: Callable[[float], None]
+        self, before: Simulator, after: Simulator, progress: Callable[[float], None]
     ) -> None:
         self._before, self._after = before, after
-        self._expected, self._progress, self._done = expected, progress, 0
+        self._progress, self._done = progress, 0
+        self.expected = 1  # predictions in all
 
     @property
     def name(self) -> str:
@@ -49,7 +50,7 @@ class _Switch:
     def predict(self, trial: Trial, causes: Sequence[Cause], drive: Drive) -> FloatArray:
         found = (self._after if causes else self._before).predict(trial, (), drive)
         self._done += 1
-        self._progress(min(1.0, self._done / self._expected))
+        self._progress(min(1.0, self._done / self.expected))
         return found
 
     def check(self, trial: Trial) -> tuple[DataFault, ...]:
@@ -80,7 +81,7 @@ def remeasure(
     Raises:
         GapError: A trial cannot be compared.
     """
-    switch = _Switch(before, after, 2 * len(trials) + len(references), progress)
+    switch = _Switch(before, after, progress)
     everything = (*trials, *references)
     observations = [switch.observe(one) for one in everything]
     predictor = Predictor(switch, everything, None)
@@ -89,6 +90,7 @@ def remeasure(
         whole_part(len(trials) + i, one, observations[len(trials) + i])
         for i, one in enumerate(references)
     ]
+    switch.expected = len(fitted) + len(healthy) + 2 * len(held)
     floor, _ = measure_floor(predictor, healthy, fitted, Drive.COMMAND)
     evidence = make_evidence(predictor, held, Drive.COMMAND, floor)
     return how_far(evidence, switch.channels, (Cause(_CORRECTED.name, (), ()),), seed)

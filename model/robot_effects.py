@@ -51,13 +51,13 @@ def read_effects(top: Table, legs: tuple[str, ...]) -> tuple[WrittenEffect, ...]
     """
     found = []
     table = top.maybe_table(EFFECTS_KEY)
-    for name in table.keys():
+    for name in table.names():
         places = table.table(name)
-        for place in places.keys():
+        for place in places.names():
             if place != WHOLE_ROBOT and place not in legs:
                 known = ", ".join((WHOLE_ROBOT, *legs))
                 raise ConfigError(places.name(place), f"is no place; places are {known}")
             numbers = places.table(place)
-            values = tuple((key, numbers.number(key)) for key in numbers.keys())
+            values = tuple((key, numbers.number(key)) for key in numbers.names())
             found.append(WrittenEffect(name, "" if place == WHOLE_ROBOT else place, values))
     return tuple(found)

@@ -49,7 +49,7 @@ class Table:
         """Return a non-empty string, or an empty one where the key is left out."""
         return self.text(key) if self.has(key) else ""
 
-    def keys(self) -> tuple[str, ...]:
+    def names(self) -> tuple[str, ...]:
         """Return the keys that are there, in their order."""
         return tuple(self._data)
 

@@ -63,7 +63,9 @@ COMMANDS = (
     ),
     Command(("gap", "diagnose"), "robot.gap_diagnose", "where, which effect, how far it shrinks"),
     Command(
-        ("gap", "apply"), "robot.gap_apply", "a diagnosis into a corrected robot file, measured again"
+        ("gap", "apply"),
+        "robot.gap_apply",
+        "a diagnosis into a corrected robot file, measured again",
     ),
     Command(("gap", "next"), "robot.gap_next", "which run would tell the remaining causes apart"),
     Command(("gap", "effects"), "robot.gap_effects", "every effect a simulator can add to itself"),

@@ -7,14 +7,12 @@ names the key and the reason. Nothing else in the program reads configuration.
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from drivers.settings import ForceSensorSettings, ServoBusSettings
 from gaits.catalog import make_gait
-from gap.interfaces import Cause
-from gap.robot_effects import causes_of
 from model.errors import ConfigError
 from model.params import (
     LegParameters,
@@ -28,6 +26,9 @@ from model.robot_file import parse_table, read_body, read_contact, read_legs, re
 from model.toml_table import Table
 from robot.calibration_file import read_calibration
 from robot.safety_table import BodyLimits, RecoverySettings, read_body_limits, read_recovery
+
+if TYPE_CHECKING:
+    from gap.interfaces import Cause
 
 DEFAULT_ROBOT_FILE = Path(__file__).resolve().parent.parent / "config" / "bigant.toml"
 WATCHDOG_STEP_S = 0.02
@@ -91,7 +92,7 @@ class RobotConfig:
     loop: LoopSettings
     body_limits: BodyLimits
     recovery: RecoverySettings
-    effects: tuple[Cause, ...] = ()
+    effects: "tuple[Cause, ...]" = ()
 
 
 def load_robot(path: Path = DEFAULT_ROBOT_FILE, calibration: Path | None = None) -> RobotConfig:
@@ -163,11 +164,21 @@ def parse_robot(text: str) -> RobotConfig:
         loop=loop,
         body_limits=read_body_limits(safety_table),
         recovery=read_recovery(safety_table),
-        effects=causes_of(read_effects(top, legs.names), legs.names),
+        effects=_effects(top, legs),
     )
     safety_table.done()
     top.done()
     return config
+
+
+def _effects(top: Table, legs: LegParameters) -> "tuple[Cause, ...]":
+    """Read [effects]; the catalogue is not even imported for a file without."""
+    written = read_effects(top, legs.names)
+    if not written:
+        return ()
+    from gap.robot_effects import causes_of
+
+    return causes_of(written, legs.names)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

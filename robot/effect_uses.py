@@ -5,11 +5,16 @@ measured shafts, so what lies between command and shaft has happened already whe
 cameras make of the truth it never sees.
 """
 
+import sys
 from collections.abc import Sequence
 from enum import Enum
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
-from gap.interfaces import Cause
+from robot.config import RobotConfig
+
+if TYPE_CHECKING:
+    from gap.interfaces import Cause
 
 
 class Use(Enum):
@@ -35,10 +40,16 @@ _GROUPS = {
 USES = MappingProxyType({name: use for use, names in _GROUPS.items() for name in names.split()})
 
 
-def unused_notes(causes: Sequence[Cause]) -> tuple[str, ...]:
+def unused_notes(causes: "Sequence[Cause]") -> tuple[str, ...]:
     """Say of each effect that the controller's model does not use why, in one line."""
     return tuple(
         f"effect {cause.effect} of the robot file is not in the model here: {USES[cause.effect].value}"
         for cause in causes
         if USES[cause.effect] in {Use.SEEN, Use.LATE, Use.CAMERAS}
     )
+
+
+def say_unused(config: RobotConfig) -> None:
+    """Print, on stderr, which effects of a robot file the controller's model does not use."""
+    for note in unused_notes(config.effects):
+        print(f"note: {note}", file=sys.stderr)

@@ -70,7 +70,9 @@ def read_diagnosis(path: Path, effects: tuple[Effect, ...]) -> ReadDiagnosis:
     except OSError as error:
         raise RecordError(f"{path} cannot be read: {error.strerror}") from error
     except ValueError as error:
-        raise GapError(f"{path} is no JSON ({error}); give the file of: bigant gap diagnose --json") from error
+        raise GapError(
+            f"{path} is no JSON ({error}); give the file of: bigant gap diagnose --json"
+        ) from error
     try:
         return _read(told, path, {effect.name: effect for effect in effects})
     except (KeyError, TypeError, ValueError, AttributeError) as error:

@@ -26,7 +26,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("diagnosis", type=Path, metavar="DIAGNOSIS.json")
     parser.add_argument("--robot", type=Path, metavar="FILE",
         help="robot file to correct (default: the one that the runs name)")  # fmt: skip
-    parser.add_argument("--out", type=Path, required=True, metavar="FILE", help="the corrected file")
+    parser.add_argument(
+        "--out", type=Path, required=True, metavar="FILE", help="the corrected file"
+    )
     parser.add_argument("--anyway", action="store_true",
         help="apply the causes of a diagnosis that does not explain the gap, too")  # fmt: skip
     parser.add_argument("--json", action="store_true", help="what was done as JSON")
@@ -76,7 +78,9 @@ def _check(found: "ReadDiagnosis", *, anyway: bool) -> None:
             "numbers to your own file"
         )
     if not found.causes:
-        raise GapError(f"{path} names no cause (verdict {found.verdict}): there is nothing to apply")
+        raise GapError(
+            f"{path} names no cause (verdict {found.verdict}): there is nothing to apply"
+        )
     bound = [one.cause.effect for one in found.causes if one.on_bound]
     if bound and not anyway:
         raise GapError(
@@ -89,9 +93,7 @@ def _check(found: "ReadDiagnosis", *, anyway: bool) -> None:
         )
 
 
-def _robot(
-    options: argparse.Namespace, found: "ReadDiagnosis", trials: "tuple[Trial, ...]"
-) -> str:
+def _robot(options: argparse.Namespace, found: "ReadDiagnosis", trials: "tuple[Trial, ...]") -> str:
     from model.errors import GapError
     from robot.gap_trials import robot_text
 
@@ -143,9 +145,7 @@ def _write(path: Path, text: str) -> None:
         raise RecordError(f"{path} cannot be written: {error.strerror}; choose another") from error
 
 
-def _lines(
-    out: Path, found: "ReadDiagnosis", edited: "Edited", far: "HowFar | None"
-) -> list[str]:
+def _lines(out: Path, found: "ReadDiagnosis", edited: "Edited", far: "HowFar | None") -> list[str]:
     from robot.effect_uses import USES
 
     lines = [f"written: {out}"]
@@ -156,7 +156,9 @@ def _lines(
         lines.append(f"      drive, odom, replay: {USES[one.name].value}")
     if found.verdict == "ambiguous":
         others = ", ".join(dict.fromkeys(other for _, other, _ in found.rivals))
-        lines.append(f"note: the runs left open whether it is {others} instead; see bigant gap next")
+        lines.append(
+            f"note: the runs left open whether it is {others} instead; see bigant gap next"
+        )
     if far is None:
         return [*lines, "not measured again: the runs of the diagnosis are not where they were"]
     lines += ["", f"measured again through {out.name}, on the runs that the diagnosis kept back:"]
@@ -193,12 +195,19 @@ def _as_json(out: Path, edited: "Edited", far: "HowFar | None") -> object:
             "shrink_interval": [far.low, far.high],
             "channels": [asdict(one) for one in far.channels],
         }  # fmt: skip
-    return plain({
-        "file": str(out),
-        "keys": [asdict(edit) for edit in edited.edits],
-        "effects": [
-            {"effect": e.name, "leg": e.leg, "parameters": dict(e.values), "use": USES[e.name].value}
-            for e in edited.effects
-        ],
-        "gap": gap,
-    })
+    return plain(
+        {
+            "file": str(out),
+            "keys": [asdict(edit) for edit in edited.edits],
+            "effects": [
+                {
+                    "effect": e.name,
+                    "leg": e.leg,
+                    "parameters": dict(e.values),
+                    "use": USES[e.name].value,
+                }
+                for e in edited.effects
+            ],
+            "gap": gap,
+        }
+    )

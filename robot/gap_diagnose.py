@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--reference", type=Path, nargs="+", default=[], metavar="TRIAL",
         help="healthy runs of the same machine; what they show is no news")  # fmt: skip
     parser.add_argument("--robot", type=Path, metavar="FILE",
-        help="robot file to believe of the trials (default: the one beside them); references keep theirs")  # fmt: skip
+        help="robot file to believe of the trials (default: the one beside them)")  # fmt: skip
     parser.add_argument(
         "--json", type=Path, metavar="FILE", help="the diagnosis as JSON; - prints it"
     )

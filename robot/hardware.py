@@ -149,7 +149,11 @@ def start_virtual(
     """
     devices = DeviceProcess(
         VirtualSetup(
-            config.parameters, config.servo_bus, config.force_sensor, seed, scenario=scenario,
+            config.parameters,
+            config.servo_bus,
+            config.force_sensor,
+            seed,
+            scenario=scenario,
             twin=file_twin(config, seed),
         )
     )

@@ -72,9 +72,9 @@ def edit_robot(text: str, correction: Correction, origin: str) -> Edited:
     fresh = []
     for one in effects:
         if (one.name, one.leg) in old:
-            place = document[EFFECTS_KEY][one.name][one.leg or WHOLE_ROBOT]  # type: ignore[index]
+            place = document[EFFECTS_KEY][one.name][one.leg or WHOLE_ROBOT]
             for name, value in one.values:
-                place[name] = _short(value)  # type: ignore[index]
+                place[name] = _short(value)
         else:
             fresh.append(one)
     notes = [f"# changed by bigant gap apply, from {origin}:"]
@@ -89,7 +89,8 @@ def edit_robot(text: str, correction: Correction, origin: str) -> Edited:
 def _change(document: Any, change: KeyChange, legs: Sequence[str]) -> Edit:
     where = f"{change.table}.{change.key}"
     try:
-        holder, at = document[change.table], change.key
+        holder: Any = document[change.table]
+        at: str | int = change.key
         for index in change.index:
             holder, at = holder[at], index
         before = float(holder[at])
