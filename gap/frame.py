@@ -94,14 +94,15 @@ class FrameModel:
             dt_s: Time since then.
         """
         angle, rate = angle_rad / self._ratio, rate_rad_s / self._ratio
-        shafts = angle + AROUND_S[:, None] * rate
+        moving = bool(np.isfinite(rate).all())  # not in the first ticks
+        shafts = angle + AROUND_S[:, None] * (rate if moving else 0.0)
         settings = self._turned(float(pose[2]))
         world = np.tile(pose, (len(AROUND_S), 1))
         walked = feet(self._machine, self._grid, shafts, settings)
         points = contact_points(walked, settings)
         motion = FootMotion(
             readonly(points[MIDDLE].copy()),
-            readonly((points[2] - points[0]) / (2 * PERIOD_S)),
+            readonly((points[2] - points[0]) / (2 * PERIOD_S) + (0.0 if moving else np.nan)),
         )
         if not (np.isfinite(points).all() and np.isfinite(world).all()):
             return FrameAnswer(motion, _nothing(len(angle)))
@@ -155,6 +156,8 @@ class FrameModel:
         slope_x, slope_y = standing.slopes[MIDDLE].tolist()
         height = float(standing.height_m[MIDDLE])
         support = Support(True, "", height, slope_x, slope_y, load, loaded, 0)
+        if not np.isfinite(motion.velocity_m_s).all():
+            return ContactSolution(support, _no_traction(len(load), "a shaft's speed is not known"))
         velocity = sliding.velocity_B[MIDDLE].copy()
         if not np.isfinite(velocity).all():
             return ContactSolution(
