@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from gap.findings import Diagnosis
     from gap.interfaces import Simulator
+    from gap.next_run import Proposer
     from record.trial import Trial
 
 
@@ -104,17 +105,38 @@ def _diagnose(
     from gap.predictions import prediction_pool
     from robot.progress import ProgressBar
 
+    proposer = _proposer(trials, simulator, options)
     with ProgressBar("diagnosis") as bar:
 
         def tell(words: str, share: float) -> None:
             bar.show(share, words)
 
         if options.jobs == 1:
-            return diagnose(trials, simulator, references, progress=tell, seed=options.seed)
+            return diagnose(
+                trials, simulator, references, progress=tell, seed=options.seed, proposer=proposer
+            )
         with prediction_pool(simulator, trials, references, options.jobs) as pool:
             return diagnose(
-                trials, simulator, references, executor=pool, progress=tell, seed=options.seed
-            )
+                trials, simulator, references, executor=pool, progress=tell, seed=options.seed,
+                proposer=proposer,
+            )  # fmt: skip
+
+
+def _proposer(
+    trials: "Sequence[Trial]", simulator: "Simulator", options: argparse.Namespace
+) -> "Proposer | None":
+    """What the robot could run next; only the legged chain is quick enough to try it all."""
+    from model.errors import GapError
+    from robot.gap_runs import proposer_of
+    from robot.gap_trials import robot_text
+
+    if simulator.name != "legged":
+        return None
+    text = trials[0].header.robot_text if options.robot is None else robot_text(options.robot)
+    try:
+        return proposer_of(text, options.robot)[0]
+    except GapError:
+        return None  # a robot of other legs without gaits: it can be diagnosed, not sent walking
 
 
 def _write(path: Path, text: str) -> None:

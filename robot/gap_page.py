@@ -167,8 +167,8 @@ def _card(number: int, one: NamedCause) -> str:
         for name, text in values
     )
     evidence = (
-        f"Stage {one.stage}. Closes {_percent(one.shrink)} of the gap (by itself {_percent(one.alone)}, on top "
-        f"of the others {_percent(one.last)}); predicts unseen blocks better by {one.nats:.0f} ± "
+        f"Stage {one.stage}. Closes {_percent(one.shrink)} of the gap (by itself {_percent(one.alone)}, "
+        f"on top of the others {_percent(one.last)}); predicts unseen blocks better by {one.nats:.0f} ± "
         f"{one.nats_error:.0f} nats."
     )
     return (
@@ -195,7 +195,13 @@ def _alike(d: Diagnosis) -> str:
 
 def _next(d: Diagnosis) -> str:
     rows = [
-        (one.name, " / ".join(one.pair), f"{one.separation:.3g}", f"{one.minutes:.1f}", one.limits)
+        (
+            f"{one.name}: {one.command}" if one.command else one.name,
+            " / ".join(one.pair),
+            f"{one.separation:.3g}",
+            f"{one.minutes:.1f}",
+            one.limits,
+        )
         for one in d.next
     ]
     table = _table(("run", "tells", "separation a run", "minutes", "mind"), rows)

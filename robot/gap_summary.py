@@ -152,4 +152,6 @@ def _next(d: Diagnosis) -> list[str]:
             f"  {one.name}: tells {one.pair[0]} from {one.pair[1]} in {one.runs} run(s), "
             f"{one.minutes:.1f} min{limits}"
         )
+        if one.command:
+            lines.append(f"    {one.command}")
     return lines
