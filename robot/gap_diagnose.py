@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING
 
 from robot.exit_codes import ExitCode
 
+CHAIN, MUJOCO = "chain", "mujoco"
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -36,9 +38,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--html", type=Path, metavar="FILE", help="the diagnosis as one page")
     parser.add_argument("--effects", type=Path, metavar="FILE.py",
         help="effects of your own (run as Python: open only files that you trust)")  # fmt: skip
+    parser.add_argument("--sim", choices=(CHAIN, MUJOCO), default=CHAIN,
+        help="the chain of the model, or the MuJoCo robot (minutes)")  # fmt: skip
+    parser.add_argument("--effects-only", type=_names, default=(), metavar="A,B",
+        help="with --sim mujoco: effects to try (default: screened by the chain)")  # fmt: skip
+    parser.add_argument("--screen", type=_jobs, default=4, metavar="N",
+        help="with --sim mujoco: how many effects the chain lets through (default: 4)")  # fmt: skip
     parser.add_argument("--jobs", type=_jobs, default=min(os.cpu_count() or 1, 4), metavar="N",
         help="processes (default: one a core, up to 4)")  # fmt: skip
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of random draws")
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(name for part in text.split(",") if (name := part.strip()))
 
 
 def _jobs(text: str) -> int:
@@ -67,7 +79,14 @@ def run(options: argparse.Namespace) -> ExitCode:
     everything = read_trials(paths)
     trials = everything[: len(options.trials)]
     references = everything[len(options.trials) :]
-    simulator = simulator_for(everything, options.effects, options.robot, references)
+    if options.sim == MUJOCO:
+        simulator = _mujoco(trials, references, options)
+    else:
+        if options.effects_only:
+            raise ConfigError(
+                "--effects-only", f"goes with --sim {MUJOCO}; the chain tries them all"
+            )
+        simulator = simulator_for(everything, options.effects, options.robot, references)
     found = _diagnose(trials, references, simulator, options)
     to_stdout = options.json is not None and str(options.json) == "-"
     if options.json is not None:
@@ -93,6 +112,27 @@ def run(options: argparse.Namespace) -> ExitCode:
         if options.html is not None:
             print(f"page: {options.html}")
     return ExitCode.VERDICT_FAILED if found.verdict is Verdict.UNEXPLAINED else ExitCode.OK
+
+
+def _mujoco(
+    trials: "Sequence[Trial]", references: "Sequence[Trial]", options: argparse.Namespace
+) -> "Simulator":
+    from model.errors import ConfigError, GapError
+    from record.trial_toml import LEGGED
+    from robot.gap_mujoco import mujoco_simulator
+    from robot.gap_trials import robot_text
+
+    header = trials[0].header
+    if header.kind != LEGGED:
+        raise GapError(f"--sim {MUJOCO} is for legged robots; the trials are of kind {header.kind}")
+    if options.effects is not None:
+        raise ConfigError(
+            "--effects", f"are for the chain; --sim {MUJOCO} has its own (--effects-only)"
+        )
+    text = header.robot_text if options.robot is None else robot_text(options.robot)
+    return mujoco_simulator(
+        trials, references, text, options.effects_only, options.screen, options.jobs
+    )
 
 
 def _diagnose(
