@@ -18,6 +18,7 @@ from model.support_kernel import ROWS, support_kernel
 from model.traction_kernel import foot_speeds, lay_anisotropy, traction_kernel
 
 NOT_A_NUMBER = 1
+CLEAR_M = 1e-3  # beyond how far a foot moves in a moment: what the body's own tilt may add
 
 
 @compiled
@@ -52,6 +53,16 @@ def _sway(
         return 0.0, 0.0
     share = height / (2.0 * step_s)
     return share * (after[0] - before[0]), -share * (after[1] - before[1])
+
+
+@compiled
+def _aloft(
+    feet: FloatArray, feet_velocity: FloatArray, pose: FloatArray, k: int, step_s: float
+) -> bool:
+    """Whether a foot is too high to touch the ground a moment before or after."""
+    clearance = pose[2] + feet[k, 2] - pose[0] * feet[k, 0] + pose[1] * feet[k, 1]
+    high: bool = clearance > CLEAR_M + 2.0 * step_s * abs(feet_velocity[k, 2])
+    return high
 
 
 @compiled
@@ -125,10 +136,15 @@ def neighbourhood_kernel(
     side = np.zeros((count, 2))
     pull = np.zeros((count, 2))
     rest = np.zeros(count, dtype=np.bool_)
+    spare = np.empty((ROWS, count))
+    own = np.empty((ROWS, count))
+    still = np.zeros(3)
     sway[:] = 0.0
-    # K stepped, backwards, so that the frame itself comes last and leaves its work space
-    for k in range(count, -1, -1):
+    for k in range(count + 1):
         if k > 0:
+            if loads[0, k - 1] <= 0.0 and _aloft(feet, feet_velocity, pose[0], k - 1, sway_step):
+                loads[k, :] = np.nan  # its spring changes nothing
+                continue
             changed = stiffness.copy()
             changed[k - 1] *= stepped
         else:
@@ -141,26 +157,31 @@ def neighbourhood_kernel(
             continue
         dx, dy = 0.0, 0.0
         if sway_step > 0.0:
-            dx, dy = _sway(feet, feet_velocity, ground, changed, load, sway_step, pose[k, 2], work)
-            support_kernel(feet, ground, changed, load, pose[k], loads[k], work)
+            dx, dy = _sway(feet, feet_velocity, ground, changed, load, sway_step, pose[k, 2], spare)
         if not foot_speeds(feet_velocity, pose[k], False, work):
             return NOT_A_NUMBER
-        reason = _traction(coulomb, work, loads[k], mu, False, other, side, pull, rest)
+        if k > 0:
+            other[0], other[1], other[2] = still[0], still[1], still[2]
+            rest[:] = rested
+        reason = _traction(coulomb, work, loads[k], mu, k > 0, other, side, pull, rest)
         if reason != 0:
             if k == 0:
                 return reason
             loads[k, :] = np.nan
             continue
         if k == 0:
+            still[:] = other
             velocity[0, :] = other
             sway[0], sway[1] = dx, dy
             slip[:, :] = side
             rested[:] = rest
+            own[:, :] = work
         row = 0 if k == 0 else count + k
         force[row, :, :] = pull
         velocity[row, 0] = other[0] + dx
         velocity[row, 1] = other[1] + dy
         velocity[row, 2] = other[2]
+    work = own
     for k in range(count):
         if not np.isfinite(loads[1 + k, 0]):
             loads[1 + k, :] = loads[0]

@@ -5,9 +5,9 @@ import numpy as np
 from model.estimator_health import NEVER, Verdict
 from model.estimator_measurements import Stack
 from model.estimator_settings import EstimatorSettings
+from model.estimator_step_kernel import force_kernel
 from model.estimator_types import (
     BIAS,
-    FIXED,
     POSE,
     SCALE,
     VELOCITY,
@@ -116,18 +116,18 @@ def _forces(
         nothing = np.full((legs, 3), np.nan)
         return nothing, np.full((legs, 3, 3), np.nan)
     force = np.empty((legs, 3))
-    force[:, :2], force[:, 2] = model.force_B, model.load_n
-    by = np.zeros((legs, 3, 2 * legs + 1))
-    by[:, :2, 0] = model.force_B  # log of the common friction
-    by[:, :2, 1:] = model.force_by_parameters
-    by[:, 2, 1 + legs :] = model.load_by_stiffness
-    places = np.r_[SCALE, FIXED : FIXED + 2 * legs]
-    spread = state.covariance[np.ix_(places, places)]
-    covariance = by @ spread @ by.transpose(0, 2, 1)
-    loaded = model.load_n > 0
-    level = np.einsum("ki,ki->k", model.force_B, model.force_B)
-    flat = (settings.force_sd * weight_n) ** 2 + settings.force_share_sd**2 * level
-    covariance[:, 0, 0] += np.where(loaded, flat, 0.0)
-    covariance[:, 1, 1] += np.where(loaded, flat, 0.0)
-    covariance[:, 2, 2] += np.where(loaded, (settings.load_sd * weight_n) ** 2, 0.0)
+    covariance = np.empty((legs, 3, 3))
+    force_kernel(
+        model.force_B,
+        model.load_n,
+        model.force_by_parameters,
+        model.load_by_stiffness,
+        state.covariance,
+        SCALE,
+        settings.force_sd * weight_n,
+        settings.force_share_sd,
+        settings.load_sd * weight_n,
+        force,
+        covariance,
+    )
     return force, covariance

@@ -1,6 +1,7 @@
 """What a tick's sensors amount to: forces on a scale, feet in contact, standstill, silent encoders."""
 
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 
@@ -121,10 +122,11 @@ def contact(
 
 def bridged(now: FootMotion, before: FootMotion) -> tuple[FootMotion, BoolArray]:
     """Feet with those of silent encoders held where they were last seen; which ones those are."""
+    # a sum is finite only if all of it is, and costs one pass
+    if isfinite(now.position_m.sum() + now.velocity_m_s.sum()):
+        return now, np.zeros(len(now.position_m), dtype=bool)
     both = np.hstack([now.position_m, now.velocity_m_s])
     known = np.asarray(np.isfinite(both).all(axis=1))
-    if known.all():
-        return now, ~known
     position = np.where(known[:, None], now.position_m, before.position_m)
     velocity = np.where(known[:, None], now.velocity_m_s, 0.0)
     return FootMotion(position, velocity), ~known

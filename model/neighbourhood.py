@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from model import estimator_kernel
+from model import estimator_kernel, estimator_step_kernel
 from model.frames import FrictionLaw
 from model.params import ContactParameters
 from model.signals import BoolArray, FloatArray, FootMotion
@@ -52,6 +52,7 @@ class Neighbourhood:
 def prepare() -> None:
     """Load or make the machine code now, so that no tick has to wait for it."""
     estimator_kernel.prepare()
+    estimator_step_kernel.prepare()
 
 
 def neighbourhood(
@@ -100,20 +101,37 @@ def neighbourhood(
     )
     if law is FrictionLaw.VISCOUS and reason == 0:
         force *= _scale(force[0], slip)
-    parameters = 2 * count
+    by_parameters = np.empty((3, 2 * count))
+    by_speeds = np.empty((3, count))
+    load_by_stiffness = np.empty((count, count))
+    pose_by_stiffness = np.empty((3, count))
+    force_by_parameters = np.empty((count, 2, 2 * count))
+    estimator_step_kernel.slopes_kernel(
+        velocity,
+        loads,
+        pose,
+        force,
+        LOG_STEP,
+        SPEED_STEP_M_S,
+        by_parameters,
+        by_speeds,
+        load_by_stiffness,
+        pose_by_stiffness,
+        force_by_parameters,
+    )
     return Neighbourhood(
         reason=int(reason),
         velocity_B=velocity[0],
-        by_parameters=(velocity[1 : 1 + parameters] - velocity[0]).T / LOG_STEP,
-        by_speeds=(velocity[1 + parameters :] - velocity[0]).T / SPEED_STEP_M_S,
+        by_parameters=by_parameters,
+        by_speeds=by_speeds,
         sway_B=sway,
         load_n=loads[0],
-        load_by_stiffness=(loads[1:] - loads[0]).T / LOG_STEP,
+        load_by_stiffness=load_by_stiffness,
         pose=pose[0],
-        pose_by_stiffness=(pose[1:] - pose[0]).T / LOG_STEP,
+        pose_by_stiffness=pose_by_stiffness,
         slip_B=slip,
         force_B=force[0],
-        force_by_parameters=np.moveaxis(force[1:] - force[0], 0, -1) / LOG_STEP,
+        force_by_parameters=force_by_parameters,
         resting=resting,
     )
 

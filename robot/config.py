@@ -24,6 +24,7 @@ from model.params import (
 from model.robot_file import parse_table, read_body, read_contact, read_legs, read_linkage
 from model.toml_table import Table
 from robot.calibration_file import read_calibration
+from robot.estimator_table import EstimatorConfig, read_estimator
 from robot.safety_table import BodyLimits, RecoverySettings, read_body_limits, read_recovery
 
 DEFAULT_ROBOT_FILE = Path(__file__).resolve().parent.parent / "config" / "bigant.toml"
@@ -75,6 +76,7 @@ class RobotConfig:
         loop: Loop settings.
         body_limits: Safety limits of the body.
         recovery: Whether a servo that lost its torque may be brought back.
+        estimator: Odometry inside the loop.
     """
 
     name: str
@@ -87,6 +89,7 @@ class RobotConfig:
     loop: LoopSettings
     body_limits: BodyLimits
     recovery: RecoverySettings
+    estimator: EstimatorConfig
 
 
 def load_robot(path: Path = DEFAULT_ROBOT_FILE, calibration: Path | None = None) -> RobotConfig:
@@ -158,6 +161,7 @@ def parse_robot(text: str) -> RobotConfig:
         loop=loop,
         body_limits=read_body_limits(safety_table),
         recovery=read_recovery(safety_table),
+        estimator=read_estimator(top.maybe_table("estimator"), legs.count),
     )
     safety_table.done()
     top.done()

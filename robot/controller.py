@@ -41,6 +41,7 @@ from robot.body_watch import BodyMemory, BodySeen, stop_reason_of, watch_body
 from robot.config import RobotConfig
 from robot.controller_state import ControllerState
 from robot.modes import GaitBook, Phase, Situation, advance, graver
+from robot.odometry_stage import OdometryStage
 from robot.recovery import Care, CareSeen, RecoveryMemory, care, legs_down
 from robot.rig import silent_readings
 from robot.safety import Allowed, Refused, ServoVerdict, gate, watch_servos
@@ -81,6 +82,9 @@ class Controller:
             None, calibrations, config.force_sensor, np.full(robot.legs.count, np.nan)
         )
         self._linkage = Linkage(robot.linkage, robot.legs.shaft_position)
+        self._odometry: OdometryStage | None = None
+        if config.estimator.enabled:
+            self._odometry = OdometryStage(robot, config.estimator, self._linkage)
         self._weight_n = robot.body.mass * standard_gravity
         self._sensors = tuple(number > 0 for number in config.force_sensor.transducers.tolist())
         gaits = {name: make_gait(name, robot) for name in ("tripod", "metachronal")}
@@ -108,6 +112,7 @@ class Controller:
             estimate=Estimate(0, np.zeros(2), 0.0, np.full(3, np.nan), valid=False),
             body=BodyMemory.empty(count),
             recovery=RecoveryMemory.empty(count),
+            odometry=self._odometry.initial() if self._odometry is not None else None,
         )
 
     def step(
@@ -151,6 +156,9 @@ class Controller:
         feet = self._linkage.feet(joints.angle_rad, latest_rate(times_ns, angles_rad))
         contact, model_faults = self._contact(feet)
         estimate = self._estimate(state, contact, t_ns)
+        odometry = state.odometry
+        if self._odometry is not None and odometry is not None:
+            odometry, _ = self._odometry.step(odometry, t_ns, joints, forces, inputs.poses)
         body, body_faults = self._watch_body(state, joints, forces, contact, down)
         cared = self._care(state, inputs, servos, verdict, t_ns)
         stop = self._stop_reason(state, inputs, late, t_ns)
@@ -187,6 +195,7 @@ class Controller:
             contact=contact,
             estimate=estimate,
             faults=faults,
+            odometry=odometry.estimate if odometry is not None else None,
         )
         after = ControllerState(
             index=state.index + 1,
@@ -202,6 +211,7 @@ class Controller:
             estimate=estimate,
             body=body,
             recovery=cared.memory,
+            odometry=odometry,
         )
         return after, tick
 

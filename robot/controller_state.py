@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from model.signals import Estimate, FloatArray, FootForces, IntArray, StopReason
 from robot.body_watch import BodyMemory
 from robot.modes import Phase
+from robot.odometry_stage import OdometryMemory
 from robot.recovery import RecoveryMemory
 from robot.safety import Allowed
 
@@ -27,6 +28,7 @@ class ControllerState:
         estimate: Dead-reckoned pose.
         body: What the watch over the body remembers.
         recovery: Servos that are being brought back.
+        odometry: What the estimator remembers; None where it is switched off.
     """
 
     index: int
@@ -42,6 +44,7 @@ class ControllerState:
     estimate: Estimate
     body: BodyMemory
     recovery: RecoveryMemory
+    odometry: OdometryMemory | None
 
     @property
     def stop_reason(self) -> StopReason:
