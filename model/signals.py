@@ -89,6 +89,7 @@ class FaultKind(enum.Enum):
     TILTED = 21
     SLIPPED = 22
     UNLOADED = 23
+    POSE_BAD = 24  # a pose from outside that makes no sense
 
 
 @dataclass(frozen=True, slots=True)
