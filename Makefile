@@ -7,7 +7,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 JOBS   ?= 2
 
-.PHONY: help install walk test check format lint types imports tests quick constraints golden figures clean
+.PHONY: help install walk test check format lint types imports tests quick constraints golden reliability figures clean
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
@@ -56,6 +56,9 @@ constraints: ## write constraints.txt anew (needs uv)
 
 golden: install ## write the change indicators of tests/replay anew; git diff then says what changed
 	$(BIN)/python -m tests.replay.golden
+
+reliability: install ## run the fault matrix and write its table into docs/reliability.md
+	$(BIN)/python -m benchmarks matrix
 
 figures: install ## draw the figures of docs/ again
 	for script in docs/plot_*.py; do $(BIN)/python $$script || exit 1; done

@@ -17,6 +17,7 @@ NAMES = {
     "fuzz": "benchmarks.fuzz",
     "soak": "benchmarks.soak",
     "matrix": "benchmarks.fault_matrix",
+    "cycle": "benchmarks.bus_cycle",
 }
 
 

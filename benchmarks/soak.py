@@ -180,7 +180,7 @@ class Witness:
             self._findings.readings += 1
             here = servos.position_ticks[leg]
             amps = servos.current_counts[leg] * CURRENT_UNIT_A
-            if not any(_fits(here, amps, step, leg) for step in steps):
+            if not any(fits(here, amps, step, leg) for step in steps):
                 self._findings.wrong_readings += 1
                 if len(self._findings.surprises) < 20:
                     words = f"{tick.t_ns} leg {leg}: {here} ticks {amps:.3f} A"
@@ -196,7 +196,7 @@ class Witness:
             self._findings.surprises.append(f"wrong record {record.sequence} at {record.t_ns}")
 
 
-def _fits(ticks: int, amps: float, step: tuple[int, FloatArray, FloatArray], leg: int) -> bool:
+def fits(ticks: int, amps: float, step: tuple[int, FloatArray, FloatArray], leg: int) -> bool:
     """Whether a reading is that of a step.
 
     Whole turns do not count: a servo may have lost them. Nor does the current of one whose current sensor

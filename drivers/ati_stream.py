@@ -30,6 +30,8 @@ FIRST_RESTART_S = 0.25
 LONGEST_RESTART_S = 4.0
 # Silent for so long in spite of start packets: the unit needs more than those.
 REPAIR_AFTER_S = 1.0
+# The battery's light in the first status word: its only sign of being low.
+BATTERY_LED_SHIFT, LED_BITS, LED_RED = 10, 0b11, 1
 STOPS = 3  # the unit sends for ever if the only stop is lost in the air
 
 
@@ -147,7 +149,7 @@ class ForceStream:
             self._restart_pause_s = FIRST_RESTART_S
             if self._repair is not None:
                 self._repair.heard()
-            self._report_saturation(kept[-1])
+            self._report_condition(kept[-1])
         return kept
 
     def _fresh(self, record: ForceRecord) -> bool:
@@ -178,11 +180,18 @@ class ForceStream:
                 else:
                     self._sound_ns[leg] = record.t_ns
 
-    def _report_saturation(self, record: ForceRecord) -> None:
+    def _report_condition(self, record: ForceRecord) -> None:
+        """Say which transducers are absent or saturated, and whether the battery is low."""
         for leg, number in zip(self._settings.names, self._settings.transducers, strict=True):
-            if number and record.saturated[number - 1]:
+            if number and not record.present[number - 1]:
+                detail = f"transducer {number} is not in the record: switched off or unplugged"
+                self._faults.append(Fault(FaultKind.FORCE_ABSENT, leg, detail))
+            elif number and record.saturated[number - 1]:
                 detail = f"transducer {number} is saturated"
                 self._faults.append(Fault(FaultKind.FORCE_SATURATED, leg, detail))
+        if int(record.status[0]) >> BATTERY_LED_SHIFT & LED_BITS == LED_RED:
+            detail = f"its battery light is red (level {record.battery}): charge it"
+            self._faults.append(Fault(FaultKind.FORCE_BATTERY, "force unit", detail))
 
     def _look_after_silence(self) -> None:
         now_ns = self._clock.now_ns()

@@ -89,7 +89,9 @@ class FaultKind(enum.Enum):
     TILTED = 21
     SLIPPED = 22
     UNLOADED = 23
-    POSE_BAD = 24  # a pose from outside that makes no sense
+    FORCE_ABSENT = 24  # a transducer that should be in the record is not
+    FORCE_BATTERY = 25  # the force unit says that its battery is low
+    POSE_BAD = 26  # a pose from outside that makes no sense
 
 
 @dataclass(frozen=True, slots=True)

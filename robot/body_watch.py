@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from model.signals import (
+    BoolArray,
     ContactSolution,
     Estimate,
     Fault,
@@ -81,6 +82,7 @@ class BodySeen:
         estimate: Dead reckoning of the tick before; the run began at (0, 0).
         weight_n: The robot's weight [N].
         sensors: Legs with a force sensor, (N,) bool.
+        down: Legs whose servos have lost their torque, (N,) bool.
     """
 
     t_ns: int
@@ -92,6 +94,7 @@ class BodySeen:
     estimate: Estimate
     weight_n: float
     sensors: Sequence[bool]
+    down: BoolArray
 
 
 def watch_body(
@@ -146,16 +149,21 @@ def _stalled(
     memory: BodyMemory, seen: BodySeen, limits: BodyLimits, names: Sequence[str], dt_s: float
 ) -> tuple[BodyMemory, list[Fault]]:
     """Compare the goals' way with the shafts' way over the stall time."""
-    fade = np.exp(-dt_s / limits.stall_time)
-    step = np.nan_to_num(seen.sent.angle_rad - memory.goal_rad)
-    angle = np.where(seen.joints.valid, seen.joints.angle_rad, memory.angle_rad)
+    fade = np.where(seen.down, 0.0, np.exp(-dt_s / limits.stall_time))
+    known = seen.joints.valid  # goal and shaft of the others wait where they were
+    goal = np.where(known, seen.sent.angle_rad, memory.goal_rad)
+    goal[seen.down] = np.nan  # one without torque follows nothing, and begins anew afterwards
+    angle = np.where(known, seen.joints.angle_rad, memory.angle_rad)
+    step = np.nan_to_num(goal - memory.goal_rad)
     moved = np.nan_to_num(angle - memory.angle_rad) * np.sign(step)
-    current = np.where(seen.joints.valid, np.abs(seen.joints.current_a), memory.load_a)
+    current = np.where(known, np.abs(seen.joints.current_a), memory.load_a)
+    current[seen.down] = 0.0
     goal_way = memory.goal_way_rad * fade + np.abs(step)
     shaft_way = memory.shaft_way_rad * fade + moved
     load_a = memory.load_a * fade + current * (1 - fade)
     stalled = (
-        (goal_way > limits.stall_travel)
+        known
+        & (goal_way > limits.stall_travel)
         & (shaft_way < FOLLOWING_SHARE * goal_way)
         & (load_a > limits.stall_current)
     )
@@ -170,7 +178,7 @@ def _stalled(
     ]
     after = replace(
         memory,
-        goal_rad=seen.sent.angle_rad,
+        goal_rad=goal,
         angle_rad=angle,
         goal_way_rad=goal_way,
         shaft_way_rad=shaft_way,

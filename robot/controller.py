@@ -3,7 +3,7 @@
 No clock, bus, file or logger. The loop, the replay and the diagnosis call this same function.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.constants import g as standard_gravity
@@ -19,6 +19,7 @@ from model.linkage import Linkage
 from model.odometry import advance as advance_odometry
 from model.quasistatic import prepare, solve_frame
 from model.signals import (
+    BoolArray,
     ContactSolution,
     Estimate,
     Fault,
@@ -38,8 +39,9 @@ from model.signals import (
 )
 from robot.body_watch import BodyMemory, BodySeen, stop_reason_of, watch_body
 from robot.config import RobotConfig
+from robot.controller_state import ControllerState
 from robot.modes import GaitBook, Phase, Situation, advance, graver
-from robot.odometry_stage import OdometryMemory, OdometryStage
+from robot.odometry_stage import OdometryStage
 from robot.recovery import Care, CareSeen, RecoveryMemory, care, legs_down
 from robot.rig import silent_readings
 from robot.safety import Allowed, Refused, ServoVerdict, gate, watch_servos
@@ -50,48 +52,6 @@ RATE_WINDOW_S = 0.1
 REFUSED_LIMIT = 5
 # A gap this long between two ticks is reported even if the next one came on time.
 LONG_GAP_S = 0.05
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ControllerState:
-    """Everything the controller remembers from one tick to the next.
-
-    Attributes:
-        index: Ticks done.
-        phase: Mode, plan and stop reason.
-        allowed: The command last let through by the safety gate.
-        refused: Commands refused in a row.
-        late: Late ticks in a row.
-        silent_reads: Reads in a row without an answer, (N,).
-        bad_reads: Reads in a row with a value beyond its limit, (N,).
-        forces: Latest measured foot forces.
-        times_ns: Times of the latest shaft angles, (W,).
-        angles_rad: Latest shaft angles, (W, N).
-        estimate: Dead-reckoned pose.
-        body: What the watch over the body remembers.
-        recovery: Servos that are being brought back.
-        odometry: What the estimator remembers; None where it is switched off.
-    """
-
-    index: int
-    phase: Phase
-    allowed: Allowed
-    refused: int
-    late: int
-    silent_reads: IntArray
-    bad_reads: IntArray
-    forces: FootForces
-    times_ns: IntArray
-    angles_rad: FloatArray
-    estimate: Estimate
-    body: BodyMemory
-    recovery: RecoveryMemory
-    odometry: OdometryMemory | None
-
-    @property
-    def stop_reason(self) -> StopReason:
-        """Why the run is ending, NONE while it goes on."""
-        return self.phase.stop_reason
 
 
 class Controller:
@@ -200,7 +160,7 @@ class Controller:
         odometry = state.odometry
         if self._odometry is not None and odometry is not None:
             odometry, _ = self._odometry.step(odometry, t_ns, joints, forces, inputs.poses)
-        body, body_faults = self._watch_body(state, joints, forces, contact, t_ns)
+        body, body_faults = self._watch_body(state, joints, forces, contact, down)
         cared = self._care(state, inputs, servos, verdict, t_ns)
         stop = self._stop_reason(state, inputs, late, t_ns)
         stop = graver(stop, graver(cared.stop, stop_reason_of(body_faults)))
@@ -262,10 +222,10 @@ class Controller:
         joints: JointState,
         forces: FootForces,
         contact: ContactSolution,
-        t_ns: int,
+        down: BoolArray,
     ) -> tuple[BodyMemory, tuple[Fault, ...]]:
         seen = BodySeen(
-            t_ns=t_ns,
+            t_ns=joints.t_ns,
             mode=state.phase.mode,
             joints=joints,
             sent=state.allowed.command,
@@ -274,6 +234,7 @@ class Controller:
             estimate=state.estimate,
             weight_n=self._weight_n,
             sensors=self._sensors,
+            down=down,
         )
         names = self.config.servo_bus.names
         return watch_body(state.body, seen, self.config.body_limits, names)

@@ -9,7 +9,8 @@ from typing import Protocol
 
 from model.errors import RecordError
 from model.signals import Fault, FaultKind, Inputs, LoopTiming, Mode, Request, StopReason, Tick
-from robot.controller import Controller, ControllerState
+from robot.controller import Controller
+from robot.controller_state import ControllerState
 from robot.rig import Rig, Seen
 from robot.safety import Allowed
 
@@ -180,7 +181,7 @@ CAUSES = {
     },
     StopReason.COMMAND_REFUSED: {FaultKind.REFUSED},
     StopReason.FORCE_LOST: {FaultKind.FORCE_SILENT},
-    StopReason.TIMING: {FaultKind.LATE},
+    StopReason.TIMING: {FaultKind.LATE, FaultKind.REFUSED},  # the gate says how old its last is
     StopReason.LOG_FAILED: {FaultKind.LOG_WRITE},
     StopReason.TILTED: {FaultKind.TILTED},
     StopReason.SERVO_STALLED: {FaultKind.SERVO_STALLED},

@@ -112,7 +112,7 @@ def care(
         kept = RecoveryMemory(down, back, False, memory.attempts)
         return Care(kept, False, (), None, stop, ())
     troubled = bool((down | lost).any())
-    pause = troubled or (memory.paused and not seen.valid.all())
+    pause = troubled or (memory.paused and not (seen.holding and seen.valid.all()))
     if not pause:
         none = np.zeros_like(down)
         resume = back if memory.paused else None

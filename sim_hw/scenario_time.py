@@ -25,6 +25,11 @@ class ScenarioTime:
         if self._zero_ns is None and (torque or not self._needs_torque):
             self._zero_ns = t_ns
 
+    @property
+    def begun(self) -> bool:
+        """Whether second 0 is known."""
+        return self._zero_ns is not None
+
     def start_ns(self, fault: Fault) -> int | None:
         """When a fault starts, None while that is not known."""
         return self._span(fault)[1]

@@ -1,5 +1,6 @@
 """What happens to servos, shafts and the cable of the servo bus in a scenario."""
 
+from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -20,6 +21,7 @@ from sim_hw.servo_fault_kinds import (
 )
 from sim_hw.servos import VirtualServoBus
 
+FOREVER_NS = 2**62
 MISHAPS = (SilentServo, Brownout, Overheating, Overload, StuckShaft, Unplug)
 
 
@@ -116,6 +118,8 @@ class ServoMishaps:
         self._index = {servo.servo_id: i for i, servo in enumerate(bus.servos)}
         self._silent: set[int] = set()
         self._applied_ns = -1
+        self._up_to_date = False
+        self._times: list[int] | None = None
         self.plugged = True
 
     def any_torque(self) -> bool:
@@ -124,12 +128,24 @@ class ServoMishaps:
 
     def changes(self, until_ns: int) -> list[int]:
         """Return the times up to ``until_ns`` at which a mishap starts or ends, since the last one."""
-        faults = [watched.fault for watched in self._watched]
-        return self._time.changes(faults, self._applied_ns, until_ns)
+        times = self._all_changes()
+        return times[bisect_right(times, self._applied_ns) : bisect_right(times, until_ns)]
+
+    def _all_changes(self) -> list[int]:
+        """Return every time at which a mishap starts or ends, in order; none before second 0 is known."""
+        if self._times is None:
+            if not self._time.begun:
+                return []
+            faults = [watched.fault for watched in self._watched]
+            self._times = self._time.changes(faults, -1, FOREVER_NS)
+        return self._times
 
     def apply(self, t_ns: int) -> None:
         """Make things be as they are at a time."""
-        self._applied_ns = t_ns
+        if self._up_to_date and self._applied_ns <= t_ns and not self.changes(t_ns):
+            self._applied_ns = t_ns
+            return
+        self._applied_ns, self._up_to_date = t_ns, self._time.begun
         changed = False
         for watched in self._watched:
             on = self._time.active(watched.fault, t_ns)

@@ -310,7 +310,15 @@ def test_when_the_host_dies_the_servos_stop_by_themselves(tmp_path: Path) -> Non
         time.sleep(2 * WATCHDOG_S)  # a busy machine's virtual servos may be slow themselves
         watchdog = REGISTER["bus_watchdog"]
         answers = [packets.read(port, i, watchdog.address, 1).data for i in range(1, 7)]
+        here, later = (
+            [
+                packets.read(port, i, REGISTER["present_position"].address, 4).data
+                for i in range(1, 7)
+            ]
+            for _ in range(2)
+        )
         port.closePort()
-        assert answers == [b"\xff"] * 6
+        assert answers == [b"\xff"] * 6, "every watchdog has tripped"
+        assert here == later, "and nothing moves any more"
     finally:
         sim.close()

@@ -1,0 +1,107 @@
+"""An answer that comes late, in the middle of a later request, never passes for the answer to that one."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.soak import MarkedBench, fits
+from drivers.mx106 import CURRENT_UNIT_A
+from drivers.servo_bus import LONGEST_LEAD, ServoBus
+from drivers.servo_requests import ServoRequests
+from robot.config import load_robot
+from sim_hw.clock import VirtualClock
+from sim_hw.port import MemoryPort
+from sim_hw.scenario import parse_scenario
+from sim_hw.servo_firmware import FirmwareBank
+from sim_hw.virtual_robot import put_devices
+
+CONFIG = load_robot()
+LATE = '[[fault]]\nkind = "late_reply"\nrate = 0.1\n[[fault]]\nkind = "lost_reply"\nrate = 0.1\n'
+SYNC_READ = 0x82
+
+
+class Bench:
+    """Servos whose currents tell the time, with late and lost replies, and a bus that only reads."""
+
+    def __init__(self, faults: str) -> None:
+        self.clock = VirtualClock(start_ns=1_000_000_000)
+        firmware = FirmwareBank(6)
+        self.world = MarkedBench(firmware, CONFIG.servo_bus.zeros, 60.0, 1)
+        scenario = parse_scenario(f'begins = "power"\n{faults}', range(1, 7))
+        robot = put_devices(
+            self.world, firmware, CONFIG.servo_bus, CONFIG.force_sensor, 1, scenario
+        )
+        port = MemoryPort(robot.servo_wire, self.clock, 1_000_000)
+        self.sent: list[bytes] = []
+        port.tap = lambda way, data, _t: self.sent.append(data) if way == "tx" else None
+        self.bus = ServoBus(port, CONFIG.servo_bus, self.clock)
+        self.bus.open()
+        for _ in range(2):  # the pattern begins with the first step
+            self.world.advance_to(self.clock.now_ns())
+            self.clock.advance(20_000_000)
+
+    def wrong(self, reads: int) -> tuple[int, int]:
+        """Read so often; return how many readings were valid and how many of them wrong."""
+        valid = wrong = 0
+        for _ in range(reads):
+            began_ns = self.clock.now_ns()
+            found = self.bus.read()
+            steps = [s for s in self.world.past if began_ns - 5_000_000 <= s[0] <= found.t_ns]
+            for leg in np.flatnonzero(found.valid).tolist():
+                valid += 1
+                here = int(found.position_ticks[leg])
+                amps = float(found.current_counts[leg]) * CURRENT_UNIT_A
+                wrong += not any(fits(here, amps, step, leg) for step in steps)
+            self.clock.sleep_until_ns(began_ns + 10_000_000)
+        return valid, wrong
+
+
+def test_nothing_late_is_taken_for_new() -> None:
+    valid, wrong = Bench(LATE).wrong(400)
+    assert valid > 1500
+    assert wrong == 0
+
+
+def test_the_same_without_the_precaution_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ServoRequests, "owed", lambda _self, _port: False)
+    _, wrong = Bench(LATE).wrong(400)
+    assert wrong > 10
+
+
+def test_the_requests_byte_for_byte() -> None:
+    bench = Bench('[[fault]]\nkind = "lost_reply"\ncount = 1\n')
+    bench.wrong(4)
+    reads = [frame for frame in bench.sent if frame[7] == SYNC_READ]
+    assert [frame[8:12].hex(" ") for frame in reads] == [
+        "7c 00 17 00",  # 23 bytes from 124
+        "7b 00 18 00",  # an answer is owed: one byte more, from one earlier
+        "7a 00 19 00",
+        "79 00 1a 00",
+    ]
+    bench.clock.advance(600_000_000)
+    bench.sent.clear()
+    bench.wrong(1)
+    assert bench.sent[0][8:12].hex(" ") == "7c 00 17 00", "nothing is owed any more"
+    assert 124 - LONGEST_LEAD == 116, "goal position: no gap of the table in between"
+
+
+def test_one_byte_is_read_until_two_answers_agree() -> None:
+    from drivers.servo_packets import Answer
+
+    class Scripted(ServoRequests):
+        def __init__(self, *values: int) -> None:
+            super().__init__()
+            self.left = list(values)
+
+        def owed(self, port: Any) -> bool:
+            return True
+
+        def read(self, port: Any, servo_id: int, address: int, length: int) -> Answer:
+            return Answer(bytes([self.left.pop(0)]), 0, 0)
+
+    port: Any = None
+    asked = Scripted(1, 0, 0, 9)
+    assert asked.read_byte(port, 3, 70).data == b"\x00", "the first was another question's answer"
+    assert asked.left == [9]
+    assert Scripted(1, 2, 3, 4, 5).read_byte(port, 3, 70).data is None
