@@ -7,7 +7,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 JOBS   ?= 2
 
-.PHONY: help install walk test check format lint types imports tests quick constraints golden reliability figures clean
+.PHONY: help install walk test check format lint types imports tests quick constraints golden reliability figures docs clean
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
@@ -63,5 +63,9 @@ reliability: install ## run the fault matrix and write its table into docs/relia
 figures: install ## draw the figures of docs/ again
 	for script in docs/plot_*.py; do $(BIN)/python $$script || exit 1; done
 
+docs: install ## write docs/reference/cli.md and, from docstrings, the pages of all modules in site/
+	$(BIN)/python docs/write_cli_reference.py
+	$(BIN)/pdoc --docformat google --no-show-source --output-directory site model gaits drivers record sim_hw gap robot
+
 clean: ## remove everything that was made
-	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis runs
+	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis site runs

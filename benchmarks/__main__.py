@@ -13,6 +13,7 @@ NAMES = {
     "parallel": "benchmarks.parallel",
     "loop": "benchmarks.loop_cost",
     "log_size": "benchmarks.log_size",
+    "twin": "benchmarks.twin",
     "gap_chain": "benchmarks.gap_chain",
     "fuzz": "benchmarks.fuzz",
     "soak": "benchmarks.soak",

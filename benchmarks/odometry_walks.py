@@ -69,9 +69,7 @@ def _load(path: Path) -> Recording:
     with np.load(path) as kept:
         absent = np.full(1, np.nan)  # walks kept from before the estimator ran in the loop
         arrays = {
-            f.name: kept.get(f.name, absent)
-            for f in fields(Recording)
-            if f.name not in TEXTS
+            f.name: kept.get(f.name, absent) for f in fields(Recording) if f.name not in TEXTS
         }
         return Recording(
             **arrays,

@@ -124,7 +124,7 @@ class BusPort(ClockedPort):
         self.is_using = False
         with contextlib.suppress(OSError, ValueError, NotImplementedError):
             self.ser.set_low_latency_mode(True)  # a pseudo-terminal has no such thing
-        self.latency_timer_ms = _latency_timer_ms(self.name)
+        self.latency_timer_ms = latency_timer_ms(self.name)
         if self.latency_timer_ms is not None:
             self.latency_ms = self.latency_timer_ms
         return True
@@ -184,7 +184,7 @@ class BusPort(ClockedPort):
             ) from error
 
 
-def _latency_timer_ms(port_name: str) -> float | None:
+def latency_timer_ms(port_name: str) -> float | None:
     """Return the adapter's latency timer as the system reports it [ms]."""
     device = Path(os.path.realpath(port_name)).name
     try:

@@ -54,16 +54,17 @@ def _compile(function: Function, fastmath: Any) -> Function:
         else:
             if keep:
                 # the compiler's own stamp is that of one file, and knows nothing of those it calls
-                made._cache._cache_file._source_stamp = _stamp()
+                made._cache._cache_file._source_stamp = _stamp(function.__module__.split(".")[0])
             typed: Function = made
             return typed
 
 
 @cache
-def _stamp() -> str:
-    """A digest of all sources of ``model``, so that no machine code outlives a change in any."""
+def _stamp(package: str) -> str:
+    """A digest of all sources of ``model`` and a package: no machine code outlives a change in any."""
     digest = hashlib.sha256()
-    for source in sorted(files("model").iterdir(), key=lambda entry: entry.name):
-        if source.name.endswith(".py"):
-            digest.update(source.read_bytes())
+    for folder in sorted({"model", package}):
+        for source in sorted(files(folder).iterdir(), key=lambda entry: entry.name):
+            if source.name.endswith(".py"):
+                digest.update(source.read_bytes())
     return digest.hexdigest()

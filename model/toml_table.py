@@ -41,6 +41,10 @@ class Table:
             raise ConfigError(self.name(key), f"must be true or false, not {value!r}")
         return value
 
+    def raw(self, key: str) -> Any:
+        """Return a value of any kind, for the caller to check."""
+        return self._take(key)
+
     def maybe_text(self, key: str) -> str:
         """Return a non-empty string, or an empty one where the key is left out."""
         return self.text(key) if self.has(key) else ""

@@ -33,8 +33,8 @@ DAMAGE = (
 MAGIC = b"\x89MCAP0\r\n"
 LARGEST_CHUNK = 1 << 30  # uncompressed; a larger one is a broken length
 DATA_END_BYTES = 4
-FRAME = struct.Struct("<BQ")
-MESSAGE = struct.Struct("<HIQQ")
+_FRAME = struct.Struct("<BQ")
+_MESSAGE = struct.Struct("<HIQQ")
 
 Content = Schema | Channel | Message | Metadata | Attachment
 
@@ -142,13 +142,13 @@ class _Salvage:
             offset = self._stream.tell()
             self._progress.position = offset
             self._progress.tell()
-            head = self._stream.read(FRAME.size)
-            if len(head) < FRAME.size:
+            head = self._stream.read(_FRAME.size)
+            if len(head) < _FRAME.size:
                 self._lost(offset, 0, "the file ends early")
                 return
-            opcode, length = FRAME.unpack(head)
+            opcode, length = _FRAME.unpack(head)
             known = opcode in _OPCODES and (opcode != Opcode.DATA_END or length == DATA_END_BYTES)
-            if not known or length > self._progress.size - offset - FRAME.size:
+            if not known or length > self._progress.size - offset - _FRAME.size:
                 cut = known and offset > self._last_chunk()
                 reason = "the file ends early" if cut else "the framing of records is broken"
                 if not self._resynchronise(offset, reason):
@@ -206,12 +206,12 @@ class _Salvage:
     def _record(self, opcode: int, data: bytes, offset: int) -> Iterator[Content]:
         if opcode == Opcode.CHUNK:
             yield from self._chunk(data, offset)
-        elif opcode in SINGLE:
+        elif opcode in _SINGLE:
             try:
-                record = SINGLE[opcode](data)
+                record = _SINGLE[opcode](data)
             except DAMAGE as error:
                 name = Opcode(opcode).name.lower()
-                self._lost(offset, len(data) + FRAME.size, f"a broken {name}: {_words(error)}")
+                self._lost(offset, len(data) + _FRAME.size, f"a broken {name}: {_words(error)}")
                 return
             if isinstance(record, Schema | Channel):
                 yield from self._once(record)
@@ -226,7 +226,7 @@ class _Salvage:
         """The end of the data: everything behind it is index. Its checksum covers what chunks do not."""
         self._progress.finished = True
         try:
-            expected = DataEnd.read(stream_of(data)).data_section_crc
+            expected = DataEnd.read(_stream_of(data)).data_section_crc
         except DAMAGE:
             expected = 0
         if expected not in {0, self._crc} and not self._progress.damages:
@@ -236,24 +236,24 @@ class _Salvage:
     def _chunk(self, data: bytes, offset: int) -> Iterator[Content]:
         span = (self._last_ns, -1)
         try:
-            chunk = Chunk.read(stream_of(data))
+            chunk = Chunk.read(_stream_of(data))
             span = _believable(chunk, self._last_ns)
             if chunk.uncompressed_size > LARGEST_CHUNK:
                 raise ValueError(f"it claims {chunk.uncompressed_size} bytes")
-            records = split_records(get_chunk_data_stream(chunk, validate_crc=True)[0])
+            records = _split(get_chunk_data_stream(chunk, validate_crc=True)[0])
         except DAMAGE as error:
-            self._lost(offset, len(data) + FRAME.size, f"a broken chunk: {_words(error)}", span)
+            self._lost(offset, len(data) + _FRAME.size, f"a broken chunk: {_words(error)}", span)
             return
         for opcode, content in records:
             if opcode == Opcode.MESSAGE:
                 yield from self._message(content)
             elif opcode in {Opcode.SCHEMA, Opcode.CHANNEL}:
-                record = SINGLE[opcode](content)
+                record = _SINGLE[opcode](content)
                 if isinstance(record, Schema | Channel):
                     yield from self._once(record)
 
     def _message(self, content: bytes) -> Iterator[Content]:
-        channel, sequence, log_ns, publish_ns = MESSAGE.unpack_from(content)
+        channel, sequence, log_ns, publish_ns = _MESSAGE.unpack_from(content)
         self._last_ns = log_ns
         if self._open_ended:
             damages = self._progress.damages
@@ -267,7 +267,7 @@ class _Salvage:
                 log_time=log_ns,
                 publish_time=publish_ns,
                 sequence=sequence,
-                data=content[MESSAGE.size :],
+                data=content[_MESSAGE.size :],
             )
 
     def _no_channel(self, log_ns: int) -> None:
@@ -280,8 +280,7 @@ class _Salvage:
             self._lost(self._progress.position, 0, reason, (log_ns, log_ns))
 
 
-def stream_of(data: bytes) -> ReadDataStream:
-    """Return bytes as the stream that the mcap library reads from."""
+def _stream_of(data: bytes) -> ReadDataStream:
     return ReadDataStream(BytesIO(data))
 
 
@@ -289,26 +288,26 @@ def _attachment(data: bytes) -> Attachment:
     (expected,) = struct.unpack("<I", data[-4:])
     if expected not in {0, zlib.crc32(data[:-4])}:
         raise ValueError("its checksum does not fit")
-    attachment: Attachment = Attachment.read(stream_of(data))
+    attachment: Attachment = Attachment.read(_stream_of(data))
     return attachment
 
 
 _OPCODES = frozenset(int(opcode) for opcode in Opcode)
-SINGLE: dict[int, Callable[[bytes], Content]] = {
-    Opcode.SCHEMA: lambda data: Schema.read(stream_of(data)),
-    Opcode.CHANNEL: lambda data: Channel.read(stream_of(data)),
-    Opcode.METADATA: lambda data: Metadata.read(stream_of(data)),
+_SINGLE: dict[int, Callable[[bytes], Content]] = {
+    Opcode.SCHEMA: lambda data: Schema.read(_stream_of(data)),
+    Opcode.CHANNEL: lambda data: Channel.read(_stream_of(data)),
+    Opcode.METADATA: lambda data: Metadata.read(_stream_of(data)),
     Opcode.ATTACHMENT: _attachment,
 }
 
 
-def split_records(stream: ReadDataStream) -> list[tuple[int, bytes]]:
+def _split(stream: ReadDataStream) -> list[tuple[int, bytes]]:
     """Return opcode and content of each record in a chunk."""
     data = stream.read(1 << 62)
     view, at, records = memoryview(data), 0, []
     while at < len(data):
-        opcode, length = FRAME.unpack_from(data, at)
-        at += FRAME.size
+        opcode, length = _FRAME.unpack_from(data, at)
+        at += _FRAME.size
         if length > len(data) - at:
             raise ValueError("a record in it is longer than the chunk")
         records.append((opcode, bytes(view[at : at + length])))

@@ -1,7 +1,9 @@
-"""Arguments that several commands share. Imports nothing heavy."""
+"""Arguments that several commands share: robot file, scenario, walk. Imports nothing heavy."""
 
 import argparse
 from pathlib import Path
+
+GAITS = ("tripod", "metachronal")
 
 
 def add_robot(parser: argparse.ArgumentParser) -> None:
@@ -24,3 +26,19 @@ def add_scenario(parser: argparse.ArgumentParser) -> None:
         help="faults of the virtual hardware, for example examples/faults_servo.toml; what it may "
         "say: bigant sim faults",
     )
+
+
+def positive(text: str) -> float:
+    """Read a positive number."""
+    value = float(text)
+    if not 0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"must be a positive number, not {text}")
+    return value
+
+
+def steer(text: str) -> float:
+    """Read a steering wish."""
+    value = float(text)
+    if not -1 <= value <= 1:
+        raise argparse.ArgumentTypeError(f"must be from -1 (right) to 1 (left), not {text}")
+    return value

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from model.errors import BigantError, ConnectionLost
 from robot.arguments import add_robot
 from robot.exit_codes import ExitCode
-from robot.finding import Finding, Verdict, count_line, failed, lines_of, skipped
+from robot.finding import Finding, Verdict, count_line, failed, lines_of, plain_finding, skipped
 from robot.servo_access import new_port, progress, robot_of
 
 if TYPE_CHECKING:
@@ -196,10 +196,7 @@ def _loop_finding(
 
 def _as_json(findings: list[Finding], figures: "list[LoopFigures]") -> dict[str, object]:
     result: dict[str, object] = {
-        "findings": [
-            {"name": f.name, "verdict": f.verdict.value, "found": f.found, "advice": f.advice}
-            for f in findings
-        ],
+        "findings": [plain_finding(finding) for finding in findings],
         "fit": all(f.verdict is not Verdict.FAIL for f in findings),
     }
     for loop in figures:

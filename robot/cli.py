@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import NoReturn
 
 from model.errors import BigantError, BusError, ForceStreamError, RecordError
-from robot.arguments import add_robot, add_scenario
-from robot.commands import add_commands, run_command
+from robot.arguments import GAITS, add_robot, add_scenario, positive, steer
+from robot.commands import HelpFormatter, add_commands, epilog_of, run_command
 from robot.exit_codes import ExitCode
+from robot.help_pages import page_hint
 
 EPILOG = "exit codes: 0 good, 1 a verdict failed, 2 wrong usage or file, 3 hardware, 4 log"
 
@@ -36,7 +37,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
         words = " ".join(
             ["bigant", options.command, *([options.action] if "action" in options else [])]
         )
-        print(f"{words}: {error}", file=sys.stderr)
+        print(f"{words}: {error}{page_hint(error)}", file=sys.stderr)
         return int(_code_of(error))
     except BrokenPipeError:  # the reader of our output went away, as with `| head`
         sys.stderr.close()
@@ -80,7 +81,12 @@ def _dispatch(options: argparse.Namespace) -> ExitCode:
     return run_command(options)
 
 
-def _parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
+def full_parser() -> argparse.ArgumentParser:
+    """Return the parser with the arguments of every command: for completion, reference and tests."""
+    return _parser(None)
+
+
+def _parser(arguments: Sequence[str] | None) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="bigant",
         description="Drive, record and model BigANT, on the robot or on virtual hardware.",
@@ -93,20 +99,6 @@ def _parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
     _add_devices(commands)
     add_commands(commands, arguments, EPILOG)
     return parser
-
-
-def _positive(text: str) -> float:
-    value = float(text)
-    if not 0 < value < float("inf"):
-        raise argparse.ArgumentTypeError(f"must be a positive number, not {text}")
-    return value
-
-
-def _steer(text: str) -> float:
-    value = float(text)
-    if not -1 <= value <= 1:
-        raise argparse.ArgumentTypeError(f"must be from -1 (right) to 1 (left), not {text}")
-    return value
 
 
 def _port(text: str) -> int:
@@ -130,20 +122,21 @@ def _add_drive(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         description="Walk a gait and keep a log. Virtual hardware is the default. Real ports are "
         "only listened to unless --armed is given. Ctrl-C stops on all feet, a second Ctrl-C cuts "
         "torque; torque goes off on every way out.",
-        epilog=EPILOG,
+        epilog=epilog_of(("drive",), EPILOG),
+        formatter_class=HelpFormatter,
     )
     add_robot(drive)
-    drive.add_argument("--gait", choices=("tripod", "metachronal"), default="tripod")
+    drive.add_argument("--gait", choices=GAITS, default="tripod")
     length = drive.add_mutually_exclusive_group()
-    length.add_argument("--cycles", type=_positive, metavar="N", help="gait cycles (default: 3)")
+    length.add_argument("--cycles", type=positive, metavar="N", help="gait cycles (default: 3)")
     length.add_argument(
-        "--duration", type=_positive, metavar="S", dest="duration_s", help="seconds of walking"
+        "--duration", type=positive, metavar="S", dest="duration_s", help="seconds of walking"
     )
     drive.add_argument(
-        "--frequency-hz", type=_positive, metavar="F", help="cycles a second (default: robot file)"
+        "--frequency-hz", type=positive, metavar="F", help="cycles a second (default: robot file)"
     )
     drive.add_argument(
-        "--steer", type=_steer, default=0.0, metavar="X", help="-1 (right) to 1 (left)"
+        "--steer", type=steer, default=0.0, metavar="X", help="-1 (right) to 1 (left)"
     )
     drive.add_argument(
         "--hardware",
@@ -179,7 +172,7 @@ def _add_drive(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
     drive.add_argument("--teleop", action="store_true", help="drive with the keyboard")
     drive.add_argument(
         "--deadman",
-        type=_positive,
+        type=positive,
         default=5.0,
         metavar="S",
         dest="deadman_s",
@@ -202,7 +195,8 @@ def _add_show(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -
         help="summary table and pictures of a log",
         description="Print a summary of a log (distance, speed, slip, faults, loop) and write a "
         "page with trajectory, body velocity and foot forces, predicted against measured.",
-        epilog=EPILOG,
+        epilog=epilog_of(("show",), EPILOG),
+        formatter_class=HelpFormatter,
     )
     show.add_argument("path", type=Path, metavar="LOG")
     show.add_argument(
@@ -217,7 +211,8 @@ def _add_devices(commands: "argparse._SubParsersAction[argparse.ArgumentParser]"
         help="ports, servos at each baud rate, force-torque units",
         description="List serial ports, the servos that answer at each baud rate, and wireless "
         "force-torque units found by discovery. Nothing is written and nothing moves.",
-        epilog=EPILOG,
+        epilog=epilog_of(("devices",), EPILOG),
+        formatter_class=HelpFormatter,
     )
     devices.add_argument(
         "--port", metavar="PORT", help="scan this serial port only (default: every USB port)"

@@ -9,7 +9,10 @@ import importlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from robot.command_examples import EXAMPLES
 from robot.exit_codes import ExitCode
+
+EXAMPLES_HEAD = "examples:"
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,10 +32,11 @@ class Command:
 
 GROUP_HELP = (
     ("model", "the model of slipping, without a robot"),
+    ("robot", "the robot file for other programs"),
     ("log", "look at, mend, cut, merge and export logs"),
     ("gap", "where a simulator differs from measured runs, and why"),
     ("servo", "the servos one by one: scan, set up, back up, watch"),
-    ("sim", "virtual hardware for other programs, and what can go wrong with it"),
+    ("sim", "virtual hardware, its faults, and a robot that is wrong on purpose"),
     ("ft", "the force-torque sensors: find, watch, bias, calibrate"),
 )
 
@@ -47,12 +51,17 @@ COMMANDS = (
         ("model", "figures"), "robot.model_figures", "our version of the paper's figures and tables"
     ),
     Command(("odom",), "robot.odom", "odometry and foot forces from a log; 'odom tune' its noise"),
+    Command(("robot", "export"), "robot.robot_export", "the robot file as URDF or MJCF"),
     Command(("replay",), "robot.replay", "a recorded run again, as a test: step, drivers or robot"),
     Command(("log", "info"), "robot.log_info", "duration, rate, topics, versions, damage"),
     Command(("log", "repair"), "robot.log_repair", "a proper file of a cut or damaged log"),
     Command(("log", "cut"), "robot.log_cut", "a piece of a log"),
     Command(("log", "merge"), "robot.log_merge", "logs of one robot, one behind the other"),
     Command(("log", "export"), "robot.log_export", "tables, trials and trajectories of a log"),
+    Command(
+        ("gap", "check"), "robot.gap_check", "diagnose a withheld campaign, open the seal, count"
+    ),
+    Command(("gap", "diagnose"), "robot.gap_diagnose", "where, which effect, how far it shrinks"),
     Command(("gap", "effects"), "robot.gap_effects", "every effect a simulator can add to itself"),
     Command(("import",), "robot.import_command", "measured data as a log or a trial, checked"),
     Command(("servo", "scan"), "robot.servo_scan", "who answers at which baud rate"),
@@ -62,9 +71,24 @@ COMMANDS = (
     Command(("servo", "zero"), "robot.servo_zero", "the servo_zero line of the robot file"),
     Command(("servo", "watch"), "robot.servo_watch", "live table, round trips, counters"),
     Command(("servo", "reboot"), "robot.servo_reboot", "reboot, and keep the cause of the error"),
+    Command(("view",), "robot.view_command", "watch a run, live or from its log"),
+    Command(("bridge",), "robot.bridge", "a live run or a log as ROS 2 topics"),
+    Command(("doctor",), "robot.doctor", "is this computer set up, and what to do if not"),
+    Command(("completion",), "robot.completion", "completion script for bash, zsh or fish"),
     Command(("check",), "robot.check", "pre-flight list: is this robot fit to walk?"),
     Command(("sim", "serve"), "robot.sim_serve", "serve virtual devices until Ctrl-C"),
     Command(("sim", "faults"), "robot.sim_faults", "list the faults that --scenario can hold"),
+    Command(
+        ("sim", "effects"), "robot.sim_effects", "what can be made wrong with the virtual robot"
+    ),
+    Command(
+        ("sim", "run"), "robot.sim_run", "a walk of the virtual robot with effects, as a trial"
+    ),
+    Command(
+        ("sim", "campaign"), "robot.sim_campaign", "many trials of a scenario file, in parallel"
+    ),
+    Command(("sim", "unseal"), "robot.sim_unseal", "open the labels of a sealed campaign"),
+    Command(("sim", "render"), "robot.sim_render", "a picture or video of a log or trial"),
     Command(("ft", "scan"), "robot.ft_scan", "find wireless force-torque units"),
     Command(("ft", "watch"), "robot.ft_watch", "live readings, state, losses and clock"),
     Command(("ft", "bias"), "robot.ft_bias", "measure what is read with no contact"),
@@ -77,21 +101,48 @@ Parsers = argparse._SubParsersAction  # what add_subparsers returns has no publi
 
 
 def add_commands(
-    commands: "Parsers[argparse.ArgumentParser]", arguments: Sequence[str], epilog: str
+    commands: "Parsers[argparse.ArgumentParser]", arguments: Sequence[str] | None, epilog: str
 ) -> None:
-    """Add all commands to the parser; arguments only to the one that is asked for."""
+    """Add all commands to the parser; arguments only to the one that is asked for.
+
+    Args:
+        commands: Where they are added.
+        arguments: What was typed; None to add the arguments of all of them.
+        epilog: Last lines of each command's help, below its examples.
+    """
     groups = {}
     for name, words in GROUP_HELP:
         group = commands.add_parser(name, help=words, description=f"{words}.".capitalize())
         groups[name] = group.add_subparsers(dest="action", required=True, metavar="ACTION")
     for command in COMMANDS:
         parent = commands if len(command.words) == 1 else groups[command.words[0]]
-        parser = parent.add_parser(command.words[-1], help=command.help, epilog=epilog)
+        parser = parent.add_parser(
+            command.words[-1],
+            help=command.help,
+            epilog=epilog_of(command.words, epilog),
+            formatter_class=HelpFormatter,
+        )
         parser.set_defaults(module=command.module)
-        if tuple(arguments[: len(command.words)]) == command.words:
+        if arguments is None or tuple(arguments[: len(command.words)]) == command.words:
             module = importlib.import_module(command.module)
             parser.description = module.__doc__.split("\n\n", 1)[-1] if module.__doc__ else None
             module.add_arguments(parser)
+
+
+class HelpFormatter(argparse.HelpFormatter):
+    """Keeps the lines of examples; fills everything else."""
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        if not text.startswith(EXAMPLES_HEAD):
+            return super()._fill_text(text, width, indent)
+        examples, _, rest = text.partition("\n\n")
+        return f"{examples}\n\n{super()._fill_text(rest, width, indent)}"
+
+
+def epilog_of(words: tuple[str, ...], epilog: str) -> str:
+    """Return the end of a command's help: its examples, then ``epilog``."""
+    lines = "\n".join(f"  {line}" for line in EXAMPLES.get(words, ()))
+    return f"{EXAMPLES_HEAD}\n{lines}\n\n{epilog}"
 
 
 def run_command(options: argparse.Namespace) -> ExitCode:

@@ -170,7 +170,7 @@ class Controller:
         phase = advance(state.phase, situation, self.book)
         wished = self._wish(phase, t_ns, count)
         seeded = cared.resume is not None or bool(state.allowed.recover)
-        allowed, refused, gate_faults = self._gate(wished, state, seeded=seeded)
+        allowed, refused, gate_faults = self._gate(wished, state, inputs, seeded=seeded)
         allowed = replace(allowed, recover=cared.ask)
         faults = (
             *inputs.faults,
@@ -272,7 +272,7 @@ class Controller:
         self, state: ControllerState, inputs: Inputs, late: int, t_ns: int
     ) -> StopReason:
         kinds = {fault.kind for fault in inputs.faults}
-        last = state.allowed.command
+        last = self._last_heard(state, inputs)
         waited = state.refused or state.allowed.recover  # bringing a servo back takes its time
         silent_s = (t_ns - last.t_ns) * 1e-9 if last.torque and not waited else 0.0
         checks = (
@@ -293,10 +293,19 @@ class Controller:
         angle, rate = phase.plan.at(t_ns)
         return JointCommand(t_ns, readonly(angle), readonly(rate), torque=True)
 
+    def _last_heard(self, state: ControllerState, inputs: Inputs) -> JointCommand:
+        """Return the last command, as new as the bus was busy: switching on takes a dozen transactions.
+
+        The loop begins a new grid of deadlines behind them, so the deadline says when they were done.
+        """
+        last, timing = state.allowed.command, inputs.timing
+        done_ns = timing.deadline_ns - (1 + timing.missed) * self.period_ns
+        return replace(last, t_ns=max(last.t_ns, done_ns)) if last.torque else last
+
     def _gate(
-        self, wished: JointCommand, state: ControllerState, *, seeded: bool
+        self, wished: JointCommand, state: ControllerState, inputs: Inputs, *, seeded: bool
     ) -> tuple[Allowed, int, tuple[Fault, ...]]:
-        last = state.allowed.command
+        last = self._last_heard(state, inputs)
         # switching on, or taking a servo up again: the driver holds where the shafts are
         if wished.torque and (seeded or not last.torque):
             last = replace(wished, torque=False)

@@ -59,6 +59,16 @@ def lines_of(finding: Finding) -> list[str]:
     return lines
 
 
+def plain_finding(finding: Finding) -> dict[str, str]:
+    """Return a finding as JSON can hold it."""
+    return {
+        "name": finding.name,
+        "verdict": finding.verdict.value,
+        "found": finding.found,
+        "advice": finding.advice,
+    }
+
+
 def count_line(findings: Iterable[Finding]) -> str:
     """Return how many checks ended how."""
     verdicts = [finding.verdict for finding in findings]

@@ -6,6 +6,7 @@ readings spread or wander as they do when something touches the robot.
 """
 
 import argparse
+import json
 import sys
 import time
 from pathlib import Path
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from model.errors import ConfigError, ModelError
 from robot.exit_codes import ExitCode
+from robot.plain_json import plain
 
 if TYPE_CHECKING:
     from drivers.ati_stream import ForceStream
@@ -42,6 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="also switch the unit's own BIAS on for every transducer (it then counts from zero, so "
         "the file written beside it holds zeros measured after that)",
     )  # fmt: skip
+    parser.add_argument("--json", action="store_true", help="the result as JSON")
 
 
 def run(options: argparse.Namespace) -> ExitCode:
@@ -82,6 +85,18 @@ def run(options: argparse.Namespace) -> ExitCode:
         logs=(),
     )
     write_calibration(options.out, calibration)
+    if options.json:
+        legs = [
+            {
+                "leg": name,
+                "samples": int(bias.samples[leg]),
+                "bias": bias.mean[leg].tolist(),
+                "standard_error": bias.standard_error[leg].tolist(),
+            }
+            for leg, name in enumerate(names)
+        ]
+        print(json.dumps(plain({"axes": list(AXES), "legs": legs, "file": options.out}), indent=2))
+        return ExitCode.OK
     print("bias and standard error, N and N m")
     print("leg   samples" + "".join(f"{axis:>20}" for axis in AXES))
     for leg, name in enumerate(names):

@@ -1,12 +1,13 @@
 """What ``bigant ft watch`` shows: the newest readings and the state of the stream, as lines. Pure."""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
 from drivers.ati_clock import ClockEstimate
 from drivers.ati_stream import StreamCounters
 from model.signals import FloatArray, ForceRecord, IntArray
+from robot.plain_json import plain
 
 LED_WORDS = ("off", "red", "green", "orange")
 UNIT_LEDS = (("WLAN", 6), ("power", 8), ("battery", 10))
@@ -39,6 +40,28 @@ class Snapshot:
     counters: StreamCounters
     clock: ClockEstimate | None
     repair_error: str
+
+
+def snapshot_json(shot: Snapshot) -> object:
+    """Return a snapshot as JSON can hold it; what is not known is null."""
+    legs = [
+        {
+            "leg": name,
+            "transducer": int(shot.transducers[leg]) or None,
+            "age_ms": shot.age_ns[leg] * 1e-6 if shot.age_ns[leg] >= 0 else None,
+            "force_n": shot.wrench[leg, :3].tolist(),
+            "moment_nm": shot.wrench[leg, 3:].tolist(),
+        }
+        for leg, name in enumerate(shot.names)
+    ]
+    return plain({
+        "seconds": shot.seconds,
+        "packets_per_s": shot.rate_hz,
+        "legs": legs,
+        "counters": asdict(shot.counters),
+        "clock": None if shot.clock is None else asdict(shot.clock),
+        "repair_error": shot.repair_error,
+    })  # fmt: skip
 
 
 def led(status: IntArray, number: int) -> str:

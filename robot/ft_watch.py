@@ -7,6 +7,7 @@ to stop on every way out.
 
 import argparse
 import csv
+import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -37,6 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seconds", type=float, metavar="S", help="end by itself after so long")
     parser.add_argument("--calibration", type=Path, metavar="FILE", help="calibration file to use")
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write every sample")
+    parser.add_argument("--json", action="store_true", help="only what was read last, as JSON")
 
 
 def run(options: argparse.Namespace) -> ExitCode:
@@ -70,11 +72,16 @@ def run(options: argparse.Namespace) -> ExitCode:
         while not interrupts.count and (end_ns is None or clock.now_ns() < end_ns):
             clock.sleep_until_ns(clock.now_ns() + LOOK_NS)
             watch.read()
-            if clock.now_ns() >= next_ns + (SCREEN_NS if screen else LINE_NS):
+            if not options.json and clock.now_ns() >= next_ns + (SCREEN_NS if screen else LINE_NS):
                 next_ns = clock.now_ns()
                 show(watch.snapshot(next_ns), screen=screen)
         last = watch.snapshot(clock.now_ns())
-    show(last, screen=screen, whole=True)
+    if options.json:
+        from robot.ft_table import snapshot_json
+
+        print(json.dumps(snapshot_json(last), indent=2))
+    else:
+        show(last, screen=screen, whole=True)
     heard = (last.age_ns >= 0) & (last.age_ns < settings.silent_limit_s * 1e9)
     return ExitCode.OK if heard.any() else ExitCode.HARDWARE
 

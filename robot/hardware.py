@@ -25,6 +25,7 @@ from sim_hw.port import MemoryPort
 from sim_hw.scenario import Scenario
 from sim_hw.server import DeviceProcess, VirtualSetup
 from sim_hw.servo_firmware import FirmwareBank
+from sim_hw.twin import Twin
 from sim_hw.virtual_robot import VirtualRobot, build_virtual_robot, put_devices
 
 MakeWorld = Callable[[FirmwareBank], HostedWorld]
@@ -39,9 +40,14 @@ class _WorldTruth:
     clock: Clock
 
     def latest(self) -> BodyTruth | None:
-        """Return the truth now. The servos live on even when nobody can talk to them any more."""
+        """Return the truth now, or what the cameras make of it; None on a bench without a body.
+
+        The servos live on even when nobody can talk to them any more.
+        """
         self.robot.servo_wire.poll(self.clock.now_ns())
-        return self.robot.world.truth(self.clock.now_ns())
+        truth = self.robot.world.truth(self.clock.now_ns())
+        cameras = self.robot.cameras
+        return truth if cameras is None or truth is None else cameras.see(truth)
 
 
 def open_in_memory(
@@ -65,11 +71,39 @@ def open_in_memory(
         tap: Listens in on all wires, from the first byte on.
         bench: Makes the world that the devices stand in, None for the plant of the robot file.
     """
+    rig, _ = open_twin(
+        config,
+        None,
+        seed=seed,
+        armed=armed,
+        with_forces=with_forces,
+        scenario=scenario,
+        tap=tap,
+        bench=bench,
+    )
+    return rig
+
+
+def open_twin(
+    config: RobotConfig,
+    twin: Twin | None,
+    *,
+    seed: int,
+    armed: bool,
+    with_forces: bool,
+    scenario: Scenario | None = None,
+    tap: WireTap | None = None,
+    bench: MakeWorld | None = None,
+) -> tuple[Rig, VirtualRobot]:
+    """Open a twin of the robot in memory under a virtual clock; also return what is behind the devices.
+
+    Args: as for ``open_in_memory``, and ``twin``, what the robot really is; None for the nominal one.
+    """
     clock = VirtualClock(start_ns=1_000_000_000)
     servo_bus, force_sensor = config.servo_bus, config.force_sensor
     if bench is None:
         robot = build_virtual_robot(
-            config.parameters, servo_bus, force_sensor, seed, scenario=scenario
+            config.parameters, servo_bus, force_sensor, seed, twin, scenario
         )
     else:
         firmware = FirmwareBank(len(servo_bus.ids))
@@ -85,7 +119,7 @@ def open_in_memory(
             return datagrams, console
         return TappedDatagrams(datagrams, tap, clock), TappedText(console, tap, clock)
 
-    return assemble(
+    rig = assemble(
         config,
         clock=clock,
         port=MemoryPort(robot.servo_wire, clock, config.servo_bus.baud_rate, timer_s),
@@ -97,6 +131,7 @@ def open_in_memory(
         closers=(),
         tap=tap,
     )
+    return rig, robot
 
 
 def start_virtual(

@@ -19,7 +19,7 @@ from model.estimator_settings import EstimatorSettings
 from model.estimator_types import OdometryEstimate
 from model.linkage import Linkage
 from model.signals import FootForces, StopReason, Tick
-from record.follow import follow_ticks
+from record.follow import LogFollower
 from record.reader import LogContents
 from robot.config import RobotConfig, load_robot, parse_robot
 from robot.controller import Controller
@@ -27,7 +27,7 @@ from robot.exit_codes import ExitCode, exit_code_of
 from robot.ft_unit import unit_settings
 from robot.hardware import open_real, open_virtual
 from robot.loop import run
-from robot.odometry_stage import OdometryMemory, OdometryStage
+from robot.odometry_stage import OdometryStage
 from robot.operator import Interrupts, Script, ScriptedOperator
 from robot.plain_json import plain
 
@@ -113,31 +113,38 @@ def run_live(options: argparse.Namespace) -> ExitCode:
 
 def _beside_log(options: argparse.Namespace, said: Said, interrupts: Interrupts) -> None:
     path: Path = options.logs[0]
-    contents = LogContents()
     clock = MonotonicClock()
     end_ns = None if options.duration is None else clock.now_ns() + round(options.duration * 1e9)
+    beside: _Beside | None = None
+    with LogFollower(path) as follower:
+        while True:
+            for stamped in follower.new_ticks():
+                beside = beside or _Beside(options, follower.contents)
+                said.take(beside.step(stamped.tick))
+            now_ns = clock.now_ns()
+            ended = interrupts.count > 0 or (end_ns is not None and now_ns >= end_ns)
+            if follower.finished or ended:
+                return
+            clock.sleep_until_ns(now_ns + LOOK_PERIOD_NS)
 
-    def wait() -> bool:
-        now_ns = clock.now_ns()
-        if interrupts.count or (end_ns is not None and now_ns >= end_ns):
-            return False
-        clock.sleep_until_ns(now_ns + LOOK_PERIOD_NS)
-        return True
 
-    stage: OdometryStage | None = None
-    memory: OdometryMemory | None = None
-    for tick in follow_ticks(path, contents, wait):
-        if stage is None or memory is None:
-            stage = stage_of(options, _config(options, contents))
-            memory = stage.initial()
+class _Beside:
+    """The estimator over the ticks of somebody else's loop."""
+
+    def __init__(self, options: argparse.Namespace, contents: LogContents) -> None:
+        self._stage = stage_of(options, _config(options, contents))
+        self._memory = self._stage.initial()
+        self._deaf = options.no_forces
+
+    def step(self, tick: Tick) -> OdometryEstimate:
         forces = tick.forces
-        if options.no_forces:
+        if self._deaf:
             nothing = np.full_like(forces.force_n, np.nan)
             forces = FootForces(forces.t_ns, nothing, np.zeros(len(nothing), dtype=bool))
-        memory, estimate = stage.step(memory, tick.t_ns, tick.joints, forces, tick.inputs.poses)
-        said.take(estimate)
-        if interrupts.count:
-            return
+        self._memory, estimate = self._stage.step(
+            self._memory, tick.t_ns, tick.joints, forces, tick.inputs.poses
+        )
+        return estimate
 
 
 def _beside_hardware(

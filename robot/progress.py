@@ -3,6 +3,7 @@
 import sys
 import time
 from types import TracebackType
+from typing import Self
 
 from record.salvage import Pass
 
@@ -10,39 +11,35 @@ FIRST_S = 1.0
 TERMINAL_S = 0.2
 # Where nobody watches a line change, a new line now and then is enough.
 FILE_S = 10.0
+WIDTH = 30
 
 
-class ProgressLine:
-    """A line that says how far the reading of a log is.
+class _StatusLine:
+    """One line that changes on a terminal and is written now and then anywhere else; a context manager."""
 
-    Args:
-        label: What is being done.
-        progress: Filled by the reader.
-    """
-
-    def __init__(self, label: str, progress: Pass) -> None:
+    def __init__(self, label: str) -> None:
         self._label = label
-        self._progress = progress
         self._terminal = sys.stderr.isatty()
-        self._next_s = time.monotonic() + FIRST_S
-        self._shown = False
-        progress.tell = self.update
+        self._start_s = time.monotonic()
+        self._next_s = self._start_s + FIRST_S
+        self._shown = 0
 
-    def update(self) -> None:
-        """Show how far it is, if it is time to."""
+    def _is_time(self) -> bool:
+        """Whether to show something now; the next time is then set."""
         now_s = time.monotonic()
-        if now_s < self._next_s or self._progress.size == 0:
-            return
+        if now_s < self._next_s:
+            return False
         self._next_s = now_s + (TERMINAL_S if self._terminal else FILE_S)
-        percent = 100 * self._progress.position // self._progress.size
-        text = f"{self._label}: {percent} %"
+        return True
+
+    def _show(self, text: str) -> None:
         if self._terminal:
-            print(f"\r{text}  ", end="", file=sys.stderr, flush=True)
+            print(f"\r{text.ljust(self._shown)}", end="", file=sys.stderr, flush=True)
+            self._shown = len(text)
         else:
             print(text, file=sys.stderr, flush=True)
-        self._shown = True
 
-    def __enter__(self) -> "ProgressLine":
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(
@@ -52,5 +49,44 @@ class ProgressLine:
         trace: TracebackType | None,
     ) -> None:
         """Clear the line."""
-        if self._shown and self._terminal:
-            print("\r" + " " * (len(self._label) + 9) + "\r", end="", file=sys.stderr, flush=True)
+        if self._shown:
+            print("\r" + " " * self._shown + "\r", end="", file=sys.stderr, flush=True)
+
+
+class ProgressLine(_StatusLine):
+    """A line that says how far the reading of a log is.
+
+    Args:
+        label: What is being done.
+        progress: Filled by the reader.
+    """
+
+    def __init__(self, label: str, progress: Pass) -> None:
+        super().__init__(label)
+        self._progress = progress
+        progress.tell = self.update
+
+    def update(self) -> None:
+        """Show how far it is, if it is time to."""
+        if self._progress.size > 0 and self._is_time():
+            self._show(f"{self._label}: {100 * self._progress.position // self._progress.size} %")
+
+
+class ProgressBar(_StatusLine):
+    """A bar for work whose share done is known, with the time that is left.
+
+    Args:
+        label: What is being done.
+    """
+
+    def show(self, share: float, words: str = "") -> None:
+        """Show the share done, 0 to 1, if it is time to."""
+        if not self._is_time():
+            return
+        done = round(WIDTH * share)
+        bar = "#" * done + "." * (WIDTH - done)
+        left = ""
+        if share > 0:
+            left_s = (time.monotonic() - self._start_s) * (1 - share) / share
+            left = f"{left_s:.0f} s left"
+        self._show(f"{self._label} [{bar}] {100 * share:3.0f} % {left} {words}".rstrip())

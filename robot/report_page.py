@@ -44,7 +44,7 @@ def render_page(
     )
     pictures = "\n".join(
         f"<h2>{html.escape(name)}</h2>\n<figure role='img' aria-label='{html.escape(name)}'>"
-        f"{_inline_svg(figure, str(number))}</figure>"
+        f"{inline_svg(figure, str(number))}</figure>"
         for number, (name, figure) in enumerate(figures.items())
     )
     return (
@@ -56,7 +56,7 @@ def render_page(
     )
 
 
-def _inline_svg(figure: Figure, number: str) -> str:
+def inline_svg(figure: Figure, number: str) -> str:
     """Return a picture as SVG; ids are made the page's own, or the first picture's clips win."""
     buffer = io.StringIO()
     figure.savefig(buffer, format="svg", metadata={"Date": None})

@@ -23,8 +23,8 @@ from robot.config import SafetyLimits
 
 # A command may be this much faster than the limit: the grid of ticks and encoder counts is coarse.
 SPEED_SLACK = 1.05
-# A command older than this says nothing about the next one; the servos have stopped by then.
-STALE_NS = 250_000_000
+# A command older than the servos' watchdog and this says nothing about the next one: they have stopped.
+STALE_SLACK_NS = 10_000_000
 # Keep clear of the end of the servo's extended position range (+-256 turns).
 RANGE_MARGIN_TICKS = 2 * TICKS_PER_TURN
 
@@ -77,7 +77,7 @@ def gate(
     elapsed_ns = wished.t_ns - last.t_ns
     if elapsed_ns <= 0 and last.torque:
         return Refused("the command is not newer than the one before")
-    if elapsed_ns > STALE_NS and last.torque:
+    if elapsed_ns > bus.watchdog_s * 1e9 + STALE_SLACK_NS and last.torque:
         return Refused(
             f"the command before is {elapsed_ns * 1e-6:.0f} ms old; the loop stood still"
         )

@@ -12,7 +12,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, TextIO
 
 from model.errors import BusError, ConnectionLost
-from robot.arguments import add_robot
+from robot.arguments import add_robot, positive
 from robot.exit_codes import ExitCode
 from robot.servo_access import baud_rate, bus_of, robot_of
 
@@ -29,18 +29,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--port", metavar="PORT", required=True, help="serial port")
     parser.add_argument("--baud", type=baud_rate, metavar="B", help="baud rate (robot file)")
     add_robot(parser)
-    parser.add_argument("--seconds", type=_positive, metavar="S", help="how long (until Ctrl-C)")
+    parser.add_argument("--seconds", type=positive, metavar="S", help="how long (until Ctrl-C)")
     parser.add_argument(
         "--rate-hz", type=_rate, metavar="R", default=50, help="reads a second (50)"
     )
     parser.add_argument("--json", action="store_true", help="last readings and counts as JSON")
-
-
-def _positive(text: str) -> float:
-    value = float(text)
-    if not 0 < value < float("inf"):
-        raise argparse.ArgumentTypeError(f"must be a positive number, not {text}")
-    return value
 
 
 def _rate(text: str) -> int:

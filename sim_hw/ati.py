@@ -28,6 +28,7 @@ DEFAULT_OVERSAMPLING = 32
 COUNTS_PER_UNIT = 1_000_000
 # ATI Gamma SI-130-10.
 MAX_RATING = (130.0, 130.0, 400.0, 10.0, 10.0, 10.0)
+RATING = np.array(MAX_RATING)
 # AFE bits and green LEDs of powered channels: as seen on a real unit.
 AFE = (0x0001_0000, 0x0004_0000, 0x0010_0000)
 LED_GREEN = 0b10
@@ -89,7 +90,9 @@ class VirtualWnet:
             TransducerState(powered=number in transducers) for number in range(1, TRANSDUCERS + 1)
         ]
         self._source = source
-        self._transducers = transducers
+        numbers = np.array(transducers, dtype=np.int64)
+        self._used: IntArray = np.flatnonzero(numbers > 0)  # legs that have a transducer
+        self._slots: IntArray = numbers[self._used] - 1
         self._random = np.random.default_rng(seed)
         self._noise = np.array(noise)
         self._unix_offset_ns = unix_offset_ns
@@ -161,30 +164,33 @@ class VirtualWnet:
 
     def poll(self, t_ns: int) -> list[tuple[int, bytes]]:
         """Return the records due by a time: when each was sampled, and its bytes."""
-        records, self._acknowledgements = self._acknowledgements, []
+        acknowledgements, self._acknowledgements = self._acknowledgements, []
+        due = [(record.t_ns, build_record(record)) for record in self.due(t_ns)]
+        return acknowledgements + due
+
+    def due(self, t_ns: int) -> list[ForceRecord]:
+        """Return the records due by a time before they are made bytes, stamped when they were sampled."""
+        records: list[ForceRecord] = []
         while self.streaming and self._next_ns <= t_ns:
-            records.append((self._next_ns, self._record(self._next_ns)))
+            records.append(self._record(self._next_ns))
             self._next_ns += self._period_ns
             if self._left > 0:
                 self._left -= 1
         return records
 
-    def _record(self, t_ns: int) -> bytes:
+    def _record(self, t_ns: int) -> ForceRecord:
         wrench = self._source.wrench(t_ns)
         counts = np.zeros((TRANSDUCERS, AXES), dtype=np.int64)
         saturated = np.zeros(TRANSDUCERS, dtype=bool)
         noise = self._random.standard_normal((TRANSDUCERS, AXES)) * self._noise
-        rating = np.array(MAX_RATING)
-        for leg, number in enumerate(self._transducers):
-            if number == 0:
-                continue
-            sensed = wrench[leg] + noise[number - 1]
-            saturated[number - 1] = bool((np.abs(sensed) > rating).any())
-            bounded = np.clip(sensed, -rating, rating)
-            counts[number - 1] = np.rint(bounded * COUNTS_PER_UNIT)
-            bias = self.state[number - 1].bias
+        sensed = wrench[self._used] + noise[self._slots]
+        saturated[self._slots] = (np.abs(sensed) > RATING).any(axis=1)
+        bounded = np.minimum(np.maximum(sensed, -RATING), RATING)
+        counts[self._slots] = np.rint(bounded * COUNTS_PER_UNIT)
+        for slot in self._slots:
+            bias = self.state[slot].bias
             if bias is not None:
-                counts[number - 1] -= bias
+                counts[slot] -= bias
         present = np.array([state.powered for state in self.state])
         self._sequence = (self._sequence + 1) % U32
         record = ForceRecord(
@@ -199,7 +205,7 @@ class VirtualWnet:
             saturated=saturated,
         )
         self._recent_counts.append(counts)
-        return build_record(record)
+        return record
 
     def set_bias(self, number: int, *, on: bool) -> None:
         """Take the last counts of a transducer as its zero, or forget that zero."""

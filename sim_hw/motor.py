@@ -1,79 +1,93 @@
-"""The geared motors of all servos: voltage to torque, friction budget, heat."""
+"""The geared motor of a servo: voltage to torque, friction budget, heat. Compiled, one motor at a time."""
+
+import math
 
 import numpy as np
 
-from model.signals import BoolArray, FloatArray
+from model.compiled import compiled
+from model.signals import FloatArray
 from sim_hw.plant_parameters import MotorParameters
 
+# Places in the row of numbers that the compiled code takes.
+(
+    TORQUE_CONSTANT, RESISTANCE, ARMATURE, DUTY_LIMIT, STRIBECK, LOAD, LOAD_STRIBECK, STRIBECK_SPEED,
+    STRIBECK_POWER, VISCOUS, THERMAL_RESISTANCE, THERMAL_TIME, BATTERY_V, BATTERY_RESISTANCE, AMBIENT_C,
+) = range(15)  # fmt: skip
 
+
+def motor_row(motor: MotorParameters) -> FloatArray:
+    """Return a motor's parameters as the compiled code takes them, (15,), in the order of the dataclass."""
+    return np.array([getattr(motor, name) for name in MotorParameters.__slots__], dtype=np.float64)
+
+
+@compiled
 def friction_budget(
-    motor: MotorParameters, rate: FloatArray, motor_torque: FloatArray, load_torque: FloatArray
-) -> FloatArray:
-    """Largest torque that dry friction can take up, (N,) [N m].
+    motor: FloatArray, rate: float, motor_torque: float, load_torque: float
+) -> float:
+    """Largest torque that dry friction can take up [N m].
 
     Args:
-        motor: Parameters.
-        rate: Output speed, (N,) [rad/s].
-        motor_torque: Torque of the motor at the output, (N,) [N m].
-        load_torque: Torque of the load on the output, (N,) [N m].
+        motor: Row of ``motor_row``.
+        rate: Output speed [rad/s].
+        motor_torque: Torque of the motor at the output [N m].
+        load_torque: Torque of the load on the output [N m].
 
     Reference: Rhoban/bam, model m4 (Stribeck and load-dependent).
     """
-    carried = np.abs(motor_torque - load_torque)
-    decay = np.exp(-(np.abs(rate / motor.stribeck_speed) ** motor.stribeck_power))
-    budget: FloatArray = motor.load * carried + decay * (
-        motor.stribeck + motor.load_stribeck * carried
-    )
+    carried = abs(motor_torque - load_torque)
+    decay = math.exp(-(abs(rate / motor[7]) ** motor[8]))
+    budget: float = motor[5] * carried + decay * (motor[4] + motor[6] * carried)
     return budget
 
 
-class Motors:
-    """Electrical and thermal state of the motors.
+@compiled
+def slowed(momentum: float, friction: float) -> float:
+    """Return what dry friction leaves of a momentum, each [N m s]; it stops, and never turns it round."""
+    left: float = math.copysign(max(0.0, abs(momentum) - friction), momentum)
+    return left
+
+
+@compiled
+def turned(
+    motor: FloatArray,
+    rate: float,
+    stall_torque: float,
+    damping: float,
+    load_torque: float,
+    jam_torque: float,
+    dt_s: float,
+) -> float:
+    """Return the shaft's speed a step later.
+
+    Dry friction takes the torque that would stop the shaft in this step, up to its budget; the back-EMF
+    and viscous friction are implicit.
 
     Args:
-        motor: Parameters, the same for all.
-        count: Number of motors.
-        battery_v: Open-circuit voltage.
-        battery_resistance: [ohm].
-        ambient_c: [degC].
+        motor: Row of ``motor_row``.
+        rate: Speed now [rad/s].
+        stall_torque: Torque of the applied voltage at standstill, kt V/R [N m].
+        damping: Back-EMF, kt^2/R where the output stage is on [N m s].
+        load_torque: Torque of the load on the shaft [N m].
+        jam_torque: Dry friction on the shaft besides the motor's own [N m].
+        dt_s: Step.
     """
+    budget = friction_budget(motor, rate, stall_torque - damping * rate, load_torque)
+    momentum = motor[2] * rate + dt_s * (stall_torque + load_torque)
+    left = slowed(momentum, dt_s * (budget + jam_torque))
+    speed: float = left / (motor[2] + dt_s * (motor[9] + damping))
+    return speed
 
-    def __init__(
-        self,
-        motor: MotorParameters,
-        count: int,
-        battery_v: float,
-        battery_resistance: float,
-        ambient_c: float,
-    ) -> None:
-        self._motor = motor
-        self._battery_v = battery_v
-        self._battery_resistance = battery_resistance
-        self._ambient_c = ambient_c
-        self.current_a = np.zeros(count)
-        self.temperature_c = np.full(count, ambient_c)
-        self.supply_v = np.full(count, battery_v)
-        self.applied_v = np.zeros(count)
 
-    def drive(
-        self, duty: FloatArray, driven: BoolArray, rate: FloatArray, dt_s: float
-    ) -> FloatArray:
-        """Apply duties; return the stall torque of the applied voltage, kt V/R, (N,) [N m].
+@compiled
+def current_of(motor: FloatArray, applied_v: float, rate: float) -> float:
+    """Return the current through the winding [A]."""
+    current: float = (applied_v - motor[0] * rate) / motor[1]
+    return current
 
-        The back-EMF, kt^2/R times speed, is left to the integrator as damping where the output stage
-        is on; where it is off no current flows.
-        """
-        m = self._motor
-        bounded = np.clip(duty, -m.duty_limit, m.duty_limit)
-        self.applied_v = np.where(driven, bounded * self.supply_v, 0.0)
-        self.current_a = np.where(
-            driven, (self.applied_v - m.torque_constant * rate) / m.resistance, 0.0
-        )
-        drawn = float(np.sum(np.abs(bounded * self.current_a)))
-        self.supply_v = np.full_like(
-            self.supply_v, self._battery_v - self._battery_resistance * drawn
-        )
-        heat_w = m.resistance * self.current_a**2
-        final = self._ambient_c + m.thermal_resistance * heat_w
-        self.temperature_c += (final - self.temperature_c) * (dt_s / m.thermal_time)
-        return np.where(driven, m.torque_constant * self.applied_v / m.resistance, 0.0)
+
+@compiled
+def warmed(motor: FloatArray, temperature_c: float, current_a: float, dt_s: float) -> float:
+    """Return the temperature a step later [degC]."""
+    final = motor[14] + motor[10] * motor[1] * current_a**2
+    warmer: float = temperature_c + (final - temperature_c) * (dt_s / motor[11])
+    return warmer

@@ -4,9 +4,11 @@ from dataclasses import dataclass
 
 from drivers.settings import ForceSensorSettings, ServoBusSettings
 from model.params import RobotParameters
-from sim_hw.ati import VirtualWnet
+from sim_hw.ati import NOISE, VirtualWnet
+from sim_hw.goal_path import GoalPath
 from sim_hw.interfaces import HostedWorld, ServoWire, WnetWire
 from sim_hw.latency_timer import LatencyTimer
+from sim_hw.motion_capture import MotionCapture
 from sim_hw.old_servos import BusWithOldServos
 from sim_hw.plant import Plant
 from sim_hw.plant_parameters import PlantParameters
@@ -16,6 +18,7 @@ from sim_hw.servo_faults import FaultyServoWire, ServoLine
 from sim_hw.servo_firmware import FirmwareBank
 from sim_hw.servo_mishaps import DisturbedMotors, ServoMishaps
 from sim_hw.servos import VirtualServoBus
+from sim_hw.twin import Twin
 from sim_hw.wnet_faults import FaultyWnet
 from sim_hw.world import World
 
@@ -28,15 +31,19 @@ class VirtualRobot:
         world: Plant and firmware running together in steps, or a bench.
         servos: Virtual servos.
         wnet: Virtual wireless force-torque unit.
+        firmware: The servos' control loops.
         servo_wire: The servos as the host's port sees them; with a scenario, its faults lie between.
         wnet_wire: The same for the force-torque unit.
+        cameras: What sees body and feet; None where ground truth is taken as it is.
     """
 
     world: HostedWorld
     servos: VirtualServoBus
     wnet: VirtualWnet
+    firmware: FirmwareBank
     servo_wire: ServoWire
     wnet_wire: WnetWire
+    cameras: MotionCapture | None
 
 
 def build_virtual_robot(
@@ -44,30 +51,33 @@ def build_virtual_robot(
     servo_bus: ServoBusSettings,
     force_sensor: ForceSensorSettings,
     seed: int,
-    plant: PlantParameters | None = None,
+    twin: Twin | None = None,
     scenario: Scenario | None = None,
 ) -> VirtualRobot:
     """Build a virtual robot for a robot file.
 
     Args:
-        robot: Nominal parameters; geometry is copied from them when ``plant`` is not given.
+        robot: Nominal parameters; geometry is copied from them when there is no twin.
         servo_bus: Ids, mounting and baud rate of the servos.
         force_sensor: Transducers and their mounting.
         seed: Seed of all noise.
-        plant: The plant's own parameters.
+        twin: What the robot and its sensors really are; None for the nominal robot and ground truth.
         scenario: What goes wrong; None for sound devices with nothing between them and the host.
     """
-    parameters = plant if plant is not None else PlantParameters.nominal(robot)
+    plant = Plant(twin.plant if twin is not None else PlantParameters.nominal(robot), seed)
     firmware = FirmwareBank(robot.legs.count)
     world = World(
-        Plant(parameters, seed),
+        plant,
         firmware,
         signs=servo_bus.signs,
         zeros=servo_bus.zeros,
         sensor_offset_m=force_sensor.offset_m,
         sensor_yaw_rad=force_sensor.yaw_rad,
+        sensors=twin.sensors if twin is not None else None,
     )
-    return put_devices(world, firmware, servo_bus, force_sensor, seed, scenario)
+    if twin is not None and GoalPath.needed(twin.plant.drive):
+        firmware.goal_path = GoalPath(twin.plant.drive, world.encoder_ticks, plant.dt_s, seed)
+    return put_devices(world, firmware, servo_bus, force_sensor, seed, scenario, twin)
 
 
 def put_devices(
@@ -77,6 +87,7 @@ def put_devices(
     force_sensor: ForceSensorSettings,
     seed: int,
     scenario: Scenario | None,
+    twin: Twin | None = None,
 ) -> VirtualRobot:
     """Put both virtual devices into a world; arguments as for ``build_virtual_robot``.
 
@@ -87,26 +98,31 @@ def put_devices(
         force_sensor: Transducers.
         seed: Seed of all noise.
         scenario: What goes wrong.
+        twin: Whose sensors and cameras they are; None for sound ones.
     """
     ids = tuple(int(i) for i in servo_bus.ids)
     transducers = tuple(int(t) for t in force_sensor.transducers)
+    noise = NOISE if twin is None else (*[twin.sensors.noise.force_n] * 3, *NOISE[3:])
+    cameras = MotionCapture(twin.sensors, seed) if twin is not None else None
     if scenario is None:
         servos = VirtualServoBus(world, firmware, ids, baud_rate=servo_bus.baud_rate)
-        wnet = VirtualWnet(world, transducers, seed=seed)
-        return VirtualRobot(world, servos, wnet, servos, wnet)
+        wnet = VirtualWnet(world, transducers, seed=seed, noise=noise)
+        return VirtualRobot(world, servos, wnet, firmware, servos, wnet, cameras)
     motors = DisturbedMotors(world, firmware)
     servos = VirtualServoBus(
         motors, firmware, ids, baud_rate=servo_bus.baud_rate, assumed=scenario.servo
     )
-    wnet = VirtualWnet(world, transducers, seed=seed, assumed=scenario.force_unit)
+    wnet = VirtualWnet(world, transducers, seed=seed, noise=noise, assumed=scenario.force_unit)
     time = ScenarioTime(scenario.course.begins)
     mishaps = ServoMishaps(servos, motors, world, scenario.faults, time)
     return VirtualRobot(
         world=world,
         servos=servos,
         wnet=wnet,
+        firmware=firmware,
         servo_wire=faulty_wire(servos, mishaps, scenario, time, servo_bus.baud_rate),
         wnet_wire=FaultyWnet(wnet, scenario.faults, time, scenario.course.seed),
+        cameras=cameras,
     )
 
 

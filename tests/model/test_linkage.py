@@ -88,15 +88,16 @@ def test_the_plants_own_four_bar_agrees(linkage: LinkageParameters) -> None:
     """Two solutions of one mechanism: by vectors here, by angles in the plant."""
     plant = replace(
         PlantParameters.nominal(ROBOT),
-        crank=linkage.crank,
+        crank=np.full(6, linkage.crank),
         ground_pivot=linkage.ground_pivot,
-        coupler=linkage.coupler,
-        rocker=linkage.rocker,
+        coupler=np.full(6, linkage.coupler),
+        rocker=np.full(6, linkage.rocker),
         foot=linkage.foot,
         branch=linkage.branch,
         mid_stance=linkage.mid_stance,
     )
-    x, z, x_slope, z_slope = foot_path(plant, TURN)
+    angles = np.repeat(TURN[:, None], plant.legs, axis=1)
+    x, z, x_slope, z_slope = (part[:, 0] for part in foot_path(plant, angles))
     pose = linkage_pose(linkage, TURN)
     assert np.abs(np.stack([x, z], axis=1) - pose.foot).max() < 1e-9
     slope = np.stack([x_slope, z_slope], axis=1)

@@ -69,7 +69,7 @@ def _faulty(rig: Rig, tick: Tick) -> None:
     if tick.index == 35:
         servos.damage_next_reply()
     if tick.index > 70:
-        servos._world.plant.motors.temperature_c[1] = 76.0
+        servos._world.plant.temperature_c[1] = 76.0
 
 
 def walk(gait: str, frequency_hz: float, steer: float = 0.0) -> Callable[[], Told]:

@@ -172,7 +172,7 @@ def walking_on() -> Told:
             "MR",
         ),
         (
-            lambda rig: servos(rig)._world.plant.motors.temperature_c.__setitem__(1, 76.0),
+            lambda rig: servos(rig)._world.plant.temperature_c.__setitem__(1, 76.0),
             StopReason.SERVO_FAULT,
             FaultKind.SERVO_HOT,
             "ML",

@@ -110,6 +110,11 @@ def test_watch_shows_and_writes_and_stops_the_unit(
     with path.open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert {row["leg"] for row in rows} == set(LEGS)
+    assert bigant(*words[:-2], "--json") == ExitCode.OK
+    told = json.loads(capsys.readouterr().out)
+    assert told["counters"]["records"] > 0
+    last = {leg["leg"]: leg["force_n"][0] for leg in told["legs"]}
+    assert last["FR"] == pytest.approx(0.6, abs=0.3)
     heavy = [float(row["fx_n"]) for row in rows if row["leg"] == "FR"]
     assert np.mean(heavy) == pytest.approx(0.6, abs=0.05)
     served.wait_for_stop()
@@ -129,6 +134,12 @@ def test_bias_is_measured_and_written(
     assert found.method == "bias"
     assert found.serials[0] == "VIRTUAL1"
     assert "+-" in capsys.readouterr().out
+    assert bigant(*words, "--json") == ExitCode.OK
+    told = json.loads(capsys.readouterr().out)
+    again = read_calibration(path, LEGS)
+    assert told["axes"][0] == "Fx"
+    assert [leg["leg"] for leg in told["legs"]] == list(LEGS)
+    np.testing.assert_allclose([leg["bias"] for leg in told["legs"]], again.unloaded[..., 0])
     assert all(state.bias is None for state in served.unit.state), "the unit's own is left alone"
 
 

@@ -3,18 +3,13 @@
 import json
 import re
 import socket
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from drivers.pose_udp import LOOPBACK, PoseListener
-from model.errors import RecordError
 from model.signals import Intent, StopReason, Tick
-from record.follow import Follower, follow_ticks
-from record.reader import LogContents
-from record.tick_message import decode_tick
 from record.writer import LogWriter
 from robot.cli import main
 from robot.config import load_robot
@@ -85,41 +80,6 @@ def test_poses_are_in_the_log_and_replay_to_the_same_bits(log: tuple[Path, list[
     found = replay_log(path, scale=0.0)
     assert found.equal
     assert found.equal_bits == len(ticks)
-
-
-def test_a_growing_file_gives_each_tick_once(log: tuple[Path, list[Tick]], tmp_path: Path) -> None:
-    whole = log[0].read_bytes()
-    growing = tmp_path / "growing.mcap"
-    growing.write_bytes(b"")
-    follower = Follower(growing, LogContents())
-    seen: list[int] = []
-    draw = np.random.default_rng(1)
-    places = sorted(draw.integers(0, len(whole), 40).tolist())
-    with growing.open("ab", buffering=0) as file:
-        for first, last in zip([0, *places], [*places, len(whole)], strict=True):
-            file.write(whole[first:last])
-            seen += [decode_tick(m.data, m.layout).index for m in follower.read()]
-    follower.close()
-    assert follower.finished
-    assert seen == [tick.index for tick in log[1]]
-
-
-def test_following_ends_when_nothing_more_comes(
-    log: tuple[Path, list[Tick]], tmp_path: Path
-) -> None:
-    cut = tmp_path / "cut.mcap"
-    cut.write_bytes(log[0].read_bytes()[:200_000])
-    waits: Iterator[bool] = iter((True, True, False))
-    ticks = list(follow_ticks(cut, LogContents(), lambda: next(waits)))
-    assert 0 < len(ticks) < len(log[1])
-    assert next(waits, None) is None
-
-
-def test_another_file_is_refused(tmp_path: Path) -> None:
-    other = tmp_path / "other.txt"
-    other.write_text("no log of ours at all")
-    with pytest.raises(RecordError, match="no log of ours"):
-        list(follow_ticks(other, LogContents(), lambda: False))
 
 
 def test_the_command_says_what_the_loop_said(

@@ -7,9 +7,9 @@ import pytest
 
 from robot.config import load_robot
 from sim_hw.four_bar import foot_path
-from sim_hw.motor import Motors, friction_budget
+from sim_hw.motor import friction_budget, motor_row, warmed
 from sim_hw.plant import Plant
-from sim_hw.plant_parameters import MotorParameters, PlantParameters
+from sim_hw.plant_parameters import PlantParameters
 
 NOMINAL = PlantParameters.nominal(load_robot().parameters)
 WEIGHT = NOMINAL.mass * NOMINAL.gravity
@@ -144,15 +144,16 @@ def test_half_the_step_gives_the_same_standing_and_walking() -> None:
 # The motor, against the data sheet and against arithmetic.
 
 
-def test_stall_and_no_load_are_near_the_data_sheet() -> None:
-    motor = MotorParameters()
-    motors = Motors(motor, 1, battery_v=12.0, battery_resistance=0.0, ambient_c=25.0)
-    torque = motors.drive(np.ones(1), np.ones(1, bool), np.zeros(1), 1e-3)
-    assert motors.current_a[0] == pytest.approx(5.2, rel=0.15), "sheet: 5.2 A at 12 V"
-    load = torque.copy()
+def test_stall_is_near_the_data_sheet() -> None:
+    motor = NOMINAL.motor
+    stall = motor.torque_constant * 12.0 * motor.duty_limit / motor.resistance
+    assert 12.0 * motor.duty_limit / motor.resistance == pytest.approx(5.2, rel=0.15), (
+        "sheet: 5.2 A"
+    )
+    load = stall
     for _ in range(100):  # the largest load it still moves: torque = load + friction under both
-        load = torque - friction_budget(motor, np.zeros(1), torque, -load)
-    assert load[0] == pytest.approx(8.4, rel=0.25), "sheet: 8.4 N m at 12 V, a momentary peak"
+        load = stall - friction_budget(motor_row(motor), 0.0, stall, -load)
+    assert load == pytest.approx(8.4, rel=0.25), "sheet: 8.4 N m at 12 V, a momentary peak"
 
 
 def test_a_free_shaft_reaches_the_no_load_speed() -> None:
@@ -173,19 +174,19 @@ def test_dry_friction_holds_a_small_torque() -> None:
 
 
 def test_no_current_flows_where_the_output_stage_is_off() -> None:
-    motors = Motors(MotorParameters(), 2, 12.0, 0.05, 25.0)
-    driven = np.array([True, False])
-    motors.drive(np.ones(2), driven, np.zeros(2), 1e-3)
-    assert motors.current_a[0] > 4
-    assert motors.current_a[1] == 0
-    assert (motors.supply_v < 12.0).all(), "the battery sags"
+    plant = Plant(NOMINAL)
+    driven = np.array([True, False, False, False, False, False])
+    plant.step(np.ones(6), driven)
+    assert plant.current_a[0] > 4
+    assert (plant.current_a[1:] == 0).all()
+    assert (plant.supply_v < 12.0).all(), "the battery sags"
 
 
 def test_a_stalled_motor_heats_up() -> None:
-    motors = Motors(MotorParameters(), 1, 12.0, 0.0, 25.0)
+    temperature = 25.0
     for _ in range(200):
-        motors.drive(np.full(1, 0.5), np.ones(1, bool), np.zeros(1), 1.0)
-    assert motors.temperature_c[0] > 40
+        temperature = warmed(motor_row(NOMINAL.motor), temperature, 2.5, 1.0)
+    assert 40 < temperature < 25 + 2.5 * 2.372 * 2.5**2
 
 
 def test_mass_and_inertia_are_the_whole_robots() -> None:

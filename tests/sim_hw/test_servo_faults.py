@@ -17,11 +17,10 @@ from drivers.servo_scan import broadcast_ping
 from model.errors import BusError, ConnectionLost
 from robot.config import load_robot
 from sim_hw.clock import VirtualClock
-from sim_hw.plant import Plant
-from sim_hw.plant_parameters import PlantParameters
 from sim_hw.port import MemoryPort
 from sim_hw.servo_pty import PtyServoBus
 from tests.sim_hw.faulty import BAUD, START_NS, FaultyBus
+from tests.sim_hw.twins import plant
 
 PING = bytes.fromhex("FF FF FD 00 01 03 00 01 19 4E")
 PONG = bytes.fromhex("FF FF FD 00 01 07 00 55 00 41 01 2D 30 C6")
@@ -176,16 +175,25 @@ def test_a_stuck_shaft_stands_until_it_is_freed() -> None:
     assert bus.at(2.9).read("present_position") > stuck + 500
 
 
-def test_a_jammed_shaft_stalls_the_motor_of_the_plant() -> None:
-    plant = Plant(PlantParameters.nominal(load_robot().parameters))
-    plant.jam_n_m[0] = 50.0
-    before = plant.shaft_angle_rad.copy()
+@pytest.mark.parametrize(
+    "gear", ["", "servo_compliance@HL:rad_per_nm=0.002", "gear_backlash@HL:width_rad=0.02"]
+)
+def test_a_jammed_shaft_stalls_the_motor_of_the_plant(gear: str) -> None:
+    """What is caught in a leg holds the shaft; a motor whose gear gives goes on until the gear is tight."""
+    robot = plant(gear) if gear else plant()
+    robot.jam_n_m[0] = 50.0
+    before = robot.shaft_angle_rad.copy()
     for _ in range(300):
-        plant.step(np.full(6, 1.0), np.ones(6, dtype=bool))
-    turned = np.abs(plant.shaft_angle_rad - before)
+        robot.step(np.full(6, 1.0), np.ones(6, dtype=bool))
+    turned = np.abs(robot.shaft_angle_rad - before)
     assert turned[0] < 0.02
     assert turned[1] > 0.5
-    assert plant.motors.current_a[0] > 4.2, "stalled: its current is what the servo calls overload"
+    assert robot.current_a[0] > 4.2, "stalled: its current is what the servo calls overload"
+    assert robot.supply_v[1] < robot.supply_v[0] + 1e-12, "one battery: all servos see the sag"
+    robot.jam_n_m[0] = 0.0
+    for _ in range(100):
+        robot.step(np.full(6, 1.0), np.ones(6, dtype=bool))
+    assert robot.shaft_angle_rad[0] - before[0] > 0.1, "freed"
 
 
 # The cable and the adapter.

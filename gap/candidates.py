@@ -1,0 +1,126 @@
+"""Everything that could be the cause: each effect at each place, and where its fit may begin.
+
+An effect is linear about its neutral value, as a rule. Where a parameter leaves no trace there (a place, a
+limit that is not reached, a law without a size) the fit begins at several values away from it.
+"""
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gap.interfaces import Cause, Effect, Parameter, Scope, Simulator
+
+STEP = 0.25  # of the spread, for differences about the neutral value
+FINE_STEP = 0.05  # about a fitted one
+QUANTILES = (0.15, 0.35, 0.55, 0.75)
+LOG_RANGE = 20.0  # a range wider than this from a positive end is walked by ratios
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """An effect at a place.
+
+    Attributes:
+        effect: The effect.
+        joints: The joint, or none for the whole machine.
+    """
+
+    effect: Effect
+    joints: tuple[str, ...]
+
+    @property
+    def key(self) -> tuple[str, tuple[str, ...]]:
+        """What tells it from others."""
+        return (self.effect.name, self.joints)
+
+    def cause(self, values: Sequence[float]) -> Cause:
+        """Return it as a cause with these values."""
+        return Cause(self.effect.name, self.joints, tuple(float(value) for value in values))
+
+    @property
+    def neutral(self) -> tuple[float, ...]:
+        """Values at which nothing happens."""
+        return tuple(p.neutral for p in self.effect.parameters)
+
+
+def candidates_of(simulator: Simulator) -> tuple[Candidate, ...]:
+    """Return every candidate, in an order that does not depend on the catalogue's."""
+    found = []
+    for effect in sorted(simulator.effects, key=lambda one: one.name):
+        if Scope.ALL in effect.scopes:
+            found.append(Candidate(effect, ()))
+        if Scope.JOINT in effect.scopes:
+            found += [Candidate(effect, (joint,)) for joint in simulator.joints]
+    return tuple(found)
+
+
+def step_of(parameter: Parameter, value: float, share: float) -> float:
+    """Return a step within the bounds, negative if there is no room above."""
+    step = share * parameter.spread
+    room_up, room_down = parameter.upper - value, value - parameter.lower
+    if room_up >= step:
+        return step
+    return -min(step, room_down) if room_down > room_up else max(room_up, 1e-12)
+
+
+def starts_of(effect: Effect, silent: Sequence[bool]) -> list[tuple[float, ...]]:
+    """Return where fits may begin, given which parameters leave no trace at neutral.
+
+    Args:
+        effect: The effect.
+        silent: One a parameter.
+    """
+    parameters = effect.parameters
+    if not any(silent):
+        return [tuple(p.neutral for p in parameters)]
+    quiet = [i for i, one in enumerate(silent) if one]
+    if len(quiet) == 1 or all(silent):
+        return [
+            tuple(values if i == at else p.neutral for i, p in enumerate(parameters))
+            for at in quiet
+            for values in _ladder(parameters[at])
+        ]
+    corners = itertools.product((-1.0, 1.0), repeat=min(len(quiet), 2))
+    starts = [tuple(p.neutral for p in parameters)]
+    for signs in corners:
+        move = dict(zip(quiet, signs, strict=False))
+        starts.append(
+            tuple(
+                float(np.clip(p.neutral + move.get(i, 0.0) * p.spread, p.lower, p.upper))
+                for i, p in enumerate(parameters)
+            )
+        )
+    return starts
+
+
+def _ladder(p: Parameter) -> list[float]:
+    """Values over the range of a parameter."""
+    low, high = p.lower, p.upper
+    if low > 0 and high / low > LOG_RANGE:
+        return [float(low * (high / low) ** q) for q in (0.1, *QUANTILES, 0.9)]
+    return [float(low + q * (high - low)) for q in QUANTILES]
+
+
+def off_bounds(causes: tuple[Cause, ...], effects: Mapping[str, Effect]) -> tuple[Cause, ...]:
+    """Return causes with every value that lies on a bound moved half way to neutral."""
+    return tuple(
+        Cause(
+            cause.effect,
+            cause.joints,
+            tuple(
+                _half_way(p, v)
+                for p, v in zip(effects[cause.effect].parameters, cause.values, strict=True)
+            ),
+        )
+        for cause in causes
+    )
+
+
+def _half_way(p: Parameter, value: float) -> float:
+    if p.lower < value < p.upper or value == p.neutral:
+        return value
+    if p.lower > 0 and p.upper / p.lower > LOG_RANGE:
+        return float(np.sqrt(value * p.neutral))
+    return 0.5 * (value + p.neutral)

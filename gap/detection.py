@@ -1,0 +1,212 @@
+"""Whether there is a gap above what references show, before anything is blamed for it.
+
+The null is made of the references themselves: each is compared with what the others let expect, its
+residual is cut into blocks, and blocks are laid over the trials with random signs. Whatever search is run
+on the trials is run on these, so that the largest of many candidates is judged as the largest of many.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from gap.evidence import Evidence
+from gap.floor import make_floor
+from gap.interfaces import Channel
+from gap.parts import Part, block_starts
+from gap.screen import Signature, Signatures, plain_gains
+from gap.whitening import make_whitener
+from model.signals import FloatArray, IntArray
+
+BATCHES = (50, 50, 50, 49)
+NULL_SETS = sum(BATCHES)
+LEVEL = 0.03
+TESTS = 3
+LEAST_SCATTER = 0.05  # of a mean logarithm between runs
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Healthy:
+    """One reference in units of what the others let expect.
+
+    Attributes:
+        part: The reference.
+        residual: Whitened, (F, C).
+        excess: Energy over expectation of each channel, (C,); NaN where unused.
+        blocks: First frame of each block.
+    """
+
+    part: Part
+    residual: FloatArray
+    excess: FloatArray
+    blocks: IntArray
+
+
+@dataclass(frozen=True, slots=True)
+class Detectable:
+    """Smallest size of a parameter that would have shown.
+
+    Attributes:
+        effect: Effect.
+        parameter: Its parameter.
+        size: Distance from neutral, in the parameter's unit; infinite if these runs cannot show it.
+        unit: Unit.
+    """
+
+    effect: str
+    parameter: str
+    size: float
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class Detection:
+    """Whether there is a gap.
+
+    Attributes:
+        found: True if there is.
+        p: Chance of so much without one; NaN without references.
+        p_gain: The same by the best candidate alone.
+        p_energy: By the mean energy alone.
+        p_channel: By the worst channel alone.
+        threshold: Gain that a candidate must exceed, in nats.
+    """
+
+    found: bool
+    p: float
+    p_gain: float
+    p_energy: float
+    p_channel: float
+    threshold: float
+
+    @property
+    def by_energy(self) -> bool:
+        """Whether energies alone tell of a gap, whatever the candidates."""
+        return TESTS * min(self.p_energy, self.p_channel) < LEVEL
+
+
+def healthy_runs(
+    channels: Sequence[Channel], references: Sequence[tuple[Part, FloatArray]]
+) -> tuple[Healthy, ...]:
+    """Compare each reference with the others.
+
+    Args:
+        channels: Channels.
+        references: Each with measured minus predicted, (F, C).
+    """
+    if len(references) < 2:
+        return ()
+    found = []
+    for i, (part, error) in enumerate(references):
+        floor = make_floor(channels, [*references[:i], *references[i + 1 :]], ())
+        base = np.where(np.isfinite(error), 0.0, np.nan)
+        whitener = make_whitener(part, floor, base)
+        residual = whitener.whiten(error)
+        count = whitener.count.sum(axis=0)
+        energy = (residual**2).sum(axis=0)
+        excess = np.where(count > 0, energy / np.where(count > 0, count, 1.0), np.nan)
+        found.append(Healthy(part, residual, excess, block_starts(part.observation)))
+    return tuple(found)
+
+
+def detect(
+    evidence: Evidence, signatures: Signatures, healthy: Sequence[Healthy], seed: int
+) -> Detection:
+    """Decide with references."""
+    rng = np.random.default_rng(seed)
+    edges = [np.append(block_starts(p.observation), p.frames) for p in evidence.parts]
+    best = float(plain_gains(signatures, evidence.base.reshape(1, -1))[0])
+    null = np.concatenate([
+        plain_gains(
+            signatures,
+            np.array([_synthetic(evidence, edges, healthy, rng).ravel() for _ in range(size)]),
+        )
+        for size in BATCHES
+    ])  # fmt: skip
+    p_gain = (1 + float(np.sum(null >= best))) / (NULL_SETS + 1)
+    p_energy, p_channel = _energies(evidence, healthy)
+    p = min(1.0, TESTS * min(p_gain, p_energy, p_channel))
+    threshold = float(np.quantile(null, 1 - LEVEL / TESTS))
+    return Detection(p < LEVEL, p, p_gain, p_energy, p_channel, threshold)
+
+
+def _synthetic(
+    evidence: Evidence,
+    edges: Sequence[IntArray],
+    healthy: Sequence[Healthy],
+    rng: np.random.Generator,
+) -> FloatArray:
+    """Lay blocks of references over the trials, (F, C)."""
+    rows = []
+    for part, whitener, at in zip(evidence.parts, evidence.whiteners, edges, strict=True):
+        same = [one for one in healthy if one.part.gait == part.gait]
+        choice = same or list(healthy)
+        source = choice[int(rng.integers(len(choice)))]
+        sign = 1.0 if rng.random() < 0.5 else -1.0
+        starts = source.blocks
+        ends = np.append(starts[1:], source.part.frames)
+        picks = rng.integers(len(starts), size=len(at) - 1)
+        frames = np.empty(part.frames, dtype=np.int64)
+        for block, first, last in zip(picks, at[:-1], at[1:], strict=True):
+            size, count = ends[block] - starts[block], last - first
+            frames[first:last] = starts[block] + np.arange(count) * size // count
+        rows.append(sign * source.residual[frames] * (whitener.gain > 0))
+    return np.concatenate(rows)
+
+
+def _energies(evidence: Evidence, healthy: Sequence[Healthy]) -> tuple[float, float]:
+    """Chance of the mean energy and of the worst channel's, by Student's t over references."""
+    trials = np.array([_part_excess(evidence, i) for i in range(len(evidence.parts))])
+    runs = np.array([one.excess for one in healthy])
+    trial_logs, run_logs = np.log(trials + 1e-9), np.log(runs + 1e-9)
+    n, m = len(run_logs), len(trial_logs)
+    known = np.isfinite(trial_logs).all(axis=0) & np.isfinite(run_logs).all(axis=0)
+    if not known.any() or n < 2:
+        return 1.0, 1.0
+    trial_logs, run_logs = trial_logs[:, known], run_logs[:, known]
+    mean = run_logs.mean(axis=1)
+    scatter = max(float(mean.std(ddof=1)), LEAST_SCATTER)
+    t = (trial_logs.mean() - mean.mean()) / (scatter * np.sqrt(1 / n + 1 / m))
+    p_energy = float(stats.t.sf(t, n - 1))
+    centred = run_logs - run_logs.mean(axis=0)
+    width = max(float(np.sqrt((centred**2).sum() / (centred.size - known.sum()))), LEAST_SCATTER)
+    worst = float(np.max(trial_logs.mean(axis=0) - run_logs.mean(axis=0)))
+    p_channel = float(stats.t.sf(worst / (width * np.sqrt(1 / n + 1 / m)), n - 1))
+    return p_energy, min(1.0, p_channel * int(known.sum()))
+
+
+def _part_excess(evidence: Evidence, part: int) -> FloatArray:
+    on = evidence.block_part == part
+    energy = evidence.per_block(evidence.base**2)[on].sum(axis=0)
+    count = evidence.count[on].sum(axis=0)
+    return np.where(count > 0, energy / np.where(count > 0, count, 1.0), np.nan)
+
+
+def detectable(signatures: Signatures, threshold: float) -> tuple[Detectable, ...]:
+    """Return the smallest size of each effect's parameters that would have shown, at its blindest joint."""
+    worst: dict[tuple[str, str], Detectable] = {}
+    for one in signatures.found:
+        for found in _sizes(one, signatures, max(threshold, 2.0)):
+            key = (found.effect, found.parameter)
+            if key not in worst or found.size > worst[key].size:
+                worst[key] = found
+    return tuple(worst[key] for key in sorted(worst))
+
+
+def _sizes(one: Signature, signatures: Signatures, threshold: float) -> list[Detectable]:
+    if one.offset >= 0:
+        return []
+    out = []
+    for i, row in zip(one.live, one.rows, strict=True):
+        energy = float(signatures.matrix[row] @ signatures.matrix[row])
+        p = one.candidate.effect.parameters[i]
+        out.append(
+            Detectable(
+                one.candidate.effect.name,
+                p.name,
+                p.spread * float(np.sqrt(2 * threshold / energy)),
+                p.unit,
+            )
+        )
+    return out

@@ -1,0 +1,254 @@
+"""The diagnosis: is there a gap, where, which effect, how far it shrinks, what to run next."""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import replace
+
+import numpy as np
+
+from gap.ambiguity import Alike, alike
+from gap.baselines import baselines
+from gap.candidates import candidates_of
+from gap.cross_validation import unseen_residual, unseen_score
+from gap.detection import Detection, Healthy, detect, detectable, healthy_runs
+from gap.evidence import Evidence, errors, make_evidence
+from gap.findings import Diagnosis, RivalCause, TrialFaults, Verdict
+from gap.fit import fit_causes
+from gap.floor import Floor, make_floor
+from gap.how_far import how_far
+from gap.interfaces import Cause, Drive, Simulator
+from gap.next_run import Proposer, next_runs
+from gap.parts import Part, split, whole_part
+from gap.predictions import Predictor
+from gap.probability import Calibration, Left, chances, none_of_them
+from gap.screen import make_signatures
+from gap.selection import Selection, closed_share, select
+from gap.verdict import named_causes, sentence, verdict_of, warnings_of
+from gap.where import where
+from model.errors import GapError
+from model.signals import FloatArray
+from record.trial import Trial
+
+Progress = Callable[[str, float], None]
+FEWEST_REFERENCES = 3
+MOST_INFLATION = 4.0
+WHOLE_SHARE = 0.7
+MISFIT_SHARE = 0.1
+# Without references: energy over expectation of a channel from which nothing found is still a gap.
+CLEAR_EXCESS = 1.5
+
+
+def diagnose(
+    trials: Sequence[Trial],
+    simulator: Simulator,
+    references: Sequence[Trial] = (),
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+    seed: int = 0,
+    calibration: Calibration | None = None,
+    proposer: Proposer | None = None,
+) -> Diagnosis:
+    """Diagnose the gap between a simulator and measured trials.
+
+    Args:
+        trials: Measured runs.
+        simulator: The simulator under diagnosis.
+        references: Runs of the same machine believed healthy; what they show is taken off.
+        executor: Made by ``gap.predictions.prediction_pool`` with the same trials; None uses this process.
+        progress: Told what is being done, and the share of the whole that is done.
+        seed: Of every random draw; the same seed gives the same diagnosis.
+        calibration: Constants of the probabilities.
+        proposer: Makes the runs among which the next one is chosen.
+
+    Raises:
+        GapError: There are no trials, or nothing in them can be compared.
+    """
+    tell = progress or (lambda words, share: None)
+    if not trials:
+        raise GapError("there is no trial to diagnose; give at least one")
+    everything = (*trials, *references)
+    tell("checking the data", 0.0)
+    faults = tuple(
+        TrialFaults(i, found) for i, one in enumerate(everything) if (found := simulator.check(one))
+    )
+    observations = [simulator.observe(one) for one in everything]
+    predictor = Predictor(simulator, everything, executor)
+    fitted_parts, held_parts = split(trials, observations[: len(trials)])
+    reference_parts = [
+        whole_part(len(trials) + i, one, observations[len(trials) + i])
+        for i, one in enumerate(references)
+    ]
+    tell("measuring the floor", 0.03)
+    local = _local_drive(predictor, fitted_parts)
+    local_floor, healthy = measure_floor(predictor, reference_parts, fitted_parts, local)
+    whole_floor, _ = measure_floor(predictor, reference_parts, fitted_parts, Drive.COMMAND)
+    judged = local_floor if references else _loosened(predictor, fitted_parts, local, local_floor)
+    evidence = make_evidence(predictor, fitted_parts, local, judged)
+    if not (evidence.count > 0).any():
+        raise GapError("no measured channel can be compared with the simulator; check the columns")
+    end_to_end = make_evidence(predictor, fitted_parts, Drive.COMMAND, whole_floor)
+    held = make_evidence(predictor, held_parts, Drive.COMMAND, whole_floor)
+
+    candidates = candidates_of(simulator)
+    effects = {effect.name: effect for effect in simulator.effects}
+    signatures = make_signatures(
+        evidence,
+        candidates,
+        (),
+        lambda share: tell("what each effect would do", 0.05 + 0.4 * share),
+    )
+    tell("is there a gap", 0.46)
+    detection: Detection | None = None
+    if len(healthy) >= FEWEST_REFERENCES:
+        detection = detect(evidence, signatures, healthy, seed)
+    threshold = detection.threshold if detection else 0.0
+    if detection is None or detection.found:
+        selection = select(
+            evidence, candidates, signatures, effects, threshold,
+            lambda share: tell("which effects", 0.5 + 0.35 * share),
+            make_evidence(predictor, reference_parts, local, local_floor)
+            if reference_parts else None,
+        )  # fmt: skip
+    else:
+        fitted = fit_causes(evidence, (), effects)
+        selection = Selection(fitted, unseen_score(evidence, fitted), (), None)
+    tell("how far it shrinks", 0.88)
+    unseen = unseen_residual(evidence, selection.fitted)
+    closed = closed_share(evidence, unseen)
+    left = _excess(evidence, unseen)
+    exists = _exists(evidence, detection, selection)
+    constants = calibration or Calibration()
+    none = 0.0
+    if exists:
+        worst = float(np.nanmax(evidence.excess(unseen)))
+        rest = Left(closed, left, worst, len(selection.steps), bool(references))
+        none = none_of_them(rest, constants)
+    shared = chances(selection, evidence.block_part, none, constants)
+    open_rivals = alike(evidence, selection)
+    verdict = verdict_of(exists, selection, none, open_rivals)
+    far = how_far(held, simulator.channels, selection.fitted.causes, seed)
+    tell("where it lies", 0.93)
+    before = where(evidence, end_to_end, simulator.channels, simulator.stages, evidence.base, seed)
+    after = where(
+        evidence, end_to_end, simulator.channels, simulator.stages, selection.fitted.residual, seed
+    )
+    named = named_causes(evidence, selection, effects, shared, far)
+    rivals = tuple(
+        RivalCause(i, one.effect, one.joints, one.probability)
+        for i, group in enumerate(shared)
+        for one in group[1:]
+    )
+    stage = "" if verdict is Verdict.NO_GAP else (named[0].stage if named else before.stage)
+    proposals = proposer.proposals() if proposer is not None and open_rivals else ()
+    sets = _rival_sets(selection, open_rivals)
+    tell("what to run next", 0.97)
+    diagnosis = Diagnosis(
+        simulator=simulator.name,
+        verdict=verdict,
+        sentence="",
+        stage=stage,
+        data_faults=faults,
+        floor_source=local_floor.source,
+        detection=detection,
+        causes=named,
+        rivals=rivals,
+        ambiguous=open_rivals,
+        ambiguous_of=tuple(selection.steps[one.cause].chosen.added.key for one in open_rivals),
+        none=none,
+        closed=closed,
+        left=left,
+        excess=_excess(evidence, evidence.base),
+        where=before,
+        remaining=after,
+        far=far,
+        fitted_trials=tuple(sorted({part.trial for part in fitted_parts})),
+        held_out_trials=tuple(sorted({part.trial for part in held_parts})),
+        baselines=baselines(evidence, signatures),
+        detectable=detectable(signatures, threshold),
+        next=next_runs(proposals, simulator, sets, whole_floor) if proposals else (),
+        warnings=warnings_of(faults, references, evidence, fitted_parts, held_parts, named),
+        predictions=predictor.count,
+        seed=seed,
+    )
+    tell("done", 1.0)
+    return replace(diagnosis, sentence=sentence(diagnosis))
+
+
+def _loosened(predictor: Predictor, parts: Sequence[Part], drive: Drive, floor: Floor) -> Floor:
+    """Without references, expect a share of the misfit that is there.
+
+    Against sensor noise alone any model of a real machine is wrong everywhere, and the score would only
+    care for the few blocks that can be made perfect.
+    """
+    own = errors(predictor, parts, drive)
+    power = np.array([np.nanmean(np.vstack([e[:, [c]] for e in own]) ** 2) if
+                      any(np.isfinite(e[:, c]).any() for e in own) else 0.0
+                      for c in range(len(floor.sigma))])  # fmt: skip
+    return replace(floor, sigma=np.fmax(floor.sigma, MISFIT_SHARE * np.sqrt(power)))
+
+
+def _local_drive(predictor: Predictor, parts: Sequence[Part]) -> Drive:
+    """Measured inputs, unless the simulator is one piece and then has no answer on most channels."""
+    known = [
+        sum(int(np.isfinite(one).any(axis=0).sum()) for one in errors(predictor, parts[:1], drive))
+        for drive in (Drive.MEASURED, Drive.COMMAND)
+    ]
+    return Drive.MEASURED if known[0] >= WHOLE_SHARE * known[1] else Drive.COMMAND
+
+
+def measure_floor(
+    predictor: Predictor,
+    references: Sequence[Part],
+    fitted: Sequence[Part],
+    drive: Drive,
+) -> tuple[Floor, tuple[Healthy, ...]]:
+    """Measure the floor; where references do not foretell each other as well as it says, it is raised."""
+    channels = predictor.simulator.channels
+    known = list(zip(references, errors(predictor, references, drive), strict=True))
+    own = list(zip(fitted, errors(predictor, fitted, drive), strict=True))
+    floor = make_floor(channels, known, own)
+    healthy = healthy_runs(channels, known)
+    if not healthy:
+        return floor, healthy
+    excess = np.array([one.excess for one in healthy])
+    factor = np.ones(len(channels))
+    names = [channel.name for channel in channels]
+    for name in set(names):
+        on = np.array([one == name for one in names])
+        seen = excess[:, on][np.isfinite(excess[:, on])]
+        if len(seen):
+            factor[on] = np.clip(np.mean(seen), 1.0, MOST_INFLATION)
+    raised = replace(floor, sigma=floor.sigma * np.sqrt(factor), power=floor.power * factor)
+    calm = tuple(
+        replace(one, residual=one.residual / np.sqrt(factor), excess=one.excess / factor)
+        for one in healthy
+    )
+    return raised, calm
+
+
+def _excess(evidence: Evidence, residual: FloatArray) -> float:
+    return float((residual**2).sum() / evidence.count.sum())
+
+
+def _exists(evidence: Evidence, detection: Detection | None, selection: Selection) -> bool:
+    if detection is not None:
+        # gains that no cause could claim (references have them too) are no gap by themselves
+        return detection.found and (bool(selection.steps) or detection.by_energy)
+    if selection.steps:
+        return True
+    excess, count = evidence.excess(evidence.base), evidence.count.sum(axis=0)
+    limit = np.fmax(CLEAR_EXCESS, 1.0 + 5.0 * np.sqrt(2.0 / np.fmax(count, 1.0)))
+    return bool(np.any(excess > limit))
+
+
+def _rival_sets(selection: Selection, rivals: Sequence[Alike]) -> list[tuple[Cause, ...]]:
+    """The causes that were named, and each set with an open rival in a cause's place."""
+    sets = [selection.fitted.causes]
+    names = {(one.cause, one.effect, one.joints) for one in rivals}
+    others = (
+        rival.fitted.causes
+        for number, step in enumerate(selection.steps)
+        for rival in step.rivals
+        if (number, rival.added.effect.name, rival.added.joints) in names
+    )
+    return [*sets, *others]

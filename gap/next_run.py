@@ -1,0 +1,132 @@
+"""Which run would tell the remaining candidates apart.
+
+A machine's side makes ``Proposal``s: trials with commands and nothing measured. Each pair of candidates is
+played through each of them; what is left of their difference after one is adjusted to the other is what a
+run would show.
+"""
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from gap.candidates import FINE_STEP, step_of
+from gap.floor import Floor
+from gap.interfaces import Cause, Drive, Simulator
+from model.signals import FloatArray
+from record.trial import Trial
+
+ENOUGH_SEPARATION = 4 * 2.33**2
+MOST_RUNS = 1000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Proposal:
+    """A run that could be made.
+
+    Attributes:
+        name: What to do, in words.
+        trial: Its commands; nothing measured.
+        minutes: How long it takes.
+        limits: What to mind, in words; empty if nothing.
+    """
+
+    name: str
+    trial: Trial
+    minutes: float
+    limits: str
+
+
+class Proposer(Protocol):
+    """Makes proposals for a machine."""
+
+    def proposals(self) -> Sequence[Proposal]:
+        """Return runs that this machine could make."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class NextRun:
+    """How well a run would tell.
+
+    Attributes:
+        name: What to do.
+        pair: The two candidates that it tells least well.
+        separation: Energy between them, in units of noise.
+        runs: How many runs make the choice sure to one in a hundred.
+        minutes: Of all of them.
+        limits: What to mind.
+    """
+
+    name: str
+    pair: tuple[str, str]
+    separation: float
+    runs: int
+    minutes: float
+    limits: str
+
+
+def next_runs(
+    proposals: Sequence[Proposal],
+    simulator: Simulator,
+    rivals: Sequence[tuple[Cause, ...]],
+    floor: Floor,
+) -> tuple[NextRun, ...]:
+    """Rank proposals, the cheapest that tells all pairs first.
+
+    Args:
+        proposals: Runs that could be made.
+        simulator: The simulator.
+        rivals: Sets of causes between which to tell.
+        floor: Its noise under ``Drive.COMMAND``.
+    """
+    found = [_judge(one, simulator, rivals, floor) for one in proposals]
+    return tuple(sorted((one for one in found if one is not None), key=lambda one: one.minutes))
+
+
+def _judge(
+    one: Proposal, simulator: Simulator, rivals: Sequence[tuple[Cause, ...]], floor: Floor
+) -> NextRun | None:
+    noise = floor.sigma * np.sqrt(floor.dependence)
+    least, pair = np.inf, ("", "")
+    for a, b in itertools.combinations(rivals, 2):
+        apart = min(
+            _apart(simulator, one.trial, a, b, noise), _apart(simulator, one.trial, b, a, noise)
+        )
+        if apart < least:
+            least, pair = apart, (a[-1].effect, b[-1].effect)
+    if not np.isfinite(least) or least <= 0.0:
+        return None
+    runs = int(np.ceil(ENOUGH_SEPARATION / least))
+    if runs > MOST_RUNS:
+        return None
+    return NextRun(one.name, pair, float(least), runs, runs * one.minutes, one.limits)
+
+
+def _apart(
+    simulator: Simulator,
+    trial: Trial,
+    of: tuple[Cause, ...],
+    by: tuple[Cause, ...],
+    noise: FloatArray,
+) -> float:
+    def told(causes: tuple[Cause, ...]) -> FloatArray:
+        predicted = simulator.predict(trial, causes, Drive.COMMAND) / np.fmax(noise, 1e-12)
+        return np.nan_to_num(predicted).ravel()
+
+    effects = {effect.name: effect for effect in simulator.effects}
+    there, goal = told(by), told(of)
+    slopes = []
+    for i, cause in enumerate(by):
+        for k, p in enumerate(effects[cause.effect].parameters):
+            step = step_of(p, cause.values[k], FINE_STEP)
+            values = tuple(v + (step if j == k else 0.0) for j, v in enumerate(cause.values))
+            moved = (*by[:i], Cause(cause.effect, cause.joints, values), *by[i + 1 :])
+            slopes.append((told(moved) - there) * (p.spread / step))
+    left = goal - there
+    if slopes:
+        rows = np.array(slopes)
+        left = left - rows.T @ np.linalg.lstsq(rows.T, left, rcond=None)[0]
+    return float(left @ left)

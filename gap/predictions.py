@@ -1,0 +1,94 @@
+"""What a simulator predicts for many sets of causes, in this process or on several.
+
+A pool is made by ``prediction_pool``: its workers inherit the simulator and the trials, so that only
+indices and causes travel.
+"""
+
+import multiprocessing
+from collections import OrderedDict
+from collections.abc import Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor
+from dataclasses import dataclass
+
+from gap.interfaces import Cause, Drive, Simulator
+from model.errors import GapError
+from model.signals import FloatArray
+from record.trial import Trial
+
+REMEMBERED = 64
+_installed: list[tuple[Simulator, tuple[Trial, ...]]] = []
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """One prediction.
+
+    Attributes:
+        trial: Index of the trial.
+        causes: What is added to the simulator.
+        drive: What feeds its stages.
+    """
+
+    trial: int
+    causes: tuple[Cause, ...]
+    drive: Drive
+
+
+def prediction_pool(
+    simulator: Simulator, trials: Sequence[Trial], references: Sequence[Trial], workers: int
+) -> Executor:
+    """Start processes that predict; to be given to ``diagnose`` as its executor."""
+    return ProcessPoolExecutor(
+        workers,
+        mp_context=multiprocessing.get_context("fork"),  # what is inherited need not be pickled
+        initializer=_install,
+        initargs=(simulator, (*trials, *references)),
+    )
+
+
+def _install(simulator: Simulator, trials: tuple[Trial, ...]) -> None:
+    _installed[:] = [(simulator, trials)]
+
+
+def _predict_installed(wanted: Wanted) -> FloatArray:
+    if not _installed:
+        raise GapError(
+            "the executor knows no simulator; make it with gap.predictions.prediction_pool"
+        )
+    simulator, trials = _installed[0]
+    return simulator.predict(trials[wanted.trial], wanted.causes, wanted.drive)
+
+
+class Predictor:
+    """Predicts, and remembers the latest answers.
+
+    Args:
+        simulator: The simulator.
+        trials: Trials and then references, in the order of ``prediction_pool``.
+        executor: Made by ``prediction_pool``; None predicts here.
+    """
+
+    def __init__(
+        self, simulator: Simulator, trials: Sequence[Trial], executor: Executor | None = None
+    ) -> None:
+        self.simulator = simulator
+        self.trials = tuple(trials)
+        self.count = 0
+        self._executor = executor
+        self._known: OrderedDict[Wanted, FloatArray] = OrderedDict()
+
+    def predict(self, wanted: Sequence[Wanted]) -> list[FloatArray]:
+        """Return (F, C) for each."""
+        fresh = list(dict.fromkeys(one for one in wanted if one not in self._known))
+        if self._executor is None or len(fresh) == 1:
+            found = [self.simulator.predict(self.trials[w.trial], w.causes, w.drive) for w in fresh]
+        else:
+            found = list(self._executor.map(_predict_installed, fresh))
+        self.count += len(fresh)
+        answers = {**{one: self._known[one] for one in wanted if one in self._known}}
+        answers.update(zip(fresh, found, strict=True))
+        for one, answer in zip(fresh, found, strict=True):
+            self._known[one] = answer
+            if len(self._known) > REMEMBERED:
+                self._known.popitem(last=False)
+        return [answers[one] for one in wanted]

@@ -1,0 +1,98 @@
+"""Probabilities of causes, and of none of them.
+
+The constants are to be fitted once, on a development campaign, and then left alone. The defaults were set
+by hand: a rival two nats behind is 0.37 times as likely, and causes that close 95 % of the gap with a
+residual near its expectation leave 2 % for none of them.
+"""
+
+import math
+from dataclasses import dataclass
+
+from gap.cross_validation import advantage
+from gap.selection import Selection
+from model.signals import IntArray
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """Constants.
+
+    Attributes:
+        temperature: Nats that count as one.
+        error_share: Temperature for each nat of standard error between two candidates.
+        none: Log odds of none of them when everything is closed down to expectation.
+        none_energy: Added for each e-fold of energy over expectation that is left.
+        none_open: Added for the whole gap being left open.
+        none_worst: Added for each e-fold of the worst channel's energy over expectation, with references.
+        none_worst_alone: The same without references, where the expectation is noise alone.
+        none_many: Added for each cause above two: a true cause needs no patchwork.
+    """
+
+    temperature: float = 2.0
+    error_share: float = 0.5
+    none: float = -4.5
+    none_energy: float = 0.3
+    none_open: float = 9.0
+    none_worst: float = 0.8
+    none_worst_alone: float = 0.1
+    none_many: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Chance:
+    """Probability of one candidate for a cause."""
+
+    effect: str
+    joints: tuple[str, ...]
+    probability: float
+
+
+@dataclass(frozen=True, slots=True)
+class Left:
+    """What is left when the causes are added, in the trials that were fitted to, by cross-validation.
+
+    Attributes:
+        closed: Share of the explainable gap that the causes close, 0 to 1.
+        excess: Energy over expectation.
+        worst: The same of the worst channel.
+        causes: How many causes there are.
+        referenced: Whether the expectation comes from references.
+    """
+
+    closed: float
+    excess: float
+    worst: float
+    causes: int
+    referenced: bool
+
+
+def none_of_them(left: Left, calibration: Calibration) -> float:
+    """Return the probability that the cause is none of the catalogue."""
+    worst = calibration.none_worst if left.referenced else calibration.none_worst_alone
+    logit = calibration.none + calibration.none_open * (1.0 - left.closed)
+    logit += calibration.none_energy * math.log(max(left.excess, 1.0))
+    logit += worst * math.log(max(left.worst, 1.0))
+    logit += calibration.none_many * max(0, left.causes - 2)
+    return 1.0 / (1.0 + math.exp(-logit))
+
+
+def chances(
+    selection: Selection, strata: IntArray, none: float, calibration: Calibration
+) -> tuple[tuple[Chance, ...], ...]:
+    """Return, for each cause, the probability of the named one and of each rival."""
+    out = []
+    for step in selection.steps:
+        weights = [1.0]
+        options = [step.chosen, *step.rivals]
+        for rival in step.rivals:
+            behind = advantage(step.chosen.unseen, rival.unseen, strata)
+            scale = calibration.temperature + calibration.error_share * behind.error
+            weights.append(math.exp(-max(min(behind.nats / scale, 700.0), -20.0)))
+        total = sum(weights)
+        out.append(
+            tuple(
+                Chance(o.added.effect.name, o.added.joints, (1.0 - none) * w / total)
+                for o, w in zip(options, weights, strict=True)
+            )
+        )
+    return tuple(out)

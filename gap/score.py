@@ -1,0 +1,344 @@
+"""Diagnoses against the truth: how often right, how sure rightly, how far the gap shrank.
+
+Pure: takes what was wrong in each case and what the diagnosis said, and counts. Every share comes with
+Wilson's interval (1927, JASA 22:209).
+"""
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+from scipy.stats import rankdata
+
+CONTROL, SINGLE, PAIR, OUTSIDE, REMOVED = "control", "single", "pair", "outside", "removed"
+NO_GAP, UNEXPLAINED = "no_gap", "unexplained"
+VISIBLE = 3.0  # times repeatability
+BINS = 10
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """One thing that was wrong.
+
+    Attributes:
+        effect: Name.
+        stage: Where it acts.
+        joint: Leg or joint; empty for the whole machine.
+        values: Name and value of each parameter.
+    """
+
+    effect: str
+    stage: str
+    joint: str
+    values: tuple[tuple[str, float], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Named:
+    """One cause that a diagnosis named.
+
+    Attributes:
+        effect: Name.
+        joints: Where.
+        values: Name and value of each parameter.
+        probability: That it is this one.
+    """
+
+    effect: str
+    joints: tuple[str, ...]
+    values: tuple[tuple[str, float], ...]
+    probability: float
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What the diagnosis of one case said.
+
+    Attributes:
+        verdict: ``no_gap``, ``explained``, ``ambiguous`` or ``unexplained``.
+        stage: Where the gap lies.
+        named: Causes, the largest first.
+        alike: Pairs of effects that it declared it cannot tell apart.
+        none: Probability that the catalogue has no name for it.
+        shrink: Share of the gap closed on held-out runs; NaN if not measured.
+        seconds: Time that it took; NaN if not known.
+    """
+
+    verdict: str
+    stage: str
+    named: tuple[Named, ...]
+    alike: tuple[tuple[str, str], ...]
+    none: float
+    shrink: float
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """A case, both sides of it.
+
+    Attributes:
+        name: Name of the case.
+        kind: control, single, pair, outside or removed (from the catalogue).
+        truths: What was wrong.
+        answer: What was said.
+        visible: Largest change of any channel over its repeatability; NaN if it was not measured.
+        reachable: Share that the true effects with true parameters close; NaN if not measured.
+    """
+
+    name: str
+    kind: str
+    truths: tuple[Truth, ...]
+    answer: Answer
+    visible: float
+    reachable: float
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """One figure of the protocol.
+
+    Attributes:
+        name: What it is.
+        value: Its value; NaN where there was no case.
+        low: Lower end of the 95 % interval of a share; NaN for others.
+        high: Upper end.
+        cases: How many cases it comes from.
+        bar: The bar, in words.
+        met: Whether it is met; None where there was no case.
+    """
+
+    name: str
+    value: float
+    low: float
+    high: float
+    cases: int
+    bar: str
+    met: bool | None
+
+
+@dataclass(frozen=True, slots=True)
+class Confusion:
+    """A case whose named effect was not the true one.
+
+    Attributes:
+        case: Its name.
+        truth: What was wrong.
+        said: What was said.
+        visible: Change over repeatability.
+    """
+
+    case: str
+    truth: str
+    said: str
+    visible: float
+
+
+def found(case: Case) -> bool:
+    """Whether a gap was declared."""
+    return case.answer.verdict != NO_GAP
+
+
+def named_right(case: Case) -> bool:
+    """Whether the first cause named is the true effect (of a single-effect case)."""
+    return bool(case.answer.named) and case.answer.named[0].effect == case.truths[0].effect
+
+
+def group_of(case: Case) -> frozenset[str]:
+    """Return the first named effect with all that were declared to be like it."""
+    if not case.answer.named:
+        return frozenset()
+    first = case.answer.named[0].effect
+    pairs = [{_bare(a), _bare(b)} for a, b in case.answer.alike]
+    return frozenset({first}.union(*(pair for pair in pairs if first in pair)))
+
+
+def figures(cases: Sequence[Case], neutral: dict[tuple[str, str], float]) -> tuple[Figure, ...]:
+    """Return every figure of the protocol.
+
+    Args:
+        cases: All cases.
+        neutral: Value of (effect, parameter) at which nothing happens.
+    """
+    single = [c for c in cases if c.kind == SINGLE]
+    visible = [c for c in single if not c.visible < VISIBLE]
+    detected = [c for c in single if found(c)]
+    legged = [c for c in detected if c.truths[0].joint and named_right(c)]
+    controls = [c for c in cases if c.kind == CONTROL]
+    open_set = [c for c in cases if c.kind in {OUTSIDE, REMOVED}]
+    inside = [c for c in cases if c.kind in {SINGLE, PAIR} and found(c)]
+    groups = [len(group_of(c)) for c in detected if c.answer.named]
+    hits, truths, said = _pairs([c for c in cases if c.kind == PAIR])
+    seconds = [c.answer.seconds for c in cases if c.answer.seconds == c.answer.seconds]
+    odd = [_unlike(c) for c in open_set]
+    auroc = area_under(
+        [c.answer.none for c in open_set if found(c)], [c.answer.none for c in inside]
+    )
+    return (
+        share(f"detection, visible at {VISIBLE:g}x repeatability or more", map(found, visible), 0.98),
+        share("effect right, of detected", map(named_right, detected), 0.90),
+        share(
+            "effect right or in its declared group",
+            (c.truths[0].effect in group_of(c) for c in detected), 0.97,
+        ),
+        _number("mean size of a group", _mean(groups), len(groups), "<= 2", lambda v: v <= 2),
+        share("leg right, of those with the right effect", (_leg_right(c) for c in legged), 0.97),
+        share("stage right, of detected", (_stage_right(c) for c in detected), 0.97),
+        share("controls called no_gap", (not found(c) for c in controls), 0.95),
+        _ratio("two effects: recall", hits, truths, 0.80),
+        _ratio("two effects: precision", hits, said, 0.90),
+        share("outside the catalogue: unexplained", odd, 0.80),
+        share(
+            "called unexplained, of the others", (c.answer.verdict == UNEXPLAINED for c in inside),
+            0.03, at_most=True,
+        ),
+        _number("AUROC of none of these", auroc, len(open_set), ">= 0.95", lambda v: v >= 0.95),
+        _number("calibration error of probabilities", *calibration_error(cases), "<= 0.05",
+            lambda v: v <= 0.05),
+        _number("median parameter error", *parameter_error(detected, neutral), "<= 10 %",
+            lambda v: v <= 0.10),
+        _number("median shrink over what is reachable", *_shrinks(detected), ">= 95 %",
+            lambda v: v >= 0.95),
+        _number("time of a case, median", _median(seconds), len(seconds), "<= 60 s",
+            lambda v: v <= 60.0),
+    )  # fmt: skip
+
+
+def confusions(cases: Iterable[Case]) -> tuple[Confusion, ...]:
+    """Return every case in which something else than the truth was said, by what was wrong."""
+    out = []
+    for case in cases:
+        true = sorted(t.effect for t in case.truths) if case.kind in {SINGLE, PAIR} else []
+        named = sorted({n.effect for n in case.answer.named}) if found(case) else []
+        odd = case.kind in {OUTSIDE, REMOVED}
+        right = _unlike(case) if odd else true == named
+        if not right:
+            words = " + ".join(named) or case.answer.verdict
+            truth = " + ".join(sorted(t.effect for t in case.truths)) or "nothing"
+            more = f" ({case.kind})" if odd else ""
+            out.append(Confusion(case.name, truth + more, words, case.visible))
+    return tuple(sorted(out, key=lambda c: (c.truth, c.case)))
+
+
+def calibration_error(cases: Sequence[Case]) -> tuple[float, int]:
+    """Return the expected calibration error of causes named, in ten bins, and how many there were."""
+    told = [
+        (one.probability, any(one.effect == truth.effect for truth in case.truths))
+        for case in cases
+        if found(case) and case.kind in {SINGLE, PAIR, CONTROL}
+        for one in case.answer.named
+    ]
+    error = 0.0
+    for number in range(BINS):
+        inside = [t for t in told if min(int(t[0] * BINS), BINS - 1) == number]
+        if inside:
+            sure = sum(p for p, _ in inside) / len(inside)
+            right = sum(r for _, r in inside) / len(inside)
+            error += len(inside) / len(told) * abs(sure - right)
+    return (error, len(told)) if told else (math.nan, 0)
+
+
+def parameter_error(
+    cases: Iterable[Case], neutral: dict[tuple[str, str], float]
+) -> tuple[float, int]:
+    """Return the median relative error of parameters where effect and leg are right, and their number.
+
+    An error counts relative to how far the truth is from neutral; of a vector (x, y) relative to the
+    largest of its parts in the same unit, so that a part near zero does not decide.
+    """
+    errors = []
+    for case in cases:
+        if not named_right(case) or not _leg_right(case):
+            continue
+        truth, said = case.truths[0], dict(case.answer.named[0].values)
+        away = {n: abs(v - neutral.get((truth.effect, n), 0.0)) for n, v in truth.values}
+        for name, value in truth.values:
+            scale = max(a for n, a in away.items() if _unit(n) == _unit(name))
+            if name in said and scale > 0:
+                errors.append(abs(said[name] - value) / scale)
+    return _median(errors), len(errors)
+
+
+def area_under(positive: Sequence[float], negative: Sequence[float]) -> float:
+    """Return the area under the ROC curve of a score that should be higher for ``positive``."""
+    if not positive or not negative:
+        return math.nan
+    ranks = rankdata([*positive, *negative])[: len(positive)]
+    smallest = len(positive) * (len(positive) + 1) / 2
+    return float((ranks.sum() - smallest) / (len(positive) * len(negative)))
+
+
+def share(name: str, hits: Iterable[bool], bar: float, *, at_most: bool = False) -> Figure:
+    """Return a share with Wilson's 95 % interval."""
+    found_all = list(hits)
+    return _ratio(name, sum(found_all), len(found_all), bar, at_most=at_most)
+
+
+def _ratio(name: str, hits: int, cases: int, bar: float, *, at_most: bool = False) -> Figure:
+    words = f"{'<=' if at_most else '>='} {bar:.0%}"
+    if cases == 0:
+        return Figure(name, math.nan, math.nan, math.nan, 0, words, None)
+    z, p = 1.959964, hits / cases
+    middle = (p + z * z / (2 * cases)) / (1 + z * z / cases)
+    half = z / (1 + z * z / cases) * math.sqrt(p * (1 - p) / cases + z * z / (4 * cases * cases))
+    met = p <= bar if at_most else p >= bar
+    return Figure(name, p, max(0.0, middle - half), min(1.0, middle + half), cases, words, met)
+
+
+def _number(name: str, value: float, cases: int, bar: str, met: Callable[[float], bool]) -> Figure:
+    known = value == value
+    return Figure(name, value, math.nan, math.nan, cases, bar, met(value) if known else None)
+
+
+def _leg_right(case: Case) -> bool:
+    joint = case.truths[0].joint
+    return case.answer.named[0].joints == ((joint,) if joint else ())
+
+
+def _stage_right(case: Case) -> bool:
+    return case.answer.stage == case.truths[0].stage
+
+
+def _unlike(case: Case) -> bool:
+    """Whether a case outside the catalogue was told to be one."""
+    return case.answer.verdict == UNEXPLAINED
+
+
+def _pairs(cases: Sequence[Case]) -> tuple[int, int, int]:
+    hits = truths = said = 0
+    for case in cases:
+        true = Counter(t.effect for t in case.truths)
+        named = Counter(n.effect for n in case.answer.named) if found(case) else Counter[str]()
+        hits += (true & named).total()
+        truths += true.total()
+        said += named.total()
+    return hits, truths, said
+
+
+def _shrinks(cases: Iterable[Case]) -> tuple[float, int]:
+    known = [
+        c.answer.shrink / c.reachable
+        for c in cases
+        if c.reachable > 0 and c.answer.shrink == c.answer.shrink
+    ]
+    return _median(known), len(known)
+
+
+def _bare(name: str) -> str:
+    return name.split()[0]
+
+
+def _unit(name: str) -> str:
+    """Return the unit's suffix: of ``x_m`` it is ``m``; of a name without one the name."""
+    return name.split("_", 1)[1] if name.split("_", 1)[0] in {"x", "y", "z"} else name
+
+
+def _mean(values: Sequence[float]) -> float:
+    return sum(values) / len(values) if values else math.nan
+
+
+def _median(values: Sequence[float]) -> float:
+    ordered = sorted(values)
+    n = len(ordered)
+    return (ordered[(n - 1) // 2] + ordered[n // 2]) / 2 if n else math.nan

@@ -1,0 +1,259 @@
+"""Which causes, and how many: forward, judged on unseen blocks, with drops and swaps."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import stats
+
+from gap.candidates import Candidate, off_bounds
+from gap.cross_validation import Advantage, advantage, unseen_score
+from gap.evidence import Evidence
+from gap.fit import Fitted, fit_causes
+from gap.interfaces import Cause, Effect
+from gap.screen import Gain, Signatures, gains, make_signatures
+from model.signals import FloatArray
+
+MOST_CAUSES = 5
+SHORTLIST = 8
+MOST_OF_AN_EFFECT = 3
+LEAST_NATS = 4.0
+# Without references a misfit of the model's own form is left; a cause must close this share of the score
+# of the channels in which it acts.
+LEAST_SHARE = 0.02
+ACTS = 0.1  # of the largest gain of a channel
+TRIMMED = (
+    0.03  # share of the blocks, those that are explained worst, that a verdict does not hang on
+)
+ERRORS = 2.0
+SHARED = 0.5  # share of a gain that references may have as well
+NEAR = 0.2  # a candidate with a smaller share of the best's first-order gain is not fitted
+NOTHING_LEFT = 1.1  # energy over expectation below which the old signatures will do
+ANEW = 0.3  # share of the score that a law must have closed for all signatures to be made anew
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Option:
+    """A set of causes that was fitted.
+
+    Attributes:
+        added: The candidate that it adds to what stood.
+        fitted: The fit.
+        unseen: Score of each block without its fold, (B,).
+        over: How much better than what stood.
+    """
+
+    added: Candidate
+    fitted: Fitted
+    unseen: FloatArray
+    over: Advantage
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """One cause that was taken, and the others that were fitted in its place.
+
+    Attributes:
+        chosen: What was taken.
+        rivals: The others, best first.
+    """
+
+    chosen: Option
+    rivals: tuple[Option, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Selection:
+    """The causes.
+
+    Attributes:
+        fitted: All of them together.
+        unseen: Score of each block without its fold, (B,).
+        steps: One a cause, in the order of ``fitted.causes``.
+        refused: The best that was not taken at the end; None if nothing was left to try.
+    """
+
+    fitted: Fitted
+    unseen: FloatArray
+    steps: tuple[Step, ...]
+    refused: Option | None
+
+
+def select(
+    evidence: Evidence,
+    candidates: Sequence[Candidate],
+    signatures: Signatures,
+    effects: Mapping[str, Effect],
+    threshold: float,
+    progress: Callable[[float], None],
+    healthy: Evidence | None = None,
+) -> Selection:
+    """Find the causes.
+
+    Args:
+        evidence: What to fit to.
+        candidates: All candidates.
+        signatures: Theirs, about the simulator as it stands.
+        effects: The catalogue by name.
+        threshold: Nats that a cause must gain beyond its scatter, at least.
+        progress: Told the share that is done.
+        healthy: References; what helps them as much is nothing new.
+    """
+    fitted = fit_causes(evidence, (), effects)
+    found = Selection(fitted, unseen_score(evidence, fitted), (), None)
+    while len(found.steps) < MOST_CAUSES:
+        options = _options(evidence, found, signatures, effects)
+        if not options:
+            break
+        best = next((one for one in options if _is_new(one, evidence, healthy)), options[0])
+        size = len(best.added.effect.parameters)
+        new = _is_new(best, evidence, healthy)
+        small = healthy is None and _share(evidence, best, found.fitted) < LEAST_SHARE
+        if small or not new or not worth(best.over, size, threshold, len(best.unseen)):
+            found = replace(found, refused=best)
+            break
+        share = best.over.nats / max(float(found.unseen.sum()), 1e-9)
+        others = tuple(one for one in options if one is not best)
+        steps = (*found.steps, Step(best, others))
+        found = Selection(best.fitted, best.unseen, steps, None)
+        found = _dropped(evidence, found, effects, threshold)
+        left = float((found.fitted.residual**2).sum() / evidence.count.sum())
+        if left > NOTHING_LEFT and (not best.added.effect.parameters or share > ANEW):
+            signatures = make_signatures(evidence, candidates, found.fitted.causes, lambda _: None)
+        progress(len(found.steps) / MOST_CAUSES)
+    return _swapped(evidence, found, effects)
+
+
+def _share(evidence: Evidence, option: Option, standing: Fitted) -> float:
+    """Share of the score that an option closes in the channels in which it acts."""
+    before = evidence.score(standing.residual).sum(axis=0)
+    gain = before - evidence.score(option.fitted.residual).sum(axis=0)
+    on = gain > ACTS * gain.max()
+    return float(gain[on].sum() / before[on].sum()) if on.any() else 0.0
+
+
+def _is_new(option: Option, evidence: Evidence, healthy: Evidence | None) -> bool:
+    """Tell whether what was added helps these trials clearly more than the references.
+
+    Noise in what is fed to a stage biases it in the same way in every run, and some effects look like that.
+    """
+    if healthy is None:
+        return True
+    added = next(c for c in option.fitted.causes if (c.effect, c.joints) == option.added.key)
+    base, changed = healthy.residuals([(), (added,)])
+    helped = float((healthy.score(base) - healthy.score(changed)).sum())
+    return bool(helped / healthy.count.sum() < SHARED * option.over.nats / evidence.count.sum())
+
+
+def worth(over: Advantage, parameters: int, threshold: float, blocks: int) -> bool:
+    """Tell whether an advantage is more than scatter."""
+    needed = ERRORS * float(stats.t.ppf(0.977, max(blocks - 1, 1))) / 2.0 * over.error
+    return over.nats > max(needed, LEAST_NATS + parameters, 0.5 * threshold)
+
+
+def _options(
+    evidence: Evidence, found: Selection, signatures: Signatures, effects: Mapping[str, Effect]
+) -> list[Option]:
+    taken = {(cause.effect, cause.joints) for cause in found.fitted.causes}
+    residual = found.fitted.residual
+    ranked = gains(signatures, residual, evidence.weights(residual))
+    ranked = [one for one in ranked if one.signature.candidate.key not in taken]
+    options = []
+    for one in shortlist(ranked):
+        added = one.signature.candidate
+        start = (*found.fitted.causes, added.cause(one.values))
+        options.append(_option(evidence, added, start, found.unseen, effects))
+    return sorted(options, key=lambda o: (-o.over.nats, o.added.key))
+
+
+def _option(
+    evidence: Evidence,
+    added: Candidate,
+    start: tuple[Cause, ...],
+    standing: FloatArray,
+    effects: Mapping[str, Effect],
+) -> Option:
+    fitted = fit_causes(evidence, start, effects)
+    freed = off_bounds(start, effects)
+    if freed != start:
+        # a cause that took the place of one that was missing may be stuck where it went for that
+        again = fit_causes(evidence, freed, effects)
+        fitted = again if again.nats < fitted.nats else fitted
+    unseen = unseen_score(evidence, fitted)
+    return Option(added, fitted, unseen, advantage(unseen, standing, evidence.block_part))
+
+
+def shortlist(ranked: Sequence[Gain]) -> list[Gain]:
+    """Return the candidates worth a fit: near the best, and not all of one effect."""
+    chosen: list[Gain] = []
+    counts: dict[str, int] = {}
+    for one in ranked:
+        name = one.signature.candidate.effect.name
+        if one.nats <= 0.5 or len(chosen) >= SHORTLIST:
+            break
+        if counts.get(name, 0) >= MOST_OF_AN_EFFECT:
+            continue
+        if chosen and one.nats < NEAR * chosen[0].nats and len(chosen) >= 3:
+            break
+        counts[name] = counts.get(name, 0) + 1
+        chosen.append(one)
+    return chosen
+
+
+def _without(causes: tuple[Cause, ...], at: int) -> tuple[Cause, ...]:
+    return (*causes[:at], *causes[at + 1 :])
+
+
+def _dropped(
+    evidence: Evidence, found: Selection, effects: Mapping[str, Effect], threshold: float
+) -> Selection:
+    """Drop an earlier cause that a later one has made idle."""
+    at = 0
+    while len(found.steps) > 1 and at < len(found.steps) - 1:
+        fitted = fit_causes(evidence, _without(found.fitted.causes, at), effects)
+        unseen = unseen_score(evidence, fitted)
+        loss = advantage(found.unseen, unseen, evidence.block_part)
+        step = found.steps[at]
+        if worth(loss, len(step.chosen.added.effect.parameters), threshold, len(unseen)):
+            at += 1
+            continue
+        steps = (*found.steps[:at], *found.steps[at + 1 :])
+        found = Selection(fitted, unseen, steps, found.refused)
+    return found
+
+
+def _swapped(evidence: Evidence, found: Selection, effects: Mapping[str, Effect]) -> Selection:
+    """Put a rival in a cause's place where the whole set then predicts better."""
+    if len(found.steps) < 2:
+        return found
+    for at in range(len(found.steps)):
+        step = found.steps[at]
+        others = {(c.effect, c.joints) for c in _without(found.fitted.causes, at)}
+        for rival in step.rivals[:2]:
+            if rival.added.key in others:
+                continue
+            causes = list(found.fitted.causes)
+            causes[at] = next(
+                c for c in rival.fitted.causes if (c.effect, c.joints) == rival.added.key
+            )
+            option = _option(evidence, rival.added, tuple(causes), found.unseen, effects)
+            if option.over.nats > max(option.over.error, 2.0):
+                rivals = (step.chosen, *(r for r in step.rivals if r is not rival))
+                swapped = Step(option, tuple(rivals))
+                steps = (*found.steps[:at], swapped, *found.steps[at + 1 :])
+                found = Selection(option.fitted, option.unseen, steps, found.refused)
+                break
+    return found
+
+
+def closed_share(evidence: Evidence, residual: FloatArray) -> float:
+    """Share of the energy above expectation that a fit closes; 0 where there is none above it.
+
+    What is left at or below expectation counts as closed altogether.
+    """
+    blocks = evidence.per_block(residual**2).sum(axis=1)
+    kept = np.argsort(blocks, kind="stable")[: len(blocks) - int(TRIMMED * len(blocks))]
+    before = float(evidence.per_block(evidence.base**2)[kept].sum())
+    after = float(blocks[kept].sum())
+    floor = min(float(evidence.count[kept].sum()), after)
+    return float(np.clip((before - after) / (before - floor), 0.0, 1.0)) if before > floor else 0.0

@@ -1,0 +1,71 @@
+"""One case of a campaign: read, diagnose, keep the answer. Runs in a process of its own."""
+
+import json
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from robot.gap_campaign import CaseFiles
+
+if TYPE_CHECKING:
+    from gap.interfaces import Simulator
+    from record.trial import Trial
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A diagnosis to be made.
+
+    Attributes:
+        trials: The runs.
+        references: Healthy runs.
+        missing: Effects to be taken out of the catalogue.
+        out: Where the answer goes.
+    """
+
+    trials: tuple[Path, ...]
+    references: tuple[Path, ...]
+    missing: tuple[str, ...]
+    out: Path
+
+
+def answer_case(asked: Asked) -> None:
+    """Diagnose a case and keep its answer, which appears when it is whole.
+
+    Raises:
+        BigantError: A trial cannot be read or compared.
+    """
+    from gap.diagnosis import diagnose
+    from gap.diagnosis_json import diagnosis_json
+
+    began_s = time.perf_counter()
+    trials, references, simulator = read_case(asked)
+    found = diagnose(trials, simulator, references)
+    told = {**diagnosis_json(found), "seconds": time.perf_counter() - began_s}
+    part = asked.out.with_suffix(".part")
+    part.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+    part.replace(asked.out)
+
+
+def read_case(asked: Asked) -> "tuple[tuple[Trial, ...], tuple[Trial, ...], Simulator]":
+    """Return its trials, its references, and the simulator that their machine calls for.
+
+    Raises:
+        BigantError: A trial cannot be read, or an effect is not known.
+    """
+    from gap.without import without
+    from robot.gap_trials import read_trials, simulator_for
+
+    everything = read_trials((*asked.trials, *asked.references))
+    simulator = simulator_for(everything, None)
+    known = {effect.name for effect in simulator.effects}
+    simulator = without(simulator, [name for name in asked.missing if name in known])
+    n = len(asked.trials)
+    return everything[:n], everything[n:], simulator
+
+
+def neutral_values(files: CaseFiles) -> dict[tuple[str, str], float]:
+    """Return the value of each (effect, parameter) at which nothing happens."""
+    _, _, simulator = read_case(Asked(files.trials[:1], (), (), Path()))
+    return {(e.name, p.name): p.neutral for e in simulator.effects for p in e.parameters}

@@ -1,0 +1,119 @@
+"""``bigant gap diagnose``: where a simulator differs from measured runs, why, how far it shrinks.
+
+Takes trial tables (.parquet or .csv with NAME.toml beside it) or logs. The machine's file that they name
+picks the simulator. With --reference, runs of the same machine believed healthy, the question is what is
+new; without, the simulator as it stands is held against the runs. Some runs are kept back and judge. Exit
+code 0: a verdict was reached; 1: there is a gap that no effect of the catalogue explains.
+"""
+
+import argparse
+import json
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from robot.exit_codes import ExitCode
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from gap.findings import Diagnosis
+    from gap.interfaces import Simulator
+    from record.trial import Trial
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments; imports nothing heavy."""
+    parser.add_argument("trials", type=Path, nargs="+", metavar="TRIAL")
+    parser.add_argument("--reference", type=Path, nargs="+", default=[], metavar="TRIAL",
+        help="healthy runs of the same machine; what they show is no news")  # fmt: skip
+    parser.add_argument(
+        "--json", type=Path, metavar="FILE", help="the diagnosis as JSON; - prints it"
+    )
+    parser.add_argument("--html", type=Path, metavar="FILE", help="the diagnosis as one page")
+    parser.add_argument("--effects", type=Path, metavar="FILE.py",
+        help="effects of your own (run as Python: open only files that you trust)")  # fmt: skip
+    parser.add_argument("--jobs", type=_jobs, default=min(os.cpu_count() or 1, 4), metavar="N",
+        help="processes (default: one a core, up to 4)")  # fmt: skip
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of random draws")
+
+
+def _jobs(text: str) -> int:
+    value = int(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"must be at least 1, not {text}")
+    return value
+
+
+def run(options: argparse.Namespace) -> ExitCode:
+    """Diagnose.
+
+    Raises:
+        RecordError: A trial cannot be read, or a report cannot be written.
+        GapError: The trials cannot be compared with a simulator.
+        ConfigError: ``--html`` names no page.
+    """
+    from gap.findings import Verdict
+    from model.errors import ConfigError
+    from robot.gap_summary import summary_lines
+    from robot.gap_trials import read_trials, simulator_for
+
+    if options.html is not None and options.html.suffix != ".html":
+        raise ConfigError("--html", f"must end in .html, not {options.html.name!r}")
+    paths = (*options.trials, *options.reference)
+    everything = read_trials(paths)
+    trials = everything[: len(options.trials)]
+    references = everything[len(options.trials) :]
+    simulator = simulator_for(everything, options.effects)
+    found = _diagnose(trials, references, simulator, options)
+    to_stdout = options.json is not None and str(options.json) == "-"
+    if options.json is not None:
+        from gap.diagnosis_json import diagnosis_json
+
+        told = {**diagnosis_json(found), "files": [str(path) for path in paths]}
+        text = json.dumps(told, indent=2)
+        if to_stdout:
+            print(text)
+        else:
+            _write(options.json, text + "\n")
+    if options.html is not None:
+        from robot.gap_page import diagnosis_page
+
+        _write(options.html, diagnosis_page(found, paths))
+    if not to_stdout:
+        print("\n".join(summary_lines(found, paths)))
+        if options.html is not None:
+            print(f"page: {options.html}")
+    return ExitCode.VERDICT_FAILED if found.verdict is Verdict.UNEXPLAINED else ExitCode.OK
+
+
+def _diagnose(
+    trials: "Sequence[Trial]",
+    references: "Sequence[Trial]",
+    simulator: "Simulator",
+    options: argparse.Namespace,
+) -> "Diagnosis":
+    from gap.diagnosis import diagnose
+    from gap.predictions import prediction_pool
+    from robot.progress import ProgressBar
+
+    with ProgressBar("diagnosis") as bar:
+
+        def tell(words: str, share: float) -> None:
+            bar.show(share, words)
+
+        if options.jobs == 1:
+            return diagnose(trials, simulator, references, progress=tell, seed=options.seed)
+        with prediction_pool(simulator, trials, references, options.jobs) as pool:
+            return diagnose(
+                trials, simulator, references, executor=pool, progress=tell, seed=options.seed
+            )
+
+
+def _write(path: Path, text: str) -> None:
+    from model.errors import RecordError
+
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise RecordError(f"{path} cannot be written: {error.strerror}; choose another") from error

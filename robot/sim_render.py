@@ -1,0 +1,87 @@
+"""``bigant sim render``: a picture or video of a log or a trial, off-screen.
+
+Body, legs, feet's paths and the ground's forces (red: more than a newton), drawn in three dimensions by
+matplotlib from what was measured; nothing is simulated and no graphics card is needed. .png is one
+moment (--at), .gif and .mp4 are videos; .mp4 needs ffmpeg.
+"""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from robot.arguments import positive
+from robot.exit_codes import ExitCode
+
+if TYPE_CHECKING:
+    from record.trial import Trial
+
+FRAMES_A_SECOND = 10
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments; imports nothing heavy."""
+    parser.add_argument("path", type=Path, metavar="LOG|TRIAL")
+    parser.add_argument(
+        "--out", type=Path, required=True, metavar="FILE", help=".png, .gif or .mp4"
+    )
+    parser.add_argument(
+        "--at", type=float, metavar="S", help="moment of a .png (default: the middle)"
+    )
+    parser.add_argument(
+        "--speed",
+        type=positive,
+        default=4.0,
+        metavar="X",
+        help="times real time of a video (default: 4)",
+    )
+
+
+def run(options: argparse.Namespace) -> ExitCode:
+    """Draw.
+
+    Raises:
+        ConfigError: --out is of no kind that can be drawn here.
+        RecordError: The run cannot be read, or holds no poses.
+    """
+    import shutil
+
+    from model.errors import ConfigError, RecordError
+    from robot.progress import ProgressBar
+    from robot.robot_drawing import RunDrawing
+
+    out: Path = options.out
+    if out.suffix not in {".png", ".gif", ".mp4"}:
+        raise ConfigError("--out", f"must end in .png, .gif or .mp4, not {out}")
+    if out.suffix == ".mp4" and shutil.which("ffmpeg") is None:
+        raise ConfigError(
+            "--out", "an .mp4 needs ffmpeg, which is not here; install it, or choose .gif"
+        )
+    if not out.parent.is_dir():
+        raise ConfigError("--out", f"there is no folder {out.parent}; make it first")
+    drawing = RunDrawing(_trial(options.path))
+    if not drawing.times:
+        raise RecordError(f"{options.path} holds no poses of body and feet to draw")
+    if out.suffix == ".png":
+        at = options.at if options.at is not None else drawing.middle_s
+        shown = drawing.picture(at, out)
+        print(f"{out}: the robot at {shown:.2f} s")
+        return ExitCode.OK
+    with ProgressBar("drawing") as bar:
+        frames = drawing.video(out, options.speed, FRAMES_A_SECOND, bar.show)
+    print(f"{out}: {frames} pictures, {options.speed:g} times real time")
+    return ExitCode.OK
+
+
+def _trial(path: Path) -> "Trial":
+    import tempfile
+
+    from record.export import export_trial
+    from record.reader import LogContents
+    from record.trial import read_trial
+
+    if path.suffix != ".mcap":
+        return read_trial(path)
+    with tempfile.TemporaryDirectory() as folder:
+        table = Path(folder) / "run.parquet"
+        export_trial(path, table, LogContents())
+        return read_trial(table)

@@ -1,0 +1,244 @@
+"""The engine on a tiny machine of known truth."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from gap.diagnosis import diagnose
+from gap.diagnosis_json import diagnosis_json
+from gap.findings import Diagnosis, Verdict
+from gap.interfaces import Cause, Scope
+from gap.predictions import prediction_pool
+from model.errors import GapError
+from record.trial import Trial
+from tests.gap.toy import (
+    CONDITIONS,
+    EFFECTS,
+    Toy,
+    number,
+    toy_case,
+    toy_effect,
+    toy_references,
+    toy_trial,
+)
+
+ONE = {
+    "offset": Cause("offset", ("b",), (0.03,)),
+    "stiffness": Cause("stiffness", ("c",), (0.8,)),
+    "bias": Cause("bias", ("a",), (-0.3,)),
+    "grip": Cause("grip", ("b",), (0.4,)),
+    "square_law": Cause("square_law", (), ()),
+    "tether": Cause("tether", (), (0.5,)),
+    "delay": Cause("delay", (), (0.05,)),
+    "lag": Cause("lag", (), (0.05,)),
+}
+
+
+def found(
+    causes: Sequence[Cause] = (),
+    *,
+    references: bool = True,
+    seed: int = 3,
+    toy: Toy | None = None,
+    **more: float,
+) -> Diagnosis:
+    known = toy_references(seed, **more) if references else []
+    strange = more.pop("strange", 0.0)
+    return diagnose(toy_case(causes, seed=seed, strange=strange, **more), toy or Toy(), known)
+
+
+@pytest.mark.parametrize("references", [True, False])
+@pytest.mark.parametrize("name", ONE)
+def test_one_cause_is_named_at_its_joint_with_its_size(name: str, references: bool) -> None:
+    d = found([ONE[name]], references=references)
+    assert d.verdict is Verdict.EXPLAINED, d.sentence
+    assert [(c.effect, c.joints) for c in d.causes] == [(name, ONE[name].joints)]
+    assert d.stage == next(e.stage for e in EFFECTS if e.name == name)
+    for value, true in zip(d.causes[0].values, ONE[name].values, strict=True):
+        assert abs(value.value - true) < max(5 * value.error, 0.1 * abs(true - value.neutral))
+    assert d.causes[0].probability > 0.9
+    if name != "grip":  # too small end to end to measure by what fraction it is closed
+        assert d.far.shrink > 0.9
+
+
+def test_two_causes_of_different_stages() -> None:
+    d = found([ONE["delay"], ONE["stiffness"]])
+    assert {(c.effect, c.joints) for c in d.causes} == {("delay", ()), ("stiffness", ("c",))}
+    assert sum(c.shrink for c in d.causes) == pytest.approx(d.far.shrink)
+    assert d.far.after < 1.2
+
+
+def test_what_the_references_have_too_is_nothing_new() -> None:
+    common = [Cause("square_law", (), ())]
+    conditions = (*CONDITIONS, *CONDITIONS[:2])
+    known = [toy_trial(common, hz, g, seed=70 + i) for i, (hz, g) in enumerate(conditions)]
+    same = diagnose(toy_case(common, seed=5), Toy(), known)
+    assert same.verdict is Verdict.NO_GAP
+    new = diagnose(toy_case([*common, ONE["tether"]], seed=5), Toy(), known)
+    assert [c.effect for c in new.causes] == ["tether"]
+
+
+def test_no_gap_names_nothing_and_says_what_would_have_shown() -> None:
+    d = found()
+    assert d.verdict is Verdict.NO_GAP
+    assert not d.causes
+    assert not d.stage
+    sizes = {(s.effect, s.parameter): s.size for s in d.detectable}
+    assert 0 < sizes["tether", "x_n"] < 0.5
+    big = Cause("tether", (), (3 * sizes["tether", "x_n"],))
+    assert found([big]).verdict is not Verdict.NO_GAP
+
+
+def _false_alarms(count: int) -> int:
+    alarms = 0
+    for seed in range(count):
+        trials = toy_case(seed=10 + seed, seconds=8.0, wander=0.01)
+        known = toy_references(10 + seed, seconds=8.0, wander=0.01)
+        alarms += diagnose(trials, Toy(), known, seed=seed).verdict is not Verdict.NO_GAP
+    return alarms
+
+
+def test_false_alarms_stay_rare() -> None:
+    assert _false_alarms(30) <= stats.binom.ppf(0.995, 30, 0.05)
+
+
+@pytest.mark.slow
+def test_false_alarms_of_three_hundred_sets_lie_in_the_binomial_band() -> None:
+    assert _false_alarms(300) <= stats.binom.ppf(0.975, 300, 0.05)
+
+
+def test_a_pair_that_the_runs_cannot_tell_is_declared() -> None:
+    """At one slow speed, a delay and a lag shift the angle alike."""
+    trials = [
+        toy_trial([Cause("delay", (), (0.02,))], 0.05, "trot", seconds=60.0, seed=i)
+        for i in range(3)
+    ]
+    d = diagnose(trials, Toy())
+    assert d.verdict is Verdict.AMBIGUOUS, d.sentence
+    assert {d.causes[0].effect, d.ambiguous[0].effect} == {"delay", "lag"}
+    assert [sorted(pair) for pair in diagnosis_json(d)["ambiguous_with"]] == [["delay", "lag"]]
+
+
+@pytest.mark.parametrize("name", ["offset", "square_law", "delay"])
+def test_a_cause_that_the_catalogue_lacks_is_not_explained(name: str) -> None:
+    rest = tuple(e for e in EFFECTS if e.name != name and (name != "delay" or e.name != "lag"))
+    d = found([ONE[name]], toy=Toy(rest))
+    assert d.verdict is Verdict.UNEXPLAINED, d.sentence
+    assert d.none > 0.5
+
+
+def test_a_near_equivalent_of_what_the_catalogue_lacks_is_doubted() -> None:
+    """A bias imitates nine tenths of a stiffness."""
+    rest = Toy(tuple(e for e in EFFECTS if e.name != "stiffness"))
+    d, whole = found([ONE["stiffness"]], toy=rest), found([ONE["stiffness"]])
+    assert d.none > 3 * whole.none
+
+
+def test_something_strange_is_not_explained() -> None:
+    known = toy_references(3)
+    d = diagnose(toy_case((), seed=3, strange=0.3), Toy(), known)
+    assert d.verdict is Verdict.UNEXPLAINED, d.sentence
+    assert d.stage == "press"
+    assert any(cell.channel == "force" for cell in d.where.cells)
+
+
+def _said(d: Diagnosis) -> object:
+    return (
+        d.verdict,
+        [(c.effect, c.joints, tuple(round(v.value, 9) for v in c.values)) for c in d.causes],
+        round(d.far.shrink, 9) if np.isfinite(d.far.shrink) else None,
+    )
+
+
+def test_order_and_names_of_the_catalogue_do_not_matter() -> None:
+    causes = [ONE["stiffness"], ONE["tether"]]
+    plain = found(causes)
+    assert _said(found(causes, toy=Toy(tuple(reversed(EFFECTS))))) == _said(plain)
+
+
+def test_a_useless_effect_changes_nothing() -> None:
+    idle = toy_effect("aaa_idle", "press", Scope.JOINT, number("nothing", 0.1))
+    causes = [ONE["stiffness"]]
+    assert _said(found(causes, toy=Toy((*EFFECTS, idle)))) == _said(found(causes))
+
+
+def test_the_same_seed_gives_the_same_diagnosis() -> None:
+    first, second = (json.dumps(diagnosis_json(found([ONE["lag"]]))) for _ in range(2))
+    assert first == second
+
+
+def test_processes_give_what_one_process_gives() -> None:
+    trials, known = toy_case([ONE["offset"]], seed=8), toy_references(8)
+    alone = diagnose(trials, Toy(), known)
+    with prediction_pool(Toy(), trials, known, 2) as pool:
+        together = diagnose(trials, Toy(), known, executor=pool)
+    assert diagnosis_json(alone) == diagnosis_json(together)
+
+
+def test_what_is_held_out_does_not_touch_the_fit() -> None:
+    trials, known = toy_case([ONE["stiffness"]], seed=6), toy_references(6)
+    plain = diagnose(trials, Toy(), known)
+    assert plain.held_out_trials
+    poisoned: list[Trial] = list(trials)
+    for i in plain.held_out_trials:
+        poisoned[i] = replace(trials[i], force_n=trials[i].force_n * 3 + 1)
+    other = diagnose(poisoned, Toy(), known)
+    assert [c.values for c in other.causes] == [c.values for c in plain.causes]
+    assert other.closed == plain.closed
+    assert other.far.shrink != plain.far.shrink
+
+
+def test_units_do_not_matter() -> None:
+    scale = (1000.0, 1000.0, 1000.0, 0.001, 0.001, 0.001, 7.0)
+    plain = found([ONE["bias"]])
+    scaled = found([ONE["bias"]], toy=Toy(scale=scale))
+    assert scaled.verdict is plain.verdict
+    assert scaled.causes[0].values[0].value == pytest.approx(
+        plain.causes[0].values[0].value, rel=1e-4
+    )
+    assert scaled.far.after == pytest.approx(plain.far.after, rel=1e-4)
+
+
+def test_one_trial_is_judged_by_its_own_end() -> None:
+    trial = toy_case([ONE["stiffness"]], seed=4, seconds=40.0)[:1]
+    d = diagnose(trial, Toy())
+    assert [(c.effect, c.joints) for c in d.causes] == [("stiffness", ("c",))]
+    assert d.far.shrink > 0.9
+    assert any("one trial a gait" in words for words in d.warnings)
+
+
+def test_data_faults_come_first() -> None:
+    trials = toy_case(seed=4)
+    trials[0] = replace(trials[0], shaft_rad=trials[0].shaft_rad * 57.3 * 4)
+    d = diagnose(trials, Toy())
+    assert d.data_faults[0].faults[0].kind == "unit"
+    assert any("mend the data" in words for words in d.warnings)
+
+
+def test_the_baselines_are_there_to_be_beaten() -> None:
+    d = found([ONE["tether"]])
+    assert [b.method for b in d.baselines] == [
+        "largest single-parameter fit",
+        "forward selection by training error",
+        "least squares on all parameters",
+    ]
+    assert all(b.causes for b in d.baselines)
+
+
+def test_the_json_has_the_shape_that_was_agreed() -> None:
+    told = json.loads(json.dumps(diagnosis_json(found([ONE["grip"], ONE["delay"]]))))
+    assert told["verdict"] in {"explained", "no_gap", "unexplained", "ambiguous"}
+    assert told["where"]["stage"] in {"drive", "press", "move"}
+    cause = told["causes"][0]
+    assert set(cause) >= {"effect", "legs", "parameters", "probability", "shrink"}
+    assert told["gap"]["after"] < told["gap"]["before"]
+    assert set(told["gap"]) >= {"before", "after", "noise_floor"}
+
+
+def test_nothing_to_diagnose_is_refused() -> None:
+    with pytest.raises(GapError, match="no trial"):
+        diagnose([], Toy())

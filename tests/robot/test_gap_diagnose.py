@@ -1,0 +1,75 @@
+"""The command on small trials on disk: its answer, its files, its exit codes."""
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gap.servo_bench_kernel import hysteresis
+from record.trial import write_trial
+from robot.cli import run
+from tests.gap.bench_trials import IDEAL, servo_trial
+
+
+def write_bench(folder: Path, width: float, count: int = 4) -> list[str]:
+    paths = []
+    for number in range(count):
+        rng = np.random.default_rng(number)
+        t = np.arange(1000) / 50.0
+        command = 0.6 * np.sin(2 * np.pi * (0.15 + 0.05 * number) * t)
+        shaft = hysteresis(command, width, 0.0) + 0.001 * rng.standard_normal(len(t))
+        path = folder / f"run{number}.csv"
+        write_trial(servo_trial(IDEAL, command, shaft), path)
+        paths.append(str(path))
+    return paths
+
+
+def test_a_servo_with_play(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    paths = write_bench(tmp_path, 0.03)
+    page, told = tmp_path / "d.html", tmp_path / "d.json"
+    arguments = ["gap", "diagnose", *paths, "--html", str(page), "--json", str(told), "--jobs", "1"]
+    assert run(arguments) == 0
+    out = capsys.readouterr().out
+    assert out.startswith("EXPLAINED")
+    assert "play at arm (width_rad 0.03" in out
+    found = json.loads(told.read_text())
+    assert found["causes"][0]["effect"] == "play"
+    assert found["causes"][0]["parameters"]["width_rad"] == pytest.approx(0.03, rel=0.05)
+    assert found["gap"]["after"] < 0.3
+    text = page.read_text()
+    assert "play at arm" in text
+    assert text.count("<svg") == 3
+    assert not re.search(r"(src|href)=.https?:", text), (
+        "a page of its own needs nothing from elsewhere"
+    )
+
+
+def test_json_to_stdout_is_nothing_but_json(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    paths = write_bench(tmp_path, 0.0)
+    assert run(["gap", "diagnose", *paths, "--json", "-", "--jobs", "2"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["verdict"] == "no_gap"
+    assert found["causes"] == []
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        (["nothing.csv"], "nothing"),
+        (["RUN", "--html", "page.pdf"], "--html"),
+        (["RUN", "--effects", "mine.py"], "--effects"),
+        (["RUN", "--json", "no/such/folder/d.json"], "cannot be written"),
+    ],
+)
+def test_mistakes_are_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], wrong: list[str], words: str
+) -> None:
+    paths = write_bench(tmp_path, 0.0, 1)
+    arguments = [paths[0] if word == "RUN" else word for word in wrong]
+    assert run(["gap", "diagnose", *arguments, "--jobs", "1"]) != 0
+    err = capsys.readouterr().err.strip().splitlines()[-1]
+    assert words in err

@@ -1,0 +1,44 @@
+"""Twins with effects, and a plant held by the servos' position loop, for tests."""
+
+import numpy as np
+
+from robot.config import load_robot
+from sim_hw.effect_catalog import EFFECTS
+from sim_hw.effects import apply_effects, parse_effect
+from sim_hw.plant import Plant
+from sim_hw.plant_parameters import PlantParameters
+from sim_hw.sensing import SensorParameters
+from sim_hw.twin import Twin
+
+ROBOT = load_robot().parameters
+NOMINAL = PlantParameters.nominal(ROBOT)
+WEIGHT = NOMINAL.mass * NOMINAL.gravity
+ON = np.ones(6, dtype=bool)
+GAIN = 4.89
+
+
+def twin(*texts: str) -> Twin:
+    """The nominal robot, no day's scatter, with effects."""
+    plain = Twin(ROBOT.legs.names, NOMINAL, SensorParameters.healthy(6), seed=0)
+    return apply_effects(plain, [parse_effect(text, EFFECTS) for text in texts], EFFECTS)
+
+
+def plant(*texts: str) -> Plant:
+    return Plant(twin(*texts).plant)
+
+
+def hold(robot: Plant, seconds: float, goal: np.ndarray | float = 0.0) -> None:
+    for _ in range(round(seconds / robot.dt_s)):
+        robot.step(GAIN * (goal - robot.motor_angle_rad), ON)
+
+
+def sliding_ratio(robot: Plant, direction: tuple[float, float]) -> np.ndarray:
+    """Traction over load of each foot while the body is dragged along a direction, (N,); NaN in the air."""
+    hold(robot, 0.1)
+    robot.push(np.array([*direction, 0.0]) * 0.9 * WEIGHT, np.zeros(3))
+    hold(robot, 0.1)
+    force = robot.foot_force_W
+    robot.push(np.zeros(3), np.zeros(3))
+    down = np.where(force[:, 2] > 1.0, force[:, 2], np.nan)
+    assert np.isfinite(down).sum() >= 3
+    return np.hypot(force[:, 0], force[:, 1]) / down
