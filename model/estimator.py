@@ -256,7 +256,9 @@ class Estimator:
         )
         settings = self.settings
         step_s = settings.sway_step_s if settings.sway else 0.0
-        found = neighbourhood(feet, contact, self.weight_n, settings.law, step_s)
+        found = neighbourhood(
+            feet, contact, self.weight_n, settings.law, step_s, settings.rest_speed
+        )
         return found if found.reason == 0 else None
 
     def _blocks(

@@ -18,6 +18,7 @@ from model.support_kernel import ROWS, support_kernel
 from model.traction_kernel import foot_speeds, lay_anisotropy, traction_kernel
 
 NOT_A_NUMBER = 1
+CREEP_SPEED_M_S = 1e-3  # as in ``model.frame_kernel``: puts the ansatz' forces on a scale
 CLEAR_M = 1e-3  # beyond how far a foot moves in a moment: what the body's own tilt may add
 
 
@@ -84,6 +85,49 @@ def _traction(
 
 
 @compiled
+def _slip_share(loads: FloatArray, slip: FloatArray, rested: BoolArray, rest_speed: float) -> float:
+    """How far Coulomb's law may be asked for forces: 0 where feet rest, 1 where they slide.
+
+    Where several feet rest it leaves their forces open, and where they creep, real friction has not
+    reached its full size yet.
+    """
+    square, loaded, resting = 0.0, 0, 0
+    for k in range(loads.size):
+        if loads[k] > 0.0:
+            square += slip[k, 0] ** 2 + slip[k, 1] ** 2
+            loaded += 1
+            resting += rested[k]
+    if loaded == 0 or resting > 1:
+        return 0.0
+    square /= loaded
+    share: float = square / (square + rest_speed**2) if square > 0.0 else 0.0
+    return share
+
+
+@compiled
+def _blend(
+    work: FloatArray, loads: FloatArray, mu: FloatArray, share: float, force: FloatArray
+) -> None:
+    """Take the rest of the forces from the viscous ansatz, on the scale nearest to Coulomb's law."""
+    count = loads.size
+    twist = np.empty(3)
+    slip = np.empty((count, 2))
+    ansatz = np.empty((count, 2))
+    if share >= 1.0 or traction_kernel(work, loads, mu, twist, slip, ansatz) != 0:
+        return
+    power, aim = 0.0, 0.0
+    for k in range(count):
+        square = ansatz[k, 0] ** 2 + ansatz[k, 1] ** 2
+        power += square
+        if square > 0.0:
+            aim += square / (np.sqrt(slip[k, 0] ** 2 + slip[k, 1] ** 2) + CREEP_SPEED_M_S)
+    scale = aim / power if power > 0.0 else 0.0
+    for k in range(count):
+        for i in range(2):
+            force[k, i] = share * force[k, i] + (1.0 - share) * scale * ansatz[k, i]
+
+
+@compiled
 def neighbourhood_kernel(
     feet: FloatArray,
     feet_velocity: FloatArray,
@@ -95,6 +139,7 @@ def neighbourhood_kernel(
     sway_step: float,
     log_step: float,
     speed_step: float,
+    rest_speed: float,
     velocity: FloatArray,
     loads: FloatArray,
     pose: FloatArray,
@@ -116,6 +161,7 @@ def neighbourhood_kernel(
         sway_step: Time either way that slopes are differenced over [s]; 0 leaves sway out.
         log_step: Step of log mu and log K.
         speed_step: Step of a foot's speed [m/s].
+        rest_speed: Coulomb's law only: slip at which half of the forces comes from the ansatz [m/s].
         velocity: Out: vx, vy, yaw rate with sway, (1 + 3 N, 3).
         loads: Out: of the frame and with K stepped, (1 + N, N) [N].
         pose: Out: slope_x, slope_y, height of the same, (1 + N, 3).
@@ -139,6 +185,7 @@ def neighbourhood_kernel(
     spare = np.empty((ROWS, count))
     own = np.empty((ROWS, count))
     still = np.zeros(3)
+    share = 1.0
     sway[:] = 0.0
     for k in range(count + 1):
         if k > 0:
@@ -176,7 +223,9 @@ def neighbourhood_kernel(
             slip[:, :] = side
             rested[:] = rest
             own[:, :] = work
+            share = _slip_share(loads[0], slip, rested, rest_speed) if coulomb else 1.0
         row = 0 if k == 0 else count + k
+        _blend(work, loads[k], mu, share, pull)
         force[row, :, :] = pull
         velocity[row, 0] = other[0] + dx
         velocity[row, 1] = other[1] + dy
@@ -212,6 +261,7 @@ def neighbourhood_kernel(
             velocity[row, :] = velocity[0]
             continue
         if k < count:
+            _blend(work, loads[0], changed, share, pull)
             force[row, :, :] = pull
         velocity[row, 0] = other[0] + sway[0]
         velocity[row, 1] = other[1] + sway[1]
@@ -230,6 +280,6 @@ def prepare() -> None:
     given = [types.Array(number, axes, "C", readonly=True) for axes in (2, 2, 1, 1, 2)]
     out = [types.Array(number, axes, "C") for axes in (2, 2, 2, 1, 2, 3)]
     dispatcher.compile((
-        *given, number, flag, number, number, number, *out, types.Array(flag, 1, "C"),
+        *given, number, flag, number, number, number, number, *out, types.Array(flag, 1, "C"),
     ))  # fmt: skip
     dispatcher.disable_compile()

@@ -11,7 +11,6 @@ from model.signals import BoolArray, FloatArray, FootMotion
 
 LOG_STEP = 0.01
 SPEED_STEP_M_S = 1e-4
-CREEP_SPEED_M_S = 1e-3  # as in ``model.frame_kernel``: puts the ansatz' forces on a scale
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,6 +60,7 @@ def neighbourhood(
     weight_n: float,
     law: FrictionLaw,
     sway_step_s: float,
+    rest_speed: float = 0.0,
 ) -> Neighbourhood:
     """Solve a frame and step each parameter and foot speed by a little.
 
@@ -71,6 +71,8 @@ def neighbourhood(
         law: Friction law. The viscous ansatz' forces get the scale that brings them nearest to
             Coulomb's law at the same slips.
         sway_step_s: Time either way over which slopes are differenced [s]; 0 leaves sway out.
+        rest_speed: Root mean square slip at which half of Coulomb's forces are taken from the ansatz, for
+            more the more slowly the feet slip [m/s]; 0 asks Coulomb's law alone wherever it has an answer.
     """
     count = len(contact.mu)
     velocity = np.empty((1 + 3 * count, 3))
@@ -91,6 +93,7 @@ def neighbourhood(
         sway_step_s,
         LOG_STEP,
         SPEED_STEP_M_S,
+        rest_speed,
         velocity,
         loads,
         pose,
@@ -139,5 +142,9 @@ def neighbourhood(
 def _scale(force: FloatArray, slip: FloatArray) -> float:
     square = np.einsum("ki,ki->k", force, force)
     power = float(square.sum())
-    aim = float((square / (np.sqrt(np.einsum("ki,ki->k", slip, slip)) + CREEP_SPEED_M_S)).sum())
+    aim = float(
+        (
+            square / (np.sqrt(np.einsum("ki,ki->k", slip, slip)) + estimator_kernel.CREEP_SPEED_M_S)
+        ).sum()
+    )
     return aim / power if power > 0 else 0.0

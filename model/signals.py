@@ -91,6 +91,7 @@ class FaultKind(enum.Enum):
     UNLOADED = 23
     FORCE_ABSENT = 24  # a transducer that should be in the record is not
     FORCE_BATTERY = 25  # the force unit says that its battery is low
+    POSE_BAD = 26  # a pose from outside that makes no sense
 
 
 @dataclass(frozen=True, slots=True)

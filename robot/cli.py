@@ -101,6 +101,13 @@ def _parser(arguments: Sequence[str] | None) -> argparse.ArgumentParser:
     return parser
 
 
+def _port(text: str) -> int:
+    value = int(text)
+    if not 1 <= value <= 65535:
+        raise argparse.ArgumentTypeError(f"must be a port from 1 to 65535, not {text}")
+    return value
+
+
 def _rate(text: str) -> int:
     value = int(text)
     if not 10 <= value <= 200:
@@ -153,6 +160,12 @@ def _add_drive(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         "--record-bytes",
         action="store_true",
         help="log the raw bytes of both devices as well, so that the drivers can be replayed",
+    )
+    drive.add_argument(
+        "--pose-udp",
+        type=_port,
+        metavar="PORT",
+        help="hear absolute poses on this UDP port of this machine (default: robot file, else none)",
     )
     drive.add_argument("--readonly", action="store_true", help="sense and log, never move")
     drive.add_argument("--armed", action="store_true", help="allow torque on real hardware")

@@ -92,6 +92,7 @@ class Controller:
             gaits, {name: frequency_limit(gait, robot.servo) for name, gait in gaits.items()}
         )
         prepare()  # here, where nothing waits for it
+        self._linkage.prepare()
 
     def initial(self) -> ControllerState:
         """Return the state before the first tick."""
@@ -153,7 +154,7 @@ class Controller:
         )
         late, timing_faults = self._timing(state, inputs)
         times_ns, angles_rad = _remember(state, joints, t_ns)
-        feet = self._linkage.feet(joints.angle_rad, latest_rate(times_ns, angles_rad))
+        feet = self._linkage.frame_feet(joints.angle_rad, latest_rate(times_ns, angles_rad))
         contact, model_faults = self._contact(feet)
         estimate = self._estimate(state, contact, t_ns)
         odometry = state.odometry

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from drivers.pose_udp import PoseListener
 from drivers.wire_tap import WireTap
 from gaits.limits import check_gait
 from model.errors import ConfigError, RecordError
@@ -88,6 +89,9 @@ def drive_plan(plan: Drive, operator_of: OperatorOf) -> ExitCode:
         interrupts = stack.enter_context(Interrupts())
         rig = _open_rig(plan, tap)
         stack.callback(rig.close)
+        port = options.pose_udp or plan.config.estimator.pose_port
+        if port:
+            rig.listen(PoseListener(port, rig.clock, time.time_ns()))
         for warning in rig.report.warnings:
             print(f"warning: {warning}", file=sys.stderr)
         controller = Controller(
@@ -130,6 +134,8 @@ def plan_of(options: argparse.Namespace) -> Drive:
         raise ConfigError(
             "--scenario", "needs --hardware virtual; faults are put on virtual devices only"
         )
+    if options.virtual_time and (options.pose_udp or config.estimator.pose_port):
+        raise ConfigError("--pose-udp", "cannot be heard in virtual time; leave --virtual-time out")
     if options.readonly and options.armed:
         raise ConfigError("--armed", "and --readonly exclude each other; choose one")
     if options.record_bytes and options.log == NO_LOG:

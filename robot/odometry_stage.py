@@ -72,7 +72,7 @@ class OdometryStage:
             poses: Absolute poses heard since the last tick. The first one ever says where the outside
                 world lies in ours, so that the estimate does not jump.
         """
-        feet = self._linkage.feet(joints.angle_rad, joints.rate_rad_s)
+        feet = self._linkage.frame_feet(joints.angle_rad, joints.rate_rad_s)
         inputs = OdometryInputs(t_ns, feet, forces)
         before, alignment, estimate = memory.estimator, memory.alignment, None
         if poses:

@@ -163,6 +163,7 @@ def _plan(options: argparse.Namespace, wishes: Wishes, contents: LogContents) ->
         **{
             **vars(options),
             "teleop": False,
+            "pose_udp": None,
             "record_bytes": False,
             "scenario": None,
             "rate_hz": then.rate_hz,
