@@ -95,8 +95,8 @@ def walk_kernel(
     size = mean.size
     parameters = by_parameters.shape[1]
     fixed = size - parameters
-    after[:] = mean
     for i in range(size):
+        after[i] = mean[i]
         to[i, i] = 1.0
     for i in range(3):
         after[3 + i] = lag * mean[3 + i] + (1.0 - lag) * (velocity[i] + mean[6 + i])
@@ -288,6 +288,6 @@ def prepare() -> None:
         (sound_kernel, (given(2),)),
     )  # fmt: skip
     for dispatcher, signature in signatures:
-        if not dispatcher.signatures:
+        if dispatcher._can_compile:  # one that another kernel calls has been compiled by now
             dispatcher.compile(signature)
             dispatcher.disable_compile()

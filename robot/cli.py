@@ -12,6 +12,7 @@ from typing import NoReturn
 from model.errors import BigantError, BusError, ForceStreamError, RecordError
 from robot.arguments import GAITS, add_robot, add_scenario, positive, steer
 from robot.commands import HelpFormatter, add_commands, epilog_of, run_command
+from robot.compile_line import show_compiling
 from robot.exit_codes import ExitCode
 from robot.help_pages import page_hint
 
@@ -31,6 +32,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     """
     given = list(sys.argv[1:] if arguments is None else arguments)
     options = _parser(given).parse_args(given)
+    show_compiling()
     try:
         return int(_dispatch(options))
     except BigantError as error:

@@ -17,6 +17,7 @@ from drivers.settings import ForceSensorSettings
 from drivers.wire_tap import TappedDatagrams, TappedText, WireTap
 from model.signals import BodyTruth
 from robot.config import RobotConfig
+from robot.progress import StatusLine
 from robot.rig import Rig, TruthSource
 from sim_hw.ati_memory import MemoryDatagramLink, MemoryTextLink
 from sim_hw.clock import VirtualClock
@@ -142,11 +143,11 @@ def start_virtual(
     Returns:
         The process, to be closed, and where its force-torque unit is.
     """
-    devices = DeviceProcess(
-        VirtualSetup(
-            config.parameters, config.servo_bus, config.force_sensor, seed, scenario=scenario
-        )
+    setup = VirtualSetup(
+        config.parameters, config.servo_bus, config.force_sensor, seed, scenario=scenario
     )
+    with StatusLine() as line:
+        devices = DeviceProcess(setup, lambda: line.say("starting the virtual robot"))
     settings = replace(
         config.force_sensor,
         address=LOOPBACK,
