@@ -44,25 +44,26 @@ def estimate(
         share = model.load_n / weight_n
         speed = np.sqrt(np.einsum("ki,ki->k", model.slip_B, model.slip_B))
         slipping = state.contact & (speed > settings.slip_speed)
-        tilt, height = np.arctan(model.pose[[1, 0]]), float(model.pose[2])
+        tilt, height = np.arctan(model.pose[1::-1]), float(model.pose[2])
     common = np.exp(mean[SCALE])
     # log of the common friction and log mu of a leg vary together
     place = friction_of(legs)
     mu_variance = sd[place] ** 2 + covariance[SCALE, SCALE] + 2 * covariance[SCALE, place]
     age_s = np.nan if state.force_ns == NEVER else (state.t_ns - state.force_ns) * 1e-9
     known = stack is not None and len(stack.innovation) > 0
+    # views, not copies: nothing is ever written to a state that was handed out
     return OdometryEstimate(
         t_ns=state.t_ns,
-        position_m=readonly(mean[0:2].copy()),
+        position_m=readonly(mean[0:2]),
         yaw_rad=float(mean[YAW]),
-        velocity_B=readonly(mean[VELOCITY].copy()),
-        pose_covariance=readonly(covariance[POSE, POSE].copy()),
-        twist_covariance=readonly(covariance[VELOCITY, VELOCITY].copy()),
-        bias_B=readonly(mean[BIAS].copy()),
+        velocity_B=readonly(mean[VELOCITY]),
+        pose_covariance=readonly(covariance[POSE, POSE]),
+        twist_covariance=readonly(covariance[VELOCITY, VELOCITY]),
+        bias_B=readonly(mean[BIAS]),
         mu=readonly(contact.mu * common * np.exp(mean[place])),
         mu_sd=readonly(np.sqrt(np.maximum(mu_variance, 0.0))),
         stiffness=readonly(contact.stiffness * np.exp(mean[stiffness_of(legs)])),
-        stiffness_sd=readonly(sd[stiffness_of(legs)].copy()),
+        stiffness_sd=readonly(sd[stiffness_of(legs)]),
         force_B=readonly(force),
         force_covariance=readonly(force_covariance),
         load_share=readonly(share),

@@ -49,7 +49,9 @@ def hear(
         believed = state.force_ns != NEVER and stale_s <= settings.stale_force_s
         nothing = np.full((len(state.contact), 3), np.nan)
         return Heard(nothing, fresh=False, use=False), state.airborne and believed
-    force = np.where(forces.valid[:, None], forces.force_n, np.nan)
+    force = forces.force_n
+    if False in forces.valid.tolist():
+        force = np.where(forces.valid[:, None], force, np.nan)
     total = float(force[:, 2].sum())
     # with a transducer missing the sum is not the weight's; then the robot file's is taken
     whole = bool(np.isfinite(total))

@@ -341,11 +341,10 @@ def _read_force_record(r: CdrReader) -> ForceRecord:
 def _read_truth(r: CdrReader, *, wanted: bool) -> BodyTruth | None:
     known = r.flag()
     if not wanted:
-        r.i64()
-        r.f64_array(3 + 4 + 3 + 3)
+        r.pass_numbers(1 + 3 + 4 + 3 + 3)
         for _ in range(3):
-            r.f64s()
-        r.flags()
+            r.pass_numbers(r.u32())
+        r.pass_flags(r.u32())
         return None
     truth = BodyTruth(
         t_ns=r.i64(),

@@ -330,6 +330,8 @@ class Controller:
 
 def _remember(state: ControllerState, joints: JointState, t_ns: int) -> tuple[IntArray, FloatArray]:
     """Append the newest angles to the window that shaft speed is taken from."""
-    times = np.append(state.times_ns[1:], t_ns if state.index == 0 else joints.t_ns)
-    angles = np.vstack([state.angles_rad[1:], joints.angle_rad])
+    times, angles = np.empty_like(state.times_ns), np.empty_like(state.angles_rad)
+    times[:-1], angles[:-1] = state.times_ns[1:], state.angles_rad[1:]
+    times[-1] = t_ns if state.index == 0 else joints.t_ns
+    angles[-1] = joints.angle_rad
     return times, angles

@@ -298,8 +298,9 @@ def _say(plan: Drive, result: RunResult, log_error: str) -> ExitCode:
 
 
 def _print_pose(tick: Tick) -> None:
-    x, y = tick.estimate.position_m
-    print(f"odometry: x {x:.3f} m, y {y:.3f} m, yaw {tick.estimate.yaw_rad:.3f} rad")
+    said = tick.odometry if tick.odometry is not None else tick.estimate
+    x, y = said.position_m
+    print(f"odometry: x {x:.3f} m, y {y:.3f} m, yaw {said.yaw_rad:.3f} rad")
 
 
 def _print_summary(path: Path) -> None:
