@@ -14,6 +14,7 @@ NAMES = {
     "loop": "benchmarks.loop_cost",
     "log_size": "benchmarks.log_size",
     "twin": "benchmarks.twin",
+    "twin_steps": "benchmarks.twin_steps",
     "gap_chain": "benchmarks.gap_chain",
     "fuzz": "benchmarks.fuzz",
     "soak": "benchmarks.soak",

@@ -88,6 +88,17 @@ class ClockedPort(PortHandler):  # type: ignore[misc]  # the SDK is not typed
         """Return how much of the wait is left [ms]."""
         return max(0.0, float(self.packet_timeout) - self.getTimeSinceStart())
 
+    def setBaudRate(self, baudrate: int) -> bool:  # noqa: N802
+        """Take another baud rate; nothing else than the time of a byte changes."""
+        self.baudrate = baudrate
+        self.tx_time_per_byte = 1000.0 * BITS_PER_BYTE / baudrate
+        return True
+
+    def closePort(self) -> None:  # noqa: N802
+        """Close; never fails, because it is on the way out."""
+        self.is_open = False
+        self.is_using = False
+
     def note(self, direction: str, data: bytes) -> None:
         """Count bytes and hand them to the tap, if there is one."""
         if direction == "tx":
@@ -133,15 +144,13 @@ class BusPort(ClockedPort):
         """Change the baud rate without closing; 4.5 Mbaud included."""
         if self.is_open:
             self._lost(lambda: setattr(self.ser, "baudrate", baudrate))
-        self.baudrate = baudrate
-        self.tx_time_per_byte = 1000.0 * BITS_PER_BYTE / baudrate
-        return True
+        return super().setBaudRate(baudrate)
 
     def closePort(self) -> None:  # noqa: N802
-        """Close; never fails, because it is on the way out."""
-        self.is_using = False
-        if self.is_open:
-            self.is_open = False
+        """Close, and give the port back."""
+        was_open = self.is_open
+        super().closePort()
+        if was_open:
             with contextlib.suppress(OSError, termios.error):
                 self.ser.close()
 

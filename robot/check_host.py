@@ -5,8 +5,8 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
+from record.versions import NOT_INSTALLED, version_of
 from robot.finding import Finding, failed, passed, warned
-from robot.versions import version_of
 
 GB = 1e9
 # A log grows by well under 1 GB an hour at 100 Hz.
@@ -54,9 +54,9 @@ def python_finding(version: tuple[str, ...]) -> Finding:
 def packages_finding(versions: dict[str, str]) -> Finding:
     """Judge which packages are there."""
     found = ", ".join(f"{name} {version}" for name, version in versions.items())
-    gone = [name for name in NEEDED if versions[name] == "missing"]
+    gone = [name for name in NEEDED if versions[name] == NOT_INSTALLED]
     if gone:
         return failed("packages", found, f"install {', '.join(gone)}")
-    if versions["numba"] == "missing":
+    if versions["numba"] == NOT_INSTALLED:
         return warned("packages", found, "install numba: without it the model is slow")
     return passed("packages", found)

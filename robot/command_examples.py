@@ -49,6 +49,8 @@ EXAMPLES: Mapping[tuple[str, ...], tuple[str, ...]] = MappingProxyType({
         "bigant gap alone arm/*.parquet --joint Elbow",
         "bigant gap alone arm/*.parquet --joint Elbow --effect command_delay --effect command_delay+play",
     ),
+    ("gap", "apply"): ("bigant gap apply walk.json --out corrected.toml",),
+    ("gap", "next"): ("bigant gap next walk.json", "bigant gap next trial_1.parquet --json"),
     ("gap", "effects"): ("bigant gap effects --stage friction", "bigant gap effects --json"),
     ("robot", "export"): ("bigant robot export --urdf bigant.urdf --mjcf bigant.xml",),
     ("sim", "effects"): ("bigant sim effects", "bigant sim effects --json"),

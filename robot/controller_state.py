@@ -27,6 +27,7 @@ class ControllerState:
         estimate: Dead-reckoned pose.
         body: What the watch over the body remembers.
         recovery: Servos that are being brought back.
+        began_ns: Time of the first tick.
     """
 
     index: int
@@ -42,6 +43,7 @@ class ControllerState:
     estimate: Estimate
     body: BodyMemory
     recovery: RecoveryMemory
+    began_ns: int
 
     @property
     def stop_reason(self) -> StopReason:

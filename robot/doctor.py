@@ -56,6 +56,7 @@ def run(options: argparse.Namespace) -> ExitCode:
 
 
 def _findings() -> Iterator[Finding]:
+    from record.versions import version_of
     from robot.check_host import host_findings
     from robot.doctor_host import (
         cache_finding,
@@ -64,7 +65,6 @@ def _findings() -> Iterator[Finding]:
         machine_facts,
         machine_findings,
     )
-    from robot.versions import version_of
 
     yield passed("bigant", version_of("bigant"))
     yield from host_findings(LOG_FOLDER)

@@ -14,8 +14,8 @@ from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
 
+from record.versions import version_of
 from robot.finding import Finding, passed, skipped, warned
-from robot.versions import version_of
 
 # Who may open serial ports: Debian and its kin, Arch and its kin.
 PORT_GROUPS = ("dialout", "uucp")

@@ -76,6 +76,7 @@ def _estimate(options: argparse.Namespace) -> ExitCode:
     from model.frames import FrictionLaw
     from record.reader import read_log
     from robot.config import load_robot, parse_robot
+    from robot.effect_uses import say_unused
     from robot.odometry_compare import compare_ways, stride_of
     from robot.odometry_table import as_json, table
 
@@ -86,6 +87,7 @@ def _estimate(options: argparse.Namespace) -> ExitCode:
         config = load_robot(options.robot)
     else:
         config = parse_robot(log.config_text) if log.config_text else load_robot()
+    say_unused(config)
     settings = EstimatorSettings(law=FrictionLaw(options.law), sway=not options.no_sway)
     fitted, stride_m, source = None, np.nan, ""
     if options.compare:

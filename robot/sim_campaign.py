@@ -8,15 +8,20 @@ is given again. A scenario file is described in docs/twin.md.
 
 import argparse
 import os
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robot.exit_codes import ExitCode
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from concurrent.futures import Executor
 
     from robot.campaign_plan import Scenario
+
+# How long a scheduler may take to answer.
+CONNECT_S = 10.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -66,9 +71,8 @@ def run(options: argparse.Namespace) -> ExitCode:
     if options.sealed and options.out.resolve() in options.key.resolve().parents:
         raise ConfigError("--key", "must lie outside the campaign's folder")
     scenario = read_scenario(options.scenario)
-    executor = _executor(options)
     begin_s = time.perf_counter()
-    with executor, ProgressBar("trials") as bar:
+    with _executor(options) as executor, ProgressBar("trials") as bar:
         entropy, digest = _labels(options, scenario)
         jobs = campaign_jobs(scenario, entropy, options.out)
         before = sum(job.done for job in jobs)
@@ -152,14 +156,17 @@ def _same(now: str, before: str, folder: Path) -> None:
         raise RecordError(f"{folder} holds another scenario's campaign; choose another --out")
 
 
-def _executor(options: argparse.Namespace) -> "Executor":
-    from concurrent.futures import Executor, ProcessPoolExecutor
+@contextmanager
+def _executor(options: argparse.Namespace) -> "Iterator[Executor]":
+    from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
 
     from model.errors import ConfigError
 
     if options.dask is None:
-        return ProcessPoolExecutor(options.jobs, mp_context=get_context("spawn"))
+        with ProcessPoolExecutor(options.jobs, mp_context=get_context("spawn")) as local:
+            yield local
+        return
     try:
         from distributed import Client
     except ImportError as error:
@@ -167,8 +174,8 @@ def _executor(options: argparse.Namespace) -> "Executor":
             "--dask", "needs Dask; install it with: pip install bigant[dask]"
         ) from error
     try:
-        client = Client(options.dask, timeout=10)
+        client = Client(options.dask, timeout=CONNECT_S)  # type: ignore[no-untyped-call]
     except (OSError, ValueError) as error:
         raise ConfigError("--dask", f"nothing answers at {options.dask}: {error}") from error
-    executor: Executor = client.get_executor()
-    return executor
+    with client, client.get_executor() as cluster:  # type: ignore[no-untyped-call]
+        yield cluster

@@ -39,6 +39,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     """
     from model.errors import ConfigError
     from robot.config import load_robot
+    from robot.file_twin import file_twin
     from sim_hw.scenario import load_scenario
     from sim_hw.virtual_robot import build_virtual_robot
 
@@ -50,15 +51,19 @@ def run(options: argparse.Namespace) -> ExitCode:
     if options.scenario is not None:
         scenario = load_scenario(options.scenario, [int(i) for i in servo_bus.ids])
     robot = build_virtual_robot(
-        config.parameters, servo_bus, config.force_sensor, options.seed, scenario=scenario
-    )
+        config.parameters, servo_bus, config.force_sensor, options.seed,
+        twin=file_twin(config, options.seed), scenario=scenario,
+    )  # fmt: skip
     for servo_id in options.absent:
         if servo_id not in servo_bus.ids:
             known = ", ".join(str(i) for i in servo_bus.ids)
             raise ConfigError("--absent", f"{servo_id} is no servo of this robot; it has {known}")
         robot.servos.silence(servo_id)
     with ExitStack() as stack:
-        _serve(robot, scenario, servo_bus.baud_rate, stack, with_wnet=not options.no_force_unit)
+        try:
+            _serve(robot, scenario, servo_bus.baud_rate, stack, with_wnet=not options.no_force_unit)
+        except KeyboardInterrupt:
+            print("stopped")
     return ExitCode.OK
 
 
@@ -74,6 +79,8 @@ def _serve(
     from sim_hw.ati_sockets import WnetSockets
     from sim_hw.server import open_servo_pty, serve
 
+    for number in (signal.SIGINT, signal.SIGTERM):  # a shell's background jobs ignore SIGINT
+        signal.signal(number, signal.default_int_handler)
     pty = open_servo_pty(robot, scenario, stack)
     devices: list[Served] = [pty]
     print(f"servo bus   {pty.device_name}  at {baud_rate} baud", flush=True)
@@ -85,8 +92,4 @@ def _serve(
         unit = f"127.0.0.1:{sockets.udp_port}:{sockets.console_port}"
     print(f"force unit  {unit}")
     print(f"try: bigant drive --hardware {pty.device_name} --force-unit {unit} --armed", flush=True)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        serve(robot, devices, MonotonicClock(), truth=None, control=None)
-    except KeyboardInterrupt:
-        print("stopped")
+    serve(robot, devices, MonotonicClock(), truth=None, control=None)

@@ -5,7 +5,7 @@ timeout when nobody will answer. So a silent servo costs its full timeout in vir
 nothing in ours.
 """
 
-from drivers.servo_port import BITS_PER_BYTE, ClockedPort
+from drivers.servo_port import ClockedPort
 from sim_hw.clock import VirtualClock
 from sim_hw.interfaces import ServoWire
 
@@ -48,17 +48,6 @@ class MemoryPort(ClockedPort):
         self._bus.replies(self._virtual.now_ns())
         self._received.clear()
         self.is_open = True
-        return True
-
-    def closePort(self) -> None:  # noqa: N802
-        """Close."""
-        self.is_open = False
-        self.is_using = False
-
-    def setBaudRate(self, baudrate: int) -> bool:  # noqa: N802
-        """Change this end's baud rate."""
-        self.baudrate = baudrate
-        self.tx_time_per_byte = 1000.0 * BITS_PER_BYTE / baudrate
         return True
 
     def getBytesAvailable(self) -> int:  # noqa: N802

@@ -9,7 +9,7 @@ driver's giving up and an answer that came too late are kept apart.
 
 from collections.abc import Sequence
 
-from drivers.servo_port import BITS_PER_BYTE, ClockedPort
+from drivers.servo_port import ClockedPort
 from model.errors import BigantError
 from model.wire import Wire, WireBytes
 from sim_hw.clock import VirtualClock
@@ -91,17 +91,6 @@ class RecordedPort(ClockedPort):
     def openPort(self) -> bool:  # noqa: N802 - the SDK's names
         """Open."""
         self.is_open = True
-        return True
-
-    def closePort(self) -> None:  # noqa: N802
-        """Close."""
-        self.is_open = False
-        self.is_using = False
-
-    def setBaudRate(self, baudrate: int) -> bool:  # noqa: N802
-        """Change the baud rate; the tape does not care."""
-        self.baudrate = baudrate
-        self.tx_time_per_byte = 1000.0 * BITS_PER_BYTE / baudrate
         return True
 
     def getBytesAvailable(self) -> int:  # noqa: N802

@@ -46,6 +46,10 @@ class Sim:
 
     def close(self) -> None:
         self.process.send_signal(signal.SIGINT)
-        self.process.wait(20)
-        assert self.process.stdout is not None
-        self.process.stdout.close()
+        try:
+            self.process.wait(20)
+        finally:  # one that lives on would slow down every test after this one
+            self.process.kill()
+            self.process.wait()
+            assert self.process.stdout is not None
+            self.process.stdout.close()

@@ -13,6 +13,7 @@ from drivers.mx106 import HardwareError
 from drivers.servo_condition import ServoCondition
 from model.errors import ConnectionLost, ForceStreamError
 from model.signals import FloatArray, ForceRecord, StopReason
+from record.versions import NOT_INSTALLED
 from robot import cli
 from robot.check_forces import Heard, force_findings, heard_findings
 from robot.check_host import disk_finding, packages_finding, python_finding
@@ -331,8 +332,8 @@ def test_the_computer() -> None:
     assert [python_finding(v).verdict for v in pythons] == [WARN, PASS, PASS, WARN]
     versions = dict.fromkeys(("numpy", "mcap", "dynamixel-sdk", "pyserial", "numba"), "1.0")
     assert packages_finding(versions).verdict is PASS
-    assert packages_finding(versions | {"numba": "missing"}).verdict is WARN
-    assert packages_finding(versions | {"mcap": "missing"}).verdict is FAIL
+    assert packages_finding(versions | {"numba": NOT_INSTALLED}).verdict is WARN
+    assert packages_finding(versions | {"mcap": NOT_INSTALLED}).verdict is FAIL
 
 
 # The loop.

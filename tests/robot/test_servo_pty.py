@@ -1,6 +1,7 @@
 """Every servo command through a real pseudo-terminal with a process at its other end."""
 
 import json
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -77,3 +78,14 @@ def test_watch(port: str, capsys: Capture) -> None:
 def test_reboot(port: str, capsys: Capture) -> None:
     assert servo("reboot", "--port", port, "--id", "all") == ExitCode.OK
     assert capsys.readouterr().out.count("torque off") == 6
+
+
+def test_a_background_job_that_ignores_sigint_can_still_be_stopped() -> None:
+    # what a shell without job control does to the programs it starts with &
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        sim = Sim()
+    finally:
+        signal.signal(signal.SIGINT, before)
+    sim.close()
+    assert sim.process.returncode == 0
