@@ -8,6 +8,7 @@ estimator with the effects built in, and its derivatives and noise stay what the
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.constants import g as standard_gravity
 
 from gap.frame import FrameAnswer, FrameModel
 from gap.interfaces import Cause
@@ -16,15 +17,15 @@ from gap.legged_machine import LeggedMachine
 from model.estimator_settings import EstimatorSettings
 from model.estimator_types import AddedByEffects
 from model.frames import FrictionLaw
-from model.neighbourhood import neighbourhood
 from model.odometry import advance
-from model.params import ContactParameters
 from model.signals import Estimate, FloatArray, FootForces, FootMotion
 from record.recording import Recording
 from robot.config import RobotConfig
 from robot.odometry_track import Progress
 
 COULOMB = Cause("coulomb_friction", (), ())
+# They change the feet that the estimator is given, not what its model makes of them.
+OF_THE_FEET = frozenset({"shaft_zero_offset", "link_length", "leg_length", "encoder_scale"})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,6 +71,7 @@ def effect_frames(
     machine = LeggedMachine(own.body.mass, own.legs, own.linkage, own.contact, config.effects)
     plain, lawful = FrameModel(machine), FrameModel(_with_law(machine, settings.law))
     weight_n = weight_and_centre(machine, plain.settings.ground)[0]
+    base = FrameModel(_as_the_estimator_has_it(machine, weight_n, settings.law))
     position, velocity = np.full((2, *log.force_n.shape), np.nan)
     twist, force = (
         np.full((last - first, 3), np.nan),
@@ -86,14 +88,15 @@ def effect_frames(
         dt_s = (now_ns - where.t_ns) * 1e-9
         pose = np.array([*where.position_m, where.yaw_rad])
         answer = plain.solve(log.angle_rad[i], log.rate_rad_s[i], pose, where.velocity_B, dt_s)
-        beside = answer
-        if lawful is not plain:
-            beside = lawful.solve(log.angle_rad[i], log.rate_rad_s[i], pose, where.velocity_B, dt_s)
+        with_law, without = (
+            one.solve(log.angle_rad[i], log.rate_rad_s[i], pose, where.velocity_B, dt_s)
+            for one in (lawful, base)
+        )
         where = advance(where, answer.contact.traction.velocity_B, now_ns)
         position[i], velocity[i] = answer.feet.position_m, answer.feet.velocity_m_s
         twist[i - first] = answer.contact.traction.velocity_B
         force[i - first] = answer.contact.traction.force_B
-        added.append(_difference(beside, own.contact, weight_n, settings))
+        added.append(_difference(with_law, without))
         if progress is not None and i % 200 == 0:
             progress((i - first) / (last - first))
     return EffectFrames(
@@ -108,16 +111,21 @@ def _with_law(machine: LeggedMachine, law: FrictionLaw) -> LeggedMachine:
     return replace(machine, effects=(*machine.effects, COULOMB))
 
 
-def _difference(
-    answer: FrameAnswer, contact: ContactParameters, weight_n: float, settings: EstimatorSettings
-) -> AddedByEffects:
-    feet, found = answer.feet, answer.contact
-    nothing = AddedByEffects(np.zeros(3), np.zeros(len(contact.mu)))
-    if not (np.isfinite(feet.position_m).all() and np.isfinite(feet.velocity_m_s).all()):
-        return nothing
-    base = neighbourhood(feet, contact, weight_n, settings.law, 0.0)
-    if base.reason != 0 or not (found.support.converged and found.traction.valid):
-        return nothing
+def _as_the_estimator_has_it(
+    machine: LeggedMachine, weight_n: float, law: FrictionLaw
+) -> LeggedMachine:
+    """The robot as the estimator's own model has it: its feet, its weight, and nothing else added."""
+    kept = tuple(one for one in machine.effects if one.effect in OF_THE_FEET)
+    bare = replace(machine, mass_kg=weight_n / standard_gravity, effects=kept)
+    return _with_law(bare, law)
+
+
+def _difference(with_effects: FrameAnswer, without: FrameAnswer) -> AddedByEffects:
+    one, other = with_effects.contact, without.contact
+    known = one.support.converged and other.support.converged
+    if not (known and one.traction.valid and other.traction.valid):
+        return AddedByEffects(np.zeros(3), np.zeros(len(one.support.load_n)))
     return AddedByEffects(
-        found.traction.velocity_B - base.velocity_B, found.support.load_n - base.load_n
+        one.traction.velocity_B - other.traction.velocity_B,
+        one.support.load_n - other.support.load_n,
     )

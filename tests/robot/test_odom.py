@@ -238,8 +238,8 @@ def test_effects_of_the_robot_file_are_taken_into_account(walk: Recording) -> No
     off = replace(walk, force_n=walk.force_n + bias)
     table_of = "[effects.force_bias.ML]\nx_n = 0.5\ny_n = -0.5\nz_n = -3.0\n"
     undone = compare_ways(off, parse_robot(f"{CONFIG.text}\n{table_of}"), EstimatorSettings())
-    assert np.allclose(undone.track.pose, plain.track.pose, atol=2e-4)
-    assert np.allclose(undone.track.stiffness, plain.track.stiffness, rtol=0.02)
+    assert np.allclose(undone.track.pose, plain.track.pose, atol=1e-5)
+    assert np.allclose(undone.track.stiffness, plain.track.stiffness, rtol=1e-3)
     loaded = "[effects.payload.all]\nmass_kg = 1.0\nx_m = 0.1\n"
     heavy = compare_ways(walk, parse_robot(f"{CONFIG.text}\n{loaded}"), EstimatorSettings())
     total = np.nansum(heavy.ways[1].force_B[..., 2], axis=1)
