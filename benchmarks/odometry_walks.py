@@ -67,7 +67,10 @@ def walk(gait: str, seed: int, folder: Path, cycles: float = CYCLES) -> Recordin
 
 def _load(path: Path) -> Recording:
     with np.load(path) as kept:
-        arrays = {f.name: kept[f.name] for f in fields(Recording) if f.name not in TEXTS}
+        absent = np.full(1, np.nan)  # walks kept from before the estimator ran in the loop
+        arrays = {
+            f.name: kept.get(f.name, absent) for f in fields(Recording) if f.name not in TEXTS
+        }
         return Recording(
             **arrays,
             names=tuple(str(name) for name in kept["names"]),

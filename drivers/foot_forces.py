@@ -1,12 +1,15 @@
 """From counts to the ground's force on each foot: pure."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
 from drivers.ati_calibration import Calibration
 from drivers.settings import ForceSensorSettings
 from model.signals import FloatArray, FootForces, ForceRecord, readonly
+
+UNKNOWN = (np.nan,) * 6
 
 
 def sensed_wrenches(
@@ -22,14 +25,23 @@ def sensed_wrenches(
     Returns:
         NaN where a leg has no transducer, no calibration, is not in the record, or is saturated.
     """
-    sensed = np.full((len(settings.names), 6), np.nan)
-    for leg, calibration in enumerate(calibrations):
-        index = int(settings.transducers[leg]) - 1
-        if calibration is None or index < 0:
+    return np.array(_rows(record, calibrations, settings))
+
+
+def _rows(
+    record: ForceRecord, calibrations: Sequence[Calibration | None], settings: ForceSensorSettings
+) -> list[tuple[float, ...]]:
+    """The same as plain numbers, a row a leg: six rows are done sooner one by one."""
+    counts: list[list[int]] = record.counts.tolist()
+    heard = (record.present & ~record.saturated).tolist()
+    sensed: list[tuple[float, ...]] = [UNKNOWN] * len(settings.names)
+    numbered = zip(settings.transducers.tolist(), calibrations, strict=False)
+    for leg, (number, calibration) in enumerate(numbered):
+        if calibration is None or number < 1 or not heard[number - 1]:
             continue
-        if record.present[index] and not record.saturated[index]:
-            sensed[leg, :3] = record.counts[index, :3] / calibration.counts_per_n
-            sensed[leg, 3:] = record.counts[index, 3:] / calibration.counts_per_nm
+        n, nm = calibration.counts_per_n, calibration.counts_per_nm
+        fx, fy, fz, tx, ty, tz = counts[number - 1]
+        sensed[leg] = (fx / n, fy / n, fz / n, tx / nm, ty / nm, tz / nm)
     return sensed
 
 
@@ -74,10 +86,26 @@ def foot_forces(
     if record is None:
         nothing = np.full((count, 3), np.nan)
         return FootForces(-1, readonly(nothing), readonly(np.zeros(count, dtype=bool)))
-    sensed = sensed_wrenches(record, calibrations, settings)
-    x, y, z = foot_wrenches(sensed, settings, angle_rad)[:, :3].T
-    c, s = np.cos(settings.yaw_rad), np.sin(settings.yaw_rad)
-    force = np.stack([c * x - s * y, s * x + c * y, z], axis=1)
+    sensed = _rows(record, calibrations, settings)
+    cosines, sines, biases = _mounting(settings)
+    if settings.calibration is not None:
+        sensed = foot_wrenches(np.array(sensed), settings, angle_rad).tolist()
+        biases = [[0.0, 0.0, 0.0]] * count
+    found = []
+    for row, c, s, (bx, by, bz) in zip(sensed, cosines, sines, biases, strict=True):
+        x, y = row[0] - bx, row[1] - by
+        found.append((c * x - s * y, s * x + c * y, row[2] - bz))
+    force = np.array(found)
     valid = np.isfinite(force).all(axis=1)
-    force[~valid] = np.nan
+    if False in valid.tolist():
+        force[~valid] = np.nan
     return FootForces(record.t_ns, readonly(force), readonly(valid))
+
+
+@lru_cache(maxsize=4)
+def _mounting(
+    settings: ForceSensorSettings,
+) -> tuple[list[float], list[float], list[list[float]]]:
+    """Cosine and sine of each sensor's yaw, and its bias: they never change."""
+    yaw = settings.yaw_rad
+    return np.cos(yaw).tolist(), np.sin(yaw).tolist(), settings.bias_n.tolist()

@@ -12,14 +12,29 @@ from functools import cache
 from importlib.resources import files
 from typing import Any, TypeVar
 
+from model.compile_notice import tell
+
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 try:
     import numba
+    from numba.core import event
 except ImportError:  # no wheel for this interpreter yet: slow, and said so by COMPILED
     COMPILED = False
 else:
     COMPILED = True
+
+    class _Compiling(event.Listener):
+        """Passes on that a function's compilation begins or ends."""
+
+        def on_start(self, event: Any) -> None:
+            tell(begins=True)
+
+        def on_end(self, event: Any) -> None:
+            tell(begins=False)
+
+    register: Any = event.register  # has no types
+    register("numba:compile", _Compiling())
 
 # Loops that add up may add in any order; NaN and infinity keep their meaning.
 ORDER_FREE = frozenset({"reassoc", "contract", "nsz"})
@@ -42,11 +57,13 @@ def _compile(function: Function, fastmath: Any) -> Function:
     if not COMPILED:
         return function
     keep = True
+    njit: Any = numba.njit  # its types do not know of the wrapper
     while True:
         try:
-            made: Any = numba.njit(
-                cache=keep, error_model="numpy", boundscheck=False, fastmath=fastmath
-            )(function)
+            made: Any = njit(
+                cache=keep, error_model="numpy", boundscheck=False, fastmath=fastmath,
+                no_cfunc_wrapper=True,  # for calls from C, which nobody makes: a tenth of the time
+            )(function)  # fmt: skip
         except RuntimeError:  # nowhere to keep the machine code: it is made anew each time
             if not keep:
                 raise

@@ -108,20 +108,32 @@ def coulomb_frame(
     # from the drag's centre and the viscous answer, in units of top and spread
     v0, v1, w = velocity[0], velocity[1], velocity[2]
     state = NOT_SOLVED
-    if warm and resting <= 1 and np.isfinite(before[2]):
-        dw = before[2] - w
-        twist[0] = (before[0] - v0 - dw * cy) / top
-        twist[1] = (before[1] - v1 + dw * cx) / top
-        twist[2] = dw * spread / top
+    for attempt in range(2):
+        if attempt == 0:
+            if not warm or resting > 1 or not np.isfinite(before[2]):
+                continue
+            dw = before[2] - w
+            twist[0] = (before[0] - v0 - dw * cy) / top
+            twist[1] = (before[1] - v1 + dw * cx) / top
+            twist[2] = dw * spread / top
+            gap = np.inf
+        else:
+            twist[0], twist[1], twist[2] = 0.0, 0.0, 0.0
+            gap, _ = descend(
+                levers,
+                offset,
+                limit,
+                twist,
+                dual,
+                gone,
+                np.empty((loaded, 2)),
+                np.empty((loaded, 2)),
+            )
+            resting = classify(limit, dual, gone, rest)
         state = polish(levers, offset, limit, twist, dual, gone, rest, resting)
-    if state == NOT_SOLVED:
-        twist[:] = 0.0
-        gap, _ = descend(
-            levers, offset, limit, twist, dual, gone, np.empty((loaded, 2)), np.empty((loaded, 2))
-        )
-        resting = classify(limit, dual, gone, rest)
-        state = polish(levers, offset, limit, twist, dual, gone, rest, resting)
-        if state == NOT_SOLVED and not gap <= LOOSE:
+        if state != NOT_SOLVED:
+            break
+        if attempt == 1 and not gap <= LOOSE:
             return NO_CONVERGENCE, False
     unique = state != SOLVED_FLAT and forces_unique(limit, dual, rest)
     rate = twist[2] * top / spread

@@ -149,7 +149,7 @@ def _all_slide(
     if not max(abs(gradient[0]), abs(gradient[1]), abs(gradient[2])) <= BALANCED:
         return NOT_SOLVED
     flat = _smallest_pivot(matrix) <= FLAT
-    twist[:] = at
+    twist[0], twist[1], twist[2] = at[0], at[1], at[2]
     _take(limit, slip, none, new, dual)
     return SOLVED_FLAT if flat else SOLVED
 
@@ -224,7 +224,7 @@ def _about_one_foot(
     y1 = -(a * gradient[1] - b * gradient[0]) / det
     if not (abs(slope) <= BALANCED and y0 * y0 + y1 * y1 <= limit[foot] ** 2):
         return NOT_SOLVED
-    twist[:] = at
+    twist[0], twist[1], twist[2] = at[0], at[1], at[2]
     _take(limit, slip, sticking, new, dual)
     dual[foot, 0], dual[foot, 1] = y0, y1
     return SOLVED_FLAT if flat or curvature <= FLAT else SOLVED
@@ -260,7 +260,7 @@ def _several_rest(
     if _least_forces(levers, limit, sticking, load, dual, False, new) or _least_forces(
         levers, limit, sticking, load, dual, True, new
     ):
-        twist[:] = at
+        twist[0], twist[1], twist[2] = at[0], at[1], at[2]
         for k in range(count):
             if sticking[k]:
                 dual[k, 0], dual[k, 1] = new[k, 0], new[k, 1]

@@ -1,5 +1,7 @@
 """Rates from sampled angles, for a loop that cannot look ahead."""
 
+from math import isfinite
+
 import numpy as np
 
 from model.signals import FloatArray, IntArray
@@ -18,6 +20,8 @@ def latest_rate(t_ns: IntArray, angle_rad: FloatArray) -> FloatArray:
     Returns:
         (N,) [rad/s]; NaN where fewer than two samples are there.
     """
+    if isfinite(angle_rad.sum()):
+        return _whole_window(t_ns.tolist(), angle_rad)
     t = (t_ns - t_ns[-1]) * 1e-9  # [s]
     present = np.isfinite(angle_rad)
     weight = present.astype(np.float64)
@@ -31,3 +35,20 @@ def latest_rate(t_ns: IntArray, angle_rad: FloatArray) -> FloatArray:
     slope = (t_centred * (angle - angle_mean)).sum(axis=0) / np.where(spread > 0, spread, 1.0)
     rate: FloatArray = np.where((count >= 2) & (spread > 0), slope, np.nan)
     return rate
+
+
+def _whole_window(t_ns: list[int], angle_rad: FloatArray) -> FloatArray:
+    """The same, bit for bit, where nothing is missing: the times' part is the same for all legs."""
+    times = [(t - t_ns[-1]) * 1e-9 for t in t_ns]
+    mean, spread = 0.0, 0.0
+    for t in times:
+        mean += t
+    mean /= len(times)
+    times = [t - mean for t in times]
+    for t in times:
+        spread += t * t
+    if len(times) < 2 or spread <= 0:
+        return np.full(angle_rad.shape[1], np.nan)
+    offset = angle_rad - angle_rad.sum(axis=0) / len(times)
+    slope: FloatArray = (np.array(times)[:, None] * offset).sum(axis=0) / spread
+    return slope

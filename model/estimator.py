@@ -12,7 +12,7 @@ from model import estimator_measurements as measure
 from model import estimator_process as process
 from model import estimator_senses as senses
 from model.errors import ModelError
-from model.estimator_health import Trouble, judge
+from model.estimator_health import Moment, Trouble, judge
 from model.estimator_output import estimate
 from model.estimator_settings import EstimatorSettings
 from model.estimator_types import (
@@ -157,29 +157,32 @@ class Estimator:
             after_covariance = mended(
                 np.where(np.isfinite(after_covariance), after_covariance, state.covariance)
             )
+        force_ns = inputs.forces.t_ns if heard.fresh and inputs.forces else state.force_ns
+        answered = serving is not None or state.answer_ns == NEVER
+        answer_ns = inputs.t_ns if answered else state.answer_ns
+        nis = _smoothed_nis(state.nis, stacked, settings.force_period_s)
+        moment = Moment(inputs.t_ns, force_ns, answer_ns, nis, inputs.pose_W is not None)
+        verdict = judge(state, moment, settings, trouble)
         after = EstimatorState(
             t_ns=inputs.t_ns,
             mean=mean,
             covariance=after_covariance,
             feet=feet,
-            force_ns=inputs.forces.t_ns if heard.fresh and inputs.forces else state.force_ns,
+            force_ns=force_ns,
             used_ns=inputs.t_ns if heard.use else state.used_ns,
             share=heard.share[:, 2] if heard.fresh else state.share,
             contact=senses.contact(state, model, heard, self.weight_n, settings),
             rejected=_streaks(state.rejected, stacked),
             rejects=state.rejects + (len(stacked.rejected) if stacked is not None else 0),
             idle_ns=idle_ns,
-            answer_ns=(
-                inputs.t_ns if serving is not None or state.answer_ns == NEVER else state.answer_ns
-            ),
-            fine_ns=state.fine_ns,
-            lost=state.lost,
+            answer_ns=answer_ns,
+            fine_ns=verdict.fine_ns,
+            lost=verdict.lost,
             airborne=airborne,
-            nis=_smoothed_nis(state.nis, stacked, settings.force_period_s),
+            nis=nis,
             before=(step.mean, covariance),
             transition=step.transition,
         )
-        after, verdict = judge(after, settings, trouble, inputs.pose_W is not None)
         out = estimate(after, self.contact, self.weight_n, settings, model, stacked, verdict, held)
         return after, out
 
@@ -254,7 +257,9 @@ class Estimator:
         )
         settings = self.settings
         step_s = settings.sway_step_s if settings.sway else 0.0
-        found = neighbourhood(feet, contact, self.weight_n, settings.law, step_s)
+        found = neighbourhood(
+            feet, contact, self.weight_n, settings.law, step_s, settings.rest_speed
+        )
         return found if found.reason == 0 else None
 
     def _blocks(
@@ -290,9 +295,9 @@ class Estimator:
             blocks += measure.tilt_blocks(tilt, model, settings, self.size)
         if np.isfinite(inputs.yaw_rate_rad_s):
             blocks.append(measure.gyro_block(mean, inputs.yaw_rate_rad_s, settings))
-        if inputs.pose_W is not None:
-            pose = measure.pose_block(mean, inputs.pose_W, settings)
-            blocks += [pose] if pose is not None else []
+        pose = measure.pose_block(mean, inputs, settings)
+        if pose is not None:
+            blocks.append(pose)
         return blocks
 
 

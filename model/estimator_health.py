@@ -1,8 +1,6 @@
 """Whether the estimate may be relied on, and why not."""
 
-from dataclasses import dataclass, field, replace
-
-import numpy as np
+from dataclasses import dataclass, field
 
 from model.estimator_settings import EstimatorSettings
 from model.estimator_types import EstimatorState, Health
@@ -26,38 +24,65 @@ class Trouble:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """Health, and the reason in words."""
+    """Health, the reason in words, and what the next step has to know of it.
+
+    Attributes:
+        health: Health.
+        reason: Why it is not ok; empty if it is.
+        fine_ns: Since when all has been in order, -1 if it is not.
+        lost: Whether the estimate is lost.
+    """
 
     health: Health
     reason: str
+    fine_ns: int
+    lost: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """What a step is judged by.
+
+    Attributes:
+        t_ns: Its time.
+        force_ns: Time of the newest force record, -1 for none.
+        answer_ns: Last time that the model had an answer, -1 for never.
+        nis: Mean normalised innovation squared over degrees of freedom; NaN if unknown.
+        absolute: Whether an absolute pose was heard: then nothing is lost.
+    """
+
+    t_ns: int
+    force_ns: int
+    answer_ns: int
+    nis: float
+    absolute: bool
 
 
 def judge(
-    state: EstimatorState, settings: EstimatorSettings, trouble: Trouble, absolute: bool
-) -> tuple[EstimatorState, Verdict]:
-    """Judge a step; the state returned remembers since when all is fine and whether all is lost.
+    before: EstimatorState, moment: Moment, settings: EstimatorSettings, trouble: Trouble
+) -> Verdict:
+    """Judge a step.
 
     Args:
-        state: State after the step.
+        before: State before it: since when all is fine, and whether all was lost.
+        moment: What there is to judge.
         settings: Limits.
         trouble: What happened in it; the checks here add to it.
-        absolute: Whether an absolute pose was heard: then nothing is lost.
     """
-    if state.force_ns != NEVER:
-        age_s = (state.t_ns - state.force_ns) * 1e-9
+    if moment.force_ns != NEVER:
+        age_s = (moment.t_ns - moment.force_ns) * 1e-9
         if age_s > settings.stale_force_s:
             trouble.add(f"no forces for {age_s:.1f} s")
-    if np.isfinite(state.nis) and state.nis > NIS_TOP:
-        trouble.add(f"forces are not what the model expects: NIS {state.nis:.1f} a number")
-    silent_s = (state.t_ns - state.answer_ns) * 1e-9 if state.answer_ns != NEVER else 0.0
-    lost = (state.lost or silent_s > settings.lost_after_s) and not absolute
-    if trouble.reasons:
-        state = replace(state, fine_ns=NEVER, lost=lost)
-    else:
-        since = state.fine_ns if state.fine_ns != NEVER else state.t_ns
-        settled = (state.t_ns - since) * 1e-9 >= settings.recover_s
-        state = replace(state, fine_ns=since, lost=lost and not settled)
+    if moment.nis > NIS_TOP:
+        trouble.add(f"forces are not what the model expects: NIS {moment.nis:.1f} a number")
+    silent_s = (moment.t_ns - moment.answer_ns) * 1e-9 if moment.answer_ns != NEVER else 0.0
+    lost = (before.lost or silent_s > settings.lost_after_s) and not moment.absolute
+    fine_ns = NEVER
+    if not trouble.reasons:
+        fine_ns = before.fine_ns if before.fine_ns != NEVER else moment.t_ns
+        lost = lost and (moment.t_ns - fine_ns) * 1e-9 < settings.recover_s
     words = "; ".join(trouble.reasons)
-    if state.lost:
-        return state, Verdict(Health.LOST, words or "the feet have only just begun to carry again")
-    return state, Verdict(Health.DEGRADED if words else Health.OK, words)
+    if lost:
+        words = words or "the feet have only just begun to carry again"
+        return Verdict(Health.LOST, words, fine_ns, lost=True)
+    return Verdict(Health.DEGRADED if words else Health.OK, words, fine_ns, lost=False)

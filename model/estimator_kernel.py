@@ -18,6 +18,24 @@ from model.support_kernel import ROWS, support_kernel
 from model.traction_kernel import foot_speeds, lay_anisotropy, traction_kernel
 
 NOT_A_NUMBER = 1
+CREEP_SPEED_M_S = 1e-3  # as in ``model.frame_kernel``: puts the ansatz' forces on a scale
+FRAME, STIFFNESS, FRICTION, SPEED = 0, 1, 2, 3  # what is stepped
+CLEAR_M = 1e-3  # beyond how far a foot moves in a moment: what the body's own tilt may add
+
+
+@compiled
+def _lay(given: FloatArray, out: FloatArray) -> None:
+    """Copy rows: what ``out[:] = given`` does, for a tenth of the compiler's time."""
+    for k in range(given.shape[0]):
+        for i in range(given.shape[1]):
+            out[k, i] = given[k, i]
+
+
+@compiled
+def _lay_row(given: FloatArray, out: FloatArray) -> None:
+    """Copy one row."""
+    for i in range(given.size):
+        out[i] = given[i]
 
 
 @compiled
@@ -29,6 +47,7 @@ def _sway(
     load: float,
     step_s: float,
     height: float,
+    moved: FloatArray,
     work: FloatArray,
 ) -> tuple[float, float]:
     """Horizontal velocity of the body origin as it tilts over the ground below it.
@@ -36,40 +55,73 @@ def _sway(
     Slopes a moment before and after, from the feet's own velocities: exact, and without the delay of a
     filter. Where either has no support there is no sway to speak of.
     """
-    count = feet.shape[0]
-    after = np.empty(3)
-    before = np.empty(3)
-    loads = np.empty(count)
-    found = support_kernel(
-        feet + step_s * feet_velocity, ground, stiffness, load, after, loads, work
-    )
-    if found < 0:
-        return 0.0, 0.0
-    found = support_kernel(
-        feet - step_s * feet_velocity, ground, stiffness, load, before, loads, work
-    )
-    if found < 0:
-        return 0.0, 0.0
+    tilt = np.empty(3)
+    loads = np.empty(feet.shape[0])
+    turn_x, turn_y = 0.0, 0.0
+    for before in range(2):
+        way = 1.0 - 2.0 * before
+        for k in range(feet.shape[0]):
+            for i in range(3):
+                moved[k, i] = feet[k, i] + way * step_s * feet_velocity[k, i]
+        if support_kernel(moved, ground, stiffness, load, tilt, loads, work) < 0:
+            return 0.0, 0.0
+        turn_x += way * tilt[0]
+        turn_y += way * tilt[1]
     share = height / (2.0 * step_s)
-    return share * (after[0] - before[0]), -share * (after[1] - before[1])
+    return share * turn_x, -share * turn_y
 
 
 @compiled
-def _traction(
-    coulomb: bool,
-    work: FloatArray,
-    loads: FloatArray,
-    mu: FloatArray,
-    warm: bool,
-    twist: FloatArray,
-    slip: FloatArray,
-    force: FloatArray,
-    rested: BoolArray,
-) -> int:
-    if coulomb:
-        reason, _ = coulomb_frame(work, loads, mu, warm, twist, slip, force, rested)
-        return reason
-    return traction_kernel(work, loads, mu, twist, slip, force)
+def _aloft(
+    feet: FloatArray, feet_velocity: FloatArray, pose: FloatArray, k: int, step_s: float
+) -> bool:
+    """Whether a foot is too high to touch the ground a moment before or after."""
+    clearance = pose[0, 2] + feet[k, 2] - pose[0, 0] * feet[k, 0] + pose[0, 1] * feet[k, 1]
+    high: bool = clearance > CLEAR_M + 2.0 * step_s * abs(feet_velocity[k, 2])
+    return high
+
+
+@compiled
+def _slip_share(loads: FloatArray, slip: FloatArray, rested: BoolArray, rest_speed: float) -> float:
+    """How far Coulomb's law may be asked for forces: 0 where feet rest, 1 where they slide.
+
+    Where several feet rest it leaves their forces open, and where they creep, real friction has not
+    reached its full size yet.
+    """
+    square, loaded, resting = 0.0, 0, 0
+    for k in range(loads.size):
+        if loads[k] > 0.0:
+            square += slip[k, 0] ** 2 + slip[k, 1] ** 2
+            loaded += 1
+            resting += rested[k]
+    if loaded == 0 or resting > 1:
+        return 0.0
+    square /= loaded
+    share: float = square / (square + rest_speed**2) if square > 0.0 else 0.0
+    return share
+
+
+@compiled
+def _blend(
+    work: FloatArray, loads: FloatArray, mu: FloatArray, share: float, force: FloatArray
+) -> None:
+    """Take the rest of the forces from the viscous ansatz, on the scale nearest to Coulomb's law."""
+    count = loads.size
+    twist = np.empty(3)
+    slip = np.empty((count, 2))
+    ansatz = np.empty((count, 2))
+    if share >= 1.0 or traction_kernel(work, loads, mu, twist, slip, ansatz) != 0:
+        return
+    power, aim = 0.0, 0.0
+    for k in range(count):
+        square = ansatz[k, 0] ** 2 + ansatz[k, 1] ** 2
+        power += square
+        if square > 0.0:
+            aim += square / (np.sqrt(slip[k, 0] ** 2 + slip[k, 1] ** 2) + CREEP_SPEED_M_S)
+    scale = aim / power if power > 0.0 else 0.0
+    for k in range(count):
+        for i in range(2):
+            force[k, i] = share * force[k, i] + (1.0 - share) * scale * ansatz[k, i]
 
 
 @compiled
@@ -84,6 +136,7 @@ def neighbourhood_kernel(
     sway_step: float,
     log_step: float,
     speed_step: float,
+    rest_speed: float,
     velocity: FloatArray,
     loads: FloatArray,
     pose: FloatArray,
@@ -105,6 +158,7 @@ def neighbourhood_kernel(
         sway_step: Time either way that slopes are differenced over [s]; 0 leaves sway out.
         log_step: Step of log mu and log K.
         speed_step: Step of a foot's speed [m/s].
+        rest_speed: Coulomb's law only: slip at which half of the forces comes from the ansatz [m/s].
         velocity: Out: vx, vy, yaw rate with sway, (1 + 3 N, 3).
         loads: Out: of the frame and with K stepped, (1 + N, N) [N].
         pose: Out: slope_x, slope_y, height of the same, (1 + N, 3).
@@ -117,84 +171,100 @@ def neighbourhood_kernel(
         0, or why the frame has no answer (``model.frames.Reason``).
     """
     count = feet.shape[0]
-    ground = np.zeros(count)
-    work = np.empty((ROWS, count))
+    # All that is handed on may be written: machine code of its own for what may not costs seconds.
+    place, speed = np.empty((count, 3)), np.empty((count, 3))
+    springs, grip = np.empty(count), np.empty(count)
+    _lay(feet, place)
+    _lay(feet_velocity, speed)
+    _lay_row(stiffness, springs)
+    _lay_row(mu, grip)
+    ground, moved = np.zeros(count), np.empty((count, 3))
+    work, spare, own = np.empty((ROWS, count)), np.empty((ROWS, count)), np.empty((ROWS, count))
     lay_anisotropy(anisotropy, work)
     stepped = np.exp(log_step)
-    other = np.empty(3)
-    side = np.zeros((count, 2))
-    pull = np.zeros((count, 2))
+    tilt, carried, twist = np.empty(3), np.empty(count), np.empty(3)
+    side, pull = np.zeros((count, 2)), np.zeros((count, 2))
     rest = np.zeros(count, dtype=np.bool_)
-    sway[:] = 0.0
-    # K stepped, backwards, so that the frame itself comes last and leaves its work space
-    for k in range(count, -1, -1):
-        if k > 0:
-            changed = stiffness.copy()
-            changed[k - 1] *= stepped
+    share, dx, dy = 1.0, 0.0, 0.0
+    untilted = count < 0
+    # the frame, then K, mu and foot speeds stepped: one loop, so that there is one copy of the solvers
+    for number in range(1 + 3 * count):
+        stage = (number + count - 1) // count
+        k = max(number - 1, 0) % count
+        row = number
+        if stage == STIFFNESS:
+            row = number + count
+            _lay_row(loads[0], loads[number])
+            _lay_row(pose[0], pose[number])
+        elif stage == FRICTION:
+            row = number - count
+        if stage != FRAME:
+            _lay_row(velocity[0], velocity[row])
+            if stage != SPEED:
+                _lay(force[0], force[row])
+            if number == 1 + count:
+                _lay(own, work)
+                _lay_row(pose[0], tilt)
+                _lay_row(loads[0], carried)
+                dx, dy = sway[0], sway[1]
+            # a foot in the air changes nothing, nor does its spring if it stays there
+            if loads[0, k] <= 0.0 and (
+                stage != STIFFNESS or _aloft(place, speed, pose, k, sway_step)
+            ):
+                continue
+        if stage == FRICTION:
+            grip[k] = mu[k] * stepped
+        elif stage == SPEED:
+            speed[k, 0] = feet_velocity[k, 0] + speed_step
         else:
-            changed = stiffness
-        found = support_kernel(feet, ground, changed, load, pose[k], loads[k], work)
-        if found < 0:
-            if k == 0:
-                return -found
-            loads[k, :] = np.nan
-            continue
-        dx, dy = 0.0, 0.0
-        if sway_step > 0.0:
-            dx, dy = _sway(feet, feet_velocity, ground, changed, load, sway_step, pose[k, 2], work)
-            support_kernel(feet, ground, changed, load, pose[k], loads[k], work)
-        if not foot_speeds(feet_velocity, pose[k], False, work):
+            springs[k] = stiffness[k] * stepped if stage == STIFFNESS else stiffness[k]
+            found = support_kernel(place, ground, springs, load, tilt, carried, work)
+            if found >= 0 and sway_step > 0.0:
+                dx, dy = _sway(
+                    place, speed, ground, springs, load, sway_step, tilt[2], moved, spare
+                )
+            springs[k] = stiffness[k]
+            if found < 0:
+                if stage == FRAME:
+                    return -found
+                continue
+        if not foot_speeds(speed, tilt, untilted, work):
             return NOT_A_NUMBER
-        reason = _traction(coulomb, work, loads[k], mu, False, other, side, pull, rest)
-        if reason != 0:
-            if k == 0:
-                return reason
-            loads[k, :] = np.nan
-            continue
-        if k == 0:
-            velocity[0, :] = other
-            sway[0], sway[1] = dx, dy
-            slip[:, :] = side
-            rested[:] = rest
-        row = 0 if k == 0 else count + k
-        force[row, :, :] = pull
-        velocity[row, 0] = other[0] + dx
-        velocity[row, 1] = other[1] + dy
-        velocity[row, 2] = other[2]
-    for k in range(count):
-        if not np.isfinite(loads[1 + k, 0]):
-            loads[1 + k, :] = loads[0]
-            pose[1 + k, :] = pose[0]
-            velocity[1 + count + k, :] = velocity[0]
-            force[1 + count + k, :, :] = force[0]
-    for k in range(2 * count):
-        row = 1 + k if k < count else 1 + count + k
-        if k < count:
-            force[row, :, :] = force[0]
-        if loads[0, k % count] <= 0.0:  # a foot in the air changes nothing
-            velocity[row, :] = velocity[0]
-            continue
-        other[0] = velocity[0, 0] - sway[0]
-        other[1] = velocity[0, 1] - sway[1]
-        other[2] = velocity[0, 2]
-        rest[:] = rested
-        if k < count:
-            changed = mu.copy()
-            changed[k] *= stepped
-            reason = _traction(coulomb, work, loads[0], changed, True, other, side, pull, rest)
+        speed[k, 0] = feet_velocity[k, 0]
+        twist[0], twist[1], twist[2] = (
+            velocity[0, 0] - sway[0],
+            velocity[0, 1] - sway[1],
+            velocity[0, 2],
+        )
+        for j in range(count):
+            rest[j] = rested[j]
+        warm = stage != FRAME
+        if coulomb:
+            reason, _ = coulomb_frame(work, carried, grip, warm, twist, side, pull, rest)
         else:
-            moved = feet_velocity.copy()
-            moved[k - count, 0] += speed_step
-            foot_speeds(moved, pose[0], False, work)
-            reason = _traction(coulomb, work, loads[0], mu, True, other, side, pull, rest)
+            reason = traction_kernel(work, carried, grip, twist, side, pull)
         if reason != 0:
-            velocity[row, :] = velocity[0]
+            if stage == FRAME:
+                return reason
+            grip[k] = mu[k]
             continue
-        if k < count:
-            force[row, :, :] = pull
-        velocity[row, 0] = other[0] + sway[0]
-        velocity[row, 1] = other[1] + sway[1]
-        velocity[row, 2] = other[2]
+        if stage == FRAME:
+            sway[0], sway[1] = dx, dy
+            _lay(side, slip)
+            for j in range(count):
+                rested[j] = rest[j]
+            _lay(work, own)
+            share = _slip_share(carried, slip, rested, rest_speed) if coulomb else 1.0
+        if stage in (FRAME, STIFFNESS):
+            _lay_row(carried, loads[number])
+            _lay_row(tilt, pose[number])
+        if stage != SPEED:
+            _blend(work, carried, grip, share, pull)
+            _lay(pull, force[row])
+        grip[k] = mu[k]
+        velocity[row, 0] = twist[0] + dx
+        velocity[row, 1] = twist[1] + dy
+        velocity[row, 2] = twist[2]
     return 0
 
 
@@ -209,6 +279,6 @@ def prepare() -> None:
     given = [types.Array(number, axes, "C", readonly=True) for axes in (2, 2, 1, 1, 2)]
     out = [types.Array(number, axes, "C") for axes in (2, 2, 2, 1, 2, 3)]
     dispatcher.compile((
-        *given, number, flag, number, number, number, *out, types.Array(flag, 1, "C"),
+        *given, number, flag, number, number, number, number, *out, types.Array(flag, 1, "C"),
     ))  # fmt: skip
     dispatcher.disable_compile()

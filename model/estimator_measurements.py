@@ -16,6 +16,7 @@ from model.estimator_types import (
     SCALE,
     VELOCITY,
     YAW,
+    OdometryInputs,
     friction_of,
     stiffness_of,
 )
@@ -167,16 +168,22 @@ def tilt_blocks(
     return blocks
 
 
-def pose_block(mean: FloatArray, pose: FloatArray, settings: EstimatorSettings) -> Block | None:
+def pose_block(
+    mean: FloatArray, inputs: OdometryInputs, settings: EstimatorSettings
+) -> Block | None:
     """An absolute pose; its yaw may be missing. The difference of yaw is taken the short way round."""
-    left = pose - mean[POSE]
+    if inputs.pose_W is None:
+        return None
+    left = inputs.pose_W - mean[POSE]
     left[YAW] = (left[YAW] + np.pi) % (2 * np.pi) - np.pi
     known = np.isfinite(left)
     if not known.any():
         return None
     rows = np.zeros((3, len(mean)))
     rows[[0, 1, 2], [0, 1, 2]] = 1.0
-    variance = np.array([settings.pose_sd, settings.pose_sd, settings.yaw_sd]) ** 2
+    place_sd = inputs.pose_sd_m if np.isfinite(inputs.pose_sd_m) else settings.pose_sd
+    yaw_sd = inputs.yaw_sd_rad if np.isfinite(inputs.yaw_sd_rad) else settings.yaw_sd
+    variance = np.array([place_sd, place_sd, yaw_sd]) ** 2
     return Block(left[known], rows[known], variance[known], settings.gate_pose, 2)
 
 

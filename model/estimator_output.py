@@ -5,9 +5,9 @@ import numpy as np
 from model.estimator_health import NEVER, Verdict
 from model.estimator_measurements import Stack
 from model.estimator_settings import EstimatorSettings
+from model.estimator_step_kernel import force_kernel
 from model.estimator_types import (
     BIAS,
-    FIXED,
     POSE,
     SCALE,
     VELOCITY,
@@ -44,25 +44,26 @@ def estimate(
         share = model.load_n / weight_n
         speed = np.sqrt(np.einsum("ki,ki->k", model.slip_B, model.slip_B))
         slipping = state.contact & (speed > settings.slip_speed)
-        tilt, height = np.arctan(model.pose[[1, 0]]), float(model.pose[2])
+        tilt, height = np.arctan(model.pose[1::-1]), float(model.pose[2])
     common = np.exp(mean[SCALE])
     # log of the common friction and log mu of a leg vary together
     place = friction_of(legs)
     mu_variance = sd[place] ** 2 + covariance[SCALE, SCALE] + 2 * covariance[SCALE, place]
     age_s = np.nan if state.force_ns == NEVER else (state.t_ns - state.force_ns) * 1e-9
     known = stack is not None and len(stack.innovation) > 0
+    # views, not copies: nothing is ever written to a state that was handed out
     return OdometryEstimate(
         t_ns=state.t_ns,
-        position_m=readonly(mean[0:2].copy()),
+        position_m=readonly(mean[0:2]),
         yaw_rad=float(mean[YAW]),
-        velocity_B=readonly(mean[VELOCITY].copy()),
-        pose_covariance=readonly(covariance[POSE, POSE].copy()),
-        twist_covariance=readonly(covariance[VELOCITY, VELOCITY].copy()),
-        bias_B=readonly(mean[BIAS].copy()),
+        velocity_B=readonly(mean[VELOCITY]),
+        pose_covariance=readonly(covariance[POSE, POSE]),
+        twist_covariance=readonly(covariance[VELOCITY, VELOCITY]),
+        bias_B=readonly(mean[BIAS]),
         mu=readonly(contact.mu * common * np.exp(mean[place])),
         mu_sd=readonly(np.sqrt(np.maximum(mu_variance, 0.0))),
         stiffness=readonly(contact.stiffness * np.exp(mean[stiffness_of(legs)])),
-        stiffness_sd=readonly(sd[stiffness_of(legs)].copy()),
+        stiffness_sd=readonly(sd[stiffness_of(legs)]),
         force_B=readonly(force),
         force_covariance=readonly(force_covariance),
         load_share=readonly(share),
@@ -116,18 +117,18 @@ def _forces(
         nothing = np.full((legs, 3), np.nan)
         return nothing, np.full((legs, 3, 3), np.nan)
     force = np.empty((legs, 3))
-    force[:, :2], force[:, 2] = model.force_B, model.load_n
-    by = np.zeros((legs, 3, 2 * legs + 1))
-    by[:, :2, 0] = model.force_B  # log of the common friction
-    by[:, :2, 1:] = model.force_by_parameters
-    by[:, 2, 1 + legs :] = model.load_by_stiffness
-    places = np.r_[SCALE, FIXED : FIXED + 2 * legs]
-    spread = state.covariance[np.ix_(places, places)]
-    covariance = by @ spread @ by.transpose(0, 2, 1)
-    loaded = model.load_n > 0
-    level = np.einsum("ki,ki->k", model.force_B, model.force_B)
-    flat = (settings.force_sd * weight_n) ** 2 + settings.force_share_sd**2 * level
-    covariance[:, 0, 0] += np.where(loaded, flat, 0.0)
-    covariance[:, 1, 1] += np.where(loaded, flat, 0.0)
-    covariance[:, 2, 2] += np.where(loaded, (settings.load_sd * weight_n) ** 2, 0.0)
+    covariance = np.empty((legs, 3, 3))
+    force_kernel(
+        model.force_B,
+        model.load_n,
+        model.force_by_parameters,
+        model.load_by_stiffness,
+        state.covariance,
+        SCALE,
+        settings.force_sd * weight_n,
+        settings.force_share_sd,
+        settings.load_sd * weight_n,
+        force,
+        covariance,
+    )
     return force, covariance

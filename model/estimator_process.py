@@ -5,11 +5,13 @@ the arc of the mean velocity of the tick; parameters walk at random while their 
 """
 
 from dataclasses import dataclass
+from math import exp, sqrt
 
 import numpy as np
 
 from model.estimator_settings import EstimatorSettings
-from model.estimator_types import BIAS, FIXED, POSE, VELOCITY, YAW
+from model.estimator_step_kernel import carry_kernel, walk_kernel
+from model.estimator_types import VELOCITY
 from model.neighbourhood import Neighbourhood
 from model.signals import BoolArray, FloatArray
 
@@ -42,31 +44,30 @@ def walking(
         dead_legs: Legs without encoder.
     """
     size = len(mean)
-    lag = np.exp(-dt_s / settings.lag_s) if settings.lag_s > 0 else 0.0
-    memory = np.exp(-dt_s / settings.bias_time_s)
-    after = mean.copy()
-    after[VELOCITY] = lag * mean[VELOCITY] + (1 - lag) * (model.velocity_B + mean[BIAS])
-    after[BIAS] = memory * mean[BIAS]
-    to = np.eye(size)
-    axes = np.arange(3)
-    to[3 + axes, 3 + axes] = lag
-    to[3 + axes, 6 + axes] = 1 - lag
-    to[VELOCITY, FIXED:] = (1 - lag) * model.by_parameters
-    to[6 + axes, 6 + axes] = memory
-
+    lag = exp(-dt_s / settings.lag_s) if settings.lag_s > 0 else 0.0
     slip = _slip_size(model)
     speed_sd = settings.speed_sd + settings.speed_per_slip * slip
     turn_sd = settings.turn_sd + settings.turn_per_slip * slip
-    white = np.array([speed_sd, speed_sd, turn_sd]) ** 2
-    speeds = (1 - lag) * settings.foot_speed_sd * model.by_speeds
+    after = np.empty(size)
+    to = np.zeros((size, size))
     noise = np.zeros((size, size))
-    noise[VELOCITY, VELOCITY] = np.diag(white) + speeds @ speeds.T
-    bias_sd = bias_size(settings, slip, dead_legs)
-    noise[6 + axes, 6 + axes] = bias_sd**2 * (1 - memory**2)
-    step = settings.parameter_walk**2 * dt_s
-    parameters = FIXED + np.flatnonzero(np.concatenate(telling))
-    noise[parameters, parameters] = step
-    return _carry_pose(mean, after, to, noise, dt_s)
+    walk_kernel(
+        mean,
+        model.velocity_B,
+        model.by_parameters,
+        model.by_speeds,
+        lag,
+        exp(-dt_s / settings.bias_time_s),
+        dt_s,
+        settings.foot_speed_sd,
+        np.array([speed_sd, speed_sd, turn_sd]),
+        bias_size(settings, slip, dead_legs),
+        np.where(np.concatenate(telling), settings.parameter_walk**2 * dt_s, 0.0),
+        after,
+        to,
+        noise,
+    )
+    return Prediction(after, to, noise)
 
 
 def bias_size(settings: EstimatorSettings, slip_m_s: float, dead_legs: int) -> FloatArray:
@@ -86,9 +87,8 @@ def bias_size(settings: EstimatorSettings, slip_m_s: float, dead_legs: int) -> F
 
 def _slip_size(model: Neighbourhood) -> float:
     """Root mean square slip of loaded feet [m/s]."""
-    loaded = model.load_n > 0
-    square = np.einsum("ki,ki->k", model.slip_B, model.slip_B)[loaded]
-    return float(np.sqrt(square.mean())) if len(square) else 0.0
+    slip = model.slip_B[model.load_n > 0].ravel().tolist()
+    return sqrt(2 * sum(part * part for part in slip) / len(slip)) if slip else 0.0
 
 
 def standing(mean: FloatArray, settings: EstimatorSettings) -> Prediction:
@@ -141,33 +141,6 @@ def carried(mean: FloatArray, settings: EstimatorSettings, dt_s: float) -> Predi
 def _carry_pose(
     mean: FloatArray, after: FloatArray, to: FloatArray, noise: FloatArray, dt_s: float
 ) -> Prediction:
-    """Move the pose along the arc of the mean velocity; fill its rows of F and Q in place.
-
-    Noise of the velocity at the end of the step enters the pose by half.
-    """
-    vx, vy, turn = 0.5 * (mean[VELOCITY] + after[VELOCITY]) * [dt_s, dt_s, 0.5 * dt_s]
-    # an arc is a chord of length sinc(half turn), turned by half the turn
-    sinc, slope = 1 - turn**2 / 6, -turn / 3
-    if abs(turn) > 1e-3:
-        sinc = np.sin(turn) / turn
-        slope = (np.cos(turn) - sinc) / turn
-    c, s = np.cos(mean[YAW] + turn), np.sin(mean[YAW] + turn)
-    along = np.array([c * vx - s * vy, s * vx + c * vy])
-    across = np.array([-along[1], along[0]])
-    after[0:2] = mean[0:2] + sinc * along
-    after[YAW] = mean[YAW] + 2 * turn
-    by_velocity = np.array([
-        [sinc * c * dt_s, -sinc * s * dt_s, 0.5 * dt_s * (sinc * across[0] + slope * along[0])],
-        [sinc * s * dt_s, sinc * c * dt_s, 0.5 * dt_s * (sinc * across[1] + slope * along[1])],
-        [0.0, 0.0, dt_s],
-    ])  # fmt: skip
-    half = 0.5 * to[VELOCITY]
-    half[:, VELOCITY] += 0.5 * np.eye(3)
-    to[POSE] += by_velocity @ half
-    to[0:2, YAW] += sinc * across
-    enters = 0.5 * by_velocity
-    both = enters @ noise[VELOCITY, VELOCITY]
-    noise[POSE, VELOCITY] = both
-    noise[VELOCITY, POSE] = both.T
-    noise[POSE, POSE] = both @ enters.T
+    """Move the pose along the arc of the mean velocity; its rows of F and Q are filled in place."""
+    carry_kernel(mean, dt_s, after, to, noise)
     return Prediction(after, to, noise)

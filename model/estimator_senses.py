@@ -1,6 +1,7 @@
 """What a tick's sensors amount to: forces on a scale, feet in contact, standstill, silent encoders."""
 
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 
@@ -48,7 +49,9 @@ def hear(
         believed = state.force_ns != NEVER and stale_s <= settings.stale_force_s
         nothing = np.full((len(state.contact), 3), np.nan)
         return Heard(nothing, fresh=False, use=False), state.airborne and believed
-    force = np.where(forces.valid[:, None], forces.force_n, np.nan)
+    force = forces.force_n
+    if False in forces.valid.tolist():
+        force = np.where(forces.valid[:, None], force, np.nan)
     total = float(force[:, 2].sum())
     # with a transducer missing the sum is not the weight's; then the robot file's is taken
     whole = bool(np.isfinite(total))
@@ -121,10 +124,11 @@ def contact(
 
 def bridged(now: FootMotion, before: FootMotion) -> tuple[FootMotion, BoolArray]:
     """Feet with those of silent encoders held where they were last seen; which ones those are."""
+    # a sum is finite only if all of it is, and costs one pass
+    if isfinite(now.position_m.sum() + now.velocity_m_s.sum()):
+        return now, np.zeros(len(now.position_m), dtype=bool)
     both = np.hstack([now.position_m, now.velocity_m_s])
     known = np.asarray(np.isfinite(both).all(axis=1))
-    if known.all():
-        return now, ~known
     position = np.where(known[:, None], now.position_m, before.position_m)
     velocity = np.where(known[:, None], now.velocity_m_s, 0.0)
     return FootMotion(position, velocity), ~known

@@ -36,6 +36,8 @@ class EstimatorSettings:
         force_share_sd: Of a horizontal force over its own size.
         load_sd: Of a vertical force over the weight.
         creep_speed: Slip at which the regularised friction has 71 % of its size [m/s].
+        rest_speed: Slip, root mean square of the loaded feet, at which predicted forces come by half from
+            the viscous ansatz; more of them below [m/s]. 0 asks Coulomb's law alone.
         slip_speed: A foot faster than this over the ground tells of velocity and friction [m/s].
         clear_slip: Its slip must also be this many times as large as its own standard deviation: which
             way friction points is not known before.
@@ -90,6 +92,7 @@ class EstimatorSettings:
     force_share_sd: float = 0.1
     load_sd: float = 0.02
     creep_speed: float = 0.001
+    rest_speed: float = 0.006
     slip_speed: float = 0.004
     clear_slip: float = 3.0
     load_on: float = 0.06
@@ -136,5 +139,5 @@ class EstimatorSettings:
 
 MAY_BE_ZERO = frozenset({
     "lag_s", "bias_speed_per_slip", "bias_turn_per_slip", "speed_per_slip", "turn_per_slip",
-    "parameter_walk", "foot_speed_sd",
+    "parameter_walk", "foot_speed_sd", "rest_speed",
 })  # fmt: skip

@@ -62,6 +62,8 @@ class OdometryInputs:
         pitch_rad: The same [rad].
         pose_W: Absolute x, y [m], yaw [rad], (3,); NaN where unknown. None if there is none.
         added: What effects add to the model; None without any.
+        pose_sd_m: Standard deviation of its x and y; NaN for that of the settings.
+        yaw_sd_rad: The same of its yaw.
     """
 
     t_ns: int
@@ -72,6 +74,8 @@ class OdometryInputs:
     pitch_rad: float = np.nan
     pose_W: FloatArray | None = None  # noqa: N815 - frame suffix
     added: AddedByEffects | None = None
+    pose_sd_m: float = np.nan
+    yaw_sd_rad: float = np.nan
 
 
 @dataclass(frozen=True, slots=True, eq=False)

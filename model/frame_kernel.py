@@ -46,8 +46,14 @@ def solve(
     numbers[:] = np.nan
     loaded[:] = False
     proper = load > 0.0
+    # copies that may be written, as the estimator has them: one set of machine code serves both
+    place, speed = np.empty((count, 3)), np.empty((count, 3))
+    springs, grip = np.empty(count), np.empty(count)
     for k in range(count):
         proper = proper and stiffness[k] > 0.0
+        springs[k], grip[k] = stiffness[k], mu[k]
+        for i in range(3):
+            place[k, i], speed[k, i] = feet[k, i], feet_velocity[k, i]
     if not proper:
         return -NEGATIVE, NEGATIVE
     work = np.empty((ROWS, count))
@@ -57,15 +63,16 @@ def solve(
     loads = numbers[7 : 7 + count]
     slip = numbers[7 + count : 7 + 3 * count].reshape(count, 2)
     force = numbers[7 + 3 * count :].reshape(count, 3)
-    found = support_kernel(feet, np.zeros(count), stiffness, load, pose, loads, work)
+    found = support_kernel(place, np.zeros(count), springs, load, pose, loads, work)
     if found < 0:
         return found, -found
     for k in range(count):
         loaded[k] = loads[k] > 0.0
     ansatz = np.empty((count, 2))
-    if not foot_speeds(feet_velocity, pose, False, work):
+    untilted = count < 0
+    if not foot_speeds(speed, pose, untilted, work):
         return found, NOT_A_NUMBER
-    reason = traction_kernel(work, loads, mu, velocity, slip, ansatz)
+    reason = traction_kernel(work, loads, grip, velocity, slip, ansatz)
     if reason != 0:
         velocity[:] = np.nan
         slip[:] = np.nan

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
+from model.estimator_step_kernel import sound_kernel
 from model.signals import FloatArray
 
 
@@ -81,10 +82,7 @@ def symmetric(covariance: FloatArray) -> FloatArray:
 
 def sound(covariance: FloatArray) -> bool:
     """Whether a covariance is finite and positive definite."""
-    try:
-        return bool(np.isfinite(np.linalg.cholesky(covariance)).all())
-    except np.linalg.LinAlgError:
-        return False
+    return bool(sound_kernel(covariance))
 
 
 def mended(covariance: FloatArray) -> FloatArray:

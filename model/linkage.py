@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from model.errors import ConfigError
+from model.linkage_kernel import feet_kernel, prepare
 from model.params import LinkageParameters
 from model.signals import FloatArray, FootMotion
 
@@ -128,6 +129,10 @@ class Linkage:
         check_linkage(linkage)
         self.parameters = linkage
         self._shaft_position = shaft_position
+        self._numbers = np.array([
+            linkage.crank, *linkage.ground_pivot, linkage.coupler, linkage.rocker, *linkage.foot,
+            linkage.branch, linkage.mid_stance,
+        ])  # fmt: skip
 
     def feet(self, angle_rad: FloatArray, rate_rad_s: FloatArray) -> FootMotion:
         """Return unloaded feet in the body frame.
@@ -142,6 +147,25 @@ class Linkage:
         pose = linkage_pose(self.parameters, angle_rad)
         position = self._shaft_position + _in_body(pose.foot)
         velocity = _in_body(pose.foot_slope * np.asarray(rate_rad_s)[..., None])
+        return FootMotion(position, velocity)
+
+    def prepare(self) -> None:
+        """Load or make the machine code of ``frame_feet`` now, so that no tick has to wait for it."""
+        prepare()
+
+    def frame_feet(self, angle_rad: FloatArray, rate_rad_s: FloatArray) -> FootMotion:
+        """As ``feet``, for one frame and an order of magnitude faster.
+
+        Args:
+            angle_rad: (N,) [rad]; NaN gives NaN.
+            rate_rad_s: (N,) [rad/s].
+
+        Returns:
+            Positions and velocities, (N, 3).
+        """
+        position, velocity = np.empty((len(angle_rad), 3)), np.empty((len(angle_rad), 3))
+        angle, rate = np.ascontiguousarray(angle_rad), np.ascontiguousarray(rate_rad_s)
+        feet_kernel(angle, rate, self._numbers, self._shaft_position, position, velocity)
         return FootMotion(position, velocity)
 
 

@@ -4,14 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from model import estimator_kernel
+from model import estimator_kernel, estimator_step_kernel
 from model.frames import FrictionLaw
 from model.params import ContactParameters
 from model.signals import BoolArray, FloatArray, FootMotion
 
 LOG_STEP = 0.01
 SPEED_STEP_M_S = 1e-4
-CREEP_SPEED_M_S = 1e-3  # as in ``model.frame_kernel``: puts the ansatz' forces on a scale
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,6 +51,7 @@ class Neighbourhood:
 def prepare() -> None:
     """Load or make the machine code now, so that no tick has to wait for it."""
     estimator_kernel.prepare()
+    estimator_step_kernel.prepare()
 
 
 def neighbourhood(
@@ -60,6 +60,7 @@ def neighbourhood(
     weight_n: float,
     law: FrictionLaw,
     sway_step_s: float,
+    rest_speed: float = 0.0,
 ) -> Neighbourhood:
     """Solve a frame and step each parameter and foot speed by a little.
 
@@ -70,6 +71,8 @@ def neighbourhood(
         law: Friction law. The viscous ansatz' forces get the scale that brings them nearest to
             Coulomb's law at the same slips.
         sway_step_s: Time either way over which slopes are differenced [s]; 0 leaves sway out.
+        rest_speed: Root mean square slip at which half of Coulomb's forces are taken from the ansatz, for
+            more the more slowly the feet slip [m/s]; 0 asks Coulomb's law alone wherever it has an answer.
     """
     count = len(contact.mu)
     velocity = np.empty((1 + 3 * count, 3))
@@ -90,6 +93,7 @@ def neighbourhood(
         sway_step_s,
         LOG_STEP,
         SPEED_STEP_M_S,
+        rest_speed,
         velocity,
         loads,
         pose,
@@ -100,20 +104,37 @@ def neighbourhood(
     )
     if law is FrictionLaw.VISCOUS and reason == 0:
         force *= _scale(force[0], slip)
-    parameters = 2 * count
+    by_parameters = np.empty((3, 2 * count))
+    by_speeds = np.empty((3, count))
+    load_by_stiffness = np.empty((count, count))
+    pose_by_stiffness = np.empty((3, count))
+    force_by_parameters = np.empty((count, 2, 2 * count))
+    estimator_step_kernel.slopes_kernel(
+        velocity,
+        loads,
+        pose,
+        force,
+        LOG_STEP,
+        SPEED_STEP_M_S,
+        by_parameters,
+        by_speeds,
+        load_by_stiffness,
+        pose_by_stiffness,
+        force_by_parameters,
+    )
     return Neighbourhood(
         reason=int(reason),
         velocity_B=velocity[0],
-        by_parameters=(velocity[1 : 1 + parameters] - velocity[0]).T / LOG_STEP,
-        by_speeds=(velocity[1 + parameters :] - velocity[0]).T / SPEED_STEP_M_S,
+        by_parameters=by_parameters,
+        by_speeds=by_speeds,
         sway_B=sway,
         load_n=loads[0],
-        load_by_stiffness=(loads[1:] - loads[0]).T / LOG_STEP,
+        load_by_stiffness=load_by_stiffness,
         pose=pose[0],
-        pose_by_stiffness=(pose[1:] - pose[0]).T / LOG_STEP,
+        pose_by_stiffness=pose_by_stiffness,
         slip_B=slip,
         force_B=force[0],
-        force_by_parameters=np.moveaxis(force[1:] - force[0], 0, -1) / LOG_STEP,
+        force_by_parameters=force_by_parameters,
         resting=resting,
     )
 
@@ -121,5 +142,9 @@ def neighbourhood(
 def _scale(force: FloatArray, slip: FloatArray) -> float:
     square = np.einsum("ki,ki->k", force, force)
     power = float(square.sum())
-    aim = float((square / (np.sqrt(np.einsum("ki,ki->k", slip, slip)) + CREEP_SPEED_M_S)).sum())
+    aim = float(
+        (
+            square / (np.sqrt(np.einsum("ki,ki->k", slip, slip)) + estimator_kernel.CREEP_SPEED_M_S)
+        ).sum()
+    )
     return aim / power if power > 0 else 0.0

@@ -22,16 +22,18 @@ def advance(before: Estimate, velocity_B: FloatArray, t_ns: int) -> Estimate:  #
         nan = readonly(np.full(3, np.nan))
         return Estimate(t_ns, before.position_m, before.yaw_rad, nan, valid=False)
     dt = (t_ns - before.t_ns) * 1e-9  # [s]
-    turn = velocity_B[2] * dt  # [rad]
+    vx, vy, rate = velocity_B.tolist()
+    turn = rate * dt  # [rad]
     # sin(a)/a and (1 - cos(a))/a
     if abs(turn) > SMALL_TURN_RAD:
-        ahead, aside = np.sin(turn) / turn, (1 - np.cos(turn)) / turn
+        ahead, aside = float(np.sin(turn)) / turn, (1 - float(np.cos(turn))) / turn
     else:
         ahead, aside = 1 - turn**2 / 6, turn / 2
-    x, y = velocity_B[:2] * dt
-    step = np.array([ahead * x - aside * y, aside * x + ahead * y])
-    c, s = np.cos(before.yaw_rad), np.sin(before.yaw_rad)
-    position = before.position_m + np.array([c * step[0] - s * step[1], s * step[0] + c * step[1]])
+    x, y = vx * dt, vy * dt
+    dx, dy = ahead * x - aside * y, aside * x + ahead * y
+    c, s = float(np.cos(before.yaw_rad)), float(np.sin(before.yaw_rad))
+    px, py = before.position_m.tolist()
+    position = np.array([px + (c * dx - s * dy), py + (s * dx + c * dy)])
     return Estimate(
-        t_ns, readonly(position), float(before.yaw_rad + turn), readonly(velocity_B.copy()), True
+        t_ns, readonly(position), before.yaw_rad + turn, readonly(velocity_B.copy()), valid=True
     )

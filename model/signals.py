@@ -9,10 +9,14 @@ mass), W is the world. The source paper's symbols are explained in ``model/__ini
 
 import enum
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:  # it is made of the arrays below
+    from model.estimator_types import OdometryEstimate
+    from model.pose_record import PoseRecord
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -87,6 +91,7 @@ class FaultKind(enum.Enum):
     UNLOADED = 23
     FORCE_ABSENT = 24  # a transducer that should be in the record is not
     FORCE_BATTERY = 25  # the force unit says that its battery is low
+    POSE_BAD = 26  # a pose from outside that makes no sense
 
 
 @dataclass(frozen=True, slots=True)
@@ -388,6 +393,7 @@ class Inputs:
         timing: The loop's own state.
         truth: Ground truth if one exists. It is logged and compared, never used for control.
         faults: Faults found by the drivers and the recorder since the last tick.
+        poses: Absolute poses received since the last tick, in the order in which they came.
     """
 
     servos: ServoReadings | None
@@ -396,6 +402,7 @@ class Inputs:
     timing: LoopTiming
     truth: BodyTruth | None
     faults: tuple[Fault, ...]
+    poses: "tuple[PoseRecord, ...]" = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -415,8 +422,10 @@ class Tick:
         sent: The command the safety gate let through; what the bus sends.
         feet: Unloaded feet from the measured shaft angles.
         contact: The model's answer.
-        estimate: Dead-reckoned pose.
+        estimate: Dead-reckoned pose: the model's velocity added up.
         faults: All faults of this tick.
+        odometry: What the estimator makes of shafts, forces and poses; None where it is switched off,
+            and in logs older than it.
     """
 
     t_ns: int
@@ -433,3 +442,4 @@ class Tick:
     contact: ContactSolution
     estimate: Estimate
     faults: tuple[Fault, ...]
+    odometry: "OdometryEstimate | None" = None

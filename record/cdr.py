@@ -193,6 +193,15 @@ class CdrReader:
         count = self.u32()
         return self.i64_array(count) if count else np.zeros(0, dtype=np.int64)
 
+    def pass_numbers(self, count: int) -> None:
+        """Step over so many numbers of eight bytes."""
+        if count:
+            self._skip(8 * count, 8)
+
+    def pass_flags(self, count: int) -> None:
+        """Step over so many bools."""
+        self._skip(count, 1)
+
     def flag_array(self, count: int) -> BoolArray:
         """Read a fixed array of bool."""
         flags: BoolArray = np.frombuffer(self._data, np.uint8, count, self._skip(count, 1)) != 0

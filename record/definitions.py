@@ -53,6 +53,20 @@ _PARTS = {
         "int64 t_ns\nint64 device_ticks\nint64 sequence\nint64[2] status\nint64 battery\nint64 mask\n"
         "int64[36] counts\nbool[6] present\nbool[6] saturated\n"
     ),
+    "bigant_msgs/PoseRecord": (
+        "int64 t_ns\nfloat64[3] position_w\nfloat64[4] quaternion_xyzw\nfloat64 sd_position_m\n"
+        "float64 sd_angle_rad\n"
+    ),
+    # planar: x, y, yaw; vx, vy, yaw rate; bias of the same; roll, pitch, height; NIS, log likelihood, age
+    # of forces. Covariances: lower halves, row by row.
+    "bigant_msgs/Odometry": (
+        "uint8 OK=0\nuint8 DEGRADED=1\nuint8 LOST=2\n"
+        "int64 t_ns\nuint8 health\nstring reason\nbool holding\nint64 nis_dof\nint64 rejects\n"
+        "float64[15] planar\nfloat64[6] pose_covariance\nfloat64[6] twist_covariance\n"
+        "float64[] mu\nfloat64[] mu_sd\nfloat64[] stiffness\nfloat64[] stiffness_sd\n"
+        "float64[] force_b\nfloat64[] force_covariance\nfloat64[] load_share\n"
+        "float64[] load_share_sd\nfloat64[] innovation\nbool[] contact\nbool[] slipping\n"
+    ),
     "bigant_msgs/Tick": (
         "int64 t_ns\nint64 index\nuint8 mode\nuint8 stop_reason\n"
         "uint8 request_intent\nstring request_gait\nfloat64 request_frequency_hz\n"
@@ -68,6 +82,7 @@ _PARTS = {
         "float64[3] truth_angular_velocity_b\nfloat64[] truth_foot_position_w\n"
         "float64[] truth_foot_velocity_w\nfloat64[] truth_foot_force_b\nbool[] truth_contact\n"
         "bigant_msgs/Fault[] input_faults\n"
+        "bigant_msgs/PoseRecord[] pose_records\n"
         "int64 joints_t_ns\nfloat64[] angle_rad\nfloat64[] rate_rad_s\nfloat64[] current_a\n"
         "float64[] duty\nfloat64[] voltage_v\nfloat64[] temperature_c\nbool[] joints_valid\n"
         "int64 forces_t_ns\nfloat64[] force_n\nbool[] force_valid\n"
@@ -83,6 +98,7 @@ _PARTS = {
         "int64 estimate_t_ns\nfloat64[2] estimate_position_m\nfloat64 estimate_yaw_rad\n"
         "float64[3] estimate_velocity_b\nbool estimate_valid\n"
         "bigant_msgs/Fault[] faults\n"
+        "bigant_msgs/Odometry[] odometry\n"
     ),
 }
 

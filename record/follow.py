@@ -6,7 +6,7 @@ nothing: no socket, no lock, no thread in the control process.
 """
 
 import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -18,9 +18,9 @@ from mcap.records import Channel, Message, Schema
 from mcap.stream_reader import StreamReader
 
 from model.errors import RecordError
-from model.signals import Tick
-from record.reader import LogContents, StampedTick, note_content, tick_decoder
+from record.reader import LogContents, StampedTick, note_content, tick_layout
 from record.salvage import DAMAGE, LARGEST_CHUNK, MAGIC, read_records
+from record.tick_message import decode_tick
 from record.writer import TICK_TOPIC
 
 _FRAME = struct.Struct("<BQ")
@@ -63,7 +63,7 @@ class LogFollower:
         self.finished = False
         self._schemas: dict[int, Schema] = {}
         self._channels: dict[int, Channel] = {}
-        self._decoder: Callable[[bytes], Tick] | None = None
+        self._layout: int | None = None
         self._at = 0
         try:
             self._file: BinaryIO = path.open("rb")
@@ -120,10 +120,10 @@ class LogFollower:
         Raises:
             RecordError: The ticks' layout is not known.
         """
-        if self._decoder is None:
+        if self._layout is None:
             schema = next((s for s in self._schemas.values() if s.name == message.kind), None)
-            self._decoder = tick_decoder(self.path, schema, self.contents)
-        return StampedTick(message.unix_ns, self._decoder(message.data))
+            self._layout = tick_layout(self.path, schema, self.contents)
+        return StampedTick(message.unix_ns, decode_tick(message.data, self._layout))
 
     def _message(self, record: Message) -> TopicMessage:
         channel = self._channels[record.channel_id]

@@ -7,11 +7,15 @@ servos measure current, which is in ``/bigant/tick``.
 
 import numpy as np
 
+from model.estimator_types import OdometryEstimate
 from model.signals import BodyTruth, Estimate, FloatArray, Tick
 from record.cdr import CdrWriter
+from record.odometry_message import HEALTHS
 
 BODY_FRAME, ODOM_FRAME, MAP_FRAME = "base_link", "odom", "map"
 UNKNOWN_COVARIANCE = np.zeros(36)
+PLANAR = (0, 1, 5)  # x, y, yaw among ROS's six
+NOT_ESTIMATED = 1e6
 OK, WARN, ERROR = 0, 1, 2
 
 
@@ -55,21 +59,49 @@ def _odometry(
     quaternion_xyzw: FloatArray,
     linear_B: FloatArray,  # noqa: N803
     angular_B: FloatArray,  # noqa: N803
+    pose_covariance: FloatArray = UNKNOWN_COVARIANCE,
+    twist_covariance: FloatArray = UNKNOWN_COVARIANCE,
 ) -> bytes:
     w = CdrWriter()
     _header(w, unix_ns, frame)
     w.text(BODY_FRAME)
     w.f64_array(position)
     w.f64_array(quaternion_xyzw)
-    w.f64_array(UNKNOWN_COVARIANCE)
+    w.f64_array(pose_covariance)
     w.f64_array(linear_B)
     w.f64_array(angular_B)
-    w.f64_array(UNKNOWN_COVARIANCE)
+    w.f64_array(twist_covariance)
     return w.done()
 
 
+def planar_covariance(covariance: FloatArray) -> FloatArray:
+    """A covariance of x, y, yaw as ROS has it: 6 x 6 of x, y, z and turns about them, (36,).
+
+    Height, roll and pitch are not estimated: their variance says so.
+    """
+    full = np.diag(np.full(6, NOT_ESTIMATED))
+    full[np.ix_(PLANAR, PLANAR)] = covariance
+    flat: FloatArray = full.ravel()
+    return flat
+
+
+def estimator_odometry(unix_ns: int, said: OdometryEstimate) -> bytes:
+    """nav_msgs/msg/Odometry of the estimator, with covariances of pose and twist."""
+    vx, vy, yaw_rate = said.velocity_B
+    return _odometry(
+        unix_ns,
+        ODOM_FRAME,
+        np.array([*said.position_m, 0.0]),
+        _yaw_quaternion(said.yaw_rad),
+        np.array([vx, vy, 0.0]),
+        np.array([0.0, 0.0, yaw_rate]),
+        planar_covariance(said.pose_covariance),
+        planar_covariance(said.twist_covariance),
+    )
+
+
 def estimate_odometry(unix_ns: int, estimate: Estimate) -> bytes:
-    """nav_msgs/msg/Odometry of the estimate; its covariance is not known yet and left zero."""
+    """nav_msgs/msg/Odometry of dead reckoning, whose covariance nobody knows: it is left zero."""
     vx, vy, yaw_rate = estimate.velocity_B
     return _odometry(
         unix_ns,
@@ -93,7 +125,7 @@ def truth_odometry(unix_ns: int, truth: BodyTruth) -> bytes:
     )
 
 
-def transform(unix_ns: int, estimate: Estimate) -> bytes:
+def transform(unix_ns: int, estimate: Estimate | OdometryEstimate) -> bytes:
     """tf2_msgs/msg/TFMessage from ``odom`` to ``base_link``."""
     w = CdrWriter()
     w.u32(1)
@@ -105,10 +137,10 @@ def transform(unix_ns: int, estimate: Estimate) -> bytes:
 
 
 def diagnostics(unix_ns: int, names: tuple[str, ...], tick: Tick) -> bytes:
-    """diagnostic_msgs/msg/DiagnosticArray: one status a leg, one each for loop and force unit."""
+    """diagnostic_msgs/msg/DiagnosticArray: one status a leg, one each for loop and odometry."""
     w = CdrWriter()
     _header(w, unix_ns, "")
-    w.u32(len(names) + 1)
+    w.u32(len(names) + 1 + (tick.odometry is not None))
     joints = tick.joints
     for leg, name in enumerate(names):
         mine = [f"{f.kind.name}: {f.detail}" for f in tick.faults if f.source == name]
@@ -127,7 +159,21 @@ def diagnostics(unix_ns: int, names: tuple[str, ...], tick: Tick) -> bytes:
         ("missed", str(tick.inputs.timing.missed)),
     )
     _status(w, WARN if others else OK, "controller", "; ".join(others) or "ok", timing)
+    if tick.odometry is not None:
+        _odometry_status(w, tick.odometry)
     return w.done()
+
+
+def _odometry_status(w: CdrWriter, said: OdometryEstimate) -> None:
+    level = (OK, WARN, ERROR)[HEALTHS.index(said.health)]
+    values = (
+        ("rejects", str(said.rejects)),
+        ("nis", f"{said.nis:.2f}"),
+        ("nis_dof", str(said.nis_dof)),
+        ("force_age_s", f"{said.force_age_s:.3f}"),
+        ("holding", str(said.holding).lower()),
+    )
+    _status(w, level, "odometry", said.reason or said.health.value, values)
 
 
 def _status(

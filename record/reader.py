@@ -4,7 +4,7 @@ A log of any length is read in blocks, so that memory does not grow with it.
 """
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
@@ -29,10 +29,11 @@ from record.writer import (
 
 BLOCK_TICKS = 2000
 # Every layout of a tick that was ever written, by the SHA-256 of its definition's text. Whoever changes the
-# message adds the new digest and keeps a decoder for the old one.
-TICK_DECODERS: Mapping[str, Callable[[bytes], Tick]] = MappingProxyType(
-    {"ceb7071d66556ccbd75ba41874e19bdc2263bbc3daa277547a880aedce94cd93": decode_tick}
-)
+# message adds the new digest, and keeps reading the old one.
+TICK_LAYOUTS: Mapping[str, int] = MappingProxyType({
+    "ceb7071d66556ccbd75ba41874e19bdc2263bbc3daa277547a880aedce94cd93": 1,
+    "66adf6cccffb1a8ca10215d6da78abaa78eee62b8d88ceb552652a780a6316c6": 2,
+})  # fmt: skip
 
 
 @dataclass(slots=True)
@@ -113,17 +114,15 @@ def read_stamped_ticks(path: Path, contents: LogContents | None = None) -> Itera
         RecordError: As ``read_ticks``.
     """
     found = contents if contents is not None else LogContents()
-    decoders: dict[int, Callable[[bytes], Tick]] = {}
+    known: dict[int, int] = {}
     schemas: dict[int, Schema] = {}
     layouts: dict[int, Schema | None] = {}
     for record in read_records(path, found.progress, topics={TICK_TOPIC}):
         if isinstance(record, Message):
-            if record.channel_id not in decoders:
-                decoders[record.channel_id] = tick_decoder(
-                    path, layouts.get(record.channel_id), found
-                )
+            if record.channel_id not in known:
+                known[record.channel_id] = tick_layout(path, layouts.get(record.channel_id), found)
             try:
-                tick = decoders[record.channel_id](record.data)
+                tick = decode_tick(record.data, known[record.channel_id])
             except DAMAGE as error:
                 span = Damage(found.progress.position, 0, record.log_time, record.log_time,
                               f"a broken tick: {error}")  # fmt: skip
@@ -146,21 +145,21 @@ def note_content(record: object, found: LogContents) -> None:
         found.config_text = record.data.decode("utf-8", errors="replace")
 
 
-def tick_decoder(path: Path, schema: Schema | None, found: LogContents) -> Callable[[bytes], Tick]:
-    """Return the decoder of a log's ticks, whose layout the schema tells.
+def tick_layout(path: Path, schema: Schema | None, found: LogContents) -> int:
+    """Return the layout of a log's ticks, which the schema tells.
 
     Raises:
         RecordError: The layout is not known.
     """
     data = schema.data if schema is not None and schema.name == TICK_SCHEMA else b""
-    decoder = TICK_DECODERS.get(hashlib.sha256(data).hexdigest())
-    if decoder is None:
+    layout = TICK_LAYOUTS.get(hashlib.sha256(data).hexdigest())
+    if layout is None:
         writer = found.metadata.get("software", "another program")
         raise RecordError(
             f"{path} holds ticks of a layout that is not known here (written by {writer}); read it "
             "with the version of bigant that wrote it, or a newer one"
         )
-    return decoder
+    return layout
 
 
 def read_blocks(

@@ -6,7 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from model.estimator_types import OdometryEstimate
 from model.signals import BoolArray, Fault, FloatArray, IntArray, Tick, readonly
+from record.odometry_message import HEALTHS
+
+NOT_RUNNING = -1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,6 +33,11 @@ class Recording:
         predicted_velocity_B: The model's body velocity: vx, vy [m/s], yaw rate [rad/s], (T, 3).
         predicted_slip_B: The model's slip of each foot, (T, N, 2); NaN in the air.
         estimate_pose: Dead reckoning: x, y [m], yaw [rad], (T, 3).
+        odometry_pose: The estimator's: x, y [m], yaw [rad], (T, 3); NaN where it did not run.
+        odometry_pose_sd: Their standard deviations, (T, 3).
+        odometry_velocity_B: vx, vy [m/s], yaw rate [rad/s], (T, 3).
+        odometry_force_n: Its forces, (T, N, 3).
+        odometry_health: 0 ok, 1 degraded, 2 lost, -1 not running, (T,).
         truth_position_W: (T, 3); NaN where there is no truth. So in all fields of the truth.
         truth_quaternion_xyzw: (T, 4).
         truth_velocity_B: vx, vy [m/s], yaw rate [rad/s], (T, 3).
@@ -59,6 +68,11 @@ class Recording:
     predicted_velocity_B: FloatArray  # noqa: N815
     predicted_slip_B: FloatArray  # noqa: N815
     estimate_pose: FloatArray
+    odometry_pose: FloatArray
+    odometry_pose_sd: FloatArray
+    odometry_velocity_B: FloatArray  # noqa: N815
+    odometry_force_n: FloatArray
+    odometry_health: IntArray
     truth_position_W: FloatArray  # noqa: N815
     truth_quaternion_xyzw: FloatArray
     truth_velocity_B: FloatArray  # noqa: N815
@@ -119,6 +133,10 @@ def build_recording(
         assert known is not None  # asked only where there is one
         return np.array([*known.velocity_B[:2], known.angular_velocity_B[2]])
 
+    def odometry(take: Callable[[OdometryEstimate], FloatArray], *shape: int) -> FloatArray:
+        nothing = np.full(shape, np.nan)
+        return column(lambda tick: nothing if tick.odometry is None else take(tick.odometry))
+
     no_contact = np.zeros(legs, dtype=bool)
     contact = np.array(
         [no_contact if tick.inputs.truth is None else tick.inputs.truth.contact for tick in ticks]
@@ -142,6 +160,13 @@ def build_recording(
         predicted_slip_B=column(lambda tick: tick.contact.traction.slip_B),
         estimate_pose=column(
             lambda tick: np.array([*tick.estimate.position_m, tick.estimate.yaw_rad])
+        ),
+        odometry_pose=odometry(lambda said: np.array([*said.position_m, said.yaw_rad]), 3),
+        odometry_pose_sd=odometry(lambda said: np.sqrt(np.diagonal(said.pose_covariance)), 3),
+        odometry_velocity_B=odometry(lambda said: said.velocity_B, 3),
+        odometry_force_n=odometry(lambda said: said.force_B, legs, 3),
+        odometry_health=counts(
+            lambda t: NOT_RUNNING if t.odometry is None else HEALTHS.index(t.odometry.health)
         ),
         truth_position_W=truth(lambda t: t.inputs.truth.position_W, 3),  # type: ignore[union-attr]
         truth_quaternion_xyzw=truth(

@@ -1,6 +1,7 @@
 """A tick as one message, complete: written and read back without loss.
 
-The order of fields is that of ``bigant_msgs/msg/Tick`` in ``record.definitions``.
+The order of fields is that of ``bigant_msgs/msg/Tick`` in ``record.definitions``. Layout 1 is that of logs
+from before there was an estimator: no absolute poses among the inputs, no odometry at the end.
 """
 
 from dataclasses import dataclass
@@ -31,8 +32,10 @@ from model.signals import (
     Traction,
 )
 from record.cdr import HEADER, CdrReader, CdrWriter
+from record.odometry_message import read_odometry, read_poses, write_odometry, write_poses
 
 TRANSDUCERS = 6
+LAYOUT = 2  # of ticks written today
 
 
 def encode_tick(tick: Tick) -> bytes:
@@ -43,27 +46,29 @@ def encode_tick(tick: Tick) -> bytes:
     w.u8(tick.mode.value)
     w.u8(tick.stop_reason.value)
     _write_inputs(w, tick.inputs, len(tick.wished.angle_rad))
+    write_poses(w, tick.inputs.poses)
     _write_outputs(w, tick)
     return w.done()
 
 
-def says_the_same(tick: Tick, message: bytes, inputs_end: int) -> bool:
+def says_the_same(tick: Tick, message: bytes, inputs_end: int, layout: int = LAYOUT) -> bool:
     """Tell whether a message holds exactly the outputs of a tick, without taking it apart.
 
     Args:
         tick: The tick, made from the inputs in the message.
         message: The message.
         inputs_end: Where its inputs end, as ``decode_inputs`` returned it.
+        layout: Layout of the message; of layout 1 all is compared that it has.
     """
     w = CdrWriter(at=inputs_end)
-    _write_outputs(w, tick)
+    _write_outputs(w, tick, layout)
     begin = len(HEADER)
     decided = message[begin + 16], message[begin + 17]  # behind time and number
     same_decisions = decided == (tick.mode.value, tick.stop_reason.value)
     return same_decisions and w.done() == message[begin + inputs_end :]
 
 
-def _write_outputs(w: CdrWriter, tick: Tick) -> None:
+def _write_outputs(w: CdrWriter, tick: Tick, layout: int = LAYOUT) -> None:
     joints = tick.joints
     w.i64(joints.t_ns)
     for values in (
@@ -95,6 +100,8 @@ def _write_outputs(w: CdrWriter, tick: Tick) -> None:
     w.f64_array(estimate.velocity_B)
     w.flag(estimate.valid)
     _write_faults(w, tick.faults)
+    if layout > 1:
+        write_odometry(w, tick.odometry)
 
 
 def _write_inputs(w: CdrWriter, inputs: Inputs, count: int) -> None:
@@ -214,10 +221,14 @@ class TickInputs:
     end: int
 
 
-def decode_inputs(data: bytes) -> TickInputs:
+def decode_inputs(data: bytes, layout: int = LAYOUT) -> TickInputs:
     """Return time, number and inputs of the tick in a message, and leave the rest as it is.
 
     The truth is left out: no step may know it.
+
+    Args:
+        data: The message.
+        layout: Its layout.
 
     Raises:
         ValueError: The message is damaged.
@@ -226,12 +237,16 @@ def decode_inputs(data: bytes) -> TickInputs:
     t_ns, index = r.i64(), r.i64()
     r.u8()
     r.u8()
-    inputs = _read_inputs(r, with_truth=False)
+    inputs = _read_inputs(r, layout, with_truth=False)
     return TickInputs(t_ns, index, inputs, r.at)
 
 
-def decode_tick(data: bytes) -> Tick:
+def decode_tick(data: bytes, layout: int = LAYOUT) -> Tick:
     """Return the tick in a message.
+
+    Args:
+        data: The message.
+        layout: Its layout.
 
     Raises:
         ValueError: The message is damaged.
@@ -239,7 +254,7 @@ def decode_tick(data: bytes) -> Tick:
     r = CdrReader(data)
     t_ns, index = r.i64(), r.i64()
     mode, stop_reason = Mode(r.u8()), StopReason(r.u8())
-    inputs = _read_inputs(r)
+    inputs = _read_inputs(r, layout)
     joints = JointState(
         t_ns=r.i64(),
         angle_rad=r.f64s(),
@@ -271,6 +286,7 @@ def decode_tick(data: bytes) -> Tick:
         contact=contact,
         estimate=estimate,
         faults=_read_faults(r),
+        odometry=read_odometry(r) if layout > 1 else None,
     )
 
 
@@ -278,7 +294,7 @@ def _rows(values: FloatArray, width: int) -> FloatArray:
     return values.reshape(-1, width)
 
 
-def _read_inputs(r: CdrReader, *, with_truth: bool = True) -> Inputs:
+def _read_inputs(r: CdrReader, layout: int, *, with_truth: bool = True) -> Inputs:
     request = Request(Intent(r.u8()), r.text(), r.f64(), r.f64(), StopReason(r.u8()))
     timing = LoopTiming(r.i64(), r.i64(), r.i64(), r.i64())
     attached = r.flag()
@@ -304,6 +320,7 @@ def _read_inputs(r: CdrReader, *, with_truth: bool = True) -> Inputs:
         timing=timing,
         truth=truth,
         faults=_read_faults(r),
+        poses=read_poses(r) if layout > 1 else (),
     )
 
 
@@ -324,11 +341,10 @@ def _read_force_record(r: CdrReader) -> ForceRecord:
 def _read_truth(r: CdrReader, *, wanted: bool) -> BodyTruth | None:
     known = r.flag()
     if not wanted:
-        r.i64()
-        r.f64_array(3 + 4 + 3 + 3)
+        r.pass_numbers(1 + 3 + 4 + 3 + 3)
         for _ in range(3):
-            r.f64s()
-        r.flags()
+            r.pass_numbers(r.u32())
+        r.pass_flags(r.u32())
         return None
     truth = BodyTruth(
         t_ns=r.i64(),

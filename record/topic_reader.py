@@ -4,20 +4,33 @@ A log holds twenty messages a tick and a replay needs one of them, and of that o
 """
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 from mcap.records import Channel, Message, Schema
 
 from model.errors import RecordError
 from model.wire import WireBytes
-from record.reader import LogContents, note_content, tick_decoder
+from record.reader import LogContents, note_content, tick_layout
 from record.salvage import read_records
-from record.tick_message import decode_tick
 from record.wire_message import WIRE_TOPICS, decode_wire
 from record.writer import TICK_TOPIC
 
 
-def read_tick_messages(path: Path, contents: LogContents) -> Iterator[bytes]:
+@dataclass(frozen=True, slots=True)
+class TickMessage:
+    """A tick as it stands in a log.
+
+    Attributes:
+        data: The message.
+        layout: Its layout.
+    """
+
+    data: bytes
+    layout: int
+
+
+def read_tick_messages(path: Path, contents: LogContents) -> Iterator[TickMessage]:
     """Yield the ticks of a log as messages, in order; damage is stepped over and told in ``contents``.
 
     Args:
@@ -25,21 +38,19 @@ def read_tick_messages(path: Path, contents: LogContents) -> Iterator[bytes]:
         contents: Filled with robot file, metadata and damage on the way.
 
     Raises:
-        RecordError: The file cannot be opened, or its ticks have another layout than today's.
+        RecordError: The file cannot be opened, or its ticks have a layout that is not known.
     """
     schemas: dict[int, Schema] = {}
+    layouts: dict[int, int] = {}
     for record in read_records(path, contents.progress, topics={TICK_TOPIC}):
         if isinstance(record, Message):
-            yield record.data
+            yield TickMessage(record.data, layouts[record.channel_id])
         elif isinstance(record, Schema):
             schemas[record.id] = record
         elif isinstance(record, Channel):
             if record.topic == TICK_TOPIC:
-                decoder = tick_decoder(path, schemas.get(record.schema_id), contents)
-                if decoder is not decode_tick:
-                    raise RecordError(
-                        f"{path} holds ticks of an old layout, from which nothing can be replayed"
-                    )
+                schema = schemas.get(record.schema_id)
+                layouts[record.id] = tick_layout(path, schema, contents)
         else:
             note_content(record, contents)
 

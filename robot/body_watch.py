@@ -6,6 +6,7 @@ must be exceeded for a while, and nothing is judged from what is absent.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import atan, atan2, dist, hypot, inf, isfinite
 
 import numpy as np
 
@@ -21,11 +22,13 @@ from model.signals import (
     JointState,
     Mode,
     StopReason,
+    readonly,
 )
 from robot.safety_table import BodyLimits
 
 # A shaft that goes less than this share of its goal's way does not follow.
 FOLLOWING_SHARE = 0.25
+NOWHERE = readonly(np.full(2, np.nan))
 STANDING = frozenset({Mode.ARMED, Mode.HOLD})
 REASONS = (
     (FaultKind.TILTED, StopReason.TILTED),
@@ -115,9 +118,10 @@ def watch_body(
     if not seen.sent.torque:  # nobody answers for a robot without torque
         return replace(BodyMemory.empty(len(names)), t_ns=seen.t_ns), ()
     memory, stalled = _stalled(memory, seen, limits, names, dt_s)
-    tilt, of = _tilt(seen)
+    summed = _summed(seen)
+    tilt, of = _tilt(seen, summed)
     tilted_s = memory.tilted_s + dt_s if tilt > limits.max_tilt else 0.0
-    load_n = _load(seen)
+    load_n = hypot(*summed) if summed is not None else inf
     unloaded_s = memory.unloaded_s + dt_s if load_n < limits.min_load * seen.weight_n else 0.0
     standing_at_m = _standing_at(memory, seen)
     faults = [*stalled]
@@ -129,13 +133,10 @@ def watch_body(
         share = f"{load_n:.1f} N of {seen.weight_n:.1f} N"
         detail = f"all feet together carry {share}: lifted, hanging or fallen"
         faults.append(Fault(FaultKind.UNLOADED, "body", detail))
-    after = replace(
-        memory,
-        t_ns=seen.t_ns,
-        tilted_s=tilted_s,
-        unloaded_s=unloaded_s,
-        standing_at_m=standing_at_m,
-    )
+    after = BodyMemory(
+        seen.t_ns, memory.goal_rad, memory.angle_rad, memory.goal_way_rad, memory.shaft_way_rad,
+        memory.load_a, tilted_s, unloaded_s, standing_at_m,
+    )  # fmt: skip
     return after, tuple(faults)
 
 
@@ -149,85 +150,87 @@ def _stalled(
     memory: BodyMemory, seen: BodySeen, limits: BodyLimits, names: Sequence[str], dt_s: float
 ) -> tuple[BodyMemory, list[Fault]]:
     """Compare the goals' way with the shafts' way over the stall time."""
-    fade = np.where(seen.down, 0.0, np.exp(-dt_s / limits.stall_time))
+    fade: FloatArray | float = float(np.exp(-dt_s / limits.stall_time))
     known = seen.joints.valid  # goal and shaft of the others wait where they were
-    goal = np.where(known, seen.sent.angle_rad, memory.goal_rad)
-    goal[seen.down] = np.nan  # one without torque follows nothing, and begins anew afterwards
-    angle = np.where(known, seen.joints.angle_rad, memory.angle_rad)
-    step = np.nan_to_num(goal - memory.goal_rad)
-    moved = np.nan_to_num(angle - memory.angle_rad) * np.sign(step)
-    current = np.where(known, np.abs(seen.joints.current_a), memory.load_a)
-    current[seen.down] = 0.0
+    goal, angle = seen.sent.angle_rad, seen.joints.angle_rad
+    current = np.abs(seen.joints.current_a)
+    if True in seen.down.tolist() or False in known.tolist():
+        fade = np.where(seen.down, 0.0, fade)
+        goal = np.where(known, goal, memory.goal_rad)
+        goal[seen.down] = np.nan  # one without torque follows nothing, and begins anew afterwards
+        angle = np.where(known, angle, memory.angle_rad)
+        current = np.where(known, current, memory.load_a)
+        current[seen.down] = 0.0
+    step, turned = goal - memory.goal_rad, angle - memory.angle_rad
+    if not isfinite(step.sum() + turned.sum()):
+        step, turned = np.nan_to_num(step), np.nan_to_num(turned)
+    moved = turned * np.sign(step)
     goal_way = memory.goal_way_rad * fade + np.abs(step)
     shaft_way = memory.shaft_way_rad * fade + moved
     load_a = memory.load_a * fade + current * (1 - fade)
-    stalled = (
-        known
-        & (goal_way > limits.stall_travel)
-        & (shaft_way < FOLLOWING_SHARE * goal_way)
-        & (load_a > limits.stall_current)
+    each = zip(
+        names, known.tolist(), goal_way.tolist(), shaft_way.tolist(), load_a.tolist(), strict=True
     )
     faults = [
         Fault(
             FaultKind.SERVO_STALLED,
-            names[leg],
-            f"its goal moved {goal_way[leg]:.2f} rad and its shaft {shaft_way[leg]:.2f} rad at "
-            f"{load_a[leg]:.1f} A, limit {limits.stall_current:g} A",
+            name,
+            f"its goal moved {wanted:.2f} rad and its shaft {went:.2f} rad at "
+            f"{load:.1f} A, limit {limits.stall_current:g} A",
         )
-        for leg in np.flatnonzero(stalled).tolist()
-    ]
-    after = replace(
-        memory,
-        goal_rad=goal,
-        angle_rad=angle,
-        goal_way_rad=goal_way,
-        shaft_way_rad=shaft_way,
-        load_a=load_a,
-    )
+        for name, heard, wanted, went, load in each
+        if heard and wanted > limits.stall_travel and went < FOLLOWING_SHARE * wanted
+        and load > limits.stall_current
+    ]  # fmt: skip
+    after = BodyMemory(
+        memory.t_ns, goal, angle, goal_way, shaft_way, load_a,
+        memory.tilted_s, memory.unloaded_s, memory.standing_at_m,
+    )  # fmt: skip
     return after, faults
 
 
-def _tilt(seen: BodySeen) -> tuple[float, str]:
-    """Return the larger of two leans [rad] and what it comes from; -1 if neither is known."""
+def _summed(seen: BodySeen) -> list[float] | None:
+    """Return the sum of the forces on all feet, x, y, z [N]; None where that cannot be known."""
+    if not all(seen.sensors) or False in seen.forces.valid.tolist():
+        return None
+    summed: list[float] = seen.forces.force_n.sum(axis=0).tolist()
+    return summed
+
+
+def _tilt(seen: BodySeen, summed: list[float] | None) -> tuple[float, str]:
+    """Return the larger of two leans [rad] and what it comes from; -1 if neither is known.
+
+    Args:
+        seen: What there is to see.
+        summed: Forces on all feet together [N], if known.
+    """
     leans = [(-1.0, "nothing")]
     support = seen.contact.support
     if support.converged:
-        lean = float(np.arctan(np.hypot(support.slope_x, support.slope_y)))
+        lean = atan(hypot(support.slope_x, support.slope_y))
         leans.append((lean, "the model's support"))
-    valid = seen.forces.valid
-    if _all_sensors(seen) and valid.all():
+    if summed is not None:
         # inner forces between the feet cancel: what is left points where gravity does not pull
-        x, y, z = seen.forces.force_n.sum(axis=0)
-        if np.hypot(np.hypot(x, y), z) > 0.5 * seen.weight_n:
-            leans.append((float(np.arctan2(np.hypot(x, y), z)), "the sum of measured forces"))
+        x, y, z = summed
+        if hypot(x, y, z) > 0.5 * seen.weight_n:
+            leans.append((atan2(hypot(x, y), z), "the sum of measured forces"))
     return max(leans)
-
-
-def _load(seen: BodySeen) -> float:
-    """Return what the feet carry [N]; infinite where that cannot be known."""
-    if not _all_sensors(seen) or not seen.forces.valid.all():
-        return np.inf
-    return float(np.linalg.norm(seen.forces.force_n.sum(axis=0)))
-
-
-def _all_sensors(seen: BodySeen) -> bool:
-    return all(seen.sensors)
 
 
 def _standing_at(memory: BodyMemory, seen: BodySeen) -> FloatArray:
     if seen.mode not in STANDING:
-        return np.full(2, np.nan)
+        return NOWHERE
     known = bool(np.isfinite(memory.standing_at_m).all())
     return memory.standing_at_m if known else seen.estimate.position_m
 
 
 def _slipped(seen: BodySeen, standing_at_m: FloatArray, limits: BodyLimits) -> list[Fault]:
     faults = []
-    way_m = float(np.hypot(*(seen.estimate.position_m - standing_at_m)))
+    way_m = dist(seen.estimate.position_m.tolist(), standing_at_m.tolist())
     if way_m > limits.max_slip:  # False where it does not stand: NaN
         detail = f"moved {way_m:.3f} m while it should stand, limit {limits.max_slip:g} m"
         faults.append(Fault(FaultKind.SLIPPED, "body", detail))
-    distance_m = float(np.hypot(*seen.estimate.position_m))
+    distance_m = hypot(*seen.estimate.position_m.tolist())
     if distance_m > limits.max_distance:
         detail = f"is {distance_m:.2f} m from where it began, limit {limits.max_distance:g} m"
         faults.append(Fault(FaultKind.SLIPPED, "body", detail))

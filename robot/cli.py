@@ -12,6 +12,7 @@ from typing import NoReturn
 from model.errors import BigantError, BusError, ForceStreamError, RecordError
 from robot.arguments import GAITS, add_robot, add_scenario, positive, steer
 from robot.commands import HelpFormatter, add_commands, epilog_of, run_command
+from robot.compile_line import show_compiling
 from robot.exit_codes import ExitCode
 from robot.help_pages import page_hint
 
@@ -31,6 +32,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     """
     given = list(sys.argv[1:] if arguments is None else arguments)
     options = _parser(given).parse_args(given)
+    show_compiling()
     try:
         return int(_dispatch(options))
     except BigantError as error:
@@ -101,6 +103,13 @@ def _parser(arguments: Sequence[str] | None) -> argparse.ArgumentParser:
     return parser
 
 
+def _port(text: str) -> int:
+    value = int(text)
+    if not 1 <= value <= 65535:
+        raise argparse.ArgumentTypeError(f"must be a port from 1 to 65535, not {text}")
+    return value
+
+
 def _rate(text: str) -> int:
     value = int(text)
     if not 10 <= value <= 200:
@@ -153,6 +162,12 @@ def _add_drive(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         "--record-bytes",
         action="store_true",
         help="log the raw bytes of both devices as well, so that the drivers can be replayed",
+    )
+    drive.add_argument(
+        "--pose-udp",
+        type=_port,
+        metavar="PORT",
+        help="hear absolute poses on this UDP port of this machine (default: robot file, else none)",
     )
     drive.add_argument("--readonly", action="store_true", help="sense and log, never move")
     drive.add_argument("--armed", action="store_true", help="allow torque on real hardware")

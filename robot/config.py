@@ -25,6 +25,7 @@ from model.robot_effects import read_effects
 from model.robot_file import parse_table, read_body, read_contact, read_legs, read_linkage
 from model.toml_table import Table
 from robot.calibration_file import read_calibration
+from robot.estimator_table import EstimatorConfig, read_estimator
 from robot.safety_table import BodyLimits, RecoverySettings, read_body_limits, read_recovery
 
 if TYPE_CHECKING:
@@ -80,6 +81,7 @@ class RobotConfig:
         body_limits: Safety limits of the body.
         recovery: Whether a servo that lost its torque may be brought back.
         effects: What the file adds to the nominal model.
+        estimator: Odometry inside the loop.
     """
 
     name: str
@@ -92,6 +94,7 @@ class RobotConfig:
     loop: LoopSettings
     body_limits: BodyLimits
     recovery: RecoverySettings
+    estimator: EstimatorConfig
     effects: "tuple[Cause, ...]" = ()
 
 
@@ -165,6 +168,7 @@ def parse_robot(text: str) -> RobotConfig:
         body_limits=read_body_limits(safety_table),
         recovery=read_recovery(safety_table),
         effects=_effects(top, legs),
+        estimator=read_estimator(top.maybe_table("estimator"), legs.count),
     )
     safety_table.done()
     top.done()

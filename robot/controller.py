@@ -40,8 +40,9 @@ from model.signals import (
 from robot.body_watch import BodyMemory, BodySeen, stop_reason_of, watch_body
 from robot.config import RobotConfig
 from robot.controller_state import ControllerState
-from robot.file_model import model_of
+from robot.file_model import model_of, odometry_stage
 from robot.modes import GaitBook, Phase, Situation, advance, graver
+from robot.odometry_stage import OdometryStage
 from robot.recovery import Care, CareSeen, RecoveryMemory, care, legs_down
 from robot.rig import silent_readings
 from robot.safety import Allowed, Refused, ServoVerdict, gate, watch_servos
@@ -82,6 +83,9 @@ class Controller:
             None, calibrations, config.force_sensor, np.full(robot.legs.count, np.nan)
         )
         self._linkage = Linkage(robot.linkage, robot.legs.shaft_position)
+        self._odometry: OdometryStage | None = None
+        if config.estimator.enabled:
+            self._odometry = odometry_stage(config, self._linkage)
         self._weight_n = robot.body.mass * standard_gravity
         self._sensors = tuple(number > 0 for number in config.force_sensor.transducers.tolist())
         gaits = {name: make_gait(name, robot) for name in ("tripod", "metachronal")}
@@ -90,6 +94,7 @@ class Controller:
         )
         self._effects = model_of(config)
         prepare()  # here, where nothing waits for it
+        self._linkage.prepare()
 
     def initial(self) -> ControllerState:
         """Return the state before the first tick."""
@@ -111,6 +116,7 @@ class Controller:
             body=BodyMemory.empty(count),
             recovery=RecoveryMemory.empty(count),
             began_ns=-1,
+            odometry=self._odometry.initial() if self._odometry is not None else None,
         )
 
     def step(
@@ -158,6 +164,9 @@ class Controller:
         truly = forces
         if self._effects is not None:
             truly = self._effects.true_forces(forces, (t_ns - began_ns) * 1e-9)
+        odometry = state.odometry
+        if self._odometry is not None and odometry is not None:
+            odometry, _ = self._odometry.step(odometry, t_ns, joints, forces, inputs.poses)
         body, body_faults = self._watch_body(state, joints, truly, contact, down)
         cared = self._care(state, inputs, servos, verdict, t_ns)
         stop = self._stop_reason(state, inputs, late, t_ns)
@@ -194,6 +203,7 @@ class Controller:
             contact=contact,
             estimate=estimate,
             faults=faults,
+            odometry=odometry.estimate if odometry is not None else None,
         )
         after = ControllerState(
             index=state.index + 1,
@@ -210,6 +220,7 @@ class Controller:
             body=body,
             recovery=cared.memory,
             began_ns=began_ns,
+            odometry=odometry,
         )
         return after, tick
 
@@ -317,7 +328,7 @@ class Controller:
     ) -> tuple[FootMotion, ContactSolution, tuple[Fault, ...]]:
         """Feet, support and traction, with what the robot file adds to the nominal model."""
         if self._effects is None:
-            feet = self._linkage.feet(joints.angle_rad, rate_rad_s)
+            feet = self._linkage.frame_feet(joints.angle_rad, rate_rad_s)
             solution = solve_frame(feet, self.config.parameters.contact, self._weight_n)
         else:
             was = state.estimate
@@ -339,6 +350,8 @@ class Controller:
 
 def _remember(state: ControllerState, joints: JointState, t_ns: int) -> tuple[IntArray, FloatArray]:
     """Append the newest angles to the window that shaft speed is taken from."""
-    times = np.append(state.times_ns[1:], t_ns if state.index == 0 else joints.t_ns)
-    angles = np.vstack([state.angles_rad[1:], joints.angle_rad])
+    times, angles = np.empty_like(state.times_ns), np.empty_like(state.angles_rad)
+    times[:-1], angles[:-1] = state.times_ns[1:], state.angles_rad[1:]
+    times[-1] = t_ns if state.index == 0 else joints.t_ns
+    angles[-1] = joints.angle_rad
     return times, angles

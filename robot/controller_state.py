@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from model.signals import Estimate, FloatArray, FootForces, IntArray, StopReason
 from robot.body_watch import BodyMemory
 from robot.modes import Phase
+from robot.odometry_stage import OdometryMemory
 from robot.recovery import RecoveryMemory
 from robot.safety import Allowed
 
@@ -28,6 +29,7 @@ class ControllerState:
         body: What the watch over the body remembers.
         recovery: Servos that are being brought back.
         began_ns: Time of the first tick.
+        odometry: What the estimator remembers; None where it is switched off.
     """
 
     index: int
@@ -44,6 +46,7 @@ class ControllerState:
     body: BodyMemory
     recovery: RecoveryMemory
     began_ns: int
+    odometry: OdometryMemory | None
 
     @property
     def stop_reason(self) -> StopReason:

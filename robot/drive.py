@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from drivers.pose_udp import PoseListener
 from drivers.wire_tap import WireTap
 from gaits.limits import check_gait
 from model.errors import ConfigError, RecordError
@@ -89,6 +90,9 @@ def drive_plan(plan: Drive, operator_of: OperatorOf) -> ExitCode:
         interrupts = stack.enter_context(Interrupts())
         rig = _open_rig(plan, tap)
         stack.callback(rig.close)
+        port = options.pose_udp or plan.config.estimator.pose_port
+        if port:
+            rig.listen(PoseListener(port, rig.clock, time.time_ns()))
         for warning in rig.report.warnings:
             print(f"warning: {warning}", file=sys.stderr)
         controller = Controller(
@@ -132,6 +136,8 @@ def plan_of(options: argparse.Namespace) -> Drive:
         raise ConfigError(
             "--scenario", "needs --hardware virtual; faults are put on virtual devices only"
         )
+    if options.virtual_time and (options.pose_udp or config.estimator.pose_port):
+        raise ConfigError("--pose-udp", "cannot be heard in virtual time; leave --virtual-time out")
     if options.readonly and options.armed:
         raise ConfigError("--armed", "and --readonly exclude each other; choose one")
     if options.record_bytes and options.log == NO_LOG:
@@ -294,8 +300,9 @@ def _say(plan: Drive, result: RunResult, log_error: str) -> ExitCode:
 
 
 def _print_pose(tick: Tick) -> None:
-    x, y = tick.estimate.position_m
-    print(f"odometry: x {x:.3f} m, y {y:.3f} m, yaw {tick.estimate.yaw_rad:.3f} rad")
+    said = tick.odometry if tick.odometry is not None else tick.estimate
+    x, y = said.position_m
+    print(f"odometry: x {x:.3f} m, y {y:.3f} m, yaw {said.yaw_rad:.3f} rad")
 
 
 def _print_summary(path: Path) -> None:

@@ -2,7 +2,9 @@
 
 from typing import TYPE_CHECKING
 
+from model.linkage import Linkage
 from robot.config import RobotConfig
+from robot.odometry_stage import OdometryStage
 
 if TYPE_CHECKING:
     from gap.frame import FrameModel
@@ -23,3 +25,14 @@ def model_of(config: RobotConfig) -> "FrameModel | None":
     model = FrameModel(machine)
     model.prepare()
     return model
+
+
+def odometry_stage(config: RobotConfig, linkage: Linkage) -> OdometryStage:
+    """Return the estimator of a robot file, with what its effects add."""
+    if not config.effects:
+        return OdometryStage(config.parameters, config.estimator, linkage)
+    from robot.odometry_effects import EffectsBeside
+
+    beside = EffectsBeside(config, config.estimator.settings.law)
+    beside.prepare()
+    return OdometryStage(config.parameters, config.estimator, linkage, beside)

@@ -18,6 +18,7 @@ from drivers.wire_tap import TappedDatagrams, TappedText, WireTap
 from model.signals import BodyTruth
 from robot.config import RobotConfig
 from robot.file_twin import file_twin
+from robot.progress import StatusLine
 from robot.rig import Rig, TruthSource
 from sim_hw.ati_memory import MemoryDatagramLink, MemoryTextLink
 from sim_hw.clock import VirtualClock
@@ -147,16 +148,16 @@ def start_virtual(
     Returns:
         The process, to be closed, and where its force-torque unit is.
     """
-    devices = DeviceProcess(
-        VirtualSetup(
-            config.parameters,
-            config.servo_bus,
-            config.force_sensor,
-            seed,
-            scenario=scenario,
-            twin=file_twin(config, seed),
-        )
+    setup = VirtualSetup(
+        config.parameters,
+        config.servo_bus,
+        config.force_sensor,
+        seed,
+        scenario=scenario,
+        twin=file_twin(config, seed),
     )
+    with StatusLine() as line:
+        devices = DeviceProcess(setup, lambda: line.say("starting the virtual robot"))
     settings = replace(
         config.force_sensor,
         address=LOOPBACK,

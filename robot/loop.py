@@ -158,7 +158,9 @@ def exchange(
     """
     seen = rig.read()
     faults = (*seen.faults, *call.faults)
-    inputs = Inputs(seen.servos, seen.forces, call.request, call.timing, seen.truth, faults)
+    inputs = Inputs(
+        seen.servos, seen.forces, call.request, call.timing, seen.truth, faults, seen.poses
+    )
     state, tick = controller.step(state, inputs, call.t_ns)
     return state, tick, rig.actuate(state.allowed)
 

@@ -19,13 +19,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments; imports nothing heavy."""
     parser.description = (
         "Run the estimator over a log with only what the loop knew at each tick. "
-        "'odom tune LOG...' finds its noise from logs instead."
+        "'odom tune LOG...' finds its noise from logs instead. --live follows the log of a running "
+        "drive, or reads a robot without ever moving it."
     )
-    parser.add_argument("logs", type=Path, nargs="+", metavar="[tune] LOG")
+    parser.add_argument("logs", type=Path, nargs="*", metavar="[tune] LOG")
     parser.add_argument("--compare", action="store_true",
         help="beside it: open-loop model, strides, rigid stance and the truth")  # fmt: skip
-    parser.add_argument("--law", choices=("coulomb", "viscous"), default="coulomb",
-        help="friction law of the process (default: coulomb)")  # fmt: skip
+    parser.add_argument("--law", choices=("coulomb", "viscous"),
+        help="friction law of the process (default: coulomb; --live: robot file)")  # fmt: skip
     parser.add_argument("--no-sway", action="store_true",
         help="leave out how the body moves as it tilts")  # fmt: skip
     parser.add_argument("--no-forces", action="store_true", help="as if there were no force unit")
@@ -36,6 +37,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--smooth", action="store_true",
         help="write the trajectory smoothed with all of the log known")  # fmt: skip
     parser.add_argument("--out", type=Path, metavar="FILE", help=".tum, .mcap, .png or .html")
+    live = parser.add_argument_group("while it walks")
+    live.add_argument("--live", action="store_true",
+        help="follow LOG while it is written, or read --hardware; Ctrl-C ends it")  # fmt: skip
+    live.add_argument("--hardware", metavar="virtual|PORT",
+        help="read servos and forces here; torque is never asked for")  # fmt: skip
+    live.add_argument("--force-unit", metavar="HOST[:UDP:CONSOLE]|none",
+        help="force-torque unit (default: robot file)")  # fmt: skip
+    live.add_argument("--duration", type=float, metavar="S", help="end after so long")
     parser.add_argument("--json", action="store_true", help="the figures as JSON")
 
 
@@ -48,6 +57,18 @@ def run(options: argparse.Namespace) -> ExitCode:
     """
     from model.errors import ConfigError
 
+    if options.live:
+        from robot.odom_live import run_live
+
+        return run_live(_checked_live(options))
+    if (
+        options.hardware is not None
+        or options.force_unit is not None
+        or options.duration is not None
+    ):
+        raise ConfigError("--hardware, --force-unit, --duration", "go with --live; add it")
+    if not options.logs:
+        raise ConfigError("LOG", "is missing; name a log, or use --live")
     if options.logs[0] == Path(TUNE):
         from robot.odometry_tune import tune_command
 
@@ -65,6 +86,17 @@ def run(options: argparse.Namespace) -> ExitCode:
     if options.smooth and (options.out is None or options.out.suffix != ".tum"):
         raise ConfigError("--smooth", "writes a trajectory; add --out FILE.tum")
     return _estimate(options)
+
+
+def _checked_live(options: argparse.Namespace) -> argparse.Namespace:
+    from model.errors import ConfigError
+
+    for name in ("compare", "smooth", "fitted"):
+        if getattr(options, name):
+            raise ConfigError(f"--{name}", "needs a whole log; leave --live out")
+    if len(options.logs) > 1 or options.logs == [Path(TUNE)]:
+        raise ConfigError("LOG", "give one log to follow")
+    return options
 
 
 def _estimate(options: argparse.Namespace) -> ExitCode:
@@ -88,7 +120,9 @@ def _estimate(options: argparse.Namespace) -> ExitCode:
     else:
         config = parse_robot(log.config_text) if log.config_text else load_robot()
     say_unused(config)
-    settings = EstimatorSettings(law=FrictionLaw(options.law), sway=not options.no_sway)
+    settings = EstimatorSettings(
+        law=FrictionLaw(options.law or "coulomb"), sway=not options.no_sway
+    )
     fitted, stride_m, source = None, np.nan, ""
     if options.compare:
         if options.fitted is not None:

@@ -8,6 +8,7 @@ estimator with the effects built in, and its derivatives and noise stay what the
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.constants import g as standard_gravity
 
 from gap.frame import FrameAnswer, FrameModel
 from gap.interfaces import Cause
@@ -16,15 +17,107 @@ from gap.legged_machine import LeggedMachine
 from model.estimator_settings import EstimatorSettings
 from model.estimator_types import AddedByEffects
 from model.frames import FrictionLaw
-from model.neighbourhood import neighbourhood
 from model.odometry import advance
-from model.params import ContactParameters
 from model.signals import Estimate, FloatArray, FootForces, FootMotion
 from record.recording import Recording
 from robot.config import RobotConfig
 from robot.odometry_track import Progress
 
 COULOMB = Cause("coulomb_friction", (), ())
+# They change the feet that the estimator is given, not what its model makes of them.
+OF_THE_FEET = frozenset({"shaft_zero_offset", "link_length", "leg_length", "encoder_scale"})
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EffectMemory:
+    """What is remembered from tick to tick.
+
+    Attributes:
+        began_ns: Time of the first tick: drifts count from there.
+        where: Dead-reckoned pose, for effects that are bound to a place.
+    """
+
+    began_ns: int
+    where: Estimate
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EffectTick:
+    """A tick as a robot file with effects has it.
+
+    Attributes:
+        answer: Feet, support and traction of the file's own model.
+        forces: Without what sensors add.
+        added: What the effects add to the estimator's model.
+    """
+
+    answer: FrameAnswer
+    forces: FootForces
+    added: AddedByEffects
+
+
+class EffectsBeside:
+    """What a robot file's effects add, tick by tick.
+
+    Args:
+        config: Robot file with effects.
+        law: Law of friction of the estimator.
+    """
+
+    def __init__(self, config: RobotConfig, law: FrictionLaw) -> None:
+        own = config.parameters
+        machine = LeggedMachine(own.body.mass, own.legs, own.linkage, own.contact, config.effects)
+        self._plain = FrameModel(machine)
+        self.weight_n = weight_and_centre(machine, self._plain.settings.ground)[0]
+        with_law = _with_law(machine, law)
+        bare = _as_the_estimator_has_it(machine, self.weight_n, law)
+        self._nothing = AddedByEffects(np.zeros(3), np.zeros(own.legs.count))
+        self._beside: tuple[FrameModel, FrameModel] | None = None
+        if with_law.effects != bare.effects:
+            own_law = with_law.effects == machine.effects
+            self._beside = (self._plain if own_law else FrameModel(with_law)), FrameModel(bare)
+
+    def prepare(self) -> None:
+        """Load or make the machine code now."""
+        for model in (self._plain, *(self._beside or ())):
+            model.prepare()
+
+    def step(
+        self,
+        memory: EffectMemory | None,
+        t_ns: int,
+        angle_rad: FloatArray,
+        rate_rad_s: FloatArray,
+        forces: FootForces,
+    ) -> tuple[EffectMemory, EffectTick]:
+        """Advance by a tick.
+
+        Args:
+            memory: What was, None before the first tick.
+            t_ns: Time of the tick.
+            angle_rad: Shafts, (N,).
+            rate_rad_s: Their speeds, (N,).
+            forces: As the calibrated sensors report them.
+        """
+        if memory is None:
+            start = Estimate(t_ns, np.zeros(2), 0.0, np.full(3, np.nan), valid=False)
+            memory = EffectMemory(t_ns, start)
+        where = memory.where
+        dt_s = (t_ns - where.t_ns) * 1e-9
+        pose = np.array([*where.position_m, where.yaw_rad])
+        answer = self._plain.solve(angle_rad, rate_rad_s, pose, where.velocity_B, dt_s)
+        truly = self._plain.true_forces(forces, (t_ns - memory.began_ns) * 1e-9)
+        added = self._nothing
+        if self._beside is not None:
+            with_effects, without = (
+                answer
+                if model is self._plain
+                else model.solve(angle_rad, rate_rad_s, pose, where.velocity_B, dt_s)
+                for model in self._beside
+            )
+            added = _difference(with_effects, without)
+        where = advance(where, answer.contact.traction.velocity_B, t_ns)
+        return EffectMemory(memory.began_ns, where), EffectTick(answer, truly, added)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,10 +159,8 @@ def effect_frames(
     """
     if not config.effects:
         return None
-    own, first, last = config.parameters, *span
-    machine = LeggedMachine(own.body.mass, own.legs, own.linkage, own.contact, config.effects)
-    plain, lawful = FrameModel(machine), FrameModel(_with_law(machine, settings.law))
-    weight_n = weight_and_centre(machine, plain.settings.ground)[0]
+    first, last = span
+    beside = EffectsBeside(config, settings.law)
     position, velocity = np.full((2, *log.force_n.shape), np.nan)
     twist, force = (
         np.full((last - first, 3), np.nan),
@@ -77,27 +168,22 @@ def effect_frames(
     )
     true_n = log.force_n.copy()
     added: list[AddedByEffects] = []
-    where = Estimate(int(log.t_s[first] * 1e9), np.zeros(2), 0.0, np.full(3, np.nan), valid=False)
+    start = Estimate(int(log.t_s[first] * 1e9), np.zeros(2), 0.0, np.full(3, np.nan), valid=False)
+    memory = EffectMemory(int(log.t_s[0] * 1e9), start)
     for i in range(first, last):
-        since_s = float(log.t_s[i] - log.t_s[0])
         reading = FootForces(0, log.force_n[i], np.isfinite(log.force_n[i]).all(axis=1))
-        true_n[i] = plain.true_forces(reading, since_s).force_n
-        now_ns = int(log.t_s[i] * 1e9)
-        dt_s = (now_ns - where.t_ns) * 1e-9
-        pose = np.array([*where.position_m, where.yaw_rad])
-        answer = plain.solve(log.angle_rad[i], log.rate_rad_s[i], pose, where.velocity_B, dt_s)
-        beside = answer
-        if lawful is not plain:
-            beside = lawful.solve(log.angle_rad[i], log.rate_rad_s[i], pose, where.velocity_B, dt_s)
-        where = advance(where, answer.contact.traction.velocity_B, now_ns)
-        position[i], velocity[i] = answer.feet.position_m, answer.feet.velocity_m_s
-        twist[i - first] = answer.contact.traction.velocity_B
-        force[i - first] = answer.contact.traction.force_B
-        added.append(_difference(beside, own.contact, weight_n, settings))
+        memory, tick = beside.step(
+            memory, int(log.t_s[i] * 1e9), log.angle_rad[i], log.rate_rad_s[i], reading
+        )
+        feet, traction = tick.answer.feet, tick.answer.contact.traction
+        true_n[i] = tick.forces.force_n
+        position[i], velocity[i] = feet.position_m, feet.velocity_m_s
+        twist[i - first], force[i - first] = traction.velocity_B, traction.force_B
+        added.append(tick.added)
         if progress is not None and i % 200 == 0:
             progress((i - first) / (last - first))
     return EffectFrames(
-        FootMotion(position, velocity), weight_n, true_n, twist, force, tuple(added)
+        FootMotion(position, velocity), beside.weight_n, true_n, twist, force, tuple(added)
     )
 
 
@@ -108,16 +194,21 @@ def _with_law(machine: LeggedMachine, law: FrictionLaw) -> LeggedMachine:
     return replace(machine, effects=(*machine.effects, COULOMB))
 
 
-def _difference(
-    answer: FrameAnswer, contact: ContactParameters, weight_n: float, settings: EstimatorSettings
-) -> AddedByEffects:
-    feet, found = answer.feet, answer.contact
-    nothing = AddedByEffects(np.zeros(3), np.zeros(len(contact.mu)))
-    if not (np.isfinite(feet.position_m).all() and np.isfinite(feet.velocity_m_s).all()):
-        return nothing
-    base = neighbourhood(feet, contact, weight_n, settings.law, 0.0)
-    if base.reason != 0 or not (found.support.converged and found.traction.valid):
-        return nothing
+def _as_the_estimator_has_it(
+    machine: LeggedMachine, weight_n: float, law: FrictionLaw
+) -> LeggedMachine:
+    """The robot as the estimator's own model has it: its feet, its weight, and nothing else added."""
+    kept = tuple(one for one in machine.effects if one.effect in OF_THE_FEET)
+    bare = replace(machine, mass_kg=weight_n / standard_gravity, effects=kept)
+    return _with_law(bare, law)
+
+
+def _difference(with_effects: FrameAnswer, without: FrameAnswer) -> AddedByEffects:
+    one, other = with_effects.contact, without.contact
+    known = one.support.converged and other.support.converged
+    if not (known and one.traction.valid and other.traction.valid):
+        return AddedByEffects(np.zeros(3), np.zeros(len(one.support.load_n)))
     return AddedByEffects(
-        found.traction.velocity_B - base.velocity_B, found.support.load_n - base.load_n
+        one.traction.velocity_B - other.traction.velocity_B,
+        one.support.load_n - other.support.load_n,
     )

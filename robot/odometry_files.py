@@ -8,8 +8,8 @@ from mcap.writer import Writer as McapWriter
 
 from model.errors import RecordError
 from model.signals import FloatArray
-from record.cdr import CdrWriter
 from record.definitions import DEFINITIONS
+from record.messages import estimator_odometry
 from robot.odometry_track import OdometryTrack
 
 KIND = "nav_msgs/msg/Odometry"
@@ -50,34 +50,11 @@ def write_mcap(path: Path, run: OdometryTrack) -> None:
             schema = writer.register_schema(KIND, "ros2msg", DEFINITIONS[KIND].encode("utf-8"))
             channel = writer.register_channel("/odom", "cdr", schema)
             for i, estimate in enumerate(run.estimates):
-                data = odometry_message(run, i)
+                data = estimator_odometry(estimate.t_ns, estimate)
                 writer.add_message(channel, estimate.t_ns, data, estimate.t_ns, i)
             writer.finish()  # type: ignore[no-untyped-call]
     except OSError as error:
         raise _refused(path, error) from error
-
-
-def odometry_message(run: OdometryTrack, tick: int) -> bytes:
-    """nav_msgs/msg/Odometry of a tick, covariances row by row."""
-    w = CdrWriter()
-    seconds, nanoseconds = divmod(run.estimates[tick].t_ns, 1_000_000_000)
-    w.i32(seconds)
-    w.u32(nanoseconds)
-    w.text("odom")
-    w.text("base_link")
-    x, y, yaw = run.pose[tick].tolist()
-    w.f64_array(np.array([x, y, 0.0, 0.0, 0.0, np.sin(yaw / 2), np.cos(yaw / 2)]))
-    w.f64_array(_six(run.pose_covariance[tick]))
-    vx, vy, rate = run.velocity_B[tick].tolist()
-    w.f64_array(np.array([vx, vy, 0.0, 0.0, 0.0, rate]))
-    w.f64_array(_six(run.twist_covariance[tick]))
-    return w.done()
-
-
-def _six(planar: FloatArray) -> FloatArray:
-    full = np.zeros((6, 6))
-    full[np.ix_(PLANAR, PLANAR)] = planar
-    return full.ravel()
 
 
 def _refused(path: Path, error: OSError) -> RecordError:

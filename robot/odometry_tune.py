@@ -154,7 +154,7 @@ def tune_command(paths: list[Path], options: argparse.Namespace) -> ExitCode:
     Raises:
         RecordError: A log cannot be read, or has no walking or no forces in it.
     """
-    start = EstimatorSettings(law=FrictionLaw(options.law), sway=not options.no_sway)
+    start = EstimatorSettings(law=FrictionLaw(options.law or "coulomb"), sway=not options.no_sway)
     walks = [_read(path, options.robot) for path in paths]
 
     def progress(share: float) -> None:

@@ -17,7 +17,7 @@ from record.recording import Recording
 from robot.run_totals import truth_yaw
 from robot.summary import planar_pose
 
-TRUE, PREDICTED, DIFFERENCE = "#0072B2", "#D55E00", "#555555"
+TRUE, PREDICTED, DIFFERENCE, ESTIMATED = "#0072B2", "#D55E00", "#555555", "#009E73"
 STYLE: Any = {  # matplotlib types its settings by name
     "font.size": 9,
     "axes.spines.top": False,
@@ -60,7 +60,7 @@ def _trajectory(log: Recording) -> Figure:
     figure = Figure(figsize=(9, 3.6), layout="constrained")
     ax: Axes = figure.subplots()
     thin = _thin(log)
-    estimate = _estimate_in_truth_frame(log)[thin]
+    estimate = _in_truth_frame(log, log.estimate_pose)[thin]
     if log.has_truth:
         true = planar_pose(log)[thin]
         ax.plot(true[:, 0], true[:, 1], color=TRUE, lw=2.5, label="true")
@@ -69,6 +69,9 @@ def _trajectory(log: Recording) -> Figure:
         estimate[:, 0], estimate[:, 1], color=PREDICTED, lw=1.5, ls="--", label="dead reckoning"
     )
     _headings(ax, estimate, PREDICTED)
+    if np.isfinite(log.odometry_pose).any():
+        said = _in_truth_frame(log, log.odometry_pose)[thin]
+        ax.plot(said[:, 0], said[:, 1], color=ESTIMATED, lw=1.5, ls="-.", label="estimator")
     ax.set_aspect("equal", adjustable="datalim")
     ax.set_xlabel("x [m]")
     ax.set_ylabel("y [m]")
@@ -87,9 +90,9 @@ def _headings(ax: Axes, pose: FloatArray, colour: str) -> None:
         )
 
 
-def _estimate_in_truth_frame(log: Recording) -> FloatArray:
-    """Dead reckoning begun where the truth begins, so that both can be compared."""
-    pose = log.estimate_pose.copy()
+def _in_truth_frame(log: Recording, own: FloatArray) -> FloatArray:
+    """Poses begun where the truth begins, so that both can be compared; (T, 3)."""
+    pose = own.copy()
     known = np.flatnonzero(np.isfinite(log.truth_position_W[:, 0]))
     if len(known) == 0:
         return pose

@@ -14,17 +14,28 @@ FILE_S = 10.0
 WIDTH = 30
 
 
-class _StatusLine:
+class StatusLine:
     """One line that changes on a terminal and is written now and then anywhere else; a context manager."""
 
-    def __init__(self, label: str) -> None:
+    def __init__(self, label: str = "") -> None:
         self._label = label
         self._terminal = sys.stderr.isatty()
         self._start_s = time.monotonic()
         self._next_s = self._start_s + FIRST_S
         self._shown = 0
 
-    def _is_time(self) -> bool:
+    def say(self, text: str) -> None:
+        """Show a text, if it is time to."""
+        if self.is_time():
+            self._show(text)
+
+    def clear(self) -> None:
+        """Take the line away again."""
+        if self._shown:
+            print("\r" + " " * self._shown + "\r", end="", file=sys.stderr, flush=True)
+            self._shown = 0
+
+    def is_time(self) -> bool:
         """Whether to show something now; the next time is then set."""
         now_s = time.monotonic()
         if now_s < self._next_s:
@@ -49,11 +60,10 @@ class _StatusLine:
         trace: TracebackType | None,
     ) -> None:
         """Clear the line."""
-        if self._shown:
-            print("\r" + " " * self._shown + "\r", end="", file=sys.stderr, flush=True)
+        self.clear()
 
 
-class ProgressLine(_StatusLine):
+class ProgressLine(StatusLine):
     """A line that says how far the reading of a log is.
 
     Args:
@@ -68,11 +78,11 @@ class ProgressLine(_StatusLine):
 
     def update(self) -> None:
         """Show how far it is, if it is time to."""
-        if self._progress.size > 0 and self._is_time():
+        if self._progress.size > 0 and self.is_time():
             self._show(f"{self._label}: {100 * self._progress.position // self._progress.size} %")
 
 
-class ProgressBar(_StatusLine):
+class ProgressBar(StatusLine):
     """A bar for work whose share done is known, with the time that is left.
 
     Args:
@@ -81,7 +91,7 @@ class ProgressBar(_StatusLine):
 
     def show(self, share: float, words: str = "") -> None:
         """Show the share done, 0 to 1, if it is time to."""
-        if not self._is_time():
+        if not self.is_time():
             return
         done = round(WIDTH * share)
         bar = "#" * done + "." * (WIDTH - done)

@@ -104,6 +104,8 @@ def care(
         settings: What is allowed.
         names: Leg names.
     """
+    if _nothing_to_do(memory, seen):
+        return Care(memory, False, (), None, StopReason.NONE, ())
     down = legs_down(memory, seen.faults, names)
     back = memory.back | (memory.down & ~down)
     lost = seen.verdict.lost_legs
@@ -124,6 +126,12 @@ def care(
     if not len(candidates):
         return Care(kept, True, (), None, StopReason.NONE, ())
     return _ask(kept, int(candidates[0]), seen.t_ns, settings, names)
+
+
+def _nothing_to_do(memory: RecoveryMemory, seen: CareSeen) -> bool:
+    """Whether every servo is well and was before: so it is in nearly every tick."""
+    found = (memory.down, memory.back, seen.verdict.lost_legs, seen.verdict.broken_legs)
+    return not (memory.paused or seen.faults or any(True in legs.tolist() for legs in found))
 
 
 def _stop(

@@ -110,7 +110,7 @@ class _Replayed:
         servos, truth = seen.servos, inputs.truth
         if inputs.servos is not None:
             servos = replace(servos, t_ns=inputs.servos.t_ns, age_ns=inputs.servos.age_ns)
-        return replace(seen, servos=servos, truth=truth)
+        return replace(seen, servos=servos, truth=truth, poses=inputs.poses)
 
     def actuate(self, allowed: Allowed) -> tuple[Fault, ...]:
         return self._rig.actuate(allowed)
@@ -199,7 +199,8 @@ def _run(
     for recorded in ticks:
         tape.clock.sleep_until_ns(recorded.t_ns)
         inputs = recorded.inputs
-        of_the_log = tuple(f for f in inputs.faults if f.kind is FaultKind.LOG_WRITE)
+        beside = (FaultKind.LOG_WRITE, FaultKind.POSE_BAD)  # not from these devices
+        of_the_log = tuple(f for f in inputs.faults if f.kind in beside)
         call = Call(recorded.t_ns, inputs.request, inputs.timing, (*pending, *of_the_log))
         state, tick, pending = exchange(_Replayed(rig, recorded), controller, state, call)
         comparison.add(recorded, tick)

@@ -88,7 +88,7 @@ def read_wishes(path: Path, contents: LogContents) -> Wishes:
     requests: list[Request] = []
     start_ns = now_ns = 0
     for number, message in enumerate(read_tick_messages(path, contents)):
-        seen = decode_inputs(message)
+        seen = decode_inputs(message.data, message.layout)
         if seen.index != number:
             break
         start_ns = seen.t_ns if number == 0 else start_ns
@@ -163,6 +163,7 @@ def _plan(options: argparse.Namespace, wishes: Wishes, contents: LogContents) ->
         **{
             **vars(options),
             "teleop": False,
+            "pose_udp": None,
             "record_bytes": False,
             "scenario": None,
             "rate_hz": then.rate_hz,

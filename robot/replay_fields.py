@@ -15,7 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from model.estimator_types import OdometryEstimate
 from model.signals import Mode, StopReason, Tick
+from record.odometry_message import HEALTHS
 
 Take = Callable[[Tick], ArrayLike]
 
@@ -57,6 +59,10 @@ SUM = "a sum over all ticks so far"
 EXACT = "a decision: it is the same or it is not"
 RAW = "as it came from the wire"
 
+FILTERED = "a filter over all ticks so far: its gain makes a difference of one tick fade"
+LEAST = "forces of several feet at rest: the least ones, found to a finite precision"
+LEGS = -1
+
 _XYZ = ("x", "y", "z")
 _PLANAR = ("vx", "vy", "yaw rate")
 
@@ -86,6 +92,18 @@ def _servo_counts(tick: Tick) -> ArrayLike:
 def _force_counts(tick: Tick) -> ArrayLike:
     records = tick.inputs.forces
     return records[-1].counts if records else np.zeros((6, 6), dtype=np.int64)
+
+
+def _odometry(take: Callable[[OdometryEstimate], ArrayLike], *shape: int) -> Take:
+    """A field of the estimate, absent where there is none; its first axis may be that of the legs."""
+
+    def found(tick: Tick) -> ArrayLike:
+        if tick.odometry is not None:
+            return take(tick.odometry)
+        legs = len(tick.joints.angle_rad)
+        return np.full([legs if size == LEGS else size for size in shape], np.nan)
+
+    return found
 
 
 # What the drivers make of recorded bytes; in a replay of inputs they are the inputs themselves.
@@ -141,5 +159,22 @@ FIELDS = (
     Field("estimate", "velocity", "m/s, rad/s", 1e-9, BALANCE, lambda t: t.estimate.velocity_B,
           parts=_PLANAR),
     Field("estimate", "valid", "", 0.0, EXACT, lambda t: t.estimate.valid),
+    Field("odometry", "position", "m", 1e-8, FILTERED, _odometry(lambda o: o.position_m, 2),
+          parts=("x", "y")),
+    Field("odometry", "yaw", "rad", 1e-8, FILTERED, _odometry(lambda o: o.yaw_rad)),
+    Field("odometry", "velocity", "m/s, rad/s", 1e-8, FILTERED, _odometry(lambda o: o.velocity_B, 3),
+          parts=_PLANAR),
+    Field("odometry", "pose covariance", "m2, rad2", 1e-8, FILTERED,
+          _odometry(lambda o: o.pose_covariance, 3, 3)),
+    Field("odometry", "twist covariance", "", 1e-8, FILTERED,
+          _odometry(lambda o: o.twist_covariance, 3, 3)),
+    Field("odometry", "mu", "", 1e-7, FILTERED, _odometry(lambda o: o.mu, LEGS), legs=True),
+    Field("odometry", "stiffness", "N/m", 1e-7, FILTERED, _odometry(lambda o: o.stiffness, LEGS),
+          legs=True),
+    Field("odometry", "force", "N", 1e-5, LEAST, _odometry(lambda o: o.force_B, LEGS, 3), legs=True,
+          parts=_XYZ),
+    Field("odometry", "contact", "", 0.0, EXACT, _odometry(lambda o: o.contact, LEGS), legs=True),
+    Field("odometry", "rejects", "", 0.0, EXACT, _odometry(lambda o: o.rejects)),
+    Field("odometry", "health", "", 0.0, EXACT, _odometry(lambda o: HEALTHS.index(o.health))),
     Field("faults", "kind and source", "", 0.0, EXACT, _faults),
 )  # fmt: skip

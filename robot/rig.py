@@ -13,10 +13,12 @@ import numpy as np
 from drivers.ati_calibration import Calibration
 from drivers.ati_stream import ForceStream, StreamCounters
 from drivers.clock import Clock
+from drivers.pose_udp import PoseListener
 from drivers.servo_bus import ServoBus
 from drivers.servo_recovery import Incident, ServoRecovery
 from drivers.servo_setup import BusReport
 from model.errors import BusError, ConnectionLost
+from model.pose_record import PoseRecord
 from model.signals import (
     BodyTruth,
     Fault,
@@ -48,12 +50,14 @@ class Seen:
         forces: Force records since the last read, oldest first.
         truth: Ground truth, None where there is none.
         faults: Faults the drivers found.
+        poses: Absolute poses since the last read.
     """
 
     servos: ServoReadings
     forces: tuple[ForceRecord, ...]
     truth: BodyTruth | None
     faults: tuple[Fault, ...]
+    poses: tuple[PoseRecord, ...] = ()
 
 
 class Rig:
@@ -89,6 +93,7 @@ class Rig:
         self._forces = forces
         self._truth = truth
         self._closers = closers
+        self._poses: PoseListener | None = None
         self._torque = False
         self._link_lost = ""
         self._recovery = ServoRecovery(bus, clock, recovery.policy)
@@ -118,7 +123,15 @@ class Rig:
             records = self._forces.read()
             faults.extend(self._forces.take_faults())
         truth = self._truth.latest() if self._truth is not None else None
-        return Seen(servos, records, truth, tuple(faults))
+        poses: tuple[PoseRecord, ...] = ()
+        if self._poses is not None:
+            poses, bad = self._poses.read()
+            faults.extend(bad)
+        return Seen(servos, records, truth, tuple(faults), poses)
+
+    def listen(self, poses: PoseListener) -> None:
+        """Hear absolute poses too; the rig closes the listener."""
+        self._poses = poses
 
     def _read_servos(self, faults: list[Fault]) -> ServoReadings:
         if not self._link_lost:
@@ -192,6 +205,8 @@ class Rig:
                 self._forces.stop()
                 self._forces.close()
             self.bus.close()
+            if self._poses is not None:
+                self._poses.close()
             for closer in self._closers:
                 closer()
 

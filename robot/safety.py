@@ -5,6 +5,7 @@ because a clamp that does not report hides a mistake. The watch turns readings i
 """
 
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 
@@ -72,7 +73,8 @@ def gate(
     """
     if not wished.torque:
         return Allowed(wished)
-    if not (np.isfinite(wished.angle_rad).all() and np.isfinite(wished.rate_rad_s).all()):
+    angles = wished.angle_rad.tolist()
+    if not (all(map(isfinite, angles)) and all(map(isfinite, wished.rate_rad_s.tolist()))):
         return Refused(f"{_legs(bus, ~np.isfinite(wished.angle_rad))}: the command is not a number")
     elapsed_ns = wished.t_ns - last.t_ns
     if elapsed_ns <= 0 and last.torque:
@@ -81,18 +83,18 @@ def gate(
         return Refused(
             f"the command before is {elapsed_ns * 1e-6:.0f} ms old; the loop stood still"
         )
-    step_rad = np.abs(wished.angle_rad - last.angle_rad)
     allowed_rad = limits.max_speed_rad_s * SPEED_SLACK * elapsed_ns * 1e-9
     allowed_rad += 2 * np.pi / TICKS_PER_TURN
-    if (step_rad > allowed_rad).any():
-        worst = int(np.argmax(step_rad))
+    step_rad = [abs(to - at) for to, at in zip(angles, last.angle_rad.tolist(), strict=True)]
+    if any(step > allowed_rad for step in step_rad):
+        worst = int(np.nanargmax(step_rad))
         return Refused(
             f"{bus.names[worst]}: a step of {step_rad[worst]:.3f} rad in "
             f"{elapsed_ns * 1e-6:.0f} ms is faster than {limits.max_speed_rad_s:g} rad/s"
         )
     ticks = bus.zeros + bus.signs * wished.angle_rad * (TICKS_PER_TURN / (2 * np.pi))
     beyond = np.abs(ticks) > EXTENDED_POSITION_LIMIT - RANGE_MARGIN_TICKS
-    if beyond.any():
+    if True in beyond.tolist():
         return Refused(
             f"{_legs(bus, beyond)}: the servo's turn counter is used up (256 turns); "
             "stop, cut torque and start again to set it back"
@@ -136,6 +138,7 @@ class ServoVerdict:
 
 # Readings beyond a limit must persist: one noisy current sample is no fault worth a stop.
 PERSISTENCE_READS = 10
+ALERT_BIT = 0x80  # of a status packet's error byte, its highest
 
 
 def watch_servos(
@@ -158,11 +161,15 @@ def watch_servos(
         limits: Safety limits.
         bus: Names and the number of silent reads allowed.
     """
+    if _all_well(readings, joints, sent, limits):
+        none = np.zeros(len(bus.names), dtype=np.int64)
+        nobody = np.zeros(len(bus.names), dtype=bool)
+        return ServoVerdict((), none, nobody, nobody, none)
     faults: list[Fault] = []
     silent = np.where(readings.valid, 0, silent_reads + 1)
     bad = np.zeros(readings.valid.shape, dtype=bool)
     error = np.where(readings.hardware_error > 0, readings.hardware_error, 0)
-    alert = readings.valid & (((readings.error_byte & 0x80) != 0) | (error != 0))
+    alert = readings.valid & (((readings.error_byte & ALERT_BIT) != 0) | (error != 0))
     lag = np.abs(joints.angle_rad - sent.angle_rad) if sent.torque else np.zeros_like(bad, float)
     checks = (
         (FaultKind.SERVO_HOT, joints.temperature_c, limits.max_temperature_c, 1, "degC"),
@@ -191,6 +198,25 @@ def watch_servos(
         lost_legs=silent >= bus.silent_limit,
         broken_legs=alert | (bad_now >= PERSISTENCE_READS),
         bad_reads=bad_now,
+    )
+
+
+def _all_well(
+    readings: ServoReadings, joints: JointState, sent: JointCommand, limits: SafetyLimits
+) -> bool:
+    """Whether every servo has answered and nothing is beyond its limit: so it is in nearly every tick.
+
+    Six numbers are looked through sooner as a list; where one is no number the answer is no.
+    """
+    lags = joints.angle_rad - sent.angle_rad if sent.torque else np.zeros(1)
+    return (
+        all(readings.valid.tolist())
+        and max(readings.error_byte.tolist()) < ALERT_BIT
+        and max(readings.hardware_error.tolist()) <= 0
+        and all(t <= limits.max_temperature_c for t in joints.temperature_c.tolist())
+        and all(abs(a) <= limits.max_current_a for a in joints.current_a.tolist())
+        and all(v >= limits.min_voltage_v for v in joints.voltage_v.tolist())
+        and all(abs(lag) <= limits.max_following_error_rad for lag in lags.tolist())
     )
 
 

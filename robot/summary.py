@@ -29,6 +29,11 @@ class Summary:
         velocity_rms: RMS of the true body velocity while walking, per component.
         force_rmse_n: Predicted against measured foot force while walking, x, y, z.
         drift_m: Distance between dead reckoning and truth at the end.
+        odometry_rmse: The estimator's against true body velocity while walking, per component.
+        odometry_force_rmse_n: Its against measured foot force while walking, x, y, z.
+        odometry_drift_m: Distance between its pose and truth at the end.
+        odometry_sd: Its standard deviations of x, y [m], yaw [rad] at the end.
+        odometry_health: Share of the ticks with health ok, degraded, lost; of those in which it ran.
         faults: Counts by kind, most frequent first.
         late_p50_ms: Median lateness of a tick.
         late_p99_ms: 99 %.
@@ -55,6 +60,11 @@ class Summary:
     velocity_rms: tuple[float, ...]
     force_rmse_n: tuple[float, ...]
     drift_m: float
+    odometry_rmse: tuple[float, ...]
+    odometry_force_rmse_n: tuple[float, ...]
+    odometry_drift_m: float
+    odometry_sd: tuple[float, ...]
+    odometry_health: tuple[float, ...]
     faults: tuple[tuple[str, int], ...]
     late_p50_ms: float
     late_p99_ms: float
@@ -103,6 +113,11 @@ def summarise_totals(totals: RunTotals, last: Recording) -> Summary:
         velocity_rms=totals.velocity.root(),
         force_rmse_n=totals.force_error.root(),
         drift_m=_drift(totals.true_pose(), totals.column("estimate")),
+        odometry_rmse=totals.odometry_error.root(),
+        odometry_force_rmse_n=totals.odometry_force_error.root(),
+        odometry_drift_m=_drift(totals.true_pose(), totals.column("odometry")),
+        odometry_sd=tuple(totals.odometry_sd.tolist()),
+        odometry_health=_health(totals.column("odometry_health")),
         faults=tuple(totals.faults.most_common()),
         late_p50_ms=float(np.percentile(late_ms, 50)),
         late_p99_ms=float(np.percentile(late_ms, 99)),
@@ -140,6 +155,11 @@ def _percentiles(values: FloatArray) -> tuple[float, ...]:
     if len(known) == 0:
         return (np.nan,) * len(PERCENTILES)
     return tuple(float(p) for p in np.percentile(known, PERCENTILES))
+
+
+def _health(codes: FloatArray) -> tuple[float, ...]:
+    ran = codes[codes >= 0]
+    return tuple(float(np.mean(ran == code)) for code in range(3)) if len(ran) else (np.nan,) * 3
 
 
 def _drift(true: FloatArray, estimate: FloatArray) -> float:
@@ -186,10 +206,10 @@ def summary_rows(summary: Summary) -> list[tuple[str, str]]:
             ("true velocity, RMS", _velocity_words(s.velocity_rms)),
             ("drift of dead reckoning", f"{s.drift_m * 1e3:.1f} mm at the end"),
         ]
+    rows.append(("predicted foot force, RMSE", _force_words(s.force_rmse_n)))
+    if np.isfinite(s.odometry_health[0]):
+        rows += _odometry_rows(s)
     rows += [
-        ("predicted foot force, RMSE", "  ".join(
-            f"{axis} {v:.2f}" for axis, v in zip("xyz", s.force_rmse_n, strict=True)
-        ) + "  N"),
         ("loop", f"{s.ticks} ticks, late p50 {s.late_p50_ms:.2f} p99 {s.late_p99_ms:.2f} "
          f"max {s.late_max_ms:.2f} ms, {s.missed} missed"),
         ("hottest servo", f"{s.hottest_c:.0f} C"),
@@ -198,6 +218,25 @@ def summary_rows(summary: Summary) -> list[tuple[str, str]]:
     if s.damage:
         rows.append(("file", s.damage))
     return rows
+
+
+def _odometry_rows(s: Summary) -> list[tuple[str, str]]:
+    ok, degraded, lost = (100 * share for share in s.odometry_health)
+    x, y, yaw = s.odometry_sd
+    rows = [
+        ("estimator", f"ok {ok:.1f} %, degraded {degraded:.1f} %, lost {lost:.1f} % of the time"),
+        ("  one sd at the end", f"x {x * 1e3:.1f}  y {y * 1e3:.1f} mm  yaw {yaw * 1e3:.1f} mrad"),
+    ]
+    if s.truth:
+        rows += [
+            ("  velocity, RMSE", _velocity_words(s.odometry_rmse)),
+            ("  drift", f"{s.odometry_drift_m * 1e3:.1f} mm at the end"),
+        ]
+    return [*rows, ("  foot force, RMSE", _force_words(s.odometry_force_rmse_n))]
+
+
+def _force_words(values: tuple[float, ...]) -> str:
+    return "  ".join(f"{axis} {v:.2f}" for axis, v in zip("xyz", values, strict=True)) + "  N"
 
 
 def _velocity_words(values: tuple[float, ...]) -> str:

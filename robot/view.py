@@ -11,6 +11,7 @@ from typing import Protocol, Self, TextIO
 
 import numpy as np
 
+from model.estimator_types import Health
 from model.signals import JointState, Mode, StopReason, Tick
 
 SCREEN_PERIOD_S = 0.25
@@ -184,16 +185,28 @@ def _velocity_cells(velocity: np.ndarray) -> str:
 
 
 def _pose_lines(tick: Tick) -> list[str]:
-    estimate = tick.estimate
-    x, y = estimate.position_m
+    said, reckoned = tick.odometry, tick.estimate
+    if said is None:
+        return ["odometry " + _place(reckoned.position_m, reckoned.yaw_rad)]
+    sd = np.sqrt(np.diagonal(said.pose_covariance))
+    words = said.health.value + (f" ({said.reason})" if said.reason else "")
     return [
-        f"odometry   x {x * 1e3:8.1f} mm   y {y * 1e3:8.1f} mm   yaw {estimate.yaw_rad:7.3f} rad"
+        "odometry " + _place(said.position_m, said.yaw_rad) + f"   {words}",
+        f"  one sd   {sd[0] * 1e3:10.1f} mm {sd[1] * 1e3:12.1f} mm {sd[2]:14.3f} rad",
+        "open loop" + _place(reckoned.position_m, reckoned.yaw_rad),
     ]
 
 
+def _place(position_m: np.ndarray, yaw_rad: float) -> str:
+    x, y = position_m
+    return f"  x {x * 1e3:8.1f} mm   y {y * 1e3:8.1f} mm   yaw {yaw_rad:7.3f} rad"
+
+
 def _one_line(tick: Tick) -> str:
-    x = tick.estimate.position_m[0] * 1e3
-    predicted = tick.contact.traction.velocity_B[0] * 1e3
+    said = tick.odometry
+    x = (tick.estimate if said is None else said).position_m[0] * 1e3
+    velocity = tick.contact.traction.velocity_B if said is None else said.velocity_B
+    predicted = velocity[0] * 1e3
     text = f"{tick.mode.name:<7}"
     if np.isfinite(tick.gait_phase):
         text += f" phase {tick.gait_phase:6.2f}"
@@ -201,6 +214,8 @@ def _one_line(tick: Tick) -> str:
     truth = tick.inputs.truth
     if truth is not None:
         text += f" (true {truth.velocity_B[0] * 1e3:.1f})"
+    if said is not None and said.health is not Health.OK:
+        text += f"  odometry {said.health.value}"
     text += f"  {_hottest(tick.joints)}"
     if tick.stop_reason is not StopReason.NONE:
         text += f"  stopping: {tick.stop_reason.name}"

@@ -8,6 +8,7 @@ existing, which is the case the servos' watchdog is for.
 import select
 import signal
 import socket
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from multiprocessing import get_context
@@ -35,7 +36,8 @@ IDLE_PERIOD_NS = 2_000_000
 # A host that stood still longer than this lets the virtual robot stand still with it: one that is too
 # slow for the plant has a slow robot then, whose servos still answer in time.
 LARGEST_CATCH_UP_NS = 10_000_000
-START_LIMIT_S = 60.0
+START_LIMIT_S = 120.0  # a busy machine that has to compile the plant first
+START_LOOK_S = 0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -150,10 +152,19 @@ def open_servo_pty(robot: VirtualRobot, scenario: Scenario | None, stack: ExitSt
     return pty
 
 
-class DeviceProcess:
-    """A running device process. Use it as a context manager."""
+def _nobody() -> None:
+    """Nobody is told that it takes a while."""
 
-    def __init__(self, setup: VirtualSetup) -> None:
+
+class DeviceProcess:
+    """A running device process. Use it as a context manager.
+
+    Args:
+        setup: What it is to be.
+        waiting: Called now and then until it is ready; its very first start compiles the plant.
+    """
+
+    def __init__(self, setup: VirtualSetup, waiting: Callable[[], None] = _nobody) -> None:
         context = get_context("spawn")
         self._control, far = context.Pipe()
         near_truth, far_truth = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
@@ -164,11 +175,12 @@ class DeviceProcess:
         far.close()
         far_truth.close()
         self.truth = TruthReceiver(near_truth)
-        self.addresses = self._await_addresses()
+        self.addresses = self._await_addresses(waiting)
 
-    def _await_addresses(self) -> Addresses:
+    def _await_addresses(self, waiting: Callable[[], None]) -> Addresses:
+        limit = round(START_LIMIT_S / START_LOOK_S)
         try:
-            if self._control.poll(START_LIMIT_S):
+            if any(self._looked(waiting) for _ in range(limit)):
                 answer = self._control.recv()
                 if isinstance(answer, Addresses):
                     return answer
@@ -178,6 +190,12 @@ class DeviceProcess:
         raise BusError(
             "the virtual hardware did not start; run with --virtual-time to see the error itself"
         )
+
+    def _looked(self, waiting: Callable[[], None]) -> bool:
+        if self._control.poll(START_LOOK_S):
+            return True
+        waiting()
+        return False
 
     def close(self) -> None:
         """Stop the process and wait for it."""

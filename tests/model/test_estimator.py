@@ -112,11 +112,12 @@ def test_measurement_rows_against_differences() -> None:
     feet = feet_at(2.0)
     share = np.column_stack([draw.normal(size=(6, 2)) * 0.05, np.full(6, 1 / 6)])
     every = np.ones(6, dtype=bool)
+    absolute = OdometryInputs(0, feet, pose_W=np.array([1.0, 2.0, 0.3]))
 
     def blocks(at: FloatArray) -> list[measure.Block]:
         model = solved(at, feet)
         slip = measure.slip_of_feet(at[VELOCITY], feet, solved(mean, feet).sway_B)
-        pose = measure.pose_block(at, np.array([1.0, 2.0, 0.3]), SETTINGS)
+        pose = measure.pose_block(at, absolute, SETTINGS)
         assert pose is not None
         return [
             *measure.load_blocks(share[:, 2], model, WEIGHT_N, SETTINGS, len(at)),

@@ -148,3 +148,15 @@ def test_feet_over_legs_and_time() -> None:
     assert motion.velocity_m_s[..., 0] == pytest.approx(2 * pose.foot_slope[..., 0])
     assert (motion.velocity_m_s[..., 1] == 0).all(), "legs move fore and aft, never sideways"
     assert np.isnan(linkage.feet(np.full(6, np.nan), rate[0]).position_m[:, 0]).all()
+
+
+def test_one_frame_compiled_is_the_same_as_arrays() -> None:
+    robot = load_robot().parameters
+    linkage = Linkage(robot.linkage, robot.legs.shaft_position)
+    draw = np.random.default_rng(4)
+    for _ in range(50):
+        angle, rate = draw.uniform(-7, 7, 6), draw.normal(size=6)
+        angle[draw.integers(6)] = np.nan
+        fast, slow = linkage.frame_feet(angle, rate), linkage.feet(angle, rate)
+        np.testing.assert_allclose(fast.position_m, slow.position_m, rtol=0, atol=1e-15)
+        np.testing.assert_allclose(fast.velocity_m_s, slow.velocity_m_s, rtol=0, atol=1e-14)

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from model.estimator_types import Health, OdometryEstimate
+from model.pose_record import PoseRecord
 from model.signals import (
     BodyTruth,
     ContactSolution,
@@ -65,6 +67,9 @@ def make_tick(index: int, *, legs: int = 6, seed: int = 0) -> Tick:
         timing=LoopTiming(t_ns, 123, 0, 4567),
         truth=None if index % 4 == 3 else truth,
         faults=faults[:1],
+        poses=tuple(
+            PoseRecord(t_ns - k, floats(3), floats(4), 0.002, np.nan) for k in range(index % 2)
+        ),
     )
     command = JointCommand(t_ns, floats(legs), floats(legs), torque=True)
     return Tick(
@@ -85,4 +90,28 @@ def make_tick(index: int, *, legs: int = 6, seed: int = 0) -> Tick:
         ),
         estimate=Estimate(t_ns, rng.normal(size=2), 0.5, rng.normal(size=3), valid=True),
         faults=faults,
+        odometry=None if index % 3 == 2 else make_odometry(rng, t_ns, legs),
     )
+
+
+def make_odometry(rng: np.random.Generator, t_ns: int, legs: int) -> OdometryEstimate:
+    """An estimate full of random numbers; its covariances are symmetric, as all of them are."""
+
+    def symmetric(*shape: int) -> np.ndarray:
+        half = rng.normal(size=(*shape, 3, 3))
+        square = half @ np.swapaxes(half, -1, -2)
+        return square + np.swapaxes(square, -1, -2)
+
+    def floats(*shape: int) -> np.ndarray:
+        return rng.normal(size=shape)
+
+    return OdometryEstimate(
+        t_ns=t_ns, position_m=floats(2), yaw_rad=0.25, velocity_B=floats(3),
+        pose_covariance=symmetric(), twist_covariance=symmetric(), bias_B=floats(3),
+        mu=floats(legs), mu_sd=floats(legs), stiffness=floats(legs), stiffness_sd=floats(legs),
+        force_B=floats(legs, 3), force_covariance=symmetric(legs), load_share=floats(legs),
+        load_share_sd=floats(legs), tilt_rad=floats(2), height_m=0.1,
+        contact=rng.random(legs) < 0.5, slipping=rng.random(legs) < 0.5, holding=True, nis=np.nan,
+        nis_dof=7, log_likelihood=-3.5, innovation=np.full((legs, 3), np.nan), rejects=3,
+        force_age_s=0.01, health=Health.DEGRADED, reason="no forces for 0.6 s",
+    )  # fmt: skip

@@ -18,7 +18,7 @@ from tests.replay.golden import FOLDER, NAMES, indicator, log_of, read_rows, rep
 pytest_plugins = ("robot.pytest_replay",)
 
 ROOT = Path(__file__).resolve().parents[2]
-LARGEST_TOTAL = 300_000
+LARGEST_TOTAL = 600_000
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -113,7 +113,7 @@ def test_another_robot_file_shows_what_it_changes() -> None:
     heavy = parse_robot(CONFIG_TEXT.replace("mass = 6.5 ", "mass = 6.6 "))
     found = replay_log(log_of("tripod"), config=heavy)
     stages = {field.stage for field in found.fields if field.ticks_beyond}
-    assert stages == {"support", "traction", "estimate"}
+    assert stages == {"support", "traction", "estimate", "odometry"}
     assert replay_log(log_of("tripod"), config=parse_robot(CONFIG_TEXT)).equal
 
 
