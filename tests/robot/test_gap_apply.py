@@ -175,19 +175,12 @@ def test_an_effect_of_a_users_own_in_diagnose_and_next(
         made = walk("tripod", 0.25 + 0.05 * number, 6.0, wrong, noise_seed=number, added=added)
         write_trial(made, path)
         files.append(str(path))
-    told = tmp_path / "d.json"
-    asked = [
-        "gap",
-        "diagnose",
-        *files,
-        "--effects",
-        str(example),
-        "--json",
-        str(told),
-        "--jobs",
-        "1",
-    ]
-    assert run(asked) == 0
+    told, page = tmp_path / "d.json", tmp_path / "d.html"
+    asked = ["--effects", str(example), "--json", str(told), "--html", str(page), "--jobs", "1"]
+    assert run(["gap", "diagnose", *files, *asked]) == 0
+    text = page.read_text(encoding="utf-8")
+    for words in ("worn_crank at ML", "phase from", "class='map'", "class='chain'", "<svg"):
+        assert words in text
     assert "worn_crank at ML" in capsys.readouterr().out
     found = json.loads(told.read_text(encoding="utf-8"))
     named = {(one["effect"], *one["legs"]): one["parameters"] for one in found["causes"]}
