@@ -34,7 +34,7 @@ def _rows(
     """The same as plain numbers, a row a leg: six rows are done sooner one by one."""
     counts: list[list[int]] = record.counts.tolist()
     heard = (record.present & ~record.saturated).tolist()
-    sensed = [UNKNOWN] * len(settings.names)
+    sensed: list[tuple[float, ...]] = [UNKNOWN] * len(settings.names)
     numbered = zip(settings.transducers.tolist(), calibrations, strict=False)
     for leg, (number, calibration) in enumerate(numbered):
         if calibration is None or number < 1 or not heard[number - 1]:
