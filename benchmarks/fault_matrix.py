@@ -5,6 +5,7 @@ tests/robot/test_fault_matrix.py runs the same cases and holds each to what is e
 real drivers, virtual devices on a bench (``sim_hw.bench_world``), tripod gait.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,12 +17,14 @@ from robot.config import DEFAULT_ROBOT_FILE, RobotConfig, parse_robot
 from robot.controller import Controller
 from robot.hardware import open_in_memory
 from robot.loop import run
+from robot.report_page import grid_table, heading, page_frame
 from robot.rig import Rig
 from sim_hw.bench_world import BenchWorld
 from sim_hw.scenario import parse_scenario
 from sim_hw.servo_firmware import FirmwareBank
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "reliability.md"
+REPORT = Path("runs") / "fault_matrix.html"
 BEGIN, END = "<!-- fault matrix: make reliability -->", "<!-- end of the fault matrix -->"
 FAULT_S = 5.5  # after torque went on; the robot walks by then
 WATCH_S = 1.5  # so long after the fault began, and until it stands if it is about to stop
@@ -364,6 +367,14 @@ def table(rows: list[Row]) -> str:
     return "\n".join(out)
 
 
+def matrix_page(cells: Sequence[Sequence[str]]) -> str:
+    """Return the table as an HTML report."""
+    plain = [[cell.replace("`", "") for cell in row] for row in cells]
+    title = "Fault matrix"
+    note = f"{len(plain)} scripted faults in a walk on virtual devices, virtual time"
+    return page_frame(title, [heading(title, note), grid_table(HEAD, plain)])
+
+
 def committed() -> list[tuple[str, ...]]:
     """Return the cells of the table that stands in the documentation."""
     text = PAGE.read_text(encoding="utf-8")
@@ -381,7 +392,9 @@ def main() -> None:
     head, rest = text.split(BEGIN)
     _, tail = rest.split(END)
     PAGE.write_text(f"{head}{BEGIN}\n{table(rows)}\n{END}{tail}", encoding="utf-8")
-    print(f"written to {PAGE}")
+    REPORT.parent.mkdir(exist_ok=True)
+    REPORT.write_text(matrix_page([row.cells for row in rows]), encoding="utf-8")
+    print(f"written to {PAGE} and {REPORT}")
 
 
 if __name__ == "__main__":

@@ -1,148 +1,218 @@
 """The diagnosis on logs of real machines that others measured; see docs/real/README.md.
 
-Run it with ``BIGANT_SHARED_DATA=FOLDER python -m benchmarks.real_machines``. It turns each set into trials
-(the maps are the functions below, and nothing is cut by hand), diagnoses them and prints what was found.
+``BIGANT_SHARED_DATA=FOLDER python -m benchmarks.real_machines`` runs the commands that the pages show,
+in this process, and writes their figures into the pages (docs/real/*.md, *.html, *.png). Nothing else is
+done to the data: the column maps come with the program, and no constant is set for one of the sets.
 """
 
-import csv
+import contextlib
+import io
+import json
 import math
 import os
 import sys
 import tempfile
-from datetime import datetime
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
-import numpy as np
-
-from gap.diagnosis import diagnose
-from gap.findings import Diagnosis
-from gap.interfaces import Simulator
-from gap.servo_bench import servo_bench
-from gap.sliding_body import sliding_body
-from model.signals import FloatArray
-from record.table_file import Column
-from record.trial import Trial, build_trial
-from record.trial_toml import SERVO_BENCH, SLIDING_BODY, TrialHeader, TrialNoise
-from robot.gap_page import diagnosis_page
-from robot.gap_summary import summary_lines
+from benchmarks.real_figures import draw_arm, draw_cube, draw_rig
+from robot import cli
 
 ARM = ("Rotation", "Pitch", "Elbow", "Wrist_Pitch", "Wrist_Roll")
 COUNT_RAD = 2 * math.pi / 4096
-TAUT_COUNTS, PULL_NM = 300, 0.1
-CUBE_HALF_M, FLAT_M, STILL_RAD_S, LEAST_M_S = 0.0524, 0.003, 1.5, 0.05
-CUBE_STEP_S, FEWEST = 1 / 148, 24
+DECOYS = (
+    "command_delay", "servo_lag", "encoder_offset", "encoder_scale",
+    "command_delay+servo_lag+encoder_offset", "play",
+)  # fmt: skip
+CUBE_DECOYS = ("friction_level", "ground_slope", "pose_delay", "coulomb_friction")
+RIG_DECOYS = ("encoder_offset", "command_delay", "gravity_droop", "backlash")
+PAGES = Path(__file__).resolve().parents[1] / "docs" / "real"
+BEGIN, END = "<!-- made: {} -->", "<!-- end: {} -->"
+Found = dict[str, Any]
 
 
-def arm_trials(folder: Path, joint: str) -> list[Trial]:
-    """One joint of the arm, one trial a motion."""
-    robot = f'kind = "servo_bench"\n[joint.{joint}]\n'
-    noise = TrialNoise(shaft_rad=COUNT_RAD)
-    header = TrialHeader(
-        SERVO_BENCH, (joint,), "other", math.nan, 50.0, "", noise, "arm.toml", robot
+def sources(folder: Path) -> tuple[tuple[str, list[str]], ...]:
+    """Return the name of each map with its files."""
+    return (
+        ("so101", sorted(map(str, (folder / "so101_servo_arm").glob("*.npz")))),
+        (
+            "servo_backlash",
+            [str(folder / "uart_servo_backlash" / "logs" / "motor_telemetry_single.csv")],
+        ),
+        ("sliding_cube", [str(folder / "sliding_cube" / "tosses.npz")]),
     )
-    names = {"cmd": f"command_{joint}_rad", "pos": f"shaft_{joint}_rad",
-             "vel": f"shaft_{joint}_rad_s", "tau": f"torque_{joint}_nm"}  # fmt: skip
-    trials = []
-    for path in sorted((folder / "so101_servo_arm").glob("*.npz")):
-        data = np.load(path)
-        columns = [Column("time_s", data["t"].astype(float))]
-        at = ARM.index(joint)
-        columns += [
-            Column(ours, data[theirs][:, at].astype(float)) for theirs, ours in names.items()
-        ]
-        trials.append(build_trial(header, tuple(columns)))
-    return trials
 
 
-def rig_trial(folder: Path) -> Trial:
-    """The held servo 5, pulled one way by servo 3 and the other way by servo 4.
-
-    The pull is not measured. Its sign is that of the puller which is near the end of its travel; its size
-    is set to one that is surely more than friction.
-    """
-    path = folder / "uart_servo_backlash" / "logs" / "motor_telemetry_single.csv"
-    with path.open(encoding="utf-8") as file:
-        rows = [row for row in csv.DictReader(file) if row["pos (5)"]]
-
-    def column(name: str) -> FloatArray:
-        return np.array([float(row[name]) for row in rows])
-
-    stamps = [datetime.fromisoformat(row["timestamp"]) for row in rows]
-    pull = np.zeros(len(rows))
-    for servo, rest in (("3", 1748.0), ("4", 2347.0)):
-        away = column(f"pos ({servo})") - rest
-        pull -= np.where(np.abs(away) > TAUT_COUNTS, np.sign(away) * PULL_NM, 0.0)
-    robot = 'kind = "servo_bench"\n[joint.servo]\nfriction = { coulomb_nm = 0.01, viscous_nm_s = 0.0 }\n'
-    noise = TrialNoise(shaft_rad=COUNT_RAD)
-    header = TrialHeader(
-        SERVO_BENCH, ("servo",), "other", math.nan, 10.0, "", noise, "rig.toml", robot
-    )
-    return build_trial(header, (
-        Column("time_s", np.array([(s - stamps[0]).total_seconds() for s in stamps])),
-        Column("command_servo_rad", column("target pos (5)") * COUNT_RAD),
-        Column("shaft_servo_rad", column("pos (5)") * COUNT_RAD),
-        Column("torque_servo_nm", pull),
-    ))  # fmt: skip
+def bring_in(folder: Path, name: str, out: Path) -> list[str]:
+    """Run ``bigant import`` on a set; return the trials."""
+    files = next(files for one, files in sources(folder) if one == name)
+    command(["import", *files, "--map", name, "--out", str(out / name)])
+    return sorted(map(str, (out / name).glob("*.parquet")))
 
 
-def cube_trials(folder: Path) -> list[Trial]:
-    """Each toss from where the cube lies flat and no longer tumbles until it stops."""
-    robot = 'kind = "sliding_body"\n[body]\nmass = 0.37\n[contact]\nlaw = "viscous"\nmu = 0.2\n'
-    noise = TrialNoise(body_position_m=0.0002)
-    tosses = np.load(folder / "sliding_cube" / "tosses.npz")
-    trials = []
-    for name in tosses.files:
-        toss = tosses[name].astype(float)
-        flat = np.abs(toss[:, 6] - np.median(toss[-5:, 6])) < FLAT_M
-        calm = flat & (np.linalg.norm(toss[:, 7:10], axis=1) < STILL_RAD_S)
-        fast = np.linalg.norm(toss[:, 10:12], axis=1) > LEAST_M_S
-        first = len(calm) - int(np.argmax(~calm[::-1])) if not calm.all() else 0
-        rows = np.flatnonzero(fast[first:])
-        if len(rows) < FEWEST:
-            continue
-        part = toss[first : first + rows[-1] + 1]
-        header = TrialHeader(
-            SLIDING_BODY, (), "toss", math.nan, 148.0, "", noise, "cube.toml", robot
-        )
-        columns = [Column("time_s", np.arange(len(part)) * CUBE_STEP_S)]
-        columns += [Column(f"body_{axis}_m", part[:, 4 + i]) for i, axis in enumerate("xy")]
-        trials.append(build_trial(header, tuple(columns)))
-    return trials
+def command(words: Sequence[str]) -> str:
+    """Run a command in this process; return what it printed."""
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said):
+        code = cli.run(list(words))
+    if code not in {0, 1}:
+        sys.exit(f"bigant {words[0]} ... ended with {code}")
+    return said.getvalue()
 
 
-def _report(name: str, trials: list[Trial], simulator: Simulator, out: Path) -> Diagnosis:
-    found = diagnose(trials, simulator)
-    paths = [Path(f"{name}-{number}.csv") for number in range(len(trials))]
-    print(f"== {name}: {len(trials)} trials, {len(found.held_out_trials)} kept back")
-    print("\n".join(summary_lines(found, paths)[:40]))
-    for c in found.far.channels:
-        cut = f"{c.before:.4g} -> {c.after:.4g} {c.unit}, cut {1 - c.after / c.before:.0%}"
-        print(f"RMS kept back {c.channel}: {cut}")
-    (out / f"{name}.html").write_text(diagnosis_page(found, paths), encoding="utf-8")
+def diagnose(trials: Sequence[str], out: Path, *more: str) -> Found:
+    """Run ``bigant gap diagnose``; return its JSON and leave its page."""
+    told = out.with_suffix(".json")
+    words = ["gap", "diagnose", *trials, "--jobs", "1", "--json", str(told), "--html", str(out)]
+    command([*words, *more])
+    found: Found = json.loads(told.read_text(encoding="utf-8"))
     return found
 
 
+def alone(trials: Sequence[str], effects: Sequence[str], *more: str) -> dict[str, Found]:
+    """Run ``bigant gap alone``; return what each set of effects comes to."""
+    words = [word for effect in effects for word in ("--effect", effect)]
+    found = json.loads(command(["gap", "alone", *trials, *words, *more, "--json"]))
+    return {"+".join(one["effects"]): one for one in found}
+
+
+def named(found: Found) -> str:
+    """Return the causes of a diagnosis in words."""
+    parts = []
+    for cause in found["causes"]:
+        sizes = [
+            f"{name} {value:.3g} +- {cause['errors'][name]:.1g}"
+            for name, value in cause["parameters"].items()
+        ]
+        parts.append(f"{cause['effect']} ({', '.join(sizes)})")
+    return "; ".join(parts)
+
+
+def span(channel: Found, which: str, scale: float = 1.0) -> str:
+    """Return an RMS with its interval."""
+    low, high = (scale * value for value in channel[f"{which}_range"])
+    return f"{scale * channel[which]:.3g} [{low:.3g}, {high:.3g}]"
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return a table in Markdown."""
+    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    return "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in rows)])
+
+
+def put(page: Path, name: str, text: str) -> None:
+    """Write a piece between its marks in a page."""
+    whole = page.read_text(encoding="utf-8")
+    head, rest = whole.split(BEGIN.format(name))
+    _, tail = rest.split(END.format(name))
+    made = f"{head}{BEGIN.format(name)}\n{text}\n{END.format(name)}{tail}"
+    page.write_text(made, encoding="utf-8")
+
+
+def arm(folder: Path, out: Path, pages: Path) -> None:
+    """Diagnose the arm joint by joint."""
+    trials = bring_in(folder, "so101", out)
+    rows, decoys, credit, drawn = [], [], [], []
+    for joint in ARM:
+        print(joint, flush=True)
+        page = f"so101_{joint.lower()}.html"
+        found = diagnose(trials, out / page, "--joint", joint)
+        (pages / page).write_text((out / page).read_text("utf-8"), "utf-8")
+        (shaft,) = found["channels"]
+        cut = 1 - shaft["after"] / shaft["before"]
+        rivals = sorted({pair[1] for pair in found["ambiguous_with"]})
+        rows.append([f"[{joint}]({page})", found["verdict"], named(found), ", ".join(rivals) or "-",
+                     span(shaft, "before", 1e3), span(shaft, "after", 1e3), f"{cut:.0%}"])  # fmt: skip
+        by = alone(trials, DECOYS, "--joint", joint)
+        cuts = [by[name]["channels"][0]["cut"] for name in DECOYS]
+        decoys.append([joint, *(f"{one:.0%}" for one in cuts), f"**{cut:.0%}**"])
+        late = {one["effect"]: one for one in found["causes"]}
+        credit.append(
+            [joint, *(_credit(late.get(name)) for name in ("command_delay", "servo_lag"))]
+        )
+        drawn.append((joint, [*cuts, cut]))
+    put(pages / "so101.md", "diagnoses", table(
+        ("joint", "verdict", "named, what closes most first", "cannot be told from",
+         "RMS before, mrad", "after", "cut"), rows))  # fmt: skip
+    heads = ("joint", *(name.replace("+", " + ") for name in DECOYS), "what was named")
+    put(pages / "so101.md", "decoys", table(heads, decoys))
+    put(pages / "so101.md", "credit", table(("joint", "command_delay", "servo_lag"), credit))
+    draw_arm(drawn, DECOYS, pages / "so101.png")
+
+
+def _credit(cause: Found | None) -> str:
+    if cause is None:
+        return "not named"
+    (value,) = cause["parameters"].values()
+    return (
+        f"{1e3 * value:.0f} ms, closes {cause['shrink']:.0%} of the energy "
+        f"(alone {cause['shrink_alone']:.0%}, last in {cause['shrink_last']:.0%})"
+    )
+
+
+def rig(folder: Path, out: Path, pages: Path) -> None:
+    """Diagnose the held servo."""
+    print("backlash rig", flush=True)
+    trials = bring_in(folder, "servo_backlash", out)
+    found = diagnose(trials, out / "backlash.html")
+    (pages / "backlash.html").write_text((out / "backlash.html").read_text("utf-8"), "utf-8")
+    (cause,) = [one for one in found["causes"] if one["effect"] == "backlash"]
+    width, error = (cause[key]["width_rad"] / COUNT_RAD for key in ("parameters", "errors"))
+    (shaft,) = found["channels"]
+    by = alone(trials, RIG_DECOYS)
+    named_as = "named: " + "; ".join(one["effect"] for one in found["causes"])
+    rows = [[named_as, f"{width:.2f} +- {error:.2f} counts", *_in_counts(shaft)]]
+    for name in RIG_DECOYS:
+        (size,) = by[name]["causes"][0]["parameters"].items()
+        words = f"{size[0]} {size[1]:.3g}"
+        rows.append([f"{name} alone, least squares", words, *_in_counts(by[name]["channels"][0])])
+    heads = ("", "size", "RMS before, counts", "after", "cut")
+    put(pages / "backlash.md", "diagnosis", table(heads, rows))
+    draw_rig(Path(trials[0]), cause["parameters"]["width_rad"], pages / "backlash.png")
+
+
+def _in_counts(shaft: Found) -> list[str]:
+    """RMS before and after in counts with intervals, and the cut."""
+    spans = [span(shaft, which, 1 / COUNT_RAD) for which in ("before", "after")]
+    return [*spans, f"{1 - shaft['after'] / shaft['before']:.0%}"]
+
+
+def cube(folder: Path, out: Path, pages: Path) -> None:
+    """Diagnose the sliding cube."""
+    print("cube", flush=True)
+    trials = bring_in(folder, "sliding_cube", out)
+    found = diagnose(trials, out / "cube.html")
+    (pages / "cube.html").write_text((out / "cube.html").read_text("utf-8"), "utf-8")
+    rows = [
+        [c["channel"], span(c, "before"), span(c, "after"), c["unit"],
+         f"{1 - c['after'] / c['before']:.0%}"]
+        for c in found["channels"]
+    ]  # fmt: skip
+    put(pages / "cube.md", "named", f"{found['verdict']}: {named(found)}")
+    put(pages / "cube.md", "channels", table(
+        ("channel", "RMS before", "after", "unit", "cut"), rows))  # fmt: skip
+    by = alone(trials, CUBE_DECOYS)
+    decoys = [
+        [name, ", ".join(f"{k} {v:.3g}" for k, v in one["causes"][0]["parameters"].items()),
+         *(f"{c['cut']:.0%}" for c in one["channels"])]
+        for name, one in by.items()
+    ]  # fmt: skip
+    heads = ("alone, least squares", "size", *(f"cut of {c['channel']}" for c in found["channels"]))
+    put(pages / "cube.md", "decoys", table(heads, decoys))
+    values = {k: v for one in found["causes"] for k, v in one["parameters"].items()}
+    draw_cube([Path(one) for one in trials], values, pages / "cube.png")
+
+
 def main() -> None:
-    """Diagnose all three sets."""
+    """Diagnose all three sets, or those named on the command line, and write the pages."""
     place = os.environ.get("BIGANT_SHARED_DATA", "")
     if not place:
         sys.exit("set BIGANT_SHARED_DATA to the folder of the data sets")
-    folder = Path(place)
-    out = Path(tempfile.mkdtemp(prefix="real-"))
-    for joint in ARM:
-        trials = arm_trials(folder, joint)
-        _report(f"arm-{joint}", trials, servo_bench(trials), out)
-    rig = [rig_trial(folder)]
-    found = _report("rig", rig, servo_bench(rig), out)
-    for cause in found.causes:
-        for value in cause.values:
-            if value.unit == "rad":
-                print(
-                    f"{cause.effect}: {value.value / COUNT_RAD:.2f} +- {value.error / COUNT_RAD:.2f} counts"
-                )
-    cube = cube_trials(folder)
-    _report("cube", cube, sliding_body(cube), out)
-    print(f"pages in {out}")
+    ways = {"arm": arm, "rig": rig, "cube": cube}
+    with tempfile.TemporaryDirectory(prefix="real-") as folder:
+        for name in sys.argv[1:] or ways:
+            ways[name](Path(place), Path(folder), PAGES)
 
 
 if __name__ == "__main__":

@@ -1,13 +1,24 @@
 """Faults of servo data that no physics should be blamed for."""
 
+from dataclasses import replace
+from itertools import pairwise
+
 import numpy as np
+from scipy.ndimage import median_filter
 
 from gap.interfaces import DataFault
-from model.signals import FloatArray
+from gap.time_lag import LATEST_S, SURE, lag
+from model.signals import BoolArray, FloatArray
 from record.trial import Trial
 
 FULL_TURN = 2 * np.pi
 SPIKE_SPREADS = 30.0
+# A shaft may rest bit for bit while its command moves within play and stiction, which are effects of the
+# catalogue (to 0.4 rad); beyond that and for so long, its encoder is frozen.
+MOST_PLAY_RAD = 0.4
+FROZEN_S = 0.5
+SPIKE_COUNTS = 20.0
+FLICKER_COUNTS = 2.5  # a lone sample so few steps of its encoder off is no spike
 
 
 def check_bench(trial: Trial) -> tuple[DataFault, ...]:
@@ -22,6 +33,7 @@ def check_bench(trial: Trial) -> tuple[DataFault, ...]:
     for at, joint in enumerate(trial.joints):
         shaft, command = trial.shaft_rad[:, at], trial.command_rad[:, at]
         found += _shaft(joint, shaft, command)
+        found += _held(joint, trial.time_s, shaft, command)
         speed = np.gradient(shaft, trial.time_s) if np.isfinite(shaft).sum() > 2 else shaft
         found += _speed(joint, trial.shaft_rad_s[:, at], speed)
         for name, values in (
@@ -41,6 +53,103 @@ def check_bench(trial: Trial) -> tuple[DataFault, ...]:
     return tuple(found)
 
 
+def believable(fault: DataFault, trial: Trial, compared: frozenset[str]) -> DataFault | None:
+    """Return a fault as it counts for servos: None where a servo does that by itself.
+
+    Args:
+        fault: What any machine's check found.
+        trial: Where.
+        compared: Columns that the simulator compares or is driven by; a fault of another is not severe.
+    """
+    joint = next((j for j in trial.joints if fault.channel == f"shaft_{j}_rad"), "")
+    if joint and fault.kind == "frozen":
+        return None  # looked for by rules that leave room for play
+    if joint and fault.kind == "spikes":
+        shaft = trial.shaft_rad[:, trial.joints.index(joint)]
+        if _largest_spike(shaft) < FLICKER_COUNTS * _count_of(shaft):
+            return None
+    if fault.kind == "clock_offset" and _late_by_itself(trial):
+        return None
+    if fault.severe and fault.channel not in compared:
+        return replace(fault, severe=False)
+    return fault
+
+
+def _late_by_itself(trial: Trial) -> bool:
+    """Whether shafts lag as servos do: within what delay, lag and play explain, or as well there.
+
+    A periodic motion looks as much like itself a period later, and a slow one with play trails by seconds.
+    """
+    thirds = (slice(None), slice(0, len(trial.time_s) // 3), slice(-(len(trial.time_s) // 3), None))
+    for part in thirds:
+        one = trial.rows(_rows(trial, part))
+        late, sure = lag(one.time_s, one.command_rad, one.shaft_rad)
+        speed = np.gradient(one.command_rad, one.time_s, axis=0)
+        if not sure > SURE or abs(late) * np.sqrt(np.nanmean(speed**2)) < 0.5 * MOST_PLAY_RAD:
+            continue
+        if not _alike_soon(one):
+            return False
+    return True
+
+
+def _rows(trial: Trial, part: slice) -> BoolArray:
+    keep = np.zeros(len(trial.time_s), dtype=np.bool_)
+    keep[part] = True
+    return keep
+
+
+def _alike_soon(trial: Trial) -> bool:
+    """Whether shafts follow their commands well at some lag that a servo has."""
+    at_s = np.arange(trial.time_s[0], trial.time_s[-1] - LATEST_S, 0.02)
+    best = 0.0
+    for late_s in np.arange(0.0, LATEST_S, 0.02):
+        alike = []
+        for command, shaft in zip(trial.command_rad.T, trial.shaft_rad.T, strict=True):
+            x = _change(np.interp(at_s, trial.time_s, command))
+            y = _change(np.interp(at_s + late_s, trial.time_s, shaft))
+            if x.std() > 0 and y.std() > 0:
+                alike.append(float(np.corrcoef(x, y)[0, 1]))
+        best = max(best, float(np.mean(alike)) if alike else 0.0)
+    return best > SURE
+
+
+def _change(values: FloatArray) -> FloatArray:
+    """Change over a tenth of a second, on a grid of 0.02 s."""
+    return values[5:] - values[:-5]
+
+
+def _count_of(values: FloatArray) -> float:
+    """Smallest step between values that occur; 0 if there is none."""
+    steps = np.diff(np.unique(values[np.isfinite(values)]))
+    steps = steps[steps > 1e-6]
+    return float(steps.min()) if len(steps) else 0.0
+
+
+def _largest_spike(values: FloatArray) -> float:
+    known = values[np.isfinite(values)]
+    if len(known) < 3:
+        return 0.0
+    return float(np.max(np.abs(known - median_filter(known, 7, mode="nearest"))))
+
+
+def _held(
+    joint: str, time_s: FloatArray, shaft: FloatArray, command: FloatArray
+) -> list[DataFault]:
+    """Look for stretches in which the shaft never changes while its command leaves any play."""
+    edges = np.flatnonzero(np.concatenate([[True], shaft[1:] != shaft[:-1], [True]]))
+    total, count = 0.0, 0
+    for first, behind in pairwise(edges.tolist()):
+        span = time_s[behind - 1] - time_s[first]
+        asked = command[first:behind][np.isfinite(command[first:behind])]
+        if span >= FROZEN_S and len(asked) and np.ptp(asked) > MOST_PLAY_RAD:
+            total, count = total + float(span), count + 1
+    if not count:
+        return []
+    words = f"repeats bit for bit for {total:.1f} s in {count} stretches while its command moves on"
+    severe = total > 0.1 * float(time_s[-1] - time_s[0])
+    return [DataFault("frozen", f"shaft_{joint}_rad", words, severe)]
+
+
 def _shaft(joint: str, shaft: FloatArray, command: FloatArray) -> list[DataFault]:
     name, found = f"shaft_{joint}_rad", []
     known = np.isfinite(shaft) & np.isfinite(command)
@@ -51,12 +160,7 @@ def _shaft(joint: str, shaft: FloatArray, command: FloatArray) -> list[DataFault
     if wraps:
         found.append(DataFault("wrap", name, f"{wraps} jumps of a full turn", True))
     moved = np.ptp(command[known])
-    if moved > 0.1 and np.ptp(shaft[known]) < 1e-6:
-        found.append(
-            DataFault(
-                "frozen", name, f"never changes while its command moves {moved:.3g} rad", True
-            )
-        )
+    if np.ptp(shaft[known]) < 1e-6:
         return found
     if moved > 0.1:
         c, s = command[known] - command[known].mean(), shaft[known] - shaft[known].mean()
@@ -112,6 +216,9 @@ def _spikes(name: str, values: FloatArray) -> list[DataFault]:
     limit = SPIKE_SPREADS * max(
         spread, 0.01 * float(np.ptp(np.quantile(known, [0.02, 0.98]))), 1e-12
     )
+    limit = max(
+        limit, SPIKE_COUNTS * _count_of(known)
+    )  # a reading that is 0 most of the time flickers
     count = int(np.sum(lone > limit))
     if count:
         return [

@@ -28,6 +28,8 @@ class ChannelShrink:
         before: RMS difference.
         after: RMS difference with the causes added.
         floor: RMS that is expected without any gap.
+        before_range: 95 % interval of ``before``, over blocks.
+        after_range: The same of ``after``.
     """
 
     channel: str
@@ -36,6 +38,8 @@ class ChannelShrink:
     before: float
     after: float
     floor: float
+    before_range: tuple[float, float] = (np.nan, np.nan)
+    after_range: tuple[float, float] = (np.nan, np.nan)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -123,7 +127,7 @@ def how_far(
         explainable=max(0.0, 1.0 - 1.0 / mean) if mean > 0 else 0.0,
         alone=tuple(closed),
         last=tuple(last),
-        channels=_channels(held, channels, before, after, weight),
+        channels=_channels(held, channels, before, after, weight, seed),
         traces=_traces(held, channels, predicted[0], predicted[1], before, after),
     )
 
@@ -174,6 +178,7 @@ def _channels(
     before: FloatArray,
     after: FloatArray,
     weight: FloatArray,
+    seed: int,
 ) -> tuple[ChannelShrink, ...]:
     frames = weight.sum(axis=0)
     unsure = np.sqrt(np.mean([w.unsure**2 for w in held.whiteners], axis=0))
@@ -181,8 +186,29 @@ def _channels(
     for i, c in enumerate(channels):
         if frames[i] > 0:
             rms = [float(unsure[i] * np.sqrt(e[:, i].sum() / frames[i])) for e in (before, after)]
-            out.append(ChannelShrink(c.name, c.joint, c.unit, rms[0], rms[1], float(unsure[i])))
+            spans = [
+                rms_range(e[:, i] * unsure[i] ** 2, weight[:, i], seed) for e in (before, after)
+            ]
+            out.append(
+                ChannelShrink(c.name, c.joint, c.unit, rms[0], rms[1], float(unsure[i]), *spans)
+            )
     return tuple(out)
+
+
+def rms_range(energy: FloatArray, weight: FloatArray, seed: int) -> tuple[float, float]:
+    """95 % interval of an RMS.
+
+    Args:
+        energy: Squared differences summed over each block, (B,).
+        weight: Frames of each block, (B,).
+        seed: Of the resampling.
+    """
+    rng = np.random.default_rng(seed)
+    picks = rng.integers(len(weight), size=(DRAWS, len(weight)))
+    frames = weight[picks].sum(axis=1)
+    drawn = np.sqrt(energy[picks].sum(axis=1)[frames > 0] / frames[frames > 0])
+    low, high = np.quantile(drawn, [0.025, 0.975])
+    return float(low), float(high)
 
 
 def _traces(

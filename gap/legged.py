@@ -13,7 +13,7 @@ from gap.legged_channels import channels, make_observation, to_channels
 from gap.legged_check import check_legged
 from gap.legged_inputs import LeggedInputs, make_inputs
 from gap.legged_machine import LeggedMachine, machine_of
-from gap.legged_settings import neutral_settings
+from gap.legged_settings import Settings
 from model.signals import FloatArray, readonly
 from record.trial import Trial
 
@@ -69,7 +69,7 @@ class LeggedSimulator:
         """
         inputs = self._inputs(trial)
         drive = Drive.MEASURED
-        base = self._chain.walk(inputs, neutral_settings(len(self.joints)), drive)
+        base = self._chain.walk(inputs, self._settings(()), drive)
         return make_observation(inputs, base.standing.load_n)
 
     def predict(self, trial: Trial, causes: Sequence[Cause], drive: Drive) -> FloatArray:
@@ -78,7 +78,7 @@ class LeggedSimulator:
         Raises:
             GapError: A cause is not of the catalogue, or its joints or values do not fit.
         """
-        settings = settings_of(causes, self.joints, self._added)
+        settings = self._settings(causes)
         inputs = self._inputs(trial)
         signals = self._chain.read(inputs, settings, drive)
         predicted: FloatArray = readonly(to_channels(inputs.grid, inputs.command_rad, signals))
@@ -90,9 +90,12 @@ class LeggedSimulator:
         if any((fault.kind, fault.channel) == ("unit", "time_s") for fault in found):
             return found
         inputs = self._inputs(trial)
-        neutral = neutral_settings(len(self.joints))
-        walk = self._chain.read(inputs, neutral, Drive.MEASURED)
+        walk = self._chain.read(inputs, self._settings(()), Drive.MEASURED)
         return (*found, *check_legged(inputs, walk, self.machine.weight_n))
+
+    def _settings(self, causes: Sequence[Cause]) -> Settings:
+        # the robot file's own last: a step or a patch that is there stays where it is
+        return settings_of((*causes, *self.machine.effects), self.joints, self._added)
 
     def _make_inputs(self, trial: Trial) -> LeggedInputs:
         return make_inputs(trial, self.joints)

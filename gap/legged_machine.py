@@ -4,8 +4,11 @@ from dataclasses import dataclass
 
 from scipy.constants import g as standard_gravity
 
+from gap.interfaces import Cause
+from gap.robot_effects import causes_of
 from model.errors import ConfigError, GapError
 from model.params import ContactParameters, LegParameters, LinkageParameters
+from model.robot_effects import read_effects
 from model.robot_file import parse_table, read_body, read_contact, read_legs, read_linkage
 from record.trial import Trial
 
@@ -19,12 +22,14 @@ class LeggedMachine:
         legs: Names and crank shafts; the body frame's origin is at the centre of mass.
         linkage: One four-bar for all legs.
         contact: Leg springs and friction.
+        effects: What the robot file adds to the nominal model.
     """
 
     mass_kg: float
     legs: LegParameters
     linkage: LinkageParameters
     contact: ContactParameters
+    effects: tuple[Cause, ...] = ()
 
     @property
     def weight_n(self) -> float:
@@ -46,6 +51,7 @@ def parse_machine(text: str) -> LeggedMachine:
             legs=legs,
             linkage=read_linkage(top.table("linkage")),
             contact=read_contact(top.table("contact"), legs.count),
+            effects=causes_of(read_effects(top, legs.names), legs.names),
         )
     except ConfigError as error:
         raise GapError(f"the robot file beside the trial cannot be used: {error}") from error

@@ -6,7 +6,7 @@ run would show.
 """
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -31,12 +31,16 @@ class Proposal:
         trial: Its commands; nothing measured.
         minutes: How long it takes.
         limits: What to mind, in words; empty if nothing.
+        known: What is done to the machine on purpose, such as a weight put on it.
+        command: Command line that makes it; empty if there is none.
     """
 
     name: str
     trial: Trial
     minutes: float
     limits: str
+    known: tuple[Cause, ...] = ()
+    command: str = ""
 
 
 class Proposer(Protocol):
@@ -58,6 +62,7 @@ class NextRun:
         runs: How many runs make the choice sure to one in a hundred.
         minutes: Of all of them.
         limits: What to mind.
+        command: Command line that makes one; empty if there is none.
     """
 
     name: str
@@ -66,6 +71,7 @@ class NextRun:
     runs: int
     minutes: float
     limits: str
+    command: str = ""
 
 
 def next_runs(
@@ -73,47 +79,62 @@ def next_runs(
     simulator: Simulator,
     rivals: Sequence[tuple[Cause, ...]],
     floor: Floor,
+    progress: Callable[[float], None] = lambda share: None,
 ) -> tuple[NextRun, ...]:
-    """Rank proposals, the cheapest that tells all pairs first.
+    """Rank proposals: the one that separates its least separated pair most for a minute's work first.
 
     Args:
         proposals: Runs that could be made.
         simulator: The simulator.
         rivals: Sets of causes between which to tell.
         floor: Its noise under ``Drive.COMMAND``.
+        progress: Told the share that is done.
     """
-    found = [_judge(one, simulator, rivals, floor) for one in proposals]
-    return tuple(sorted((one for one in found if one is not None), key=lambda one: one.minutes))
+    found = []
+    for number, one in enumerate(proposals):
+        found.append(_judge(one, simulator, rivals, floor))
+        progress((number + 1) / len(proposals))
+    told = [one for one in found if one is not None]
+    return tuple(sorted(told, key=lambda one: one.minutes / (one.runs * one.separation)))
 
 
 def _judge(
     one: Proposal, simulator: Simulator, rivals: Sequence[tuple[Cause, ...]], floor: Floor
 ) -> NextRun | None:
-    noise = floor.sigma * np.sqrt(floor.dependence)
+    # ends and contact switches weigh as little as they will when the run is diagnosed
+    weight = np.sqrt(simulator.observe(one.trial).weight)
+    noise = np.fmax(floor.sigma * np.sqrt(floor.dependence), 1e-12) / np.fmax(weight, 1e-12)
     least, pair = np.inf, ("", "")
     for a, b in itertools.combinations(rivals, 2):
-        apart = min(
-            _apart(simulator, one.trial, a, b, noise), _apart(simulator, one.trial, b, a, noise)
-        )
+        apart = min(_apart(simulator, one, a, b, noise), _apart(simulator, one, b, a, noise))
         if apart < least:
-            least, pair = apart, (a[-1].effect, b[-1].effect)
+            least, pair = apart, _names(a, b)
     if not np.isfinite(least) or least <= 0.0:
         return None
     runs = int(np.ceil(ENOUGH_SEPARATION / least))
     if runs > MOST_RUNS:
         return None
-    return NextRun(one.name, pair, float(least), runs, runs * one.minutes, one.limits)
+    return NextRun(one.name, pair, float(least), runs, runs * one.minutes, one.limits, one.command)
+
+
+def _names(a: tuple[Cause, ...], b: tuple[Cause, ...]) -> tuple[str, str]:
+    """Name what two sets of causes differ in."""
+    own = [one.effect for one in a if one not in b]
+    other = [one.effect for one in b if one not in a]
+    return (" and ".join(own) or "nothing", " and ".join(other) or "nothing")
 
 
 def _apart(
     simulator: Simulator,
-    trial: Trial,
+    proposal: Proposal,
     of: tuple[Cause, ...],
     by: tuple[Cause, ...],
     noise: FloatArray,
 ) -> float:
     def told(causes: tuple[Cause, ...]) -> FloatArray:
-        predicted = simulator.predict(trial, causes, Drive.COMMAND) / np.fmax(noise, 1e-12)
+        everything = (*causes, *proposal.known)
+        predicted = simulator.predict(proposal.trial, everything, Drive.COMMAND)
+        predicted = predicted / noise
         return np.nan_to_num(predicted).ravel()
 
     effects = {effect.name: effect for effect in simulator.effects}

@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from gap import servo_bench_kernel as k
-from gap.bench_check import check_bench
+from gap.bench_check import believable, check_bench
 from gap.data_check import check_trial
 from gap.even_grid import EvenTrial, even_trial
 from gap.interfaces import Cause, Channel, DataFault, Drive, Effect, Observation
@@ -47,6 +47,13 @@ class ServoBench:
             and (entry.needs != "torque" or loaded)
             and (entry.needs != "no load" or not loaded)
         )
+        self._compared = frozenset({
+            "time_s", "shaft",
+            *(f"{what}_{joint.name}_rad" for joint in machine.joints for what in ("command", "shaft")),
+            *(f"torque_{joint.name}_nm" for joint in machine.joints if torque_known),
+            *(f"{what}_{joint.name}{unit}" for joint in machine.joints if not joint.ideal
+              for what, unit in (("pwm", ""), ("current", "_a"))),
+        })  # fmt: skip
         self._grid = lru_cache(maxsize=TRIALS_REMEMBERED)(even_trial)
 
     @property
@@ -138,7 +145,8 @@ class ServoBench:
 
     def check(self, trial: Trial) -> tuple[DataFault, ...]:
         """Look for faults of the data themselves."""
-        known = check_trial(trial)
+        found = [believable(fault, trial, self._compared) for fault in check_trial(trial)]
+        known = tuple(fault for fault in found if fault is not None)
         seen = {(fault.kind, fault.channel) for fault in known}
         return (*known, *(f for f in check_bench(trial) if (f.kind, f.channel) not in seen))
 

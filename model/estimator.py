@@ -22,6 +22,7 @@ from model.estimator_types import (
     POSE,
     SCALE,
     VELOCITY,
+    AddedByEffects,
     EstimatorState,
     OdometryEstimate,
     OdometryInputs,
@@ -136,7 +137,7 @@ class Estimator:
         if dead.any():
             trouble.add(f"no encoder reading from {int(dead.sum())} of {self.legs} legs")
         heard, airborne = senses.hear(state, inputs, self.weight_n, settings)
-        model = self._model(state.mean, feet)
+        model = _with_effects(self._model(state.mean, feet), inputs.added)
         idle_ns = senses.idle_since(state, inputs.t_ns, feet, heard, settings)
         held = idle_ns != NEVER and (inputs.t_ns - idle_ns) * 1e-9 >= settings.idle_time_s
         held = held and not airborne
@@ -298,6 +299,18 @@ class Estimator:
         if pose is not None:
             blocks.append(pose)
         return blocks
+
+
+def _with_effects(
+    model: Neighbourhood | None, added: AddedByEffects | None
+) -> Neighbourhood | None:
+    if model is None or added is None:
+        return model
+    return replace(
+        model,
+        velocity_B=model.velocity_B + added.velocity_B,
+        load_n=np.maximum(model.load_n + added.load_n, 0.0),
+    )
 
 
 def _streaks(before: IntArray, stacked: measure.Stack | None) -> IntArray:

@@ -37,6 +37,19 @@ class Health(enum.Enum):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class AddedByEffects:
+    """What effects of the robot file add to the model's answer at a tick.
+
+    Attributes:
+        velocity_B: To the body's velocity, (3,).
+        load_n: To the vertical force on each foot, (N,).
+    """
+
+    velocity_B: FloatArray  # noqa: N815 - frame suffix
+    load_n: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class OdometryInputs:
     """What is known at a tick. Absent inputs are None or NaN.
 
@@ -48,6 +61,7 @@ class OdometryInputs:
         roll_rad: Of an inclinometer [rad].
         pitch_rad: The same [rad].
         pose_W: Absolute x, y [m], yaw [rad], (3,); NaN where unknown. None if there is none.
+        added: What effects add to the model; None without any.
         pose_sd_m: Standard deviation of its x and y; NaN for that of the settings.
         yaw_sd_rad: The same of its yaw.
     """
@@ -59,6 +73,7 @@ class OdometryInputs:
     roll_rad: float = np.nan
     pitch_rad: float = np.nan
     pose_W: FloatArray | None = None  # noqa: N815 - frame suffix
+    added: AddedByEffects | None = None
     pose_sd_m: float = np.nan
     yaw_sd_rad: float = np.nan
 

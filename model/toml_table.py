@@ -49,6 +49,10 @@ class Table:
         """Return a non-empty string, or an empty one where the key is left out."""
         return self.text(key) if self.has(key) else ""
 
+    def names(self) -> tuple[str, ...]:
+        """Return the keys that are there, in their order."""
+        return tuple(self._data)
+
     def has(self, key: str) -> bool:
         """Whether a key that may be left out is there."""
         self._taken.add(key)

@@ -5,7 +5,7 @@ are each other's inverse.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -87,6 +87,23 @@ class Trial:
         """Return the samples of one column, (T,)."""
         array: FloatArray = getattr(self, place.field)[place.where]
         return array
+
+    def only(self, joints: tuple[str, ...]) -> "Trial":
+        """Return the trial with some of its joints, in its own order.
+
+        Raises:
+            RecordError: It has no such joint.
+        """
+        for name in joints:
+            if name not in self.joints:
+                raise RecordError(f"there is no joint {name}; there are {', '.join(self.joints)}")
+        at = [i for i, name in enumerate(self.joints) if name in joints]
+        names = tuple(self.joints[i] for i in at)
+        each = {
+            field: readonly(getattr(self, field)[:, at])
+            for field, _ in (*JOINT_COLUMNS, *AXIS_COLUMNS)
+        }
+        return replace(self, header=replace(self.header, joints=names), **each)
 
     def rows(self, keep: BoolArray) -> "Trial":
         """Return the trial with some of its samples, (T,) bool."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from model.errors import BigantError, ConnectionLost
+from model.errors import BigantError, ConfigError, ConnectionLost
 from robot.arguments import add_robot
 from robot.exit_codes import ExitCode
 from robot.finding import Finding, Verdict, count_line, failed, lines_of, plain_finding, skipped
@@ -74,6 +74,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="also run the loop without torque and say how late it is (10 s)",
     )
     parser.add_argument("--json", action="store_true", help="the result as JSON")
+    parser.add_argument("--html", type=Path, metavar="FILE", help="the list as one page, to keep")
 
 
 def _seconds(text: str) -> float:
@@ -92,6 +93,8 @@ def run(options: argparse.Namespace) -> ExitCode:
     Raises:
         BigantError: The robot file or an argument cannot be used.
     """
+    if options.html is not None and options.html.suffix != ".html":
+        raise ConfigError("--html", f"must end in .html, not {options.html.name!r}")
     with ExitStack() as stack:
         target = _target(options, stack)
         findings: list[Finding] = []
@@ -105,6 +108,13 @@ def run(options: argparse.Namespace) -> ExitCode:
         print(json.dumps(_as_json(findings, figures), indent=2))
     else:
         print(count_line(findings))
+    if options.html is not None:
+        from robot.check_page import check_page
+        from robot.report_page import write_page
+
+        write_page(options.html, check_page(target.config.name, target.port, findings, figures))
+        if not options.json:
+            print(f"page: {options.html}")
     bad = any(finding.verdict is Verdict.FAIL for finding in findings)
     return ExitCode.VERDICT_FAILED if bad else ExitCode.OK
 

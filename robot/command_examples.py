@@ -39,11 +39,18 @@ EXAMPLES: Mapping[tuple[str, ...], tuple[str, ...]] = MappingProxyType({
     ("gap", "diagnose"): (
         "bigant gap diagnose today-1.mcap today-2.mcap --reference healthy-1.mcap healthy-2.mcap",
         "bigant gap diagnose walk.toml --json walk.json --html walk.html",
+        "bigant gap diagnose arm/*.parquet --joint Elbow",
     ),
     ("gap", "check"): (
         "bigant gap check dev --scenario scenario.toml --markdown figures.md",
         "bigant gap check final --key final.key --removed 15 --json final.json",
     ),
+    ("gap", "alone"): (
+        "bigant gap alone arm/*.parquet --joint Elbow",
+        "bigant gap alone arm/*.parquet --joint Elbow --effect command_delay --effect command_delay+play",
+    ),
+    ("gap", "apply"): ("bigant gap apply walk.json --out corrected.toml",),
+    ("gap", "next"): ("bigant gap next walk.json", "bigant gap next trial_1.parquet --json"),
     ("gap", "effects"): ("bigant gap effects --stage friction", "bigant gap effects --json"),
     ("robot", "export"): ("bigant robot export --urdf bigant.urdf --mjcf bigant.xml",),
     ("sim", "effects"): ("bigant sim effects", "bigant sim effects --json"),
@@ -57,7 +64,11 @@ EXAMPLES: Mapping[tuple[str, ...], tuple[str, ...]] = MappingProxyType({
     ),
     ("sim", "unseal"): ("bigant sim unseal final --key final.key --out labels.json",),
     ("sim", "render"): ("bigant sim render a.parquet --out a.gif",),
-    ("import",): ("bigant import table.csv --columns map.toml --out walk.mcap",),
+    ("import",): (
+        "bigant import table.csv --map map.toml --out walk.mcap",
+        "bigant import --maps",
+        "bigant import so101_servo_arm/*.npz --map so101 --out arm",
+    ),
     ("servo", "scan"): ("bigant servo scan", "bigant servo scan --port /dev/ttyUSB0 --json"),
     ("servo", "setup"): (
         "bigant servo setup --port /dev/ttyUSB0",

@@ -7,7 +7,7 @@ names the key and the reason. Nothing else in the program reads configuration.
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -21,11 +21,15 @@ from model.params import (
     ServoParameters,
     TripodParameters,
 )
+from model.robot_effects import read_effects
 from model.robot_file import parse_table, read_body, read_contact, read_legs, read_linkage
 from model.toml_table import Table
 from robot.calibration_file import read_calibration
 from robot.estimator_table import EstimatorConfig, read_estimator
 from robot.safety_table import BodyLimits, RecoverySettings, read_body_limits, read_recovery
+
+if TYPE_CHECKING:
+    from gap.interfaces import Cause
 
 DEFAULT_ROBOT_FILE = Path(__file__).resolve().parent.parent / "config" / "bigant.toml"
 WATCHDOG_STEP_S = 0.02
@@ -76,6 +80,7 @@ class RobotConfig:
         loop: Loop settings.
         body_limits: Safety limits of the body.
         recovery: Whether a servo that lost its torque may be brought back.
+        effects: What the file adds to the nominal model.
         estimator: Odometry inside the loop.
     """
 
@@ -90,6 +95,7 @@ class RobotConfig:
     body_limits: BodyLimits
     recovery: RecoverySettings
     estimator: EstimatorConfig
+    effects: "tuple[Cause, ...]" = ()
 
 
 def load_robot(path: Path = DEFAULT_ROBOT_FILE, calibration: Path | None = None) -> RobotConfig:
@@ -161,11 +167,22 @@ def parse_robot(text: str) -> RobotConfig:
         loop=loop,
         body_limits=read_body_limits(safety_table),
         recovery=read_recovery(safety_table),
+        effects=_effects(top, legs),
         estimator=read_estimator(top.maybe_table("estimator"), legs.count),
     )
     safety_table.done()
     top.done()
     return config
+
+
+def _effects(top: Table, legs: LegParameters) -> "tuple[Cause, ...]":
+    """Read [effects]; the catalogue is not even imported for a file without."""
+    written = read_effects(top, legs.names)
+    if not written:
+        return ()
+    from gap.robot_effects import causes_of
+
+    return causes_of(written, legs.names)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -40,6 +40,7 @@ from model.signals import (
 from robot.body_watch import BodyMemory, BodySeen, stop_reason_of, watch_body
 from robot.config import RobotConfig
 from robot.controller_state import ControllerState
+from robot.file_model import model_of, odometry_stage
 from robot.modes import GaitBook, Phase, Situation, advance, graver
 from robot.odometry_stage import OdometryStage
 from robot.recovery import Care, CareSeen, RecoveryMemory, care, legs_down
@@ -84,13 +85,14 @@ class Controller:
         self._linkage = Linkage(robot.linkage, robot.legs.shaft_position)
         self._odometry: OdometryStage | None = None
         if config.estimator.enabled:
-            self._odometry = OdometryStage(robot, config.estimator, self._linkage)
+            self._odometry = odometry_stage(config, self._linkage)
         self._weight_n = robot.body.mass * standard_gravity
         self._sensors = tuple(number > 0 for number in config.force_sensor.transducers.tolist())
         gaits = {name: make_gait(name, robot) for name in ("tripod", "metachronal")}
         self.book = GaitBook(
             gaits, {name: frequency_limit(gait, robot.servo) for name, gait in gaits.items()}
         )
+        self._effects = model_of(config)
         prepare()  # here, where nothing waits for it
         self._linkage.prepare()
 
@@ -113,6 +115,7 @@ class Controller:
             estimate=Estimate(0, np.zeros(2), 0.0, np.full(3, np.nan), valid=False),
             body=BodyMemory.empty(count),
             recovery=RecoveryMemory.empty(count),
+            began_ns=-1,
             odometry=self._odometry.initial() if self._odometry is not None else None,
         )
 
@@ -154,13 +157,17 @@ class Controller:
         )
         late, timing_faults = self._timing(state, inputs)
         times_ns, angles_rad = _remember(state, joints, t_ns)
-        feet = self._linkage.frame_feet(joints.angle_rad, latest_rate(times_ns, angles_rad))
-        contact, model_faults = self._contact(feet)
+        began_ns = t_ns if state.index == 0 else state.began_ns
+        rate = latest_rate(times_ns, angles_rad)
+        feet, contact, model_faults = self._model(state, joints, rate, t_ns)
         estimate = self._estimate(state, contact, t_ns)
+        truly = forces
+        if self._effects is not None:
+            truly = self._effects.true_forces(forces, (t_ns - began_ns) * 1e-9)
         odometry = state.odometry
         if self._odometry is not None and odometry is not None:
             odometry, _ = self._odometry.step(odometry, t_ns, joints, forces, inputs.poses)
-        body, body_faults = self._watch_body(state, joints, forces, contact, down)
+        body, body_faults = self._watch_body(state, joints, truly, contact, down)
         cared = self._care(state, inputs, servos, verdict, t_ns)
         stop = self._stop_reason(state, inputs, late, t_ns)
         stop = graver(stop, graver(cared.stop, stop_reason_of(body_faults)))
@@ -212,6 +219,7 @@ class Controller:
             estimate=estimate,
             body=body,
             recovery=cared.memory,
+            began_ns=began_ns,
             odometry=odometry,
         )
         return after, tick
@@ -317,11 +325,23 @@ class Controller:
             return Allowed(state.allowed.command), state.refused + 1, (fault,)
         return verdict, 0, ()
 
-    def _contact(self, feet: FootMotion) -> tuple[ContactSolution, tuple[Fault, ...]]:
-        solution = solve_frame(feet, self.config.parameters.contact, self._weight_n)
+    def _model(
+        self, state: ControllerState, joints: JointState, rate_rad_s: FloatArray, t_ns: int
+    ) -> tuple[FootMotion, ContactSolution, tuple[Fault, ...]]:
+        """Feet, support and traction, with what the robot file adds to the nominal model."""
+        if self._effects is None:
+            feet = self._linkage.frame_feet(joints.angle_rad, rate_rad_s)
+            solution = solve_frame(feet, self.config.parameters.contact, self._weight_n)
+        else:
+            was = state.estimate
+            dt_s = 0.0 if state.index == 0 else (t_ns - was.t_ns) * 1e-9
+            pose = np.array([*was.position_m, was.yaw_rad])
+            found = self._effects.solve(joints.angle_rad, rate_rad_s, pose, was.velocity_B, dt_s)
+            feet, solution = found.feet, found.contact
         if solution.support.converged:
-            return solution, ()
-        return solution, (Fault(FaultKind.NO_SUPPORT, "support", solution.support.reason),)
+            return feet, solution, ()
+        fault = Fault(FaultKind.NO_SUPPORT, "support", solution.support.reason)
+        return feet, solution, (fault,)
 
     def _estimate(self, state: ControllerState, contact: ContactSolution, t_ns: int) -> Estimate:
         before = state.estimate

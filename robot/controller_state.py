@@ -28,6 +28,7 @@ class ControllerState:
         estimate: Dead-reckoned pose.
         body: What the watch over the body remembers.
         recovery: Servos that are being brought back.
+        began_ns: Time of the first tick.
         odometry: What the estimator remembers; None where it is switched off.
     """
 
@@ -44,6 +45,7 @@ class ControllerState:
     estimate: Estimate
     body: BodyMemory
     recovery: RecoveryMemory
+    began_ns: int
     odometry: OdometryMemory | None
 
     @property

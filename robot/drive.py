@@ -20,6 +20,7 @@ from record.versions import software_versions
 from record.writer import LogWriter
 from robot.config import RobotConfig, load_robot
 from robot.controller import Controller
+from robot.effect_uses import say_unused
 from robot.exit_codes import ExitCode, exit_code_of
 from robot.force_units import UNITS_KEY, units_text
 from robot.ft_unit import unit_settings
@@ -121,6 +122,7 @@ def plan_of(options: argparse.Namespace) -> Drive:
         BigantError: It makes no sense.
     """
     config = load_robot(options.robot, options.calibration)
+    say_unused(config)
     controller = Controller(config, (), armed=False)
     gait = controller.book.gaits[options.gait]
     frequency_hz = options.frequency_hz if options.frequency_hz is not None else gait.frequency_hz

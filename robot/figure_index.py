@@ -4,13 +4,9 @@ import html
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from robot.report_page import STYLE
+from robot.report_page import page_frame
 
-EXTRA = """
-figure img { width: 100%; height: auto; background: #ffffff; border-radius: 6px; }
-figcaption { color: var(--faint); } code { font-size: 0.9em; }
-pre { overflow-x: auto; font-size: 0.8rem; }
-"""
+TITLE = "Figures of the model of slipping"
 OTHERS = (
     "The multipods, the quadruped and the disk are drawn by <code>bigant model run</code>, the "
     "sensitivity to naive parameters by <code>bigant model sensitivity</code>."
@@ -43,17 +39,13 @@ def render_index(source: str, rows: Sequence[Row]) -> str:
         source: Where the walks come from, one line.
         rows: Entries in order.
     """
-    return (
-        "<!doctype html>\n<html lang='en'><head><meta charset='utf-8'>\n"
-        "<meta name='viewport' content='width=device-width, initial-scale=1'>\n"
-        f"<title>Figures of the model</title>\n<style>{STYLE}{EXTRA}</style></head>\n<body>"
-        "<h1>Figures of the model of slipping</h1>\n"
+    note = (
+        f"<h1>{TITLE}</h1>\n"
         f"<p class='note'>Our versions of the figures of Wu, Zhao and Revzen (arXiv:2310.20669). "
         f"{html.escape(source)} Truth red, viscous-Coulomb orange, Coulomb blue, spring support "
-        f"purple.</p>\n<p>{OTHERS}</p>\n"
-        + "\n".join(_section(row) for row in rows)
-        + "</body></html>\n"
+        f"purple.</p>\n<p>{OTHERS}</p>"
     )
+    return page_frame(TITLE, [note, *(_section(row) for row in rows)])
 
 
 def _section(row: Row) -> str:

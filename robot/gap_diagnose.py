@@ -14,11 +14,14 @@ from typing import TYPE_CHECKING
 
 from robot.exit_codes import ExitCode
 
+CHAIN, MUJOCO = "chain", "mujoco"
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from gap.findings import Diagnosis
     from gap.interfaces import Simulator
+    from gap.next_run import Proposer
     from record.trial import Trial
 
 
@@ -27,15 +30,29 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("trials", type=Path, nargs="+", metavar="TRIAL")
     parser.add_argument("--reference", type=Path, nargs="+", default=[], metavar="TRIAL",
         help="healthy runs of the same machine; what they show is no news")  # fmt: skip
+    parser.add_argument("--joint", action="append", default=[], metavar="NAME",
+        help="only this joint of a bench of servos; may be given again")  # fmt: skip
+    parser.add_argument("--robot", type=Path, metavar="FILE",
+        help="robot file to believe of the trials (default: the one beside them)")  # fmt: skip
     parser.add_argument(
         "--json", type=Path, metavar="FILE", help="the diagnosis as JSON; - prints it"
     )
     parser.add_argument("--html", type=Path, metavar="FILE", help="the diagnosis as one page")
     parser.add_argument("--effects", type=Path, metavar="FILE.py",
         help="effects of your own (run as Python: open only files that you trust)")  # fmt: skip
+    parser.add_argument("--sim", choices=(CHAIN, MUJOCO), default=CHAIN,
+        help="the chain of the model, or the MuJoCo robot (minutes)")  # fmt: skip
+    parser.add_argument("--effects-only", type=_names, default=(), metavar="A,B",
+        help="with --sim mujoco: effects to try (default: screened by the chain)")  # fmt: skip
+    parser.add_argument("--screen", type=_jobs, default=4, metavar="N",
+        help="with --sim mujoco: how many effects the chain lets through (default: 4)")  # fmt: skip
     parser.add_argument("--jobs", type=_jobs, default=min(os.cpu_count() or 1, 4), metavar="N",
         help="processes (default: one a core, up to 4)")  # fmt: skip
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of random draws")
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(name for part in text.split(",") if (name := part.strip()))
 
 
 def _jobs(text: str) -> int:
@@ -61,16 +78,28 @@ def run(options: argparse.Namespace) -> ExitCode:
     if options.html is not None and options.html.suffix != ".html":
         raise ConfigError("--html", f"must end in .html, not {options.html.name!r}")
     paths = (*options.trials, *options.reference)
-    everything = read_trials(paths)
+    everything = read_trials(paths, tuple(options.joint))
     trials = everything[: len(options.trials)]
     references = everything[len(options.trials) :]
-    simulator = simulator_for(everything, options.effects)
+    if options.sim == MUJOCO:
+        simulator = _mujoco(trials, references, options)
+    else:
+        if options.effects_only:
+            raise ConfigError(
+                "--effects-only", f"goes with --sim {MUJOCO}; the chain tries them all"
+            )
+        simulator = simulator_for(everything, options.effects, options.robot, references)
     found = _diagnose(trials, references, simulator, options)
     to_stdout = options.json is not None and str(options.json) == "-"
     if options.json is not None:
         from gap.diagnosis_json import diagnosis_json
 
-        told = {**diagnosis_json(found), "files": [str(path) for path in paths]}
+        told = {
+            **diagnosis_json(found),
+            "files": [str(path) for path in paths],
+            "references": len(references),
+            "robot": None if options.robot is None else str(options.robot),
+        }
         text = json.dumps(told, indent=2)
         if to_stdout:
             print(text)
@@ -87,6 +116,27 @@ def run(options: argparse.Namespace) -> ExitCode:
     return ExitCode.VERDICT_FAILED if found.verdict is Verdict.UNEXPLAINED else ExitCode.OK
 
 
+def _mujoco(
+    trials: "Sequence[Trial]", references: "Sequence[Trial]", options: argparse.Namespace
+) -> "Simulator":
+    from model.errors import ConfigError, GapError
+    from record.trial_toml import LEGGED
+    from robot.gap_mujoco import mujoco_simulator
+    from robot.gap_trials import robot_text
+
+    header = trials[0].header
+    if header.kind != LEGGED:
+        raise GapError(f"--sim {MUJOCO} is for legged robots; the trials are of kind {header.kind}")
+    if options.effects is not None:
+        raise ConfigError(
+            "--effects", f"are for the chain; --sim {MUJOCO} has its own (--effects-only)"
+        )
+    text = header.robot_text if options.robot is None else robot_text(options.robot)
+    return mujoco_simulator(
+        trials, references, text, options.effects_only, options.screen, options.jobs
+    )
+
+
 def _diagnose(
     trials: "Sequence[Trial]",
     references: "Sequence[Trial]",
@@ -97,17 +147,38 @@ def _diagnose(
     from gap.predictions import prediction_pool
     from robot.progress import ProgressBar
 
+    proposer = _proposer(trials, simulator, options)
     with ProgressBar("diagnosis") as bar:
 
         def tell(words: str, share: float) -> None:
             bar.show(share, words)
 
         if options.jobs == 1:
-            return diagnose(trials, simulator, references, progress=tell, seed=options.seed)
+            return diagnose(
+                trials, simulator, references, progress=tell, seed=options.seed, proposer=proposer
+            )
         with prediction_pool(simulator, trials, references, options.jobs) as pool:
             return diagnose(
-                trials, simulator, references, executor=pool, progress=tell, seed=options.seed
-            )
+                trials, simulator, references, executor=pool, progress=tell, seed=options.seed,
+                proposer=proposer,
+            )  # fmt: skip
+
+
+def _proposer(
+    trials: "Sequence[Trial]", simulator: "Simulator", options: argparse.Namespace
+) -> "Proposer | None":
+    """What the robot could run next; only the legged chain is quick enough to try it all."""
+    from model.errors import GapError
+    from robot.gap_runs import proposer_of
+    from robot.gap_trials import robot_text
+
+    if simulator.name != "legged":
+        return None
+    text = trials[0].header.robot_text if options.robot is None else robot_text(options.robot)
+    try:
+        return proposer_of(text, options.robot)[0]
+    except GapError:
+        return None  # a robot of other legs without gaits: it can be diagnosed, not sent walking
 
 
 def _write(path: Path, text: str) -> None:

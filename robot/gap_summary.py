@@ -12,6 +12,9 @@ WIDTH = 100
 BAR = 20
 MOST_CHANNELS = 6
 MOST_SIZES = 12
+LEAST_CHANGE = 1e-3  # of the floor
+APPLIED = frozenset({"legged", "mujoco"})
+WHERE_HEAD = f"  {'stage':<14}{'of gap':>6}  {'':<{BAR}}{'by itself':>9}{'end to end':>14}"
 
 
 def summary_lines(d: Diagnosis, paths: Sequence[Path]) -> list[str]:
@@ -23,7 +26,7 @@ def summary_lines(d: Diagnosis, paths: Sequence[Path]) -> list[str]:
     """
     lines = [f"{d.verdict.value.upper().replace('_', ' ')}"]
     lines += textwrap.wrap(d.sentence, WIDTH)
-    lines += ["", *_faults(d, paths)]
+    lines += [*_to_do(d), "", *_faults(d, paths)]
     if d.verdict is not Verdict.NO_GAP:
         lines += [*_where(d), "", *_causes(d), "", *_how_far(d)]
     else:
@@ -36,6 +39,22 @@ def summary_lines(d: Diagnosis, paths: Sequence[Path]) -> list[str]:
         held += f" and {len(d.held_out_trials) - MOST_CHANNELS} more"
     lines.append(f"kept back to judge: {held}; floor from {d.floor_source}")
     return [line for i, line in enumerate(lines) if line or (i and lines[i - 1])]
+
+
+def _to_do(d: Diagnosis) -> list[str]:
+    """What a person does now, before any figures."""
+    if d.verdict is Verdict.NO_GAP:
+        return []
+    words = [(place_words(one.effect, one.joints), one.remedy) for one in d.causes]
+    lines = []
+    for place, remedy in words:
+        lead = "what to do: " if len(words) == 1 else f"what to do about {place}: "
+        lines += textwrap.wrap(lead + remedy, WIDTH, subsequent_indent="  ")
+    if d.verdict is Verdict.AMBIGUOUS:
+        lines.append("which run would tell: bigant gap next")
+    if d.simulator in APPLIED and d.causes and d.verdict is not Verdict.UNEXPLAINED:
+        lines.append("into the simulator: bigant gap apply (of the --json of this diagnosis)")
+    return lines
 
 
 def _faults(d: Diagnosis, paths: Sequence[Path]) -> list[str]:
@@ -51,13 +70,12 @@ def _faults(d: Diagnosis, paths: Sequence[Path]) -> list[str]:
 
 
 def _where(d: Diagnosis) -> list[str]:
-    lines = ["where (energy over what is expected; 1 is no gap):"]
+    lines = ["where (energy over what is expected; 1 is no gap):", WHERE_HEAD]
     for one in d.where.stages:
         if not math.isnan(one.own):
             bar = "#" * round(BAR * one.share)
             lines.append(
-                f"  {one.stage:<14} fed measured {one.own:8.2f}   end to end {one.end_to_end:8.2f}"
-                f"   {one.share:4.0%} {bar}"
+                f"  {one.stage:<14}{one.share:>6.0%}  {bar:<{BAR}}{one.own:9.3g}{one.end_to_end:14.3g}"
             )
     for cell in d.where.cells[:3]:
         phase = f" at phase {cell.phase:.2f}" if not math.isnan(cell.phase) else ""
@@ -76,7 +94,7 @@ def _causes(d: Diagnosis) -> list[str]:
         lines.append(f"  {number}. {cause_words(one)}")
         lines.append(f"     probability {one.probability:.2f}, stage {one.stage}{_share(one)}")
         lines += textwrap.wrap(
-            f"{one.physics} {one.remedy}", WIDTH, initial_indent="     ", subsequent_indent="     "
+            one.physics, WIDTH, initial_indent="     ", subsequent_indent="     "
         )
     for one_alike, (effect, joints) in zip(d.ambiguous, d.ambiguous_of, strict=True):
         lines.append(
@@ -102,7 +120,8 @@ def _how_far(d: Diagnosis) -> list[str]:
         f"how far: {far.shrink:.0%} [{far.low:.0%}, {far.high:.0%}] of the gap is closed on runs kept back;"
         f" RMS {far.before:.3g} -> {far.after:.3g} of its floor"
     ]
-    changed = sorted(far.channels, key=lambda c: -(c.before - c.after) / max(c.floor, 1e-12))
+    changed = [c for c in far.channels if abs(c.before - c.after) > LEAST_CHANGE * c.floor]
+    changed.sort(key=lambda c: -(c.before - c.after) / max(c.floor, 1e-12))
     for c in changed[:MOST_CHANNELS]:
         place = f" {c.joint}" if c.joint else ""
         lines.append(
@@ -133,4 +152,6 @@ def _next(d: Diagnosis) -> list[str]:
             f"  {one.name}: tells {one.pair[0]} from {one.pair[1]} in {one.runs} run(s), "
             f"{one.minutes:.1f} min{limits}"
         )
+        if one.command:
+            lines.append(f"    {one.command}")
     return lines

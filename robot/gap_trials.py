@@ -6,21 +6,32 @@ from tempfile import TemporaryDirectory
 
 from gap.effect_file import UserEffect, read_effects
 from gap.interfaces import Simulator
-from model.errors import GapError
+from model.errors import ConfigError, GapError
 from record.export import export_trial
 from record.reader import LogContents
 from record.trial import Trial, read_trial
 from record.trial_toml import LEGGED, SERVO_BENCH
 
 
-def read_trials(paths: Sequence[Path]) -> tuple[Trial, ...]:
+def read_trials(paths: Sequence[Path], joints: tuple[str, ...] = ()) -> tuple[Trial, ...]:
     """Read trials: .parquet, .csv, NAME.toml, or a log (.mcap).
+
+    Args:
+        paths: Files.
+        joints: Only these joints of a bench of servos, each of which is a machine of its own; all if
+            empty.
 
     Raises:
         RecordError: A file cannot be read.
-        GapError: They are of different machines.
+        GapError: They are of different machines, or one whose joints cannot be taken apart.
     """
     trials = tuple(_read(path) for path in paths)
+    if joints:
+        if trials[0].header.kind != SERVO_BENCH:
+            raise GapError(
+                f"--joint is for a servo_bench; the trials are of kind {trials[0].header.kind}"
+            )
+        trials = tuple(trial.only(joints) for trial in trials)
     for path, trial in zip(paths, trials, strict=True):
         first = trials[0].header
         if (trial.header.kind, trial.header.joints) != (first.kind, first.joints):
@@ -40,27 +51,29 @@ def _read(path: Path) -> Trial:
         return read_trial(out)
 
 
-def simulator_for(trials: Sequence[Trial], effects: Path | None) -> Simulator:
+def simulator_for(
+    trials: Sequence[Trial],
+    effects: Path | None,
+    robot: Path | None = None,
+    references: Sequence[Trial] = (),
+) -> Simulator:
     """Return the simulator of the machine that the trials name.
 
     Args:
-        trials: Trials of one machine.
+        trials: Trials of one machine, the references among them.
         effects: A file of users' effects; only the legged simulator takes one.
+        robot: Robot file to believe of the trials instead of the one beside them.
+        references: Those of the trials that keep the robot file beside them.
 
     Raises:
         GapError: The machine's file or the file of effects cannot be used.
     """
     kind = trials[0].header.kind
     if kind == LEGGED:
-        from gap.legged import legged_simulator
-        from gap.legged_catalogue import CATALOGUE, STAGES
-
-        added: tuple[UserEffect, ...] = ()
-        if effects is not None:
-            added = read_effects(effects, STAGES, tuple(entry.effect.name for entry in CATALOGUE))
-        return legged_simulator(trials[0], added)
-    if effects is not None:
-        raise GapError(f"--effects is for legged robots; the trials are of kind {kind}")
+        return _legged(trials[0], users_effects(effects), robot, references)
+    for option, given in (("--effects", effects), ("--robot", robot)):
+        if given is not None:
+            raise GapError(f"{option} is for legged robots; the trials are of kind {kind}")
     if kind == SERVO_BENCH:
         from gap.servo_bench import servo_bench
 
@@ -68,3 +81,44 @@ def simulator_for(trials: Sequence[Trial], effects: Path | None) -> Simulator:
     from gap.sliding_body import sliding_body
 
     return sliding_body(trials)
+
+
+def users_effects(path: Path | None) -> tuple[UserEffect, ...]:
+    """Read a file of users' effects for legged robots; none without a file.
+
+    Raises:
+        GapError: It cannot be used.
+    """
+    from gap.legged_catalogue import CATALOGUE, STAGES
+
+    if path is None:
+        return ()
+    return read_effects(path, STAGES, tuple(entry.effect.name for entry in CATALOGUE))
+
+
+def _legged(
+    first: Trial, added: tuple[UserEffect, ...], robot: Path | None, references: Sequence[Trial]
+) -> Simulator:
+    from gap.legged import LeggedSimulator, legged_simulator
+    from gap.legged_machine import parse_machine
+    from gap.two_machines import TwoMachines
+
+    if robot is None:
+        return legged_simulator(first, added)
+    own = LeggedSimulator(parse_machine(robot_text(robot)), added)
+    if not references:
+        return own
+    return TwoMachines(own, legged_simulator(references[0], added), tuple(references))
+
+
+def robot_text(path: Path) -> str:
+    """Return the text of a robot file, which need not be complete enough to drive.
+
+    Raises:
+        ConfigError: It cannot be read.
+    """
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        raise ConfigError(str(path), f"the robot file cannot be read: {reason}") from error

@@ -17,6 +17,7 @@ from drivers.settings import ForceSensorSettings
 from drivers.wire_tap import TappedDatagrams, TappedText, WireTap
 from model.signals import BodyTruth
 from robot.config import RobotConfig
+from robot.file_twin import file_twin
 from robot.progress import StatusLine
 from robot.rig import Rig, TruthSource
 from sim_hw.ati_memory import MemoryDatagramLink, MemoryTextLink
@@ -74,13 +75,14 @@ def open_in_memory(
     """
     rig, _ = open_twin(
         config,
-        None,
+        file_twin(config, seed) if bench is None else None,
         seed=seed,
         armed=armed,
         with_forces=with_forces,
         scenario=scenario,
         tap=tap,
         bench=bench,
+        cameras=False,
     )
     return rig
 
@@ -95,10 +97,12 @@ def open_twin(
     scenario: Scenario | None = None,
     tap: WireTap | None = None,
     bench: MakeWorld | None = None,
+    cameras: bool = True,
 ) -> tuple[Rig, VirtualRobot]:
     """Open a twin of the robot in memory under a virtual clock; also return what is behind the devices.
 
-    Args: as for ``open_in_memory``, and ``twin``, what the robot really is; None for the nominal one.
+    Args: as for ``open_in_memory``; ``twin``, what the robot really is, None for the nominal one; and
+        ``cameras``, whether a twin's motion takes the place of the truth as its cameras see it.
     """
     clock = VirtualClock(start_ns=1_000_000_000)
     servo_bus, force_sensor = config.servo_bus, config.force_sensor
@@ -106,6 +110,7 @@ def open_twin(
         robot = build_virtual_robot(
             config.parameters, servo_bus, force_sensor, seed, twin, scenario
         )
+        robot = robot if cameras else replace(robot, cameras=None)
     else:
         firmware = FirmwareBank(len(servo_bus.ids))
         robot = put_devices(
@@ -144,7 +149,12 @@ def start_virtual(
         The process, to be closed, and where its force-torque unit is.
     """
     setup = VirtualSetup(
-        config.parameters, config.servo_bus, config.force_sensor, seed, scenario=scenario
+        config.parameters,
+        config.servo_bus,
+        config.force_sensor,
+        seed,
+        scenario=scenario,
+        twin=file_twin(config, seed),
     )
     with StatusLine() as line:
         devices = DeviceProcess(setup, lambda: line.say("starting the virtual robot"))

@@ -1,8 +1,9 @@
-"""``bigant import``: measured data from anywhere, checked, as a log or a trial.
+"""``bigant import``: measured data from anywhere, checked, as logs or trials.
 
-Reads the trial table (.parquet or .csv with NAME.toml beside it), and any other table through a map of its
-columns. Says what is absent, out of order, repeated, out of range, jumping or stuck. Nothing is dropped
-without being listed.
+Reads the trial table (.parquet or .csv with NAME.toml beside it), and any other .csv, .parquet or .npz
+through a map of its columns: your own file, or one of the maps that come with the program (--maps lists
+them). Says what is absent, out of order, repeated, out of range, jumping, stuck, unsigned or empty, and
+which faults of the data the diagnosis would see. Nothing is dropped without being listed.
 """
 
 import argparse
@@ -14,21 +15,27 @@ from typing import TYPE_CHECKING
 from robot.exit_codes import ExitCode
 
 if TYPE_CHECKING:
-    from record.import_table import ImportReport
-    from record.trial import Trial
+    from collections.abc import Sequence
 
-SHOWN_ROWS = 10
+    from record.column_map import ColumnMap
+    from record.import_table import Imported
+    from robot.import_report import Told
+
+SUFFIXES = (".mcap", ".parquet", ".csv")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments; imports nothing heavy."""
-    parser.add_argument("path", type=Path, metavar="TABLE", help=".parquet, .csv, or NAME.toml")
+    parser.add_argument("paths", type=Path, nargs="*", metavar="TABLE",
+        help=".parquet, .csv, .npz, or NAME.toml; several with --out FOLDER")  # fmt: skip
+    parser.add_argument("--map", "--columns", dest="map", metavar="NAME|MAP.toml",
+        help="which of its columns is which of ours")  # fmt: skip
     parser.add_argument(
-        "--columns", type=Path, metavar="MAP.toml", help="which of its columns is which of ours"
+        "--maps", action="store_true", help="list the maps that come with the program"
     )
     parser.add_argument(
-        "--out", type=Path, metavar="FILE", help="log (.mcap) or trial (.parquet, .csv) to write; "
-        "without it, only the report",
+        "--out", type=Path, metavar="FILE|FOLDER", help="log (.mcap) or trial (.parquet, .csv) to write, "
+        "or a folder for a trial (.parquet) of each table; without it, only the report",
     )  # fmt: skip
     parser.add_argument(
         "--report", type=Path, metavar="FILE", help="the whole report (.json, or text)"
@@ -37,72 +44,118 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> ExitCode:
-    """Import a table.
+    """Import tables.
 
     Raises:
-        ConfigError: ``--out`` names no kind of file we write.
+        ConfigError: ``--out`` names no kind of file we write, or there is nothing to import.
         RecordError: A file cannot be read or written, or nothing in the table is known.
     """
     from model.errors import ConfigError, RecordError
-    from record.column_map import ColumnMap, read_column_map
-    from record.import_table import import_table
-    from record.trial_log import left_out
-    from robot.plain_json import plain
+    from record.column_map import ColumnMap, find_map, read_column_map
+    from robot.import_report import all_lines, lines_of_one, report_json
 
+    if options.maps:
+        return _list_maps(as_json=options.json)
+    if not options.paths:
+        raise ConfigError("TABLE", "name a table to import, or --maps to list the maps")
+    given = read_column_map(find_map(options.map)) if options.map is not None else ColumnMap()
     out: Path | None = options.out
-    if out is not None and out.suffix not in {".mcap", ".parquet", ".csv"}:
-        raise ConfigError("--out", f"must end in .mcap, .parquet or .csv, not {out}")
-    given = read_column_map(options.columns) if options.columns is not None else ColumnMap()
-    trial, report = import_table(options.path, given)
-    text = json.dumps(plain(asdict(report)), indent=2) + "\n"
+    folder = out is not None and not out.suffix
+    if out is not None and not folder and out.suffix not in SUFFIXES:
+        raise ConfigError(
+            "--out", f"must end in .mcap, .parquet or .csv, or be a folder, not {out}"
+        )
+    if len(options.paths) > 1 and out is not None and not folder:
+        raise ConfigError("--out", f"several tables need a folder, not {out}")
+    told = _import_all(options.paths, given, out, folder=folder)
+    text = json.dumps(report_json(told), indent=2) + "\n"
     if options.report is not None:
-        whole = text if options.report.suffix == ".json" else "\n".join(_lines(report, None)) + "\n"
+        whole = text if options.report.suffix == ".json" else "\n".join(all_lines(told)) + "\n"
         try:
             options.report.write_text(whole, encoding="utf-8")
         except OSError as error:
             raise RecordError(
                 f"{options.report} cannot be written: {error.strerror}; choose another --report"
             ) from error
-    print(text.rstrip() if options.json else "\n".join(_lines(report, SHOWN_ROWS)))
-    if out is not None:
-        _write(trial, out, report)
-        if not options.json:
-            lost = left_out(trial) if out.suffix == ".mcap" else ()
-            print(
-                f"{out}: {report.kept} samples"
-                + (f"; no place in a log for {', '.join(lost)}" if lost else "")
-            )
+    short = lines_of_one(told[0]) if len(told) == 1 else all_lines(told)
+    print(text.rstrip() if options.json else "\n".join(short))
+    if out is not None and not options.json:
+        print(_written(told, out, folder=folder))
     return ExitCode.OK
 
 
-def _write(trial: "Trial", out: Path, report: "ImportReport") -> None:
+def _import_all(
+    paths: "Sequence[Path]", given: "ColumnMap", out: Path | None, *, folder: bool
+) -> "tuple[Told, ...]":
+    from model.errors import RecordError
+    from record.import_table import import_tables
+    from robot.import_report import Told, data_faults
+    from robot.progress import ProgressBar
+
+    told = []
+    with ProgressBar("import") as bar:
+        for number, path in enumerate(paths):
+            found = tuple(import_tables(path, given))
+            if len(found) > 1 and out is not None and not folder:
+                raise RecordError(
+                    f"{path} holds {len(found)} tables; give --out a folder, not {out}"
+                )
+            for at, one in enumerate(found):
+                share = (number + at / len(found)) / len(paths)
+                bar.show(share, f"{path.name} {one.report.name}".strip())
+                lost: tuple[str, ...] = ()
+                if out is not None and one.trial is not None:
+                    lost = _write(one, out / f"{_stem(one)}.parquet" if folder else out)
+                told.append(Told(one.report, data_faults(one.trial), lost))
+    return tuple(told)
+
+
+def _stem(one: "Imported") -> str:
+    name = one.report.name
+    return f"{one.report.path.stem}-{name}" if name else one.report.path.stem
+
+
+def _write(one: "Imported", out: Path) -> tuple[str, ...]:
+    """Write a trial; return what there was no place for."""
     from model.errors import RecordError
     from record.trial import write_trial
-    from record.trial_log import write_trial_log
+    from record.trial_log import left_out, write_trial_log
     from robot.drive import software
 
-    if out.resolve() == report.path.resolve():
+    assert one.trial is not None
+    if out.resolve() == one.report.path.resolve():
         raise RecordError(f"{out} is the table itself; choose another --out")
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RecordError(
+            f"{out.parent} cannot be made: {error.strerror}; choose another"
+        ) from error
     if out.suffix == ".mcap":
-        write_trial_log(trial, out, software())
-    else:
-        write_trial(trial, out)
+        write_trial_log(one.trial, out, software())
+        return left_out(one.trial)
+    write_trial(one.trial, out)
+    return ()
 
 
-def _lines(report: "ImportReport", most_rows: int | None) -> list[str]:
-    lines = [
-        f"{report.path}: {report.rows} rows, {report.kept} kept, {len(report.dropped)} dropped, "
-        f"{len(report.columns)} columns"
-    ]
-    shown = report.dropped[:most_rows]
-    lines += [f"dropped   row {item.row}: {item.reason}" for item in shown]
-    if len(report.dropped) > len(shown):
-        lines.append(f"dropped   {len(report.dropped) - len(shown)} more, all in --report FILE")
-    for finding in report.findings:
-        row = f", first in row {finding.first_row}" if finding.first_row else ""
-        count = f" x{finding.count}{row}" if finding.count else ""
-        name = f" {finding.column}" if finding.column else ""
-        lines.append(f"{finding.kind:<9}{name}{count}: {finding.detail}")
-    if not report.findings and not report.dropped:
-        lines.append("nothing odd found")
-    return lines
+def _written(told: "Sequence[Told]", out: Path, *, folder: bool) -> str:
+    trials = [one for one in told if one.report.kept]
+    samples = sum(one.report.kept for one in trials)
+    if folder:
+        return f"{out}: {len(trials)} trials, {samples} samples"
+    lost = told[0].lost
+    return f"{out}: {samples} samples" + (
+        f"; no place in a log for {', '.join(lost)}" if lost else ""
+    )
+
+
+def _list_maps(*, as_json: bool) -> ExitCode:
+    from record.column_map import find_map, map_names, read_column_map
+
+    found = [(name, read_column_map(find_map(name)).about) for name in map_names()]
+    if as_json:
+        print(json.dumps([{"name": name, **asdict(about)} for name, about in found], indent=2))
+        return ExitCode.OK
+    for name, about in found:
+        print(f"{name:<16} {about.what}\n{'':<16} {about.source}; {about.licence}")
+    return ExitCode.OK

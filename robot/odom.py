@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="with --compare: fit open loop and stride to this walk of known truth")  # fmt: skip
     parser.add_argument("--smooth", action="store_true",
         help="write the trajectory smoothed with all of the log known")  # fmt: skip
-    parser.add_argument("--out", type=Path, metavar="FILE", help=".tum, .mcap or .png")
+    parser.add_argument("--out", type=Path, metavar="FILE", help=".tum, .mcap, .png or .html")
     live = parser.add_argument_group("while it walks")
     live.add_argument("--live", action="store_true",
         help="follow LOG while it is written, or read --hardware; Ctrl-C ends it")  # fmt: skip
@@ -77,8 +77,10 @@ def run(options: argparse.Namespace) -> ExitCode:
         return tune_command(options.logs[1:], options)
     if len(options.logs) > 1:
         raise ConfigError("LOG", "give one log; only 'odom tune' takes several")
-    if options.out is not None and options.out.suffix not in {".tum", ".mcap", ".png"}:
-        raise ConfigError("--out", f"must end in .tum, .mcap or .png, not {options.out.name!r}")
+    if options.out is not None and options.out.suffix not in {".tum", ".mcap", ".png", ".html"}:
+        raise ConfigError(
+            "--out", f"must end in .tum, .mcap, .png or .html, not {options.out.name!r}"
+        )
     if options.fitted is not None and not options.compare:
         raise ConfigError("--fitted", "is for --compare; add it")
     if options.smooth and (options.out is None or options.out.suffix != ".tum"):
@@ -106,6 +108,7 @@ def _estimate(options: argparse.Namespace) -> ExitCode:
     from model.frames import FrictionLaw
     from record.reader import read_log
     from robot.config import load_robot, parse_robot
+    from robot.effect_uses import say_unused
     from robot.odometry_compare import compare_ways, stride_of
     from robot.odometry_table import as_json, table
 
@@ -116,6 +119,7 @@ def _estimate(options: argparse.Namespace) -> ExitCode:
         config = load_robot(options.robot)
     else:
         config = parse_robot(log.config_text) if log.config_text else load_robot()
+    say_unused(config)
     settings = EstimatorSettings(
         law=FrictionLaw(options.law or "coulomb"), sway=not options.no_sway
     )
@@ -139,7 +143,7 @@ def _estimate(options: argparse.Namespace) -> ExitCode:
         if source:
             print(f"distance a stride: {1e3 * stride_m:.1f} mm a cycle, from {source}")
     if options.out is not None:
-        _write(options, found)
+        _write(options, found, log.names)
         if not options.json:
             print(f"written: {options.out}")
     return ExitCode.OK
@@ -160,7 +164,7 @@ def _fit(log: "object", path: Path) -> "ContactParameters":
     return fit_contact(walk, log.names, free_w=False, rest_m_s=1e-3).contact
 
 
-def _write(options: argparse.Namespace, found: "Comparison") -> None:
+def _write(options: argparse.Namespace, found: "Comparison", names: tuple[str, ...]) -> None:
     from robot.odometry_files import write_mcap, write_tum
 
     out: Path = options.out
@@ -170,6 +174,12 @@ def _write(options: argparse.Namespace, found: "Comparison") -> None:
         from robot.odometry_figure import draw
 
         draw(found, out, everything=options.compare)
+    elif out.suffix == ".html":
+        from robot.odometry_page import odometry_page
+        from robot.report_page import write_page
+
+        page = odometry_page(found, names, options.logs[0], everything=options.compare)
+        write_page(out, page, "--out")
     else:
         pose = found.track.pose
         if options.smooth:

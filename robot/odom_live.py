@@ -24,6 +24,7 @@ from record.reader import LogContents
 from robot.config import RobotConfig, load_robot, parse_robot
 from robot.controller import Controller
 from robot.exit_codes import ExitCode, exit_code_of
+from robot.file_model import odometry_stage
 from robot.ft_unit import unit_settings
 from robot.hardware import open_real, open_virtual
 from robot.loop import run
@@ -183,7 +184,8 @@ def stage_of(options: argparse.Namespace, config: RobotConfig) -> OdometryStage:
     """The estimator of a robot file with what the command line changes of it."""
     robot = config.parameters
     estimator = replace(config.estimator, settings=_settings(options, config))
-    return OdometryStage(robot, estimator, Linkage(robot.linkage, robot.legs.shaft_position))
+    linkage = Linkage(robot.linkage, robot.legs.shaft_position)
+    return odometry_stage(replace(config, estimator=estimator), linkage)
 
 
 def _config(options: argparse.Namespace, contents: LogContents) -> RobotConfig:

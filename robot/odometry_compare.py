@@ -1,6 +1,6 @@
 """The estimator beside simpler ways of dead reckoning over one recording, and the truth."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from model.se2 import integrate
 from model.signals import FloatArray, FootMotion, Mode
 from record.recording import Recording
 from robot.config import RobotConfig
+from robot.odometry_effects import effect_frames
 from robot.odometry_metrics import TrackErrors, nees, track_errors
 from robot.odometry_track import OdometryTrack, Progress, feet_of, inputs_of, track, weight_of
 from robot.run_totals import truth_yaw
@@ -86,19 +87,29 @@ def compare_ways(
     """
     first, last = walking_part(log)
     span = slice(first, last)
-    weight_n = weight_of(config)
-    feet = feet_of(log, config)
+    weight_n, feet = weight_of(config), feet_of(log, config)
+    effects = effect_frames(log, config, settings, (first, last), progress)
+    if effects is not None:
+        weight_n, feet = effects.weight_n, effects.feet
+        log = replace(log, force_n=effects.force_n)
     truth = true_motion(log, span)
     start = np.zeros(3) if truth is None else truth[0][0]
+    inputs = inputs_of(log, feet, first, last)
+    if effects is not None:
+        inputs = [replace(one, added=a) for one, a in zip(inputs, effects.added, strict=True)]
     run = track(
-        inputs_of(log, feet, first, last), config.parameters.contact, weight_n, settings,
+        inputs, config.parameters.contact, weight_n, settings,
         pose=start, keep_states=keep_states, progress=progress,
     )  # fmt: skip
     walked = FootMotion(feet.position_m[span], feet.velocity_m_s[span])
     t_s = log.t_s[span]
     ways = [Way("estimator", run.pose, run.velocity_B, run.force_B)]
     naive = config.parameters.contact
-    ways.append(_open_loop("open loop, naive", walked, naive, weight_n, t_s, start))
+    if effects is None:
+        ways.append(_open_loop("open loop, naive", walked, naive, weight_n, t_s, start))
+    else:
+        pose = dead_reckon(effects.velocity_B, t_s, start)
+        ways.append(Way("open loop, naive", pose, effects.velocity_B, effects.force_B))
     if fitted is not None:
         ways.append(_open_loop("open loop, fitted", walked, fitted, weight_n, t_s, start))
     if np.isfinite(stride_m):

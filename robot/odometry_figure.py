@@ -20,6 +20,16 @@ def draw(found: Comparison, out: Path, *, everything: bool) -> None:
     Raises:
         RecordError: It cannot be written.
     """
+    try:
+        drawing(found, everything=everything).savefig(out, dpi=120)
+    except OSError as trouble:
+        raise RecordError(
+            f"{out} cannot be written: {trouble.strerror}; choose another --out"
+        ) from trouble
+
+
+def drawing(found: Comparison, *, everything: bool) -> Figure:
+    """Return the picture."""
     ways = found.ways if everything else found.ways[:1]
     run = found.track
     with mpl.rc_context(STYLE):
@@ -49,9 +59,4 @@ def draw(found: Comparison, out: Path, *, everything: bool) -> None:
             ax.set_ylabel(up)
         path.legend(fontsize=7)
         error.legend(fontsize=7)
-        try:
-            figure.savefig(out, dpi=120)
-        except OSError as trouble:
-            raise RecordError(
-                f"{out} cannot be written: {trouble.strerror}; choose another --out"
-            ) from trouble
+    return figure

@@ -4,6 +4,7 @@ Pure like the step it belongs to: all that it remembers goes in and comes out.
 """
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.constants import g as standard_gravity
@@ -17,6 +18,9 @@ from model.pose_record import PoseRecord
 from model.signals import FloatArray, FootForces, JointState, readonly
 from robot.estimator_table import EstimatorConfig
 
+if TYPE_CHECKING:
+    from robot.odometry_effects import EffectMemory, EffectsBeside
+
 FIRST = -1
 
 
@@ -28,11 +32,13 @@ class OdometryMemory:
         estimator: State of the filter and the ticks of the last moments.
         alignment: x, y [m], yaw [rad] of the outside world in ours, (3,); None before its first pose.
         estimate: The newest estimate, None before the first.
+        effects: What the effects of the robot file remember, None without any.
     """
 
     estimator: EstimatorMemory
     alignment: FloatArray | None = None
     estimate: OdometryEstimate | None = None
+    effects: "EffectMemory | None" = None
 
 
 class OdometryStage:
@@ -42,12 +48,22 @@ class OdometryStage:
         robot: The robot as the model believes it to be.
         config: Settings.
         linkage: Shafts to feet.
+        effects: What the robot file's effects add, None without any.
     """
 
-    def __init__(self, robot: RobotParameters, config: EstimatorConfig, linkage: Linkage) -> None:
+    def __init__(
+        self,
+        robot: RobotParameters,
+        config: EstimatorConfig,
+        linkage: Linkage,
+        effects: "EffectsBeside | None" = None,
+    ) -> None:
         self._memory_s = config.memory
         self._linkage = linkage
+        self._effects = effects
         weight_n = robot.body.mass * standard_gravity
+        if effects is not None:
+            weight_n = effects.weight_n
         self._estimator = Estimator(robot.contact, weight_n, config.settings)
 
     def initial(self) -> OdometryMemory:
@@ -72,8 +88,15 @@ class OdometryStage:
             poses: Absolute poses heard since the last tick. The first one ever says where the outside
                 world lies in ours, so that the estimate does not jump.
         """
-        feet = self._linkage.frame_feet(joints.angle_rad, joints.rate_rad_s)
-        inputs = OdometryInputs(t_ns, feet, forces)
+        effects = memory.effects
+        if self._effects is None:
+            feet = self._linkage.frame_feet(joints.angle_rad, joints.rate_rad_s)
+            inputs = OdometryInputs(t_ns, feet, forces)
+        else:
+            effects, tick = self._effects.step(
+                effects, t_ns, joints.angle_rad, joints.rate_rad_s, forces
+            )
+            inputs = OdometryInputs(t_ns, tick.answer.feet, tick.forces, added=tick.added)
         before, alignment, estimate = memory.estimator, memory.alignment, None
         if poses:
             alignment, late, newest = self._sorted(before, alignment, t_ns, poses)
@@ -86,7 +109,7 @@ class OdometryStage:
                     yaw_sd_rad=newest.yaw_sd_rad,
                 )
         after, estimate = advance(self._estimator, before, inputs, self._memory_s)
-        return OdometryMemory(after, alignment, estimate), estimate
+        return OdometryMemory(after, alignment, estimate, effects), estimate
 
     def _sorted(
         self,

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import minimize
 
-from model.errors import ModelError, RecordError
+from model.errors import ConfigError, ModelError, RecordError
 from model.estimator_settings import EstimatorSettings
 from model.estimator_types import OdometryInputs
 from model.frames import FrictionLaw
@@ -229,6 +229,10 @@ def _read(path: Path, robot: Path | None) -> TuningWalk:
         config = load_robot(robot)
     else:
         config = parse_robot(log.config_text) if log.config_text else load_robot()
+    if config.effects:
+        raise ConfigError(
+            "effects", "odom tune knows none of them; give a robot file without, --robot"
+        )
     first, last = walking_part(log)
     last = min(last, int(np.searchsorted(log.t_s, log.t_s[first] + LONGEST_S)))
     inputs = tuple(inputs_of(log, feet_of(log, config), first, last))

@@ -79,11 +79,14 @@ def run(options: argparse.Namespace) -> ExitCode:
         return replay_bus_command(options)
     from record.reader import LogContents
     from robot.config import load_robot
+    from robot.effect_uses import say_unused
     from robot.progress import ProgressLine
     from robot.replay_ticks import replay_log
 
     contents = LogContents()
     config = None if options.robot is None else load_robot(options.robot)
+    if config is not None:
+        say_unused(config)
     with ProgressLine(f"replaying {options.path}", contents.progress):
         found = replay_log(options.path, scale=options.tolerance, config=config, contents=contents)
     if options.json:

@@ -39,6 +39,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     """
     from model.errors import ConfigError
     from robot.config import load_robot
+    from robot.file_twin import file_twin
     from sim_hw.scenario import load_scenario
     from sim_hw.virtual_robot import build_virtual_robot
 
@@ -50,8 +51,9 @@ def run(options: argparse.Namespace) -> ExitCode:
     if options.scenario is not None:
         scenario = load_scenario(options.scenario, [int(i) for i in servo_bus.ids])
     robot = build_virtual_robot(
-        config.parameters, servo_bus, config.force_sensor, options.seed, scenario=scenario
-    )
+        config.parameters, servo_bus, config.force_sensor, options.seed,
+        twin=file_twin(config, options.seed), scenario=scenario,
+    )  # fmt: skip
     for servo_id in options.absent:
         if servo_id not in servo_bus.ids:
             known = ", ".join(str(i) for i in servo_bus.ids)

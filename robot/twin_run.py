@@ -22,6 +22,7 @@ from record.trial import Trial
 from robot.config import RobotConfig
 from robot.controller import Controller
 from robot.direct_robot import DirectRobot
+from robot.file_twin import file_effects
 from robot.hardware import open_twin
 from robot.modes import Phase, Situation, advance
 from robot.safety import Allowed, Refused, gate
@@ -77,12 +78,13 @@ def plan_of(
 
 
 def make_twin(config: RobotConfig, effects: tuple[Effect, ...], seed: int) -> Twin:
-    """Return the twin of a robot file with effects.
+    """Return the twin of a robot file, with the file's own effects and others.
 
     Raises:
         ConfigError: An effect does not fit the robot.
     """
-    return apply_effects(healthy_twin(config.parameters, seed), effects, EFFECTS)
+    everything = (*file_effects(config, effects), *effects)
+    return apply_effects(healthy_twin(config.parameters, seed), everything, EFFECTS)
 
 
 class _Poses:

@@ -27,6 +27,7 @@ from sim_hw.scenario import Scenario
 from sim_hw.servo_fault_kinds import Unplug
 from sim_hw.servo_pty import PtyServoBus
 from sim_hw.truth_link import TruthReceiver, TruthSender
+from sim_hw.twin import Twin
 from sim_hw.virtual_robot import VirtualRobot, build_virtual_robot
 
 TRUTH_PERIOD_NS = 10_000_000
@@ -51,6 +52,7 @@ class VirtualSetup:
         absent_ids: Servos that do not answer.
         with_wnet: False leaves the force-torque unit out.
         scenario: What goes wrong, None for sound devices.
+        twin: What robot and sensors really are, None for the nominal ones.
     """
 
     robot: RobotParameters
@@ -60,6 +62,7 @@ class VirtualSetup:
     absent_ids: tuple[int, ...] = ()
     with_wnet: bool = True
     scenario: Scenario | None = None
+    twin: Twin | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +121,7 @@ def serve(
 def _device_process(setup: VirtualSetup, control: Connection, truth_end: socket.socket) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the controller to act on
     robot = build_virtual_robot(
-        setup.robot, setup.servo_bus, setup.force_sensor, setup.seed, scenario=setup.scenario
+        setup.robot, setup.servo_bus, setup.force_sensor, setup.seed, setup.twin, setup.scenario
     )
     for servo_id in setup.absent_ids:
         robot.servos.silence(servo_id)

@@ -40,7 +40,12 @@ def test_a_servo_with_play(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     assert found["gap"]["after"] < 0.3
     text = page.read_text()
     assert "play at arm" in text
-    assert text.count("<svg") == 3
+    assert text.count("<svg") == 1  # the only channel, before and after
+    for title in ("Explained", "Which effects", "What to do:", "Where it lies", "Before and after"):
+        assert title in text
+    assert "prefers-color-scheme: dark" in text
+    assert "max-width: 40rem" in text
+    assert "@media print" in text
     assert not re.search(r"(src|href)=.https?:", text), (
         "a page of its own needs nothing from elsewhere"
     )

@@ -207,7 +207,7 @@ def test_evo_reads_the_trajectory(log: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--out", "a.csv"], ".tum, .mcap or .png"),
+        (["--out", "a.csv"], ".tum, .mcap, .png or .html"),
         (["--fitted", "b.mcap"], "add it"),
         (["--smooth"], "--out FILE.tum"),
         (["second.mcap"], "give one log"),

@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 
 from model.errors import ConfigError
-from model.estimator_types import Health
+from model.estimator_types import Health, OdometryEstimate
 from model.frames import FrictionLaw
+from model.linkage import Linkage
 from model.pose_record import PoseRecord
-from model.signals import FloatArray, Intent, StopReason, Tick
+from model.signals import FloatArray, Intent, StopReason, Tick, readonly
 from robot.config import load_robot, parse_robot
 from robot.controller import Controller
+from robot.file_model import odometry_stage
 from robot.hardware import open_in_memory
 from robot.loop import run
 from robot.odometry_stage import aligned, compose, planar
@@ -144,3 +146,30 @@ def test_a_place_without_a_heading_waits_for_one(walked: list[Tick]) -> None:
     assert alone is not None
     assert plain is not None
     np.testing.assert_array_equal(alone.position_m, plain.position_m)
+
+
+def test_effects_of_the_robot_file_are_in_it(walked: list[Tick]) -> None:
+    """A bias that the file tells of is taken out: what is left is the estimate of sound sensors."""
+    bias = np.zeros((6, 3))
+    bias[1] = [3.0, -2.0, 4.0]
+    told = TEXT + "\n[effects.force_bias.ML]\nx_n = 3.0\ny_n = -2.0\nz_n = 4.0\n"
+
+    def estimates(text: str, added: FloatArray) -> list[OdometryEstimate]:
+        config = parse_robot(text)
+        robot = config.parameters
+        stage = odometry_stage(config, Linkage(robot.linkage, robot.legs.shaft_position))
+        memory, found = stage.initial(), []
+        for tick in walked:
+            forces = replace(tick.forces, force_n=readonly(tick.forces.force_n + added))
+            memory, new = stage.step(memory, tick.t_ns, tick.joints, forces, ())
+            found.append(new)
+        return found
+
+    sound, corrected = estimates(TEXT, 0 * bias), estimates(told, bias)
+    uncorrected = estimates(TEXT, bias)
+    learned = [[[*e.mu, *e.stiffness] for e in run] for run in (sound, corrected, uncorrected)]
+    ratio = np.log(np.array(learned))
+    assert np.abs(ratio[2] - ratio[0]).max() > 0.02, "the bias matters"
+    assert np.abs(ratio[1] - ratio[0]).max() < 1e-3
+    speed = np.array([[e.velocity_B for e in run] for run in (sound, corrected)])
+    assert np.abs(speed[1] - speed[0]).max() < 1e-3  # two solvers of one law, at rest

@@ -22,6 +22,8 @@ from sim_hw.servo_pty import PtyServoBus
 from tests.sim_hw.faulty import BAUD, START_NS, FaultyBus
 from tests.sim_hw.twins import plant
 
+# so that a busy machine cannot make an answer late
+PATIENCE_MS = 5000.0
 PING = bytes.fromhex("FF FF FD 00 01 03 00 01 19 4E")
 PONG = bytes.fromhex("FF FF FD 00 01 07 00 55 00 41 01 2D 30 C6")
 # Sync read of Present Position, ids 1 to 3, and what each answers: 2048.
@@ -427,6 +429,7 @@ def test_the_cable_of_a_pseudo_terminal_comes_back_under_its_name(tmp_path: Path
 
     def ping() -> tuple[int, int, int]:
         port = dynamixel_sdk.PortHandler(str(tmp_path / "servo_bus"))
+        port.setPacketTimeout = lambda _: port.setPacketTimeoutMillis(PATIENCE_MS)
         assert port.openPort()
         assert port.setBaudRate(BAUD)
         try:

@@ -31,6 +31,7 @@ from tests.sim_hw.motors import SimpleMotors
 
 BAUD = 1_000_000
 MS = 1_000_000
+PATIENCE_MS = 5000.0  # so that a busy machine cannot make an answer late
 
 
 class Wire:
@@ -321,7 +322,10 @@ def test_the_plain_sdk_over_a_pseudo_terminal() -> None:
         assert port.openPort()
         assert port.setBaudRate(BAUD)
         packets = dynamixel_sdk.PacketHandler(2.0)
+        own = port.setPacketTimeout
+        port.setPacketTimeout = lambda _: port.setPacketTimeoutMillis(PATIENCE_MS)
         assert packets.ping(port, 3) == (321, 0, 0)
+        port.setPacketTimeout = own
         assert port.setBaudRate(57_600)
         assert packets.ping(port, 3)[1] != 0, "wrong baud rate: silence"
     finally:

@@ -1,0 +1,72 @@
+"""What is odd about a table before it is mapped: signs hidden in a bit, numbers that wrap, empty rows."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from model.signals import FloatArray
+from record.column_map import Source
+from record.table_check import Finding
+from record.table_file import Table
+
+SIGN_BITS = (*range(7, 16), 31)
+WORD_BITS = (8, 16, 32)
+FEWEST = 3  # on either side, or it is chance
+SIZE_SHARE = 0.5  # of the bit's value, that sizes stay below
+
+
+def raw_findings(table: Table, sources: Sequence[Source]) -> list[Finding]:
+    """Look at the whole numbers of a table."""
+    found: list[Finding] = []
+    for column in table.columns:
+        if column.values.dtype.kind not in "fi":
+            continue
+        values = column.values[np.isfinite(column.values)]
+        if len(values) and (values >= 0).all() and (values == np.round(values)).all():
+            found += _hidden_sign(column.name, values, sources)
+    return found
+
+
+def _hidden_sign(name: str, values: FloatArray, sources: Sequence[Source]) -> Iterable[Finding]:
+    read = next((one for one in sources if one.theirs == name), None)
+    for bit in SIGN_BITS:
+        level = 2.0**bit
+        high = values >= level
+        sizes = np.where(high, values - level, values)
+        if min(high.sum(), (~high).sum()) < FEWEST or sizes.max() > SIZE_SHARE * level:
+            continue
+        taken = read is not None and read.sign_bit == bit
+        words = "read so" if taken else f"not a number of its own: map it with sign_bit = {bit}"
+        yield Finding("wrap", name, int(high.sum()), int(np.argmax(high)) + 1,
+                      f"unsigned, the sign is in bit {bit} ({words})")  # fmt: skip
+        return
+    for bits in WORD_BITS:
+        level = 2.0**bits
+        high = values >= 0.5 * level
+        sizes = np.where(high, level - values, values)
+        few = min(high.sum(), (~high).sum()) < FEWEST
+        if few or values.max() >= level or sizes.max() > 0.25 * SIZE_SHARE * level:
+            continue
+        taken = read is not None and read.signed_bits == bits
+        words = "read so" if taken else f"map it with signed_bits = {bits}"
+        yield Finding("wrap", name, int(high.sum()), int(np.argmax(high)) + 1,
+                      f"unsigned, negative numbers wrap at {level:.0f} ({words})")  # fmt: skip
+        return
+
+
+def empty_rows(names: Sequence[str], values: Sequence[FloatArray]) -> list[Finding]:
+    """Report rows with a time and nothing that was measured.
+
+    Args:
+        names: Our columns.
+        values: Theirs, (T,) each.
+    """
+    measured = [v for n, v in zip(names, values, strict=True)
+                if n != "time_s" and not n.startswith("command_")]  # fmt: skip
+    if not measured:
+        return []
+    empty = np.isnan(np.column_stack(measured)).all(axis=1)
+    if not empty.any():
+        return []
+    first = int(np.argmax(empty)) + 1
+    return [Finding("empty", "", int(empty.sum()), first, "rows in which nothing was measured")]

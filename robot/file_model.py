@@ -1,0 +1,38 @@
+"""The model of a robot file with effects, for controller and odometry; none for a file without."""
+
+from typing import TYPE_CHECKING
+
+from model.linkage import Linkage
+from robot.config import RobotConfig
+from robot.odometry_stage import OdometryStage
+
+if TYPE_CHECKING:
+    from gap.frame import FrameModel
+
+
+def model_of(config: RobotConfig) -> "FrameModel | None":
+    """Return the frame-by-frame model of a robot file's effects.
+
+    Nothing of the diagnosis is imported for a robot file without effects.
+    """
+    if not config.effects:
+        return None
+    from gap.frame import FrameModel
+    from gap.legged_machine import LeggedMachine
+
+    own = config.parameters
+    machine = LeggedMachine(own.body.mass, own.legs, own.linkage, own.contact, config.effects)
+    model = FrameModel(machine)
+    model.prepare()
+    return model
+
+
+def odometry_stage(config: RobotConfig, linkage: Linkage) -> OdometryStage:
+    """Return the estimator of a robot file, with what its effects add."""
+    if not config.effects:
+        return OdometryStage(config.parameters, config.estimator, linkage)
+    from robot.odometry_effects import EffectsBeside
+
+    beside = EffectsBeside(config, config.estimator.settings.law)
+    beside.prepare()
+    return OdometryStage(config.parameters, config.estimator, linkage, beside)

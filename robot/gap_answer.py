@@ -1,0 +1,137 @@
+"""A diagnosis read back from its JSON: its causes, and the runs that it was made from."""
+
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from gap.interfaces import Cause, Effect
+from model.errors import GapError, RecordError
+
+
+@dataclass(frozen=True, slots=True)
+class ReadCause:
+    """A cause as a diagnosis gave it.
+
+    Attributes:
+        cause: Effect, place and numbers.
+        probability: Of it.
+        on_bound: Parameters that lie on their bound.
+    """
+
+    cause: Cause
+    probability: float
+    on_bound: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ReadDiagnosis:
+    """What is needed of a diagnosis to act on it.
+
+    Attributes:
+        path: Its file.
+        verdict: The answer.
+        sentence: The same in words.
+        simulator: Simulator that was diagnosed.
+        causes: Causes.
+        rivals: What the runs could not tell from a cause: the cause's effect, the rival's effect and legs.
+        shrink: Share of the gap that the causes close; NaN if not measured.
+        trials: Runs, as far as their files are still there; all or none.
+        references: Healthy runs.
+        robot: Robot file that was believed instead of the one beside the runs; None for that.
+    """
+
+    path: Path
+    verdict: str
+    sentence: str
+    simulator: str
+    causes: tuple[ReadCause, ...]
+    rivals: tuple[tuple[str, str, tuple[str, ...]], ...]
+    shrink: float
+    trials: tuple[Path, ...]
+    references: tuple[Path, ...]
+    robot: Path | None
+
+
+def read_diagnosis(path: Path, effects: tuple[Effect, ...]) -> ReadDiagnosis:
+    """Read the JSON of ``bigant gap diagnose``, or of any program that writes its shape.
+
+    Args:
+        path: The file.
+        effects: The catalogue, for the order of the parameters.
+
+    Raises:
+        RecordError: It cannot be read.
+        GapError: It is no diagnosis, or names an effect that the catalogue does not have.
+    """
+    try:
+        told = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise RecordError(f"{path} cannot be read: {error.strerror}") from error
+    except ValueError as error:
+        raise GapError(
+            f"{path} is no JSON ({error}); give the file of: bigant gap diagnose --json"
+        ) from error
+    try:
+        return _read(told, path, {effect.name: effect for effect in effects})
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise GapError(
+            f"{path} is no diagnosis ({error!r}); give the file of: bigant gap diagnose --json"
+        ) from error
+
+
+def _read(told: dict[str, Any], path: Path, effects: dict[str, Effect]) -> ReadDiagnosis:
+    causes = tuple(_cause(one, path, effects) for one in told["causes"])
+    files = [_file(str(name), path) for name in told.get("files", ())]
+    judged = told.get("trials", {})
+    numbers = [*judged.get("fitted", ()), *judged.get("held_out", ())]
+    known = max(map(int, numbers)) + 1 if numbers else len(files)
+    count = len(files) - int(told.get("references", len(files) - known))
+    there = bool(files) and all(one.is_file() for one in files)
+    shrink = told["gap"].get("shrink")
+    robot = told.get("robot")
+    return ReadDiagnosis(
+        path=path,
+        verdict=str(told["verdict"]),
+        sentence=str(told.get("sentence", "")),
+        simulator=str(told.get("simulator", "legged")),
+        causes=causes,
+        rivals=tuple(_rival(told, a, b) for a, b in told.get("ambiguous_with", ())),
+        shrink=math.nan if shrink is None else float(shrink),
+        trials=tuple(files[:count]) if there else (),
+        references=tuple(files[count:]) if there else (),
+        robot=None if robot is None else _file(str(robot), path),
+    )
+
+
+def _rival(told: dict[str, Any], named: str, other: str) -> tuple[str, str, tuple[str, ...]]:
+    """A pair of names; legs stand behind a name where both are one effect, else in the list of rivals."""
+    effect, *legs = other.split(" ")
+    if not legs:
+        likely = sorted(told.get("rivals", ()), key=lambda one: -float(one["probability"] or 0.0))
+        legs = next((list(one["joints"]) for one in likely if one["effect"] == effect), [])
+    return named.split(" ")[0], effect, tuple(legs)
+
+
+def _file(name: str, beside: Path) -> Path:
+    """The file as it was named, or beside the diagnosis if both were moved together."""
+    own = Path(name)
+    return own if own.exists() or not (beside.parent / own).exists() else beside.parent / own
+
+
+def _cause(one: dict[str, Any], path: Path, effects: dict[str, Effect]) -> ReadCause:
+    name = str(one["effect"])
+    if name not in effects:
+        raise GapError(
+            f"{path} names {name!r}, which the catalogue does not have; a user's own effect needs "
+            "--effects FILE.py, and no robot file can hold it"
+        )
+    given = one.get("parameters", {})
+    values = tuple(float(given.get(p.name, p.neutral)) for p in effects[name].parameters)
+    probability = one.get("probability")
+    return ReadCause(
+        Cause(name, tuple(one.get("legs", ())), values),
+        math.nan if probability is None else float(probability),
+        tuple(one.get("on_bound", ())),
+    )

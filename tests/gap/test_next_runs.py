@@ -1,0 +1,120 @@
+"""The run that is proposed tells a pair apart better than the worst one, in data made by the chain."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from gap.candidates import Candidate
+from gap.floor import Floor
+from gap.imitation import imitate
+from gap.interfaces import Cause, Drive
+from gap.next_run import NextRun, Proposal, next_runs
+from record.trial import Trial
+from robot.config import load_robot
+from robot.gap_runs import proposer_of
+from tests.gap.walks import cause, simulator, walk
+
+TEXT = load_robot().text
+EFFECTS = {effect.name: effect for effect in simulator().effects}
+# Those of all proposals that a pair is judged on, so that the test stays short.
+FEW = ("metachronal at 0.1 Hz, straight", "tripod at 0.2 Hz, straight", "middle")
+
+
+def floor_of(trial: Trial) -> Floor:
+    """Noise of the sensors alone, as a diagnosis without references would begin with."""
+    noise = np.nanmean(simulator().observe(trial).noise, axis=0)
+    count = len(noise)
+    return Floor(
+        "sensors", noise, np.ones(count), (), np.zeros((0, 1, count)), np.zeros((1, count)),
+        np.ones(count),
+    )  # fmt: skip
+
+
+def proposals() -> Sequence[Proposal]:
+    made = proposer_of(TEXT, None)[0].proposals()
+    return [one for one in made if any(words in one.name for words in FEW)]
+
+
+def left_after_fit(
+    proposal: Proposal, of: tuple[Cause, ...], candidate: Candidate, floor: Floor
+) -> float:
+    """Energy that a rival leaves in a run made with the cause, however it is adjusted."""
+    known = proposal.known
+    goal = simulator().predict(proposal.trial, (*of, *known), Drive.COMMAND)
+    best = imitate(simulator(), [proposal.trial], (*of, *known), 0, candidate, floor)
+    error = (simulator().predict(proposal.trial, best, Drive.COMMAND) - goal) / floor.sigma
+    return float(np.nansum(simulator().observe(proposal.trial).weight * error**2))
+
+
+@pytest.mark.parametrize(
+    ("there", "rival"),
+    [
+        (cause("command_delay", 0.04), "servo_lag"),
+        (cause("leg_stiffness", 0.7, legs=("ML",)), "leg_length"),
+        (cause("force_delay", 0.05), "force_lowpass"),
+    ],
+    ids=["delay_or_lag", "stiffness_or_length", "late_or_smoothed"],
+)
+def test_the_best_run_separates_better_than_the_worst(there: Cause, rival: str) -> None:
+    made = walk("metachronal", 0.1, 20.0, (there,))
+    floor = floor_of(made)
+    candidate = Candidate(EFFECTS[rival], there.joints)
+    sets = [(there,), imitate(simulator(), [made], (there,), 0, candidate, floor)]
+    offered = {one.name: one for one in proposals()}
+    ranked = next_runs(tuple(offered.values()), simulator(), sets, floor)
+    assert ranked
+    assert {one.pair for one in ranked} == {(there.effect, rival)}
+    by_name = {one.name: one.separation for one in ranked}
+    best = max(offered.values(), key=lambda one: by_name.get(one.name, 0.0))
+    worst = min(offered.values(), key=lambda one: by_name.get(one.name, 0.0))
+    well = left_after_fit(best, (there,), candidate, floor)
+    badly = left_after_fit(worst, (there,), candidate, floor)
+    assert well > 3 * badly
+    # what was promised to first order is what a full fit leaves, within a factor
+    assert 0.3 < by_name[best.name] / well < 3.0
+
+
+def test_delay_and_lag_are_told_by_a_faster_walk() -> None:
+    there = (cause("command_delay", 0.04),)
+    rival = (cause("servo_lag", 0.04),)
+    floor = floor_of(walk("tripod", 0.1, 10.0))
+    ranked = next_runs(proposals(), simulator(), [there, rival], floor)
+    by_name = {one.name: one.separation for one in ranked}
+    assert by_name["tripod at 0.2 Hz, straight"] > 10 * by_name["metachronal at 0.1 Hz, straight"]
+    fast = next(one for one in ranked if one.name.startswith("tripod at 0.2"))
+    assert fast.command == "bigant drive --gait tripod --frequency-hz 0.2 --cycles 4"
+
+
+def test_proposals_keep_the_servos_limits_and_say_what_to_mind() -> None:
+    proposer, note = proposer_of(TEXT, None)
+    assert note == ""
+    made = proposer.proposals()
+    for one in made:
+        name, frequency = one.trial.header.gait, one.trial.header.frequency_hz
+        assert frequency <= proposer.limits_hz[name]
+        speed = np.abs(np.diff(one.trial.command_rad, axis=0)).max() * 100
+        assert speed < 4.0 * 1.01
+    loaded = [one for one in made if one.known]
+    assert len(loaded) == 4
+    assert all("weigh it" in one.limits and "0.8 kg" in one.name for one in loaded)
+    assert any("--steer 0.5" in one.command for one in made)
+
+
+def test_a_robot_file_without_gaits_borrows_them_and_says_so() -> None:
+    bare = TEXT[TEXT.index("[body]") : TEXT.index("[servo]")]
+    proposer, note = proposer_of(bare, None)
+    assert "config/bigant.toml" in note
+    assert proposer.robot_text == bare
+
+
+def test_names_of_what_differs() -> None:
+    delay, lag, law = (
+        cause("command_delay", 0.04),
+        cause("servo_lag", 0.04),
+        cause("coulomb_friction"),
+    )
+    floor = floor_of(walk("tripod", 0.1, 10.0))
+    one = [p for p in proposals() if p.name.startswith("tripod at 0.2")]
+    ranked: tuple[NextRun, ...] = next_runs(one, simulator(), [(law, delay), (law, lag)], floor)
+    assert ranked[0].pair == ("command_delay", "servo_lag")
