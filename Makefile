@@ -7,7 +7,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 JOBS   ?= 2
 
-.PHONY: help install walk test check format lint types imports tests quick constraints golden reliability figures docs clean
+.PHONY: help install walk test check format lint types imports tests quick constraints golden reliability figures docs-assets docs clean
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
@@ -62,6 +62,9 @@ reliability: install ## run the fault matrix and write its table into docs/relia
 
 figures: install ## draw the figures of docs/ again
 	for script in docs/plot_*.py; do $(BIN)/python $$script || exit 1; done
+
+docs-assets: figures ## draw all figures, run the commands whose output README.md shows, and compare
+	$(BIN)/python docs/write_outputs.py
 
 docs: install ## write docs/reference/cli.md and, from docstrings, the pages of all modules in site/
 	$(BIN)/python docs/write_cli_reference.py

@@ -66,12 +66,13 @@ def run(options: argparse.Namespace) -> ExitCode:
     if note:
         print(f"note: {note}", file=sys.stderr)
     sets = _sets(found, options, trials, references, simulator)
-    runs = _ranked(sets, trials, references, simulator, proposer.proposals())
+    told = len(sets) == 1
+    runs = () if told else _ranked(sets, trials, references, simulator, proposer.proposals())
     if options.json:
         print(json.dumps(_as_json(sets, runs, simulator), indent=2))
     else:
         print("\n".join(_lines(sets, runs, simulator, everything=options.all)))
-    return ExitCode.OK if runs else ExitCode.VERDICT_FAILED
+    return ExitCode.OK if runs or told else ExitCode.VERDICT_FAILED
 
 
 def _asked(
@@ -124,9 +125,7 @@ def _sets(
     asked = [(0, *_place(text, effects, causes[0])) for text in options.against]
     rivals = list(dict.fromkeys([*open_ones, *asked]))
     if not rivals:
-        raise GapError(
-            "the runs tell all causes apart already; ask for a rival with --against EFFECT"
-        )
+        return [causes]
     floor = _floor(trials, references, simulator)
     sets = [causes]
     with ProgressBar("sizes of the candidates") as bar:
@@ -233,6 +232,11 @@ def _lines(
     everything: bool,
 ) -> list[str]:
     effects = {effect.name: effect for effect in simulator.effects}
+    if len(sets) == 1:
+        return [
+            f"nothing is left open beside {_words(sets[0], effects)}: no run is needed",
+            "to ask for a rival all the same: --against EFFECT[@LEG]",
+        ]
     lines = ["to be told apart, each as it fits the runs best:"]
     lines += [f"  {_words(causes, effects)}" for causes in sets]
     if not runs:

@@ -9,7 +9,7 @@ from gap.findings import Diagnosis, NamedCause, Verdict
 from gap.verdict import place_words
 from robot.gap_figures import draw_traces
 from robot.gap_page_map import MAP_STYLE, leg_phase_map, stage_bars, stage_leg_map
-from robot.report_page import STYLE, inline_svg
+from robot.report_page import inline_svg, page_frame
 
 MORE_STYLE = """
 h1 { font-size: 1.15rem; font-weight: 500; color: var(--faint); }
@@ -70,13 +70,7 @@ def diagnosis_page(d: Diagnosis, paths: Sequence[Path]) -> str:
         _folded("What simpler ways would have said", _baselines(d)),
         f"<p class='small'>{_made_of(d, paths)}</p>",
     ]
-    return (
-        "<!doctype html>\n<html lang='en'><head><meta charset='utf-8'>\n"
-        "<meta name='viewport' content='width=device-width, initial-scale=1'>\n"
-        f"<title>Diagnosis: {d.verdict.value}</title>\n"
-        f"<style>{STYLE}{MAP_STYLE}{MORE_STYLE}</style></head>\n"
-        f"<body>{chr(10).join(part for part in body if part)}\n</body></html>\n"
-    )
+    return page_frame(f"Diagnosis: {d.verdict.value}", body, style=MAP_STYLE + MORE_STYLE)
 
 
 def _section(title: str, content: str) -> str:

@@ -8,6 +8,7 @@ estimator with the effects built in, and its derivatives and noise stay what the
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.constants import g as standard_gravity
 
 from gap.frame import FrameAnswer, FrameModel
 from gap.interfaces import Cause
@@ -16,15 +17,15 @@ from gap.legged_machine import LeggedMachine
 from model.estimator_settings import EstimatorSettings
 from model.estimator_types import AddedByEffects
 from model.frames import FrictionLaw
-from model.neighbourhood import neighbourhood
 from model.odometry import advance
-from model.params import ContactParameters
 from model.signals import Estimate, FloatArray, FootForces, FootMotion
 from record.recording import Recording
 from robot.config import RobotConfig
 from robot.odometry_track import Progress
 
 COULOMB = Cause("coulomb_friction", (), ())
+# They change the feet that the estimator is given, not what its model makes of them.
+OF_THE_FEET = frozenset({"shaft_zero_offset", "link_length", "leg_length", "encoder_scale"})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,17 +67,20 @@ class EffectsBeside:
     def __init__(self, config: RobotConfig, law: FrictionLaw) -> None:
         own = config.parameters
         machine = LeggedMachine(own.body.mass, own.legs, own.linkage, own.contact, config.effects)
-        self._contact, self._law = own.contact, law
-        self._plain = self._lawful = FrameModel(machine)
-        if law is FrictionLaw.COULOMB and COULOMB not in machine.effects:
-            # the estimator's own law is no effect: it is on both sides of the difference
-            self._lawful = FrameModel(replace(machine, effects=(*machine.effects, COULOMB)))
+        self._plain = FrameModel(machine)
         self.weight_n = weight_and_centre(machine, self._plain.settings.ground)[0]
+        with_law = _with_law(machine, law)
+        bare = _as_the_estimator_has_it(machine, self.weight_n, law)
+        self._nothing = AddedByEffects(np.zeros(3), np.zeros(own.legs.count))
+        self._beside: tuple[FrameModel, FrameModel] | None = None
+        if with_law.effects != bare.effects:
+            own_law = with_law.effects == machine.effects
+            self._beside = (self._plain if own_law else FrameModel(with_law)), FrameModel(bare)
 
     def prepare(self) -> None:
         """Load or make the machine code now."""
-        self._plain.prepare()
-        self._lawful.prepare()
+        for model in (self._plain, *(self._beside or ())):
+            model.prepare()
 
     def step(
         self,
@@ -102,11 +106,16 @@ class EffectsBeside:
         dt_s = (t_ns - where.t_ns) * 1e-9
         pose = np.array([*where.position_m, where.yaw_rad])
         answer = self._plain.solve(angle_rad, rate_rad_s, pose, where.velocity_B, dt_s)
-        beside = answer
-        if self._lawful is not self._plain:
-            beside = self._lawful.solve(angle_rad, rate_rad_s, pose, where.velocity_B, dt_s)
         truly = self._plain.true_forces(forces, (t_ns - memory.began_ns) * 1e-9)
-        added = _difference(beside, self._contact, self.weight_n, self._law)
+        added = self._nothing
+        if self._beside is not None:
+            with_effects, without = (
+                answer
+                if model is self._plain
+                else model.solve(angle_rad, rate_rad_s, pose, where.velocity_B, dt_s)
+                for model in self._beside
+            )
+            added = _difference(with_effects, without)
         where = advance(where, answer.contact.traction.velocity_B, t_ns)
         return EffectMemory(memory.began_ns, where), EffectTick(answer, truly, added)
 
@@ -178,16 +187,28 @@ def effect_frames(
     )
 
 
-def _difference(
-    answer: FrameAnswer, contact: ContactParameters, weight_n: float, law: FrictionLaw
-) -> AddedByEffects:
-    feet, found = answer.feet, answer.contact
-    nothing = AddedByEffects(np.zeros(3), np.zeros(len(contact.mu)))
-    if not (np.isfinite(feet.position_m).all() and np.isfinite(feet.velocity_m_s).all()):
-        return nothing
-    base = neighbourhood(feet, contact, weight_n, law, 0.0)
-    if base.reason != 0 or not (found.support.converged and found.traction.valid):
-        return nothing
+def _with_law(machine: LeggedMachine, law: FrictionLaw) -> LeggedMachine:
+    """The estimator's own law of friction is no effect: it is on both sides of the difference."""
+    if law is not FrictionLaw.COULOMB or COULOMB in machine.effects:
+        return machine
+    return replace(machine, effects=(*machine.effects, COULOMB))
+
+
+def _as_the_estimator_has_it(
+    machine: LeggedMachine, weight_n: float, law: FrictionLaw
+) -> LeggedMachine:
+    """The robot as the estimator's own model has it: its feet, its weight, and nothing else added."""
+    kept = tuple(one for one in machine.effects if one.effect in OF_THE_FEET)
+    bare = replace(machine, mass_kg=weight_n / standard_gravity, effects=kept)
+    return _with_law(bare, law)
+
+
+def _difference(with_effects: FrameAnswer, without: FrameAnswer) -> AddedByEffects:
+    one, other = with_effects.contact, without.contact
+    known = one.support.converged and other.support.converged
+    if not (known and one.traction.valid and other.traction.valid):
+        return AddedByEffects(np.zeros(3), np.zeros(len(one.support.load_n)))
     return AddedByEffects(
-        found.traction.velocity_B - base.velocity_B, found.support.load_n - base.load_n
+        one.traction.velocity_B - other.traction.velocity_B,
+        one.support.load_n - other.support.load_n,
     )

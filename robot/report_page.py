@@ -41,9 +41,9 @@ th[scope=row] { width: 16rem; }
 th, td { padding: 0.25rem 0.5rem; border-bottom: 1px solid var(--line); vertical-align: top; }
 td { font-variant-numeric: tabular-nums; } td.number, th.number { text-align: right; }
 table:not(.wide) td { overflow-wrap: anywhere; }
-.pass { color: var(--good); } .warn { color: var(--warn); } .fail { color: var(--bad); }
-.skip { color: var(--faint); }
-.pass, .warn, .fail { font-weight: 600; }
+td.pass, .verdict.pass { color: var(--good); } td.warn, .verdict.warn { color: var(--warn); }
+td.fail, .verdict.fail { color: var(--bad); } td.skip { color: var(--faint); }
+td.pass, td.warn, td.fail { font-weight: 600; }
 code { font-size: 0.9em; }
 pre { overflow-x: auto; font-size: 0.8rem; background: var(--panel); padding: 0.6rem; }
 figure { margin: 0.5rem 0; overflow-x: auto; }
@@ -51,7 +51,7 @@ figure svg, figure img { display: block; width: 100%; height: auto; }
 @media (max-width: 40rem) {
   body { margin: 1rem auto; } th[scope=row] { width: 7.5rem; }
   figure svg, figure img { min-width: 40rem; }
-  .wide { min-width: 40rem; } body > table { display: block; overflow-x: auto; }
+  table.wide { min-width: 40rem; } body > table { display: block; overflow-x: auto; }
 }
 @media print {
   :root { color-scheme: light; --ink: #000000; --paper: #ffffff; --faint: #444444; --line: #bbbbbb;

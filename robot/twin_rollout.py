@@ -36,7 +36,7 @@ NAME = "mujoco"
 SEED = 0
 STILL = TrialNoise(0.0, 0.0, 0.0, 0.0, 0.0)
 TURN = 2 * np.pi
-RAMP_S, SETTLE_S, STEP_S = 3.0, 1.0, 0.01
+RAMP_S, SETTLE_S, STEP_S = 1.5, 0.5, 0.01
 START_NS = 1_000_000_000
 
 

@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 
 from gaits.catalog import make_gait
+from gap.effect_file import UserEffect
 from gap.interfaces import Cause, Drive
 from gap.legged import LeggedSimulator
 from gap.legged_causes import settings_of
@@ -60,12 +61,13 @@ def walk(
     *,
     steer: float = 0.0,
     noise_seed: int | None = None,
+    added: tuple[UserEffect, ...] = (),
 ) -> Trial:
     """A trial with everything measured, as the chain has it with these causes."""
     bare = command_trial(gait, frequency_hz, seconds, steer)
     names = machine().legs.names
     inputs = make_inputs(bare, names)
-    read = LeggedChain(machine()).read(inputs, settings_of(causes, names), Drive.COMMAND)
+    read = LeggedChain(machine()).read(inputs, settings_of(causes, names, added), Drive.COMMAND)
     rng = np.random.default_rng(noise_seed)
 
     def samples(values: FloatArray, sigma: float) -> FloatArray:

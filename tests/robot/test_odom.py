@@ -16,7 +16,7 @@ from model.estimator_settings import EstimatorSettings
 from model.signals import FloatArray, Mode
 from record.recording import Recording
 from robot import cli
-from robot.config import load_robot
+from robot.config import load_robot, parse_robot
 from robot.exit_codes import ExitCode
 from robot.odometry_compare import compare_ways, stride_of, walking_part
 from robot.odometry_files import write_mcap, write_tum
@@ -229,3 +229,18 @@ def test_tune_without_a_log_and_an_absent_log_are_refused(
     assert "at least one" in capsys.readouterr().err
     assert cli.run(["odom", str(tmp_path / "none.mcap")]) != ExitCode.OK
     assert "cannot be read" in capsys.readouterr().err
+
+
+def test_effects_of_the_robot_file_are_taken_into_account(walk: Recording) -> None:
+    plain = compare_ways(walk, CONFIG, EstimatorSettings())
+    bias = np.zeros((6, 3))
+    bias[1] = [0.5, -0.5, -3.0]
+    off = replace(walk, force_n=walk.force_n + bias)
+    table_of = "[effects.force_bias.ML]\nx_n = 0.5\ny_n = -0.5\nz_n = -3.0\n"
+    undone = compare_ways(off, parse_robot(f"{CONFIG.text}\n{table_of}"), EstimatorSettings())
+    assert np.allclose(undone.track.pose, plain.track.pose, atol=1e-5)
+    assert np.allclose(undone.track.stiffness, plain.track.stiffness, rtol=1e-3)
+    loaded = "[effects.payload.all]\nmass_kg = 1.0\nx_m = 0.1\n"
+    heavy = compare_ways(walk, parse_robot(f"{CONFIG.text}\n{loaded}"), EstimatorSettings())
+    total = np.nansum(heavy.ways[1].force_B[..., 2], axis=1)
+    assert np.median(total) == pytest.approx(weight_of(CONFIG) + 9.80665, rel=1e-3)

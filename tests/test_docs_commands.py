@@ -1,0 +1,68 @@
+"""Commands of the pages are run, not only parsed: all that need no hardware and no more than one log.
+
+What is left out is left out by a rule with its reason below, and other tests run it.
+"""
+
+import re
+import shlex
+import shutil
+from pathlib import Path
+
+import pytest
+
+from robot import cli
+from robot.exit_codes import ExitCode
+from tests.test_docs import PAGES, ROOT, command_lines
+
+LEFT_OUT = (
+    (r"/dev/|--hardware|--armed|--discover|192\.168", "needs a robot"),
+    (r"--live|--teleop|sim serve|view \S+$|bridge", "goes on until it is stopped"),
+    (r"\b[A-Z]{2,}\b|\[|\.\.\.", "a placeholder of its page"),
+    (r"^(servo|ft|check|devices)", "opens virtual devices in real time: tests/robot/test_check.py"),
+    (r"^gap (diagnose|check|alone)|^sim (run|campaign|unseal|render)|^odom tune", "trials of its own"),
+    (r"^model (figures|sensitivity)|^replay .*--drive|--bus", "over ten seconds: tests of their own"),
+    (r"^drive", "walks: tests/robot/test_drive.py; the log below is from one"),
+    (r"^import (?!--maps)|^log (repair|merge)|lab\.toml|worn_crank", "files that only its reader has"),
+)  # fmt: skip
+LOGS = ("runs/first.mcap", "runs/first_walk.mcap")
+
+
+def reason_of(words: list[str]) -> str:
+    """Why a command is not run here; empty if it is."""
+    text = shlex.join(words).replace("'", "")
+    return next((why for pattern, why in LEFT_OUT if re.search(pattern, text)), "")
+
+
+RUN = sorted({
+    tuple(words) for page in PAGES for words in command_lines(page) if not reason_of(words)
+})  # fmt: skip
+
+
+def test_enough_commands_are_run_and_no_rule_is_idle() -> None:
+    assert len(RUN) >= 20
+    everything = [shlex.join(words).replace("'", "") for p in PAGES for words in command_lines(p)]
+    for pattern, why in LEFT_OUT:
+        assert any(re.search(pattern, text) for text in everything), why
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder as a reader has it after the first walk."""
+    place = tmp_path_factory.mktemp("reader")
+    words = ["drive", "--virtual-time", "--cycles", "0.5", "--frequency-hz", "0.2", "--log"]
+    assert cli.run([*words, str(place / LOGS[0])]) == 0
+    shutil.copy(place / LOGS[0], place / LOGS[1])
+    (place / "examples").symlink_to(ROOT / "examples")
+    return place
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("words", RUN, ids=lambda words: shlex.join(words)[:60])
+def test_a_command_of_a_page_runs(
+    words: tuple[str, ...], folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(folder)
+    code = cli.run(list(words))
+    # doctor may well find that this computer is not set up: that is its answer
+    wanted = {ExitCode.OK, ExitCode.VERDICT_FAILED} if words[0] == "doctor" else {ExitCode.OK}
+    assert code in wanted
