@@ -215,27 +215,6 @@ def angle_to_ticks(angle_rad: FloatArray, sign: IntArray, zero: IntArray) -> Int
     return ticks
 
 
-def velocity_to_rate(counts: IntArray, sign: IntArray) -> FloatArray:
-    """Return shaft speeds in the leg's sense, (N,) [rad/s], of Present Velocity counts."""
-    return _signed(counts, sign) * VELOCITY_UNIT_RAD_S
-
-
-def current_to_amperes(counts: IntArray, sign: IntArray) -> FloatArray:
-    """Return motor currents in the leg's sense, (N,) [A], of Present Current counts."""
-    return _signed(counts, sign) * CURRENT_UNIT_A
-
-
-def pwm_to_duty(counts: IntArray, sign: IntArray) -> FloatArray:
-    """Return PWM duties in the leg's sense, (N,), -1 to 1, of Present PWM counts."""
-    return _signed(counts, sign) / DUTY_FULL
-
-
-def voltage_to_volts(counts: IntArray) -> FloatArray:
-    """Return supply voltages, (N,) [V], of Present Input Voltage counts."""
-    volts: FloatArray = counts.astype(np.float64) * VOLTAGE_UNIT_V
-    return volts
-
-
 def _signed(values: FloatArray | IntArray, sign: IntArray) -> FloatArray:
     turned: FloatArray = sign.astype(np.float64) * values.astype(np.float64)
     return turned

@@ -73,7 +73,12 @@ class BuehlerTripod:
         angle = np.where(in_stance, slow * x, sweep + fast * (x - p.duty))
         slope = np.where(in_stance, slow, fast) + 0.0 * x
         curvature = np.zeros_like(angle)
-        for corner, before, after in ((p.duty, slow, fast), (0.0, fast, slow), (1.0, fast, slow)):
+        corners: tuple[tuple[float, FloatArray, FloatArray], ...]
+        corners = ((p.duty, slow, fast), (0.0, fast, slow), (1.0, fast, slow))
+        nearest = np.minimum(np.abs(x - p.duty), np.minimum(x, 1.0 - x))
+        if not (nearest < p.blend / 2).any():  # most of the time: nothing to round
+            corners = ()
+        for corner, before, after in corners:
             near = np.abs(x - corner) < p.blend / 2
             if near.any():
                 y = x - corner + p.blend / 2  # from the beginning of the blend

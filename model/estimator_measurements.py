@@ -5,6 +5,7 @@ passes a gate of its own before all that passed are used at once.
 """
 
 from dataclasses import dataclass
+from math import inf, isfinite
 
 import numpy as np
 
@@ -121,7 +122,7 @@ def friction_blocks(
         xx = -pull / length + cube * ux * ux
         xy = cube * ux * uy
         yy = -pull / length + cube * uy * uy
-        x, y = feet.position_m[k, 0], feet.position_m[k, 1]
+        x, y, _ = feet.position_m[k].tolist()
         rows[:, VELOCITY] = [[xx, xy, -y * xx + x * xy], [xy, yy, -y * xy + x * yy]]
         rows[:, place + k] = expected
         rows[:, SCALE] = expected
@@ -233,32 +234,31 @@ def stack(
     variance = np.concatenate([block.variance for block in blocks])
     innovation = np.concatenate([block.innovation for block in blocks])
     spread = rows @ covariance @ rows.T
+    inner = spread + np.diag(variance)
     keep = np.ones(len(innovation), dtype=bool)
     accepted, rejected = [], []
     at = 0
     for block in blocks:
-        size = len(block.innovation)
-        part = slice(at, at + size)
-        at += size
-        if np.isfinite(block.gate):
-            inner = spread[part, part] + np.diag(block.variance)
-            distance = _distance(inner, block.innovation)
+        part = slice(at, at + len(block.innovation))
+        at = part.stop
+        if isfinite(block.gate):
+            distance = _distance(inner[part, part], block.innovation)
             if not distance <= block.gate:
                 rejected.append(block)
                 patient = block.kind >= 0 and (
                     streak[block.kind, block.leg] >= settings.reject_limit
                 )
-                if not patient or not np.isfinite(distance):
+                if not patient or not isfinite(distance):
                     keep[part] = False
                     continue
                 # brings one number exactly to the gate, a pair near it
-                variance[part] += (distance / block.gate - 1) * np.diagonal(inner)
+                variance[part] += (distance / block.gate - 1) * np.diagonal(inner)[part]
         accepted.append(block)
     if not accepted:
         none = innovation[:0]
         return Stack(none, rows[:0], np.zeros((0, 0)), (), tuple(rejected), np.nan, np.nan, none)
     noise = np.diag(variance[keep])
-    inner = spread[np.ix_(keep, keep)] + noise
+    inner = spread[keep][:, keep] + noise
     left = innovation[keep]
     root = np.linalg.cholesky(inner)
     whitened = np.linalg.solve(root, left)
@@ -272,9 +272,11 @@ def stack(
 
 def _distance(inner: FloatArray, left: FloatArray) -> float:
     if len(left) == 1:
-        return float(left[0] ** 2 / inner[0, 0])
+        x = float(left[0])
+        return x * x / float(inner[0, 0])
     if len(left) == 2:
-        a, b, d = inner[0, 0], inner[0, 1], inner[1, 1]
-        x, y = left[0], left[1]
-        return float((d * x * x - 2 * b * x * y + a * y * y) / (a * d - b * b))
+        (a, b), (_, d) = inner.tolist()
+        x, y = left.tolist()
+        volume: float = a * d - b * b
+        return float(d * x * x - 2 * b * x * y + a * y * y) / volume if volume else inf
     return float(left @ np.linalg.solve(inner, left))

@@ -62,7 +62,7 @@ def walking(
         settings.foot_speed_sd,
         np.array([speed_sd, speed_sd, turn_sd]),
         bias_size(settings, slip, dead_legs),
-        np.where(np.concatenate(telling), settings.parameter_walk**2 * dt_s, 0.0),
+        np.concatenate(telling).astype(np.float64) * (settings.parameter_walk**2 * dt_s),
         after,
         to,
         noise,
@@ -87,8 +87,10 @@ def bias_size(settings: EstimatorSettings, slip_m_s: float, dead_legs: int) -> F
 
 def _slip_size(model: Neighbourhood) -> float:
     """Root mean square slip of loaded feet [m/s]."""
-    slip = model.slip_B[model.load_n > 0].ravel().tolist()
-    return sqrt(2 * sum(part * part for part in slip) / len(slip)) if slip else 0.0
+    carrying = [slip for slip, load in zip(model.slip_B.tolist(), model.load_n.tolist(), strict=True)
+                if load > 0]  # fmt: skip
+    squares = sum(part * part for slip in carrying for part in slip)
+    return sqrt(2 * squares / (2 * len(carrying))) if carrying else 0.0
 
 
 def standing(mean: FloatArray, settings: EstimatorSettings) -> Prediction:

@@ -18,7 +18,8 @@ _I32 = struct.Struct("<i")
 _I64 = struct.Struct("<q")
 _F64 = struct.Struct("<d")
 # made once: numpy would take the text apart at every call
-_FLOATS, _INTS = np.dtype("<f8"), np.dtype("<i8")
+_FLOATS, _INTS, _BOOLS = np.dtype("<f8"), np.dtype("<i8"), np.dtype(np.bool_)
+_COUNT_AND_GAP = struct.Struct("<I4x")
 _PADDING = (b"", b"\0", b"\0\0", b"\0\0\0", b"\0" * 4, b"\0" * 5, b"\0" * 6, b"\0" * 7)
 
 
@@ -79,27 +80,41 @@ class CdrWriter:
 
     def f64_array(self, values: FloatArray) -> None:
         """Write a fixed array of float64, any shape, row by row."""
-        self._put(values.astype(_FLOATS, copy=False).tobytes(), 8)
+        if values.dtype is not _FLOATS:  # asking costs less than a cast that changes nothing
+            values = values.astype(_FLOATS)
+        self._put(values.tobytes(), 8)
 
     def f64s(self, values: FloatArray) -> None:
         """Write a sequence of float64."""
-        self.u32(values.size)
+        self._count(values.size)
         if values.size:
             self.f64_array(values)
 
+    def _count(self, count: int) -> None:
+        """Write the length of a sequence of eight-byte numbers, and the gap behind it."""
+        if count and not self._size & 7:
+            self._parts.append(_COUNT_AND_GAP.pack(count))
+            self._size += 8
+        else:
+            self.u32(count)
+
     def i64_array(self, values: IntArray) -> None:
         """Write a fixed array of int64."""
-        self._put(values.astype(_INTS, copy=False).tobytes(), 8)
+        if values.dtype is not _INTS:
+            values = values.astype(_INTS)
+        self._put(values.tobytes(), 8)
 
     def i64s(self, values: IntArray) -> None:
         """Write a sequence of int64."""
-        self.u32(values.size)
+        self._count(values.size)
         if values.size:
             self.i64_array(values)
 
     def flag_array(self, values: BoolArray) -> None:
         """Write a fixed array of bool."""
-        self._put(values.astype(np.uint8).tobytes(), 1)
+        if values.dtype is not _BOOLS:
+            values = values.astype(_BOOLS)
+        self._put(values.tobytes(), 1)  # numpy keeps a bool in a byte that is 0 or 1
 
     def flags(self, values: BoolArray) -> None:
         """Write a sequence of bool."""
@@ -137,6 +152,10 @@ class CdrReader:
         """Bytes read so far, without the header."""
         return self._at
 
+    def go_on_at(self, place: int) -> None:
+        """Go on where ``at`` once was."""
+        self._at = place
+
     def _skip(self, size: int, alignment: int) -> int:
         """Step over the next so many bytes; return where they begin."""
         begin = self._at + -self._at % alignment
@@ -155,15 +174,18 @@ class CdrReader:
 
     def u32(self) -> int:
         """Read a uint32."""
-        return int(_U32.unpack_from(self._data, self._skip(4, 4))[0])
+        value: int = _U32.unpack_from(self._data, self._skip(4, 4))[0]
+        return value
 
     def i64(self) -> int:
         """Read an int64."""
-        return int(_I64.unpack_from(self._data, self._skip(8, 8))[0])
+        value: int = _I64.unpack_from(self._data, self._skip(8, 8))[0]
+        return value
 
     def f64(self) -> float:
         """Read a float64."""
-        return float(_F64.unpack_from(self._data, self._skip(8, 8))[0])
+        value: float = _F64.unpack_from(self._data, self._skip(8, 8))[0]
+        return value
 
     def text(self) -> str:
         """Read a string."""
@@ -181,8 +203,22 @@ class CdrReader:
 
     def f64s(self) -> FloatArray:
         """Read a sequence of float64."""
-        count = self.u32()
-        return self.f64_array(count) if count else np.zeros(0)
+        count, begin = self._sequence()
+        return np.frombuffer(self._data, _FLOATS, count, begin) if count else np.zeros(0)
+
+    def _sequence(self) -> tuple[int, int]:
+        """Step over a sequence of eight-byte numbers; return how many they are and where they begin."""
+        at = self._at + -self._at % 4
+        if at + 4 > self._size:
+            raise ValueError("the message ends too early")
+        count: int = _U32.unpack_from(self._data, at)[0]
+        at += 4
+        if count:
+            at += -at % 8
+        self._at = at + 8 * count
+        if self._at > self._size:
+            raise ValueError("the message ends too early")
+        return count, at
 
     def i64_array(self, count: int) -> IntArray:
         """Read a fixed array of int64."""
@@ -190,13 +226,18 @@ class CdrReader:
 
     def i64s(self) -> IntArray:
         """Read a sequence of int64."""
-        count = self.u32()
-        return self.i64_array(count) if count else np.zeros(0, dtype=np.int64)
+        count, begin = self._sequence()
+        if not count:
+            return np.zeros(0, dtype=np.int64)
+        return np.frombuffer(self._data, _INTS, count, begin)
 
     def pass_numbers(self, count: int) -> None:
         """Step over so many numbers of eight bytes."""
-        if count:
-            self._skip(8 * count, 8)
+        self._skip(8 * count, 8)
+
+    def pass_sequence(self) -> None:
+        """Step over a sequence of numbers of eight bytes."""
+        self._sequence()
 
     def pass_flags(self, count: int) -> None:
         """Step over so many bools."""

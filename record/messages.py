@@ -5,6 +5,9 @@ world. Forces are the ground's on the foot, body axes. JointState's effort stays
 servos measure current, which is in ``/bigant/tick``.
 """
 
+import struct
+from functools import lru_cache
+
 import numpy as np
 
 from model.estimator_types import OdometryEstimate
@@ -16,14 +19,22 @@ BODY_FRAME, ODOM_FRAME, MAP_FRAME = "base_link", "odom", "map"
 UNKNOWN_COVARIANCE = np.zeros(36)
 PLANAR = (0, 1, 5)  # x, y, yaw among ROS's six
 NOT_ESTIMATED = 1e6
+NO_MOMENT = bytes(24)
+_PLANAR_PLACES = np.array([6 * row + column for row in PLANAR for column in PLANAR])
+_ONLY_UNKNOWN = np.diag(np.full(6, NOT_ESTIMATED)).ravel()
 OK, WARN, ERROR = 0, 1, 2
 
 
 def _header(w: CdrWriter, unix_ns: int, frame: str) -> None:
+    w.raw(_stamp(unix_ns, frame), 4)
+
+
+@lru_cache(maxsize=8)
+def _stamp(unix_ns: int, frame: str) -> bytes:
+    """std_msgs/msg/Header; all messages of a tick have one of three."""
     seconds, nanoseconds = divmod(unix_ns, 1_000_000_000)
-    w.i32(seconds)
-    w.u32(nanoseconds)
-    w.text(frame)
+    name = frame.encode("utf-8") + b"\0"
+    return struct.pack("<iII", seconds, nanoseconds, len(name)) + name
 
 
 def joint_state(
@@ -44,7 +55,7 @@ def wrench(unix_ns: int, force_n: FloatArray) -> bytes:
     w = CdrWriter()
     _header(w, unix_ns, BODY_FRAME)
     w.f64_array(force_n)
-    w.f64_array(np.zeros(3))
+    w.raw(NO_MOMENT, 8)
     return w.done()
 
 
@@ -79,9 +90,8 @@ def planar_covariance(covariance: FloatArray) -> FloatArray:
 
     Height, roll and pitch are not estimated: their variance says so.
     """
-    full = np.diag(np.full(6, NOT_ESTIMATED))
-    full[np.ix_(PLANAR, PLANAR)] = covariance
-    flat: FloatArray = full.ravel()
+    flat: FloatArray = _ONLY_UNKNOWN.copy()
+    flat[_PLANAR_PLACES] = covariance.ravel()
     return flat
 
 

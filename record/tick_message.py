@@ -241,12 +241,13 @@ def decode_inputs(data: bytes, layout: int = LAYOUT) -> TickInputs:
     return TickInputs(t_ns, index, inputs, r.at)
 
 
-def decode_tick(data: bytes, layout: int = LAYOUT) -> Tick:
+def decode_tick(data: bytes, layout: int = LAYOUT, seen: TickInputs | None = None) -> Tick:
     """Return the tick in a message.
 
     Args:
         data: The message.
         layout: Its layout.
+        seen: Its inputs, if ``decode_inputs`` has returned them already; the truth is then absent.
 
     Raises:
         ValueError: The message is damaged.
@@ -254,7 +255,11 @@ def decode_tick(data: bytes, layout: int = LAYOUT) -> Tick:
     r = CdrReader(data)
     t_ns, index = r.i64(), r.i64()
     mode, stop_reason = Mode(r.u8()), StopReason(r.u8())
-    inputs = _read_inputs(r, layout)
+    if seen is None:
+        inputs = _read_inputs(r, layout)
+    else:
+        inputs = seen.inputs
+        r.go_on_at(seen.end)
     joints = JointState(
         t_ns=r.i64(),
         angle_rad=r.f64s(),
@@ -343,7 +348,7 @@ def _read_truth(r: CdrReader, *, wanted: bool) -> BodyTruth | None:
     if not wanted:
         r.pass_numbers(1 + 3 + 4 + 3 + 3)
         for _ in range(3):
-            r.pass_numbers(r.u32())
+            r.pass_sequence()
         r.pass_flags(r.u32())
         return None
     truth = BodyTruth(

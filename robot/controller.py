@@ -308,7 +308,9 @@ class Controller:
         """
         last, timing = state.allowed.command, inputs.timing
         done_ns = timing.deadline_ns - (1 + timing.missed) * self.period_ns
-        return replace(last, t_ns=max(last.t_ns, done_ns)) if last.torque else last
+        if not last.torque or done_ns <= last.t_ns:
+            return last
+        return replace(last, t_ns=done_ns)
 
     def _gate(
         self, wished: JointCommand, state: ControllerState, inputs: Inputs, *, seeded: bool

@@ -12,7 +12,7 @@ from pathlib import Path
 from model.errors import RecordError
 from model.signals import Tick
 from record.reader import LogContents
-from record.tick_message import decode_inputs, decode_tick, says_the_same
+from record.tick_message import TickInputs, decode_inputs, decode_tick, says_the_same
 from record.topic_reader import TickMessage, read_tick_messages
 from robot.config import RobotConfig
 from robot.controller import Controller
@@ -96,14 +96,14 @@ def replay_log(
     start_ns = now_ns = decode_inputs(first_message.data, first_message.layout).t_ns
     comparison.begin(start_ns)
     equal_bits = 0
-    for message, end, tick in step_through(chain((first_message,), messages), controller, notes):
+    for message, seen, tick in step_through(chain((first_message,), messages), controller, notes):
         now_ns = tick.t_ns
         # the same bits need no second look, and taking a message apart costs more than making one
-        if says_the_same(tick, message.data, end, message.layout):
+        if says_the_same(tick, message.data, seen.end, message.layout):
             comparison.add_equal()
             equal_bits += 1
         else:
-            comparison.add(decode_tick(message.data, message.layout), tick)
+            comparison.add(decode_tick(message.data, message.layout, seen), tick)
     if contents.damage:
         notes.append(f"the file is {contents.damage}")
     if comparison.ticks == 0:
@@ -126,7 +126,7 @@ def replay_log(
 
 def step_through(
     messages: Iterable[TickMessage], controller: Controller, notes: list[str]
-) -> Iterator[tuple[TickMessage, int, Tick]]:
+) -> Iterator[tuple[TickMessage, TickInputs, Tick]]:
     """Step a controller through recorded inputs.
 
     Args:
@@ -135,7 +135,7 @@ def step_through(
         notes: Told in words where the log has a gap; the replay ends there.
 
     Yields:
-        The message, where the inputs end in it, and today's tick.
+        The message, the inputs in it, and today's tick.
     """
     state = controller.initial()
     for message in messages:
@@ -144,7 +144,7 @@ def step_through(
             notes.append(_gap_words(state.index, seen.index))
             return
         state, tick = controller.step(state, seen.inputs, seen.t_ns)
-        yield message, seen.end, tick
+        yield message, seen, tick
 
 
 def _gap_words(expected: int, found: int) -> str:
