@@ -45,10 +45,18 @@ class Candidate:
         return tuple(p.neutral for p in self.effect.parameters)
 
 
-def candidates_of(simulator: Simulator) -> tuple[Candidate, ...]:
-    """Return every candidate, in an order that does not depend on the catalogue's."""
+def candidates_of(simulator: Simulator, standing: Sequence[Cause] = ()) -> tuple[Candidate, ...]:
+    """Return every candidate, in an order that does not depend on the catalogue's.
+
+    Args:
+        simulator: The simulator.
+        standing: Causes that are there already: a law among them cannot be added again.
+    """
+    there = {cause.effect for cause in standing if not cause.values}
     found = []
     for effect in sorted(simulator.effects, key=lambda one: one.name):
+        if effect.name in there:
+            continue
         if Scope.ALL in effect.scopes:
             found.append(Candidate(effect, ()))
         if Scope.JOINT in effect.scopes:

@@ -122,6 +122,17 @@ def make_evidence(
     whiteners = tuple(
         make_whitener(part, floor, part.cut(one)) for part, one in zip(parts, base, strict=True)
     )
+    return evidence_of(predictor, parts, drive, floor, whiteners)
+
+
+def evidence_of(
+    predictor: Predictor,
+    parts: Sequence[Part],
+    drive: Drive,
+    floor: Floor,
+    whiteners: Sequence[Whitener],
+) -> Evidence:
+    """Take parts with whiteners of their own."""
     blocks = [block_starts(part.observation) for part in parts]
     offsets = np.concatenate([[0], np.cumsum([part.frames for part in parts])[:-1]])
     return Evidence(
@@ -129,7 +140,7 @@ def make_evidence(
         drive=drive,
         predictor=predictor,
         floor=floor,
-        whiteners=whiteners,
+        whiteners=tuple(whiteners),
         starts=np.concatenate([at + o for at, o in zip(blocks, offsets, strict=True)]).astype(
             np.int64
         ),

@@ -193,7 +193,7 @@ def slide(
     """
     own = settings.ground
     points = contact_points(feet, settings)
-    rate = grid.slope(points, FOOT_WINDOW_S)
+    rate = feet.rate_m_s
     speed = rate[..., :2]
     if own.tilt_coupling:
         speed = speed + standing.slopes[:, None, :] * [1.0, -1.0] * rate[..., 2:]

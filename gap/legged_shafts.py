@@ -4,10 +4,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gap.legged_grid import Grid, lagged
+from gap.legged_grid import FOOT_WINDOW_S, Grid, lagged
 from gap.legged_inputs import LeggedInputs
 from gap.legged_machine import LeggedMachine
-from gap.legged_settings import NO_LIMIT_RAD_S, Settings, ShaftSettings
+from gap.legged_settings import NO_LIMIT_RAD_S, Settings, ShaftSettings, neutral_settings
 from gap.legged_signals import FootSignals, ShaftSignals
 from model.linkage import LinkagePose, linkage_pose
 from model.signals import FloatArray
@@ -24,10 +24,12 @@ class Feet:
 
     Attributes:
         signals: Feet and their slopes.
+        rate_m_s: Velocity of the feet in the body frame, (W, N, 3).
         turn_rad: Angle of the coupler from its angle at shaft angle 0, from +x to +z, (W, N).
     """
 
     signals: FootSignals
+    rate_m_s: FloatArray
     turn_rad: FloatArray
 
 
@@ -118,7 +120,25 @@ def feet(machine: LeggedMachine, grid: Grid, shaft_rad: FloatArray, settings: Se
     signals = FootSignals(grid.time_s, crank, position, pose.foot_slope)
     for added in settings.at("kinematics"):
         signals = added.act(signals, added.values, added.legs)
-    return Feet(signals, _coupler_turn(machine, pose) if own.rolling_m else np.zeros((1, 1)))
+    rate = grid.slope(signals.position_m, FOOT_WINDOW_S)
+    return Feet(signals, rate, _coupler_turn(machine, pose) if own.rolling_m else np.zeros((1, 1)))
+
+
+def moves_feet(settings: Settings) -> Settings:
+    """Return the part of settings that ``feet`` looks at, all else neutral: what it may be remembered by."""
+    plain = neutral_settings(len(settings.shaft.lag_s))
+    own = settings.shaft
+    shaft = replace(
+        plain.shaft,
+        zero_offset_rad=own.zero_offset_rad,
+        crank_m=own.crank_m,
+        coupler_m=own.coupler_m,
+        rocker_m=own.rocker_m,
+        hip_x_m=own.hip_x_m,
+        hip_y_m=own.hip_y_m,
+        rolling_m=own.rolling_m,
+    )
+    return replace(plain, shaft=shaft, added=settings.at("kinematics"))
 
 
 def _poses(machine: LeggedMachine, crank: FloatArray, own: ShaftSettings) -> LinkagePose:
