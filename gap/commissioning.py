@@ -12,18 +12,19 @@ from dataclasses import replace
 import numpy as np
 
 from gap.candidates import candidates_of
-from gap.evidence import errors, make_evidence
+from gap.evidence import errors, local_drive, make_evidence
 from gap.floor import Floor, make_floor
-from gap.interfaces import Cause, Drive
-from gap.parts import Part
+from gap.interfaces import Cause, Drive, Simulator
+from gap.parts import Part, whole_part
 from gap.predictions import Predictor
 from gap.screen import make_signatures
 from gap.selection import Search, select
+from record.trial import Trial
 
 MISFIT_SHARE = 0.1
 FEWEST_CONDITIONS = 2
-MOST_TRIALS = 4
-SHORT = Search(shortlist=4, most=7, least_share=0.03)
+MOST_TRIALS = 3
+SHORT = Search(shortlist=4, most=6, least_share=0.01, rounds=3)
 
 
 def commission(
@@ -59,12 +60,29 @@ def commission(
     return found.fitted.causes
 
 
+def standing_of(references: Sequence[Trial], simulator: Simulator) -> tuple[Cause, ...]:
+    """Return the causes that healthy runs show: what ``diagnose`` finds by itself, for many diagnoses.
+
+    Args:
+        references: Healthy runs of one machine.
+        simulator: Its simulator.
+
+    Raises:
+        GapError: A run cannot be compared with the simulator.
+    """
+    predictor = Predictor(simulator, references)
+    parts = [whole_part(i, one, simulator.observe(one)) for i, one in enumerate(references)]
+    return commission(predictor, parts, local_drive(predictor, parts)) if parts else ()
+
+
 def conditions_of(references: Sequence[Part]) -> tuple[Part, ...]:
-    """Return one run of each gait and frequency, the first ones."""
+    """Return one run of some conditions, as different as they are there."""
     seen: dict[tuple[str, float], Part] = {}
     for part in references:
         seen.setdefault((part.gait, round(part.frequency_hz, 3)), part)
-    return tuple(seen.values())[:MOST_TRIALS]
+    order = sorted(seen)
+    picks = np.linspace(0, len(order) - 1, min(MOST_TRIALS, len(order))).round().astype(int)
+    return tuple(seen[order[i]] for i in picks)
 
 
 def loosened(predictor: Predictor, parts: Sequence[Part], drive: Drive, floor: Floor) -> Floor:

@@ -113,7 +113,9 @@ def healthy_runs(
     distance = max((_distance(one, own) for one in conditions), default=SAME)
     found = []
     for i, (part, error) in enumerate(references):
-        others = [r for k, r in enumerate(references) if k != i and _apart(own[i], own[k]) >= distance]
+        others = [
+            r for k, r in enumerate(references) if k != i and _apart(own[i], own[k]) >= distance
+        ]
         if len(others) < FEWEST_OTHERS:
             others = [*references[:i], *references[i + 1 :]]
         floor = make_floor(channels, others, ())

@@ -10,11 +10,10 @@ from gap.ambiguity import Alike, alike
 from gap.baselines import baselines
 from gap.candidates import candidates_of
 from gap.commissioning import commission, loosened
-from gap.cross_validation import unseen_residual, unseen_score
+from gap.cross_validation import unseen_residual
 from gap.detection import Detection, Healthy, detect, detectable, energies, healthy_runs
-from gap.evidence import Evidence, errors, evidence_of, make_evidence
+from gap.evidence import Evidence, errors, evidence_of, local_drive, make_evidence
 from gap.findings import Diagnosis, RivalCause, TrialFaults, Verdict
-from gap.fit import fit_causes
 from gap.floor import Condition, Floor, make_floor
 from gap.how_far import how_far
 from gap.interfaces import Cause, Drive, Simulator
@@ -33,7 +32,6 @@ from record.trial import Trial
 Progress = Callable[[str, float], None]
 FEWEST_REFERENCES = 3
 MOST_INFLATION = 4.0
-WHOLE_SHARE = 0.7
 # Without references: energy over expectation of a channel from which nothing found is still a gap.
 CLEAR_EXCESS = 1.5
 
@@ -80,7 +78,7 @@ def diagnose(
         whole_part(len(trials) + i, one, observations[len(trials) + i])
         for i, one in enumerate(references)
     ]
-    local = _local_drive(predictor, fitted_parts)
+    local = local_drive(predictor, fitted_parts)
     if standing is None and len(references) >= FEWEST_REFERENCES:
         tell("what healthy runs lack", 0.02)
         standing = commission(predictor, reference_parts, local)
@@ -176,15 +174,6 @@ def diagnose(
     )
     tell("done", 1.0)
     return replace(diagnosis, sentence=sentence(diagnosis))
-
-
-def _local_drive(predictor: Predictor, parts: Sequence[Part]) -> Drive:
-    """Measured inputs, unless the simulator is one piece and then has no answer on most channels."""
-    known = [
-        sum(int(np.isfinite(one).any(axis=0).sum()) for one in errors(predictor, parts[:1], drive))
-        for drive in (Drive.MEASURED, Drive.COMMAND)
-    ]
-    return Drive.MEASURED if known[0] >= WHOLE_SHARE * known[1] else Drive.COMMAND
 
 
 def measure_floor(

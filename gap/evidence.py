@@ -18,6 +18,7 @@ from gap.predictions import Predictor, Wanted
 from gap.whitening import Whitener, make_whitener
 from model.signals import FloatArray, IntArray
 
+WHOLE_SHARE = 0.7  # of the channels, that a simulator fed what was measured must answer
 TAIL = 4.0  # energy over expectation from which a block counts by its logarithm
 
 
@@ -156,3 +157,12 @@ def errors(predictor: Predictor, parts: Sequence[Part], drive: Drive) -> list[Fl
         np.where(part.observation.weight > 0, part.observation.values - part.cut(one), np.nan)
         for part, one in zip(parts, base, strict=True)
     ]
+
+
+def local_drive(predictor: Predictor, parts: Sequence[Part]) -> Drive:
+    """Measured inputs, unless the simulator is one piece and then has no answer on most channels."""
+    known = [
+        sum(int(np.isfinite(one).any(axis=0).sum()) for one in errors(predictor, parts[:1], drive))
+        for drive in (Drive.MEASURED, Drive.COMMAND)
+    ]
+    return Drive.MEASURED if known[0] >= WHOLE_SHARE * known[1] else Drive.COMMAND

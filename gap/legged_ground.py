@@ -11,7 +11,7 @@ from gap.legged_settings import GroundSettings, Settings
 from gap.legged_shafts import Feet
 from gap.legged_signals import FrictionSignals, MotionSignals, SupportSignals
 from model.frames import FrictionLaw
-from model.signals import BoolArray, FloatArray
+from model.signals import BoolArray, FloatArray, IntArray
 from model.support_frames import SupportSolutions, solve_support_frames
 from model.traction_frames import FootLaw, Pushes, solve_traction_frames
 
@@ -139,34 +139,56 @@ def _balance(signals: SupportSignals, twist_rad_nm: float) -> SupportSolutions:
     points[..., 0] -= signals.com_m[:, :1]
     points[..., 1] -= signals.com_m[:, 1:]
 
-    def solve(angle: FloatArray) -> SupportSolutions:
-        bent = points.copy()
-        bent[..., 2] += arm * angle[:, None]
-        return solve_support_frames(bent, signals.ground_m, signals.stiffness_n_m, signals.weight_n)
-
-    arm = np.zeros(points.shape[:2])
-    angle = np.zeros(len(points))
-    found = solve(angle)
+    found = solve_support_frames(points, signals.ground_m, signals.stiffness_n_m, signals.weight_n)
     if twist_rad_nm == 0.0:
         return found
-    # a foot moves up by y times the chassis' roll at its place, linear from rear to front
-    x = signals.feet_m[..., 0].mean(axis=0)
-    arm = signals.feet_m[..., 1] * (x - (x.max() + x.min()) / 2) / np.ptp(x)
-    excess = -twist_rad_nm * np.sum(found.load_n * arm, axis=1)
-    slope = np.ones(len(points))
+    row, give = _twisting(signals, twist_rad_nm)
+    arm = np.where(row[None, :, None] == np.arange(len(give)), signals.feet_m[..., 1:2], 0.0)
+    sure = signals.stiffness_n_m[:, None] * arm**2
+
+    def bent(angle: FloatArray) -> SupportSolutions:
+        moved = points.copy()
+        moved[..., 2] += np.einsum("wnk,wk->wn", arm, angle)
+        return solve_support_frames(
+            moved, signals.ground_m, signals.stiffness_n_m, signals.weight_n
+        )
+
+    def excess(angle: FloatArray, of: SupportSolutions) -> FloatArray:
+        moment = np.einsum("wnk,wn->wk", arm, np.nan_to_num(of.load_n))
+        out: FloatArray = angle - moment @ give
+        return out
+
+    angle = np.zeros((len(points), len(give)))
+    # Broyden's method from a slope that is never too small: rows turn against the springs of their legs
+    slope = np.eye(len(give)) + give * sure.sum(axis=1)[:, None, :]
+    off = excess(angle, found)
     for _ in range(TWIST_PASSES):
-        step = -excess / slope
-        if not np.nanmax(np.abs(step), initial=0.0) > TWIST_CONVERGED_RAD:
+        step = -np.linalg.solve(slope, off[..., None])[..., 0]
+        if not np.max(np.abs(step), initial=0.0) > TWIST_CONVERGED_RAD:
             break
         angle = angle + step
-        found = solve(angle)
-        new = angle - twist_rad_nm * np.sum(found.load_n * arm, axis=1)
-        # secant; the excess grows with the angle at least as fast as the angle itself
-        moved = np.abs(step) > 1e-15
-        slope = np.where(moved, (new - excess) / np.where(moved, step, 1.0), slope)
-        slope = np.maximum(slope, 1.0)
-        excess = new
+        found = bent(angle)
+        new = excess(angle, found)
+        size = np.fmax(np.sum(step**2, axis=1), 1e-24)
+        slope = slope + new[:, :, None] * step[:, None, :] / size[:, None, None]
+        off = new
     return found
+
+
+def _twisting(signals: SupportSignals, twist_rad_nm: float) -> tuple[IntArray, FloatArray]:
+    """Row of each leg, (N,), and how far rows roll against the middle for moments, (K, K) [rad/(N m)].
+
+    The chassis is a bar along x that gives evenly: what it carries between two rows is the moment of all
+    legs beyond. A moment on the front row and its opposite on the rear one roll them apart by
+    ``twist_rad_nm`` for each N m.
+    """
+    x = signals.feet_m[..., 0].mean(axis=0)
+    places, row = np.unique(np.round(x, 3), return_inverse=True)
+    away = places - (places[0] + places[-1]) / 2
+    same_side = np.sign(away)[:, None] == np.sign(away)
+    shared = np.where(same_side, np.minimum(np.abs(away)[:, None], np.abs(away)), 0.0)
+    give: FloatArray = twist_rad_nm * shared / max(float(np.ptp(places)), 1e-9)
+    return row, give
 
 
 def slide(

@@ -77,15 +77,17 @@ def shafts(inputs: LeggedInputs, settings: Settings, loads: Loads | None) -> Flo
 
 
 def _lagged(grid: Grid, command: FloatArray, own: ShaftSettings) -> FloatArray:
-    if not any(own.lag_s):
+    if not any(any(lags) for lags in own.lags_s):
         return command
     angle = command.copy()
-    for leg, time_constant_s in enumerate(own.lag_s):
-        known = np.isfinite(command[:, leg])
-        if time_constant_s > 0 and known.any():
-            whole = np.interp(grid.time_s, grid.time_s[known], command[known, leg])
-            filtered = lagged(grid, whole[:, None], time_constant_s)[:, 0]
-            angle[:, leg] = np.where(known, filtered, np.nan)
+    for leg, column in enumerate(command.T):
+        known = np.isfinite(column)
+        constants = [lags[leg] for lags in own.lags_s if lags[leg] > 0]
+        if constants and known.any():
+            whole = np.interp(grid.time_s, grid.time_s[known], column[known])[:, None]
+            for time_constant_s in constants:
+                whole = lagged(grid, whole, time_constant_s)
+            angle[:, leg] = np.where(known, whole[:, 0], np.nan)
     return angle
 
 
@@ -125,8 +127,8 @@ def feet(machine: LeggedMachine, grid: Grid, shaft_rad: FloatArray, settings: Se
 
 
 def moves_feet(settings: Settings) -> Settings:
-    """Return the part of settings that ``feet`` looks at, all else neutral: what it may be remembered by."""
-    plain = neutral_settings(len(settings.shaft.lag_s))
+    """Return the part of settings that ``feet`` looks at, all else neutral."""
+    plain = neutral_settings(len(settings.shaft.backlash_rad))
     own = settings.shaft
     shaft = replace(
         plain.shaft,

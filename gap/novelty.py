@@ -1,9 +1,9 @@
 """Whether a cause's size in the trials is beyond how that size differs between healthy runs.
 
-Friction, springs and loads of a machine differ a little from day to day, alike through all of a run; blocks
-of a run cannot tell that, only runs can. So the fitted cause is fitted again, by its amplitude alone, to each
-run: 1 in the trials if it is right, about 0 in references, each foretold by the others. The two are
-compared by Student's t over runs. Its scatter is pooled over the joints at which the effect could act, and
+Friction, springs and loads of a machine differ a little from day to day, alike through all of a run;
+blocks of a run cannot tell that, only runs can. So the fitted cause is fitted again, by its amplitude
+alone, to each run: 1 in the trials if it is right, about 0 in references, each foretold by the others. The
+two are compared by Student's t over runs. Its scatter is pooled over the joints at which the effect could act, and
 steadied by what the noise lets expect (Smyth 2004, Stat. Appl. Genet. Mol. Biol. 3:3).
 """
 
@@ -76,7 +76,9 @@ def novelty(
     mean = float(known.mean()) if len(known) else 0.0
     error = np.sqrt(variance * (1 / n + 1 / m))
     t = (float(seen.mean()) - mean) / max(error, 1e-12)
-    return Novelty(float(seen.mean()), mean, float(np.sqrt(variance)), float(stats.t.sf(t, free + STEADY)))
+    return Novelty(
+        float(seen.mean()), mean, float(np.sqrt(variance)), float(stats.t.sf(t, free + STEADY))
+    )
 
 
 def amplitudes(

@@ -12,7 +12,6 @@ from gap.cross_validation import advantage
 from gap.selection import Selection
 from model.signals import IntArray
 
-
 SURELY_ODD = 0.01  # chance below which what is left counts as open in full
 
 
@@ -33,10 +32,10 @@ class Calibration:
 
     temperature: float = 2.0
     error_share: float = 0.5
-    none: float = -4.5
+    none: float = -5.5
     none_energy: float = 0.3
-    none_open: float = 9.0
-    none_worst: float = 0.8
+    none_open: float = 10.0
+    none_worst: float = 0.5
     none_worst_alone: float = 0.1
     none_many: float = 1.0
 

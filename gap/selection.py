@@ -9,7 +9,7 @@ from scipy import stats
 from gap.candidates import Candidate, off_bounds
 from gap.cross_validation import Advantage, advantage, unseen_score
 from gap.evidence import Evidence
-from gap.fit import Fitted, fit_causes
+from gap.fit import ROUNDS, Fitted, fit_causes
 from gap.interfaces import Cause, Effect
 from gap.novelty import novelty
 from gap.screen import Gain, Signatures, gains, make_signatures
@@ -92,11 +92,13 @@ class Search:
         most: Causes.
         least_share: Share of the score, in the channels in which it acts, that a cause must close where
             there are no references.
+        rounds: Most steps of a fit.
     """
 
     shortlist: int = SHORTLIST
     most: int = MOST_CAUSES
     least_share: float = LEAST_SHARE
+    rounds: int = ROUNDS
 
 
 def select(
@@ -125,7 +127,7 @@ def select(
     tried = len(candidates)
     found = Selection(fitted, unseen_score(evidence, fitted), (), None)
     while len(found.steps) < search.most:
-        options = _options(evidence, found, signatures, effects, search.shortlist)
+        options = _options(evidence, found, signatures, effects, search)
         if not options:
             break
         chosen = [
@@ -186,17 +188,17 @@ def _options(
     found: Selection,
     signatures: Signatures,
     effects: Mapping[str, Effect],
-    most: int,
+    search: Search,
 ) -> list[Option]:
     taken = {(cause.effect, cause.joints) for cause in found.fitted.causes}
     residual = found.fitted.residual
     ranked = gains(signatures, residual, evidence.weights(residual))
     ranked = [one for one in ranked if one.signature.candidate.key not in taken]
     options = []
-    for one in shortlist(ranked, most):
+    for one in shortlist(ranked, search.shortlist):
         added = one.signature.candidate
         start = (*found.fitted.causes, added.cause(one.values))
-        options.append(_option(evidence, added, start, found.unseen, effects))
+        options.append(_option(evidence, added, start, found.unseen, effects, search.rounds))
     return sorted(options, key=lambda o: (-o.over.nats, o.added.key))
 
 
@@ -206,8 +208,9 @@ def _option(
     start: tuple[Cause, ...],
     standing: FloatArray,
     effects: Mapping[str, Effect],
+    rounds: int = ROUNDS,
 ) -> Option:
-    fitted = fit_causes(evidence, start, effects)
+    fitted = fit_causes(evidence, start, effects, rounds)
     freed = off_bounds(start, effects)
     if freed != start:
         # a cause that took the place of one that was missing may be stuck where it went for that
