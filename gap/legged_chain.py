@@ -167,6 +167,9 @@ class LeggedChain:
         foot = walk.feet.signals.position_m.copy()
         stiffness = self._machine.contact.stiffness * np.array(own.stiffness_ratio)
         foot[..., 2] += np.maximum(acting[..., 2], 0.0) / stiffness - np.array(own.leg_length_m)
+        twist = walk.standing.twist_rad
+        if twist.any():  # sideways, friction holds the feet
+            foot[..., 2] += foot[..., 1] * twist
         radius = settings.shaft.rolling_m
         if radius:  # a marker at the bottom of a round foot turns with it about its centre
             foot[..., 0] += radius * np.sin(walk.feet.turn_rad)

@@ -29,12 +29,14 @@ class Standing:
         slopes: slope_x, slope_y of the body against the ground, (W, 2).
         height_m: Height of the body's origin over the ground, (W,).
         com_m: Where the weight acts, without what pushes sideways, (2,).
+        twist_rad: Roll of the chassis at each leg against its middle, (W, N) or (1, N).
     """
 
     load_n: FloatArray
     slopes: FloatArray
     height_m: FloatArray
     com_m: FloatArray
+    twist_rad: FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,31 +120,34 @@ def stand(
     weight, centre = weight_and_centre(machine, own)
     com = np.broadcast_to(centre, (grid.frames, 2))
     signals = SupportSignals(grid.time_s, points, ground, stiffness, weight, com)
+    shaft_x = machine.legs.shaft_position[:, 0]
     sideways = sideways_force(machine, own, world)
     if sideways.any():
         # it acts at the height of the body's origin, friction on the ground: the weight's line moves
-        first = _balance(signals, 0.0)
+        first, _ = _balance(signals, shaft_x, 0.0)
         height = first.pose[:, 2] + com[:, 0] * first.pose[:, 0] - com[:, 1] * first.pose[:, 1]
         com = com + height[:, None] * sideways / weight
         signals = SupportSignals(grid.time_s, points, ground, stiffness, weight, com)
     for added in settings.at("support"):
         signals = added.act(signals, added.values, added.legs)
-    found = _balance(signals, own.twist_rad_nm)
+    found, twist = _balance(signals, shaft_x, own.twist_rad_nm)
     com = signals.com_m
     height = found.pose[:, 2] + com[:, 0] * found.pose[:, 0] - com[:, 1] * found.pose[:, 1]
-    return Standing(found.load_n, found.pose[:, :2], height, centre)
+    return Standing(found.load_n, found.pose[:, :2], height, centre, twist)
 
 
-def _balance(signals: SupportSignals, twist_rad_nm: float) -> SupportSolutions:
-    """Balance seen from where the weight acts; with a chassis that twists, until its angle stays."""
+def _balance(
+    signals: SupportSignals, shaft_x: FloatArray, twist_rad_nm: float
+) -> tuple[SupportSolutions, FloatArray]:
+    """Balance seen from where the weight acts; a chassis that twists, until its angles at legs stay."""
     points = signals.feet_m.copy()
     points[..., 0] -= signals.com_m[:, :1]
     points[..., 1] -= signals.com_m[:, 1:]
 
     found = solve_support_frames(points, signals.ground_m, signals.stiffness_n_m, signals.weight_n)
     if twist_rad_nm == 0.0:
-        return found
-    row, give = _twisting(signals, twist_rad_nm)
+        return found, np.zeros((1, points.shape[1]))
+    row, give = _twisting(shaft_x, twist_rad_nm)
     arm = np.where(row[None, :, None] == np.arange(len(give)), signals.feet_m[..., 1:2], 0.0)
     sure = signals.stiffness_n_m[:, None] * arm**2
 
@@ -172,18 +177,17 @@ def _balance(signals: SupportSignals, twist_rad_nm: float) -> SupportSolutions:
         size = np.fmax(np.sum(step**2, axis=1), 1e-24)
         slope = slope + new[:, :, None] * step[:, None, :] / size[:, None, None]
         off = new
-    return found
+    return found, angle[:, row]
 
 
-def _twisting(signals: SupportSignals, twist_rad_nm: float) -> tuple[IntArray, FloatArray]:
+def _twisting(shaft_x: FloatArray, twist_rad_nm: float) -> tuple[IntArray, FloatArray]:
     """Row of each leg, (N,), and how far rows roll against the middle for moments, (K, K) [rad/(N m)].
 
     The chassis is a bar along x that gives evenly: what it carries between two rows is the moment of all
     legs beyond. A moment on the front row and its opposite on the rear one roll them apart by
     ``twist_rad_nm`` for each N m.
     """
-    x = signals.feet_m[..., 0].mean(axis=0)
-    places, row = np.unique(np.round(x, 3), return_inverse=True)
+    places, row = np.unique(np.round(shaft_x, 3), return_inverse=True)
     away = places - (places[0] + places[-1]) / 2
     same_side = np.sign(away)[:, None] == np.sign(away)
     shared = np.where(same_side, np.minimum(np.abs(away)[:, None], np.abs(away)), 0.0)

@@ -3,8 +3,8 @@
 Friction, springs and loads of a machine differ a little from day to day, alike through all of a run;
 blocks of a run cannot tell that, only runs can. So the fitted cause is fitted again, by its amplitude
 alone, to each run: 1 in the trials if it is right, about 0 in references, each foretold by the others. The
-two are compared by Student's t over runs. Its scatter is pooled over the joints at which the effect could act, and
-steadied by what the noise lets expect (Smyth 2004, Stat. Appl. Genet. Mol. Biol. 3:3).
+two are compared by Student's t over runs. Its scatter is pooled over the joints at which the effect could
+act, and steadied by what the noise lets expect (Smyth 2004, Stat. Appl. Genet. Mol. Biol. 3:3).
 """
 
 from collections.abc import Sequence
