@@ -26,7 +26,7 @@ SATURATED_SAMPLES = 20
 SATURATED_SHARE = 0.005
 NEAR_ZERO_SAMPLES = 40
 MOVING_RAD = 0.05
-STEADY_RAD = 1.5  # a quarter of a turn: no leg keeps its load so long
+STEADY_RAD = 5.0  # most of a turn: in it a leg is loaded and free
 PILED_UP = 4  # times as many samples as at the values next to it
 OPPOSITE, ALIKE, UNLIKE = -0.9, 0.9, 0.6
 DEGREES, TICKS = 180 / np.pi, 4096 / (2 * np.pi)
@@ -193,12 +193,11 @@ def _saturated(column: str, values: FloatArray) -> Iterator[DataFault]:
             continue
         needed = max(SATURATED_SAMPLES, SATURATED_SHARE * len(values))
         rest = values[~at]
-        quantised = np.mean(np.diff(rest) == 0.0) > 0.2
         beside = np.unique(rest, return_counts=True)[1]
         near = beside[-3:] if word == "highest" else beside[:3]
         if len(near) and count < PILED_UP * near.max():
             continue  # a coarse reading at a turning point, not a limit
-        if count >= needed and held >= count / 3 and not quantised:
+        if count >= needed and held >= count / 3:
             yield DataFault(
                 "saturated",
                 column,
