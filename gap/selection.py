@@ -19,15 +19,16 @@ MOST_CAUSES = 5
 SHORTLIST = 8
 MOST_OF_AN_EFFECT = 3
 LEAST_NATS = 4.0
-# Without references a misfit of the model's own form is left; a cause must close this share of the score
-# of the channels in which it acts.
+# Without references: of the score of the channels in which it acts, what a cause must close.
 LEAST_SHARE = 0.02
 ACTS = 0.1  # of the largest gain of a channel
 TRIMMED = (
     0.03  # share of the blocks, those that are explained worst, that a verdict does not hang on
 )
 ERRORS = 2.0
-LEVEL = 0.02  # chance that a healthy machine shows any of the candidates so large
+# Chance that a healthy machine shows any of the candidates so large. Far below what is wanted of a
+# diagnosis, because scatter pooled over unlike legs has heavier tails than Student's.
+LEVEL = 0.001
 NEAR = 0.2  # a candidate with a smaller share of the best's first-order gain is not fitted
 NOTHING_LEFT = 1.1  # energy over expectation below which the old signatures will do
 ANEW = 0.3  # share of the score that a law must have closed for all signatures to be made anew
@@ -135,12 +136,14 @@ def select(
             len(one.unseen))
         ]  # fmt: skip
         best, p = options[0], 1.0
+        usual: list[Option] = []
         for one in chosen:
             p_one = min(1.0, tried * chance_healthy(one, evidence, healthy))
             p = min(p, p_one)
             if p_one < LEVEL:
                 best = one
                 break
+            usual.append(one)  # healthy runs show it as well: no rival of what is new
         if not found.steps:
             found = replace(found, p=p)
         small = healthy is None and _share(evidence, best, found.fitted) < search.least_share
@@ -148,7 +151,7 @@ def select(
             found = replace(found, refused=best)
             break
         share = best.over.nats / max(float(found.unseen.sum()), 1e-9)
-        others = tuple(one for one in options if one is not best)
+        others = tuple(one for one in options if one is not best and one not in usual)
         steps = (*found.steps, Step(best, others))
         found = Selection(best.fitted, best.unseen, steps, None, found.p)
         found = _dropped(evidence, found, effects, threshold)
@@ -156,7 +159,9 @@ def select(
         if left > NOTHING_LEFT and (not best.added.effect.parameters or share > ANEW):
             signatures = make_signatures(evidence, candidates, found.fitted.causes, lambda _: None)
         progress(len(found.steps) / search.most)
-    return _swapped(evidence, found, effects)
+    return _swapped(
+        evidence, found, effects, lambda o: chance_healthy(o, evidence, healthy) * tried
+    )
 
 
 def _share(evidence: Evidence, option: Option, standing: Fitted) -> float:
@@ -261,7 +266,12 @@ def _dropped(
     return found
 
 
-def _swapped(evidence: Evidence, found: Selection, effects: Mapping[str, Effect]) -> Selection:
+def _swapped(
+    evidence: Evidence,
+    found: Selection,
+    effects: Mapping[str, Effect],
+    chance: Callable[[Option], float],
+) -> Selection:
     """Put a rival in a cause's place where the whole set then predicts better."""
     if len(found.steps) < 2:
         return found
@@ -276,7 +286,8 @@ def _swapped(evidence: Evidence, found: Selection, effects: Mapping[str, Effect]
                 c for c in rival.fitted.causes if (c.effect, c.joints) == rival.added.key
             )
             option = _option(evidence, rival.added, tuple(causes), found.unseen, effects)
-            if option.over.nats > max(option.over.error, 2.0):
+            ahead = option.over.nats > max(option.over.error, 2.0)
+            if ahead and chance(option) < LEVEL:
                 rivals = (step.chosen, *(r for r in step.rivals if r is not rival))
                 swapped = Step(option, tuple(rivals))
                 steps = (*found.steps[:at], swapped, *found.steps[at + 1 :])
