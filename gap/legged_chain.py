@@ -168,8 +168,10 @@ class LeggedChain:
         stiffness = self._machine.contact.stiffness * np.array(own.stiffness_ratio)
         foot[..., 2] += np.maximum(acting[..., 2], 0.0) / stiffness - np.array(own.leg_length_m)
         twist = walk.standing.twist_rad
-        if twist.any():  # sideways, friction holds the feet
+        if twist.any():  # about an axis along x at the height of the shafts
+            aside = -foot[..., 2] * twist
             foot[..., 2] += foot[..., 1] * twist
+            foot[..., 1] += aside
         radius = settings.shaft.rolling_m
         if radius:  # a marker at the bottom of a round foot turns with it about its centre
             foot[..., 0] += radius * np.sin(walk.feet.turn_rad)

@@ -227,6 +227,12 @@ def slide(
         # the surface of a foot that turns with its link passes through the point of contact
         speed = speed.copy()
         speed[..., 0] += settings.shaft.rolling_m * grid.slope(feet.turn_rad, FOOT_WINDOW_S)
+    if standing.twist_rad.any():
+        # feet below a row that rolls are pushed sideways; those that stick answer with a force
+        aside = -points[..., 2] * standing.twist_rad
+        points, speed = points.copy(), speed.copy()
+        points[..., 1] += aside
+        speed[..., 1] += grid.slope(aside, FOOT_WINDOW_S)
     mu = machine.contact.mu * np.array(own.mu_ratio) * np.ones_like(load_n)
     if own.patch_ratio != 1.0:
         x = _feet_world_x(points[..., :2], world)

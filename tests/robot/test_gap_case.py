@@ -13,7 +13,9 @@ NOBODY = Asked((), (), (), Path("never.json"))
 
 def test_what_was_kept_is_taken_again(tmp_path: Path) -> None:
     kept = tmp_path / "standing.json"
-    kept.write_text('[{"effect": "servo_lag", "joints": ["ML"], "values": [0.05]}]', encoding="utf-8")
+    kept.write_text(
+        '[{"effect": "servo_lag", "joints": ["ML"], "values": [0.05]}]', encoding="utf-8"
+    )
     assert commission_case(NOBODY, kept) == (Cause("servo_lag", ("ML",), (0.05,)),)
 
 
