@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from gap.candidates import starts_of
 from gap.commissioning import standing_of
 from gap.detection import healthy_runs
 from gap.diagnosis import diagnose
@@ -82,6 +83,13 @@ def test_what_a_healthy_machine_leaves_as_well_is_no_sign_of_something_unknown()
     odd = Left(closed=0.4, excess=1.1, worst=1.5, causes=1, referenced=True, p=0.001)
     assert none_of_them(usual, Calibration()) < 0.1
     assert none_of_them(odd, Calibration()) > 0.5
+
+
+def test_fits_begin_where_a_place_is_likely() -> None:
+    """An edge may be as far as ten metres; runs of half a metre cross it near their start or not at all."""
+    step = next(e for e in simulator().effects if e.name == "ground_step")
+    places = [start[1] for start in starts_of(step, [False, True])]
+    assert sum(-0.4 < x < 0.8 for x in places) >= 4
 
 
 def test_two_lags_stand_one_behind_the_other() -> None:
