@@ -15,6 +15,7 @@ from gap.interfaces import Cause, Effect, Parameter, Scope, Simulator
 STEP = 0.25  # of the spread, for differences about the neutral value
 FINE_STEP = 0.05  # about a fitted one
 QUANTILES = (0.15, 0.35, 0.55, 0.75)
+WIDE = 6.0  # spreads
 LOG_RANGE = 20.0  # a range wider than this from a positive end is walked by ratios
 
 
@@ -45,10 +46,18 @@ class Candidate:
         return tuple(p.neutral for p in self.effect.parameters)
 
 
-def candidates_of(simulator: Simulator) -> tuple[Candidate, ...]:
-    """Return every candidate, in an order that does not depend on the catalogue's."""
+def candidates_of(simulator: Simulator, standing: Sequence[Cause] = ()) -> tuple[Candidate, ...]:
+    """Return every candidate, in an order that does not depend on the catalogue's.
+
+    Args:
+        simulator: The simulator.
+        standing: Causes that are there already: a law among them cannot be added again.
+    """
+    there = {cause.effect for cause in standing if not cause.values}
     found = []
     for effect in sorted(simulator.effects, key=lambda one: one.name):
+        if effect.name in there:
+            continue
         if Scope.ALL in effect.scopes:
             found.append(Candidate(effect, ()))
         if Scope.JOINT in effect.scopes:
@@ -100,6 +109,10 @@ def _ladder(p: Parameter) -> list[float]:
     low, high = p.lower, p.upper
     if low > 0 and high / low > LOG_RANGE:
         return [float(low * (high / low) ** q) for q in (0.1, *QUANTILES, 0.9)]
+    if high - low > WIDE * p.spread:  # where it is likely, not where it may be at most
+        return [
+            float(np.clip(p.neutral + k * p.spread, low, high)) for k in (-1.0, -0.5, 0.0, 0.5, 1.0)
+        ]
     return [float(low + q * (high - low)) for q in QUANTILES]
 
 

@@ -26,6 +26,8 @@ SATURATED_SAMPLES = 20
 SATURATED_SHARE = 0.005
 NEAR_ZERO_SAMPLES = 40
 MOVING_RAD = 0.05
+STEADY_RAD = 5.0  # most of a turn: in it a leg is loaded and free
+PILED_UP = 4  # times as many samples as at the values next to it
 OPPOSITE, ALIKE, UNLIKE = -0.9, 0.9, 0.6
 DEGREES, TICKS = 180 / np.pi, 4096 / (2 * np.pi)
 UNITS = ((DEGREES, "degrees"), (TICKS, "encoder ticks"), (1 / (2 * np.pi), "turns"))
@@ -83,11 +85,13 @@ def _column_faults(trial: Trial) -> Iterator[DataFault]:
             yield from _wraps(place.column, values[known])
         if place.field in NOISY:
             moving = None
-            if place.field == "shaft_rad":
+            if place.field in {"shaft_rad", "current_a"}:
                 moving = trial.command_rad[:, place.index[0]]
+            # a motor that turns evenly under an even load may draw the same counts for a while
+            turned = STEADY_RAD if place.field == "current_a" else MOVING_RAD
             sideways = place.field == "foot_m" and place.index[-1] == 1
             if not (sideways and np.ptp(values[known]) == 0.0):  # legs need not move sideways
-                yield from _frozen(place.column, values, moving, period)
+                yield from _frozen(place.column, values, moving, period, turned)
             if place.field != "current_a":  # motors do draw lone peaks
                 yield from _spikes(place.column, values[known])
         if place.field in {"force_n", "current_a", "torque_nm", "pwm"}:
@@ -129,7 +133,7 @@ def _wraps(column: str, values: FloatArray) -> Iterator[DataFault]:
 
 
 def _frozen(
-    column: str, values: FloatArray, command: FloatArray | None, period: float
+    column: str, values: FloatArray, command: FloatArray | None, period: float, turned_rad: float
 ) -> Iterator[DataFault]:
     same = np.concatenate([[False], values[1:] == values[:-1]])
     needed = max(FROZEN_SAMPLES, round(FROZEN_S / period))
@@ -143,7 +147,7 @@ def _frozen(
         known = np.isfinite(command).any()
         runs = np.array([
             run for run in runs if known and np.nanmax(command[run[0] : run[1]], initial=-np.inf)
-            - np.nanmin(command[run[0] : run[1]], initial=np.inf) > MOVING_RAD
+            - np.nanmin(command[run[0] : run[1]], initial=np.inf) > turned_rad
         ]).reshape(-1, 2)  # fmt: skip
         if len(runs) == 0:
             return
@@ -189,8 +193,11 @@ def _saturated(column: str, values: FloatArray) -> Iterator[DataFault]:
             continue
         needed = max(SATURATED_SAMPLES, SATURATED_SHARE * len(values))
         rest = values[~at]
-        quantised = np.mean(np.diff(rest) == 0.0) > 0.2
-        if count >= needed and held >= count / 3 and not quantised:
+        beside = np.unique(rest, return_counts=True)[1]
+        near = beside[-3:] if word == "highest" else beside[:3]
+        if len(near) and count < PILED_UP * near.max():
+            continue  # a coarse reading at a turning point, not a limit
+        if count >= needed and held >= count / 3:
             yield DataFault(
                 "saturated",
                 column,

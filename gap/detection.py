@@ -12,17 +12,21 @@ import numpy as np
 from scipy import stats
 
 from gap.evidence import Evidence
-from gap.floor import make_floor
+from gap.floor import Condition, make_floor
 from gap.interfaces import Channel
 from gap.parts import Part, block_starts
 from gap.screen import Signature, Signatures, plain_gains
-from gap.whitening import make_whitener
+from gap.whitening import Whitener, make_whitener
 from model.signals import FloatArray, IntArray
 
 BATCHES = (50, 50, 50, 49)
 NULL_SETS = sum(BATCHES)
 LEVEL = 0.03
 TESTS = 3
+SAME, OTHER_FREQUENCY, OTHER_GAIT = 0, 1, 2
+SAME_FREQUENCY = 0.08  # natural log
+FEWEST_OTHERS = 2
+CHANNELS_APART = 6  # channels of one run that count as independent when their scatter is pooled
 LEAST_SCATTER = 0.05  # of a mean logarithm between runs
 
 
@@ -32,12 +36,14 @@ class Healthy:
 
     Attributes:
         part: The reference.
+        whitener: The map into these units.
         residual: Whitened, (F, C).
         excess: Energy over expectation of each channel, (C,); NaN where unused.
         blocks: First frame of each block.
     """
 
     part: Part
+    whitener: Whitener
     residual: FloatArray
     excess: FloatArray
     blocks: IntArray
@@ -67,7 +73,7 @@ class Detection:
     Attributes:
         found: True if there is.
         p: Chance of so much without one; NaN without references.
-        p_gain: The same by the best candidate alone.
+        p_cause: The same by the best candidate alone, among all that were tried.
         p_energy: By the mean energy alone.
         p_channel: By the worst channel alone.
         threshold: Gain that a candidate must exceed, in nats.
@@ -75,7 +81,7 @@ class Detection:
 
     found: bool
     p: float
-    p_gain: float
+    p_cause: float
     p_energy: float
     p_channel: float
     threshold: float
@@ -87,36 +93,74 @@ class Detection:
 
 
 def healthy_runs(
-    channels: Sequence[Channel], references: Sequence[tuple[Part, FloatArray]]
+    channels: Sequence[Channel],
+    references: Sequence[tuple[Part, FloatArray]],
+    conditions: Sequence[Condition] = (),
 ) -> tuple[Healthy, ...]:
-    """Compare each reference with the others.
+    """Compare each reference with others that are as far from it as they are from the trials.
+
+    Where a trial has a gait or a frequency that no reference has, each reference is foretold by those of
+    other gaits or frequencies alone: so what is not known there is measured and not assumed.
 
     Args:
         channels: Channels.
         references: Each with measured minus predicted, (F, C).
+        conditions: Those of the trials.
     """
     if len(references) < 2:
         return ()
+    own = [Condition(part.gait, part.frequency_hz) for part, _ in references]
+    distance = max((_distance(one, own) for one in conditions), default=SAME)
     found = []
     for i, (part, error) in enumerate(references):
-        floor = make_floor(channels, [*references[:i], *references[i + 1 :]], ())
+        others = [
+            r for k, r in enumerate(references) if k != i and _apart(own[i], own[k]) >= distance
+        ]
+        if len(others) < FEWEST_OTHERS:
+            others = [*references[:i], *references[i + 1 :]]
+        floor = make_floor(channels, others, ())
         base = np.where(np.isfinite(error), 0.0, np.nan)
         whitener = make_whitener(part, floor, base)
         residual = whitener.whiten(error)
         count = whitener.count.sum(axis=0)
         energy = (residual**2).sum(axis=0)
         excess = np.where(count > 0, energy / np.where(count > 0, count, 1.0), np.nan)
-        found.append(Healthy(part, residual, excess, block_starts(part.observation)))
+        starts = block_starts(part.observation)
+        found.append(Healthy(part, whitener, residual, excess, starts))
     return tuple(found)
 
 
+def _apart(a: Condition, b: Condition) -> int:
+    """How far two conditions are apart: the same, another frequency, another gait."""
+    if a.gait != b.gait:
+        return OTHER_GAIT
+    ratio = a.frequency_hz / b.frequency_hz if b.frequency_hz > 0 else 1.0
+    near = not np.isfinite(ratio) or ratio <= 0 or abs(np.log(ratio)) < SAME_FREQUENCY
+    return SAME if near else OTHER_FREQUENCY
+
+
+def _distance(one: Condition, known: Sequence[Condition]) -> int:
+    return min(_apart(one, other) for other in known)
+
+
 def detect(
-    evidence: Evidence, signatures: Signatures, healthy: Sequence[Healthy], seed: int
+    evidence: Evidence,
+    signatures: Signatures,
+    healthy: Sequence[Healthy],
+    p_cause: float,
+    seed: int,
 ) -> Detection:
-    """Decide with references."""
+    """Decide with references.
+
+    Args:
+        evidence: The trials.
+        signatures: What candidates would do; they tell what size would have shown.
+        healthy: References.
+        p_cause: Chance that a healthy machine shows any candidate as large as the best found.
+        seed: Of random draws.
+    """
     rng = np.random.default_rng(seed)
     edges = [np.append(block_starts(p.observation), p.frames) for p in evidence.parts]
-    best = float(plain_gains(signatures, evidence.base.reshape(1, -1))[0])
     null = np.concatenate([
         plain_gains(
             signatures,
@@ -124,11 +168,10 @@ def detect(
         )
         for size in BATCHES
     ])  # fmt: skip
-    p_gain = (1 + float(np.sum(null >= best))) / (NULL_SETS + 1)
-    p_energy, p_channel = _energies(evidence, healthy)
-    p = min(1.0, TESTS * min(p_gain, p_energy, p_channel))
+    p_energy, p_channel = energies(evidence, evidence.base, healthy)
+    p = min(1.0, TESTS * min(p_cause, p_energy, p_channel))
     threshold = float(np.quantile(null, 1 - LEVEL / TESTS))
-    return Detection(p < LEVEL, p, p_gain, p_energy, p_channel, threshold)
+    return Detection(p < LEVEL, p, p_cause, p_energy, p_channel, threshold)
 
 
 def _synthetic(
@@ -155,9 +198,18 @@ def _synthetic(
     return np.concatenate(rows)
 
 
-def _energies(evidence: Evidence, healthy: Sequence[Healthy]) -> tuple[float, float]:
-    """Chance of the mean energy and of the worst channel's, by Student's t over references."""
-    trials = np.array([_part_excess(evidence, i) for i in range(len(evidence.parts))])
+def energies(
+    evidence: Evidence, residual: FloatArray, healthy: Sequence[Healthy]
+) -> tuple[float, float]:
+    """Chance of the mean energy and of the worst channel's, by Student's t over references.
+
+    Args:
+        evidence: The trials.
+        residual: Their whitened residual, (F, C), with or without causes.
+        healthy: References.
+    """
+    parts = range(len(evidence.parts))
+    trials = np.array([_part_excess(evidence, residual, i) for i in parts])
     runs = np.array([one.excess for one in healthy])
     trial_logs, run_logs = np.log(trials + 1e-9), np.log(runs + 1e-9)
     n, m = len(run_logs), len(trial_logs)
@@ -172,13 +224,14 @@ def _energies(evidence: Evidence, healthy: Sequence[Healthy]) -> tuple[float, fl
     centred = run_logs - run_logs.mean(axis=0)
     width = max(float(np.sqrt((centred**2).sum() / (centred.size - known.sum()))), LEAST_SCATTER)
     worst = float(np.max(trial_logs.mean(axis=0) - run_logs.mean(axis=0)))
-    p_channel = float(stats.t.sf(worst / (width * np.sqrt(1 / n + 1 / m)), n - 1))
+    free = (n - 1) * min(int(known.sum()), CHANNELS_APART)
+    p_channel = float(stats.t.sf(worst / (width * np.sqrt(1 / n + 1 / m)), free))
     return p_energy, min(1.0, p_channel * int(known.sum()))
 
 
-def _part_excess(evidence: Evidence, part: int) -> FloatArray:
+def _part_excess(evidence: Evidence, residual: FloatArray, part: int) -> FloatArray:
     on = evidence.block_part == part
-    energy = evidence.per_block(evidence.base**2)[on].sum(axis=0)
+    energy = evidence.per_block(residual**2)[on].sum(axis=0)
     count = evidence.count[on].sum(axis=0)
     return np.where(count > 0, energy / np.where(count > 0, count, 1.0), np.nan)
 

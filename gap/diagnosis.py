@@ -9,12 +9,12 @@ import numpy as np
 from gap.ambiguity import Alike, alike
 from gap.baselines import baselines
 from gap.candidates import candidates_of
-from gap.cross_validation import unseen_residual, unseen_score
-from gap.detection import Detection, Healthy, detect, detectable, healthy_runs
-from gap.evidence import Evidence, errors, make_evidence
+from gap.commissioning import commission, loosened
+from gap.cross_validation import unseen_residual
+from gap.detection import Detection, Healthy, detect, detectable, energies, healthy_runs
+from gap.evidence import Evidence, errors, evidence_of, local_drive, make_evidence
 from gap.findings import Diagnosis, RivalCause, TrialFaults, Verdict
-from gap.fit import fit_causes
-from gap.floor import Floor, make_floor
+from gap.floor import Condition, Floor, make_floor
 from gap.how_far import how_far
 from gap.interfaces import Cause, Drive, Simulator
 from gap.next_run import Proposer, next_runs
@@ -32,8 +32,6 @@ from record.trial import Trial
 Progress = Callable[[str, float], None]
 FEWEST_REFERENCES = 3
 MOST_INFLATION = 4.0
-WHOLE_SHARE = 0.7
-MISFIT_SHARE = 0.1
 # Without references: energy over expectation of a channel from which nothing found is still a gap.
 CLEAR_EXCESS = 1.5
 
@@ -47,6 +45,7 @@ def diagnose(
     seed: int = 0,
     calibration: Calibration | None = None,
     proposer: Proposer | None = None,
+    standing: tuple[Cause, ...] | None = None,
 ) -> Diagnosis:
     """Diagnose the gap between a simulator and measured trials.
 
@@ -59,6 +58,7 @@ def diagnose(
         seed: Of every random draw; the same seed gives the same diagnosis.
         calibration: Constants of the probabilities.
         proposer: Makes the runs among which the next one is chosen.
+        standing: What the references show already, if it is known (``gap.commissioning``); None finds out.
 
     Raises:
         GapError: There are no trials, or nothing in them can be compared.
@@ -78,18 +78,22 @@ def diagnose(
         whole_part(len(trials) + i, one, observations[len(trials) + i])
         for i, one in enumerate(references)
     ]
-    tell("measuring the floor", 0.03)
-    local = _local_drive(predictor, fitted_parts)
+    local = local_drive(predictor, fitted_parts)
+    if standing is None and len(references) >= FEWEST_REFERENCES:
+        tell("what healthy runs lack", 0.02)
+        standing = commission(predictor, reference_parts, local)
+    predictor = Predictor(simulator, everything, executor, standing or ())
+    tell("measuring the floor", 0.04)
     local_floor, healthy = measure_floor(predictor, reference_parts, fitted_parts, local)
     whole_floor, _ = measure_floor(predictor, reference_parts, fitted_parts, Drive.COMMAND)
-    judged = local_floor if references else _loosened(predictor, fitted_parts, local, local_floor)
+    judged = local_floor if references else loosened(predictor, fitted_parts, local, local_floor)
     evidence = make_evidence(predictor, fitted_parts, local, judged)
     if not (evidence.count > 0).any():
         raise GapError("no measured channel can be compared with the simulator; check the columns")
     end_to_end = make_evidence(predictor, fitted_parts, Drive.COMMAND, whole_floor)
     held = make_evidence(predictor, held_parts, Drive.COMMAND, whole_floor)
 
-    candidates = candidates_of(simulator)
+    candidates = candidates_of(simulator, predictor.standing)
     effects = {effect.name: effect for effect in simulator.effects}
     signatures = make_signatures(
         evidence,
@@ -97,21 +101,17 @@ def diagnose(
         (),
         lambda share: tell("what each effect would do", 0.05 + 0.4 * share),
     )
-    tell("is there a gap", 0.46)
+    selection = select(
+        evidence, candidates, signatures, effects, 0.0,
+        lambda share: tell("which effects", 0.5 + 0.35 * share),
+        evidence_of(predictor, reference_parts, local, local_floor, [one.whitener for one in healthy])
+        if len(healthy) >= FEWEST_REFERENCES else None,
+    )  # fmt: skip
+    tell("is there a gap", 0.86)
     detection: Detection | None = None
     if len(healthy) >= FEWEST_REFERENCES:
-        detection = detect(evidence, signatures, healthy, seed)
+        detection = detect(evidence, signatures, healthy, selection.p, seed)
     threshold = detection.threshold if detection else 0.0
-    if detection is None or detection.found:
-        selection = select(
-            evidence, candidates, signatures, effects, threshold,
-            lambda share: tell("which effects", 0.5 + 0.35 * share),
-            make_evidence(predictor, reference_parts, local, local_floor)
-            if reference_parts else None,
-        )  # fmt: skip
-    else:
-        fitted = fit_causes(evidence, (), effects)
-        selection = Selection(fitted, unseen_score(evidence, fitted), (), None)
     tell("how far it shrinks", 0.88)
     unseen = unseen_residual(evidence, selection.fitted)
     closed = closed_share(evidence, unseen)
@@ -121,7 +121,8 @@ def diagnose(
     none = 0.0
     if exists:
         worst = float(np.nanmax(evidence.excess(unseen)))
-        rest = Left(closed, left, worst, len(selection.steps), bool(references))
+        p_left = min(energies(evidence, unseen, healthy)) if detection else 0.0
+        rest = Left(closed, left, worst, len(selection.steps), bool(references), p_left)
         none = none_of_them(rest, constants)
     shared = chances(selection, evidence.block_part, none, constants)
     open_rivals = alike(evidence, selection)
@@ -140,7 +141,7 @@ def diagnose(
     )
     stage = "" if verdict is Verdict.NO_GAP else (named[0].stage if named else before.stage)
     proposals = proposer.proposals() if proposer is not None and open_rivals else ()
-    sets = _rival_sets(selection, open_rivals)
+    sets = [(*predictor.standing, *one) for one in _rival_sets(selection, open_rivals)]
     tell("what to run next", 0.97)
     diagnosis = Diagnosis(
         simulator=simulator.name,
@@ -148,6 +149,7 @@ def diagnose(
         sentence="",
         stage=stage,
         data_faults=faults,
+        standing=predictor.standing,
         floor_source=local_floor.source,
         detection=detection,
         causes=named,
@@ -174,28 +176,6 @@ def diagnose(
     return replace(diagnosis, sentence=sentence(diagnosis))
 
 
-def _loosened(predictor: Predictor, parts: Sequence[Part], drive: Drive, floor: Floor) -> Floor:
-    """Without references, expect a share of the misfit that is there.
-
-    Against sensor noise alone any model of a real machine is wrong everywhere, and the score would only
-    care for the few blocks that can be made perfect.
-    """
-    own = errors(predictor, parts, drive)
-    power = np.array([np.nanmean(np.vstack([e[:, [c]] for e in own]) ** 2) if
-                      any(np.isfinite(e[:, c]).any() for e in own) else 0.0
-                      for c in range(len(floor.sigma))])  # fmt: skip
-    return replace(floor, sigma=np.fmax(floor.sigma, MISFIT_SHARE * np.sqrt(power)))
-
-
-def _local_drive(predictor: Predictor, parts: Sequence[Part]) -> Drive:
-    """Measured inputs, unless the simulator is one piece and then has no answer on most channels."""
-    known = [
-        sum(int(np.isfinite(one).any(axis=0).sum()) for one in errors(predictor, parts[:1], drive))
-        for drive in (Drive.MEASURED, Drive.COMMAND)
-    ]
-    return Drive.MEASURED if known[0] >= WHOLE_SHARE * known[1] else Drive.COMMAND
-
-
 def measure_floor(
     predictor: Predictor,
     references: Sequence[Part],
@@ -207,7 +187,9 @@ def measure_floor(
     known = list(zip(references, errors(predictor, references, drive), strict=True))
     own = list(zip(fitted, errors(predictor, fitted, drive), strict=True))
     floor = make_floor(channels, known, own)
-    healthy = healthy_runs(channels, known)
+    healthy = healthy_runs(
+        channels, known, [Condition(part.gait, part.frequency_hz) for part in fitted]
+    )
     if not healthy:
         return floor, healthy
     excess = np.array([one.excess for one in healthy])
@@ -220,7 +202,12 @@ def measure_floor(
             factor[on] = np.clip(np.mean(seen), 1.0, MOST_INFLATION)
     raised = replace(floor, sigma=floor.sigma * np.sqrt(factor), power=floor.power * factor)
     calm = tuple(
-        replace(one, residual=one.residual / np.sqrt(factor), excess=one.excess / factor)
+        replace(
+            one,
+            whitener=replace(one.whitener, gain=one.whitener.gain / np.sqrt(factor)),
+            residual=one.residual / np.sqrt(factor),
+            excess=one.excess / factor,
+        )
         for one in healthy
     )
     return raised, calm
@@ -232,8 +219,7 @@ def _excess(evidence: Evidence, residual: FloatArray) -> float:
 
 def _exists(evidence: Evidence, detection: Detection | None, selection: Selection) -> bool:
     if detection is not None:
-        # gains that no cause could claim (references have them too) are no gap by themselves
-        return detection.found and (bool(selection.steps) or detection.by_energy)
+        return bool(selection.steps) or detection.by_energy
     if selection.steps:
         return True
     excess, count = evidence.excess(evidence.base), evidence.count.sum(axis=0)

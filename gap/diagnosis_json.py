@@ -37,6 +37,7 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
         "data_faults": [
             {"trial": one.trial, **asdict(fault)} for one in d.data_faults for fault in one.faults
         ],
+        "standing": [asdict(one) for one in d.standing],
         "floor": {"source": d.floor_source},
         "detection": asdict(d.detection) if d.detection else None,
         "channels": [asdict(one) for one in far.channels],

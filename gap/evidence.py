@@ -18,6 +18,7 @@ from gap.predictions import Predictor, Wanted
 from gap.whitening import Whitener, make_whitener
 from model.signals import FloatArray, IntArray
 
+WHOLE_SHARE = 0.7  # of the channels, that a simulator fed what was measured must answer
 TAIL = 4.0  # energy over expectation from which a block counts by its logarithm
 
 
@@ -122,6 +123,17 @@ def make_evidence(
     whiteners = tuple(
         make_whitener(part, floor, part.cut(one)) for part, one in zip(parts, base, strict=True)
     )
+    return evidence_of(predictor, parts, drive, floor, whiteners)
+
+
+def evidence_of(
+    predictor: Predictor,
+    parts: Sequence[Part],
+    drive: Drive,
+    floor: Floor,
+    whiteners: Sequence[Whitener],
+) -> Evidence:
+    """Take parts with whiteners of their own."""
     blocks = [block_starts(part.observation) for part in parts]
     offsets = np.concatenate([[0], np.cumsum([part.frames for part in parts])[:-1]])
     return Evidence(
@@ -129,7 +141,7 @@ def make_evidence(
         drive=drive,
         predictor=predictor,
         floor=floor,
-        whiteners=whiteners,
+        whiteners=tuple(whiteners),
         starts=np.concatenate([at + o for at, o in zip(blocks, offsets, strict=True)]).astype(
             np.int64
         ),
@@ -145,3 +157,12 @@ def errors(predictor: Predictor, parts: Sequence[Part], drive: Drive) -> list[Fl
         np.where(part.observation.weight > 0, part.observation.values - part.cut(one), np.nan)
         for part, one in zip(parts, base, strict=True)
     ]
+
+
+def local_drive(predictor: Predictor, parts: Sequence[Part]) -> Drive:
+    """Measured inputs, unless the simulator is one piece and then has no answer on most channels."""
+    known = [
+        sum(int(np.isfinite(one).any(axis=0).sum()) for one in errors(predictor, parts[:1], drive))
+        for drive in (Drive.MEASURED, Drive.COMMAND)
+    ]
+    return Drive.MEASURED if known[0] >= WHOLE_SHARE * known[1] else Drive.COMMAND

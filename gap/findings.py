@@ -7,7 +7,7 @@ from gap.ambiguity import Alike
 from gap.baselines import Baseline
 from gap.detection import Detectable, Detection
 from gap.how_far import HowFar
-from gap.interfaces import DataFault
+from gap.interfaces import Cause, DataFault
 from gap.next_run import NextRun
 from gap.where import Where
 
@@ -115,6 +115,7 @@ class Diagnosis:
         sentence: The answer in words.
         stage: Where the gap lies; empty if there is none.
         data_faults: What is wrong with the data.
+        standing: What the references show already, and every prediction has.
         floor_source: ``references``, ``cycles`` or ``sensors``.
         detection: Whether there is a gap; None without enough references to tell.
         causes: Causes, the largest first.
@@ -143,6 +144,7 @@ class Diagnosis:
     sentence: str
     stage: str
     data_faults: tuple[TrialFaults, ...]
+    standing: tuple[Cause, ...]
     floor_source: str
     detection: Detection | None
     causes: tuple[NamedCause, ...]

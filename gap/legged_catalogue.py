@@ -21,6 +21,7 @@ class Combine(Enum):
     MULTIPLY = "multiply"
     LEAST = "least"
     SET = "set"
+    SERIES = "series"  # one behind the other
     LIST = "list"  # all parameters together, kept side by side
 
 
@@ -100,7 +101,7 @@ ACTUATION = (
            "A command acts later than it is logged: the whole shaft motion is shifted in time.",
            "Check buffers, bus retries and the time at which commands are stamped."),
     _entry("servo_lag", "actuation", (_number("time_constant_s", "s", 0.0, 0.5, 0.05),), BOTH,
-           _shaft("lag_s"),
+           (Place("shaft", "lags_s", Combine.SERIES),),
            "The shaft follows its command like a first-order low pass.",
            "Raise the servo's position gain, or give the simulator its servo loop."),
     _entry("servo_speed_limit", "actuation",

@@ -82,6 +82,8 @@ def _write(
         if place.combine is Combine.LIST:
             # nothing rides along when the first number, the mass, is 0
             new: Any = old if values[0] == 0.0 else (*old, values)
+        elif place.combine is Combine.SERIES:
+            new = (*old, tuple(values[at] if touched else 0.0 for touched in mask))
         elif not values:
             new = True  # a law that is there or not
         elif isinstance(old, tuple):

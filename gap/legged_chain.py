@@ -5,6 +5,7 @@ bound to places, the chain is run until nothing changes. Measured drive: shafts,
 pose come from the sensors (made good for what the causes say of the sensors), where they were measured.
 """
 
+from collections import OrderedDict
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -16,7 +17,7 @@ from gap.legged_inputs import LeggedInputs
 from gap.legged_machine import LeggedMachine
 from gap.legged_sensing import read_sensors, true_inputs
 from gap.legged_settings import Settings, neutral_settings
-from gap.legged_shafts import Feet, Loads, feels_loads, feet, load_torque, shafts
+from gap.legged_shafts import Feet, Loads, feels_loads, feet, load_torque, moves_feet, shafts
 from gap.legged_signals import SensorSignals
 from model.se2 import integrate
 from model.signals import FloatArray
@@ -56,6 +57,7 @@ class LeggedChain:
         self._machine = machine
         # settings compare by value, inputs by identity: what was solved before is found again
         self._plain_walk = lru_cache(maxsize=REMEMBERED)(self._walk)
+        self._known_feet: OrderedDict[tuple[int, Settings], tuple[FloatArray, Feet]] = OrderedDict()
 
     def read(self, inputs: LeggedInputs, settings: Settings, drive: Drive) -> SensorSignals:
         """Return what the sensors would read."""
@@ -124,7 +126,10 @@ class LeggedChain:
                 springing = compliance * lever.slope_m_rad[..., 0] * _finite(force[..., 0])
         own = shafts(known, settings, loads)
         turned = np.where(np.isfinite(known.shaft_rad), known.shaft_rad, own) if measured else own
-        walked = feet(machine, grid, turned, settings)
+        if measured and np.isfinite(known.shaft_rad).all():
+            walked = self._measured_feet(known, settings)
+        else:
+            walked = feet(machine, grid, turned, settings)
         standing = stand(machine, grid, walked, settings, world)
         load = standing.load_n
         if measured:
@@ -135,6 +140,20 @@ class LeggedChain:
             held = feet(machine, grid, turned - springing, settings)
         sliding = slide(machine, grid, held, standing, settings, world, load, give)
         return Walk(own, walked, standing, sliding, _integrated(known, sliding.velocity_B))
+
+    def _measured_feet(self, known: LeggedInputs, settings: Settings) -> Feet:
+        """Feet on measured shafts: most effects of other stages share them."""
+        angles = known.shaft_rad
+        key = (id(angles), moves_feet(settings))
+        if key in self._known_feet:
+            self._known_feet.move_to_end(key)
+            return self._known_feet[key][1]
+        found = feet(self._machine, known.grid, angles, settings)
+        # the angles are kept with their feet, so that no other array gets their id
+        self._known_feet[key] = (angles, found)
+        if len(self._known_feet) > REMEMBERED:
+            self._known_feet.popitem(last=False)
+        return found
 
     def _truth(
         self, known: LeggedInputs, walk: Walk, settings: Settings, drive: Drive
@@ -148,6 +167,11 @@ class LeggedChain:
         foot = walk.feet.signals.position_m.copy()
         stiffness = self._machine.contact.stiffness * np.array(own.stiffness_ratio)
         foot[..., 2] += np.maximum(acting[..., 2], 0.0) / stiffness - np.array(own.leg_length_m)
+        twist = walk.standing.twist_rad
+        if twist.any():  # about an axis along x at the height of the shafts
+            aside = -foot[..., 2] * twist
+            foot[..., 2] += foot[..., 1] * twist
+            foot[..., 1] += aside
         radius = settings.shaft.rolling_m
         if radius:  # a marker at the bottom of a round foot turns with it about its centre
             foot[..., 0] += radius * np.sin(walk.feet.turn_rad)

@@ -6,14 +6,14 @@ are the slope of a Savitzky-Golay filter there; channels are averaged down to ha
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from scipy.ndimage import convolve1d
 from scipy.signal import savgol_coeffs
 
 from model.errors import GapError
-from model.signals import FloatArray
+from model.signals import FloatArray, readonly
 
 WORKING_HZ = 50.0
 TWIST_WINDOW_S = 0.25  # the paper's: order 2, 25 samples at 100 Hz
@@ -53,9 +53,7 @@ class Grid:
     def slope(self, values: FloatArray, seconds: float) -> FloatArray:
         """Derivative in time along the first axis, Savitzky-Golay."""
         window = self.window(seconds)
-        kernel = np.asarray(
-            savgol_coeffs(window, ORDER, deriv=1, delta=self.period_s, use="conv"), dtype=np.float64
-        )
+        kernel = _slope_kernel(window, self.period_s)
         half = window // 2
         # mirrored through the end points, so that a straight line keeps its slope to the edge
         head = 2 * values[:1] - values[half:0:-1]
@@ -68,6 +66,12 @@ class Grid:
         """Standard deviation of ``slope`` followed by ``down`` for white noise of 1."""
         kernel = savgol_coeffs(self.window(seconds), ORDER, deriv=1, delta=self.period_s)
         return float(np.linalg.norm(np.convolve(kernel, DOWN)))
+
+
+@lru_cache(maxsize=32)
+def _slope_kernel(window: int, period_s: float) -> FloatArray:
+    kernel = savgol_coeffs(window, ORDER, deriv=1, delta=period_s, use="conv")
+    return readonly(np.asarray(kernel, dtype=np.float64))
 
 
 def down(values: FloatArray) -> FloatArray:

@@ -11,7 +11,7 @@ from gap.legged_settings import GroundSettings, Settings
 from gap.legged_shafts import Feet
 from gap.legged_signals import FrictionSignals, MotionSignals, SupportSignals
 from model.frames import FrictionLaw
-from model.signals import BoolArray, FloatArray
+from model.signals import BoolArray, FloatArray, IntArray
 from model.support_frames import SupportSolutions, solve_support_frames
 from model.traction_frames import FootLaw, Pushes, solve_traction_frames
 
@@ -29,12 +29,14 @@ class Standing:
         slopes: slope_x, slope_y of the body against the ground, (W, 2).
         height_m: Height of the body's origin over the ground, (W,).
         com_m: Where the weight acts, without what pushes sideways, (2,).
+        twist_rad: Roll of the chassis at each leg against its middle, (W, N) or (1, N).
     """
 
     load_n: FloatArray
     slopes: FloatArray
     height_m: FloatArray
     com_m: FloatArray
+    twist_rad: FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,55 +120,79 @@ def stand(
     weight, centre = weight_and_centre(machine, own)
     com = np.broadcast_to(centre, (grid.frames, 2))
     signals = SupportSignals(grid.time_s, points, ground, stiffness, weight, com)
+    shaft_x = machine.legs.shaft_position[:, 0]
     sideways = sideways_force(machine, own, world)
     if sideways.any():
         # it acts at the height of the body's origin, friction on the ground: the weight's line moves
-        first = _balance(signals, 0.0)
+        first, _ = _balance(signals, shaft_x, 0.0)
         height = first.pose[:, 2] + com[:, 0] * first.pose[:, 0] - com[:, 1] * first.pose[:, 1]
         com = com + height[:, None] * sideways / weight
         signals = SupportSignals(grid.time_s, points, ground, stiffness, weight, com)
     for added in settings.at("support"):
         signals = added.act(signals, added.values, added.legs)
-    found = _balance(signals, own.twist_rad_nm)
+    found, twist = _balance(signals, shaft_x, own.twist_rad_nm)
     com = signals.com_m
     height = found.pose[:, 2] + com[:, 0] * found.pose[:, 0] - com[:, 1] * found.pose[:, 1]
-    return Standing(found.load_n, found.pose[:, :2], height, centre)
+    return Standing(found.load_n, found.pose[:, :2], height, centre, twist)
 
 
-def _balance(signals: SupportSignals, twist_rad_nm: float) -> SupportSolutions:
-    """Balance seen from where the weight acts; with a chassis that twists, until its angle stays."""
+def _balance(
+    signals: SupportSignals, shaft_x: FloatArray, twist_rad_nm: float
+) -> tuple[SupportSolutions, FloatArray]:
+    """Balance seen from where the weight acts; a chassis that twists, until its angles at legs stay."""
     points = signals.feet_m.copy()
     points[..., 0] -= signals.com_m[:, :1]
     points[..., 1] -= signals.com_m[:, 1:]
 
-    def solve(angle: FloatArray) -> SupportSolutions:
-        bent = points.copy()
-        bent[..., 2] += arm * angle[:, None]
-        return solve_support_frames(bent, signals.ground_m, signals.stiffness_n_m, signals.weight_n)
-
-    arm = np.zeros(points.shape[:2])
-    angle = np.zeros(len(points))
-    found = solve(angle)
+    found = solve_support_frames(points, signals.ground_m, signals.stiffness_n_m, signals.weight_n)
     if twist_rad_nm == 0.0:
-        return found
-    # a foot moves up by y times the chassis' roll at its place, linear from rear to front
-    x = signals.feet_m[..., 0].mean(axis=0)
-    arm = signals.feet_m[..., 1] * (x - (x.max() + x.min()) / 2) / np.ptp(x)
-    excess = -twist_rad_nm * np.sum(found.load_n * arm, axis=1)
-    slope = np.ones(len(points))
+        return found, np.zeros((1, points.shape[1]))
+    row, give = _twisting(shaft_x, twist_rad_nm)
+    arm = np.where(row[None, :, None] == np.arange(len(give)), signals.feet_m[..., 1:2], 0.0)
+    sure = signals.stiffness_n_m[:, None] * arm**2
+
+    def bent(angle: FloatArray) -> SupportSolutions:
+        moved = points.copy()
+        moved[..., 2] += np.einsum("wnk,wk->wn", arm, angle)
+        return solve_support_frames(
+            moved, signals.ground_m, signals.stiffness_n_m, signals.weight_n
+        )
+
+    def excess(angle: FloatArray, of: SupportSolutions) -> FloatArray:
+        moment = np.einsum("wnk,wn->wk", arm, np.nan_to_num(of.load_n))
+        out: FloatArray = angle - moment @ give
+        return out
+
+    angle = np.zeros((len(points), len(give)))
+    # Broyden's method from a slope that is never too small: rows turn against the springs of their legs
+    slope = np.eye(len(give)) + give * sure.sum(axis=1)[:, None, :]
+    off = excess(angle, found)
     for _ in range(TWIST_PASSES):
-        step = -excess / slope
-        if not np.nanmax(np.abs(step), initial=0.0) > TWIST_CONVERGED_RAD:
+        step = -np.linalg.solve(slope, off[..., None])[..., 0]
+        if not np.max(np.abs(step), initial=0.0) > TWIST_CONVERGED_RAD:
             break
         angle = angle + step
-        found = solve(angle)
-        new = angle - twist_rad_nm * np.sum(found.load_n * arm, axis=1)
-        # secant; the excess grows with the angle at least as fast as the angle itself
-        moved = np.abs(step) > 1e-15
-        slope = np.where(moved, (new - excess) / np.where(moved, step, 1.0), slope)
-        slope = np.maximum(slope, 1.0)
-        excess = new
-    return found
+        found = bent(angle)
+        new = excess(angle, found)
+        size = np.fmax(np.sum(step**2, axis=1), 1e-24)
+        slope = slope + new[:, :, None] * step[:, None, :] / size[:, None, None]
+        off = new
+    return found, angle[:, row]
+
+
+def _twisting(shaft_x: FloatArray, twist_rad_nm: float) -> tuple[IntArray, FloatArray]:
+    """Row of each leg, (N,), and how far rows roll against the middle for moments, (K, K) [rad/(N m)].
+
+    The chassis is a bar along x that gives evenly: what it carries between two rows is the moment of all
+    legs beyond. A moment on the front row and its opposite on the rear one roll them apart by
+    ``twist_rad_nm`` for each N m.
+    """
+    places, row = np.unique(np.round(shaft_x, 3), return_inverse=True)
+    away = places - (places[0] + places[-1]) / 2
+    same_side = np.sign(away)[:, None] == np.sign(away)
+    shared = np.where(same_side, np.minimum(np.abs(away)[:, None], np.abs(away)), 0.0)
+    give: FloatArray = twist_rad_nm * shared / max(float(np.ptp(places)), 1e-9)
+    return row, give
 
 
 def slide(
@@ -193,7 +219,7 @@ def slide(
     """
     own = settings.ground
     points = contact_points(feet, settings)
-    rate = grid.slope(points, FOOT_WINDOW_S)
+    rate = feet.rate_m_s
     speed = rate[..., :2]
     if own.tilt_coupling:
         speed = speed + standing.slopes[:, None, :] * [1.0, -1.0] * rate[..., 2:]
@@ -201,6 +227,12 @@ def slide(
         # the surface of a foot that turns with its link passes through the point of contact
         speed = speed.copy()
         speed[..., 0] += settings.shaft.rolling_m * grid.slope(feet.turn_rad, FOOT_WINDOW_S)
+    if standing.twist_rad.any():
+        # feet below a row that rolls are pushed sideways; those that stick answer with a force
+        aside = -points[..., 2] * standing.twist_rad
+        points, speed = points.copy(), speed.copy()
+        points[..., 1] += aside
+        speed[..., 1] += grid.slope(aside, FOOT_WINDOW_S)
     mu = machine.contact.mu * np.array(own.mu_ratio) * np.ones_like(load_n)
     if own.patch_ratio != 1.0:
         x = _feet_world_x(points[..., :2], world)

@@ -16,7 +16,7 @@ class ShaftSettings:
     """Actuation and kinematics; tuples have one entry a leg."""
 
     delay_s: float
-    lag_s: Numbers
+    lags_s: tuple[Numbers, ...]  # low passes one behind the other, each with one entry a leg
     speed_limit_rad_s: Numbers
     compliance_rad_nm: Numbers
     backlash_rad: Numbers
@@ -121,7 +121,7 @@ def neutral_settings(legs: int) -> Settings:
     return Settings(
         ShaftSettings(
             delay_s=0.0,
-            lag_s=zero,
+            lags_s=(),
             speed_limit_rad_s=(NO_LIMIT_RAD_S,) * legs,
             compliance_rad_nm=zero,
             backlash_rad=zero,

@@ -4,10 +4,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gap.legged_grid import Grid, lagged
+from gap.legged_grid import FOOT_WINDOW_S, Grid, lagged
 from gap.legged_inputs import LeggedInputs
 from gap.legged_machine import LeggedMachine
-from gap.legged_settings import NO_LIMIT_RAD_S, Settings, ShaftSettings
+from gap.legged_settings import NO_LIMIT_RAD_S, Settings, ShaftSettings, neutral_settings
 from gap.legged_signals import FootSignals, ShaftSignals
 from model.linkage import LinkagePose, linkage_pose
 from model.signals import FloatArray
@@ -24,10 +24,12 @@ class Feet:
 
     Attributes:
         signals: Feet and their slopes.
+        rate_m_s: Velocity of the feet in the body frame, (W, N, 3).
         turn_rad: Angle of the coupler from its angle at shaft angle 0, from +x to +z, (W, N).
     """
 
     signals: FootSignals
+    rate_m_s: FloatArray
     turn_rad: FloatArray
 
 
@@ -75,15 +77,17 @@ def shafts(inputs: LeggedInputs, settings: Settings, loads: Loads | None) -> Flo
 
 
 def _lagged(grid: Grid, command: FloatArray, own: ShaftSettings) -> FloatArray:
-    if not any(own.lag_s):
+    if not any(any(lags) for lags in own.lags_s):
         return command
     angle = command.copy()
-    for leg, time_constant_s in enumerate(own.lag_s):
-        known = np.isfinite(command[:, leg])
-        if time_constant_s > 0 and known.any():
-            whole = np.interp(grid.time_s, grid.time_s[known], command[known, leg])
-            filtered = lagged(grid, whole[:, None], time_constant_s)[:, 0]
-            angle[:, leg] = np.where(known, filtered, np.nan)
+    for leg, column in enumerate(command.T):
+        known = np.isfinite(column)
+        constants = [lags[leg] for lags in own.lags_s if lags[leg] > 0]
+        if constants and known.any():
+            whole = np.interp(grid.time_s, grid.time_s[known], column[known])[:, None]
+            for time_constant_s in constants:
+                whole = lagged(grid, whole, time_constant_s)
+            angle[:, leg] = np.where(known, whole[:, 0], np.nan)
     return angle
 
 
@@ -118,7 +122,25 @@ def feet(machine: LeggedMachine, grid: Grid, shaft_rad: FloatArray, settings: Se
     signals = FootSignals(grid.time_s, crank, position, pose.foot_slope)
     for added in settings.at("kinematics"):
         signals = added.act(signals, added.values, added.legs)
-    return Feet(signals, _coupler_turn(machine, pose) if own.rolling_m else np.zeros((1, 1)))
+    rate = grid.slope(signals.position_m, FOOT_WINDOW_S)
+    return Feet(signals, rate, _coupler_turn(machine, pose) if own.rolling_m else np.zeros((1, 1)))
+
+
+def moves_feet(settings: Settings) -> Settings:
+    """Return the part of settings that ``feet`` looks at, all else neutral."""
+    plain = neutral_settings(len(settings.shaft.backlash_rad))
+    own = settings.shaft
+    shaft = replace(
+        plain.shaft,
+        zero_offset_rad=own.zero_offset_rad,
+        crank_m=own.crank_m,
+        coupler_m=own.coupler_m,
+        rocker_m=own.rocker_m,
+        hip_x_m=own.hip_x_m,
+        hip_y_m=own.hip_y_m,
+        rolling_m=own.rolling_m,
+    )
+    return replace(plain, shaft=shaft, added=settings.at("kinematics"))
 
 
 def _poses(machine: LeggedMachine, crank: FloatArray, own: ShaftSettings) -> LinkagePose:

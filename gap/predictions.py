@@ -8,7 +8,7 @@ import multiprocessing
 from collections import OrderedDict
 from collections.abc import Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from gap.interfaces import Cause, Drive, Simulator
 from model.errors import GapError
@@ -16,6 +16,7 @@ from model.signals import FloatArray
 from record.trial import Trial
 
 REMEMBERED = 64
+CHUNKS = 8  # into which a batch is cut for other processes
 _installed: list[tuple[Simulator, tuple[Trial, ...]]] = []
 
 
@@ -66,12 +67,18 @@ class Predictor:
         simulator: The simulator.
         trials: Trials and then references, in the order of ``prediction_pool``.
         executor: Made by ``prediction_pool``; None predicts here.
+        standing: Causes that every prediction has.
     """
 
     def __init__(
-        self, simulator: Simulator, trials: Sequence[Trial], executor: Executor | None = None
+        self,
+        simulator: Simulator,
+        trials: Sequence[Trial],
+        executor: Executor | None = None,
+        standing: tuple[Cause, ...] = (),
     ) -> None:
         self.simulator = simulator
+        self.standing = standing
         self.trials = tuple(trials)
         self.count = 0
         self._executor = executor
@@ -80,10 +87,12 @@ class Predictor:
     def predict(self, wanted: Sequence[Wanted]) -> list[FloatArray]:
         """Return (F, C) for each."""
         fresh = list(dict.fromkeys(one for one in wanted if one not in self._known))
+        whole = [replace(one, causes=(*self.standing, *one.causes)) for one in fresh]
         if self._executor is None or len(fresh) == 1:
-            found = [self.simulator.predict(self.trials[w.trial], w.causes, w.drive) for w in fresh]
+            found = [self.simulator.predict(self.trials[w.trial], w.causes, w.drive) for w in whole]
         else:
-            found = list(self._executor.map(_predict_installed, fresh))
+            chunk = max(1, len(whole) // CHUNKS)
+            found = list(self._executor.map(_predict_installed, whole, chunksize=chunk))
         self.count += len(fresh)
         answers = {**{one: self._known[one] for one in wanted if one in self._known}}
         answers.update(zip(fresh, found, strict=True))

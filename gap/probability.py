@@ -12,6 +12,8 @@ from gap.cross_validation import advantage
 from gap.selection import Selection
 from model.signals import IntArray
 
+SURELY_ODD = 0.01  # chance below which what is left counts as open in full
+
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
@@ -30,10 +32,10 @@ class Calibration:
 
     temperature: float = 2.0
     error_share: float = 0.5
-    none: float = -4.5
+    none: float = -5.5
     none_energy: float = 0.3
-    none_open: float = 9.0
-    none_worst: float = 0.8
+    none_open: float = 10.0
+    none_worst: float = 0.5
     none_worst_alone: float = 0.1
     none_many: float = 1.0
 
@@ -57,6 +59,7 @@ class Left:
         worst: The same of the worst channel.
         causes: How many causes there are.
         referenced: Whether the expectation comes from references.
+        p: Chance of so much left in a healthy machine; 0 where there is none to compare with.
     """
 
     closed: float
@@ -64,14 +67,17 @@ class Left:
     worst: float
     causes: int
     referenced: bool
+    p: float = 0.0
 
 
 def none_of_them(left: Left, calibration: Calibration) -> float:
     """Return the probability that the cause is none of the catalogue."""
     worst = calibration.none_worst if left.referenced else calibration.none_worst_alone
-    logit = calibration.none + calibration.none_open * (1.0 - left.closed)
-    logit += calibration.none_energy * math.log(max(left.excess, 1.0))
-    logit += worst * math.log(max(left.worst, 1.0))
+    # what a healthy machine leaves as well is no sign that something is missing
+    odd = min(1.0, -math.log(max(left.p, 1e-9)) / -math.log(SURELY_ODD))
+    logit = calibration.none + odd * calibration.none_open * (1.0 - left.closed)
+    logit += odd * calibration.none_energy * math.log(max(left.excess, 1.0))
+    logit += odd * worst * math.log(max(left.worst, 1.0))
     logit += calibration.none_many * max(0, left.causes - 2)
     return 1.0 / (1.0 + math.exp(-logit))
 

@@ -9,8 +9,9 @@ from scipy import stats
 from gap.candidates import Candidate, off_bounds
 from gap.cross_validation import Advantage, advantage, unseen_score
 from gap.evidence import Evidence
-from gap.fit import Fitted, fit_causes
+from gap.fit import ROUNDS, Fitted, fit_causes
 from gap.interfaces import Cause, Effect
+from gap.novelty import novelty
 from gap.screen import Gain, Signatures, gains, make_signatures
 from model.signals import FloatArray
 
@@ -18,15 +19,16 @@ MOST_CAUSES = 5
 SHORTLIST = 8
 MOST_OF_AN_EFFECT = 3
 LEAST_NATS = 4.0
-# Without references a misfit of the model's own form is left; a cause must close this share of the score
-# of the channels in which it acts.
+# Without references: of the score of the channels in which it acts, what a cause must close.
 LEAST_SHARE = 0.02
 ACTS = 0.1  # of the largest gain of a channel
 TRIMMED = (
     0.03  # share of the blocks, those that are explained worst, that a verdict does not hang on
 )
 ERRORS = 2.0
-SHARED = 0.5  # share of a gain that references may have as well
+# Chance that a healthy machine shows any of the candidates so large. Far below what is wanted of a
+# diagnosis, because scatter pooled over unlike legs has heavier tails than Student's.
+LEVEL = 0.001
 NEAR = 0.2  # a candidate with a smaller share of the best's first-order gain is not fitted
 NOTHING_LEFT = 1.1  # energy over expectation below which the old signatures will do
 ANEW = 0.3  # share of the score that a law must have closed for all signatures to be made anew
@@ -71,12 +73,33 @@ class Selection:
         unseen: Score of each block without its fold, (B,).
         steps: One a cause, in the order of ``fitted.causes``.
         refused: The best that was not taken at the end; None if nothing was left to try.
+        p: Chance that a healthy machine shows any candidate as large as the best of the first step; 1 if
+            there was none.
     """
 
     fitted: Fitted
     unseen: FloatArray
     steps: tuple[Step, ...]
     refused: Option | None
+    p: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Search:
+    """How far to look.
+
+    Attributes:
+        shortlist: Candidates that are fitted at each step.
+        most: Causes.
+        least_share: Share of the score, in the channels in which it acts, that a cause must close where
+            there are no references.
+        rounds: Most steps of a fit.
+    """
+
+    shortlist: int = SHORTLIST
+    most: int = MOST_CAUSES
+    least_share: float = LEAST_SHARE
+    rounds: int = ROUNDS
 
 
 def select(
@@ -87,6 +110,7 @@ def select(
     threshold: float,
     progress: Callable[[float], None],
     healthy: Evidence | None = None,
+    search: Search = Search(),
 ) -> Selection:
     """Find the causes.
 
@@ -98,30 +122,46 @@ def select(
         threshold: Nats that a cause must gain beyond its scatter, at least.
         progress: Told the share that is done.
         healthy: References; what helps them as much is nothing new.
+        search: How far to look.
     """
     fitted = fit_causes(evidence, (), effects)
+    tried = len(candidates)
     found = Selection(fitted, unseen_score(evidence, fitted), (), None)
-    while len(found.steps) < MOST_CAUSES:
-        options = _options(evidence, found, signatures, effects)
+    while len(found.steps) < search.most:
+        options = _options(evidence, found, signatures, effects, search)
         if not options:
             break
-        best = next((one for one in options if _is_new(one, evidence, healthy)), options[0])
-        size = len(best.added.effect.parameters)
-        new = _is_new(best, evidence, healthy)
-        small = healthy is None and _share(evidence, best, found.fitted) < LEAST_SHARE
-        if small or not new or not worth(best.over, size, threshold, len(best.unseen)):
+        chosen = [
+            one for one in options if worth(one.over, len(one.added.effect.parameters), threshold,
+            len(one.unseen))
+        ]  # fmt: skip
+        best, p = options[0], 1.0
+        usual: list[Option] = []
+        for one in chosen:
+            p_one = min(1.0, tried * chance_healthy(one, evidence, healthy))
+            p = min(p, p_one)
+            if p_one < LEVEL:
+                best = one
+                break
+            usual.append(one)  # healthy runs show it as well: no rival of what is new
+        if not found.steps:
+            found = replace(found, p=p)
+        small = healthy is None and _share(evidence, best, found.fitted) < search.least_share
+        if small or p >= LEVEL:
             found = replace(found, refused=best)
             break
         share = best.over.nats / max(float(found.unseen.sum()), 1e-9)
-        others = tuple(one for one in options if one is not best)
+        others = tuple(one for one in options if one is not best and one not in usual)
         steps = (*found.steps, Step(best, others))
-        found = Selection(best.fitted, best.unseen, steps, None)
+        found = Selection(best.fitted, best.unseen, steps, None, found.p)
         found = _dropped(evidence, found, effects, threshold)
         left = float((found.fitted.residual**2).sum() / evidence.count.sum())
         if left > NOTHING_LEFT and (not best.added.effect.parameters or share > ANEW):
             signatures = make_signatures(evidence, candidates, found.fitted.causes, lambda _: None)
-        progress(len(found.steps) / MOST_CAUSES)
-    return _swapped(evidence, found, effects)
+        progress(len(found.steps) / search.most)
+    return _swapped(
+        evidence, found, effects, lambda o: chance_healthy(o, evidence, healthy) * tried
+    )
 
 
 def _share(evidence: Evidence, option: Option, standing: Fitted) -> float:
@@ -132,17 +172,14 @@ def _share(evidence: Evidence, option: Option, standing: Fitted) -> float:
     return float(gain[on].sum() / before[on].sum()) if on.any() else 0.0
 
 
-def _is_new(option: Option, evidence: Evidence, healthy: Evidence | None) -> bool:
-    """Tell whether what was added helps these trials clearly more than the references.
-
-    Noise in what is fed to a stage biases it in the same way in every run, and some effects look like that.
-    """
+def chance_healthy(option: Option, evidence: Evidence, healthy: Evidence | None) -> float:
+    """Chance of so large a cause in a healthy machine; 0 where there is none to compare with."""
     if healthy is None:
-        return True
-    added = next(c for c in option.fitted.causes if (c.effect, c.joints) == option.added.key)
-    base, changed = healthy.residuals([(), (added,)])
-    helped = float((healthy.score(base) - healthy.score(changed)).sum())
-    return bool(helped / healthy.count.sum() < SHARED * option.over.nats / evidence.count.sum())
+        return 0.0
+    causes = option.fitted.causes
+    added = next(c for c in causes if (c.effect, c.joints) == option.added.key)
+    joints = evidence.predictor.simulator.joints
+    return novelty(evidence, healthy, causes, option.fitted.residual, added, joints).p
 
 
 def worth(over: Advantage, parameters: int, threshold: float, blocks: int) -> bool:
@@ -152,17 +189,21 @@ def worth(over: Advantage, parameters: int, threshold: float, blocks: int) -> bo
 
 
 def _options(
-    evidence: Evidence, found: Selection, signatures: Signatures, effects: Mapping[str, Effect]
+    evidence: Evidence,
+    found: Selection,
+    signatures: Signatures,
+    effects: Mapping[str, Effect],
+    search: Search,
 ) -> list[Option]:
     taken = {(cause.effect, cause.joints) for cause in found.fitted.causes}
     residual = found.fitted.residual
     ranked = gains(signatures, residual, evidence.weights(residual))
     ranked = [one for one in ranked if one.signature.candidate.key not in taken]
     options = []
-    for one in shortlist(ranked):
+    for one in shortlist(ranked, search.shortlist):
         added = one.signature.candidate
         start = (*found.fitted.causes, added.cause(one.values))
-        options.append(_option(evidence, added, start, found.unseen, effects))
+        options.append(_option(evidence, added, start, found.unseen, effects, search.rounds))
     return sorted(options, key=lambda o: (-o.over.nats, o.added.key))
 
 
@@ -172,8 +213,9 @@ def _option(
     start: tuple[Cause, ...],
     standing: FloatArray,
     effects: Mapping[str, Effect],
+    rounds: int = ROUNDS,
 ) -> Option:
-    fitted = fit_causes(evidence, start, effects)
+    fitted = fit_causes(evidence, start, effects, rounds)
     freed = off_bounds(start, effects)
     if freed != start:
         # a cause that took the place of one that was missing may be stuck where it went for that
@@ -183,13 +225,13 @@ def _option(
     return Option(added, fitted, unseen, advantage(unseen, standing, evidence.block_part))
 
 
-def shortlist(ranked: Sequence[Gain]) -> list[Gain]:
+def shortlist(ranked: Sequence[Gain], most: int = SHORTLIST) -> list[Gain]:
     """Return the candidates worth a fit: near the best, and not all of one effect."""
     chosen: list[Gain] = []
     counts: dict[str, int] = {}
     for one in ranked:
         name = one.signature.candidate.effect.name
-        if one.nats <= 0.5 or len(chosen) >= SHORTLIST:
+        if one.nats <= 0.5 or len(chosen) >= most:
             break
         if counts.get(name, 0) >= MOST_OF_AN_EFFECT:
             continue
@@ -197,7 +239,9 @@ def shortlist(ranked: Sequence[Gain]) -> list[Gain]:
             break
         counts[name] = counts.get(name, 0) + 1
         chosen.append(one)
-    return chosen
+    # a law has no size: to first order it is worth nothing until the others have adjusted to it
+    laws = [one for one in ranked if not one.signature.candidate.effect.parameters]
+    return [*chosen, *(one for one in laws if one not in chosen)]
 
 
 def _without(causes: tuple[Cause, ...], at: int) -> tuple[Cause, ...]:
@@ -218,11 +262,16 @@ def _dropped(
             at += 1
             continue
         steps = (*found.steps[:at], *found.steps[at + 1 :])
-        found = Selection(fitted, unseen, steps, found.refused)
+        found = Selection(fitted, unseen, steps, found.refused, found.p)
     return found
 
 
-def _swapped(evidence: Evidence, found: Selection, effects: Mapping[str, Effect]) -> Selection:
+def _swapped(
+    evidence: Evidence,
+    found: Selection,
+    effects: Mapping[str, Effect],
+    chance: Callable[[Option], float],
+) -> Selection:
     """Put a rival in a cause's place where the whole set then predicts better."""
     if len(found.steps) < 2:
         return found
@@ -237,11 +286,12 @@ def _swapped(evidence: Evidence, found: Selection, effects: Mapping[str, Effect]
                 c for c in rival.fitted.causes if (c.effect, c.joints) == rival.added.key
             )
             option = _option(evidence, rival.added, tuple(causes), found.unseen, effects)
-            if option.over.nats > max(option.over.error, 2.0):
+            ahead = option.over.nats > max(option.over.error, 2.0)
+            if ahead and chance(option) < LEVEL:
                 rivals = (step.chosen, *(r for r in step.rivals if r is not rival))
                 swapped = Step(option, tuple(rivals))
                 steps = (*found.steps[:at], swapped, *found.steps[at + 1 :])
-                found = Selection(option.fitted, option.unseen, steps, found.refused)
+                found = Selection(option.fitted, option.unseen, steps, found.refused, found.p)
                 break
     return found
 

@@ -2,14 +2,14 @@
 
 import json
 import time
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robot.gap_campaign import CaseFiles
 
 if TYPE_CHECKING:
-    from gap.interfaces import Simulator
+    from gap.interfaces import Cause, Simulator
     from record.trial import Trial
 
 
@@ -22,12 +22,14 @@ class Asked:
         references: Healthy runs.
         missing: Effects to be taken out of the catalogue.
         out: Where the answer goes.
+        standing: What the references show already; None to find out.
     """
 
     trials: tuple[Path, ...]
     references: tuple[Path, ...]
     missing: tuple[str, ...]
     out: Path
+    standing: "tuple[Cause, ...] | None" = None
 
 
 def answer_case(asked: Asked) -> None:
@@ -39,10 +41,14 @@ def answer_case(asked: Asked) -> None:
     from gap.diagnosis import diagnose
     from gap.diagnosis_json import diagnosis_json
 
-    began_s = time.perf_counter()
+    began_s, began_cpu_s = time.perf_counter(), time.process_time()
     trials, references, simulator = read_case(asked)
-    found = diagnose(trials, simulator, references)
-    told = {**diagnosis_json(found), "seconds": time.perf_counter() - began_s}
+    standing = asked.standing
+    if standing is not None:
+        standing = tuple(one for one in standing if one.effect not in asked.missing)
+    found = diagnose(trials, simulator, references, standing=standing)
+    spent = {"seconds": time.perf_counter() - began_s, "cpu_s": time.process_time() - began_cpu_s}
+    told = {**diagnosis_json(found), **spent}
     part = asked.out.with_suffix(".part")
     part.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
     part.replace(asked.out)
@@ -63,6 +69,36 @@ def read_case(asked: Asked) -> "tuple[tuple[Trial, ...], tuple[Trial, ...], Simu
     simulator = without(simulator, [name for name in asked.missing if name in known])
     n = len(asked.trials)
     return everything[:n], everything[n:], simulator
+
+
+def commission_case(asked: Asked, kept: Path) -> "tuple[Cause, ...]":
+    """Find what the references of a campaign show already, once for all its cases.
+
+    Args:
+        asked: Any of its cases.
+        kept: JSON file in which the answer is kept.
+
+    Raises:
+        BigantError: A reference cannot be read or compared, or the file holds something else.
+    """
+    from gap.commissioning import standing_of
+    from gap.interfaces import Cause
+    from model.errors import RecordError
+
+    if kept.is_file():
+        try:
+            return tuple(
+                Cause(one["effect"], tuple(one["joints"]), tuple(map(float, one["values"])))
+                for one in json.loads(kept.read_text(encoding="utf-8"))
+            )
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise RecordError(f"{kept}: {error!r}; delete it to commission again") from error
+    _, references, simulator = read_case(asked)
+    found = standing_of(references, simulator)
+    part = kept.with_suffix(".part")
+    part.write_text(json.dumps([asdict(one) for one in found], indent=1) + "\n", encoding="utf-8")
+    part.replace(kept)
+    return found
 
 
 def neutral_values(files: CaseFiles) -> dict[tuple[str, str], float]:

@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING
 
 from robot.exit_codes import ExitCode
 
+STANDING = "standing.json"
+
 if TYPE_CHECKING:
     from gap.score import Case, Figure
     from robot.gap_campaign import CaseFiles, Label
@@ -122,9 +124,10 @@ def _without(
 def _ask(asked: "list[Asked]", jobs: int, words: str) -> None:
     """Diagnose what has no answer yet, several cases at a time."""
     from concurrent.futures import ProcessPoolExecutor, as_completed
+    from dataclasses import replace
     from multiprocessing import get_context
 
-    from robot.gap_case import answer_case
+    from robot.gap_case import answer_case, commission_case
     from robot.progress import ProgressBar
 
     left = [one for one in asked if not one.out.is_file()]
@@ -136,6 +139,12 @@ def _ask(asked: "list[Asked]", jobs: int, words: str) -> None:
         ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool,
         ProgressBar(words) as bar,
     ):
+        standing = None
+        if left[0].references:
+            bar.show(0.0, "what the healthy runs lack")
+            kept = left[0].out.parent / STANDING
+            standing = pool.submit(commission_case, left[0], kept).result()
+        left = [replace(one, standing=standing) for one in left]
         for number, done in enumerate(
             as_completed([pool.submit(answer_case, one) for one in left])
         ):

@@ -34,6 +34,9 @@ def summary_lines(d: Diagnosis, paths: Sequence[Path]) -> list[str]:
     lines += _next(d)
     if d.warnings:
         lines += ["", *(f"note: {words}" for words in d.warnings)]
+    if d.standing:
+        lacks = ", ".join(place_words(one.effect, one.joints) for one in d.standing)
+        lines.append(f"what healthy runs show already, and is no news: {lacks}")
     held = ", ".join(paths[i].name for i in d.held_out_trials[:MOST_CHANNELS])
     if len(d.held_out_trials) > MOST_CHANNELS:
         held += f" and {len(d.held_out_trials) - MOST_CHANNELS} more"

@@ -111,7 +111,7 @@ KINDS = (
     ),
     EffectKind(
         "clock_skew", "sensing", ALL, (_p("ratio", "", 1, 1.05, 1, 1.004, 1.012),),
-        "the cameras' clock runs faster than the controller's, from the first sample on", _clock_skew,
+        "the cameras' clock runs faster than the controller's, from the trial's start on", _clock_skew,
     ),
     EffectKind(
         "encoder_scale", "sensing", LEG, (_p("ratio", "", 0.95, 1.05, 1, 1.004, 1.01),),

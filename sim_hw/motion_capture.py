@@ -75,8 +75,14 @@ class MotionCapture:
             contact=readonly(np.zeros(legs, dtype=bool)),
         )
 
-    def see_all(self, truth: Poses) -> Poses:
-        """Do at once what one call of ``see`` a sample does."""
+    def see_all(self, truth: Poses, start_ns: int | None = None) -> Poses:
+        """Do at once what one call of ``see`` a sample does.
+
+        Args:
+            truth: What is true.
+            start_ns: When a clock of the cameras that runs faster was right; None is the first sample.
+        """
+        self._start_ns = self._start_ns if start_ns is None else start_ns
         return self._measure(truth, truth.t_ns)
 
     def _measure(self, truth: Poses, t_ns: IntArray) -> Poses:

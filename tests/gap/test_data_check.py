@@ -167,3 +167,23 @@ def test_trials_of_another_origin_are_healthy() -> None:
     for gait in ("tripod", "metachronal"):
         trial = read_trial(Path(data) / "trial_table_example" / f"{gait}.parquet")
         assert legged_simulator(trial).check(trial) == ()
+
+
+COUNT_A = 0.00336  # one count of the servos' current register
+
+
+def test_a_coarse_current_that_turns_slowly_is_neither_saturated_nor_frozen() -> None:
+    """Near a turning point and under an even load the same count comes again and again."""
+    trial = healthy()
+    slow = 0.29 * np.sin(2 * np.pi * 0.2 * trial.time_s)
+    even = np.where((trial.time_s % 5.0) < 0.8, 0.1, slow)
+    current = np.round(np.column_stack([slow, even] * 3) / COUNT_A) * COUNT_A
+    assert [
+        f for f in simulator().check(replace(trial, current_a=current)) if "current" in f.channel
+    ] == []
+    clipped = replace(trial, current_a=np.minimum(current, 40 * COUNT_A))
+    assert ("saturated", f"current_{LEGS[0]}_a") in names(simulator().check(clipped))
+    stuck = current.copy()
+    stuck[300:900, 0] = stuck[300, 0]
+    found = names(simulator().check(replace(trial, current_a=stuck)))
+    assert ("frozen", f"current_{LEGS[0]}_a") in found

@@ -141,7 +141,9 @@ def test_a_chassis_that_twists_evens_the_loads(drive: Drive) -> None:
     trial = walk("metachronal", 0.2, 6.0)
     got = Prediction(trial, [cause("chassis_twist", 0.01)], drive)
     base = Prediction(trial, [], drive)
-    assert np.allclose(load_centre(got), load_centre(base), atol=2e-4)
+    load = got["force_z"][..., None]
+    centre = np.sum(load * arms(base), axis=1) / load.sum(axis=1)
+    assert np.allclose(centre, load_centre(base), atol=2e-4)
 
     def twisting(p: Prediction) -> FloatArray:
         shafts = machine().legs.shaft_position
@@ -151,6 +153,34 @@ def test_a_chassis_that_twists_evens_the_loads(drive: Drive) -> None:
 
     more_feet = (base["force_z"] > 3).sum(axis=1) > 3  # with three, statics allows no other loads
     assert np.mean(twisting(got)[more_feet] ** 2) < 0.95 * np.mean(twisting(base)[more_feet] ** 2)
+
+
+def test_a_tripod_twists_the_ends_of_the_chassis_against_its_middle() -> None:
+    """Three feet: statics fix the loads. A row rolls by half of what the whole bar gives for its moment."""
+    give = 0.004
+    trial = walk("tripod", 0.2, 6.0)
+    got = Prediction(trial, [cause("chassis_twist", give)])
+    base = Prediction(trial, [])
+    legs = list(machine().legs.names)
+    left = [legs.index(name) for name in ("FL", "HL", "MR")]
+    load = got["force_z"]
+    only = (load[:, left] > 3).all(axis=1) & ((load > 1e-6).sum(axis=1) == 3)
+    only = np.convolve(only, np.ones(5), "same") > 4.5  # away from where feet change
+    assert only.sum() > 20
+    y = machine().legs.shaft_position[left[0], 1]
+    rolled = give / 2 * load[:, left[0]] * y
+    # the marker of the front foot rises with its end of the chassis
+    rise = got["foot_z"][:, left[0]] - base["foot_z"][:, left[0]]
+    assert np.allclose(rise[only], (rolled * y)[only], rtol=0.03, atol=3e-5)
+    # and goes sideways with it, about the shafts' height
+    aside = got["foot_y"][:, left[0]] - base["foot_y"][:, left[0]]
+    assert np.allclose(
+        aside[only], (-base["foot_z"][:, left[0]] * rolled)[only], rtol=0.05, atol=3e-5
+    )
+    # the middle of the chassis carries the body, which leans to where both its ends gave way
+    lean = (got["roll"] - base["roll"])[only]
+    ends = give / 2 * y * y * (load[:, left[0]] + load[:, left[1]])[only] / 2
+    assert np.allclose(lean, -ends / (2 * y), rtol=0.1, atol=1e-4)
 
 
 def test_a_slippery_foot_pulls_by_its_share() -> None:

@@ -134,6 +134,10 @@ def test_late_poses_and_a_fast_clock() -> None:
     skewed = quiet("clock_skew:ratio=1.01").see_all(truth)
     assert skewed.position_W[300, 0] == pytest.approx(0.05 * 3.0 / 1.01, abs=1e-9)
     assert skewed.foot_position_W[300, 0, 0] < truth.foot_position_W[300, 0, 0]
+    # right when the record begins, not when the cameras were switched on: else it would be late as well
+    later = quiet("clock_skew:ratio=1.01").see_all(truth, int(truth.t_ns[100]))
+    assert later.position_W[100, 0] == pytest.approx(truth.position_W[100, 0], abs=1e-12)
+    assert later.position_W[300, 0] == pytest.approx(0.05 * (1.0 + 2.0 / 1.01), abs=1e-9)
 
 
 def test_swapped_markers() -> None:

@@ -1,0 +1,98 @@
+"""What the simulator lacks on the healthy machine already: causes that stand before anything new is sought.
+
+A simulator with another friction law than the machine's has the wrong signature for every effect of
+friction, whatever is taken off its mean misfit. So the references are first explained by effects of the
+whole machine, as far as these foretell conditions that they were not fitted to; the diagnosis then asks
+what is new beside them.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gap.candidates import candidates_of
+from gap.evidence import errors, local_drive, make_evidence
+from gap.floor import Floor, make_floor
+from gap.interfaces import Cause, Drive, Simulator
+from gap.parts import Part, whole_part
+from gap.predictions import Predictor
+from gap.screen import make_signatures
+from gap.selection import Search, select
+from record.trial import Trial
+
+MISFIT_SHARE = 0.1
+FEWEST_CONDITIONS = 2
+MOST_TRIALS = 3
+SHORT = Search(shortlist=4, most=6, least_share=0.01, rounds=3)
+
+
+def commission(
+    predictor: Predictor,
+    references: Sequence[Part],
+    drive: Drive,
+    progress: Callable[[float], None] = lambda share: None,
+) -> tuple[Cause, ...]:
+    """Return the causes that healthy runs show, or none where there are too few conditions to tell.
+
+    Args:
+        predictor: Predicts with the simulator as it stands.
+        references: Healthy runs.
+        drive: What feeds the stages.
+        progress: Told the share that is done.
+    """
+    parts = conditions_of(references)
+    if len(parts) < FEWEST_CONDITIONS:
+        return ()
+    effects = {effect.name: effect for effect in predictor.simulator.effects}
+    known = list(zip(parts, errors(predictor, parts, drive), strict=True))
+    floor = loosened(predictor, parts, drive, make_floor(predictor.simulator.channels, (), known))
+    evidence = make_evidence(predictor, parts, drive, floor)
+    # what one leg has and another has not is no law of the machine, and differs from day to day
+    whole = tuple(one for one in candidates_of(predictor.simulator) if not one.joints)
+    if not whole or not (evidence.count > 0).any():
+        return ()
+    signatures = make_signatures(evidence, whole, (), lambda share: progress(0.2 * share))
+    found = select(
+        evidence, whole, signatures, effects, 0.0, lambda share: progress(0.2 + 0.8 * share),
+        search=SHORT,
+    )  # fmt: skip
+    return found.fitted.causes
+
+
+def standing_of(references: Sequence[Trial], simulator: Simulator) -> tuple[Cause, ...]:
+    """Return the causes that healthy runs show: what ``diagnose`` finds by itself, for many diagnoses.
+
+    Args:
+        references: Healthy runs of one machine.
+        simulator: Its simulator.
+
+    Raises:
+        GapError: A run cannot be compared with the simulator.
+    """
+    predictor = Predictor(simulator, references)
+    parts = [whole_part(i, one, simulator.observe(one)) for i, one in enumerate(references)]
+    return commission(predictor, parts, local_drive(predictor, parts)) if parts else ()
+
+
+def conditions_of(references: Sequence[Part]) -> tuple[Part, ...]:
+    """Return one run of some conditions, as different as they are there."""
+    seen: dict[tuple[str, float], Part] = {}
+    for part in references:
+        seen.setdefault((part.gait, round(part.frequency_hz, 3)), part)
+    order = sorted(seen)
+    picks = np.linspace(0, len(order) - 1, min(MOST_TRIALS, len(order))).round().astype(int)
+    return tuple(seen[order[i]] for i in picks)
+
+
+def loosened(predictor: Predictor, parts: Sequence[Part], drive: Drive, floor: Floor) -> Floor:
+    """Without references, expect a share of the misfit that is there.
+
+    Against sensor noise alone any model of a real machine is wrong everywhere, and the score would only
+    care for the few blocks that can be made perfect.
+    """
+    own = errors(predictor, parts, drive)
+    power = np.array([np.nanmean(np.vstack([e[:, [c]] for e in own]) ** 2) if
+                      any(np.isfinite(e[:, c]).any() for e in own) else 0.0
+                      for c in range(len(floor.sigma))])  # fmt: skip
+    return replace(floor, sigma=np.fmax(floor.sigma, MISFIT_SHARE * np.sqrt(power)))

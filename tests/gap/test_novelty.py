@@ -1,0 +1,111 @@
+"""What is new among healthy runs: scatter of days, unseen conditions, what references lack already."""
+
+import numpy as np
+import pytest
+
+from gap.candidates import starts_of
+from gap.commissioning import standing_of
+from gap.detection import healthy_runs
+from gap.diagnosis import diagnose
+from gap.findings import Verdict
+from gap.floor import Condition
+from gap.interfaces import Cause, Drive
+from gap.legged_causes import settings_of
+from gap.legged_shafts import shafts
+from gap.parts import whole_part
+from gap.probability import Calibration, Left, none_of_them
+from tests.gap.toy import CHANNELS, CONDITIONS, Toy, toy_case, toy_references, toy_trial
+from tests.gap.walks import cause, command_trial, machine, simulator
+
+SCATTER = 0.03  # of each joint's stiffness, from run to run
+
+
+def test_what_differs_from_day_to_day_as_much_is_no_gap() -> None:
+    """A run has its stiffness in all of its blocks, so blocks alone would call it new."""
+    verdicts = []
+    for seed in range(40, 46):
+        known = toy_references(seed, wander=SCATTER)
+        verdicts.append(diagnose(toy_case(seed=seed, wander=SCATTER), Toy(), known).verdict)
+    assert verdicts.count(Verdict.NO_GAP) >= 5
+
+
+def test_a_cause_beyond_the_scatter_of_days_is_still_found() -> None:
+    soft = Cause("stiffness", ("c",), (0.75,))
+    d = diagnose(toy_case([soft], seed=7, wander=SCATTER), Toy(), toy_references(7, wander=SCATTER))
+    assert [(c.effect, c.joints) for c in d.causes] == [("stiffness", ("c",))]
+    assert d.detection is not None
+    assert d.detection.p_cause < 0.001
+
+
+def test_a_law_that_healthy_runs_lack_stands_before_anything_new_is_sought() -> None:
+    law = Cause("square_law", (), ())
+    conditions = (*CONDITIONS, *CONDITIONS[:2])
+    known = [toy_trial([law], hz, g, seed=90 + i) for i, (hz, g) in enumerate(conditions)]
+    standing = standing_of(known, Toy())
+    assert law in standing
+    # with another law the same bias has another trace on the force
+    soft = Cause("stiffness", ("a",), (0.8,))
+    d = diagnose(toy_case([law, soft], seed=9), Toy(), known, standing=standing)
+    assert [(c.effect, c.joints) for c in d.causes] == [("stiffness", ("a",))]
+    assert d.causes[0].values[0].value == pytest.approx(0.8, rel=0.02)
+    assert d.standing == standing
+
+
+def test_an_unseen_frequency_is_judged_by_references_of_other_frequencies() -> None:
+    """References foretell a frequency that none of them has worse than their own: the floor must know."""
+    toy = Toy()
+    runs = [
+        toy_trial([Cause("lag", (), (0.05,))], hz, g, seed=i)
+        for i, (hz, g) in enumerate(CONDITIONS)
+    ]
+    runs += [
+        toy_trial([Cause("lag", (), (0.05,))], hz, g, seed=9 + i)
+        for i, (hz, g) in enumerate(CONDITIONS)
+    ]
+    known = []
+    for i, run in enumerate(runs):
+        part = whole_part(i, run, toy.observe(run))
+        known.append((part, part.observation.values - toy.predict(run, (), Drive.MEASURED)))
+    seen = healthy_runs(CHANNELS, known, [Condition("walk", 0.5)])
+    unseen = healthy_runs(CHANNELS, known, [Condition("walk", 1.1)])
+    angles = [i for i, c in enumerate(CHANNELS) if c.name == "angle"]
+
+    def energy(runs: object) -> float:
+        return float(np.mean([one.residual[:, angles].var() * one.whitener.unsure[angles].mean() ** 2
+                              for one in runs]))  # type: ignore[attr-defined]  # fmt: skip
+
+    assert all(np.isfinite(one.residual).all() for one in unseen)
+    assert energy(unseen) > 1.5 * energy(seen)
+
+
+def test_what_a_healthy_machine_leaves_as_well_is_no_sign_of_something_unknown() -> None:
+    usual = Left(closed=0.4, excess=1.1, worst=1.5, causes=1, referenced=True, p=0.5)
+    odd = Left(closed=0.4, excess=1.1, worst=1.5, causes=1, referenced=True, p=0.001)
+    assert none_of_them(usual, Calibration()) < 0.1
+    assert none_of_them(odd, Calibration()) > 0.5
+
+
+def test_fits_begin_where_a_place_is_likely() -> None:
+    """An edge may be as far as ten metres; runs of half a metre cross it near their start or not at all."""
+    step = next(e for e in simulator().effects if e.name == "ground_step")
+    places = [start[1] for start in starts_of(step, [False, True])]
+    assert sum(-0.4 < x < 0.8 for x in places) >= 4
+
+
+def test_two_lags_stand_one_behind_the_other() -> None:
+    """A filter before a servo that lags itself is two filters: after a step of speed, w0 t - 2 T w0."""
+    names = machine().legs.names
+    inputs = simulator()._inputs(command_trial("tripod", 0.2, 8.0))
+    both = settings_of([cause("servo_lag", 0.05), cause("servo_lag", 0.05)], names)
+    one = settings_of([cause("servo_lag", 0.1)], names)
+    none = settings_of([], names)
+    twice, once, plain = (shafts(inputs, s, None) for s in (both, one, none))
+    rest = np.abs(twice - once).max()
+    assert rest > 1e-3  # not one filter with the sum of the constants
+    speed = np.gradient(plain, inputs.grid.period_s, axis=0)
+    steady = np.abs(np.gradient(speed, inputs.grid.period_s, axis=0)).max(axis=1) < 1e-6
+    steady = (
+        np.convolve(steady, np.ones(60), "full")[: len(steady)] > 59.5
+    )  # for more than a second
+    assert steady.any()
+    assert np.allclose((plain - twice)[steady], 0.1 * speed[steady], atol=2e-4)
