@@ -19,7 +19,7 @@ LEFT_OUT = (
     (r"--live|--teleop|sim serve|view \S+$|bridge", "goes on until it is stopped"),
     (r"\b[A-Z]{2,}\b|\[|\.\.\.", "a placeholder of its page"),
     (r"^(servo|ft|check|devices)", "opens virtual devices in real time: tests/robot/test_check.py"),
-    (r"^gap (diagnose|check|alone)|^sim (run|campaign|unseal|render)|^odom tune", "trials of its own"),
+    (r"^gap (diagnose|check|alone|apply|next)|^sim (run|campaign|unseal|render)|^odom tune", "trials of its own"),
     (r"^model (figures|sensitivity)|^replay .*--drive|--bus", "over ten seconds: tests of their own"),
     (r"^drive", "walks: tests/robot/test_drive.py; the log below is from one"),
     (r"^import (?!--maps)|^log (repair|merge)|lab\.toml|worn_crank", "files that only its reader has"),

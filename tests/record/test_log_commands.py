@@ -179,7 +179,7 @@ WRONG = (
     (("import", "NONE.csv"), "there is no such file"),
     (("import", "LOG"), "must end in .parquet or .csv"),
     (("import", "TABLE", "--out", "OUT.xls"), "must end in .mcap, .parquet or .csv"),
-    (("import", "TABLE", "--columns", "NONE"), "cannot be read: No such file"),
+    (("import", "TABLE", "--columns", "NONE"), "there is no map"),
     (("import", "TABLE", "--out", "TABLE"), "is the table itself"),
     (("import", "TABLE", "--report", "NONE/r.txt"), "choose another --report"),
 )  # fmt: skip
