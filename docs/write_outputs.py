@@ -47,7 +47,7 @@ def _twin(number: int, seed: int, *more: str) -> tuple[str, ...]:
     )
 
 
-BIASED = ("--effect", "force_bias@ML:x_n=0.94,y_n=-0.72,z_n=-1.88")
+WORN = ("--effect", "leg_stiffness@MR:ratio=0.69")
 SHOWN = (
     Shown("walk", (
         ("drive", "--gait", "tripod", "--cycles", "3", "--virtual-time", "--log", WALK),
@@ -56,7 +56,7 @@ SHOWN = (
     Shown("replay", (("replay", WALK),)),
     Shown("diagnosis", (
         *((*_twin(k, 100 + k), "--out", f"{TWIN}/healthy_{k}.parquet") for k in range(6)),
-        *((*_twin(k, 200 + k), *BIASED, "--out", f"{TWIN}/trial_{k}.parquet") for k in range(4)),
+        *((*_twin(k, 200 + k), *WORN, "--out", f"{TWIN}/trial_{k}.parquet") for k in range(4)),
         ("gap", "diagnose", *(f"{TWIN}/trial_{k}.parquet" for k in range(4)),
          "--reference", *(f"{TWIN}/healthy_{k}.parquet" for k in range(6)), "--jobs", "1",
          "--html", "runs/docs/report.html"),

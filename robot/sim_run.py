@@ -18,9 +18,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_robot(parser)
     parser.add_argument("--gait", choices=GAITS, default="tripod")
     parser.add_argument(
-        "--frequency",
+        "--frequency-hz",
         type=positive,
-        metavar="HZ",
+        metavar="F",
         help="cycles a second (default: the robot file's)",
     )
     parser.add_argument(
@@ -77,7 +77,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     config = load_robot(options.robot)
     effects = tuple(parse_effect(text, EFFECTS) for text in options.effect)
     twin = make_twin(config, effects, options.seed)
-    plan = plan_of(config, options.gait, options.frequency, options.seconds, options.steer)
+    plan = plan_of(config, options.gait, options.frequency_hz, options.seconds, options.steer)
     begin_s = time.perf_counter()
     with ProgressBar("walking") as bar:
         if options.fast:

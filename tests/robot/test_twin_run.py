@@ -118,7 +118,7 @@ def test_a_robot_that_would_stop_is_an_error_not_a_shorter_trial() -> None:
         (["--out", "x.txt"], 2),
         (["--out", "nowhere/x.parquet"], 2),
         (["--out", "x.parquet", "--effect", "drag@ML"], 2),
-        (["--out", "x.parquet", "--frequency", "9"], 2),
+        (["--out", "x.parquet", "--frequency-hz", "9"], 2),
     ],
 )
 def test_wrong_words_give_one_line(
