@@ -61,7 +61,8 @@ def test_a_drive_in_real_time_meets_the_faults(
     assert bigant("drive", "--scenario", str(path), "--log", "none") == ExitCode.HARDWARE
     error = capsys.readouterr().err.strip()
     assert "/servo_bus" in error
-    assert len(error.splitlines()) == 1
+    # on a busy machine it says before that it is starting the virtual robot
+    assert [line.startswith("bigant drive: ") for line in error.splitlines()].count(True) == 1
 
 
 def test_served_devices_have_the_faults(tmp_path: Path) -> None:
