@@ -12,7 +12,7 @@ from pathlib import Path
 
 DOCS = Path(__file__).resolve().parent
 OUTPUTS = DOCS / "outputs"
-FENCE = re.compile(r"^```\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 NUMBER = re.compile(r"-?\d+(\.\d+)?(e-?\d+)?")
 WALK = "runs/docs/first_walk.mcap"
 TWIN = "runs/docs/twin"
@@ -20,7 +20,7 @@ TWIN = "runs/docs/twin"
 
 @dataclass(frozen=True, slots=True)
 class Shown:
-    """Commands with the name of the file that keeps what the last of them prints."""
+    """Commands with the name of the file that keeps what they print."""
 
     name: str
     commands: tuple[tuple[str, ...], ...]
@@ -65,7 +65,7 @@ SHOWN = (
 
 
 def write(names: tuple[str, ...]) -> None:
-    """Run the commands and keep what the last of each group prints."""
+    """Run the commands and keep what each group prints."""
     import contextlib
     import io
 
@@ -76,9 +76,9 @@ def write(names: tuple[str, ...]) -> None:
     for one in SHOWN:
         if names and one.name not in names:
             continue
+        said = io.StringIO()
         for words in one.commands:
             print("bigant", *words, flush=True)
-            said = io.StringIO()
             with contextlib.redirect_stdout(said):
                 code = cli.run(list(words))
             if code != 0:
@@ -87,8 +87,8 @@ def write(names: tuple[str, ...]) -> None:
 
 
 def plain(line: str) -> str:
-    """Return a line without its numbers and spaces."""
-    return " ".join(NUMBER.sub("#", line).split())
+    """Return a line without its numbers and spaces, and with the folder of the README's first walk."""
+    return " ".join(NUMBER.sub("#", line.replace("runs/docs/", "runs/")).split())
 
 
 def differences(readme: str) -> Iterator[str]:
@@ -98,8 +98,8 @@ def differences(readme: str) -> Iterator[str]:
         for path in sorted(OUTPUTS.glob("*.txt"))
         for line in path.read_text(encoding="utf-8").splitlines()
     }
-    for block in FENCE.findall(readme):
-        for line in block.splitlines():
+    for language, block in FENCE.findall(readme):
+        for line in [] if language else block.splitlines():
             if line.strip() not in {"", "..."} and plain(line) not in kept:
                 yield line
 

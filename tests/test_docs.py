@@ -144,3 +144,15 @@ def test_the_command_reference_is_current() -> None:
     )  # fmt: skip
     current = (ROOT / "docs" / "reference" / "cli.md").read_text(encoding="utf-8")
     assert done.stdout == current, "run: make docs"
+
+
+def test_readme_shows_what_is_printed() -> None:
+    """Numbers aside; make docs-assets runs the commands again and keeps what they print."""
+    ran = subprocess.run(
+        [sys.executable, "docs/write_outputs.py", "--check"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert ran.returncode == 0, ran.stdout
