@@ -8,6 +8,15 @@ from robot.odometry_stage import OdometryStage
 
 if TYPE_CHECKING:
     from gap.frame import FrameModel
+    from gap.legged_machine import LeggedMachine
+
+
+def machine_of(config: RobotConfig) -> "LeggedMachine":
+    """Return the robot of a robot file, effects included, as the diagnosis knows it."""
+    from gap.legged_machine import LeggedMachine
+
+    own = config.parameters
+    return LeggedMachine(own.body.mass, own.legs, own.linkage, own.contact, config.effects)
 
 
 def model_of(config: RobotConfig) -> "FrameModel | None":
@@ -18,11 +27,8 @@ def model_of(config: RobotConfig) -> "FrameModel | None":
     if not config.effects:
         return None
     from gap.frame import FrameModel
-    from gap.legged_machine import LeggedMachine
 
-    own = config.parameters
-    machine = LeggedMachine(own.body.mass, own.legs, own.linkage, own.contact, config.effects)
-    model = FrameModel(machine)
+    model = FrameModel(machine_of(config))
     model.prepare()
     return model
 

@@ -21,6 +21,7 @@ from model.odometry import advance
 from model.signals import Estimate, FloatArray, FootForces, FootMotion
 from record.recording import Recording
 from robot.config import RobotConfig
+from robot.file_model import machine_of
 from robot.odometry_track import Progress
 
 COULOMB = Cause("coulomb_friction", (), ())
@@ -65,13 +66,12 @@ class EffectsBeside:
     """
 
     def __init__(self, config: RobotConfig, law: FrictionLaw) -> None:
-        own = config.parameters
-        machine = LeggedMachine(own.body.mass, own.legs, own.linkage, own.contact, config.effects)
+        machine = machine_of(config)
         self._plain = FrameModel(machine)
         self.weight_n = weight_and_centre(machine, self._plain.settings.ground)[0]
         with_law = _with_law(machine, law)
         bare = _as_the_estimator_has_it(machine, self.weight_n, law)
-        self._nothing = AddedByEffects(np.zeros(3), np.zeros(own.legs.count))
+        self._nothing = AddedByEffects(np.zeros(3), np.zeros(machine.legs.count))
         self._beside: tuple[FrameModel, FrameModel] | None = None
         if with_law.effects != bare.effects:
             own_law = with_law.effects == machine.effects
