@@ -5,6 +5,7 @@ limit that is not reached, a law without a size) the fit begins at several value
 """
 
 import itertools
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -16,6 +17,9 @@ STEP = 0.25  # of the spread, for differences about the neutral value
 FINE_STEP = 0.05  # about a fitted one
 QUANTILES = (0.15, 0.35, 0.55, 0.75)
 WIDE = 6.0  # spreads
+APART_M = 0.05  # places from which a fit may find an edge
+MOST_PLACES = 24
+NOWHERE = (math.nan, math.nan)
 LOG_RANGE = 20.0  # a range wider than this from a positive end is walked by ratios
 
 
@@ -74,12 +78,15 @@ def step_of(parameter: Parameter, value: float, share: float) -> float:
     return -min(step, room_down) if room_down > room_up else max(room_up, 1e-12)
 
 
-def starts_of(effect: Effect, silent: Sequence[bool]) -> list[tuple[float, ...]]:
+def starts_of(
+    effect: Effect, silent: Sequence[bool], reach_m: tuple[float, float] = NOWHERE
+) -> list[tuple[float, ...]]:
     """Return where fits may begin, given which parameters leave no trace at neutral.
 
     Args:
         effect: The effect.
         silent: One a parameter.
+        reach_m: Between which places the machine touched its world; NaN if unknown.
     """
     parameters = effect.parameters
     if not any(silent):
@@ -89,7 +96,7 @@ def starts_of(effect: Effect, silent: Sequence[bool]) -> list[tuple[float, ...]]
         return [
             tuple(values if i == at else p.neutral for i, p in enumerate(parameters))
             for at in quiet
-            for values in _ladder(parameters[at])
+            for values in _ladder(parameters[at], reach_m)
         ]
     corners = itertools.product((-1.0, 1.0), repeat=min(len(quiet), 2))
     starts = [tuple(p.neutral for p in parameters)]
@@ -104,9 +111,14 @@ def starts_of(effect: Effect, silent: Sequence[bool]) -> list[tuple[float, ...]]
     return starts
 
 
-def _ladder(p: Parameter) -> list[float]:
+def _ladder(p: Parameter, reach_m: tuple[float, float]) -> list[float]:
     """Values over the range of a parameter."""
     low, high = p.lower, p.upper
+    if p.located and all(map(math.isfinite, reach_m)):
+        # an edge is seen by feet beyond it: a start that is more than a stride off finds another slope
+        first, last = float(np.clip(reach_m[0], low, high)), float(np.clip(reach_m[1], low, high))
+        count = int(np.clip(round((last - first) / APART_M), 2, MOST_PLACES))
+        return [float(first + (k + 0.5) * (last - first) / count) for k in range(count)]
     if low > 0 and high / low > LOG_RANGE:
         return [float(low * (high / low) ** q) for q in (0.1, *QUANTILES, 0.9)]
     if high - low > WIDE * p.spread:  # where it is likely, not where it may be at most

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from gap.floor import Floor
-from gap.interfaces import Cause, Drive
+from gap.interfaces import Cause, Drive, reach_of
 from gap.parts import Part, block_starts, folds_of
 from gap.predictions import Predictor, Wanted
 from gap.whitening import Whitener, make_whitener
@@ -50,6 +50,11 @@ class Evidence:
     def count(self) -> FloatArray:
         """Independent frames of each block and channel, (B, C)."""
         return self.per_block(np.concatenate([w.count for w in self.whiteners]))
+
+    @property
+    def reach_m(self) -> tuple[float, float]:
+        """Between which places along the world's x the machine touched its world; NaN if unknown."""
+        return reach_of([part.observation for part in self.parts])
 
     @cached_property
     def block_of_frame(self) -> IntArray:

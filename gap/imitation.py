@@ -6,7 +6,7 @@ import numpy as np
 
 from gap.candidates import FINE_STEP, Candidate, starts_of, step_of
 from gap.floor import Floor
-from gap.interfaces import Cause, Drive, Simulator
+from gap.interfaces import Cause, Drive, Simulator, reach_of
 from model.signals import FloatArray
 from record.trial import Trial
 
@@ -47,7 +47,8 @@ def imitate(
         moved = list(rival.neutral)
         moved[i] += step_of(p, moved[i], 1.0)
         silent.append(bool(np.allclose(told(moved), base, atol=1e-6)))
-    starts = starts_of(rival.effect, silent) if parameters else [()]
+    reach = reach_of([simulator.observe(one) for one in trials])
+    starts = starts_of(rival.effect, silent, reach) if parameters else [()]
     found = [_descend(told, goal, rival, start) for start in starts]
     best = min(found, key=lambda one: one[0])
     return (*causes[:of], rival.cause(best[1]), *causes[of + 1 :])

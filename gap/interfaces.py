@@ -5,6 +5,7 @@ BigANT's chain, the servo bench and the sliding body are simulators. Names of st
 those that reports print.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -45,6 +46,7 @@ class Parameter:
         lower: Smallest value that makes sense.
         upper: Largest value that makes sense.
         spread: Prior standard deviation about ``neutral``: what a builder of such machines would expect.
+        located: Whether it is a place along the world's x, to be sought where the machine went.
     """
 
     name: str
@@ -53,6 +55,7 @@ class Parameter:
     lower: float
     upper: float
     spread: float
+    located: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,6 +121,7 @@ class Observation:
         values: (F, C) in the order of ``Simulator.channels``; NaN where nothing was measured.
         noise: Standard deviation of a value from the sensors alone, after every filter, (F, C).
         weight: 0 to 1, (F, C): less where the simulator cannot be held to it (a contact switch).
+        reach_m: Between which places along the world's x the machine touched its world; NaN if unknown.
     """
 
     time_s: FloatArray
@@ -125,6 +129,7 @@ class Observation:
     values: FloatArray
     noise: FloatArray
     weight: FloatArray
+    reach_m: tuple[float, float] = (math.nan, math.nan)
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,6 +198,14 @@ class Simulator(Protocol):
     def check(self, trial: Trial) -> tuple[DataFault, ...]:
         """Look for faults of the data themselves."""
         ...
+
+
+def reach_of(observations: Sequence[Observation]) -> tuple[float, float]:
+    """Return between which places all of them together touched their world; NaN if none knows."""
+    known = [one.reach_m for one in observations if all(map(math.isfinite, one.reach_m))]
+    if not known:
+        return (math.nan, math.nan)
+    return (min(low for low, _ in known), max(high for _, high in known))
 
 
 def used(observation: Observation) -> BoolArray:

@@ -70,7 +70,7 @@ class LeggedSimulator:
         inputs = self._inputs(trial)
         drive = Drive.MEASURED
         base = self._chain.walk(inputs, self._settings(()), drive)
-        return make_observation(inputs, base.standing.load_n)
+        return make_observation(inputs, base.standing.load_n, self.machine.length_m)
 
     def predict(self, trial: Trial, causes: Sequence[Cause], drive: Drive) -> FloatArray:
         """Return what the channels would read with these causes added, (F, C).

@@ -63,6 +63,11 @@ def _place(
     return Parameter(name, unit, neutral, lower, upper, spread)
 
 
+def _edge(name: str) -> Parameter:
+    """A place along the world's x from which the ground is another."""
+    return Parameter(name, "m", 0.2, -1.0, 10.0, 0.5, located=True)
+
+
 def _shaft(*fields: str) -> tuple[Place, ...]:
     return tuple(Place("shaft", name) for name in fields)
 
@@ -160,7 +165,7 @@ SUPPORT = (
            "The ground rises: gravity pulls downhill, lower feet carry more, the body leans.",
            "Level the floor, or measure its slope."),
     _entry("ground_step", "support",
-           (_number("height_m", "m", -0.03, 0.03, 0.005), _place("x_m", "m", 0.2, -1.0, 10.0, 0.5)), ALL,
+           (_number("height_m", "m", -0.03, 0.03, 0.005), _edge("x_m")), ALL,
            (Place("ground", "step_height_m"), _set("step_x_m")),
            "Beyond a line across the world's x the ground is higher: feet there carry more.",
            "Look for an edge in the floor."),
@@ -204,7 +209,7 @@ FRICTION = (
            "A foot at rest grips more than a sliding one.",
            "Use a Stribeck law, or feet of another material."),
     _entry("friction_patch", "friction",
-           (_ratio(0.1, 4.0, 0.25), _place("x_m", "m", 0.2, -1.0, 10.0, 0.5)), ALL,
+           (_ratio(0.1, 4.0, 0.25), _edge("x_m")), ALL,
            (Place("ground", "patch_ratio", Combine.MULTIPLY), _set("patch_x_m")),
            "Beyond a line across the world's x the ground is more or less slippery.",
            "Clean the floor, or look where its surface changes."),

@@ -1,5 +1,7 @@
 """What is compared: the legged simulator's channels, from sensor signals on the working grid."""
 
+import math
+
 import numpy as np
 
 from gap.interfaces import Channel, Observation
@@ -72,12 +74,13 @@ def measured_signals(inputs: LeggedInputs) -> SensorSignals:
     )
 
 
-def make_observation(inputs: LeggedInputs, load_n: FloatArray) -> Observation:
+def make_observation(inputs: LeggedInputs, load_n: FloatArray, length_m: float) -> Observation:
     """Put measured data on the channels, with their noise and weights.
 
     Args:
         inputs: Measured data on the working grid.
         load_n: Loads that the simulator as it stands predicts, (W, N); they tell contact switches.
+        length_m: From the middle of the machine to its farthest foot.
     """
     grid, legs = inputs.grid, inputs.command_rad.shape[1]
     values = to_channels(grid, inputs.command_rad, measured_signals(inputs))
@@ -89,7 +92,15 @@ def make_observation(inputs: LeggedInputs, load_n: FloatArray) -> Observation:
         values=readonly(values),
         noise=readonly(noise.copy()),
         weight=readonly(_weight(grid, inputs.force_n[..., 2], load_n, values.shape)),
+        reach_m=_reach(inputs, length_m),
     )
+
+
+def _reach(inputs: LeggedInputs, length_m: float) -> tuple[float, float]:
+    x = inputs.body_m[np.isfinite(inputs.body_m[:, 0]), 0]
+    if not len(x):
+        return (math.nan, math.nan)
+    return (float(x.min()) - length_m, float(x.max()) + length_m)
 
 
 def _noise(grid: Grid, given: TrialNoise, legs: int) -> FloatArray:

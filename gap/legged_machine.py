@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+import numpy as np
 from scipy.constants import g as standard_gravity
 
 from gap.interfaces import Cause
@@ -30,6 +31,12 @@ class LeggedMachine:
     linkage: LinkageParameters
     contact: ContactParameters
     effects: tuple[Cause, ...] = ()
+
+    @property
+    def length_m(self) -> float:
+        """From the middle of the machine to the farthest place along x where a foot may stand."""
+        shaft = float(np.abs(self.legs.shaft_position[:, 0]).max())
+        return shaft + self.linkage.crank + float(np.hypot(*self.linkage.foot))
 
     @property
     def weight_n(self) -> float:

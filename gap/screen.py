@@ -110,7 +110,7 @@ def make_signatures(
         starts = (
             [one.neutral]
             if acting[one.effect.name]
-            else starts_of(one.effect, [not x for x in loud])
+            else starts_of(one.effect, [not x for x in loud], evidence.reach_m)
         )
         later += [(one, start, live) for start in starts]
     found += store.expand(later, progress)

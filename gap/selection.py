@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import stats
 
-from gap.candidates import Candidate, off_bounds
+from gap.candidates import APART_M, Candidate, off_bounds
 from gap.cross_validation import Advantage, advantage, unseen_score
 from gap.evidence import Evidence
 from gap.fit import ROUNDS, Fitted, fit_causes
@@ -29,6 +29,7 @@ ERRORS = 2.0
 # Chance that a healthy machine shows any of the candidates so large. Far below what is wanted of a
 # diagnosis, because scatter pooled over unlike legs has heavier tails than Student's.
 LEVEL = 0.001
+NEAR_PLACES = (-1.0, -0.6, -0.3, 0.3, 0.6, 1.0)  # of the distance of places that were tried
 NEAR = 0.2  # a candidate with a smaller share of the best's first-order gain is not fitted
 NOTHING_LEFT = 1.1  # energy over expectation below which the old signatures will do
 ANEW = 0.3  # share of the score that a law must have closed for all signatures to be made anew
@@ -221,8 +222,35 @@ def _option(
         # a cause that took the place of one that was missing may be stuck where it went for that
         again = fit_causes(evidence, freed, effects)
         fitted = again if again.nats < fitted.nats else fitted
+    fitted = _placed(evidence, fitted, effects, rounds)
     unseen = unseen_score(evidence, fitted)
     return Option(added, fitted, unseen, advantage(unseen, standing, evidence.block_part))
+
+
+def _placed(
+    evidence: Evidence, fitted: Fitted, effects: Mapping[str, Effect], rounds: int
+) -> Fitted:
+    """Move edges in the world a little: feet cross them one by one, so that a descent sticks between."""
+    for number, cause in enumerate(fitted.causes):
+        for at, parameter in enumerate(effects[cause.effect].parameters):
+            if not parameter.located:
+                continue
+            near = [fitted.causes]
+            for share in NEAR_PLACES:
+                values = list(cause.values)
+                moved = values[at] + share * APART_M
+                values[at] = min(max(moved, parameter.lower), parameter.upper)
+                near.append((
+                    *fitted.causes[:number],
+                    replace(cause, values=tuple(values)),
+                    *fitted.causes[number + 1 :],
+                ))  # fmt: skip
+            scores = [float(evidence.score(one).sum()) for one in evidence.residuals(near)]
+            best = min(range(len(near)), key=scores.__getitem__)
+            if best > 0:
+                again = fit_causes(evidence, near[best], effects, rounds)
+                fitted = again if again.nats < fitted.nats else fitted
+    return fitted
 
 
 def shortlist(ranked: Sequence[Gain], most: int = SHORTLIST) -> list[Gain]:
