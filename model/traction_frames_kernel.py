@@ -28,7 +28,9 @@ MOST_FAILURES = 4  # then only safe steps
 @compiled
 def _weakening(speed: float, static_ratio: float, static_speed: float) -> float:
     """Friction over its value at speed: static_ratio at rest, 1 when fast (Stribeck)."""
-    factor: float = 1.0 + (static_ratio - 1.0) * np.exp(-((speed / static_speed) ** 2))
+    factor = 1.0
+    if static_ratio != 1.0:
+        factor += (static_ratio - 1.0) * np.exp(-((speed / static_speed) ** 2))
     return factor
 
 
@@ -151,12 +153,12 @@ def _reweighted(
     count = x.size
     sigma = scale
     old, trial = v.copy(), v.copy()
-    laws = np.zeros((count, 6))
+    laws, a, r = np.zeros((count, 6)), np.zeros((3, 3)), np.zeros(3)
     last, slow, failures = np.inf, 0, 0
     for number in range(REWEIGHTED_STEPS):
         newton = 1.0 if coulomb and slow == 0 and static_ratio == 1.0 else 0.0
-        a = np.zeros((3, 3))
-        r = push.copy()
+        a[:, :] = 0.0
+        r[:] = push
         a[0, 0] = a[1, 1] = drag
         for k in range(count):
             if c[k] > 0.0:
@@ -178,9 +180,10 @@ def _reweighted(
             if c[k] > 0.0:
                 change = max(change, abs(nx - slip[k, 0]), abs(ny - slip[k, 1]))
             slip[k, 0], slip[k, 1] = nx, ny
-            h2 = (force[k, 0] ** 2 + force[k, 1] ** 2) / (sigma * sigma)
-            power += h2
-            aim += h2 / (np.sqrt(nx * nx + ny * ny) + CREEP_SPEED_M_S)
+            if not coulomb:
+                h2 = (force[k, 0] ** 2 + force[k, 1] ** 2) / (sigma * sigma)
+                power += h2
+                aim += h2 / (np.sqrt(nx * nx + ny * ny) + CREEP_SPEED_M_S)
         for i in range(3):
             change = max(change, abs(trial[i] - old[i]))
         if newton == 1.0:  # the first step jumps; the others must close in, or safe steps follow
