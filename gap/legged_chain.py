@@ -17,7 +17,16 @@ from gap.legged_inputs import LeggedInputs
 from gap.legged_machine import LeggedMachine
 from gap.legged_sensing import read_sensors, true_inputs
 from gap.legged_settings import Settings, neutral_settings
-from gap.legged_shafts import Feet, Loads, feels_loads, feet, load_torque, moves_feet, shafts
+from gap.legged_shafts import (
+    FOOT_WEIGHT_N,
+    Feet,
+    Loads,
+    feels_loads,
+    feet,
+    load_torque,
+    moves_feet,
+    shafts,
+)
 from gap.legged_signals import SensorSignals
 from model.se2 import integrate
 from model.signals import FloatArray
@@ -118,7 +127,7 @@ class LeggedChain:
             lever = feet(machine, grid, near, settings).signals
             torque = load_torque(lever, force)
             flank = torque if flank_force is None else load_torque(lever, flank_force)
-            loads = Loads(torque, flank)
+            loads = Loads(torque, flank - FOOT_WEIGHT_N * lever.slope_m_rad[..., 1])
             if not measured:
                 # a shaft that gives under friction is a foot that gives: too stiff for a loop of passes
                 compliance = np.array(settings.shaft.compliance_rad_nm)

@@ -12,10 +12,11 @@ from gap.legged_signals import FootSignals, ShaftSignals
 from model.linkage import LinkagePose, linkage_pose
 from model.signals import FloatArray
 
-# A free shaft in a play is dragged against its rear flank by its bearings; beyond this torque its load
-# decides which flank it lies against.
-BEARING_DRAG_NM = 0.03
-FLANK_TORQUE_NM = 0.03
+# A free shaft in a play is dragged against its rear flank by its bearings, and falls against either by the
+# weight of foot and coupler; beyond this torque one of the two flanks is sure. All three are assumed.
+BEARING_DRAG_NM = 0.003
+FLANK_TORQUE_NM = 0.004
+FOOT_WEIGHT_N = 0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
