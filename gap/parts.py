@@ -58,7 +58,9 @@ def whole_part(index: int, trial: Trial, observation: Observation) -> Part:
 def part_of(index: int, trial: Trial, observation: Observation, first: int, last: int) -> Part:
     """Return frames of a trial."""
     o, rows = observation, slice(first, last)
-    cut = Observation(o.time_s[rows], o.cycle[rows], o.values[rows], o.noise[rows], o.weight[rows], o.reach_m)
+    cut = Observation(
+        o.time_s[rows], o.cycle[rows], o.values[rows], o.noise[rows], o.weight[rows], o.reach_m
+    )
     frequency = trial.header.frequency_hz
     if not np.isfinite(frequency) and np.isfinite(o.cycle).all() and len(o.time_s) > 1:
         frequency = float(abs(o.cycle[-1] - o.cycle[0]) / (o.time_s[-1] - o.time_s[0]))

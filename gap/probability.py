@@ -24,17 +24,19 @@ class Calibration:
         error_share: Temperature for each nat of standard error between two candidates.
         none: Log odds of none of them when everything is closed down to expectation.
         none_energy: Added for each e-fold of energy over expectation that is left.
-        none_open: Added for the whole gap being left open.
+        none_open: Added for the whole gap being left open, with references.
+        none_open_alone: The same without: what is left is then no sign that what was found is wrong.
         none_worst: Added for each e-fold of the worst channel's energy over expectation, with references.
         none_worst_alone: The same without references, where the expectation is noise alone.
-        none_many: Added for each cause above two: a true cause needs no patchwork.
+        none_many: Added for each cause above two, with references: what is new needs no patchwork.
     """
 
     temperature: float = 2.0
     error_share: float = 0.5
     none: float = -5.5
     none_energy: float = 0.3
-    none_open: float = 10.0
+    none_open: float = 8.0
+    none_open_alone: float = 6.0
     none_worst: float = 0.5
     none_worst_alone: float = 0.1
     none_many: float = 1.0
@@ -72,13 +74,16 @@ class Left:
 
 def none_of_them(left: Left, calibration: Calibration) -> float:
     """Return the probability that the cause is none of the catalogue."""
-    worst = calibration.none_worst if left.referenced else calibration.none_worst_alone
+    worst, wide = calibration.none_worst_alone, calibration.none_open_alone
+    if left.referenced:
+        worst, wide = calibration.none_worst, calibration.none_open
     # what a healthy machine leaves as well is no sign that something is missing
     odd = min(1.0, -math.log(max(left.p, 1e-9)) / -math.log(SURELY_ODD))
-    logit = calibration.none + odd * calibration.none_open * (1.0 - left.closed)
+    logit = calibration.none + odd * wide * (1.0 - left.closed)
     logit += odd * calibration.none_energy * math.log(max(left.excess, 1.0))
     logit += odd * worst * math.log(max(left.worst, 1.0))
-    logit += calibration.none_many * max(0, left.causes - 2)
+    if left.referenced:
+        logit += calibration.none_many * max(0, left.causes - 2)
     return 1.0 / (1.0 + math.exp(-logit))
 
 

@@ -22,6 +22,9 @@ LEAST_NATS = 4.0
 # Without references: of the score of the channels in which it acts, what a cause must close.
 LEAST_SHARE = 0.02
 ACTS = 0.1  # of the largest gain of a channel
+# With references: of the score beyond a healthy machine's, in the channels in which it acts, what one more
+# cause must close. Less is the shape of a cause that is there already, mended with that of another.
+REST_SHARE = 0.24
 TRIMMED = (
     0.03  # share of the blocks, those that are explained worst, that a verdict does not hang on
 )
@@ -147,7 +150,13 @@ def select(
             usual.append(one)  # healthy runs show it as well: no rival of what is new
         if not found.steps:
             found = replace(found, p=p)
-        small = healthy is None and _share(evidence, best, found.fitted) < search.least_share
+        if healthy is None:
+            small = _share(evidence, best, found.fitted, 0.0) < search.least_share
+        else:
+            usual_score = _usual(evidence, healthy)
+            small = (
+                bool(found.steps) and _share(evidence, best, found.fitted, usual_score) < REST_SHARE
+            )
         if small or p >= LEVEL:
             found = replace(found, refused=best)
             break
@@ -165,12 +174,22 @@ def select(
     )
 
 
-def _share(evidence: Evidence, option: Option, standing: Fitted) -> float:
-    """Share of the score that an option closes in the channels in which it acts."""
+def _share(
+    evidence: Evidence, option: Option, standing: Fitted, usual: FloatArray | float
+) -> float:
+    """Share of the score beyond the usual that an option closes in the channels in which it acts."""
     before = evidence.score(standing.residual).sum(axis=0)
     gain = before - evidence.score(option.fitted.residual).sum(axis=0)
     on = gain > ACTS * gain.max()
-    return float(gain[on].sum() / before[on].sum()) if on.any() else 0.0
+    beyond = np.fmax(before - usual, gain)[on]  # what is closed was there to be closed
+    return float(gain[on].sum() / beyond.sum()) if on.any() else 0.0
+
+
+def _usual(evidence: Evidence, healthy: Evidence) -> FloatArray:
+    """Score of each channel that as many frames of healthy runs have, (C,)."""
+    count = np.fmax(healthy.count.sum(axis=0), 1e-9)
+    found: FloatArray = healthy.score(healthy.base).sum(axis=0) / count * evidence.count.sum(axis=0)
+    return found
 
 
 def chance_healthy(option: Option, evidence: Evidence, healthy: Evidence | None) -> float:
