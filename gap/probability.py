@@ -35,7 +35,7 @@ class Calibration:
     error_share: float = 0.5
     none: float = -5.5
     none_energy: float = 0.3
-    none_open: float = 8.0
+    none_open: float = 9.0
     none_open_alone: float = 6.0
     none_worst: float = 0.5
     none_worst_alone: float = 0.1
