@@ -16,6 +16,7 @@ def shrink_of(
     simulator: Simulator,
     references: Sequence[Trial],
     causes: tuple[Cause, ...],
+    standing: tuple[Cause, ...] = (),
     seed: int = 0,
 ) -> float:
     """Return the share of the gap that given causes close on the trials that a diagnosis keeps back.
@@ -25,6 +26,7 @@ def shrink_of(
         simulator: The simulator under diagnosis.
         references: Runs of the same machine believed healthy.
         causes: The causes, with their numbers.
+        standing: What the references show already; it stands before and after.
         seed: Of the resampling.
 
     Returns:
@@ -35,7 +37,7 @@ def shrink_of(
     """
     everything = (*trials, *references)
     observations = [simulator.observe(one) for one in everything]
-    predictor = Predictor(simulator, everything, None)
+    predictor = Predictor(simulator, everything, None, standing)
     fitted, held = split(trials, observations[: len(trials)])
     healthy = [
         whole_part(i, one, observations[i]) for i, one in enumerate(everything) if i >= len(trials)

@@ -34,7 +34,9 @@ ERRORS = 2.0
 LEVEL = 0.001
 NEAR_PLACES = (-1.0, -0.6, -0.3, 0.3, 0.6, 1.0)  # of the distance of places that were tried
 NEAR = 0.2  # a candidate with a smaller share of the best's first-order gain is not fitted
-NOTHING_LEFT = 1.2  # energy over expectation, little more than healthy runs', where old signatures do
+NOTHING_LEFT = (
+    1.2  # energy over expectation, little more than healthy runs', where old signatures do
+)
 ANEW = 0.3  # share of the score that a law must have closed for all signatures to be made anew
 
 

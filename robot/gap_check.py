@@ -4,8 +4,9 @@ Each case is diagnosed with the campaign's healthy runs and its answer kept in -
 looked at; cases answered already are not asked again. Then the labels are opened (labels.json, or the
 sealed ones with --key), and every figure of the protocol is printed with its bar, and the confusions. With
 --removed N, the first N single-effect cases are diagnosed once more with their true effect taken out of
-the catalogue. With --scenario, the twin walks each case once without its effects: how visible each effect
-is, and what its true values would close, are measured. Exit code 1: some bar is not met.
+the catalogue. How visible each effect is, and what its true values would close, are measured: against the
+campaign's controls, or with --scenario against walks of the twin without the effects. Exit code 1: some
+bar is not met.
 """
 
 import argparse
@@ -30,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--key", type=Path, metavar="FILE", help="key of the sealed labels")
     parser.add_argument("--scenario", type=Path, metavar="FILE",
-        help="its scenario file; measures what is visible and reachable")  # fmt: skip
+        help="its scenario file: the twin walks each case again to tell what is visible")  # fmt: skip
     parser.add_argument("--out", type=Path, metavar="DIR",
         help="where answers are kept (default: CAMPAIGN/answers)")  # fmt: skip
     parser.add_argument("--removed", type=int, default=0, metavar="N",
@@ -186,9 +187,13 @@ def _cases(
 
     from gap.score import REMOVED, Case
     from robot.gap_campaign import read_answer
+    from robot.gap_case import Asked, commission_case
     from robot.gap_visible import Seen, seen_of
 
-    seen = seen_of(files, labels, options.scenario, out, options.jobs) if options.scenario else {}
+    asked = Asked(files[0].trials, files[0].references, (), out / files[0].name)
+    use_references = bool(files[0].references) and not options.no_references
+    standing = commission_case(asked, out / STANDING) if use_references else ()
+    seen = seen_of(files, labels, options.scenario, out, options.jobs, standing)
     cases = []
     for one in files:
         label, known = labels[one.name], seen.get(one.name, Seen(nan, nan))

@@ -1,12 +1,13 @@
 """How visible the effects of a campaign's cases are, and what their true values would close.
 
-The twin walks every case once more on the same days without its effects. The difference is what the
-effects change; how much healthy walks of different days differ is repeatability. Used for scoring, after
-the labels are open, and by nothing that diagnoses.
+What an effect changes is told by the campaign's controls, or, with its scenario file, by the twin, which
+walks every case once more on the same days without its effects. How much healthy walks of different days
+differ is repeatability. Used for scoring, after the labels are open, and by nothing that diagnoses.
 """
 
 import json
 import math
+import warnings
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
@@ -18,7 +19,7 @@ import numpy as np
 
 from gap.interfaces import Cause, Simulator
 from gap.reachable import shrink_of
-from gap.score import PAIR, SINGLE
+from gap.score import CONTROL, PAIR, SINGLE
 from model.signals import FloatArray
 from robot.campaign_plan import Scenario, read_scenario
 from robot.config import load_robot
@@ -29,6 +30,8 @@ from robot.twin_run import make_twin, walk_fast
 
 if TYPE_CHECKING:
     from record.trial import Trial
+
+FEWEST_CONTROLS = 5  # that tell how healthy walks differ
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +54,7 @@ class _Oracle:
     Attributes:
         name: Of the case.
         change: Mean square change of each trial and channel, (R, C).
-        healthy: Healthy values of each trial, (F, C) each.
+        healthy: Healthy values of each trial, (F, C) each; none where controls tell.
         reachable: See ``Seen``.
     """
 
@@ -61,21 +64,33 @@ class _Oracle:
     reachable: float
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Usual:
+    """What healthy walks of one trial show: their mean, and their variance from day to day, (F, C)."""
+
+    mean: FloatArray
+    variance: FloatArray
+    walks: int
+
+
 def seen_of(
     files: Sequence[CaseFiles],
     labels: Mapping[str, Label],
-    scenario: Path,
+    scenario: Path | None,
     out: Path,
     jobs: int,
+    standing: tuple[Cause, ...],
 ) -> dict[str, Seen]:
     """Measure every case with something wrong.
 
     Args:
         files: Cases.
         labels: Their labels.
-        scenario: Scenario file of the campaign.
+        scenario: Scenario file of the campaign; None: its controls tell, and nothing is measured if there
+            are fewer than ``FEWEST_CONTROLS``.
         out: Where the figures are kept.
         jobs: Processes.
+        standing: What the references show already.
 
     Raises:
         ConfigError: The scenario file cannot be used.
@@ -83,18 +98,26 @@ def seen_of(
     kept = out / "seen.json"
     if kept.is_file():
         return {name: Seen(*_floats(pair)) for name, pair in json.loads(kept.read_text()).items()}
-    plan = read_scenario(scenario)
+    if scenario is None:
+        if sum(one.kind == CONTROL for one in labels.values()) < FEWEST_CONTROLS:
+            return {}
+        usual = _usual_walks([one for one in files if labels[one.name].kind == CONTROL])
+        plan = None
+    else:
+        usual, plan = (), read_scenario(scenario)
     wanted = [one for one in files if labels[one.name].kind in {SINGLE, PAIR}]
     oracles: list[_Oracle] = []
     with (
         ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool,
         ProgressBar("oracle") as bar,
     ):
-        futures = [pool.submit(_ask_oracle, one, labels[one.name], plan) for one in wanted]
+        futures = [
+            pool.submit(_ask_oracle, one, labels[one.name], standing, plan, usual) for one in wanted
+        ]
         for number, done in enumerate(as_completed(futures)):
             oracles.append(done.result())
             bar.show((number + 1) / len(wanted), f"{number + 1} of {len(wanted)}")
-    spread = _repeatability(oracles)
+    spread = _repeatability(oracles) if plan else _days(usual)
     seen = {
         one.name: Seen(_largest(np.sqrt(np.nanmean(one.change / spread, axis=0))), one.reachable)
         for one in oracles
@@ -104,8 +127,57 @@ def seen_of(
     return seen
 
 
-def _ask_oracle(files: CaseFiles, label: Label, scenario: Scenario) -> _Oracle:
+def _usual_walks(controls: Sequence[CaseFiles]) -> tuple[_Usual, ...]:
+    rows: list[list[FloatArray]] = []
+    for one in controls:
+        trials, _, simulator = read_case(Asked(one.trials, (), (), Path()))
+        rows.append([_values(simulator, trial) for trial in trials])
+    found = []
+    for same in zip(*rows, strict=True):
+        n = min(map(len, same))
+        stack = np.array([one[:n] for one in same])
+        with warnings.catch_warnings():
+            warnings.simplefilter(
+                "ignore", RuntimeWarning
+            )  # ends of a trial are compared by nobody
+            found.append(
+                _Usual(np.nanmean(stack, axis=0), np.nanvar(stack, axis=0, ddof=1), len(same))
+            )
+    return tuple(found)
+
+
+def _days(usual: Sequence[_Usual]) -> FloatArray:
+    """Return the variance of each trial's channels from day to day, (R, C)."""
+    return np.array([np.nanmean(one.variance, axis=0) for one in usual])
+
+
+def _ask_oracle(
+    files: CaseFiles,
+    label: Label,
+    standing: tuple[Cause, ...],
+    scenario: Scenario | None,
+    usual: tuple[_Usual, ...],
+) -> _Oracle:
     trials, references, simulator = read_case(Asked(files.trials, files.references, (), Path()))
+    change: list[FloatArray] = []
+    healthy: list[FloatArray] = []
+    for trial, known in zip(trials, usual, strict=scenario is None):
+        values = _values(simulator, trial)
+        n = min(len(values), len(known.mean))
+        beyond = (values[:n] - known.mean[:n]) ** 2 - known.variance[:n] * (1 + 1 / known.walks)
+        square = np.where(np.isfinite(beyond), beyond, 0.0).sum(axis=0)
+        change.append(np.fmax(square / np.fmax(np.isfinite(beyond).sum(axis=0), 1), 0.0))
+    if scenario is not None:
+        change, healthy = _walked_again(simulator, trials, label, scenario)
+    causes = _causes(simulator, label)
+    reachable = shrink_of(trials, simulator, references, causes, standing) if causes else math.nan
+    return _Oracle(files.name, np.array(change), tuple(healthy), reachable)
+
+
+def _walked_again(
+    simulator: Simulator, trials: "Sequence[Trial]", label: Label, scenario: Scenario
+) -> tuple[list[FloatArray], list[FloatArray]]:
+    """Mean square changes, and healthy values, by the twin on the same days."""
     config = load_robot(scenario.robots[label.robot])
     change, healthy = [], []
     for trial, plan, seed in zip(trials, scenario.plans, label.seeds, strict=True):
@@ -114,9 +186,7 @@ def _ask_oracle(files: CaseFiles, label: Label, scenario: Scenario) -> _Oracle:
         n = min(len(ill), len(well))
         change.append(_mean_square(ill[:n] - well[:n]))
         healthy.append(well)
-    causes = _causes(simulator, label)
-    reachable = shrink_of(trials, simulator, references, causes) if causes else math.nan
-    return _Oracle(files.name, np.array(change), tuple(healthy), reachable)
+    return change, healthy
 
 
 def _values(simulator: Simulator, trial: "Trial") -> FloatArray:
