@@ -7,7 +7,8 @@ import numpy as np
 from gap.cross_validation import advantage
 from gap.evidence import Evidence
 from gap.fit import Fitted
-from gap.selection import Option, Selection, Step
+from gap.options import Option
+from gap.selection import Selection, Step
 from model.signals import FloatArray
 
 # A likelihood-ratio choice then errs once in a hundred times.

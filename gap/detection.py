@@ -21,7 +21,8 @@ from model.signals import FloatArray, IntArray
 
 BATCHES = (50, 50, 50, 49)
 NULL_SETS = sum(BATCHES)
-LEVEL = 0.03
+# As a cause must stand out (gap.selection.LEVEL) in one of three tests.
+LEVEL = 0.003
 TESTS = 3
 SAME, OTHER_FREQUENCY, OTHER_GAIT = 0, 1, 2
 SAME_FREQUENCY = 0.08  # natural log

@@ -4,57 +4,44 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import stats
 
-from gap.candidates import APART_M, Candidate, off_bounds
-from gap.cross_validation import Advantage, advantage, unseen_score
+from gap.candidates import Candidate
+from gap.cross_validation import advantage, unseen_score
 from gap.evidence import Evidence
 from gap.fit import ROUNDS, Fitted, fit_causes
 from gap.interfaces import Cause, Effect
-from gap.novelty import novelty
-from gap.screen import Gain, Signatures, gains, make_signatures
+from gap.options import (
+    NEAR,
+    SHORTLIST,
+    Option,
+    chance_healthy,
+    fit_option,
+    share_of,
+    shortlist,
+    usual_score,
+    worth,
+)
+from gap.screen import Signatures, gains, make_signatures
 from model.signals import FloatArray
 
 MOST_CAUSES = 5
-SHORTLIST = 8
-MOST_OF_AN_EFFECT = 3
-LEAST_NATS = 4.0
 # Without references: of the score of the channels in which it acts, what a cause must close.
 LEAST_SHARE = 0.02
-ACTS = 0.1  # of the largest gain of a channel
 # With references: of the score beyond a healthy machine's, in the channels in which it acts, what one more
 # cause must close. Less is the shape of a cause that is there already, mended with that of another.
 REST_SHARE = 0.24
 TRIMMED = (
     0.03  # share of the blocks, those that are explained worst, that a verdict does not hang on
 )
-ERRORS = 2.0
 # Chance that a healthy machine shows any of the candidates so large. Far below what is wanted of a
 # diagnosis, because scatter pooled over unlike legs has heavier tails than Student's.
 LEVEL = 0.001
-NEAR_PLACES = (-1.0, -0.6, -0.3, 0.3, 0.6, 1.0)  # of the distance of places that were tried
-NEAR = 0.2  # a candidate with a smaller share of the best's first-order gain is not fitted
+# Of a first and of a second list: share of the best's first-order gain and nats that candidates must have.
+LISTS = ((NEAR, 0.5), (0.0, 10.0))
 NOTHING_LEFT = (
     1.2  # energy over expectation, little more than healthy runs', where old signatures do
 )
 ANEW = 0.3  # share of the score that a law must have closed for all signatures to be made anew
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Option:
-    """A set of causes that was fitted.
-
-    Attributes:
-        added: The candidate that it adds to what stood.
-        fitted: The fit.
-        unseen: Score of each block without its fold, (B,).
-        over: How much better than what stood.
-    """
-
-    added: Candidate
-    fitted: Fitted
-    unseen: FloatArray
-    over: Advantage
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -134,36 +121,16 @@ def select(
     tried = len(candidates)
     found = Selection(fitted, unseen_score(evidence, fitted), (), None)
     while len(found.steps) < search.most:
-        options = _options(evidence, found, signatures, effects, search)
-        if not options:
+        taken = _look(evidence, found, signatures, effects, tried, threshold, healthy, search)
+        if taken is None:
             break
-        chosen = [
-            one for one in options if worth(one.over, len(one.added.effect.parameters), threshold,
-            len(one.unseen))
-        ]  # fmt: skip
-        best, p = options[0], 1.0
-        usual: list[Option] = []
-        for one in chosen:
-            p_one = min(1.0, tried * chance_healthy(one, evidence, healthy))
-            p = min(p, p_one)
-            if p_one < LEVEL:
-                best = one
-                break
-            usual.append(one)  # healthy runs show it as well: no rival of what is new
+        best, p, others = taken
         if not found.steps:
             found = replace(found, p=p)
-        if healthy is None:
-            small = _share(evidence, best, found.fitted, 0.0) < search.least_share
-        else:
-            usual_score = _usual(evidence, healthy)
-            small = (
-                bool(found.steps) and _share(evidence, best, found.fitted, usual_score) < REST_SHARE
-            )
-        if small or p >= LEVEL:
+        if p >= LEVEL:
             found = replace(found, refused=best)
             break
         share = best.over.nats / max(float(found.unseen.sum()), 1e-9)
-        others = tuple(one for one in options if one is not best and one not in usual)
         steps = (*found.steps, Step(best, others))
         found = Selection(best.fitted, best.unseen, steps, None, found.p)
         found = _dropped(evidence, found, effects, threshold)
@@ -176,121 +143,61 @@ def select(
     )
 
 
-def _share(
-    evidence: Evidence, option: Option, standing: Fitted, usual: FloatArray | float
-) -> float:
-    """Share of the score beyond the usual that an option closes in the channels in which it acts."""
-    before = evidence.score(standing.residual).sum(axis=0)
-    gain = before - evidence.score(option.fitted.residual).sum(axis=0)
-    on = gain > ACTS * gain.max()
-    beyond = np.fmax(before - usual, gain)[on]  # what is closed was there to be closed
-    return float(gain[on].sum() / beyond.sum()) if on.any() else 0.0
-
-
-def _usual(evidence: Evidence, healthy: Evidence) -> FloatArray:
-    """Score of each channel that as many frames of healthy runs have, (C,)."""
-    count = np.fmax(healthy.count.sum(axis=0), 1e-9)
-    found: FloatArray = healthy.score(healthy.base).sum(axis=0) / count * evidence.count.sum(axis=0)
-    return found
-
-
-def chance_healthy(option: Option, evidence: Evidence, healthy: Evidence | None) -> float:
-    """Chance of so large a cause in a healthy machine; 0 where there is none to compare with."""
-    if healthy is None:
-        return 0.0
-    causes = option.fitted.causes
-    added = next(c for c in causes if (c.effect, c.joints) == option.added.key)
-    joints = evidence.predictor.simulator.joints
-    return novelty(evidence, healthy, causes, option.fitted.residual, added, joints).p
-
-
-def worth(over: Advantage, parameters: int, threshold: float, blocks: int) -> bool:
-    """Tell whether an advantage is more than scatter."""
-    needed = ERRORS * float(stats.t.ppf(0.977, max(blocks - 1, 1))) / 2.0 * over.error
-    return over.nats > max(needed, LEAST_NATS + parameters, 0.5 * threshold)
-
-
-def _options(
+def _look(
     evidence: Evidence,
     found: Selection,
     signatures: Signatures,
     effects: Mapping[str, Effect],
+    tried: int,
+    threshold: float,
+    healthy: Evidence | None,
     search: Search,
-) -> list[Option]:
+) -> tuple[Option, float, tuple[Option, ...]] | None:
+    """Look for one more cause: the best, its chance in a healthy machine (1: not to be taken), its rivals.
+
+    With references, what differs most between days may be all of the first list; so there is a second.
+    """
     taken = {(cause.effect, cause.joints) for cause in found.fitted.causes}
     residual = found.fitted.residual
     ranked = gains(signatures, residual, evidence.weights(residual))
-    ranked = [one for one in ranked if one.signature.candidate.key not in taken]
-    options = []
-    for one in shortlist(ranked, search.shortlist):
-        added = one.signature.candidate
-        start = (*found.fitted.causes, added.cause(one.values))
-        options.append(_option(evidence, added, start, found.unseen, effects, search.rounds))
-    return sorted(options, key=lambda o: (-o.over.nats, o.added.key))
-
-
-def _option(
-    evidence: Evidence,
-    added: Candidate,
-    start: tuple[Cause, ...],
-    standing: FloatArray,
-    effects: Mapping[str, Effect],
-    rounds: int = ROUNDS,
-) -> Option:
-    fitted = fit_causes(evidence, start, effects, rounds)
-    freed = off_bounds(start, effects)
-    if freed != start:
-        # a cause that took the place of one that was missing may be stuck where it went for that
-        again = fit_causes(evidence, freed, effects)
-        fitted = again if again.nats < fitted.nats else fitted
-    fitted = _placed(evidence, fitted, effects, rounds)
-    unseen = unseen_score(evidence, fitted)
-    return Option(added, fitted, unseen, advantage(unseen, standing, evidence.block_part))
-
-
-def _placed(
-    evidence: Evidence, fitted: Fitted, effects: Mapping[str, Effect], rounds: int
-) -> Fitted:
-    """Move edges in the world a little: feet cross them one by one, so that a descent sticks between."""
-    for number, cause in enumerate(fitted.causes):
-        for at, parameter in enumerate(effects[cause.effect].parameters):
-            if not parameter.located:
+    ranked = [gain for gain in ranked if gain.signature.candidate.key not in taken]
+    options: list[Option] = []
+    usual: list[Option] = []
+    least_p = 1.0
+    for near, least in LISTS if healthy is not None else LISTS[:1]:
+        listed = shortlist(ranked, search.shortlist, near, least)
+        ranked = [gain for gain in ranked if gain not in listed]
+        fresh = []
+        for gain in listed:
+            added = gain.signature.candidate
+            start = (*found.fitted.causes, added.cause(gain.values))
+            fresh.append(fit_option(evidence, added, start, found.unseen, effects, search.rounds))
+        fresh.sort(key=lambda o: (-o.over.nats, o.added.key))
+        options += fresh
+        for one in fresh:
+            parameters = len(one.added.effect.parameters)
+            if not worth(one.over, parameters, threshold, len(one.unseen)):
                 continue
-            near = [fitted.causes]
-            for share in NEAR_PLACES:
-                values = list(cause.values)
-                moved = values[at] + share * APART_M
-                values[at] = min(max(moved, parameter.lower), parameter.upper)
-                near.append((
-                    *fitted.causes[:number],
-                    replace(cause, values=tuple(values)),
-                    *fitted.causes[number + 1 :],
-                ))  # fmt: skip
-            scores = [float(evidence.score(one).sum()) for one in evidence.residuals(near)]
-            best = min(range(len(near)), key=scores.__getitem__)
-            if best > 0:
-                again = fit_causes(evidence, near[best], effects, rounds)
-                fitted = again if again.nats < fitted.nats else fitted
-    return fitted
+            p = min(1.0, tried * chance_healthy(one, evidence, healthy))
+            if p < LEVEL and _closes_enough(evidence, one, found, healthy, search):
+                rivals = [other for other in options if other is not one and other not in usual]
+                return one, p, tuple(sorted(rivals, key=lambda o: (-o.over.nats, o.added.key)))
+            if healthy is None:
+                return one, 1.0, ()
+            usual.append(one)  # healthy runs show it as well: no rival of what is new
+            least_p = min(least_p, max(p, LEVEL))
+    options.sort(key=lambda o: (-o.over.nats, o.added.key))
+    return (options[0], least_p, ()) if options else None
 
 
-def shortlist(ranked: Sequence[Gain], most: int = SHORTLIST) -> list[Gain]:
-    """Return the candidates worth a fit: near the best, and not all of one effect."""
-    chosen: list[Gain] = []
-    counts: dict[str, int] = {}
-    for one in ranked:
-        name = one.signature.candidate.effect.name
-        if one.nats <= 0.5 or len(chosen) >= most:
-            break
-        if counts.get(name, 0) >= MOST_OF_AN_EFFECT:
-            continue
-        if chosen and one.nats < NEAR * chosen[0].nats and len(chosen) >= 3:
-            break
-        counts[name] = counts.get(name, 0) + 1
-        chosen.append(one)
-    # a law has no size: to first order it is worth nothing until the others have adjusted to it
-    laws = [one for one in ranked if not one.signature.candidate.effect.parameters]
-    return [*chosen, *(one for one in laws if one not in chosen)]
+def _closes_enough(
+    evidence: Evidence, one: Option, found: Selection, healthy: Evidence | None, search: Search
+) -> bool:
+    if healthy is None:
+        return share_of(evidence, one, found.fitted, 0.0) >= search.least_share
+    if not found.steps:
+        return True
+    return share_of(evidence, one, found.fitted, usual_score(evidence, healthy)) >= REST_SHARE
 
 
 def _without(causes: tuple[Cause, ...], at: int) -> tuple[Cause, ...]:
@@ -334,7 +241,7 @@ def _swapped(
             causes[at] = next(
                 c for c in rival.fitted.causes if (c.effect, c.joints) == rival.added.key
             )
-            option = _option(evidence, rival.added, tuple(causes), found.unseen, effects)
+            option = fit_option(evidence, rival.added, tuple(causes), found.unseen, effects)
             ahead = option.over.nats > max(option.over.error, 2.0)
             if ahead and chance(option) < LEVEL:
                 rivals = (step.chosen, *(r for r in step.rivals if r is not rival))

@@ -156,7 +156,7 @@ def _reweighted(
     laws, a, r = np.zeros((count, 6)), np.zeros((3, 3)), np.zeros(3)
     last, slow, failures = np.inf, 0, 0
     for number in range(REWEIGHTED_STEPS):
-        newton = 1.0 if coulomb and slow == 0 and static_ratio == 1.0 else 0.0
+        newton = 1.0 if coulomb and slow == 0 else 0.0
         a[:, :] = 0.0
         r[:] = push
         a[0, 0] = a[1, 1] = drag
