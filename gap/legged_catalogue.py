@@ -203,7 +203,7 @@ FRICTION = (
     _entry("stiction", "friction",
            (
                _ratio(1.0, 3.0, 0.3, "static_ratio"),
-               _place("speed_m_s", "m/s", 0.005, 0.0005, 0.05, 0.005),
+               _place("speed_m_s", "m/s", 0.005, 0.002, 0.05, 0.005),
            ), ALL,
            (Place("ground", "static_ratio", Combine.MULTIPLY), _set("static_speed_m_s")),
            "A foot at rest grips more than a sliding one.",
