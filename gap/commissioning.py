@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gap.candidates import candidates_of
+from gap.candidates import Candidate, candidates_of
 from gap.evidence import errors, local_drive, make_evidence
 from gap.floor import Floor, make_floor
 from gap.interfaces import Cause, Drive, Simulator
@@ -24,7 +24,10 @@ from record.trial import Trial
 MISFIT_SHARE = 0.1
 FEWEST_CONDITIONS = 2
 MOST_TRIALS = 3
-SHORT = Search(shortlist=4, most=6, least_share=0.01, rounds=3)
+SENSING = "sensing"
+# What stands must be large enough to change what other effects do; smaller misfit is taken off as it is.
+LAWS = Search(shortlist=4, most=6, least_share=0.01, rounds=3, least_gain=0.04)
+SENSORS = Search(shortlist=3, most=3, least_share=0.01, rounds=3, least_gain=0.01)
 
 
 def commission(
@@ -44,18 +47,38 @@ def commission(
     parts = conditions_of(references)
     if len(parts) < FEWEST_CONDITIONS:
         return ()
-    effects = {effect.name: effect for effect in predictor.simulator.effects}
+    # what one leg has and another has not is no law of the machine, and differs from day to day
+    whole = tuple(one for one in candidates_of(predictor.simulator) if not one.joints)
+    found = _stands(predictor, parts, drive, whole, LAWS, lambda share: progress(0.8 * share))
+    # a sensor's own delay adds to a new one, however small it is
+    sensors = tuple(one for one in whole if one.effect.stage == SENSING)
+    after = predictor.with_standing(found)
+    return (
+        *found,
+        *_stands(after, parts, drive, sensors, SENSORS, lambda share: progress(0.8 + 0.2 * share)),
+    )
+
+
+def _stands(
+    predictor: Predictor,
+    parts: Sequence[Part],
+    drive: Drive,
+    candidates: Sequence[Candidate],
+    search: Search,
+    progress: Callable[[float], None],
+) -> tuple[Cause, ...]:
     known = list(zip(parts, errors(predictor, parts, drive), strict=True))
     floor = loosened(predictor, parts, drive, make_floor(predictor.simulator.channels, (), known))
     evidence = make_evidence(predictor, parts, drive, floor)
-    # what one leg has and another has not is no law of the machine, and differs from day to day
-    whole = tuple(one for one in candidates_of(predictor.simulator) if not one.joints)
-    if not whole or not (evidence.count > 0).any():
+    taken = {(one.effect, one.joints) for one in predictor.standing}
+    free = [one for one in candidates if one.key not in taken]
+    if not free or not (evidence.count > 0).any():
         return ()
-    signatures = make_signatures(evidence, whole, (), lambda share: progress(0.2 * share))
+    effects = {effect.name: effect for effect in predictor.simulator.effects}
+    signatures = make_signatures(evidence, free, (), lambda share: progress(0.2 * share))
     found = select(
-        evidence, whole, signatures, effects, 0.0, lambda share: progress(0.2 + 0.8 * share),
-        search=SHORT,
+        evidence, free, signatures, effects, 0.0, lambda share: progress(0.2 + 0.8 * share),
+        search=search,
     )  # fmt: skip
     return found.fitted.causes
 

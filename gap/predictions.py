@@ -84,6 +84,10 @@ class Predictor:
         self._executor = executor
         self._known: OrderedDict[Wanted, FloatArray] = OrderedDict()
 
+    def with_standing(self, standing: tuple[Cause, ...]) -> "Predictor":
+        """Return the same with these causes behind those that stand."""
+        return Predictor(self.simulator, self.trials, self._executor, (*self.standing, *standing))
+
     def predict(self, wanted: Sequence[Wanted]) -> list[FloatArray]:
         """Return (F, C) for each."""
         fresh = list(dict.fromkeys(one for one in wanted if one not in self._known))

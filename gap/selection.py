@@ -87,12 +87,14 @@ class Search:
         least_share: Share of the score, in the channels in which it acts, that a cause must close where
             there are no references.
         rounds: Most steps of a fit.
+        least_gain: Share of the whole score that a cause must gain where there are no references.
     """
 
     shortlist: int = SHORTLIST
     most: int = MOST_CAUSES
     least_share: float = LEAST_SHARE
     rounds: int = ROUNDS
+    least_gain: float = 0.0
 
 
 def select(
@@ -194,7 +196,8 @@ def _closes_enough(
     evidence: Evidence, one: Option, found: Selection, healthy: Evidence | None, search: Search
 ) -> bool:
     if healthy is None:
-        return share_of(evidence, one, found.fitted, 0.0) >= search.least_share
+        gains_enough = one.over.nats >= search.least_gain * float(found.unseen.sum())
+        return gains_enough and share_of(evidence, one, found.fitted, 0.0) >= search.least_share
     if not found.steps:
         return True
     return share_of(evidence, one, found.fitted, usual_score(evidence, healthy)) >= REST_SHARE
