@@ -1,13 +1,20 @@
 """The model at one frame with its derivatives, by one compiled call over stepped parameters."""
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
-from model import estimator_kernel, estimator_step_kernel
+from model import (
+    estimator_kernel,
+    estimator_readout_kernel,
+    estimator_step_kernel,
+    estimator_update_kernel,
+)
+from model.estimator_kernel import NOT_A_NUMBER
 from model.frames import FrictionLaw
 from model.params import ContactParameters
-from model.signals import BoolArray, FloatArray, FootMotion
+from model.signals import BoolArray, FloatArray, FootMotion, readonly
 
 LOG_STEP = 0.01
 SPEED_STEP_M_S = 1e-4
@@ -52,6 +59,19 @@ def prepare() -> None:
     """Load or make the machine code now, so that no tick has to wait for it."""
     estimator_kernel.prepare()
     estimator_step_kernel.prepare()
+    estimator_update_kernel.prepare()
+    estimator_readout_kernel.prepare()
+
+
+@cache
+def no_answer(count: int) -> Neighbourhood:
+    """All NaN, for N feet: what is said where the model says nothing."""
+    sizes = (
+        (3,), (3, 2 * count), (3, count), (2,), (count,), (count, count), (3,), (3, count),
+        (count, 2), (count, 2), (count, 2, 2 * count),
+    )  # fmt: skip
+    none = readonly(np.zeros(count, dtype=np.bool_))
+    return Neighbourhood(NOT_A_NUMBER, *(readonly(np.full(size, np.nan)) for size in sizes), none)
 
 
 def neighbourhood(
