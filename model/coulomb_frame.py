@@ -110,7 +110,7 @@ def coulomb_frame(
     state = NOT_SOLVED
     for attempt in range(2):
         if attempt == 0:
-            if not warm or resting > 1 or not np.isfinite(before2):
+            if not warm or not np.isfinite(before2):
                 continue
             dw = before2 - w
             twist[0] = (before0 - v0 - dw * cy) / top

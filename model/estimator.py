@@ -284,7 +284,7 @@ class Estimator:
         if model is not None:
             tilt = (inputs.roll_rad, inputs.pitch_rad)
             blocks += measure.tilt_blocks(tilt, model, settings, self.size)
-        if np.isfinite(inputs.yaw_rate_rad_s):
+        if isfinite(inputs.yaw_rate_rad_s):
             blocks.append(measure.gyro_block(mean, inputs.yaw_rate_rad_s, settings))
         pose = measure.pose_block(mean, inputs, settings)
         if pose is not None:

@@ -5,6 +5,7 @@ passes a gate of its own before all that passed are used at once.
 """
 
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 
@@ -159,7 +160,7 @@ def tilt_blocks(
     legs = len(model.load_n)
     blocks = []
     for measured, axis in zip(tilt, (1, 0), strict=True):
-        if not np.isfinite(measured):
+        if not isfinite(measured):
             continue
         slope = model.pose[axis]
         rows = np.zeros((1, size))

@@ -14,7 +14,7 @@ from model import (
 from model.estimator_kernel import NOT_A_NUMBER
 from model.frames import FrictionLaw
 from model.params import ContactParameters
-from model.signals import BoolArray, FloatArray, FootMotion, readonly
+from model.signals import BoolArray, FloatArray, FootMotion
 
 LOG_STEP = 0.01
 SPEED_STEP_M_S = 1e-4
@@ -66,12 +66,25 @@ def prepare() -> None:
 @cache
 def no_answer(count: int) -> Neighbourhood:
     """All NaN, for N feet: what is said where the model says nothing."""
-    sizes = (
-        (3,), (3, 2 * count), (3, count), (2,), (count,), (count, count), (3,), (3, count),
-        (count, 2), (count, 2), (count, 2, 2 * count),
-    )  # fmt: skip
-    none = readonly(np.zeros(count, dtype=np.bool_))
-    return Neighbourhood(NOT_A_NUMBER, *(readonly(np.full(size, np.nan)) for size in sizes), none)
+    row, square = np.full(count, np.nan), np.full((count, count), np.nan)
+    plane, space = np.full((count, 2), np.nan), np.full(3, np.nan)
+    by_three, by_both = np.full((3, count), np.nan), np.full((3, 2 * count), np.nan)
+    of_forces = np.full((count, 2, 2 * count), np.nan)
+    return Neighbourhood(
+        reason=NOT_A_NUMBER,
+        velocity_B=space,
+        by_parameters=by_both,
+        by_speeds=by_three,
+        sway_B=np.full(2, np.nan),
+        load_n=row,
+        load_by_stiffness=square,
+        pose=space,
+        pose_by_stiffness=by_three,
+        slip_B=plane,
+        force_B=plane,
+        force_by_parameters=of_forces,
+        resting=np.zeros(count, dtype=np.bool_),
+    )
 
 
 def neighbourhood(
