@@ -5,6 +5,7 @@ described in ``docs/odometry.md``; late samples are the business of ``model.esti
 """
 
 from dataclasses import replace
+from math import isfinite
 
 import numpy as np
 
@@ -27,10 +28,10 @@ from model.estimator_types import (
     OdometryEstimate,
     OdometryInputs,
 )
-from model.kalman import Kalman, mended, sound
+from model.kalman import mended, predicted, sound
 from model.neighbourhood import Neighbourhood, neighbourhood, prepare
 from model.params import ContactParameters
-from model.signals import BoolArray, FloatArray, FootMotion, IntArray
+from model.signals import BoolArray, FloatArray, FootMotion
 
 NEVER = -1
 START_SD = 1e-4  # of pose [m, rad] and velocity [m/s, rad/s] at the beginning
@@ -62,7 +63,6 @@ class Estimator:
         self.weight_n = weight_n
         self.legs = len(contact.mu)
         self.size = FIXED + 2 * self.legs
-        self._kalman = Kalman(self.size)
         prepare()
 
     def initial(self, pose: FloatArray | None = None) -> EstimatorState:
@@ -77,7 +77,7 @@ class Estimator:
             mean[POSE] = pose
         sd = np.full(self.size, settings.parameter_sd)
         sd[POSE] = sd[VELOCITY] = START_SD
-        sd[BIAS] = process.bias_size(settings, 0.0, 0)
+        sd[BIAS] = [settings.bias_speed_sd, settings.bias_speed_sd, settings.bias_turn_sd]
         sd[SCALE], sd[GYRO_BIAS] = settings.scale_sd, settings.gyro_bias_sd
         nan = np.full((legs, 3), np.nan)
         covariance = np.diag(sd**2)
@@ -145,13 +145,13 @@ class Estimator:
         step = self._predict(state.mean, serving, dt_s, held, int(dead.sum()), trouble)
         if airborne:
             trouble.add("picked up: the feet carry nothing")
-        covariance = self._kalman.predict(step.mean, state.covariance, step.transition, step.noise)
+        covariance = predicted(state.covariance, step.transition, step.noise)
         # the model was solved at the parameters that the prediction leaves as they are
         blocks = self._blocks(
             step.mean, covariance, inputs, heard, None if held else serving, feet, dead, state
         )
-        mean, after_covariance, stacked = self._correct(step.mean, covariance, blocks, state)
-        if not (sound(after_covariance) and np.isfinite(mean).all()):
+        mean, after_covariance, used = self._correct(step.mean, covariance, blocks, state)
+        if not (sound(after_covariance) and isfinite(np.vdot(mean, mean))):
             trouble.add("the covariance had to be mended")
             mean = np.where(np.isfinite(mean), mean, state.mean)
             after_covariance = mended(
@@ -160,7 +160,7 @@ class Estimator:
         force_ns = inputs.forces.t_ns if heard.fresh and inputs.forces else state.force_ns
         answered = serving is not None or state.answer_ns == NEVER
         answer_ns = inputs.t_ns if answered else state.answer_ns
-        nis = _smoothed_nis(state.nis, stacked, settings.force_period_s)
+        nis = _smoothed_nis(state.nis, used, settings.force_period_s)
         moment = Moment(inputs.t_ns, force_ns, answer_ns, nis, inputs.pose_W is not None)
         verdict = judge(state, moment, settings, trouble)
         after = EstimatorState(
@@ -172,8 +172,8 @@ class Estimator:
             used_ns=inputs.t_ns if heard.use else state.used_ns,
             share=heard.share[:, 2] if heard.fresh else state.share,
             contact=senses.contact(state, model, heard, self.weight_n, settings),
-            rejected=_streaks(state.rejected, stacked),
-            rejects=state.rejects + (len(stacked.rejected) if stacked is not None else 0),
+            rejected=used.streak if used is not None else state.rejected,
+            rejects=state.rejects + (used.rejects if used is not None else 0),
             idle_ns=idle_ns,
             answer_ns=answer_ns,
             fine_ns=verdict.fine_ns,
@@ -183,7 +183,7 @@ class Estimator:
             before=(step.mean, covariance),
             transition=step.transition,
         )
-        out = estimate(after, self.contact, self.weight_n, settings, model, stacked, verdict, held)
+        out = estimate(after, self.contact, self.weight_n, settings, model, used, verdict, held)
         return after, out
 
     def _predict(
@@ -208,8 +208,7 @@ class Estimator:
             return process.carried(mean, settings, dt_s)
         if held:
             return process.standing(mean, settings)
-        telling = senses.telling(model, self.legs, self.weight_n, settings)
-        return process.walking(mean, model, settings, dt_s, telling, dead_legs)
+        return process.walking(mean, model, settings, dt_s, self.weight_n, dead_legs)
 
     def _correct(
         self,
@@ -217,7 +216,7 @@ class Estimator:
         covariance: FloatArray,
         blocks: list[measure.Block],
         state: EstimatorState,
-    ) -> tuple[FloatArray, FloatArray, measure.Stack | None]:
+    ) -> tuple[FloatArray, FloatArray, measure.Used | None]:
         """Use what passes its gate."""
         if not blocks:
             return mean, covariance, None
@@ -227,15 +226,7 @@ class Estimator:
                 covariance = covariance + block.rows.T @ (
                     block.innovation[:, None] ** 2 * block.rows
                 )
-        stacked = measure.stack(blocks, covariance, state.rejected, self.settings)
-        if not stacked.accepted:
-            return mean, covariance, stacked
-        mean, covariance = self._kalman.update(
-            mean, covariance, stacked.innovation, stacked.rows, stacked.noise
-        )
-        limit = self.settings.parameter_limit
-        mean[FIXED:] = np.clip(mean[FIXED:], -limit, limit)
-        return mean, covariance, stacked
+        return measure.use(blocks, mean, covariance, state.rejected, self.settings)
 
     def _check(self, inputs: OdometryInputs) -> None:
         shape = (self.legs, 3)
@@ -247,7 +238,7 @@ class Estimator:
 
     def _model(self, mean: FloatArray, feet: FootMotion) -> Neighbourhood | None:
         """The model at the parameters of a state; None without an answer."""
-        if not (np.isfinite(feet.position_m).all() and np.isfinite(feet.velocity_m_s).all()):
+        if not senses.finite(feet):
             return None
         factors = np.exp(mean[FIXED:])
         contact = ContactParameters(
@@ -293,7 +284,7 @@ class Estimator:
         if model is not None:
             tilt = (inputs.roll_rad, inputs.pitch_rad)
             blocks += measure.tilt_blocks(tilt, model, settings, self.size)
-        if np.isfinite(inputs.yaw_rate_rad_s):
+        if isfinite(inputs.yaw_rate_rad_s):
             blocks.append(measure.gyro_block(mean, inputs.yaw_rate_rad_s, settings))
         pose = measure.pose_block(mean, inputs, settings)
         if pose is not None:
@@ -313,25 +304,11 @@ def _with_effects(
     )
 
 
-def _streaks(before: IntArray, stacked: measure.Stack | None) -> IntArray:
-    """Rejections in a row of each leg's load and force, and of the pose."""
-    if stacked is None:
+def _smoothed_nis(before: float, used: measure.Used | None, period_s: float) -> float:
+    if used is None or not isfinite(used.nis):
         return before
-    after = before.copy()
-    for block in stacked.accepted:
-        if block.kind >= 0 and block not in stacked.rejected:
-            after[block.kind, block.leg] = 0
-    for block in stacked.rejected:
-        if block.kind >= 0:
-            after[block.kind, block.leg] += 1
-    return after
-
-
-def _smoothed_nis(before: float, stacked: measure.Stack | None, period_s: float) -> float:
-    if stacked is None or not np.isfinite(stacked.nis):
-        return before
-    now = stacked.nis / len(stacked.innovation)
-    if not np.isfinite(before):
+    now = used.nis / used.numbers
+    if not isfinite(before):
         return now
     share = period_s / NIS_MEMORY_S
     return (1 - share) * before + share * now

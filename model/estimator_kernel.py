@@ -271,7 +271,7 @@ def neighbourhood_kernel(
 def prepare() -> None:
     """Compile for read-only inputs, which writable ones fit too, and for nothing else after."""
     dispatcher: Any = neighbourhood_kernel
-    if not COMPILED or dispatcher.signatures:
+    if not COMPILED or not dispatcher._can_compile:
         return
     from numba import types
 

@@ -5,7 +5,7 @@ passes a gate of its own before all that passed are used at once.
 """
 
 from dataclasses import dataclass
-from math import inf, isfinite
+from math import isfinite
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from model.estimator_types import (
     friction_of,
     stiffness_of,
 )
+from model.estimator_update_kernel import update_kernel
 from model.neighbourhood import Neighbourhood
 from model.signals import BoolArray, FloatArray, FootMotion, IntArray
 
@@ -159,7 +160,7 @@ def tilt_blocks(
     legs = len(model.load_n)
     blocks = []
     for measured, axis in zip(tilt, (1, 0), strict=True):
-        if not np.isfinite(measured):
+        if not isfinite(measured):
             continue
         slope = model.pose[axis]
         rows = np.zeros((1, size))
@@ -189,94 +190,64 @@ def pose_block(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Stack:
-    """Blocks that passed their gates, as one measurement, and what became of the gates.
+class Used:
+    """What became of a stack of blocks.
 
     Attributes:
-        innovation: Of what passed, (m,).
-        rows: H, (m, n).
-        noise: R, (m, m).
-        accepted: Blocks that passed.
-        rejected: Blocks that did not at first; one believed after many rejections is in both.
-        nis: Normalised innovation squared of what passed; NaN if nothing did.
-        log_likelihood: Of the innovation of what passed; NaN if nothing did.
-        sd: Standard deviation that the filter gives each number of each accepted block.
+        nis: Normalised innovation squared of what was used; NaN if nothing was.
+        numbers: How many numbers that is.
+        log_likelihood: Of the innovation of what was used; NaN if nothing was.
+        innovation: Innovations of the feet's forces over the sd that the filter gives them, (N, 3);
+            NaN where none was used.
+        streak: Rejections in a row of loads, forces and pose, (3, N).
+        rejects: Blocks that did not pass their gates at first.
     """
 
-    innovation: FloatArray
-    rows: FloatArray
-    noise: FloatArray
-    accepted: tuple[Block, ...]
-    rejected: tuple[Block, ...]
     nis: float
+    numbers: int
     log_likelihood: float
-    sd: FloatArray
+    innovation: FloatArray
+    streak: IntArray
+    rejects: int
 
 
-def stack(
-    blocks: list[Block], covariance: FloatArray, streak: IntArray, settings: EstimatorSettings
-) -> Stack:
-    """Gate each block by its own normalised innovation and stack the rest.
-
-    After a row of rejections a block is believed again with as much more noise as brings it to its
-    gate: a filter that never hears its sensors again is worse than one that doubts them.
+def use(
+    blocks: list[Block],
+    mean: FloatArray,
+    covariance: FloatArray,
+    streak: IntArray,
+    settings: EstimatorSettings,
+) -> tuple[FloatArray, FloatArray, Used]:
+    """Gate each block by its own normalised innovation and use the rest, all of them at once.
 
     Args:
         blocks: Not empty.
+        mean: (n,).
         covariance: P, (n, n).
         streak: Rejections in a row of loads, forces and pose, (3, N).
-        settings: Gates.
+        settings: Gates and limits.
 
     Returns:
-        The stack, empty if nothing passed; ``nis`` is its own.
+        Mean, covariance, and what became of the blocks.
     """
-    rows = np.concatenate([block.rows for block in blocks])
-    variance = np.concatenate([block.variance for block in blocks])
-    innovation = np.concatenate([block.innovation for block in blocks])
-    spread = rows @ covariance @ rows.T
-    inner = spread + np.diag(variance)
-    keep = np.ones(len(innovation), dtype=bool)
-    accepted, rejected = [], []
-    at = 0
+    places, begin = [], 0
     for block in blocks:
-        part = slice(at, at + len(block.innovation))
-        at = part.stop
-        if isfinite(block.gate):
-            distance = _distance(inner[part, part], block.innovation)
-            if not distance <= block.gate:
-                rejected.append(block)
-                patient = block.kind >= 0 and (
-                    streak[block.kind, block.leg] >= settings.reject_limit
-                )
-                if not patient or not isfinite(distance):
-                    keep[part] = False
-                    continue
-                # brings one number exactly to the gate, a pair near it
-                variance[part] += (distance / block.gate - 1) * np.diagonal(inner)[part]
-        accepted.append(block)
-    if not accepted:
-        none = innovation[:0]
-        return Stack(none, rows[:0], np.zeros((0, 0)), (), tuple(rejected), np.nan, np.nan, none)
-    noise = np.diag(variance[keep])
-    inner = spread[keep][:, keep] + noise
-    left = innovation[keep]
-    root = np.linalg.cholesky(inner)
-    whitened = np.linalg.solve(root, left)
-    nis = float(whitened @ whitened)
-    volume = 2 * float(np.log(np.diagonal(root)).sum()) + len(left) * np.log(2 * np.pi)
-    return Stack(
-        left, rows[keep], noise, tuple(accepted), tuple(rejected), nis, -0.5 * (nis + volume),
-        np.sqrt(np.diagonal(inner)),
-    )  # fmt: skip
-
-
-def _distance(inner: FloatArray, left: FloatArray) -> float:
-    if len(left) == 1:
-        x = float(left[0])
-        return x * x / float(inner[0, 0])
-    if len(left) == 2:
-        (a, b), (_, d) = inner.tolist()
-        x, y = left.tolist()
-        volume: float = a * d - b * b
-        return float(d * x * x - 2 * b * x * y + a * y * y) / volume if volume else inf
-    return float(left @ np.linalg.solve(inner, left))
+        places.append((begin, block.kind, block.leg))
+        begin += len(block.innovation)
+    mean, covariance, streak = mean.copy(), covariance.copy(), streak.copy()
+    normal = np.full((streak.shape[1], 3), np.nan)
+    nis, log_likelihood, numbers, rejects = update_kernel(
+        mean,
+        covariance,
+        np.concatenate([block.innovation for block in blocks]),
+        np.concatenate([block.rows for block in blocks]),
+        np.concatenate([block.variance for block in blocks]),
+        np.array([block.gate for block in blocks]),
+        np.array(places),
+        settings.reject_limit,
+        FIXED,
+        settings.parameter_limit,
+        streak,
+        normal,
+    )
+    return mean, covariance, Used(nis, numbers, log_likelihood, normal, streak, rejects)

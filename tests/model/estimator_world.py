@@ -1,6 +1,6 @@
 """A small walker for the estimator's tests, and a world that behaves exactly as the filter believes."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -59,6 +59,7 @@ def simulate(settings: EstimatorSettings, seed: int, ticks: int, *, forces: bool
     # what the gauge says is so
     truth[friction_of(6)] -= truth[friction_of(6)].mean()
     made, poses, velocities = [], [], []
+    fixed = replace(settings, parameter_walk=0.0)
     for i in range(ticks):
         t_ns = i * PERIOD_NS
         feet = feet_at(t_ns * 1e-9)
@@ -69,8 +70,7 @@ def simulate(settings: EstimatorSettings, seed: int, ticks: int, *, forces: bool
         model = neighbourhood(feet, contact, WEIGHT_N, settings.law, settings.sway_step_s)
         assert model.reason == 0
         if i:
-            none = np.zeros(6, dtype=bool)
-            step = walking(truth, model, settings, PERIOD_NS * 1e-9, (none, none), 0)
+            step = walking(truth, model, fixed, PERIOD_NS * 1e-9, WEIGHT_N, 0)
             root = np.linalg.svd(step.noise, hermitian=True)
             truth = step.mean + root[0] @ (np.sqrt(root[1]) * draw.normal(size=len(truth)))
         poses.append(truth[:3].copy())

@@ -23,7 +23,7 @@ from model.estimator_types import (
     stiffness_of,
 )
 from model.frames import FrictionLaw, solve_frames
-from model.kalman import Kalman, mended, sound
+from model.kalman import mended, predicted, sound
 from model.neighbourhood import Neighbourhood, neighbourhood
 from model.params import ContactParameters
 from model.signals import FloatArray, FootForces, FootMotion
@@ -91,10 +91,9 @@ def test_process_jacobian_against_differences(law: FrictionLaw) -> None:
     mean = 0.05 * draw.normal(size=FIXED + 12)
     mean[VELOCITY] = [0.02, 0.003, 0.3]
     feet = feet_at(0.7)
-    none = np.zeros(6, dtype=bool)
 
     def after(at: FloatArray) -> process.Prediction:
-        return process.walking(at, solved(at, feet, law), settings, 0.01, (none, none), 0)
+        return process.walking(at, solved(at, feet, law), settings, 0.01, WEIGHT_N, 0)
 
     analytic = after(mean).transition
     for i in range(len(mean)):
@@ -152,27 +151,69 @@ def test_no_force_row_touches_the_global_pose() -> None:
     assert not np.concatenate([block.rows for block in blocks])[:, :3].any()
 
 
-def test_wrapper_equals_a_plain_kalman_filter() -> None:
+def test_both_halves_equal_filterpy() -> None:
     draw = np.random.default_rng(3)
-    size, count = 5, 3
-    transition = np.eye(size) + 0.1 * draw.normal(size=(size, size))
-    noise, rows = 0.1 * np.eye(size), draw.normal(size=(count, size))
-    plain = KalmanFilter(dim_x=size, dim_z=count)
-    plain.x, plain.P = np.zeros(size), np.eye(size)
-    plain.F, plain.Q, plain.H, plain.R = transition, noise, rows, 0.2 * np.eye(count)
-    kalman = Kalman(size)
+    size = FIXED + 12
+    transition = np.eye(size) + np.where(
+        draw.random((size, size)) < 0.2, 0.1 * draw.normal(size=(size, size)), 0.0
+    )
+    noise = 0.1 * np.eye(size)
+    plain = KalmanFilter(dim_x=size, dim_z=9)
+    plain.x, plain.P, plain.F, plain.Q = np.zeros(size), np.eye(size), transition, noise
     mean, covariance = np.zeros(size), np.eye(size)
+    wide = replace(SETTINGS, parameter_limit=1e6)
+    streak = np.zeros((3, 6), dtype=np.int64)
     for _ in range(20):
-        z = draw.normal(size=count)
+        z, rows = draw.normal(size=9), draw.normal(size=(9, size))
+        variance = draw.uniform(0.05, 0.3, 9)
         plain.predict()
-        plain.update(z)
         mean = transition @ mean
-        covariance = kalman.predict(mean, covariance, transition, noise)
-        mean, covariance = kalman.update(
-            mean, covariance, z - rows @ mean, rows, 0.2 * np.eye(count)
-        )
-    np.testing.assert_allclose(mean, plain.x, atol=1e-12)
-    np.testing.assert_allclose(covariance, plain.P, atol=1e-12)
+        covariance = predicted(covariance, transition, noise)
+        np.testing.assert_allclose(covariance, plain.P, rtol=1e-11, atol=1e-12)
+        left = z - rows @ mean
+        blocks = [
+            measure.Block(left[:1], rows[:1], variance[:1], 1e9, 0, 2),
+            measure.Block(left[1:3], rows[1:3], variance[1:3], 1e9, 1, 4),
+            measure.Block(left[3:6], rows[3:6], variance[3:6], 1e9, 2, 0),
+            measure.Block(left[6:], rows[6:], variance[6:]),
+        ]
+        inner = rows @ covariance @ rows.T + np.diag(variance)
+        plain.update(z, np.diag(variance), rows)
+        mean, covariance, used = measure.use(blocks, mean, covariance, streak, wide)
+        np.testing.assert_allclose(mean, plain.x, rtol=1e-10, atol=1e-11)
+        np.testing.assert_allclose(covariance, plain.P, rtol=1e-10, atol=1e-11)
+        assert np.array_equal(covariance, covariance.T)
+        assert (used.numbers, used.rejects) == (9, 0)
+        assert used.nis == pytest.approx(left @ np.linalg.solve(inner, left), rel=1e-9)
+        assert used.log_likelihood == pytest.approx(plain.log_likelihood, rel=1e-9)
+        normal = left / np.sqrt(np.diagonal(inner))
+        assert used.innovation[2, 2] == pytest.approx(normal[0])
+        np.testing.assert_allclose(used.innovation[4, :2], normal[1:3])
+        assert np.isfinite(used.innovation).sum() == 3
+
+
+@pytest.mark.parametrize("numbers", [1, 2, 3])
+def test_a_block_outside_its_gate_is_left_out_until_it_has_insisted(numbers: int) -> None:
+    size = FIXED + 12
+    rows = np.eye(size)[3 : 3 + numbers]
+    far = measure.Block(np.full(numbers, 10.0), rows, np.full(numbers, 0.5), 16.0, 1, 3)
+    mean, covariance = np.zeros(size), np.eye(size)
+    streak = np.zeros((3, 6), dtype=np.int64)
+    for times in range(SETTINGS.reject_limit):
+        same_mean, same, used = measure.use([far], mean, covariance, streak, SETTINGS)
+        streak = used.streak
+        assert (used.rejects, used.numbers, streak[1, 3]) == (1, 0, times + 1)
+        assert np.isnan([used.nis, used.log_likelihood]).all()
+        assert not same_mean.any()
+        assert np.array_equal(same, covariance)
+    moved, _, used = measure.use([far], mean, covariance, streak, SETTINGS)
+    # the noise has grown until the block lies on its gate: each number has 1.5 times the factor
+    factor = numbers * 100.0 / 1.5 / 16.0
+    assert (used.rejects, used.numbers, used.streak[1, 3]) == (1, numbers, 11)
+    np.testing.assert_allclose(moved[3 : 3 + numbers], 10.0 / (1.5 * factor))
+    assert used.nis == pytest.approx(16.0)
+    near = replace(far, innovation=np.full(numbers, 0.1))
+    assert not measure.use([near], mean, covariance, used.streak, SETTINGS)[2].streak.any()
 
 
 def test_mending_makes_a_covariance_sound() -> None:
