@@ -142,7 +142,9 @@ class Estimator:
         held = idle_ns != NEVER and (inputs.t_ns - idle_ns) * 1e-9 >= settings.idle_time_s
         held = held and not airborne
         serving = None if airborne else model
-        step = self._predict(state.mean, serving, dt_s, held, int(dead.sum()), trouble)
+        step = self._predict(
+            state.mean, serving, dt_s, held, int(dead.sum()), trouble, state.covariance
+        )
         if airborne:
             trouble.add("picked up: the feet carry nothing")
         covariance = self._kalman.predict(step.mean, state.covariance, step.transition, step.noise)
@@ -194,6 +196,7 @@ class Estimator:
         held: bool,
         dead_legs: int,
         trouble: Trouble,
+        covariance: FloatArray,
     ) -> process.Prediction:
         """The step of the process that the moment calls for."""
         settings = self.settings
@@ -209,7 +212,8 @@ class Estimator:
         if held:
             return process.standing(mean, settings)
         telling = senses.telling(model, self.legs, self.weight_n, settings)
-        return process.walking(mean, model, settings, dt_s, telling, dead_legs)
+        doubt = covariance[FIXED:, FIXED:]
+        return process.walking(mean, model, settings, dt_s, telling, dead_legs, doubt)
 
     def _correct(
         self,
@@ -286,8 +290,9 @@ class Estimator:
                 heard.share[:, 2] > settings.load_on
             )
             which = ~dead & fast & loaded & np.isfinite(heard.share).all(axis=1)
+            bent = senses.bent_friction(covariance, slip, feet, settings)
             blocks += measure.friction_blocks(
-                mean, heard.share, slip, feet, which, self.contact.mu, settings
+                mean, heard.share, slip, feet, which, self.contact.mu, settings, bent
             )
             blocks.append(measure.gauge_block(mean, self.legs, settings))
         if model is not None:

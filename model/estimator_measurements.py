@@ -93,6 +93,7 @@ def friction_blocks(
     which: BoolArray,
     mu: FloatArray,
     settings: EstimatorSettings,
+    bent: FloatArray | None = None,
 ) -> list[Block]:
     """Horizontal forces of feet that clearly slip: regularised Coulomb friction at the measured load.
 
@@ -107,6 +108,7 @@ def friction_blocks(
         which: Feet to use, (N,).
         mu: The robot file's friction coefficients, (N,).
         settings: Noise.
+        bent: Variance that second derivatives add, over the square of the pull, (N,); none if None.
     """
     legs, size = len(mu), len(mean)
     place = friction_of(legs).start
@@ -127,6 +129,7 @@ def friction_blocks(
         rows[:, place + k] = expected
         rows[:, SCALE] = expected
         variance = settings.force_sd**2 + settings.force_share_sd**2 * float(measured @ measured)
+        variance += 0.0 if bent is None else pull**2 * float(bent[k])
         blocks.append(
             Block(measured - expected, rows, np.full(2, variance), settings.gate_pair, 1, k)
         )

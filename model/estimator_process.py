@@ -11,9 +11,11 @@ import numpy as np
 
 from model.estimator_settings import EstimatorSettings
 from model.estimator_step_kernel import carry_kernel, walk_kernel
-from model.estimator_types import VELOCITY
+from model.estimator_types import BIAS, VELOCITY
 from model.neighbourhood import Neighbourhood
 from model.signals import BoolArray, FloatArray
+
+BIASES = np.arange(BIAS.start, BIAS.stop)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,6 +34,7 @@ def walking(
     dt_s: float,
     telling: tuple[BoolArray, BoolArray],
     dead_legs: int,
+    doubt: FloatArray | None = None,
 ) -> Prediction:
     """A step while the feet carry the robot.
 
@@ -42,6 +45,7 @@ def walking(
         dt_s: Length of the step [s].
         telling: Feet whose friction, and feet whose stiffness may walk, (N,) each.
         dead_legs: Legs without encoder.
+        doubt: Covariance of log mu and log K, (2 N, 2 N), to doubt its derivatives by; None for not at all.
     """
     size = len(mean)
     lag = exp(-dt_s / settings.lag_s) if settings.lag_s > 0 else 0.0
@@ -67,6 +71,9 @@ def walking(
         to,
         noise,
     )
+    if doubt is not None:
+        bent = settings.bend**2 * ((model.by_parameters @ doubt) * model.by_parameters).sum(axis=1)
+        noise[BIASES, BIASES] += bent * (1 - exp(-2 * dt_s / settings.bias_time_s))
     return Prediction(after, to, noise)
 
 

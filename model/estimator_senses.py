@@ -6,7 +6,7 @@ from math import isfinite
 import numpy as np
 
 from model.estimator_settings import EstimatorSettings
-from model.estimator_types import VELOCITY, EstimatorState, OdometryInputs
+from model.estimator_types import SCALE, VELOCITY, EstimatorState, OdometryInputs, friction_of
 from model.neighbourhood import Neighbourhood
 from model.signals import BoolArray, FloatArray, FootMotion
 
@@ -87,6 +87,28 @@ def telling(
     square = np.einsum("ki,ki->k", model.slip_B, model.slip_B)
     loaded = np.asarray(model.load_n > settings.load_on * weight_n)
     return loaded & (square > settings.slip_speed**2), loaded
+
+
+def bent_friction(
+    covariance: FloatArray, slip: FloatArray, feet: FootMotion, settings: EstimatorSettings
+) -> FloatArray:
+    """Variance that friction's second derivatives add, over the square of the pull, (N,).
+
+    Friction is no linear function of the slip nor of log mu, which shows where they are not well known.
+
+    Args:
+        covariance: P, (n, n).
+        slip: Slip of each foot, (N, 2) [m/s].
+        feet: Feet, (N, 3) each.
+        settings: How slow slip is creep.
+    """
+    place = friction_of(len(slip))
+    square = np.einsum("ki,ki->k", slip, slip) + settings.creep_speed**2
+    turned = slip_variance(covariance, feet) / square
+    own = np.diagonal(covariance)[place]
+    common = covariance[SCALE, SCALE] + 2 * covariance[SCALE, place]
+    found: FloatArray = turned**2 + 0.5 * (own + common) ** 2
+    return found
 
 
 def slip_variance(covariance: FloatArray, feet: FootMotion) -> FloatArray:

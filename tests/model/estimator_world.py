@@ -7,6 +7,7 @@ import numpy as np
 from model.estimator import Estimator
 from model.estimator_measurements import slip_of_feet
 from model.estimator_process import walking
+from model.estimator_senses import telling
 from model.estimator_settings import EstimatorSettings
 from model.estimator_types import (
     FIXED,
@@ -69,10 +70,11 @@ def simulate(settings: EstimatorSettings, seed: int, ticks: int, *, forces: bool
         model = neighbourhood(feet, contact, WEIGHT_N, settings.law, settings.sway_step_s)
         assert model.reason == 0
         if i:
-            none = np.zeros(6, dtype=bool)
-            step = walking(truth, model, settings, PERIOD_NS * 1e-9, (none, none), 0)
+            feel = telling(model, 6, WEIGHT_N, settings)
+            step = walking(truth, model, settings, PERIOD_NS * 1e-9, feel, 0)
             root = np.linalg.svd(step.noise, hermitian=True)
             truth = step.mean + root[0] @ (np.sqrt(root[1]) * draw.normal(size=len(truth)))
+            truth[friction_of(6)] -= truth[friction_of(6)].mean()
         poses.append(truth[:3].copy())
         velocities.append(truth[VELOCITY].copy())
         share = np.zeros((6, 3))
