@@ -200,11 +200,11 @@ def _unscented(
         # the EKF says which feet are used and with what noise; the UKF does the rest its own way
         state, said = estimator.step(state, known)
         model = solved(filter_.x, known)
-        step = process.walking(filter_.x, model, fixed, 0.01, weight_n, 0)
+        step = process.walking(filter_.x, filter_.P, model, fixed, 0.01, weight_n, 0)
         filter_.Q = symmetric_floor(step.noise)
         filter_.predict(
             fx=lambda x, _dt, known=known: (
-                process.walking(x, solved(x, known), fixed, 0.01, weight_n, 0).mean
+                process.walking(x, filter_.P, solved(x, known), fixed, 0.01, weight_n, 0).mean
             )
         )
         which = np.isfinite(said.innovation[:, 0])

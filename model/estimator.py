@@ -28,7 +28,7 @@ from model.estimator_types import (
     OdometryEstimate,
     OdometryInputs,
 )
-from model.kalman import mended, predicted, sound
+from model.kalman import Kalman, Patience, Updated, mended, sound
 from model.neighbourhood import Neighbourhood, neighbourhood, prepare
 from model.params import ContactParameters
 from model.signals import BoolArray, FloatArray, FootMotion
@@ -63,6 +63,8 @@ class Estimator:
         self.weight_n = weight_n
         self.legs = len(contact.mu)
         self.size = FIXED + 2 * self.legs
+        self._kalman = Kalman(self.size)
+        self._patience = Patience(self.settings.reject_limit, FIXED, self.settings.parameter_limit)
         prepare()
 
     def initial(self, pose: FloatArray | None = None) -> EstimatorState:
@@ -142,15 +144,20 @@ class Estimator:
         held = idle_ns != NEVER and (inputs.t_ns - idle_ns) * 1e-9 >= settings.idle_time_s
         held = held and not airborne
         serving = None if airborne else model
-        step = self._predict(state.mean, serving, dt_s, held, int(dead.sum()), trouble)
+        step = self._predict(
+            state.mean, serving, dt_s, held, int(dead.sum()), trouble, state.covariance
+        )
         if airborne:
             trouble.add("picked up: the feet carry nothing")
-        covariance = predicted(state.covariance, step.transition, step.noise)
+        covariance = self._kalman.predict(step.mean, state.covariance, step.transition, step.noise)
         # the model was solved at the parameters that the prediction leaves as they are
         blocks = self._blocks(
             step.mean, covariance, inputs, heard, None if held else serving, feet, dead, state
         )
-        mean, after_covariance, used = self._correct(step.mean, covariance, blocks, state)
+        used = self._correct(step.mean, covariance, blocks, state)
+        mean, after_covariance = (
+            (step.mean, covariance) if used is None else (used.mean, used.covariance)
+        )
         if not (sound(after_covariance) and isfinite(np.vdot(mean, mean))):
             trouble.add("the covariance had to be mended")
             mean = np.where(np.isfinite(mean), mean, state.mean)
@@ -194,6 +201,7 @@ class Estimator:
         held: bool,
         dead_legs: int,
         trouble: Trouble,
+        covariance: FloatArray,
     ) -> process.Prediction:
         """The step of the process that the moment calls for."""
         settings = self.settings
@@ -208,7 +216,7 @@ class Estimator:
             return process.carried(mean, settings, dt_s)
         if held:
             return process.standing(mean, settings)
-        return process.walking(mean, model, settings, dt_s, self.weight_n, dead_legs)
+        return process.walking(mean, covariance, model, settings, dt_s, self.weight_n, dead_legs)
 
     def _correct(
         self,
@@ -216,17 +224,18 @@ class Estimator:
         covariance: FloatArray,
         blocks: list[measure.Block],
         state: EstimatorState,
-    ) -> tuple[FloatArray, FloatArray, measure.Used | None]:
+    ) -> Updated | None:
         """Use what passes its gate."""
         if not blocks:
-            return mean, covariance, None
+            return None
         for block in blocks:
             if block.kind == 2 and state.rejected[2, 0] >= self.settings.reject_limit:
                 # it keeps saying that we are elsewhere: then that is how little we know
                 covariance = covariance + block.rows.T @ (
                     block.innovation[:, None] ** 2 * block.rows
                 )
-        return measure.use(blocks, mean, covariance, state.rejected, self.settings)
+        stack = measure.stacked(blocks)
+        return self._kalman.update(mean, covariance, stack, state.rejected, self._patience)
 
     def _check(self, inputs: OdometryInputs) -> None:
         shape = (self.legs, 3)
@@ -277,8 +286,9 @@ class Estimator:
                 heard.share[:, 2] > settings.load_on
             )
             which = ~dead & fast & loaded & np.isfinite(heard.share).all(axis=1)
+            bent = senses.bent_friction(covariance, slip, feet, settings)
             blocks += measure.friction_blocks(
-                mean, heard.share, slip, feet, which, self.contact.mu, settings
+                mean, heard.share, slip, feet, which, self.contact.mu, settings, bent
             )
             blocks.append(measure.gauge_block(mean, self.legs, settings))
         if model is not None:
@@ -304,7 +314,7 @@ def _with_effects(
     )
 
 
-def _smoothed_nis(before: float, used: measure.Used | None, period_s: float) -> float:
+def _smoothed_nis(before: float, used: Updated | None, period_s: float) -> float:
     if used is None or not isfinite(used.nis):
         return before
     now = used.nis / used.numbers

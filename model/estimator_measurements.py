@@ -21,9 +21,9 @@ from model.estimator_types import (
     friction_of,
     stiffness_of,
 )
-from model.estimator_update_kernel import update_kernel
+from model.kalman import Stack
 from model.neighbourhood import Neighbourhood
-from model.signals import BoolArray, FloatArray, FootMotion, IntArray
+from model.signals import BoolArray, FloatArray, FootMotion
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,6 +94,7 @@ def friction_blocks(
     which: BoolArray,
     mu: FloatArray,
     settings: EstimatorSettings,
+    bent: FloatArray | None = None,
 ) -> list[Block]:
     """Horizontal forces of feet that clearly slip: regularised Coulomb friction at the measured load.
 
@@ -108,6 +109,7 @@ def friction_blocks(
         which: Feet to use, (N,).
         mu: The robot file's friction coefficients, (N,).
         settings: Noise.
+        bent: Variance that second derivatives add, over the square of the pull, (N,); none if None.
     """
     legs, size = len(mu), len(mean)
     place = friction_of(legs).start
@@ -128,6 +130,7 @@ def friction_blocks(
         rows[:, place + k] = expected
         rows[:, SCALE] = expected
         variance = settings.force_sd**2 + settings.force_share_sd**2 * float(measured @ measured)
+        variance += 0.0 if bent is None else pull**2 * float(bent[k])
         blocks.append(
             Block(measured - expected, rows, np.full(2, variance), settings.gate_pair, 1, k)
         )
@@ -189,65 +192,16 @@ def pose_block(
     return Block(left[known], rows[known], variance[known], settings.gate_pose, 2)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Used:
-    """What became of a stack of blocks.
-
-    Attributes:
-        nis: Normalised innovation squared of what was used; NaN if nothing was.
-        numbers: How many numbers that is.
-        log_likelihood: Of the innovation of what was used; NaN if nothing was.
-        innovation: Innovations of the feet's forces over the sd that the filter gives them, (N, 3);
-            NaN where none was used.
-        streak: Rejections in a row of loads, forces and pose, (3, N).
-        rejects: Blocks that did not pass their gates at first.
-    """
-
-    nis: float
-    numbers: int
-    log_likelihood: float
-    innovation: FloatArray
-    streak: IntArray
-    rejects: int
-
-
-def use(
-    blocks: list[Block],
-    mean: FloatArray,
-    covariance: FloatArray,
-    streak: IntArray,
-    settings: EstimatorSettings,
-) -> tuple[FloatArray, FloatArray, Used]:
-    """Gate each block by its own normalised innovation and use the rest, all of them at once.
-
-    Args:
-        blocks: Not empty.
-        mean: (n,).
-        covariance: P, (n, n).
-        streak: Rejections in a row of loads, forces and pose, (3, N).
-        settings: Gates and limits.
-
-    Returns:
-        Mean, covariance, and what became of the blocks.
-    """
+def stacked(blocks: list[Block]) -> Stack:
+    """Blocks, not none, one behind the other for the filter."""
     places, begin = [], 0
     for block in blocks:
         places.append((begin, block.kind, block.leg))
         begin += len(block.innovation)
-    mean, covariance, streak = mean.copy(), covariance.copy(), streak.copy()
-    normal = np.full((streak.shape[1], 3), np.nan)
-    nis, log_likelihood, numbers, rejects = update_kernel(
-        mean,
-        covariance,
-        np.concatenate([block.innovation for block in blocks]),
-        np.concatenate([block.rows for block in blocks]),
-        np.concatenate([block.variance for block in blocks]),
-        np.array([block.gate for block in blocks]),
-        np.array(places),
-        settings.reject_limit,
-        FIXED,
-        settings.parameter_limit,
-        streak,
-        normal,
+    return Stack(
+        innovation=np.concatenate([block.innovation for block in blocks]),
+        rows=np.concatenate([block.rows for block in blocks]),
+        variance=np.concatenate([block.variance for block in blocks]),
+        gates=np.array([block.gate for block in blocks]),
+        blocks=np.array(places),
     )
-    return mean, covariance, Used(nis, numbers, log_likelihood, normal, streak, rejects)

@@ -5,7 +5,6 @@ from math import atan
 import numpy as np
 
 from model.estimator_health import NEVER, Verdict
-from model.estimator_measurements import Used
 from model.estimator_readout_kernel import (
     MU,
     MU_SD,
@@ -26,6 +25,7 @@ from model.estimator_types import (
     EstimatorState,
     OdometryEstimate,
 )
+from model.kalman import Updated
 from model.neighbourhood import Neighbourhood, no_answer
 from model.params import ContactParameters
 from model.signals import readonly
@@ -37,7 +37,7 @@ def estimate(
     weight_n: float,
     settings: EstimatorSettings,
     model: Neighbourhood | None,
-    used: Used | None,
+    used: Updated | None,
     verdict: Verdict,
     holding: bool,
 ) -> OdometryEstimate:

@@ -27,6 +27,7 @@ class Prediction:
 
 def walking(
     mean: FloatArray,
+    covariance: FloatArray,
     model: Neighbourhood,
     settings: EstimatorSettings,
     dt_s: float,
@@ -37,6 +38,7 @@ def walking(
 
     Args:
         mean: State, (n,).
+        covariance: Of the state, (n, n): how far off the parameters may be.
         model: The model's answer at the tick's end and at this state's parameters.
         settings: Noise.
         dt_s: Length of the step [s].
@@ -51,6 +53,7 @@ def walking(
     noise = np.zeros((size, size))
     walk_kernel(
         mean,
+        covariance,
         model.velocity_B,
         model.by_parameters,
         model.by_speeds,
@@ -66,6 +69,7 @@ def walking(
         np.array([
             speed_sd, turn_sd, settings.bias_speed_per_slip, settings.bias_turn_per_slip,
         ]),
+        settings.bend,
         settings.parameter_walk**2 * dt_s,
         settings.load_on * weight_n,
         settings.slip_speed,

@@ -1,10 +1,8 @@
 """What the estimator says of each foot after a step, compiled: parameters, loads, forces, with spreads."""
 
-from typing import Any
-
 import numpy as np
 
-from model.compiled import COMPILED, compiled
+from model.compiled import COUNT, FLAG, NUMBER, compile_for, compiled, given, out
 from model.signals import BoolArray, FloatArray
 
 # Rows of what is said of the feet.
@@ -144,16 +142,7 @@ def readout_kernel(
 
 def prepare() -> None:
     """Compile for arrays in rows, read-only or not, and for nothing else after."""
-    dispatcher: Any = readout_kernel
-    if not COMPILED or not dispatcher._can_compile:
-        return
-    from numba import types
-
-    number, flag = types.float64, types.boolean
-    given = [types.Array(number, axes, "C", readonly=True) for axes in (1, 2, 1, 1, 2, 1, 3, 2, 2)]
-    dispatcher.compile((
-        *given, types.Array(flag, 1, "C", readonly=True), types.int64, *(number,) * 5,
-        types.Array(number, 2, "C"), types.Array(flag, 1, "C"), types.Array(number, 2, "C"),
-        types.Array(number, 3, "C"),
-    ))  # fmt: skip
-    dispatcher.disable_compile()
+    compile_for(
+        readout_kernel, *given(1, 2, 1, 1, 2, 1, 3, 2, 2), *given(1, kind=FLAG), COUNT,
+        *(NUMBER,) * 5, *out(2), *out(1, kind=FLAG), *out(2, 3),
+    )  # fmt: skip

@@ -3,11 +3,9 @@
 Plain loops over small arrays: in numpy each of these is two dozen calls that cost more than their work.
 """
 
-from typing import Any
-
 import numpy as np
 
-from model.compiled import COMPILED, compiled
+from model.compiled import NUMBER, compile_for, compiled, given, out
 from model.signals import FloatArray
 
 STRAIGHT = 1e-3  # half a turn below which an arc is taken for its series [rad]
@@ -60,6 +58,7 @@ def slopes_kernel(
 @compiled
 def walk_kernel(
     mean: FloatArray,
+    covariance: FloatArray,
     velocity: FloatArray,
     by_parameters: FloatArray,
     by_speeds: FloatArray,
@@ -71,6 +70,7 @@ def walk_kernel(
     foot_speed_sd: float,
     white_sd: FloatArray,
     bias_sd: FloatArray,
+    bend: float,
     walk: float,
     least_load: float,
     least_slip: float,
@@ -82,6 +82,7 @@ def walk_kernel(
 
     Args:
         mean: State, (n,); places as in ``model.estimator_types``.
+        covariance: Of the state, (n, n).
         velocity: The model's, (3,).
         by_parameters: (3, 2 N).
         by_speeds: (3, N).
@@ -94,6 +95,7 @@ def walk_kernel(
         white_sd: Of the velocity in a tick: of its speed and of its yaw rate, and what these grow by
             over the root mean square slip of loaded feet, (4,).
         bias_sd: Of the bias in the long run, the same, (4,).
+        bend: Bias that doubt about the parameters adds, over the velocity's sd from that doubt.
         walk: Variance that a parameter gains in the step. Where nothing tells of it, it gains none:
         least_load: stiffness needs a load above this [N], friction also
         least_slip: a slip above this [m/s].
@@ -129,7 +131,12 @@ def walk_kernel(
         turns = i == 2
         bias = bias_sd[1] + bias_sd[3] * rms if turns else bias_sd[0] + bias_sd[2] * rms
         white = white_sd[1] + white_sd[3] * rms if turns else white_sd[0] + white_sd[2] * rms
-        noise[6 + i, 6 + i] = bias**2 * (1.0 - memory * memory)
+        bent = 0.0
+        for j in range(parameters):
+            for k in range(parameters):
+                doubt = covariance[fixed + j, fixed + k]
+                bent += by_parameters[i, j] * doubt * by_parameters[i, k]
+        noise[6 + i, 6 + i] = (bias**2 + bend**2 * bent) * (1.0 - memory * memory)
         noise[3 + i, 3 + i] = white**2
     share = ((1.0 - lag) * foot_speed_sd) ** 2
     for i in range(3):
@@ -220,28 +227,10 @@ def sound_kernel(covariance: FloatArray) -> bool:
 
 def prepare() -> None:
     """Compile for arrays in rows, read-only or not, and for nothing else after."""
-    if not COMPILED:
-        return
-    from numba import types
-
-    number = types.float64
-
-    def given(axes: int) -> Any:
-        return types.Array(number, axes, "C", readonly=True)
-
-    def out(axes: int) -> Any:
-        return types.Array(number, axes, "C")
-
-    signatures: tuple[tuple[Any, tuple[Any, ...]], ...] = (
-        (slopes_kernel, (*map(given, (2, 2, 2, 3)), number, number, *map(out, (2, 2, 2, 2, 3)))),
-        (walk_kernel, (
-            *map(given, (1, 1, 2, 2, 2, 1)), *(number,) * 4, *map(given, (1, 1)), *(number,) * 3,
-            *map(out, (1, 2, 2)),
-        )),
-        (carry_kernel, (given(1), number, *map(out, (1, 2, 2)))),
-        (sound_kernel, (given(2),)),
+    compile_for(slopes_kernel, *given(2, 2, 2, 3), NUMBER, NUMBER, *out(2, 2, 2, 2, 3))
+    compile_for(
+        walk_kernel, *given(1, 2, 1, 2, 2, 2, 1), *(NUMBER,) * 4, *given(1, 1), *(NUMBER,) * 4,
+        *out(1, 2, 2),
     )  # fmt: skip
-    for dispatcher, signature in signatures:
-        if dispatcher._can_compile:  # one that another kernel calls has been compiled by now
-            dispatcher.compile(signature)
-            dispatcher.disable_compile()
+    compile_for(carry_kernel, *given(1), NUMBER, *out(1, 2, 2))
+    compile_for(sound_kernel, *given(2))

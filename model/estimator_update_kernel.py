@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from model.compiled import COMPILED, compiled, compiled_sums
+from model.compiled import COUNT, NUMBER, compile_for, compiled, compiled_sums, given, out
 from model.signals import FloatArray, IntArray
 
 LOG_TURN = 1.8378770664093453  # log(2 pi)
@@ -126,7 +126,8 @@ def update_kernel(
         covariance: In and out: P, symmetric, (n, n).
         innovation: Measured less expected, (m,).
         rows: H, (m, n).
-        variance: Of the noise, (m,); changed.
+        variance: Of the noise, (m,); out: larger where believed after a row of rejections, infinite
+            where not used.
         gates: Largest normalised innovation squared of each block, (B,).
         blocks: Of each block: its first number, kind (NO_STREAK: none is kept) and leg, (B, 3).
         reject_limit: Rejections in a row after which a block is believed.
@@ -163,6 +164,7 @@ def update_kernel(
                         variance[i] += (distance / gates[b] - 1.0) * (spread[i] + variance[i])
                     else:
                         use[i] = False
+                        variance[i] = np.inf
         if kind != NO_STREAK:
             streaks[kind, leg] = 0 if passed else streaks[kind, leg] + 1
         if use[begin]:
@@ -219,26 +221,8 @@ def _use(
 
 def prepare() -> None:
     """Compile for arrays in rows, read-only or not, and for nothing else after."""
-    if not COMPILED:
-        return
-    from numba import types
-
-    number, count = types.float64, types.int64
-
-    def given(axes: int, kind: Any = number) -> Any:
-        return types.Array(kind, axes, "C", readonly=True)
-
-    def out(axes: int, kind: Any = number) -> Any:
-        return types.Array(kind, axes, "C")
-
-    signatures: tuple[tuple[Any, tuple[Any, ...]], ...] = (
-        (predict_kernel, (*map(given, (2, 2, 2)), out(2))),
-        (update_kernel, (
-            out(1), out(2), given(1), given(2), out(1), given(1), given(2, count), count, count,
-            number, out(2, count), out(2),
-        )),
+    compile_for(predict_kernel, *given(2, 2, 2), *out(2))
+    compile_for(
+        update_kernel, *out(1, 2), *given(1, 2), *out(1), *given(1), *given(2, kind=COUNT),
+        COUNT, COUNT, NUMBER, *out(2, kind=COUNT), *out(2),
     )  # fmt: skip
-    for dispatcher, signature in signatures:
-        if dispatcher._can_compile:
-            dispatcher.compile(signature)
-            dispatcher.disable_compile()
