@@ -28,10 +28,10 @@ from model.estimator_types import (
     OdometryEstimate,
     OdometryInputs,
 )
-from model.kalman import Kalman, Patience, Updated, mended, sound
+from model.kalman import Kalman, Patience, Stack, Updated, mended, sound
 from model.neighbourhood import Neighbourhood, neighbourhood, prepare
 from model.params import ContactParameters
-from model.signals import BoolArray, FloatArray, FootMotion
+from model.signals import FloatArray, FootMotion
 
 NEVER = -1
 START_SD = 1e-4  # of pose [m, rad] and velocity [m/s, rad/s] at the beginning
@@ -64,6 +64,7 @@ class Estimator:
         self.legs = len(contact.mu)
         self.size = FIXED + 2 * self.legs
         self._kalman = Kalman(self.size)
+        self._feet_numbers = measure.feet_numbers(self.settings, weight_n)
         self._patience = Patience(self.settings.reject_limit, FIXED, self.settings.parameter_limit)
         prepare()
 
@@ -150,11 +151,17 @@ class Estimator:
         if airborne:
             trouble.add("picked up: the feet carry nothing")
         covariance = self._kalman.predict(step.mean, state.covariance, step.transition, step.noise)
+        loaded = senses.contact(state, model, heard, self.weight_n, settings)
         # the model was solved at the parameters that the prediction leaves as they are
-        blocks = self._blocks(
-            step.mean, covariance, inputs, heard, None if held else serving, feet, dead, state
-        )
-        used = self._correct(step.mean, covariance, blocks, state)
+        answer = None if held else serving
+        forces = None
+        if answer is not None and heard.use:
+            forces = measure.feet_stack(
+                step.mean, covariance, heard.share, feet, loaded & ~dead, answer, self.contact.mu,
+                self._feet_numbers,
+            )  # fmt: skip
+        others = self._others(step.mean, inputs, answer)
+        used = self._correct(step.mean, covariance, forces, others, state)
         mean, after_covariance = (
             (step.mean, covariance) if used is None else (used.mean, used.covariance)
         )
@@ -178,7 +185,7 @@ class Estimator:
             force_ns=force_ns,
             used_ns=inputs.t_ns if heard.use else state.used_ns,
             share=heard.share[:, 2] if heard.fresh else state.share,
-            contact=senses.contact(state, model, heard, self.weight_n, settings),
+            contact=loaded,
             rejected=used.streak if used is not None else state.rejected,
             rejects=state.rejects + (used.rejects if used is not None else 0),
             idle_ns=idle_ns,
@@ -222,19 +229,20 @@ class Estimator:
         self,
         mean: FloatArray,
         covariance: FloatArray,
-        blocks: list[measure.Block],
+        forces: Stack | None,
+        others: list[measure.Block],
         state: EstimatorState,
     ) -> Updated | None:
         """Use what passes its gate."""
-        if not blocks:
-            return None
-        for block in blocks:
+        for block in others:
             if block.kind == 2 and state.rejected[2, 0] >= self.settings.reject_limit:
                 # it keeps saying that we are elsewhere: then that is how little we know
                 covariance = covariance + block.rows.T @ (
                     block.innovation[:, None] ** 2 * block.rows
                 )
-        stack = measure.stacked(blocks)
+        stack = measure.stacked(forces, others)
+        if stack is None:
+            return None
         return self._kalman.update(mean, covariance, stack, state.rejected, self._patience)
 
     def _check(self, inputs: OdometryInputs) -> None:
@@ -262,35 +270,12 @@ class Estimator:
         )
         return found if found.reason == 0 else None
 
-    def _blocks(
-        self,
-        mean: FloatArray,
-        covariance: FloatArray,
-        inputs: OdometryInputs,
-        heard: senses.Heard,
-        model: Neighbourhood | None,
-        feet: FootMotion,
-        dead: BoolArray,
-        state: EstimatorState,
+    def _others(
+        self, mean: FloatArray, inputs: OdometryInputs, model: Neighbourhood | None
     ) -> list[measure.Block]:
+        """What was measured beside the forces on the feet."""
         settings = self.settings
         blocks: list[measure.Block] = []
-        if model is not None and heard.use:
-            blocks += measure.load_blocks(
-                heard.share[:, 2], model, self.weight_n, settings, self.size
-            )
-            slip = measure.slip_of_feet(mean[VELOCITY], feet, model.sway_B)
-            doubt = settings.clear_slip**2 * senses.slip_variance(covariance, feet)
-            fast = np.einsum("ki,ki->k", slip, slip) > np.maximum(settings.slip_speed**2, doubt)
-            loaded = senses.contact(state, model, heard, self.weight_n, settings) & (
-                heard.share[:, 2] > settings.load_on
-            )
-            which = ~dead & fast & loaded & np.isfinite(heard.share).all(axis=1)
-            bent = senses.bent_friction(covariance, slip, feet, settings)
-            blocks += measure.friction_blocks(
-                mean, heard.share, slip, feet, which, self.contact.mu, settings, bent
-            )
-            blocks.append(measure.gauge_block(mean, self.legs, settings))
         if model is not None:
             tilt = (inputs.roll_rad, inputs.pitch_rad)
             blocks += measure.tilt_blocks(tilt, model, settings, self.size)

@@ -6,7 +6,7 @@ from math import isfinite
 import numpy as np
 
 from model.estimator_settings import EstimatorSettings
-from model.estimator_types import SCALE, VELOCITY, EstimatorState, OdometryInputs, friction_of
+from model.estimator_types import EstimatorState, OdometryInputs
 from model.neighbourhood import Neighbourhood
 from model.signals import BoolArray, FloatArray, FootMotion
 
@@ -79,42 +79,6 @@ def idle_since(
     if heard.fresh and (np.abs(heard.share[:, 2] - state.share) > settings.steady_load).any():
         return NEVER
     return state.idle_ns if state.idle_ns != NEVER else t_ns
-
-
-def bent_friction(
-    covariance: FloatArray, slip: FloatArray, feet: FootMotion, settings: EstimatorSettings
-) -> FloatArray:
-    """Variance that friction's second derivatives add, over the square of the pull, (N,).
-
-    Friction is no linear function of the slip nor of log mu, which shows where they are not well known.
-
-    Args:
-        covariance: P, (n, n).
-        slip: Slip of each foot, (N, 2) [m/s].
-        feet: Feet, (N, 3) each.
-        settings: How slow slip is creep.
-    """
-    place = friction_of(len(slip))
-    square = np.einsum("ki,ki->k", slip, slip) + settings.creep_speed**2
-    turned = slip_variance(covariance, feet) / square
-    own = np.diagonal(covariance)[place]
-    common = covariance[SCALE, SCALE] + 2 * covariance[SCALE, place]
-    found: FloatArray = turned**2 + 0.5 * (own + common) ** 2
-    return found
-
-
-def slip_variance(covariance: FloatArray, feet: FootMotion) -> FloatArray:
-    """Variance of each foot's slip along an axis, mean of the two, (N,) [m^2/s^2].
-
-    Args:
-        covariance: P, (n, n).
-        feet: Feet, (N, 3) each.
-    """
-    p = covariance[VELOCITY, VELOCITY]
-    x, y = feet.position_m[:, 0], feet.position_m[:, 1]
-    both = p[0, 0] + p[1, 1] + (x**2 + y**2) * p[2, 2] + 2 * (x * p[1, 2] - y * p[0, 2])
-    variance: FloatArray = 0.5 * both
-    return variance
 
 
 def contact(

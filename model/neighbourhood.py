@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 
 from model import (
+    estimator_feet_kernel,
     estimator_kernel,
     estimator_readout_kernel,
     estimator_step_kernel,
@@ -61,6 +62,7 @@ def prepare() -> None:
     estimator_step_kernel.prepare()
     estimator_update_kernel.prepare()
     estimator_readout_kernel.prepare()
+    estimator_feet_kernel.prepare()
 
 
 @cache

@@ -22,7 +22,7 @@ from model.estimator_types import (
     stiffness_of,
 )
 from model.frames import FrictionLaw, solve_frames
-from model.kalman import mended, sound
+from model.kalman import Stack, mended, sound
 from model.neighbourhood import Neighbourhood, neighbourhood
 from model.params import ContactParameters
 from model.signals import FloatArray, FootForces, FootMotion
@@ -39,6 +39,7 @@ from tests.model.estimator_world import (
 )
 
 SETTINGS = EstimatorSettings()
+NUMBERS = measure.feet_numbers(SETTINGS, WEIGHT_N)
 KNOWN = replace(SETTINGS, parameter_sd=0.05, scale_sd=0.05)
 
 
@@ -120,42 +121,68 @@ def test_measurement_rows_against_differences() -> None:
     every = np.ones(6, dtype=bool)
     absolute = OdometryInputs(0, feet, pose_W=np.array([1.0, 2.0, 0.3]))
 
-    def blocks(at: FloatArray) -> list[measure.Block]:
-        model = solved(at, feet)
-        slip = measure.slip_of_feet(at[VELOCITY], feet, solved(mean, feet).sway_B)
+    def measured(at: FloatArray) -> Stack:
+        model = replace(solved(at, feet), sway_B=solved(mean, feet).sway_B)
         pose = measure.pose_block(at, absolute, SETTINGS)
         assert pose is not None
-        return [
-            *measure.load_blocks(share[:, 2], model, WEIGHT_N, SETTINGS, len(at)),
-            *measure.friction_blocks(at, share, slip, feet, every, CONTACT.mu, SETTINGS),
-            measure.gauge_block(at, 6, SETTINGS),
+        forces = measure.feet_stack(at, CERTAIN, share, feet, every, model, CONTACT.mu, NUMBERS)
+        assert forces.rows.shape == (6 + 2 * 6 + 1, len(at))
+        others = [
             measure.gyro_block(at, 0.2, SETTINGS),
             *measure.tilt_blocks((0.01, -0.02), model, SETTINGS, len(at)),
             pose,
         ]
+        stack = measure.stacked(forces, others)
+        assert stack is not None
+        return stack
 
-    rows = np.concatenate([block.rows for block in blocks(mean)])
+    rows = measured(mean).rows
     for i in range(len(mean)):
         step = np.zeros(len(mean))
         step[i] = 1e-4
-        up, down = (
-            np.concatenate([block.innovation for block in blocks(mean + sign * step)])
-            for sign in (1, -1)
-        )
+        up, down = (measured(mean + sign * step).innovation for sign in (1, -1))
         np.testing.assert_allclose(rows[:, i], (down - up) / 2e-4, atol=2e-3)
 
 
 def test_no_force_row_touches_the_global_pose() -> None:
     feet, mean = feet_at(0.4), np.zeros(FIXED + 12)
     model = solved(mean, feet)
-    slip = measure.slip_of_feet(np.array([0.02, 0, 0]), feet, model.sway_B)
+    mean[VELOCITY] = [0.02, 0, 0]
     share = np.full((6, 3), 1 / 6)
     every = np.ones(6, dtype=bool)
-    blocks = [
-        *measure.load_blocks(share[:, 2], model, WEIGHT_N, SETTINGS, len(mean)),
-        *measure.friction_blocks(mean, share, slip, feet, every, CONTACT.mu, SETTINGS),
-    ]
-    assert not np.concatenate([block.rows for block in blocks])[:, :3].any()
+    stack = measure.feet_stack(mean, CERTAIN, share, feet, every, model, CONTACT.mu, NUMBERS)
+    assert len(stack.rows) == 6 + 2 * 6 + 1
+    assert not stack.rows[:, :3].any()
+
+
+def test_what_is_stacked_of_a_foot_and_with_what_noise() -> None:
+    feet, mean = feet_at(0.4), np.zeros(FIXED + 12)
+    mean[VELOCITY] = [0.02, 0, 0]
+    model = solved(mean, feet)
+    covariance = np.diag(np.full(len(mean), 1e-6))
+    covariance[SCALE, SCALE] = 0.04
+    share = np.full((6, 3), 1 / 6)
+    share[1], share[4, 0] = np.nan, np.nan
+    usable = np.array([True, True, False, True, True, True])
+    stack = measure.feet_stack(mean, covariance, share, feet, usable, model, CONTACT.mu, NUMBERS)
+    # no load of leg 1; no friction of 1 and 4 (not heard), of 2 (not usable)
+    assert stack.blocks.tolist() == [
+        [0, 0, 0], [1, 0, 2], [2, 0, 3], [3, 0, 4], [4, 0, 5],
+        [5, 1, 0], [7, 1, 3], [9, 1, 5], [11, -1, 0],
+    ]  # fmt: skip
+    slip = measure.slip_of_feet(mean[VELOCITY], feet, model.sway_B)[3]
+    pull = CONTACT.mu[3] / 6
+    size = np.sqrt(slip @ slip + SETTINGS.creep_speed**2)
+    np.testing.assert_allclose(stack.innovation[7:9], 1 / 6 + pull * slip / size, rtol=1e-12)
+    x, y, _ = feet.position_m[3]
+    turned = 0.5e-6 * (2 + x * x + y * y) / size**2
+    flat = SETTINGS.force_sd**2 + SETTINGS.force_share_sd**2 * 2 / 36
+    bent = pull**2 * (turned**2 + 0.5 * (0.04 + 1e-6) ** 2)
+    np.testing.assert_allclose(stack.variance[7:9], flat + bent, rtol=1e-12)
+    known = np.full(5, SETTINGS.load_sd**2)
+    np.testing.assert_allclose(stack.variance[:5], known, rtol=1e-12)
+    gates = [SETTINGS.gate_load] * 5 + [SETTINGS.gate_pair] * 3 + [np.inf]
+    assert stack.gates.tolist() == gates
 
 
 def test_mending_makes_a_covariance_sound() -> None:

@@ -9,7 +9,7 @@ from filterpy.kalman import ExtendedKalmanFilter
 from model.estimator_measurements import Block, stacked
 from model.estimator_settings import EstimatorSettings
 from model.estimator_types import FIXED
-from model.kalman import Kalman, Patience
+from model.kalman import Kalman, Patience, Stack
 from model.kalman_filter import CompiledFilter
 from model.signals import FloatArray
 
@@ -17,6 +17,12 @@ SETTINGS = EstimatorSettings()
 SIZE = FIXED + 12
 PATIENCE = Patience(SETTINGS.reject_limit, FIXED, SETTINGS.parameter_limit)
 FREE = Patience(10, FIXED, 1e6)
+
+
+def stack_of(blocks: list[Block]) -> Stack:
+    stack = stacked(None, blocks)
+    assert stack is not None
+    return stack
 
 
 def problem(draw: np.random.Generator) -> tuple[FloatArray, FloatArray]:
@@ -81,7 +87,7 @@ def test_blocks_one_after_the_other_equal_filterpys_update_of_all_at_once() -> N
         theirs.update(
             z, lambda _, rows=rows: rows, lambda x, rows=rows: rows @ x, np.diag(variance)
         )
-        used = kalman.update(mean, covariance, stacked(blocks), streak, FREE)
+        used = kalman.update(mean, covariance, stack_of(blocks), streak, FREE)
         mean, covariance = used.mean, used.covariance
         near(mean, theirs.x)
         near(covariance, theirs.P)
@@ -103,7 +109,7 @@ def test_a_block_outside_its_gate_is_left_out_until_it_has_insisted(numbers: int
     mean, covariance = np.zeros(SIZE), np.eye(SIZE)
     streak = np.zeros((3, 6), dtype=np.int64)
     for times in range(SETTINGS.reject_limit):
-        stack = stacked([far])
+        stack = stack_of([far])
         used = kalman.update(mean, covariance, stack, streak, PATIENCE)
         streak = used.streak
         assert (used.rejects, used.numbers, streak[1, 3]) == (1, 0, times + 1)
@@ -111,14 +117,16 @@ def test_a_block_outside_its_gate_is_left_out_until_it_has_insisted(numbers: int
         assert not used.mean.any()
         assert np.array_equal(used.covariance, covariance)
         assert np.isinf(stack.variance).all()
-    used = kalman.update(mean, covariance, stacked([far]), streak, PATIENCE)
+    used = kalman.update(mean, covariance, stack_of([far]), streak, PATIENCE)
     # the noise has grown until the block lies on its gate: each number has 1.5 times the factor
     factor = numbers * 100.0 / 1.5 / 16.0
     assert (used.rejects, used.numbers, used.streak[1, 3]) == (1, numbers, 11)
     near(used.mean[3 : 3 + numbers], np.full(numbers, 10.0 / (1.5 * factor)))
     assert used.nis == pytest.approx(16.0)
     close = replace(far, innovation=np.full(numbers, 0.1))
-    assert not kalman.update(mean, covariance, stacked([close]), used.streak, PATIENCE).streak.any()
+    assert not kalman.update(
+        mean, covariance, stack_of([close]), used.streak, PATIENCE
+    ).streak.any()
 
 
 def test_what_was_not_used_has_no_gain() -> None:
