@@ -1,4 +1,4 @@
-"""What the estimator expects of the forces on its feet, compiled: loads, friction and the gauge as one stack."""
+"""What the estimator expects of the forces on its feet, compiled: loads, friction and gauge, one stack."""
 
 import numpy as np
 

@@ -85,9 +85,10 @@ def feet_stack(
     mu: FloatArray,
     numbers: FloatArray,
 ) -> Stack:
-    """Forces on the feet: loads tell of stiffness, friction of feet that clearly slip of the velocity,
-    of log mu and of the common friction; the gauge says that log mu adds up to 0, so that what is common
-    to all legs is a state of its own.
+    """Stack the forces on the feet.
+
+    Loads tell of stiffness; friction of feet that clearly slip tells of the velocity, of log mu and of the
+    common friction. The gauge says that log mu adds up to 0: what is common is a state of its own.
 
     Args:
         mean: State, (n,).

@@ -28,6 +28,18 @@ _PADDING = (b"", b"\0", b"\0\0", b"\0\0\0", b"\0" * 4, b"\0" * 5, b"\0" * 6, b"\
 
 
 @cache
+def _record(kinds: str, at: int) -> struct.Struct:
+    """Numbers of different sizes (``struct``'s letters) from a place on, each with its gap before it."""
+    codes, place = [], at
+    for kind in kinds:
+        size = struct.calcsize("<" + kind)
+        gap = -place % size
+        codes.append(f"{gap}x{kind}")
+        place += gap + size
+    return struct.Struct("<" + "".join(codes))
+
+
+@cache
 def _row(kind: str, count: int) -> struct.Struct:
     """So many numbers of a kind, one behind the other."""
     return struct.Struct(f"<{count}{kind}")
@@ -51,6 +63,12 @@ class CdrWriter:
             self._parts.append(_PADDING[gap])
         self._parts.append(data)
         self._size += gap + len(data)
+
+    def record(self, kinds: str, *values: float) -> None:
+        """Write numbers of different kinds, ``struct``'s letters, at once: ``?`` bool, ``q`` int64, ..."""
+        packed = _record(kinds, self._size & 7)
+        self._parts.append(packed.pack(*values))
+        self._size += packed.size
 
     def u8(self, value: int) -> None:
         """Write a byte."""
@@ -166,7 +184,8 @@ class CdrReader:
     def __init__(self, data: bytes) -> None:
         if data[:2] != HEADER[:2]:
             raise ValueError("not little-endian CDR")
-        self._data = memoryview(data)[len(HEADER) :]
+        # a copy, four bytes further down: numbers of eight bytes then lie where a processor likes them
+        self._data = data[len(HEADER) :]
         self._size = len(self._data)
         self._at = 0
 
@@ -186,6 +205,11 @@ class CdrReader:
         if self._at > self._size:
             raise ValueError("the message ends too early")
         return begin
+
+    def record(self, kinds: str) -> tuple[Any, ...]:
+        """Read numbers of different kinds, ``struct``'s letters, at once."""
+        packed = _record(kinds, self._at & 7)
+        return packed.unpack_from(self._data, self._skip(packed.size, 1))
 
     def u8(self) -> int:
         """Read a byte."""
@@ -242,10 +266,6 @@ class CdrReader:
         if self._at > self._size:
             raise ValueError("the message ends too early")
         return count, at
-
-    def i64_row(self, count: int) -> tuple[int, ...]:
-        """Read so many int64s as plain numbers."""
-        return _row("q", count).unpack_from(self._data, self._skip(8 * count, 8))
 
     def f64_rows(self, rows: int) -> list[FloatArray]:
         """Read so many sequences of float64."""

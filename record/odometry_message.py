@@ -42,9 +42,8 @@ def write_odometry(w: CdrWriter, said: OdometryEstimate | None) -> None:
     w.i64(said.t_ns)
     w.u8(HEALTHS.index(said.health))
     w.text(said.reason)
-    w.flag(said.holding)
-    w.i64(said.nis_dof, said.rejects)
-    w.f64(
+    w.record(
+        "?qq" + 15 * "d", said.holding, said.nis_dof, said.rejects,
         *said.position_m.tolist(), said.yaw_rad, *said.velocity_B.tolist(), *said.bias_B.tolist(),
         *said.tilt_rad.tolist(), said.height_m, said.nis, said.log_likelihood, said.force_age_s,
     )  # fmt: skip
@@ -68,7 +67,7 @@ def read_odometry(r: CdrReader) -> OdometryEstimate | None:
     if r.u32() == 0:
         return None
     t_ns, health, reason = r.i64(), HEALTHS[r.u8()], r.text()
-    holding, nis_dof, rejects = r.flag(), r.i64(), r.i64()
+    holding, nis_dof, rejects = r.record("?qq")
     numbers = r.f64_array(15)
     pose_covariance, twist_covariance = _square(r.f64_array(6)), _square(r.f64_array(6))
     mu, mu_sd, stiffness, stiffness_sd = r.f64_rows(4)

@@ -41,9 +41,7 @@ LAYOUT = 2  # of ticks written today
 def encode_tick(tick: Tick) -> bytes:
     """Return a tick as a message."""
     w = CdrWriter()
-    w.i64(tick.t_ns, tick.index)
-    w.u8(tick.mode.value)
-    w.u8(tick.stop_reason.value)
+    w.record("qqBB", tick.t_ns, tick.index, tick.mode.value, tick.stop_reason.value)
     _write_inputs(w, tick.inputs, len(tick.wished.angle_rad))
     write_poses(w, tick.inputs.poses)
     _write_outputs(w, tick)
@@ -86,11 +84,10 @@ def _write_outputs(w: CdrWriter, tick: Tick, layout: int = LAYOUT) -> None:
     w.f64s(tick.feet.position_m, tick.feet.velocity_m_s)
     _write_contact(w, tick.contact)
     estimate = tick.estimate
-    w.i64(estimate.t_ns)
-    w.f64_array(estimate.position_m)
-    w.f64(estimate.yaw_rad)
-    w.f64_array(estimate.velocity_B)
-    w.flag(estimate.valid)
+    w.record(
+        "qdddddd?", estimate.t_ns, *estimate.position_m.tolist(), estimate.yaw_rad,
+        *estimate.velocity_B.tolist(), estimate.valid,
+    )  # fmt: skip
     _write_faults(w, tick.faults)
     if layout > 1:
         write_odometry(w, tick.odometry)
@@ -100,9 +97,10 @@ def _write_inputs(w: CdrWriter, inputs: Inputs, count: int) -> None:
     request, timing = inputs.request, inputs.timing
     w.u8(request.intent.value)
     w.text(request.gait)
-    w.f64(request.frequency_hz, request.steer)
-    w.u8(request.reason.value)
-    w.i64(timing.deadline_ns, timing.lateness_ns, timing.missed, timing.busy_ns)
+    w.record(
+        "ddBqqqq", request.frequency_hz, request.steer, request.reason.value, timing.deadline_ns,
+        timing.lateness_ns, timing.missed, timing.busy_ns,
+    )  # fmt: skip
     _write_servos(w, inputs.servos, count)
     w.u32(len(inputs.forces))
     for record in inputs.forces:
@@ -211,9 +209,7 @@ def decode_inputs(data: bytes, layout: int = LAYOUT) -> TickInputs:
         ValueError: The message is damaged.
     """
     r = CdrReader(data)
-    t_ns, index = r.i64(), r.i64()
-    r.u8()
-    r.u8()
+    t_ns, index, _, _ = r.record("qqBB")
     inputs = _read_inputs(r, layout, with_truth=False)
     return TickInputs(t_ns, index, inputs, r.at)
 
@@ -230,8 +226,7 @@ def decode_tick(data: bytes, layout: int = LAYOUT, seen: TickInputs | None = Non
         ValueError: The message is damaged.
     """
     r = CdrReader(data)
-    t_ns, index = r.i64(), r.i64()
-    mode, stop_reason = Mode(r.u8()), StopReason(r.u8())
+    t_ns, index, mode, stop_reason = r.record("qqBB")
     if seen is None:
         inputs = _read_inputs(r, layout)
     else:
@@ -248,8 +243,8 @@ def decode_tick(data: bytes, layout: int = LAYOUT, seen: TickInputs | None = Non
     return Tick(
         t_ns=t_ns,
         index=index,
-        mode=mode,
-        stop_reason=stop_reason,
+        mode=Mode(mode),
+        stop_reason=StopReason(stop_reason),
         inputs=inputs,
         joints=joints,
         forces=forces,
@@ -269,18 +264,18 @@ def _rows(values: FloatArray, width: int) -> FloatArray:
 
 
 def _read_inputs(r: CdrReader, layout: int, *, with_truth: bool = True) -> Inputs:
-    request = Request(Intent(r.u8()), r.text(), r.f64(), r.f64(), StopReason(r.u8()))
-    timing = LoopTiming(*r.i64_row(4))
-    attached = r.flag()
+    intent, gait = Intent(r.u8()), r.text()
+    frequency_hz, steer, reason, *timing, attached, t_ns = r.record("ddBqqqq?q")
+    request = Request(intent, gait, frequency_hz, steer, StopReason(reason))
     # position_ticks to hardware_error, in the order of the type's fields
-    servos = ServoReadings(r.i64(), *r.i64_rows(8), valid=r.flags(), age_ns=r.i64s())
+    servos = ServoReadings(t_ns, *r.i64_rows(8), valid=r.flags(), age_ns=r.i64s())
     forces = tuple(_read_force_record(r) for _ in range(r.u32()))
     truth = _read_truth(r, wanted=with_truth)
     return Inputs(
         servos=servos if attached else None,
         forces=forces,
         request=request,
-        timing=timing,
+        timing=LoopTiming(*timing),
         truth=truth,
         faults=_read_faults(r),
         poses=read_poses(r) if layout > 1 else (),
@@ -288,7 +283,7 @@ def _read_inputs(r: CdrReader, layout: int, *, with_truth: bool = True) -> Input
 
 
 def _read_force_record(r: CdrReader) -> ForceRecord:
-    t_ns, device_ticks, sequence = r.i64_row(3)
+    t_ns, device_ticks, sequence = r.record("qqq")
     numbers = r.i64_array(2 + 2 + TRANSDUCERS * 6)
     battery, mask = numbers[2:4].tolist()
     flags = r.flag_array(2 * TRANSDUCERS)
