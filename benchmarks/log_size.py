@@ -37,7 +37,12 @@ COMMANDS = (
     ("log", "export", "LOG", "--format", "parquet", "--out", "DIR/table.parquet"),
     ("log", "export", "LOG", "--format", "csv", "--out", "DIR/table.csv"),
     ("log", "export", "LOG", "--format", "tum", "--out", "DIR/path"),
+    ("import", "DIR/trial.parquet", "--out", "DIR/again.parquet"),
+    ("log", "export", "LOG", "--format", "trial", "--out", "DIR/trial.csv"),
+    ("import", "DIR/trial.csv", "--out", "DIR/again.csv"),
+    ("import", "DIR/trial.parquet", "--out", "DIR/again.mcap"),
     ("log", "cut", "LOG", "--to", "60", "--out", "DIR/cut.mcap"),
+    ("log", "cut", "LOG", "--from", "1", "--out", "DIR/rest.mcap"),
     ("log", "repair", "LOG", "--out", "DIR/repaired.mcap"),
 )
 

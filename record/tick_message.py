@@ -232,11 +232,12 @@ def decode_tick(data: bytes, layout: int = LAYOUT, seen: TickInputs | None = Non
     else:
         inputs = seen.inputs
         r.go_on_at(seen.end)
-    # angle_rad to temperature_c, in the order of the type's fields
-    joints = JointState(r.i64(), *r.f64_rows(6), valid=r.flags())
+    joints_ns = r.i64()
+    angle, rate, current, duty, voltage, temperature = r.f64_rows(6)
+    joints = JointState(joints_ns, angle, rate, current, duty, voltage, temperature, r.flags())
     forces = FootForces(r.i64(), _rows(r.f64s(), 3), r.flags())
     gait_phase = r.f64()
-    wished, sent = (JointCommand(r.i64(), *r.f64_rows(2), torque=r.flag()) for _ in range(2))
+    wished, sent = _read_command(r), _read_command(r)
     feet = FootMotion(*(_rows(values, 3) for values in r.f64_rows(2)))
     contact = _read_contact(r)
     estimate = Estimate(r.i64(), r.f64_array(2), r.f64(), r.f64_array(3), r.flag())
@@ -259,6 +260,12 @@ def decode_tick(data: bytes, layout: int = LAYOUT, seen: TickInputs | None = Non
     )
 
 
+def _read_command(r: CdrReader) -> JointCommand:
+    t_ns = r.i64()
+    angle, rate = r.f64_rows(2)
+    return JointCommand(t_ns, angle, rate, r.flag())
+
+
 def _rows(values: FloatArray, width: int) -> FloatArray:
     return values.reshape(-1, width)
 
@@ -267,8 +274,11 @@ def _read_inputs(r: CdrReader, layout: int, *, with_truth: bool = True) -> Input
     intent, gait = Intent(r.u8()), r.text()
     frequency_hz, steer, reason, *timing, attached, t_ns = r.record("ddBqqqq?q")
     request = Request(intent, gait, frequency_hz, steer, StopReason(reason))
-    # position_ticks to hardware_error, in the order of the type's fields
-    servos = ServoReadings(t_ns, *r.i64_rows(8), valid=r.flags(), age_ns=r.i64s())
+    position, velocity, current, duty, voltage, temperature, error, hardware = r.i64_rows(8)
+    servos = ServoReadings(
+        t_ns, position, velocity, current, duty, voltage, temperature, error, hardware, r.flags(),
+        r.i64s(),
+    )  # fmt: skip
     forces = tuple(_read_force_record(r) for _ in range(r.u32()))
     truth = _read_truth(r, wanted=with_truth)
     return Inputs(
