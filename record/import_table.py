@@ -5,7 +5,7 @@ order are put in order; rows without a time, second rows at one time, and rows t
 dropped and listed.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -90,12 +90,15 @@ def import_table(path: Path, given: ColumnMap) -> tuple[Trial, ImportReport]:
     return first.trial, first.report
 
 
-def import_tables(path: Path, given: ColumnMap) -> Iterator[Imported]:
+def import_tables(
+    path: Path, given: ColumnMap, tell: Callable[[float], None] = lambda _: None
+) -> Iterator[Imported]:
     """Read every table of a file into a trial of its own.
 
     Args:
         path: A trial's table or NAME.toml, or somebody else's .csv, .parquet or .npz.
         given: Which of its columns is which; empty if they have our names.
+        tell: Told which share of a table has been taken, column by column.
 
     Raises:
         RecordError: It cannot be read, has no time, or nothing in it is known.
@@ -104,10 +107,12 @@ def import_tables(path: Path, given: ColumnMap) -> Iterator[Imported]:
         path = trial_table(path)
     with open_tables(path, given) as tables:
         for one in tables:
-            yield _import(path, one, given)
+            yield _import(path, one, given, tell)
 
 
-def _import(path: Path, one: SourceTable, given: ColumnMap) -> Imported:
+def _import(
+    path: Path, one: SourceTable, given: ColumnMap, tell: Callable[[float], None]
+) -> Imported:
     table = _with_time(one.table, given)
     findings: list[Finding] = [*one.findings]
     header = _header(path, table, given, findings)
@@ -128,7 +133,7 @@ def _import(path: Path, one: SourceTable, given: ColumnMap) -> Imported:
     cut: list[Finding] = []
     order = _cut(table, given, in_time.order, cut)
     few = len(order) < max(given.cut.fewest_rows, 1)
-    seen = _Seen(in_time)
+    seen = _Seen(in_time, tell)
     columns = seen.columns(table, used, order)
     trial = None
     if few:
@@ -250,7 +255,8 @@ def _in_time(time_s: FloatArray) -> _InTime:
 class _Seen:
     """What is found while columns pass by, one in memory at a time."""
 
-    def __init__(self, in_time: _InTime) -> None:
+    def __init__(self, in_time: _InTime, tell: Callable[[float], None]) -> None:
+        self._tell = tell
         self.unreadable: list[Finding] = []
         self.empty = EmptyRows()
         self._in_time = in_time
@@ -260,7 +266,8 @@ class _Seen:
         self, table: Table, used: Mapping[str, list[Source]], order: IntArray
     ) -> Iterator[Column]:
         """Yield our columns in the order of their rows."""
-        for name, sources in used.items():
+        for number, (name, sources) in enumerate(used.items()):
+            self._tell(number / len(used))
             values = summed(table, sources, self.unreadable).values
             self.empty.look_at(name, values)
             one, other = values[self._in_time.again], values[self._in_time.first]

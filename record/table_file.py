@@ -20,7 +20,7 @@ from model.errors import RecordError
 from model.signals import FloatArray
 
 SUFFIXES = (".parquet", ".csv")
-BLOCK_ROWS = 50_000  # written at once: a table may be larger than what memory there is
+BLOCK_ROWS = 10_000  # written at once: a table may be larger than what memory there is
 MISSING_TEXTS = ("", "nan", "NaN", "NAN", "NA", "N/A", "null", "NULL", "None", "-nan", "#N/A")
 
 
