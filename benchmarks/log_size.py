@@ -1,8 +1,9 @@
 """A long log: its size, and the time and peak memory that each command takes for it.
 
 Ticks of a virtual walk, repeated under new times. Run it with ``python -m benchmarks log_size`` (six
-minutes of ticks) or ``python -m benchmarks.log_size 360000`` (an hour). Memory is the peak resident size
-of a process of its own for each command.
+minutes of ticks) or ``python -m benchmarks.log_size 360000`` (an hour); more words choose the commands that
+hold one of them (``360000 tum cut import``). Memory is the peak resident size of a process of its own for
+each command.
 """
 
 import resource
@@ -37,7 +38,12 @@ COMMANDS = (
     ("log", "export", "LOG", "--format", "parquet", "--out", "DIR/table.parquet"),
     ("log", "export", "LOG", "--format", "csv", "--out", "DIR/table.csv"),
     ("log", "export", "LOG", "--format", "tum", "--out", "DIR/path"),
+    ("import", "DIR/trial.parquet", "--out", "DIR/again.parquet"),
+    ("log", "export", "LOG", "--format", "trial", "--out", "DIR/trial.csv"),
+    ("import", "DIR/trial.csv", "--out", "DIR/again.csv"),
+    ("import", "DIR/trial.parquet", "--out", "DIR/again.mcap"),
     ("log", "cut", "LOG", "--to", "60", "--out", "DIR/cut.mcap"),
+    ("log", "cut", "LOG", "--from", "1", "--out", "DIR/rest.mcap"),
     ("log", "repair", "LOG", "--out", "DIR/repaired.mcap"),
 )
 
@@ -98,7 +104,7 @@ def measure(words: tuple[str, ...]) -> tuple[int, float, float]:
     return code, time.perf_counter() - began, peak_kb / 1e3
 
 
-def main(count: int = DEFAULT_TICKS) -> None:
+def main(count: int = DEFAULT_TICKS, chosen: tuple[str, ...] = ()) -> None:
     """Write a long log and time every command on it."""
     with tempfile.TemporaryDirectory() as folder:
         log = Path(folder) / "long.mcap"
@@ -111,10 +117,12 @@ def main(count: int = DEFAULT_TICKS) -> None:
         print(f"{count} ticks, {count / 100:.0f} s at 100 Hz: {size / 1e6:.1f} MB, "
               f"{size / count:.0f} bytes a tick; written in {seconds:.0f} s ({mine:.0f} MB)")  # fmt: skip
         for words in COMMANDS:
+            if chosen and not set(chosen) & set(words):
+                continue
             filled = tuple(w.replace("LOG", str(log)).replace("DIR", folder) for w in words)
             code, wall_s, peak_mb = measure(filled)
             print(f"{wall_s:8.1f} s  {peak_mb:6.0f} MB  exit {code}  {' '.join(words)}", flush=True)
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else DEFAULT_TICKS)
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else DEFAULT_TICKS, tuple(sys.argv[2:]))

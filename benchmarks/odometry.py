@@ -183,7 +183,7 @@ def _unscented(
     points = MerweScaledSigmaPoints(size, alpha=0.5, beta=2.0, kappa=0.0)
     filter_ = UnscentedKalmanFilter(size, 1, 0.01, hx=None, fx=None, points=points)
     filter_.x, filter_.P = state.mean.copy(), state.covariance.copy()
-    none = np.zeros(legs, dtype=bool)
+    fixed = replace(settings, parameter_walk=0.0)
 
     def solved(x: FloatArray, known: OdometryInputs) -> Neighbourhood:
         factors = np.exp(x[FIXED:])
@@ -200,11 +200,11 @@ def _unscented(
         # the EKF says which feet are used and with what noise; the UKF does the rest its own way
         state, said = estimator.step(state, known)
         model = solved(filter_.x, known)
-        step = process.walking(filter_.x, model, settings, 0.01, (none, none), 0)
+        step = process.walking(filter_.x, filter_.P, model, fixed, 0.01, weight_n, 0)
         filter_.Q = symmetric_floor(step.noise)
         filter_.predict(
             fx=lambda x, _dt, known=known: (
-                process.walking(x, solved(x, known), settings, 0.01, (none, none), 0).mean
+                process.walking(x, filter_.P, solved(x, known), fixed, 0.01, weight_n, 0).mean
             )
         )
         which = np.isfinite(said.innovation[:, 0])

@@ -1,7 +1,7 @@
 """From counts to the ground's force on each foot: pure."""
 
 from collections.abc import Sequence
-from functools import lru_cache
+from math import isfinite
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from drivers.settings import ForceSensorSettings
 from model.signals import FloatArray, FootForces, ForceRecord, readonly
 
 UNKNOWN = (np.nan,) * 6
+NO_FORCE = (np.nan,) * 3
 
 
 def sensed_wrenches(
@@ -82,30 +83,69 @@ def foot_forces(
         Forces in body axes. NaN and ``valid`` False where a leg has no transducer, no calibration, is
         not in the record, is saturated, or is not in the calibration file that is in use.
     """
-    count = len(settings.names)
     if record is None:
-        nothing = np.full((count, 3), np.nan)
-        return FootForces(-1, readonly(nothing), readonly(np.zeros(count, dtype=bool)))
-    sensed = _rows(record, calibrations, settings)
-    cosines, sines, biases = _mounting(settings)
-    if settings.calibration is not None:
-        sensed = foot_wrenches(np.array(sensed), settings, angle_rad).tolist()
-        biases = [[0.0, 0.0, 0.0]] * count
-    found = []
-    for row, c, s, (bx, by, bz) in zip(sensed, cosines, sines, biases, strict=True):
-        x, y = row[0] - bx, row[1] - by
-        found.append((c * x - s * y, s * x + c * y, row[2] - bz))
-    force = np.array(found)
-    valid = np.isfinite(force).all(axis=1)
-    if False in valid.tolist():
-        force[~valid] = np.nan
-    return FootForces(record.t_ns, readonly(force), readonly(valid))
+        return no_forces(len(settings.names))
+    return ForceScales(calibrations, settings).forces(record, angle_rad)
 
 
-@lru_cache(maxsize=4)
-def _mounting(
-    settings: ForceSensorSettings,
-) -> tuple[list[float], list[float], list[list[float]]]:
-    """Cosine and sine of each sensor's yaw, and its bias: they never change."""
-    yaw = settings.yaw_rad
-    return np.cos(yaw).tolist(), np.sin(yaw).tolist(), settings.bias_n.tolist()
+def no_forces(count: int) -> FootForces:
+    """What is known of the forces on so many feet before the first record."""
+    nothing = np.full((count, 3), np.nan)
+    return FootForces(-1, readonly(nothing), readonly(np.zeros(count, dtype=bool)))
+
+
+class ForceScales:
+    """Calibration of records, with what never changes worked out beforehand.
+
+    Args:
+        calibrations: Calibration of each leg's transducer, None where unknown, N of them.
+        settings: Transducer number, rotation, bias and in-situ calibration of each leg.
+    """
+
+    def __init__(
+        self, calibrations: Sequence[Calibration | None], settings: ForceSensorSettings
+    ) -> None:
+        self._calibrations = calibrations
+        self._settings = settings
+        yaw = settings.yaw_rad
+        in_situ = settings.calibration is not None
+        bias_n = np.zeros_like(settings.bias_n) if in_situ else settings.bias_n
+        self._mounting = tuple(
+            zip(np.cos(yaw).tolist(), np.sin(yaw).tolist(), bias_n.tolist(), strict=True)
+        )
+        numbers = settings.transducers.tolist()
+        # of each leg: place in a record, -1 without a sensor that is known; counts a newton
+        self._scales = tuple(
+            (-1, 1.0) if scale is None or number < 1 else (number - 1, scale.counts_per_n)
+            for number, scale in zip(numbers, calibrations, strict=False)
+        )
+
+    def forces(self, record: ForceRecord, angle_rad: FloatArray) -> FootForces:
+        """Calibrate one record, as ``foot_forces``."""
+        settings = self._settings
+        if settings.calibration is None:
+            sensed = self._sensed(record)
+        else:
+            rows = np.array(_rows(record, self._calibrations, settings))
+            sensed = foot_wrenches(rows, settings, angle_rad)[:, :3].tolist()
+        found, valid = [], []
+        for (fx, fy, fz), (c, s, (bx, by, bz)) in zip(sensed, self._mounting, strict=True):
+            x, y = fx - bx, fy - by
+            force = (c * x - s * y, s * x + c * y, fz - bz)
+            whole = isfinite(force[0] + force[1] + force[2])
+            found.append(force if whole else NO_FORCE)
+            valid.append(whole)
+        return FootForces(record.t_ns, readonly(np.array(found)), readonly(np.array(valid)))
+
+    def _sensed(self, record: ForceRecord) -> list[tuple[float, float, float]]:
+        """What the transducers read of the forces alone, a row a leg, [N]."""
+        counts: list[list[int]] = record.counts.tolist()
+        heard = (record.present & ~record.saturated).tolist()
+        sensed: list[tuple[float, float, float]] = []
+        for place, n in self._scales:
+            if place < 0 or not heard[place]:
+                sensed.append(NO_FORCE)
+                continue
+            row = counts[place]
+            sensed.append((row[0] / n, row[1] / n, row[2] / n))
+        return sensed

@@ -230,12 +230,13 @@ def joint_state(readings: ServoReadings, settings: ServoBusSettings) -> JointSta
     valid = readings.valid
     # all at once: one by one these are thirty calls of numpy on six numbers each
     rows = np.empty((len(_UNITS), len(valid)))
-    rows[0] = readings.position_ticks - settings.zeros
+    rows[0] = readings.position_ticks
     rows[1] = readings.velocity_counts
     rows[2] = readings.current_counts
     rows[DUTY] = readings.duty_counts
     rows[4] = readings.voltage_counts
     rows[5] = readings.temperature_c
+    rows[0] -= settings.zeros
     rows[:SIGNED] *= settings.signs
     rows *= _UNITS
     rows[DUTY] /= DUTY_FULL

@@ -8,6 +8,7 @@ compiles.
 
 import hashlib
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from typing import Any, TypeVar
@@ -85,3 +86,51 @@ def _stamp(package: str) -> str:
             if source.name.endswith(".py"):
                 digest.update(source.read_bytes())
     return digest.hexdigest()
+
+
+NUMBER, COUNT, FLAG = "float64", "int64", "boolean"
+
+
+@dataclass(frozen=True, slots=True)
+class Rows:
+    """Type of an array argument, rows one behind the other in memory.
+
+    Attributes:
+        axes: How many axes.
+        kind: Of its elements.
+        given: Whether it is only read; arrays that may be written fit too.
+    """
+
+    axes: int
+    kind: str = NUMBER
+    given: bool = False
+
+
+def given(*axes: int, kind: str = NUMBER) -> tuple[Rows, ...]:
+    """Types of arrays that are only read, one for each number of axes."""
+    return tuple(Rows(count, kind, given=True) for count in axes)
+
+
+def out(*axes: int, kind: str = NUMBER) -> tuple[Rows, ...]:
+    """Types of arrays that are written, one for each number of axes."""
+    return tuple(Rows(count, kind) for count in axes)
+
+
+def compile_for(function: Callable[..., Any], *arguments: Rows | str) -> None:
+    """Load or make the machine code for one set of types, and close the function to all others.
+
+    It is closed in every case, also if another kernel that calls it has had it compiled before: a call
+    with other types is then an error at once, and never a compiler's second in a tick.
+    """
+    if not COMPILED:
+        return
+    from numba import types
+
+    dispatcher: Any = function  # has no types
+    if dispatcher._can_compile:
+        dispatcher.compile(tuple(
+            getattr(types, of) if isinstance(of, str)
+            else types.Array(getattr(types, of.kind), of.axes, "C", readonly=of.given)
+            for of in arguments
+        ))  # fmt: skip
+        dispatcher.disable_compile()

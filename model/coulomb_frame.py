@@ -47,12 +47,11 @@ def coulomb_frame(
         A reason (0 is fine), and whether velocity and forces are the only ones that balance.
     """
     count = loads.size
-    before = velocity.copy()
-    rested = sticking.copy()
-    for k in range(count):
-        sticking[k] = False
+    before0, before1, before2 = velocity[0], velocity[1], velocity[2]
     reason = traction_kernel(work, loads, mu, velocity, slip, force)
     if reason != FINE:
+        for k in range(count):
+            sticking[k] = False
         return reason, False
     total = 0.0
     cx, cy = 0.0, 0.0
@@ -77,22 +76,23 @@ def coulomb_frame(
     if top <= REST * fastest or top < 1e-150:  # all rest: any balanced forces will do, so none
         for k in range(count):
             force[k, 0] = force[k, 1] = 0.0
-            if work[DRAG, k] > 0:
-                sticking[k] = True
+            sticking[k] = work[DRAG, k] > 0
+            if sticking[k]:
                 slip[k, 0] = slip[k, 1] = 0.0
         return FINE, False
+    # few pieces of memory: each costs as much as a dozen sums
     levers = np.empty((loaded, 2, 3))
-    offset = np.empty((loaded, 2))
+    room = np.zeros((5, loaded, 2))
+    offset, dual, gone, way, trial = room[0], room[1], room[2], room[3], room[4]
     limit = np.empty(loaded)
     twist = np.zeros(3)
-    dual = np.zeros((loaded, 2))
-    gone = np.empty((loaded, 2))
     rest = np.zeros(loaded, dtype=np.bool_)
     resting = 0
     i = 0
     for k in range(count):
         c = work[DRAG, k]
         if c <= 0:
+            sticking[k] = False
             continue
         ax, ay = work[W_X, k], work[W_Y, k]
         gx, gy = -(work[Y, k] - cy) / spread, (work[X, k] - cx) / spread
@@ -102,38 +102,31 @@ def coulomb_frame(
         offset[i, 0] = (lxx * slip[k, 0] + lxy * slip[k, 1]) / top
         offset[i, 1] = (lxy * slip[k, 0] + lyy * slip[k, 1]) / top
         limit[i] = c / total
-        rest[i] = rested[k]
-        resting += rested[k]
+        rest[i] = sticking[k]
+        resting += sticking[k]
         i += 1
     # from the drag's centre and the viscous answer, in units of top and spread
     v0, v1, w = velocity[0], velocity[1], velocity[2]
     state = NOT_SOLVED
     for attempt in range(2):
         if attempt == 0:
-            if not warm or resting > 1 or not np.isfinite(before[2]):
+            if not warm or not np.isfinite(before2):
                 continue
-            dw = before[2] - w
-            twist[0] = (before[0] - v0 - dw * cy) / top
-            twist[1] = (before[1] - v1 + dw * cx) / top
+            dw = before2 - w
+            twist[0] = (before0 - v0 - dw * cy) / top
+            twist[1] = (before1 - v1 + dw * cx) / top
             twist[2] = dw * spread / top
             gap = np.inf
         else:
             twist[0], twist[1], twist[2] = 0.0, 0.0, 0.0
-            gap, _ = descend(
-                levers,
-                offset,
-                limit,
-                twist,
-                dual,
-                gone,
-                np.empty((loaded, 2)),
-                np.empty((loaded, 2)),
-            )
+            gap, _ = descend(levers, offset, limit, twist, dual, gone, way, trial)
             resting = classify(limit, dual, gone, rest)
         state = polish(levers, offset, limit, twist, dual, gone, rest, resting)
         if state != NOT_SOLVED:
             break
         if attempt == 1 and not gap <= LOOSE:
+            for k in range(count):
+                sticking[k] = False
             return NO_CONVERGENCE, False
     unique = state != SOLVED_FLAT and forces_unique(limit, dual, rest)
     rate = twist[2] * top / spread

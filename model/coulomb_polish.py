@@ -61,7 +61,7 @@ def polish(
         resting: How many they are.
     """
     if resting == 0:
-        return _all_slide(levers, offset, limit, twist, dual, slip)
+        return _all_slide(levers, offset, limit, twist, dual, slip, sticking)
     if resting == 1:
         return _about_one_foot(levers, offset, limit, twist, dual, slip, sticking)
     return _several_rest(levers, offset, limit, twist, dual, slip, sticking)
@@ -116,15 +116,12 @@ def _take(
 @compiled
 def _all_slide(
     levers: FloatArray, offset: FloatArray, limit: FloatArray, twist: FloatArray, dual: FloatArray,
-    slip: FloatArray,
+    slip: FloatArray, none: BoolArray,
 ) -> int:  # fmt: skip
-    count = limit.size
-    matrix = np.empty((3, 3))
-    gradient = np.empty(3)
-    step = np.empty(3)
-    at = twist.copy()
-    new = np.empty((count, 2))
-    none = np.zeros(count, dtype=np.bool_)
+    room = np.empty((6, 3))
+    matrix, gradient, step, at = room[:3], room[3], room[4], room[5]
+    new = np.empty((limit.size, 2))
+    at[0], at[1], at[2] = twist[0], twist[1], twist[2]
     for _ in range(NEWTON_STEPS):
         slips(levers, offset, at, new)
         if not _gradient(levers, limit, new, none, matrix, gradient):
@@ -189,9 +186,8 @@ def _about_one_foot(
     e1 = (a * levers[foot, 1, 2] - c * levers[foot, 0, 2]) / det
     h0 = (d * offset[foot, 0] - b * offset[foot, 1]) / det
     h1 = (a * offset[foot, 1] - c * offset[foot, 0]) / det
-    matrix = np.empty((3, 3))
-    gradient = np.empty(3)
-    at = np.empty(3)
+    room = np.empty((5, 3))
+    matrix, gradient, at = room[:3], room[3], room[4]
     new = np.empty((count, 2))
     turn = twist[2]
     curvature = 0.0

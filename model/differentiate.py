@@ -1,9 +1,8 @@
 """Rates from sampled angles, for a loop that cannot look ahead."""
 
-from math import isfinite
-
 import numpy as np
 
+from model.compiled import COUNT, compile_for, compiled, given, out
 from model.signals import FloatArray, IntArray
 
 
@@ -20,8 +19,9 @@ def latest_rate(t_ns: IntArray, angle_rad: FloatArray) -> FloatArray:
     Returns:
         (N,) [rad/s]; NaN where fewer than two samples are there.
     """
-    if isfinite(angle_rad.sum()):
-        return _whole_window(t_ns.tolist(), angle_rad)
+    rate: FloatArray = np.empty(angle_rad.shape[1])
+    if _whole_window(np.ascontiguousarray(t_ns), np.ascontiguousarray(angle_rad), rate):
+        return rate
     t = (t_ns - t_ns[-1]) * 1e-9  # [s]
     present = np.isfinite(angle_rad)
     weight = present.astype(np.float64)
@@ -33,22 +33,42 @@ def latest_rate(t_ns: IntArray, angle_rad: FloatArray) -> FloatArray:
     t_centred = weight * (t[:, None] - t_mean)
     spread = (t_centred**2).sum(axis=0)  # [s^2]
     slope = (t_centred * (angle - angle_mean)).sum(axis=0) / np.where(spread > 0, spread, 1.0)
-    rate: FloatArray = np.where((count >= 2) & (spread > 0), slope, np.nan)
+    rate[:] = np.where((count >= 2) & (spread > 0), slope, np.nan)
     return rate
 
 
-def _whole_window(t_ns: list[int], angle_rad: FloatArray) -> FloatArray:
-    """The same, bit for bit, where nothing is missing: the times' part is the same for all legs."""
-    times = [(t - t_ns[-1]) * 1e-9 for t in t_ns]
+@compiled
+def _whole_window(t_ns: IntArray, angle_rad: FloatArray, rate: FloatArray) -> bool:
+    """The same, bit for bit, where nothing is missing; False if something is.
+
+    Args:
+        t_ns: (W,).
+        angle_rad: (W, N).
+        rate: Out: (N,).
+    """
+    window, count = angle_rad.shape
+    times = np.empty(window)
     mean, spread = 0.0, 0.0
-    for t in times:
-        mean += t
-    mean /= len(times)
-    times = [t - mean for t in times]
-    for t in times:
-        spread += t * t
-    if len(times) < 2 or spread <= 0:
-        return np.full(angle_rad.shape[1], np.nan)
-    offset = angle_rad - angle_rad.sum(axis=0) / len(times)
-    slope: FloatArray = (np.array(times)[:, None] * offset).sum(axis=0) / spread
-    return slope
+    for i in range(window):
+        times[i] = (t_ns[i] - t_ns[window - 1]) * 1e-9
+        mean += times[i]
+    mean /= window
+    for i in range(window):
+        times[i] -= mean
+        spread += times[i] * times[i]
+    for k in range(count):
+        total, slope = 0.0, 0.0
+        for i in range(window):
+            total += angle_rad[i, k]
+        middle = total / window
+        for i in range(window):
+            slope += times[i] * (angle_rad[i, k] - middle)
+        if not np.isfinite(total):
+            return False
+        rate[k] = slope / spread if window > 1 and spread > 0.0 else np.nan
+    return True
+
+
+def prepare() -> None:
+    """Load or make the machine code now, so that no tick has to wait for it."""
+    compile_for(_whole_window, *given(1, kind=COUNT), *given(2), *out(1))

@@ -5,6 +5,7 @@ described in ``docs/odometry.md``; late samples are the business of ``model.esti
 """
 
 from dataclasses import replace
+from math import isfinite
 
 import numpy as np
 
@@ -27,10 +28,10 @@ from model.estimator_types import (
     OdometryEstimate,
     OdometryInputs,
 )
-from model.kalman import Kalman, mended, sound
+from model.kalman import Kalman, Patience, Stack, Updated, mended, sound
 from model.neighbourhood import Neighbourhood, neighbourhood, prepare
 from model.params import ContactParameters
-from model.signals import BoolArray, FloatArray, FootMotion, IntArray
+from model.signals import FloatArray, FootMotion
 
 NEVER = -1
 START_SD = 1e-4  # of pose [m, rad] and velocity [m/s, rad/s] at the beginning
@@ -63,6 +64,8 @@ class Estimator:
         self.legs = len(contact.mu)
         self.size = FIXED + 2 * self.legs
         self._kalman = Kalman(self.size)
+        self._feet_numbers = measure.feet_numbers(self.settings, weight_n)
+        self._patience = Patience(self.settings.reject_limit, FIXED, self.settings.parameter_limit)
         prepare()
 
     def initial(self, pose: FloatArray | None = None) -> EstimatorState:
@@ -77,7 +80,7 @@ class Estimator:
             mean[POSE] = pose
         sd = np.full(self.size, settings.parameter_sd)
         sd[POSE] = sd[VELOCITY] = START_SD
-        sd[BIAS] = process.bias_size(settings, 0.0, 0)
+        sd[BIAS] = [settings.bias_speed_sd, settings.bias_speed_sd, settings.bias_turn_sd]
         sd[SCALE], sd[GYRO_BIAS] = settings.scale_sd, settings.gyro_bias_sd
         nan = np.full((legs, 3), np.nan)
         covariance = np.diag(sd**2)
@@ -142,16 +145,27 @@ class Estimator:
         held = idle_ns != NEVER and (inputs.t_ns - idle_ns) * 1e-9 >= settings.idle_time_s
         held = held and not airborne
         serving = None if airborne else model
-        step = self._predict(state.mean, serving, dt_s, held, int(dead.sum()), trouble)
+        step = self._predict(
+            state.mean, serving, dt_s, held, int(dead.sum()), trouble, state.covariance
+        )
         if airborne:
             trouble.add("picked up: the feet carry nothing")
         covariance = self._kalman.predict(step.mean, state.covariance, step.transition, step.noise)
+        loaded = senses.contact(state, model, heard, self.weight_n, settings)
         # the model was solved at the parameters that the prediction leaves as they are
-        blocks = self._blocks(
-            step.mean, covariance, inputs, heard, None if held else serving, feet, dead, state
+        answer = None if held else serving
+        forces = None
+        if answer is not None and heard.use:
+            forces = measure.feet_stack(
+                step.mean, covariance, heard.share, feet, loaded & ~dead, answer, self.contact.mu,
+                self._feet_numbers,
+            )  # fmt: skip
+        others = self._others(step.mean, inputs, answer)
+        used = self._correct(step.mean, covariance, forces, others, state)
+        mean, after_covariance = (
+            (step.mean, covariance) if used is None else (used.mean, used.covariance)
         )
-        mean, after_covariance, stacked = self._correct(step.mean, covariance, blocks, state)
-        if not (sound(after_covariance) and np.isfinite(mean).all()):
+        if not (sound(after_covariance) and isfinite(np.vdot(mean, mean))):
             trouble.add("the covariance had to be mended")
             mean = np.where(np.isfinite(mean), mean, state.mean)
             after_covariance = mended(
@@ -160,7 +174,7 @@ class Estimator:
         force_ns = inputs.forces.t_ns if heard.fresh and inputs.forces else state.force_ns
         answered = serving is not None or state.answer_ns == NEVER
         answer_ns = inputs.t_ns if answered else state.answer_ns
-        nis = _smoothed_nis(state.nis, stacked, settings.force_period_s)
+        nis = _smoothed_nis(state.nis, used, settings.force_period_s)
         moment = Moment(inputs.t_ns, force_ns, answer_ns, nis, inputs.pose_W is not None)
         verdict = judge(state, moment, settings, trouble)
         after = EstimatorState(
@@ -171,9 +185,9 @@ class Estimator:
             force_ns=force_ns,
             used_ns=inputs.t_ns if heard.use else state.used_ns,
             share=heard.share[:, 2] if heard.fresh else state.share,
-            contact=senses.contact(state, model, heard, self.weight_n, settings),
-            rejected=_streaks(state.rejected, stacked),
-            rejects=state.rejects + (len(stacked.rejected) if stacked is not None else 0),
+            contact=loaded,
+            rejected=used.streak if used is not None else state.rejected,
+            rejects=state.rejects + (used.rejects if used is not None else 0),
             idle_ns=idle_ns,
             answer_ns=answer_ns,
             fine_ns=verdict.fine_ns,
@@ -183,7 +197,7 @@ class Estimator:
             before=(step.mean, covariance),
             transition=step.transition,
         )
-        out = estimate(after, self.contact, self.weight_n, settings, model, stacked, verdict, held)
+        out = estimate(after, self.contact, self.weight_n, settings, model, used, verdict, held)
         return after, out
 
     def _predict(
@@ -194,6 +208,7 @@ class Estimator:
         held: bool,
         dead_legs: int,
         trouble: Trouble,
+        covariance: FloatArray,
     ) -> process.Prediction:
         """The step of the process that the moment calls for."""
         settings = self.settings
@@ -208,34 +223,27 @@ class Estimator:
             return process.carried(mean, settings, dt_s)
         if held:
             return process.standing(mean, settings)
-        telling = senses.telling(model, self.legs, self.weight_n, settings)
-        return process.walking(mean, model, settings, dt_s, telling, dead_legs)
+        return process.walking(mean, covariance, model, settings, dt_s, self.weight_n, dead_legs)
 
     def _correct(
         self,
         mean: FloatArray,
         covariance: FloatArray,
-        blocks: list[measure.Block],
+        forces: Stack | None,
+        others: list[measure.Block],
         state: EstimatorState,
-    ) -> tuple[FloatArray, FloatArray, measure.Stack | None]:
+    ) -> Updated | None:
         """Use what passes its gate."""
-        if not blocks:
-            return mean, covariance, None
-        for block in blocks:
+        for block in others:
             if block.kind == 2 and state.rejected[2, 0] >= self.settings.reject_limit:
                 # it keeps saying that we are elsewhere: then that is how little we know
                 covariance = covariance + block.rows.T @ (
                     block.innovation[:, None] ** 2 * block.rows
                 )
-        stacked = measure.stack(blocks, covariance, state.rejected, self.settings)
-        if not stacked.accepted:
-            return mean, covariance, stacked
-        mean, covariance = self._kalman.update(
-            mean, covariance, stacked.innovation, stacked.rows, stacked.noise
-        )
-        limit = self.settings.parameter_limit
-        mean[FIXED:] = np.clip(mean[FIXED:], -limit, limit)
-        return mean, covariance, stacked
+        stack = measure.stacked(forces, others)
+        if stack is None:
+            return None
+        return self._kalman.update(mean, covariance, stack, state.rejected, self._patience)
 
     def _check(self, inputs: OdometryInputs) -> None:
         shape = (self.legs, 3)
@@ -247,7 +255,7 @@ class Estimator:
 
     def _model(self, mean: FloatArray, feet: FootMotion) -> Neighbourhood | None:
         """The model at the parameters of a state; None without an answer."""
-        if not (np.isfinite(feet.position_m).all() and np.isfinite(feet.velocity_m_s).all()):
+        if not senses.finite(feet):
             return None
         factors = np.exp(mean[FIXED:])
         contact = ContactParameters(
@@ -262,38 +270,16 @@ class Estimator:
         )
         return found if found.reason == 0 else None
 
-    def _blocks(
-        self,
-        mean: FloatArray,
-        covariance: FloatArray,
-        inputs: OdometryInputs,
-        heard: senses.Heard,
-        model: Neighbourhood | None,
-        feet: FootMotion,
-        dead: BoolArray,
-        state: EstimatorState,
+    def _others(
+        self, mean: FloatArray, inputs: OdometryInputs, model: Neighbourhood | None
     ) -> list[measure.Block]:
+        """What was measured beside the forces on the feet."""
         settings = self.settings
         blocks: list[measure.Block] = []
-        if model is not None and heard.use:
-            blocks += measure.load_blocks(
-                heard.share[:, 2], model, self.weight_n, settings, self.size
-            )
-            slip = measure.slip_of_feet(mean[VELOCITY], feet, model.sway_B)
-            doubt = settings.clear_slip**2 * senses.slip_variance(covariance, feet)
-            fast = np.einsum("ki,ki->k", slip, slip) > np.maximum(settings.slip_speed**2, doubt)
-            loaded = senses.contact(state, model, heard, self.weight_n, settings) & (
-                heard.share[:, 2] > settings.load_on
-            )
-            which = ~dead & fast & loaded & np.isfinite(heard.share).all(axis=1)
-            blocks += measure.friction_blocks(
-                mean, heard.share, slip, feet, which, self.contact.mu, settings
-            )
-            blocks.append(measure.gauge_block(mean, self.legs, settings))
         if model is not None:
             tilt = (inputs.roll_rad, inputs.pitch_rad)
             blocks += measure.tilt_blocks(tilt, model, settings, self.size)
-        if np.isfinite(inputs.yaw_rate_rad_s):
+        if isfinite(inputs.yaw_rate_rad_s):
             blocks.append(measure.gyro_block(mean, inputs.yaw_rate_rad_s, settings))
         pose = measure.pose_block(mean, inputs, settings)
         if pose is not None:
@@ -313,25 +299,11 @@ def _with_effects(
     )
 
 
-def _streaks(before: IntArray, stacked: measure.Stack | None) -> IntArray:
-    """Rejections in a row of each leg's load and force, and of the pose."""
-    if stacked is None:
+def _smoothed_nis(before: float, used: Updated | None, period_s: float) -> float:
+    if used is None or not isfinite(used.nis):
         return before
-    after = before.copy()
-    for block in stacked.accepted:
-        if block.kind >= 0 and block not in stacked.rejected:
-            after[block.kind, block.leg] = 0
-    for block in stacked.rejected:
-        if block.kind >= 0:
-            after[block.kind, block.leg] += 1
-    return after
-
-
-def _smoothed_nis(before: float, stacked: measure.Stack | None, period_s: float) -> float:
-    if stacked is None or not np.isfinite(stacked.nis):
-        return before
-    now = stacked.nis / len(stacked.innovation)
-    if not np.isfinite(before):
+    now = used.nis / used.numbers
+    if not isfinite(before):
         return now
     share = period_s / NIS_MEMORY_S
     return (1 - share) * before + share * now

@@ -7,11 +7,9 @@ Rows of the answers: 0 the frame itself, then N with log mu of one foot stepped,
 N with a foot's speed along x stepped (legs swing fore and aft: that is where a shaft's noise goes).
 """
 
-from typing import Any
-
 import numpy as np
 
-from model.compiled import COMPILED, compiled
+from model.compiled import FLAG, NUMBER, compile_for, compiled, given, out
 from model.coulomb_frame import coulomb_frame
 from model.signals import BoolArray, FloatArray
 from model.support_kernel import ROWS, support_kernel
@@ -270,15 +268,7 @@ def neighbourhood_kernel(
 
 def prepare() -> None:
     """Compile for read-only inputs, which writable ones fit too, and for nothing else after."""
-    dispatcher: Any = neighbourhood_kernel
-    if not COMPILED or dispatcher.signatures:
-        return
-    from numba import types
-
-    number, flag = types.float64, types.boolean
-    given = [types.Array(number, axes, "C", readonly=True) for axes in (2, 2, 1, 1, 2)]
-    out = [types.Array(number, axes, "C") for axes in (2, 2, 2, 1, 2, 3)]
-    dispatcher.compile((
-        *given, number, flag, number, number, number, number, *out, types.Array(flag, 1, "C"),
-    ))  # fmt: skip
-    dispatcher.disable_compile()
+    compile_for(
+        neighbourhood_kernel, *given(2, 2, 1, 1, 2), NUMBER, FLAG, *(NUMBER,) * 4,
+        *out(2, 2, 2, 1, 2, 3), *out(1, kind=FLAG),
+    )  # fmt: skip

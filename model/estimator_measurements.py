@@ -5,36 +5,34 @@ passes a gate of its own before all that passed are used at once.
 """
 
 from dataclasses import dataclass
-from math import inf, isfinite
+from math import isfinite
 
 import numpy as np
 
+from model import estimator_feet_kernel as kernel
 from model.estimator_settings import EstimatorSettings
 from model.estimator_types import (
     FIXED,
     GYRO_BIAS,
     POSE,
-    SCALE,
-    VELOCITY,
     YAW,
     OdometryInputs,
-    friction_of,
-    stiffness_of,
 )
+from model.kalman import Stack
 from model.neighbourhood import Neighbourhood
-from model.signals import BoolArray, FloatArray, FootMotion, IntArray
+from model.signals import BoolArray, FloatArray, FootMotion, readonly
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Block:
-    """Measurements that are believed or not together.
+    """Measurements beside the feet's that are believed or not together.
 
     Attributes:
         innovation: Measured less expected, (m,).
         rows: Derivatives of what is expected, (m, n).
         variance: Of the noise, (m,).
         gate: Largest normalised innovation squared; infinite for none.
-        kind: 0 a leg's load, 1 a leg's horizontal force, 2 the absolute pose, -1 anything else.
+        kind: 2 the absolute pose, -1 anything else; 0 and 1 are the feet's.
         leg: Leg it belongs to.
     """
 
@@ -44,30 +42,6 @@ class Block:
     gate: float = np.inf
     kind: int = -1
     leg: int = 0
-
-
-def load_blocks(
-    share: FloatArray, model: Neighbourhood, weight_n: float, settings: EstimatorSettings, size: int
-) -> list[Block]:
-    """Each foot's share of the vertical force, which tells of stiffness.
-
-    Args:
-        share: Measured, (N,); NaN where there is none.
-        model: The model's answer.
-        weight_n: Weight carried [N].
-        settings: Noise.
-        size: n.
-    """
-    legs = len(share)
-    place = stiffness_of(legs)
-    rows = np.zeros((legs, 1, size))
-    rows[:, 0, place] = model.load_by_stiffness / weight_n
-    left = share - model.load_n / weight_n
-    variance = np.array([settings.load_sd**2])
-    return [
-        Block(left[k : k + 1], rows[k], variance, settings.gate_load, 0, k)
-        for k in np.flatnonzero(np.isfinite(share) & (model.load_n > 0)).tolist()
-    ]
 
 
 def slip_of_feet(velocity: FloatArray, feet: FootMotion, sway: FloatArray) -> FloatArray:
@@ -85,60 +59,57 @@ def slip_of_feet(velocity: FloatArray, feet: FootMotion, sway: FloatArray) -> Fl
     return slip
 
 
-def friction_blocks(
-    mean: FloatArray,
-    force_share: FloatArray,
-    slip: FloatArray,
-    feet: FootMotion,
-    which: BoolArray,
-    mu: FloatArray,
-    settings: EstimatorSettings,
-) -> list[Block]:
-    """Horizontal forces of feet that clearly slip: regularised Coulomb friction at the measured load.
+def feet_numbers(settings: EstimatorSettings, weight_n: float) -> FloatArray:
+    """Numbers of the settings that ``feet_stack`` asks for, (NUMBERS,)."""
+    numbers = np.empty(kernel.NUMBERS)
+    numbers[kernel.WEIGHT] = weight_n
+    numbers[kernel.SLIP_SPEED], numbers[kernel.CLEAR_SLIP] = (
+        settings.slip_speed,
+        settings.clear_slip,
+    )
+    numbers[kernel.LOAD_ON], numbers[kernel.CREEP_SPEED] = settings.load_on, settings.creep_speed
+    numbers[kernel.LOAD_SD], numbers[kernel.FORCE_SD] = settings.load_sd, settings.force_sd
+    numbers[kernel.FORCE_SHARE_SD] = settings.force_share_sd
+    numbers[kernel.GATE_LOAD], numbers[kernel.GATE_PAIR] = settings.gate_load, settings.gate_pair
+    numbers[kernel.GAUGE_SD] = settings.gauge_sd
+    return readonly(numbers)
 
-    Tells of the velocity (friction points against the slip), of log mu and of the common friction.
-    A foot at rest tells of neither: its force is a reaction.
+
+def feet_stack(
+    mean: FloatArray,
+    covariance: FloatArray,
+    share: FloatArray,
+    feet: FootMotion,
+    usable: BoolArray,
+    model: Neighbourhood,
+    mu: FloatArray,
+    numbers: FloatArray,
+) -> Stack:
+    """Stack the forces on the feet.
+
+    Loads tell of stiffness; friction of feet that clearly slip tells of the velocity, of log mu and of the
+    common friction. The gauge says that log mu adds up to 0: what is common is a state of its own.
 
     Args:
         mean: State, (n,).
-        force_share: Measured forces over the weight, (N, 3).
-        slip: Slip at this state, (N, 2).
+        covariance: P, (n, n).
+        share: Measured forces over the weight, (N, 3); NaN where there are none.
         feet: Feet, (N, 3) each.
-        which: Feet to use, (N,).
+        usable: Feet in contact whose encoders work, (N,).
+        model: The model's answer.
         mu: The robot file's friction coefficients, (N,).
-        settings: Noise.
+        numbers: Of ``feet_numbers``.
     """
     legs, size = len(mu), len(mean)
-    place = friction_of(legs).start
-    blocks = []
-    for k in np.flatnonzero(which).tolist():
-        ux, uy = slip[k].tolist()
-        measured = force_share[k, :2]
-        pull = float(mu[k] * np.exp(mean[SCALE] + mean[place + k]) * force_share[k, 2])
-        length = (ux * ux + uy * uy + settings.creep_speed**2) ** 0.5
-        expected = np.array([-pull * ux / length, -pull * uy / length])
-        rows = np.zeros((2, size))
-        cube = pull / length**3
-        xx = -pull / length + cube * ux * ux
-        xy = cube * ux * uy
-        yy = -pull / length + cube * uy * uy
-        x, y, _ = feet.position_m[k].tolist()
-        rows[:, VELOCITY] = [[xx, xy, -y * xx + x * xy], [xy, yy, -y * xy + x * yy]]
-        rows[:, place + k] = expected
-        rows[:, SCALE] = expected
-        variance = settings.force_sd**2 + settings.force_share_sd**2 * float(measured @ measured)
-        blocks.append(
-            Block(measured - expected, rows, np.full(2, variance), settings.gate_pair, 1, k)
-        )
-    return blocks
-
-
-def gauge_block(mean: FloatArray, legs: int, settings: EstimatorSettings) -> Block:
-    """Log mu adds up to 0: their common part is the state of its own."""
-    place = friction_of(legs)
-    rows = np.zeros((1, len(mean)))
-    rows[0, place] = 1.0
-    return Block(-mean[place].sum(keepdims=True), rows, np.array([settings.gauge_sd**2]))
+    most = 3 * legs + 1
+    innovation, rows, variance = np.empty(most), np.zeros((most, size)), np.empty(most)
+    gates, blocks = np.empty(2 * legs + 1), np.empty((2 * legs + 1, 3), dtype=np.int64)
+    count, found = kernel.feet_stack_kernel(
+        mean, covariance, share, model.load_n, model.load_by_stiffness, model.sway_B,
+        feet.position_m, feet.velocity_m_s, mu, usable, numbers, innovation, rows, variance, gates,
+        blocks,
+    )  # fmt: skip
+    return Stack(innovation[:count], rows[:count], variance[:count], gates[:found], blocks[:found])
 
 
 def gyro_block(mean: FloatArray, yaw_rate: float, settings: EstimatorSettings) -> Block:
@@ -159,7 +130,7 @@ def tilt_blocks(
     legs = len(model.load_n)
     blocks = []
     for measured, axis in zip(tilt, (1, 0), strict=True):
-        if not np.isfinite(measured):
+        if not isfinite(measured):
             continue
         slope = model.pose[axis]
         rows = np.zeros((1, size))
@@ -188,95 +159,25 @@ def pose_block(
     return Block(left[known], rows[known], variance[known], settings.gate_pose, 2)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Stack:
-    """Blocks that passed their gates, as one measurement, and what became of the gates.
-
-    Attributes:
-        innovation: Of what passed, (m,).
-        rows: H, (m, n).
-        noise: R, (m, m).
-        accepted: Blocks that passed.
-        rejected: Blocks that did not at first; one believed after many rejections is in both.
-        nis: Normalised innovation squared of what passed; NaN if nothing did.
-        log_likelihood: Of the innovation of what passed; NaN if nothing did.
-        sd: Standard deviation that the filter gives each number of each accepted block.
-    """
-
-    innovation: FloatArray
-    rows: FloatArray
-    noise: FloatArray
-    accepted: tuple[Block, ...]
-    rejected: tuple[Block, ...]
-    nis: float
-    log_likelihood: float
-    sd: FloatArray
-
-
-def stack(
-    blocks: list[Block], covariance: FloatArray, streak: IntArray, settings: EstimatorSettings
-) -> Stack:
-    """Gate each block by its own normalised innovation and stack the rest.
-
-    After a row of rejections a block is believed again with as much more noise as brings it to its
-    gate: a filter that never hears its sensors again is worse than one that doubts them.
-
-    Args:
-        blocks: Not empty.
-        covariance: P, (n, n).
-        streak: Rejections in a row of loads, forces and pose, (3, N).
-        settings: Gates.
-
-    Returns:
-        The stack, empty if nothing passed; ``nis`` is its own.
-    """
-    rows = np.concatenate([block.rows for block in blocks])
-    variance = np.concatenate([block.variance for block in blocks])
-    innovation = np.concatenate([block.innovation for block in blocks])
-    spread = rows @ covariance @ rows.T
-    inner = spread + np.diag(variance)
-    keep = np.ones(len(innovation), dtype=bool)
-    accepted, rejected = [], []
-    at = 0
-    for block in blocks:
-        part = slice(at, at + len(block.innovation))
-        at = part.stop
-        if isfinite(block.gate):
-            distance = _distance(inner[part, part], block.innovation)
-            if not distance <= block.gate:
-                rejected.append(block)
-                patient = block.kind >= 0 and (
-                    streak[block.kind, block.leg] >= settings.reject_limit
-                )
-                if not patient or not isfinite(distance):
-                    keep[part] = False
-                    continue
-                # brings one number exactly to the gate, a pair near it
-                variance[part] += (distance / block.gate - 1) * np.diagonal(inner)[part]
-        accepted.append(block)
-    if not accepted:
-        none = innovation[:0]
-        return Stack(none, rows[:0], np.zeros((0, 0)), (), tuple(rejected), np.nan, np.nan, none)
-    noise = np.diag(variance[keep])
-    inner = spread[keep][:, keep] + noise
-    left = innovation[keep]
-    root = np.linalg.cholesky(inner)
-    whitened = np.linalg.solve(root, left)
-    nis = float(whitened @ whitened)
-    volume = 2 * float(np.log(np.diagonal(root)).sum()) + len(left) * np.log(2 * np.pi)
+def stacked(feet: Stack | None, others: list[Block]) -> Stack | None:
+    """All that was measured in a tick, one behind the other for the filter; None if nothing was."""
+    if not others:
+        return feet
+    first = feet if feet is not None else _NOTHING
+    places, begin = [], len(first.innovation)
+    for block in others:
+        places.append((begin, block.kind, block.leg))
+        begin += len(block.innovation)
+    width = others[0].rows.shape[1]
     return Stack(
-        left, rows[keep], noise, tuple(accepted), tuple(rejected), nis, -0.5 * (nis + volume),
-        np.sqrt(np.diagonal(inner)),
-    )  # fmt: skip
+        innovation=np.concatenate([first.innovation, *(block.innovation for block in others)]),
+        rows=np.concatenate([first.rows.reshape(-1, width), *(block.rows for block in others)]),
+        variance=np.concatenate([first.variance, *(block.variance for block in others)]),
+        gates=np.concatenate([first.gates, [block.gate for block in others]]),
+        blocks=np.concatenate([first.blocks, np.array(places)]),
+    )
 
 
-def _distance(inner: FloatArray, left: FloatArray) -> float:
-    if len(left) == 1:
-        x = float(left[0])
-        return x * x / float(inner[0, 0])
-    if len(left) == 2:
-        (a, b), (_, d) = inner.tolist()
-        x, y = left.tolist()
-        volume: float = a * d - b * b
-        return float(d * x * x - 2 * b * x * y + a * y * y) / volume if volume else inf
-    return float(left @ np.linalg.solve(inner, left))
+_NOTHING = Stack(
+    np.empty(0), np.empty((0, 0)), np.empty(0), np.empty(0), np.empty((0, 3), dtype=np.int64)
+)

@@ -5,7 +5,7 @@ the arc of the mean velocity of the tick; parameters walk at random while their 
 """
 
 from dataclasses import dataclass
-from math import exp, sqrt
+from math import exp
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from model.estimator_settings import EstimatorSettings
 from model.estimator_step_kernel import carry_kernel, walk_kernel
 from model.estimator_types import VELOCITY
 from model.neighbourhood import Neighbourhood
-from model.signals import BoolArray, FloatArray
+from model.signals import FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,70 +27,57 @@ class Prediction:
 
 def walking(
     mean: FloatArray,
+    covariance: FloatArray,
     model: Neighbourhood,
     settings: EstimatorSettings,
     dt_s: float,
-    telling: tuple[BoolArray, BoolArray],
+    weight_n: float,
     dead_legs: int,
 ) -> Prediction:
     """A step while the feet carry the robot.
 
     Args:
         mean: State, (n,).
+        covariance: Of the state, (n, n): how far off the parameters may be.
         model: The model's answer at the tick's end and at this state's parameters.
         settings: Noise.
         dt_s: Length of the step [s].
-        telling: Feet whose friction, and feet whose stiffness may walk, (N,) each.
+        weight_n: Weight carried [N].
         dead_legs: Legs without encoder.
     """
     size = len(mean)
-    lag = exp(-dt_s / settings.lag_s) if settings.lag_s > 0 else 0.0
-    slip = _slip_size(model)
-    speed_sd = settings.speed_sd + settings.speed_per_slip * slip
-    turn_sd = settings.turn_sd + settings.turn_per_slip * slip
+    speed_sd = settings.bias_speed_sd + settings.dead_leg_speed_sd * dead_legs
+    turn_sd = settings.bias_turn_sd + settings.dead_leg_turn_sd * dead_legs
     after = np.empty(size)
     to = np.zeros((size, size))
     noise = np.zeros((size, size))
     walk_kernel(
         mean,
+        covariance,
         model.velocity_B,
         model.by_parameters,
         model.by_speeds,
-        lag,
+        model.slip_B,
+        model.load_n,
+        exp(-dt_s / settings.lag_s) if settings.lag_s > 0 else 0.0,
         exp(-dt_s / settings.bias_time_s),
         dt_s,
         settings.foot_speed_sd,
-        np.array([speed_sd, speed_sd, turn_sd]),
-        bias_size(settings, slip, dead_legs),
-        np.concatenate(telling).astype(np.float64) * (settings.parameter_walk**2 * dt_s),
+        np.array([
+            settings.speed_sd, settings.turn_sd, settings.speed_per_slip, settings.turn_per_slip,
+        ]),
+        np.array([
+            speed_sd, turn_sd, settings.bias_speed_per_slip, settings.bias_turn_per_slip,
+        ]),
+        settings.bend,
+        settings.parameter_walk**2 * dt_s,
+        settings.load_on * weight_n,
+        settings.slip_speed,
         after,
         to,
         noise,
-    )
+    )  # fmt: skip
     return Prediction(after, to, noise)
-
-
-def bias_size(settings: EstimatorSettings, slip_m_s: float, dead_legs: int) -> FloatArray:
-    """Standard deviation of the velocity bias at rest of its memory, (3,): it grows with slip."""
-    speed = (
-        settings.bias_speed_sd
-        + settings.bias_speed_per_slip * slip_m_s
-        + settings.dead_leg_speed_sd * dead_legs
-    )
-    turn = (
-        settings.bias_turn_sd
-        + settings.bias_turn_per_slip * slip_m_s
-        + settings.dead_leg_turn_sd * dead_legs
-    )
-    return np.array([speed, speed, turn])
-
-
-def _slip_size(model: Neighbourhood) -> float:
-    """Root mean square slip of loaded feet [m/s]."""
-    carrying = [slip for slip, load in zip(model.slip_B.tolist(), model.load_n.tolist(), strict=True)
-                if load > 0]  # fmt: skip
-    squares = sum(part * part for slip in carrying for part in slip)
-    return sqrt(2 * squares / (2 * len(carrying))) if carrying else 0.0
 
 
 def standing(mean: FloatArray, settings: EstimatorSettings) -> Prediction:

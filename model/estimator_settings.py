@@ -26,6 +26,8 @@ class EstimatorSettings:
         turn_sd: Of its yaw rate, the same [rad/s].
         speed_per_slip: What the white part of the speed grows by, over the root mean square slip.
         turn_per_slip: What that of the yaw rate grows by, over that slip [rad/m].
+        bend: Bias that doubt about mu and K adds, over the velocity's standard deviation from that doubt:
+            the model is no linear function of them.
         parameter_sd: Of log mu and log K at the beginning.
         scale_sd: Of the log of the common friction at the beginning.
         parameter_walk: Random walk of log mu and log K while a foot tells of them [1/sqrt(s)].
@@ -73,15 +75,16 @@ class EstimatorSettings:
     sway_step_s: float = 0.02
     lag_s: float = 0.005
     bias_time_s: float = 0.1
-    bias_speed_sd: float = 0.00065
-    bias_speed_per_slip: float = 0.01
-    bias_turn_sd: float = 0.0005
-    bias_turn_per_slip: float = 0.005
+    bias_speed_sd: float = 0.0001
+    bias_speed_per_slip: float = 0.15
+    bias_turn_sd: float = 0.00005
+    bias_turn_per_slip: float = 0.12
     foot_speed_sd: float = 0.001
-    speed_sd: float = 0.0002
+    speed_sd: float = 0.0003
     turn_sd: float = 0.0005
     speed_per_slip: float = 0.12
     turn_per_slip: float = 0.07
+    bend: float = 0.7
     parameter_sd: float = 0.25
     scale_sd: float = 0.25
     parameter_walk: float = 0.01
@@ -139,5 +142,5 @@ class EstimatorSettings:
 
 MAY_BE_ZERO = frozenset({
     "lag_s", "bias_speed_per_slip", "bias_turn_per_slip", "speed_per_slip", "turn_per_slip",
-    "parameter_walk", "foot_speed_sd", "rest_speed",
+    "parameter_walk", "foot_speed_sd", "rest_speed", "bend",
 })  # fmt: skip

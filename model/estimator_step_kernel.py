@@ -1,13 +1,11 @@
-"""The estimator's arithmetic that runs every tick, compiled: slopes, the walking step, predicted forces.
+"""The estimator's arithmetic that runs every tick, compiled: slopes, the walking step, soundness.
 
 Plain loops over small arrays: in numpy each of these is two dozen calls that cost more than their work.
 """
 
-from typing import Any
-
 import numpy as np
 
-from model.compiled import COMPILED, compiled
+from model.compiled import NUMBER, compile_for, compiled, given, out
 from model.signals import FloatArray
 
 STRAIGHT = 1e-3  # half a turn below which an arc is taken for its series [rad]
@@ -60,16 +58,22 @@ def slopes_kernel(
 @compiled
 def walk_kernel(
     mean: FloatArray,
+    covariance: FloatArray,
     velocity: FloatArray,
     by_parameters: FloatArray,
     by_speeds: FloatArray,
+    slip: FloatArray,
+    load: FloatArray,
     lag: float,
     memory: float,
     dt_s: float,
     foot_speed_sd: float,
     white_sd: FloatArray,
     bias_sd: FloatArray,
-    walk: FloatArray,
+    bend: float,
+    walk: float,
+    least_load: float,
+    least_slip: float,
     after: FloatArray,
     to: FloatArray,
     noise: FloatArray,
@@ -78,16 +82,23 @@ def walk_kernel(
 
     Args:
         mean: State, (n,); places as in ``model.estimator_types``.
+        covariance: Of the state, (n, n).
         velocity: The model's, (3,).
         by_parameters: (3, 2 N).
         by_speeds: (3, N).
+        slip: (N, 2) [m/s].
+        load: (N,) [N].
         lag: Share of the old velocity that is left.
         memory: Share of the old bias that is left.
         dt_s: [s].
         foot_speed_sd: Of a foot's speed [m/s].
-        white_sd: Of the velocity in a tick, (3,).
-        bias_sd: Of the bias in the long run, (3,).
-        walk: Variance that each parameter gains in the step, (2 N,).
+        white_sd: Of the velocity in a tick: of its speed and of its yaw rate, and what these grow by
+            over the root mean square slip of loaded feet, (4,).
+        bias_sd: Of the bias in the long run, the same, (4,).
+        bend: Bias that doubt about the parameters adds, over the velocity's sd from that doubt.
+        walk: Variance that a parameter gains in the step. Where nothing tells of it, it gains none:
+        least_load: stiffness needs a load above this [N], friction also
+        least_slip: a slip above this [m/s].
         after: Out: (n,).
         to: Out: F, (n, n), all zero before.
         noise: Out: Q, (n, n), all zero before.
@@ -95,6 +106,17 @@ def walk_kernel(
     size = mean.size
     parameters = by_parameters.shape[1]
     fixed = size - parameters
+    square, loaded = 0.0, 0
+    for k in range(load.size):
+        own = slip[k, 0] ** 2 + slip[k, 1] ** 2
+        if load[k] > 0.0:
+            square += own
+            loaded += 1
+        if load[k] > least_load:
+            noise[fixed + load.size + k, fixed + load.size + k] = walk
+            if own > least_slip**2:
+                noise[fixed + k, fixed + k] = walk
+    rms = np.sqrt(square / loaded) if loaded > 0 else 0.0
     for i in range(size):
         after[i] = mean[i]
         to[i, i] = 1.0
@@ -106,8 +128,16 @@ def walk_kernel(
         to[6 + i, 6 + i] = memory
         for j in range(parameters):
             to[3 + i, fixed + j] = (1.0 - lag) * by_parameters[i, j]
-        noise[6 + i, 6 + i] = bias_sd[i] ** 2 * (1.0 - memory * memory)
-        noise[3 + i, 3 + i] = white_sd[i] ** 2
+        turns = i == 2
+        bias = bias_sd[1] + bias_sd[3] * rms if turns else bias_sd[0] + bias_sd[2] * rms
+        white = white_sd[1] + white_sd[3] * rms if turns else white_sd[0] + white_sd[2] * rms
+        bent = 0.0
+        for j in range(parameters):
+            for k in range(parameters):
+                doubt = covariance[fixed + j, fixed + k]
+                bent += by_parameters[i, j] * doubt * by_parameters[i, k]
+        noise[6 + i, 6 + i] = (bias**2 + bend**2 * bent) * (1.0 - memory * memory)
+        noise[3 + i, 3 + i] = white**2
     share = ((1.0 - lag) * foot_speed_sd) ** 2
     for i in range(3):
         for j in range(3):
@@ -115,8 +145,6 @@ def walk_kernel(
             for k in range(by_speeds.shape[1]):
                 total += by_speeds[i, k] * by_speeds[j, k]
             noise[3 + i, 3 + j] += share * total
-    for j in range(parameters):
-        noise[fixed + j, fixed + j] = walk[j]
     carry_kernel(mean, dt_s, after, to, noise)
 
 
@@ -179,71 +207,6 @@ def carry_kernel(
 
 
 @compiled
-def force_kernel(
-    force_xy: FloatArray,
-    load: FloatArray,
-    by_parameters: FloatArray,
-    load_by_stiffness: FloatArray,
-    covariance: FloatArray,
-    scale: int,
-    force_sd: float,
-    force_share_sd: float,
-    load_sd: float,
-    force: FloatArray,
-    spread: FloatArray,
-) -> None:
-    """Predicted forces and their covariance from that of the parameters, and the noise of a measured one.
-
-    Args:
-        force_xy: (N, 2) [N].
-        load: (N,) [N].
-        by_parameters: (N, 2, 2 N).
-        load_by_stiffness: (N, N).
-        covariance: P, (n, n).
-        scale: Where the log of the common friction stands in the state.
-        force_sd: Of a horizontal force [N].
-        force_share_sd: Of a horizontal force over its size.
-        load_sd: Of a vertical force [N].
-        force: Out: (N, 3) [N].
-        spread: Out: (N, 3, 3) [N^2].
-    """
-    count = load.size
-    parameters = 2 * count
-    fixed = covariance.shape[0] - parameters
-    by = np.zeros((3, parameters + 1))
-    half = np.empty((3, parameters + 1))
-    for k in range(count):
-        for i in range(2):
-            force[k, i] = force_xy[k, i]
-            by[i, 0] = force_xy[k, i]
-            for j in range(parameters):
-                by[i, 1 + j] = by_parameters[k, i, j]
-        force[k, 2] = load[k]
-        for j in range(count):
-            by[2, 1 + count + j] = load_by_stiffness[k, j]
-        for i in range(3):
-            for j in range(parameters + 1):
-                row = scale if j == 0 else fixed + j - 1
-                total = by[i, 0] * covariance[scale, row]
-                for other in range(parameters):
-                    total += by[i, 1 + other] * covariance[fixed + other, row]
-                half[i, j] = total
-        for i in range(3):
-            for j in range(i + 1):
-                total = 0.0
-                for other in range(parameters + 1):
-                    total += half[i, other] * by[j, other]
-                spread[k, i, j] = total
-                spread[k, j, i] = total
-        if load[k] > 0.0:
-            level = force_xy[k, 0] ** 2 + force_xy[k, 1] ** 2
-            flat = force_sd**2 + force_share_sd**2 * level
-            spread[k, 0, 0] += flat
-            spread[k, 1, 1] += flat
-            spread[k, 2, 2] += load_sd**2
-
-
-@compiled
 def sound_kernel(covariance: FloatArray) -> bool:
     """Whether a matrix is finite and positive definite: Cholesky's pivots, in place of a copy."""
     size = covariance.shape[0]
@@ -264,30 +227,10 @@ def sound_kernel(covariance: FloatArray) -> bool:
 
 def prepare() -> None:
     """Compile for arrays in rows, read-only or not, and for nothing else after."""
-    if not COMPILED:
-        return
-    from numba import types
-
-    number = types.float64
-
-    def given(axes: int) -> Any:
-        return types.Array(number, axes, "C", readonly=True)
-
-    def out(axes: int) -> Any:
-        return types.Array(number, axes, "C")
-
-    signatures: tuple[tuple[Any, tuple[Any, ...]], ...] = (
-        (slopes_kernel, (*map(given, (2, 2, 2, 3)), number, number, *map(out, (2, 2, 2, 2, 3)))),
-        (walk_kernel, (
-            *map(given, (1, 1, 2, 2)), *(number,) * 4, *map(given, (1, 1, 1)), *map(out, (1, 2, 2)),
-        )),
-        (carry_kernel, (given(1), number, *map(out, (1, 2, 2)))),
-        (force_kernel, (
-            *map(given, (2, 1, 3, 2, 2)), types.int64, *(number,) * 3, *map(out, (2, 3)),
-        )),
-        (sound_kernel, (given(2),)),
+    compile_for(slopes_kernel, *given(2, 2, 2, 3), NUMBER, NUMBER, *out(2, 2, 2, 2, 3))
+    compile_for(
+        walk_kernel, *given(1, 2, 1, 2, 2, 2, 1), *(NUMBER,) * 4, *given(1, 1), *(NUMBER,) * 4,
+        *out(1, 2, 2),
     )  # fmt: skip
-    for dispatcher, signature in signatures:
-        if dispatcher._can_compile:  # one that another kernel calls has been compiled by now
-            dispatcher.compile(signature)
-            dispatcher.disable_compile()
+    compile_for(carry_kernel, *given(1), NUMBER, *out(1, 2, 2))
+    compile_for(sound_kernel, *given(2))

@@ -1,10 +1,8 @@
 """A single frame, compiled, for the control loop: one call in, one array of numbers out."""
 
-from typing import Any
-
 import numpy as np
 
-from model.compiled import COMPILED, compiled
+from model.compiled import FLAG, NUMBER, compile_for, compiled, given, out
 from model.signals import BoolArray, FloatArray
 from model.support_kernel import ROWS, support_kernel
 from model.traction_kernel import foot_speeds, lay_anisotropy, traction_kernel
@@ -97,12 +95,4 @@ def solve(
 
 def prepare() -> None:
     """Compile for read-only inputs, which writable ones fit too, and for nothing else after."""
-    dispatcher: Any = solve
-    if not COMPILED or dispatcher.signatures:
-        return
-    from numba import types
-
-    number, flag = types.float64, types.boolean
-    given = [types.Array(number, axes, "C", readonly=True) for axes in (2, 2, 1, 1, 2)]
-    dispatcher.compile((*given, number, types.Array(number, 1, "C"), types.Array(flag, 1, "C")))
-    dispatcher.disable_compile()
+    compile_for(solve, *given(2, 2, 1, 1, 2), NUMBER, *out(1), *out(1, kind=FLAG))

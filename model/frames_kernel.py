@@ -1,10 +1,8 @@
 """The loop over frames, compiled: support, foot speeds, traction, frame by frame."""
 
-from typing import Any
-
 import numpy as np
 
-from model.compiled import COMPILED, compiled
+from model.compiled import COUNT, FLAG, NUMBER, compile_for, compiled, given, out
 from model.coulomb_frame import coulomb_frame
 from model.signals import BoolArray, FloatArray, IntArray
 from model.support_kernel import ROWS, support_kernel
@@ -84,15 +82,7 @@ def frames_kernel(
 
 def prepare() -> None:
     """Compile for read-only inputs, which writable ones fit too, and for nothing else after."""
-    dispatcher: Any = frames_kernel
-    if not COMPILED or dispatcher.signatures:
-        return
-    from numba import types
-
-    number, flag, count = types.float64, types.boolean, types.int64
-    given = [types.Array(number, axes, "C", readonly=True) for axes in (3, 3, 2, 1, 1, 3)]
-    kinds = (number, number, count, number, number, number, flag, flag, count)
-    axes = (2, 2, 1, 2, 3, 3, 2, 1, 1)
-    out = [types.Array(kind, axis, "C") for kind, axis in zip(kinds, axes, strict=True)]
-    dispatcher.compile((*given, number, flag, flag, *out))
-    dispatcher.disable_compile()
+    compile_for(
+        frames_kernel, *given(3, 3, 2, 1, 1, 3), NUMBER, FLAG, FLAG, *out(2, 2),
+        *out(1, kind=COUNT), *out(2, 3, 3), *out(2, 1, kind=FLAG), *out(1, kind=COUNT),
+    )  # fmt: skip

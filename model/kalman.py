@@ -1,26 +1,76 @@
 """The extended Kalman filter of filterpy behind two functions on plain arrays.
 
-Nothing else in the program knows filterpy: what it needs of us (a nonlinear prediction) and what it
-leaves to us (keeping P symmetric) is settled here.
+Nothing else in the program knows filterpy: what it needs of us (a nonlinear prediction, gates) and what
+it leaves to us (a covariance that is symmetric and positive definite) is settled here.
 """
 
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
-from filterpy.kalman import ExtendedKalmanFilter
 
 from model.estimator_step_kernel import sound_kernel
-from model.signals import FloatArray
+from model.signals import FloatArray, IntArray
 
 
-class _Filter(ExtendedKalmanFilter):  # type: ignore[misc]  # filterpy has no types
-    """An EKF whose predicted mean comes from outside."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Stack:
+    """A measurement in blocks, each of which is believed or not as a whole.
+
+    Attributes:
+        innovation: Measured less expected, angles wrapped already, (m,).
+        rows: H, (m, n).
+        variance: Of the noise, independent from number to number, (m,); made larger for a block that
+            is believed after many rejections, infinite for one that is not used.
+        gates: Largest normalised innovation squared of each block, (B,); infinite for none.
+        blocks: Of each block: its first number, kind and leg, (B, 3); kind -1 keeps no count.
+    """
+
+    innovation: FloatArray
+    rows: FloatArray
+    variance: FloatArray
+    gates: FloatArray
+    blocks: IntArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Patience:
+    """What bounds an update.
+
+    Attributes:
+        reject_limit: Rejections in a row after which a block is believed with more noise.
+        first_limited: Place in the state from which on
+        limit: no number gets farther from 0 than this.
+    """
+
+    reject_limit: int
+    first_limited: int
+    limit: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Updated:
+    """Mean and covariance after a measurement, and how it fitted.
+
+    Attributes:
+        mean: (n,).
+        covariance: P, (n, n).
+        nis: Normalised innovation squared of what was used; NaN if nothing was.
+        log_likelihood: Of the innovation of what was used; NaN if nothing was.
+        numbers: How many numbers were used.
+        rejects: Blocks that did not pass their gates at first.
+        streak: Rejections in a row by kind and leg, (3, N).
+        innovation: Of the feet's forces over the sd that the filter gives them, (N, 3); NaN where
+            none was used.
+    """
 
     mean: FloatArray
-
-    def predict_x(self, u: Any = 0) -> None:
-        """Take the mean that our process gave."""
-        self.x = self.mean
+    covariance: FloatArray
+    nis: float
+    log_likelihood: float
+    numbers: int
+    rejects: int
+    streak: IntArray
+    innovation: FloatArray
 
 
 class Kalman:
@@ -31,12 +81,14 @@ class Kalman:
     """
 
     def __init__(self, size: int) -> None:
-        self._filter = _Filter(size, 1)
+        from model.kalman_filter import CompiledFilter  # a second, which not every command needs
+
+        self._filter = CompiledFilter(size)
 
     def predict(
         self, mean: FloatArray, covariance: FloatArray, transition: FloatArray, noise: FloatArray
     ) -> FloatArray:
-        """Covariance F P F' + Q of a predicted mean.
+        """Covariance F P F' + Q of a predicted mean, exactly symmetric.
 
         Args:
             mean: Predicted mean, (n,).
@@ -45,33 +97,36 @@ class Kalman:
             noise: Q, (n, n).
         """
         ekf = self._filter
-        ekf.mean, ekf.P, ekf.F, ekf.Q = mean, covariance, transition, noise
-        ekf.predict()
-        return symmetric(ekf.P)
+        ekf.P, ekf.F, ekf.Q = covariance, transition, noise
+        ekf.predict(mean=mean)
+        after: FloatArray = ekf.P
+        return after
 
     def update(
         self,
         mean: FloatArray,
         covariance: FloatArray,
-        innovation: FloatArray,
-        rows: FloatArray,
-        noise: FloatArray,
-    ) -> tuple[FloatArray, FloatArray]:
-        """Mean and covariance after a measurement, in Joseph's form.
+        stack: Stack,
+        streak: IntArray,
+        patience: Patience,
+    ) -> Updated:
+        """Gate each block by its own normalised innovation, and use the rest.
 
         Args:
             mean: (n,).
             covariance: P, (n, n).
-            innovation: Measured less predicted, (m,), angles wrapped already.
-            rows: H, (m, n).
-            noise: R, (m, m).
+            stack: The measurement; its variance is changed.
+            streak: Rejections in a row by kind and leg, (3, N).
+            patience: When to believe what is rejected, and how far parameters may go.
         """
         ekf = self._filter
         ekf.x, ekf.P = mean, covariance
-        # what was predicted is in the innovation already
-        nothing = np.zeros(len(innovation))
-        ekf.update(innovation, lambda _: rows, lambda _: nothing, noise)
-        return ekf.x, symmetric(ekf.P)
+        streak, normal = streak.copy(), np.full((streak.shape[1], 3), np.nan)
+        nis, log_likelihood, numbers, rejects = ekf.gated_update(
+            stack.innovation, stack.rows, stack.variance, stack.gates, stack.blocks,
+            patience.reject_limit, patience.first_limited, patience.limit, streak, normal,
+        )  # fmt: skip
+        return Updated(ekf.x, ekf.P, nis, log_likelihood, numbers, rejects, streak, normal)
 
 
 def symmetric(covariance: FloatArray) -> FloatArray:

@@ -1,10 +1,8 @@
 """The four-bar of ``model.linkage`` for the legs of one frame, compiled, as the loop asks for it."""
 
-from typing import Any
-
 import numpy as np
 
-from model.compiled import COMPILED, compiled
+from model.compiled import compile_for, compiled, given, out
 from model.signals import FloatArray
 
 
@@ -58,16 +56,4 @@ def feet_kernel(
 
 def prepare() -> None:
     """Compile for arrays in rows, read-only or not, and for nothing else after."""
-    dispatcher: Any = feet_kernel
-    if not COMPILED or dispatcher.signatures:
-        return
-    from numba import types
-
-    def rows(axes: int, *, given: bool) -> Any:
-        return types.Array(types.float64, axes, "C", readonly=given)
-
-    dispatcher.compile((
-        *(rows(axes, given=True) for axes in (1, 1, 1, 2)),
-        *(rows(2, given=False) for _ in range(2)),
-    ))  # fmt: skip
-    dispatcher.disable_compile()
+    compile_for(feet_kernel, *given(1, 1, 1, 2), *out(2, 2))

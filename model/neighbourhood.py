@@ -1,10 +1,18 @@
 """The model at one frame with its derivatives, by one compiled call over stepped parameters."""
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
-from model import estimator_kernel, estimator_step_kernel
+from model import (
+    estimator_feet_kernel,
+    estimator_kernel,
+    estimator_readout_kernel,
+    estimator_step_kernel,
+    estimator_update_kernel,
+)
+from model.estimator_kernel import NOT_A_NUMBER
 from model.frames import FrictionLaw
 from model.params import ContactParameters
 from model.signals import BoolArray, FloatArray, FootMotion
@@ -52,6 +60,33 @@ def prepare() -> None:
     """Load or make the machine code now, so that no tick has to wait for it."""
     estimator_kernel.prepare()
     estimator_step_kernel.prepare()
+    estimator_update_kernel.prepare()
+    estimator_readout_kernel.prepare()
+    estimator_feet_kernel.prepare()
+
+
+@cache
+def no_answer(count: int) -> Neighbourhood:
+    """All NaN, for N feet: what is said where the model says nothing."""
+    row, square = np.full(count, np.nan), np.full((count, count), np.nan)
+    plane, space = np.full((count, 2), np.nan), np.full(3, np.nan)
+    by_three, by_both = np.full((3, count), np.nan), np.full((3, 2 * count), np.nan)
+    of_forces = np.full((count, 2, 2 * count), np.nan)
+    return Neighbourhood(
+        reason=NOT_A_NUMBER,
+        velocity_B=space,
+        by_parameters=by_both,
+        by_speeds=by_three,
+        sway_B=np.full(2, np.nan),
+        load_n=row,
+        load_by_stiffness=square,
+        pose=space,
+        pose_by_stiffness=by_three,
+        slip_B=plane,
+        force_B=plane,
+        force_by_parameters=of_forces,
+        resting=np.zeros(count, dtype=np.bool_),
+    )
 
 
 def neighbourhood(

@@ -1,11 +1,10 @@
 """Support alone over many frames: the loads and the pose of the body on its leg springs."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from model.compiled import COMPILED, compiled
+from model.compiled import FLAG, NUMBER, compile_for, compiled, given, out
 from model.errors import ModelError
 from model.signals import BoolArray, FloatArray, readonly
 from model.support_kernel import ROWS, support_kernel
@@ -79,13 +78,4 @@ def _solve(
 
 def prepare() -> None:
     """Compile for read-only inputs, which writable ones fit too, and for nothing else after."""
-    dispatcher: Any = _solve
-    if not COMPILED or dispatcher.signatures:
-        return
-    from numba import types
-
-    number = types.float64
-    given = [types.Array(number, axes, "C", readonly=True) for axes in (3, 2, 1)]
-    out = [types.Array(number, axes, "C") for axes in (2, 2)]
-    dispatcher.compile((*given, number, *out, types.Array(types.boolean, 1, "C")))
-    dispatcher.disable_compile()
+    compile_for(_solve, *given(3, 2, 1), NUMBER, *out(2, 2), *out(1, kind=FLAG))

@@ -6,12 +6,11 @@ may give sideways, friction may fall with speed. Without any of these the answer
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from model import traction_frames_kernel as kernel
-from model.compiled import COMPILED
+from model.compiled import FLAG, NUMBER, compile_for, given, out
 from model.errors import ModelError
 from model.frames import FrictionLaw
 from model.signals import BoolArray, FloatArray, readonly
@@ -136,17 +135,7 @@ def _rows(values: FloatArray) -> FloatArray:
 
 def prepare() -> None:
     """Compile for read-only inputs, which writable ones fit too, and for nothing else after."""
-    dispatcher: Any = kernel.traction_frames_kernel
-    if not COMPILED or dispatcher.signatures:
-        return
-    from numba import types
-
-    number, flag = types.float64, types.boolean
-    given = [types.Array(number, axes, "C", readonly=True) for axes in (3, 3, 2, 3, 2)]
-    give = types.Array(number, 3, "C", readonly=True)
-    out = [types.Array(number, axes, "C") for axes in (2, 3, 3)]
-    valid = types.Array(flag, 1, "C")
-    dispatcher.compile(
-        (*given, number, flag, number, give, number, number, number, *out, valid)
+    compile_for(
+        kernel.traction_frames_kernel, *given(3, 3, 2, 3, 2), NUMBER, FLAG, NUMBER, *given(3),
+        *(NUMBER,) * 3, *out(2, 3, 3), *out(1, kind=FLAG),
     )  # fmt: skip
-    dispatcher.disable_compile()

@@ -7,6 +7,8 @@ size behind the four-byte header. Source: OMG CORBA/IIOP "CDR transfer syntax", 
 
 import struct
 from collections.abc import Sequence
+from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +22,27 @@ _F64 = struct.Struct("<d")
 # made once: numpy would take the text apart at every call
 _FLOATS, _INTS, _BOOLS = np.dtype("<f8"), np.dtype("<i8"), np.dtype(np.bool_)
 _COUNT_AND_GAP = struct.Struct("<I4x")
+# length of a sequence and the gap behind it, for the lengths that occur
+_COUNTS = tuple(_COUNT_AND_GAP.pack(count) for count in range(256))
 _PADDING = (b"", b"\0", b"\0\0", b"\0\0\0", b"\0" * 4, b"\0" * 5, b"\0" * 6, b"\0" * 7)
+
+
+@cache
+def _record(kinds: str, at: int) -> struct.Struct:
+    """Numbers of different sizes (``struct``'s letters) from a place on, each with its gap before it."""
+    codes, place = [], at
+    for kind in kinds:
+        size = struct.calcsize("<" + kind)
+        gap = -place % size
+        codes.append(f"{gap}x{kind}")
+        place += gap + size
+    return struct.Struct("<" + "".join(codes))
+
+
+@cache
+def _row(kind: str, count: int) -> struct.Struct:
+    """So many numbers of a kind, one behind the other."""
+    return struct.Struct(f"<{count}{kind}")
 
 
 class CdrWriter:
@@ -42,6 +64,12 @@ class CdrWriter:
         self._parts.append(data)
         self._size += gap + len(data)
 
+    def record(self, kinds: str, *values: float) -> None:
+        """Write numbers of different kinds, ``struct``'s letters, at once: ``?`` bool, ``q`` int64, ..."""
+        packed = _record(kinds, self._size & 7)
+        self._parts.append(packed.pack(*values))
+        self._size += packed.size
+
     def u8(self, value: int) -> None:
         """Write a byte."""
         self._put(bytes((value,)), 1)
@@ -58,19 +86,26 @@ class CdrWriter:
         """Write a uint32; also the length of a sequence."""
         self._put(_U32.pack(value), 4)
 
-    def i64(self, value: int) -> None:
-        """Write an int64."""
-        self._put(_I64.pack(value), 8)
+    def _put8(self, data: bytes) -> None:
+        """Put numbers of eight bytes: ``_put`` without its questions."""
+        gap = -self._size & 7
+        if gap:
+            self._parts.append(_PADDING[gap])
+        self._parts.append(data)
+        self._size += gap + len(data)
 
-    def f64(self, value: float) -> None:
-        """Write a float64."""
-        self._put(_F64.pack(value), 8)
+    def i64(self, *values: int) -> None:
+        """Write int64s, one or a row of them."""
+        self._put8(_row("q", len(values)).pack(*values))
+
+    def f64(self, *values: float) -> None:
+        """Write float64s, one or a row of them."""
+        self._put8(_row("d", len(values)).pack(*values))
 
     def text(self, value: str) -> None:
         """Write a string: length with its closing zero, then the bytes."""
         data = value.encode("utf-8") + b"\0"
-        self.u32(len(data))
-        self._put(data, 1)
+        self._put(_U32.pack(len(data)) + data, 4)
 
     def texts(self, values: Sequence[str]) -> None:
         """Write a sequence of strings."""
@@ -82,33 +117,38 @@ class CdrWriter:
         """Write a fixed array of float64, any shape, row by row."""
         if values.dtype is not _FLOATS:  # asking costs less than a cast that changes nothing
             values = values.astype(_FLOATS)
-        self._put(values.tobytes(), 8)
+        self._put8(values.tobytes())
 
-    def f64s(self, values: FloatArray) -> None:
-        """Write a sequence of float64."""
-        self._count(values.size)
-        if values.size:
-            self.f64_array(values)
+    def f64s(self, *rows: FloatArray) -> None:
+        """Write sequences of float64, one behind the other."""
+        for values in rows:
+            if values.dtype is not _FLOATS:
+                values = values.astype(_FLOATS)
+            self._sequence(values.tobytes())
 
-    def _count(self, count: int) -> None:
-        """Write the length of a sequence of eight-byte numbers, and the gap behind it."""
-        if count and not self._size & 7:
-            self._parts.append(_COUNT_AND_GAP.pack(count))
-            self._size += 8
-        else:
-            self.u32(count)
+    def _sequence(self, data: bytes) -> None:
+        """Put the length of a sequence of eight-byte numbers, the gap behind it, and the numbers."""
+        count = len(data) >> 3
+        if not self._size & 7 and 0 < count < len(_COUNTS):
+            self._parts += _COUNTS[count], data
+            self._size += 8 + len(data)
+            return
+        self.u32(count)
+        if count:
+            self._put8(data)
 
     def i64_array(self, values: IntArray) -> None:
         """Write a fixed array of int64."""
         if values.dtype is not _INTS:
             values = values.astype(_INTS)
-        self._put(values.tobytes(), 8)
+        self._put8(values.tobytes())
 
-    def i64s(self, values: IntArray) -> None:
-        """Write a sequence of int64."""
-        self._count(values.size)
-        if values.size:
-            self.i64_array(values)
+    def i64s(self, *rows: IntArray) -> None:
+        """Write sequences of int64, one behind the other."""
+        for values in rows:
+            if values.dtype is not _INTS:
+                values = values.astype(_INTS)
+            self._sequence(values.tobytes())
 
     def flag_array(self, values: BoolArray) -> None:
         """Write a fixed array of bool."""
@@ -118,8 +158,9 @@ class CdrWriter:
 
     def flags(self, values: BoolArray) -> None:
         """Write a sequence of bool."""
-        self.u32(values.size)
-        self.flag_array(values)
+        if values.dtype is not _BOOLS:
+            values = values.astype(_BOOLS)
+        self._put(_U32.pack(values.size) + values.tobytes(), 4)
 
     def raw(self, data: bytes, alignment: int) -> None:
         """Write bytes made beforehand, which begin at an alignment."""
@@ -143,7 +184,8 @@ class CdrReader:
     def __init__(self, data: bytes) -> None:
         if data[:2] != HEADER[:2]:
             raise ValueError("not little-endian CDR")
-        self._data = memoryview(data)[len(HEADER) :]
+        # a copy, four bytes further down: numbers of eight bytes then lie where a processor likes them
+        self._data = data[len(HEADER) :]
         self._size = len(self._data)
         self._at = 0
 
@@ -163,6 +205,11 @@ class CdrReader:
         if self._at > self._size:
             raise ValueError("the message ends too early")
         return begin
+
+    def record(self, kinds: str) -> tuple[Any, ...]:
+        """Read numbers of different kinds, ``struct``'s letters, at once."""
+        packed = _record(kinds, self._at & 7)
+        return packed.unpack_from(self._data, self._skip(packed.size, 1))
 
     def u8(self) -> int:
         """Read a byte."""
@@ -219,6 +266,34 @@ class CdrReader:
         if self._at > self._size:
             raise ValueError("the message ends too early")
         return count, at
+
+    def f64_rows(self, rows: int) -> list[FloatArray]:
+        """Read so many sequences of float64."""
+        numbers = self._rows(rows, _FLOATS)
+        return [self.f64s() for _ in range(rows)] if numbers is None else list(numbers)
+
+    def i64_rows(self, rows: int) -> list[IntArray]:
+        """Read so many sequences of int64."""
+        numbers = self._rows(rows, _INTS)
+        return [self.i64s() for _ in range(rows)] if numbers is None else list(numbers)
+
+    def _rows(self, rows: int, kind: Any) -> Any:
+        """Step over sequences of eight-byte numbers that are all of one length; None if they are not.
+
+        In a message they are then the rows of a table, whose first column is their length.
+        """
+        at = self._at
+        if at & 7 or at + 4 > self._size:
+            return None
+        count: int = _U32.unpack_from(self._data, at)[0]
+        end = at + 8 * rows * (count + 1)
+        if not count or end > self._size:
+            return None
+        table = np.frombuffer(self._data, _INTS, rows * (count + 1), at).reshape(rows, count + 1)
+        if any(length & 0xFFFFFFFF != count for length in table[:, 0].tolist()):
+            return None
+        self._at = end
+        return table.view(kind)[:, 1:]
 
     def i64_array(self, count: int) -> IntArray:
         """Read a fixed array of int64."""

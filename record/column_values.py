@@ -18,17 +18,19 @@ def summed(table: Table, sources: list[Source], findings: list[Finding]) -> Colu
         sources: What the map names for this column, at least one.
         findings: What is no number is added here.
     """
-    values = sum((_values(table, one, findings) for one in sources), start=np.zeros(table.rows))
-    return Column(sources[0].ours, np.asarray(values))
+    values = np.zeros(table.rows)
+    for one in sources:
+        values += _values(table, one, findings)
+    return Column(sources[0].ours, values)
 
 
 def _values(table: Table, source: Source, findings: list[Finding]) -> FloatArray:
     """Return a column in our unit; what is no number in it becomes NaN and is listed."""
-    column = next(c for c in table.columns if c.name == source.theirs)
-    if column.values.dtype.kind == "O":
-        values = _parse(column, findings, stamps=source.stamps)
+    given = next(c for c in table.columns if c.name == source.theirs).values
+    if given.dtype.kind == "O":
+        values = _parse(Column(source.theirs, given), findings, stamps=source.stamps)
     else:
-        values = column.values.astype(np.float64)
+        values = given.astype(np.float64)
     if source.sign_bit >= 0:
         level = 2.0**source.sign_bit
         values = np.where(values >= level, level - values, values)

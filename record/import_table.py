@@ -5,18 +5,18 @@ order are put in order; rows without a time, second rows at one time, and rows t
 dropped and listed.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from model.errors import RecordError
-from model.signals import IntArray
+from model.signals import FloatArray, IntArray
 from record.column_map import ColumnMap, Source, complete_sources
 from record.column_values import summed
-from record.raw_check import empty_rows, raw_findings
-from record.source_tables import SourceTable, read_tables
+from record.raw_check import EmptyRows, raw_findings
+from record.source_tables import SourceTable, open_tables
 from record.table_check import Finding, check_trial
 from record.table_file import Column, Table
 from record.trial import Trial, build_trial, trial_places, trial_table
@@ -90,23 +90,29 @@ def import_table(path: Path, given: ColumnMap) -> tuple[Trial, ImportReport]:
     return first.trial, first.report
 
 
-def import_tables(path: Path, given: ColumnMap) -> Iterator[Imported]:
+def import_tables(
+    path: Path, given: ColumnMap, tell: Callable[[float], None] = lambda _: None
+) -> Iterator[Imported]:
     """Read every table of a file into a trial of its own.
 
     Args:
         path: A trial's table or NAME.toml, or somebody else's .csv, .parquet or .npz.
         given: Which of its columns is which; empty if they have our names.
+        tell: Told which share of a table has been taken, column by column.
 
     Raises:
         RecordError: It cannot be read, has no time, or nothing in it is known.
     """
     if path.suffix != ".npz":
         path = trial_table(path)
-    for one in read_tables(path, given):
-        yield _import(path, one, given)
+    with open_tables(path, given) as tables:
+        for one in tables:
+            yield _import(path, one, given, tell)
 
 
-def _import(path: Path, one: SourceTable, given: ColumnMap) -> Imported:
+def _import(
+    path: Path, one: SourceTable, given: ColumnMap, tell: Callable[[float], None]
+) -> Imported:
     table = _with_time(one.table, given)
     findings: list[Finding] = [*one.findings]
     header = _header(path, table, given, findings)
@@ -117,25 +123,33 @@ def _import(path: Path, one: SourceTable, given: ColumnMap) -> Imported:
             f'{path} has no column time_s; name theirs in a map (--map): time_s = "their name"; '
             f"there are {', '.join(table.names)}"
         )
-    columns = [summed(table, [s for s in sources if s.ours == name], findings) for name in names]
-    if len(columns) < 2:
+    if len(names) < 2:
         raise RecordError(f"{path} has a time and no column that we know; map its columns (--map)")
+    used = {name: [s for s in sources if s.ours == name] for name in names}
+    time_s = summed(table, used["time_s"], []).values
+    in_time = _in_time(time_s)
+    if len(in_time.order) == 0:
+        raise RecordError(f"no row of {path} has a time")
+    cut: list[Finding] = []
+    order = _cut(table, given, in_time.order, cut)
+    few = len(order) < max(given.cut.fewest_rows, 1)
+    seen = _Seen(in_time, tell)
+    columns = seen.columns(table, used, order)
+    trial = None
+    if few:
+        for _ in columns:  # they are looked at all the same
+            pass
+        words = f"only {len(order)} rows are left by the map's [cut]: no trial"
+        last = [Finding("short", "", len(order), 0, words)]
+    else:
+        trial = build_trial(header, columns)
+        last = list(check_trial(trial, (order + 1).astype(np.float64)))
+    findings += seen.unreadable
     findings += raw_findings(table, sources)
     findings += _unused(table, (*(s.theirs for s in sources), *given.cut.columns))
     findings += _absent(header, sources)
-    findings += empty_rows(names, [column.values for column in columns])
-    order, dropped = _in_time(columns, findings)
-    if len(order) == 0:
-        raise RecordError(f"no row of {path} has a time")
-    order = _cut(table, given, order, findings)
-    few = len(order) < max(given.cut.fewest_rows, 1)
-    trial = None
-    if few:
-        words = f"only {len(order)} rows are left by the map's [cut]: no trial"
-        findings.append(Finding("short", "", len(order), 0, words))
-    else:
-        trial = build_trial(header, tuple(Column(c.name, c.values[order]) for c in columns))
-        findings += check_trial(trial, (order + 1).astype(np.float64))
+    findings += [*seen.empty.findings(), *in_time.findings, *cut, *last]
+    dropped = seen.dropped()
     report = ImportReport(path, one.name, table.rows, 0 if few else len(order), dropped, names,
                           tuple(findings))  # fmt: skip
     return Imported(trial, report)
@@ -146,7 +160,7 @@ def _with_time(table: Table, given: ColumnMap) -> Table:
     if not np.isfinite(given.period_s):
         return table
     time_s = np.arange(table.rows) * given.period_s
-    return Table((Column("time_s", time_s), *table.columns))
+    return Table((Column("time_s", time_s), *table.columns), table.rows)
 
 
 def _cut(table: Table, given: ColumnMap, order: IntArray, findings: list[Finding]) -> IntArray:
@@ -203,16 +217,30 @@ def _absent(header: TrialHeader, sources: tuple[Source, ...]) -> list[Finding]:
     return findings
 
 
-def _in_time(
-    columns: list[Column], findings: list[Finding]
-) -> tuple[IntArray, tuple[DroppedRow, ...]]:
-    """Return the rows to keep in order of time, and those left out."""
-    time_s = next(c.values for c in columns if c.name == "time_s")
-    dropped = [
-        DroppedRow(int(row) + 1, "it has no time") for row in np.flatnonzero(~np.isfinite(time_s))
-    ]
+@dataclass(frozen=True, slots=True, eq=False)
+class _InTime:
+    """Rows in order of time.
+
+    Attributes:
+        order: Rows to keep, in that order.
+        timeless: Rows without a time.
+        again: Rows at the time of another one that is kept, and
+        first: those.
+        findings: Whether they had to be put in order.
+    """
+
+    order: IntArray
+    timeless: IntArray
+    again: IntArray
+    first: IntArray
+    findings: tuple[Finding, ...]
+
+
+def _in_time(time_s: FloatArray) -> _InTime:
+    """Put rows in order of time, one at each time."""
     rows = np.flatnonzero(np.isfinite(time_s))
     back = np.diff(time_s[rows]) < 0
+    findings = []
     if back.any():
         first = int(rows[1:][back][0]) + 1
         findings.append(Finding("order", "time_s", int(back.sum()), first,
@@ -220,11 +248,37 @@ def _in_time(
     order = rows[np.argsort(time_s[rows], kind="stable")]
     keep = np.concatenate([[True], np.diff(time_s[order]) > 0])[: len(order)]
     first_of = order[keep][np.cumsum(keep) - 1]
-    for row, original in zip(order[~keep], first_of[~keep], strict=True):
-        same = all(
-            np.array_equal(c.values[row], c.values[original], equal_nan=True) for c in columns
-        )
-        words = "a copy of" if same else "another row at the time of"
-        dropped.append(DroppedRow(int(row) + 1, f"{words} row {original + 1}"))
-    kept: IntArray = order[keep]
-    return kept, tuple(sorted(dropped, key=lambda item: item.row))
+    timeless = np.flatnonzero(~np.isfinite(time_s))
+    return _InTime(order[keep], timeless, order[~keep], first_of[~keep], tuple(findings))
+
+
+class _Seen:
+    """What is found while columns pass by, one in memory at a time."""
+
+    def __init__(self, in_time: _InTime, tell: Callable[[float], None]) -> None:
+        self._tell = tell
+        self.unreadable: list[Finding] = []
+        self.empty = EmptyRows()
+        self._in_time = in_time
+        self._same = np.ones(len(in_time.again), dtype=bool)
+
+    def columns(
+        self, table: Table, used: Mapping[str, list[Source]], order: IntArray
+    ) -> Iterator[Column]:
+        """Yield our columns in the order of their rows."""
+        for number, (name, sources) in enumerate(used.items()):
+            self._tell(number / len(used))
+            values = summed(table, sources, self.unreadable).values
+            self.empty.look_at(name, values)
+            one, other = values[self._in_time.again], values[self._in_time.first]
+            self._same &= (one == other) | (np.isnan(one) & np.isnan(other))
+            yield Column(name, values[order])
+
+    def dropped(self) -> tuple[DroppedRow, ...]:
+        """Return the rows that were left out, once all columns have passed."""
+        found = [DroppedRow(row + 1, "it has no time") for row in self._in_time.timeless.tolist()]
+        again = zip(self._in_time.again, self._in_time.first, self._same, strict=True)
+        for row, original, same in again:
+            words = "a copy of" if same else "another row at the time of"
+            found.append(DroppedRow(int(row) + 1, f"{words} row {original + 1}"))
+        return tuple(sorted(found, key=lambda item: item.row))

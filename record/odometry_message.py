@@ -11,9 +11,9 @@ from model.signals import FloatArray
 from record.cdr import CdrReader, CdrWriter
 
 HEALTHS = (Health.OK, Health.DEGRADED, Health.LOST)  # codes 0, 1, 2
-_ROWS, _COLUMNS = np.tril_indices(
-    3
-)  # a covariance is symmetric to the last bit: six of nine numbers
+# a covariance is symmetric to the last bit: six of its nine numbers are kept
+_ROWS, _COLUMNS = np.tril_indices(3)
+_LOWER = 3 * _ROWS + _COLUMNS
 
 
 def write_poses(w: CdrWriter, poses: tuple[PoseRecord, ...]) -> None:
@@ -23,8 +23,7 @@ def write_poses(w: CdrWriter, poses: tuple[PoseRecord, ...]) -> None:
         w.i64(pose.t_ns)
         w.f64_array(pose.position_W)
         w.f64_array(pose.quaternion_xyzw)
-        w.f64(pose.sd_position_m)
-        w.f64(pose.sd_angle_rad)
+        w.f64(pose.sd_position_m, pose.sd_angle_rad)
 
 
 def read_poses(r: CdrReader) -> tuple[PoseRecord, ...]:
@@ -43,24 +42,18 @@ def write_odometry(w: CdrWriter, said: OdometryEstimate | None) -> None:
     w.i64(said.t_ns)
     w.u8(HEALTHS.index(said.health))
     w.text(said.reason)
-    w.flag(said.holding)
-    w.i64(said.nis_dof)
-    w.i64(said.rejects)
-    w.f64_array(
-        np.array([
-            *said.position_m.tolist(), said.yaw_rad, *said.velocity_B.tolist(),
-            *said.bias_B.tolist(), *said.tilt_rad.tolist(), said.height_m, said.nis,
-            said.log_likelihood, said.force_age_s,
-        ])
+    w.record(
+        "?qq" + 15 * "d", said.holding, said.nis_dof, said.rejects,
+        *said.position_m.tolist(), said.yaw_rad, *said.velocity_B.tolist(), *said.bias_B.tolist(),
+        *said.tilt_rad.tolist(), said.height_m, said.nis, said.log_likelihood, said.force_age_s,
     )  # fmt: skip
-    w.f64_array(said.pose_covariance[_ROWS, _COLUMNS])
-    w.f64_array(said.twist_covariance[_ROWS, _COLUMNS])
-    for values in (
+    w.f64_array(said.pose_covariance.take(_LOWER))
+    w.f64_array(said.twist_covariance.take(_LOWER))
+    w.f64s(
         said.mu, said.mu_sd, said.stiffness, said.stiffness_sd, said.force_B,
-        said.force_covariance[:, _ROWS, _COLUMNS], said.load_share, said.load_share_sd,
-        said.innovation,
-    ):  # fmt: skip
-        w.f64s(values)
+        said.force_covariance.reshape(-1, 9).take(_LOWER, axis=1), said.load_share,
+        said.load_share_sd, said.innovation,
+    )  # fmt: skip
     w.flags(said.contact)
     w.flags(said.slipping)
 
@@ -74,13 +67,13 @@ def read_odometry(r: CdrReader) -> OdometryEstimate | None:
     if r.u32() == 0:
         return None
     t_ns, health, reason = r.i64(), HEALTHS[r.u8()], r.text()
-    holding, nis_dof, rejects = r.flag(), r.i64(), r.i64()
+    holding, nis_dof, rejects = r.record("?qq")
     numbers = r.f64_array(15)
     pose_covariance, twist_covariance = _square(r.f64_array(6)), _square(r.f64_array(6))
-    mu, mu_sd, stiffness, stiffness_sd = (r.f64s() for _ in range(4))
+    mu, mu_sd, stiffness, stiffness_sd = r.f64_rows(4)
     force = r.f64s().reshape(-1, 3)
     force_covariance = _square(r.f64s().reshape(-1, 6))
-    load_share, load_share_sd = r.f64s(), r.f64s()
+    load_share, load_share_sd = r.f64_rows(2)
     innovation = r.f64s().reshape(-1, 3)
     return OdometryEstimate(
         t_ns=t_ns,

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from model.signals import FloatArray
+from model.signals import BoolArray, FloatArray
 from record.column_map import Source
 from record.table_check import Finding
 from record.table_file import Table
@@ -19,9 +19,10 @@ def raw_findings(table: Table, sources: Sequence[Source]) -> list[Finding]:
     """Look at the whole numbers of a table."""
     found: list[Finding] = []
     for column in table.columns:
-        if column.values.dtype.kind not in "fi":
+        given = column.values
+        if given.dtype.kind not in "fi":
             continue
-        values = column.values[np.isfinite(column.values)]
+        values = given[np.isfinite(given)]
         if len(values) and (values >= 0).all() and (values == np.round(values)).all():
             found += _hidden_sign(column.name, values, sources)
     return found
@@ -54,19 +55,28 @@ def _hidden_sign(name: str, values: FloatArray, sources: Sequence[Source]) -> It
         return
 
 
-def empty_rows(names: Sequence[str], values: Sequence[FloatArray]) -> list[Finding]:
-    """Report rows with a time and nothing that was measured.
+class EmptyRows:
+    """Finds rows with a time and nothing that was measured, a column at a time."""
 
-    Args:
-        names: Our columns.
-        values: Theirs, (T,) each.
-    """
-    measured = [v for n, v in zip(names, values, strict=True)
-                if n != "time_s" and not n.startswith("command_")]  # fmt: skip
-    if not measured:
-        return []
-    empty = np.isnan(np.column_stack(measured)).all(axis=1)
-    if not empty.any():
-        return []
-    first = int(np.argmax(empty)) + 1
-    return [Finding("empty", "", int(empty.sum()), first, "rows in which nothing was measured")]
+    def __init__(self) -> None:
+        self._empty: BoolArray | None = None
+
+    def look_at(self, name: str, values: FloatArray) -> None:
+        """Look at one of our columns.
+
+        Args:
+            name: Its name.
+            values: (T,).
+        """
+        if name == "time_s" or name.startswith("command_"):
+            return
+        absent = np.isnan(values)
+        self._empty = absent if self._empty is None else self._empty & absent
+
+    def findings(self) -> list[Finding]:
+        """Return what was found."""
+        if self._empty is None or not self._empty.any():
+            return []
+        first = int(np.argmax(self._empty)) + 1
+        count = int(self._empty.sum())
+        return [Finding("empty", "", count, first, "rows in which nothing was measured")]

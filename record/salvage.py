@@ -35,6 +35,7 @@ LARGEST_CHUNK = 1 << 30  # uncompressed; a larger one is a broken length
 DATA_END_BYTES = 4
 _FRAME = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<HIQQ")
+MESSAGE = int(Opcode.MESSAGE)  # an enumeration asks twice as long
 
 Content = Schema | Channel | Message | Metadata | Attachment
 
@@ -218,7 +219,7 @@ class _Salvage:
             else:
                 yield record
         elif opcode == Opcode.MESSAGE:  # a file without chunks
-            yield from self._message(data)
+            yield from self._message(data, 0, len(data))
         elif opcode == Opcode.DATA_END:
             self._end(data, offset)
 
@@ -240,20 +241,30 @@ class _Salvage:
             span = _believable(chunk, self._last_ns)
             if chunk.uncompressed_size > LARGEST_CHUNK:
                 raise ValueError(f"it claims {chunk.uncompressed_size} bytes")
-            records = _split(get_chunk_data_stream(chunk, validate_crc=True)[0])
+            content = get_chunk_data_stream(chunk, validate_crc=True)[0].read(1 << 62)
+            records = _split(content)
         except DAMAGE as error:
             self._lost(offset, len(data) + _FRAME.size, f"a broken chunk: {_words(error)}", span)
             return
-        for opcode, content in records:
-            if opcode == Opcode.MESSAGE:
-                yield from self._message(content)
+        unwanted = {number for number, wanted in self._wanted.items() if not wanted}
+        passed = -1
+        for opcode, at, end in records:
+            if opcode == MESSAGE:
+                # nineteen of twenty: their channel, the first two bytes, is all that is asked of them
+                if content[at] | content[at + 1] << 8 in unwanted and not self._open_ended:
+                    passed = at
+                    continue
+                passed = -1
+                yield from self._message(content, at, end)
             elif opcode in {Opcode.SCHEMA, Opcode.CHANNEL}:
-                record = _SINGLE[opcode](content)
+                record = _SINGLE[opcode](content[at:end])
                 if isinstance(record, Schema | Channel):
                     yield from self._once(record)
+        if passed >= 0:
+            self._last_ns = _MESSAGE.unpack_from(content, passed)[2]
 
-    def _message(self, content: bytes) -> Iterator[Content]:
-        channel, sequence, log_ns, publish_ns = _MESSAGE.unpack_from(content)
+    def _message(self, data: bytes, at: int, end: int) -> Iterator[Content]:
+        channel, sequence, log_ns, publish_ns = _MESSAGE.unpack_from(data, at)
         self._last_ns = log_ns
         if self._open_ended:
             damages = self._progress.damages
@@ -267,7 +278,7 @@ class _Salvage:
                 log_time=log_ns,
                 publish_time=publish_ns,
                 sequence=sequence,
-                data=content[_MESSAGE.size :],
+                data=data[at + _MESSAGE.size : end],
             )
 
     def _no_channel(self, log_ns: int) -> None:
@@ -301,17 +312,19 @@ _SINGLE: dict[int, Callable[[bytes], Content]] = {
 }
 
 
-def _split(stream: ReadDataStream) -> list[tuple[int, bytes]]:
-    """Return opcode and content of each record in a chunk."""
-    data = stream.read(1 << 62)
-    view, at, records = memoryview(data), 0, []
-    while at < len(data):
-        opcode, length = _FRAME.unpack_from(data, at)
-        at += _FRAME.size
-        if length > len(data) - at:
+def _split(data: bytes) -> list[tuple[int, int, int]]:
+    """Return opcode of each record in a chunk, and where its content begins and ends."""
+    size, frame, at, records = len(data), _FRAME.size, 0, []
+    head = _FRAME.unpack_from
+    while at < size:
+        opcode, length = head(data, at)
+        begin = at + frame
+        at = begin + length
+        if at > size:
             raise ValueError("a record in it is longer than the chunk")
-        records.append((opcode, bytes(view[at : at + length])))
-        at += length
+        if opcode == MESSAGE and length < _MESSAGE.size:
+            raise ValueError("a message in it is too short")
+        records.append((opcode, begin, at))
     return records
 
 

@@ -7,6 +7,8 @@ listed.
 """
 
 import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,7 +17,8 @@ import numpy as np
 from model.errors import RecordError
 from record.column_map import ColumnMap
 from record.table_check import Finding
-from record.table_file import Column, Table, read_table
+from record.table_file import Column, Table
+from record.table_store import open_table
 
 ARRAYS = ".npz"
 
@@ -35,8 +38,9 @@ class SourceTable:
     findings: tuple[Finding, ...] = ()
 
 
-def read_tables(path: Path, given: ColumnMap) -> tuple[SourceTable, ...]:
-    """Read every table of a file.
+@contextmanager
+def open_tables(path: Path, given: ColumnMap) -> Iterator[tuple[SourceTable, ...]]:
+    """Open every table of a file for as long as the context lasts.
 
     Raises:
         RecordError: It cannot be read, or holds nothing.
@@ -44,7 +48,13 @@ def read_tables(path: Path, given: ColumnMap) -> tuple[SourceTable, ...]:
     if path.suffix != ARRAYS:
         if given.each_array:
             raise RecordError(f"{path}: table.each_array of the map is for .npz files")
-        return (SourceTable("", read_table(path, given.delimiter)),)
+        with open_table(path, given.delimiter) as table:
+            yield (SourceTable("", table),)
+        return
+    yield _of_arrays(path, given)
+
+
+def _of_arrays(path: Path, given: ColumnMap) -> tuple[SourceTable, ...]:
     try:
         with np.load(path, allow_pickle=False) as file:
             arrays = [(name, np.asarray(file[name])) for name in file.files]
@@ -59,7 +69,9 @@ def read_tables(path: Path, given: ColumnMap) -> tuple[SourceTable, ...]:
         return (_joined(arrays),)
     width = max(len(name) for name, _ in arrays)
     return tuple(
-        SourceTable(name.zfill(width) if name.isdigit() else name, Table(tuple(_split("", one))))
+        SourceTable(
+            name.zfill(width) if name.isdigit() else name, Table(tuple(_split("", one)), len(one))
+        )
         for name, one in arrays
     )
 
@@ -73,7 +85,7 @@ def _joined(arrays: list[tuple[str, np.ndarray]]) -> SourceTable:
             continue
         words = f"has {len(one)} rows where {arrays[0][0]} has {rows}"
         findings.append(Finding("ignored", name, len(one), 0, words))
-    return SourceTable("", Table(tuple(columns)), tuple(findings))
+    return SourceTable("", Table(tuple(columns), rows), tuple(findings))
 
 
 def _split(name: str, one: np.ndarray) -> list[Column]:

@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import pyarrow as pa
@@ -20,6 +20,7 @@ from model.errors import RecordError
 from model.signals import FloatArray
 
 SUFFIXES = (".parquet", ".csv")
+BLOCK_ROWS = 10_000  # written at once: a table may be larger than what memory there is
 MISSING_TEXTS = ("", "nan", "NaN", "NAN", "NA", "N/A", "null", "NULL", "None", "-nan", "#N/A")
 
 
@@ -31,25 +32,36 @@ class Column:
     values: NDArray[Any]
 
 
+class AnyColumn(Protocol):
+    """A column in memory, or one that is read when its values are asked for."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        ...
+
+    @property
+    def values(self) -> NDArray[Any]:
+        """A value a row, (T,)."""
+        ...
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Table:
     """A table of numbers and texts.
 
     Attributes:
         columns: Columns in the order of the file.
+        rows: Number of rows.
     """
 
-    columns: tuple[Column, ...]
+    columns: tuple[AnyColumn, ...]
+    rows: int
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the columns."""
         return tuple(column.name for column in self.columns)
-
-    @property
-    def rows(self) -> int:
-        """Number of rows."""
-        return len(self.columns[0].values) if self.columns else 0
 
     def numbers(self, name: str) -> FloatArray:
         """Return a column of numbers, NaN where there is none.
@@ -59,11 +71,12 @@ class Table:
         """
         for column in self.columns:
             if column.name == name:
-                if column.values.dtype.kind not in "fiub":
+                values = column.values
+                if values.dtype.kind not in "fiub":
                     raise RecordError(
                         f"column {name} holds text that is no number; correct it, or map another"
                     )
-                return column.values.astype(np.float64)
+                return values.astype(np.float64)
         raise RecordError(f"there is no column {name}; there are {', '.join(self.names)}")
 
 
@@ -156,8 +169,11 @@ def write_table(path: Path, columns: Sequence[Column]) -> None:
     Raises:
         RecordError: The file cannot be written.
     """
+    rows = len(columns[0].values) if columns else 0
     with TableWriter(path) as writer:
-        writer.write(columns)
+        for first in range(0, max(rows, 1), BLOCK_ROWS):
+            block = slice(first, first + BLOCK_ROWS)
+            writer.write([Column(column.name, column.values[block]) for column in columns])
 
 
 def read_table(path: Path, delimiter: str = ",", *, numbers: bool = False) -> Table:
@@ -181,11 +197,21 @@ def read_table(path: Path, delimiter: str = ",", *, numbers: bool = False) -> Ta
     except (OSError, pa.ArrowException) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise RecordError(f"the table {path} cannot be read: {reason}") from error
-    names = table.column_names
+    names = once_named(path, table.column_names)
+    columns = (Column(name, to_numpy(table.column(at))) for at, name in enumerate(names))
+    return Table(tuple(columns), table.num_rows)
+
+
+def once_named(path: Path, names: list[str]) -> list[str]:
+    """Return the names of columns.
+
+    Raises:
+        RecordError: Two are the same.
+    """
     for name in names:
         if names.count(name) > 1:
             raise RecordError(f"{path} has two columns {name}; name each column once")
-    return Table(tuple(Column(name, _numpy(table.column(at))) for at, name in enumerate(names)))
+    return names
 
 
 def _read_csv(path: Path, delimiter: str, *, numbers: bool) -> Any:
@@ -203,7 +229,8 @@ def _read_csv(path: Path, delimiter: str, *, numbers: bool) -> Any:
     )
 
 
-def _numpy(column: Any) -> NDArray[Any]:
+def to_numpy(column: Any) -> NDArray[Any]:
+    """Return Arrow's column as numbers, NaN where there is none, or as texts."""
     kind = column.type
     if pa.types.is_integer(kind) and column.null_count == 0:
         return np.asarray(column.to_numpy(), dtype=np.int64)

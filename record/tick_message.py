@@ -41,10 +41,7 @@ LAYOUT = 2  # of ticks written today
 def encode_tick(tick: Tick) -> bytes:
     """Return a tick as a message."""
     w = CdrWriter()
-    w.i64(tick.t_ns)
-    w.i64(tick.index)
-    w.u8(tick.mode.value)
-    w.u8(tick.stop_reason.value)
+    w.record("qqBB", tick.t_ns, tick.index, tick.mode.value, tick.stop_reason.value)
     _write_inputs(w, tick.inputs, len(tick.wished.angle_rad))
     write_poses(w, tick.inputs.poses)
     _write_outputs(w, tick)
@@ -71,15 +68,10 @@ def says_the_same(tick: Tick, message: bytes, inputs_end: int, layout: int = LAY
 def _write_outputs(w: CdrWriter, tick: Tick, layout: int = LAYOUT) -> None:
     joints = tick.joints
     w.i64(joints.t_ns)
-    for values in (
-        joints.angle_rad,
-        joints.rate_rad_s,
-        joints.current_a,
-        joints.duty,
-        joints.voltage_v,
+    w.f64s(
+        joints.angle_rad, joints.rate_rad_s, joints.current_a, joints.duty, joints.voltage_v,
         joints.temperature_c,
-    ):
-        w.f64s(values)
+    )  # fmt: skip
     w.flags(joints.valid)
     w.i64(tick.forces.t_ns)
     w.f64s(tick.forces.force_n)
@@ -87,18 +79,15 @@ def _write_outputs(w: CdrWriter, tick: Tick, layout: int = LAYOUT) -> None:
     w.f64(tick.gait_phase)
     for command in (tick.wished, tick.sent):
         w.i64(command.t_ns)
-        w.f64s(command.angle_rad)
-        w.f64s(command.rate_rad_s)
+        w.f64s(command.angle_rad, command.rate_rad_s)
         w.flag(command.torque)
-    w.f64s(tick.feet.position_m)
-    w.f64s(tick.feet.velocity_m_s)
+    w.f64s(tick.feet.position_m, tick.feet.velocity_m_s)
     _write_contact(w, tick.contact)
     estimate = tick.estimate
-    w.i64(estimate.t_ns)
-    w.f64_array(estimate.position_m)
-    w.f64(estimate.yaw_rad)
-    w.f64_array(estimate.velocity_B)
-    w.flag(estimate.valid)
+    w.record(
+        "qdddddd?", estimate.t_ns, *estimate.position_m.tolist(), estimate.yaw_rad,
+        *estimate.velocity_B.tolist(), estimate.valid,
+    )  # fmt: skip
     _write_faults(w, tick.faults)
     if layout > 1:
         write_odometry(w, tick.odometry)
@@ -108,11 +97,10 @@ def _write_inputs(w: CdrWriter, inputs: Inputs, count: int) -> None:
     request, timing = inputs.request, inputs.timing
     w.u8(request.intent.value)
     w.text(request.gait)
-    w.f64(request.frequency_hz)
-    w.f64(request.steer)
-    w.u8(request.reason.value)
-    for value in (timing.deadline_ns, timing.lateness_ns, timing.missed, timing.busy_ns):
-        w.i64(value)
+    w.record(
+        "ddBqqqq", request.frequency_hz, request.steer, request.reason.value, timing.deadline_ns,
+        timing.lateness_ns, timing.missed, timing.busy_ns,
+    )  # fmt: skip
     _write_servos(w, inputs.servos, count)
     w.u32(len(inputs.forces))
     for record in inputs.forces:
@@ -131,28 +119,18 @@ def _write_servos(w: CdrWriter, servos: ServoReadings | None, count: int) -> Non
         w.i64s(np.zeros(count, dtype=np.int64))
         return
     w.i64(servos.t_ns)
-    for values in (
-        servos.position_ticks,
-        servos.velocity_counts,
-        servos.current_counts,
-        servos.duty_counts,
-        servos.voltage_counts,
-        servos.temperature_c,
-        servos.error_byte,
-        servos.hardware_error,
-    ):
-        w.i64s(values)
+    w.i64s(
+        servos.position_ticks, servos.velocity_counts, servos.current_counts, servos.duty_counts,
+        servos.voltage_counts, servos.temperature_c, servos.error_byte, servos.hardware_error,
+    )  # fmt: skip
     w.flags(servos.valid)
     w.i64s(servos.age_ns)
 
 
 def _write_force_record(w: CdrWriter, record: ForceRecord) -> None:
-    w.i64(record.t_ns)
-    w.i64(record.device_ticks)
-    w.i64(record.sequence)
+    w.i64(record.t_ns, record.device_ticks, record.sequence)
     w.i64_array(record.status)
-    w.i64(record.battery)
-    w.i64(record.mask)
+    w.i64(record.battery, record.mask)
     w.i64_array(record.counts)
     w.flag_array(record.present)
     w.flag_array(record.saturated)
@@ -175,8 +153,7 @@ def _write_truth(w: CdrWriter, truth: BodyTruth | None, count: int) -> None:
         truth.angular_velocity_B,
     ):
         w.f64_array(values)
-    for values in (truth.foot_position_W, truth.foot_velocity_W, truth.foot_force_B):
-        w.f64s(values)
+    w.f64s(truth.foot_position_W, truth.foot_velocity_W, truth.foot_force_B)
     w.flags(truth.contact)
 
 
@@ -184,16 +161,14 @@ def _write_contact(w: CdrWriter, contact: ContactSolution) -> None:
     support, traction = contact.support, contact.traction
     w.flag(support.converged)
     w.text(support.reason)
-    for value in (support.height_m, support.slope_x, support.slope_y):
-        w.f64(value)
+    w.f64(support.height_m, support.slope_x, support.slope_y)
     w.f64s(support.load_n)
     w.flags(support.contact)
     w.i64(support.switches)
     w.flag(traction.valid)
     w.text(traction.reason)
     w.f64_array(traction.velocity_B)
-    w.f64s(traction.slip_B)
-    w.f64s(traction.force_B)
+    w.f64s(traction.slip_B, traction.force_B)
 
 
 def _write_faults(w: CdrWriter, faults: tuple[Fault, ...]) -> None:
@@ -234,9 +209,7 @@ def decode_inputs(data: bytes, layout: int = LAYOUT) -> TickInputs:
         ValueError: The message is damaged.
     """
     r = CdrReader(data)
-    t_ns, index = r.i64(), r.i64()
-    r.u8()
-    r.u8()
+    t_ns, index, _, _ = r.record("qqBB")
     inputs = _read_inputs(r, layout, with_truth=False)
     return TickInputs(t_ns, index, inputs, r.at)
 
@@ -253,34 +226,26 @@ def decode_tick(data: bytes, layout: int = LAYOUT, seen: TickInputs | None = Non
         ValueError: The message is damaged.
     """
     r = CdrReader(data)
-    t_ns, index = r.i64(), r.i64()
-    mode, stop_reason = Mode(r.u8()), StopReason(r.u8())
+    t_ns, index, mode, stop_reason = r.record("qqBB")
     if seen is None:
         inputs = _read_inputs(r, layout)
     else:
         inputs = seen.inputs
         r.go_on_at(seen.end)
-    joints = JointState(
-        t_ns=r.i64(),
-        angle_rad=r.f64s(),
-        rate_rad_s=r.f64s(),
-        current_a=r.f64s(),
-        duty=r.f64s(),
-        voltage_v=r.f64s(),
-        temperature_c=r.f64s(),
-        valid=r.flags(),
-    )
+    joints_ns = r.i64()
+    angle, rate, current, duty, voltage, temperature = r.f64_rows(6)
+    joints = JointState(joints_ns, angle, rate, current, duty, voltage, temperature, r.flags())
     forces = FootForces(r.i64(), _rows(r.f64s(), 3), r.flags())
     gait_phase = r.f64()
-    wished, sent = (JointCommand(r.i64(), r.f64s(), r.f64s(), r.flag()) for _ in range(2))
-    feet = FootMotion(_rows(r.f64s(), 3), _rows(r.f64s(), 3))
+    wished, sent = _read_command(r), _read_command(r)
+    feet = FootMotion(*(_rows(values, 3) for values in r.f64_rows(2)))
     contact = _read_contact(r)
     estimate = Estimate(r.i64(), r.f64_array(2), r.f64(), r.f64_array(3), r.flag())
     return Tick(
         t_ns=t_ns,
         index=index,
-        mode=mode,
-        stop_reason=stop_reason,
+        mode=Mode(mode),
+        stop_reason=StopReason(stop_reason),
         inputs=inputs,
         joints=joints,
         forces=forces,
@@ -295,34 +260,32 @@ def decode_tick(data: bytes, layout: int = LAYOUT, seen: TickInputs | None = Non
     )
 
 
+def _read_command(r: CdrReader) -> JointCommand:
+    t_ns = r.i64()
+    angle, rate = r.f64_rows(2)
+    return JointCommand(t_ns, angle, rate, r.flag())
+
+
 def _rows(values: FloatArray, width: int) -> FloatArray:
     return values.reshape(-1, width)
 
 
 def _read_inputs(r: CdrReader, layout: int, *, with_truth: bool = True) -> Inputs:
-    request = Request(Intent(r.u8()), r.text(), r.f64(), r.f64(), StopReason(r.u8()))
-    timing = LoopTiming(r.i64(), r.i64(), r.i64(), r.i64())
-    attached = r.flag()
+    intent, gait = Intent(r.u8()), r.text()
+    frequency_hz, steer, reason, *timing, attached, t_ns = r.record("ddBqqqq?q")
+    request = Request(intent, gait, frequency_hz, steer, StopReason(reason))
+    position, velocity, current, duty, voltage, temperature, error, hardware = r.i64_rows(8)
     servos = ServoReadings(
-        t_ns=r.i64(),
-        position_ticks=r.i64s(),
-        velocity_counts=r.i64s(),
-        current_counts=r.i64s(),
-        duty_counts=r.i64s(),
-        voltage_counts=r.i64s(),
-        temperature_c=r.i64s(),
-        error_byte=r.i64s(),
-        hardware_error=r.i64s(),
-        valid=r.flags(),
-        age_ns=r.i64s(),
-    )
+        t_ns, position, velocity, current, duty, voltage, temperature, error, hardware, r.flags(),
+        r.i64s(),
+    )  # fmt: skip
     forces = tuple(_read_force_record(r) for _ in range(r.u32()))
     truth = _read_truth(r, wanted=with_truth)
     return Inputs(
         servos=servos if attached else None,
         forces=forces,
         request=request,
-        timing=timing,
+        timing=LoopTiming(*timing),
         truth=truth,
         faults=_read_faults(r),
         poses=read_poses(r) if layout > 1 else (),
@@ -330,16 +293,20 @@ def _read_inputs(r: CdrReader, layout: int, *, with_truth: bool = True) -> Input
 
 
 def _read_force_record(r: CdrReader) -> ForceRecord:
+    t_ns, device_ticks, sequence = r.record("qqq")
+    numbers = r.i64_array(2 + 2 + TRANSDUCERS * 6)
+    battery, mask = numbers[2:4].tolist()
+    flags = r.flag_array(2 * TRANSDUCERS)
     return ForceRecord(
-        t_ns=r.i64(),
-        device_ticks=r.i64(),
-        sequence=r.i64(),
-        status=r.i64_array(2),
-        battery=r.i64(),
-        mask=r.i64(),
-        counts=r.i64_array(TRANSDUCERS * 6).reshape(TRANSDUCERS, 6),
-        present=r.flag_array(TRANSDUCERS),
-        saturated=r.flag_array(TRANSDUCERS),
+        t_ns=t_ns,
+        device_ticks=device_ticks,
+        sequence=sequence,
+        status=numbers[:2],
+        battery=battery,
+        mask=mask,
+        counts=numbers[4:].reshape(TRANSDUCERS, 6),
+        present=flags[:TRANSDUCERS],
+        saturated=flags[TRANSDUCERS:],
     )
 
 

@@ -4,7 +4,7 @@ The table on disk and its columns are described in ``docs/log.md``; ``read_trial
 are each other's inverse.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
@@ -151,36 +151,47 @@ def trial_places(joints: tuple[str, ...]) -> Iterator[Place]:
             yield Place(name, field, (axis,), "")
 
 
-def build_trial(header: TrialHeader, columns: tuple[Column, ...]) -> Trial:
+def build_trial(header: TrialHeader, columns: Iterable[Column]) -> Trial:
     """Put columns into a trial; what is not among them is NaN.
 
     Args:
         header: The header; its joints say which columns are known.
-        columns: ``time_s`` and any others of the trial table, float64.
+        columns: ``time_s`` and any others of the trial table, float64; taken one after the other.
 
     Raises:
         RecordError: A column is not known.
     """
-    values = {column.name: column.values for column in columns}
-    time_s = values.pop("time_s")
-    count, joints = len(time_s), len(header.joints)
-    shapes = {field: (count, joints) for field, _ in JOINT_COLUMNS}
-    three = {field: (count, joints, 3) for field, _ in AXIS_COLUMNS}
-    arrays = {name: np.full(shape, np.nan) for name, shape in {**shapes, **three}.items()}
-    arrays |= {name: np.full((count, 3), np.nan) for name in ("body_position_m", "body_angles_rad")}
-    for place in trial_places(header.joints):
-        if place.column in values:
-            arrays[place.field][place.where] = values.pop(place.column)
-    if values:
+    places = {place.column: place for place in trial_places(header.joints)}
+    arrays: dict[str, FloatArray] = {}
+    time_s, unknown = np.zeros(0), []
+    for column in columns:
+        if not arrays:
+            arrays = _nothing_measured(len(column.values), len(header.joints))
+        if column.name == "time_s":
+            time_s = np.array(column.values, dtype=np.float64)
+        elif column.name in places:
+            place = places[column.name]
+            arrays[place.field][place.where] = column.values
+        else:
+            unknown.append(column.name)
+    if unknown:
         raise RecordError(
-            f"{', '.join(sorted(values))}: no column of a trial of joints {', '.join(header.joints)}; "
+            f"{', '.join(sorted(unknown))}: no column of a trial of joints {', '.join(header.joints)}; "
             "bring the table in with: bigant import TABLE --columns MAP.toml"
         )
     return Trial(
         header,
-        time_s=readonly(np.array(time_s, dtype=np.float64)),
+        time_s=readonly(time_s),
         **{name: readonly(array) for name, array in arrays.items()},
     )
+
+
+def _nothing_measured(count: int, joints: int) -> dict[str, FloatArray]:
+    """Arrays of a trial of so many samples, all NaN."""
+    shapes = {field: (count, joints) for field, _ in JOINT_COLUMNS}
+    three = {field: (count, joints, 3) for field, _ in AXIS_COLUMNS}
+    body = dict.fromkeys(("body_position_m", "body_angles_rad"), (count, 3))
+    return {name: np.full(shape, np.nan) for name, shape in {**shapes, **three, **body}.items()}
 
 
 def read_trial(path: Path) -> Trial:

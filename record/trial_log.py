@@ -3,6 +3,7 @@
 What the tick has no place for is named by ``left_out``. The model is not run: its outputs are invalid.
 """
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -38,15 +39,19 @@ from record.writer import LogWriter
 NOT_RUN = "imported data: the model was not run"
 # Seconds as large as this are UNIX time (1973 and later), not time since a beginning.
 UNIX_TIME_S = 1e8
+TELL_TICKS = 500
 
 
-def write_trial_log(trial: Trial, path: Path, software: str) -> None:
+def write_trial_log(
+    trial: Trial, path: Path, software: str, tell: Callable[[float], None] = lambda _: None
+) -> None:
     """Write a trial as a log.
 
     Args:
         trial: The trial.
         path: The log.
         software: Name and version of the program.
+        tell: Told now and then which share has been written.
 
     Raises:
         RecordError: It cannot be written.
@@ -77,6 +82,8 @@ def write_trial_log(trial: Trial, path: Path, software: str) -> None:
     )
     try:
         for index in range(len(t_ns)):
+            if index % TELL_TICKS == 0:
+                tell(index / len(t_ns))
             writer.write(_tick(trial, index, int(t_ns[index]) + offset_ns))
         writer.close()
         if writer.error is not None:

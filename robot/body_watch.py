@@ -6,7 +6,7 @@ must be exceeded for a while, and nothing is judged from what is absent.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import atan, atan2, dist, hypot, inf, isfinite
+from math import atan, atan2, dist, hypot, inf
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from model.signals import (
     StopReason,
     readonly,
 )
+from robot.body_watch_kernel import ROWS, way_kernel
 from robot.safety_table import BodyLimits
 
 # A shaft that goes less than this share of its goal's way does not follow.
@@ -150,38 +151,33 @@ def _stalled(
     memory: BodyMemory, seen: BodySeen, limits: BodyLimits, names: Sequence[str], dt_s: float
 ) -> tuple[BodyMemory, list[Fault]]:
     """Compare the goals' way with the shafts' way over the stall time."""
-    fade: FloatArray | float = float(np.exp(-dt_s / limits.stall_time))
-    known = seen.joints.valid  # goal and shaft of the others wait where they were
-    goal, angle = seen.sent.angle_rad, seen.joints.angle_rad
-    current = np.abs(seen.joints.current_a)
-    if True in seen.down.tolist() or False in known.tolist():
-        fade = np.where(seen.down, 0.0, fade)
-        goal = np.where(known, goal, memory.goal_rad)
-        goal[seen.down] = np.nan  # one without torque follows nothing, and begins anew afterwards
-        angle = np.where(known, angle, memory.angle_rad)
-        current = np.where(known, current, memory.load_a)
-        current[seen.down] = 0.0
-    step, turned = goal - memory.goal_rad, angle - memory.angle_rad
-    if not isfinite(step.sum() + turned.sum()):
-        step, turned = np.nan_to_num(step), np.nan_to_num(turned)
-    moved = turned * np.sign(step)
-    goal_way = memory.goal_way_rad * fade + np.abs(step)
-    shaft_way = memory.shaft_way_rad * fade + moved
-    load_a = memory.load_a * fade + current * (1 - fade)
-    each = zip(
-        names, known.tolist(), goal_way.tolist(), shaft_way.tolist(), load_a.tolist(), strict=True
-    )
-    faults = [
-        Fault(
-            FaultKind.SERVO_STALLED,
-            name,
-            f"its goal moved {wanted:.2f} rad and its shaft {went:.2f} rad at "
-            f"{load:.1f} A, limit {limits.stall_current:g} A",
-        )
-        for name, heard, wanted, went, load in each
-        if heard and wanted > limits.stall_travel and went < FOLLOWING_SHARE * wanted
-        and load > limits.stall_current
-    ]  # fmt: skip
+    joints, contiguous = seen.joints, np.ascontiguousarray
+    known = joints.valid
+    rows = np.empty((ROWS, len(known)))
+    way_kernel(
+        contiguous(seen.sent.angle_rad), contiguous(joints.angle_rad), contiguous(joints.current_a),
+        contiguous(known), contiguous(seen.down), memory.goal_rad, memory.angle_rad,
+        memory.goal_way_rad, memory.shaft_way_rad, memory.load_a,
+        float(np.exp(-dt_s / limits.stall_time)), rows,
+    )  # fmt: skip
+    goal, angle, goal_way, shaft_way, load_a = rows
+    faults = []
+    if (load_a > limits.stall_current).any():
+        each = zip(
+            names, known.tolist(), goal_way.tolist(), shaft_way.tolist(), load_a.tolist(),
+            strict=True,
+        )  # fmt: skip
+        faults = [
+            Fault(
+                FaultKind.SERVO_STALLED,
+                name,
+                f"its goal moved {wanted:.2f} rad and its shaft {went:.2f} rad at "
+                f"{load:.1f} A, limit {limits.stall_current:g} A",
+            )
+            for name, heard, wanted, went, load in each
+            if heard and wanted > limits.stall_travel and went < FOLLOWING_SHARE * wanted
+            and load > limits.stall_current
+        ]  # fmt: skip
     after = BodyMemory(
         memory.t_ns, goal, angle, goal_way, shaft_way, load_a,
         memory.tilted_s, memory.unloaded_s, memory.standing_at_m,

@@ -9,12 +9,12 @@ import numpy as np
 from scipy.constants import g as standard_gravity
 
 from drivers.ati_calibration import Calibration
-from drivers.foot_forces import foot_forces
+from drivers.foot_forces import ForceScales, no_forces
 from drivers.mx106 import joint_state
 from gaits.catalog import make_gait
 from gaits.limits import frequency_limit
 from gaits.plan import Walking
-from model.differentiate import latest_rate
+from model import differentiate
 from model.linkage import Linkage
 from model.odometry import advance as advance_odometry
 from model.quasistatic import prepare, solve_frame
@@ -37,6 +37,7 @@ from model.signals import (
     Tick,
     readonly,
 )
+from robot import body_watch_kernel
 from robot.body_watch import BodyMemory, BodySeen, stop_reason_of, watch_body
 from robot.config import RobotConfig
 from robot.controller_state import ControllerState
@@ -77,11 +78,9 @@ class Controller:
         self.armed = armed
         self.rate_hz = rate_hz if rate_hz is not None else config.loop.rate_hz
         self.period_ns = round(1e9 / self.rate_hz)
-        self._calibrations = calibrations
         robot = config.parameters
-        self._no_forces = foot_forces(
-            None, calibrations, config.force_sensor, np.full(robot.legs.count, np.nan)
-        )
+        self._scales = ForceScales(calibrations, config.force_sensor)
+        self._no_forces = no_forces(robot.legs.count)
         self._linkage = Linkage(robot.linkage, robot.legs.shaft_position)
         self._odometry: OdometryStage | None = None
         if config.estimator.enabled:
@@ -93,7 +92,10 @@ class Controller:
             gaits, {name: frequency_limit(gait, robot.servo) for name, gait in gaits.items()}
         )
         self._effects = model_of(config)
-        prepare()  # here, where nothing waits for it
+        # here, where nothing waits for it
+        prepare()
+        differentiate.prepare()
+        body_watch_kernel.prepare()
         self._linkage.prepare()
 
     def initial(self) -> ControllerState:
@@ -141,9 +143,7 @@ class Controller:
         joints = joint_state(usable, self.config.servo_bus)
         forces = state.forces
         if inputs.forces:
-            forces = foot_forces(
-                inputs.forces[-1], self._calibrations, self.config.force_sensor, joints.angle_rad
-            )
+            forces = self._scales.forces(inputs.forces[-1], joints.angle_rad)
         elif t_ns - forces.t_ns > self.config.force_sensor.silent_limit_s * 1e9:
             forces = self._no_forces
         verdict = watch_servos(
@@ -158,7 +158,7 @@ class Controller:
         late, timing_faults = self._timing(state, inputs)
         times_ns, angles_rad = _remember(state, joints, t_ns)
         began_ns = t_ns if state.index == 0 else state.began_ns
-        rate = latest_rate(times_ns, angles_rad)
+        rate = differentiate.latest_rate(times_ns, angles_rad)
         feet, contact, model_faults = self._model(state, joints, rate, t_ns)
         estimate = self._estimate(state, contact, t_ns)
         truly = forces

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from robot.exit_codes import ExitCode
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from record.column_map import ColumnMap
     from record.import_table import Imported
@@ -95,17 +95,22 @@ def _import_all(
     told = []
     with ProgressBar("import") as bar:
         for number, path in enumerate(paths):
-            found = tuple(import_tables(path, given))
+
+            def tell(share: float, number: int = number, path: Path = path) -> None:
+                bar.show((number + share) / len(paths), path.name)
+
+            # reading and writing take about as long
+            found = tuple(import_tables(path, given, lambda share: tell(0.5 * share)))
             if len(found) > 1 and out is not None and not folder:
                 raise RecordError(
                     f"{path} holds {len(found)} tables; give --out a folder, not {out}"
                 )
             for at, one in enumerate(found):
-                share = (number + at / len(found)) / len(paths)
-                bar.show(share, f"{path.name} {one.report.name}".strip())
+                tell(0.5 + 0.5 * at / len(found))
                 lost: tuple[str, ...] = ()
                 if out is not None and one.trial is not None:
-                    lost = _write(one, out / f"{_stem(one)}.parquet" if folder else out)
+                    target = out / f"{_stem(one)}.parquet" if folder else out
+                    lost = _write(one, target, lambda share: tell(0.5 + 0.5 * share))
                 told.append(Told(one.report, data_faults(one.trial), lost))
     return tuple(told)
 
@@ -115,12 +120,9 @@ def _stem(one: "Imported") -> str:
     return f"{one.report.path.stem}-{name}" if name else one.report.path.stem
 
 
-def _write(one: "Imported", out: Path) -> tuple[str, ...]:
+def _write(one: "Imported", out: Path, tell: "Callable[[float], None]") -> tuple[str, ...]:
     """Write a trial; return what there was no place for."""
     from model.errors import RecordError
-    from record.trial import write_trial
-    from record.trial_log import left_out, write_trial_log
-    from robot.drive import software
 
     assert one.trial is not None
     if out.resolve() == one.report.path.resolve():
@@ -132,8 +134,13 @@ def _write(one: "Imported", out: Path) -> tuple[str, ...]:
             f"{out.parent} cannot be made: {error.strerror}; choose another"
         ) from error
     if out.suffix == ".mcap":
-        write_trial_log(one.trial, out, software())
+        from record.trial_log import left_out, write_trial_log
+        from robot.drive import software
+
+        write_trial_log(one.trial, out, software(), tell)
         return left_out(one.trial)
+    from record.trial import write_trial
+
     write_trial(one.trial, out)
     return ()
 

@@ -12,7 +12,6 @@ from record.import_table import ImportReport
 from record.table_file import Column
 from record.trial import Trial, build_trial
 from record.trial_toml import TrialHeader
-from robot.gap_trials import simulator_for
 from robot.plain_json import plain
 
 SHOWN_ROWS = 10
@@ -45,6 +44,7 @@ def data_faults(trial: Trial | None) -> tuple[DataFault, ...]:
 
 @lru_cache(maxsize=1)
 def _simulator(header: TrialHeader) -> Simulator:
+    from robot.gap_trials import simulator_for  # 50 MB, for tables that name a machine
 
     return simulator_for([build_trial(header, (Column("time_s", np.zeros(0)),))], None)
 

@@ -33,7 +33,7 @@ class Replay:
         ticks: Ticks replayed.
         equal_bits: How many of them are the same in every bit.
         duration_s: How much of the run they are.
-        wall_s: How long the replay took.
+        wall_s: How long the ticks took; loading the model's machine code before them is not counted.
         fields: How each field agrees.
         first: The first difference that is too large, None if there is none.
         notes: What had to be assumed or left out, in words.
@@ -85,8 +85,8 @@ def replay_log(
         raise RecordError(
             f"{path} is imported data: no controller made it, so none can be held to it"
         )
-    began = time.perf_counter()
     rebuilt = rebuild_controller(contents, config)
+    began = time.perf_counter()
     controller, notes = rebuilt.controller, list(rebuilt.notes)
     fields = [f for f in FIELDS if rebuilt.forces_known or f.stage != "forces"]
     if first_message.layout == 1:

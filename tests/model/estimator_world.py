@@ -24,6 +24,7 @@ PERIOD_NS = 10_000_000
 PLACES = np.array([
     [-0.2, 0.25], [0.0, 0.27], [0.2, 0.25], [-0.2, -0.25], [0.0, -0.27], [0.2, -0.25],
 ])  # fmt: skip
+CERTAIN = np.zeros((FIXED + 12, FIXED + 12))  # a covariance of what nobody doubts
 CONTACT = ContactParameters(np.full(6, 2500.0), np.full(6, 0.6), np.zeros((6, 2)))
 
 
@@ -69,10 +70,10 @@ def simulate(settings: EstimatorSettings, seed: int, ticks: int, *, forces: bool
         model = neighbourhood(feet, contact, WEIGHT_N, settings.law, settings.sway_step_s)
         assert model.reason == 0
         if i:
-            none = np.zeros(6, dtype=bool)
-            step = walking(truth, model, settings, PERIOD_NS * 1e-9, (none, none), 0)
+            step = walking(truth, CERTAIN, model, settings, PERIOD_NS * 1e-9, WEIGHT_N, 0)
             root = np.linalg.svd(step.noise, hermitian=True)
             truth = step.mean + root[0] @ (np.sqrt(root[1]) * draw.normal(size=len(truth)))
+            truth[friction_of(6)] -= truth[friction_of(6)].mean()
         poses.append(truth[:3].copy())
         velocities.append(truth[VELOCITY].copy())
         share = np.zeros((6, 3))

@@ -62,7 +62,9 @@ def test_it_counts_functions_and_is_silent_in_the_first_second(
 def test_no_tick_can_wait_for_the_compiler() -> None:
     from model import (
         estimator_kernel,
+        estimator_readout_kernel,
         estimator_step_kernel,
+        estimator_update_kernel,
         frame_kernel,
         linkage_kernel,
     )
@@ -71,8 +73,10 @@ def test_no_tick_can_wait_for_the_compiler() -> None:
     called = [
         frame_kernel.solve, linkage_kernel.feet_kernel, estimator_kernel.neighbourhood_kernel,
         *(getattr(estimator_step_kernel, name) for name in (
-            "slopes_kernel", "walk_kernel", "carry_kernel", "force_kernel", "sound_kernel",
+            "slopes_kernel", "walk_kernel", "carry_kernel", "sound_kernel",
         )),
+        estimator_update_kernel.predict_kernel, estimator_update_kernel.update_kernel,
+        estimator_readout_kernel.readout_kernel,
     ]  # fmt: skip
     for kernel in called:
         assert kernel.signatures, kernel

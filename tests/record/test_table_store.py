@@ -1,0 +1,48 @@
+"""A table column by column is the table as a whole."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from model.errors import RecordError
+from record import table_store
+from record.table_file import Column, read_table, write_table
+from record.table_store import open_table
+
+
+def test_columns_that_change_their_kind_far_down_are_read_as_of_the_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(table_store, "BLOCK_BYTES", 1 << 12)
+    path = tmp_path / "theirs.csv"
+    rows = [f"{i},{i},,{i}" for i in range(2000)]
+    rows[1500] = "1500,0.25,7.5,early"
+    path.write_text("count,then_float,empty_first,then_text\n" + "\n".join(rows) + "\n", "utf-8")
+    whole = read_table(path)
+    with open_table(path) as table:
+        assert (table.names, table.rows) == (whole.names, 2000)
+        for ours, theirs in zip(table.columns, whole.columns, strict=True):
+            values = ours.values
+            assert values.dtype == theirs.values.dtype
+            if values.dtype == object:
+                assert values.tolist() == theirs.values.tolist()
+            else:
+                np.testing.assert_array_equal(values, theirs.values)
+
+
+def test_a_parquet_file_and_its_mistakes(tmp_path: Path) -> None:
+    path = tmp_path / "ours.parquet"
+    write_table(path, [Column("time_s", np.arange(5.0)), Column("n", np.arange(5))])
+    with open_table(path) as table:
+        assert table.names == ("time_s", "n")
+        np.testing.assert_array_equal(table.numbers("n"), np.arange(5.0))
+    path.write_bytes(b"no table")
+    with pytest.raises(RecordError, match="cannot be read"), open_table(path):
+        pass
+    twice = tmp_path / "twice.csv"
+    twice.write_text("a,a\n1,2\n", "utf-8")
+    with pytest.raises(RecordError, match="two columns a"), open_table(twice):
+        pass
+    with pytest.raises(RecordError, match="no such file"), open_table(tmp_path / "none.csv"):
+        pass
