@@ -90,7 +90,9 @@ def test_backlash_lies_on_one_flank_or_the_other() -> None:
         assert (torque < -0.2).any()
         free = base["force_z"][:, ML] == 0
         rising, falling = lever[:, ML, 1] > 0.01, lever[:, ML, 1] < -0.01
-        assert play[free & rising].max() < -width / 4  # a foot's weight holds it back, then draws it on
+        assert (
+            play[free & rising].max() < -width / 4
+        )  # a foot's weight holds it back, then draws it on
         assert play[free & falling].min() > width / 4
 
 

@@ -1,0 +1,128 @@
+"""Candidates that are worth a fit, edges in the ground, and what a second cause must close."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import gap.selection as selection_module
+from gap.candidates import Candidate, candidates_of, starts_of
+from gap.commissioning import standing_of
+from gap.diagnosis import measure_floor
+from gap.evidence import Evidence, evidence_of, local_drive, make_evidence
+from gap.fit import fit_causes
+from gap.interfaces import Cause, Simulator, reach_of
+from gap.options import fit_option, share_of, shortlist, usual_score
+from gap.parts import whole_part
+from gap.predictions import Predictor
+from gap.screen import Gain, gains, make_signatures
+from gap.selection import Search, Selection, select
+from record.trial import Trial
+from tests.gap.toy import CONDITIONS, EFFECTS, Toy, toy_case, toy_references, toy_trial
+from tests.gap.walks import cause, simulator, walk
+
+
+def evidences(
+    toy: Simulator, trials: list[Trial], references: list[Trial]
+) -> tuple[Evidence, Evidence | None]:
+    """Trials and references, whitened as a diagnosis does it."""
+    everything = [*trials, *references]
+    parts = [whole_part(i, one, toy.observe(one)) for i, one in enumerate(everything)]
+    predictor = Predictor(toy, everything)
+    own, known = parts[: len(trials)], parts[len(trials) :]
+    drive = local_drive(predictor, own)
+    floor, healthy = measure_floor(predictor, known, own, drive)
+    found = make_evidence(predictor, own, drive, floor)
+    if not known:
+        return found, None
+    return found, evidence_of(predictor, known, drive, floor, [one.whitener for one in healthy])
+
+
+def select_all(
+    found: Evidence, healthy: Evidence | None, toy: Simulator, search: Search
+) -> Selection:
+    candidates = candidates_of(toy)
+    signatures = make_signatures(found, candidates, (), lambda share: None)
+    effects = {effect.name: effect for effect in toy.effects}
+    return select(found, candidates, signatures, effects, 0.0, lambda share: None, healthy, search)
+
+
+def test_an_edge_is_sought_where_the_feet_went() -> None:
+    trial = walk("tripod", 0.2, 6.0)
+    low, high = reach_of([simulator().observe(trial)])
+    path = trial.body_position_m[:, 0]
+    assert low < np.nanmin(path)
+    assert high > np.nanmax(path)
+    step = next(e for e in simulator().effects if e.name == "ground_step")
+    places = [start[1] for start in starts_of(step, [False, True], (low, high))]
+    assert np.diff([low, *places, high]).max() < 0.06
+    far = [start[1] for start in starts_of(step, [False, True], (2.0, 3.0))]
+    assert 2.0 < min(far) < max(far) < 3.0
+
+
+def test_a_step_in_the_ground_is_found_to_two_centimetres() -> None:
+    true = cause("ground_step", 0.005, 0.27)
+    trials = [
+        walk("tripod", 0.2, 10.0, [true], noise_seed=1),
+        walk("metachronal", 0.2, 10.0, [true], noise_seed=2),
+    ]
+    found, _ = evidences(simulator(), trials, [])
+    effects = {effect.name: effect for effect in simulator().effects}
+    step = Candidate(effects["ground_step"], ())
+    signatures = make_signatures(found, [step], (), lambda share: None)
+    start = gains(signatures, found.base, found.weights(found.base))[0].values
+    standing = found.score(found.base).sum(axis=1)
+    option = fit_option(found, step, (step.cause(start),), standing, effects)
+    height_m, x_m = option.fitted.causes[0].values
+    assert height_m == pytest.approx(0.005, rel=0.05)
+    assert x_m == pytest.approx(0.27, abs=0.02)
+
+
+def test_where_all_of_the_first_list_differs_between_days_a_second_is_fitted(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Stiffness differs by a fifth from day to day; a shaft that is 5 mrad off does not."""
+    small = Cause("offset", ("b",), (0.005,))
+    toy = Toy()
+    found, healthy = evidences(
+        toy, toy_case([small], seed=5, wander=0.2), toy_references(5, wander=0.2)
+    )
+
+    def crowded(ranked: list[Gain], most: int, near: float, least: float) -> list[Gain]:
+        usual = [one for one in ranked if one.signature.candidate.effect.name == "stiffness"]
+        return usual if near > 0 else shortlist(ranked, most, near, least)
+
+    monkeypatch.setattr(selection_module, "shortlist", crowded)
+    both = select_all(found, healthy, toy, Search())
+    assert [(c.effect, c.joints) for c in both.fitted.causes] == [("offset", ("b",))]
+    monkeypatch.setattr(selection_module, "LISTS", selection_module.LISTS[:1])
+    assert select_all(found, healthy, toy, Search()).fitted.causes == ()
+
+
+def test_a_cause_closes_what_is_there_and_another_only_a_share() -> None:
+    toy = Toy()
+    found, healthy = evidences(
+        toy, toy_case([Cause("stiffness", ("c",), (0.8,))], 3), toy_references(3)
+    )
+    assert healthy is not None
+    effects = {effect.name: effect for effect in toy.effects}
+    standing = fit_causes(found, (), effects)
+    unseen = found.score(found.base).sum(axis=1)
+    usual = usual_score(found, healthy)
+
+    def share(name: str, joint: str, value: float) -> float:
+        one = Candidate(effects[name], (joint,))
+        option = fit_option(found, one, (one.cause((value,)),), unseen, effects)
+        return share_of(found, option, standing, usual)
+
+    assert share("stiffness", "c", 0.9) > 0.95
+    assert share("grip", "c", 0.9) < 0.7
+
+
+def test_the_delay_of_a_sensor_stands_however_small_it_is() -> None:
+    """The largest misfit stands as a law; one of 2 % stands only if it is a sensor's."""
+    sensing = Toy(tuple(replace(e, stage="sensing") if e.name == "tether" else e for e in EFFECTS))
+    causes = [Cause("square_law", (), ()), Cause("tether", (), (0.4,))]
+    conditions = (*CONDITIONS, *CONDITIONS[:2])
+    known = [toy_trial(causes, hz, g, seed=70 + i) for i, (hz, g) in enumerate(conditions)]
+    assert "tether" in {one.effect for one in standing_of(known, sensing)}
