@@ -65,6 +65,7 @@ figures: install ## draw the figures of docs/ again
 
 docs-assets: figures ## draw all figures, run the commands whose output README.md shows, and compare
 	$(BIN)/python docs/write_outputs.py
+	$(BIN)/python docs/draw_viewer.py
 
 docs: install ## write docs/reference/cli.md and, from docstrings, the pages of all modules in site/
 	$(BIN)/python docs/write_cli_reference.py
