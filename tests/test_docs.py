@@ -165,7 +165,7 @@ def test_the_command_reference_is_current() -> None:
     assert done.stdout == current, "run: make docs"
 
 
-def test_readme_shows_what_is_printed() -> None:
+def test_readme_and_tutorial_show_what_is_printed() -> None:
     """Numbers aside; make docs-assets runs the commands again and keeps what they print."""
     ran = subprocess.run(
         [sys.executable, "docs/write_outputs.py", "--check"],
