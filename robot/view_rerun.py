@@ -100,7 +100,10 @@ class RerunView:
         for found in self._frames.transforms(tick):
             self._stream.log(
                 PLACES[found.child],
-                rr.Transform3D(translation=found.translation, quaternion=found.rotation_xyzw),
+                rr.Transform3D(
+                    translation=found.translation,
+                    quaternion=rr.Quaternion(xyzw=found.rotation_xyzw),
+                ),
             )
         self._draw_legs(legs_of(tick, self._parameters))
         self._draw_ways(unix_ns)
