@@ -35,8 +35,10 @@ def reason_of(words: list[str]) -> str:
     return next((why for pattern, why in LEFT_OUT if re.search(pattern, text)), "")
 
 
+# Pages call the same log by two names: what is the same but for that is run once.
 RUN = sorted({
-    tuple(words) for page in PAGES for words in command_lines(page) if not reason_of(words)
+    tuple(word.replace(*LOGS) for word in words)
+    for page in PAGES for words in command_lines(page) if not reason_of(words)
 })  # fmt: skip
 
 
