@@ -65,10 +65,12 @@ figures: install ## draw the figures of docs/ again
 
 docs-assets: figures ## draw all figures, run the commands whose output README.md shows, and compare
 	$(BIN)/python docs/write_outputs.py
+	$(BIN)/python docs/draw_viewer.py
 
 docs: install ## write docs/reference/cli.md and, from docstrings, the pages of all modules in site/
 	$(BIN)/python docs/write_cli_reference.py
-	$(BIN)/pdoc --docformat google --no-show-source --output-directory site model gaits drivers record sim_hw gap robot
+	$(BIN)/pdoc --docformat google --no-show-source --output-directory site model gaits drivers record sim_hw gap robot \
+	    '!robot.view_rerun'  # needs bigant[rerun], 640 MB
 
 clean: ## remove everything that was made
 	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis site runs

@@ -1,7 +1,7 @@
-"""Run the commands whose output README.md shows, and say which shown lines are no longer what they print.
+"""Run the commands whose output README.md and the tutorial show, and say which lines they no longer print.
 
 ``python docs/write_outputs.py [NAME...]`` writes each output into docs/outputs/; ``--check`` only compares
-README.md with the outputs that are there. Numbers that depend on the computer may differ, words may not.
+the pages with the outputs that are there. Numbers that depend on the computer may differ, words may not.
 """
 
 import re
@@ -15,6 +15,7 @@ OUTPUTS = DOCS / "outputs"
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 NUMBER = re.compile(r"-?\d+(\.\d+)?(e-?\d+)?")
 WALK = "runs/docs/first_walk.mcap"
+FIRST = "runs/docs/first.mcap"
 TWIN = "runs/docs/twin"
 
 
@@ -24,6 +25,7 @@ class Shown:
 
     name: str
     commands: tuple[tuple[str, ...], ...]
+    code: int = 0
 
 
 def _twin(number: int, seed: int, *more: str) -> tuple[str, ...]:
@@ -61,7 +63,16 @@ SHOWN = (
          "--reference", *(f"{TWIN}/healthy_{k}.parquet" for k in range(6)), "--jobs", "1",
          "--html", "runs/docs/report.html"),
     )),
+    Shown("tutorial", (
+        ("drive", "--virtual-time", "--cycles", "1", "--frequency-hz", "0.2", "--log", FIRST),
+        ("log", "info", FIRST),
+        ("sim", "run", *WORN, "--fast", "--out", f"{TWIN}/worn.parquet"),
+        ("sim", "run", "--seed", "1", "--fast", "--out", f"{TWIN}/healthy.parquet"),
+        ("gap", "diagnose", f"{TWIN}/worn.parquet", "--reference", f"{TWIN}/healthy.parquet"),
+    )),
+    Shown("preflight", (("check", "--hardware", "/dev/ttyUSB0", "--force-unit", "none"),), code=1),
 )  # fmt: skip
+PAGES = (DOCS.parent / "README.md", DOCS / "tutorial.md")
 
 
 def write(names: tuple[str, ...]) -> None:
@@ -81,40 +92,43 @@ def write(names: tuple[str, ...]) -> None:
             print("bigant", *words, flush=True)
             with contextlib.redirect_stdout(said):
                 code = cli.run(list(words))
-            if code != 0:
+            if code != one.code:
                 sys.exit(f"ended with {code}: {said.getvalue()}")
         (OUTPUTS / f"{one.name}.txt").write_text(said.getvalue(), encoding="utf-8")
 
 
 def plain(line: str) -> str:
     """Return a line without its numbers and spaces, and with the folder of the README's first walk."""
-    return " ".join(NUMBER.sub("#", line.replace("runs/docs/", "runs/")).split())
+    return " ".join(
+        NUMBER.sub("#", line.replace("runs/docs/", "runs/").replace("twin/", "")).split()
+    )
 
 
-def differences(readme: str) -> Iterator[str]:
-    """Yield each line that README shows as output and that no kept output has, numbers aside."""
+def differences(page: str) -> Iterator[str]:
+    """Yield each line that a page shows as output and that no kept output has, numbers aside."""
     kept = {
         plain(line)
         for path in sorted(OUTPUTS.glob("*.txt"))
         for line in path.read_text(encoding="utf-8").splitlines()
     }
-    for language, block in FENCE.findall(readme):
+    for language, block in FENCE.findall(page):
         for line in [] if language else block.splitlines():
             if line.strip() not in {"", "..."} and plain(line) not in kept:
                 yield line
 
 
 def main() -> None:
-    """Write, compare, and end with 1 where README shows what is not printed."""
+    """Write, compare, and end with 1 where a page shows what is not printed."""
     if "--check" not in sys.argv:
         write(tuple(sys.argv[1:]))
-    readme = (DOCS.parent / "README.md").read_text(encoding="utf-8")
-    stale = list(differences(readme))
-    for line in stale:
-        print(f"README.md shows what is not printed: {line}")
+    stale = 0
+    for path in PAGES:
+        for line in differences(path.read_text(encoding="utf-8")):
+            stale += 1
+            print(f"{path.name} shows what is not printed: {line}")
     if stale:
         sys.exit(1)
-    print("README.md shows what is printed (numbers aside)")
+    print(f"{', '.join(path.name for path in PAGES)}: what they show is printed (numbers aside)")
 
 
 if __name__ == "__main__":

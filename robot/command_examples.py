@@ -87,6 +87,7 @@ EXAMPLES: Mapping[tuple[str, ...], tuple[str, ...]] = MappingProxyType({
     ("view",): (
         "bigant view --live",
         "bigant view --live --terminal",
+        "bigant view runs/first_walk.mcap --save walk.rrd",
         "bigant view runs/first_walk.mcap --save walk-view.mcap --layout layout.json",
     ),
     ("bridge",): (

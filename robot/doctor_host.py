@@ -21,6 +21,7 @@ from robot.finding import Finding, passed, skipped, warned
 PORT_GROUPS = ("dialout", "uucp")
 EXTRAS = (
     ("foxglove", "foxglove-sdk", "bigant[view]", "bigant view"),
+    ("rerun", "rerun-sdk", "bigant[rerun]", "bigant view --save FILE.rrd"),
     ("shtab", "shtab", "bigant[completion]", "bigant completion"),
 )
 # The priority that real-time programs of a robot commonly run at; anything from 1 up is enough.

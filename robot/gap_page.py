@@ -2,11 +2,13 @@
 
 import html
 import math
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
 from gap.findings import Diagnosis, NamedCause, Verdict
 from gap.verdict import place_words
+from robot.gap_faults import fault_groups
 from robot.gap_figures import draw_traces
 from robot.gap_page_map import MAP_STYLE, leg_phase_map, stage_bars, stage_leg_map
 from robot.report_page import inline_svg, page_frame
@@ -27,7 +29,7 @@ h1 { font-size: 1.15rem; font-weight: 500; color: var(--faint); }
 .warn { border-left: 0.3rem solid #D55E00; padding-left: 0.7rem; }
 .traces { display: grid; grid-template-columns: repeat(auto-fit, minmax(20rem, 1fr)); gap: 0.5rem; }
 .traces figure { margin: 0; } figure svg { fill: currentColor; background: none !important; }
-.wide { overflow-x: auto; } thead th { width: auto; }
+.wide { overflow-x: auto; } .wide > table td { overflow-wrap: break-word; } thead th { width: auto; }
 code { overflow-wrap: anywhere; } summary { cursor: pointer; margin: 1rem 0 0.3rem; font-weight: 600; }
 @media (max-width: 40rem) {
   body { margin: 0.5rem auto; padding: 0 0.7rem; } th, td { padding: 0.2rem 0.3rem; font-size: 0.85rem; }
@@ -88,9 +90,14 @@ def _table(head: Sequence[str], rows: Rows) -> str:
         return ""
     top = "".join(f"<th scope='col'>{html.escape(one)}</th>" for one in head)
     body = "\n".join(
-        "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in rows
+        "<tr>" + "".join(f"<td>{_cell(text)}</td>" for text in row) + "</tr>" for row in rows
     )
     return f"<div class='wide'><table><thead><tr>{top}</tr></thead>\n<tbody>{body}</tbody></table></div>"
+
+
+def _cell(text: str) -> str:
+    """A name may break behind an underscore or the dot of a file, and nowhere else."""
+    return re.sub(r"([_/]|\.(?=[a-z]))", r"\1<wbr>", html.escape(text))
 
 
 def _percent(value: float) -> str:
@@ -121,15 +128,14 @@ def _facts(d: Diagnosis) -> str:
 def _faults(d: Diagnosis, paths: Sequence[Path]) -> str:
     rows = [
         (
-            fault.kind + (" (severe)" if fault.severe else ""),
-            fault.channel,
-            paths[one.trial].name,
-            fault.evidence,
+            one.kind + (" (severe)" if one.severe else ""),
+            one.channel,
+            one.where,
+            one.evidence,
         )
-        for one in d.data_faults
-        for fault in one.faults
+        for one in fault_groups(d.data_faults, paths)
     ]
-    return _table(("fault", "channel", "file", "evidence"), rows)
+    return _table(("fault", "channel", "files", "evidence, in the first"), rows)
 
 
 def _causes(d: Diagnosis) -> str:

@@ -114,5 +114,5 @@ def _cell(value: float) -> str:
         return "<td class='none'>-</td>"
     share = math.log(max(value, COLD) / COLD) / math.log(HOT / COLD)
     heat = min(1.0, share)
-    words = f"{value:.2g}" if value < 100 else f"{value:.0f}"
+    words = f"{value:.2g}" if value < 99.5 else f"{value:.0f}"
     return f"<td{' class=hot' if heat > WHITE_FROM else ''} style='--heat:{heat:.2f}'>{words}</td>"

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from gap.findings import Diagnosis, NamedCause, Verdict
 from gap.verdict import cause_words, place_words
+from robot.gap_faults import fault_groups
 
 WIDTH = 100
 BAR = 20
@@ -62,10 +63,8 @@ def _to_do(d: Diagnosis) -> list[str]:
 
 def _faults(d: Diagnosis, paths: Sequence[Path]) -> list[str]:
     found = [
-        f"  {'severe ' if fault.severe else ''}{fault.kind} {fault.channel} in "
-        f"{paths[one.trial].name}: {fault.evidence}"
-        for one in d.data_faults
-        for fault in one.faults
+        f"  {'severe ' if one.severe else ''}{one.kind} {one.channel} in {one.where}: {one.evidence}"
+        for one in fault_groups(d.data_faults, paths)
     ]
     if len(found) > MOST_CHANNELS:
         found = [*found[:MOST_CHANNELS], f"  and {len(found) - MOST_CHANNELS} more, in --json"]

@@ -26,9 +26,12 @@ STYLE: Any = {  # matplotlib types its settings by name
     "grid.alpha": 0.25,
     "svg.fonttype": "none",
     "svg.hashsalt": "bigant",
-    "legend.frameon": False,
+    "legend.framealpha": 0.85,
+    "legend.edgecolor": "none",
+    "legend.borderpad": 0.2,
 }
-MOST_POINTS = 3000
+# A picture is 650 points wide, a panel of the forces a third of it.
+MOST_POINTS, MOST_IN_PANEL = 1500, 600
 
 
 def draw_log(log: Recording) -> dict[str, Figure]:
@@ -52,8 +55,8 @@ def save_png(figures: dict[str, Figure], path: Path) -> tuple[Path, ...]:
     return tuple(saved)
 
 
-def _thin(log: Recording) -> slice:
-    return slice(None, None, max(1, len(log.t_s) // MOST_POINTS))
+def _thin(log: Recording, most: int = MOST_POINTS) -> slice:
+    return slice(None, None, max(1, len(log.t_s) // most))
 
 
 def _trajectory(log: Recording) -> Figure:
@@ -136,7 +139,7 @@ def _forces(log: Recording) -> Figure:
     legs = len(log.names)
     figure = Figure(figsize=(9, 1.5 * legs + 0.6), layout="constrained")
     axes = figure.subplots(legs, 3, sharex=True, squeeze=False, sharey="col")
-    thin = _thin(log)
+    thin = _thin(log, MOST_IN_PANEL)
     for leg, name in enumerate(log.names):
         for axis, letter in enumerate("xyz"):
             ax = axes[leg, axis]

@@ -168,6 +168,8 @@ def _velocity_lines(tick: Tick) -> list[str]:
     predicted = tick.contact.traction.velocity_B
     header = "body velocity    vx mm/s    vy mm/s   yaw rad/s"
     lines = [header, "  predicted  " + _velocity_cells(predicted)]
+    if tick.odometry is not None:
+        lines.append("  estimated  " + _velocity_cells(tick.odometry.velocity_B))
     truth = tick.inputs.truth
     if truth is not None:
         true = np.array([*truth.velocity_B[:2], truth.angular_velocity_B[2]])

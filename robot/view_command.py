@@ -1,9 +1,10 @@
 """``bigant view``: watch a run, live or from its log, in a viewer or in a terminal.
 
 Draws the robot with its linkages, contact forces measured and predicted, the trajectory against the truth,
-velocities, modes and faults. Foxglove and Lichtblick connect to the address that is printed, or open the
-file that --save writes; --terminal needs neither. --live follows a running bigant drive by reading the log
-that it writes, so the run cannot be disturbed from here. See docs/view.md.
+velocities, modes, health and faults. Foxglove and Lichtblick connect to the address that is printed, or
+open the .mcap that --save writes; Rerun opens an .rrd; --terminal needs none of them. --live follows a
+running bigant drive by reading the log that it writes, so the run cannot be disturbed from here. See
+docs/view.md.
 """
 
 import argparse
@@ -23,10 +24,13 @@ if TYPE_CHECKING:
     from model.params import RobotParameters
     from record.reader import LogContents, StampedTick
     from robot.view_foxglove import FoxgloveView
+    from robot.view_rerun import RerunView
 
 DEFAULT_PORT = 8765
 DEFAULT_RATE_HZ = 25.0
 PACKAGE = "foxglove"
+RERUN_PACKAGE, RERUN_SUFFIX = "rerun", ".rrd"
+SAVED = (".mcap", RERUN_SUFFIX)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,7 +38,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_source(parser)
     parser.add_argument("--terminal", action="store_true", help="in this terminal")
     parser.add_argument(
-        "--save", type=Path, metavar="FILE.mcap", help="write what the viewer would be sent"
+        "--save",
+        type=Path,
+        metavar="FILE",
+        help="write what a viewer shows: .mcap for Foxglove and Lichtblick, .rrd for Rerun",
     )
     parser.add_argument(
         "--headless", action="store_true", help="with --live and --save: no server, only the file"
@@ -84,13 +91,11 @@ def run(options: argparse.Namespace) -> ExitCode:
         raise ConfigError("--terminal", "shows and writes nothing; leave out the other options")
     if options.headless and options.save is None:
         raise ConfigError("--headless", "without a server there is nothing left to do; add --save")
+    if options.save is not None and options.save.suffix not in SAVED:
+        raise ConfigError("--save", f"must end in .mcap or .rrd, not {options.save.name}")
     path = log_path(options)
-    if not options.terminal and importlib.util.find_spec(PACKAGE) is None:
-        raise ConfigError(
-            "viewer",
-            "its package is not installed; install bigant[view] (foxglove-sdk, 54 MB), "
-            "or use --terminal (see docs/view.md)",
-        )
+    if not options.terminal:
+        _check_packages(options)
     if options.save is not None and options.save.resolve() == path.resolve():
         raise ConfigError("--save", "would overwrite the log; choose another file")
     try:
@@ -98,6 +103,27 @@ def run(options: argparse.Namespace) -> ExitCode:
     except KeyboardInterrupt:
         print(file=sys.stderr)
         return ExitCode.OK
+
+
+def _for_rerun(options: argparse.Namespace) -> bool:
+    return options.save is not None and options.save.suffix == RERUN_SUFFIX
+
+
+def _check_packages(options: argparse.Namespace) -> None:
+    """Say what to install before anything is read."""
+    wanted = "bigant[view] (foxglove-sdk, 54 MB)"
+    package = PACKAGE
+    if _for_rerun(options):
+        package, wanted = RERUN_PACKAGE, "bigant[rerun] (rerun-sdk, 640 MB)"
+        if options.layout is not None:
+            raise ConfigError("--layout", "is for Foxglove; a file for Rerun holds its own layout")
+        if options.live and not options.headless:
+            raise ConfigError("--save", "an .rrd of a live run is written with --headless only")
+    if importlib.util.find_spec(package) is None:
+        raise ConfigError(
+            "viewer",
+            f"its package is not installed; install {wanted}, or use --terminal (see docs/view.md)",
+        )
 
 
 def _watch(path: Path, options: argparse.Namespace, clock: "Clock") -> ExitCode:
@@ -172,16 +198,15 @@ def _in_viewer(
     options: argparse.Namespace,
     clock: "Clock",
 ) -> None:
-    from robot.view_foxglove import FoxgloveView
-    from robot.view_layout import layout_text
-
     parameters = _parameters(path, contents)
     if options.layout is not None:
+        from robot.view_layout import layout_text
+
         _write(options.layout, layout_text(parameters.legs.names))
         print(f"layout: {options.layout}")
     saves_only = options.save is not None and (options.headless or not options.live)
     serve = None if saves_only else (options.host, options.port)
-    view = FoxgloveView(parameters, options.save, serve)
+    view = _open_viewer(parameters, options, serve)
     try:
         if serve is not None:
             address = f"ws://{options.host}:{view.port}"
@@ -202,10 +227,23 @@ def _in_viewer(
     finally:
         view.close()
     if options.save is not None:
-        print(f"{shown} pictures of {count} ticks: {options.save}")
+        opened = f"; open it with: rerun {options.save}" if _for_rerun(options) else ""
+        print(f"{shown} pictures of {count} ticks: {options.save}{opened}")
 
 
-def _wait_for_viewer(view: "FoxgloveView", clock: "Clock") -> None:
+def _open_viewer(
+    parameters: "RobotParameters", options: argparse.Namespace, serve: tuple[str, int] | None
+) -> "FoxgloveView | RerunView":
+    if _for_rerun(options):
+        from robot.view_rerun import RerunView
+
+        return RerunView(parameters, options.save)
+    from robot.view_foxglove import FoxgloveView
+
+    return FoxgloveView(parameters, options.save, serve)
+
+
+def _wait_for_viewer(view: "FoxgloveView | RerunView", clock: "Clock") -> None:
     while not view.watched:
         clock.sleep_until_ns(clock.now_ns() + POLL_NS)
 

@@ -37,6 +37,7 @@ from model.signals import FloatArray, Tick
 from robot.view_frames import BODY_FRAME, MAP_FRAME, ODOM_FRAME, TRUE_FRAME, FrameTracker, Transform
 from robot.view_numbers import NewsTracker, Numbers, fields_of, numbers_of
 from robot.view_scene import (
+    ESTIMATED,
     MEASURED,
     PREDICTED,
     Arrow,
@@ -136,6 +137,7 @@ class FoxgloveView:
             entities = [
                 _path("true", MAP_FRAME, self._frames.true, MEASURED, stamp),
                 _path("dead reckoning", ODOM_FRAME, self._frames.estimated, PREDICTED, stamp),
+                _path("estimator", ODOM_FRAME, self._frames.filtered, ESTIMATED, stamp),
             ]
             self._trajectory.log(SceneUpdate(entities=entities), log_time=unix_ns)
 

@@ -45,6 +45,7 @@ class FrameTracker:
         self._height_m = 0.0
         self.estimated: list[FloatArray] = []
         self.true: list[FloatArray] = []
+        self.filtered: list[FloatArray] = []
 
     def transforms(self, tick: Tick) -> tuple[Transform, ...]:
         """Return the transforms of a tick, and take its places into the trajectories."""
@@ -71,6 +72,9 @@ class FrameTracker:
             _extend(self.true, truth.position_W)
         if np.isfinite(body.translation).all():
             _extend(self.estimated, body.translation)
+        said = tick.odometry
+        if said is not None and np.isfinite(said.position_m).all():
+            _extend(self.filtered, np.array([*said.position_m, self._height_m]))
         return found
 
 

@@ -39,9 +39,9 @@ def layout_text(names: tuple[str, ...]) -> str:
         ),
     )
     left = _column((scene, 3.0), (_states(), 1.0), (_news(), 1.0))
-    velocity = _plot(
-        "Forward velocity [m/s]", ["/velocity.true.vx_m_s", "/velocity.predicted.vx_m_s"]
-    )
+    velocity = _plot("Forward velocity [m/s]", [
+        f"/velocity.{who}.vx_m_s" for who in ("true", "predicted", "estimated")
+    ])  # fmt: skip
     difference = _plot("Predicted - true [m/s]", [
         "/velocity.difference.vx_m_s", "/velocity.difference.vy_m_s",
     ])  # fmt: skip
@@ -76,8 +76,11 @@ def _plot(title: str, paths: list[str]) -> PlotPanel:
 
 
 def _states() -> StateTransitionsPanel:
-    series = [StateTransitionsSeries(value=f"/state.{name}") for name in ("mode", "stop_reason")]
-    return StateTransitionsPanel(title="Modes", config=StateTransitionsConfig(paths=series))
+    paths = ("/state.mode", "/state.stop_reason", "/odometry.health")
+    series = [StateTransitionsSeries(value=path) for path in paths]
+    return StateTransitionsPanel(
+        title="Modes and health", config=StateTransitionsConfig(paths=series)
+    )
 
 
 def _news() -> LogPanel:

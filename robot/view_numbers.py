@@ -8,12 +8,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from model.estimator_types import Health, OdometryEstimate
 from model.signals import FloatArray, StopReason, Tick
 
 VELOCITY = ("vx_m_s", "vy_m_s", "yaw_rate_rad_s")
 FORCE = ("x_n", "y_n", "z_n")
 SERVO = ("angle_rad", "sent_rad", "rate_rad_s", "current_a", "temperature_c", "voltage_v")
 STATE_TEXTS = ("mode", "stop_reason")
+ODOMETRY_TEXTS = ("health", "reason")
+ODOMETRY = ("x_m", "y_m", "yaw_rad", "x_sd_m", "y_sd_m", "yaw_sd_rad", "nis", "rejects")
 STATE = ("late_ms", "busy_ms", "missed", "faults", "gait_phase")
 
 
@@ -27,7 +30,7 @@ class Numbers:
 
 @dataclass(frozen=True, slots=True)
 class News:
-    """Something that happened: a change of mode, or a fault that was not there a tick ago."""
+    """Something that happened: a change of mode or of health, or a fault that was not there a tick ago."""
 
     source: str
     text: str
@@ -43,6 +46,9 @@ def numbers_of(tick: Tick, names: tuple[str, ...]) -> Iterator[Numbers]:
     """
     predicted = tick.contact.traction.velocity_B
     values = _known("predicted", VELOCITY, predicted)
+    said = tick.odometry
+    if said is not None:
+        values += _known("estimated", VELOCITY, said.velocity_B)
     truth = tick.inputs.truth
     if truth is not None:
         true = np.array([*truth.velocity_B[:2], truth.angular_velocity_B[2]])
@@ -63,6 +69,8 @@ def numbers_of(tick: Tick, names: tuple[str, ...]) -> Iterator[Numbers]:
             joints.current_a[leg], joints.temperature_c[leg], joints.voltage_v[leg],
         ])  # fmt: skip
         yield Numbers(f"/servo/{name}", _known("", SERVO, shaft))
+    if said is not None:
+        yield _odometry(said)
     timing = tick.inputs.timing
     state = np.array([
         timing.lateness_ns * 1e-6, timing.busy_ns * 1e-6, timing.missed, len(tick.faults),
@@ -72,12 +80,22 @@ def numbers_of(tick: Tick, names: tuple[str, ...]) -> Iterator[Numbers]:
     yield Numbers("/state", (*texts, *_known("", STATE, state)))
 
 
+def _odometry(said: OdometryEstimate) -> Numbers:
+    sd = np.sqrt(np.diagonal(said.pose_covariance))
+    values = np.array([*said.position_m, said.yaw_rad, *sd, said.nis, said.rejects])
+    texts = zip(ODOMETRY_TEXTS, (said.health.value, said.reason), strict=True)
+    return Numbers("/odometry", (*texts, *_known("", ODOMETRY, values)))
+
+
 def fields_of(topic: str) -> tuple[tuple[str, bool], ...]:
     """Return the fields that a topic's messages may have, and whether they are texts."""
     if topic == "/state":
         return (*((name, True) for name in STATE_TEXTS), *((name, False) for name in STATE))
+    if topic == "/odometry":
+        texts = tuple((name, True) for name in ODOMETRY_TEXTS)
+        return (*texts, *((name, False) for name in ODOMETRY))
     if topic == "/velocity":
-        return _grouped(("predicted", "true", "difference"), VELOCITY)
+        return _grouped(("predicted", "true", "difference", "estimated"), VELOCITY)
     if topic.startswith("/force/"):
         return _grouped(("measured", "predicted", "difference"), FORCE)
     return tuple((name, False) for name in SERVO)
@@ -104,6 +122,7 @@ class NewsTracker:
     def __init__(self) -> None:
         self._mode = ""
         self._reason = StopReason.NONE
+        self._health = Health.OK
         self._faults: set[tuple[str, str]] = set()
 
     def news_of(self, tick: Tick) -> tuple[News, ...]:
@@ -115,6 +134,11 @@ class NewsTracker:
         if tick.stop_reason is not self._reason:
             self._reason = tick.stop_reason
             news.append(News("stopping", self._reason.name, fault=False))
+        said = tick.odometry
+        if said is not None and said.health is not self._health:
+            self._health = said.health
+            words = said.health.value + (f": {said.reason}" if said.reason else "")
+            news.append(News("odometry", words, fault=False))
         now = {(fault.kind.name, fault.source) for fault in tick.faults}
         news += [
             News(fault.source, f"{fault.kind.name}: {fault.detail}", fault=True)

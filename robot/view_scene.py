@@ -12,8 +12,9 @@ Colour = tuple[float, float, float]
 # Okabe and Ito: distinct for the colour-blind; the same as in the pictures of ``bigant show``.
 MEASURED: Colour = (0.0, 0.447, 0.698)
 PREDICTED: Colour = (0.835, 0.369, 0.0)
+ESTIMATED: Colour = (0.0, 0.62, 0.45)
 LINK: Colour = (0.25, 0.25, 0.25)
-COUPLER: Colour = (0.0, 0.62, 0.45)
+COUPLER: Colour = (0.45, 0.45, 0.45)
 LOADED: Colour = (0.80, 0.475, 0.655)
 LIFTED: Colour = (0.6, 0.6, 0.6)
 # 20 N, a third of BigANT's weight, is drawn as long as a leg.

@@ -19,6 +19,7 @@ LEFT_OUT = (
     (r"--live|--teleop|sim serve|view \S+$|bridge", "goes on until it is stopped"),
     (r"\b[A-Z]{2,}\b|\[|\.\.\.", "a placeholder of its page"),
     (r"^(servo|ft|check|devices)", "opens virtual devices in real time: tests/robot/test_check.py"),
+    (r"\.rrd", "needs bigant[rerun], 640 MB: tests/robot/test_view_command.py"),
     (r"^gap (diagnose|check|alone|apply|next)|^odom tune", "trials of its own"),
     (r"^sim (run|campaign|unseal|render)", "walks: tests/robot/test_twin_run.py"),
     (r"^model (figures|sensitivity)|^replay .*--drive|--bus", "over ten seconds: tests of their own"),
@@ -34,8 +35,10 @@ def reason_of(words: list[str]) -> str:
     return next((why for pattern, why in LEFT_OUT if re.search(pattern, text)), "")
 
 
+# Pages call the same log by two names: what is the same but for that is run once.
 RUN = sorted({
-    tuple(words) for page in PAGES for words in command_lines(page) if not reason_of(words)
+    tuple(word.replace(*LOGS) for word in words)
+    for page in PAGES for words in command_lines(page) if not reason_of(words)
 })  # fmt: skip
 
 

@@ -47,6 +47,11 @@ function overlaps(svg) {
   }));
   return found;
 }
+function lines(doc, cell) {
+  const range = doc.createRange();
+  range.selectNodeContents(cell);
+  return new Set([...range.getClientRects()].map(box => Math.round(box.top))).size;
+}
 function look(frame) {
   const doc = frame.contentDocument, wide = frame.contentWindow.innerWidth;
   const own = [...doc.body.querySelectorAll('*')].filter(e => !e.closest('svg') || e.tagName === 'svg');
@@ -60,6 +65,8 @@ function look(frame) {
     empty: svgs.filter(s => s.getBBox().width < 10 || s.getBoundingClientRect().height < 10).length
       + imgs.filter(i => !(i.complete && i.naturalWidth > 0)).length,
     overlaps: svgs.flatMap(overlaps),
+    broken: [...doc.querySelectorAll('td.pass, td.warn, td.fail, td.skip, td.short')]
+      .filter(cell => lines(doc, cell) > 1).map(cell => cell.textContent),
     ink: getComputedStyle(doc.body).color, paper: getComputedStyle(doc.body).backgroundColor,
     text: doc.body.innerText.length,
   };
@@ -84,6 +91,7 @@ class Seen:
         pictures: Number of pictures.
         empty: Pictures that are not drawn.
         overlaps: Pairs of texts in a picture that lie on each other.
+        broken: Verdicts, and numbers with their unit, that stand on two lines.
         ink: Colour of its text.
         paper: Colour behind it.
         letters: Number of letters shown.
@@ -96,6 +104,7 @@ class Seen:
     pictures: int
     empty: int
     overlaps: tuple[str, ...]
+    broken: tuple[str, ...]
     ink: str
     paper: str
     letters: int
@@ -148,7 +157,7 @@ def _seen(one: dict[str, object]) -> Seen:
         return value
 
     return Seen(words("errors"), words("wide"), number("scroll"), number("width"), number("pictures"),
-                number("empty"), words("overlaps"), str(one["ink"]), str(one["paper"]),
+                number("empty"), words("overlaps"), words("broken"), str(one["ink"]), str(one["paper"]),
                 number("text"))  # fmt: skip
 
 

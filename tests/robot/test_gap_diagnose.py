@@ -7,9 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gap.findings import TrialFaults
+from gap.interfaces import DataFault
 from gap.servo_bench_kernel import hysteresis
 from record.trial import write_trial
 from robot.cli import run
+from robot.gap_faults import fault_groups
 from tests.gap.bench_trials import IDEAL, servo_trial
 
 
@@ -78,3 +81,18 @@ def test_mistakes_are_one_line(
     assert run(["gap", "diagnose", *arguments, "--jobs", "1"]) != 0
     err = capsys.readouterr().err.strip().splitlines()[-1]
     assert words in err
+
+
+def test_a_fault_of_many_files_is_one_row() -> None:
+    lost = [
+        DataFault("magnitude_only", "torque_nm", f"{n} samples", severe=False) for n in range(4)
+    ]
+    bad = DataFault("unit", "shaft_rad", "in degrees", severe=True)
+    faults = (
+        *(TrialFaults(number, (fault,)) for number, fault in enumerate(lost)),
+        TrialFaults(3, (lost[3], bad)),
+    )
+    groups = fault_groups(faults, [Path(f"run{number}.csv") for number in range(4)])
+    assert [(one.kind, len(one.files)) for one in groups] == [("unit", 1), ("magnitude_only", 4)]
+    assert groups[1].where == "run0.csv, run1.csv and 2 more"
+    assert groups[1].evidence == "0 samples"

@@ -1,41 +1,44 @@
 """``bigant sim campaign`` and ``sim unseal`` as one types them; local processes and a Dask cluster."""
 
+import contextlib
+import io
 import json
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
 
 from robot import sim_campaign
 from robot.cli import run as command
-from robot.config import DEFAULT_ROBOT_FILE
-
-SCENARIO = """
-[campaign]
-seed = 1
-seconds = 0.1
-robots = ["bigant.toml"]
-[conditions]
-gaits = ["tripod"]
-frequencies_hz = [0.1]
-steer = [0.0]
-[references]
-count = 1
-[cases]
-controls = 1
-effects = ["force_bias"]
-severities = [[0.0, 0.3]]
-repeats = 1
-pairs = 0
-outside = 0
-"""
+from tests.robot.scenarios import ONE, write_scenario
 
 
 @pytest.fixture
 def scenario_file(tmp_path: Path) -> Path:
-    (tmp_path / "bigant.toml").write_text(DEFAULT_ROBOT_FILE.read_text())
-    path = tmp_path / "scenario.toml"
-    path.write_text(SCENARIO)
-    return path
+    return write_scenario(tmp_path, ONE)
+
+
+@dataclass(frozen=True)
+class Made:
+    """A campaign as a person makes it: the command line and what it printed."""
+
+    scenario: Path
+    out: Path
+    said: str
+
+    @property
+    def line(self) -> list[str]:
+        return ["sim", "campaign", str(self.scenario), "--out", str(self.out), "--jobs", "1"]
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
+    folder = tmp_path_factory.mktemp("campaign")
+    one = Made(write_scenario(folder, ONE), folder / "out", "")
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said):
+        assert command(one.line) == 0
+    return replace(one, said=said.getvalue())
 
 
 def tables(folder: Path) -> dict[str, bytes]:
@@ -43,20 +46,16 @@ def tables(folder: Path) -> dict[str, bytes]:
 
 
 @pytest.mark.slow
-def test_a_campaign_is_made_once(
-    scenario_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    line = ["sim", "campaign", str(scenario_file), "--out", str(tmp_path / "out"), "--jobs", "1"]
-    assert command(line) == 0
-    assert "3 trials, 3 made now" in capsys.readouterr().out
-    made = tables(tmp_path / "out")
-    assert len(made) == 3
-    assert command([*line, "--json"]) == 0
+def test_a_campaign_is_made_once(made: Made, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "3 trials, 3 made now" in made.said
+    before = tables(made.out)
+    assert len(before) == 3
+    assert command([*made.line, "--json"]) == 0
     again = json.loads(capsys.readouterr().out)
     assert (again["trials"], again["made"], again["failed"]) == (3, 0, 0)
-    assert tables(tmp_path / "out") == made
-    scenario_file.write_text(SCENARIO.replace("seed = 1", "seed = 2"))
-    assert command(line) != 0
+    assert tables(made.out) == before
+    made.scenario.write_text(ONE.replace("seed = 1", "seed = 2"))
+    assert command(made.line) != 0
     assert "another scenario's campaign" in capsys.readouterr().err
 
 
@@ -90,11 +89,10 @@ def test_a_sealed_campaign_is_opened_by_its_key(
 
 @pytest.mark.slow
 def test_a_cluster_makes_the_same_bytes(
-    scenario_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    made: Made, scenario_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     distributed = pytest.importorskip("distributed", reason="pip install bigant[dask]")
     line = ["sim", "campaign", str(scenario_file), "--out"]
-    assert command([*line, str(tmp_path / "local"), "--jobs", "1"]) == 0
     with distributed.LocalCluster(
         n_workers=1, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0"
     ) as cluster:
@@ -103,7 +101,7 @@ def test_a_cluster_makes_the_same_bytes(
         still = [name for name in cluster.scheduler.clients if name.startswith("Client")]
         assert not still, "the command has said goodbye"
     assert "3 made now" in capsys.readouterr().out.splitlines()[-1]
-    local = tables(tmp_path / "local")
+    local = tables(made.out)
     assert local
     assert tables(tmp_path / "dask") == local
 

@@ -24,6 +24,7 @@ from sim_hw.effect_catalog import EFFECTS
 from sim_hw.effects import parse_effect
 from sim_hw.scenario import parse_scenario
 from sim_hw.world import World
+from tests.robot.scenarios import FEW, SCENARIO, write_scenario
 
 CONFIG = load_robot()
 FIELDS = (
@@ -137,30 +138,6 @@ def test_effects_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert listed[0]["parameters"][0]["unit"] == "s"
 
 
-SCENARIO = """
-[campaign]
-seed = 1
-seconds = 0.1
-robots = ["bigant.toml"]
-[conditions]
-gaits = ["tripod"]
-frequencies_hz = [0.1]
-steer = [0.0]
-[references]
-count = 1
-[cases]
-controls = 1
-effects = ["*"]
-severities = [[0.0, 0.3], [0.7, 1.0]]
-repeats = 1
-pairs = 6
-outside = 6
-"""
-FEW = SCENARIO.replace('["*"]', '["force_bias", "foot_friction"]').replace(
-    "pairs = 6", "pairs = 0"
-).replace("outside = 6", "outside = 0").replace(", [0.7, 1.0]]", "]")  # fmt: skip
-
-
 class Here(Executor):
     """An executor that works here and now, and counts."""
 
@@ -176,10 +153,7 @@ class Here(Executor):
 
 @pytest.fixture
 def scenario_file(tmp_path: Path) -> Path:
-    (tmp_path / "bigant.toml").write_text(DEFAULT_ROBOT_FILE.read_text())
-    path = tmp_path / "scenario.toml"
-    path.write_text(SCENARIO)
-    return path
+    return write_scenario(tmp_path, SCENARIO)
 
 
 def test_cases_are_drawn_from_the_entropy_alone(scenario_file: Path) -> None:
@@ -198,10 +172,12 @@ def test_cases_are_drawn_from_the_entropy_alone(scenario_file: Path) -> None:
             assert len(stages) == 2
 
 
-def test_a_campaign_goes_on_where_it_stood(scenario_file: Path, tmp_path: Path) -> None:
-    scenario_file.write_text(FEW)
-    scenario = read_scenario(scenario_file)
-    jobs = campaign_jobs(scenario, b"x", tmp_path / "out")
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A campaign that was interrupted once, and what was counted on the way."""
+    folder = tmp_path_factory.mktemp("campaign")
+    scenario = read_scenario(write_scenario(folder, FEW))
+    jobs = campaign_jobs(scenario, b"x", folder / "out")
     assert len(jobs) == 4
     first = Here()
     assert run_jobs(jobs[:2], first, lambda _: None) == ()
@@ -209,17 +185,22 @@ def test_a_campaign_goes_on_where_it_stood(scenario_file: Path, tmp_path: Path) 
     second = Here()
     told: list[int] = []
     assert run_jobs(jobs, second, told.append) == ()
-    assert (first.count, second.count) == (2, 2)
+    assert (first.count, second.count) == (2, 2), "goes on where it stood"
     assert told == [3, 4]
     assert jobs[0].out.read_bytes() == kept
-    assert not list(tmp_path.rglob("*.part"))
+    return folder
 
 
-def test_files_of_a_campaign_say_nothing(scenario_file: Path, tmp_path: Path) -> None:
-    scenario_file.write_text(FEW)
-    scenario = read_scenario(scenario_file)
-    jobs = campaign_jobs(scenario, b"y", tmp_path / "out")
-    run_jobs(jobs, Here(), lambda _: None)
+def test_a_campaign_goes_on_where_it_stood(campaign: Path) -> None:
+    jobs = campaign_jobs(read_scenario(campaign / "scenario.toml"), b"x", campaign / "out")
+    again = Here()
+    assert run_jobs(jobs, again, lambda _: None) == ()
+    assert again.count == 0
+    assert not list(campaign.rglob("*.part"))
+
+
+def test_files_of_a_campaign_say_nothing(campaign: Path) -> None:
+    jobs = campaign_jobs(read_scenario(campaign / "scenario.toml"), b"x", campaign / "out")
     tables = [job.out for job in jobs]
     sizes = {path.stat().st_size for path in tables}
     assert len(sizes) == 1, "one size, whatever is wrong"
@@ -227,7 +208,7 @@ def test_files_of_a_campaign_say_nothing(scenario_file: Path, tmp_path: Path) ->
     assert len({path.with_suffix(".toml").read_bytes() for path in tables}) == 1
     assert len({str(pq.read_schema(path)) for path in tables}) == 1, "columns and metadata"
     names = [kind.name for kind in EFFECTS]
-    for path in (tmp_path / "out").rglob("*"):
+    for path in (campaign / "out").rglob("*"):
         assert not any(name in path.name for name in names)
         if path.is_file():
             assert not any(name.encode() in path.read_bytes() for name in names)

@@ -42,6 +42,9 @@ def test_the_screen_says_mode_phase_lateness_and_missed() -> None:
     assert "[##########..........]   2.50 cycles" in text
     assert "worst   2.00 ms  missed 3" in text
     assert re.search(r"predicted +-?\d", text)
+    known = "\n".join(screen_lines(make_tick(6), NAMES, 1.5, 0, 0))
+    assert re.search(r"estimated +-?\d", known)
+    assert "estimated" not in text, "there is no estimate in this tick"
 
 
 def test_what_is_not_known_is_a_dash_and_never_a_zero() -> None:

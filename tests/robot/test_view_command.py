@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from model.estimator_types import Health
 from model.linkage import Linkage
 from model.signals import Fault, FaultKind, Mode
 from robot import cli, log_source, view_command
@@ -148,7 +149,7 @@ def test_the_saved_file_opens_in_another_reader_with_everything_in_it(
         frames = [m for *_, m in reader.iter_decoded_messages(topics=["/tf"])]
         paths = [m for *_, m in reader.iter_decoded_messages(topics=["/trajectory"])]
     topics = {channel.topic for _, channel, _ in messages}
-    wanted = {"/robot", "/trajectory", "/tf", "/velocity", "/state", "/log"}
+    wanted = {"/robot", "/trajectory", "/tf", "/velocity", "/odometry", "/state", "/log"}
     assert topics >= wanted | {f"/force/{name}" for name in NAMES}
     ids = {entity.id for entity in scenes[-1].entities}
     assert ids == {"body in base_link", "body in base_link_true"} | {f"leg {n}" for n in NAMES}
@@ -158,15 +159,69 @@ def test_the_saved_file_opens_in_another_reader_with_everything_in_it(
     assert {t.child_frame_id for t in frames[-1].transforms} == {
         "odom", "base_link", "base_link_true",
     }  # fmt: skip
-    assert {entity.id for entity in paths[-1].entities} == {"true", "dead reckoning"}
+    assert {entity.id for entity in paths[-1].entities} == {"true", "dead reckoning", "estimator"}
     states = [json.loads(m.data) for _, c, m in messages if c.topic == "/state"]
     assert {"START", "WALK"} <= {state["mode"] for state in states}
     loads = [json.loads(m.data) for _, c, m in messages if c.topic == "/force/HL"]
     assert any("measured" in load and "predicted" in load for load in loads)
+    velocities = [json.loads(m.data) for _, c, m in messages if c.topic == "/velocity"]
+    assert any({"true", "predicted", "estimated"} <= set(one) for one in velocities)
+    said = [json.loads(m.data) for _, c, m in messages if c.topic == "/odometry"]
+    assert {one["health"] for one in said} <= {health.value for health in Health}
+    assert said[-1]["x_sd_m"] > 0
     panels = layout.read_text(encoding="utf-8")
     assert json.loads(panels)["content"]["type"] == "split"
     for topic in ("/robot", "/velocity.true.vx_m_s", "/force/HL.measured.z_n", "/state.mode"):
         assert topic in panels, topic
+
+
+def test_a_file_for_rerun_is_whole_and_holds_the_robot_and_its_numbers(
+    walked: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Read back by Rerun's own program; a picture of its viewer is docs/figures/viewer.png."""
+    pytest.importorskip("rerun", reason="rerun-sdk (640 MB) is not installed")
+    saved = tmp_path / "view.rrd"
+    assert cli.run(["view", str(walked), "--save", str(saved)]) == ExitCode.OK
+    assert f"open it with: rerun {saved}" in capsys.readouterr().out
+
+    def rrd(*words: str) -> str:
+        done = subprocess.run(
+            [sys.executable, "-m", "rerun_cli", "rrd", *words, str(saved)],
+            capture_output=True, text=True, check=True, env={**os.environ, "RERUN_ANALYTICS": "0"},
+        )  # fmt: skip
+        return done.stdout + done.stderr
+
+    rrd("verify")
+    held = rrd("print")
+    body = "/map/odom/base_link"
+    for path in (
+        f"{body}/links", f"{body}/feet", f"{body}/forces/measured", f"{body}/forces/predicted",
+        "/map/base_link_true", "/map/way/true", "/news", "/plots/velocity/vx_m_s/estimated",
+        "/plots/force/HL/z_n/difference", "/plots/odometry/x_sd_m", "/plots/servo/HL/current_a",
+    ):  # fmt: skip
+        assert f" {path} " in held, path
+
+
+def test_a_file_for_rerun_without_its_package_or_with_foxglove_s_layout_is_refused(
+    walked: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(view_command, "RERUN_PACKAGE", "no_such_package_of_anybody")
+    assert cli.run(["view", str(walked), "--save", "a.rrd"]) == ExitCode.USAGE
+    assert "bigant[rerun]" in capsys.readouterr().err
+    words = ["view", str(walked), "--save", "a.rrd", "--layout", "a.json"]
+    assert cli.run(words) == ExitCode.USAGE
+    assert "its own layout" in capsys.readouterr().err
+
+
+def test_a_change_of_health_is_news() -> None:
+    tick = next(t for t in map(make_tick, range(20)) if t.odometry is not None)
+    assert tick.odometry is not None
+    good = replace(tick, odometry=replace(tick.odometry, health=Health.OK, reason=""))
+    lost = replace(tick, odometry=replace(tick.odometry, health=Health.LOST, reason="why"))
+    tracker = NewsTracker()
+    tracker.news_of(good)
+    told = [[news.text for news in tracker.news_of(t)] for t in (good, lost, lost, good)]
+    assert told == [[], ["lost: why"], [], ["ok"]]
 
 
 class _WritingClock:
@@ -345,6 +400,7 @@ def test_wrong_use_is_one_clear_line(
         (["view", "--live"], "start bigant drive first"),
         (["view", "absent.mcap", "--terminal"], "cannot be read"),
         (["view", str(walked), "--headless"], "add --save"),
+        (["view", str(walked), "--save", "x.bag"], "must end in .mcap or .rrd"),
         (["view", str(walked), "--terminal", "--save", "x.mcap"], "leave out"),
     ):
         assert cli.run(words) in {ExitCode.USAGE, ExitCode.LOG}
