@@ -58,6 +58,8 @@ def novelty(
     rest = tuple(one for one in causes if one is not added)
     without = evidence.residuals([rest])[0]
     seen, _ = amplitudes(evidence, without, without - residual, evidence.weights(residual))
+    if not len(seen):
+        return Novelty(0.0, 0.0, 0.0, 1.0)  # it changes nothing where something is compared
     places = [(joint,) for joint in joints] if len(added.joints) == 1 else [added.joints]
     order = [added.joints, *(place for place in places if place != added.joints)]
     changed = healthy.residuals([(Cause(added.effect, place, added.values),) for place in order])
