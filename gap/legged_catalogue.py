@@ -232,7 +232,7 @@ DYNAMICS = (
            _ground("tether_x_n", "tether_y_n"),
            "Something pulls at the body with a steady force in the world.",
            "Free the cable, or walk the other way to tell it from a slope."),
-    _entry("drag", "external", (_number("n_s_per_m", "N s/m", 0.0, 300.0, 20.0),), ALL,
+    _entry("drag", "external", (_number("n_s_per_m", "N s/m", 0.0, 2000.0, 130.0),), ALL,
            _ground("drag_n_s_m"),
            "A force against the body's velocity, such as a dragged cable.",
            "Lift the cable; look for something that rubs."),

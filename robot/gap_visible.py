@@ -5,6 +5,7 @@ walks every case once more on the same days without its effects. How much health
 differ is repeatability. Used for scoring, after the labels are open, and by nothing that diagnoses.
 """
 
+import contextlib
 import json
 import math
 import warnings
@@ -20,6 +21,7 @@ import numpy as np
 from gap.interfaces import Cause, Simulator
 from gap.reachable import shrink_of
 from gap.score import CONTROL, PAIR, SINGLE
+from model.errors import GapError
 from model.signals import FloatArray
 from robot.campaign_plan import Scenario, read_scenario
 from robot.config import load_robot
@@ -170,7 +172,11 @@ def _ask_oracle(
     if scenario is not None:
         change, healthy = _walked_again(simulator, trials, label, scenario)
     causes = _causes(simulator, label)
-    reachable = shrink_of(trials, simulator, references, causes, standing) if causes else math.nan
+    reachable = math.nan
+    if causes:
+        # a truth beyond the bounds of the catalogue cannot be reached, and is counted without
+        with contextlib.suppress(GapError):
+            reachable = shrink_of(trials, simulator, references, causes, standing)
     return _Oracle(files.name, np.array(change), tuple(healthy), reachable)
 
 
