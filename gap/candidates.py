@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap.interfaces import Cause, Effect, Parameter, Scope, Simulator
+from gap.interfaces import NOWHERE, Cause, Effect, Parameter, Scope, Simulator
 
 STEP = 0.25  # of the spread, for differences about the neutral value
 FINE_STEP = 0.05  # about a fitted one
@@ -19,7 +19,6 @@ QUANTILES = (0.15, 0.35, 0.55, 0.75)
 WIDE = 6.0  # spreads
 APART_M = 0.05  # places from which a fit may find an edge
 MOST_PLACES = 24
-NOWHERE = (math.nan, math.nan)
 LOG_RANGE = 20.0  # a range wider than this from a positive end is walked by ratios
 
 

@@ -16,6 +16,8 @@ import numpy as np
 from model.signals import BoolArray, FloatArray
 from record.trial import Trial
 
+NOWHERE = (math.nan, math.nan)  # between which places: not known
+
 
 class Scope(Enum):
     """What an effect can touch."""
@@ -129,7 +131,7 @@ class Observation:
     values: FloatArray
     noise: FloatArray
     weight: FloatArray
-    reach_m: tuple[float, float] = (math.nan, math.nan)
+    reach_m: tuple[float, float] = NOWHERE
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,7 +206,7 @@ def reach_of(observations: Sequence[Observation]) -> tuple[float, float]:
     """Return between which places all of them together touched their world; NaN if none knows."""
     known = [one.reach_m for one in observations if all(map(math.isfinite, one.reach_m))]
     if not known:
-        return (math.nan, math.nan)
+        return NOWHERE
     return (min(low for low, _ in known), max(high for _, high in known))
 
 

@@ -1,10 +1,8 @@
 """What is compared: the legged simulator's channels, from sensor signals on the working grid."""
 
-import math
-
 import numpy as np
 
-from gap.interfaces import Channel, Observation
+from gap.interfaces import NOWHERE, Channel, Observation
 from gap.legged_grid import TWIST_WINDOW_S, Grid, down, placed_noise
 from gap.legged_inputs import LeggedInputs
 from gap.legged_signals import SensorSignals
@@ -99,7 +97,7 @@ def make_observation(inputs: LeggedInputs, load_n: FloatArray, length_m: float) 
 def _reach(inputs: LeggedInputs, length_m: float) -> tuple[float, float]:
     x = inputs.body_m[np.isfinite(inputs.body_m[:, 0]), 0]
     if not len(x):
-        return (math.nan, math.nan)
+        return NOWHERE
     return (float(x.min()) - length_m, float(x.max()) + length_m)
 
 

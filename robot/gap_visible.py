@@ -119,7 +119,7 @@ def seen_of(
         for number, done in enumerate(as_completed(futures)):
             oracles.append(done.result())
             bar.show((number + 1) / len(wanted), f"{number + 1} of {len(wanted)}")
-    spread = _repeatability(oracles) if plan else _days(usual)
+    spread = _days(usual or _usual_of([one.healthy for one in oracles]))
     seen = {
         one.name: Seen(_largest(np.sqrt(np.nanmean(one.change / spread, axis=0))), one.reachable)
         for one in oracles
@@ -130,21 +130,24 @@ def seen_of(
 
 
 def _usual_walks(controls: Sequence[CaseFiles]) -> tuple[_Usual, ...]:
-    rows: list[list[FloatArray]] = []
+    rows = []
     for one in controls:
         trials, _, simulator = read_case(Asked(one.trials, (), (), Path()))
         rows.append([_values(simulator, trial) for trial in trials])
+    return _usual_of(rows)
+
+
+def _usual_of(walks: Sequence[Sequence[FloatArray]]) -> tuple[_Usual, ...]:
+    """Return what healthy walks show, one a trial; each walk has its trials' values, (F, C) each."""
     found = []
-    for same in zip(*rows, strict=True):
+    for same in zip(*walks, strict=True):
         n = min(map(len, same))
         stack = np.array([one[:n] for one in same])
         with warnings.catch_warnings():
-            warnings.simplefilter(
-                "ignore", RuntimeWarning
-            )  # ends of a trial are compared by nobody
-            found.append(
-                _Usual(np.nanmean(stack, axis=0), np.nanvar(stack, axis=0, ddof=1), len(same))
-            )
+            # ends of a trial are compared by nobody
+            warnings.simplefilter("ignore", RuntimeWarning)
+            mean, variance = np.nanmean(stack, axis=0), np.nanvar(stack, axis=0, ddof=1)
+        found.append(_Usual(mean, variance, len(same)))
     return tuple(found)
 
 
@@ -167,8 +170,7 @@ def _ask_oracle(
         values = _values(simulator, trial)
         n = min(len(values), len(known.mean))
         beyond = (values[:n] - known.mean[:n]) ** 2 - known.variance[:n] * (1 + 1 / known.walks)
-        square = np.where(np.isfinite(beyond), beyond, 0.0).sum(axis=0)
-        change.append(np.fmax(square / np.fmax(np.isfinite(beyond).sum(axis=0), 1), 0.0))
+        change.append(np.fmax(_mean_known(beyond), 0.0))
     if scenario is not None:
         change, healthy = _walked_again(simulator, trials, label, scenario)
     causes = _causes(simulator, label)
@@ -190,7 +192,7 @@ def _walked_again(
         walk = walk_fast(config, make_twin(config, (), seed), plan, lambda _: None)
         ill, well = _values(simulator, trial), _values(simulator, walk)
         n = min(len(ill), len(well))
-        change.append(_mean_square(ill[:n] - well[:n]))
+        change.append(_mean_known((ill[:n] - well[:n]) ** 2))
         healthy.append(well)
     return change, healthy
 
@@ -214,20 +216,11 @@ def _causes(simulator: Simulator, label: Label) -> tuple[Cause, ...]:
     )
 
 
-def _repeatability(oracles: Sequence[_Oracle]) -> FloatArray:
-    """Return the variance of each trial's channels from day to day, (R, C)."""
-    rows = []
-    for trial in range(len(oracles[0].healthy)):
-        n = min(len(one.healthy[trial]) for one in oracles)
-        stack = np.array([one.healthy[trial][:n] for one in oracles])
-        rows.append(np.nanmean(np.nanvar(stack, axis=0, ddof=1), axis=0))
-    return np.array(rows)
-
-
-def _mean_square(values: FloatArray) -> FloatArray:
+def _mean_known(values: FloatArray) -> FloatArray:
+    """Mean over the frames that are known, (F, C) to (C,); 0 where none is."""
     known = np.isfinite(values)
-    total = np.where(known, values, 0.0) ** 2
-    return np.asarray(total.sum(axis=0) / np.maximum(known.sum(axis=0), 1))
+    total = np.where(known, values, 0.0).sum(axis=0)
+    return np.asarray(total / np.maximum(known.sum(axis=0), 1))
 
 
 def _largest(values: FloatArray) -> float:
