@@ -18,6 +18,7 @@ from gap.floor import Condition, Floor, make_floor
 from gap.how_far import how_far
 from gap.interfaces import Cause, Drive, Simulator
 from gap.next_run import Proposer, next_runs
+from gap.options import usual_score
 from gap.parts import Part, split, whole_part
 from gap.predictions import Predictor
 from gap.probability import Calibration, Left, chances, none_of_them
@@ -101,11 +102,13 @@ def diagnose(
         (),
         lambda share: tell("what each effect would do", 0.05 + 0.4 * share),
     )
+    calm: Evidence | None = None
+    if len(healthy) >= FEWEST_REFERENCES:
+        whiteners = [one.whitener for one in healthy]
+        calm = evidence_of(predictor, reference_parts, local, local_floor, whiteners)
     selection = select(
         evidence, candidates, signatures, effects, 0.0,
-        lambda share: tell("which effects", 0.5 + 0.35 * share),
-        evidence_of(predictor, reference_parts, local, local_floor, [one.whitener for one in healthy])
-        if len(healthy) >= FEWEST_REFERENCES else None,
+        lambda share: tell("which effects", 0.5 + 0.35 * share), calm,
     )  # fmt: skip
     tell("is there a gap", 0.86)
     detection: Detection | None = None
@@ -118,10 +121,12 @@ def diagnose(
     left = _excess(evidence, unseen)
     exists = _exists(evidence, detection, selection)
     constants = calibration or Calibration()
+    worst = float(np.nanmax(evidence.excess(unseen)))
+    p_left = min(energies(evidence, unseen, healthy)) if detection else 0.0
+    usual = usual_score(evidence, calm) if calm else evidence.count.sum(axis=0) / 2
+    nats = max(0.0, float((evidence.score(unseen).sum(axis=0) - usual).sum()))
     none = 0.0
     if exists:
-        worst = float(np.nanmax(evidence.excess(unseen)))
-        p_left = min(energies(evidence, unseen, healthy)) if detection else 0.0
         rest = Left(closed, left, worst, len(selection.steps), bool(references), p_left)
         none = none_of_them(rest, constants)
     shared = chances(selection, evidence.block_part, none, constants)
@@ -135,7 +140,7 @@ def diagnose(
     )
     named = named_causes(evidence, selection, effects, shared, far)
     rivals = tuple(
-        RivalCause(i, one.effect, one.joints, one.probability)
+        RivalCause(i, one.effect, one.joints, one.probability, one.behind, one.error)
         for i, group in enumerate(shared)
         for one in group[1:]
     )
@@ -159,6 +164,9 @@ def diagnose(
         none=none,
         closed=closed,
         left=left,
+        left_worst=worst,
+        left_p=p_left,
+        left_nats=nats,
         excess=_excess(evidence, evidence.base),
         where=before,
         remaining=after,

@@ -41,7 +41,14 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
         "floor": {"source": d.floor_source},
         "detection": asdict(d.detection) if d.detection else None,
         "channels": [asdict(one) for one in far.channels],
-        "fit": {"closed": d.closed, "excess_before": d.excess, "excess_after": d.left},
+        "fit": {
+            "closed": d.closed,
+            "excess_before": d.excess,
+            "excess_after": d.left,
+            "worst_after": d.left_worst,
+            "p_after": d.left_p,
+            "nats_after": d.left_nats,
+        },
         "remaining": {"stage": d.remaining.stage, "cells": [asdict(c) for c in d.remaining.cells]},
         "baselines": [
             {"method": b.method, "causes": [{"effect": e, "legs": list(j)} for e, j in b.causes]}

@@ -84,12 +84,16 @@ class RivalCause:
         effect: Its name.
         joints: Where.
         probability: That it is this one instead.
+        behind: Nats by which it predicts unseen blocks worse.
+        behind_error: Standard error of that.
     """
 
     cause: int
     effect: str
     joints: tuple[str, ...]
     probability: float
+    behind: float
+    behind_error: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,6 +129,9 @@ class Diagnosis:
         none: Probability that the catalogue has no name for it.
         closed: Share of the explainable gap closed, by cross-validation in the fitted trials.
         left: Energy over expectation that is left there.
+        left_worst: The same of the worst channel.
+        left_p: Chance of so much left in a healthy machine; 0 where there is none to compare with.
+        left_nats: Score that is left there beyond that of a healthy machine.
         excess: Energy over expectation before.
         where: The map before.
         remaining: The map of what is left.
@@ -154,6 +161,9 @@ class Diagnosis:
     none: float
     closed: float
     left: float
+    left_worst: float
+    left_p: float
+    left_nats: float
     excess: float
     where: Where
     remaining: Where

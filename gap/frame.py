@@ -14,6 +14,7 @@ from gap.legged_causes import settings_of
 from gap.legged_grid import Grid
 from gap.legged_ground import Sliding, Standing, contact_points, slide, stand
 from gap.legged_machine import LeggedMachine
+from gap.legged_pushes import Before
 from gap.legged_settings import Settings
 from gap.legged_shafts import feet
 from model.signals import (
@@ -65,10 +66,6 @@ class FrameModel:
         self._machine = machine
         self._grid = _Moment(0.0, PERIOD_S, len(AROUND_S), PERIOD_S)
         self.settings = settings_of(machine.effects, machine.legs.names)
-        self._lag_s = self.settings.ground.inertia_s
-        # the lag needs a memory longer than a moment
-        ground = replace(self.settings.ground, inertia_s=0.0)
-        self._moment = replace(self.settings, ground=ground)
         self._ratio = np.array(self.settings.sensor.encoder_ratio)
 
     def prepare(self) -> None:
@@ -106,13 +103,22 @@ class FrameModel:
         )
         if not (np.isfinite(points).all() and np.isfinite(world).all()):
             return FrameAnswer(motion, _nothing(len(angle)))
-        standing = stand(self._machine, self._grid, walked, settings, world)
+        moved = np.tile(before, (len(AROUND_S), 1)) if np.isfinite(before).all() else None
+        standing = stand(self._machine, self._grid, walked, settings, world, moved)
         if not np.isfinite(standing.load_n).all():
             return FrameAnswer(motion, _nothing(len(angle)))
+        kept = Before(before, dt_s) if dt_s > 0 else None
         sliding = slide(
-            self._machine, self._grid, walked, standing, settings, world, standing.load_n
+            self._machine,
+            self._grid,
+            walked,
+            standing,
+            settings,
+            world,
+            standing.load_n,
+            before=kept,
         )
-        return FrameAnswer(motion, self._contact(motion, standing, sliding, before, dt_s))
+        return FrameAnswer(motion, self._contact(motion, standing, sliding))
 
     def true_forces(self, forces: FootForces, since_s: float) -> FootForces:
         """Take gain, bias, drift and rotation of the transducers out of a reading.
@@ -132,24 +138,22 @@ class FrameModel:
 
     def _turned(self, yaw: float) -> Settings:
         """Settings with the ground's slope as the body meets it, turned by yaw since the run began."""
-        own = self._moment.ground
+        own = self.settings.ground
         if not (own.slope_x or own.slope_y):
-            return self._moment
+            return self.settings
         c, s = float(np.cos(yaw)), float(np.sin(yaw))
         ground = replace(
             own,
             slope_x=c * own.slope_x + s * own.slope_y,
             slope_y=c * own.slope_y - s * own.slope_x,
         )
-        return replace(self._moment, ground=ground)
+        return replace(self.settings, ground=ground)
 
     def _contact(
         self,
         motion: FootMotion,
         standing: Standing,
         sliding: Sliding,
-        before: FloatArray,
-        dt_s: float,
     ) -> ContactSolution:
         load = readonly(standing.load_n[MIDDLE].copy())
         loaded = readonly(load > 0.0)
@@ -163,9 +167,6 @@ class FrameModel:
             return ContactSolution(
                 support, _no_traction(len(load), "fewer than two feet are loaded")
             )
-        if self._lag_s and dt_s > 0 and np.isfinite(before).all():
-            keep = np.exp(-dt_s / self._lag_s)
-            velocity = keep * before + (1 - keep) * velocity
         place = motion.position_m
         slip = motion.velocity_m_s[:, :2] + velocity[:2]
         slip += velocity[2] * np.stack([-place[:, 1], place[:, 0]], axis=1)

@@ -12,9 +12,11 @@ from functools import lru_cache
 import numpy as np
 
 from gap.interfaces import Drive
-from gap.legged_ground import Sliding, Standing, gradient, slide, stand
+from gap.legged_grid import TWIST_WINDOW_S, Grid
+from gap.legged_ground import Sliding, Standing, slide, stand
 from gap.legged_inputs import LeggedInputs
 from gap.legged_machine import LeggedMachine
+from gap.legged_pushes import gradient
 from gap.legged_sensing import read_sensors, true_inputs
 from gap.legged_settings import Settings, neutral_settings
 from gap.legged_shafts import (
@@ -89,6 +91,9 @@ class LeggedChain:
     def _walk(self, known: LeggedInputs, settings: Settings, drive: Drive) -> Walk:
         measured = drive is Drive.MEASURED
         world = _measured_world(known) if measured else None
+        velocity = None
+        if world is not None and (settings.ground.drag_n_s_m or settings.ground.inertia_s):
+            velocity = _velocity(known.grid, world)
         flank = None
         if not measured and any(settings.shaft.backlash_rad):
             # which flank a shaft lies against is told by the loads of a walk without the play
@@ -96,14 +101,14 @@ class LeggedChain:
             flank = foot_forces(self._plain_walk(known, replace(settings, shaft=tight), drive))
         place = np.tile(known.start_pose, (known.grid.frames, 1)) if world is None else world
         force = known.force_n if measured else np.zeros_like(known.force_n)
-        walk = self._pass(known, settings, drive, force, flank, place)
+        walk = self._pass(known, settings, drive, force, flank, place, velocity)
         if not _acts_back(settings, drive, world is None):
             return walk
         for _ in range(PASSES):
             before = walk
             force = force if measured else foot_forces(walk)
             place = walk.world if world is None else world
-            walk = self._pass(known, settings, drive, force, flank, place)
+            walk = self._pass(known, settings, drive, force, flank, place, velocity, walk)
             if _change(before, walk) <= CONVERGED:
                 break
         return walk
@@ -116,8 +121,10 @@ class LeggedChain:
         force: FloatArray,
         flank_force: FloatArray | None,
         world: FloatArray,
+        velocity: FloatArray | None,
+        before: Walk | None = None,
     ) -> Walk:
-        """One pass: forces about the shafts and places on the ground are those given."""
+        """One pass: forces about the shafts, places and a measured velocity are those given."""
         machine, grid = self._machine, known.grid
         measured = drive is Drive.MEASURED
         loads, give, springing = None, None, None
@@ -139,7 +146,10 @@ class LeggedChain:
             walked = self._measured_feet(known, settings)
         else:
             walked = feet(machine, grid, turned, settings)
-        standing = stand(machine, grid, walked, settings, world)
+        moving = velocity
+        if moving is None and before is not None:
+            moving = _finite(before.sliding.velocity_B)
+        standing = stand(machine, grid, walked, settings, world, moving)
         load = standing.load_n
         if measured:
             seen = known.force_n[..., 2]
@@ -147,7 +157,7 @@ class LeggedChain:
         held = walked
         if springing is not None and springing.any():
             held = feet(machine, grid, turned - springing, settings)
-        sliding = slide(machine, grid, held, standing, settings, world, load, give)
+        sliding = slide(machine, grid, held, standing, settings, world, load, give, velocity)
         return Walk(own, walked, standing, sliding, _integrated(known, sliding.velocity_B))
 
     def _measured_feet(self, known: LeggedInputs, settings: Settings) -> Feet:
@@ -206,7 +216,7 @@ def _acts_back(settings: Settings, drive: Drive, place_unknown: bool) -> bool:
     loads = any(settings.shaft.compliance_rad_nm) or bool(settings.at("actuation"))
     places = (
         ground.step_height_m or ground.patch_ratio != 1.0 or ground.slope_x or ground.slope_y
-        or ground.tether_x_n or ground.tether_y_n
+        or ground.tether_x_n or ground.tether_y_n or ground.drag_n_s_m or ground.inertia_s
     )  # fmt: skip
     return (loads and drive is Drive.COMMAND) or (bool(places) and place_unknown)
 
@@ -226,6 +236,14 @@ def _measured_world(known: LeggedInputs) -> FloatArray | None:
     return np.stack([np.interp(time_s, time_s[complete], c[complete]) for c in world.T], axis=1)
 
 
+def _velocity(grid: Grid, world: FloatArray) -> FloatArray:
+    """Velocity in body axes of places in the world, (W, 3)."""
+    slope = grid.slope(world, TWIST_WINDOW_S)
+    c, s = np.cos(world[:, 2]), np.sin(world[:, 2])
+    forward, left = c * slope[:, 0] + s * slope[:, 1], c * slope[:, 1] - s * slope[:, 0]
+    return np.column_stack([forward, left, slope[:, 2]])
+
+
 def _integrated(known: LeggedInputs, velocity: FloatArray) -> FloatArray:
     """Place of the point below the body's origin, (W, 3), from where the trial began."""
     held = np.where(np.isfinite(velocity), velocity, 0.0)
@@ -243,8 +261,7 @@ def _body(known: LeggedInputs, walk: Walk, settings: Settings) -> tuple[FloatArr
     roll = np.arctan(slopes[:, 1] + rise[:, 1])
     pitch = np.arctan(slopes[:, 0] - rise[:, 0])
     yaw = walk.world[:, 2]
-    sway = np.stack([height * slopes[:, 0], -height * slopes[:, 1]], axis=1)
-    sway = sway - sway[:1]
+    sway = walk.standing.sway_m - walk.standing.sway_m[:1]
     c, s = np.cos(yaw), np.sin(yaw)
     x = walk.world[:, 0] + c * sway[:, 0] - s * sway[:, 1]
     y = walk.world[:, 1] + s * sway[:, 0] + c * sway[:, 1]

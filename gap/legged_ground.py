@@ -3,17 +3,23 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.constants import g as standard_gravity
 
-from gap.legged_grid import FOOT_WINDOW_S, Grid, lagged
+from gap.legged_grid import FOOT_WINDOW_S, Grid
 from gap.legged_machine import LeggedMachine
+from gap.legged_pushes import (
+    Before,
+    pushes,
+    resistance,
+    sideways_force,
+    weight_and_centre,
+)
 from gap.legged_settings import GroundSettings, Settings
 from gap.legged_shafts import Feet
 from gap.legged_signals import FrictionSignals, MotionSignals, SupportSignals
 from model.frames import FrictionLaw
 from model.signals import BoolArray, FloatArray, IntArray
 from model.support_frames import SupportSolutions, solve_support_frames
-from model.traction_frames import FootLaw, Pushes, solve_traction_frames
+from model.traction_frames import FootLaw, solve_traction_frames
 
 EDGE_M = 0.004  # over which an edge in the floor is rounded, so that fits can move it
 TWIST_PASSES = 40
@@ -38,6 +44,13 @@ class Standing:
     com_m: FloatArray
     twist_rad: FloatArray
 
+    @property
+    def sway_m(self) -> FloatArray:
+        """How far the origin leans away from above where it would be upright, body axes, (W, 2)."""
+        return np.stack(
+            [self.height_m * self.slopes[:, 0], -self.height_m * self.slopes[:, 1]], axis=1
+        )
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sliding:
@@ -45,35 +58,6 @@ class Sliding:
 
     force_xy_n: FloatArray
     velocity_B: FloatArray  # noqa: N815 - frame suffix
-
-
-def weight_and_centre(machine: LeggedMachine, own: GroundSettings) -> tuple[float, FloatArray]:
-    """Weight [N] and centre of mass in the body frame, (2,) [m], with what rides along."""
-    mass = machine.mass_kg
-    moment = mass * np.array([own.com_x_m, own.com_y_m])
-    for rider_kg, x, y in own.payloads:
-        mass += rider_kg
-        moment = moment + rider_kg * np.array([x, y])
-    return mass * standard_gravity, moment / mass
-
-
-def gradient(own: GroundSettings, world: FloatArray) -> FloatArray:
-    """Rise of the ground per metre along body x and y, (W, 2), as the body turns."""
-    turned = world[:, 2] - world[0, 2]
-    c, s = np.cos(turned), np.sin(turned)
-    return np.stack([c * own.slope_x + s * own.slope_y, c * own.slope_y - s * own.slope_x], axis=1)
-
-
-def sideways_force(machine: LeggedMachine, own: GroundSettings, world: FloatArray) -> FloatArray:
-    """Force along the ground at the centre of mass, body axes, (W, 2) [N]: gravity's share, the tether."""
-    force = np.zeros((len(world), 2))
-    if own.slope_x or own.slope_y:
-        force -= weight_and_centre(machine, own)[0] * gradient(own, world)
-    if own.tether_x_n or own.tether_y_n:
-        c, s = np.cos(world[:, 2]), np.sin(world[:, 2])
-        force[:, 0] += c * own.tether_x_n + s * own.tether_y_n
-        force[:, 1] += c * own.tether_y_n - s * own.tether_x_n
-    return force
 
 
 def _feet_world_x(feet_xy: FloatArray, world: FloatArray) -> FloatArray:
@@ -100,7 +84,12 @@ def contact_points(feet: Feet, settings: Settings) -> FloatArray:
 
 
 def stand(
-    machine: LeggedMachine, grid: Grid, feet: Feet, settings: Settings, world: FloatArray
+    machine: LeggedMachine,
+    grid: Grid,
+    feet: Feet,
+    settings: Settings,
+    world: FloatArray,
+    velocity_B: FloatArray | None = None,  # noqa: N803 - frame suffix
 ) -> Standing:
     """Find loads and pose of the body on its legs.
 
@@ -110,6 +99,7 @@ def stand(
         feet: Unloaded feet.
         settings: What is added.
         world: x, y, yaw of the body, (W, 3); only effects that are bound to a place need it.
+        velocity_B: vx, vy, yaw rate of the body, (W, 3), as far as it is known; drag needs it.
     """
     own = settings.ground
     points = contact_points(feet, settings)
@@ -122,6 +112,8 @@ def stand(
     signals = SupportSignals(grid.time_s, points, ground, stiffness, weight, com)
     shaft_x = machine.legs.shaft_position[:, 0]
     sideways = sideways_force(machine, own, world)
+    if velocity_B is not None:
+        sideways = sideways + resistance(machine, grid, own, velocity_B)[:, :2]
     if sideways.any():
         # it acts at the height of the body's origin, friction on the ground: the weight's line moves
         first, _ = _balance(signals, shaft_x, 0.0)
@@ -204,6 +196,8 @@ def slide(
     world: FloatArray,
     load_n: FloatArray,
     shaft_give_m_n: FloatArray | None = None,
+    velocity_B: FloatArray | None = None,  # noqa: N803
+    before: Before | None = None,
 ) -> Sliding:
     """Find velocity and friction forces.
 
@@ -216,6 +210,8 @@ def slide(
         world: As for ``stand``.
         load_n: Loads that press the feet down: the support's, or measured ones, (W, N).
         shaft_give_m_n: How far feet give fore and aft because their shafts do, (W, N).
+        velocity_B: Measured velocity, (W, 3), which drag and inertia resist; None: the one that is found.
+        before: The moment before all frames, if they are not a walk.
     """
     own = settings.ground
     points = contact_points(feet, settings)
@@ -264,13 +260,11 @@ def slide(
         signals.mu * signals.load_n,
         signals.anisotropy_B,
         law,
-        Pushes(signals.wrench_B, own.drag_n_s_m),
+        pushes(machine, grid, own, signals.wrench_B, standing.sway_m, velocity_B, before),
         grid.period_s,
         _give(own, shaft_give_m_n, load_n.shape[1]),
     )
     motion = MotionSignals(grid.time_s, _held(found.velocity_B))
-    if own.inertia_s:
-        motion = MotionSignals(grid.time_s, lagged(grid, motion.velocity_B, own.inertia_s))
     for added in settings.at("dynamics"):
         motion = added.act(motion, added.values, added.legs)
     velocity = np.where(found.valid[:, None], motion.velocity_B, np.nan)

@@ -44,11 +44,21 @@ class Calibration:
 
 @dataclass(frozen=True, slots=True)
 class Chance:
-    """Probability of one candidate for a cause."""
+    """Probability of one candidate for a cause.
+
+    Attributes:
+        effect: Its name.
+        joints: Where.
+        probability: That it is this one.
+        behind: Nats by which it predicts unseen blocks worse than the named one.
+        error: Standard error of that.
+    """
 
     effect: str
     joints: tuple[str, ...]
     probability: float
+    behind: float
+    error: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,15 +105,17 @@ def chances(
     for step in selection.steps:
         weights = [1.0]
         options = [step.chosen, *step.rivals]
-        for rival in step.rivals:
-            behind = advantage(step.chosen.unseen, rival.unseen, strata)
+        behinds = [advantage(step.chosen.unseen, one.unseen, strata) for one in options]
+        for behind in behinds[1:]:
             scale = calibration.temperature + calibration.error_share * behind.error
             weights.append(math.exp(-max(min(behind.nats / scale, 700.0), -20.0)))
         total = sum(weights)
         out.append(
             tuple(
-                Chance(o.added.effect.name, o.added.joints, (1.0 - none) * w / total)
-                for o, w in zip(options, weights, strict=True)
+                Chance(
+                    o.added.effect.name, o.added.joints, (1.0 - none) * w / total, b.nats, b.error
+                )
+                for o, w, b in zip(options, weights, behinds, strict=True)
             )
         )
     return tuple(out)

@@ -16,7 +16,24 @@ from model.frames import FrictionLaw
 from model.signals import BoolArray, FloatArray, readonly
 
 # Slip below which a foot creeps instead of sliding: far below what motion capture can tell.
-REST_SPEED_M_S = 2e-4
+REST_SPEED_M_S = 5e-5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Inertia:
+    """What keeps the body's velocity.
+
+    Attributes:
+        mass_kg: Along the ground.
+        about_z_kg_m2: About the vertical through the body's origin.
+        last_B: Velocity when the time began, (3,) [m/s, rad/s], body axes; NaN where it is not known.
+        since_s: Time since then; None for frames of one walk, each of which follows the one before.
+    """
+
+    mass_kg: float
+    about_z_kg_m2: float
+    last_B: FloatArray  # noqa: N815 - frame suffix
+    since_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,10 +43,14 @@ class Pushes:
     Attributes:
         wrench_B: Force x, y [N] and moment about z through the origin [N m], body axes, (F, 3).
         drag_n_s_m: Force against the body's velocity over its size.
+        drag_nm_s: Moment against its yaw rate over its size.
+        inertia: What keeps its velocity; None where feet and pushes alone decide it.
     """
 
     wrench_B: FloatArray  # noqa: N815 - frame suffix
     drag_n_s_m: float = 0.0
+    drag_nm_s: float = 0.0
+    inertia: Inertia | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +133,8 @@ def solve_traction_frames(
         _rows(limit_n),
         _rows(anisotropy_B),
         _rows(pushes.wrench_B),
-        float(pushes.drag_n_s_m),
+        np.array([pushes.drag_n_s_m, pushes.drag_nm_s], dtype=np.float64),
+        *_kept(pushes.inertia, period_s),
         law.friction is FrictionLaw.COULOMB,
         law.rest_speed_m_s,
         _rows(give),
@@ -129,6 +151,15 @@ def solve_traction_frames(
     return out
 
 
+def _kept(inertia: Inertia | None, period_s: float) -> tuple[FloatArray, FloatArray, bool]:
+    """Inertia over its time step, (2,), the velocity at first, and whether it is that of a walk."""
+    if inertia is None:
+        return np.zeros(2), np.full(3, np.nan), False
+    step = period_s if inertia.since_s is None else inertia.since_s
+    size = np.array([inertia.mass_kg, inertia.about_z_kg_m2]) / step
+    return size, _rows(inertia.last_B), inertia.since_s is None
+
+
 def _rows(values: FloatArray) -> FloatArray:
     return np.ascontiguousarray(values, dtype=np.float64)
 
@@ -136,6 +167,7 @@ def _rows(values: FloatArray) -> FloatArray:
 def prepare() -> None:
     """Compile for read-only inputs, which writable ones fit too, and for nothing else after."""
     compile_for(
-        kernel.traction_frames_kernel, *given(3, 3, 2, 3, 2), NUMBER, FLAG, NUMBER, *given(3),
+        kernel.traction_frames_kernel, *given(3, 3, 2, 3, 2, 1, 1, 1), FLAG, FLAG,
+        NUMBER, *given(3),
         *(NUMBER,) * 3, *out(2, 3, 3), *out(1, kind=FLAG),
     )  # fmt: skip

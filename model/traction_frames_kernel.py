@@ -1,4 +1,4 @@
-"""Planar balance over frames with given loads, for the compiler: pushes, drag, elastic feet, Stribeck.
+"""Planar balance over frames with given loads, for the compiler: pushes, inertia, elastic feet, Stribeck.
 
 Each foot answers a slip s with a force; the body's velocity is that at which all forces, the push and the
 drag balance. Viscous: F = -sigma mu N L s, L = I + w w^T, sigma the scale of the online model
@@ -7,7 +7,9 @@ a foot creeps, which also makes the forces of several sticking feet unique. The 
 of a convex power, found by Newton steps with a line search, or by reweighted linear balances (which always
 go down) where a Newton step does not help, and where feet give sideways or friction falls with speed.
 
-An elastic foot (compliance C) slips by s = (rigid slip) + C dF/dt, in time steps of the frames.
+An elastic foot (compliance C) slips by s = (rigid slip) + C dF/dt, in time steps of the frames. Inertia is
+a resistance M / dt against the change of velocity since the frame before (implicit Euler), as drag is one
+against the velocity itself: ``resist`` is the sum of both, along the ground and about the vertical, (2,).
 """
 
 import numpy as np
@@ -59,9 +61,9 @@ def _add(
 @compiled
 def _power(
     x: FloatArray, y: FloatArray, u: FloatArray, c: FloatArray, w: FloatArray,
-    push: FloatArray, drag: float, rest: float, v: FloatArray,
+    push: FloatArray, resist: FloatArray, rest: float, v: FloatArray,
 ) -> float:  # fmt: skip
-    total: float = 0.5 * drag * (v[0] * v[0] + v[1] * v[1])
+    total: float = 0.5 * (resist[0] * (v[0] * v[0] + v[1] * v[1]) + resist[1] * v[2] * v[2])
     total -= push[0] * v[0] + push[1] * v[1] + push[2] * v[2]
     for k in range(x.size):
         if c[k] > 0.0:
@@ -75,12 +77,13 @@ def _power(
 @compiled
 def _coulomb_step(
     x: FloatArray, y: FloatArray, u: FloatArray, c: FloatArray, w: FloatArray,
-    push: FloatArray, drag: float, rest: float, newton: float, v: FloatArray, out: FloatArray,
+    push: FloatArray, resist: FloatArray, rest: float, newton: float, v: FloatArray, out: FloatArray,
 ) -> bool:  # fmt: skip
     """Next velocity from v: Newton (1) or reweighted (0)."""
     a = np.zeros((3, 3))
     r = push.copy()
-    a[0, 0] = a[1, 1] = drag
+    a[0, 0] = a[1, 1] = resist[0]
+    a[2, 2] = resist[1]
     for k in range(x.size):
         if c[k] <= 0.0:
             continue
@@ -105,30 +108,30 @@ def _coulomb_step(
 @compiled
 def _coulomb(
     x: FloatArray, y: FloatArray, u: FloatArray, c: FloatArray, w: FloatArray,
-    push: FloatArray, drag: float, rest: float, tolerance: float, v: FloatArray,
+    push: FloatArray, resist: FloatArray, rest: float, tolerance: float, v: FloatArray,
 ) -> bool:  # fmt: skip
     """Least power from the velocity v on; v is overwritten."""
     new = np.empty(3)
     trial = np.empty(3)
-    power = _power(x, y, u, c, w, push, drag, rest, v)
+    power = _power(x, y, u, c, w, push, resist, rest, v)
     for _ in range(NEWTON_STEPS):
         taken = False
-        if _coulomb_step(x, y, u, c, w, push, drag, rest, 1.0, v, new):
+        if _coulomb_step(x, y, u, c, w, push, resist, rest, 1.0, v, new):
             step = 1.0
             for _half in range(4):
                 for i in range(3):
                     trial[i] = v[i] + step * (new[i] - v[i])
-                now = _power(x, y, u, c, w, push, drag, rest, trial)
+                now = _power(x, y, u, c, w, push, resist, rest, trial)
                 if now <= power * (1.0 + 1e-14 * (power > 0.0)) + 1e-300:
                     taken = True
                     break
                 step *= 0.35
         if not taken:
-            if not _coulomb_step(x, y, u, c, w, push, drag, rest, 0.0, v, new):
+            if not _coulomb_step(x, y, u, c, w, push, resist, rest, 0.0, v, new):
                 return False
             for i in range(3):
                 trial[i] = new[i]
-            now = _power(x, y, u, c, w, push, drag, rest, trial)
+            now = _power(x, y, u, c, w, push, resist, rest, trial)
         change = max(abs(trial[0] - v[0]), abs(trial[1] - v[1]), 0.3 * abs(trial[2] - v[2]))
         for i in range(3):
             v[i] = trial[i]
@@ -141,7 +144,7 @@ def _coulomb(
 @compiled
 def _reweighted(
     x: FloatArray, y: FloatArray, u: FloatArray, c: FloatArray, w: FloatArray,
-    push: FloatArray, drag: float, rest: float, coulomb: bool, give: FloatArray, period: float,
+    push: FloatArray, resist: FloatArray, rest: float, coulomb: bool, give: FloatArray, period: float,
     static_ratio: float, static_speed: float, before: FloatArray, tolerance: float, scale: float,
     v: FloatArray, slip: FloatArray, force: FloatArray,
 ) -> float:  # fmt: skip
@@ -159,7 +162,8 @@ def _reweighted(
         newton = 1.0 if coulomb and slow == 0 else 0.0
         a[:, :] = 0.0
         r[:] = push
-        a[0, 0] = a[1, 1] = drag
+        a[0, 0] = a[1, 1] = resist[0]
+        a[2, 2] = resist[1]
         for k in range(count):
             if c[k] > 0.0:
                 _linear_law(
@@ -247,15 +251,19 @@ def _linear_law(
 @compiled
 def traction_frames_kernel(
     feet: FloatArray, speed: FloatArray, limit: FloatArray, anisotropy: FloatArray,
-    push: FloatArray, drag: float, coulomb: bool, rest: float, give: FloatArray, period: float,
-    static_ratio: float, static_speed: float,
+    push: FloatArray, drag: FloatArray, inertia: FloatArray, last: FloatArray, walk: bool, coulomb: bool,
+    rest: float, give: FloatArray, period: float, static_ratio: float, static_speed: float,
     velocity: FloatArray, slip: FloatArray, force: FloatArray, valid: BoolArray,
 ) -> None:  # fmt: skip
-    """Solve frames in order; the last four arguments are written. Shapes: ``model.traction_frames``."""
+    """Solve frames in order; the last four arguments are written. Shapes: ``model.traction_frames``.
+
+    ``inertia`` is over the time step, (2,). Of a ``walk`` each frame's velocity is the next one's ``last``.
+    """
     frames, count = limit.shape
     one_step = not give.any() and static_ratio == 1.0
     before = np.zeros((count, 2))
-    v = np.zeros(3)
+    v, pushes, resist, previous = np.zeros(3), np.zeros(3), np.zeros(2), last.copy()
+    heavy = inertia[0] > 0.0 or inertia[1] > 0.0
     warm = False
     for f in range(frames):
         x, y, u, c = feet[f, :, 0].copy(), feet[f, :, 1].copy(), speed[f], limit[f]
@@ -268,14 +276,30 @@ def traction_frames_kernel(
         valid[f] = loaded >= 2 and np.isfinite(check)
         if valid[f]:
             tolerance = CONVERGED * max(fastest, rest)
-            pushed = drag != 0.0 or push[f, 0] != 0.0 or push[f, 1] != 0.0 or push[f, 2] != 0.0
+            pushes[:] = push[f]
+            resist[:] = drag
+            if heavy and np.isfinite(previous[0] + previous[1] + previous[2]):
+                # kept in the world while the body turns
+                turned = previous[2] * period if walk else 0.0
+                pushes[0] += inertia[0] * (previous[0] + turned * previous[1])
+                pushes[1] += inertia[0] * (previous[1] - turned * previous[0])
+                pushes[2] += inertia[1] * previous[2]
+                resist[0] += inertia[0]
+                resist[1] += inertia[1]
+            pushed = (
+                resist[0] != 0.0
+                or resist[1] != 0.0
+                or push[f, 0] != 0.0
+                or push[f, 1] != 0.0
+                or push[f, 2] != 0.0
+            )
             sigma = 1.0
             if not (coulomb and warm):
                 sigma = _start(x, y, u, c, w, v, slip[f], force[f])
             elif not one_step:
                 slip[f] = slip[f - 1]
             if coulomb and one_step:
-                if not _coulomb(x, y, u, c, w, push[f], drag, rest, tolerance, v):
+                if not _coulomb(x, y, u, c, w, pushes, resist, rest, tolerance, v):
                     sigma = np.nan
                 _coulomb_forces(x, y, u, c, w, rest, v, slip[f], force[f])
             elif not coulomb and one_step and not pushed:
@@ -284,7 +308,7 @@ def traction_frames_kernel(
                     force[f, k, 1] *= sigma
             else:
                 sigma = _reweighted(
-                    x, y, u, c, w, push[f], drag, rest, coulomb, give[f if give.shape[0] > 1 else 0],
+                    x, y, u, c, w, pushes, resist, rest, coulomb, give[f if give.shape[0] > 1 else 0],
                     period, static_ratio, static_speed, before, REWEIGHTED_LOOSER * tolerance, sigma, v,
                     slip[f], force[f],
                 )  # fmt: skip
@@ -292,6 +316,8 @@ def traction_frames_kernel(
         warm = valid[f]
         if valid[f]:
             velocity[f, :] = v
+            if walk:
+                previous[:] = v
             before[:, :] = force[f]
         else:
             velocity[f, :] = np.nan

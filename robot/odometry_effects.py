@@ -12,8 +12,8 @@ from scipy.constants import g as standard_gravity
 
 from gap.frame import FrameAnswer, FrameModel
 from gap.interfaces import Cause
-from gap.legged_ground import weight_and_centre
 from gap.legged_machine import LeggedMachine
+from gap.legged_pushes import weight_and_centre
 from model.estimator_settings import EstimatorSettings
 from model.estimator_types import AddedByEffects
 from model.frames import FrictionLaw

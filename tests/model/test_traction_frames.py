@@ -8,7 +8,13 @@ from model.frames import FrameSolutions, FrictionLaw, solve_frames
 from model.params import ContactParameters
 from model.signals import FloatArray, FootMotion
 from model.support_frames import solve_support_frames
-from model.traction_frames import FootLaw, Pushes, TractionSolutions, solve_traction_frames
+from model.traction_frames import (
+    FootLaw,
+    Inertia,
+    Pushes,
+    TractionSolutions,
+    solve_traction_frames,
+)
 
 LEGS, FRAMES = 6, 300
 RNG = np.random.default_rng(4)
@@ -94,6 +100,48 @@ def test_forces_balance_push_and_drag(
     assert np.allclose(force[..., 0].sum(axis=1), -3.0 + 20 * found.velocity_B[:, 0], atol=1e-5)
     assert np.allclose(force[..., 1].sum(axis=1), 2.0 + 20 * found.velocity_B[:, 1], atol=1e-5)
     assert np.allclose((x * force[..., 1] - y * force[..., 0]).sum(axis=1), -0.4, atol=1e-5)
+
+
+@pytest.mark.parametrize("law", FrictionLaw, ids=lambda e: e.value)
+@pytest.mark.parametrize("flexible", [False, True])
+def test_what_forces_leave_over_moves_the_mass(law: FrictionLaw, flexible: bool) -> None:
+    mass, about_z, period = 4.0, 0.3, 0.02
+    give = np.full((1, LEGS, 2), 5e-5) if flexible else None
+    load = exact(FrictionLaw.VISCOUS).load_n
+    inertia = Inertia(mass, about_z, np.full(3, np.nan))
+    pushes = Pushes(np.zeros((FRAMES, 3)), 5.0, 0.1, inertia)
+    found = solve_traction_frames(
+        POSITION[..., :2], SPEED[..., :2], 0.6 * load, W[None], FootLaw(law), pushes, period, give
+    )
+    v, (x, y) = found.velocity_B, np.moveaxis(POSITION[..., :2], -1, 0)
+    force = found.force_xy_B
+    before, turn = v[:-1], v[:-1, 2] * period
+    kept_x, kept_y = before[:, 0] + turn * before[:, 1], before[:, 1] - turn * before[:, 0]
+    gain_x, gain_y = (v[1:, 0] - kept_x) / period, (v[1:, 1] - kept_y) / period
+    spin = (v[1:, 2] - before[:, 2]) / period
+    assert np.allclose(force[1:, :, 0].sum(axis=1), mass * gain_x + 5.0 * v[1:, 0], atol=1e-4)
+    assert np.allclose(force[1:, :, 1].sum(axis=1), mass * gain_y + 5.0 * v[1:, 1], atol=1e-4)
+    moment = (x * force[..., 1] - y * force[..., 0]).sum(axis=1)
+    assert np.allclose(moment[1:], about_z * spin + 0.1 * v[1:, 2], atol=1e-4)
+
+
+def test_a_sliding_mass_slows_by_friction_alone() -> None:
+    """Feet at rest in a body that slides at 0.2 m/s: it loses mu g dt each frame."""
+    feet = np.tile(np.array([[0.3, 0.0], [-0.15, 0.2], [-0.15, -0.2]]), (20, 1, 1))
+    limit = np.full((20, 3), 10.0)
+    first = np.array([0.2, 0.0, 0.0])
+    law = FootLaw(FrictionLaw.COULOMB, rest_speed_m_s=1e-7)
+    walk = Pushes(np.zeros((20, 3)), inertia=Inertia(60.0, 5.0, first))
+    found = solve_traction_frames(
+        feet, np.zeros((20, 3, 2)), limit, np.zeros((1, 3, 2)), law, walk, 0.02
+    )
+    steps = np.arange(1, 21)
+    assert np.allclose(found.velocity_B[:, 0], 0.2 - 30.0 / 60.0 * 0.02 * steps, atol=1e-5)
+    apart = Pushes(np.zeros((20, 3)), inertia=Inertia(60.0, 5.0, first, since_s=0.1))
+    alone = solve_traction_frames(
+        feet, np.zeros((20, 3, 2)), limit, np.zeros((1, 3, 2)), law, apart, 0.02
+    )
+    assert np.allclose(alone.velocity_B[:, 0], 0.2 - 30.0 / 60.0 * 0.1, atol=1e-6)
 
 
 def test_a_foot_that_gives_springs_before_it_slides() -> None:
