@@ -14,6 +14,8 @@ from model.signals import FloatArray
 # A likelihood-ratio choice then errs once in a hundred times.
 ENOUGH_SEPARATION = 4 * 2.33**2
 ERRORS = 2.0
+# Of the misfit that the named causes leave: what the simulator has wrong of them may hide as much of a rival.
+MISFIT_SHARE = 0.05
 MOST_ALIKE = 2
 
 
@@ -38,8 +40,14 @@ class Alike:
     error: float
 
 
-def alike(evidence: Evidence, selection: Selection) -> tuple[Alike, ...]:
-    """Return every rival that these runs leave open, nearest first."""
+def alike(evidence: Evidence, selection: Selection, left_nats: float) -> tuple[Alike, ...]:
+    """Return every rival that these runs leave open, nearest first.
+
+    Args:
+        evidence: What was fitted to.
+        selection: The causes.
+        left_nats: What they leave beyond what a healthy machine does.
+    """
     found: list[Alike] = []
     for number, step in enumerate(selection.steps):
         own = [_compare(evidence, number, step, rival) for rival in step.rivals]
@@ -48,6 +56,7 @@ def alike(evidence: Evidence, selection: Selection) -> tuple[Alike, ...]:
             for one in own
             if one.separation < ENOUGH_SEPARATION
             or (one.behind < ERRORS * one.error and one.behind < ENOUGH_SEPARATION)
+            or one.behind < MISFIT_SHARE * left_nats
         ]
         found += sorted(open_ones, key=lambda one: one.behind)[:MOST_ALIKE]
     return tuple(found)

@@ -129,8 +129,8 @@ def diagnose(
     if exists:
         rest = Left(closed, left, worst, len(selection.steps), bool(references), p_left)
         none = none_of_them(rest, constants)
-    shared = chances(selection, evidence.block_part, none, constants)
-    open_rivals = alike(evidence, selection)
+    shared = chances(selection, evidence.block_part, none, nats, constants)
+    open_rivals = alike(evidence, selection, nats)
     verdict = verdict_of(exists, selection, none, open_rivals)
     far = how_far(held, simulator.channels, selection.fitted.causes, seed)
     tell("where it lies", 0.93)

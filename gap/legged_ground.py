@@ -262,7 +262,7 @@ def slide(
         law,
         pushes(machine, grid, own, signals.wrench_B, standing.sway_m, velocity_B, before),
         grid.period_s,
-        _give(own, shaft_give_m_n, load_n.shape[1]),
+        _give(machine, own, points[..., 2], shaft_give_m_n),
     )
     motion = MotionSignals(grid.time_s, _held(found.velocity_B))
     for added in settings.at("dynamics"):
@@ -271,12 +271,23 @@ def slide(
     return Sliding(found.force_xy_B, velocity)
 
 
-def _give(own: GroundSettings, shaft_give_m_n: FloatArray | None, legs: int) -> FloatArray:
+def _give(
+    machine: LeggedMachine,
+    own: GroundSettings,
+    foot_z_m: FloatArray,
+    shaft_give_m_n: FloatArray | None,
+) -> FloatArray:
     """How far feet give along body x and y, (W or 1, N, 2) [m/N]."""
-    flex = np.tile([own.flex_longitudinal_m_n, own.flex_lateral_m_n], (1, legs, 1))
-    if shaft_give_m_n is None:
-        return flex
-    return flex + np.stack([shaft_give_m_n, np.zeros_like(shaft_give_m_n)], axis=2)
+    shaft_x = machine.legs.shaft_position[:, 0]
+    give = np.tile([own.flex_longitudinal_m_n, own.flex_lateral_m_n], (1, len(shaft_x), 1))
+    if shaft_give_m_n is not None:
+        give = give + np.stack([shaft_give_m_n, np.zeros_like(shaft_give_m_n)], axis=2)
+    if own.twist_rad_nm:
+        # what pushes a foot aside rolls its row
+        row, rolls = _twisting(shaft_x, own.twist_rad_nm)
+        aside = np.diag(rolls)[row] * foot_z_m**2
+        give = give + np.stack([np.zeros_like(aside), aside], axis=2)
+    return give
 
 
 def _held(velocity: FloatArray) -> FloatArray:

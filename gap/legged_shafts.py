@@ -13,9 +13,9 @@ from model.linkage import LinkagePose, linkage_pose
 from model.signals import FloatArray
 
 # A free shaft in a play is dragged against its rear flank by its bearings, and falls against either by the
-# weight of foot and coupler; beyond this torque one of the two flanks is sure. All three are assumed.
+# weight of foot and coupler, as fast as grease lets it. All three are assumed.
 BEARING_DRAG_NM = 0.003
-FLANK_TORQUE_NM = 0.004
+BEARING_DAMPING_NM_S = 0.02
 FOOT_WEIGHT_N = 0.5
 
 
@@ -69,12 +69,28 @@ def shafts(inputs: LeggedInputs, settings: Settings, loads: Loads | None) -> Flo
     if any(own.compliance_rad_nm):
         angle = angle + np.array(own.compliance_rad_nm) * loads.torque_nm
     if any(own.backlash_rad):
-        flank = np.tanh((loads.flank_nm - BEARING_DRAG_NM) / FLANK_TORQUE_NM)
-        angle = angle + np.array(own.backlash_rad) / 2 * flank
+        angle = angle + _in_play(inputs.grid, loads.flank_nm, own.backlash_rad)
     for added in settings.at("actuation"):
         signals = ShaftSignals(inputs.grid.time_s, inputs.command_rad, loads.torque_nm, angle)
         angle = added.act(signals, added.values, added.legs).shaft_rad
     return angle
+
+
+def _in_play(grid: Grid, torque_nm: FloatArray, width_rad: tuple[float, ...]) -> FloatArray:
+    """Where shafts are in their play, (W, N) [rad]: grease slows them on their way from flank to flank."""
+    found = np.zeros(torque_nm.shape)
+    for leg, width in enumerate(width_rad):
+        if width == 0.0:
+            continue
+        pull = np.nan_to_num(torque_nm[:, leg]) - BEARING_DRAG_NM
+        end = abs(width) / 2
+        at = float(np.sign(pull[0])) * end
+        out = []
+        for way in (pull * grid.period_s / BEARING_DAMPING_NM_S).tolist():
+            at = min(max(at + way, -end), end)
+            out.append(at)
+        found[:, leg] = np.array(out) * np.sign(width)
+    return found
 
 
 def _lagged(grid: Grid, command: FloatArray, own: ShaftSettings) -> FloatArray:

@@ -22,6 +22,8 @@ class Calibration:
     Attributes:
         temperature: Nats that count as one.
         error_share: Temperature for each nat of standard error between two candidates.
+        misfit_share: Temperature for each nat that the causes leave beyond a healthy machine: what the
+            simulator has wrong of them may hide as much of a rival.
         none: Log odds of none of them when everything is closed down to expectation.
         none_energy: Added for each e-fold of energy over expectation that is left.
         none_open: Added for the whole gap being left open, with references.
@@ -33,6 +35,7 @@ class Calibration:
 
     temperature: float = 2.0
     error_share: float = 0.5
+    misfit_share: float = 0.02
     none: float = -5.5
     none_energy: float = 0.3
     none_open: float = 9.0
@@ -98,7 +101,7 @@ def none_of_them(left: Left, calibration: Calibration) -> float:
 
 
 def chances(
-    selection: Selection, strata: IntArray, none: float, calibration: Calibration
+    selection: Selection, strata: IntArray, none: float, left_nats: float, calibration: Calibration
 ) -> tuple[tuple[Chance, ...], ...]:
     """Return, for each cause, the probability of the named one and of each rival."""
     out = []
@@ -108,6 +111,7 @@ def chances(
         behinds = [advantage(step.chosen.unseen, one.unseen, strata) for one in options]
         for behind in behinds[1:]:
             scale = calibration.temperature + calibration.error_share * behind.error
+            scale += calibration.misfit_share * left_nats
             weights.append(math.exp(-max(min(behind.nats / scale, 700.0), -20.0)))
         total = sum(weights)
         out.append(

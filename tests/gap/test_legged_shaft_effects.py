@@ -90,10 +90,10 @@ def test_backlash_lies_on_one_flank_or_the_other() -> None:
         assert (torque < -0.2).any()
         free = base["force_z"][:, ML] == 0
         rising, falling = lever[:, ML, 1] > 0.01, lever[:, ML, 1] < -0.01
-        assert (
-            play[free & rising].max() < -width / 4
-        )  # a foot's weight holds it back, then draws it on
-        assert play[free & falling].min() > width / 4
+        # a foot's weight holds it back, then draws it on; grease lets it fall in a few frames
+        assert np.median(play[free & rising]) == -width / 2
+        assert np.median(play[free & falling]) == width / 2
+        assert np.abs(np.diff(play[free & np.roll(free, 1)])).max() < width / 2
 
 
 def test_the_encoder_does_not_see_a_zero_offset() -> None:
