@@ -14,7 +14,7 @@ from model.signals import FloatArray
 # A likelihood-ratio choice then errs once in a hundred times.
 ENOUGH_SEPARATION = 4 * 2.33**2
 ERRORS = 2.0
-# Of the misfit that the named causes leave: what the simulator has wrong of them may hide as much of a rival.
+# Of the misfit that named causes leave: what the simulator has wrong of them may hide as much of a rival.
 MISFIT_SHARE = 0.05
 MOST_ALIKE = 2
 
