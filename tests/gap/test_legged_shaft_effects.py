@@ -93,7 +93,7 @@ def test_backlash_lies_on_one_flank_or_the_other() -> None:
         # a foot's weight holds it back, then draws it on; grease lets it fall in a few frames
         assert np.isclose(np.median(play[free & rising]), -width / 2)
         assert np.isclose(np.median(play[free & falling]), width / 2)
-        assert np.abs(np.diff(play[free & np.roll(free, 1)])).max() < width / 2
+        assert (np.abs(play[free]) < width / 4).any()
 
 
 def test_the_encoder_does_not_see_a_zero_offset() -> None:
