@@ -56,6 +56,7 @@ SHOWN = (
         ("show", WALK),
     )),
     Shown("replay", (("replay", WALK),)),
+    Shown("odometry", (("odom", WALK, "--compare"),)),
     Shown("diagnosis", (
         *((*_twin(k, 100 + k), "--out", f"{TWIN}/healthy_{k}.parquet") for k in range(6)),
         *((*_twin(k, 200 + k), *WORN, "--out", f"{TWIN}/trial_{k}.parquet") for k in range(4)),

@@ -64,10 +64,10 @@ def run(options: argparse.Namespace) -> ExitCode:
         raise ConfigError("--jobs and --removed", "must not be negative, and --jobs at least 1")
     files = campaign_cases(options.campaign)
     out: Path = options.out or options.campaign / "answers"
-    _ask(_blind(files, out, references=not options.no_references), options.jobs, "cases")
+    answer_all(_blind(files, out, references=not options.no_references), options.jobs, "cases")
     labels = _labels(options, files)
     removed = _without(files, labels, out, options)
-    _ask(removed, options.jobs, "without their effect")
+    answer_all(removed, options.jobs, "without their effect")
     cases = _cases(files, labels, removed, out, options)
     counted = figures(cases, neutral_values(files[0]))
     confused = confusions(cases)
@@ -122,12 +122,17 @@ def _without(
     ]
 
 
-def _ask(asked: "list[Asked]", jobs: int, words: str) -> None:
-    """Diagnose what has no answer yet, several cases at a time."""
+def answer_all(asked: "list[Asked]", jobs: int, words: str) -> None:
+    """Diagnose what has no answer yet, several cases at a time; one that fails does not stop the others.
+
+    Raises:
+        GapError: Some got no answer.
+    """
     from concurrent.futures import ProcessPoolExecutor, as_completed
     from dataclasses import replace
     from multiprocessing import get_context
 
+    from model.errors import GapError
     from robot.gap_case import answer_case, commission_case
     from robot.progress import ProgressBar
 
@@ -146,11 +151,17 @@ def _ask(asked: "list[Asked]", jobs: int, words: str) -> None:
             kept = left[0].out.parent / STANDING
             standing = pool.submit(commission_case, left[0], kept).result()
         left = [replace(one, standing=standing) for one in left]
-        for number, done in enumerate(
-            as_completed([pool.submit(answer_case, one) for one in left])
-        ):
-            done.result()
+        running = {pool.submit(answer_case, one): one.out.stem for one in left}
+        failed = []
+        for number, done in enumerate(as_completed(running)):
+            if (error := done.exception()) is not None:
+                failed.append(f"{running[done]}: {error!r}")
             bar.show((number + 1) / len(left), f"{number + 1} of {len(left)}")
+    if failed:
+        raise GapError(
+            f"{len(failed)} of {len(left)} {words} got no answer ({'; '.join(failed)}); the other answers "
+            f"are kept in {left[0].out.parent}, and the same command goes on from there"
+        )
 
 
 def _labels(options: argparse.Namespace, files: "tuple[CaseFiles, ...]") -> "dict[str, Label]":

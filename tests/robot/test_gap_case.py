@@ -5,8 +5,9 @@ from pathlib import Path
 import pytest
 
 from gap.interfaces import Cause
-from model.errors import RecordError
+from model.errors import GapError, RecordError
 from robot.gap_case import Asked, commission_case
+from robot.gap_check import answer_all
 
 NOBODY = Asked((), (), (), Path("never.json"))
 
@@ -24,3 +25,14 @@ def test_a_broken_file_is_refused_by_name(tmp_path: Path) -> None:
     kept.write_text('[{"effect": "servo_lag"}]', encoding="utf-8")
     with pytest.raises(RecordError, match=r"standing.json.*delete it"):
         commission_case(NOBODY, kept)
+
+
+def test_a_case_that_cannot_be_read_does_not_stop_the_others(tmp_path: Path) -> None:
+    asked = [
+        Asked((tmp_path / f"{name}.parquet",), (), (), tmp_path / "answers" / f"{name}.json")
+        for name in ("first", "second")
+    ]
+    with pytest.raises(
+        GapError, match=r"2 of 2 cases got no answer .*first: .*second: .*goes on from there"
+    ):
+        answer_all(asked, 1, "cases")
