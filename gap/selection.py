@@ -140,9 +140,12 @@ def select(
         if left > NOTHING_LEFT and (not best.added.effect.parameters or share > ANEW):
             signatures = make_signatures(evidence, candidates, found.fitted.causes, lambda _: None)
         progress(len(found.steps) / search.most)
-    return _swapped(
+    swapped = _swapped(
         evidence, found, effects, lambda o: chance_healthy(o, evidence, healthy) * tried
     )
+    if swapped is found:
+        return found
+    return _dropped(evidence, swapped, effects, threshold, len(swapped.steps))
 
 
 def _look(
@@ -208,11 +211,16 @@ def _without(causes: tuple[Cause, ...], at: int) -> tuple[Cause, ...]:
 
 
 def _dropped(
-    evidence: Evidence, found: Selection, effects: Mapping[str, Effect], threshold: float
+    evidence: Evidence,
+    found: Selection,
+    effects: Mapping[str, Effect],
+    threshold: float,
+    look_at: int | None = None,
 ) -> Selection:
-    """Drop an earlier cause that a later one has made idle."""
+    """Drop a cause that another has made idle, of the first so many; all but the last, if that is None."""
     at = 0
-    while len(found.steps) > 1 and at < len(found.steps) - 1:
+    count = len(found.steps) - 1 if look_at is None else look_at
+    while len(found.steps) > 1 and at < count:
         fitted = fit_causes(evidence, _without(found.fitted.causes, at), effects)
         unseen = unseen_score(evidence, fitted)
         loss = advantage(found.unseen, unseen, evidence.block_part)
@@ -222,6 +230,7 @@ def _dropped(
             continue
         steps = (*found.steps[:at], *found.steps[at + 1 :])
         found = Selection(fitted, unseen, steps, found.refused, found.p)
+        count -= 1
     return found
 
 
