@@ -7,15 +7,13 @@ import numpy as np
 from gap.cross_validation import advantage
 from gap.evidence import Evidence
 from gap.fit import Fitted
-from gap.options import Option
+from gap.options import MISFIT_SHARE, Option
 from gap.selection import Selection, Step
 from model.signals import FloatArray
 
 # A likelihood-ratio choice then errs once in a hundred times.
 ENOUGH_SEPARATION = 4 * 2.33**2
 ERRORS = 2.0
-# Of the misfit that named causes leave: what the simulator has wrong of them may hide as much of a rival.
-MISFIT_SHARE = 0.05
 MOST_ALIKE = 2
 
 

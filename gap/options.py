@@ -15,6 +15,8 @@ from gap.novelty import novelty
 from gap.screen import Gain
 from model.signals import FloatArray
 
+# Of the misfit that named causes leave: what the simulator has wrong of them may hide as much of a rival.
+MISFIT_SHARE = 0.05
 SHORTLIST = 8
 MOST_OF_AN_EFFECT = 3
 LEAST_NATS = 4.0
@@ -50,6 +52,15 @@ def share_of(
     on = gain > ACTS * gain.max()
     beyond = np.fmax(before - usual, gain)[on]  # what is closed was there to be closed
     return float(gain[on].sum() / beyond.sum()) if on.any() else 0.0
+
+
+def on_bound(option: Option, effects: Mapping[str, Effect]) -> bool:
+    """Whether what an option adds was fitted to a bound of one of its parameters."""
+    cause = next(c for c in option.fitted.causes if (c.effect, c.joints) == option.added.key)
+    return any(
+        not p.lower < value < p.upper
+        for p, value in zip(effects[cause.effect].parameters, cause.values, strict=True)
+    )
 
 
 def usual_score(evidence: Evidence, healthy: Evidence) -> FloatArray:

@@ -40,7 +40,7 @@ class Calibration:
     none_energy: float = 0.3
     none_open: float = 9.0
     none_open_alone: float = 6.0
-    none_worst: float = 0.5
+    none_worst: float = 0.25
     none_worst_alone: float = 0.1
     none_many: float = 1.0
 
@@ -112,7 +112,7 @@ def chances(
         for behind in behinds[1:]:
             scale = calibration.temperature + calibration.error_share * behind.error
             scale += calibration.misfit_share * left_nats
-            weights.append(math.exp(-max(min(behind.nats / scale, 700.0), -20.0)))
+            weights.append(math.exp(-max(min(behind.nats / scale, 700.0), 0.0)))
         total = sum(weights)
         out.append(
             tuple(

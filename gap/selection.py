@@ -11,11 +11,13 @@ from gap.evidence import Evidence
 from gap.fit import ROUNDS, Fitted, fit_causes
 from gap.interfaces import Cause, Effect
 from gap.options import (
+    MISFIT_SHARE,
     NEAR,
     SHORTLIST,
     Option,
     chance_healthy,
     fit_option,
+    on_bound,
     share_of,
     shortlist,
     usual_score,
@@ -38,6 +40,7 @@ TRIMMED = (
 LEVEL = 0.001
 # Of a first and of a second list: share of the best's first-order gain and nats that candidates must have.
 LISTS = ((NEAR, 0.5), (0.0, 10.0))
+IDLE = 1e-6  # of a parameter's spread
 NOTHING_LEFT = (
     1.2  # energy over expectation, little more than healthy runs', where old signatures do
 )
@@ -185,6 +188,7 @@ def _look(
                 continue
             p = min(1.0, tried * chance_healthy(one, evidence, healthy))
             if p < LEVEL and _closes_enough(evidence, one, found, healthy, search):
+                one, p = _off_bound(evidence, one, p, options, effects, tried, healthy)
                 rivals = [other for other in options if other is not one and other not in usual]
                 return one, p, tuple(sorted(rivals, key=lambda o: (-o.over.nats, o.added.key)))
             if healthy is None:
@@ -193,6 +197,29 @@ def _look(
             least_p = min(least_p, max(p, LEVEL))
     options.sort(key=lambda o: (-o.over.nats, o.added.key))
     return (options[0], least_p, ()) if options else None
+
+
+def _off_bound(
+    evidence: Evidence,
+    best: Option,
+    p: float,
+    options: Sequence[Option],
+    effects: Mapping[str, Effect],
+    tried: int,
+    healthy: Evidence | None,
+) -> tuple[Option, float]:
+    """Prefer to one fitted to its bound another that is no farther behind than the misfit hides."""
+    if healthy is None or not on_bound(best, effects):
+        return best, p
+    left = float(best.unseen.sum()) - float(usual_score(evidence, healthy).sum())
+    for other in sorted(options, key=lambda o: -o.over.nats):
+        near = best.over.nats - other.over.nats < MISFIT_SHARE * left
+        if other is best or not near or on_bound(other, effects):
+            continue
+        chance = min(1.0, tried * chance_healthy(other, evidence, healthy))
+        if chance < LEVEL:
+            return other, chance
+    return best, p
 
 
 def _closes_enough(
@@ -225,13 +252,25 @@ def _dropped(
         unseen = unseen_score(evidence, fitted)
         loss = advantage(found.unseen, unseen, evidence.block_part)
         step = found.steps[at]
-        if worth(loss, len(step.chosen.added.effect.parameters), threshold, len(unseen)):
+        idle = _idle(found.fitted.causes[at], effects)
+        if not idle and worth(
+            loss, len(step.chosen.added.effect.parameters), threshold, len(unseen)
+        ):
             at += 1
             continue
         steps = (*found.steps[:at], *found.steps[at + 1 :])
         found = Selection(fitted, unseen, steps, found.refused, found.p)
         count -= 1
     return found
+
+
+def _idle(cause: Cause, effects: Mapping[str, Effect]) -> bool:
+    """Whether a cause was fitted to where it does nothing."""
+    parameters = effects[cause.effect].parameters
+    return bool(parameters) and all(
+        abs(value - p.neutral) < IDLE * p.spread
+        for p, value in zip(parameters, cause.values, strict=True)
+    )
 
 
 def _swapped(
