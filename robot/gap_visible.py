@@ -101,7 +101,7 @@ def seen_of(
     if kept.is_file():
         return {name: Seen(*_floats(pair)) for name, pair in json.loads(kept.read_text()).items()}
     if scenario is None:
-        if sum(one.kind == CONTROL for one in labels.values()) < FEWEST_CONTROLS:
+        if sum(labels[one.name].kind == CONTROL for one in files) < FEWEST_CONTROLS:
             return {}
         usual = _usual_walks([one for one in files if labels[one.name].kind == CONTROL])
         plan = None

@@ -8,11 +8,12 @@ import pytest
 import gap.selection as selection_module
 from gap.candidates import Candidate, candidates_of, starts_of
 from gap.commissioning import standing_of
+from gap.cross_validation import Advantage
 from gap.diagnosis import measure_floor
 from gap.evidence import Evidence, evidence_of, local_drive, make_evidence
-from gap.fit import fit_causes
+from gap.fit import Fitted, fit_causes
 from gap.interfaces import Cause, Simulator, reach_of
-from gap.options import fit_option, share_of, shortlist, usual_score
+from gap.options import Option, fit_option, on_bound, share_of, shortlist, usual_score
 from gap.parts import whole_part
 from gap.predictions import Predictor
 from gap.screen import Gain, gains, make_signatures
@@ -126,3 +127,38 @@ def test_the_delay_of_a_sensor_stands_however_small_it_is() -> None:
     conditions = (*CONDITIONS, *CONDITIONS[:2])
     known = [toy_trial(causes, hz, g, seed=70 + i) for i, (hz, g) in enumerate(conditions)]
     assert "tether" in {one.effect for one in standing_of(known, sensing)}
+
+
+def test_a_cause_on_its_bound_gives_way_to_one_that_the_misfit_hides(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Scores are made up: nothing is fitted, only chosen."""
+    effects = {effect.name: effect for effect in EFFECTS}
+    found, healthy = evidences(Toy(), toy_case((), seed=2), toy_references(4))
+
+    def option(name: str, value: float, nats: float, left: float) -> Option:
+        added = Candidate(effects[name], ())
+        nothing = np.zeros((0,))
+        fitted = Fitted((cause(name, value),), nothing, nothing, nothing, 0.0)
+        return Option(added, fitted, np.array([left]), Advantage(nats, 1.0))
+
+    monkeypatch.setattr(selection_module, "usual_score", lambda *_: np.array([1000.0]))
+    monkeypatch.setattr(selection_module, "chance_healthy", lambda *_: 1e-9)
+    stuck, free = option("lag", 9.0, 500.0, 2000.0), option("tether", 0.3, 460.0, 2040.0)
+    far = option("tether", 0.3, 440.0, 2060.0)
+    assert on_bound(stuck, effects)
+    assert not on_bound(free, effects)
+    choose = selection_module._off_bound
+    assert choose(found, stuck, 0.0, [stuck, free], effects, 10, healthy) == (free, 1e-8)
+    assert choose(found, stuck, 0.0, [stuck, far], effects, 10, healthy) == (stuck, 0.0)
+    assert choose(found, free, 0.0, [free, stuck], effects, 10, healthy) == (free, 0.0)
+    assert choose(found, stuck, 0.0, [stuck, free], effects, 10, None) == (stuck, 0.0)
+
+
+def test_a_cause_that_is_fitted_to_nothing_is_idle() -> None:
+    effects = {effect.name: effect for effect in EFFECTS}
+    idle = selection_module._idle
+    assert idle(cause("lag", 0.0), effects)
+    assert idle(cause("stiffness", 1.0, legs=("a",)), effects)
+    assert not idle(cause("lag", 1e-4), effects)
+    assert not idle(cause("square_law"), effects)  # a law is all or nothing

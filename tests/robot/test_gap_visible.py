@@ -40,3 +40,6 @@ def test_controls_tell_what_is_visible_without_walking_anything_again(tmp_path: 
 def test_few_controls_tell_nothing(tmp_path: Path) -> None:
     labels = {"c": Label(CONTROL, (), 0, (1,)), "x": Label(SINGLE, (), 0, (1,))}
     assert seen_of([], labels, None, tmp_path, 1, ()) == {}
+    # controls that were not walked tell nothing either
+    away = {f"c{i}": Label(CONTROL, (), 0, (1,)) for i in range(FEWEST_CONTROLS)}
+    assert seen_of([], away, None, tmp_path, 1, ()) == {}
