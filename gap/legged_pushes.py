@@ -78,7 +78,7 @@ def resistance(
     return wrench
 
 
-def swaying(grid: Grid, sway_m: FloatArray) -> FloatArray:
+def _swaying(grid: Grid, sway_m: FloatArray) -> FloatArray:
     """Velocity of the origin by its sway, (W, 3); none in a moment that is too short to tell."""
     velocity = np.zeros((len(sway_m), 3))
     if len(sway_m) > grid.window(TWIST_WINDOW_S):
@@ -104,7 +104,7 @@ def pushes(
     if not (own.drag_n_s_m or own.inertia_s):
         return Pushes(wrench)
     mass, about_z = _added_inertia(machine, own)
-    aside = swaying(grid, sway_m)
+    aside = _swaying(grid, sway_m)
     if velocity_B is not None:
         along = DRAG_OF_DEVIATION * own.drag_n_s_m + mass / DEVIATION_S
         about = about_z / DEVIATION_S
