@@ -180,7 +180,7 @@ def _look(
             added = gain.signature.candidate
             start = (*found.fitted.causes, added.cause(gain.values))
             fresh.append(fit_option(evidence, added, start, found.unseen, effects, search.rounds))
-        fresh.sort(key=lambda o: (-o.over.nats, o.added.key))
+        fresh.sort(key=_rank)
         options += fresh
         for one in fresh:
             parameters = len(one.added.effect.parameters)
@@ -190,13 +190,18 @@ def _look(
             if p < LEVEL and _closes_enough(evidence, one, found, healthy, search):
                 one, p = _off_bound(evidence, one, p, options, effects, tried, healthy)
                 rivals = [other for other in options if other is not one and other not in usual]
-                return one, p, tuple(sorted(rivals, key=lambda o: (-o.over.nats, o.added.key)))
+                return one, p, tuple(sorted(rivals, key=_rank))
             if healthy is None:
                 return one, 1.0, ()
             usual.append(one)  # healthy runs show it as well: no rival of what is new
             least_p = min(least_p, max(p, LEVEL))
-    options.sort(key=lambda o: (-o.over.nats, o.added.key))
+    options.sort(key=_rank)
     return (options[0], least_p, ()) if options else None
+
+
+def _rank(option: Option) -> tuple[float, object]:
+    """Order of options: a parameter more must be worth a nat, or a patch below all feet is a level."""
+    return len(option.added.effect.parameters) - option.over.nats, option.added.key
 
 
 def _off_bound(
