@@ -63,6 +63,7 @@ class Answer:
         none: Probability that the catalogue has no name for it.
         shrink: Share of the gap closed on held-out runs; NaN if not measured.
         seconds: Time that it took; NaN if not known.
+        simpler: What simpler ways would have said: name, and effects in their order.
     """
 
     verdict: str
@@ -72,6 +73,7 @@ class Answer:
     none: float
     shrink: float
     seconds: float
+    simpler: tuple[tuple[str, tuple[str, ...]], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -111,6 +111,10 @@ def answer_of(told: Mapping[str, Any]) -> Answer:
         none=_number(told.get("none_of_these")),
         shrink=_number(told["gap"].get("shrink")),
         seconds=_number(told.get("seconds")),
+        simpler=tuple(
+            (one["method"], tuple(cause["effect"] for cause in one["causes"]))
+            for one in told.get("baselines", ())
+        ),
     )
 
 

@@ -71,7 +71,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     cases = _cases(files, labels, removed, out, options)
     counted = figures(cases, neutral_values(files[0]))
     confused = confusions(cases)
-    print("\n".join(score_lines(counted, confused)))
+    print("\n".join(score_lines(counted, confused, cases)))
     if options.json is not None:
         _write(options.json, json.dumps(score_json(counted, confused, cases), indent=1) + "\n")
     if options.markdown is not None:

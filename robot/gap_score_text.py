@@ -6,16 +6,30 @@ from dataclasses import asdict
 from typing import Any
 
 from gap.score import Case, Confusion, Figure, found, named_right
+from gap.score_methods import Method, methods
 
 MARKS = {True: "met", False: "MISSED", None: "-"}
 
 
-def score_lines(figures: Sequence[Figure], confusions: Sequence[Confusion]) -> list[str]:
+def score_lines(
+    figures: Sequence[Figure], confusions: Sequence[Confusion], cases: Sequence[Case]
+) -> list[str]:
     """Return what is printed."""
     lines = [
         f"{f.name:52s} {_value(f):>7s} {_interval(f):>14s}  n {f.cases:<4d} bar {f.bar:8s} {MARKS[f.met]}"
         for f in figures
     ]
+    counted = methods(cases)
+    if counted:
+        lines += [
+            "",
+            f"{'':38s} {'one: first':>12s} {'two: recall':>12s} {'precision':>12s} {'no gap':>9s}",
+        ]
+        lines += [
+            f"{m.name:38s} {a:>12s} {b:>12s} {c:>12s} {d:>9s}"
+            for m in counted
+            for a, b, c, d in [_shares(m)]
+        ]
     if confusions:
         lines += ["", "said otherwise than it was:"]
         lines += [f"  {c.case}  {c.truth}: {c.said}{_seen(c.visible)}" for c in confusions]
@@ -31,6 +45,14 @@ def score_markdown(
         f"| {f.name} | {_value(f)} | {_interval(f)} | {f.cases} | {f.bar} | {MARKS[f.met]} |"
         for f in figures
     ]
+    counted = methods(cases)
+    if counted:
+        lines += [
+            "",
+            "| way | one effect: named first | two: recall | precision | nothing wrong: nothing named |",
+        ]
+        lines += ["|---|---|---|---|---|"]
+        lines += [f"| {m.name} | {' | '.join(_shares(m))} |" for m in counted]
     lines += [
         "",
         "| effect | cases | gap declared | named first | named instead |",
@@ -60,10 +82,24 @@ def score_json(
     told = {
         "figures": [asdict(f) for f in figures],
         "confusions": [asdict(c) for c in confusions],
+        "methods": [asdict(m) for m in methods(cases)],
         "cases": [asdict(c) for c in cases],
     }
     plain: dict[str, Any] = _known(told)
     return plain
+
+
+def _shares(m: Method) -> tuple[str, str, str, str]:
+    return (
+        _share(m.first, m.singles),
+        _share(m.hits, m.truths),
+        _share(m.hits, m.said),
+        _share(m.silent, m.controls),
+    )
+
+
+def _share(hits: int, of: int) -> str:
+    return f"{hits / of:.0%}" if of else "-"
 
 
 def _value(f: Figure) -> str:

@@ -1,6 +1,7 @@
 """Counting: every figure on cases whose outcome is plain to see."""
 
 import math
+import re
 from dataclasses import replace
 
 import pytest
@@ -21,6 +22,8 @@ from gap.score import (
     group_of,
     parameter_error,
 )
+from gap.score_methods import THIS, Method, methods
+from robot.gap_score_text import score_lines, score_markdown
 
 NAN = math.nan
 FRICTION = Truth("foot_friction", "friction", "FL", (("ratio", 0.5),))
@@ -137,3 +140,25 @@ def test_confusions_name_what_was_said() -> None:
         "f": ("nothing", "foot_friction"),
         "h": ("foot_friction + force_bias", "foot_friction + stiction"),
     }
+
+
+def test_simpler_ways_are_counted_on_the_same_cases() -> None:
+    def told(case: Case, *effects: str) -> Case:
+        return replace(case, answer=replace(case.answer, simpler=(("greedy", effects),)))
+
+    cases = [
+        told(RIGHT, "stiction", "foot_friction"),
+        told(WRONG, "foot_friction"),
+        told(TWO, "force_bias", "foot_friction", "drag", "drag"),
+        told(HEALTHY, "drag"),
+        told(UNKNOWN),
+    ]
+    ours, greedy = methods(cases)
+    assert ours == Method(THIS, 1, 2, 1, 2, 2, 1, 1)
+    assert greedy == Method("greedy", 1, 2, 2, 2, 4, 0, 1)
+    assert methods([RIGHT]) == ()
+    lines = "\n".join(score_lines(figures(cases, NEUTRAL), (), cases))
+    assert re.search(r"greedy +50% +100% +50% +0%", lines)
+    assert "| greedy | 50% | 100% | 50% | 0% |" in score_markdown(
+        figures(cases, NEUTRAL), (), cases
+    )
