@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap.legged_grid import FOOT_WINDOW_S, Grid
+from gap.legged_grid import FOOT_WINDOW_S, TWIST_WINDOW_S, Grid
 from gap.legged_machine import LeggedMachine
 from gap.legged_pushes import (
     Before,
@@ -262,7 +262,7 @@ def slide(
         law,
         pushes(machine, grid, own, signals.wrench_B, standing.sway_m, velocity_B, before),
         grid.period_s,
-        _give(machine, own, points[..., 2], shaft_give_m_n),
+        _give(machine, grid, own, points[..., 2], shaft_give_m_n),
     )
     motion = MotionSignals(grid.time_s, _held(found.velocity_B))
     for added in settings.at("dynamics"):
@@ -273,6 +273,7 @@ def slide(
 
 def _give(
     machine: LeggedMachine,
+    grid: Grid,
     own: GroundSettings,
     foot_z_m: FloatArray,
     shaft_give_m_n: FloatArray | None,
@@ -282,8 +283,8 @@ def _give(
     give = np.tile([own.flex_longitudinal_m_n, own.flex_lateral_m_n], (1, len(shaft_x), 1))
     if shaft_give_m_n is not None:
         give = give + np.stack([shaft_give_m_n, np.zeros_like(shaft_give_m_n)], axis=2)
-    if own.twist_rad_nm:
-        # what pushes a foot aside rolls its row
+    if own.twist_rad_nm and len(foot_z_m) > grid.window(TWIST_WINDOW_S):
+        # what pushes a foot aside rolls its row; a moment is too short for that
         row, rolls = _twisting(shaft_x, own.twist_rad_nm)
         aside = np.diag(rolls)[row] * foot_z_m**2
         give = give + np.stack([np.zeros_like(aside), aside], axis=2)

@@ -9,6 +9,7 @@ import pytest
 from gap.interfaces import Cause, Drive
 from gap.legged_causes import settings_of
 from gap.legged_chain import LeggedChain
+from gap.legged_grid import TWIST_WINDOW_S
 from gap.legged_inputs import make_inputs
 from model.errors import ConfigError
 from model.linkage import Linkage
@@ -64,10 +65,18 @@ def in_frames(config: RobotConfig) -> tuple[FloatArray, FloatArray]:
     assert model is not None
     rate = np.gradient(inputs.shaft_rad, inputs.grid.period_s, axis=0)
     pose = np.column_stack([inputs.body_m[:, :2], inputs.body_rad[:, 2]])
+    over_ground = inputs.grid.slope(pose, TWIST_WINDOW_S)
+    c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
+    before = np.column_stack([
+        c * over_ground[:, 0] + s * over_ground[:, 1],
+        c * over_ground[:, 1] - s * over_ground[:, 0],
+        over_ground[:, 2],
+    ])  # fmt: skip
+    period_s = inputs.grid.period_s
     rows = range(0, len(rate), 7)
     loads, velocities = [], []
     for i in rows:
-        answer = model.solve(inputs.shaft_rad[i], rate[i], pose[i], np.full(3, np.nan), 0.0)
+        answer = model.solve(inputs.shaft_rad[i], rate[i], pose[i], before[max(i - 1, 0)], period_s)
         loads.append(answer.contact.support.load_n)
         velocities.append(answer.contact.traction.velocity_B)
     return np.array(loads), np.array(velocities)
@@ -83,6 +92,8 @@ def test_an_effect_does_in_the_controller_what_it_does_in_the_chain(name: str) -
     change = [ours[1][i] - ours[0][i] for i in (0, 1)]
     wanted = [(theirs[1][i] - theirs[0][i])[every] for i in (0, 1)]
     told = False
+    if name == "chassis_twist":  # rows that are pushed aside remember more than one frame
+        change, wanted = change[:1], wanted[:1]
     for got, want in zip(change, wanted, strict=True):
         inner = slice(3, -3)  # the chain's filters are not what they are elsewhere at the ends
         got, want = got[inner], want[inner]
@@ -123,16 +134,18 @@ def test_an_effect_at_neutral_is_the_model_of_the_loop() -> None:
         assert found.contact.support.slope_x == pytest.approx(plain.support.slope_x, abs=1e-9)
 
 
-def test_velocity_lags_and_a_turned_body_meets_the_slope_from_its_side() -> None:
+def test_a_mass_is_held_and_a_turned_body_meets_the_slope_from_its_side() -> None:
     still, before = np.full(6, 0.4), np.array([0.05, 0.0, 0.0])
     lag = model_of(with_effects(cause("inertia_lag", 0.1)))
     assert lag is not None
     at = lag.solve(np.zeros(6), still, np.zeros(3), np.full(3, np.nan), 0.01)
     later = lag.solve(np.zeros(6), still, np.zeros(3), before, 0.1)
-    aim, keep = at.contact.traction.velocity_B, np.exp(-1.0)
-    assert np.allclose(
-        later.contact.traction.velocity_B, keep * before + (1 - keep) * aim, atol=1e-9
-    )
+    aim, got = at.contact.traction.velocity_B, later.contact.traction.velocity_B
+    assert aim[0] < got[0] < before[0]
+    contact = machine().contact
+    mass = 0.1 * contact.mu.mean() * machine().weight_n / 0.02
+    pushed = later.contact.traction.force_B[:, 0].sum()
+    assert pushed == pytest.approx(mass * (got[0] - before[0]) / 0.1, rel=1e-6)
     slope = model_of(with_effects(cause("ground_slope", 0.05, 0.0)))
     assert slope is not None
     straight = slope.solve(
