@@ -18,7 +18,7 @@ from gap.floor import Condition, Floor, make_floor
 from gap.how_far import how_far
 from gap.interfaces import Cause, Drive, Simulator
 from gap.next_run import Proposer, next_runs
-from gap.options import usual_score
+from gap.options import nats_beyond
 from gap.parts import Part, split, whole_part
 from gap.predictions import Predictor
 from gap.probability import Calibration, Left, chances, none_of_them
@@ -123,8 +123,7 @@ def diagnose(
     constants = calibration or Calibration()
     worst = float(np.nanmax(evidence.excess(unseen)))
     p_left = min(energies(evidence, unseen, healthy)) if detection else 0.0
-    usual = usual_score(evidence, calm) if calm else evidence.count.sum(axis=0) / 2
-    nats = max(0.0, float((evidence.score(unseen).sum(axis=0) - usual).sum()))
+    nats = max(0.0, nats_beyond(evidence, selection.unseen, calm))
     none = 0.0
     if exists:
         rest = Left(closed, left, worst, len(selection.steps), bool(references), p_left)

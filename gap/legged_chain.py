@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 from gap.interfaces import Drive
-from gap.legged_grid import TWIST_WINDOW_S, Grid
+from gap.legged_grid import body_velocity
 from gap.legged_ground import Sliding, Standing, slide, stand
 from gap.legged_inputs import LeggedInputs
 from gap.legged_machine import LeggedMachine
@@ -92,8 +92,8 @@ class LeggedChain:
         measured = drive is Drive.MEASURED
         world = _measured_world(known) if measured else None
         velocity = None
-        if world is not None and (settings.ground.drag_n_s_m or settings.ground.inertia_s):
-            velocity = _velocity(known.grid, world)
+        if world is not None and settings.ground.resists_motion:
+            velocity = body_velocity(known.grid, world)
         flank = None
         if not measured and any(settings.shaft.backlash_rad):
             # which flank a shaft lies against is told by the loads of a walk without the play
@@ -216,7 +216,7 @@ def _acts_back(settings: Settings, drive: Drive, place_unknown: bool) -> bool:
     loads = any(settings.shaft.compliance_rad_nm) or bool(settings.at("actuation"))
     places = (
         ground.step_height_m or ground.patch_ratio != 1.0 or ground.slope_x or ground.slope_y
-        or ground.tether_x_n or ground.tether_y_n or ground.drag_n_s_m or ground.inertia_s
+        or ground.tether_x_n or ground.tether_y_n or ground.resists_motion
     )  # fmt: skip
     return (loads and drive is Drive.COMMAND) or (bool(places) and place_unknown)
 
@@ -234,14 +234,6 @@ def _measured_world(known: LeggedInputs) -> FloatArray | None:
         return None
     time_s = known.grid.time_s
     return np.stack([np.interp(time_s, time_s[complete], c[complete]) for c in world.T], axis=1)
-
-
-def _velocity(grid: Grid, world: FloatArray) -> FloatArray:
-    """Velocity in body axes of places in the world, (W, 3)."""
-    slope = grid.slope(world, TWIST_WINDOW_S)
-    c, s = np.cos(world[:, 2]), np.sin(world[:, 2])
-    forward, left = c * slope[:, 0] + s * slope[:, 1], c * slope[:, 1] - s * slope[:, 0]
-    return np.column_stack([forward, left, slope[:, 2]])
 
 
 def _integrated(known: LeggedInputs, velocity: FloatArray) -> FloatArray:

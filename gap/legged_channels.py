@@ -3,7 +3,7 @@
 import numpy as np
 
 from gap.interfaces import NOWHERE, Channel, Observation
-from gap.legged_grid import TWIST_WINDOW_S, Grid, down, placed_noise
+from gap.legged_grid import TWIST_WINDOW_S, Grid, body_velocity, down, placed_noise
 from gap.legged_inputs import LeggedInputs
 from gap.legged_signals import SensorSignals
 from model.signals import FloatArray, readonly
@@ -43,11 +43,7 @@ def to_channels(grid: Grid, command_rad: FloatArray, signals: SensorSignals) -> 
         signals: What sensors read.
     """
     frames = grid.frames
-    rate = grid.slope(
-        np.column_stack([signals.body_m[:, :2], signals.body_rad[:, 2]]), TWIST_WINDOW_S
-    )
-    c, s = np.cos(signals.body_rad[:, 2]), np.sin(signals.body_rad[:, 2])
-    twist = (c * rate[:, 0] + s * rate[:, 1], c * rate[:, 1] - s * rate[:, 0], rate[:, 2])
+    pose = np.column_stack([signals.body_m[:, :2], signals.body_rad[:, 2]])
     wide = np.column_stack([
         signals.shaft_rad - command_rad,
         signals.foot_m.reshape(frames, -1),
@@ -55,7 +51,7 @@ def to_channels(grid: Grid, command_rad: FloatArray, signals: SensorSignals) -> 
         signals.body_m[:, 2],
         signals.body_rad[:, :2],
         signals.force_n[..., :2].reshape(frames, -1),
-        *twist,
+        body_velocity(grid, pose),
     ])  # fmt: skip
     return down(wide)
 

@@ -62,6 +62,11 @@ class Grid:
         slope: FloatArray = convolve1d(wide, kernel, axis=0, mode="nearest")[half:-half]
         return slope
 
+    @property
+    def is_moment(self) -> bool:
+        """Whether it is too short for what needs a memory, such as an acceleration."""
+        return self.frames <= self.window(TWIST_WINDOW_S)
+
     def slope_noise(self, seconds: float) -> float:
         """Standard deviation of ``slope`` followed by ``down`` for white noise of 1."""
         kernel = savgol_coeffs(self.window(seconds), ORDER, deriv=1, delta=self.period_s)
@@ -78,6 +83,14 @@ def down(values: FloatArray) -> FloatArray:
     """Average from the working grid to that of the channels, (W, ...) to (F, ...)."""
     averaged: FloatArray = convolve1d(values, DOWN, axis=0, mode="nearest")[::2]
     return averaged
+
+
+def body_velocity(grid: Grid, pose: FloatArray) -> FloatArray:
+    """Velocity in body axes, vx, vy, yaw rate, of a pose x, y, yaw in the world, both (W, 3)."""
+    rate = grid.slope(pose, TWIST_WINDOW_S)
+    c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
+    forward, left = c * rate[:, 0] + s * rate[:, 1], c * rate[:, 1] - s * rate[:, 0]
+    return np.column_stack([forward, left, rate[:, 2]])
 
 
 def make_grid(time_s: FloatArray) -> Grid:

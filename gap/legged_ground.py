@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap.legged_grid import FOOT_WINDOW_S, TWIST_WINDOW_S, Grid
+from gap.legged_grid import FOOT_WINDOW_S, Grid
 from gap.legged_machine import LeggedMachine
 from gap.legged_pushes import (
     Before,
@@ -99,7 +99,7 @@ def stand(
         feet: Unloaded feet.
         settings: What is added.
         world: x, y, yaw of the body, (W, 3); only effects that are bound to a place need it.
-        velocity_B: vx, vy, yaw rate of the body, (W, 3), as far as it is known; drag needs it.
+        velocity_B: vx, vy, yaw rate of the body, (W, 3), as far as it is known; drag and inertia need it.
     """
     own = settings.ground
     points = contact_points(feet, settings)
@@ -112,7 +112,7 @@ def stand(
     signals = SupportSignals(grid.time_s, points, ground, stiffness, weight, com)
     shaft_x = machine.legs.shaft_position[:, 0]
     sideways = sideways_force(machine, own, world)
-    if velocity_B is not None:
+    if velocity_B is not None and own.resists_motion:
         sideways = sideways + resistance(machine, grid, own, velocity_B)[:, :2]
     if sideways.any():
         # it acts at the height of the body's origin, friction on the ground: the weight's line moves
@@ -283,7 +283,7 @@ def _give(
     give = np.tile([own.flex_longitudinal_m_n, own.flex_lateral_m_n], (1, len(shaft_x), 1))
     if shaft_give_m_n is not None:
         give = give + np.stack([shaft_give_m_n, np.zeros_like(shaft_give_m_n)], axis=2)
-    if own.twist_rad_nm and len(foot_z_m) > grid.window(TWIST_WINDOW_S):
+    if own.twist_rad_nm and not grid.is_moment:
         # what pushes a foot aside rolls its row; a moment is too short for that
         row, rolls = _twisting(shaft_x, own.twist_rad_nm)
         aside = np.diag(rolls)[row] * foot_z_m**2

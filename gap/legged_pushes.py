@@ -70,7 +70,7 @@ def resistance(
 ) -> FloatArray:
     """Wrench of drag and inertia at a known velocity, body axes, (W, 3) [N, N, N m]."""
     wrench = -own.drag_n_s_m * velocity_B * [1.0, 1.0, 0.0]
-    if own.inertia_s and len(velocity_B) > grid.window(TWIST_WINDOW_S):
+    if own.inertia_s and not grid.is_moment:
         mass, about_z = _added_inertia(machine, own)
         change = grid.slope(velocity_B, TWIST_WINDOW_S)
         change[:, :2] += velocity_B[:, 2:] * np.stack([-velocity_B[:, 1], velocity_B[:, 0]], axis=1)
@@ -81,7 +81,7 @@ def resistance(
 def _swaying(grid: Grid, sway_m: FloatArray) -> FloatArray:
     """Velocity of the origin by its sway, (W, 3); none in a moment that is too short to tell."""
     velocity = np.zeros((len(sway_m), 3))
-    if len(sway_m) > grid.window(TWIST_WINDOW_S):
+    if not grid.is_moment:
         velocity[:, :2] = grid.slope(sway_m, TWIST_WINDOW_S)
     return velocity
 
@@ -101,7 +101,7 @@ def pushes(
     a share of the drag, and the inertia over a second, act against that, so that a
     frame in which friction cannot hold the wrench does not run away.
     """
-    if not (own.drag_n_s_m or own.inertia_s):
+    if not own.resists_motion:
         return Pushes(wrench)
     mass, about_z = _added_inertia(machine, own)
     aside = _swaying(grid, sway_m)

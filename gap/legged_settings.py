@@ -60,6 +60,11 @@ class GroundSettings:
     tether_y_n: float
     drag_n_s_m: float
 
+    @property
+    def resists_motion(self) -> bool:
+        """Whether drag or inertia acts."""
+        return bool(self.drag_n_s_m or self.inertia_s)
+
 
 @dataclass(frozen=True, slots=True)
 class SensorSettings:

@@ -70,6 +70,12 @@ def usual_score(evidence: Evidence, healthy: Evidence) -> FloatArray:
     return found
 
 
+def nats_beyond(evidence: Evidence, unseen: FloatArray, healthy: Evidence | None) -> float:
+    """Score of blocks, (B,), beyond that of as many healthy frames; beyond noise where there are none."""
+    usual = usual_score(evidence, healthy) if healthy else evidence.count.sum(axis=0) / 2
+    return float(unseen.sum() - usual.sum())
+
+
 def chance_healthy(option: Option, evidence: Evidence, healthy: Evidence | None) -> float:
     """Chance of so large a cause in a healthy machine; 0 where there is none to compare with."""
     if healthy is None:

@@ -142,6 +142,11 @@ def found(case: Case) -> bool:
     return case.answer.verdict != NO_GAP
 
 
+def named_effects(case: Case) -> tuple[str, ...]:
+    """Return the effects that were named, the largest first; none where no gap was declared."""
+    return tuple(one.effect for one in case.answer.named) if found(case) else ()
+
+
 def named_right(case: Case) -> bool:
     """Whether the first cause named is the true effect (of a single-effect case)."""
     return bool(case.answer.named) and case.answer.named[0].effect == case.truths[0].effect
@@ -171,7 +176,7 @@ def figures(cases: Sequence[Case], neutral: dict[tuple[str, str], float]) -> tup
     open_set = [c for c in cases if c.kind in {OUTSIDE, REMOVED}]
     inside = [c for c in cases if c.kind in {SINGLE, PAIR} and found(c)]
     groups = [len(group_of(c)) for c in detected if c.answer.named]
-    hits, truths, said = _pairs([c for c in cases if c.kind == PAIR])
+    hits, truths, said = count_pairs((c, named_effects(c)) for c in cases if c.kind == PAIR)
     seconds = [c.answer.seconds for c in cases if c.answer.seconds == c.answer.seconds]
     odd = [_unlike(c) for c in open_set]
     auroc = area_under(
@@ -212,7 +217,7 @@ def confusions(cases: Iterable[Case]) -> tuple[Confusion, ...]:
     out = []
     for case in cases:
         true = sorted(t.effect for t in case.truths) if case.kind in {SINGLE, PAIR} else []
-        named = sorted({n.effect for n in case.answer.named}) if found(case) else []
+        named = sorted(set(named_effects(case)))
         odd = case.kind in {OUTSIDE, REMOVED}
         right = _unlike(case) if odd else true == named
         if not right:
@@ -307,11 +312,11 @@ def _unlike(case: Case) -> bool:
     return case.answer.verdict == UNEXPLAINED
 
 
-def _pairs(cases: Sequence[Case]) -> tuple[int, int, int]:
+def count_pairs(told: Iterable[tuple[Case, Sequence[str]]]) -> tuple[int, int, int]:
+    """Count effects named that were there, effects that were there, and effects named."""
     hits = truths = said = 0
-    for case in cases:
-        true = Counter(t.effect for t in case.truths)
-        named = Counter(n.effect for n in case.answer.named) if found(case) else Counter[str]()
+    for case, effects in told:
+        true, named = Counter(truth.effect for truth in case.truths), Counter(effects)
         hits += (true & named).total()
         truths += true.total()
         said += named.total()

@@ -1,10 +1,9 @@
 """What simpler ways said of the same cases, counted in the same way as the diagnosis."""
 
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from gap.score import CONTROL, PAIR, SINGLE, Case, found
+from gap.score import CONTROL, PAIR, SINGLE, Case, count_pairs, named_effects
 
 THIS = "this diagnosis"
 
@@ -44,19 +43,13 @@ def methods(cases: Sequence[Case]) -> tuple[Method, ...]:
 def _count(name: str, cases: Sequence[Case]) -> Method:
     told = list(_told(name, cases))
     single = [(case, said) for case, said in told if case.kind == SINGLE]
-    pairs = [
-        (Counter(truth.effect for truth in case.truths), Counter(said))
-        for case, said in told
-        if case.kind == PAIR
-    ]
+    pairs = count_pairs((case, said) for case, said in told if case.kind == PAIR)
     control = [said for case, said in told if case.kind == CONTROL]
     return Method(
         name,
         sum(said[:1] == (case.truths[0].effect,) for case, said in single),
         len(single),
-        sum((true & said).total() for true, said in pairs),
-        sum(true.total() for true, _ in pairs),
-        sum(said.total() for _, said in pairs),
+        *pairs,
         sum(not said for said in control),
         len(control),
     )
@@ -65,7 +58,7 @@ def _count(name: str, cases: Sequence[Case]) -> Method:
 def _told(name: str, cases: Sequence[Case]) -> Iterator[tuple[Case, tuple[str, ...]]]:
     for case in cases:
         if name == THIS:
-            yield case, tuple(one.effect for one in case.answer.named) if found(case) else ()
+            yield case, named_effects(case)
         for simpler, effects in case.answer.simpler:
             if simpler == name:
                 yield case, effects

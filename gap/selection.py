@@ -17,6 +17,7 @@ from gap.options import (
     Option,
     chance_healthy,
     fit_option,
+    nats_beyond,
     on_bound,
     share_of,
     shortlist,
@@ -123,10 +124,14 @@ def select(
         search: How far to look.
     """
     fitted = fit_causes(evidence, (), effects)
-    tried = len(candidates)
+
+    def chance(option: Option) -> float:
+        """Return its chance in a healthy machine, among all candidates that were tried."""
+        return min(1.0, len(candidates) * chance_healthy(option, evidence, healthy))
+
     found = Selection(fitted, unseen_score(evidence, fitted), (), None)
     while len(found.steps) < search.most:
-        taken = _look(evidence, found, signatures, effects, tried, threshold, healthy, search)
+        taken = _look(evidence, found, signatures, effects, chance, threshold, healthy, search)
         if taken is None:
             break
         best, p, others = taken
@@ -143,9 +148,7 @@ def select(
         if left > NOTHING_LEFT and (not best.added.effect.parameters or share > ANEW):
             signatures = make_signatures(evidence, candidates, found.fitted.causes, lambda _: None)
         progress(len(found.steps) / search.most)
-    swapped = _swapped(
-        evidence, found, effects, lambda o: chance_healthy(o, evidence, healthy) * tried
-    )
+    swapped = _swapped(evidence, found, effects, chance)
     if swapped is found:
         return found
     return _dropped(evidence, swapped, effects, threshold, len(swapped.steps))
@@ -156,7 +159,7 @@ def _look(
     found: Selection,
     signatures: Signatures,
     effects: Mapping[str, Effect],
-    tried: int,
+    chance: Callable[[Option], float],
     threshold: float,
     healthy: Evidence | None,
     search: Search,
@@ -186,9 +189,9 @@ def _look(
             parameters = len(one.added.effect.parameters)
             if not worth(one.over, parameters, threshold, len(one.unseen)):
                 continue
-            p = min(1.0, tried * chance_healthy(one, evidence, healthy))
+            p = chance(one)
             if p < LEVEL and _closes_enough(evidence, one, found, healthy, search):
-                one, p = _off_bound(evidence, one, p, options, effects, tried, healthy)
+                one, p = _off_bound(evidence, one, p, options, effects, healthy, chance)
                 rivals = [other for other in options if other is not one and other not in usual]
                 return one, p, tuple(sorted(rivals, key=_rank))
             if healthy is None:
@@ -210,20 +213,20 @@ def _off_bound(
     p: float,
     options: Sequence[Option],
     effects: Mapping[str, Effect],
-    tried: int,
     healthy: Evidence | None,
+    chance: Callable[[Option], float],
 ) -> tuple[Option, float]:
     """Prefer to one fitted to its bound another that is no farther behind than the misfit hides."""
     if healthy is None or not on_bound(best, effects):
         return best, p
-    left = float(best.unseen.sum()) - float(usual_score(evidence, healthy).sum())
+    left = nats_beyond(evidence, best.unseen, healthy)
     for other in sorted(options, key=lambda o: -o.over.nats):
         near = best.over.nats - other.over.nats < MISFIT_SHARE * left
         if other is best or not near or on_bound(other, effects):
             continue
-        chance = min(1.0, tried * chance_healthy(other, evidence, healthy))
-        if chance < LEVEL:
-            return other, chance
+        other_p = chance(other)
+        if other_p < LEVEL:
+            return other, other_p
     return best, p
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import gap.options as options_module
 import gap.selection as selection_module
 from gap.candidates import Candidate, candidates_of, starts_of
 from gap.commissioning import standing_of
@@ -142,17 +143,19 @@ def test_a_cause_on_its_bound_gives_way_to_one_that_the_misfit_hides(
         fitted = Fitted((cause(name, value),), nothing, nothing, nothing, 0.0)
         return Option(added, fitted, np.array([left]), Advantage(nats, 1.0))
 
-    monkeypatch.setattr(selection_module, "usual_score", lambda *_: np.array([1000.0]))
-    monkeypatch.setattr(selection_module, "chance_healthy", lambda *_: 1e-9)
+    monkeypatch.setattr(options_module, "usual_score", lambda *_: np.array([1000.0]))
     stuck, free = option("lag", 9.0, 500.0, 2000.0), option("tether", 0.3, 460.0, 2040.0)
     far = option("tether", 0.3, 440.0, 2060.0)
     assert on_bound(stuck, effects)
     assert not on_bound(free, effects)
-    choose = selection_module._off_bound
-    assert choose(found, stuck, 0.0, [stuck, free], effects, 10, healthy) == (free, 1e-8)
-    assert choose(found, stuck, 0.0, [stuck, far], effects, 10, healthy) == (stuck, 0.0)
-    assert choose(found, free, 0.0, [free, stuck], effects, 10, healthy) == (free, 0.0)
-    assert choose(found, stuck, 0.0, [stuck, free], effects, 10, None) == (stuck, 0.0)
+
+    def choose(best: Option, p: float, options: list[Option], known: Evidence | None) -> object:
+        return selection_module._off_bound(found, best, p, options, effects, known, lambda _: 1e-8)
+
+    assert choose(stuck, 0.0, [stuck, free], healthy) == (free, 1e-8)
+    assert choose(stuck, 0.0, [stuck, far], healthy) == (stuck, 0.0)
+    assert choose(free, 0.0, [free, stuck], healthy) == (free, 0.0)
+    assert choose(stuck, 0.0, [stuck, free], None) == (stuck, 0.0)
 
 
 def test_a_cause_that_is_fitted_to_nothing_is_idle() -> None:

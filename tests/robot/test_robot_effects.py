@@ -9,7 +9,7 @@ import pytest
 from gap.interfaces import Cause, Drive
 from gap.legged_causes import settings_of
 from gap.legged_chain import LeggedChain
-from gap.legged_grid import TWIST_WINDOW_S
+from gap.legged_grid import body_velocity
 from gap.legged_inputs import make_inputs
 from model.errors import ConfigError
 from model.linkage import Linkage
@@ -65,13 +65,7 @@ def in_frames(config: RobotConfig) -> tuple[FloatArray, FloatArray]:
     assert model is not None
     rate = np.gradient(inputs.shaft_rad, inputs.grid.period_s, axis=0)
     pose = np.column_stack([inputs.body_m[:, :2], inputs.body_rad[:, 2]])
-    over_ground = inputs.grid.slope(pose, TWIST_WINDOW_S)
-    c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
-    before = np.column_stack([
-        c * over_ground[:, 0] + s * over_ground[:, 1],
-        c * over_ground[:, 1] - s * over_ground[:, 0],
-        over_ground[:, 2],
-    ])  # fmt: skip
+    before = body_velocity(inputs.grid, pose)
     period_s = inputs.grid.period_s
     rows = range(0, len(rate), 7)
     loads, velocities = [], []
