@@ -4,13 +4,15 @@ A pool is made by ``prediction_pool``: its workers inherit the simulator and the
 indices and causes travel.
 """
 
-import multiprocessing
 from collections import OrderedDict
 from collections.abc import Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import Executor
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
+from functools import partial
 
 from gap.interfaces import Cause, Drive, Simulator
+from gap.worker_pool import worker_pool
 from model.errors import GapError
 from model.signals import FloatArray
 from record.trial import Trial
@@ -37,14 +39,9 @@ class Wanted:
 
 def prediction_pool(
     simulator: Simulator, trials: Sequence[Trial], references: Sequence[Trial], workers: int
-) -> Executor:
+) -> AbstractContextManager[Executor]:
     """Start processes that predict; to be given to ``diagnose`` as its executor."""
-    return ProcessPoolExecutor(
-        workers,
-        mp_context=multiprocessing.get_context("fork"),  # what is inherited need not be pickled
-        initializer=_install,
-        initargs=(simulator, (*trials, *references)),
-    )
+    return worker_pool(workers, partial(_install, simulator, (*trials, *references)), inherit=True)
 
 
 def _install(simulator: Simulator, trials: tuple[Trial, ...]) -> None:

@@ -16,7 +16,7 @@ from robot.compile_line import show_compiling
 from robot.exit_codes import ExitCode
 from robot.help_pages import page_hint
 
-EPILOG = "exit codes: 0 good, 1 a verdict failed, 2 wrong usage or file, 3 hardware, 4 log"
+EPILOG = "exit codes: 0 good, 1 a verdict failed, 2 wrong usage or file, 3 hardware, 4 log, 130 interrupted"
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
@@ -33,12 +33,15 @@ def run(arguments: Sequence[str] | None = None) -> int:
     given = list(sys.argv[1:] if arguments is None else arguments)
     options = _parser(given).parse_args(given)
     show_compiling()
+    words = " ".join(
+        ["bigant", options.command, *([options.action] if "action" in options else [])]
+    )
     try:
         return int(_dispatch(options))
+    except KeyboardInterrupt:  # a drive and what listens see to it themselves
+        print(f"\n{words}: interrupted", file=sys.stderr)
+        return int(ExitCode.INTERRUPTED)
     except BigantError as error:
-        words = " ".join(
-            ["bigant", options.command, *([options.action] if "action" in options else [])]
-        )
         print(f"{words}: {error}{page_hint(error)}", file=sys.stderr)
         return int(_code_of(error))
     except BrokenPipeError:  # the reader of our output went away, as with `| head`

@@ -9,6 +9,7 @@ class ExitCode(enum.IntEnum):
     """What a shell sees.
 
     ``USAGE`` is argparse's own code; mistakes in files and arguments share it.
+    ``INTERRUPTED`` is what shells give to Ctrl-C, 128 and the number of the signal.
     """
 
     OK = 0
@@ -16,6 +17,7 @@ class ExitCode(enum.IntEnum):
     USAGE = 2
     HARDWARE = 3
     LOG = 4
+    INTERRUPTED = 130
 
 
 _BY_REASON = {

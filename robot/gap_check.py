@@ -128,10 +128,10 @@ def answer_all(asked: "list[Asked]", jobs: int, words: str) -> None:
     Raises:
         GapError: Some got no answer.
     """
-    from concurrent.futures import ProcessPoolExecutor, as_completed
+    from concurrent.futures import as_completed
     from dataclasses import replace
-    from multiprocessing import get_context
 
+    from gap.worker_pool import worker_pool
     from model.errors import GapError
     from robot.gap_case import answer_case, commission_case
     from robot.progress import ProgressBar
@@ -140,11 +140,7 @@ def answer_all(asked: "list[Asked]", jobs: int, words: str) -> None:
     if not left:
         return
     left[0].out.parent.mkdir(parents=True, exist_ok=True)
-    # spawned: compiled code and threads of this process are not to be forked
-    with (
-        ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool,
-        ProgressBar(words) as bar,
-    ):
+    with worker_pool(jobs) as pool, ProgressBar(words) as bar:
         standing = None
         if left[0].references:
             bar.show(0.0, "what the healthy runs lack")

@@ -10,9 +10,8 @@ import json
 import math
 import warnings
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from dataclasses import dataclass
-from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,6 +20,7 @@ import numpy as np
 from gap.interfaces import Cause, Simulator
 from gap.reachable import shrink_of
 from gap.score import CONTROL, PAIR, SINGLE
+from gap.worker_pool import worker_pool
 from model.errors import GapError
 from model.signals import FloatArray
 from robot.campaign_plan import Scenario, read_scenario
@@ -109,10 +109,7 @@ def seen_of(
         usual, plan = (), read_scenario(scenario)
     wanted = [one for one in files if labels[one.name].kind in {SINGLE, PAIR}]
     oracles: list[_Oracle] = []
-    with (
-        ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool,
-        ProgressBar("oracle") as bar,
-    ):
+    with worker_pool(jobs) as pool, ProgressBar("oracle") as bar:
         futures = [
             pool.submit(_ask_oracle, one, labels[one.name], standing, plan, usual) for one in wanted
         ]

@@ -6,10 +6,10 @@ that all of them see; nothing but the ends of the runs goes through pipes.
 
 import contextlib
 import shutil
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Executor
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from itertools import pairwise
-from multiprocessing import get_context
 from multiprocessing.shared_memory import SharedMemory
 from pathlib import Path
 from types import TracebackType
@@ -18,6 +18,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from gap.worker_pool import worker_pool
 from model.errors import ModelError
 from model.frames import FrameSolutions, FrictionLaw
 from model.frames_kernel import frames_kernel, prepare
@@ -128,10 +129,10 @@ class ModelProcesses:
         if count < 1:
             raise ModelError(f"at least one process is needed, not {count}")
         self.count = count
-        # a fresh interpreter each: forking a program that has threads is asking for trouble
-        self._pool = ProcessPoolExecutor(count, mp_context=get_context("spawn"))
+        self._workers: AbstractContextManager[Executor] = worker_pool(count)
 
     def __enter__(self) -> Self:
+        self._pool = self._workers.__enter__()
         return self
 
     def __exit__(
@@ -140,7 +141,7 @@ class ModelProcesses:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._pool.shutdown()
+        self._workers.__exit__(kind, error, trace)
 
     def solve(
         self,

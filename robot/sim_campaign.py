@@ -158,13 +158,11 @@ def _same(now: str, before: str, folder: Path) -> None:
 
 @contextmanager
 def _executor(options: argparse.Namespace) -> "Iterator[Executor]":
-    from concurrent.futures import ProcessPoolExecutor
-    from multiprocessing import get_context
-
+    from gap.worker_pool import worker_pool
     from model.errors import ConfigError
 
     if options.dask is None:
-        with ProcessPoolExecutor(options.jobs, mp_context=get_context("spawn")) as local:
+        with worker_pool(options.jobs) as local:
             yield local
         return
     try:

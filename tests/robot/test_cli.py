@@ -159,6 +159,17 @@ def test_wrong_usage_is_argparses_own_error(
     assert "usage: bigant" in capsys.readouterr().err
 
 
+def test_ctrl_c_is_one_line_and_the_shells_own_code(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def press_ctrl_c(_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("robot.show.show", press_ctrl_c)
+    assert bigant("show", "any.mcap") == 130
+    assert capsys.readouterr().err.strip() == "bigant show: interrupted"
+
+
 def test_version_says_what_is_at_work(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as stopped:
         bigant("--version")

@@ -1,0 +1,72 @@
+"""Worker processes that never outlive the command that started them.
+
+``concurrent.futures`` alone leaves its workers behind when the program is killed, and works off all that
+waits when it is interrupted. Here Ctrl-C is the program's affair, and a worker leaves at once when the
+program is gone or gives the pool up.
+"""
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from multiprocessing.connection import Connection, wait
+
+from model.errors import GapError
+
+ABANDONED = 1  # exit code of a worker that was told to leave
+
+
+@contextmanager
+def worker_pool(
+    count: int, install: Callable[[], None] | None = None, *, inherit: bool = False
+) -> Iterator[ProcessPoolExecutor]:
+    """Start processes, and end them: when all is done, or at once when the block is left by an exception.
+
+    Args:
+        count: Number of processes.
+        install: Called once in every worker before its first task.
+        inherit: Fork, so that what ``install`` holds need not be pickled; else fresh interpreters, because
+            compiled code and threads of this process are not to be forked.
+
+    Raises:
+        GapError: ``count`` is not positive.
+    """
+    if count < 1:
+        raise GapError(f"at least one worker process is needed, not {count}")
+    context = multiprocessing.get_context("fork" if inherit else "spawn")
+    ears, mouth = context.Pipe(duplex=False)
+    pool = ProcessPoolExecutor(
+        count,
+        mp_context=context,
+        initializer=_begin,
+        initargs=(ears, mouth if inherit else None, install),
+    )
+    try:
+        yield pool
+    except BaseException:
+        mouth.close()  # end of file: workers leave in the middle of what they do
+        pool.shutdown(cancel_futures=True)
+        raise
+    finally:
+        pool.shutdown()
+        mouth.close()
+        ears.close()
+
+
+def _begin(ears: Connection, mouth: Connection | None, install: Callable[[], None] | None) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if mouth is not None:
+        mouth.close()  # a fork's own copy would keep the pipe open
+    threading.Thread(target=_leave_with_parent, args=(ears,), daemon=True).start()
+    if install is not None:
+        install()
+
+
+def _leave_with_parent(ears: Connection) -> None:
+    parent = multiprocessing.parent_process()
+    assert parent is not None  # only workers come here
+    wait([ears, parent.sentinel])
+    os._exit(ABANDONED)
