@@ -127,14 +127,26 @@ class FrameModel:
             forces: As the calibrated sensors report them.
             since_s: Time since the run began, for drifts.
         """
+        force_n = self.without_sensor_errors(forces.force_n, since_s)
+        return FootForces(forces.t_ns, force_n, forces.valid)
+
+    def without_sensor_errors(self, force_n: FloatArray, since_s: FloatArray | float) -> FloatArray:
+        """Take gain, bias, drift and rotation of the transducers out of readings.
+
+        Args:
+            force_n: As the calibrated sensors report them, (..., N, 3).
+            since_s: Time since the run began, for drifts, (...,).
+
+        Returns:
+            (..., N, 3).
+        """
         own = self.settings.sensor
         bias = np.stack([own.bias_x_n, own.bias_y_n, own.bias_z_n], axis=1)
-        bias[:, 2] += since_s * np.array(own.drift_n_s)
-        force = (forces.force_n - bias) / np.array(own.force_gain)[:, None]
+        force = (force_n - bias) / np.array(own.force_gain)[:, None]
+        drifted = np.asarray(since_s)[..., None] * np.array(own.drift_n_s)
         c, s = np.cos(own.force_yaw_rad), np.sin(own.force_yaw_rad)
-        x, y = force[:, 0], force[:, 1]
-        turned = np.stack([c * x - s * y, s * x + c * y, force[:, 2]], axis=1)
-        return FootForces(forces.t_ns, readonly(turned), forces.valid)
+        x, y, z = force[..., 0], force[..., 1], force[..., 2] - drifted / np.array(own.force_gain)
+        return readonly(np.stack([c * x - s * y, s * x + c * y, z], axis=-1))
 
     def _turned(self, yaw: float) -> Settings:
         """Settings with the ground's slope as the body meets it, turned by yaw since the run began."""

@@ -30,6 +30,7 @@ from robot.operator import Interrupts, Script, ScriptedOperator
 from robot.rig import Rig
 from robot.run_record import controller_metadata, wire_metadata
 from robot.teleop import HELP, KeyboardOperator, Keys, Wish
+from robot.true_readings import true_forces_of
 from robot.view import open_view
 from sim_hw.scenario import load_scenario
 
@@ -103,7 +104,9 @@ def drive_plan(plan: Drive, operator_of: OperatorOf) -> ExitCode:
         sink = log if log is None or tap is None else TappedLog(log, tap)
         title = f"{plan.config.name}  {options.hardware}" + ("" if plan.armed else "  (readonly)")
         keys = HELP if options.teleop else "Ctrl-C: stop on all feet; twice: cut torque"
-        view = open_view(plan.config.parameters.legs.names, title, keys)
+        view = open_view(
+            plan.config.parameters.legs.names, title, keys, true_forces=true_forces_of(plan.config)
+        )
         stack.callback(view.close)
         gc.collect()
         gc.freeze()  # a full collection would cost several periods

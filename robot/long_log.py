@@ -8,6 +8,7 @@ from record.recording import Recording, join_recordings, thin_recording
 from robot.progress import ProgressLine
 from robot.run_totals import RunTotals
 from robot.summary import Summary, summarise_totals
+from robot.true_readings import TrueForces, true_forces_of_log
 
 # Five minutes at 100 Hz are kept whole; of a longer log every second, fourth, ... tick is drawn.
 DRAWN_TICKS = 30_000
@@ -16,6 +17,8 @@ DRAWN_TICKS = 30_000
 def read_summary(path: Path) -> tuple[Summary, Recording]:
     """Return the figures of all of a log, and as much of it as pictures need.
 
+    Forces are as the log's robot file has them: without what its effects say the sensors add.
+
     Raises:
         RecordError: The log cannot be read.
     """
@@ -23,8 +26,14 @@ def read_summary(path: Path) -> tuple[Summary, Recording]:
     totals = RunTotals()
     kept: list[Recording] = []
     step, count = 1, 0
+    true_forces: TrueForces | None = None
     with ProgressLine(f"reading {path}", contents.progress):
-        for block in read_blocks(path, contents):
+        for measured in read_blocks(path, contents):
+            if count == 0:  # the robot file comes before the first tick
+                true_forces = true_forces_of_log(measured.config_text)
+            block = measured
+            if true_forces is not None:
+                block = replace(measured, force_n=true_forces(measured.force_n, measured.t_s))
             totals.add(block)
             kept.append(thin_recording(block, step))
             count += len(kept[-1].t_s)

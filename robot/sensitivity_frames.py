@@ -6,12 +6,14 @@ from dataclasses import dataclass, fields
 import numpy as np
 from scipy.signal import savgol_filter
 
-from model.errors import RecordError
+from model.errors import ConfigError, RecordError
 from model.linkage import Linkage
 from model.signals import BoolArray, FloatArray, FootMotion, Mode
 from record.recording import Recording
 from robot.config import parse_robot
+from robot.effect_uses import USES, Use
 from robot.run_totals import truth_yaw
+from robot.true_readings import OF_FORCES, true_forces_of
 
 # The paper's filter for foot velocities: second order, 25 samples at 100 Hz (sec:setup).
 WINDOW, ORDER = 25, 2
@@ -59,7 +61,7 @@ def walk_frames(log: Recording, name: str) -> WalkFrames:
 
     Raises:
         RecordError: It has no truth, no forces, or no walking.
-        ConfigError: The robot file in the log cannot be used.
+        ConfigError: The robot file in the log cannot be used, or has effects that the bare model lacks.
     """
     if not log.has_truth:
         raise RecordError(
@@ -68,7 +70,16 @@ def walk_frames(log: Recording, name: str) -> WalkFrames:
         )
     if not np.isfinite(log.force_n).any():
         raise RecordError(f"{name} has no foot forces; walk with the force unit")
-    robot = parse_robot(log.config_text).parameters
+    config = parse_robot(log.config_text)
+    acting = {one.effect for one in config.effects if USES[one.effect] in {Use.MODEL, Use.READING}}
+    if lacking := acting - OF_FORCES:
+        raise ConfigError(
+            "effects",
+            f"{name} was walked with {', '.join(sorted(lacking))} in its robot file, which the fit of "
+            "stiffness and friction does not know; give logs of a robot file without",
+        )
+    robot, true_forces = config.parameters, true_forces_of(config)
+    force_n = log.force_n if true_forces is None else true_forces(log.force_n, log.t_s)
     feet = Linkage(robot.linkage, robot.legs.shaft_position).feet(log.angle_rad, smooth_rate(log))
     yaw = truth_yaw(log)[:, None]
     moving = log.truth_foot_velocity_W
@@ -83,7 +94,7 @@ def walk_frames(log: Recording, name: str) -> WalkFrames:
     every = WalkFrames(
         feet=feet.position_m,
         feet_velocity=feet.velocity_m_s,
-        force=log.force_n,
+        force=force_n,
         slip=slip,
         velocity=log.truth_velocity_B,
         slope=_slopes(log.truth_quaternion_xyzw),

@@ -13,6 +13,7 @@ import numpy as np
 
 from model.estimator_types import Health
 from model.signals import JointState, Mode, StopReason, Tick
+from robot.true_readings import TrueForces, with_true_forces
 
 SCREEN_PERIOD_S = 0.25
 LINE_PERIOD_NS = 1_000_000_000
@@ -36,7 +37,11 @@ class View(Protocol):
 
 
 def open_view(
-    names: tuple[str, ...], title: str, help_line: str, stream: TextIO | None = None
+    names: tuple[str, ...],
+    title: str,
+    help_line: str,
+    stream: TextIO | None = None,
+    true_forces: TrueForces | None = None,
 ) -> View:
     """Return a screen when the output is a terminal, plain lines otherwise.
 
@@ -45,9 +50,12 @@ def open_view(
         title: First line of the screen.
         help_line: What the keys do.
         stream: Where to draw; standard output by default.
+        true_forces: Takes out of readings what the robot file says that the sensors add.
     """
     out = stream if stream is not None else sys.stdout
-    return ScreenView(names, title, help_line, out) if out.isatty() else LineView(out)
+    if not out.isatty():
+        return LineView(out)
+    return ScreenView(names, title, help_line, out, true_forces)
 
 
 class LineView:
@@ -85,11 +93,19 @@ class LineView:
 class ScreenView:
     """Redraws one screen from the newest tick, in a thread."""
 
-    def __init__(self, names: tuple[str, ...], title: str, help_line: str, out: TextIO) -> None:
+    def __init__(
+        self,
+        names: tuple[str, ...],
+        title: str,
+        help_line: str,
+        out: TextIO,
+        true_forces: TrueForces | None = None,
+    ) -> None:
         self._names = names
         self._title = title
         self._help = help_line
         self._out = out
+        self._true_forces = true_forces
         self._newest: Tick | None = None
         self._first_ns: int | None = None
         self._late = self._missed = 0
@@ -118,6 +134,7 @@ class ScreenView:
         tick = self._newest
         if tick is None:
             return
+        tick = with_true_forces(tick, self._true_forces, self._first_ns or 0)
         seconds = (tick.t_ns - (self._first_ns or 0)) * 1e-9
         lines = screen_lines(tick, self._names, seconds, self._late, self._missed)
         body = [BOLD + self._title + RESET, *lines, "", self._help]

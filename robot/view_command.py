@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 from model.errors import ConfigError, RecordError
 from robot.exit_codes import ExitCode
 from robot.log_source import POLL_NS, add_source, be_nice, followed, log_path, paced
+from robot.true_readings import ticks_with_true_forces
 
 if TYPE_CHECKING:
     from drivers.clock import Clock
@@ -163,7 +164,8 @@ def _present(
     options: argparse.Namespace,
     clock: "Clock",
 ) -> ExitCode:
-    first = next(ticks, None)  # the robot file comes before the first tick
+    ticks = ticks_with_true_forces(ticks, contents)
+    first = next(ticks, None)
     if first is None:
         raise RecordError(f"{path} holds no ticks{': ' * bool(contents.damage)}{contents.damage}")
     if options.terminal:

@@ -1,12 +1,14 @@
 """The sensitivity command: logs whose truth is known, logs of the virtual robot, and wrong input."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
 import pytest
 
+from model.errors import ConfigError
 from model.frames import FrictionLaw, solve_frames
 from model.linkage import Linkage
 from model.params import ContactParameters
@@ -17,6 +19,8 @@ from robot.config import DEFAULT_ROBOT_FILE, load_robot
 from robot.exit_codes import ExitCode
 from robot.sensitivity_frames import halves, joined, smooth_rate, walk_frames
 from robot.sensitivity_table import compare, fit_contact
+from tests.gap.test_correction import corrected
+from tests.gap.walks import cause
 from tests.robot.runs import Told, drive, wish
 
 CONFIG = load_robot()
@@ -149,6 +153,20 @@ def test_a_log_that_cannot_be_used_is_refused(
     complaint = capsys.readouterr().err
     assert f"some.mcap has {words}" in complaint
     assert complaint.count("\n") == 1
+
+
+def test_effects_of_the_sensors_are_taken_out_and_those_of_the_robot_refused() -> None:
+    plain = synthetic(60)
+    biased = plain.force_n.copy()
+    biased[:, 1, 2] -= 3.0
+    file = corrected(plain.config_text, cause("force_bias", 0.0, 0.0, -3.0, legs=(LEGS.names[1],)))
+    walk = walk_frames(replace(plain, force_n=biased, config_text=file), "log")
+    assert np.allclose(walk.force, walk_frames(plain, "log").force)
+    heavier = corrected(plain.config_text, cause("payload", 0.5, 0.0, 0.0))
+    with pytest.raises(ConfigError, match="log was walked with payload in its robot file"):
+        walk_frames(replace(plain, config_text=heavier), "log")
+    late = corrected(plain.config_text, cause("command_delay", 0.03))
+    assert walk_frames(replace(plain, config_text=late), "log").count == walk.count
 
 
 def test_wrong_input_is_one_clear_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
