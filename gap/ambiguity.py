@@ -47,17 +47,40 @@ def alike(evidence: Evidence, selection: Selection, left_nats: float) -> tuple[A
         left_nats: What they leave beyond what a healthy machine does.
     """
     found: list[Alike] = []
+    named = {step.chosen.added.key for step in selection.steps}
     for number, step in enumerate(selection.steps):
-        own = [_compare(evidence, number, step, rival) for rival in step.rivals]
+        # what was named beside a cause later on does not stand in its place
+        others = [rival for rival in step.rivals if rival.added.key not in named]
+        own = [_compare(evidence, number, step, rival) for rival in others]
         open_ones = [
             one
             for one in own
-            if one.separation < ENOUGH_SEPARATION
-            or (one.behind < ERRORS * one.error and one.behind < ENOUGH_SEPARATION)
+            if _looks_the_same(one)
+            or _predicts_as_well(one)
             or one.behind < MISFIT_SHARE * left_nats
         ]
         found += sorted(open_ones, key=lambda one: one.behind)[:MOST_ALIKE]
     return tuple(found)
+
+
+def why_open(one: Alike) -> str:
+    """Say why a rival cannot be ruled out."""
+    if _looks_the_same(one):
+        return f"separation {one.separation:.2g}, {ENOUGH_SEPARATION:.0f} would tell"
+    if _predicts_as_well(one):
+        return f"it predicts what it has not seen worse by {one.behind:.2g} +- {one.error:.2g} nats only"
+    return (
+        f"it is {one.behind:.2g} nats behind, less than {MISFIT_SHARE:.0%} of what all causes leave "
+        "unexplained"
+    )
+
+
+def _looks_the_same(one: Alike) -> bool:
+    return one.separation < ENOUGH_SEPARATION
+
+
+def _predicts_as_well(one: Alike) -> bool:
+    return one.behind < ERRORS * one.error and one.behind < ENOUGH_SEPARATION
 
 
 def _compare(evidence: Evidence, number: int, step: Step, rival: Option) -> Alike:

@@ -8,7 +8,7 @@ import numpy as np
 
 from gap.ambiguity import Alike, alike
 from gap.baselines import baselines
-from gap.candidates import candidates_of
+from gap.candidates import Candidate, candidates_of
 from gap.commissioning import commission, loosened
 from gap.cross_validation import unseen_residual
 from gap.detection import Detection, Healthy, detect, detectable, energies, healthy_runs
@@ -16,6 +16,7 @@ from gap.evidence import Evidence, errors, evidence_of, local_drive, make_eviden
 from gap.findings import Diagnosis, RivalCause, TrialFaults, Verdict
 from gap.floor import Condition, Floor, make_floor
 from gap.how_far import how_far
+from gap.imitation import imitate
 from gap.interfaces import Cause, Drive, Simulator
 from gap.next_run import Proposer, next_runs
 from gap.options import nats_beyond
@@ -145,8 +146,8 @@ def diagnose(
     )
     stage = "" if verdict is Verdict.NO_GAP else (named[0].stage if named else before.stage)
     proposals = proposer.proposals() if proposer is not None and open_rivals else ()
-    sets = [(*predictor.standing, *one) for one in _rival_sets(selection, open_rivals)]
     tell("what to run next", 0.97)
+    sets = _rival_sets(predictor, trials, selection, open_rivals, whole_floor) if proposals else []
     diagnosis = Diagnosis(
         simulator=simulator.name,
         verdict=verdict,
@@ -234,14 +235,26 @@ def _exists(evidence: Evidence, detection: Detection | None, selection: Selectio
     return bool(np.any(excess > limit))
 
 
-def _rival_sets(selection: Selection, rivals: Sequence[Alike]) -> list[tuple[Cause, ...]]:
-    """The causes that were named, and each set with an open rival in a cause's place."""
-    sets = [selection.fitted.causes]
-    names = {(one.cause, one.effect, one.joints) for one in rivals}
-    others = (
-        rival.fitted.causes
-        for number, step in enumerate(selection.steps)
-        for rival in step.rivals
-        if (number, rival.added.effect.name, rival.added.joints) in names
-    )
-    return [*sets, *others]
+def _rival_sets(
+    predictor: Predictor,
+    trials: Sequence[Trial],
+    selection: Selection,
+    rivals: Sequence[Alike],
+    floor: Floor,
+) -> list[tuple[Cause, ...]]:
+    """The causes that were named, and each set with an open rival in place of one, as in ``gap next``."""
+    simulator, before = predictor.simulator, len(predictor.standing)
+    own = (*predictor.standing, *selection.fitted.causes)
+    effects = {effect.name: effect for effect in simulator.effects}
+    others = [
+        imitate(
+            simulator,
+            trials[:2],
+            own,
+            before + one.cause,
+            Candidate(effects[one.effect], one.joints),
+            floor,
+        )
+        for one in rivals
+    ]
+    return [own, *others]

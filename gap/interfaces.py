@@ -96,6 +96,11 @@ class Cause:
     values: tuple[float, ...]
 
 
+def place_words(effect: str, joints: Sequence[str]) -> str:
+    """Name a cause with its place."""
+    return f"{effect} at {', '.join(joints)}" if joints else effect
+
+
 @dataclass(frozen=True, slots=True)
 class Channel:
     """One measured quantity as the diagnosis compares it.

@@ -14,7 +14,7 @@ import numpy as np
 
 from gap.candidates import FINE_STEP, step_of
 from gap.floor import Floor
-from gap.interfaces import Cause, Drive, Simulator
+from gap.interfaces import Cause, Drive, Simulator, place_words
 from model.signals import FloatArray
 from record.trial import Trial
 
@@ -119,8 +119,8 @@ def _judge(
 
 def _names(a: tuple[Cause, ...], b: tuple[Cause, ...]) -> tuple[str, str]:
     """Name what two sets of causes differ in."""
-    own = [one.effect for one in a if one not in b]
-    other = [one.effect for one in b if one not in a]
+    own = [place_words(one.effect, one.joints) for one in a if one not in b]
+    other = [place_words(one.effect, one.joints) for one in b if one not in a]
     return (" and ".join(own) or "nothing", " and ".join(other) or "nothing")
 
 

@@ -8,7 +8,7 @@ from gap.ambiguity import Alike
 from gap.evidence import Evidence
 from gap.findings import Diagnosis, NamedCause, TrialFaults, Value, Verdict
 from gap.how_far import HowFar
-from gap.interfaces import Cause, Effect
+from gap.interfaces import Cause, Effect, place_words
 from gap.parts import Part
 from gap.probability import Chance
 from gap.selection import Selection
@@ -95,11 +95,6 @@ def _values(effect: Effect, cause: Cause, errors: FloatArray) -> tuple[Value, ..
         bound = not p.lower + edge < value < p.upper - edge
         out.append(Value(p.name, p.unit, value, float(error) * p.spread, p.neutral, bound))
     return tuple(out)
-
-
-def place_words(effect: str, joints: Sequence[str]) -> str:
-    """Name a cause with its place."""
-    return f"{effect} at {', '.join(joints)}" if joints else effect
 
 
 def cause_words(one: NamedCause) -> str:

@@ -21,9 +21,10 @@ from model.errors import RecordError
 from record.reader import LogContents, StampedTick, note_content, tick_layout
 from record.salvage import DAMAGE, LARGEST_CHUNK, MAGIC, read_records
 from record.tick_message import decode_tick
-from record.writer import TICK_TOPIC
+from record.writer import LIBRARY, TICK_TOPIC
 
-_FRAME = struct.Struct("<BQ")
+_FRAME, _LENGTH = struct.Struct("<BQ"), struct.Struct("<I")
+MOST_HEADER = 256  # bytes of an MCAP header: profile and library
 # Read in pieces, so that catching up with an hour's log does not need an hour's memory.
 MOST_BYTES = 4 << 20
 # The library's reader wants an end; a piece of a growing file gets one of its own.
@@ -45,6 +46,23 @@ class TopicMessage:
     kind: str
     unix_ns: int
     data: bytes
+
+
+def is_log_of_run(path: Path) -> bool:
+    """Whether a file is a log of a run, or one that is just being begun: by its header, not its name.
+
+    A viewer's file or odometry as MCAP is none.
+    """
+    try:
+        with path.open("rb") as file:
+            begin = file.read(len(MAGIC) + _FRAME.size + MOST_HEADER)
+    except OSError:
+        return False
+    at = len(MAGIC) + _FRAME.size + _LENGTH.size
+    if len(begin) < at:
+        return MAGIC.startswith(begin[: len(MAGIC)])
+    library = begin[at + _LENGTH.unpack_from(begin, at - _LENGTH.size)[0] :]
+    return library.startswith(_LENGTH.pack(len(LIBRARY)) + LIBRARY.encode())
 
 
 class LogFollower:

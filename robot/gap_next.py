@@ -149,21 +149,22 @@ def _found(
 
     if found is not None:
         causes = tuple(one.cause for one in found.causes)
-        pairs = [(named, effect, legs) for named, effect, legs in found.rivals]
-    else:
-        with ProgressBar("diagnosis") as bar:
-            d = diagnose(
-                trials, simulator, references, progress=lambda w, share: bar.show(share, w)
-            )
-        causes = tuple(
-            Cause(one.effect, one.joints, tuple(v.value for v in one.values)) for one in d.causes
-        )
-        pairs = [
-            (of[0], one.effect, one.joints)
-            for one, of in zip(d.ambiguous, d.ambiguous_of, strict=True)
+        names = [cause.effect for cause in causes]
+        return causes, [
+            (names.index(named), effect, legs)
+            for named, effect, legs in found.rivals
+            if named in names
         ]
-    names = [cause.effect for cause in causes]
-    return causes, [(names.index(named), e, j) for named, e, j in pairs if named in names]
+    with ProgressBar("diagnosis") as bar:
+        d = diagnose(trials, simulator, references, progress=lambda w, share: bar.show(share, w))
+    causes = tuple(
+        Cause(one.effect, one.joints, tuple(v.value for v in one.values)) for one in d.causes
+    )
+    keys = [(cause.effect, cause.joints) for cause in causes]
+    return causes, [
+        (keys.index(of), one.effect, one.joints)
+        for one, of in zip(d.ambiguous, d.ambiguous_of, strict=True)
+    ]
 
 
 def _place(text: str, effects: "dict[str, Effect]", first: "Cause") -> tuple[str, tuple[str, ...]]:

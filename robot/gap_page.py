@@ -6,8 +6,9 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
+from gap.ambiguity import why_open
 from gap.findings import Diagnosis, NamedCause, Verdict
-from gap.verdict import place_words
+from gap.interfaces import place_words
 from robot.gap_faults import fault_groups
 from robot.gap_figures import draw_traces
 from robot.gap_page_map import MAP_STYLE, leg_phase_map, stage_bars, stage_leg_map
@@ -187,10 +188,11 @@ def _alike(d: Diagnosis) -> str:
             place_words(one.effect, one.joints),
             f"{one.separation:.3g}",
             f"{one.behind:.1f} ± {one.error:.1f}",
+            why_open(one),
         )
         for one, of in zip(d.ambiguous, d.ambiguous_of, strict=True)
     ]
-    return _table(("named", "or", "separation (22 tells)", "nats behind"), rows)
+    return _table(("named", "or", "separation (22 tells)", "nats behind", "why it is open"), rows)
 
 
 def _next(d: Diagnosis) -> str:

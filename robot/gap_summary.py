@@ -5,8 +5,10 @@ import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
+from gap.ambiguity import why_open
 from gap.findings import Diagnosis, NamedCause, Verdict
-from gap.verdict import cause_words, place_words
+from gap.interfaces import place_words
+from gap.verdict import cause_words
 from robot.gap_faults import fault_groups
 
 WIDTH = 100
@@ -101,8 +103,7 @@ def _causes(d: Diagnosis) -> list[str]:
     for one_alike, (effect, joints) in zip(d.ambiguous, d.ambiguous_of, strict=True):
         lines.append(
             f"  cannot be told from {place_words(effect, joints)}: "
-            f"{place_words(one_alike.effect, one_alike.joints)} "
-            f"(separation {one_alike.separation:.3g}, 22 would tell)"
+            f"{place_words(one_alike.effect, one_alike.joints)} ({why_open(one_alike)})"
         )
     lines.append(f"  none of the catalogue: probability {d.none:.2f}")
     return lines

@@ -16,7 +16,7 @@ from typing import TypeVar
 
 from drivers.clock import Clock
 from model.errors import ConfigError, RecordError
-from record.follow import LogFollower, TopicMessage
+from record.follow import LogFollower, TopicMessage, is_log_of_run
 
 LOG_FOLDER = Path("runs")
 POLL_NS = 100_000_000
@@ -61,10 +61,20 @@ def log_path(options: argparse.Namespace) -> Path:
         return Path(options.path)
     if not options.live:
         raise ConfigError("LOG", "name a log, or give --live to follow a running bigant drive")
+    return newest_log()
+
+
+def newest_log() -> Path:
+    """Return the log in ``runs/`` that was written to last.
+
+    Raises:
+        RecordError: There is none.
+    """
     logs = sorted(LOG_FOLDER.glob("*.mcap"), key=lambda path: path.stat().st_mtime)
-    if not logs:
-        raise RecordError(f"there is no log in {LOG_FOLDER}/ to follow; start bigant drive first")
-    return logs[-1]
+    for path in reversed(logs):
+        if is_log_of_run(path):  # and not a viewer's file beside it
+            return path
+    raise RecordError(f"there is no log in {LOG_FOLDER}/ to follow; start bigant drive first")
 
 
 def paced(

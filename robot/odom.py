@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, metavar="FILE", help=".tum, .mcap, .png or .html")
     live = parser.add_argument_group("while it walks")
     live.add_argument("--live", action="store_true",
-        help="follow LOG while it is written, or read --hardware; Ctrl-C ends it")  # fmt: skip
+        help="follow LOG (default: newest in runs/) while it is written, or --hardware")  # fmt: skip
     live.add_argument("--hardware", metavar="virtual|PORT",
         help="read servos and forces here; torque is never asked for")  # fmt: skip
     live.add_argument("--force-unit", metavar="HOST[:UDP:CONSOLE]|none",

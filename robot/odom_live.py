@@ -1,11 +1,12 @@
 """``bigant odom --live``: the estimator beside a run, while it goes on; nothing is moved, nothing touched.
 
-With LOG, it follows the log that another controller is writing (``bigant drive --log LOG``), half a second
-behind. With --hardware, it reads servos and forces itself and never asks for torque.
+It follows LOG, or the newest log in ``runs/``, which another controller is writing, half a second behind.
+With --hardware, it reads servos and forces itself and never asks for torque.
 """
 
 import argparse
 import json
+import sys
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -27,6 +28,7 @@ from robot.exit_codes import ExitCode, exit_code_of
 from robot.file_model import odometry_stage
 from robot.ft_unit import unit_settings
 from robot.hardware import open_real, open_virtual
+from robot.log_source import newest_log
 from robot.loop import run
 from robot.odometry_stage import OdometryStage
 from robot.operator import Interrupts, Script, ScriptedOperator
@@ -85,8 +87,11 @@ def run_live(options: argparse.Namespace) -> ExitCode:
     Raises:
         BigantError: Nothing to follow, or a robot that does not answer.
     """
-    if bool(options.logs) == bool(options.hardware):
-        raise ConfigError("--live", "needs a LOG to follow, or --hardware PORT; give one of them")
+    if options.logs and options.hardware:
+        raise ConfigError("--live", "follows a LOG or reads --hardware PORT; give one of them")
+    if not (options.logs or options.hardware):
+        options.logs = [newest_log()]
+        print(f"following {options.logs[0]}; Ctrl-C ends this, not the run", file=sys.stderr)
     with ExitStack() as stack:
         out = None
         if options.out is not None:

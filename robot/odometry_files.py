@@ -46,7 +46,7 @@ def write_mcap(path: Path, run: OdometryTrack) -> None:
     try:
         with path.open("wb") as file:
             writer = McapWriter(file, compression=CompressionType.ZSTD)
-            writer.start(profile="ros2", library="bigant")
+            writer.start(profile="ros2", library="bigant odom")
             schema = writer.register_schema(KIND, "ros2msg", DEFINITIONS[KIND].encode("utf-8"))
             channel = writer.register_channel("/odom", "cdr", schema)
             for i, estimate in enumerate(run.estimates):

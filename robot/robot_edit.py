@@ -86,6 +86,30 @@ def edit_robot(text: str, correction: Correction, origin: str) -> Edited:
     return Edited("\n".join([body, "", *lines]).rstrip("\n") + "\n", edits, effects)
 
 
+def with_servo_zeros(text: str, zeros: Sequence[int]) -> str:
+    """Return a robot file's text with other shaft zeros in its ``[legs]``.
+
+    Args:
+        text: The robot file.
+        zeros: Ticks at shaft angle 0, a leg each.
+
+    Raises:
+        ConfigError: The file is no TOML, or has not one zero a leg.
+    """
+    try:
+        document: Any = tomlkit.parse(text)
+        there = document["legs"]["servo_zero"]
+        if len(there) != len(zeros):
+            raise IndexError
+        for leg, zero in enumerate(zeros):
+            there[leg] = int(zero)
+    except TOMLKitError as error:
+        raise ConfigError("robot file", f"is not valid TOML: {error}") from error
+    except (KeyError, IndexError, TypeError) as error:
+        raise ConfigError("legs.servo_zero", f"must be a list of {len(zeros)} zeros") from error
+    return tomlkit.dumps(document)
+
+
 def _change(document: Any, change: KeyChange, legs: Sequence[str]) -> Edit:
     where = f"{change.table}.{change.key}"
     try:

@@ -1,8 +1,9 @@
 """``bigant servo zero``: the servo_zero line of the robot file.
 
 Turn every shaft by hand to shaft angle 0 (mid-stance), torque off, and run it. Takes the median of
-several readings, refuses shafts that move, prints the line for the robot file, and with --write
-keeps it with servo id and model in a calibration file of its own. No robot file is ever changed.
+several readings, refuses shafts that move, and prints the line for the robot file. --robot-out writes a
+copy of the robot file with these zeros in it, --write a record of them with servo ids and models. No
+file that exists is ever changed.
 """
 
 import argparse
@@ -54,7 +55,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--port", metavar="PORT", required=True, help="serial port")
     parser.add_argument("--baud", type=baud_rate, metavar="B", help="baud rate (robot file)")
     add_robot(parser)
-    parser.add_argument("--write", type=Path, metavar="FILE", help="a new calibration file (.toml)")
+    parser.add_argument(
+        "--robot-out", type=Path, metavar="FILE", help="the robot file with these zeros"
+    )
+    parser.add_argument(
+        "--write", type=Path, metavar="FILE", help="zeros, servo ids, models (.toml)"
+    )
     parser.add_argument("--json", action="store_true", help="the result as JSON")
 
 
@@ -63,11 +69,12 @@ def run(options: argparse.Namespace) -> ExitCode:
 
     Raises:
         BusError: A servo does not answer, or a shaft moves.
-        ConfigError: The calibration file exists or cannot be written.
+        ConfigError: A file to be written exists or cannot be written.
     """
     config = robot_of(options)
-    if options.write is not None and options.write.exists():
-        raise ConfigError("--write", f"{options.write} exists; choose another name")
+    for option, path in (("--write", options.write), ("--robot-out", options.robot_out)):
+        if path is not None and path.exists():
+            raise ConfigError(option, f"{path} exists; choose another name")
     bus = bus_of(options, config)
     try:
         bus.connect()
@@ -85,6 +92,13 @@ def run(options: argparse.Namespace) -> ExitCode:
         write_new(options.write, calibration_text(zeros, config.name), "--write")
         if not options.json:
             print(f"kept in {options.write}")
+    if options.robot_out is not None:
+        from robot.robot_edit import with_servo_zeros
+
+        text = with_servo_zeros(config.text, [zero.zero_ticks for zero in zeros])
+        write_new(options.robot_out, text, "--robot-out")
+        if not options.json:
+            print(f"robot file with these zeros: {options.robot_out}")
     return ExitCode.OK
 
 

@@ -8,7 +8,7 @@ import pytest
 from gap.candidates import Candidate
 from gap.floor import Floor
 from gap.imitation import imitate
-from gap.interfaces import Cause, Drive
+from gap.interfaces import Cause, Drive, place_words
 from gap.next_run import NextRun, Proposal, next_runs
 from record.trial import Trial
 from robot.config import load_robot
@@ -64,7 +64,8 @@ def test_the_best_run_separates_better_than_the_worst(there: Cause, rival: str) 
     offered = {one.name: one for one in proposals()}
     ranked = next_runs(tuple(offered.values()), simulator(), sets, floor)
     assert ranked
-    assert {one.pair for one in ranked} == {(there.effect, rival)}
+    pair = (place_words(there.effect, there.joints), place_words(rival, there.joints))
+    assert {one.pair for one in ranked} == {pair}
     by_name = {one.name: one.separation for one in ranked}
     best = max(offered.values(), key=lambda one: by_name.get(one.name, 0.0))
     worst = min(offered.values(), key=lambda one: by_name.get(one.name, 0.0))

@@ -114,7 +114,7 @@ def test_lines_for_a_person(
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--live"], "give one of them"),
+        (["--live"], "start bigant drive first"),
         (["--live", "a.mcap", "--hardware", "virtual"], "give one of them"),
         (["--live", "no.mcap"], "cannot be read"),
         (["--live", "no.mcap", "--compare"], "whole log"),
@@ -124,8 +124,13 @@ def test_lines_for_a_person(
     ],
 )
 def test_what_makes_no_sense_is_one_line(
-    words: list[str], message: str, capsys: pytest.CaptureFixture[str]
+    words: list[str],
+    message: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
+    monkeypatch.chdir(tmp_path)
     assert called(*words) != 0
     said = capsys.readouterr().err.strip()
     assert message in said

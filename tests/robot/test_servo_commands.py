@@ -8,6 +8,7 @@ import pytest
 
 from drivers.mx106 import REGISTER, HardwareError
 from robot import cli, servo_access
+from robot.config import load_robot
 from robot.exit_codes import ExitCode
 from tests.robot.servo_bench import PORT, Bench
 
@@ -271,6 +272,26 @@ def test_zero_gives_the_line_of_the_robot_file(
     )
     assert cli.run(["servo", "zero", "--port", PORT, "--write", str(path)]) == ExitCode.USAGE
     assert "exists" in capsys.readouterr().err
+
+
+def test_zero_writes_a_robot_file_that_has_them(
+    bench: Bench, tmp_path: Path, capsys: Capture
+) -> None:
+    bench.motors.ticks[:] = [2048, 2000.4, -100, 3 * TURN + 7, 4095, 1]
+    path = tmp_path / "lab.toml"
+    assert bench.command("zero", "--robot-out", str(path)) == ExitCode.OK
+    assert f"robot file with these zeros: {path}" in capsys.readouterr().out
+    before, after = load_robot(), load_robot(path)
+    assert after.servo_bus.zeros.tolist() == [2048, 2000, 3996, 7, 4095, 1]
+    changed = [
+        line
+        for line, other in zip(before.text.splitlines(), after.text.splitlines(), strict=True)
+        if line != other
+    ]
+    assert len(changed) == 1  # comments and all else as they were
+    words = ["servo", "zero", "--port", PORT, "--robot-out", str(path)]
+    assert cli.run(words) == ExitCode.USAGE
+    assert "exists; choose another name" in capsys.readouterr().err
 
 
 def test_zero_is_the_median_of_several(bench: Bench, monkeypatch: pytest.MonkeyPatch,

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mcap.writer import Writer
 from scipy.spatial.transform import Rotation
 
 from model.estimator_types import Health
@@ -386,6 +387,27 @@ def test_a_log_waits_for_its_viewer_and_is_then_played_to_the_end(walked: Path) 
         process.wait()
     assert process.returncode == ExitCode.OK, complaints
     assert scenes > 50
+
+
+def test_the_newest_log_is_no_file_of_a_viewer(
+    walked: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "runs").mkdir()
+    first, begun = Path("runs/first.mcap"), Path("runs/begun.mcap")
+    first.write_bytes(walked.read_bytes())
+    for number, library in enumerate(("foxglove-sdk-rust", "bigant odom", "", "x" * 300)):
+        path = Path(f"runs/first-view{number}.mcap")
+        with path.open("wb") as file:
+            writer = Writer(file)
+            writer.start(profile="ros2", library=library)
+            writer.finish()  # type: ignore[no-untyped-call]
+        os.utime(path, (2e9, 2e9 + number))
+    Path("runs/text.mcap").write_text("no log at all")
+    assert log_source.newest_log() == first
+    begun.write_bytes(b"")  # a drive has opened its log and written nothing yet
+    os.utime(begun, (3e9, 3e9))
+    assert log_source.newest_log() == begun
 
 
 def test_wrong_use_is_one_clear_line(

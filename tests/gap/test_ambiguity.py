@@ -1,0 +1,49 @@
+"""Which rivals are left open, and what is said of why."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gap.ambiguity import Alike, alike, why_open
+from gap.candidates import Candidate
+from gap.fit import fit_causes
+from gap.interfaces import Cause
+from gap.options import Option, fit_option
+from gap.selection import Selection, Step
+from tests.gap.test_selection import evidences
+from tests.gap.toy import EFFECTS, Toy, toy_trial
+
+BY_NAME = {effect.name: effect for effect in EFFECTS}
+
+
+def test_a_rival_that_was_named_itself_later_on_is_no_rival() -> None:
+    true = [Cause("delay", (), (0.02,)), Cause("lag", (), (0.03,))]
+    evidence, _ = evidences(Toy(), [toy_trial(true, 0.05, "trot", seconds=30.0, seed=1)], [])
+    standing = np.full(len(evidence.starts), 1e9)
+
+    def option(added: str, *start: str) -> Option:
+        causes = tuple(Candidate(BY_NAME[name], ()).cause((0.02,)) for name in start)
+        return fit_option(evidence, Candidate(BY_NAME[added], ()), causes, standing, BY_NAME)
+
+    delay, lag = option("delay", "delay"), option("lag", "lag")
+    alone = Selection(delay.fitted, delay.unseen, (Step(delay, (lag,)),), None)
+    assert [one.effect for one in alike(evidence, alone, 1e6)] == ["lag"]
+    both = fit_causes(evidence, (*delay.fitted.causes, *lag.fitted.causes), BY_NAME)
+    steps = (Step(delay, (lag,)), Step(option("lag", "delay", "lag"), ()))
+    named = replace(alone, fitted=both, steps=steps)
+    assert alike(evidence, named, 1e6) == ()
+
+
+@pytest.mark.parametrize(
+    ("separation", "behind", "error", "said"),
+    [
+        (3.2, 900.0, 1.0, "separation 3.2, 22 would tell"),
+        (533.0, 3.0, 2.0, "worse by 3 +- 2 nats only"),
+        (533.0, 38.0, 2.0, "38 nats behind, less than 5% of what all causes leave unexplained"),
+    ],
+)
+def test_why_a_rival_is_open_is_what_left_it_open(
+    separation: float, behind: float, error: float, said: str
+) -> None:
+    assert said in why_open(Alike(0, "lag", (), separation, behind, error))
