@@ -14,6 +14,7 @@ from typing import Any
 
 from model.errors import ConfigError, RecordError
 from robot.campaign_plan import Case
+from robot.extras import how_to_install
 from sim_hw.effect_catalog import EFFECTS
 from sim_hw.effects import find_kind
 
@@ -156,6 +157,7 @@ def _fernet() -> Any:
         from cryptography.fernet import Fernet
     except ImportError as error:
         raise ConfigError(
-            "--sealed", "needs cryptography; install it with: pip install bigant[seal]"
+            "--sealed",
+            f"needs cryptography; install it in the clone with: {how_to_install('seal')}",
         ) from error
     return Fernet

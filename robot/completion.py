@@ -10,6 +10,7 @@ from pathlib import Path
 
 from model.errors import ConfigError
 from robot.exit_codes import ExitCode
+from robot.extras import how_to_install
 
 SHELLS = ("bash", "zsh", "fish")
 PACKAGE = "shtab"
@@ -44,8 +45,8 @@ def script_for(shell: str) -> str:
     if find_spec(PACKAGE) is None:
         raise ConfigError(
             "shell completion",
-            "the package that writes the script is not installed; install bigant[completion] (see "
-            "docs/howto.md#shell-completion)",
+            "the package that writes the script is not installed; install it in the clone with: "
+            f"{how_to_install('completion')} (see docs/howto.md#shell-completion)",
         )
     import shtab
 

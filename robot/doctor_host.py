@@ -15,14 +15,15 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from record.versions import version_of
+from robot.extras import how_to_install
 from robot.finding import Finding, passed, skipped, warned
 
 # Who may open serial ports: Debian and its kin, Arch and its kin.
 PORT_GROUPS = ("dialout", "uucp")
 EXTRAS = (
-    ("foxglove", "foxglove-sdk", "bigant[view]", "bigant view"),
-    ("rerun", "rerun-sdk", "bigant[rerun]", "bigant view --save FILE.rrd"),
-    ("shtab", "shtab", "bigant[completion]", "bigant completion"),
+    ("foxglove", "foxglove-sdk", "view", "bigant view"),
+    ("rerun", "rerun-sdk", "rerun", "bigant view --save FILE.rrd"),
+    ("shtab", "shtab", "completion", "bigant completion"),
 )
 # The priority that real-time programs of a robot commonly run at; anything from 1 up is enough.
 WANTED_RTPRIO = 50
@@ -199,7 +200,7 @@ def extras_findings() -> Iterator[Finding]:
     """Say which optional parts are installed."""
     for module, package, extra, command in EXTRAS:
         if find_spec(module) is None:
-            yield skipped(package, f"not installed; {command} needs it: install {extra}")
+            yield skipped(package, f"not installed; {command} needs it: {how_to_install(extra)}")
         else:
             yield passed(package, f"{version_of(package)}, for {command}")
     if find_spec("rclpy") is None:

@@ -65,7 +65,10 @@ def _rows(survey: "LogSurvey") -> list[tuple[str, str]]:
         ("begun", begun),
         ("duration", f"{survey.duration_s:.3f} s"),
         ("ticks", f"{survey.ticks} at {_rate_hz(survey):.4g} Hz"),
-        ("missing", f"{survey.lost} ticks lost from the file, {survey.skipped} periods never run"),
+        (
+            "missing",
+            f"{survey.lost} ticks lost from the file, {survey.skipped} periods without a tick",
+        ),
         (
             "robot file",
             f"{len(survey.config_text.encode())} bytes" if survey.config_text else "none",

@@ -160,6 +160,7 @@ def _same(now: str, before: str, folder: Path) -> None:
 def _executor(options: argparse.Namespace) -> "Iterator[Executor]":
     from gap.worker_pool import worker_pool
     from model.errors import ConfigError
+    from robot.extras import how_to_install
 
     if options.dask is None:
         with worker_pool(options.jobs) as local:
@@ -169,7 +170,7 @@ def _executor(options: argparse.Namespace) -> "Iterator[Executor]":
         from distributed import Client
     except ImportError as error:
         raise ConfigError(
-            "--dask", "needs Dask; install it with: pip install bigant[dask]"
+            "--dask", f"needs Dask; install it in the clone with: {how_to_install('dask')}"
         ) from error
     try:
         client = Client(options.dask, timeout=CONNECT_S)  # type: ignore[no-untyped-call]

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 from model.errors import ConfigError, RecordError
 from robot.exit_codes import ExitCode
+from robot.extras import how_to_install
 from robot.log_source import POLL_NS, add_source, be_nice, followed, log_path, paced
 from robot.true_readings import ticks_with_true_forces
 
@@ -112,10 +113,9 @@ def _for_rerun(options: argparse.Namespace) -> bool:
 
 def _check_packages(options: argparse.Namespace) -> None:
     """Say what to install before anything is read."""
-    wanted = "bigant[view] (foxglove-sdk, 54 MB)"
-    package = PACKAGE
+    package, extra, size = PACKAGE, "view", "54 MB"
     if _for_rerun(options):
-        package, wanted = RERUN_PACKAGE, "bigant[rerun] (rerun-sdk, 640 MB)"
+        package, extra, size = RERUN_PACKAGE, "rerun", "640 MB"
         if options.layout is not None:
             raise ConfigError("--layout", "is for Foxglove; a file for Rerun holds its own layout")
         if options.live and not options.headless:
@@ -123,7 +123,8 @@ def _check_packages(options: argparse.Namespace) -> None:
     if importlib.util.find_spec(package) is None:
         raise ConfigError(
             "viewer",
-            f"its package is not installed; install {wanted}, or use --terminal (see docs/view.md)",
+            f"its package ({size}) is not installed; install it in the clone with: "
+            f"{how_to_install(extra)}, or use --terminal (see docs/view.md)",
         )
 
 

@@ -87,4 +87,4 @@ def test_without_the_package_the_extra_is_named(
 ) -> None:
     monkeypatch.setattr(completion, "PACKAGE", "no_such_package_of_anybody")
     assert cli.run(["completion", "bash"]) == ExitCode.USAGE
-    assert "bigant[completion]" in capsys.readouterr().err
+    assert "[completion]" in capsys.readouterr().err

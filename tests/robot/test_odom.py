@@ -192,7 +192,7 @@ def test_the_command_compares_and_writes(
 def test_evo_reads_the_trajectory(log: Path, tmp_path: Path) -> None:
     evo = shutil.which("evo_rpe")
     if evo is None:
-        pytest.skip("evo is not installed (pip install 'bigant[eval]')")
+        pytest.skip("evo is not installed (pip install -e '.[eval]')")
     out = tmp_path / "a.tum"
     assert cli.run(["odom", str(log), "--out", str(out)]) == ExitCode.OK
     answer = subprocess.run(

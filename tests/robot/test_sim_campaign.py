@@ -91,7 +91,7 @@ def test_a_sealed_campaign_is_opened_by_its_key(
 def test_a_cluster_makes_the_same_bytes(
     made: Made, scenario_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    distributed = pytest.importorskip("distributed", reason="pip install bigant[dask]")
+    distributed = pytest.importorskip("distributed", reason="pip install -e '.[dask]'")
     line = ["sim", "campaign", str(scenario_file), "--out"]
     with distributed.LocalCluster(
         n_workers=1, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0"
@@ -112,7 +112,7 @@ def test_no_cluster_there_is_said(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    pytest.importorskip("distributed", reason="pip install bigant[dask]")
+    pytest.importorskip("distributed", reason="pip install -e '.[dask]'")
     monkeypatch.setattr(sim_campaign, "CONNECT_S", 0.2)
     line = ["sim", "campaign", str(scenario_file), "--out", str(tmp_path / "out")]
     assert command([*line, "--dask", "tcp://127.0.0.1:9"]) != 0
