@@ -47,7 +47,7 @@ class LogSurvey:
         start_unix_ns: UNIX time of the beginning of the run, 0 s of the log.
         ticks: Number of ticks.
         period_s: Median time between ticks; NaN for fewer than two.
-        skipped: Periods without a tick: torque was being switched on, the loop was late, or two logs were merged.
+        skipped: Periods without a tick: torque was being switched on, the loop late, or logs merged.
         lost: Ticks that were run and are not in the file (damage, or a disk too slow).
         topics: Topics in order of name.
         config_text: The robot file.
