@@ -61,7 +61,7 @@ def parse_machine(text: str) -> LeggedMachine:
             effects=causes_of(read_effects(top, legs.names), legs.names),
         )
     except ConfigError as error:
-        raise GapError(f"the robot file beside the trial cannot be used: {error}") from error
+        raise GapError(f"the robot file cannot be used: {error}") from error
 
 
 def machine_of(trial: Trial) -> LeggedMachine:

@@ -31,8 +31,15 @@ class Table:
     def _take(self, key: str) -> Any:
         self._taken.add(key)
         if key not in self._data:
-            raise ConfigError(self.name(key), "is missing; add it to the robot file")
+            raise ConfigError(self.name(key), f"is missing{self._near(key)}")
         return self._data[key]
+
+    def _near(self, key: str) -> str:
+        """Say what to do: there may be a key that is nearly this one."""
+        near = difflib.get_close_matches(
+            key, sorted(self._data.keys() - self._taken), n=1, cutoff=0.8
+        )
+        return f"; is {near[0]!r} meant to be it?" if near else "; add it"
 
     def flag(self, key: str) -> bool:
         """Return true or false."""

@@ -22,7 +22,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from model.errors import RecordError
+from model.errors import ConfigError, RecordError
 from record.cut import Cut, parse_cut
 from record.trial import trial_places
 from record.trial_toml import TrialHeader, check_keys, parse_header, parse_toml, read_text
@@ -124,7 +124,7 @@ def find_map(name: str) -> Path:
         name: A file, or the name of a map that comes with the program.
 
     Raises:
-        RecordError: There is neither.
+        ConfigError: There is neither.
     """
     if name in map_names():
         return MAPS / name / MAP_FILE
@@ -132,8 +132,10 @@ def find_map(name: str) -> Path:
     if path.suffix != ".toml":
         known = map_names()
         near = difflib.get_close_matches(name, known, n=1)
-        hint = f"did you mean {near[0]}?" if near else "give a map's name or its FILE.toml"
-        raise RecordError(f"there is no map {name!r}; {hint} Named maps: {', '.join(known)}")
+        hint = f"did you mean {near[0]}?" if near else "give a map's name or its FILE.toml."
+        raise ConfigError(
+            "--map", f"there is no map {name!r}; {hint} Named maps: {', '.join(known)}"
+        )
     return path
 
 

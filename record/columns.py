@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from model.errors import RecordError
+from model.errors import ConfigError
 from model.signals import BodyTruth, FloatArray, Tick
 from record.reader import StampedTick
 from record.table_file import Column
@@ -49,12 +49,14 @@ def check_groups(text: str) -> tuple[str, ...]:
     """Return the groups in a list with commas.
 
     Raises:
-        RecordError: One is not known.
+        ConfigError: One is not known.
     """
     groups = tuple(word.strip() for word in text.split(",") if word.strip())
     unknown = [group for group in groups if group not in GROUPS]
     if unknown or not groups:
-        raise RecordError(f"--what {text!r}: choose from {', '.join(GROUPS)}, separated by commas")
+        raise ConfigError(
+            "--what", f"{text!r}: choose from {', '.join(GROUPS)}, separated by commas"
+        )
     return groups
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from mcap.records import Attachment, Message, Metadata
 
-from model.errors import RecordError
+from model.errors import ConfigError, RecordError
 from record.recover import Repair
 from record.rewrite import LogCopy
 from record.salvage import Pass, read_records
@@ -29,10 +29,11 @@ def cut_log(
         progress: Filled on the way.
 
     Raises:
-        RecordError: The span is empty, nothing lies in it, or a file cannot be read or written.
+        ConfigError: The span is empty.
+        RecordError: Nothing lies in it, or a file cannot be read or written.
     """
     if not from_s < to_s:
-        raise RecordError(f"--to {to_s:g} must lie after --from {from_s:g}")
+        raise ConfigError("--to", f"{to_s:g} s must lie after --from {from_s:g} s")
     done = progress if progress is not None else Pass()
     start_ns: int | None = None
     first_s = last_s = float("nan")
@@ -68,10 +69,11 @@ def merge_logs(paths: tuple[Path, ...], out: Path, progress: Pass | None = None)
         progress: Filled on the way, anew for each log.
 
     Raises:
+        ConfigError: There is only one.
         RecordError: They are of different robots or overlap, or a file cannot be read or written.
     """
     if len(paths) < 2:
-        raise RecordError("merging needs two logs or more")
+        raise ConfigError("LOG", "merging needs two logs or more")
     parts = sorted((survey_log(path) for path in paths), key=lambda part: part.first_unix_ns)
     for first, second in pairwise(parts):
         _check_fit(first, second)

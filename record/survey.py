@@ -12,7 +12,7 @@ from model.errors import RecordError
 from record.cdr import HEADER
 from record.reader import LogContents, note_content
 from record.salvage import Damage, Pass, read_records
-from record.writer import TICK_TOPIC
+from record.writer import RATE_KEY, TICK_TOPIC
 
 _TICK_HEAD = struct.Struct("<qq")  # t_ns and index, behind the CDR header
 
@@ -46,7 +46,7 @@ class LogSurvey:
         last_unix_ns: UNIX time of the last message.
         start_unix_ns: UNIX time of the beginning of the run, 0 s of the log.
         ticks: Number of ticks.
-        period_s: Median time between ticks; NaN for fewer than two.
+        period_s: Of the loop; where the log does not say, median of the time between ticks, or NaN.
         skipped: Periods without a tick: torque was being switched on, the loop late, or logs merged.
         lost: Ticks that were run and are not in the file (damage, or a disk too slow).
         topics: Topics in order of name.
@@ -124,7 +124,7 @@ def survey_log(path: Path, progress: Pass | None = None) -> LogSurvey:
     if first_ns < 0:
         reason = contents.damage or "it holds no messages"
         raise RecordError(f"{path} is no log of ours, or nothing of it is left: {reason}")
-    period_s, skipped, lost = _gaps(ticks)
+    period_s, skipped, lost = _gaps(ticks, contents.metadata.get(RATE_KEY, ""))
     return LogSurvey(
         path=path,
         size=contents.progress.size,
@@ -146,12 +146,17 @@ def survey_log(path: Path, progress: Pass | None = None) -> LogSurvey:
     )
 
 
-def _gaps(ticks: _Ticks) -> tuple[float, int, int]:
-    """Return period [s], periods never run, and ticks run that are not there."""
+def _gaps(ticks: _Ticks, rate: str) -> tuple[float, int, int]:
+    """Return period [s], periods without a tick, and ticks run that are not there.
+
+    Args:
+        ticks: The ticks.
+        rate: Of the loop, as the log says it. A loop that is late all the time does not show it.
+    """
     if len(ticks.unix_ns) < 2:
         return np.nan, 0, 0
     steps_ns = np.diff(np.array(ticks.unix_ns, dtype=np.int64))
-    period_ns = float(np.median(steps_ns))
+    period_ns = 1e9 / float(rate) if rate.isdecimal() and int(rate) else float(np.median(steps_ns))
     if period_ns <= 0:
         return np.nan, 0, 0
     absent = np.maximum(np.rint(steps_ns / period_ns).astype(np.int64) - 1, 0)

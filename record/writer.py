@@ -32,6 +32,7 @@ METADATA_NAME = "bigant"
 NAMES_KEY = "leg_names"
 START_KEY = "start_ns"
 START_UNIX_KEY = "start_unix_ns"
+RATE_KEY = "rate_hz"  # of the loop, where it is known
 # What rosbags and ros2 bag want to read beside a topic: reliable, volatile, keep the last ten.
 QOS = (
     "- history: 1\n  depth: 10\n  reliability: 1\n  durability: 2\n"

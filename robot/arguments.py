@@ -36,6 +36,13 @@ def positive(text: str) -> float:
     return value
 
 
+def seed(text: str) -> int:
+    """Read the seed of a random generator."""
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"must be a whole number from 0 on, not {text}")
+    return int(text)
+
+
 def steer(text: str) -> float:
     """Read a steering wish."""
     value = float(text)

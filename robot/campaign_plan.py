@@ -100,6 +100,13 @@ def read_scenario(path: Path) -> Scenario:
         raise ConfigError(str(path), "the scenario cannot be read; give a TOML file") from error
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(str(path), f"is not valid TOML: {error}") from error
+    try:
+        return _scenario(path, top)
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error.key}", error.reason) from error
+
+
+def _scenario(path: Path, top: Table) -> Scenario:
     campaign = top.table("campaign")
     robots = tuple(path.parent / name for name in campaign.texts("robots"))
     config = load_robot(robots[0])

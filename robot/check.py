@@ -121,15 +121,16 @@ def run(options: argparse.Namespace) -> ExitCode:
 
 def _target(options: argparse.Namespace, stack: ExitStack) -> Target:
     config = robot_of(options)
+    from robot.ft_unit import check_no_unit, unit_settings
+
     if options.hardware == VIRTUAL:
+        check_no_unit(options.force_unit)
         from robot.hardware import start_virtual
 
         devices, unit = start_virtual(config, seed=0)
         stack.callback(devices.close)
         port = devices.addresses.servo_port
         return Target(config, port, None if options.force_unit == NONE else unit, armed=True)
-    from robot.ft_unit import unit_settings
-
     wanted = None
     if options.force_unit != NONE:
         wanted = unit_settings(options.force_unit, config.force_sensor)

@@ -4,24 +4,43 @@ Modules are imported when their command runs, so that ``bigant --help`` answers 
 """
 
 import argparse
+import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from types import FrameType
 from typing import NoReturn
 
 from model.errors import BigantError, BusError, ForceStreamError, RecordError
-from robot.arguments import GAITS, add_robot, add_scenario, positive, steer
+from robot.arguments import GAITS, add_robot, add_scenario, positive, seed, steer
+from robot.command_parser import CommandParser
 from robot.commands import HelpFormatter, add_commands, epilog_of, run_command
 from robot.compile_line import show_compiling
 from robot.exit_codes import ExitCode
 from robot.help_pages import page_hint
+from robot.program_output import complain, stop_output
 
 EPILOG = "exit codes: 0 good, 1 a verdict failed, 2 wrong usage or file, 3 hardware, 4 log, 130 interrupted"
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command line and exit."""
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) is signal.SIG_DFL:  # and not ignored, as nohup does
+            signal.signal(number, _leave)
     sys.exit(run(arguments))
+
+
+class Told(KeyboardInterrupt):
+    """Somebody told the program to end by another signal than Ctrl-C."""
+
+    def __init__(self, number: int) -> None:
+        self.number = number
+
+
+def _leave(number: int, _frame: FrameType | None) -> NoReturn:
+    """Leave by way of every ``finally``, so that torque goes off and no half a file stays."""
+    raise Told(number)
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
@@ -37,16 +56,27 @@ def run(arguments: Sequence[str] | None = None) -> int:
         ["bigant", options.command, *([options.action] if "action" in options else [])]
     )
     try:
-        return int(_dispatch(options))
+        code = int(_dispatch(options))
+        sys.stdout.flush()  # here, so that a full disk is told like any other mistake
+        return code
+    except Told as told:
+        complain(f"{words}: ended by {signal.Signals(told.number).name}")
+        return 128 + told.number
     except KeyboardInterrupt:  # a drive and what listens see to it themselves
-        print(f"\n{words}: interrupted", file=sys.stderr)
+        complain(f"\n{words}: interrupted")
         return int(ExitCode.INTERRUPTED)
     except BigantError as error:
-        print(f"{words}: {error}{page_hint(error)}", file=sys.stderr)
+        complain(f"{words}: {error}{page_hint(error)}")
         return int(_code_of(error))
     except BrokenPipeError:  # the reader of our output went away, as with `| head`
-        sys.stderr.close()
+        stop_output()
         return int(ExitCode.OK)
+    except OSError as error:  # no room on the disk, say; what a command expects it words itself
+        complain(
+            f"{words}: {error.strerror or error}{f': {error.filename}' if error.filename else ''}"
+        )
+        stop_output()
+        return int(ExitCode.LOG)
 
 
 def _code_of(error: BigantError) -> ExitCode:
@@ -92,7 +122,7 @@ def full_parser() -> argparse.ArgumentParser:
 
 
 def _parser(arguments: Sequence[str] | None) -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser: argparse.ArgumentParser = CommandParser(
         prog="bigant",
         description="Drive, record and model BigANT, on the robot or on virtual hardware.",
         epilog=EPILOG,
@@ -190,7 +220,7 @@ def _add_drive(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         help="virtual hardware in memory under a virtual clock: as fast as the computer goes, and "
         "the same log, byte for byte, every time",
     )
-    drive.add_argument("--seed", type=int, default=0, metavar="N", help="seed of virtual noise")
+    drive.add_argument("--seed", type=seed, default=0, metavar="N", help="seed of virtual noise")
     add_scenario(drive)
 
 

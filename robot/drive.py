@@ -20,13 +20,15 @@ from record.versions import software_versions
 from record.writer import LogWriter
 from robot.config import RobotConfig, load_robot
 from robot.controller import Controller
+from robot.earlier_file import keep_earlier
 from robot.effect_uses import say_unused
 from robot.exit_codes import ExitCode, exit_code_of
 from robot.force_units import UNITS_KEY, units_text
-from robot.ft_unit import unit_settings
+from robot.ft_unit import check_no_unit, unit_settings
 from robot.hardware import open_in_memory, open_real, open_virtual
 from robot.loop import Operator, RunResult, run
 from robot.operator import Interrupts, Script, ScriptedOperator
+from robot.program_output import complain, stop_output
 from robot.rig import Rig
 from robot.run_record import controller_metadata, wire_metadata
 from robot.teleop import HELP, KeyboardOperator, Keys, Wish
@@ -135,6 +137,8 @@ def plan_of(options: argparse.Namespace) -> Drive:
         raise ConfigError(
             "--virtual-time", "needs --hardware virtual; real servos live in real time"
         )
+    if virtual:
+        check_no_unit(options.force_unit)
     if options.scenario is not None and not virtual:
         raise ConfigError(
             "--scenario", "needs --hardware virtual; faults are put on virtual devices only"
@@ -210,6 +214,7 @@ def _open_log(plan: Drive, rig: Rig, controller: Controller) -> LogWriter | Back
         raise RecordError(
             f"the folder {plan.log_path.parent} cannot be made: {error.strerror}; choose another --log"
         ) from error
+    keep_earlier(plan.log_path)
     start_unix_ns = VIRTUAL_EPOCH_UNIX_NS if options.virtual_time else time.time_ns()
     writer = LogWriter(
         plan.log_path,
@@ -286,19 +291,25 @@ def _say(plan: Drive, result: RunResult, log_error: str) -> ExitCode:
     code = exit_code_of(result.reason)
     words = result.reason.name.lower().replace("_", " ")
     torque = "torque off" if result.torque_off else "TORQUE NOT CONFIRMED OFF: cut the power"
-    if code is ExitCode.OK:
-        print(f"done ({words}), {torque}")
-    else:
-        print(f"bigant drive: stopped ({words}): {result.detail}; {torque}", file=sys.stderr)
+    why = f": {result.detail}" if result.detail else ""
+    if code is not ExitCode.OK:
+        complain(f"bigant drive: stopped ({words}){why}; {torque}")
     if not result.torque_off:
         code = ExitCode.HARDWARE
-    if log_error and code is ExitCode.OK:
-        print(f"bigant drive: {log_error}", file=sys.stderr)
-        return ExitCode.LOG
-    if plan.log_path is not None and not log_error:
-        _print_summary(plan.log_path)
-    elif result.last is not None:
-        _print_pose(result.last)
+    if log_error:
+        complain(f"bigant drive: {log_error}")
+        code = ExitCode.LOG if code is ExitCode.OK else code
+    try:
+        if exit_code_of(result.reason) is ExitCode.OK:
+            print(f"done ({words}), {torque}", flush=True)
+        if plan.log_path is not None and not log_error:
+            _print_summary(plan.log_path)
+        elif result.last is not None:
+            _print_pose(result.last)
+        sys.stdout.flush()
+    except OSError:  # whoever read our output went away; how the run ended is not lost
+        complain(f"bigant drive: {words}, {torque}; log: {plan.log_path or 'none'}")
+        stop_output()
     return code
 
 

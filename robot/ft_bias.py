@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 LOOK_NS = 10_000_000
 LEAST_SECONDS = 1.0
+STANDING_SHARE = 0.5  # of the weight; transducers unloaded are seldom off by that much together
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -59,6 +60,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     from model.force_calibration import AXES, bias_only
     from robot.calibration_file import write_calibration
     from robot.config import DEFAULT_ROBOT_FILE, load_robot
+    from robot.earlier_file import keep_earlier
     from robot.ft_unit import running_stream, unit_settings
     from robot.operator import Interrupts
 
@@ -84,6 +86,9 @@ def run(options: argparse.Namespace) -> ExitCode:
         date=time.strftime("%Y-%m-%dT%H:%M:%S%z"),
         logs=(),
     )
+    for line in standing_warnings(bias.mean, config.parameters.body.mass):
+        print(f"warning: {line}", file=sys.stderr)
+    keep_earlier(options.out)
     write_calibration(options.out, calibration)
     if options.json:
         legs = [
@@ -105,6 +110,25 @@ def run(options: argparse.Namespace) -> ExitCode:
         print(f"{name:<5} {bias.samples[leg]:>7}" + (cells if bias.known[leg] else "  no bias"))
     print(f"calibration: {options.out}   (bigant drive --calibration {options.out})")
     return ExitCode.OK
+
+
+def standing_warnings(mean: "FloatArray", mass_kg: float) -> tuple[str, ...]:
+    """Say if the readings look as if the feet carried the robot; steady is what standing is, too.
+
+    Args:
+        mean: Mean readings, sensor axes, (N, 6) [N, N m]; NaN where there were none.
+        mass_kg: Of the robot.
+    """
+    import numpy as np
+    from scipy.constants import g as standard_gravity
+
+    total_n, weight_n = float(np.nansum(mean[:, 2])), mass_kg * standard_gravity
+    if abs(total_n) < STANDING_SHARE * weight_n:
+        return ()
+    return (
+        f"together the sensors read {total_n:.0f} N along z, and the robot weighs {weight_n:.0f} N: "
+        "does it stand? Hang it up, no foot on the ground, and measure again",
+    )
 
 
 def _collect(

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from model.errors import ConfigError, RecordError
+from robot.arguments import seed
 from robot.exit_codes import ExitCode
 
 # Left-out poses are few: sensors that need no correction come out a few per cent better or worse.
@@ -33,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--hardware", choices=("virtual",), help="record poses first")
     parser.add_argument("--rounds", type=int, default=4, metavar="N",
                         help="with --hardware: how often each leg is lifted (4)")  # fmt: skip
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="with --hardware")
+    parser.add_argument("--seed", type=seed, default=0, metavar="N", help="with --hardware")
     parser.add_argument("--log", type=Path, default=Path("ft-poses.mcap"), metavar="FILE",
                         help="with --hardware: the log to write (ft-poses.mcap)")  # fmt: skip
     parser.add_argument("--robot", type=Path, metavar="FILE",
@@ -62,6 +63,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     _check(options)
     from model.in_situ import calibrate_in_situ
     from robot.calibration_file import write_calibration
+    from robot.earlier_file import keep_earlier
     from robot.ft_logs import read_pose_logs
     from robot.ft_report import overall, report_lines
 
@@ -83,6 +85,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     )
     worse = overall(result.after, "standing_n") > WORSE * overall(result.before, "standing_n")
     if not worse:
+        keep_earlier(options.out)
         write_calibration(options.out, result.calibration)
     if options.report is not None:
         _draw(result, options.report)

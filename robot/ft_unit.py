@@ -11,6 +11,8 @@ from drivers.clock import Clock
 from drivers.settings import ForceSensorSettings
 from model.errors import ConfigError
 
+NO_UNIT = "none"
+
 
 def unit_settings(text: str | None, settings: ForceSensorSettings) -> ForceSensorSettings:
     """Return the settings with another address: HOST, HOST:UDP or HOST:UDP:CONSOLE.
@@ -29,6 +31,19 @@ def unit_settings(text: str | None, settings: ForceSensorSettings) -> ForceSenso
     if len(ports) == 2:
         settings = replace(settings, console_port=int(ports[1]))
     return settings
+
+
+def check_no_unit(text: str | None) -> None:
+    """Refuse the address of a unit where the robot is a virtual one, which brings its own.
+
+    Raises:
+        ConfigError: There is an address.
+    """
+    if text not in {None, NO_UNIT}:
+        raise ConfigError(
+            "--force-unit",
+            f"{text} is not used with virtual hardware, which has a unit of its own; leave it out, or none",
+        )
 
 
 @contextmanager

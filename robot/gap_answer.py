@@ -76,8 +76,9 @@ def read_diagnosis(path: Path, effects: tuple[Effect, ...]) -> ReadDiagnosis:
     try:
         return _read(told, path, {effect.name: effect for effect in effects})
     except (KeyError, TypeError, ValueError, AttributeError) as error:
+        why = f"it has no {error}" if isinstance(error, KeyError) else str(error)
         raise GapError(
-            f"{path} is no diagnosis ({error!r}); give the file of: bigant gap diagnose --json"
+            f"{path} is no diagnosis ({why}); give the file of: bigant gap diagnose --json"
         ) from error
 
 

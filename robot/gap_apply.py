@@ -51,6 +51,8 @@ def run(options: argparse.Namespace) -> ExitCode:
 
     if options.out.suffix != ".toml":
         raise ConfigError("--out", f"must end in .toml, not {options.out.name!r}")
+    if options.out.exists():  # it may be the file that the runs themselves name
+        raise ConfigError("--out", f"{options.out} exists; choose another name")
     found = read_diagnosis(options.diagnosis, tuple(entry.effect for entry in CATALOGUE))
     _check(found, anyway=options.anyway)
     everything = read_trials((*found.trials, *found.references)) if found.trials else ()

@@ -12,6 +12,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from robot.arguments import seed
 from robot.exit_codes import ExitCode
 
 CHAIN, MUJOCO = "chain", "mujoco"
@@ -48,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="with --sim mujoco: how many effects the chain lets through (default: 4)")  # fmt: skip
     parser.add_argument("--jobs", type=_jobs, default=min(os.cpu_count() or 1, 4), metavar="N",
         help="processes (default: one a core, up to 4)")  # fmt: skip
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of random draws")
+    parser.add_argument("--seed", type=seed, default=0, metavar="N", help="seed of random draws")
 
 
 def _names(text: str) -> tuple[str, ...]:

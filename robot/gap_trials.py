@@ -115,10 +115,24 @@ def robot_text(path: Path) -> str:
     """Return the text of a robot file, which need not be complete enough to drive.
 
     Raises:
-        ConfigError: It cannot be read.
+        ConfigError: It cannot be read; or it is a whole robot file, and something in it is wrong.
     """
+    from gap.legged_machine import parse_machine
+    from model.robot_file import parse_table
+    from robot.config import parse_robot
+
     try:
-        return path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         raise ConfigError(str(path), f"the robot file cannot be read: {reason}") from error
+    try:
+        if parse_table(text).has("servo"):
+            parse_robot(text)  # a typing mistake must not pass for a default
+        else:
+            parse_machine(text)
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error.key}", error.reason) from error
+    except GapError as error:
+        raise ConfigError(str(path), str(error)) from error
+    return text

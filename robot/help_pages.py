@@ -1,5 +1,7 @@
 """Which page of docs/ helps with which mistake; every one-line error ends with it."""
 
+import re
+
 from model.errors import (
     BigantError,
     BusError,
@@ -21,13 +23,17 @@ PAGES: tuple[tuple[type[BigantError], str], ...] = (
     (ModelError, "docs/model.md"),
 )
 ROBOT_FILE_PAGE = "docs/tutorial.md#your-robots-file"
+# A key of a table, with its file before it or not: legs.servo_zero, lab.toml: servo_bus.ids[2].
+KEY = re.compile(r"(?:.*: )?[a-z_]+(\.[A-Za-z_]+)+(\[\d+\])*")
+FILE_ENDS = (".toml", ".mcap", ".json", ".parquet")
 
 
 def page_of(error: BigantError) -> str:
     """Return the page that helps, empty where the error itself says all there is."""
     if isinstance(error, ConfigError):
         # an option's mistake is explained by the option's help; a key's by the page on the file
-        return ROBOT_FILE_PAGE if "." in error.key and not error.key.startswith("-") else ""
+        own = KEY.fullmatch(error.key) and not error.key.endswith(FILE_ENDS)
+        return ROBOT_FILE_PAGE if own or "robot file" in error.reason else ""
     return next((page for kind, page in PAGES if isinstance(error, kind)), "")
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from model.errors import ConfigError, RecordError
+from robot.arguments import seed
 from robot.exit_codes import ExitCode
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                             help=f"use this log in place of a virtual {gait} walk")  # fmt: skip
     parser.add_argument("--cycles", type=float, default=3.0, metavar="N",
                         help="cycles of each virtual walk (default: 3)")  # fmt: skip
-    parser.add_argument("--seed", type=int, default=0, help="seed of the virtual robot")
+    parser.add_argument("--seed", type=seed, default=0, help="seed of the virtual robot")
     parser.add_argument("--robot", type=Path, metavar="FILE",
                         default=ROOT / "config" / "bigant.toml",
                         help="robot file of the virtual walks (default: config/bigant.toml)")  # fmt: skip

@@ -26,7 +26,7 @@ from robot.config import RobotConfig, load_robot, parse_robot
 from robot.controller import Controller
 from robot.exit_codes import ExitCode, exit_code_of
 from robot.file_model import odometry_stage
-from robot.ft_unit import unit_settings
+from robot.ft_unit import NO_UNIT, check_no_unit, unit_settings
 from robot.hardware import open_real, open_virtual
 from robot.log_source import newest_log
 from robot.loop import run
@@ -35,7 +35,6 @@ from robot.operator import Interrupts, Script, ScriptedOperator
 from robot.plain_json import plain
 
 VIRTUAL = "virtual"
-NO_UNIT = "none"
 LOOK_PERIOD_NS = 200_000_000
 LINE_PERIOD_NS = 1_000_000_000
 
@@ -161,6 +160,7 @@ def _beside_hardware(
     config = replace(config, estimator=estimator)
     with_forces = not options.no_forces and options.force_unit != NO_UNIT
     if options.hardware == VIRTUAL:
+        check_no_unit(options.force_unit)
         rig = open_virtual(config, seed=0, armed=False, with_forces=with_forces)
     else:
         unit = unit_settings(options.force_unit, config.force_sensor) if with_forces else None

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from model.errors import ConfigError
+from robot.arguments import seed
 from robot.exit_codes import ExitCode
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     again.add_argument("--force-unit", metavar="HOST[:UDP:CONSOLE]|none",
                        help="force-torque unit (default: robot file)")  # fmt: skip
     again.add_argument("--virtual-time", action="store_true", help="as fast as the computer goes")
-    again.add_argument("--seed", type=int, default=0, metavar="N", help="seed of virtual noise")
+    again.add_argument("--seed", type=seed, default=0, metavar="N", help="seed of virtual noise")
     again.add_argument("--log", type=Path, metavar="FILE", help="the new log (default: runs/...)")
     again.add_argument("--out", type=Path, metavar="FILE",
                        help="page with the pictures (default: beside the new log)")  # fmt: skip

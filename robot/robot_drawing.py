@@ -56,6 +56,11 @@ class RunDrawing:
         """The moment in the middle."""
         return float(self._time_s[self.times // 2])
 
+    @property
+    def span_s(self) -> tuple[float, float]:
+        """The first and the last moment that can be drawn."""
+        return float(self._time_s[0]), float(self._time_s[-1])
+
     def picture(self, at_s: float, out: Path) -> float:
         """Draw the moment nearest to a time; return which it is.
 

@@ -12,13 +12,13 @@ from dataclasses import asdict, dataclass, replace
 from drivers.ati_calibration import Calibration
 from model.errors import ConfigError, RecordError
 from record.reader import LogContents
+from record.writer import RATE_KEY
 from robot.calibration_file import CALIBRATION_KEY, calibration_text, parse_calibration
 from robot.config import RobotConfig, parse_robot
 from robot.controller import Controller
 from robot.rig import Rig
 
 CALIBRATIONS_KEY = "calibrations"
-RATE_KEY = "rate_hz"
 ARMED_KEY = "armed"
 LATENCY_KEY = "bus_latency_ms"
 FORCE_UNIT_KEY = "force_unit"

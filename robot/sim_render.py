@@ -48,6 +48,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     from model.errors import ConfigError, RecordError
     from robot.progress import ProgressBar
     from robot.robot_drawing import RunDrawing
+    from robot.whole_file import whole_file
 
     out: Path = options.out
     if out.suffix not in {".png", ".gif", ".mp4"}:
@@ -63,11 +64,14 @@ def run(options: argparse.Namespace) -> ExitCode:
         raise RecordError(f"{options.path} holds no poses of body and feet to draw")
     if out.suffix == ".png":
         at = options.at if options.at is not None else drawing.middle_s
+        first_s, last_s = drawing.span_s
+        if not first_s <= at <= last_s:
+            raise ConfigError("--at", f"must be from {first_s:.2f} to {last_s:.2f} s, not {at:g}")
         shown = drawing.picture(at, out)
         print(f"{out}: the robot at {shown:.2f} s")
         return ExitCode.OK
-    with ProgressBar("drawing") as bar:
-        frames = drawing.video(out, options.speed, FRAMES_A_SECOND, bar.show)
+    with whole_file(out) as part, ProgressBar("drawing") as bar:
+        frames = drawing.video(part, options.speed, FRAMES_A_SECOND, bar.show)
     print(f"{out}: {frames} pictures, {options.speed:g} times real time")
     return ExitCode.OK
 

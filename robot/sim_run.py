@@ -9,7 +9,7 @@ also sets the day: friction, stiffness and centre of mass differ by a few per ce
 import argparse
 from pathlib import Path
 
-from robot.arguments import GAITS, add_robot, positive, steer
+from robot.arguments import GAITS, add_robot, positive, seed, steer
 from robot.exit_codes import ExitCode
 
 
@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME[@LEG][:param=value,...]",
         help="what is wrong; may be given several times (bigant sim effects lists them)",
     )
-    parser.add_argument("--seed", type=int, default=0, metavar="N")
+    parser.add_argument("--seed", type=seed, default=0, metavar="N")
     parser.add_argument(
         "--out", type=Path, required=True, metavar="FILE", help=".parquet, .csv or .mcap"
     )
@@ -62,6 +62,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     from robot.twin_log import twin_log
     from robot.twin_run import make_twin, plan_of, walk_fast
     from robot.twin_stack import walk_through_bytes
+    from robot.whole_file import whole_file
     from sim_hw.effect_catalog import EFFECTS
     from sim_hw.effects import parse_effect
 
@@ -72,8 +73,6 @@ def run(options: argparse.Namespace) -> ExitCode:
         raise ConfigError("--fast", "gives trials, not logs; choose .parquet, or leave --fast out")
     if not out.parent.is_dir():
         raise ConfigError("--out", f"there is no folder {out.parent}; make it first")
-    if options.seed < 0:
-        raise ConfigError("--seed", f"must be 0 or more, not {options.seed}")
     config = load_robot(options.robot)
     effects = tuple(parse_effect(text, EFFECTS) for text in options.effect)
     twin = make_twin(config, effects, options.seed)
@@ -83,8 +82,9 @@ def run(options: argparse.Namespace) -> ExitCode:
         if options.fast:
             trial = walk_fast(config, twin, plan, bar.show)
         elif out.suffix == ".mcap":
-            log = twin_log(out, config, plan)
-            trial = walk_through_bytes(config, twin, plan, log, bar.show)
+            with whole_file(out) as part:
+                log = twin_log(part, config, plan)
+                trial = walk_through_bytes(config, twin, plan, log, bar.show)
         else:
             trial = walk_through_bytes(config, twin, plan, None, bar.show)
     if out.suffix != ".mcap":

@@ -10,8 +10,9 @@ from contextlib import ExitStack
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from robot.arguments import add_robot, add_scenario
+from robot.arguments import add_robot, add_scenario, seed
 from robot.exit_codes import ExitCode
+from robot.servo_access import baud_rate
 
 if TYPE_CHECKING:
     from sim_hw.interfaces import Served
@@ -22,8 +23,8 @@ if TYPE_CHECKING:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments; imports nothing heavy."""
     add_robot(parser)
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of virtual noise")
-    parser.add_argument("--baud", type=int, metavar="B", help="baud rate of the servos")
+    parser.add_argument("--seed", type=seed, default=0, metavar="N", help="seed of virtual noise")
+    parser.add_argument("--baud", type=baud_rate, metavar="B", help="baud rate of the servos")
     parser.add_argument(
         "--absent", type=int, action="append", default=[], metavar="ID", help="a servo to leave out"
     )

@@ -4,6 +4,7 @@ A terminal reports presses and never releases. So a press is also a sign of life
 come for a while (``deadman_s``), the robot comes to stand on all feet and waits for the next key.
 """
 
+import contextlib
 import os
 import select
 import sys
@@ -56,7 +57,8 @@ class Keys:
         _error: BaseException | None,
         _trace: TracebackType | None,
     ) -> None:
-        termios.tcsetattr(self._fd, termios.TCSADRAIN, self._before)
+        with contextlib.suppress(termios.error):  # the terminal is gone
+            termios.tcsetattr(self._fd, termios.TCSADRAIN, self._before)
 
     def read(self) -> list[str]:
         """Return the keys pressed since the last call; arrows come as w, s, a, d."""

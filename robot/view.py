@@ -62,7 +62,7 @@ class LineView:
     """One plain line a second of run time, and one for every change of mode and new fault."""
 
     def __init__(self, out: TextIO) -> None:
-        self._out = out
+        self._out: TextIO | None = out
         self._first_ns: int | None = None
         self._next_ns = 0
         self._mode: Mode | None = None
@@ -84,7 +84,12 @@ class LineView:
 
     def _print(self, tick: Tick, text: str) -> None:
         seconds = (tick.t_ns - (self._first_ns or 0)) * 1e-9
-        print(f"{seconds:7.2f} s  {text}", file=self._out, flush=True)
+        if self._out is None:
+            return
+        try:
+            print(f"{seconds:7.2f} s  {text}", file=self._out, flush=True)
+        except OSError:  # `| head` has what it wanted, or the terminal went away; the run goes on
+            self._out = None
 
     def close(self) -> None:
         """Nothing to give back."""

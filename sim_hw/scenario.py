@@ -67,7 +67,10 @@ def load_scenario(path: Path, ids: Collection[int]) -> Scenario:
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "it is no text"
         raise ConfigError(str(path), f"the scenario cannot be read: {reason}") from error
-    return parse_scenario(text, ids)
+    try:
+        return parse_scenario(text, ids)
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error.key}", error.reason) from error
 
 
 def parse_scenario(text: str, ids: Collection[int]) -> Scenario:

@@ -5,8 +5,8 @@ Python's interpreter lock, and so that a control program can be killed while its
 existing, which is the case the servos' watchdog is for.
 """
 
+import os
 import select
-import signal
 import socket
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -119,7 +119,9 @@ def serve(
 
 
 def _device_process(setup: VirtualSetup, control: Connection, truth_end: socket.socket) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the controller to act on
+    # Ctrl-C, a closed terminal and `timeout` reach the whole process group, but are for the controller to
+    # act on: the robot has to be there until it has stopped.
+    os.setpgid(0, 0)
     robot = build_virtual_robot(
         setup.robot, setup.servo_bus, setup.force_sensor, setup.seed, setup.twin, setup.scenario
     )

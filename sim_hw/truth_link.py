@@ -4,6 +4,7 @@ It stands where a motion-capture system stands on the real robot: beside the rob
 own, never through the robot's devices.
 """
 
+import contextlib
 import socket
 import struct
 
@@ -59,11 +60,9 @@ class TruthSender:
         self._end.setblocking(False)
 
     def send(self, truth: BodyTruth) -> None:
-        """Send one truth, or drop it if the receiver does not keep up."""
-        try:
+        """Send one truth, or drop it if the receiver does not keep up or is gone."""
+        with contextlib.suppress(OSError):
             self._end.send(pack_truth(truth))
-        except (BlockingIOError, ConnectionError):
-            return
 
 
 class TruthReceiver:

@@ -10,7 +10,7 @@ import pyarrow.parquet as pq
 import pytest
 from scipy.spatial.transform import Rotation
 
-from model.errors import RecordError
+from model.errors import ConfigError, RecordError
 from model.signals import Tick
 from record import export
 from record.columns import GROUPS, check_groups
@@ -107,7 +107,7 @@ def test_csv_and_parquet_hold_the_same_numbers(tmp_path: Path) -> None:
 def test_groups_that_are_not_there_are_an_error() -> None:
     assert check_groups("joints, truth") == ("joints", "truth")
     for text in ("joint", "", ","):
-        with pytest.raises(RecordError, match="choose from joints, commands, forces"):
+        with pytest.raises(ConfigError, match="choose from joints, commands, forces"):
             check_groups(text)
 
 

@@ -194,7 +194,7 @@ def test_a_map_that_is_not_there_is_one_line_with_the_names(
     assert map_names() == ("servo_backlash", "sliding_cube", "so101")
     (tmp_path / "a.csv").write_text("time_s,pwm_a\n0,1\n")
     words = ["import", str(tmp_path / "a.csv"), "--map", "so100"]
-    assert cli.run(words) == ExitCode.LOG
+    assert cli.run(words) == ExitCode.USAGE
     assert "did you mean so101?" in capsys.readouterr().err
 
 

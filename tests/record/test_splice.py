@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 
-from model.errors import RecordError
+from model.errors import BigantError, ConfigError, RecordError
 from record.reader import LogContents, read_log, read_stamped_ticks, read_ticks
 from record.splice import cut_log, merge_logs
 from record.survey import survey_log
@@ -74,6 +74,23 @@ def test_a_survey_counts_what_is_missing(tmp_path: Path) -> None:
     assert (survey.ticks, survey.lost, survey.skipped) == (20, 0, 5), "late is not lost"
 
 
+def test_a_loop_that_is_late_all_the_time_is_told_by_the_rate_it_was_to_have(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "log.mcap"
+    told = {"rate_hz": "100"}
+    writer = LogWriter(
+        path, names=NAMES, config_text="", metadata=told, start_ns=0, start_unix_ns=0
+    )
+    for index in range(20):
+        tick = make_tick(index)
+        writer.write(replace(tick, t_ns=tick.t_ns + index * 10_000_000))  # every second period
+    writer.close()
+    survey = survey_log(path)
+    assert (survey.ticks, survey.lost, survey.skipped) == (20, 0, 19)
+    assert survey.period_s == pytest.approx(0.01)
+
+
 def test_a_piece_keeps_its_ticks_times_and_robot(tmp_path: Path) -> None:
     path, piece = tmp_path / "log.mcap", tmp_path / "piece.mcap"
     ticks = write_log(path, 60)
@@ -101,15 +118,15 @@ def test_pieces_of_a_log_merge_into_the_log(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("from_s", "to_s", "words"),
     [
-        (1.0, 1.0, r"--to 1 must lie after --from 1"),
-        (np.nan, 1.0, r"--to 1 must lie after --from nan"),
+        (1.0, 1.0, r"--to: 1 s must lie after --from 1"),
+        (np.nan, 1.0, r"--to: 1 s must lie after --from nan"),
         (5.0, 6.0, r"holds nothing from 5 to 6 s; it goes from 0\.00 to 0\.19 s"),
     ],
 )
 def test_an_empty_piece_is_an_error(tmp_path: Path, from_s: float, to_s: float, words: str) -> None:
     path = tmp_path / "log.mcap"
     write_log(path, 20)
-    with pytest.raises(RecordError, match=words):
+    with pytest.raises(BigantError, match=words):
         cut_log(path, tmp_path / "piece.mcap", from_s=from_s, to_s=to_s)
     assert [p.name for p in tmp_path.iterdir()] == ["log.mcap"]
 
@@ -147,7 +164,7 @@ def test_logs_that_do_not_fit_are_not_merged(tmp_path: Path) -> None:
         write_run(other, 20, **how)  # type: ignore[arg-type]
         with pytest.raises(RecordError, match=words):
             merge_logs((base, other), out)
-    with pytest.raises(RecordError, match="two logs or more"):
+    with pytest.raises(ConfigError, match="two logs or more"):
         merge_logs((base,), out)
     write_run(other, 20, start_s=9)
     with pytest.raises(RecordError, match="is the log itself"):

@@ -252,7 +252,7 @@ def test_devices_finds_the_servos(capsys: pytest.CaptureFixture[str]) -> None:
         sim.close()
 
 
-def drive_process(*words: str) -> "subprocess.Popen[str]":
+def drive_process(*words: str, own_group: bool = False) -> "subprocess.Popen[str]":
     return subprocess.Popen(
         [sys.executable, "-m", "robot", "drive", "--log", "none", *words],
         stdout=subprocess.PIPE,
@@ -260,6 +260,7 @@ def drive_process(*words: str) -> "subprocess.Popen[str]":
         text=True,
         cwd=ROOT,
         env={**os.environ, "PYTHONUNBUFFERED": "1"},
+        start_new_session=own_group,
     )
 
 
@@ -294,6 +295,53 @@ def test_one_interrupt_stops_on_all_feet_and_two_cut_torque(tmp_path: Path) -> N
     assert "emergency" in rest
     assert "torque off" in rest
     assert process.returncode == ExitCode.HARDWARE
+
+
+@pytest.mark.slow
+def test_a_signal_to_the_whole_group_leaves_the_virtual_robot_until_it_has_stopped(
+    tmp_path: Path,
+) -> None:
+    """As `timeout` and a closed terminal send it."""
+    words = ("--cycles", "9", "--frequency-hz", "0.2", "--robot", patient_robot(tmp_path))
+    process = drive_process(*words, own_group=True)
+    read_until(process, "START")
+    os.killpg(process.pid, signal.SIGTERM)
+    rest, _ = process.communicate(timeout=120)
+    assert "done (operator), torque off" in rest
+    assert "link lost" not in rest
+    assert process.returncode == ExitCode.OK
+
+
+def test_a_drive_walks_on_when_nobody_reads_it_any_more(tmp_path: Path) -> None:
+    log = tmp_path / "run.mcap"
+    words = ["--virtual-time", "--readonly", "--duration", "3", "--log", str(log)]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "robot", "drive", *words],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=ROOT,
+    )
+    assert process.stdout is not None
+    assert process.stderr is not None
+    assert process.stdout.readline()
+    process.stdout.close()  # as `| head -1` does
+    complaint = process.stderr.read()
+    process.stderr.close()
+    assert process.wait(timeout=120) == ExitCode.OK
+    assert f"completed, torque off; log: {log}" in complaint
+    assert len(read_log(log).t_s) > 290
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+def test_a_full_disk_is_one_line() -> None:
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "robot", "gap", "effects"],
+            stdout=full, stderr=subprocess.PIPE, text=True, cwd=ROOT, check=False,
+        )  # fmt: skip
+    assert done.returncode == ExitCode.LOG
+    assert done.stderr.strip() == "bigant gap effects: No space left on device"
 
 
 @pytest.mark.slow

@@ -20,6 +20,7 @@ from model.signals import FloatArray, ForceRecord
 from robot import cli
 from robot.calibration_file import read_calibration
 from robot.exit_codes import ExitCode
+from robot.ft_bias import standing_warnings
 from robot.ft_table import Snapshot, bridge_low, led, table_lines
 from sim_hw.ati import VirtualWnet
 from sim_hw.ati_sockets import WnetSockets
@@ -214,6 +215,15 @@ def test_the_bias_and_its_error_are_those_of_the_samples() -> None:
     assert bias.standard_error[0] == pytest.approx(
         0.02 / np.sqrt(1000), rel=4 / np.sqrt(2 * BLOCKS)
     )
+
+
+def test_a_robot_that_stands_is_suspected() -> None:
+    mean = np.zeros((6, 6))
+    mean[:, 2] = 10.5
+    mean[5] = np.nan  # one transducer is silent
+    (said,) = standing_warnings(mean, 6.5)
+    assert "52 N along z, and the robot weighs 64 N: does it stand?" in said
+    assert standing_warnings(mean / 4, 6.5) == ()
 
 
 def test_a_slow_drift_is_refused_though_its_spread_is_small() -> None:

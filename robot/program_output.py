@@ -1,0 +1,19 @@
+"""Printing to somebody who may be gone: a reader that has enough, a closed terminal, a full disk."""
+
+import contextlib
+import os
+import sys
+
+
+def complain(line: str) -> None:
+    """Print a line on stderr, if anybody is left to read it."""
+    with contextlib.suppress(OSError):
+        print(line, file=sys.stderr, flush=True)
+
+
+def stop_output() -> None:
+    """Point standard output to nowhere, so that its last flush cannot fail once more."""
+    with contextlib.suppress(OSError, ValueError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)
