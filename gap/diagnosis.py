@@ -138,7 +138,7 @@ def diagnose(
     after = where(
         evidence, end_to_end, simulator.channels, simulator.stages, selection.fitted.residual, seed
     )
-    named = named_causes(evidence, selection, effects, shared, far)
+    named = named_causes(evidence, selection, effects, shared, far, calm)
     rivals = tuple(
         RivalCause(i, one.effect, one.joints, one.probability, one.behind, one.error)
         for i, group in enumerate(shared)

@@ -12,6 +12,7 @@ from gap.interfaces import Cause, Effect, place_words
 from gap.parts import Part
 from gap.probability import Chance
 from gap.selection import Selection
+from gap.standard_errors import standard_errors
 from model.signals import FloatArray
 from record.trial import Trial
 
@@ -36,9 +37,10 @@ def named_causes(
     effects: Mapping[str, Effect],
     shared: Sequence[Sequence[Chance]],
     far: HowFar,
+    healthy: Evidence | None = None,
 ) -> tuple[NamedCause, ...]:
     """Return the causes with everything known of them, the one that closes most first."""
-    errors = _standard_errors(evidence, selection)
+    errors = standard_errors(evidence, healthy, selection.fitted)
     found, at = [], 0
     parts = _parts(far, len(selection.steps))
     for number, (cause, step) in enumerate(
@@ -74,18 +76,6 @@ def _parts(far: HowFar, count: int) -> list[float]:
     raw = [0.5 * (a + b) for a, b in zip(far.alone, far.last, strict=True)]
     total = sum(raw)
     return [r * far.shrink / total if total > 0 else np.nan for r in raw]
-
-
-def _standard_errors(evidence: Evidence, selection: Selection) -> FloatArray:
-    fitted = selection.fitted
-    if not len(fitted.away):
-        return np.zeros(0)
-    flat = fitted.slopes.reshape(len(fitted.away), -1)
-    weighted = flat * evidence.weights(fitted.residual).ravel()
-    gram = weighted @ flat.T + np.eye(len(flat))
-    # in spreads; where misfit is left, it scatters the estimate too
-    left = max(float((fitted.residual**2).sum() / evidence.count.sum()), 1.0)
-    return np.asarray(np.sqrt(left * np.diag(np.linalg.inv(gram))))
 
 
 def _values(effect: Effect, cause: Cause, errors: FloatArray) -> tuple[Value, ...]:

@@ -1,0 +1,66 @@
+"""How sure the fitted numbers are: by noise within runs, and by how much runs differ from each other.
+
+Blocks of a run cannot tell what differs from day to day alike through all of it (a spring that is warm, a
+floor that is damp), so an error from noise alone is far too small. The size of each cause is therefore
+found again in each run by itself, in references too, as ``gap.novelty`` does it; their scatter is the
+error of one run.
+"""
+
+import numpy as np
+
+from gap.evidence import Evidence
+from gap.fit import Fitted
+from gap.interfaces import Cause
+from gap.novelty import amplitudes
+from model.signals import FloatArray
+
+
+def standard_errors(evidence: Evidence, healthy: Evidence | None, fitted: Fitted) -> FloatArray:
+    """Return the standard error of every parameter in spreads, (P,), in the order of ``fitted.away``.
+
+    Args:
+        evidence: The trials.
+        healthy: References; None where there are none or too few.
+        fitted: All causes together.
+    """
+    if not len(fitted.away):
+        return np.zeros(0)
+    within = _by_noise(evidence, fitted)
+    shares = [_between_runs(evidence, healthy, fitted, cause) for cause in fitted.causes]
+    sizes = [len(cause.values) for cause in fitted.causes]
+    between = np.abs(fitted.away) * np.repeat(shares, sizes)
+    # the scatter of runs has the noise in it already
+    return np.asarray(np.fmax(within, between))
+
+
+def _by_noise(evidence: Evidence, fitted: Fitted) -> FloatArray:
+    flat = fitted.slopes.reshape(len(fitted.away), -1)
+    weighted = flat * evidence.weights(fitted.residual).ravel()
+    gram = weighted @ flat.T + np.eye(len(flat))
+    # in spreads; where misfit is left, it scatters the estimate too
+    left = max(float((fitted.residual**2).sum() / evidence.count.sum()), 1.0)
+    return np.asarray(np.sqrt(left * np.diag(np.linalg.inv(gram))))
+
+
+def _between_runs(
+    evidence: Evidence, healthy: Evidence | None, fitted: Fitted, cause: Cause
+) -> float:
+    """Standard error of a cause's size as a share of it; 0 where there is one run to tell from."""
+    rest = tuple(one for one in fitted.causes if one is not cause)
+    without = evidence.residuals([rest])[0]
+    seen, _ = amplitudes(
+        evidence, without, without - fitted.residual, evidence.weights(fitted.residual)
+    )
+    groups = [seen]
+    if healthy is not None:
+        changed = healthy.residuals([(cause,)])[0]
+        known, _ = amplitudes(
+            healthy, healthy.base, healthy.base - changed, healthy.weights(healthy.base)
+        )
+        groups.append(known)
+    square = sum(float(((one - one.mean()) ** 2).sum()) for one in groups if len(one))
+    free = sum(len(one) - 1 for one in groups if len(one))
+    if free < 1:
+        return 0.0
+    runs = sum(1.0 / len(one) for one in groups if len(one))
+    return float(np.sqrt(square / free * runs))

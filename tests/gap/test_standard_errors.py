@@ -1,0 +1,54 @@
+"""The error of a number is that of the runs: what differs from day to day is in it."""
+
+import numpy as np
+
+from gap.fit import fit_causes
+from gap.interfaces import Cause
+from gap.standard_errors import standard_errors
+from record.trial import Trial
+from tests.gap.test_selection import evidences
+from tests.gap.toy import CONDITIONS, EFFECTS, Toy, toy_trial
+
+BY_NAME = {effect.name: effect for effect in EFFECTS}
+OFFSET = 0.3
+DAY_TO_DAY = 0.03
+
+
+def _found(seed: int, days: float) -> tuple[float, float]:
+    """An offset found in four runs whose own offsets differ from day to day, and its standard error."""
+    rng = np.random.default_rng(seed)
+
+    def runs(size: float, count: int, first: int) -> list[Trial]:
+        return [
+            toy_trial([Cause("offset", ("a",), (size + days * rng.normal(),))],
+                      *CONDITIONS[i % len(CONDITIONS)], seed=1000 * seed + first + i)
+            for i in range(count)
+        ]  # fmt: skip
+
+    evidence, healthy = evidences(Toy(), runs(OFFSET, 4, 0), runs(0.0, 6, 100))
+    fitted = fit_causes(evidence, (Cause("offset", ("a",), (OFFSET,)),), BY_NAME)
+    parameter = BY_NAME["offset"].parameters[0]
+    error = float(standard_errors(evidence, healthy, fitted)[0]) * parameter.spread
+    return fitted.causes[0].values[0], error
+
+
+def test_errors_cover_the_truth_as_often_as_they_say() -> None:
+    z = [
+        (value - OFFSET) / error
+        for value, error in (_found(seed, DAY_TO_DAY) for seed in range(20))
+    ]
+    assert 0.4 < np.std(z) < 1.6
+
+
+def test_runs_that_differ_make_the_error_larger() -> None:
+    assert _found(1, DAY_TO_DAY)[1] > 3 * _found(1, 0.0)[1]
+
+
+def test_one_run_alone_is_judged_by_its_noise() -> None:
+    trial = toy_trial([Cause("offset", ("a",), (OFFSET,))], *CONDITIONS[0], seed=3)
+    evidence, healthy = evidences(Toy(), [trial], [])
+    assert healthy is None
+    fitted = fit_causes(evidence, (Cause("offset", ("a",), (OFFSET,)),), BY_NAME)
+    (error,) = standard_errors(evidence, None, fitted)
+    assert 0 < error < 0.1
+    assert len(standard_errors(evidence, None, fit_causes(evidence, (), BY_NAME))) == 0
