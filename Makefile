@@ -22,7 +22,7 @@ $(STAMP): pyproject.toml constraints.txt
 	fi
 	@touch $(STAMP)
 
-install: $(STAMP) ## make .venv with everything in it (with uv if it is there)
+install: $(STAMP) ## make .venv with all that development needs (with uv if it is there)
 
 walk: install ## walk three tripod cycles on virtual hardware and print distance, speed and slip
 	$(BIN)/bigant drive --gait tripod --cycles 3 --log runs/first_walk.mcap
@@ -67,8 +67,9 @@ docs-assets: figures ## draw all figures, run the commands whose output README.m
 	$(BIN)/python docs/write_outputs.py
 	$(BIN)/python docs/draw_viewer.py
 
-docs: install ## write docs/reference/cli.md and, from docstrings, the pages of all modules in site/
+docs: install ## write docs/reference/ from the parser and the docstrings, and the pages of all modules in site/
 	$(BIN)/python docs/write_cli_reference.py
+	$(BIN)/python docs/write_modules_reference.py
 	$(BIN)/pdoc --docformat google --no-show-source --output-directory site model gaits drivers record sim_hw gap robot \
 	    '!robot.view_rerun'  # needs bigant[rerun], 640 MB
 

@@ -168,14 +168,23 @@ def test_every_module_can_be_imported_for_its_page() -> None:
                 importlib.import_module(module.name)
 
 
-def test_the_command_reference_is_current() -> None:
+@pytest.mark.parametrize("kind", ["cli", "modules"])
+def test_a_written_reference_is_current(kind: str) -> None:
     done = subprocess.run(
         [sys.executable, "-c", "import runpy; print(runpy.run_path("
-         "'docs/write_cli_reference.py')['page'](), end='')"],
+         f"'docs/write_{kind}_reference.py')['page'](), end='')"],
         cwd=ROOT, capture_output=True, text=True, check=True,
     )  # fmt: skip
-    current = (ROOT / "docs" / "reference" / "cli.md").read_text(encoding="utf-8")
+    current = (ROOT / "docs" / "reference" / f"{kind}.md").read_text(encoding="utf-8")
     assert done.stdout == current, "run: make docs"
+
+
+def test_every_module_says_its_idea_in_one_line() -> None:
+    page = (ROOT / "docs" / "reference" / "modules.md").read_text(encoding="utf-8")
+    rows = [line for line in page.splitlines() if line.startswith("| `")]
+    assert len(rows) > 300
+    for row in rows:
+        assert re.search(r"[.?`] \|$", row), row
 
 
 def test_readme_and_tutorial_show_what_is_printed() -> None:
