@@ -59,12 +59,24 @@ class Detectable:
         parameter: Its parameter.
         size: Distance from neutral, in the parameter's unit; infinite if these runs cannot show it.
         unit: Unit.
+        neutral: Value at which nothing happens.
+        lower: Smallest value that makes sense.
+        upper: Largest value that makes sense.
     """
 
     effect: str
     parameter: str
     size: float
     unit: str
+    neutral: float
+    lower: float
+    upper: float
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """The values at that distance that make sense, the lower one first; none if it is out of range."""
+        both = (self.neutral - self.size, self.neutral + self.size)
+        return tuple(value for value in both if self.lower <= value <= self.upper)
 
 
 @dataclass(frozen=True, slots=True)
@@ -261,6 +273,9 @@ def _sizes(one: Signature, signatures: Signatures, threshold: float) -> list[Det
                 p.name,
                 p.spread * float(np.sqrt(2 * threshold / energy)),
                 p.unit,
+                p.neutral,
+                p.lower,
+                p.upper,
             )
         )
     return out

@@ -18,7 +18,7 @@ from gap.floor import Condition, Floor, make_floor
 from gap.how_far import how_far
 from gap.imitation import imitate
 from gap.interfaces import Cause, Drive, Simulator
-from gap.next_run import Proposer, next_runs
+from gap.next_run import NextRun, Proposal, Proposer, next_runs
 from gap.options import nats_beyond
 from gap.parts import Part, split, whole_part
 from gap.predictions import Predictor
@@ -36,6 +36,9 @@ FEWEST_REFERENCES = 3
 MOST_INFLATION = 4.0
 # Without references: energy over expectation of a channel from which nothing found is still a gap.
 CLEAR_EXCESS = 1.5
+# Shares that ``progress`` is told are of the time that a walk takes whose causes stay open: starting the
+# workers, fitting, and trying runs each take about a quarter of it. Without open causes it ends sooner.
+NEXT_FROM = 0.75
 
 
 def diagnose(
@@ -82,10 +85,10 @@ def diagnose(
     ]
     local = local_drive(predictor, fitted_parts)
     if standing is None and len(references) >= FEWEST_REFERENCES:
-        tell("what healthy runs lack", 0.02)
+        tell("what healthy runs lack", 0.08)
         standing = commission(predictor, reference_parts, local)
     predictor = Predictor(simulator, everything, executor, standing or ())
-    tell("measuring the floor", 0.04)
+    tell("measuring the floor", 0.12)
     local_floor, healthy = measure_floor(predictor, reference_parts, fitted_parts, local)
     whole_floor, _ = measure_floor(predictor, reference_parts, fitted_parts, Drive.COMMAND)
     judged = local_floor if references else loosened(predictor, fitted_parts, local, local_floor)
@@ -101,7 +104,7 @@ def diagnose(
         evidence,
         candidates,
         (),
-        lambda share: tell("what each effect would do", 0.05 + 0.4 * share),
+        lambda share: tell("what each effect would do", 0.15 + 0.3 * share),
     )
     calm: Evidence | None = None
     if len(healthy) >= FEWEST_REFERENCES:
@@ -109,14 +112,14 @@ def diagnose(
         calm = evidence_of(predictor, reference_parts, local, local_floor, whiteners)
     selection = select(
         evidence, candidates, signatures, effects, 0.0,
-        lambda share: tell("which effects", 0.5 + 0.35 * share), calm,
+        lambda share: tell("which effects", 0.45 + 0.27 * share), calm,
     )  # fmt: skip
-    tell("is there a gap", 0.86)
+    tell("is there a gap", 0.72)
     detection: Detection | None = None
     if len(healthy) >= FEWEST_REFERENCES:
         detection = detect(evidence, signatures, healthy, selection.p, seed)
     threshold = detection.threshold if detection else 0.0
-    tell("how far it shrinks", 0.88)
+    tell("how far it shrinks", 0.73)
     unseen = unseen_residual(evidence, selection.fitted)
     closed = closed_share(evidence, unseen)
     left = _excess(evidence, unseen)
@@ -133,20 +136,23 @@ def diagnose(
     open_rivals = alike(evidence, selection, nats)
     verdict = verdict_of(exists, selection, none, open_rivals)
     far = how_far(held, simulator.channels, selection.fitted.causes, seed)
-    tell("where it lies", 0.93)
+    tell("where it lies", 0.74)
     before = where(evidence, end_to_end, simulator.channels, simulator.stages, evidence.base, seed)
     after = where(
         evidence, end_to_end, simulator.channels, simulator.stages, selection.fitted.residual, seed
     )
     named = named_causes(evidence, selection, effects, shared, far, calm)
     rivals = tuple(
-        RivalCause(i, one.effect, one.joints, one.probability, one.behind, one.error)
+        RivalCause(
+            i, one.effect, one.joints, one.probability, one.behind, one.error,
+            selection.steps[i].chosen.added.key,
+        )
         for i, group in enumerate(shared)
         for one in group[1:]
-    )
+    )  # fmt: skip
     stage = "" if verdict is Verdict.NO_GAP else (named[0].stage if named else before.stage)
     proposals = proposer.proposals() if proposer is not None and open_rivals else ()
-    tell("what to run next", 0.97)
+    tell("what to run next", NEXT_FROM)
     sets = _rival_sets(predictor, trials, selection, open_rivals, whole_floor) if proposals else []
     diagnosis = Diagnosis(
         simulator=simulator.name,
@@ -175,7 +181,7 @@ def diagnose(
         held_out_trials=tuple(sorted({part.trial for part in held_parts})),
         baselines=baselines(evidence, signatures),
         detectable=detectable(signatures, threshold),
-        next=next_runs(proposals, simulator, sets, whole_floor) if proposals else (),
+        next=_next_runs(proposals, simulator, sets, whole_floor, tell),
         warnings=warnings_of(faults, references, evidence, fitted_parts, held_parts, named),
         predictions=predictor.count,
         seed=seed,
@@ -233,6 +239,21 @@ def _exists(evidence: Evidence, detection: Detection | None, selection: Selectio
     excess, count = evidence.excess(evidence.base), evidence.count.sum(axis=0)
     limit = np.fmax(CLEAR_EXCESS, 1.0 + 5.0 * np.sqrt(2.0 / np.fmax(count, 1.0)))
     return bool(np.any(excess > limit))
+
+
+def _next_runs(
+    proposals: Sequence[Proposal],
+    simulator: Simulator,
+    sets: Sequence[tuple[Cause, ...]],
+    floor: Floor,
+    tell: Progress,
+) -> tuple[NextRun, ...]:
+    if not proposals:
+        return ()
+    return next_runs(
+        proposals, simulator, sets, floor,
+        lambda share: tell("what to run next", NEXT_FROM + (1.0 - NEXT_FROM) * share),
+    )  # fmt: skip
 
 
 def _rival_sets(

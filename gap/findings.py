@@ -86,6 +86,7 @@ class RivalCause:
         probability: That it is this one instead.
         behind: Nats by which it predicts unseen blocks worse.
         behind_error: Standard error of that.
+        of: Effect and joints of the cause it was a rival of.
     """
 
     cause: int
@@ -94,6 +95,7 @@ class RivalCause:
     probability: float
     behind: float
     behind_error: float
+    of: tuple[str, tuple[str, ...]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,3 +178,11 @@ class Diagnosis:
     warnings: tuple[str, ...]
     predictions: int
     seed: int
+
+    @property
+    def kept_back(self) -> str:
+        """What was kept back to judge, in words."""
+        shared = set(self.fitted_trials) & set(self.held_out_trials)
+        if not shared:
+            return "runs kept back"
+        return "the last third of the run" if len(shared) == 1 else "the last third of each run"

@@ -10,7 +10,7 @@ import numpy as np
 
 from gap.evidence import Evidence
 from gap.interfaces import Cause, Channel
-from model.signals import FloatArray
+from model.signals import BoolArray, FloatArray
 
 DRAWS = 400
 TRACES = 4
@@ -54,6 +54,7 @@ class Trace:
         measured: (P,); NaN where nothing was.
         before: What the simulator said, (P,).
         after: What it says with the causes added, (P,).
+        compared: Where the two are compared; elsewhere the simulator is not held to it, (P,).
     """
 
     channel: str
@@ -63,6 +64,7 @@ class Trace:
     measured: FloatArray
     before: FloatArray
     after: FloatArray
+    compared: BoolArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,6 +235,7 @@ def _traces(
             part.observation.values[rows, i] - whitener.expected[rows, i],
             standing[0][rows, i],
             added[0][rows, i],
+            whitener.gain[rows, i] > 0,
         )
         for i in order
         if (whitener.gain[:, i] > 0).any()

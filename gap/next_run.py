@@ -19,7 +19,7 @@ from model.signals import FloatArray
 from record.trial import Trial
 
 ENOUGH_SEPARATION = 4 * 2.33**2
-MOST_RUNS = 1000
+MOST_RUNS = 20  # nobody makes more of one run to tell two causes apart
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,6 +82,8 @@ def next_runs(
     progress: Callable[[float], None] = lambda share: None,
 ) -> tuple[NextRun, ...]:
     """Rank proposals: the one that separates its least separated pair most for a minute's work first.
+
+    One that would have to be made more than ``MOST_RUNS`` times is left out.
 
     Args:
         proposals: Runs that could be made.

@@ -11,6 +11,7 @@ from gap.how_far import HowFar
 from gap.interfaces import Cause, Effect, place_words
 from gap.parts import Part
 from gap.probability import Chance
+from gap.rounding import percent_words, value_words
 from gap.selection import Selection
 from gap.standard_errors import standard_errors
 from model.signals import FloatArray
@@ -90,7 +91,7 @@ def _values(effect: Effect, cause: Cause, errors: FloatArray) -> tuple[Value, ..
 def cause_words(one: NamedCause) -> str:
     """Name a cause with its place and size."""
     sizes = ", ".join(
-        f"{v.name} {v.value:.3g} +- {v.error:.1g}" + (" (on its bound)" if v.on_bound else "")
+        f"{v.name} {value_words(v.value, v.error)}" + (" (on its bound)" if v.on_bound else "")
         for v in one.values
     )
     return place_words(one.effect, one.joints) + (f" ({sizes})" if sizes else "")
@@ -107,21 +108,29 @@ def sentence(d: Diagnosis) -> str:
         return f"No gap above {above}."
     shrunk = ""
     if np.isfinite(d.far.shrink):
-        shrunk = f"; adding {'it' if len(d.causes) == 1 else 'them'} closes {d.far.shrink:.0%} of the gap"
-        shrunk += f" [{d.far.low:.0%}, {d.far.high:.0%}] on runs kept back"
+        added = "it" if len(d.causes) == 1 else "them"
+        shrunk = f"; adding {added} closes {percent_words(d.far.shrink)} of the gap"
+        shrunk += f" [{percent_words(d.far.low)}, {percent_words(d.far.high)}] on {d.kept_back}"
     names = " and ".join(cause_words(one) for one in d.causes)
     if d.verdict is Verdict.EXPLAINED:
         return f"The simulator lacks {names}{shrunk}."
     if d.verdict is Verdict.AMBIGUOUS:
-        others = " or ".join(dict.fromkeys(place_words(a.effect, a.joints) for a in d.ambiguous))
-        return f"The simulator lacks {names}, or in its place {others}: these runs cannot tell{shrunk}."
+        return f"The simulator lacks {names}{shrunk}. These runs cannot tell {_open_words(d)}."
     place = f" in the stage {d.where.stage}" if d.where.stage else ""
     if not d.causes:
         return f"There is a gap{place}, and no effect of the catalogue reduces it."
     return (
         f"There is a gap{place} that the catalogue does not explain; {names} comes nearest"
-        f" and closes {d.closed:.0%} of it in the fitted runs."
+        f" and closes {percent_words(d.closed)} of it in the fitted runs."
     )
+
+
+def _open_words(d: Diagnosis) -> str:
+    """Each cause that has open rivals, with its own."""
+    rivals: dict[str, list[str]] = {}
+    for one, of in zip(d.ambiguous, d.ambiguous_of, strict=True):
+        rivals.setdefault(place_words(*of), []).append(place_words(one.effect, one.joints))
+    return ", and not ".join(f"{of} from {' or '.join(own)}" for of, own in rivals.items())
 
 
 def warnings_of(
