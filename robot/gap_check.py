@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robot.exit_codes import ExitCode
+from robot.gap_json import add_json, check_json, give_json, to_stdout
 
 STANDING = "standing.json"
 
@@ -39,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--no-references", action="store_true", help="leave the healthy runs aside")
     parser.add_argument("--jobs", type=int, default=min(os.cpu_count() or 1, 4), metavar="N",
         help="cases at a time (default: one a core, up to 4)")  # fmt: skip
-    parser.add_argument("--json", type=Path, metavar="FILE", help="figures and cases as JSON")
+    add_json(parser, "figures and cases")
     parser.add_argument(
         "--markdown", type=Path, metavar="FILE", help="figures as tables for a page"
     )
@@ -52,8 +53,6 @@ def run(options: argparse.Namespace) -> ExitCode:
         RecordError: The folder holds no campaign, or a file cannot be read or written.
         ConfigError: Options that make no sense, or a wrong key.
     """
-    import json
-
     from gap.score import confusions, figures
     from model.errors import ConfigError
     from robot.gap_campaign import campaign_cases
@@ -62,6 +61,7 @@ def run(options: argparse.Namespace) -> ExitCode:
 
     if options.jobs < 1 or options.removed < 0:
         raise ConfigError("--jobs and --removed", "must not be negative, and --jobs at least 1")
+    check_json(options.json)
     files = campaign_cases(options.campaign)
     out: Path = options.out or options.campaign / "answers"
     answer_all(_blind(files, out, references=not options.no_references), options.jobs, "cases")
@@ -71,9 +71,10 @@ def run(options: argparse.Namespace) -> ExitCode:
     cases = _cases(files, labels, removed, out, options)
     counted = figures(cases, neutral_values(files[0]))
     confused = confusions(cases)
-    print("\n".join(score_lines(counted, confused, cases)))
+    if not to_stdout(options.json):
+        print("\n".join(score_lines(counted, confused, cases)))
     if options.json is not None:
-        _write(options.json, json.dumps(score_json(counted, confused, cases), indent=1) + "\n")
+        give_json(score_json(counted, confused, cases), options.json, indent=1)
     if options.markdown is not None:
         _write(options.markdown, score_markdown(counted, confused, cases))
     return ExitCode.VERDICT_FAILED if _missed(counted) else ExitCode.OK

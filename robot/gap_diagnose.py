@@ -7,13 +7,14 @@ code 0: a verdict was reached; 1: there is a gap that no effect of the catalogue
 """
 
 import argparse
-import json
 import os
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robot.arguments import seed
 from robot.exit_codes import ExitCode
+from robot.gap_json import add_json, check_json, give_json, to_stdout
 
 CHAIN, MUJOCO = "chain", "mujoco"
 
@@ -35,9 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="only this joint of a bench of servos; may be given again")  # fmt: skip
     parser.add_argument("--robot", type=Path, metavar="FILE",
         help="robot file to believe of the trials (default: the one beside them)")  # fmt: skip
-    parser.add_argument(
-        "--json", type=Path, metavar="FILE", help="the diagnosis as JSON; - prints it"
-    )
+    add_json(parser, "the diagnosis")
     parser.add_argument("--html", type=Path, metavar="FILE", help="the diagnosis as one page")
     parser.add_argument("--effects", type=Path, metavar="FILE.py",
         help="effects of your own (run as Python: open only files that you trust)")  # fmt: skip
@@ -69,13 +68,15 @@ def run(options: argparse.Namespace) -> ExitCode:
     Raises:
         RecordError: A trial cannot be read, or a report cannot be written.
         GapError: The trials cannot be compared with a simulator.
-        ConfigError: ``--html`` names no page.
+        ConfigError: ``--html`` names no page, or ``--json`` a file that is no JSON.
     """
     from gap.findings import Verdict
     from model.errors import ConfigError
-    from robot.gap_summary import summary_lines
+    from robot.gap_summary import summary_lines, terminal_width
     from robot.gap_trials import read_trials, simulator_for
+    from robot.report_page import write_page
 
+    check_json(options.json)
     if options.html is not None and options.html.suffix != ".html":
         raise ConfigError("--html", f"must end in .html, not {options.html.name!r}")
     paths = (*options.trials, *options.reference)
@@ -91,7 +92,6 @@ def run(options: argparse.Namespace) -> ExitCode:
             )
         simulator = simulator_for(everything, options.effects, options.robot, references)
     found = _diagnose(trials, references, simulator, options)
-    to_stdout = options.json is not None and str(options.json) == "-"
     if options.json is not None:
         from gap.diagnosis_json import diagnosis_json
 
@@ -101,17 +101,16 @@ def run(options: argparse.Namespace) -> ExitCode:
             "references": len(references),
             "robot": None if options.robot is None else str(options.robot),
         }
-        text = json.dumps(told, indent=2)
-        if to_stdout:
-            print(text)
-        else:
-            _write(options.json, text + "\n")
+        give_json(told, options.json, indent=2)
     if options.html is not None:
         from robot.gap_page import diagnosis_page
+        from robot.gap_subject import subject_of
 
-        _write(options.html, diagnosis_page(found, paths))
-    if not to_stdout:
-        print("\n".join(summary_lines(found, paths)))
+        today = datetime.now(tz=UTC).astimezone().date()
+        subject = subject_of(trials[0], options.trials, options.reference, today)
+        write_page(options.html, diagnosis_page(found, subject))
+    if not to_stdout(options.json):
+        print("\n".join(summary_lines(found, paths, terminal_width())))
         if options.html is not None:
             print(f"page: {options.html}")
     return ExitCode.VERDICT_FAILED if found.verdict is Verdict.UNEXPLAINED else ExitCode.OK
@@ -180,12 +179,3 @@ def _proposer(
         return proposer_of(text, options.robot)[0]
     except GapError:
         return None  # a robot of other legs without gaits: it can be diagnosed, not sent walking
-
-
-def _write(path: Path, text: str) -> None:
-    from model.errors import RecordError
-
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise RecordError(f"{path} cannot be written: {error.strerror}; choose another") from error

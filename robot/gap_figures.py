@@ -10,6 +10,7 @@ from gap.how_far import Trace
 from robot.plots import PREDICTED, STYLE
 
 AFTER = "#009E73"
+NOT_COMPARED = "#808080"
 SIZE_IN = (4.8, 2.1)  # as wide as a phone, so that its letters are of a size to be read there
 LEAST_SEEN = 0.005
 FACTORS = {"m": (1e3, "mm"), "m/s": (1e3, "mm/s"), "rad": (1e3, "mrad"), "rad/s": (1e3, "mrad/s")}
@@ -46,7 +47,17 @@ def _trace(trace: Trace) -> Figure:
     )
     for values, colour, style, width, label in lines:
         ax.plot(trace.time_s, factor * values, color=colour, ls=style, lw=width, label=label)
+    if not trace.compared.all():
+        ax.fill_between(
+            trace.time_s, 0.0, 1.0, where=~trace.compared, transform=ax.get_xaxis_transform(),
+            color=NOT_COMPARED, alpha=0.25, lw=0, label="not compared",
+        )  # fmt: skip
     ax.set_ylabel(f"{trace.channel} {trace.joint} [{unit}]".replace("  ", " "))
     ax.set_xlabel("time [s]")
-    figure.legend(loc="outside upper center", ncols=3, frameon=False, fontsize=8)
+    figure.legend(
+        loc="outside upper center",
+        ncols=3 if trace.compared.all() else 2,
+        frameon=False,
+        fontsize=8,
+    )
     return figure

@@ -232,6 +232,9 @@ def _lines(
     *,
     everything: bool,
 ) -> list[str]:
+    from gap.next_run import MOST_RUNS
+    from robot.gap_words import common_pair, pair_words
+
     effects = {effect.name: effect for effect in simulator.effects}
     if len(sets) == 1:
         return [
@@ -241,15 +244,21 @@ def _lines(
     lines = ["to be told apart, each as it fits the runs best:"]
     lines += [f"  {_words(causes, effects)}" for causes in sets]
     if not runs:
-        return [*lines, "", "no run that this robot can make tells them apart"]
+        few = f"in {MOST_RUNS} runs or fewer"
+        return [*lines, "", f"no run that this robot can make tells them apart {few}"]
+    shown = runs if everything else runs[:SHOWN]
+    pair = common_pair(shown)
+    if pair:
+        lines += ["", f"each tells {pair}"]
     lines += ["", f"{'run':<58}{'separation':>11}{'runs':>6}{'minutes':>9}"]
-    for number, one in enumerate(runs if everything else runs[:SHOWN], 1):
+    for number, one in enumerate(shown, 1):
         lines.append(
             f"{number}. {one.name:<55}{one.separation:>11.3g}{one.runs:>6}{one.minutes:>9.1f}"
         )
-        lines.append(f"   tells least: {one.pair[0]} from {one.pair[1]}")
+        if not pair:
+            lines.append(f"   tells least: {pair_words(one)}")
         if one.limits:
-            lines.append(f"   mind: {one.limits}")
+            lines.append(f"   beware: {one.limits}")
         lines.append(f"   {one.command}")
     lines.append(
         "on the robot add: --hardware PORT --armed    (a separation of 22 tells, 1 wrong in 100)"

@@ -2,17 +2,20 @@
 
 import html
 import math
-import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from gap.ambiguity import why_open
-from gap.findings import Diagnosis, NamedCause, Verdict
+from gap.findings import Diagnosis, Verdict
 from gap.interfaces import place_words
+from gap.rounding import percent_words
 from robot.gap_faults import fault_groups
 from robot.gap_figures import draw_traces
-from robot.gap_page_map import MAP_STYLE, leg_phase_map, stage_bars, stage_leg_map
-from robot.report_page import inline_svg, page_frame
+from robot.gap_page_causes import alike_part, causes_part, next_part
+from robot.gap_page_map import MAP_STYLE, leg_phase_map, stage_bars, stage_leg_map, stage_words
+from robot.gap_page_table import folded, note, table, with_sign
+from robot.gap_subject import Subject, file_words
+from robot.gap_words import HEADLINES, headline, size_words, stage_note
+from robot.report_page import inline_svg, page_frame, section
 
 MORE_STYLE = """
 h1 { font-size: 1.15rem; font-weight: 500; color: var(--faint); }
@@ -29,9 +32,12 @@ h1 { font-size: 1.15rem; font-weight: 500; color: var(--faint); }
 .card .sure { float: right; font-weight: 700; margin-left: 1rem; }
 .warn { border-left: 0.3rem solid #D55E00; padding-left: 0.7rem; }
 .traces { display: grid; grid-template-columns: repeat(auto-fit, minmax(20rem, 1fr)); gap: 0.5rem; }
-.traces figure { margin: 0; } figure svg { fill: currentColor; background: none !important; }
-.wide { overflow-x: auto; } .wide > table td { overflow-wrap: break-word; } thead th { width: auto; }
-code { overflow-wrap: anywhere; } summary { cursor: pointer; margin: 1rem 0 0.3rem; font-weight: 600; }
+.traces figure { margin: 0; } .traces figure svg { min-width: 0; }
+figure svg { fill: currentColor; background: none !important; }
+.wide { overflow-x: auto; } .wide > table td, .wide > table td:last-child { overflow-wrap: break-word; }
+thead th { width: auto; }
+code { overflow-wrap: anywhere; } .command span { white-space: nowrap; }
+summary { cursor: pointer; margin: 1rem 0 0.3rem; font-weight: 600; }
 @media (max-width: 40rem) {
   body { margin: 0.5rem auto; padding: 0 0.7rem; } th, td { padding: 0.2rem 0.3rem; font-size: 0.85rem; }
   .traces { grid-template-columns: 1fr; } .facts { gap: 0.4rem 1.2rem; }
@@ -39,70 +45,53 @@ code { overflow-wrap: anywhere; } summary { cursor: pointer; margin: 1rem 0 0.3r
 }
 @media print { details > summary { list-style: none; } .card, .chain, .map { break-inside: avoid; } }
 """
-HEADLINES = {
-    Verdict.EXPLAINED: "Explained",
-    Verdict.AMBIGUOUS: "Found, but not told apart",
-    Verdict.UNEXPLAINED: "Not explained",
-    Verdict.NO_GAP: "No gap",
-}
-MOST_RIVALS = 5
-Rows = Sequence[Sequence[str]]
+# What a machine's joints are called, and what it does, by the simulator's name.
+PLACES = {"servo_bench": "joint", "sliding_body": "body"}
+LEG = "leg"
 
 
-def diagnosis_page(d: Diagnosis, paths: Sequence[Path]) -> str:
+def diagnosis_page(d: Diagnosis, subject: Subject) -> str:
     """Return the page.
 
     Args:
         d: The diagnosis.
-        paths: Files of the trials and the references, in their order.
+        subject: What was diagnosed.
     """
+    gap = d.verdict is not Verdict.NO_GAP
     body = [
         "<h1>Simulator against measured runs</h1>",
+        note(_subject_words(subject)),
         f"<div class='verdict {d.verdict.value}'><b>{HEADLINES[d.verdict]}</b>"
-        f"<span>{html.escape(d.sentence.replace('+-', '±'))}</span></div>",
+        f"<span>{html.escape(with_sign(d.sentence))}</span></div>",
         _facts(d),
         *(f"<p class='warn'>{html.escape(words)}.</p>" for words in d.warnings),
-        _section("Faults of the data", _faults(d, paths)),
-        _section("Which effects", _causes(d)),
-        _section("What these runs cannot tell apart", _alike(d)),
-        _section("What to run next", _next(d)),
-        _section("Where it lies", _where(d)),
-        _section("Before and after, in a run kept back", _traces(d)),
-        _folded("Before and after, every channel", _channels(d)),
-        _folded("Smallest sizes that would have shown", _sizes(d)),
-        _folded("What simpler ways would have said", _baselines(d)),
-        f"<p class='small'>{_made_of(d, paths)}</p>",
+        section("Faults of the data", _faults(d, subject.paths)),
+        section("Which effects", causes_part(d)),
+        section("What these runs cannot tell apart", alike_part(d)),
+        section("Where it lies", _where(d)) if gap else section("Each stage", _calm(d)),
+        section(f"Before and after, in {_judged(d)}", _traces(d)),
+        section("What to run next", next_part(d)),
+        folded("Before and after, every channel", _channels(d)) if gap else "",
+        (folded if gap else section)("Smallest sizes that would have shown", _sizes(d)),
+        folded("What simpler ways would have said", _baselines(d)),
+        f"<p class='small'>{_made_of(d, subject.paths)}</p>",
     ]
-    return page_frame(f"Diagnosis: {d.verdict.value}", body, style=MAP_STYLE + MORE_STYLE)
+    title = f"{headline(d)} | {subject.place} | {file_words(subject.trials)}"
+    return page_frame(title, body, style=MAP_STYLE + MORE_STYLE)
 
 
-def _section(title: str, content: str) -> str:
-    return f"<h2>{html.escape(title)}</h2>\n{content}" if content else ""
+def _subject_words(subject: Subject) -> str:
+    words = [
+        f"{subject.place}. Diagnosed {subject.day.isoformat()}.",
+        f"Runs: {file_words(subject.trials)}.",
+    ]
+    if subject.references:
+        words.append(f"Healthy runs: {file_words(subject.references)}.")
+    return " ".join(words)
 
 
-def _folded(title: str, content: str) -> str:
-    if not content:
-        return ""
-    return f"<details><summary>{html.escape(title)}</summary>\n{content}</details>"
-
-
-def _table(head: Sequence[str], rows: Rows) -> str:
-    if not rows:
-        return ""
-    top = "".join(f"<th scope='col'>{html.escape(one)}</th>" for one in head)
-    body = "\n".join(
-        "<tr>" + "".join(f"<td>{_cell(text)}</td>" for text in row) + "</tr>" for row in rows
-    )
-    return f"<div class='wide'><table><thead><tr>{top}</tr></thead>\n<tbody>{body}</tbody></table></div>"
-
-
-def _cell(text: str) -> str:
-    """A name may break behind an underscore or the dot of a file, and nowhere else."""
-    return re.sub(r"([_/]|\.(?=[a-z]))", r"\1<wbr>", html.escape(text))
-
-
-def _percent(value: float) -> str:
-    return "?" if math.isnan(value) else f"{value:.0%}"
+def _judged(d: Diagnosis) -> str:
+    return "a run kept back" if d.kept_back == "runs kept back" else d.kept_back
 
 
 def _facts(d: Diagnosis) -> str:
@@ -111,14 +100,22 @@ def _facts(d: Diagnosis) -> str:
         if not math.isnan(far.shrink):
             found.append(
                 (
-                    _percent(far.shrink),
-                    f"of the gap closed on runs kept back [{far.low:.0%}, {far.high:.0%}]",
+                    percent_words(far.shrink),
+                    f"of the gap closed [{percent_words(far.low)}, {percent_words(far.high)}]: "
+                    f"of its energy above the floor, on {d.kept_back}",
                 )
             )
-        found.append((f"{far.before:.2f} → {far.after:.2f}", "RMS difference, in floors"))
-        found.append((_percent(d.none), "chance that it is none of the catalogue"))
-    found.append((str(len(d.fitted_trials)), "runs fitted"))
-    found.append((str(len(d.held_out_trials)), "runs kept back to judge"))
+        found.append(
+            (f"{far.before:.2f} → {far.after:.2f}", "RMS difference; 1 is the floor, without a gap")
+        )
+        found.append((percent_words(d.none), "chance that it is none of the catalogue"))
+    if set(d.fitted_trials) & set(d.held_out_trials):
+        count = len(d.fitted_trials)
+        of = "run" if count == 1 else "runs, of each"
+        found.append((str(count), f"{of}: fitted to the first two thirds, judged by the last"))
+    else:
+        found.append((str(len(d.fitted_trials)), "runs fitted"))
+        found.append((str(len(d.held_out_trials)), "runs kept back to judge"))
     cells = "".join(
         f"<div><b>{html.escape(big)}</b><span>{html.escape(small)}</span></div>"
         for big, small in found
@@ -136,95 +133,37 @@ def _faults(d: Diagnosis, paths: Sequence[Path]) -> str:
         )
         for one in fault_groups(d.data_faults, paths)
     ]
-    return _table(("fault", "channel", "files", "evidence, in the first"), rows)
-
-
-def _causes(d: Diagnosis) -> str:
-    if d.verdict is Verdict.NO_GAP:
-        return ""
-    if not d.causes:
-        return "<p>No effect of the catalogue reduces it.</p>"
-    cards = "\n".join(_card(number, one) for number, one in enumerate(d.causes, 1))
-    likely = sorted(d.rivals, key=lambda r: -r.probability)[:MOST_RIVALS]
-    rows = [
-        (place_words(one.effect, one.joints), f"{one.probability:.2g}")
-        for one in likely
-        if one.probability > 1e-3
-    ]
-    rows.append(("none of the catalogue", f"{d.none:.2f}"))
-    return f"{cards}\n{_table(('instead', 'probability'), rows)}"
-
-
-def _card(number: int, one: NamedCause) -> str:
-    values = [
-        (
-            v.name,
-            f"{v.value:.3g} ± {v.error:.1g} {v.unit}" + (" (on its bound)" if v.on_bound else ""),
-        )
-        for v in one.values
-    ]
-    numbers = "".join(
-        f"<div><b>{html.escape(text)}</b><span>{html.escape(name)}</span></div>"
-        for name, text in values
-    )
-    evidence = (
-        f"Stage {one.stage}. Closes {_percent(one.shrink)} of the gap (by itself {_percent(one.alone)}, "
-        f"on top of the others {_percent(one.last)}); predicts unseen blocks better by {one.nats:.0f} ± "
-        f"{one.nats_error:.0f} nats."
-    )
-    return (
-        f"<div class='card'><span class='sure'>{one.probability:.0%} sure</span>"
-        f"<h3>{number}. {html.escape(place_words(one.effect, one.joints))}</h3>"
-        f"<div class='facts'>{numbers}</div><p>{html.escape(one.physics)}</p>"
-        f"<p><b>What to do:</b> {html.escape(one.remedy)}</p>"
-        f"<p class='small'>{html.escape(evidence)}</p></div>"
-    )
-
-
-def _alike(d: Diagnosis) -> str:
-    rows = [
-        (
-            place_words(*of),
-            place_words(one.effect, one.joints),
-            f"{one.separation:.3g}",
-            f"{one.behind:.1f} ± {one.error:.1f}",
-            why_open(one),
-        )
-        for one, of in zip(d.ambiguous, d.ambiguous_of, strict=True)
-    ]
-    return _table(("named", "or", "separation (22 tells)", "nats behind", "why it is open"), rows)
-
-
-def _next(d: Diagnosis) -> str:
-    rows = [
-        (
-            f"{one.name}: {one.command}" if one.command else one.name,
-            " / ".join(one.pair),
-            f"{one.separation:.3g}",
-            f"{one.minutes:.1f}",
-            one.limits,
-        )
-        for one in d.next
-    ]
-    table = _table(("run", "tells", "separation a run", "minutes", "mind"), rows)
-    if table or not d.ambiguous:
-        return table
-    return "<p>Ask <code>bigant gap next</code> for the run that would tell them apart.</p>"
+    return table(("fault", "channel", "files", "evidence, in the first"), rows)
 
 
 def _where(d: Diagnosis) -> str:
-    parts = [stage_bars(d)]
-    by_phase, by_leg = leg_phase_map(d), stage_leg_map(d)
-    note = (
-        "<p class='small'>{}, before any cause is added; 1 is what is expected without a gap.</p>"
-    )
+    return "\n".join([stage_bars(d), note(stage_note(d)), *_maps(d)])
+
+
+def _calm(d: Diagnosis) -> str:
+    """Where there is no gap: what each stage has, and that none of it stands out."""
+    maps = folded("Each part of the runs", "\n".join(_maps(d)))
+    return f"<p>Nothing stands out.</p>{stage_words(d)}{maps}"
+
+
+def _maps(d: Diagnosis) -> list[str]:
+    """The maps, each below what it shows, in the words of the machine."""
+    place = PLACES.get(d.simulator, LEG)
+    by_phase, cyclic = leg_phase_map(d)
+    by_leg = stage_leg_map(d)
+    part = "third of the run"
+    if cyclic:
+        part = f"part of the {'gait' if place == LEG else 'motion'}"
+    of = "" if place == "body" else f" of each {place}"
+    behind = "before any cause is added; 1 is what is expected without a gap."
+    parts = []
     if by_leg:
-        parts.append(note.format("Energy of the worst channel of each stage and leg") + by_leg)
-    if by_phase:
         parts.append(
-            note.format("Energy of the worst channel of each leg along the gait") + by_phase
+            note(f"Energy of the worst channel of each stage and {place}, {behind}") + by_leg
         )
-    return "\n".join(parts)
+    if by_phase:
+        parts.append(note(f"Energy of the worst channel{of} in each {part}, {behind}") + by_phase)
+    return parts
 
 
 def _traces(d: Diagnosis) -> str:
@@ -257,21 +196,25 @@ def _channels(d: Diagnosis) -> str:
         )
         for c in sorted(d.far.channels, key=lambda c: -(c.before - c.after) / max(c.floor, 1e-12))
     ]
-    return _table(("channel", "RMS before", "after", "floor", "unit"), rows)
+    return table(("channel", "RMS before", "after", "floor", "unit"), rows)
 
 
 def _sizes(d: Diagnosis) -> str:
-    rows = [(s.effect, s.parameter, f"{s.size:.3g} {s.unit}") for s in d.detectable]
-    return _table(("effect", "number", "smallest size"), rows)
+    rows = [(s.effect, s.parameter, size_words(s)) for s in d.detectable]
+    head = ("effect", "number", "smallest size")
+    lead = "Each by itself, where it shows least, as far as it acts in proportion to its size."
+    return note(lead) + table(head, rows) if rows else ""
 
 
 def _baselines(d: Diagnosis) -> str:
     rows = [(b.method, "; ".join(place_words(e, j) for e, j in b.causes)) for b in d.baselines]
-    return _table(("way", "would have said"), rows)
+    return table(("way", "would have said"), rows)
 
 
 def _made_of(d: Diagnosis, paths: Sequence[Path]) -> str:
-    judged = ", ".join(paths[i].name for i in d.held_out_trials)
+    judged = file_words([paths[i] for i in d.held_out_trials])
+    if set(d.fitted_trials) & set(d.held_out_trials):
+        judged = f"{d.kept_back} ({judged})"
     return html.escape(
         f"Simulator {d.simulator}; floor from {d.floor_source}; judged by {judged}; "
         f"{d.predictions} runs simulated; seed {d.seed}."

@@ -5,7 +5,9 @@ import math
 from collections.abc import Sequence
 
 from gap.findings import Diagnosis
+from gap.rounding import percent_words
 from gap.where import PHASE_BINS, ChannelGap
+from robot.gap_page_table import table
 
 MAP_STYLE = """
 .map { border-collapse: separate; border-spacing: 2px; width: auto; min-width: 60%; }
@@ -13,7 +15,7 @@ MAP_STYLE = """
 .map td { text-align: center; border: 0; border-radius: 4px; min-width: 1.9rem; padding: 0.15rem 0.2rem;
           font-size: 0.82rem; background: rgba(213, 94, 0, var(--heat)); print-color-adjust: exact;
           -webkit-print-color-adjust: exact; }
-.map td.hot { color: #fff; } .map td.none { color: var(--faint); background: none; }
+.map td.hot { color: #000; } .map td.none { color: var(--faint); background: none; }
 .chain { display: grid; grid-template-columns: minmax(6.5rem, auto) 1fr auto; gap: 0.2rem 0.6rem;
          align-items: center; }
 .chain .bar { background: var(--line); border-radius: 4px; height: 0.9rem; overflow: hidden; }
@@ -25,8 +27,11 @@ MAP_STYLE = """
 .chain .top { font-weight: 700; } .chain span:nth-child(3n) { color: var(--faint); font-size: 0.85rem; }
 """
 COLD, HOT = 1.0, 30.0  # energy over expectation: no gap; full colour
-WHITE_FROM = 0.55
+# The letters of a cell are the page's, but black from here: on full colour black has the better contrast on
+# a dark page too, and on a white page it always has.
+BLACK_FROM = 0.9
 BODY = "body"
+UNSEEN = "no channel of its own: it shows in the others"
 
 
 def stage_bars(d: Diagnosis) -> str:
@@ -36,15 +41,22 @@ def stage_bars(d: Diagnosis) -> str:
     rows = []
     for one in d.where.stages:
         if math.isnan(one.own):
-            rows.append(
-                _row(one.stage, 0.0, "no channel of its own: it shows in the others", top=False)
-            )
+            rows.append(_row(one.stage, 0.0, UNSEEN, top=False))
             continue
-        words = f"{one.share:.0%} of the gap; {one.own:.3g} times expected"
+        words = f"{percent_words(one.share)} of the gap; {one.own:.3g} times expected"
         if math.isfinite(after.get(one.stage, math.nan)) and d.causes:
             words += f", {after[one.stage]:.3g} with the causes"
         rows.append(_row(one.stage, one.share, words, top=0 < top == one.share))
     return f"<div class='chain'>{''.join(rows)}</div>"
+
+
+def stage_words(d: Diagnosis) -> str:
+    """Return each stage's energy in words, where there is no gap to have shares of."""
+    rows = [
+        (one.stage, UNSEEN if math.isnan(one.own) else f"{one.own:.3g} times expected")
+        for one in d.where.stages
+    ]
+    return table(("stage", "difference, its energy"), rows)
 
 
 def _row(stage: str, share: float, words: str, *, top: bool) -> str:
@@ -55,11 +67,14 @@ def _row(stage: str, share: float, words: str, *, top: bool) -> str:
     )
 
 
-def leg_phase_map(d: Diagnosis) -> str:
-    """Return legs against the phase of the gait: the worst channel of each leg in each part of it."""
+def leg_phase_map(d: Diagnosis) -> tuple[str, bool]:
+    """Return legs against the phase of the gait: the worst channel of each leg in each part of it.
+
+    Where there are no cycles, the parts are thirds of the runs; the second value tells which.
+    """
     known = [one for one in d.where.channels if math.isfinite(one.excess)]
     if not known:
-        return ""
+        return "", False
     cyclic = any(math.isfinite(one.bands[0]) for one in known)
     head = [f"{i / PHASE_BINS:.2g}" for i in range(PHASE_BINS)] if cyclic else ["1st", "2nd", "3rd"]
     rows = []
@@ -70,7 +85,7 @@ def leg_phase_map(d: Diagnosis) -> str:
                   for i in range(len(head))]  # fmt: skip
         rows.append((place, values))
     corner = "phase from" if cyclic else "third of the run"
-    return _map(corner, head, rows)
+    return _map(corner, head, rows), cyclic
 
 
 def stage_leg_map(d: Diagnosis) -> str:
@@ -115,4 +130,4 @@ def _cell(value: float) -> str:
     share = math.log(max(value, COLD) / COLD) / math.log(HOT / COLD)
     heat = min(1.0, share)
     words = f"{value:.2g}" if value < 99.5 else f"{value:.0f}"
-    return f"<td{' class=hot' if heat > WHITE_FROM else ''} style='--heat:{heat:.2f}'>{words}</td>"
+    return f"<td{' class=hot' if heat > BLACK_FROM else ''} style='--heat:{heat:.2f}'>{words}</td>"

@@ -1,6 +1,8 @@
 """A diagnosis as lines for a terminal: the answer first, then what it rests on."""
 
 import math
+import shutil
+import sys
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,30 +10,48 @@ from pathlib import Path
 from gap.ambiguity import why_open
 from gap.findings import Diagnosis, NamedCause, Verdict
 from gap.interfaces import place_words
+from gap.rounding import percent_words
 from gap.verdict import cause_words
 from robot.gap_faults import fault_groups
+from robot.gap_words import (
+    LEGGED_SIMULATORS,
+    common_pair,
+    pair_words,
+    size_words,
+    stage_note,
+    which_run,
+)
 
-WIDTH = 100
+WIDTH, NARROWEST = 100, 60
 BAR = 20
+FIXED = 48  # columns of the table of stages besides its bars
+PLACE = 24
 MOST_CHANNELS = 6
 MOST_SIZES = 12
+MOST_NEXT = 3
+COMMAND = "bigant "
 LEAST_CHANGE = 1e-3  # of the floor
-APPLIED = frozenset({"legged", "mujoco"})
-WHERE_HEAD = f"  {'stage':<14}{'of gap':>6}  {'':<{BAR}}{'by itself':>9}{'end to end':>14}"
 
 
-def summary_lines(d: Diagnosis, paths: Sequence[Path]) -> list[str]:
+def terminal_width() -> int:
+    """Return how wide lines may be: the terminal's width within limits; without a terminal, the widest."""
+    if not sys.stdout.isatty():
+        return WIDTH
+    return min(max(shutil.get_terminal_size().columns, NARROWEST), WIDTH)
+
+
+def summary_lines(d: Diagnosis, paths: Sequence[Path], width: int = WIDTH) -> list[str]:
     """Return the lines.
 
     Args:
         d: The diagnosis.
         paths: Files of the trials and the references, in their order.
+        width: Longest line, besides command lines, which are there to be copied.
     """
-    lines = [f"{d.verdict.value.upper().replace('_', ' ')}"]
-    lines += textwrap.wrap(d.sentence, WIDTH)
+    lines = [f"{d.verdict.value.upper().replace('_', ' ')}", d.sentence]
     lines += [*_to_do(d), "", *_faults(d, paths)]
     if d.verdict is not Verdict.NO_GAP:
-        lines += [*_where(d), "", *_causes(d), "", *_how_far(d)]
+        lines += [*_where(d, width), "", *_causes(d), "", *_how_far(d, width)]
     else:
         lines += _sizes(d)
     lines += _next(d)
@@ -40,11 +60,34 @@ def summary_lines(d: Diagnosis, paths: Sequence[Path]) -> list[str]:
     if d.standing:
         lacks = ", ".join(place_words(one.effect, one.joints) for one in d.standing)
         lines.append(f"what healthy runs show already, and is no news: {lacks}")
+    lines.append(f"{_judged_by(d, paths)}; floor from {d.floor_source}")
+    spaced = [line for i, line in enumerate(lines) if line or (i and lines[i - 1])]
+    return [piece for line in spaced for piece in _wrapped(line, width)]
+
+
+def _wrapped(line: str, width: int) -> list[str]:
+    """A line that is too long as several, set in below its first; a command line stays whole."""
+    if len(line) <= width or line.lstrip().startswith(COMMAND):
+        return [line]
+    indent = line[: len(line) - len(line.lstrip())]
+    # a value stays with its error; a sentence goes on below its first letter, a list item behind its number
+    kept = line.strip().replace(" +- ", "\xa0+-\xa0")
+    deeper = 0 if kept[0].isupper() else 3 if kept[0].isdigit() else 2
+    behind = indent + deeper * " "
+    pieces = textwrap.wrap(
+        kept, width, initial_indent=indent, subsequent_indent=behind, break_long_words=False,
+        break_on_hyphens=False,
+    )  # fmt: skip
+    return [piece.replace("\xa0", " ") for piece in pieces]
+
+
+def _judged_by(d: Diagnosis, paths: Sequence[Path]) -> str:
     held = ", ".join(paths[i].name for i in d.held_out_trials[:MOST_CHANNELS])
     if len(d.held_out_trials) > MOST_CHANNELS:
         held += f" and {len(d.held_out_trials) - MOST_CHANNELS} more"
-    lines.append(f"kept back to judge: {held}; floor from {d.floor_source}")
-    return [line for i, line in enumerate(lines) if line or (i and lines[i - 1])]
+    if set(d.fitted_trials) & set(d.held_out_trials):
+        return f"kept back to judge: {d.kept_back} ({held})"
+    return f"kept back to judge: {held}"
 
 
 def _to_do(d: Diagnosis) -> list[str]:
@@ -55,10 +98,10 @@ def _to_do(d: Diagnosis) -> list[str]:
     lines = []
     for place, remedy in words:
         lead = "what to do: " if len(words) == 1 else f"what to do about {place}: "
-        lines += textwrap.wrap(lead + remedy, WIDTH, subsequent_indent="  ")
+        lines.append(lead + remedy)
     if d.verdict is Verdict.AMBIGUOUS:
-        lines.append("which run would tell: bigant gap next")
-    if d.simulator in APPLIED and d.causes and d.verdict is not Verdict.UNEXPLAINED:
+        lines.append(f"which run would tell: {which_run(d, 'bigant gap next')}")
+    if d.simulator in LEGGED_SIMULATORS and d.causes and d.verdict is not Verdict.UNEXPLAINED:
         lines.append("into the simulator: bigant gap apply (of the --json of this diagnosis)")
     return lines
 
@@ -73,13 +116,16 @@ def _faults(d: Diagnosis, paths: Sequence[Path]) -> list[str]:
     return ["data faults:", *found, ""] if found else []
 
 
-def _where(d: Diagnosis) -> list[str]:
-    lines = ["where (energy over what is expected; 1 is no gap):", WHERE_HEAD]
+def _where(d: Diagnosis, width: int) -> list[str]:
+    room = min(BAR, width - FIXED)
+    head = f"  {'stage':<14}{'of gap':>6}  {'':<{room}}{'by itself':>9}{'end to end':>14}"
+    lines = ["where (energy over what is expected; 1 is no gap):", head]
     for one in d.where.stages:
         if not math.isnan(one.own):
-            bar = "#" * round(BAR * one.share)
+            bar = "#" * round(room * one.share)
+            share = percent_words(one.share)
             lines.append(
-                f"  {one.stage:<14}{one.share:>6.0%}  {bar:<{BAR}}{one.own:9.3g}{one.end_to_end:14.3g}"
+                f"  {one.stage:<14}{share:>6}  {bar:<{room}}{one.own:9.3g}{one.end_to_end:14.3g}"
             )
     for cell in d.where.cells[:3]:
         phase = f" at phase {cell.phase:.2f}" if not math.isnan(cell.phase) else ""
@@ -87,6 +133,8 @@ def _where(d: Diagnosis) -> list[str]:
         lines.append(
             f"  {cell.channel}{place}{phase}: off by {cell.mean:+.2g} of its noise (p {cell.p:.3f})"
         )
+    if stage_note(d):
+        lines.append(f"  {stage_note(d)}")
     return lines
 
 
@@ -97,9 +145,7 @@ def _causes(d: Diagnosis) -> list[str]:
     for number, one in enumerate(d.causes, 1):
         lines.append(f"  {number}. {cause_words(one)}")
         lines.append(f"     probability {one.probability:.2f}, stage {one.stage}{_share(one)}")
-        lines += textwrap.wrap(
-            one.physics, WIDTH, initial_indent="     ", subsequent_indent="     "
-        )
+        lines.append(f"     {one.physics}")
     for one_alike, (effect, joints) in zip(d.ambiguous, d.ambiguous_of, strict=True):
         lines.append(
             f"  cannot be told from {place_words(effect, joints)}: "
@@ -112,23 +158,26 @@ def _causes(d: Diagnosis) -> list[str]:
 def _share(one: NamedCause) -> str:
     if math.isnan(one.shrink):
         return ""
-    return f", closes {one.shrink:.0%} (alone {one.alone:.0%}, last in {one.last:.0%})"
+    alone, last = percent_words(one.alone), percent_words(one.last)
+    return f", closes {percent_words(one.shrink)} (alone {alone}, last in {last})"
 
 
-def _how_far(d: Diagnosis) -> list[str]:
+def _how_far(d: Diagnosis, width: int) -> list[str]:
     far = d.far
     if math.isnan(far.shrink):
-        return ["how far: on the runs kept back the gap is too small to measure what is closed"]
+        return [f"how far: on {d.kept_back} the gap is too small to measure what is closed"]
+    low, high = percent_words(far.low), percent_words(far.high)
     lines = [
-        f"how far: {far.shrink:.0%} [{far.low:.0%}, {far.high:.0%}] of the gap is closed on runs kept back;"
-        f" RMS {far.before:.3g} -> {far.after:.3g} of its floor"
+        f"how far: {percent_words(far.shrink)} [{low}, {high}] of the gap, as energy above the floor, is "
+        f"closed on {d.kept_back}; RMS {far.before:.3g} -> {far.after:.3g} of its floor"
     ]
     changed = [c for c in far.channels if abs(c.before - c.after) > LEAST_CHANGE * c.floor]
     changed.sort(key=lambda c: -(c.before - c.after) / max(c.floor, 1e-12))
+    room = PLACE - max(0, 72 - width)
     for c in changed[:MOST_CHANNELS]:
-        place = f" {c.joint}" if c.joint else ""
+        place = f"{c.channel} {c.joint}".strip()
         lines.append(
-            f"  {c.channel + place:<24} {c.before:9.3g} -> {c.after:9.3g} {c.unit:<6} floor {c.floor:.3g}"
+            f"  {place:<{room}} {c.before:9.3g} -> {c.after:9.3g} {c.unit:<6} floor {c.floor:.3g}"
         )
     if d.remaining.stage:
         lines.append(f"  what is left lies in the stage {d.remaining.stage}")
@@ -136,25 +185,28 @@ def _how_far(d: Diagnosis) -> list[str]:
 
 
 def _sizes(d: Diagnosis) -> list[str]:
-    shown = [one for one in d.detectable if math.isfinite(one.size)][:MOST_SIZES]
-    if not shown:
+    if not d.detectable:
         return []
-    return [
+    lines = [
         "smallest sizes that would have shown:",
-        *(f"  {one.effect:<22} {one.parameter:<16} {one.size:9.3g} {one.unit}" for one in shown),
+        *(f"  {s.effect:<20} {s.parameter:<16} {size_words(s)}" for s in d.detectable[:MOST_SIZES]),
     ]
+    if len(d.detectable) > MOST_SIZES:
+        lines.append(f"  and {len(d.detectable) - MOST_SIZES} more, in --html and --json")
+    return lines
 
 
 def _next(d: Diagnosis) -> list[str]:
     if not d.next:
         return []
-    lines = ["", "what to run next:"]
-    for one in d.next[:3]:
+    shown = d.next[:MOST_NEXT]
+    pair = common_pair(shown)
+    lines = ["", f"what to run next, to tell {pair}:" if pair else "what to run next:"]
+    for one in shown:
+        tells = "" if pair else f"tells {pair_words(one)} in "
         limits = f"; {one.limits}" if one.limits else ""
-        lines.append(
-            f"  {one.name}: tells {one.pair[0]} from {one.pair[1]} in {one.runs} run(s), "
-            f"{one.minutes:.1f} min{limits}"
-        )
+        runs = "1 run" if one.runs == 1 else f"{one.runs} runs"
+        lines.append(f"  {one.name}: {tells}{runs}, {one.minutes:.1f} min{limits}")
         if one.command:
             lines.append(f"    {one.command}")
     return lines

@@ -10,9 +10,11 @@ import pytest
 from gap.findings import TrialFaults
 from gap.interfaces import DataFault
 from gap.servo_bench_kernel import hysteresis
+from model.errors import ConfigError
 from record.trial import write_trial
 from robot.cli import run
 from robot.gap_faults import fault_groups
+from robot.gap_json import check_json
 from tests.gap.bench_trials import IDEAL, servo_trial
 
 
@@ -54,11 +56,12 @@ def test_a_servo_with_play(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     )
 
 
+@pytest.mark.parametrize("asked", [["--json"], ["--json", "-"]])
 def test_json_to_stdout_is_nothing_but_json(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], asked: list[str]
 ) -> None:
     paths = write_bench(tmp_path, 0.0)
-    assert run(["gap", "diagnose", *paths, "--json", "-", "--jobs", "2"]) == 0
+    assert run(["gap", "diagnose", *paths, "--jobs", "2", *asked]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["verdict"] == "no_gap"
     assert found["causes"] == []
@@ -71,6 +74,7 @@ def test_json_to_stdout_is_nothing_but_json(
         (["RUN", "--html", "page.pdf"], "--html"),
         (["RUN", "--effects", "mine.py"], "--effects"),
         (["RUN", "--json", "no/such/folder/d.json"], "cannot be written"),
+        (["RUN", "--json", "RUN"], "is no JSON"),
     ],
 )
 def test_mistakes_are_one_line(
@@ -96,3 +100,19 @@ def test_a_fault_of_many_files_is_one_row() -> None:
     assert [(one.kind, len(one.files)) for one in groups] == [("unit", 1), ("magnitude_only", 4)]
     assert groups[1].where == "run0.csv, run1.csv and 2 more"
     assert groups[1].evidence == "0 samples"
+
+
+def test_a_run_behind_json_is_not_overwritten_and_an_old_answer_is(tmp_path: Path) -> None:
+    (path,) = write_bench(tmp_path, 0.0, 1)
+    before = Path(path).read_bytes()
+    header = Path(path).with_suffix(".toml")
+    for precious in (Path(path), header):
+        with pytest.raises(ConfigError, match="is no JSON"):
+            check_json(precious)
+    assert Path(path).read_bytes() == before
+    old = tmp_path / "old.json"
+    for text in ('{"verdict": "no_gap"}', ""):
+        old.write_text(text)
+        check_json(old)
+    check_json(tmp_path / "new.json")
+    check_json(None)
