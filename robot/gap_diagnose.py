@@ -72,7 +72,8 @@ def run(options: argparse.Namespace) -> ExitCode:
     """
     from gap.findings import Verdict
     from model.errors import ConfigError
-    from robot.gap_summary import summary_lines, terminal_width
+    from robot.gap_lines import terminal_width
+    from robot.gap_summary import summary_lines
     from robot.gap_trials import read_trials, simulator_for
     from robot.report_page import write_page
 

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from robot.gap_answer import ReadDiagnosis
 
 SHOWN = 5
+NAME, FIGURES = 58, 26  # columns of the name of a run, and of its figures
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -52,6 +53,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     import json
     import sys
 
+    from robot.gap_lines import terminal_width, wrapped
     from robot.gap_runs import proposer_of
     from robot.gap_trials import read_trials, robot_text, simulator_for, users_effects
 
@@ -71,7 +73,9 @@ def run(options: argparse.Namespace) -> ExitCode:
     if options.json:
         print(json.dumps(_as_json(sets, runs, simulator), indent=2))
     else:
-        print("\n".join(_lines(sets, runs, simulator, everything=options.all)))
+        width = terminal_width()
+        for line in _lines(sets, runs, simulator, everything=options.all, width=width):
+            print("\n".join(wrapped(line, width)))
     return ExitCode.OK if runs or told else ExitCode.VERDICT_FAILED
 
 
@@ -231,6 +235,7 @@ def _lines(
     simulator: "Simulator",
     *,
     everything: bool,
+    width: int,
 ) -> list[str]:
     from gap.next_run import MOST_RUNS
     from robot.gap_words import common_pair, pair_words
@@ -250,10 +255,11 @@ def _lines(
     pair = common_pair(shown)
     if pair:
         lines += ["", f"each tells {pair}"]
-    lines += ["", f"{'run':<58}{'separation':>11}{'runs':>6}{'minutes':>9}"]
+    room = min(NAME, width - FIGURES)
+    lines += ["", f"{'run':<{room}}{'separation':>11}{'runs':>6}{'minutes':>9}"]
     for number, one in enumerate(shown, 1):
         lines.append(
-            f"{number}. {one.name:<55}{one.separation:>11.3g}{one.runs:>6}{one.minutes:>9.1f}"
+            f"{f'{number}. {one.name}':<{room}}{one.separation:>11.3g}{one.runs:>6}{one.minutes:>9.1f}"
         )
         if not pair:
             lines.append(f"   tells least: {pair_words(one)}")

@@ -29,7 +29,7 @@ MAP_STYLE = """
 COLD, HOT = 1.0, 30.0  # energy over expectation: no gap; full colour
 # The letters of a cell are the page's, but black from here: on full colour black has the better contrast on
 # a dark page too, and on a white page it always has.
-BLACK_FROM = 0.9
+BLACK_FROM = 0.82
 BODY = "body"
 UNSEEN = "no channel of its own: it shows in the others"
 

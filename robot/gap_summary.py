@@ -1,9 +1,6 @@
 """A diagnosis as lines for a terminal: the answer first, then what it rests on."""
 
 import math
-import shutil
-import sys
-import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -13,6 +10,7 @@ from gap.interfaces import place_words
 from gap.rounding import percent_words
 from gap.verdict import cause_words
 from robot.gap_faults import fault_groups
+from robot.gap_lines import WIDTH, wrapped
 from robot.gap_words import (
     LEGGED_SIMULATORS,
     common_pair,
@@ -22,22 +20,13 @@ from robot.gap_words import (
     which_run,
 )
 
-WIDTH, NARROWEST = 100, 60
 BAR = 20
 FIXED = 48  # columns of the table of stages besides its bars
 PLACE = 24
 MOST_CHANNELS = 6
 MOST_SIZES = 12
 MOST_NEXT = 3
-COMMAND = "bigant "
 LEAST_CHANGE = 1e-3  # of the floor
-
-
-def terminal_width() -> int:
-    """Return how wide lines may be: the terminal's width within limits; without a terminal, the widest."""
-    if not sys.stdout.isatty():
-        return WIDTH
-    return min(max(shutil.get_terminal_size().columns, NARROWEST), WIDTH)
 
 
 def summary_lines(d: Diagnosis, paths: Sequence[Path], width: int = WIDTH) -> list[str]:
@@ -62,23 +51,7 @@ def summary_lines(d: Diagnosis, paths: Sequence[Path], width: int = WIDTH) -> li
         lines.append(f"what healthy runs show already, and is no news: {lacks}")
     lines.append(f"{_judged_by(d, paths)}; floor from {d.floor_source}")
     spaced = [line for i, line in enumerate(lines) if line or (i and lines[i - 1])]
-    return [piece for line in spaced for piece in _wrapped(line, width)]
-
-
-def _wrapped(line: str, width: int) -> list[str]:
-    """A line that is too long as several, set in below its first; a command line stays whole."""
-    if len(line) <= width or line.lstrip().startswith(COMMAND):
-        return [line]
-    indent = line[: len(line) - len(line.lstrip())]
-    # a value stays with its error; a sentence goes on below its first letter, a list item behind its number
-    kept = line.strip().replace(" +- ", "\xa0+-\xa0")
-    deeper = 0 if kept[0].isupper() else 3 if kept[0].isdigit() else 2
-    behind = indent + deeper * " "
-    pieces = textwrap.wrap(
-        kept, width, initial_indent=indent, subsequent_indent=behind, break_long_words=False,
-        break_on_hyphens=False,
-    )  # fmt: skip
-    return [piece.replace("\xa0", " ") for piece in pieces]
+    return [piece for line in spaced for piece in wrapped(line, width)]
 
 
 def _judged_by(d: Diagnosis, paths: Sequence[Path]) -> str:

@@ -1,8 +1,10 @@
 """The command on small trials on disk: its answer, its files, its exit codes."""
 
+import argparse
 import json
 import re
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -12,9 +14,10 @@ from gap.interfaces import DataFault
 from gap.servo_bench_kernel import hysteresis
 from model.errors import ConfigError
 from record.trial import write_trial
+from robot import gap_check, gap_diagnose
 from robot.cli import run
 from robot.gap_faults import fault_groups
-from robot.gap_json import check_json
+from robot.gap_json import check_json, to_stdout
 from tests.gap.bench_trials import IDEAL, servo_trial
 
 
@@ -116,3 +119,13 @@ def test_a_run_behind_json_is_not_overwritten_and_an_old_answer_is(tmp_path: Pat
         check_json(old)
     check_json(tmp_path / "new.json")
     check_json(None)
+
+
+@pytest.mark.parametrize("command", [gap_diagnose, gap_check], ids=["diagnose", "check"])
+def test_json_without_a_file_prints(command: ModuleType) -> None:
+    parser = argparse.ArgumentParser()
+    command.add_arguments(parser)
+    assert parser.parse_args(["runs"]).json is None
+    assert to_stdout(parser.parse_args(["runs", "--json"]).json)
+    assert to_stdout(parser.parse_args(["runs", "--json", "-"]).json)
+    assert parser.parse_args(["runs", "--json", "d.json"]).json == Path("d.json")
