@@ -76,8 +76,11 @@ def run(options: argparse.Namespace) -> ExitCode:
     from robot.gap_summary import summary_lines
     from robot.gap_trials import read_trials, simulator_for
     from robot.report_page import write_page
+    from robot.whole_file import check_room
 
     check_json(options.json)
+    check_room(None if to_stdout(options.json) else options.json, "--json")
+    check_room(options.html, "--html")
     if options.html is not None and options.html.suffix != ".html":
         raise ConfigError("--html", f"must end in .html, not {options.html.name!r}")
     paths = (*options.trials, *options.reference)
@@ -93,6 +96,8 @@ def run(options: argparse.Namespace) -> ExitCode:
             )
         simulator = simulator_for(everything, options.effects, options.robot, references)
     found = _diagnose(trials, references, simulator, options)
+    if not to_stdout(options.json):  # first, so that it is not lost if a file cannot be written
+        print("\n".join(summary_lines(found, paths, terminal_width())), flush=True)
     if options.json is not None:
         from gap.diagnosis_json import diagnosis_json
 
@@ -110,10 +115,8 @@ def run(options: argparse.Namespace) -> ExitCode:
         today = datetime.now(tz=UTC).astimezone().date()
         subject = subject_of(trials[0], options.trials, options.reference, today)
         write_page(options.html, diagnosis_page(found, subject))
-    if not to_stdout(options.json):
-        print("\n".join(summary_lines(found, paths, terminal_width())))
-        if options.html is not None:
-            print(f"page: {options.html}")
+    if not to_stdout(options.json) and options.html is not None:
+        print(f"page: {options.html}")
     return ExitCode.VERDICT_FAILED if found.verdict is Verdict.UNEXPLAINED else ExitCode.OK
 
 

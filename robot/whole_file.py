@@ -1,8 +1,14 @@
-"""A file that is there only when it is whole: written beside its place, and moved there at the end."""
+"""A file that is there only when it is whole: written beside its place, and moved there at the end.
 
+And one that cannot be written is refused before any work is done for it.
+"""
+
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+
+from model.errors import RecordError
 
 
 @contextmanager
@@ -18,3 +24,23 @@ def whole_file(out: Path) -> Iterator[Path]:
         part.replace(out)
     finally:
         part.unlink(missing_ok=True)
+
+
+def check_room(path: Path | None, option: str) -> None:
+    """Refuse, before any work is done for it, an output that cannot be written.
+
+    Args:
+        path: The file to be; None for none.
+        option: Option that names it.
+
+    Raises:
+        RecordError: It is a folder, its folder is not there, or one of them may not be written to.
+    """
+    if path is None:
+        return
+    if path.is_dir():
+        raise RecordError(f"{option} {path} is a folder; name a file")
+    if not path.parent.is_dir():
+        raise RecordError(f"{option} {path}: there is no folder {path.parent}; make it first")
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise RecordError(f"{option} {path} may not be written; choose another")

@@ -5,9 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from model.errors import RecordError
 from robot.cli import run
 from robot.earlier_file import keep_earlier
-from robot.whole_file import whole_file
+from robot.whole_file import check_room, whole_file
 
 
 def test_an_earlier_file_gets_the_next_free_name(
@@ -64,3 +65,16 @@ def test_a_file_is_whole_or_not_there(tmp_path: Path) -> None:
         fail()
     assert out.read_text() == "whole"
     assert [one.name for one in tmp_path.iterdir()] == ["video.gif"]
+
+
+@pytest.mark.parametrize(
+    ("name", "said"), [("no/such/a.json", "there is no folder"), ("folder", "is a folder")]
+)
+def test_what_cannot_be_written_is_refused_before_any_work(
+    tmp_path: Path, name: str, said: str
+) -> None:
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(RecordError, match=said):
+        check_room(tmp_path / name, "--json")
+    check_room(tmp_path / "new.json", "--json")
+    check_room(None, "--json")
