@@ -76,7 +76,7 @@ def test_json_to_stdout_is_nothing_but_json(
         (["nothing.csv"], "nothing"),
         (["RUN", "--html", "page.pdf"], "--html"),
         (["RUN", "--effects", "mine.py"], "--effects"),
-        (["RUN", "--json", "no/such/folder/d.json"], "cannot be written"),
+        (["RUN", "--json", "no/such/folder/d.json"], "there is no folder"),
         (["RUN", "--json", "RUN"], "is no JSON"),
     ],
 )
