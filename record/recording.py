@@ -47,7 +47,7 @@ class Recording:
         lateness_s: Lateness of each tick, (T,).
         busy_s: Time the tick before spent working, (T,).
         missed: Periods missed before each tick, (T,).
-        faults: Tick number and fault, in order.
+        faults: Row of the tick in these arrays, and fault; in order.
         config_text: The robot file.
         metadata: Metadata texts.
         damage: Empty, or how the file ends early.
@@ -188,7 +188,7 @@ def build_recording(
         lateness_s=column(lambda tick: tick.inputs.timing.lateness_ns * 1e-9),
         busy_s=column(lambda tick: tick.inputs.timing.busy_ns * 1e-9),
         missed=counts(lambda tick: tick.inputs.timing.missed),
-        faults=tuple((tick.index, fault) for tick in ticks for fault in tick.faults),
+        faults=tuple((row, fault) for row, tick in enumerate(ticks) for fault in tick.faults),
         config_text=config_text,
         metadata=metadata,
         damage=damage,
@@ -207,15 +207,21 @@ def join_recordings(parts: Sequence[Recording], damage: str) -> Recording:
         for field in fields(Recording)
         if isinstance(getattr(parts[0], field.name), np.ndarray)
     }
-    faults = tuple(fault for part in parts for fault in part.faults)
+    begins = np.cumsum([0, *(len(part.t_s) for part in parts)])
+    faults = tuple(
+        (int(begin) + number, fault)
+        for begin, part in zip(begins, parts, strict=False)
+        for number, fault in part.faults
+    )
     return replace(parts[-1], **arrays, faults=faults, damage=damage)
 
 
 def thin_recording(log: Recording, step: int) -> Recording:
-    """Return every ``step``-th tick of a log, for pictures; faults are kept as they are."""
+    """Return every ``step``-th tick of a log, for pictures; all faults are kept, at the ticks that are."""
     arrays: dict[str, Any] = {
         field.name: readonly(getattr(log, field.name)[::step])
         for field in fields(Recording)
         if isinstance(getattr(log, field.name), np.ndarray)
     }
-    return replace(log, **arrays)
+    faults = tuple((number // step, fault) for number, fault in log.faults)
+    return replace(log, **arrays, faults=faults)

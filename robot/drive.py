@@ -321,7 +321,7 @@ def _print_pose(tick: Tick) -> None:
 
 def _print_summary(path: Path) -> None:
     from robot.long_log import read_summary
-    from robot.summary import summary_lines
+    from robot.summary_text import summary_lines
 
     summary, _ = read_summary(path)
     for line in summary_lines(summary):

@@ -31,7 +31,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     from record.salvage import Pass
     from record.survey import survey_log
     from robot.progress import ProgressLine
-    from robot.summary import table_lines
+    from robot.summary_text import table_lines
 
     progress = Pass()
     with ProgressLine(f"reading {options.path}", progress):

@@ -13,6 +13,7 @@ from robot.controller import Controller
 from robot.controller_state import ControllerState
 from robot.rig import Rig, Seen
 from robot.safety import Allowed
+from robot.stop_causes import cause_words
 
 RESTING = (Mode.IDLE, Mode.HOLD, Mode.LIMP)
 
@@ -165,36 +166,9 @@ def exchange(
     return state, tick, rig.actuate(state.allowed)
 
 
-# The faults that a reason to stop comes from.
-CAUSES = {
-    StopReason.LINK_LOST: {FaultKind.LINK_LOST},
-    StopReason.SERVO_LOST: {FaultKind.SERVO_SILENT},
-    StopReason.SERVO_FAULT: {
-        FaultKind.SERVO_CORRUPT,
-        FaultKind.SERVO_ALERT,
-        FaultKind.SERVO_HOT,
-        FaultKind.SERVO_CURRENT,
-        FaultKind.SERVO_VOLTAGE,
-        FaultKind.SERVO_LAG,
-        FaultKind.SERVO_DOWN,
-        FaultKind.RECOVERY_FAILED,
-    },
-    StopReason.COMMAND_REFUSED: {FaultKind.REFUSED},
-    StopReason.FORCE_LOST: {FaultKind.FORCE_SILENT},
-    StopReason.TIMING: {FaultKind.LATE, FaultKind.REFUSED},  # the gate says how old its last is
-    StopReason.LOG_FAILED: {FaultKind.LOG_WRITE},
-    StopReason.TILTED: {FaultKind.TILTED},
-    StopReason.SERVO_STALLED: {FaultKind.SERVO_STALLED},
-    StopReason.SLIPPED: {FaultKind.SLIPPED},
-    StopReason.UNLOADED: {FaultKind.UNLOADED},
-}
-
-
 def explain(tick: Tick) -> str:
     """Return the cause of a stop in words, from the tick in which it began."""
-    causes = CAUSES.get(tick.stop_reason, set())
-    words = [f"{f.source}: {f.detail}" for f in tick.faults if f.kind in causes]
-    return "; ".join(dict.fromkeys(words))
+    return cause_words(tick.stop_reason, tick.faults)
 
 
 def _log_fault(sink: TickSink | None) -> tuple[Fault, ...]:

@@ -73,7 +73,7 @@ def run(options: argparse.Namespace) -> ExitCode:
             _write(predictions, out)
         return ExitCode.OK
     from robot.model_summary import prediction_rows
-    from robot.summary import table_lines
+    from robot.summary_text import table_lines
 
     for line in table_lines(prediction_rows(predictions)):
         print(line)

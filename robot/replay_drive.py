@@ -28,7 +28,7 @@ from robot.plain_json import plain
 from robot.progress import ProgressLine
 from robot.repeat import Repeat, compare_runs, overlay
 from robot.run_record import rebuild_controller
-from robot.summary import table_lines
+from robot.summary_text import table_lines
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -5,8 +5,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from model.signals import BoolArray, FloatArray, IntArray, Mode
+from model.signals import BoolArray, FloatArray, IntArray, Mode, StopReason
 from record.recording import Recording
+from robot.stop_causes import cause_words
 
 
 @dataclass(slots=True)
@@ -37,7 +38,11 @@ class RunTotals:
         truth: Whether any tick had ground truth.
         missed: Periods missed.
         hottest_c: Highest temperature, NaN while none is known.
-        faults: Counts by kind.
+        forces: Whether any foot force was measured.
+        faults: Ticks in which each kind of fault was, by kind.
+        last_faults: When each fault was last [s], and its words, by kind and source.
+        stop_s: When the robot began to stop, NaN if it did not.
+        stop_cause: The faults that made it stop, in words.
         velocity_error: Predicted minus true body velocity while walking.
         velocity: True body velocity while walking.
         force_error: Predicted minus measured foot force while walking.
@@ -49,7 +54,11 @@ class RunTotals:
     truth: bool = False
     missed: int = 0
     hottest_c: float = float("nan")
+    forces: bool = False
     faults: Counter[str] = field(default_factory=Counter)
+    last_faults: dict[tuple[str, str], tuple[float, str]] = field(default_factory=dict)
+    stop_s: float = float("nan")
+    stop_cause: str = ""
     velocity_error: SquareMean = field(default_factory=lambda: SquareMean(np.zeros(3)))
     velocity: SquareMean = field(default_factory=lambda: SquareMean(np.zeros(3)))
     force_error: SquareMean = field(default_factory=lambda: SquareMean(np.zeros(3)))
@@ -67,7 +76,8 @@ class RunTotals:
         self.hottest_c = float(
             np.fmax.reduce(block.temperature_c, axis=None, initial=self.hottest_c)
         )
-        self.faults.update(fault.kind.name for _, fault in block.faults)
+        self.forces = self.forces or bool(np.isfinite(block.force_n).any())
+        self._add_faults(block)
         walking = block.mode == Mode.WALK.value
         self.velocity_error.add((block.predicted_velocity_B - block.truth_velocity_B)[walking])
         self.velocity.add(block.truth_velocity_B[walking])
@@ -91,6 +101,19 @@ class RunTotals:
             ("lateness_s", block.lateness_s),
         ):
             self._columns.setdefault(name, []).append(values)
+
+    def _add_faults(self, block: Recording) -> None:
+        """Note faults, and the cause of a stop in the tick in which it began."""
+        self.faults.update(kind for _, kind in {(row, f.kind.name) for row, f in block.faults})
+        for row, fault in block.faults:
+            key = (fault.kind.name, fault.source)
+            self.last_faults[key] = (float(block.t_s[row]), fault.detail)
+        stopping = np.flatnonzero(block.stop_reason != StopReason.NONE.value)
+        if len(stopping) and not np.isfinite(self.stop_s):
+            first = int(stopping[0])
+            self.stop_s = float(block.t_s[first])
+            reason = StopReason(int(block.stop_reason[first]))
+            self.stop_cause = cause_words(reason, (f for row, f in block.faults if row == first))
 
     def column(self, name: str) -> FloatArray:
         """Return a thin column over all ticks."""

@@ -9,7 +9,7 @@ from model.errors import ConfigError, RecordError
 from robot.exit_codes import ExitCode
 from robot.long_log import read_summary
 from robot.plain_json import plain
-from robot.summary import summary_rows, table_lines
+from robot.summary_text import summary_rows, table_lines
 from robot.whole_file import check_room
 
 
@@ -23,8 +23,7 @@ def show(options: argparse.Namespace) -> ExitCode:
     out: Path = options.out if options.out is not None else options.path.with_suffix(".html")
     if out.suffix not in {".html", ".png"}:
         raise ConfigError("--out", f"must end in .html or .png, not {out.suffix or out.name!r}")
-    if not options.json:
-        check_room(out, "--out")
+    check_room(options.out, "--out")  # by default the table is shown where no page can be written, too
     summary, log = read_summary(options.path)
     if options.json:
         print(json.dumps(plain(asdict(summary)), indent=2))

@@ -1,4 +1,4 @@
-"""What a log says in a few lines: distance, speed, slip, forces, faults, loop."""
+"""What a log says in a few figures: distance, speed, slip, forces, faults, loop."""
 
 from dataclasses import dataclass
 
@@ -28,13 +28,17 @@ class Summary:
         velocity_rmse: Predicted against true body velocity while walking, per component.
         velocity_rms: RMS of the true body velocity while walking, per component.
         force_rmse_n: Predicted against measured foot force while walking, x, y, z.
-        drift_m: Distance between dead reckoning and truth at the end.
+        drift_m: Distance between dead reckoning and truth at the end of the run.
+        walk_drift_m: The same over the walk alone: both begin together where it begins.
         odometry_rmse: The estimator's against true body velocity while walking, per component.
         odometry_force_rmse_n: Its against measured foot force while walking, x, y, z.
-        odometry_drift_m: Distance between its pose and truth at the end.
-        odometry_sd: Its standard deviations of x, y [m], yaw [rad] at the end.
+        odometry_drift_m: Distance between its pose and truth at the end of the run.
+        odometry_walk_drift_m: The same over the walk alone.
+        odometry_sd: Its standard deviations of x, y [m], yaw [rad] at the end of the run.
         odometry_health: Share of the ticks with health ok, degraded, lost; of those in which it ran.
-        faults: Counts by kind, most frequent first.
+        forces: Whether any foot force was measured.
+        faults: Ticks in which each kind of fault was, most frequent first.
+        last_faults: Time [s] and words of each fault the last time it was, the newest first.
         late_p50_ms: Median lateness of a tick.
         late_p99_ms: 99 %.
         late_max_ms: Largest.
@@ -42,6 +46,8 @@ class Summary:
         ticks: Number of ticks.
         hottest_c: Highest servo temperature.
         stop_reason: Why it ended.
+        stop_s: When it began to stop, on the log's clock; NaN if it did not.
+        stop_cause: The faults that made it stop, in words; empty if none did.
         damage: Empty, or how the file ends early.
     """
 
@@ -60,12 +66,16 @@ class Summary:
     velocity_rms: tuple[float, ...]
     force_rmse_n: tuple[float, ...]
     drift_m: float
+    walk_drift_m: float
     odometry_rmse: tuple[float, ...]
     odometry_force_rmse_n: tuple[float, ...]
     odometry_drift_m: float
+    odometry_walk_drift_m: float
     odometry_sd: tuple[float, ...]
     odometry_health: tuple[float, ...]
+    forces: bool
     faults: tuple[tuple[str, int], ...]
+    last_faults: tuple[tuple[float, str], ...]
     late_p50_ms: float
     late_p99_ms: float
     late_max_ms: float
@@ -73,6 +83,8 @@ class Summary:
     ticks: int
     hottest_c: float
     stop_reason: str
+    stop_s: float
+    stop_cause: str
     damage: str
 
 
@@ -95,6 +107,7 @@ def summarise_totals(totals: RunTotals, last: Recording) -> Summary:
     """
     t_s, walking, pose = totals.column("t_s"), totals.walking, totals.pose()
     walking_s = float(np.sum(walking[1:] * np.diff(t_s)))
+    true, dead, said = totals.true_pose(), totals.column("estimate"), totals.column("odometry")
     way, forward, turn = _way(pose[walking & np.isfinite(pose).all(axis=1)])
     late_ms = totals.column("lateness_s") * 1e3
     return Summary(
@@ -112,22 +125,37 @@ def summarise_totals(totals: RunTotals, last: Recording) -> Summary:
         velocity_rmse=totals.velocity_error.root(),
         velocity_rms=totals.velocity.root(),
         force_rmse_n=totals.force_error.root(),
-        drift_m=_drift(totals.true_pose(), totals.column("estimate")),
+        drift_m=_drift(true, dead),
+        walk_drift_m=_drift(true[walking], dead[walking]),
         odometry_rmse=totals.odometry_error.root(),
         odometry_force_rmse_n=totals.odometry_force_error.root(),
-        odometry_drift_m=_drift(totals.true_pose(), totals.column("odometry")),
+        odometry_drift_m=_drift(true, said),
+        odometry_walk_drift_m=_drift(true[walking], said[walking]),
         odometry_sd=tuple(totals.odometry_sd.tolist()),
         odometry_health=_health(totals.column("odometry_health")),
+        forces=totals.forces,
         faults=tuple(totals.faults.most_common()),
+        last_faults=_last_faults(totals),
         late_p50_ms=float(np.percentile(late_ms, 50)),
         late_p99_ms=float(np.percentile(late_ms, 99)),
         late_max_ms=float(late_ms.max()),
         missed=totals.missed,
         ticks=len(t_s),
         hottest_c=totals.hottest_c,
-        stop_reason=StopReason(int(last.stop_reason[-1])).name.lower().replace("_", " "),
+        stop_reason=_reason_words(StopReason(int(last.stop_reason[-1]))),
+        stop_s=totals.stop_s,
+        stop_cause=totals.stop_cause,
         damage=last.damage,
     )
+
+
+def _reason_words(reason: StopReason) -> str:
+    return reason.name.lower().replace("_", " ")
+
+
+def reason_of(words: str) -> StopReason:
+    """Return the reason that a summary's ``stop_reason`` names."""
+    return StopReason[words.upper().replace(" ", "_")]
 
 
 def planar_pose(log: Recording) -> FloatArray:
@@ -162,6 +190,14 @@ def _health(codes: FloatArray) -> tuple[float, ...]:
     return tuple(float(np.mean(ran == code)) for code in range(3)) if len(ran) else (np.nan,) * 3
 
 
+def _last_faults(totals: RunTotals) -> tuple[tuple[float, str], ...]:
+    told = [
+        (t_s, f"{kind} {source}: {detail}")
+        for (kind, source), (t_s, detail) in totals.last_faults.items()
+    ]
+    return tuple(sorted(told, key=lambda one: -one[0]))
+
+
 def _drift(true: FloatArray, estimate: FloatArray) -> float:
     known = np.flatnonzero(np.isfinite(true[:, 0]))
     if len(known) == 0:
@@ -172,73 +208,3 @@ def _drift(true: FloatArray, estimate: FloatArray) -> float:
     moved = estimate[last, :2] - estimate[first, :2]
     there = true[first, :2] + np.array([[c, -s], [s, c]]) @ moved
     return float(np.hypot(*(true[last, :2] - there)))
-
-
-def summary_lines(summary: Summary) -> list[str]:
-    """Return the summary as lines of text for a person."""
-    return table_lines(summary_rows(summary))
-
-
-def table_lines(rows: list[tuple[str, str]]) -> list[str]:
-    """Return rows as lines, labels in a column."""
-    width = max(len(label) for label, _ in rows)
-    return [f"{label:<{width}}  {text}" for label, text in rows]
-
-
-def summary_rows(summary: Summary) -> list[tuple[str, str]]:
-    """Return label and text of each row of the table."""
-    s = summary
-    source = "true" if s.truth else "estimated"
-    slip = "  ".join(
-        f"{p}% {v * 1e3:.1f}" for p, v in zip(PERCENTILES, s.slip_percentiles_m_s, strict=True)
-    )
-    rows = [
-        ("run", f"{s.gait} on {s.hardware}, {s.duration_s:.1f} s, ended: {s.stop_reason}"),
-        ("walked", f"{s.cycles:.2f} cycles in {s.walking_s:.1f} s"),
-        ("distance", f"{s.distance_m:.3f} m ({source}), forward {s.forward_m:.3f} m"),
-        ("mean speed", f"{s.mean_speed_m_s * 1e3:.1f} mm/s forward"),
-        ("turned", f"{np.degrees(s.yaw_rad):.1f} deg"),
-        ("forward slip of loaded feet", f"{slip}  mm/s ({source})"),
-    ]
-    if s.truth:
-        rows += [
-            ("predicted velocity, RMSE", _velocity_words(s.velocity_rmse)),
-            ("true velocity, RMS", _velocity_words(s.velocity_rms)),
-            ("drift of dead reckoning", f"{s.drift_m * 1e3:.1f} mm at the end"),
-        ]
-    rows.append(("predicted foot force, RMSE", _force_words(s.force_rmse_n)))
-    if np.isfinite(s.odometry_health[0]):
-        rows += _odometry_rows(s)
-    rows += [
-        ("loop", f"{s.ticks} ticks, late p50 {s.late_p50_ms:.2f} p99 {s.late_p99_ms:.2f} "
-         f"max {s.late_max_ms:.2f} ms, {s.missed} missed"),
-        ("hottest servo", f"{s.hottest_c:.0f} C"),
-        ("faults", ", ".join(f"{kind} x{n}" for kind, n in s.faults) or "none"),
-    ]  # fmt: skip
-    if s.damage:
-        rows.append(("file", s.damage))
-    return rows
-
-
-def _odometry_rows(s: Summary) -> list[tuple[str, str]]:
-    ok, degraded, lost = (100 * share for share in s.odometry_health)
-    x, y, yaw = s.odometry_sd
-    rows = [
-        ("estimator", f"ok {ok:.1f} %, degraded {degraded:.1f} %, lost {lost:.1f} % of the time"),
-        ("  one sd at the end", f"x {x * 1e3:.1f}  y {y * 1e3:.1f} mm  yaw {yaw * 1e3:.1f} mrad"),
-    ]
-    if s.truth:
-        rows += [
-            ("  velocity, RMSE", _velocity_words(s.odometry_rmse)),
-            ("  drift", f"{s.odometry_drift_m * 1e3:.1f} mm at the end"),
-        ]
-    return [*rows, ("  foot force, RMSE", _force_words(s.odometry_force_rmse_n))]
-
-
-def _force_words(values: tuple[float, ...]) -> str:
-    return "  ".join(f"{axis} {v:.2f}" for axis, v in zip("xyz", values, strict=True)) + "  N"
-
-
-def _velocity_words(values: tuple[float, ...]) -> str:
-    x, y, yaw = values
-    return f"vx {x * 1e3:.1f}  vy {y * 1e3:.1f} mm/s  yaw rate {yaw * 1e3:.1f} mrad/s"

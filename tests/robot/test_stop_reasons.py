@@ -8,8 +8,9 @@ import pytest
 from model.signals import Fault, FaultKind, Intent, Mode, StopReason
 from record.tick_message import decode_tick, encode_tick
 from robot.exit_codes import ExitCode, exit_code_of
-from robot.loop import CAUSES, explain
+from robot.loop import explain
 from robot.modes import CUTS, HALTS, GaitBook, Phase, Situation, advance
+from robot.stop_causes import CAUSES, WORDS
 from tests.record.ticks import make_tick
 from tests.robot.bench_runs import bench_run, changed
 from tests.robot.runs import wish
@@ -26,6 +27,7 @@ STOPS = [reason for reason in StopReason if reason is not StopReason.NONE]
 
 def test_every_stop_that_nobody_asked_for_has_faults_as_its_cause() -> None:
     assert set(CAUSES) == set(STOPS) - ASKED
+    assert set(WORDS) == set(StopReason)
 
 
 @pytest.mark.parametrize("reason", [r for r in STOPS if r in CAUSES])
