@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import shutil
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,6 +11,7 @@ from robot.exit_codes import ExitCode
 
 if TYPE_CHECKING:
     from model.params import ContactParameters
+    from record.recording import Recording
     from robot.odometry_compare import Comparison
 
 TUNE = "tune"
@@ -139,11 +141,12 @@ def _estimate(options: argparse.Namespace) -> ExitCode:
     if options.json:
         print(json.dumps(as_json(found, log.names), indent=2))
     else:
-        print(*table(found, log.names, everything=options.compare), sep="\n")
+        width = shutil.get_terminal_size().columns if sys.stdout.isatty() else None
+        print(*table(found, log.names, everything=options.compare, width=width), sep="\n")
         if source:
             print(f"distance a stride: {1e3 * stride_m:.1f} mm a cycle, from {source}")
     if options.out is not None:
-        _write(options, found, log.names)
+        _write(options, found, log)
         if not options.json:
             print(f"written: {options.out}")
     return ExitCode.OK
@@ -164,7 +167,7 @@ def _fit(log: "object", path: Path) -> "ContactParameters":
     return fit_contact(walk, log.names, free_w=False, rest_m_s=1e-3).contact
 
 
-def _write(options: argparse.Namespace, found: "Comparison", names: tuple[str, ...]) -> None:
+def _write(options: argparse.Namespace, found: "Comparison", log: "Recording") -> None:
     from robot.odometry_files import write_mcap, write_tum
 
     out: Path = options.out
@@ -173,12 +176,14 @@ def _write(options: argparse.Namespace, found: "Comparison", names: tuple[str, .
     elif out.suffix == ".png":
         from robot.odometry_figure import draw
 
-        draw(found, out, everything=options.compare)
+        draw(found, log.names, out, everything=options.compare)
     elif out.suffix == ".html":
         from robot.odometry_page import odometry_page
         from robot.report_page import write_page
+        from robot.run_date import date_words
 
-        page = odometry_page(found, names, options.logs[0], everything=options.compare)
+        date = date_words(log.metadata)
+        page = odometry_page(found, log.names, options.logs[0], date, everything=options.compare)
         write_page(out, page, "--out")
     else:
         pose = found.track.pose

@@ -34,6 +34,7 @@ class Comparison:
 
     Attributes:
         track: The estimator's.
+        log_ticks: Ticks of all of the recording.
         ways: All, the estimator first; the truth is no way.
         truth: Its pose, velocity and forces; None without truth.
         errors: One a way; empty without truth.
@@ -42,6 +43,7 @@ class Comparison:
     """
 
     track: OdometryTrack
+    log_ticks: int
     ways: tuple[Way, ...]
     truth: tuple[FloatArray, FloatArray, FloatArray] | None
     errors: tuple[TrackErrors, ...]
@@ -117,10 +119,10 @@ def compare_ways(
     ways.append(_rigid_stance(walked, ways[1].force_B, t_s, start))
     if truth is None:
         nothing = np.full(len(t_s), np.nan)
-        return Comparison(run, tuple(ways), None, (), nothing, nothing)
+        return Comparison(run, len(log.t_s), tuple(ways), None, (), nothing, nothing)
     errors = tuple(track_errors(w.name, w.pose, w.velocity_B, w.force_B, truth) for w in ways)
     return Comparison(
-        run, tuple(ways), truth, errors,
+        run, len(log.t_s), tuple(ways), truth, errors,
         nees(run.velocity_B - truth[1], run.twist_covariance),
         nees(run.pose - truth[0], run.pose_covariance),
     )  # fmt: skip
