@@ -23,10 +23,12 @@ from robot.config import load_robot
 from robot.controller import Controller
 from robot.drive import VIRTUAL, Drive, drive_plan
 from robot.exit_codes import ExitCode
+from robot.number_text import number_text
 from robot.operator import Interrupts
 from robot.plain_json import plain
 from robot.progress import ProgressLine
 from robot.repeat import Repeat, compare_runs, overlay
+from robot.run_date import date_words
 from robot.run_record import rebuild_controller
 from robot.summary_text import table_lines
 
@@ -126,7 +128,9 @@ def drive_again(options: argparse.Namespace) -> ExitCode:
     found = compare_runs(old, new, both)
     from robot.repeat_plots import draw_repeat
 
-    pictures = _save(page, options.path, plan.log_path, found, draw_repeat(both))
+    dates = (date_words(old.metadata), date_words(new.metadata))
+    runs = f"{options.path} (old, {dates[0]}) and {plan.log_path} (new, {dates[1]})"
+    pictures = _save(page, f"{options.path.name} again", runs, found, draw_repeat(both))
     if options.json:
         values = {**asdict(found), "old_log": str(options.path), "new_log": str(plan.log_path)}
         print(json.dumps(plain({**values, "pictures": [str(p) for p in pictures]}), indent=2))
@@ -182,7 +186,7 @@ def _page(options: argparse.Namespace, plan: Drive) -> Path:
 
 
 def _save(
-    page: Path, old: Path, new: Path, found: Repeat, figures: "dict[str, Figure]"
+    page: Path, title: str, runs: str, found: Repeat, figures: "dict[str, Figure]"
 ) -> tuple[Path, ...]:
     from robot.plots import save_png
     from robot.report_page import render_page
@@ -191,10 +195,7 @@ def _save(
         if page.suffix == ".png":
             return save_png(figures, page)
         rows = [*leg_rows(found), *body_rows(found)]
-        title = f"{old.name} again"
-        page.write_text(
-            render_page(title, f"{old} (old) and {new} (new)", rows, figures), encoding="utf-8"
-        )
+        page.write_text(render_page(title, runs, rows, figures), encoding="utf-8")
     except OSError as error:
         raise RecordError(
             f"{page} cannot be written: {error.strerror}; choose another --out"
@@ -222,9 +223,9 @@ def leg_rows(found: Repeat) -> list[tuple[str, str]]:
     return [
         (
             f"{leg.name}, RMS of new - old",
-            f"sent {_shown(leg.sent_rad * 1e3)} mrad  shaft {_shown(leg.angle_rad * 1e3)} mrad  "
-            f"current {_shown(leg.current_a)} A  force "
-            + " ".join(f"{axis} {_shown(f)}" for axis, f in zip("xyz", leg.force_n, strict=True))
+            f"sent {_shown(leg.sent_rad * 1e3)} mrad, shaft {_shown(leg.angle_rad * 1e3)} mrad, "
+            f"current {_shown(leg.current_a)} A, force "
+            + ", ".join(f"{axis} {_shown(f)}" for axis, f in zip("xyz", leg.force_n, strict=True))
             + " N",
         )
         for leg in found.legs
@@ -239,7 +240,7 @@ def body_rows(found: Repeat) -> list[tuple[str, str]]:
             f"{found.duration_s:.1f} s of {found.old_s:.1f} s old, {found.new_s:.1f} s new",
         ),
         ("true velocity, RMS of new - old", _velocity(found.true_velocity)),
-        ("predicted velocity, the same", _velocity(found.predicted_velocity)),
+        ("predicted velocity, RMS of new - old", _velocity(found.predicted_velocity)),
         ("way of the old run", _way(found.old_way)),
         ("way of the new run", _way(found.new_way)),
         ("dead reckoning, old", _way(found.old_estimated_way)),
@@ -248,14 +249,14 @@ def body_rows(found: Repeat) -> list[tuple[str, str]]:
 
 
 def _shown(value: float) -> str:
-    return "-" if value != value else f"{value:.3f}"  # NaN: not measured
+    return number_text(value, 3)  # NaN: not measured
 
 
 def _velocity(values: tuple[float, ...]) -> str:
     vx, vy, yaw = (_shown(value * 1e3) for value in values)
-    return f"vx {vx}  vy {vy} mm/s  yaw rate {yaw} mrad/s"
+    return f"vx {vx}, vy {vy} mm/s, yaw rate {yaw} mrad/s"
 
 
 def _way(values: tuple[float, ...]) -> str:
     forward, left, turn = values
-    return f"forward {_shown(forward)} m  left {_shown(left)} m  turned {_shown(turn)} rad"
+    return f"forward {_shown(forward)} m, left {_shown(left)} m, turned {_shown(turn)} rad"

@@ -26,3 +26,8 @@ def date_words(metadata: Mapping[str, str]) -> str:
     if begun_ns < 0:
         return "of unknown date"
     return time.strftime("%Y-%m-%d %H:%M:%S UTC", time.gmtime(begun_ns // 10**9))
+
+
+def software_words(metadata: Mapping[str, str]) -> str:
+    """Return which program wrote a log."""
+    return metadata.get("software", "written by an unknown program")

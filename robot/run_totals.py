@@ -104,7 +104,8 @@ class RunTotals:
 
     def _add_faults(self, block: Recording) -> None:
         """Note faults, and the cause of a stop in the tick in which it began."""
-        self.faults.update(kind for _, kind in {(row, f.kind.name) for row, f in block.faults})
+        seen = sorted({(row, fault.kind.name) for row, fault in block.faults})
+        self.faults.update(kind for _, kind in seen)
         for row, fault in block.faults:
             key = (fault.kind.name, fault.source)
             self.last_faults[key] = (float(block.t_s[row]), fault.detail)

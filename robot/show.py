@@ -33,13 +33,14 @@ def show(options: argparse.Namespace) -> ExitCode:
         print(line)
     from robot.plots import draw_log, save_png
     from robot.report_page import render_page
+    from robot.run_date import run_words, software_words
 
     figures = draw_log(log)
     try:
         if out.suffix == ".png":
             written = save_png(figures, out)
         else:
-            note = f"{options.path.name}, {log.metadata.get('software', '')}"
+            note = ", ".join((run_words(options.path, log.metadata), software_words(log.metadata)))
             title = f"{log.metadata.get('robot', 'Robot')}: {summary.gait}"
             out.write_text(render_page(title, note, rows, figures), encoding="utf-8")
             written = (out,)
