@@ -18,6 +18,7 @@ from model.signals import Intent, Tick
 from record.background import BackgroundWriter
 from record.versions import software_versions
 from record.writer import LogWriter
+from robot.busy_computer import busy_words
 from robot.config import RobotConfig, load_robot
 from robot.controller import Controller
 from robot.earlier_file import keep_earlier
@@ -117,7 +118,11 @@ def drive_plan(plan: Drive, operator_of: OperatorOf) -> ExitCode:
         finally:
             gc.unfreeze()
             log_error = _close_log(sink)
-    return _say(plan, result, log_error)
+    code = _say(plan, result, log_error)
+    busy = busy_words(result.missed, result.ticks, virtual=options.hardware == VIRTUAL)
+    if busy and not options.virtual_time:
+        print(busy, file=sys.stderr)
+    return code
 
 
 def plan_of(options: argparse.Namespace) -> Drive:

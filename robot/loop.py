@@ -57,6 +57,7 @@ class RunResult:
         torque_off: True if every servo confirmed that its torque is off.
         last: The last tick, None if there was none.
         detail: What made it end, in words, for a person.
+        missed: Periods that never ran, because the tick before took too long.
     """
 
     reason: StopReason
@@ -64,6 +65,7 @@ class RunResult:
     torque_off: bool
     last: Tick | None
     detail: str
+    missed: int
 
 
 def run(
@@ -88,7 +90,7 @@ def run(
     tick: Tick | None = None
     pending: tuple[Fault, ...] = ()
     detail = ""
-    missed = busy_ns = 0
+    missed = all_missed = busy_ns = 0
     try:
         deadline_ns = clock.now_ns() + period_ns
         while True:
@@ -114,10 +116,11 @@ def run(
             if switched_on or state.allowed.recover:
                 deadline_ns = now_ns
             missed = max(0, (now_ns - deadline_ns) // period_ns)
+            all_missed += missed
             deadline_ns += period_ns * (1 + missed)
     finally:
         torque_off = rig.cut_torque()
-    return RunResult(state.stop_reason, state.index, torque_off, tick, detail)
+    return RunResult(state.stop_reason, state.index, torque_off, tick, detail, all_missed)
 
 
 class Reached(Protocol):

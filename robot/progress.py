@@ -6,6 +6,7 @@ from types import TracebackType
 from typing import Self
 
 from record.salvage import Pass
+from robot.screen_fit import shortened, terminal_size
 
 FIRST_S = 1.0
 TERMINAL_S = 0.2
@@ -45,6 +46,8 @@ class StatusLine:
 
     def _show(self, text: str) -> None:
         if self._terminal:
+            # a line that wraps cannot be written over; the last column is left free for the cursor
+            text = shortened(text, terminal_size(sys.stderr).columns - 1)
             print(f"\r{text.ljust(self._shown)}", end="", file=sys.stderr, flush=True)
             self._shown = len(text)
         else:
@@ -79,7 +82,9 @@ class ProgressLine(StatusLine):
     def update(self) -> None:
         """Show how far it is, if it is time to."""
         if self._progress.size > 0 and self.is_time():
-            self._show(f"{self._label}: {100 * self._progress.position // self._progress.size} %")
+            share = f": {100 * self._progress.position // self._progress.size} %"
+            room = terminal_size(sys.stderr).columns - 1 - len(share)
+            self._show((shortened(self._label, room) if self._terminal else self._label) + share)
 
 
 class ProgressBar(StatusLine):

@@ -6,13 +6,14 @@ own draws it a few times a second, so a slow SSH link delays the picture and not
 
 import sys
 import threading
-from collections.abc import Callable
 from typing import Protocol, Self, TextIO
 
 import numpy as np
 
 from model.estimator_types import Health
 from model.signals import JointState, Mode, StopReason, Tick
+from robot.number_text import number_text
+from robot.screen_fit import fitted, key_lines, terminal_size
 from robot.true_readings import TrueForces, with_true_forces
 
 SCREEN_PERIOD_S = 0.25
@@ -142,10 +143,12 @@ class ScreenView:
         tick = with_true_forces(tick, self._true_forces, self._first_ns or 0)
         seconds = (tick.t_ns - (self._first_ns or 0)) * 1e-9
         lines = screen_lines(tick, self._names, seconds, self._late, self._missed)
-        body = [BOLD + self._title + RESET, *lines, "", self._help]
-        self._write(
-            HOME + "".join(line + CLEAR_TO_END_OF_LINE + "\r\n" for line in body) + CLEAR_BELOW
-        )
+        size = terminal_size(self._out)
+        tail = ["", *fault_lines(tick), "", *key_lines(self._help, size.columns)]
+        screen = fitted(BOLD + self._title + RESET, lines, tail, size)
+        # no line end behind the last line: it would scroll the title away
+        text = (CLEAR_TO_END_OF_LINE + "\r\n").join(screen)
+        self._write(HOME + text + CLEAR_TO_END_OF_LINE + CLEAR_BELOW)
 
     def _write(self, text: str) -> None:
         try:
@@ -158,12 +161,13 @@ class ScreenView:
         """Draw the last state and stop."""
         self._done.set()
         self._thread.join(2.0)
+        self._write("\r\n")  # what is printed next begins below the screen
 
 
 def screen_lines(
     tick: Tick, names: tuple[str, ...], seconds: float, worst_late_ns: int, missed: int
 ) -> list[str]:
-    """Return the screen as lines of plain text; a pure function, so that it can be tested."""
+    """Return what is measured, as lines of plain text; a pure function, so that it can be tested."""
     reason = "" if tick.stop_reason is StopReason.NONE else f"  ({tick.stop_reason.name})"
     timing = tick.inputs.timing
     lines = [
@@ -175,15 +179,22 @@ def screen_lines(
     ]
     joints, forces, support = tick.joints, tick.forces, tick.contact.support
     for leg, name in enumerate(names):
-        lines.append(
-            f"{name:<4}{_cell(joints.angle_rad[leg], 11, 3)}{_cell(joints.rate_rad_s[leg], 14, 3)}"
-            f"{_cell(joints.current_a[leg], 12, 2)}{_cell(joints.temperature_c[leg], 9, 0)}"
-            f"{_cell(forces.force_n[leg, 2], 16, 1)}{_cell(support.load_n[leg], 13, 1)}"
+        cells = (
+            number_text(joints.angle_rad[leg], 3, 11),
+            number_text(joints.rate_rad_s[leg], 3, 14),
+            number_text(joints.current_a[leg], 2, 12),
+            number_text(joints.temperature_c[leg], 0, 9),
+            number_text(forces.force_n[leg, 2], 1, 16),
+            number_text(support.load_n[leg], 1, 13),
         )
-    lines += ["", *_velocity_lines(tick), *_pose_lines(tick), ""]
+        lines.append(f"{name:<4}" + "".join(cells))
+    return [*lines, "", *_velocity_lines(tick), *_pose_lines(tick)]
+
+
+def fault_lines(tick: Tick) -> list[str]:
+    """Return the tick's first faults, or that there are none."""
     faults = [f"{f.kind.name} {f.source}: {f.detail}" for f in tick.faults[:4]]
-    lines += [f"{RED}fault{RESET} {text}" for text in faults] or ["no faults"]
-    return lines
+    return [f"{RED}fault{RESET} {text}" for text in faults] or ["no faults"]
 
 
 def _velocity_lines(tick: Tick) -> list[str]:
@@ -200,12 +211,8 @@ def _velocity_lines(tick: Tick) -> list[str]:
 
 
 def _velocity_cells(velocity: np.ndarray) -> str:
-    cells: list[Callable[[], str]] = [
-        lambda: _cell(velocity[0] * 1e3, 11, 1),
-        lambda: _cell(velocity[1] * 1e3, 11, 1),
-        lambda: _cell(velocity[2], 12, 3),
-    ]
-    return "".join(cell() for cell in cells)
+    vx, vy, yaw_rate = velocity
+    return f"{number_text(vx * 1e3, 1, 11)}{number_text(vy * 1e3, 1, 11)}{number_text(yaw_rate, 3, 12)}"
 
 
 def _pose_lines(tick: Tick) -> list[str]:
@@ -223,7 +230,8 @@ def _pose_lines(tick: Tick) -> list[str]:
 
 def _place(position_m: np.ndarray, yaw_rad: float) -> str:
     x, y = position_m
-    return f"  x {x * 1e3:8.1f} mm   y {y * 1e3:8.1f} mm   yaw {yaw_rad:7.3f} rad"
+    x_mm, y_mm = (number_text(value * 1e3, 1, 8) for value in (x, y))
+    return f"  x {x_mm} mm   y {y_mm} mm   yaw {number_text(yaw_rad, 3, 7)} rad"
 
 
 def _one_line(tick: Tick) -> str:
@@ -234,10 +242,10 @@ def _one_line(tick: Tick) -> str:
     text = f"{tick.mode.name:<7}"
     if np.isfinite(tick.gait_phase):
         text += f" phase {tick.gait_phase:6.2f}"
-    text += f"  x {x:7.1f} mm  vx {_cell(predicted, 6, 1).strip()} mm/s"
+    text += f"  x {number_text(x, 1, 7)} mm  vx {number_text(predicted, 1)} mm/s"
     truth = tick.inputs.truth
     if truth is not None:
-        text += f" (true {truth.velocity_B[0] * 1e3:.1f})"
+        text += f" (true {number_text(truth.velocity_B[0] * 1e3, 1)})"
     if said is not None and said.health is not Health.OK:
         text += f"  odometry {said.health.value}"
     text += f"  {_hottest(tick.joints)}"
@@ -258,7 +266,3 @@ def _phase_bar(phase: float) -> str:
     width = 20
     done = int((phase % 1.0) * width)
     return f"gait [{'#' * done}{'.' * (width - done)}] {phase:6.2f} cycles"
-
-
-def _cell(value: float, width: int, digits: int) -> str:
-    return f"{value:{width}.{digits}f}" if np.isfinite(value) else f"{'-':>{width}}"

@@ -267,6 +267,7 @@ def test_a_loop_that_stands_still_stops_and_the_watchdog_has_stopped_the_servos(
     assert result.reason is StopReason.TIMING
     assert any(f.kind is FaultKind.LATE for t in ticks for f in t.faults)
     assert max(t.inputs.timing.missed for t in ticks) >= 59
+    assert result.missed == sum(t.inputs.timing.missed for t in ticks)
 
 
 def test_a_gait_too_fast_is_refused_and_the_robot_stands() -> None:

@@ -1,13 +1,17 @@
 """What a person sees during a run: one screen on a terminal, plain lines anywhere else."""
 
 import io
+import os
 import re
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from model.signals import Fault, FaultKind, Mode, StopReason, Tick
-from robot.view import LineView, ScreenView, open_view, screen_lines
+from robot.screen_fit import ESCAPE
+from robot.teleop import HELP
+from robot.view import HOME, LineView, ScreenView, fault_lines, open_view, screen_lines
 from tests.record.ticks import NAMES, PERIOD_NS, make_tick
 
 
@@ -17,7 +21,7 @@ class Terminal(io.StringIO):
 
 
 def expected(value: float, digits: int) -> str:
-    return f"{value:.{digits}f}" if np.isfinite(value) else "-"
+    return f"{round(value, digits) + 0.0:.{digits}f}" if np.isfinite(value) else "-"
 
 
 def cells_of(tick: Tick, leg: int = 0) -> list[str]:
@@ -55,11 +59,10 @@ def test_what_is_not_known_is_a_dash_and_never_a_zero() -> None:
 
 def test_faults_are_listed_and_their_absence_is_said() -> None:
     tick = replace(make_tick(5), faults=())
-    assert "no faults" in screen_lines(tick, NAMES, 0.0, 0, 0)
+    assert fault_lines(tick) == ["no faults"]
     fault = Fault(FaultKind.SERVO_SILENT, "HL", "no answer")
-    lines = screen_lines(replace(tick, faults=(fault,)), NAMES, 0.0, 0, 0)
-    assert any("SERVO_SILENT HL: no answer" in line for line in lines)
-    assert "no faults" not in lines
+    (line,) = fault_lines(replace(tick, faults=(fault,)))
+    assert "SERVO_SILENT HL: no answer" in line
 
 
 def test_no_line_is_wider_than_a_terminal() -> None:
@@ -103,3 +106,24 @@ def test_a_terminal_that_goes_away_does_not_stop_the_run() -> None:
     screen = open_view(NAMES, "", "", Gone())
     screen.show(make_tick(5))
     screen.close()
+
+
+def test_the_screen_is_no_larger_than_the_terminal_and_does_not_scroll(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    faults = tuple(Fault(FaultKind.SERVO_SILENT, "HL", "no answer " * 12) for _ in range(4))
+    tick = replace(make_tick(6), faults=faults)
+    for columns, rows in ((80, 24), (60, 16), (20, 4)):
+        monkeypatch.setattr(
+            "robot.view.terminal_size", lambda _out, s=(columns, rows): os.terminal_size(s)
+        )
+        terminal = Terminal()
+        screen = open_view(NAMES, "BigANT virtual", HELP, terminal)
+        screen.show(tick)
+        screen.close()
+        drawn = terminal.getvalue().rsplit(HOME, 1)[1].removesuffix("\r\n")
+        lines = [ESCAPE.sub("", line) for line in drawn.split("\r\n")]
+        assert len(lines) <= rows
+        assert max(map(len, lines)) <= columns
+        assert lines[0] == "BigANT virtual"
+        assert any("fault SERVO_SILENT" in line for line in lines)

@@ -1,0 +1,74 @@
+"""Text made to fit a terminal: nothing wraps, nothing scrolls, keys break between words."""
+
+import os
+import re
+import shutil
+from collections.abc import Sequence
+from typing import TextIO
+
+ESCAPE = re.compile(r"\x1b\[[0-9;]*[A-Za-z]")
+KEY_GAP = "  "
+DOTS = "..."
+
+
+def terminal_size(stream: TextIO) -> os.terminal_size:
+    """Return columns and rows of the terminal behind a stream; 80 by 24 where there is none."""
+    try:
+        size = os.get_terminal_size(stream.fileno())
+    except (OSError, ValueError):  # no terminal, or no file at all
+        return shutil.get_terminal_size()
+    return size if size.columns > 0 and size.lines > 0 else shutil.get_terminal_size()
+
+
+def shortened(text: str, columns: int) -> str:
+    """Return plain text of at most so many letters; dots stand for what was cut."""
+    if len(text) <= columns:
+        return text
+    return text[: max(0, columns - len(DOTS))] + DOTS[: max(0, columns)]
+
+
+def clipped(line: str, columns: int) -> str:
+    """Return a line whose visible letters are at most so many; colours are kept, and end."""
+    parts, left, at = [], columns, 0
+    for escape in ESCAPE.finditer(line):
+        letters = line[at : escape.start()][:left]
+        parts += [letters, escape[0]]
+        left, at = left - len(letters), escape.end()
+    return "".join([*parts, line[at:][:left]])
+
+
+def key_lines(text: str, columns: int) -> list[str]:
+    """Return a line of keys as several, broken between keys, and inside one only at a space."""
+    lines = [""]
+    for key in text.split(KEY_GAP):
+        pieces = [key] if len(key) <= columns else key.split(" ")
+        for number, piece in enumerate(pieces):
+            gap = KEY_GAP if number == 0 else " "
+            longer = f"{lines[-1]}{gap}{piece}" if lines[-1] else piece
+            if len(longer) <= columns or not lines[-1]:
+                lines[-1] = longer
+            else:
+                lines.append(piece)
+    return lines
+
+
+def fitted(
+    title: str, body: Sequence[str], tail: Sequence[str], size: os.terminal_size
+) -> list[str]:
+    """Return a screen of at most so many lines and columns.
+
+    Where it is too high, empty lines go first, then the end of the body; the title and the tail
+    (what is wrong, and the keys) stay as long as there is any room.
+
+    Args:
+        title: First line.
+        body: What is shown.
+        tail: What has to be seen.
+        size: Of the terminal.
+    """
+    lines = [title, *body, *tail]
+    if len(lines) > size.lines:
+        last = [line for line in tail if line][: max(0, size.lines - 1)]
+        room = max(0, size.lines - 1 - len(last))
+        lines = [title, *[line for line in body if line][:room], *last]
+    return [clipped(line, size.columns) for line in lines]
