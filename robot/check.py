@@ -111,12 +111,27 @@ def run(options: argparse.Namespace) -> ExitCode:
     if options.html is not None:
         from robot.check_page import check_page
         from robot.report_page import write_page
+        from robot.run_date import utc_words
 
-        write_page(options.html, check_page(target.config.name, target.port, findings, figures))
+        page = check_page(
+            target.config.name,
+            options.hardware,
+            findings,
+            figures,
+            robot_file=_short(options.robot),
+            date=utc_words(time.time_ns()),
+        )
+        write_page(options.html, page)
         if not options.json:
             print(f"page: {options.html}")
     bad = any(finding.verdict is Verdict.FAIL for finding in findings)
     return ExitCode.VERDICT_FAILED if bad else ExitCode.OK
+
+
+def _short(path: Path) -> str:
+    """Return a path as seen from here, if it lies below."""
+    here = Path.cwd()
+    return str(path.relative_to(here) if path.is_relative_to(here) else path)
 
 
 def _target(options: argparse.Namespace, stack: ExitStack) -> Target:

@@ -15,6 +15,7 @@ from drivers.settings import ForceSensorSettings
 from model.errors import ForceStreamError
 from model.signals import ForceRecord
 from robot.finding import Finding, failed, passed, skipped, warned
+from robot.number_text import number_text
 
 LOOK_NS = 20_000_000
 # Radio packets and a rate that the unit rounds: five per cent is as configured.
@@ -85,7 +86,7 @@ def calibration_findings(
 ) -> tuple[list[Finding], bool]:
     """Ask each transducer for its calibration; also return whether forces can be had of all."""
     good: list[Calibration] = []
-    bad: list[str] = []
+    bad: dict[str, list[str]] = {}  # legs by what went wrong
     raw: list[str] = []
     for leg, number in zip(settings.names, settings.transducers, strict=True):
         if number == 0:
@@ -94,7 +95,7 @@ def calibration_findings(
             console.query(f"TRANS {number}")
             calibration = parse_cal(console.query("CAL"), int(number))
         except ForceStreamError as error:
-            bad.append(f"{leg}: {error}")
+            bad.setdefault(str(error), []).append(leg)
             continue
         good.append(calibration)
         if not calibration.mult_on:
@@ -109,9 +110,12 @@ def calibration_findings(
     return findings, not bad and not raw
 
 
-def _units(good: list[Calibration], bad: list[str]) -> Finding:
+def _units(good: list[Calibration], bad: dict[str, list[str]]) -> Finding:
     if bad:
-        return failed("force units", "; ".join(bad), "check TRANS and CAL on the unit's console")
+        found = "; ".join(f"{', '.join(legs)}: {text}" for text, legs in bad.items())
+        if not good and len(bad) > 1:  # they share one console, and what follows comes of the first
+            found = f"{next(iter(bad))} (so no leg could be asked)"
+        return failed("force units", found, "check TRANS and CAL on the unit's console")
     never = [str(c.transducer) for c in good if not c.calibrated]
     if never:
         return warned(
@@ -119,8 +123,8 @@ def _units(good: list[Calibration], bad: list[str]) -> Finding:
             f"transducer {', '.join(never)} has the date of an empty calibration",
             "load its calibration",
         )
-    scales = sorted({f"{c.counts_per_n:g}/N, {c.counts_per_nm:g}/(N m)" for c in good})
-    return passed("force units", f"counts {'; '.join(scales)}" if scales else "no transducer")
+    scales = sorted({f"{c.counts_per_n:.10g} per N, {c.counts_per_nm:.10g} per N m" for c in good})
+    return passed("force units", f"counts: {'; '.join(scales)}" if scales else "no transducer")
 
 
 def _listen(stream: ForceStream, clock: Clock, seconds: float) -> Heard:
@@ -190,15 +194,13 @@ def _clock_offset(heard: Heard, unix_offset_ns: int) -> Finding:
     offset_s = (host_ns - np.array(device_ns)) * 1e-9
     middle = float(np.median(offset_s))
     spread = float(np.quantile(offset_s, 0.95) - np.quantile(offset_s, 0.05))
-    found = f"host less unit {middle:+.3f} s, 90 % within {spread * 1e3:.1f} ms"
+    evenly = f"90 % of the records within {spread * 1e3:.1f} ms"
+    found = f"host less unit {number_text(middle, 3)} s, {evenly}"
     if spread > SPREAD_LIMIT_S:
         return warned("clock offset", found, "records come in bursts: is the radio busy?")
     if abs(middle) > OFFSET_LIMIT_S:
-        return warned(
-            "clock offset",
-            found,
-            "nothing here needs the unit's date (records are stamped on arrival); NTP would set it",
-        )
+        words = "the unit's clock is not set, and nothing needs it (records are stamped on arrival)"
+        return passed("clock offset", f"{words}; {evenly}")
     return passed("clock offset", found)
 
 

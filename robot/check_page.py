@@ -10,11 +10,18 @@ from robot.versions import version_lines
 if TYPE_CHECKING:
     from robot.check_loop import LoopFigures
 
+VIRTUAL = "virtual"
 PERCENTILES = ("half of the ticks", "95 %", "99 %", "the latest")
 
 
 def check_page(
-    robot: str, port: str, findings: Sequence[Finding], loops: "Sequence[LoopFigures]"
+    robot: str,
+    port: str,
+    findings: Sequence[Finding],
+    loops: "Sequence[LoopFigures]",
+    *,
+    robot_file: str,
+    date: str,
 ) -> str:
     """Return the page.
 
@@ -23,16 +30,22 @@ def check_page(
         port: Its servo port, or that it was virtual.
         findings: The list.
         loops: Figures of the loop, if it was run.
+        robot_file: The robot file that was believed.
+        date: When it was looked at.
     """
     bad = [one.name for one in findings if one.verdict is Verdict.FAIL]
     answer = f"Not fit to walk: {', '.join(bad)}" if bad else "Fit to walk"
     colour = "fail" if bad else "pass"
     todo = [(one.name, one.advice) for one in findings if one.advice]
     rows = [(one.verdict.value, one.name, one.found) for one in findings]
+    where = "virtual devices" if port == VIRTUAL else port
     return page_frame(
         f"{robot}: pre-flight",
         [
-            heading(f"{robot}: pre-flight", f"{port}; {count_line(findings)}"),
+            heading(
+                f"{robot}: pre-flight",
+                f"{date}; {where}; robot file {robot_file}; {count_line(findings)}",
+            ),
             f"<p class='verdict {colour}'>{answer}.</p>",
             section("What to do", rows_table(todo)),
             section("What was looked at", grid_table(("", "check", "found"), rows)),

@@ -326,9 +326,10 @@ def _print_pose(tick: Tick) -> None:
 
 def _print_summary(path: Path) -> None:
     from robot.long_log import read_summary
+    from robot.screen_fit import columns_of
     from robot.summary_text import summary_lines
 
     summary, _ = read_summary(path)
-    for line in summary_lines(summary):
+    for line in summary_lines(summary, columns_of(sys.stdout)):
         print(line)
     print(f"log: {path}   (bigant show {path})")

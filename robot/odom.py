@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import shutil
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -113,6 +112,7 @@ def _estimate(options: argparse.Namespace) -> ExitCode:
     from robot.effect_uses import say_unused
     from robot.odometry_compare import compare_ways, stride_of
     from robot.odometry_table import as_json, table
+    from robot.screen_fit import columns_of
 
     log = read_log(options.logs[0])
     if options.no_forces:
@@ -141,7 +141,7 @@ def _estimate(options: argparse.Namespace) -> ExitCode:
     if options.json:
         print(json.dumps(as_json(found, log.names), indent=2))
     else:
-        width = shutil.get_terminal_size().columns if sys.stdout.isatty() else None
+        width = columns_of(sys.stdout)
         print(*table(found, log.names, everything=options.compare, width=width), sep="\n")
         if source:
             print(f"distance a stride: {1e3 * stride_m:.1f} mm a cycle, from {source}")

@@ -25,7 +25,12 @@ def date_words(metadata: Mapping[str, str]) -> str:
     begun_ns = whole_number(metadata.get(START_UNIX_KEY, ""), -1)
     if begun_ns < 0:
         return "of unknown date"
-    return time.strftime("%Y-%m-%d %H:%M:%S UTC", time.gmtime(begun_ns // 10**9))
+    return utc_words(begun_ns)
+
+
+def utc_words(unix_ns: int) -> str:
+    """Return a UNIX time [ns] as date and time."""
+    return time.strftime("%Y-%m-%d %H:%M:%S UTC", time.gmtime(unix_ns // 10**9))
 
 
 def software_words(metadata: Mapping[str, str]) -> str:

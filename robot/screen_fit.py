@@ -20,6 +20,11 @@ def terminal_size(stream: TextIO) -> os.terminal_size:
     return size if size.columns > 0 and size.lines > 0 else shutil.get_terminal_size()
 
 
+def columns_of(stream: TextIO) -> int | None:
+    """Return the columns of a terminal; None where a line may be as long as it is: a file, a pipe."""
+    return terminal_size(stream).columns if stream.isatty() else None
+
+
 def shortened(text: str, columns: int) -> str:
     """Return plain text of at most so many letters; dots stand for what was cut."""
     if len(text) <= columns:

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import sys
 from dataclasses import asdict
 from pathlib import Path
 
@@ -9,6 +10,7 @@ from model.errors import ConfigError, RecordError
 from robot.exit_codes import ExitCode
 from robot.long_log import read_summary
 from robot.plain_json import plain
+from robot.screen_fit import columns_of
 from robot.summary_text import summary_rows, table_lines
 from robot.whole_file import check_room
 
@@ -29,7 +31,7 @@ def show(options: argparse.Namespace) -> ExitCode:
         print(json.dumps(plain(asdict(summary)), indent=2))
         return ExitCode.OK
     rows = summary_rows(summary)
-    for line in table_lines(rows):
+    for line in table_lines(rows, columns_of(sys.stdout)):
         print(line)
     from robot.plots import draw_log, save_png
     from robot.report_page import render_page

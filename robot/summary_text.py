@@ -1,6 +1,8 @@
 """The summary of a run as rows of text, each of which stands alone; "-" where a figure is not known."""
 
 import math
+import textwrap
+from itertools import zip_longest
 
 from model.signals import StopReason
 from robot.number_text import number_text
@@ -9,17 +11,30 @@ from robot.summary import PERCENTILES, Summary, reason_of
 
 Row = tuple[str, str]
 MOST_LAST_FAULTS = 3
+LEAST_ROOM = 20
 
 
-def summary_lines(summary: Summary) -> list[str]:
-    """Return the summary as lines of text for a person."""
-    return table_lines(summary_rows(summary))
+def summary_lines(summary: Summary, columns: int | None = None) -> list[str]:
+    """Return the summary as lines of text for a person, broken at words to so many columns."""
+    return table_lines(summary_rows(summary), columns)
 
 
-def table_lines(rows: list[Row]) -> list[str]:
-    """Return rows as lines, labels in a column."""
+def table_lines(rows: list[Row], columns: int | None = None) -> list[str]:
+    """Return rows as lines, labels in a column; a text that is too long goes on below itself.
+
+    Args:
+        rows: Label and text.
+        columns: Letters of a line; None: as long as it is.
+    """
     width = max(len(label) for label, _ in rows)
-    return [f"{label:<{width}}  {text}" for label, text in rows]
+    room = None if columns is None else max(LEAST_ROOM, columns - width - 2)
+    lines = []
+    for label, text in rows:
+        parts = [text] if room is None else textwrap.wrap(text, room) or [""]
+        lines += [
+            f"{head:<{width}}  {part}" for head, part in zip_longest((label,), parts, fillvalue="")
+        ]
+    return lines
 
 
 def summary_rows(summary: Summary) -> list[Row]:

@@ -3,10 +3,12 @@
 import json
 from collections.abc import Callable
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 import pytest
 
+from drivers.ati_console import Console
 from drivers.ati_packets import Led, battery_led
 from drivers.ati_stream import StreamCounters
 from drivers.mx106 import HardwareError
@@ -15,7 +17,7 @@ from model.errors import ConnectionLost, ForceStreamError
 from model.signals import FloatArray, ForceRecord, StopReason
 from record.versions import NOT_INSTALLED
 from robot import cli
-from robot.check_forces import Heard, force_findings, heard_findings
+from robot.check_forces import Heard, calibration_findings, force_findings, heard_findings
 from robot.check_host import disk_finding, packages_finding, python_finding
 from robot.check_loop import HostSettings, LoopFigures, advice_of, loop_finding, run_loop
 from robot.check_servos import (
@@ -211,7 +213,7 @@ def test_a_sound_unit_passes() -> None:
     found = forces()
     assert {f.verdict for f in found.values()} == {PASS}, found
     assert found["packet rate"].found == "100.0 Hz, 100 Hz wanted"
-    assert "1e+06/N" in found["force units"].found
+    assert found["force units"].found == "counts: 1000000 per N, 1000000 per N m"
     assert "0 of 2" in found["radio"].found
 
 
@@ -223,6 +225,18 @@ def test_raw_gage_counts_fail() -> None:
     assert found["matrix (MULT)"].verdict is FAIL
     assert "transducer 2 (ML)" in found["matrix (MULT)"].found
     assert found["force stream"].verdict is SKIP
+
+
+def test_a_console_that_is_dead_is_told_once() -> None:
+    class Dead:
+        def query(self, command: str) -> str:
+            words = "did not answer" if command == "TRANS 1" else "closed its console"
+            raise ForceStreamError(f"the unit {words}")
+
+    findings, usable = calibration_findings(cast(Console, Dead()), CONFIG.force_sensor)
+    assert not usable
+    (only,) = findings
+    assert only.found == "the unit did not answer (so no leg could be asked)"
 
 
 def test_a_transducer_without_power_fails() -> None:
@@ -274,7 +288,7 @@ def heard(records: list[ForceRecord], **counts: int) -> dict[str, Finding]:
 def test_a_sound_stream_over_the_wrap_of_its_numbers() -> None:
     found = heard([record(i) for i in range(200)])
     assert {f.verdict for f in found.values()} == {PASS}, found
-    assert found["clock offset"].found.startswith("host less unit +0.000 s")
+    assert found["clock offset"].found.startswith("host less unit 0.000 s")
 
 
 @pytest.mark.parametrize(
@@ -291,9 +305,16 @@ def test_another_rate_fails() -> None:
     assert heard(slow)["packet rate"].verdict is FAIL
 
 
-def test_a_clock_that_was_never_set_is_only_a_warning() -> None:
+def test_a_clock_that_was_never_set_is_in_order_because_nothing_needs_it() -> None:
     old = [replace(record(i), device_ticks=4096 + 41 * i) for i in range(200)]
-    assert heard(old)["clock offset"].verdict is WARN
+    found = heard(old)["clock offset"]
+    assert (found.verdict, found.advice) == (PASS, "")
+    assert "nothing needs it" in found.found
+
+
+def test_records_that_come_in_bursts_are_a_warning() -> None:
+    late = [record(i, t_ns=i // 20 * 200_000_000) for i in range(200)]
+    assert heard(late)["clock offset"].verdict is WARN
 
 
 def test_one_saturated_record_is_enough() -> None:

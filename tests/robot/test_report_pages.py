@@ -24,6 +24,7 @@ needs_browser = pytest.mark.skipif(
 LOOP = LoopFigures(
     10.0, 1000, 0, 3, (0.1, 0.3, 0.9, 6.1), (1.1, 1.4, 1.9, 3.0), 1.2, 0.8, StopReason.COMPLETED
 )
+MADE = {"robot_file": "mine.toml", "date": "2026-02-03 04:05:06 UTC"}
 LONG = "there is no port /dev/serial/by-id/usb-FTDI_USB__-__Serial_Converter_FT4TCX1R-if00-port0"
 
 
@@ -55,7 +56,7 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
         "model": written(folder / "model.html", "model", "run", "disk", "--out"),
         "gap": written(folder / "gap.html", "gap", "diagnose", *write_bench(folder, 0.03),
                        "--jobs", "1", "--html"),
-        "check": check_page("BigANT", "/dev/ttyUSB0", findings, [LOOP]),
+        "check": check_page("BigANT", "/dev/ttyUSB0", findings, [LOOP], **MADE),
         "figures": render_index("From a walk.", [
             Row("A picture", "fig. 1", (folder / "picture.png").as_uri(), "Its caption.", ("a  b",) * 3)]),
         "matrix": matrix(),
@@ -192,9 +193,10 @@ def test_verdicts_in_a_table_are_marked_and_numbers_set_right() -> None:
 
 
 def test_a_page_of_the_pre_flight_says_what_to_do_first() -> None:
-    page = check_page("BigANT", "virtual", [failed("port", "absent", "plug it in")], [])
+    page = check_page("BigANT", "virtual", [failed("port", "absent", "plug it in")], [], **MADE)
     assert page.index("Not fit to walk: port") < page.index("plug it in") < page.index("absent")
-    assert "Fit to walk" in check_page("BigANT", "virtual", [passed("port", "there")], [])
+    assert "2026-02-03 04:05:06 UTC; virtual devices; robot file mine.toml;" in page
+    assert "Fit to walk" in check_page("BigANT", "virtual", [passed("port", "there")], [], **MADE)
 
 
 def test_a_page_that_cannot_be_written_is_one_line(

@@ -56,6 +56,13 @@ def test_a_log_without_forces_says_so_and_has_no_row_of_them(walk: Recording) ->
     assert "foot forces" not in rows_of(walk)
 
 
+def test_long_rows_go_on_below_themselves_in_a_terminal(walk: Recording) -> None:
+    summary = summarise(walk)
+    whole, broken = summary_lines(summary), summary_lines(summary, 60)
+    assert max(map(len, whole)) > 60 >= max(map(len, broken))
+    assert " ".join(broken).split() == " ".join(whole).split()
+
+
 def test_rows_stand_alone_and_say_the_part_of_the_run(walk: Recording) -> None:
     rows = rows_of(walk)
     assert not [label for label in rows if label.startswith(" ")]
