@@ -5,7 +5,7 @@ tests/robot/test_fault_matrix.py runs the same cases and holds each to what is e
 real drivers, virtual devices on a bench (``sim_hw.bench_world``), tripod gait.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -29,8 +29,22 @@ BEGIN, END = "<!-- fault matrix: make reliability -->", "<!-- end of the fault m
 FAULT_S = 5.5  # after torque went on; the robot walks by then
 WATCH_S = 1.5  # so long after the fault began, and until it stands if it is about to stop
 RECOVERY = "\n[safety.recovery]\nmost = 2\nafter_restart = true\n"
-COUNTED = ("timeouts", "crc_errors", "late_replies", "foreign_replies", "noise_bytes")
-STREAM_COUNTED = ("missing", "duplicate", "late", "malformed", "saturated", "restarts")
+# Counters of the drivers, with the words for one and for several.
+COUNTED = {
+    "timeouts": ("timeout", "timeouts"),
+    "crc_errors": ("crc error", "crc errors"),
+    "late_replies": ("late reply", "late replies"),
+    "foreign_replies": ("foreign reply", "foreign replies"),
+    "noise_bytes": ("noise byte", "noise bytes"),
+}
+STREAM_COUNTED = {
+    "missing": ("sample missing", "samples missing"),
+    "duplicate": ("sample duplicate", "samples duplicate"),
+    "late": ("sample late", "samples late"),
+    "malformed": ("datagram malformed", "datagrams malformed"),
+    "saturated": ("sample saturated", "samples saturated"),
+    "restarts": ("restart of the stream", "restarts of the stream"),
+}
 NOTHING = frozenset[FaultKind]()
 SILENT = frozenset({FaultKind.SERVO_SILENT})
 
@@ -321,7 +335,7 @@ def _walk(case: Case, config: RobotConfig, rig: Rig) -> Row:
     after = [tick for tick in kept.ticks if tick.t_ns >= fault_ns or case.power]
     walked = result.reason is StopReason.EMERGENCY  # our own end, and nothing before it
     reason = StopReason.COMPLETED if walked else result.reason
-    moved = {k: n - before[k] for k, n in _counters(rig).items() if n != before[k]}
+    moved = {k: n - before[k] for k, n in _counters(rig).items()}
     reported = {f.kind for tick in after for f in tick.faults} - {FaultKind.NO_SUPPORT}
     path: list[str] = []
     for tick in after[:-1] if walked else after:
@@ -334,7 +348,7 @@ def _walk(case: Case, config: RobotConfig, rig: Rig) -> Row:
         begun=True,
         words=result.detail,
         reported=tuple(sorted(kind.name for kind in reported)),
-        driver=", ".join(f"{n} {k.replace('_', ' ')}" for k, n in moved.items()),
+        driver=driver_words(moved),
         reason=reason,
         path=tuple(path),
         torque_off=result.torque_off,
@@ -342,12 +356,18 @@ def _walk(case: Case, config: RobotConfig, rig: Rig) -> Row:
     )
 
 
-def _counters(rig: Rig) -> dict[str, int]:
+def _counters(rig: Rig) -> dict[tuple[str, str], int]:
+    """Counts by the words for one and for several."""
     stats, stream = rig.bus.stats, rig.force_counters
-    counts = {name: int(getattr(stats, name)) for name in COUNTED}
+    counts = {words: int(getattr(stats, name)) for name, words in COUNTED.items()}
     if stream is not None:
-        counts |= {f"samples {n}": int(getattr(stream, n)) for n in STREAM_COUNTED}
+        counts |= {words: int(getattr(stream, name)) for name, words in STREAM_COUNTED.items()}
     return counts
+
+
+def driver_words(moved: Mapping[tuple[str, str], int]) -> str:
+    """Return what drivers counted, without what they counted none of."""
+    return ", ".join(f"{n} {one if n == 1 else more}" for (one, more), n in moved.items() if n)
 
 
 HEAD = (
@@ -371,7 +391,11 @@ def matrix_page(cells: Sequence[Sequence[str]]) -> str:
     """Return the table as an HTML report."""
     plain = [[cell.replace("`", "") for cell in row] for row in cells]
     title = "Fault matrix"
-    note = f"{len(plain)} scripted faults in a walk on virtual devices, virtual time"
+    kinds = len({row[0] for row in plain})
+    note = (
+        f"{len(plain)} scripted cases of {kinds} kinds of faults, in a walk on virtual devices, "
+        "virtual time"
+    )
     return page_frame(title, [heading(title, note), grid_table(HEAD, plain)])
 
 

@@ -2,7 +2,17 @@
 
 import pytest
 
-from benchmarks.fault_matrix import CASES, Case, Row, committed, run_case
+from benchmarks.fault_matrix import (
+    CASES,
+    COUNTED,
+    STREAM_COUNTED,
+    Case,
+    Row,
+    committed,
+    driver_words,
+    matrix_page,
+    run_case,
+)
 from model.signals import FaultKind, StopReason
 from sim_hw.fault_catalog import KINDS
 
@@ -16,6 +26,15 @@ def names(case: Case) -> str:
 
 def test_every_kind_is_in_the_matrix() -> None:
     assert {case.kind for case in CASES} == set(KINDS)
+
+
+def test_the_page_counts_cases_and_kinds() -> None:
+    assert f"{len(CASES)} scripted cases of {len(KINDS)} kinds" in matrix_page(committed())
+
+
+def test_one_of_a_kind_is_no_plural() -> None:
+    moved = {STREAM_COUNTED["restarts"]: 1, STREAM_COUNTED["missing"]: 26, COUNTED["timeouts"]: 0}
+    assert driver_words(moved) == "1 restart of the stream, 26 samples missing"
 
 
 @pytest.mark.parametrize("case", CASES, ids=names)
