@@ -16,8 +16,8 @@ from robot.plots import STYLE
 LAST_S = 20.0  # of velocity that are drawn
 WAY_COLOURS = ("#009E73", "#D55E00", "#0072B2", "#CC79A7", "#E69F00")
 TRUTH = "#000000"
-# Legs are no ways: another family of colours, and the other side of the body is dashed.
-LEG_COLOURS = mpl.colormaps["viridis"]
+# Legs are no ways: other colours, and the second half of them (the other side of the body) is dashed.
+LEG_COLOURS = ("#7570B3", "#A6761D", "#66A61E", "#17A2B8")
 LEAST_STRETCH = 1.5
 
 
@@ -94,7 +94,7 @@ def _truth(found: Comparison, axes: tuple[Axes, Axes, Axes]) -> None:
 def _friction(found: Comparison, names: Sequence[str], ax: Axes) -> None:
     half = (len(names) + 1) // 2
     for k, name in enumerate(names):
-        colour = LEG_COLOURS(0.85 * (k % half) / max(1, half - 1))
+        colour = LEG_COLOURS[k % half % len(LEG_COLOURS)]
         style = "-" if k < half else "--"
         ax.plot(found.track.t_s, found.track.mu[:, k], lw=1, color=colour, ls=style, label=name)
 

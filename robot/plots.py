@@ -19,7 +19,7 @@ from robot.stop_causes import WISHED
 from robot.summary import planar_pose
 
 TRUE, PREDICTED, DIFFERENCE, ESTIMATED = "#0072B2", "#D55E00", "#555555", "#009E73"
-FAULT, HEADING = "#B3003C", "#444444"
+FAULT, HEADING = "#D6204E", "#000000"
 HEADING_M = 0.012
 # The least span of an axis: a robot at rest is a line, not rounding errors that fill the picture.
 LEAST_M, LEAST_MM_S, LEAST_N, LEAST_MRAD = 0.05, 2.0, 2.0, 2.0

@@ -19,11 +19,13 @@ if TYPE_CHECKING:
 
 STYLE = """
 :root { color-scheme: light dark; --ink: #1a1a1a; --paper: #ffffff; --faint: #5f5f5f; --line: #dddddd;
-        --good: #00745a; --warn: #8a5a00; --bad: #b33c00; --accent: #0072b2; --panel: #f5f6f7; }
+        --good: #00745a; --warn: #8a5a00; --bad: #b33c00; --accent: #0072b2; --panel: #f5f6f7;
+        --shade: rgba(0, 0, 0, 0.3); }
 @media (prefers-color-scheme: dark) {
   :root { --ink: #e8e8e8; --paper: #16181b; --faint: #a6a6a6; --line: #3a3d42;
-          --good: #4cc9a0; --warn: #f0b43c; --bad: #ff8a4c; --accent: #56b4e9; --panel: #202327; }
-  figure svg, figure img { background: #ffffff; border-radius: 6px; }
+          --good: #4cc9a0; --warn: #f0b43c; --bad: #ff8a4c; --accent: #56b4e9; --panel: #202327;
+          --shade: rgba(255, 255, 255, 0.35); }
+  figure img { background: #ffffff; border-radius: 6px; }
 }
 * { box-sizing: border-box; }
 body { font: 16px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper);
@@ -35,6 +37,13 @@ h2 { font-size: 1.1rem; margin: 2rem 0 0.5rem; } h2 small { font-weight: 400; co
 .verdict.pass { border-color: var(--good); } .verdict.warn { border-color: var(--warn); }
 .verdict.fail { border-color: var(--bad); }
 .scroll { overflow-x: auto; }
+/* A shade at the edge behind which a table or a picture goes on; at its end, paper moves over the shade. */
+.scroll, div.wide, figure { background:
+  linear-gradient(to right, var(--paper) 35%, transparent) 0 0 / 3rem 100% no-repeat local,
+  linear-gradient(to left, var(--paper) 35%, transparent) 100% 0 / 3rem 100% no-repeat local,
+  linear-gradient(to right, var(--shade), transparent) 0 0 / 0.9rem 100% no-repeat scroll,
+  linear-gradient(to left, var(--shade), transparent) 100% 0 / 0.9rem 100% no-repeat scroll; }
+@media print { .scroll, div.wide, figure { background: none; } }
 table { border-collapse: collapse; width: 100%; }
 th { text-align: left; font-weight: 500; color: var(--faint); vertical-align: top; }
 th[scope=row] { width: 16rem; }
@@ -49,6 +58,7 @@ code { font-size: 0.9em; }
 pre { overflow-x: auto; font-size: 0.8rem; background: var(--panel); padding: 0.6rem; }
 figure { margin: 0.5rem 0; overflow-x: auto; }
 figure svg, figure img { display: block; width: 100%; height: auto; }
+figure svg { fill: currentColor; }
 @media (max-width: 40rem) {
   body { margin: 1rem auto; } th[scope=row] { width: 7.5rem; }
   figure svg, figure img { min-width: 40rem; }
@@ -69,6 +79,14 @@ PATH = re.compile(r'(<path d="|points=")([^"]*)"')
 SPACES = re.compile(r"\s+")
 LONG_NUMBER = re.compile(r"-?\d+\.\d+")
 SHORT = re.compile(r"[-\d.]+ \S{1,4}")
+# What is black, white or grey in a picture takes the page's colours: it must be seen in the dark, too.
+PAGE_COLOURS = (
+    ("#000000", "currentColor"),
+    ("#333333", "currentColor"),
+    ("#dddddd", "var(--line)"),
+    ("#ffffff", "var(--paper)"),
+    ("#555555", "var(--faint)"),
+)
 MARKS = frozenset({"pass", "warn", "fail", "skip"})
 
 
@@ -197,9 +215,12 @@ def inline_svg(figure: "Figure", number: str) -> str:
     # Text stays text (small, searchable, and a test can see whether it overlaps) and ids do not change from
     # run to run; both are read when a picture is saved, not when it is drawn.
     with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": "bigant"}):
-        figure.savefig(buffer, format="svg", metadata={"Date": None})
+        figure.savefig(buffer, format="svg", metadata={"Date": None}, transparent=True)
     text = buffer.getvalue()
     svg = PATH.sub(_rounded, text[text.index("<svg") :])
+    for fixed, of_page in PAGE_COLOURS:
+        for property_ in ("stroke", "fill"):
+            svg = svg.replace(f"{property_}: {fixed}", f"{property_}: {of_page}")
     svg = re.sub(r'\bid="([^"]+)"', rf'id="f{number}-\1"', svg)
     svg = re.sub(r"url\(#([^)]+)\)", rf"url(#f{number}-\1)", svg)
     return re.sub(r'xlink:href="#([^"]+)"', rf'xlink:href="#f{number}-\1"', svg)

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from matplotlib.image import imread as read_png
 
 from model.signals import StopReason
 from robot import cli
@@ -13,7 +14,7 @@ from robot.check_loop import LoopFigures
 from robot.check_page import check_page
 from robot.figure_index import Row, render_index
 from robot.finding import failed, passed, skipped, warned
-from robot.report_page import grid_table, heading, page_frame, render_page
+from robot.report_page import grid_table, heading, inline_svg, page_frame, render_page
 from tests.robot.browser import DESK_PX, PHONE_PX, Seen, find_browser, look_at, run_browser
 from tests.robot.test_gap_diagnose import write_bench
 
@@ -204,3 +205,32 @@ def test_a_page_that_cannot_be_written_is_one_line(
 ) -> None:
     assert cli.run(["check", "--html", str(tmp_path / "a.txt")]) == 2
     assert "must end in .html" in capsys.readouterr().err
+
+
+def test_a_picture_is_in_the_page_s_colours_and_leaves_the_page_behind_it() -> None:
+    figure = Figure()
+    ax = figure.subplots()
+    ax.plot([0, 1], color="#000000", label="a curve")
+    ax.plot([1, 0], color="#0072b2")
+    ax.legend()
+    svg = inline_svg(figure, "0")
+    assert "#000000" not in svg
+    assert "#ffffff" not in svg.lower()
+    assert "stroke: currentColor" in svg
+    assert "stroke: #0072b2" in svg, "a colour that means something stays"
+
+
+@needs_browser
+def test_what_goes_on_behind_an_edge_has_a_shade_there(
+    pages: dict[str, str], tmp_path: Path
+) -> None:
+    """The shade is behind the content, so a picture of the page's edge differs from its paper."""
+    shot = tmp_path / "shot.png"
+    wide = "<div class='scroll'><p style='width:2000px;height:300px'></p></div>"
+    page = tmp_path / "page.html"
+    page.write_text(page_frame("t", [wide]), encoding="utf-8")
+    run_browser(tmp_path, f"--screenshot={shot}", f"--window-size={DESK_PX},400", page.as_uri())
+    row = read_png(shot)[150, :, 0]
+    inside = np.flatnonzero(row < 0.98)
+    assert len(inside) > 5, "a shade"
+    assert inside.min() > len(row) / 2, "at the right edge only: there is nothing to the left"
