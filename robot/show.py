@@ -25,7 +25,9 @@ def show(options: argparse.Namespace) -> ExitCode:
     out: Path = options.out if options.out is not None else options.path.with_suffix(".html")
     if out.suffix not in {".html", ".png"}:
         raise ConfigError("--out", f"must end in .html or .png, not {out.suffix or out.name!r}")
-    check_room(options.out, "--out")  # by default the table is shown where no page can be written, too
+    check_room(
+        options.out, "--out"
+    )  # by default the table is shown where no page can be written, too
     summary, log = read_summary(options.path)
     if options.json:
         print(json.dumps(plain(asdict(summary)), indent=2))
