@@ -176,7 +176,8 @@ def test_a_drive_through_a_pseudo_terminal() -> None:
             os.kill(pid, signal.SIGTERM)
         _, status = os.waitpid(pid, 0)
         os.close(master)
-    assert os.waitstatus_to_exitcode(status) in {0, -signal.SIGTERM}
+    # the signal may find it already at its end, or leaving
+    assert os.waitstatus_to_exitcode(status) in {0, 128 + signal.SIGTERM, -signal.SIGTERM}
 
 
 def test_teleop_without_a_terminal_says_so() -> None:
