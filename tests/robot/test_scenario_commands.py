@@ -47,7 +47,7 @@ def test_a_drive_in_virtual_time_meets_the_faults_the_same_way_twice(
         words = ["drive", "--virtual-time", "--scenario", str(scenario), "--log", str(log)]
         assert bigant(*words, *SHORT) == ExitCode.OK
     printed = capsys.readouterr().out
-    for kind in ("FORCE_SATURATED x", "FORCE_GAP x", "SERVO_SILENT x"):
+    for kind in ("FORCE_SATURATED in", "FORCE_GAP in", "SERVO_SILENT in"):
         assert kind in printed.splitlines()[-2]
     assert logs[0].read_bytes() == logs[1].read_bytes()
 
