@@ -7,10 +7,16 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from gaits.catalog import GAIT_NAMES, make_gait
+from model.signals import FloatArray
 from robot.config import load_robot
 
 OUT = Path(__file__).resolve().parent / "figures" / "gaits.png"
 COLOURS = ("#0072B2", "#56B4E9", "#009E73", "#D55E00", "#E69F00", "#CC79A7")
+
+
+def _same(one: FloatArray, other: FloatArray) -> bool:
+    apart = np.remainder(one - other + np.pi, 2 * np.pi) - np.pi
+    return bool(np.abs(apart).max() < 1e-6)
 
 
 def main() -> None:
@@ -25,10 +31,26 @@ def main() -> None:
             angle = gait.motion(phase, 0.0).angle_rad
             stance = gait.stance(phase)
             top, bottom = axes[0, column], axes[1, column]
+            alike = [
+                [
+                    other
+                    for other in range(len(robot.legs.names))
+                    if _same(angle[:, leg], angle[:, other])
+                ]
+                for leg in range(len(robot.legs.names))
+            ]
             for leg, leg_name in enumerate(robot.legs.names):
+                # legs that move together lie on one line: the one below is drawn wider
+                behind = len(alike[leg]) - 1 - alike[leg].index(leg)
                 wrapped = np.remainder(angle[:, leg] + np.pi, 2 * np.pi) - np.pi
                 wrapped[:-1][np.abs(np.diff(wrapped)) > np.pi] = np.nan
-                top.plot(phase, np.degrees(wrapped), color=COLOURS[leg], lw=1.2, label=leg_name)
+                top.plot(
+                    phase,
+                    np.degrees(wrapped),
+                    color=COLOURS[leg],
+                    lw=1.2 + 2.4 * behind,
+                    label=leg_name,
+                )
                 down = np.where(stance[:, leg], leg, np.nan)
                 bottom.plot(phase, down, color=COLOURS[leg], lw=6, solid_capstyle="butt")
             top.set_title(name)
@@ -38,7 +60,7 @@ def main() -> None:
             bottom.set_xlabel("phase [cycles]; dotted: where walking begins")
             bottom.axvline(gait.start_phase, color="black", lw=0.8, ls=":")
         figure.legend(
-            *axes[0, 0].get_legend_handles_labels(),
+            *axes[0, 1].get_legend_handles_labels(),
             frameon=False,
             ncols=6,
             loc="outside upper center",

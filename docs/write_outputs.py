@@ -85,6 +85,8 @@ def write(names: tuple[str, ...]) -> None:
 
     OUTPUTS.mkdir(exist_ok=True)
     Path(TWIN).mkdir(parents=True, exist_ok=True)
+    for log in (WALK, FIRST):
+        Path(log).unlink(missing_ok=True)  # a drive would keep it under another name
     for one in SHOWN:
         if names and one.name not in names:
             continue

@@ -179,6 +179,13 @@ def test_processes_give_what_one_process_gives() -> None:
     assert diagnosis_json(alone) == diagnosis_json(together)
 
 
+def test_one_run_says_what_its_errors_do_not_hold() -> None:
+    said = "+- is of the noise in one run"
+    alone = diagnose(toy_case([ONE["offset"]], seed=8)[:1], Toy())
+    assert any(said in one for one in alone.warnings)
+    assert not any(said in one for one in found([ONE["offset"]]).warnings)
+
+
 def test_what_is_held_out_does_not_touch_the_fit() -> None:
     trials, known = toy_case([ONE["stiffness"]], seed=6), toy_references(6)
     plain = diagnose(trials, Toy(), known)
