@@ -9,10 +9,12 @@ from pathlib import Path
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
+from matplotlib.colors import to_rgb
 
 from model.errors import RecordError
 from model.params import RobotParameters
 from model.signals import FloatArray, Tick
+from robot.figure_style import leg_colour
 from robot.view_frames import BODY_FRAME, MAP_FRAME, ODOM_FRAME, TRUE_FRAME, FrameTracker
 from robot.view_numbers import NewsTracker, numbers_of
 from robot.view_scene import ESTIMATED, MEASURED, PREDICTED, Colour, LegScene, body_of, legs_of
@@ -173,15 +175,31 @@ class RerunView:
     def close(self) -> None:
         """Write the numbers and finish the file."""
         for path, column in self._columns.items():
-            colour = SERIES.get(path.rpartition("/")[2])
-            if colour is not None:
-                style = rr.SeriesLines(colors=[_rgba(colour)], names=[path.rpartition("/")[2]])
-                self._stream.log(path, style, static=True)
+            if (style := style_of(path, self._names)) is not None:
+                colour, name = style
+                lines = rr.SeriesLines(colors=[_rgba(colour)], names=[name])
+                self._stream.log(path, lines, static=True)
             times = rr.TimeColumn(TIMELINE, duration=self._times_s)
             self._stream.send_columns(path, [times], rr.Scalars.columns(scalars=column))
         self._columns.clear()
         self._stream.flush()
         self._stream.disconnect()
+
+
+def style_of(path: str, names: tuple[str, ...]) -> tuple[Colour, str] | None:
+    """Return colour and name of a curve, None where the viewer may choose.
+
+    Args:
+        path: Where its numbers are, ``plots/force/HL/z_n/difference`` say.
+        names: Leg names; differences of all legs stand in one plot.
+    """
+    *folders, last = path.split("/")
+    if last in SERIES:
+        return SERIES[last], last
+    legs = [name for name in folders if name in names]
+    if last == "difference" and legs:
+        return to_rgb(leg_colour(names.index(legs[0]))), f"{legs[0]} difference"
+    return None
 
 
 def layout(names: tuple[str, ...]) -> rrb.Blueprint:
