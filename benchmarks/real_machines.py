@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.real_figures import draw_arm, draw_cube, draw_rig
+from gap.rounding import value_words
 from robot import cli
 
 ARM = ("Rotation", "Pitch", "Elbow", "Wrist_Pitch", "Wrist_Roll")
@@ -82,7 +83,7 @@ def named(found: Found) -> str:
     parts = []
     for cause in found["causes"]:
         sizes = [
-            f"{name} {value:.3g} +- {cause['errors'][name]:.1g}"
+            f"{name} {value_words(value, cause['errors'][name])}"
             for name, value in cause["parameters"].items()
         ]
         parts.append(f"{cause['effect']} ({', '.join(sizes)})")
