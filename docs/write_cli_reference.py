@@ -42,7 +42,10 @@ def _commands(
 
 
 def _section(words: tuple[str, ...], parser: argparse.ArgumentParser, summary: str) -> str:
-    lines = [f"\n## bigant {' '.join(words)}\n", f"{summary[:1].upper()}{summary[1:]}.\n"]
+    lines = [
+        f"\n## bigant {' '.join(words)}\n",
+        f"{summary[:1].upper()}{summary[1:]}{'' if summary.endswith('?') else '.'}\n",
+    ]
     description = " ".join((parser.description or "").split())
     if description:
         lines.append(f"{_plain(description)}\n")

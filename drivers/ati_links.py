@@ -65,9 +65,11 @@ class UdpLink:
             self._socket.connect((address, port))
         except OSError as error:
             self._socket.close()
+            unknown = isinstance(error, socket.gaierror)
+            hint = "is the address right?" if unknown else "is another program using the port?"
             raise ForceStreamError(
                 f"no datagrams to {address}:{port} from local port {local_port}: "
-                f"{error.strerror or error}; is another program using the port?"
+                f"{error.strerror or error}; {hint}"
             ) from error
 
     def send(self, data: bytes) -> None:

@@ -125,8 +125,9 @@ def _draw_one(entry: "Entry", material: "Material", out: Path, count: str) -> "R
 
 def _origin(material: "Material") -> str:
     sources = material.sources
-    logs = "".join(f" The {gait} walk is the log {path.name}." for gait, path in sources.logs)
+    logs = "".join(f"The {gait} walk is the log {path.name}. " for gait, path in sources.logs)
+    walks = "Other walks" if logs else "Walks"
     return (
-        f"Walks are those of the virtual {sources.config.name}, {sources.cycles:g} cycles, seed "
-        f"{sources.seed}, true values from its plant.{logs}"
+        f"{logs}{walks} are those of the virtual {sources.config.name}, {sources.cycles:g} cycles, seed "
+        f"{sources.seed}, true values from its plant."
     )

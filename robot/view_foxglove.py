@@ -101,8 +101,8 @@ class FoxgloveView:
             except (OSError, RuntimeError, ValueError) as error:
                 self.close()
                 raise ConfigError(
-                    "--port",
-                    f"{host}:{port} cannot be listened at ({error}); choose another --port",
+                    "--host, --port",
+                    f"{host}:{port} cannot be listened at ({error}); choose others",
                 ) from error
 
     @property

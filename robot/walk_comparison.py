@@ -24,6 +24,7 @@ from record.recording import Recording
 from robot.config import RobotConfig, load_robot, parse_robot
 
 FILTER_WINDOW, FILTER_ORDER = 25, 2
+TIMED = 5
 SWAY_WINDOW = 9  # samples; slopes are smooth already
 
 
@@ -157,11 +158,14 @@ def compare_walk(log: Recording) -> WalkComparison:
 def _solve(
     feet: FootMotion, contact: ContactParameters, weight_n: float, law: FrictionLaw
 ) -> tuple[FrameSolutions, float]:
-    """Solve twice and time the second: the first may have to compile. Time a frame in [us]."""
-    solve_frames(feet, contact, weight_n, law=law)
-    begin = time.perf_counter()
+    """Solve, and time it a few times more: the first may have to compile. Median time a frame in [us]."""
     solved = solve_frames(feet, contact, weight_n, law=law)
-    return solved, 1e6 * (time.perf_counter() - begin) / len(feet.position_m)
+    times_s = []
+    for _ in range(TIMED):
+        begin = time.perf_counter()
+        solve_frames(feet, contact, weight_n, law=law)
+        times_s.append(time.perf_counter() - begin)
+    return solved, 1e6 * float(np.median(times_s)) / len(feet.position_m)
 
 
 def _feet(log: Recording, config: RobotConfig) -> FootMotion:
