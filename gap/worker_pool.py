@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from multiprocessing.connection import Connection, wait
+from typing import Any
 
 from model.errors import GapError
 
@@ -48,6 +49,7 @@ def worker_pool(
         yield pool
     except BaseException:
         mouth.close()  # end of file: workers leave in the middle of what they do
+        _end_of_results(pool)
         pool.shutdown(cancel_futures=True)
         raise
     finally:
@@ -56,8 +58,21 @@ def worker_pool(
         ears.close()
 
 
+def _end_of_results(pool: ProcessPoolExecutor) -> None:
+    """Let the pool's own thread see that nothing more comes, or it waits for the rest of a broken message.
+
+    A worker may leave in the middle of sending a result. The pipe then ends only if nobody can write into
+    it any more, and this process, which never does, is one who could.
+    """
+    results: Any = pool._result_queue
+    if results is not None:
+        results._writer.close()
+
+
 def _begin(ears: Connection, mouth: Connection | None, install: Callable[[], None] | None) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for number in (signal.SIGTERM, signal.SIGHUP):  # a fork has the program's own handlers
+        signal.signal(number, signal.SIG_DFL)
     if mouth is not None:
         mouth.close()  # a fork's own copy would keep the pipe open
     threading.Thread(target=_leave_with_parent, args=(ears,), daemon=True).start()

@@ -76,6 +76,41 @@ def test_no_worker_outlives_the_program(
         running.communicate()
 
 
+TALKERS = """
+import sys, time
+from pathlib import Path
+from gap.worker_pool import worker_pool
+
+def talk(file):
+    Path(file).touch()
+    return bytes(30_000_000)  # more than a pipe holds: somebody is always in the middle of it
+
+if __name__ == "__main__":
+    with worker_pool(2, inherit={inherit}) as pool:
+        for _ in range(1000):
+            pool.submit(talk, sys.argv[1])
+        while not Path(sys.argv[1]).exists():
+            time.sleep(0.001)
+        time.sleep(float(sys.argv[2]))
+        raise ZeroDivisionError
+"""
+
+
+@pytest.mark.parametrize("inherit", [False, True])
+@pytest.mark.parametrize("after_s", [0.0, 0.02, 0.05, 0.1])
+def test_workers_that_are_sending_can_be_left(
+    tmp_path: Path, after_s: float, inherit: bool
+) -> None:
+    program = tmp_path / "program.py"
+    program.write_text(TALKERS.format(inherit=inherit))
+    done = subprocess.run(
+        [sys.executable, str(program), str(tmp_path / "begun"), str(after_s)],
+        stderr=subprocess.PIPE, text=True, timeout=PATIENCE, check=False,
+        env={**os.environ, "PYTHONPATH": os.getcwd()},
+    )  # fmt: skip
+    assert "ZeroDivisionError" in done.stderr
+
+
 def test_tasks_are_done_and_the_first_call_is_made_in_each_worker(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
