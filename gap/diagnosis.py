@@ -25,14 +25,13 @@ from gap.predictions import Predictor
 from gap.probability import Calibration, Left, chances, none_of_them
 from gap.screen import make_signatures
 from gap.selection import Selection, closed_share, select
-from gap.verdict import named_causes, sentence, verdict_of, warnings_of
+from gap.verdict import FEWEST_REFERENCES, named_causes, sentence, verdict_of, warnings_of
 from gap.where import where
 from model.errors import GapError
 from model.signals import FloatArray
 from record.trial import Trial
 
 Progress = Callable[[str, float], None]
-FEWEST_REFERENCES = 3
 MOST_INFLATION = 4.0
 # Without references: energy over expectation of a channel from which nothing found is still a gap.
 CLEAR_EXCESS = 1.5

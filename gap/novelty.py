@@ -55,9 +55,7 @@ def novelty(
         added: The cause in question.
         joints: All joints of the machine.
     """
-    rest = tuple(one for one in causes if one is not added)
-    without = evidence.residuals([rest])[0]
-    seen, _ = amplitudes(evidence, without, without - residual, evidence.weights(residual))
+    seen = sizes_in_trials(evidence, causes, residual, added)
     if not len(seen):
         return Novelty(0.0, 0.0, 0.0, 1.0)  # it changes nothing where something is compared
     places = [(joint,) for joint in joints] if len(added.joints) == 1 else [added.joints]
@@ -81,6 +79,22 @@ def novelty(
     return Novelty(
         float(seen.mean()), mean, float(np.sqrt(variance)), float(stats.t.sf(t, free + STEADY))
     )
+
+
+def sizes_in_trials(
+    evidence: Evidence, causes: tuple[Cause, ...], residual: FloatArray, added: Cause
+) -> FloatArray:
+    """Size of one of the causes in each run, (R,), 1 where it is as fitted to all of them.
+
+    Args:
+        evidence: The trials.
+        causes: All causes as fitted, ``added`` among them.
+        residual: Residual with all of them, (F, C).
+        added: The cause in question.
+    """
+    rest = tuple(one for one in causes if one is not added)
+    without = evidence.residuals([rest])[0]
+    return amplitudes(evidence, without, without - residual, evidence.weights(residual))[0]
 
 
 def amplitudes(

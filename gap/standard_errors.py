@@ -13,7 +13,7 @@ import numpy as np
 from gap.evidence import Evidence
 from gap.fit import Fitted
 from gap.interfaces import Cause
-from gap.novelty import amplitudes
+from gap.novelty import amplitudes, sizes_in_trials
 from model.signals import FloatArray
 
 
@@ -66,12 +66,7 @@ def _between_runs(
     evidence: Evidence, healthy: Evidence | None, fitted: Fitted, cause: Cause
 ) -> float:
     """Standard error of a cause's size as a share of it; 0 where there is one run to tell from."""
-    rest = tuple(one for one in fitted.causes if one is not cause)
-    without = evidence.residuals([rest])[0]
-    seen, _ = amplitudes(
-        evidence, without, without - fitted.residual, evidence.weights(fitted.residual)
-    )
-    groups = [seen]
+    groups = [sizes_in_trials(evidence, fitted.causes, fitted.residual, cause)]
     if healthy is not None:
         changed = healthy.residuals([(cause,)])[0]
         known, _ = amplitudes(

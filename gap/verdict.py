@@ -18,7 +18,7 @@ from model.signals import FloatArray
 from record.trial import Trial
 
 FEW_BLOCKS = 6
-FEWEST_RUNS = 3  # references, from which their scatter is told
+FEWEST_REFERENCES = 3  # from which how healthy runs differ is told
 NONE_LIKELY = 0.5
 
 
@@ -152,9 +152,9 @@ def warnings_of(
         out.append(
             "no reference runs: what the simulator always lacks cannot be told from what is new"
         )
-    elif len(references) < FEWEST_RUNS:
+    elif len(references) < FEWEST_REFERENCES:
         out.append("fewer than 3 references: no chance of a false alarm can be given")
-    if len({part.trial for part in fitted}) < 2 and len(references) < FEWEST_RUNS:
+    if len({part.trial for part in fitted}) < 2 and len(references) < FEWEST_REFERENCES:
         out.append("+- is of the noise in one run: how much runs differ cannot be told from one")
     if {part.trial for part in fitted} & {part.trial for part in held}:
         out.append("one trial a gait: the last third of each judges what was fitted to the rest")
