@@ -71,7 +71,7 @@ docs: install ## write docs/reference/ from the parser and the docstrings, and t
 	$(BIN)/python docs/write_cli_reference.py
 	$(BIN)/python docs/write_modules_reference.py
 	$(BIN)/pdoc --docformat google --no-show-source --output-directory site model gaits drivers record sim_hw gap robot \
-	    '!robot.view_rerun'  # needs bigant[rerun], 640 MB
+	    '!robot.view.rerun'  # needs bigant[rerun], 640 MB
 
 clean: ## remove everything that was made
 	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis site runs

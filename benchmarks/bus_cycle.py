@@ -18,21 +18,23 @@ from typing import Any
 
 import numpy as np
 
-from drivers.ati_packets import build_record
-from drivers.ati_stream import ForceStream
+from drivers.ati.packets import build_record
+from drivers.ati.stream import ForceStream
 from drivers.clock import Clock, MonotonicClock
-from drivers.mx106 import READ_LENGTH
-from drivers.servo_bus import ServoBus
-from drivers.servo_packets import STATUS_BYTES
-from drivers.servo_port import BITS_PER_BYTE, ClockedPort
-from model.signals import ForceRecord, JointCommand, readonly
-from robot.config import RobotConfig, load_robot
-from sim_hw.assumed import ServoAssumed
-from sim_hw.bench_world import BenchWorld
+from drivers.dynamixel.bus import ServoBus
+from drivers.dynamixel.mx106 import READ_LENGTH
+from drivers.dynamixel.packets import STATUS_BYTES
+from drivers.dynamixel.port import BITS_PER_BYTE, ClockedPort
+from model.values.arrays import readonly
+from model.values.legs import JointCommand
+from model.values.readings import ForceRecord
+from robot.config.robot_file import RobotConfig, load_robot
 from sim_hw.clock import VirtualClock
-from sim_hw.port import MemoryPort
-from sim_hw.servo_firmware import FirmwareBank
-from sim_hw.servos import VirtualServoBus
+from sim_hw.dynamixel.bus import VirtualServoBus
+from sim_hw.dynamixel.firmware import FirmwareBank
+from sim_hw.dynamixel.port import MemoryPort
+from sim_hw.host.assumed import ServoAssumed
+from sim_hw.host.bench_world import BenchWorld
 
 BAUDS = (1_000_000, 3_000_000)
 PERIOD_NS = 10_000_000

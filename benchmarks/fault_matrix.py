@@ -1,8 +1,8 @@
 """Every fault of the catalogue on the whole loop: what was reported, what the robot did, how fast.
 
 ``python -m benchmarks matrix`` (``make reliability``) writes the table into docs/reliability.md;
-tests/robot/test_fault_matrix.py runs the same cases and holds each to what is expected here. Virtual time,
-real drivers, virtual devices on a bench (``sim_hw.bench_world``), tripod gait.
+tests/robot/run/test_fault_matrix.py runs the same cases and holds each to what is expected here. Virtual
+time, real drivers, virtual devices on a bench (``sim_hw.host.bench_world``), tripod gait.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,16 +12,17 @@ from pathlib import Path
 from scipy.constants import g as standard_gravity
 
 from model.errors import BusError, ForceStreamError, RecordError
-from model.signals import FaultKind, Intent, Mode, Request, StopReason, Tick
-from robot.config import DEFAULT_ROBOT_FILE, RobotConfig, parse_robot
-from robot.controller import Controller
-from robot.hardware import open_in_memory
-from robot.loop import run
-from robot.report_page import grid_table, heading, page_frame
-from robot.rig import Rig
-from sim_hw.bench_world import BenchWorld
-from sim_hw.scenario import parse_scenario
-from sim_hw.servo_firmware import FirmwareBank
+from model.values.faults import FaultKind, StopReason
+from model.values.tick import Intent, Mode, Request, Tick
+from robot.config.robot_file import DEFAULT_ROBOT_FILE, RobotConfig, parse_robot
+from robot.control.controller import Controller
+from robot.report.page import grid_table, heading, page_frame
+from robot.run.hardware import open_in_memory
+from robot.run.loop import run
+from robot.run.rig import Rig
+from sim_hw.dynamixel.firmware import FirmwareBank
+from sim_hw.faults.scenario import parse_scenario
+from sim_hw.host.bench_world import BenchWorld
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "reliability.md"
 REPORT = Path("runs") / "fault_matrix.html"

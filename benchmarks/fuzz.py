@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 from dynamixel_sdk import Protocol2PacketHandler
 
-from drivers.ati_packets import (
+from drivers.ati.packets import (
     Command,
     Malformed,
     build_command,
@@ -23,7 +23,7 @@ from drivers.ati_packets import (
     parse_command,
     parse_datagram,
 )
-from drivers.dynamixel_frames import (
+from drivers.dynamixel.frames import (
     LARGEST_LENGTH,
     BadFrame,
     FrameParser,

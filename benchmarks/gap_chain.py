@@ -12,9 +12,9 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from gap.interfaces import Cause, Drive, Effect, Scope
-from gap.legged import LeggedSimulator
-from model.signals import FloatArray
-from record.trial import Trial
+from gap.machines.legged.simulator import LeggedSimulator
+from model.values.arrays import FloatArray
+from record.trial.trial import Trial
 from tests.gap.walks import cause, machine, walk
 
 LEG = "ML"

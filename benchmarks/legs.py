@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from benchmarks.timing import Spread, each, keep, spread
-from model.frames import FrictionLaw, solve_frames
+from model.quasistatic.frames import FrictionLaw, solve_frames
 from model.systems.disk import disk, random_disk_poses
 
 LEGS = (3, 6, 12, 24, 50)

@@ -14,13 +14,13 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-from model.signals import Tick
-from record.writer import LogWriter
-from robot.config import load_robot
-from robot.controller import Controller
-from robot.hardware import open_in_memory
-from robot.loop import run
-from robot.operator import Interrupts, Script, ScriptedOperator
+from model.values.tick import Tick
+from record.log.writer import LogWriter
+from robot.config.robot_file import load_robot
+from robot.control.controller import Controller
+from robot.run.hardware import open_in_memory
+from robot.run.loop import run
+from robot.run.operator import Interrupts, Script, ScriptedOperator
 
 PERIOD_NS = 10_000_000
 DEFAULT_TICKS = 36_000

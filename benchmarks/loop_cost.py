@@ -11,14 +11,14 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from model.signals import Tick
-from record.tick_message import decode_tick, encode_tick
-from record.writer import LogWriter
-from robot.config import load_robot
-from robot.controller import Controller
-from robot.hardware import open_in_memory
-from robot.loop import run
-from robot.operator import Interrupts, Script, ScriptedOperator
+from model.values.tick import Tick
+from record.log.tick_message import decode_tick, encode_tick
+from record.log.writer import LogWriter
+from robot.config.robot_file import load_robot
+from robot.control.controller import Controller
+from robot.run.hardware import open_in_memory
+from robot.run.loop import run
+from robot.run.operator import Interrupts, Script, ScriptedOperator
 
 
 class Collector:

@@ -7,13 +7,15 @@ from collections.abc import Callable
 import numpy as np
 
 from benchmarks.timing import each, repeat
-from model.coulomb_reference import solve_coulomb_reference
-from model.frames import FrictionLaw, solve_frames
-from model.params import ContactParameters
-from model.quasistatic import prepare, solve_frame, solve_frame_reference
-from model.signals import ContactSolution, FootMotion, readonly
+from model.parameters.robot import ContactParameters
+from model.quasistatic.frame import prepare, solve_frame, solve_frame_reference
+from model.quasistatic.frames import FrictionLaw, solve_frames
 from model.systems.disk import disk, random_disk_poses
 from model.systems.system import System
+from model.traction.coulomb_reference import solve_coulomb_reference
+from model.values.arrays import readonly
+from model.values.contact import ContactSolution
+from model.values.legs import FootMotion
 
 FRAMES = 20_000
 SINGLES = 2000
@@ -52,7 +54,7 @@ def _single(
 def _first_call() -> None:
     code = (
         "import time; a = time.perf_counter(); import numba; b = time.perf_counter();"
-        "from model.quasistatic import prepare; prepare(); c = time.perf_counter();"
+        "from model.quasistatic.frame import prepare; prepare(); c = time.perf_counter();"
         "print(f'{b - a:.2f} s import numba, {c - b:.2f} s load the model from the cache')"
     )
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -13,22 +13,23 @@ import numpy as np
 from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
 
 from benchmarks.odometry_walks import GAITS, JUDGED_SEEDS, _load, plant_of
-from model import estimator_measurements as measure
-from model import estimator_process as process
-from model.estimator import Estimator
-from model.estimator_settings import EstimatorSettings
-from model.estimator_types import BIAS, FIXED, SCALE, VELOCITY, OdometryInputs
-from model.frames import FrictionLaw, solve_frames
-from model.neighbourhood import Neighbourhood, neighbourhood
-from model.params import ContactParameters
-from model.signals import FloatArray, FootMotion
-from record.recording import Recording
-from robot.config import load_robot
-from robot.odometry_compare import compare_ways, true_motion, walking_part
-from robot.odometry_metrics import in_band, nees, rmse
-from robot.odometry_track import feet_of, inputs_of, track, weight_of
-from robot.sensitivity_frames import walk_frames
-from robot.sensitivity_table import fit_contact
+from model.estimator import measurements as measure
+from model.estimator import process
+from model.estimator.filter import Estimator
+from model.estimator.neighbourhood import Neighbourhood, neighbourhood
+from model.estimator.settings import EstimatorSettings
+from model.parameters.robot import ContactParameters
+from model.quasistatic.frames import FrictionLaw, solve_frames
+from model.values.arrays import FloatArray
+from model.values.estimate import BIAS, FIXED, SCALE, VELOCITY, OdometryInputs
+from model.values.legs import FootMotion
+from record.log.recording import Recording
+from robot.config.robot_file import load_robot
+from robot.odometry.compare import compare_ways, true_motion, walking_part
+from robot.odometry.metrics import in_band, nees, rmse
+from robot.odometry.track import feet_of, inputs_of, track, weight_of
+from robot.study.sensitivity_frames import walk_frames
+from robot.study.sensitivity_table import fit_contact
 from tests.model.estimator_world import CONTACT, PERIOD_NS, WEIGHT_N, simulate
 
 SLIPPING_CYCLES = 4

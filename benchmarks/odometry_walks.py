@@ -18,20 +18,22 @@ from typing import cast
 
 import numpy as np
 
-from model.signals import Fault, FloatArray, Mode, StopReason, Tick
-from record.recording import Recording, build_recording
-from robot.config import RobotConfig, load_robot, parse_robot
-from robot.controller import Controller
-from robot.direct_robot import DirectRobot
-from robot.file_twin import file_twin
-from robot.hardware import open_twin
-from robot.loop import run
-from robot.operator import Interrupts, Script, ScriptedOperator
-from robot.rig import Rig, Seen
-from robot.safety import Allowed
-from robot.virtual_walk import walk_in_memory
+from model.values.arrays import FloatArray
+from model.values.faults import Fault, StopReason
+from model.values.tick import Mode, Tick
+from record.log.recording import Recording, build_recording
+from robot.config.robot_file import RobotConfig, load_robot, parse_robot
+from robot.control.controller import Controller
+from robot.control.safety import Allowed
+from robot.run.hardware import open_twin
+from robot.run.loop import run
+from robot.run.operator import Interrupts, Script, ScriptedOperator
+from robot.run.rig import Rig, Seen
+from robot.virtual.direct_robot import DirectRobot
+from robot.virtual.file_twin import file_twin
+from robot.virtual.walk import walk_in_memory
 from sim_hw.clock import VirtualClock
-from sim_hw.virtual_robot import VirtualRobot
+from sim_hw.host.virtual_robot import VirtualRobot
 
 SPREAD = 0.25
 CYCLES = 9.0  # half a metre in the slipping gait
@@ -88,7 +90,7 @@ class _Reached:
 
 
 def walk_without_bytes(config: RobotConfig, gait: str, cycles: float, seed: int) -> Recording:
-    """What ``robot.virtual_walk`` records, without its bytes and without the estimator's answers."""
+    """What ``robot.virtual.walk`` records, without its bytes and without the estimator's answers."""
     rig, robot = open_twin(
         config, file_twin(config, seed), seed=seed, armed=True, with_forces=True, cameras=False
     )

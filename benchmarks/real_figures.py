@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from record.trial import read_trial
-from robot.plots import DIFFERENCE, PREDICTED, STYLE, TRUE
+from record.trial.trial import read_trial
+from robot.report.plots import DIFFERENCE, PREDICTED, STYLE, TRUE
 
 AFTER = "#009E73"
 COLOURS = ("#E69F00", "#56B4E9", "#CC79A7", "#999999", "#D55E00", "#0072B2", AFTER)

@@ -18,7 +18,7 @@ from typing import Any
 
 from benchmarks.real_figures import draw_arm, draw_cube, draw_rig
 from gap.rounding import value_words
-from robot import cli
+from robot.cli import main as cli
 
 ARM = ("Rotation", "Pitch", "Elbow", "Wrist_Pitch", "Wrist_Roll")
 COUNT_RAD = 2 * math.pi / 4096

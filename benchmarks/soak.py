@@ -1,7 +1,7 @@
 """An hour of virtual time with random faults of every kind: nothing wrong may pass for right.
 
 ``python -m benchmarks soak`` runs the whole loop (real drivers and SDK, controller, safety gate) at 100 Hz
-on virtual devices on a bench (``sim_hw.bench_world``). Each reply and datagram is hit by each kind of
+on virtual devices on a bench (``sim_hw.host.bench_world``). Each reply and datagram is hit by each kind of
 fault with probability 1 %, and each kind that lasts is on for 1 % of the time. A run that stops is
 followed by the next, until the hour is over.
 
@@ -23,30 +23,23 @@ from typing import Any
 import numpy as np
 from scipy.constants import g as standard_gravity
 
-from drivers.mx106 import CURRENT_UNIT_A
+from drivers.dynamixel.mx106 import CURRENT_UNIT_A
 from model.errors import BusError, ForceStreamError, RecordError
-from model.signals import (
-    FaultKind,
-    FloatArray,
-    ForceRecord,
-    IntArray,
-    Intent,
-    Request,
-    ServoReadings,
-    StopReason,
-    Tick,
-)
-from robot.config import DEFAULT_ROBOT_FILE, RobotConfig, parse_robot
-from robot.controller import Controller
-from robot.hardware import open_in_memory
-from robot.loop import run
-from robot.rig import Rig
-from sim_hw.bench_world import BenchWorld
-from sim_hw.fault_catalog import KINDS
-from sim_hw.fault_kinds import ChanceFault, Fault
-from sim_hw.scenario import Course, Scenario
-from sim_hw.servo_fault_kinds import STALL_CURRENT_A
-from sim_hw.servo_firmware import FirmwareBank
+from model.values.arrays import FloatArray, IntArray
+from model.values.faults import FaultKind, StopReason
+from model.values.readings import ForceRecord, ServoReadings
+from model.values.tick import Intent, Request, Tick
+from robot.config.robot_file import DEFAULT_ROBOT_FILE, RobotConfig, parse_robot
+from robot.control.controller import Controller
+from robot.run.hardware import open_in_memory
+from robot.run.loop import run
+from robot.run.rig import Rig
+from sim_hw.dynamixel.firmware import FirmwareBank
+from sim_hw.faults.catalog import KINDS
+from sim_hw.faults.kinds import ChanceFault, Fault
+from sim_hw.faults.scenario import Course, Scenario
+from sim_hw.faults.servo_kinds import STALL_CURRENT_A
+from sim_hw.host.bench_world import BenchWorld
 
 RUN_S = 60.0
 SHARE = 0.01

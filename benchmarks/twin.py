@@ -10,9 +10,9 @@ from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
 
-from robot.campaign_run import Job, run_jobs
-from robot.config import DEFAULT_ROBOT_FILE, load_robot
-from robot.twin_run import WalkPlan, make_twin, walk_fast
+from robot.campaign.run import Job, run_jobs
+from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
+from robot.virtual.twin_run import WalkPlan, make_twin, walk_fast
 
 TRIALS = 8
 

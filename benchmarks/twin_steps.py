@@ -11,10 +11,10 @@ import mujoco
 import numpy as np
 
 from gaits.catalog import make_gait
-from model.signals import FloatArray
-from robot.config import load_robot
-from sim_hw.plant import Plant
-from sim_hw.plant_parameters import PlantParameters
+from model.values.arrays import FloatArray
+from robot.config.robot_file import load_robot
+from sim_hw.plant.parameters import PlantParameters
+from sim_hw.plant.plant import Plant
 
 SECONDS = 5.0
 FREQUENCY_HZ = 0.2

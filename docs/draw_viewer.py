@@ -158,7 +158,7 @@ def main() -> None:
     if importlib.util.find_spec("rerun") is None or not any(map(shutil.which, BROWSERS)):
         print(f"{OUT.name} left as it is: needs bigant[rerun] and a Chromium")
         return
-    from robot import cli
+    from robot.cli import main as cli
 
     log = Path(sys.argv[1]) if sys.argv[1:] else WALK
     with tempfile.TemporaryDirectory() as folder:

@@ -6,10 +6,10 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from robot.config import load_robot
-from robot.figure_style import COULOMB, TRUTH, VISCOUS, model_legend
-from robot.virtual_walk import walk_in_memory
-from robot.walk_comparison import WalkComparison, compare_walk
+from robot.config.robot_file import load_robot
+from robot.report.figure_style import COULOMB, TRUTH, VISCOUS, model_legend
+from robot.study.walk_comparison import WalkComparison, compare_walk
+from robot.virtual.walk import walk_in_memory
 
 OUT = Path(__file__).resolve().parent / "figures" / "body_velocity.png"
 CYCLES = 2.0

@@ -6,8 +6,8 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from model.linkage import linkage_pose
-from robot.config import load_robot
+from model.kinematics.four_bar import linkage_pose
+from robot.config.robot_file import load_robot
 
 OUT = Path(__file__).resolve().parent / "figures" / "foot_path.png"
 

@@ -7,8 +7,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from gaits.catalog import GAIT_NAMES, make_gait
-from model.signals import FloatArray
-from robot.config import load_robot
+from model.values.arrays import FloatArray
+from robot.config.robot_file import load_robot
 
 OUT = Path(__file__).resolve().parent / "figures" / "gaits.png"
 COLOURS = ("#0072B2", "#56B4E9", "#009E73", "#D55E00", "#E69F00", "#CC79A7")

@@ -4,8 +4,8 @@ import argparse
 from collections.abc import Iterator
 from pathlib import Path
 
-from robot.cli import full_parser
-from robot.command_examples import EXAMPLES
+from robot.cli.examples import EXAMPLES
+from robot.cli.main import full_parser
 
 PAGE = Path(__file__).resolve().parent / "reference" / "cli.md"
 HEAD = """# Commands

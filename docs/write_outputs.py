@@ -81,7 +81,7 @@ def write(names: tuple[str, ...]) -> None:
     import contextlib
     import io
 
-    from robot import cli
+    from robot.cli import main as cli
 
     OUTPUTS.mkdir(exist_ok=True)
     Path(TWIN).mkdir(parents=True, exist_ok=True)

@@ -1,1 +1,5 @@
-"""The two devices on the robot: the Dynamixel bus and the ATI wireless force-torque stream."""
+"""The devices on the robot, and poses from outside.
+
+Called by ``robot.run``, by bring-up, and by tests through virtual hardware. Knows nothing of gaits or the
+model.
+"""

@@ -17,8 +17,9 @@ import numpy as np
 
 from drivers.clock import Clock
 from model.errors import ConfigError
-from model.pose_record import PoseRecord
-from model.signals import Fault, FaultKind, readonly
+from model.values.arrays import readonly
+from model.values.faults import Fault, FaultKind
+from model.values.poses import PoseRecord
 
 LOOPBACK = "127.0.0.1"
 LARGEST = 65535

@@ -1,9 +1,9 @@
-"""Settings of the two devices, read from the robot file by ``robot.config``. N legs."""
+"""Settings of the two devices, read from the robot file by ``robot.config.robot_file``. N legs."""
 
 from dataclasses import dataclass
 
-from model.force_calibration import ForceCalibration
-from model.signals import FloatArray, IntArray
+from model.values.arrays import FloatArray, IntArray
+from model.values.force_calibration import ForceCalibration
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -5,9 +5,9 @@ python examples/drive.py
 
 import numpy as np
 
-from model.signals import Mode
-from robot.config import load_robot
-from robot.virtual_walk import walk_in_memory
+from model.values.tick import Mode
+from robot.config.robot_file import load_robot
+from robot.virtual.walk import walk_in_memory
 
 robot = load_robot()  # load_robot(Path("lab.toml")) for your own
 log = walk_in_memory(robot, "tripod", cycles=0.3, seed=1, progress=lambda share: None)

@@ -5,10 +5,10 @@ python examples/model_bigant.py bigant.png
 
 import sys
 
-from model.frames import FrictionLaw
+from model.quasistatic.frames import FrictionLaw
 from model.systems.predict import predict
-from robot.model_plots import draw_predictions
-from robot.model_systems import build_system
+from robot.study.model_plots import draw_predictions
+from robot.study.systems import build_system
 
 system = build_system("bigant", gait="metachronal", cycles=3)
 predictions = [predict(system, law=law) for law in FrictionLaw]

@@ -7,10 +7,10 @@ import sys
 
 import numpy as np
 
-from model.frames import solve_frames
+from model.quasistatic.frames import solve_frames
 from model.systems.disk import WEIGHT_N, disk, disk_contact, random_disk_poses
 from model.systems.predict import predict
-from robot.model_plots import draw_predictions
+from robot.study.model_plots import draw_predictions
 
 LEGS = 21
 poses = random_disk_poses(1000, LEGS, np.random.default_rng(0))

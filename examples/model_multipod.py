@@ -8,11 +8,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from model.signals import FootMotion
 from model.systems.leaf_spring import deflect, extrapolate_unloaded
 from model.systems.multipod import multipod, multipod_segments
 from model.systems.predict import predict
-from robot.model_plots import draw_predictions
+from model.values.legs import FootMotion
+from robot.study.model_plots import draw_predictions
 
 true = multipod(12)
 load = predict(true).solutions.load_n

@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from model.low_pass import choose_gamma, low_pass
+from model.motion.low_pass import choose_gamma, low_pass
 from model.systems.predict import predict
 from model.systems.quadruped import quadruped
-from robot.model_plots import draw_predictions
+from robot.study.model_plots import draw_predictions
 
 raw = predict(quadruped(low_pass=None))
 predicted = raw.velocity_B[:, [0, 2]]  # straight ahead: there is no sideways velocity to compare

@@ -7,7 +7,7 @@ import sys
 
 from model.systems.predict import predict
 from model.systems.slither import slither
-from robot.model_plots import draw_predictions
+from robot.study.model_plots import draw_predictions
 
 for across in (0.0, 1.0, 3.0, 10.0):
     way = predict(slither(cycles=2, across=across)).poses[-1, 0]

@@ -9,7 +9,7 @@ import numpy as np
 
 from model.systems.predict import predict
 from model.systems.stairs import Steps, climb
-from robot.model_plots import draw_predictions
+from robot.study.model_plots import draw_predictions
 
 bump = Steps(edges_x_m=np.array([0.5, 1.0]), heights_m=np.array([0.0, 0.03, -0.02]))
 walk = climb(bump, cycles=18)

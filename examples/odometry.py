@@ -7,10 +7,10 @@ import math
 
 import numpy as np
 
-from model.estimator_settings import EstimatorSettings
-from robot.config import load_robot
-from robot.odometry_compare import compare_ways
-from robot.virtual_walk import walk_in_memory
+from model.estimator.settings import EstimatorSettings
+from robot.config.robot_file import load_robot
+from robot.odometry.compare import compare_ways
+from robot.virtual.walk import walk_in_memory
 
 robot = load_robot()
 log = walk_in_memory(robot, "tripod", cycles=0.3, seed=1, progress=lambda share: None)

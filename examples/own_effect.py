@@ -9,8 +9,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from gap.interfaces import Cause, Drive
-from robot import cli
-from robot.gap_trials import read_trials, simulator_for
+from robot.cli import main as cli
+from robot.gap_report.trials import read_trials, simulator_for
 
 with TemporaryDirectory() as folder:
     log = Path(folder) / "walk.mcap"

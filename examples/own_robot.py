@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from model.signals import Mode
-from robot.config import load_robot
-from robot.virtual_walk import walk_in_memory
+from model.values.tick import Mode
+from robot.config.robot_file import load_robot
+from robot.virtual.walk import walk_in_memory
 
 robot = load_robot(Path(__file__).with_name("octopod.toml"))
 legs = robot.parameters.legs.names

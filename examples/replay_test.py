@@ -6,9 +6,9 @@ python examples/replay_test.py
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from robot import cli
-from robot.config import DEFAULT_ROBOT_FILE
-from robot.exit_codes import ExitCode
+from robot.cli import main as cli
+from robot.config.robot_file import DEFAULT_ROBOT_FILE
+from robot.console.exit_codes import ExitCode
 
 with TemporaryDirectory() as folder:
     log, heavy = Path(folder) / "walk.mcap", Path(folder) / "heavy.toml"

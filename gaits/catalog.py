@@ -4,7 +4,7 @@ from gaits.buehler import BuehlerTripod
 from gaits.gait import Gait
 from gaits.metachronal import Metachronal
 from model.errors import ConfigError
-from model.params import RobotParameters
+from model.parameters.robot import RobotParameters
 
 GAIT_NAMES = ("tripod", "metachronal")
 

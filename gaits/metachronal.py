@@ -21,8 +21,8 @@ from gaits.gait import (
     middle_of_most_support,
 )
 from model.errors import ConfigError
-from model.params import LegParameters, MetachronalParameters
-from model.signals import BoolArray, FloatArray
+from model.parameters.robot import LegParameters, MetachronalParameters
+from model.values.arrays import BoolArray, FloatArray
 
 SAMPLES = 720
 # Stance includes its beginning and not its end, to a rounding of the phase.

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaits.gait import TURN, Gait
-from model.signals import FloatArray, IntArray, readonly
+from model.values.arrays import FloatArray, IntArray, readonly
 
 # Peak speed of a move and its shortest duration; far inside what the servo can do.
 MOVE_SPEED_RAD_S = 2.0

@@ -12,7 +12,7 @@ import numpy as np
 from gaits.gait import TURN, Gait
 from gaits.moves import LegMoves
 from gaits.phase import GaitClock, Ramp
-from model.signals import FloatArray
+from model.values.arrays import FloatArray
 
 FREQUENCY_RAMP_HZ_S = 0.2
 STEER_RAMP_S = 0.5

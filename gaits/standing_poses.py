@@ -8,7 +8,7 @@ import numpy as np
 
 from gaits.gait import TURN, ShaftMotion
 from gaits.moves import QUINTIC_PEAK
-from model.signals import BoolArray, FloatArray, readonly
+from model.values.arrays import BoolArray, FloatArray, readonly
 
 # Share of a step that is motion; the rest is held still.
 MOVING = 0.7

@@ -13,8 +13,8 @@ from typing import Protocol
 
 import numpy as np
 
-from model.signals import BoolArray, FloatArray
-from record.trial import Trial
+from model.values.arrays import BoolArray, FloatArray
+from record.trial.trial import Trial
 
 NOWHERE = (math.nan, math.nan)  # between which places: not known
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 from gap.interfaces import Cause, Channel, DataFault, Drive, Effect, Observation, Simulator
 from model.errors import GapError
-from model.signals import FloatArray
-from record.trial import Trial
+from model.values.arrays import FloatArray
+from record.trial.trial import Trial
 
 
 @dataclass(frozen=True, slots=True, eq=False)

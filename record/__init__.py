@@ -1,1 +1,4 @@
-"""The log: every tick to an MCAP file with ROS 2 schemas, and back."""
+"""What is written down: logs of runs, trials of any machine, and files that are whole or absent.
+
+Called by everything that keeps or reads data. Knows no device and no control.
+"""

@@ -1,6 +1,6 @@
 """``python -m robot`` is ``bigant``."""
 
-from robot.cli import main
+from robot.cli.main import main
 
 if __name__ == "__main__":
     main()

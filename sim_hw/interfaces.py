@@ -7,10 +7,11 @@ whoever hosts them (the device process, a test) sees a device only as something 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol
 
-from model.signals import BodyTruth, BoolArray, FloatArray
+from model.values.arrays import BoolArray, FloatArray
+from model.values.readings import BodyTruth
 
 if TYPE_CHECKING:
-    from sim_hw.ati import VirtualWnet
+    from sim_hw.ati.unit import VirtualWnet
 
 
 class MotorWorld(Protocol):

@@ -88,7 +88,7 @@ def command_lines(path: Path) -> list[list[str]]:
 
 @pytest.mark.parametrize("path", [p for p in PAGES if command_lines(p)], ids=names)
 def test_every_command_in_a_page_parses(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    from robot.cli import full_parser
+    from robot.cli.main import full_parser
 
     parser = full_parser()
     for words in command_lines(path):
@@ -132,7 +132,7 @@ def test_every_piece_of_a_file_is_toml(path: Path) -> None:
 @pytest.mark.parametrize("path", [p for p in PAGES if blocks(p, "python")], ids=names)
 def test_python_in_a_page_runs(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from model.systems.disk import WEIGHT_N, disk_contact, random_disk_poses
-    from robot import cli
+    from robot.cli import main as cli
 
     monkeypatch.chdir(tmp_path)
     if path.name == "tutorial.md":
@@ -151,7 +151,7 @@ def test_python_in_a_page_runs(path: Path, tmp_path: Path, monkeypatch: pytest.M
 def test_pages_of_modules_are_made_from_their_docstrings(tmp_path: Path) -> None:
     pdoc = pytest.importorskip("pdoc")
     pdoc.render.configure(docformat="google", show_source=False)
-    pdoc.pdoc("model.linkage", "record.reader", output_directory=tmp_path)
+    pdoc.pdoc("model.kinematics.four_bar", "record.log.reader", output_directory=tmp_path)
     page = (tmp_path / "model" / "linkage.html").read_text(encoding="utf-8")
     assert "linkage_pose" in page
     assert "Shaft angles, any shape" in page

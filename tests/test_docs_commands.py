@@ -10,20 +10,20 @@ from pathlib import Path
 
 import pytest
 
-from robot import cli
-from robot.exit_codes import ExitCode
+from robot.cli import main as cli
+from robot.console.exit_codes import ExitCode
 from tests.test_docs import PAGES, ROOT, command_lines
 
 LEFT_OUT = (
     (r"/dev/|--hardware|--armed|--discover|192\.168", "needs a robot"),
     (r"--live|--teleop|sim serve|view \S+$|bridge", "goes on until it is stopped"),
     (r"\b[A-Z]{2,}\b|\[|\.\.\.", "a placeholder of its page"),
-    (r"^(servo|ft|check|devices)", "opens virtual devices in real time: tests/robot/test_check.py"),
-    (r"\.rrd", "needs bigant[rerun], 640 MB: tests/robot/test_view_command.py"),
+    (r"^(servo|ft|check|devices)", "opens virtual devices in real time: tests/robot/bringup/test_check.py"),
+    (r"\.rrd", "needs bigant[rerun], 640 MB: tests/robot/view/test_view_command.py"),
     (r"^gap (diagnose|check|alone|apply|next)|^odom tune", "trials of its own"),
-    (r"^sim (run|campaign|unseal|render)", "walks: tests/robot/test_twin_run.py"),
+    (r"^sim (run|campaign|unseal|render)", "walks: tests/robot/virtual/test_twin_run.py"),
     (r"^model (figures|sensitivity)|^replay .*--drive|--bus", "over ten seconds: tests of their own"),
-    (r"^drive", "walks: tests/robot/test_drive.py; the log below is from one"),
+    (r"^drive", "walks: tests/robot/run/test_drive.py; the log below is from one"),
     (r"^import (?!--maps)|^log (repair|merge)|lab\.toml|worn_crank", "files that only its reader has"),
 )  # fmt: skip
 LOGS = ("runs/first.mcap", "runs/first_walk.mcap")

@@ -15,7 +15,7 @@ SAID = {
     "own_robot.py": "Octopod: 8 legs",
     "replay_test.py": "NOT EQUAL",
 }
-# Effects for --effects, and pictures of named systems, which tests/robot/test_model_run.py draws.
+# Effects for --effects, and pictures of named systems, which tests/robot/study/test_model_run.py draws.
 ELSEWHERE = {"worn_crank.py"} | {path.name for path in EXAMPLES.glob("model_*.py")}
 
 
@@ -36,7 +36,7 @@ def test_an_example_runs(name: str, tmp_path: Path) -> None:
 
 
 def test_the_lab_s_own_effect_is_the_one_of_the_page(capsys: pytest.CaptureFixture[str]) -> None:
-    from robot import cli
+    from robot.cli import main as cli
 
     words = ["gap", "effects", "--effects", str(EXAMPLES / "worn_crank.py")]
     assert cli.run([*words, "--stage", "kinematics"]) == 0

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from model.errors import ModelError
-from model.signals import FloatArray, FootMotion
+from model.values.arrays import FloatArray
+from model.values.legs import FootMotion
 
 
 @dataclass(frozen=True, slots=True)

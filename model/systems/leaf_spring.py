@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from model.errors import ModelError
-from model.signals import BoolArray, FloatArray
+from model.values.arrays import BoolArray, FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)

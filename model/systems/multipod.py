@@ -11,10 +11,10 @@ millimetres that is 1 N/mm, which is what we take: 1 N/m would sink the robot by
 import numpy as np
 
 from model.errors import ModelError
-from model.signals import FloatArray
 from model.systems.leaf_spring import Segments
 from model.systems.system import System, box, equal_contacts, even_times
 from model.systems.two_axis import LegAngles, rotations, swing
+from model.values.arrays import FloatArray
 
 LEG_COUNTS = (6, 8, 10, 12)
 SPACING_M = 0.16  # pair to pair, assumed

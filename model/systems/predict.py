@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from model.frames import FrameSolutions, FrictionLaw, solve_frames
-from model.low_pass import low_pass
-from model.se2 import integrate
-from model.signals import FloatArray
+from model.motion.low_pass import low_pass
+from model.motion.se2 import integrate
+from model.quasistatic.frames import FrameSolutions, FrictionLaw, solve_frames
 from model.systems.system import System
+from model.values.arrays import FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,9 +7,9 @@ order low pass on the predicted velocity stands in for the body's mass.
 import numpy as np
 from scipy.constants import g as standard_gravity
 
-from model.signals import FloatArray
 from model.systems.foot_path import FootPath, walk
 from model.systems.system import System, box, equal_contacts
+from model.values.arrays import FloatArray
 
 FRAMES, RATE_HZ, CYCLES = 921, 100.0, 9.0  # the paper's recording
 LOW_PASS = 0.15  # the paper's, chosen by hand

@@ -9,8 +9,9 @@ import numpy as np
 from scipy.constants import g as standard_gravity
 
 from model.errors import ModelError
-from model.signals import FloatArray, FootMotion, readonly
 from model.systems.system import System, equal_contacts, even_times
+from model.values.arrays import FloatArray, readonly
+from model.values.legs import FootMotion
 
 FEWEST_CONTACTS = 4
 

@@ -10,11 +10,12 @@ import numpy as np
 from scipy.constants import g as standard_gravity
 
 from model.errors import ModelError
-from model.frames import FrictionLaw, solve_frames
-from model.se2 import compose, exponential
-from model.signals import FloatArray, FootMotion
+from model.motion.se2 import compose, exponential
+from model.quasistatic.frames import FrictionLaw, solve_frames
 from model.systems.foot_path import FootPath, walk
 from model.systems.system import System, box, equal_contacts, even_times
+from model.values.arrays import FloatArray
+from model.values.legs import FootMotion
 
 # A hexapod of the size of BigANT, but with feet that follow a path; assumed.
 MASS_KG = 6.0

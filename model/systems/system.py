@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from model.errors import ModelError
-from model.params import ContactParameters
-from model.signals import FloatArray, FootMotion, readonly
+from model.parameters.robot import ContactParameters
+from model.values.arrays import FloatArray, readonly
+from model.values.legs import FootMotion
 
 FEWEST_FRAMES = 2
 EVENNESS = 1e-6  # of the time step
@@ -26,7 +27,7 @@ class System:
         ground_m: Height of the ground under each foot, (F, N) [m]; None where it is level.
         anisotropy_B: w of each contact where it turns with a part of the body, (F, N, 2); it then
             stands in for ``contact.anisotropy``. None where w is constant in the body frame.
-        low_pass: Coefficient of the filter that stands in for inertia (``model.low_pass``), or None.
+        low_pass: Coefficient of the filter that stands in for inertia (``model.motion.low_pass``), or None.
         outline_B: Rigid body seen from above, a polygon, (M, 2) [m]; None where the contacts, in
             order, are the body. For pictures only.
         hips_B: Where each leg meets the body seen from above, (N, 2) [m], or None. For pictures only.

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from model.signals import FloatArray, FootMotion
+from model.values.arrays import FloatArray
+from model.values.legs import FootMotion
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,7 +9,7 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from drivers.dynamixel_frames import (
+from drivers.dynamixel.frames import (
     ALERT,
     BROADCAST_ID,
     Frame,
@@ -18,8 +18,8 @@ from drivers.dynamixel_frames import (
     StatusError,
     build_status,
 )
-from drivers.mx106 import EXTENDED_POSITION_LIMIT, REGISTER
-from drivers.servo_port import ClockedPort
+from drivers.dynamixel.mx106 import EXTENDED_POSITION_LIMIT, REGISTER
+from drivers.dynamixel.port import ClockedPort
 from sim_hw.clock import VirtualClock
 
 RESPONSE_NS = 50_000  # what a servo takes before it answers

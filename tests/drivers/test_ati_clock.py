@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drivers.ati_clock import WINDOW, DeviceClock
-from drivers.ati_packets import U32, Arrival
-from drivers.ati_sequence import RESTART_RUN, SequenceWatch
+from drivers.ati.clock import WINDOW, DeviceClock
+from drivers.ati.packets import U32, Arrival
+from drivers.ati.sequence import RESTART_RUN, SequenceWatch
 
 SECOND = 1_000_000_000
 SHORTEST_NS = 2_000_000

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.ati_packets import (
+from drivers.ati.packets import (
     RESTART_JUMP,
     U32,
     Arrival,
@@ -23,7 +23,7 @@ from drivers.ati_packets import (
     parse_datagram,
     unix_ns,
 )
-from model.signals import ForceRecord
+from model.values.readings import ForceRecord
 
 V0 = bytes.fromhex("4e886762 0004085e 00150aaa 01050009 07 1f")
 V1 = bytes.fromhex(

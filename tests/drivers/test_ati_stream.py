@@ -8,22 +8,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drivers.ati_calibration import parse_cal
-from drivers.ati_console import Console
-from drivers.ati_discovery import FoundUnit, answer, discover, parse_answer, question
-from drivers.ati_links import TcpTextLink, UdpLink
-from drivers.ati_packets import Command, build_command
-from drivers.ati_setup import free_console
-from drivers.ati_stream import ForceStream
+from drivers.ati.calibration import parse_cal
+from drivers.ati.console import Console
+from drivers.ati.discovery import FoundUnit, answer, discover, parse_answer, question
+from drivers.ati.foot_forces import foot_forces
+from drivers.ati.links import TcpTextLink, UdpLink
+from drivers.ati.packets import Command, build_command
+from drivers.ati.setup import free_console
+from drivers.ati.stream import ForceStream
 from drivers.clock import MonotonicClock
-from drivers.foot_forces import foot_forces
 from model.errors import ForceStreamError
-from model.signals import FaultKind, FloatArray, ForceRecord
-from robot.config import load_robot
-from sim_hw.ati import VirtualWnet
-from sim_hw.ati_console import ConsoleSession
-from sim_hw.ati_memory import MemoryDatagramLink, MemoryTextLink
-from sim_hw.ati_sockets import WnetSockets
+from model.values.arrays import FloatArray
+from model.values.faults import FaultKind
+from model.values.readings import ForceRecord
+from robot.config.robot_file import load_robot
+from sim_hw.ati.console import ConsoleSession
+from sim_hw.ati.memory import MemoryDatagramLink, MemoryTextLink
+from sim_hw.ati.sockets import WnetSockets
+from sim_hw.ati.unit import VirtualWnet
 from sim_hw.clock import VirtualClock
 
 SETTINGS = load_robot().force_sensor

@@ -6,7 +6,7 @@ from dynamixel_sdk import DXL_HIWORD, DXL_LOWORD
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.mx106 import (
+from drivers.dynamixel.mx106 import (
     BAUD_CODES,
     CURRENT_UNIT_A,
     DUTY_FULL,
@@ -23,7 +23,7 @@ from drivers.mx106 import (
     ticks_to_angle,
 )
 from drivers.settings import ServoBusSettings
-from model.signals import ServoReadings
+from model.values.readings import ServoReadings
 
 PLUS, MINUS = np.array([1]), np.array([-1])
 ZERO = np.array([2048])

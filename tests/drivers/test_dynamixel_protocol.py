@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.dynamixel_frames import (
+from drivers.dynamixel.frames import (
     BROADCAST_ID,
     HEADER,
     LARGEST_LENGTH,

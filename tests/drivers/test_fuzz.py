@@ -18,6 +18,6 @@ def test_mutated_datagrams_break_no_promise() -> None:
 
 
 def test_a_wrong_crc_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("drivers.dynamixel_frames.crc16", lambda _: 0x1234)
+    monkeypatch.setattr("drivers.dynamixel.frames.crc16", lambda _: 0x1234)
     with pytest.raises(fuzz.FuzzError, match="seed 7"):
         fuzz.fuzz_servo_frames(100, seed=7)

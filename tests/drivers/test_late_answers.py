@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from benchmarks.soak import MarkedBench, fits
-from drivers.mx106 import CURRENT_UNIT_A
-from drivers.servo_bus import LONGEST_LEAD, ServoBus
-from drivers.servo_requests import ServoRequests
-from robot.config import load_robot
+from drivers.dynamixel.bus import LONGEST_LEAD, ServoBus
+from drivers.dynamixel.mx106 import CURRENT_UNIT_A
+from drivers.dynamixel.requests import ServoRequests
+from robot.config.robot_file import load_robot
 from sim_hw.clock import VirtualClock
-from sim_hw.port import MemoryPort
-from sim_hw.scenario import parse_scenario
-from sim_hw.servo_firmware import FirmwareBank
-from sim_hw.virtual_robot import put_devices
+from sim_hw.dynamixel.firmware import FirmwareBank
+from sim_hw.dynamixel.port import MemoryPort
+from sim_hw.faults.scenario import parse_scenario
+from sim_hw.host.virtual_robot import put_devices
 
 CONFIG = load_robot()
 LATE = '[[fault]]\nkind = "late_reply"\nrate = 0.1\n[[fault]]\nkind = "lost_reply"\nrate = 0.1\n'
@@ -87,7 +87,7 @@ def test_the_requests_byte_for_byte() -> None:
 
 
 def test_one_byte_is_read_until_two_answers_agree() -> None:
-    from drivers.servo_packets import Answer
+    from drivers.dynamixel.packets import Answer
 
     class Scripted(ServoRequests):
         def __init__(self, *values: int) -> None:

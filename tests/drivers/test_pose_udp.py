@@ -7,7 +7,7 @@ import pytest
 
 from drivers.pose_udp import LOOPBACK, PoseListener, parse_pose
 from model.errors import ConfigError
-from model.signals import FaultKind
+from model.values.faults import FaultKind
 from sim_hw.clock import VirtualClock
 
 UNIX_NS = 1_767_225_600_000_000_000

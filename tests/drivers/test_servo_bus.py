@@ -6,15 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from drivers.mx106 import REGISTER, HardwareError
-from drivers.servo_bus import ServoBus
+from drivers.dynamixel.bus import ServoBus
+from drivers.dynamixel.mx106 import REGISTER, HardwareError
 from model.errors import BusError
-from model.signals import JointCommand
-from robot.config import load_robot
+from model.values.legs import JointCommand
+from robot.config.robot_file import load_robot
 from sim_hw.clock import VirtualClock
-from sim_hw.port import MemoryPort
-from sim_hw.servo_firmware import FirmwareBank
-from sim_hw.servos import VirtualServoBus
+from sim_hw.dynamixel.bus import VirtualServoBus
+from sim_hw.dynamixel.firmware import FirmwareBank
+from sim_hw.dynamixel.port import MemoryPort
 from tests.sim_hw.faulty import scenario_on
 from tests.sim_hw.motors import SimpleMotors
 

@@ -5,11 +5,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.dynamixel_frames import BROADCAST_ID, Frame, Instruction
-from drivers.servo_bus import POLL_EVERY_READS, ServoBus
+from drivers.dynamixel.bus import POLL_EVERY_READS, ServoBus
+from drivers.dynamixel.frames import BROADCAST_ID, Frame, Instruction
 from drivers.settings import ServoBusSettings
 from model.errors import BusError, ConnectionLost
-from model.signals import FloatArray, JointCommand
+from model.values.arrays import FloatArray
+from model.values.legs import JointCommand
 from tests.drivers.scripted_servos import Replies, ScriptedPort, ScriptedServos, Servo
 
 IDS = [1, 2, 3, 4, 5, 6]

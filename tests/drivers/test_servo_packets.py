@@ -14,9 +14,9 @@ from dynamixel_sdk import (
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.dynamixel_frames import Frame, Instruction, StatusError, build_status
-from drivers.servo_packets import Answer
-from drivers.servo_requests import ServoRequests
+from drivers.dynamixel.frames import Frame, Instruction, StatusError, build_status
+from drivers.dynamixel.packets import Answer
+from drivers.dynamixel.requests import ServoRequests
 from model.errors import ConnectionLost
 from tests.drivers.scripted_servos import Replies, ScriptedPort, ScriptedServos, Servo
 

@@ -20,11 +20,11 @@ from dynamixel_sdk import (
     Protocol2PacketHandler,
 )
 
-from drivers import servo_port
 from drivers.clock import MonotonicClock
-from drivers.mx106 import BAUD_CODES
-from drivers.servo_port import BusPort, ClockedPort
-from drivers.servo_requests import ServoRequests
+from drivers.dynamixel import port as servo_port
+from drivers.dynamixel.mx106 import BAUD_CODES
+from drivers.dynamixel.port import BusPort, ClockedPort
+from drivers.dynamixel.requests import ServoRequests
 from model.errors import BusError, ConnectionLost
 from sim_hw.clock import VirtualClock
 from tests.drivers.scripted_servos import PtyServos, ScriptedPort, ScriptedServos, Servo

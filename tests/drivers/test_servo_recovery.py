@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from drivers.dynamixel_frames import Instruction
-from drivers.mx106 import HardwareError
-from drivers.servo_recovery import Incident, IncidentKind, RecoveryPolicy, ServoRecovery
+from drivers.dynamixel.frames import Instruction
+from drivers.dynamixel.mx106 import HardwareError
+from drivers.dynamixel.recovery import Incident, IncidentKind, RecoveryPolicy, ServoRecovery
 from tests.drivers.test_servo_bus import SETTINGS, Bench, armed
 
 TURN = 4096

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import pytest
 from serial.tools import list_ports
 
-from drivers import servo_scan
 from drivers.clock import MonotonicClock
-from drivers.dynamixel_frames import Frame
-from drivers.servo_port import BusPort
-from drivers.servo_scan import FoundServo, SerialPort, broadcast_ping, scan, serial_ports
+from drivers.dynamixel import scan as servo_scan
+from drivers.dynamixel.frames import Frame
+from drivers.dynamixel.port import BusPort
+from drivers.dynamixel.scan import FoundServo, SerialPort, broadcast_ping, scan, serial_ports
 from model.errors import BusError
 from sim_hw.clock import VirtualClock
 from tests.drivers.scripted_servos import (

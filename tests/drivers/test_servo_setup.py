@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drivers.dynamixel_frames import Instruction, StatusError
-from drivers.mx106 import REGISTER
-from drivers.servo_bus import ServoBus
+from drivers.dynamixel.bus import ServoBus
+from drivers.dynamixel.frames import Instruction, StatusError
+from drivers.dynamixel.mx106 import REGISTER
 from drivers.settings import ServoBusSettings
 from model.errors import BusError
 from tests.drivers.scripted_servos import ScriptedPort, ScriptedServos, Servo

@@ -1,6 +1,6 @@
 """Histograms of the bus: fixed classes, the right class, no growth."""
 
-from drivers.servo_stats import (
+from drivers.dynamixel.stats import (
     JITTER_EDGES_US,
     ROUND_TRIP_EDGES_US,
     BusCounters,

@@ -2,10 +2,10 @@
 
 import pytest
 
-from drivers.mx106 import REGISTER
-from drivers.servo_watchdog import prove_watchdog
+from drivers.dynamixel.mx106 import REGISTER
+from drivers.dynamixel.watchdog import prove_watchdog
 from model.errors import BusError
-from sim_hw.servos import VirtualServoBus
+from sim_hw.dynamixel.bus import VirtualServoBus
 from tests.drivers.test_servo_bus import SETTINGS, armed, make_bench
 
 

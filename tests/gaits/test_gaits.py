@@ -13,8 +13,8 @@ from gaits.gait import STEER_GAIN, TURN, Gait, ShaftMotion
 from gaits.limits import check_gait, frequency_limit, gait_peaks
 from gaits.metachronal import Metachronal
 from model.errors import ConfigError, GaitRefused
-from model.signals import BoolArray, FloatArray
-from robot.config import load_robot
+from model.values.arrays import BoolArray, FloatArray
+from robot.config.robot_file import load_robot
 
 ROBOT = load_robot().parameters
 TRIPOD: Gait = make_gait("tripod", ROBOT)

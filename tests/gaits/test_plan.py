@@ -10,7 +10,7 @@ from gaits.gait import TURN
 from gaits.moves import AIR_RAD, MOVE_SPEED_RAD_S, SMALLEST_MOVE_RAD, LegMoves
 from gaits.phase import GaitClock, Ramp
 from gaits.plan import FREQUENCY_RAMP_HZ_S, Hold, Walking
-from robot.config import load_robot
+from robot.config.robot_file import load_robot
 
 ROBOT = load_robot().parameters
 GAITS = {name: make_gait(name, ROBOT) for name in ("tripod", "metachronal")}

@@ -4,7 +4,7 @@ import numpy as np
 
 from gaits.limits import check_gait, frequency_limit
 from gaits.standing_poses import MOVING, STANCE_RAD, StandingPoses
-from robot.config import load_robot
+from robot.config.robot_file import load_robot
 
 SERVO = load_robot().parameters.servo
 GAIT = StandingPoses(6, rounds=2, heights=3)

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from model.signals import FloatArray
-from record.table_file import Column
-from record.trial import Trial, build_trial
-from record.trial_toml import SERVO_BENCH, SLIDING_BODY, TrialHeader, TrialNoise
+from model.values.arrays import FloatArray
+from record.trial.header import SERVO_BENCH, SLIDING_BODY, TrialHeader, TrialNoise
+from record.trial.table_file import Column
+from record.trial.trial import Trial, build_trial
 
 MOTOR = """
 kind = "servo_bench"

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from gap.interfaces import Cause, Drive
-from model.signals import FloatArray
-from record.trial import Trial
+from model.values.arrays import FloatArray
+from record.trial.trial import Trial
 from tests.gap.walks import cause, machine, simulator
 
 COULOMB = cause("coulomb_friction")

@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gap.alone import each_alone
-from gap.servo_bench import servo_bench
+from gap.diagnosis.alone import each_alone
+from gap.machines.servo_bench.simulator import servo_bench
 from model.errors import GapError
-from record.trial import Trial, write_trial
-from robot import cli
-from robot.exit_codes import ExitCode
+from record.trial.trial import Trial, write_trial
+from robot.cli import main as cli
+from robot.console.exit_codes import ExitCode
 from tests.gap.bench_trials import IDEAL, servo_trial
 
 DELAY_S, OFFSET_RAD = 0.08, 0.05

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gap.ambiguity import Alike, alike, why_open
-from gap.candidates import Candidate
-from gap.fit import fit_causes
+from gap.diagnosis.ambiguity import Alike, alike, why_open
 from gap.interfaces import Cause
-from gap.options import Option, fit_option
-from gap.selection import Selection, Step
+from gap.search.candidates import Candidate
+from gap.search.fit import fit_causes
+from gap.search.options import Option, fit_option
+from gap.search.selection import Selection, Step
 from tests.gap.test_selection import evidences
 from tests.gap.toy import EFFECTS, Toy, toy_trial
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from gap.interfaces import DataFault
-from gap.servo_bench import servo_bench
-from gap.servo_bench_kernel import hysteresis
-from model.signals import FloatArray
-from record.trial import Trial
+from gap.machines.servo_bench.kernel import hysteresis
+from gap.machines.servo_bench.simulator import servo_bench
+from model.values.arrays import FloatArray
+from record.trial.trial import Trial
 from tests.gap.bench_trials import IDEAL, servo_trial
 
 COUNT = 2 * np.pi / 4096

@@ -5,18 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gap.correction import correction_of, merged
+from gap.diagnosis.remeasured import remeasure
 from gap.interfaces import Cause, Drive, Scope
-from gap.legged import LeggedSimulator
-from gap.legged_catalogue import CATALOGUE
-from gap.legged_machine import parse_machine
-from gap.remeasured import remeasure
+from gap.machines.legged.catalogue import CATALOGUE
+from gap.machines.legged.correction import correction_of, merged
+from gap.machines.legged.machine import parse_machine
+from gap.machines.legged.simulator import LeggedSimulator
 from gap.two_machines import TwoMachines
 from model.errors import ConfigError, GapError
-from model.robot_effects import WrittenEffect
-from robot.config import load_robot, parse_robot
-from robot.effect_uses import USES
-from robot.robot_edit import check_edited, edit_robot
+from model.parameters.effects import WrittenEffect
+from robot.config.edit import check_edited, edit_robot
+from robot.config.robot_file import load_robot, parse_robot
+from robot.control.effect_uses import USES
 from tests.gap.walks import cause, machine, simulator, walk
 
 TEXT = load_robot().text

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from gap.interfaces import Cause, DataFault, Scope
-from gap.legged import legged_simulator
-from gap.legged_catalogue import CATALOGUE
-from model.signals import FloatArray
-from record.trial import Trial, read_trial
+from gap.machines.legged.catalogue import CATALOGUE
+from gap.machines.legged.simulator import legged_simulator
+from model.values.arrays import FloatArray
+from record.trial.trial import Trial, read_trial
 from tests.gap.predictions import COULOMB
 from tests.gap.walks import machine, simulator, walk
 

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from gap.diagnosis import diagnose
-from gap.diagnosis_json import diagnosis_json
-from gap.findings import Diagnosis, Verdict
+from gap.diagnosis.as_json import diagnosis_json
+from gap.diagnosis.diagnose import diagnose
+from gap.diagnosis.findings import Diagnosis, Verdict
 from gap.interfaces import Cause, Scope
-from gap.predictions import prediction_pool
+from gap.residuals.predictions import prediction_pool
 from model.errors import GapError
-from record.trial import Trial
+from record.trial.trial import Trial
 from tests.gap.toy import (
     CONDITIONS,
     EFFECTS,

@@ -7,12 +7,13 @@ import pytest
 from scipy.constants import g
 
 from gap.interfaces import Cause, Drive
-from gap.legged_grid import make_grid, place
-from gap.legged_settings import neutral_settings
-from gap.legged_shafts import feet
-from model.frames import FrictionLaw, solve_frames
-from model.linkage import Linkage
-from model.signals import FloatArray, FootMotion
+from gap.machines.legged.grid import make_grid, place
+from gap.machines.legged.settings import neutral_settings
+from gap.machines.legged.shafts import feet
+from model.kinematics.four_bar import Linkage
+from model.quasistatic.frames import FrictionLaw, solve_frames
+from model.values.arrays import FloatArray
+from model.values.legs import FootMotion
 from tests.gap.predictions import COULOMB, ML, Prediction, inside
 from tests.gap.walks import cause, command_trial, machine, walk
 
@@ -208,7 +209,8 @@ def test_the_level_of_friction_is_blind_in_motion_and_plain_in_forces(drive: Dri
 
 
 def model_frames(law: FrictionLaw, **options: object) -> FloatArray:
-    """Velocities of ``model.frames`` for the commands of the metachronal walk, exact foot speeds."""
+    """Velocities of ``model.quasistatic.frames`` for the commands of the metachronal walk, exact foot
+    speeds."""
     trial = command_trial("metachronal", 0.2, 6.0)
     rate = np.gradient(trial.command_rad, trial.time_s, axis=0)
     motion: FootMotion = Linkage(machine().linkage, machine().legs.shaft_position).feet(

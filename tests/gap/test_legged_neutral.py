@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gap.interfaces import Cause, Drive, Scope
-from gap.legged_catalogue import CATALOGUE, STAGES
+from gap.machines.legged.catalogue import CATALOGUE, STAGES
 from model.errors import GapError
 from tests.gap.walks import cause, simulator, walk
 
@@ -71,7 +71,7 @@ def test_another_value_is_not_the_base(effect: object, drive: Drive) -> None:
 
 
 def test_the_same_question_has_the_same_answer() -> None:
-    from gap.legged import LeggedSimulator
+    from gap.machines.legged.simulator import LeggedSimulator
     from tests.gap.walks import machine
 
     trial = walk("tripod", 0.2, 3.0, noise_seed=3)

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from gap.interfaces import Drive
-from model.linkage import Linkage
-from model.signals import FloatArray
+from model.kinematics.four_bar import Linkage
+from model.values.arrays import FloatArray
 from tests.gap.predictions import COULOMB, ML, Prediction, inside
 from tests.gap.walks import cause, command_trial, machine, walk
 

@@ -5,14 +5,14 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from gap.candidates import Candidate
-from gap.floor import Floor
-from gap.imitation import imitate
+from gap.experiments.imitation import imitate
+from gap.experiments.next_run import NextRun, Proposal, next_runs
 from gap.interfaces import Cause, Drive, place_words
-from gap.next_run import NextRun, Proposal, next_runs
-from record.trial import Trial
-from robot.config import load_robot
-from robot.gap_runs import proposer_of
+from gap.residuals.floor import Floor
+from gap.search.candidates import Candidate
+from record.trial.trial import Trial
+from robot.config.robot_file import load_robot
+from robot.gap_report.runs import proposer_of
 from tests.gap.walks import cause, simulator, walk
 
 TEXT = load_robot().text

@@ -3,17 +3,17 @@
 import numpy as np
 import pytest
 
-from gap.candidates import starts_of
-from gap.commissioning import standing_of
-from gap.detection import healthy_runs
-from gap.diagnosis import diagnose
-from gap.findings import Verdict
-from gap.floor import Condition
+from gap.diagnosis.commissioning import standing_of
+from gap.diagnosis.detection import healthy_runs
+from gap.diagnosis.diagnose import diagnose
+from gap.diagnosis.findings import Verdict
+from gap.diagnosis.probability import Calibration, Left, none_of_them
 from gap.interfaces import Cause, Drive
-from gap.legged_causes import settings_of
-from gap.legged_shafts import shafts
-from gap.parts import whole_part
-from gap.probability import Calibration, Left, none_of_them
+from gap.machines.legged.causes import settings_of
+from gap.machines.legged.shafts import shafts
+from gap.residuals.floor import Condition
+from gap.residuals.parts import whole_part
+from gap.search.candidates import starts_of
 from tests.gap.toy import CHANNELS, CONDITIONS, Toy, toy_case, toy_references, toy_trial
 from tests.gap.walks import cause, command_trial, machine, simulator
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.real_machines import COUNT_RAD, Found, alone, bring_in, diagnose, sources
-from robot import cli
+from robot.cli import main as cli
 
 FOLDER = os.environ.get("BIGANT_SHARED_DATA", "")
 pytestmark = pytest.mark.skipif(not FOLDER, reason="BIGANT_SHARED_DATA names no folder")

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from gap.interfaces import Cause, Drive, Simulator
-from gap.legged_catalogue import CATALOGUE
-from gap.rollout import RolloutSimulator
+from gap.machines.legged.catalogue import CATALOGUE
+from gap.machines.mujoco.simulator import RolloutSimulator
 from model.errors import GapError
-from record.trial import Trial
+from record.trial.trial import Trial
 from tests.gap.walks import cause, machine, simulator, walk
 
 EFFECTS = tuple(entry.effect for entry in CATALOGUE)

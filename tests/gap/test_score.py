@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from gap.score import (
+from gap.check.methods import THIS, Method, methods
+from gap.check.score import (
     CONTROL,
     OUTSIDE,
     PAIR,
@@ -22,8 +23,7 @@ from gap.score import (
     group_of,
     parameter_error,
 )
-from gap.score_methods import THIS, Method, methods
-from robot.gap_score_text import score_lines, score_markdown
+from robot.campaign.score_text import score_lines, score_markdown
 
 NAN = math.nan
 FRICTION = Truth("foot_friction", "friction", "FL", (("ratio", 0.5),))

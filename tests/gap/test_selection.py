@@ -5,21 +5,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import gap.options as options_module
-import gap.selection as selection_module
-from gap.candidates import Candidate, candidates_of, starts_of
-from gap.commissioning import standing_of
-from gap.cross_validation import Advantage
-from gap.diagnosis import measure_floor
-from gap.evidence import Evidence, evidence_of, local_drive, make_evidence
-from gap.fit import Fitted, fit_causes
+import gap.search.options as options_module
+import gap.search.selection as selection_module
+from gap.diagnosis.commissioning import standing_of
+from gap.diagnosis.diagnose import measure_floor
 from gap.interfaces import Cause, Simulator, reach_of
-from gap.options import Option, fit_option, on_bound, share_of, shortlist, usual_score
-from gap.parts import whole_part
-from gap.predictions import Predictor
-from gap.screen import Gain, gains, make_signatures
-from gap.selection import Search, Selection, select
-from record.trial import Trial
+from gap.residuals.evidence import Evidence, evidence_of, local_drive, make_evidence
+from gap.residuals.parts import whole_part
+from gap.residuals.predictions import Predictor
+from gap.search.candidates import Candidate, candidates_of, starts_of
+from gap.search.cross_validation import Advantage
+from gap.search.fit import Fitted, fit_causes
+from gap.search.options import Option, fit_option, on_bound, share_of, shortlist, usual_score
+from gap.search.screen import Gain, gains, make_signatures
+from gap.search.selection import Search, Selection, select
+from record.trial.trial import Trial
 from tests.gap.toy import CONDITIONS, EFFECTS, Toy, toy_case, toy_references, toy_trial
 from tests.gap.walks import cause, simulator, walk
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gap.interfaces import Cause, Drive
-from gap.servo_bench import ServoBench, servo_bench
+from gap.machines.servo_bench.simulator import ServoBench, servo_bench
 from model.errors import GapError
 from tests.gap.bench_trials import IDEAL, MOTOR, servo_trial
 

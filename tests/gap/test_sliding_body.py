@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gap.interfaces import Cause, Drive
-from gap.sliding_body import sliding_body
+from gap.machines.sliding_body.simulator import sliding_body
 from tests.gap.bench_trials import slide_trial
 
 G = 9.80665

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from gap.fit import fit_causes
 from gap.interfaces import Cause
-from gap.standard_errors import standard_errors
-from record.trial import Trial
+from gap.search.fit import fit_causes
+from gap.search.standard_errors import standard_errors
+from record.trial.trial import Trial
 from tests.gap.test_selection import evidences
 from tests.gap.toy import CONDITIONS, EFFECTS, Toy, toy_trial
 

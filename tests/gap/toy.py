@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gap.causes import match_causes
 from gap.interfaces import (
     Cause,
     Channel,
@@ -20,11 +21,10 @@ from gap.interfaces import (
     Parameter,
     Scope,
 )
-from gap.match_causes import match_causes
-from model.signals import FloatArray
-from record.table_file import Column
-from record.trial import Trial, build_trial
-from record.trial_toml import SERVO_BENCH, TrialHeader, TrialNoise
+from model.values.arrays import FloatArray
+from record.trial.header import SERVO_BENCH, TrialHeader, TrialNoise
+from record.trial.table_file import Column
+from record.trial.trial import Trial, build_trial
 
 JOINTS = ("a", "b", "c")
 HZ = 20.0

@@ -9,16 +9,16 @@ import numpy as np
 from gaits.catalog import make_gait
 from gap.effect_file import UserEffect
 from gap.interfaces import Cause, Drive
-from gap.legged import LeggedSimulator
-from gap.legged_causes import settings_of
-from gap.legged_chain import LeggedChain
-from gap.legged_inputs import make_inputs
-from gap.legged_machine import LeggedMachine, parse_machine
-from model.signals import FloatArray, readonly
-from record.table_file import Column
-from record.trial import Trial, build_trial
-from record.trial_toml import TrialHeader, TrialNoise
-from robot.config import load_robot
+from gap.machines.legged.causes import settings_of
+from gap.machines.legged.chain import LeggedChain
+from gap.machines.legged.inputs import make_inputs
+from gap.machines.legged.machine import LeggedMachine, parse_machine
+from gap.machines.legged.simulator import LeggedSimulator
+from model.values.arrays import FloatArray, readonly
+from record.trial.header import TrialHeader, TrialNoise
+from record.trial.table_file import Column
+from record.trial.trial import Trial, build_trial
+from robot.config.robot_file import load_robot
 
 NOISE = TrialNoise(0.15, 5e-4, 2e-3, 8e-4, 5e-4)
 RATE_HZ = 100.0

@@ -8,7 +8,7 @@ Hanson (Solving Least Squares Problems, 1974, ch. 23) reduce to one nonnegative 
 import numpy as np
 from scipy.optimize import nnls
 
-from model.signals import FloatArray
+from model.values.arrays import FloatArray
 
 RANK = 1e-10
 

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from model.signals import FloatArray, FootMotion
+from model.values.arrays import FloatArray
+from model.values.legs import FootMotion
 
 KINDS = ("random", "rigid", "nearly", "ahead", "grid", "mixed", "one", "uneven", "turning", "row")
 

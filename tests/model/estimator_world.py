@@ -4,20 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from model.estimator import Estimator
-from model.estimator_measurements import slip_of_feet
-from model.estimator_process import walking
-from model.estimator_settings import EstimatorSettings
-from model.estimator_types import (
-    FIXED,
-    SCALE,
-    VELOCITY,
-    OdometryInputs,
-    friction_of,
-)
-from model.neighbourhood import neighbourhood
-from model.params import ContactParameters
-from model.signals import FloatArray, FootForces, FootMotion
+from model.estimator.filter import Estimator
+from model.estimator.measurements import slip_of_feet
+from model.estimator.neighbourhood import neighbourhood
+from model.estimator.process import walking
+from model.estimator.settings import EstimatorSettings
+from model.parameters.robot import ContactParameters
+from model.values.arrays import FloatArray
+from model.values.estimate import FIXED, SCALE, VELOCITY, OdometryInputs, friction_of
+from model.values.legs import FootForces, FootMotion
 
 WEIGHT_N = 60.0
 PERIOD_NS = 10_000_000

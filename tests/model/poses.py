@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from model.signals import FloatArray
+from model.values.arrays import FloatArray
 
 KINDS = (
     "random", "flat", "lattice", "polygon", "line", "pairs", "stiff", "edge", "far", "tilted",

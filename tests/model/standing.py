@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from model.fit_cross_talk import SensorPlaces, StillPoses
-from model.force_calibration import ForceCalibration, fourier_rows
-from model.signals import BoolArray, FloatArray
+from model.fit.cross_talk import SensorPlaces, StillPoses
+from model.values.arrays import BoolArray, FloatArray
+from model.values.force_calibration import ForceCalibration, fourier_rows
 
 LEGS = ("HL", "ML", "FL", "HR", "MR", "FR")
 WEIGHT_N = 63.7

@@ -5,10 +5,11 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from model.frames import Reason, solve_frames
-from model.params import ContactParameters
-from model.signals import FloatArray, FootMotion
-from model.support import solve_support
+from model.parameters.robot import ContactParameters
+from model.quasistatic.frames import Reason, solve_frames
+from model.support.search import solve_support
+from model.values.arrays import FloatArray
+from model.values.legs import FootMotion
 from tests.model.contact_oracle import oracle_loads
 from tests.model.poses import KINDS, poses
 

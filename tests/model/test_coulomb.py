@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from model.coulomb_reference import solve_coulomb_reference
-from model.frames import FrameSolutions, FrictionLaw, Reason, solve_frames
-from model.params import ContactParameters
-from model.signals import FloatArray, FootMotion
+from model.parameters.robot import ContactParameters
+from model.quasistatic.frames import FrameSolutions, FrictionLaw, Reason, solve_frames
+from model.traction.coulomb_reference import solve_coulomb_reference
+from model.values.arrays import FloatArray
+from model.values.legs import FootMotion
 from tests.model.coulomb_frames import KINDS, frames, trouble
 
 WEIGHT_N = 60.0

@@ -5,13 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from model import estimator_measurements as measure
-from model import estimator_process as process
 from model.errors import ModelError
-from model.estimator import Estimator
-from model.estimator_history import EstimatorHistory, LateSample
-from model.estimator_settings import EstimatorSettings
-from model.estimator_types import (
+from model.estimator import measurements as measure
+from model.estimator import process
+from model.estimator.filter import Estimator
+from model.estimator.history import EstimatorHistory, LateSample
+from model.estimator.kalman import Stack, mended, sound
+from model.estimator.neighbourhood import Neighbourhood, neighbourhood
+from model.estimator.settings import EstimatorSettings
+from model.estimator.smoother import smooth
+from model.parameters.robot import ContactParameters
+from model.quasistatic.frames import FrictionLaw, solve_frames
+from model.values.arrays import FloatArray
+from model.values.estimate import (
     FIXED,
     SCALE,
     VELOCITY,
@@ -21,13 +27,8 @@ from model.estimator_types import (
     friction_of,
     stiffness_of,
 )
-from model.frames import FrictionLaw, solve_frames
-from model.kalman import Stack, mended, sound
-from model.neighbourhood import Neighbourhood, neighbourhood
-from model.params import ContactParameters
-from model.signals import FloatArray, FootForces, FootMotion
-from model.smoother import smooth
-from robot.odometry_metrics import in_band, nees
+from model.values.legs import FootForces, FootMotion
+from robot.odometry.metrics import in_band, nees
 from tests.model.estimator_world import (
     CERTAIN,
     CONTACT,

@@ -6,11 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from model.estimator import Estimator
-from model.estimator_settings import EstimatorSettings
-from model.estimator_types import EstimatorState, Health, OdometryEstimate, OdometryInputs
-from model.kalman import sound
-from model.signals import FloatArray, FootForces, FootMotion
+from model.estimator.filter import Estimator
+from model.estimator.kalman import sound
+from model.estimator.settings import EstimatorSettings
+from model.values.arrays import FloatArray
+from model.values.estimate import EstimatorState, Health, OdometryEstimate, OdometryInputs
+from model.values.legs import FootForces, FootMotion
 from tests.model.estimator_world import CONTACT, PERIOD_NS, WEIGHT_N, feet_at, simulate
 
 SETTINGS = EstimatorSettings()

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from model.errors import ModelError
-from model.fit_friction import FrictionFit, fit_friction
-from model.frames import FrictionLaw
-from model.friction_search import FrictionSearch
-from model.robust_loss import LOSSES, Loss, influence, rho
-from model.signals import FloatArray
-from model.slip_contacts import choose_contacts
+from model.fit.friction import FrictionFit, fit_friction
+from model.fit.friction_search import FrictionSearch
+from model.fit.robust_loss import LOSSES, Loss, influence, rho
+from model.fit.slip_contacts import choose_contacts
+from model.quasistatic.frames import FrictionLaw
+from model.values.arrays import FloatArray
 
 NAMES = ("HL", "ML", "FL", "HR", "MR", "FR")
 MU = np.array([0.8, 1.0, 1.1, 1.3, 1.0, 0.8])

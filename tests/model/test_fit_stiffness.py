@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from model.errors import ModelError
-from model.fit_stiffness import StiffnessFit, fit_stiffness
-from model.load_derivatives import load_derivatives
-from model.signals import FloatArray
+from model.fit.stiffness import StiffnessFit, fit_stiffness
+from model.support.load_derivatives import load_derivatives
+from model.values.arrays import FloatArray
 
 TRUE = np.array([2000.0, 2500.0, 3000.0, 1500.0, 2200.0, 2800.0])
 START = np.full(6, 1000.0)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from model.errors import ModelError
-from model.fit_cross_talk import (
+from model.fit.cross_talk import (
     StillPoses,
     balance_residual,
     fit_cross_talk,
@@ -16,10 +16,10 @@ from model.fit_cross_talk import (
     shared_directions,
     wrench_maps,
 )
-from model.fit_unloaded import fit_unloaded
-from model.force_calibration import ForceCalibration, bias_only, fourier_rows
-from model.in_situ import SHARED, calibrate_in_situ, weak_axes
-from model.signals import FloatArray
+from model.fit.in_situ import SHARED, calibrate_in_situ, weak_axes
+from model.fit.unloaded import fit_unloaded
+from model.values.arrays import FloatArray
+from model.values.force_calibration import ForceCalibration, bias_only, fourier_rows
 from tests.model.standing import LEGS, places, sensed, still, true_faults, true_wrenches
 
 NOISE = np.array([0.002, 0.002, 0.004, 1e-4, 1e-4, 1e-4])  # of a mean of a hundred samples

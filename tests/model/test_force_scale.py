@@ -5,8 +5,8 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from model.errors import ModelError
-from model.force_scale import force_scale
-from model.signals import FloatArray
+from model.traction.force_scale import force_scale
+from model.values.arrays import FloatArray
 
 
 def forces(seed: int, frames: int = 20) -> tuple[FloatArray, FloatArray]:

@@ -9,10 +9,11 @@ import pytest
 
 from model import compiled
 from model.errors import ModelError
-from model.frames import FrictionLaw, Reason, solve_frames
-from model.params import ContactParameters
-from model.quasistatic import solve_frame, solve_frame_reference
-from model.signals import FloatArray, FootMotion
+from model.parameters.robot import ContactParameters
+from model.quasistatic.frame import solve_frame, solve_frame_reference
+from model.quasistatic.frames import FrictionLaw, Reason, solve_frames
+from model.values.arrays import FloatArray
+from model.values.legs import FootMotion
 from tests.model.coulomb_frames import frames
 
 WEIGHT_N = 60.0
@@ -156,9 +157,9 @@ import sys
 sys.modules["numba"] = None
 import numpy as np
 from model.compiled import COMPILED
-from model.frames import FrictionLaw, solve_frames
-from model.quasistatic import prepare, solve_frame
-from model.signals import FootMotion
+from model.quasistatic.frames import FrictionLaw, solve_frames
+from model.quasistatic.frame import prepare, solve_frame
+from model.values import FootMotion
 from tests.model.coulomb_frames import frames
 from tests.model.test_frames import WEIGHT_N, contact
 assert not COMPILED
@@ -183,7 +184,7 @@ def test_without_a_compiler_it_gives_the_same(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(not compiled.COMPILED, reason="numba is not installed")
 def test_machine_code_does_not_outlive_any_source_of_the_model() -> None:
-    from model.frames_kernel import frames_kernel
+    from model.quasistatic.frames_kernel import frames_kernel
 
     kept = frames_kernel._cache._cache_file  # type: ignore[attr-defined]
     assert kept._source_stamp == compiled._stamp("model")

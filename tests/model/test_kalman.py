@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from filterpy.kalman import ExtendedKalmanFilter
 
-from model.estimator_measurements import Block, stacked
-from model.estimator_settings import EstimatorSettings
-from model.estimator_types import FIXED
-from model.kalman import Kalman, Patience, Stack
-from model.kalman_filter import CompiledFilter
-from model.signals import FloatArray
+from model.estimator.kalman import Kalman, Patience, Stack
+from model.estimator.kalman_filter import CompiledFilter
+from model.estimator.measurements import Block, stacked
+from model.estimator.settings import EstimatorSettings
+from model.values.arrays import FloatArray
+from model.values.estimate import FIXED
 
 SETTINGS = EstimatorSettings()
 SIZE = FIXED + 12

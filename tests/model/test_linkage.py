@@ -8,11 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from model.errors import ConfigError
-from model.linkage import Linkage, check_linkage, linkage_pose
-from model.params import LinkageParameters
-from robot.config import load_robot
-from sim_hw.four_bar import foot_path
-from sim_hw.plant_parameters import PlantParameters
+from model.kinematics.four_bar import Linkage, check_linkage, linkage_pose
+from model.parameters.robot import LinkageParameters
+from robot.config.robot_file import load_robot
+from sim_hw.plant.four_bar import foot_path
+from sim_hw.plant.parameters import PlantParameters
 
 ROBOT = load_robot().parameters
 NOMINAL = ROBOT.linkage

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from model.errors import ModelError
-from model.low_pass import choose_gamma, low_pass
+from model.motion.low_pass import choose_gamma, low_pass
 
 RATE_HZ = 100.0
 

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from model.differentiate import latest_rate
-from model.odometry import advance
-from model.signals import Estimate
+from model.motion.dead_reckoning import advance
+from model.motion.differentiate import latest_rate
+from model.values.tick import Estimate
 
 START = Estimate(0, np.zeros(2), 0.0, np.full(3, np.nan), valid=False)
 SECOND = 1_000_000_000

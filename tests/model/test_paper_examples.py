@@ -7,13 +7,18 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from model.errors import ModelError
-from model.force_field import balance_velocity, total_force
-from model.frames import FrictionLaw
-from model.friction_family import ansatz_error, drag, force_share
-from model.line_example import coulomb_balance, coulomb_force, viscous_balance, viscous_force
-from model.signals import FloatArray
-from model.support import solve_support
-from model.support_path import search_path
+from model.quasistatic.frames import FrictionLaw
+from model.support.path import search_path
+from model.support.search import solve_support
+from model.traction.force_field import balance_velocity, total_force
+from model.traction.friction_family import ansatz_error, drag, force_share
+from model.traction.line_example import (
+    coulomb_balance,
+    coulomb_force,
+    viscous_balance,
+    viscous_force,
+)
+from model.values.arrays import FloatArray
 
 SPEEDS = st.lists(st.integers(-1000, 1000).map(lambda n: n / 1000), min_size=1, max_size=15)
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from model.errors import ModelError
-from model.se2 import compose, exponential, integrate, product, scan
+from model.motion.se2 import compose, exponential, integrate, product, scan
 
 twists = st.tuples(
     st.floats(-2, 2), st.floats(-2, 2), st.floats(-7, 7) | st.floats(-3e-4, 3e-4)

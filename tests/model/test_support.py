@@ -8,8 +8,9 @@ from scipy.optimize import linprog, minimize
 from scipy.spatial import ConvexHull
 
 from model.errors import ModelError
-from model.signals import FloatArray, Support
-from model.support import solve_support
+from model.support.search import solve_support
+from model.values.arrays import FloatArray
+from model.values.contact import Support
 
 
 def energy_minimum(feet: FloatArray, stiffness: FloatArray, load: float) -> FloatArray:

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from model.errors import ModelError
-from model.frames import FrictionLaw, Reason, solve_frames
-from model.signals import FootMotion
+from model.quasistatic.frames import FrictionLaw, Reason, solve_frames
 from model.systems.disk import WEIGHT_N, disk, disk_contact, random_disk_poses
 from model.systems.foot_path import FootPath
 from model.systems.leaf_spring import deflect, extrapolate_unloaded
@@ -18,6 +17,7 @@ from model.systems.quadruped import quadruped
 from model.systems.slither import slither
 from model.systems.stairs import Steps, climb, ground_under
 from model.systems.system import System, equal_contacts, even_times
+from model.values.legs import FootMotion
 
 SHORT: dict[str, Callable[[], System]] = {
     "disk": lambda: disk(cycles=1),

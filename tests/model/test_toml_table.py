@@ -5,7 +5,7 @@ import math
 import pytest
 
 from model.errors import ConfigError
-from model.toml_table import Table
+from model.parameters.toml_table import Table
 
 
 @pytest.mark.parametrize(

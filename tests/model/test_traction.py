@@ -7,10 +7,12 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from model.errors import ModelError
-from model.params import ContactParameters
-from model.quasistatic import solve_frame
-from model.signals import FloatArray, FootMotion, Support, Traction
-from model.traction import connection, solve_traction
+from model.parameters.robot import ContactParameters
+from model.quasistatic.frame import solve_frame
+from model.traction.viscous import connection, solve_traction
+from model.values.arrays import FloatArray
+from model.values.contact import Support, Traction
+from model.values.legs import FootMotion
 
 
 def carried(load: FloatArray) -> Support:

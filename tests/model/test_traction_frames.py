@@ -4,17 +4,18 @@ import numpy as np
 import pytest
 
 from model.errors import ModelError
-from model.frames import FrameSolutions, FrictionLaw, solve_frames
-from model.params import ContactParameters
-from model.signals import FloatArray, FootMotion
-from model.support_frames import solve_support_frames
-from model.traction_frames import (
+from model.parameters.robot import ContactParameters
+from model.quasistatic.frames import FrameSolutions, FrictionLaw, solve_frames
+from model.support.frames import solve_support_frames
+from model.traction.frames import (
     FootLaw,
     Inertia,
     Pushes,
     TractionSolutions,
     solve_traction_frames,
 )
+from model.values.arrays import FloatArray
+from model.values.legs import FootMotion
 
 LEGS, FRAMES = 6, 300
 RNG = np.random.default_rng(4)

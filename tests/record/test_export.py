@@ -11,14 +11,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from model.errors import ConfigError, RecordError
-from model.signals import Tick
-from record import export
-from record.columns import GROUPS, check_groups
-from record.export import export_table, export_trial, export_tum
-from record.reader import LogContents
-from record.table_file import read_table
-from record.trial import read_trial
-from record.writer import LogWriter
+from model.values.tick import Tick
+from record.log import export
+from record.log.columns import GROUPS, check_groups
+from record.log.export import export_table, export_trial, export_tum
+from record.log.reader import LogContents
+from record.log.writer import LogWriter
+from record.trial.table_file import read_table
+from record.trial.trial import read_trial
 from tests.record.test_log import START_UNIX_NS, write_log
 from tests.record.ticks import NAMES, PERIOD_NS, make_tick
 

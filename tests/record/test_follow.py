@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from model.errors import RecordError
-from record.follow import LogFollower
-from record.reader import read_ticks
+from record.log.follow import LogFollower
+from record.log.reader import read_ticks
 from tests.record.test_log import same, write_log
 
 

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from model.errors import RecordError
-from record.column_map import ColumnMap, read_column_map
-from record.export import export_trial
-from record.import_table import ImportReport, import_table
-from record.reader import LogContents, read_ticks
-from record.table_check import Finding
-from record.table_file import Column
-from record.trial import Trial, build_trial, read_trial, write_trial
-from record.trial_log import left_out, write_trial_log
+from record.log.export import export_trial
+from record.log.from_trial import left_out, write_trial_log
+from record.log.reader import LogContents, read_ticks
+from record.trial.column_map import ColumnMap, read_column_map
+from record.trial.import_table import ImportReport, import_table
+from record.trial.table_check import Finding
+from record.trial.table_file import Column
+from record.trial.trial import Trial, build_trial, read_trial, write_trial
 from tests.record.test_trial import (
     BENCH,
     HEXAPOD,

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from model.errors import RecordError
-from record.column_map import ColumnMap, find_map, map_names, read_column_map
-from record.import_table import import_table, import_tables
-from record.table_check import Finding
-from record.trial import read_trial
-from robot import cli
-from robot.exit_codes import ExitCode
+from record.trial.column_map import ColumnMap, find_map, map_names, read_column_map
+from record.trial.import_table import import_table, import_tables
+from record.trial.table_check import Finding
+from record.trial.trial import read_trial
+from robot.cli import main as cli
+from robot.console.exit_codes import ExitCode
 
 SERVO = 'kind = "servo_bench"\n[joint.arm]\n'
 HEAD = '[trial]\nrobot = "arm_robot.toml"\n'

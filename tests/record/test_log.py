@@ -19,13 +19,13 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from model.errors import RecordError
-from model.signals import Tick
-from record.background import BackgroundWriter
-from record.definitions import DEFINITIONS
-from record.reader import LogContents, read_log, read_ticks
-from record.recover import recover
-from record.tick_message import decode_tick, encode_tick
-from record.writer import LogWriter, topics
+from model.values.tick import Tick
+from record.log.background import BackgroundWriter
+from record.log.definitions import DEFINITIONS
+from record.log.reader import LogContents, read_log, read_ticks
+from record.log.recover import recover
+from record.log.tick_message import decode_tick, encode_tick
+from record.log.writer import LogWriter, topics
 from tests.record.ticks import NAMES, PERIOD_NS, make_tick
 
 START_UNIX_NS = 1_767_225_600_000_000_000
@@ -217,7 +217,7 @@ KILLED = """
 import sys
 from pathlib import Path
 from typing import Any
-from record.writer import LogWriter
+from record.log.writer import LogWriter
 from tests.record.ticks import NAMES, make_tick
 first = make_tick(0)
 writer = LogWriter(Path(sys.argv[1]), names=NAMES, config_text="", metadata={},

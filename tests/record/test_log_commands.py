@@ -8,13 +8,14 @@ import pytest
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 
-from model.signals import Mode, StopReason
-from record.reader import LogContents, read_log, read_ticks
-from record.trial import read_trial
-from record.versions import PACKAGES
-from robot import cli
-from robot.config import DEFAULT_ROBOT_FILE
-from robot.exit_codes import ExitCode
+from model.values.faults import StopReason
+from model.values.tick import Mode
+from record.log.reader import LogContents, read_log, read_ticks
+from record.log.versions import PACKAGES
+from record.trial.trial import read_trial
+from robot.cli import main as cli
+from robot.config.robot_file import DEFAULT_ROBOT_FILE
+from robot.console.exit_codes import ExitCode
 
 Capture = pytest.CaptureFixture[str]
 

@@ -9,10 +9,10 @@ import pytest
 from mcap.reader import make_reader
 
 from model.errors import BigantError, ConfigError, RecordError
-from record.reader import LogContents, read_log, read_stamped_ticks, read_ticks
-from record.splice import cut_log, merge_logs
-from record.survey import survey_log
-from record.writer import LogWriter
+from record.log.reader import LogContents, read_log, read_stamped_ticks, read_ticks
+from record.log.splice import cut_log, merge_logs
+from record.log.survey import survey_log
+from record.log.writer import LogWriter
 from tests.record.test_log import START_UNIX_NS, same, write_log
 from tests.record.ticks import NAMES, make_tick
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from model.errors import RecordError
-from record import table_store
-from record.table_file import Column, read_table, write_table
-from record.table_store import open_table
+from record.trial import table_store
+from record.trial.table_file import Column, read_table, write_table
+from record.trial.table_store import open_table
 
 
 def test_columns_that_change_their_kind_far_down_are_read_as_of_the_whole(

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
 from model.errors import RecordError
-from record.table_file import Column, read_table
-from record.trial import Trial, build_trial, read_trial, trial_places, write_trial
-from record.trial_toml import TrialHeader, TrialNoise
+from record.trial.header import TrialHeader, TrialNoise
+from record.trial.table_file import Column, read_table
+from record.trial.trial import Trial, build_trial, read_trial, trial_places, write_trial
 
 LEGS = ("HL", "ML", "FL", "HR", "MR", "FR")
 BENCH = 'kind = "servo_bench"\n[joint.arm]\n[joint.wrist]\nmotor = { supply_v = 7.4 }\n'

@@ -2,30 +2,13 @@
 
 import numpy as np
 
-from model.estimator_types import Health, OdometryEstimate
-from model.pose_record import PoseRecord
-from model.signals import (
-    BodyTruth,
-    ContactSolution,
-    Estimate,
-    Fault,
-    FaultKind,
-    FootForces,
-    FootMotion,
-    ForceRecord,
-    Inputs,
-    Intent,
-    JointCommand,
-    JointState,
-    LoopTiming,
-    Mode,
-    Request,
-    ServoReadings,
-    StopReason,
-    Support,
-    Tick,
-    Traction,
-)
+from model.values.contact import ContactSolution, Support, Traction
+from model.values.estimate import Health, OdometryEstimate
+from model.values.faults import Fault, FaultKind, StopReason
+from model.values.legs import FootForces, FootMotion, JointCommand, JointState
+from model.values.poses import PoseRecord
+from model.values.readings import BodyTruth, ForceRecord, ServoReadings
+from model.values.tick import Estimate, Inputs, Intent, LoopTiming, Mode, Request, Tick
 
 NAMES = ("HL", "ML", "FL", "HR", "MR", "FR")
 PERIOD_NS = 10_000_000

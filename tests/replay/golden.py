@@ -20,20 +20,28 @@ import numpy as np
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 
-from drivers.ati_calibration import Calibration
-from model.signals import Intent, Request, StopReason, Tick
-from record.definitions import DEFINITIONS
-from record.reader import LogContents
-from record.tick_message import encode_tick
-from record.topic_reader import read_tick_messages
-from record.writer import CONFIG_NAME, LIBRARY, METADATA_NAME, NAMES_KEY, START_KEY, TICK_TOPIC
-from robot.config import load_robot
-from robot.controller import Controller
-from robot.hardware import open_in_memory
-from robot.loop import run
-from robot.replay_ticks import replay_log, step_through
-from robot.rig import Rig
-from robot.run_record import controller_metadata, rebuild_controller
+from drivers.ati.calibration import Calibration
+from model.values.faults import StopReason
+from model.values.tick import Intent, Request, Tick
+from record.log.definitions import DEFINITIONS
+from record.log.reader import LogContents
+from record.log.tick_message import encode_tick
+from record.log.topic_reader import read_tick_messages
+from record.log.writer import (
+    CONFIG_NAME,
+    LIBRARY,
+    METADATA_NAME,
+    NAMES_KEY,
+    START_KEY,
+    TICK_TOPIC,
+)
+from robot.config.robot_file import load_robot
+from robot.control.controller import Controller
+from robot.replay.ticks import replay_log, step_through
+from robot.run.hardware import open_in_memory
+from robot.run.header import controller_metadata, rebuild_controller
+from robot.run.loop import run
+from robot.run.rig import Rig
 from tests.robot.runs import Kept, Told, wish
 
 FOLDER = Path(__file__).resolve().parent / "golden"

@@ -11,11 +11,11 @@ from pathlib import Path
 
 import pytest
 
-from robot.replay_fields import FIELDS
-from robot.replay_ticks import replay_log
+from robot.replay.fields import FIELDS
+from robot.replay.ticks import replay_log
 from tests.replay.golden import FOLDER, NAMES, indicator, log_of, read_rows, replayed, same, settled
 
-pytest_plugins = ("robot.pytest_replay",)
+pytest_plugins = ("robot.replay.pytest_plugin",)
 
 ROOT = Path(__file__).resolve().parents[2]
 LARGEST_TOTAL = 600_000
@@ -58,7 +58,7 @@ import json, sys
 sys.modules["numba"] = None
 from pathlib import Path
 from model import compiled
-from robot.replay_ticks import replay_log
+from robot.replay.ticks import replay_log
 assert not compiled.COMPILED
 found = [replay_log(Path(path)) for path in sys.argv[1:]]
 print(json.dumps([[f.equal, f.equal_bits, f.ticks] for f in found]))

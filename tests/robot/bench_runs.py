@@ -3,13 +3,14 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from model.signals import FaultKind, Intent, Mode, StopReason, Tick
-from robot.config import RobotConfig, parse_robot
-from robot.controller import Controller
-from robot.hardware import open_in_memory
-from robot.loop import RunResult, run
-from sim_hw.bench_world import BenchWorld
-from sim_hw.scenario import parse_scenario
+from model.values.faults import FaultKind, StopReason
+from model.values.tick import Intent, Mode, Tick
+from robot.config.robot_file import RobotConfig, parse_robot
+from robot.control.controller import Controller
+from robot.run.hardware import open_in_memory
+from robot.run.loop import RunResult, run
+from sim_hw.faults.scenario import parse_scenario
+from sim_hw.host.bench_world import BenchWorld
 from tests.robot.runs import CONFIG, Kept, Told, modes_of, wish
 
 WEIGHT_N = CONFIG.parameters.body.mass * 9.80665

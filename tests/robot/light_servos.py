@@ -10,9 +10,9 @@ import sys
 from pathlib import Path
 
 from drivers.clock import MonotonicClock
-from sim_hw.servo_firmware import FirmwareBank
-from sim_hw.servo_pty import PtyServoBus
-from sim_hw.servos import VirtualServoBus
+from sim_hw.dynamixel.bus import VirtualServoBus
+from sim_hw.dynamixel.firmware import FirmwareBank
+from sim_hw.dynamixel.pty import PtyServoBus
 from tests.sim_hw.motors import SimpleMotors
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -4,12 +4,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from model.errors import RecordError
-from model.signals import Intent, Mode, Request, StopReason, Tick
-from robot.config import RobotConfig, load_robot
-from robot.controller import Controller
-from robot.hardware import open_in_memory
-from robot.loop import RunResult, run
-from robot.rig import Rig
+from model.values.faults import StopReason
+from model.values.tick import Intent, Mode, Request, Tick
+from robot.config.robot_file import RobotConfig, load_robot
+from robot.control.controller import Controller
+from robot.run.hardware import open_in_memory
+from robot.run.loop import RunResult, run
+from robot.run.rig import Rig
 
 CONFIG = load_robot()
 

@@ -2,14 +2,15 @@
 
 import pytest
 
-from drivers.servo_port import ClockedPort
+from drivers.dynamixel.port import ClockedPort
 from model.errors import BusError
-from robot import cli, servo_access
+from robot.bringup.servo import access as servo_access
+from robot.cli import main as cli
 from sim_hw.clock import VirtualClock
-from sim_hw.port import MemoryPort
-from sim_hw.servo_firmware import FirmwareBank
-from sim_hw.servos import VirtualServoBus
-from sim_hw.virtual_servo import VirtualServo
+from sim_hw.dynamixel.bus import VirtualServoBus
+from sim_hw.dynamixel.firmware import FirmwareBank
+from sim_hw.dynamixel.port import MemoryPort
+from sim_hw.dynamixel.servo import VirtualServo
 from tests.sim_hw.motors import SimpleMotors
 
 PORT = "bench"

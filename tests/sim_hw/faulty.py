@@ -2,18 +2,18 @@
 
 import numpy as np
 
-from drivers.dynamixel_frames import Frame, FrameParser, build_instruction
-from drivers.mx106 import REGISTER
-from model.signals import FloatArray
-from sim_hw.ati import VirtualWnet
+from drivers.dynamixel.frames import Frame, FrameParser, build_instruction
+from drivers.dynamixel.mx106 import REGISTER
+from model.values.arrays import FloatArray
+from sim_hw.ati.unit import VirtualWnet
+from sim_hw.dynamixel.bus import VirtualServoBus
+from sim_hw.dynamixel.firmware import FirmwareBank
+from sim_hw.faults.mishaps import DisturbedMotors, Jammable, ServoMishaps
+from sim_hw.faults.scenario import parse_scenario
+from sim_hw.faults.time import ScenarioTime
+from sim_hw.faults.wnet import FaultyWnet
+from sim_hw.host.virtual_robot import faulty_wire
 from sim_hw.interfaces import MotorWorld, ServoWire
-from sim_hw.scenario import parse_scenario
-from sim_hw.scenario_time import ScenarioTime
-from sim_hw.servo_firmware import FirmwareBank
-from sim_hw.servo_mishaps import DisturbedMotors, Jammable, ServoMishaps
-from sim_hw.servos import VirtualServoBus
-from sim_hw.virtual_robot import faulty_wire
-from sim_hw.wnet_faults import FaultyWnet
 from tests.sim_hw.motors import SimpleMotors
 
 BAUD = 1_000_000

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from model.signals import FloatArray
+from model.values.arrays import FloatArray
 from sim_hw.interfaces import FirmwareControl
 
 STEP_NS = 1_000_000

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from model.errors import ConfigError
-from sim_hw.effect_catalog import EFFECTS
-from sim_hw.effects import LEG, STAGES, Effect, EffectKind, parse_effect
-from sim_hw.four_bar import foot_path
-from sim_hw.goal_path import GoalPath
-from sim_hw.plant import Plant
+from sim_hw.plant.four_bar import foot_path
+from sim_hw.plant.plant import Plant
+from sim_hw.twin.catalog import EFFECTS
+from sim_hw.twin.effects import LEG, STAGES, Effect, EffectKind, parse_effect
+from sim_hw.twin.goal_path import GoalPath
 from tests.sim_hw.twins import GAIN, NOMINAL, ON, ROBOT, WEIGHT, hold, plant, sliding_ratio, twin
 
 ML, FL = 1, 2
@@ -264,7 +264,7 @@ def test_a_round_foot_rolls() -> None:
         for step in range(1500):
             robot.step(GAIN * (0.4 * step / 1500 - robot.motor_angle_rad), ON)
         ways.append((robot.truth(0).position_W[0] - start, robot.shaft_angle_rad.mean()))
-    from sim_hw.four_bar import four_bar_point, leg_geometry
+    from sim_hw.plant.four_bar import four_bar_point, leg_geometry
 
     geometry = leg_geometry(NOMINAL)[0]
     turned = four_bar_point(geometry, ways[0][1])[4] - four_bar_point(geometry, 0.0)[4]

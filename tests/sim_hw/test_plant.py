@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robot.config import load_robot
-from sim_hw.four_bar import foot_path
-from sim_hw.motor import friction_budget, motor_row, warmed
-from sim_hw.plant import Plant
-from sim_hw.plant_parameters import PlantParameters
+from robot.config.robot_file import load_robot
+from sim_hw.plant.four_bar import foot_path
+from sim_hw.plant.motor import friction_budget, motor_row, warmed
+from sim_hw.plant.parameters import PlantParameters
+from sim_hw.plant.plant import Plant
 
 NOMINAL = PlantParameters.nominal(load_robot().parameters)
 WEIGHT = NOMINAL.mass * NOMINAL.gravity

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from robot.config import load_robot
-from sim_hw.motion_capture import MotionCapture, Poses
-from sim_hw.plant import Plant
-from sim_hw.sensing import ForceChannel
-from sim_hw.servo_firmware import FirmwareBank
-from sim_hw.world import World
+from robot.config.robot_file import load_robot
+from sim_hw.dynamixel.firmware import FirmwareBank
+from sim_hw.host.world import World
+from sim_hw.plant.plant import Plant
+from sim_hw.twin.motion_capture import MotionCapture, Poses
+from sim_hw.twin.sensing import ForceChannel
 from tests.sim_hw.twins import WEIGHT, twin
 
 CONFIG = load_robot()
@@ -103,7 +103,7 @@ def turning(count: int = 400) -> Poses:
 def quiet(*texts: str) -> MotionCapture:
     from dataclasses import replace
 
-    from record.trial_toml import TrialNoise
+    from record.trial.header import TrialNoise
 
     sensors = replace(twin(*texts).sensors, noise=TrialNoise(0.0, 0.0, 0.0, 0.0, 0.0))
     return MotionCapture(sensors, seed=0)

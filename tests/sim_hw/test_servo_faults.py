@@ -9,16 +9,21 @@ import numpy as np
 import pytest
 
 from drivers.clock import MonotonicClock
-from drivers.dynamixel_frames import BROADCAST_ID, Instruction, StatusError, build_instruction
-from drivers.mx106 import REGISTER
-from drivers.servo_bus import ServoBus
-from drivers.servo_port import BusPort
-from drivers.servo_scan import broadcast_ping
+from drivers.dynamixel.bus import ServoBus
+from drivers.dynamixel.frames import (
+    BROADCAST_ID,
+    Instruction,
+    StatusError,
+    build_instruction,
+)
+from drivers.dynamixel.mx106 import REGISTER
+from drivers.dynamixel.port import BusPort
+from drivers.dynamixel.scan import broadcast_ping
 from model.errors import BusError, ConnectionLost
-from robot.config import load_robot
+from robot.config.robot_file import load_robot
 from sim_hw.clock import VirtualClock
-from sim_hw.port import MemoryPort
-from sim_hw.servo_pty import PtyServoBus
+from sim_hw.dynamixel.port import MemoryPort
+from sim_hw.dynamixel.pty import PtyServoBus
 from tests.sim_hw.faulty import BAUD, START_NS, FaultyBus
 from tests.sim_hw.twins import plant
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sim_hw.foot_surface import varies
-from sim_hw.four_bar import foot_path
-from sim_hw.motor import motor_row, turned
-from sim_hw.plant import Plant
-from sim_hw.plant_parameters import GroundParameters
+from sim_hw.plant.foot_surface import varies
+from sim_hw.plant.four_bar import foot_path
+from sim_hw.plant.motor import motor_row, turned
+from sim_hw.plant.parameters import GroundParameters
+from sim_hw.plant.plant import Plant
 from tests.sim_hw.twins import GAIN, NOMINAL, ON, WEIGHT, hold, plant
 
 OFF = ~ON

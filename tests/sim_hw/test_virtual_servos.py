@@ -10,7 +10,7 @@ import pytest
 import serial
 
 from drivers.clock import MonotonicClock
-from drivers.dynamixel_frames import (
+from drivers.dynamixel.frames import (
     BROADCAST_ID,
     Frame,
     FrameParser,
@@ -18,15 +18,15 @@ from drivers.dynamixel_frames import (
     StatusError,
     build_instruction,
 )
-from drivers.mx106 import REGISTER
-from drivers.servo_port import BusPort
-from drivers.servo_scan import broadcast_ping, scan
+from drivers.dynamixel.mx106 import REGISTER
+from drivers.dynamixel.port import BusPort
+from drivers.dynamixel.scan import broadcast_ping, scan
 from model.errors import BusError, ConnectionLost
 from sim_hw.clock import VirtualClock
-from sim_hw.port import MemoryPort
-from sim_hw.servo_firmware import FirmwareBank
-from sim_hw.servo_pty import PtyServoBus
-from sim_hw.servos import VirtualServoBus
+from sim_hw.dynamixel.bus import VirtualServoBus
+from sim_hw.dynamixel.firmware import FirmwareBank
+from sim_hw.dynamixel.port import MemoryPort
+from sim_hw.dynamixel.pty import PtyServoBus
 from tests.sim_hw.motors import SimpleMotors
 
 BAUD = 1_000_000

@@ -4,10 +4,10 @@ import zlib
 
 import numpy as np
 
-from drivers.ati_packets import Command, Malformed, build_command, parse_datagram
-from model.signals import FloatArray
-from sim_hw.ati import VirtualWnet
-from sim_hw.ati_console import CalTable, ConsoleSession, format_cal
+from drivers.ati.packets import Command, Malformed, build_command, parse_datagram
+from model.values.arrays import FloatArray
+from sim_hw.ati.console import CalTable, ConsoleSession, format_cal
+from sim_hw.ati.unit import VirtualWnet
 
 ROWS = (
     (600, 32000, (-300.1, -200.2, 350.3, -32000.4, -220.5, 32800.6)),

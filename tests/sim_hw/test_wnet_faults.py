@@ -5,15 +5,16 @@ import socket
 
 import pytest
 
-from drivers.ati_discovery import parse_answer, question
-from drivers.ati_packets import Malformed, parse_datagram
-from drivers.ati_stream import ForceStream
+from drivers.ati.discovery import parse_answer, question
+from drivers.ati.packets import Malformed, parse_datagram
+from drivers.ati.stream import ForceStream
 from model.errors import ForceStreamError
-from model.signals import FaultKind, ForceRecord
-from robot.config import load_robot
-from sim_hw.ati_console import open_console
-from sim_hw.ati_memory import MemoryDatagramLink, MemoryTextLink
-from sim_hw.ati_sockets import WnetSockets
+from model.values.faults import FaultKind
+from model.values.readings import ForceRecord
+from robot.config.robot_file import load_robot
+from sim_hw.ati.console import open_console
+from sim_hw.ati.memory import MemoryDatagramLink, MemoryTextLink
+from sim_hw.ati.sockets import WnetSockets
 from sim_hw.clock import VirtualClock
 from tests.sim_hw.faulty import START, STOP, FaultyUnit, sound_record
 

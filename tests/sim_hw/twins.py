@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from robot.config import load_robot
-from sim_hw.effect_catalog import EFFECTS
-from sim_hw.effects import apply_effects, parse_effect
-from sim_hw.plant import Plant
-from sim_hw.plant_parameters import PlantParameters
-from sim_hw.sensing import SensorParameters
-from sim_hw.twin import Twin
+from robot.config.robot_file import load_robot
+from sim_hw.plant.parameters import PlantParameters
+from sim_hw.plant.plant import Plant
+from sim_hw.twin.catalog import EFFECTS
+from sim_hw.twin.effects import apply_effects, parse_effect
+from sim_hw.twin.sensing import SensorParameters
+from sim_hw.twin.twin import Twin
 
 ROBOT = load_robot().parameters
 NOMINAL = PlantParameters.nominal(ROBOT)

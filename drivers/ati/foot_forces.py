@@ -1,0 +1,153 @@
+"""From counts to the ground's force on each foot: pure."""
+
+from collections.abc import Sequence
+from math import isfinite
+
+import numpy as np
+
+from drivers.ati.calibration import Calibration
+from drivers.settings import ForceSensorSettings
+from model.values.arrays import FloatArray, readonly
+from model.values.legs import FootForces
+from model.values.readings import ForceRecord
+
+UNKNOWN = (np.nan,) * 6
+NO_FORCE = (np.nan,) * 3
+
+
+def sensed_wrenches(
+    record: ForceRecord, calibrations: Sequence[Calibration | None], settings: ForceSensorSettings
+) -> FloatArray:
+    """Return what the transducers read, sensor axes, (N, 6) [N, N m], nothing subtracted.
+
+    Args:
+        record: The record.
+        calibrations: Calibration of each leg's transducer, None where unknown, N of them.
+        settings: Transducer number of each leg.
+
+    Returns:
+        NaN where a leg has no transducer, no calibration, is not in the record, or is saturated.
+    """
+    return np.array(_rows(record, calibrations, settings))
+
+
+def _rows(
+    record: ForceRecord, calibrations: Sequence[Calibration | None], settings: ForceSensorSettings
+) -> list[tuple[float, ...]]:
+    """The same as plain numbers, a row a leg: six rows are done sooner one by one."""
+    counts: list[list[int]] = record.counts.tolist()
+    heard = (record.present & ~record.saturated).tolist()
+    sensed: list[tuple[float, ...]] = [UNKNOWN] * len(settings.names)
+    numbered = zip(settings.transducers.tolist(), calibrations, strict=False)
+    for leg, (number, calibration) in enumerate(numbered):
+        if calibration is None or number < 1 or not heard[number - 1]:
+            continue
+        n, nm = calibration.counts_per_n, calibration.counts_per_nm
+        fx, fy, fz, tx, ty, tz = counts[number - 1]
+        sensed[leg] = (fx / n, fy / n, fz / n, tx / nm, ty / nm, tz / nm)
+    return sensed
+
+
+def foot_wrenches(
+    sensed: FloatArray, settings: ForceSensorSettings, angle_rad: FloatArray
+) -> FloatArray:
+    """Return the ground's wrench on each foot at the sensors, sensor axes, (..., N, 6) [N, N m].
+
+    The calibration file, where there is one, takes the place of the robot file's constant bias.
+
+    Args:
+        sensed: Readings, (..., N, 6).
+        settings: Calibration or bias of each leg.
+        angle_rad: Shaft angles, (..., N); a calibrated leg whose weight shows needs its own.
+    """
+    if settings.calibration is not None:
+        return settings.calibration.foot_wrench(sensed, angle_rad)
+    wrench = sensed.copy()
+    wrench[..., :3] -= settings.bias_n
+    return wrench
+
+
+def foot_forces(
+    record: ForceRecord | None,
+    calibrations: Sequence[Calibration | None],
+    settings: ForceSensorSettings,
+    angle_rad: FloatArray,
+) -> FootForces:
+    """Calibrate one record.
+
+    Args:
+        record: The record, None if there never was one.
+        calibrations: Calibration of each leg's transducer, None where unknown, N of them.
+        settings: Transducer number, rotation, bias and in-situ calibration of each leg.
+        angle_rad: Shaft angles, (N,), NaN where unknown.
+
+    Returns:
+        Forces in body axes. NaN and ``valid`` False where a leg has no transducer, no calibration, is
+        not in the record, is saturated, or is not in the calibration file that is in use.
+    """
+    if record is None:
+        return no_forces(len(settings.names))
+    return ForceScales(calibrations, settings).forces(record, angle_rad)
+
+
+def no_forces(count: int) -> FootForces:
+    """What is known of the forces on so many feet before the first record."""
+    nothing = np.full((count, 3), np.nan)
+    return FootForces(-1, readonly(nothing), readonly(np.zeros(count, dtype=bool)))
+
+
+class ForceScales:
+    """Calibration of records, with what never changes worked out beforehand.
+
+    Args:
+        calibrations: Calibration of each leg's transducer, None where unknown, N of them.
+        settings: Transducer number, rotation, bias and in-situ calibration of each leg.
+    """
+
+    def __init__(
+        self, calibrations: Sequence[Calibration | None], settings: ForceSensorSettings
+    ) -> None:
+        self._calibrations = calibrations
+        self._settings = settings
+        yaw = settings.yaw_rad
+        in_situ = settings.calibration is not None
+        bias_n = np.zeros_like(settings.bias_n) if in_situ else settings.bias_n
+        self._mounting = tuple(
+            zip(np.cos(yaw).tolist(), np.sin(yaw).tolist(), bias_n.tolist(), strict=True)
+        )
+        numbers = settings.transducers.tolist()
+        # of each leg: place in a record, -1 without a sensor that is known; counts a newton
+        self._scales = tuple(
+            (-1, 1.0) if scale is None or number < 1 else (number - 1, scale.counts_per_n)
+            for number, scale in zip(numbers, calibrations, strict=False)
+        )
+
+    def forces(self, record: ForceRecord, angle_rad: FloatArray) -> FootForces:
+        """Calibrate one record, as ``foot_forces``."""
+        settings = self._settings
+        if settings.calibration is None:
+            sensed = self._sensed(record)
+        else:
+            rows = np.array(_rows(record, self._calibrations, settings))
+            sensed = foot_wrenches(rows, settings, angle_rad)[:, :3].tolist()
+        found, valid = [], []
+        for (fx, fy, fz), (c, s, (bx, by, bz)) in zip(sensed, self._mounting, strict=True):
+            x, y = fx - bx, fy - by
+            force = (c * x - s * y, s * x + c * y, fz - bz)
+            whole = isfinite(force[0] + force[1] + force[2])
+            found.append(force if whole else NO_FORCE)
+            valid.append(whole)
+        return FootForces(record.t_ns, readonly(np.array(found)), readonly(np.array(valid)))
+
+    def _sensed(self, record: ForceRecord) -> list[tuple[float, float, float]]:
+        """What the transducers read of the forces alone, a row a leg, [N]."""
+        counts: list[list[int]] = record.counts.tolist()
+        heard = (record.present & ~record.saturated).tolist()
+        sensed: list[tuple[float, float, float]] = []
+        for place, n in self._scales:
+            if place < 0 or not heard[place]:
+                sensed.append(NO_FORCE)
+                continue
+            row = counts[place]
+            sensed.append((row[0] / n, row[1] / n, row[2] / n))
+        return sensed

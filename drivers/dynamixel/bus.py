@@ -1,0 +1,360 @@
+"""The servo bus of one robot: connect, configure, read, send goals, torque on and off.
+
+``connect`` and ``read`` never write, so they are safe on any robot; everything that moves needs
+``configure`` first, which the command line calls only when armed. Torque goes on at the measured
+position, with the servos' own watchdog armed, so that they stop when the host dies.
+"""
+
+import contextlib
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from dynamixel_sdk import COMM_SUCCESS
+
+from drivers.clock import Clock
+from drivers.dynamixel.checked_servo import CheckedServo
+from drivers.dynamixel.frames import ALERT, BROADCAST_ID
+from drivers.dynamixel.mx106 import (
+    EXTENDED_POSITION_LIMIT,
+    READ_ADDRESS,
+    READ_LENGTH,
+    REGISTER,
+    RETURN_DELAY_UNIT_S,
+    WATCHDOG_UNIT_S,
+    angle_to_ticks,
+)
+from drivers.dynamixel.packets import Answer
+from drivers.dynamixel.port import ClockedPort
+from drivers.dynamixel.requests import ServoRequests
+from drivers.dynamixel.setup import (
+    BusReport,
+    checked_servos,
+    configure_servos,
+    find_servos,
+    hold_at,
+)
+from drivers.dynamixel.stats import BusStats
+from drivers.settings import ServoBusSettings
+from model.errors import BusError
+from model.values.arrays import BoolArray, IntArray, readonly
+from model.values.legs import JointCommand
+from model.values.readings import ServoReadings
+
+NEVER = -1
+TORQUE_OFF_TRIES = 3
+# One lost answer is no reason to refuse; a servo that misses so many is not to be relied on.
+TORQUE_ON_READS = 5
+# While an answer is owed, reads begin up to so many bytes early (goal position and what is between are
+# neighbours), each with another length than those before: an old answer cannot pass for a new one.
+LONGEST_LEAD = 8
+# Register 70 of one servo is read once in so many reads; a new alert is looked into at once.
+POLL_EVERY_READS = 10
+
+
+class ServoBus:
+    """All servos of a robot on one port. One thread at a time.
+
+    Args:
+        port: Port, not yet open.
+        settings: Ids and mounting of the servos.
+        clock: The clock of the port.
+    """
+
+    def __init__(self, port: ClockedPort, settings: ServoBusSettings, clock: Clock) -> None:
+        self.settings = settings
+        self.report = BusReport((), ())
+        self._port = port
+        self._clock = clock
+        self._packets = ServoRequests()
+        self._ids = [int(i) for i in settings.ids]
+        self._configured = False
+        self._torque_on = False
+        self._seen_ns: IntArray = np.full(len(self._ids), NEVER, dtype=np.int64)
+        self._hardware_error: IntArray = np.full(len(self._ids), NEVER, dtype=np.int64)
+        # A servo that starts anew forgets its turns; positions are given and taken as if it had not.
+        self._lost_ticks: IntArray = np.zeros(len(self._ids), dtype=np.int64)
+        self._reads = 0
+        self._lead = 0
+
+    @property
+    def stats(self) -> BusStats:
+        """Counts of requests, timeouts, damaged and late answers, and round trips."""
+        return self._packets.counters.snapshot()
+
+    @property
+    def latency_ms(self) -> float:
+        """How long the port's adapter may hold back an answer."""
+        return self._port.latency_ms
+
+    @property
+    def torque_wanted(self) -> bool:
+        """Whether torque has been switched on and not off again; a servo may have lost it."""
+        return self._torque_on
+
+    @property
+    def clock(self) -> Clock:
+        """The clock of the port."""
+        return self._clock
+
+    @property
+    def latency_timer_ms(self) -> float | None:
+        """How long the adapter holds a short answer back, None where the system does not say."""
+        return self._port.latency_timer_ms
+
+    def open(self) -> None:
+        """Open the port; nothing happens if it is open.
+
+        Raises:
+            BusError: It cannot be opened.
+        """
+        if not self._port.openPort():
+            raise BusError(
+                f"{self._port.name} cannot be opened at {self.settings.baud_rate} baud; choose "
+                "another port or baud_rate",
+                port=self._port.name,
+            )
+
+    def connect(self) -> BusReport:
+        """Open the port and find every servo. Writes nothing.
+
+        Returns:
+            Who answered, and what should be put right.
+
+        Raises:
+            BusError: The port cannot be opened, or a servo is missing, of another kind or unusable.
+        """
+        self.open()
+        self.report = find_servos(self._port, self._packets, self.settings)
+        return self.report
+
+    def configure(self) -> None:
+        """Bring the servos into extended position mode, torque off, watchdog clear.
+
+        Raises:
+            BusError: A servo does not take a setting.
+        """
+        configure_servos(self._port, self._packets, self.settings)
+        self._configured = True
+
+    def close(self) -> None:
+        """Close the port."""
+        self._port.closePort()
+
+    # Reading.
+
+    def read(self) -> ServoReadings:
+        """Read every servo once. A silent one costs one timeout and hides no other.
+
+        Returns:
+            Raw readings, (N,) each; see ``ServoReadings`` for what is missing.
+
+        Raises:
+            ConnectionLost: The port is gone.
+        """
+        answers = self._sync_read()
+        now_ns = self._clock.now_ns()
+        valid: BoolArray = np.array([answer.data is not None for answer in answers])
+        self._seen_ns = np.where(valid, now_ns, self._seen_ns)
+        self._poll_hardware_error(answers)
+        age_ns = np.where(self._seen_ns == NEVER, NEVER, now_ns - self._seen_ns)
+        return ServoReadings(
+            t_ns=now_ns,
+            position_ticks=self._unshifted(_column(answers, "present_position"), valid),
+            velocity_counts=_column(answers, "present_velocity"),
+            current_counts=_column(answers, "present_current"),
+            duty_counts=_column(answers, "present_pwm"),
+            voltage_counts=_column(answers, "present_input_voltage"),
+            temperature_c=_column(answers, "present_temperature"),
+            error_byte=readonly(np.array([answer.error for answer in answers], dtype=np.int64)),
+            hardware_error=readonly(self._hardware_error.copy()),
+            valid=readonly(valid),
+            age_ns=readonly(age_ns),
+        )
+
+    def _sync_read(self) -> list[Answer]:
+        """Read the registers of the loop, so that no answer still owed can be taken for a new one."""
+        self._lead = self._lead % LONGEST_LEAD + 1 if self._packets.owed(self._port) else 0
+        lead = self._lead
+        answers = self._packets.sync_read(
+            self._port, self._ids, READ_ADDRESS - lead, READ_LENGTH + lead, self._return_delay_ms()
+        )
+        if not lead:
+            return answers
+        return [a if a.data is None else replace(a, data=a.data[lead:]) for a in answers]
+
+    def _unshifted(self, ticks: IntArray, valid: BoolArray) -> IntArray:
+        if not self._lost_ticks.any():
+            return ticks
+        shifted: IntArray = readonly(np.where(valid, ticks - self._lost_ticks, 0))
+        return shifted
+
+    def note_restart(self, index: int, lost_ticks: int) -> None:
+        """Take note that a servo has started anew and is sound.
+
+        Args:
+            index: Leg index.
+            lost_ticks: Its position now less the one that ``read`` would have given before [ticks].
+        """
+        self._lost_ticks[index] = lost_ticks
+        self._hardware_error[index] = 0
+
+    def _return_delay_ms(self) -> float:
+        delays = [servo.return_delay for servo in self.report.servos]
+        return max(delays, default=254) * RETURN_DELAY_UNIT_S * 1e3
+
+    def _poll_hardware_error(self, answers: Sequence[Answer]) -> None:
+        """Read register 70 of one servo: at once where an alert is new, now and then in turn.
+
+        A sync read carries the alert bit only, and only our own receive loop keeps even that.
+        """
+        unexplained = [
+            index
+            for index, answer in enumerate(answers)
+            if answer.error & ALERT and self._hardware_error[index] <= 0
+        ]
+        self._reads += 1
+        turn, rest = divmod(self._reads, POLL_EVERY_READS)
+        if not unexplained and rest:
+            return
+        index = unexplained[0] if unexplained else turn % len(self._ids)
+        if answers[index].code != COMM_SUCCESS:
+            return  # it is silent just now, and would cost a second timeout
+        register = REGISTER["hardware_error_status"]
+        answer = self._packets.read_byte(self._port, self._ids[index], register.address)
+        if answer.data is not None:
+            self._hardware_error[index] = register.decode(answer.data)
+
+    # Writing.
+
+    def torque_on(self) -> None:
+        """Switch torque on where the shafts stand, with the watchdog armed.
+
+        Raises:
+            BusError: Not configured, or a servo does not do it; torque is off again then.
+            ConnectionLost: The port is gone.
+        """
+        self._need_configured()
+        for _ in range(TORQUE_ON_READS):
+            readings = self.read()
+            if readings.valid.all():
+                break
+        else:
+            raise BusError(
+                f"{self._legs(~readings.valid)} did not answer; torque stays off",
+                port=self._port.name,
+                ids=tuple(int(i) for i in self.settings.ids[~readings.valid]),
+            )
+        try:
+            for servo, ticks in zip(
+                self.servos(), readings.position_ticks + self._lost_ticks, strict=True
+            ):
+                hold_at(servo, int(ticks))
+            for servo in self.servos():
+                servo.write_verified("bus_watchdog", self.watchdog_units)
+        except BusError:
+            self.torque_off()
+            raise
+        self._torque_on = True
+
+    def write_goals(self, command: JointCommand) -> None:
+        """Send goal positions to all servos in one sync write.
+
+        Args:
+            command: Shaft angles in the leg's sense, (N,) [rad].
+
+        Raises:
+            BusError: Torque is off, or an angle is not a number or out of the servo's range;
+                nothing has been sent.
+            ConnectionLost: The port is gone.
+        """
+        if not self._torque_on:
+            raise BusError("torque is off; call torque_on first", port=self._port.name)
+        if not command.torque:
+            raise BusError(
+                "a command without torque has no goals; call torque_off", port=self._port.name
+            )
+        self._refuse(~np.isfinite(command.angle_rad), "has a goal angle that is not a number")
+        ticks = angle_to_ticks(command.angle_rad, self.settings.signs, self.settings.zeros)
+        ticks = ticks + self._lost_ticks
+        self._refuse(
+            np.abs(ticks) > EXTENDED_POSITION_LIMIT,
+            "has a goal beyond 256 turns; set the turn counter back at standstill",
+        )
+        goal = REGISTER["goal_position"]
+        items = [(i, goal.encode(int(t))) for i, t in zip(self._ids, ticks, strict=True)]
+        self._packets.sync_write(self._port, goal.address, items)
+
+    def torque_off(self) -> bool:
+        """Switch all torque off and read it back.
+
+        The watchdog stays armed until torque is known to be off: it stops a servo that did not
+        hear us. One that heard us and kept its torque is told again with its watchdog clear.
+
+        Returns:
+            True only if every servo says that its torque is off. Never raises: it is on every way
+            out, also when the bus is half broken.
+        """
+        self._torque_on = False
+        left = list(self._ids)
+        for _ in range(TORQUE_OFF_TRIES):
+            self._tell(BROADCAST_ID, "torque_enable", 0)
+            torque = {servo_id: self._torque_of(servo_id) for servo_id in left}
+            left = [servo_id for servo_id in left if torque[servo_id] != 0]
+            if not left:
+                self._tell(BROADCAST_ID, "bus_watchdog", 0)
+                return True
+            for servo_id in [i for i in left if torque[i] is not None]:
+                self._tell(servo_id, "bus_watchdog", 0)
+        return False
+
+    def _tell(self, servo_id: int, name: str, value: int) -> None:
+        """Write a register as well as the port can."""
+        register = REGISTER[name]
+        with contextlib.suppress(BusError, OSError):
+            self._packets.write_unanswered(
+                self._port, servo_id, register.address, register.encode(value)
+            )
+
+    def _torque_of(self, servo_id: int) -> int | None:
+        """Return Torque Enable as the servo says it, None if it says nothing."""
+        register = REGISTER["torque_enable"]
+        with contextlib.suppress(BusError, OSError):
+            answer = self._packets.read_byte(self._port, servo_id, register.address)
+            if answer.data is not None:
+                return register.decode(answer.data)
+        return None
+
+    def _need_configured(self) -> None:
+        if not self._configured:
+            raise BusError(
+                "the servos are only being listened to; arm the robot to move it (--armed)",
+                port=self._port.name,
+            )
+
+    def _refuse(self, where: BoolArray, why: str) -> None:
+        if where.any():
+            ids = tuple(int(i) for i in self.settings.ids[where])
+            raise BusError(f"{self._legs(where)} {why}", port=self._port.name, ids=ids)
+
+    @property
+    def watchdog_units(self) -> int:
+        """The watchdog time in the servos' own units."""
+        return round(self.settings.watchdog_s / WATCHDOG_UNIT_S)
+
+    def servos(self) -> list[CheckedServo]:
+        """Return the servos in leg order, to be read and written by register name."""
+        return checked_servos(self._port, self._packets, self.settings)
+
+    def _legs(self, where: BoolArray) -> str:
+        return ", ".join(leg for leg, here in zip(self.settings.names, where, strict=True) if here)
+
+
+def _column(answers: Sequence[Answer], name: str) -> IntArray:
+    """Return one register of every answer, 0 where there is none."""
+    register = REGISTER[name]
+    start = register.address - READ_ADDRESS
+    span = slice(start, start + register.size)
+    values = [0 if a.data is None else register.decode(a.data[span]) for a in answers]
+    column: IntArray = readonly(np.array(values, dtype=np.int64))
+    return column

@@ -1,0 +1,234 @@
+"""The SDK's protocol 2.0 packet handler, put right.
+
+Replaced are the two methods that every request of the SDK goes through: ``txPacket`` (the original
+computes the stuffing and sends the packet without it) and ``rxPacket`` (its unstuffing is not the
+inverse of stuffing, and it leaves the port marked busy when an exception passes), and the two that
+hand out data without a look at length and error byte. ``drivers.dynamixel.requests`` stands on top.
+"""
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from dynamixel_sdk import (
+    COMM_NOT_AVAILABLE,
+    COMM_RX_CORRUPT,
+    COMM_RX_TIMEOUT,
+    COMM_SUCCESS,
+    COMM_TX_FAIL,
+    Protocol2PacketHandler,
+)
+
+from drivers.dynamixel.frames import (
+    ALERT,
+    BROADCAST_ID,
+    OUTSIDE,
+    BadFrame,
+    Frame,
+    FrameParser,
+    Instruction,
+    StatusError,
+    build_instruction,
+    build_status,
+)
+from drivers.dynamixel.port import ClockedPort
+from drivers.dynamixel.stats import BusCounters
+
+# For so long after an answer failed to come it may still do so, in the middle of another request.
+OWED_NS = 500_000_000
+STATUS_BYTES = 11  # a status frame without parameters
+READ_CHUNK = 1024
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """One servo's answer to a request.
+
+    Attributes:
+        data: The data, None if there is none that may be used.
+        error: Error byte, 0 if none came.
+        code: The SDK's result code: COMM_SUCCESS, COMM_RX_TIMEOUT, COMM_RX_CORRUPT, COMM_TX_FAIL.
+    """
+
+    data: bytes | None
+    error: int
+    code: int
+
+    @property
+    def ok(self) -> bool:
+        """Whether the servo did what it was asked; an alert does not count against it."""
+        return self.code == COMM_SUCCESS and self.error & ~ALERT == StatusError.NONE
+
+    @property
+    def words(self) -> str:
+        """What went wrong, for a person."""
+        if self.code == COMM_RX_TIMEOUT:
+            return "no answer"
+        if self.code == COMM_RX_CORRUPT:
+            return "a damaged answer"
+        if self.code != COMM_SUCCESS:
+            return "the request could not be sent"
+        number = self.error & ~ALERT
+        try:
+            return f"error: {StatusError(number).name.lower().replace('_', ' ')}"
+        except ValueError:
+            return f"error {number}"
+
+
+class PacketHandler(Protocol2PacketHandler):  # type: ignore[misc]  # the SDK is not typed
+    """Protocol 2.0 over one port. Not for two threads at once."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.counters = BusCounters()
+        self._parser = FrameParser()
+        self._frames: deque[Frame | BadFrame] = deque()
+        # True from a timeout on, until the port has been given time to bring what was late.
+        self.suspect_late = False
+        self._owed_until_ns = 0
+
+    def owed(self, port: ClockedPort) -> bool:
+        """Whether an answer that failed to come may still do so: the next one may not be what it seems."""
+        return port.clock.now_ns() < self._owed_until_ns
+
+    def note_missing(self, port: ClockedPort) -> None:
+        """Take note that an answer has failed to come."""
+        self._owed_until_ns = port.clock.now_ns() + OWED_NS
+
+    # What the SDK's own requests (ping, reboot, clearMultiTurn, ...) go through.
+
+    def txPacket(self, port: ClockedPort, txpacket: Sequence[int]) -> int:  # noqa: N802
+        """Send a request that the SDK has laid out: header and CRC are made here, stuffing too."""
+        length = txpacket[5] | txpacket[6] << 8
+        payload = bytes(txpacket[7 : 7 + length - 2])
+        return self.send(port, build_instruction(txpacket[4], payload[0], payload[1:]))
+
+    def rxPacket(  # noqa: N802
+        self, port: ClockedPort, _fast_option: bool = False
+    ) -> tuple[list[int], int]:
+        """Return the next status frame, unstuffed, laid out as the SDK expects it."""
+        frame, code = self.next_status(port)
+        if frame is None:
+            return [], code
+        head = build_status(frame.servo_id, frame.error or 0)[: STATUS_BYTES - 2]
+        packet = [*head, *frame.parameters, 0, 0]  # nobody looks at the CRC any more
+        packet[5], packet[6] = (len(packet) - 7) & 0xFF, (len(packet) - 7) >> 8
+        return packet, code
+
+    def readTxRx(  # noqa: N802
+        self, port: ClockedPort, dxl_id: int, address: int, length: int
+    ) -> tuple[list[int], int, int]:
+        """Read; an answer that reports an error or has another length is no success."""
+        if dxl_id >= BROADCAST_ID:
+            return [], COMM_NOT_AVAILABLE, 0
+        parameters = address.to_bytes(2, "little") + length.to_bytes(2, "little")
+        return _as_sdk(self.request(port, dxl_id, Instruction.READ, parameters, length))
+
+    def readRx(  # noqa: N802
+        self, port: ClockedPort, dxl_id: int, length: int
+    ) -> tuple[list[int], int, int]:
+        """Take the answer to a read sent before; see ``readTxRx``."""
+        return _as_sdk(self.answer(port, dxl_id, length))
+
+    # The wire.
+
+    def request(
+        self, port: ClockedPort, servo_id: int, instruction: int, parameters: bytes, length: int
+    ) -> Answer:
+        """Send one servo an instruction and wait for its answer of ``length`` data bytes."""
+        frame = build_instruction(servo_id, instruction, parameters)
+        code = self.send(port, frame)
+        if code != COMM_SUCCESS:
+            return Answer(None, 0, code)
+        port.setPacketTimeout(len(frame) + STATUS_BYTES + length)
+        return self.answer(port, servo_id, length)
+
+    def answer(self, port: ClockedPort, servo_id: int, length: int) -> Answer:
+        """Wait for one servo's answer; others, and answers of another length, are dropped."""
+        while True:
+            frame, code = self.next_status(port)
+            if frame is None:
+                self.counters.timeouts += code == COMM_RX_TIMEOUT
+                self.suspect_late = True
+                self.note_missing(port)
+                return Answer(None, 0, code)
+            answer = self.checked(frame, length) if frame.servo_id == servo_id else None
+            if answer is not None:
+                return answer
+            self.counters.foreign_replies += 1
+
+    def checked(self, frame: Frame, length: int) -> Answer | None:
+        """Return the answer in a frame; None if its length fits neither the data nor an error."""
+        error = frame.error or 0
+        if error & ~ALERT:
+            self.counters.status_errors += 1
+            return Answer(None, error, COMM_SUCCESS)
+        if len(frame.parameters) != length:
+            return None
+        return Answer(frame.parameters, error, COMM_SUCCESS)
+
+    def send(self, port: ClockedPort, frame: bytes) -> int:
+        """Send a frame to a port that has been emptied before; return the SDK's result code."""
+        port.is_using = True
+        try:
+            self._drain(port)
+            self.counters.requests += 1
+            whole = port.writePort(frame) == len(frame)
+            return int(COMM_SUCCESS if whole else COMM_TX_FAIL)
+        finally:
+            port.is_using = False
+
+    def _drain(self, port: ClockedPort) -> None:
+        """Empty the port, so that nobody takes an old answer for a new one.
+
+        After a timeout the answer may still be under way: it is given one latency period.
+        """
+        waited = self.suspect_late
+        self.suspect_late = False
+        stale = [*self._frames]
+        self._frames.clear()
+        if waited:
+            port.setPacketTimeoutMillis(port.latency_ms)
+            while port.remaining_ms() > 0:
+                stale += self._parser.feed(port.readPort(READ_CHUNK))
+        elif port.getBytesAvailable():
+            stale += self._parser.feed(port.readPort(READ_CHUNK))
+        self.counters.late_replies += sum(_is_status(item) for item in stale)
+        self._parser.clear()
+        port.clearPort()
+
+    def next_status(self, port: ClockedPort) -> tuple[Frame | None, int]:
+        """Wait for one status frame until the port's timeout."""
+        damaged = False
+        while True:
+            while self._frames:
+                item = self._frames.popleft()
+                if isinstance(item, BadFrame):
+                    damaged |= self._count_damage(item)
+                elif _is_status(item):
+                    return item, COMM_SUCCESS
+            if port.remaining_ms() > 0:
+                self._frames.extend(self._parser.feed(port.readPort(READ_CHUNK)))
+            elif self._parser.pending:
+                self._frames.extend(self._parser.give_up())
+            else:
+                return None, COMM_RX_CORRUPT if damaged else COMM_RX_TIMEOUT
+
+    def _count_damage(self, item: BadFrame) -> bool:
+        if item.reason == OUTSIDE:
+            self.counters.noise_bytes += len(item.raw)
+            return False
+        self.counters.crc_errors += 1
+        return True
+
+
+def _is_status(item: Frame | BadFrame) -> bool:
+    """Tell a reply from damage, and from the echo of a request that some adapters give."""
+    return isinstance(item, Frame) and item.instruction == Instruction.STATUS
+
+
+def _as_sdk(answer: Answer) -> tuple[list[int], int, int]:
+    """Lay an answer out as the SDK's helpers expect it; they index into data upon success."""
+    if answer.data is None and answer.code == COMM_SUCCESS:
+        return [], COMM_RX_CORRUPT, answer.error
+    return list(answer.data or b""), answer.code, answer.error

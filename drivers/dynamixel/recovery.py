@@ -1,0 +1,294 @@
+"""Bounded recovery of a servo that has shut itself down or started anew while the robot runs.
+
+``ServoRecovery`` finds out that a servo has lost its torque, keeps the cause, and may bring it back:
+reboot if an error is latched, torque on at the measured position, watchdog armed. It does so only where
+the policy allows it, and at most so many times in so long, because a servo that shuts down again and
+again protects itself from something real. Nothing here decides that the robot should go on.
+
+A servo that starts anew has lost its turns: the same shaft angle has another position afterwards.
+``Recovery.zero_shift_ticks`` says by how much; a goal computed without it would unwind those turns, so the
+bus is told, and gives and takes positions as if nothing had happened.
+"""
+
+import enum
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from drivers.clock import Clock
+from drivers.dynamixel.bus import ServoBus
+from drivers.dynamixel.checked_servo import CheckedServo
+from drivers.dynamixel.frames import ALERT
+from drivers.dynamixel.mx106 import TICKS_PER_TURN, HardwareError, hardware_error_names
+from drivers.dynamixel.reboot import reboot_servo
+from drivers.dynamixel.setup import configure_servo, hold_at
+from model.errors import BusError, ConnectionLost
+from model.values.arrays import BoolArray, IntArray
+from model.values.readings import ServoReadings
+
+# One servo's torque is asked for in turn, once in so many looks.
+POLL_EVERY_LOOKS = 10
+# A shaft cannot turn half a turn from one read to the next: its turn count has changed.
+JUMP_TICKS = TICKS_PER_TURN // 2
+INCIDENTS_KEPT = 100
+
+
+@dataclass(frozen=True, slots=True)
+class RecoveryPolicy:
+    """What may be recovered from. The default allows nothing.
+
+    Attributes:
+        most: Recoveries of all servos together within ``window_s``; 0 forbids them.
+        window_s: The time that ``most`` counts in [s].
+        causes: Hardware errors that may be rebooted away, all bits of a cause must be among them.
+        after_restart: Whether a servo that lost power and started anew may be switched on again.
+    """
+
+    most: int = 0
+    window_s: float = 300.0
+    causes: HardwareError = HardwareError.OVERLOAD
+    after_restart: bool = False
+
+
+class IncidentKind(enum.Enum):
+    """How a servo lost its torque."""
+
+    SHUT_DOWN = "shut itself down"
+    RESTARTED = "started anew"
+    TORQUE_LOST = "lost its torque"
+
+
+@dataclass(frozen=True, slots=True)
+class Incident:
+    """A servo that lost its torque while it should have it.
+
+    Attributes:
+        t_ns: When it was found out.
+        index: Leg index.
+        leg: Leg name.
+        servo_id: Dynamixel id.
+        kind: How.
+        cause: Hardware error bits; 0 if there are none.
+        ticks_before: Last position known before it [ticks].
+        ticks_after: Position when it was found out [ticks].
+    """
+
+    t_ns: int
+    index: int
+    leg: str
+    servo_id: int
+    kind: IncidentKind
+    cause: int
+    ticks_before: int
+    ticks_after: int
+
+    @property
+    def words(self) -> str:
+        """What happened, for a person."""
+        causes = ", ".join(hardware_error_names(self.cause))
+        return f"{self.leg} (id {self.servo_id}) {self.kind.value}" + (f": {causes}" * bool(causes))
+
+
+@dataclass(frozen=True, slots=True)
+class Recovery:
+    """How an attempt to recover ended.
+
+    Attributes:
+        incident: What it was about; the cause is kept here, the servo has forgotten it.
+        recovered: True if torque is on again at the measured position.
+        reason: Why not, in words; empty if recovered.
+        zero_shift_ticks: Turns lost since torque first went on, in ticks: what the bus now takes off the
+            leg's positions. 0 if not recovered.
+        goal_ticks: Where it holds now [ticks]; 0 if not recovered.
+        torque_off: If not recovered: whether the servo confirmed that its torque is off.
+    """
+
+    incident: Incident
+    recovered: bool
+    reason: str
+    zero_shift_ticks: int
+    goal_ticks: int
+    torque_off: bool
+
+
+class ServoRecovery:
+    """Watches one bus. Not for two threads at once.
+
+    Args:
+        bus: The bus, with torque switched on by ``torque_on``.
+        clock: Where time comes from.
+        policy: What is allowed.
+    """
+
+    def __init__(self, bus: ServoBus, clock: Clock, policy: RecoveryPolicy) -> None:
+        self.policy = policy
+        self._bus = bus
+        self._clock = clock
+        self._attempts: deque[int] = deque(maxlen=max(1, policy.most))
+        self._incidents: deque[Incident] = deque(maxlen=INCIDENTS_KEPT)
+        self._looks = 0
+        self._known: BoolArray = np.zeros(len(bus.settings.names), dtype=bool)
+        self._ticks: IntArray = np.zeros(len(bus.settings.names), dtype=np.int64)
+        self._was_valid: BoolArray = np.ones(len(bus.settings.names), dtype=bool)
+        self._alerted: BoolArray = np.zeros(len(bus.settings.names), dtype=bool)
+        self._open: set[int] = set()
+
+    @property
+    def incidents(self) -> tuple[Incident, ...]:
+        """The latest incidents, oldest first, whatever became of them."""
+        return tuple(self._incidents)
+
+    # Finding out.
+
+    def look(self, readings: ServoReadings) -> tuple[Incident, ...]:
+        """Look for servos that lost their torque; each is reported once until it is recovered.
+
+        Costs nothing on an ordinary read, three short requests for a servo under suspicion (a new
+        alert, a jump of its position, an answer after silence), and one now and then in turn.
+
+        Args:
+            readings: What ``ServoBus.read`` just brought.
+
+        Raises:
+            ConnectionLost: The port is gone.
+        """
+        if not self._bus.torque_wanted:
+            self._remember(readings)
+            return ()
+        suspects = self._suspects(readings)
+        found: list[Incident] = []
+        for index in np.flatnonzero(suspects):
+            incident = self._examine(int(index), readings)
+            if incident is not None:
+                found.append(incident)
+                self._open.add(incident.index)
+        self._incidents.extend(found)
+        self._remember(readings)
+        return tuple(found)
+
+    def _suspects(self, readings: ServoReadings) -> BoolArray:
+        moved = np.abs(readings.position_ticks - self._ticks)
+        jumped = self._known & (moved > JUMP_TICKS)
+        back = ~self._was_valid
+        alert = (readings.error_byte & ALERT) != 0
+        suspects = jumped | back | (alert & ~self._alerted)
+        self._looks += 1
+        turn, rest = divmod(self._looks, POLL_EVERY_LOOKS)
+        if not rest:
+            suspects[turn % len(suspects)] = True
+        suspects[list(self._open)] = False
+        judged: BoolArray = suspects & readings.valid
+        return judged
+
+    def _remember(self, readings: ServoReadings) -> None:
+        valid = readings.valid
+        self._ticks = np.where(valid, readings.position_ticks, self._ticks)
+        self._known = self._known | valid
+        self._was_valid = valid.copy()
+        self._alerted = np.where(valid, (readings.error_byte & ALERT) != 0, self._alerted)
+
+    def _examine(self, index: int, readings: ServoReadings) -> Incident | None:
+        """Ask one servo for its torque, and if it has none, for the cause."""
+        servo = self._bus.servos()[index]
+        try:
+            if servo.read("torque_enable"):
+                return None
+            cause = servo.read("hardware_error_status")
+            mask = servo.read("shutdown")
+        except ConnectionLost:
+            raise
+        except BusError:
+            return None  # silent again: the loop counts that, and we look when it is back
+        after = int(readings.position_ticks[index])
+        before = int(self._ticks[index]) if self._known[index] else after
+        if cause & mask:
+            kind = IncidentKind.SHUT_DOWN
+        elif abs(after - before) > JUMP_TICKS or not self._was_valid[index]:
+            kind = IncidentKind.RESTARTED
+        else:
+            kind = IncidentKind.TORQUE_LOST
+        return Incident(readings.t_ns, index, servo.leg, servo.servo_id, kind, cause, before, after)
+
+    # Bringing it back.
+
+    def refusal(self, incident: Incident) -> str:
+        """Return why the policy forbids a recovery now, in words; empty if it allows it."""
+        policy = self.policy
+        if policy.most <= 0:
+            return "recovery is not allowed"
+        if incident.cause & ~int(policy.causes):
+            names = ", ".join(hardware_error_names(incident.cause & ~int(policy.causes)))
+            return f"recovery from {names} is not allowed"
+        if incident.kind is not IncidentKind.SHUT_DOWN and not policy.after_restart:
+            return f"recovery of a servo that {incident.kind.value} is not allowed"
+        now_ns = self._clock.now_ns()
+        recent = [t for t in self._attempts if now_ns - t < policy.window_s * 1e9]
+        if len(recent) >= policy.most:
+            return f"{len(recent)} recoveries within {policy.window_s:g} s, and that is the limit"
+        return ""
+
+    def recover(self, incident: Incident) -> Recovery:
+        """Bring one servo back where it stands, if the policy allows it. Blocks for about 0.1 s.
+
+        The other servos hear traffic all the while, so their watchdogs stay quiet. A failed attempt
+        counts; torque of that servo is off afterwards.
+
+        Raises:
+            ConnectionLost: The port is gone.
+        """
+        reason = self.refusal(incident)
+        servo = self._bus.servos()[incident.index]
+        if reason:
+            return _failed(incident, reason, torque_off=_torque_is_off(servo))
+        self._attempts.append(self._clock.now_ns())
+        try:
+            ticks, shift = self._bring_back(servo, incident)
+        except ConnectionLost:
+            raise
+        except BusError as error:
+            return _failed(incident, str(error), torque_off=_switch_off(servo))
+        self._open.discard(incident.index)
+        self._bus.note_restart(incident.index, shift)
+        self._ticks[incident.index] = ticks - shift
+        self._alerted[incident.index] = False
+        return Recovery(incident, True, "", shift, ticks, torque_off=False)
+
+    def _bring_back(self, servo: CheckedServo, incident: Incident) -> tuple[int, int]:
+        """Return where the servo holds now and by how much its zero has shifted [ticks]."""
+        if incident.kind is IncidentKind.SHUT_DOWN:
+            error = reboot_servo(servo, self._clock).error_after
+            if error:
+                names = ", ".join(hardware_error_names(error))
+                raise BusError(
+                    f"{servo.leg} (id {servo.servo_id}) still reports {names} after its reboot",
+                    port=servo.port.name,
+                    ids=(servo.servo_id,),
+                    register="hardware_error_status",
+                )
+        configure_servo(servo)
+        ticks = servo.read("present_position")
+        hold_at(servo, ticks)
+        servo.write_verified("bus_watchdog", self._bus.watchdog_units)
+        turns = round((ticks - incident.ticks_before) / TICKS_PER_TURN)
+        return ticks, turns * TICKS_PER_TURN
+
+
+def _failed(incident: Incident, reason: str, *, torque_off: bool) -> Recovery:
+    return Recovery(incident, False, reason, 0, 0, torque_off)
+
+
+def _torque_is_off(servo: CheckedServo) -> bool:
+    try:
+        return servo.read("torque_enable") == 0
+    except BusError:
+        return False
+
+
+def _switch_off(servo: CheckedServo) -> bool:
+    """Switch one servo's torque off as well as it can be done."""
+    try:
+        servo.write_verified("torque_enable", 0)
+    except BusError:
+        return False
+    return True

@@ -1,0 +1,153 @@
+"""What the bus asks of servos: read, write, ping, and all of them in one request.
+
+Each request says per servo what came back; none of them raises for a servo that is silent.
+"""
+
+from collections.abc import Sequence
+
+from dynamixel_sdk import COMM_RX_CORRUPT, COMM_RX_TIMEOUT, COMM_SUCCESS
+
+from drivers.dynamixel.frames import BROADCAST_ID, Instruction, build_instruction
+from drivers.dynamixel.packets import STATUS_BYTES, Answer, PacketHandler
+from drivers.dynamixel.port import ClockedPort
+
+IDENTITY_BYTES = 3  # what a ping is answered with: model number and firmware version
+# What a servo takes to begin its answer, on top of its return delay setting [ms].
+PROCESSING_MS = 0.1
+# Two one-byte answers in a row should agree within so many more reads.
+AGREE_TRIES = 4
+
+
+class ServoRequests(PacketHandler):
+    """Typed requests to servos. Not for two threads at once."""
+
+    def read(self, port: ClockedPort, servo_id: int, address: int, length: int) -> Answer:
+        """Read ``length`` bytes of one servo."""
+        return self.request(port, servo_id, Instruction.READ, _span(address, length), length)
+
+    def read_byte(self, port: ClockedPort, servo_id: int, address: int) -> Answer:
+        """Read one byte, and again while an older answer may still come, until two in a row agree.
+
+        All one-byte answers look alike, so one that comes late would pass for the answer to another
+        question: a torque that is on for a voltage error.
+        """
+        answer = self.read(port, servo_id, address, 1)
+        for _ in range(AGREE_TRIES):
+            if not self.owed(port):
+                return answer
+            again = self.read(port, servo_id, address, 1)
+            if again == answer:
+                return again
+            answer = again
+        return Answer(None, 0, COMM_RX_CORRUPT)
+
+    def write(self, port: ClockedPort, servo_id: int, address: int, data: bytes) -> Answer:
+        """Write bytes to one servo and wait for its word that it took them."""
+        return self.request(port, servo_id, Instruction.WRITE, _word(address) + data, 0)
+
+    def write_unanswered(self, port: ClockedPort, servo_id: int, address: int, data: bytes) -> int:
+        """Write bytes to one servo, or to all by ``BROADCAST_ID``, and wait for nothing."""
+        frame = build_instruction(servo_id, Instruction.WRITE, _word(address) + data)
+        return self.send(port, frame)
+
+    def ask(self, port: ClockedPort, servo_id: int, instruction: int, data: bytes = b"") -> Answer:
+        """Send any other instruction to one servo (ping answers three bytes, the rest none)."""
+        length = IDENTITY_BYTES if instruction == Instruction.PING else 0
+        return self.request(port, servo_id, instruction, data, length)
+
+    def sync_write(
+        self, port: ClockedPort, address: int, items: Sequence[tuple[int, bytes]]
+    ) -> int:
+        """Write to several servos at once; nobody answers it.
+
+        Args:
+            port: The port.
+            address: First byte.
+            items: Servo id and data of each; all data of one length, each id once.
+
+        Raises:
+            ValueError: The items break these rules; nothing has been sent.
+        """
+        if len({len(data) for _, data in items}) != 1:
+            raise ValueError("a sync write needs data of one length")
+        if len({servo_id for servo_id, _ in items}) != len(items):
+            raise ValueError("a sync write takes each id once")
+        parameters = _span(address, len(items[0][1]))
+        parameters += b"".join(bytes([servo_id]) + data for servo_id, data in items)
+        frame = build_instruction(BROADCAST_ID, Instruction.SYNC_WRITE, parameters)
+        return self.send(port, frame)
+
+    def sync_read(
+        self,
+        port: ClockedPort,
+        ids: Sequence[int],
+        address: int,
+        length: int,
+        return_delay_ms: float,
+    ) -> list[Answer]:
+        """Read the same registers of several servos in one request.
+
+        Each servo's answer stands by itself: who is silent or damaged is said of that one alone,
+        and the wait ends as soon as all have answered.
+
+        Args:
+            port: The port.
+            ids: Servo ids, each once; they answer in this order.
+            address: First byte.
+            length: Bytes of each servo.
+            return_delay_ms: Longest return delay of any of them.
+
+        Returns:
+            One answer per id, in the order of ``ids``.
+        """
+        began_ns = port.clock.now_ns()
+        parameters = _span(address, length) + bytes(ids)
+        frame = build_instruction(BROADCAST_ID, Instruction.SYNC_READ, parameters)
+        self.counters.reads += 1
+        self.counters.note_begin(began_ns)
+        code = self.send(port, frame)
+        if code != COMM_SUCCESS:
+            return [Answer(None, 0, code)] * len(ids)
+        port.setPacketTimeout(len(frame) + (STATUS_BYTES + length) * len(ids))
+        port.packet_timeout += (return_delay_ms + PROCESSING_MS) * len(ids)
+        damaged_before = self.counters.crc_errors
+        answers = self._collect(port, ids, length)
+        silent = len(ids) - len(answers)
+        damaged = self.counters.crc_errors - damaged_before
+        # whose answer was damaged cannot be known: it is said of all who are missing
+        code = COMM_RX_CORRUPT if damaged else COMM_RX_TIMEOUT
+        self.counters.timeouts += max(0, silent - damaged)
+        self.suspect_late = silent > 0
+        if silent:
+            self.note_missing(port)
+        if not silent:
+            self.counters.note_round_trip(port.clock.now_ns() - began_ns)
+        return [answers.get(servo_id, Answer(None, 0, code)) for servo_id in ids]
+
+    def _collect(self, port: ClockedPort, ids: Sequence[int], length: int) -> dict[int, Answer]:
+        """Gather the answers to a sync read until all are there or the time is over."""
+        answers: dict[int, Answer] = {}
+        while len(answers) < len(ids):
+            frame, _ = self.next_status(port)
+            if frame is None:
+                break
+            answer = self.checked(frame, length)
+            if answer is None or frame.servo_id not in ids:
+                self.counters.foreign_replies += 1
+                continue
+            # Servos answer in the order of the request. One that stands before its forerunners, or
+            # twice, answered an earlier request: of such answers the later one counts.
+            place = list(ids).index(frame.servo_id)
+            for early in [i for i in ids[place:] if i in answers]:
+                del answers[early]
+                self.counters.late_replies += 1
+            answers[frame.servo_id] = answer
+        return answers
+
+
+def _word(value: int) -> bytes:
+    return value.to_bytes(2, "little")
+
+
+def _span(address: int, length: int) -> bytes:
+    return _word(address) + _word(length)

@@ -1,0 +1,112 @@
+"""What is plugged in: serial ports, and the servos that answer at each baud rate. Only asks."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from serial.tools import list_ports
+
+from drivers.clock import Clock
+from drivers.dynamixel.frames import (
+    BROADCAST_ID,
+    Frame,
+    FrameParser,
+    Instruction,
+    build_instruction,
+)
+from drivers.dynamixel.port import BusPort, ClockedPort
+
+PING_ANSWER_BYTES = 14
+# To a broadcast each servo answers in the time slot of its id, whoever else is there: 3 ms each is
+# what the SDK allows for, and ids end at 252. Together 0.8 s, at any baud rate.
+SLOT_MS = 3.0
+IDS = 253
+
+
+@dataclass(frozen=True, slots=True)
+class SerialPort:
+    """One serial port of this computer.
+
+    Attributes:
+        name: Device name.
+        usb_id: Vendor and product id, empty for a port that is no USB adapter.
+        description: As the system describes it.
+    """
+
+    name: str
+    usb_id: str
+    description: str
+
+
+@dataclass(frozen=True, slots=True)
+class FoundServo:
+    """One servo that answered.
+
+    Attributes:
+        baud_rate: Baud rate it answered at.
+        servo_id: Its id.
+        model: Model number.
+        firmware: Firmware version.
+    """
+
+    baud_rate: int
+    servo_id: int
+    model: int
+    firmware: int
+
+
+def serial_ports() -> tuple[SerialPort, ...]:
+    """List the serial ports of this computer, USB adapters first."""
+    found = [
+        SerialPort(
+            name=str(p.device),
+            usb_id=f"{p.vid:04x}:{p.pid:04x}" if p.vid is not None else "",
+            description=str(p.description or ""),
+        )
+        for p in list_ports.comports()
+    ]
+    return tuple(sorted(found, key=lambda p: (not p.usb_id, p.name)))
+
+
+def scan(port_name: str, baud_rates: Sequence[int], clock: Clock) -> tuple[FoundServo, ...]:
+    """Ping everybody at each baud rate. Writes nothing to any servo.
+
+    Args:
+        port_name: Serial port.
+        baud_rates: Baud rates to try, in this order [baud].
+        clock: Where time comes from.
+
+    Raises:
+        BusError: The port cannot be opened.
+    """
+    found: list[FoundServo] = []
+    for baud_rate in baud_rates:
+        port = BusPort(port_name, baud_rate, clock)
+        port.openPort()
+        try:
+            found += broadcast_ping(port)
+        finally:
+            port.closePort()
+    return tuple(found)
+
+
+def broadcast_ping(port: ClockedPort) -> list[FoundServo]:
+    """Ping everybody on an open port.
+
+    Waits for the slots of all ids, and longer by the wire time of each answer that comes.
+
+    Returns:
+        Who answered, by id.
+    """
+    port.clearPort()
+    port.writePort(build_instruction(BROADCAST_ID, Instruction.PING))
+    port.setPacketTimeoutMillis(SLOT_MS * IDS + 2 * port.latency_ms)
+    parser = FrameParser()
+    found: dict[int, FoundServo] = {}
+    while port.remaining_ms() > 0:
+        for item in parser.feed(port.readPort(1024)):
+            if isinstance(item, Frame) and item.error is not None and len(item.parameters) == 3:
+                model = int.from_bytes(item.parameters[:2], "little")
+                servo = FoundServo(port.baudrate, item.servo_id, model, item.parameters[2])
+                found[item.servo_id] = servo
+                port.packet_timeout += port.tx_time_per_byte * PING_ANSWER_BYTES
+    return [found[servo_id] for servo_id in sorted(found)]

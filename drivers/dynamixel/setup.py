@@ -1,0 +1,270 @@
+"""Finding the servos of a robot, and bringing them into the state the loop needs.
+
+Finding only asks. Setting up writes, and to EEPROM only what differs, with torque off.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from dynamixel_sdk import COMM_SUCCESS, Protocol1PacketHandler
+
+from drivers.dynamixel.checked_servo import CheckedServo
+from drivers.dynamixel.frames import Instruction
+from drivers.dynamixel.mx106 import (
+    MODEL_NUMBER,
+    MODEL_NUMBER_PROTOCOL_1,
+    REGISTER,
+    RETURN_DELAY_UNIT_S,
+    TICKS_PER_TURN,
+    VOLTAGE_UNIT_V,
+    OperatingMode,
+    hardware_error_names,
+)
+from drivers.dynamixel.packets import Answer
+from drivers.dynamixel.port import ClockedPort
+from drivers.dynamixel.requests import ServoRequests
+from drivers.settings import ServoBusSettings
+from model.errors import BusError
+
+PING_TRIES = 5
+# Firmware before this has no bus watchdog.
+FIRST_FIRMWARE_WITH_WATCHDOG = 38
+LONGEST_QUIET_RETURN_DELAY = 1  # 2 us
+WARN_LATENCY_MS = 4.0
+# Beyond this many turns the turn counter is set back before walking: the range ends at 256.
+TURNS_TO_CLEAR = 200
+
+
+@dataclass(frozen=True, slots=True)
+class ServoFound:
+    """One servo as it introduced itself.
+
+    Attributes:
+        leg: Leg name.
+        servo_id: Dynamixel id.
+        model: Model number.
+        firmware: Firmware version.
+        return_delay: Register 9, in units of 2 us.
+        voltage_v: Supply voltage.
+    """
+
+    leg: str
+    servo_id: int
+    model: int
+    firmware: int
+    return_delay: int
+    voltage_v: float
+
+
+@dataclass(frozen=True, slots=True)
+class BusReport:
+    """What connecting found out.
+
+    Attributes:
+        servos: The servos, in leg order.
+        warnings: What should be put right, one sentence each.
+    """
+
+    servos: tuple[ServoFound, ...]
+    warnings: tuple[str, ...]
+
+
+def checked_servos(
+    port: ClockedPort, packets: ServoRequests, settings: ServoBusSettings
+) -> list[CheckedServo]:
+    """Return the servos of a robot in leg order, to be read and written by register name."""
+    return [
+        CheckedServo(port, packets, leg, int(servo_id))
+        for leg, servo_id in zip(settings.names, settings.ids, strict=True)
+    ]
+
+
+def find_servos(port: ClockedPort, packets: ServoRequests, settings: ServoBusSettings) -> BusReport:
+    """Ask every servo who it is. Writes nothing.
+
+    Raises:
+        BusError: One is missing, of another kind, or in a state that cannot be worked with.
+    """
+    servos = checked_servos(port, packets, settings)
+    identities = [_ping(servo).data for servo in servos]
+    missing = [s for s, identity in zip(servos, identities, strict=True) if identity is None]
+    if missing:
+        words = _missing_words(port, settings, missing)
+        raise BusError(words, port=port.name, ids=tuple(s.servo_id for s in missing))
+    found: list[ServoFound] = []
+    warnings: list[str] = []
+    for servo, identity in zip(servos, identities, strict=True):
+        data = identity or b""
+        model, firmware = REGISTER["model_number"].decode(data[:2]), data[2]
+        _check_model(servo, model)
+        warnings += _check_state(servo, firmware)
+        found.append(
+            ServoFound(
+                leg=servo.leg,
+                servo_id=servo.servo_id,
+                model=model,
+                firmware=firmware,
+                return_delay=servo.read("return_delay_time"),
+                voltage_v=servo.read("present_input_voltage") * VOLTAGE_UNIT_V,
+            )
+        )
+    return BusReport(tuple(found), (*_bus_warnings(port, found), *warnings))
+
+
+def configure_servos(port: ClockedPort, packets: ServoRequests, settings: ServoBusSettings) -> None:
+    """Torque off, watchdog clear, extended position mode, every request answered, few turns.
+
+    Raises:
+        BusError: A servo does not take a setting.
+    """
+    for servo in checked_servos(port, packets, settings):
+        configure_servo(servo)
+        if abs(servo.read("present_position")) > TURNS_TO_CLEAR * TICKS_PER_TURN:
+            servo.clear_turns()
+
+
+def configure_servo(servo: CheckedServo) -> None:
+    """Bring one servo into extended position mode, torque off, watchdog clear, no profile.
+
+    Raises:
+        BusError: It does not take a setting.
+    """
+    servo.answer_everything()
+    servo.write_verified("torque_enable", 0)  # EEPROM is locked while it is on
+    servo.write_verified("bus_watchdog", 0)
+    servo.ensure("operating_mode", OperatingMode.EXTENDED_POSITION)
+    servo.write("profile_velocity", 0)
+    servo.write("profile_acceleration", 0)
+
+
+def hold_at(servo: CheckedServo, ticks: int) -> None:
+    """Switch one servo's torque on with its goal where it stands.
+
+    Args:
+        servo: The servo, configured.
+        ticks: Its present position [ticks].
+
+    Raises:
+        BusError: It does not do it.
+    """
+    servo.write("bus_watchdog", 0)  # a tripped one takes no goal
+    servo.write("goal_position", ticks)
+    servo.write_verified("torque_enable", 1)
+
+
+def _ping(servo: CheckedServo) -> Answer:
+    answer = servo.packets.ask(servo.port, servo.servo_id, Instruction.PING)
+    for _ in range(PING_TRIES - 1):
+        if answer.data is not None:
+            break
+        answer = servo.packets.ask(servo.port, servo.servo_id, Instruction.PING)
+    return answer
+
+
+def _missing_words(
+    port: ClockedPort, settings: ServoBusSettings, missing: Sequence[CheckedServo]
+) -> str:
+    old = [servo for servo in missing if _speaks_protocol_1(servo)]
+    if old:
+        return f"{_who(old)}: {_PROTOCOL_1_WORDS}"
+    where = f"on {port.name} at {settings.baud_rate} baud"
+    others = len(settings.names) - len(missing)
+    if not others:
+        return (
+            f"no servo answers {where}: check power and cable, and whether the baud rate is right "
+            f"with: bigant devices --port {port.name}"
+        )
+    verb = "does" if len(missing) == 1 else "do"
+    others_words = "1 other does" if others == 1 else f"{others} others do"
+    return (
+        f"{_who(missing)} {verb} not answer {where}, {others_words}: check cable, id and baud rate "
+        f"with: bigant devices --port {port.name}"
+    )
+
+
+def _who(servos: Sequence[CheckedServo]) -> str:
+    return ", ".join(f"{servo.leg} (id {servo.servo_id})" for servo in servos)
+
+
+def _speaks_protocol_1(servo: CheckedServo) -> bool:
+    """Ask in the old protocol: a servo with the old firmware is deaf to the new one."""
+    _, code, _ = Protocol1PacketHandler().ping(servo.port, servo.servo_id)
+    return bool(code == COMM_SUCCESS)
+
+
+_PROTOCOL_1_WORDS = (
+    "protocol 1.0 firmware, which has no sync read and no watchdog; put the MX-106(2.0) firmware "
+    "on it with Dynamixel Wizard"
+)
+
+
+def _check_model(servo: CheckedServo, model: int) -> None:
+    if model == MODEL_NUMBER:
+        return
+    what = (
+        f"has {_PROTOCOL_1_WORDS}"
+        if model == MODEL_NUMBER_PROTOCOL_1
+        else f"is model {model}, no MX-106(2.0): check the ids in the robot file"
+    )
+    raise _unusable(servo, what, "model_number")
+
+
+def _check_state(servo: CheckedServo, firmware: int) -> list[str]:
+    """Return warnings about one servo; raise for what cannot be worked with."""
+    if not servo.answers_reads():
+        raise _unusable(
+            servo,
+            f"answers a ping and no read on {servo.port.name}: its status return level may be 0, "
+            "so switch its power off and on",
+            "status_return_level",
+        )
+    warnings = []
+    error = servo.read("hardware_error_status")
+    names = ", ".join(hardware_error_names(error))
+    if error & servo.read("shutdown"):
+        raise _unusable(
+            servo,
+            f"has shut down ({names}): remove the cause, then switch its power off and on",
+            "hardware_error_status",
+        )
+    if error:
+        warnings.append(f"{_who([servo])} reports {names}: look for the cause before it walks")
+    offset = servo.read("homing_offset")
+    if offset != 0:
+        raise _unusable(
+            servo,
+            f"has a homing offset of {offset}: set it to 0 with Dynamixel Wizard and put it "
+            "into servo_zero (with an offset, a tripped watchdog can leave the motor running)",
+            "homing_offset",
+        )
+    if firmware < FIRST_FIRMWARE_WITH_WATCHDOG:
+        warnings.append(
+            f"{_who([servo])} has firmware {firmware}, which has no bus watchdog: update it with "
+            "Dynamixel Wizard"
+        )
+    return warnings
+
+
+def _unusable(servo: CheckedServo, what: str, register: str) -> BusError:
+    return BusError(
+        f"{_who([servo])} {what}", port=servo.port.name, ids=(servo.servo_id,), register=register
+    )
+
+
+def _bus_warnings(port: ClockedPort, servos: Sequence[ServoFound]) -> list[str]:
+    warnings = []
+    slow = [servo for servo in servos if servo.return_delay > LONGEST_QUIET_RETURN_DELAY]
+    if slow:
+        delay_us = max(servo.return_delay for servo in slow) * RETURN_DELAY_UNIT_S * 1e6
+        legs = ", ".join(servo.leg for servo in slow)
+        warnings.append(
+            f"{legs} wait {delay_us:.0f} us before they answer, once a servo and tick: set their "
+            "return delay time to 0 with Dynamixel Wizard"
+        )
+    latency_ms = port.latency_timer_ms
+    if latency_ms is not None and latency_ms > WARN_LATENCY_MS:
+        warnings.append(
+            f"{port.name} holds answers back for up to {latency_ms:.0f} ms: set its latency_timer "
+            "to 1"
+        )
+    return warnings

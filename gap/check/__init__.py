@@ -1,0 +1,4 @@
+"""Diagnoses against known causes: how often right, how surely, how far the gap shrank.
+
+Called by ``bigant gap check``. Judges answers and never takes part in making them.
+"""

@@ -1,0 +1,113 @@
+"""A diagnosis as JSON: the shape that diagnoses from anywhere share, and more beside it."""
+
+import math
+from dataclasses import asdict
+from typing import Any
+
+from gap.diagnosis.findings import Diagnosis, NamedCause, Verdict
+
+
+def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
+    """Return the JSON object; what is not known is null."""
+    far = d.far
+    scale = 1.0 / far.before if far.before > 0 else 1.0
+    found: dict[str, Any] = {
+        "verdict": d.verdict.value,
+        "sentence": d.sentence,
+        "simulator": d.simulator,
+        "where": {
+            "stage": d.stage,
+            "stages": [asdict(one) for one in d.where.stages],
+            "cells": [asdict(one) for one in d.where.cells],
+        },
+        "causes": [_cause(one) for one in d.causes] if d.verdict is not Verdict.NO_GAP else [],
+        "ambiguous_with": _pairs(d),
+        "gap": {
+            "before": 1.0,
+            "after": far.after * scale,
+            "noise_floor": scale,
+            "before_over_floor": far.before,
+            "shrink": far.shrink,
+            "shrink_interval": [far.low, far.high],
+            "explainable": far.explainable,
+            "what": "RMS over channels on held-out runs; before is 1",
+        },
+        "none_of_these": d.none,
+        "rivals": [asdict(one) for one in d.rivals],
+        "data_faults": [
+            {"trial": one.trial, **asdict(fault)} for one in d.data_faults for fault in one.faults
+        ],
+        "standing": [asdict(one) for one in d.standing],
+        "floor": {"source": d.floor_source},
+        "detection": asdict(d.detection) if d.detection else None,
+        "channels": [asdict(one) for one in far.channels],
+        "fit": {
+            "closed": d.closed,
+            "excess_before": d.excess,
+            "excess_after": d.left,
+            "worst_after": d.left_worst,
+            "p_after": d.left_p,
+            "nats_after": d.left_nats,
+        },
+        "remaining": {"stage": d.remaining.stage, "cells": [asdict(c) for c in d.remaining.cells]},
+        "baselines": [
+            {"method": b.method, "causes": [{"effect": e, "legs": list(j)} for e, j in b.causes]}
+            for b in d.baselines
+        ],
+        "detectable": [asdict(one) for one in d.detectable],
+        "next": [asdict(one) for one in d.next],
+        "trials": {"fitted": list(d.fitted_trials), "held_out": list(d.held_out_trials)},
+        "warnings": list(d.warnings),
+        "predictions": d.predictions,
+        "seed": d.seed,
+    }
+    plain: dict[str, Any] = _plain(found)
+    return plain
+
+
+def _cause(one: NamedCause) -> dict[str, Any]:
+    return {
+        "effect": one.effect,
+        "legs": list(one.joints),
+        "stage": one.stage,
+        "parameters": {value.name: value.value for value in one.values},
+        "errors": {value.name: value.error for value in one.values},
+        "on_bound": [value.name for value in one.values if value.on_bound],
+        "probability": one.probability,
+        "shrink": one.shrink,
+        "shrink_alone": one.alone,
+        "shrink_last": one.last,
+        "nats": one.nats,
+        "nats_error": one.nats_error,
+        "physics": one.physics,
+        "remedy": one.remedy,
+    }
+
+
+def _pairs(d: Diagnosis) -> list[list[str]]:
+    """Pairs of effects that cannot be told apart; of one effect at two joints, both with their joint."""
+    by_number = {(c.effect, c.joints): c for c in d.causes}
+    pairs = []
+    order = d.ambiguous_of
+    for one, (effect, joints) in zip(d.ambiguous, order, strict=True):
+        assert (effect, joints) in by_number
+        if one.effect == effect:
+            pairs.append(
+                [
+                    f"{effect} {' '.join(joints)}".strip(),
+                    f"{one.effect} {' '.join(one.joints)}".strip(),
+                ]
+            )
+        else:
+            pairs.append([effect, one.effect])
+    return [list(pair) for pair in dict.fromkeys(map(tuple, pairs))]
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,85 @@
+"""What three simpler ways would have said from the same data."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gap.residuals.evidence import Evidence
+from gap.search.screen import Gain, Signatures, gains
+
+MOST = 5
+LEAST_NATS = 2.0
+RIDGE = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Baseline:
+    """One simpler way's answer.
+
+    Attributes:
+        method: Its name.
+        causes: Effects with their joints, in its order.
+    """
+
+    method: str
+    causes: tuple[tuple[str, tuple[str, ...]], ...]
+
+
+def baselines(evidence: Evidence, signatures: Signatures) -> tuple[Baseline, ...]:
+    """Return all three."""
+    ones = np.ones(evidence.base.shape)
+    ranked = gains(signatures, evidence.base, ones)
+    single = [one for one in ranked if len(one.signature.live) <= 1][:1]
+    return (
+        Baseline("largest single-parameter fit", _keys(single)),
+        Baseline("forward selection by training error", _keys(_greedy(evidence, signatures))),
+        Baseline("least squares on all parameters", _all_at_once(evidence, signatures)),
+    )
+
+
+def _keys(found: Sequence[Gain]) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    return tuple(one.signature.candidate.key for one in found)
+
+
+def _greedy(evidence: Evidence, signatures: Signatures) -> list[Gain]:
+    residual, ones = evidence.base, np.ones(evidence.base.shape)
+    chosen: list[Gain] = []
+    while len(chosen) < MOST:
+        taken = {one.signature.candidate.key for one in chosen}
+        ranked = gains(signatures, residual, ones)
+        ranked = [one for one in ranked if one.signature.candidate.key not in taken]
+        if not ranked or ranked[0].nats < LEAST_NATS:
+            break
+        best = ranked[0]
+        residual = residual - _change(signatures, best).reshape(residual.shape)
+        chosen.append(best)
+    return chosen
+
+
+def _change(signatures: Signatures, gain: Gain) -> np.ndarray:
+    one = gain.signature
+    size = signatures.matrix.shape[1]
+    change = np.zeros(size)
+    if one.offset >= 0:
+        change += signatures.matrix[one.offset]
+    for i, row in zip(one.live, one.rows, strict=True):
+        spread = one.candidate.effect.parameters[i].spread
+        change += signatures.matrix[row] * ((gain.values[i] - one.start[i]) / spread)
+    return change
+
+
+def _all_at_once(
+    evidence: Evidence, signatures: Signatures
+) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    smooth = [one for one in signatures.found if one.offset < 0 and one.rows]
+    rows = [row for one in smooth for row in one.rows]
+    owners = [one.candidate.key for one in smooth for _ in one.rows]
+    if not rows:
+        return ()
+    matrix = signatures.matrix[rows].astype(np.float64)
+    gram = matrix @ matrix.T
+    gram += RIDGE * np.trace(gram) / len(rows) * np.eye(len(rows))
+    sizes = np.abs(np.linalg.solve(gram, matrix @ evidence.base.ravel()))
+    order = np.argsort(-sizes, kind="stable")
+    return tuple(dict.fromkeys(owners[i] for i in order[:1]))

@@ -1,0 +1,281 @@
+"""Whether there is a gap above what references show, before anything is blamed for it.
+
+The null is made of the references themselves: each is compared with what the others let expect, its
+residual is cut into blocks, and blocks are laid over the trials with random signs. Whatever search is run
+on the trials is run on these, so that the largest of many candidates is judged as the largest of many.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from gap.interfaces import Channel
+from gap.residuals.evidence import Evidence
+from gap.residuals.floor import Condition, make_floor
+from gap.residuals.parts import Part, block_starts
+from gap.residuals.whitening import Whitener, make_whitener
+from gap.search.screen import Signature, Signatures, plain_gains
+from model.values.arrays import FloatArray, IntArray
+
+BATCHES = (50, 50, 50, 49)
+NULL_SETS = sum(BATCHES)
+# As a cause must stand out (gap.search.selection.LEVEL) in one of three tests.
+LEVEL = 0.003
+TESTS = 3
+SAME, OTHER_FREQUENCY, OTHER_GAIT = 0, 1, 2
+SAME_FREQUENCY = 0.08  # natural log
+FEWEST_OTHERS = 2
+CHANNELS_APART = 6  # channels of one run that count as independent when their scatter is pooled
+LEAST_SCATTER = 0.05  # of a mean logarithm between runs
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Healthy:
+    """One reference in units of what the others let expect.
+
+    Attributes:
+        part: The reference.
+        whitener: The map into these units.
+        residual: Whitened, (F, C).
+        excess: Energy over expectation of each channel, (C,); NaN where unused.
+        blocks: First frame of each block.
+    """
+
+    part: Part
+    whitener: Whitener
+    residual: FloatArray
+    excess: FloatArray
+    blocks: IntArray
+
+
+@dataclass(frozen=True, slots=True)
+class Detectable:
+    """Smallest size of a parameter that would have shown.
+
+    Attributes:
+        effect: Effect.
+        parameter: Its parameter.
+        size: Distance from neutral, in the parameter's unit; infinite if these runs cannot show it.
+        unit: Unit.
+        neutral: Value at which nothing happens.
+        lower: Smallest value that makes sense.
+        upper: Largest value that makes sense.
+    """
+
+    effect: str
+    parameter: str
+    size: float
+    unit: str
+    neutral: float
+    lower: float
+    upper: float
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """The values at that distance that make sense, the lower one first; none if it is out of range."""
+        both = (self.neutral - self.size, self.neutral + self.size)
+        return tuple(value for value in both if self.lower <= value <= self.upper)
+
+
+@dataclass(frozen=True, slots=True)
+class Detection:
+    """Whether there is a gap.
+
+    Attributes:
+        found: True if there is.
+        p: Chance of so much without one; NaN without references.
+        p_cause: The same by the best candidate alone, among all that were tried.
+        p_energy: By the mean energy alone.
+        p_channel: By the worst channel alone.
+        threshold: Gain that a candidate must exceed, in nats.
+    """
+
+    found: bool
+    p: float
+    p_cause: float
+    p_energy: float
+    p_channel: float
+    threshold: float
+
+    @property
+    def by_energy(self) -> bool:
+        """Whether energies alone tell of a gap, whatever the candidates."""
+        return TESTS * min(self.p_energy, self.p_channel) < LEVEL
+
+
+def healthy_runs(
+    channels: Sequence[Channel],
+    references: Sequence[tuple[Part, FloatArray]],
+    conditions: Sequence[Condition] = (),
+) -> tuple[Healthy, ...]:
+    """Compare each reference with others that are as far from it as they are from the trials.
+
+    Where a trial has a gait or a frequency that no reference has, each reference is foretold by those of
+    other gaits or frequencies alone: so what is not known there is measured and not assumed.
+
+    Args:
+        channels: Channels.
+        references: Each with measured minus predicted, (F, C).
+        conditions: Those of the trials.
+    """
+    if len(references) < 2:
+        return ()
+    own = [Condition(part.gait, part.frequency_hz) for part, _ in references]
+    distance = max((_distance(one, own) for one in conditions), default=SAME)
+    found = []
+    for i, (part, error) in enumerate(references):
+        others = [
+            r for k, r in enumerate(references) if k != i and _apart(own[i], own[k]) >= distance
+        ]
+        if len(others) < FEWEST_OTHERS:
+            others = [*references[:i], *references[i + 1 :]]
+        floor = make_floor(channels, others, ())
+        base = np.where(np.isfinite(error), 0.0, np.nan)
+        whitener = make_whitener(part, floor, base)
+        residual = whitener.whiten(error)
+        count = whitener.count.sum(axis=0)
+        energy = (residual**2).sum(axis=0)
+        excess = np.where(count > 0, energy / np.where(count > 0, count, 1.0), np.nan)
+        starts = block_starts(part.observation)
+        found.append(Healthy(part, whitener, residual, excess, starts))
+    return tuple(found)
+
+
+def _apart(a: Condition, b: Condition) -> int:
+    """How far two conditions are apart: the same, another frequency, another gait."""
+    if a.gait != b.gait:
+        return OTHER_GAIT
+    ratio = a.frequency_hz / b.frequency_hz if b.frequency_hz > 0 else 1.0
+    near = not np.isfinite(ratio) or ratio <= 0 or abs(np.log(ratio)) < SAME_FREQUENCY
+    return SAME if near else OTHER_FREQUENCY
+
+
+def _distance(one: Condition, known: Sequence[Condition]) -> int:
+    return min(_apart(one, other) for other in known)
+
+
+def detect(
+    evidence: Evidence,
+    signatures: Signatures,
+    healthy: Sequence[Healthy],
+    p_cause: float,
+    seed: int,
+) -> Detection:
+    """Decide with references.
+
+    Args:
+        evidence: The trials.
+        signatures: What candidates would do; they tell what size would have shown.
+        healthy: References.
+        p_cause: Chance that a healthy machine shows any candidate as large as the best found.
+        seed: Of random draws.
+    """
+    rng = np.random.default_rng(seed)
+    edges = [np.append(block_starts(p.observation), p.frames) for p in evidence.parts]
+    null = np.concatenate([
+        plain_gains(
+            signatures,
+            np.array([_synthetic(evidence, edges, healthy, rng).ravel() for _ in range(size)]),
+        )
+        for size in BATCHES
+    ])  # fmt: skip
+    p_energy, p_channel = energies(evidence, evidence.base, healthy)
+    p = min(1.0, TESTS * min(p_cause, p_energy, p_channel))
+    threshold = float(np.quantile(null, 1 - LEVEL / TESTS))
+    return Detection(p < LEVEL, p, p_cause, p_energy, p_channel, threshold)
+
+
+def _synthetic(
+    evidence: Evidence,
+    edges: Sequence[IntArray],
+    healthy: Sequence[Healthy],
+    rng: np.random.Generator,
+) -> FloatArray:
+    """Lay blocks of references over the trials, (F, C)."""
+    rows = []
+    for part, whitener, at in zip(evidence.parts, evidence.whiteners, edges, strict=True):
+        same = [one for one in healthy if one.part.gait == part.gait]
+        choice = same or list(healthy)
+        source = choice[int(rng.integers(len(choice)))]
+        sign = 1.0 if rng.random() < 0.5 else -1.0
+        starts = source.blocks
+        ends = np.append(starts[1:], source.part.frames)
+        picks = rng.integers(len(starts), size=len(at) - 1)
+        frames = np.empty(part.frames, dtype=np.int64)
+        for block, first, last in zip(picks, at[:-1], at[1:], strict=True):
+            size, count = ends[block] - starts[block], last - first
+            frames[first:last] = starts[block] + np.arange(count) * size // count
+        rows.append(sign * source.residual[frames] * (whitener.gain > 0))
+    return np.concatenate(rows)
+
+
+def energies(
+    evidence: Evidence, residual: FloatArray, healthy: Sequence[Healthy]
+) -> tuple[float, float]:
+    """Chance of the mean energy and of the worst channel's, by Student's t over references.
+
+    Args:
+        evidence: The trials.
+        residual: Their whitened residual, (F, C), with or without causes.
+        healthy: References.
+    """
+    parts = range(len(evidence.parts))
+    trials = np.array([_part_excess(evidence, residual, i) for i in parts])
+    runs = np.array([one.excess for one in healthy])
+    trial_logs, run_logs = np.log(trials + 1e-9), np.log(runs + 1e-9)
+    n, m = len(run_logs), len(trial_logs)
+    known = np.isfinite(trial_logs).all(axis=0) & np.isfinite(run_logs).all(axis=0)
+    if not known.any() or n < 2:
+        return 1.0, 1.0
+    trial_logs, run_logs = trial_logs[:, known], run_logs[:, known]
+    mean = run_logs.mean(axis=1)
+    scatter = max(float(mean.std(ddof=1)), LEAST_SCATTER)
+    t = (trial_logs.mean() - mean.mean()) / (scatter * np.sqrt(1 / n + 1 / m))
+    p_energy = float(stats.t.sf(t, n - 1))
+    centred = run_logs - run_logs.mean(axis=0)
+    width = max(float(np.sqrt((centred**2).sum() / (centred.size - known.sum()))), LEAST_SCATTER)
+    worst = float(np.max(trial_logs.mean(axis=0) - run_logs.mean(axis=0)))
+    free = (n - 1) * min(int(known.sum()), CHANNELS_APART)
+    p_channel = float(stats.t.sf(worst / (width * np.sqrt(1 / n + 1 / m)), free))
+    return p_energy, min(1.0, p_channel * int(known.sum()))
+
+
+def _part_excess(evidence: Evidence, residual: FloatArray, part: int) -> FloatArray:
+    on = evidence.block_part == part
+    energy = evidence.per_block(residual**2)[on].sum(axis=0)
+    count = evidence.count[on].sum(axis=0)
+    return np.where(count > 0, energy / np.where(count > 0, count, 1.0), np.nan)
+
+
+def detectable(signatures: Signatures, threshold: float) -> tuple[Detectable, ...]:
+    """Return the smallest size of each effect's parameters that would have shown, at its blindest joint."""
+    worst: dict[tuple[str, str], Detectable] = {}
+    for one in signatures.found:
+        for found in _sizes(one, signatures, max(threshold, 2.0)):
+            key = (found.effect, found.parameter)
+            if key not in worst or found.size > worst[key].size:
+                worst[key] = found
+    return tuple(worst[key] for key in sorted(worst))
+
+
+def _sizes(one: Signature, signatures: Signatures, threshold: float) -> list[Detectable]:
+    if one.offset >= 0:
+        return []
+    out = []
+    for i, row in zip(one.live, one.rows, strict=True):
+        energy = float(signatures.matrix[row] @ signatures.matrix[row])
+        p = one.candidate.effect.parameters[i]
+        out.append(
+            Detectable(
+                one.candidate.effect.name,
+                p.name,
+                p.spread * float(np.sqrt(2 * threshold / energy)),
+                p.unit,
+                p.neutral,
+                p.lower,
+                p.upper,
+            )
+        )
+    return out

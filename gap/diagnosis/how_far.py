@@ -1,0 +1,242 @@
+"""How far the gap shrinks on trials that no fit and no selection has seen.
+
+End to end (``Drive.COMMAND``), with what references let expect taken off, in units of the floor.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gap.interfaces import Cause, Channel
+from gap.residuals.evidence import Evidence
+from model.values.arrays import BoolArray, FloatArray
+
+DRAWS = 400
+TRACES = 4
+TRACE_POINTS = 400
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelShrink:
+    """One channel before and after.
+
+    Attributes:
+        channel: Name.
+        joint: Its joint.
+        unit: Unit of what follows.
+        before: RMS difference.
+        after: RMS difference with the causes added.
+        floor: RMS that is expected without any gap.
+        before_range: 95 % interval of ``before``, over blocks.
+        after_range: The same of ``after``.
+    """
+
+    channel: str
+    joint: str
+    unit: str
+    before: float
+    after: float
+    floor: float
+    before_range: tuple[float, float] = (np.nan, np.nan)
+    after_range: tuple[float, float] = (np.nan, np.nan)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trace:
+    """A channel in a trial that was held out.
+
+    Attributes:
+        channel: Name.
+        joint: Its joint.
+        unit: Unit.
+        time_s: (P,).
+        measured: (P,); NaN where nothing was.
+        before: What the simulator said, (P,).
+        after: What it says with the causes added, (P,).
+        compared: Where the two are compared; elsewhere the simulator is not held to it, (P,).
+    """
+
+    channel: str
+    joint: str
+    unit: str
+    time_s: FloatArray
+    measured: FloatArray
+    before: FloatArray
+    after: FloatArray
+    compared: BoolArray
+
+
+@dataclass(frozen=True, slots=True)
+class HowFar:
+    """Before and after.
+
+    Attributes:
+        before: RMS over all channels in units of the floor.
+        after: The same with the causes added.
+        shrink: Share of the gap's energy above the floor that is closed; NaN if there is no gap to close.
+        low: Lower end of its 95 % interval, over blocks.
+        high: Upper end.
+        explainable: Share of the energy before that is above the floor.
+        alone: What each cause closes by itself.
+        last: What each cause adds to the others.
+        channels: Every channel that was compared.
+        traces: The channels that changed most.
+    """
+
+    before: float
+    after: float
+    shrink: float
+    low: float
+    high: float
+    explainable: float
+    alone: tuple[float, ...]
+    last: tuple[float, ...]
+    channels: tuple[ChannelShrink, ...]
+    traces: tuple[Trace, ...]
+
+
+def how_far(
+    held: Evidence, channels: Sequence[Channel], causes: tuple[Cause, ...], seed: int
+) -> HowFar:
+    """Measure it.
+
+    Args:
+        held: The trials that were held out, under ``Drive.COMMAND``.
+        channels: Channels.
+        causes: What is added.
+        seed: Of the resampling.
+    """
+    alone = [(cause,) for cause in causes]
+    rest = [(*causes[:i], *causes[i + 1 :]) for i in range(len(causes))]
+    predicted = held.predictions([(), causes, *alone, *rest])
+    energies = [_energy(held, one) for one in predicted]
+    weight = held.per_block(np.concatenate([(w.gain > 0) * 1.0 for w in held.whiteners]))
+    before, after = energies[0], energies[1]
+    value, low, high = _shrink(before, after, weight, seed)
+    n = len(causes)
+    closed = [_shrunk(before, one, weight) for one in energies[2 : 2 + n]]
+    last = [
+        _shrunk(before, after, weight) - _shrunk(before, one, weight) for one in energies[2 + n :]
+    ]
+    mean = _mean(before, weight)
+    return HowFar(
+        before=float(np.sqrt(mean)),
+        after=float(np.sqrt(_mean(after, weight))),
+        shrink=value,
+        low=low,
+        high=high,
+        explainable=max(0.0, 1.0 - 1.0 / mean) if mean > 0 else 0.0,
+        alone=tuple(closed),
+        last=tuple(last),
+        channels=_channels(held, channels, before, after, weight, seed),
+        traces=_traces(held, channels, predicted[0], predicted[1], before, after),
+    )
+
+
+def _energy(held: Evidence, predicted: Sequence[FloatArray]) -> FloatArray:
+    """Squared difference in units of the floor, summed over each block, (B, C)."""
+    rows = []
+    for part, whitener, one in zip(held.parts, held.whiteners, predicted, strict=True):
+        error = (part.observation.values - one - whitener.expected) / whitener.unsure
+        rows.append(np.where(whitener.gain > 0, np.nan_to_num(error), 0.0) ** 2)
+    return held.per_block(np.concatenate(rows))
+
+
+def _mean(energy: FloatArray, weight: FloatArray) -> float:
+    """Mean over frames, then over channels."""
+    frames = weight.sum(axis=0)
+    on = frames > 0
+    return float(np.mean(energy.sum(axis=0)[on] / frames[on])) if on.any() else 0.0
+
+
+def _shrunk(before: FloatArray, after: FloatArray, weight: FloatArray) -> float:
+    """Share closed; what is left at or below the floor counts as closed altogether."""
+    first, left = _mean(before, weight), _mean(after, weight)
+    floor = min(1.0, left)
+    return (first - left) / (first - floor) if first > floor else np.nan
+
+
+def _shrink(
+    before: FloatArray, after: FloatArray, weight: FloatArray, seed: int
+) -> tuple[float, float, float]:
+    """Value and 95 % interval; NaN where the gap before is not surely above the floor."""
+    rng = np.random.default_rng(seed)
+    blocks = len(weight)
+    draws, gaps = [], []
+    for _ in range(DRAWS):
+        pick = rng.integers(blocks, size=blocks)
+        gaps.append(_mean(before[pick], weight[pick]) - min(1.0, _mean(after[pick], weight[pick])))
+        draws.append(_shrunk(before[pick], after[pick], weight[pick]))
+    if np.quantile(gaps, 0.025) <= 0.0:
+        return np.nan, np.nan, np.nan
+    low, high = np.quantile(draws, [0.025, 0.975])
+    return _shrunk(before, after, weight), float(low), float(high)
+
+
+def _channels(
+    held: Evidence,
+    channels: Sequence[Channel],
+    before: FloatArray,
+    after: FloatArray,
+    weight: FloatArray,
+    seed: int,
+) -> tuple[ChannelShrink, ...]:
+    frames = weight.sum(axis=0)
+    unsure = np.sqrt(np.mean([w.unsure**2 for w in held.whiteners], axis=0))
+    out = []
+    for i, c in enumerate(channels):
+        if frames[i] > 0:
+            rms = [float(unsure[i] * np.sqrt(e[:, i].sum() / frames[i])) for e in (before, after)]
+            spans = [
+                rms_range(e[:, i] * unsure[i] ** 2, weight[:, i], seed) for e in (before, after)
+            ]
+            out.append(
+                ChannelShrink(c.name, c.joint, c.unit, rms[0], rms[1], float(unsure[i]), *spans)
+            )
+    return tuple(out)
+
+
+def rms_range(energy: FloatArray, weight: FloatArray, seed: int) -> tuple[float, float]:
+    """95 % interval of an RMS.
+
+    Args:
+        energy: Squared differences summed over each block, (B,).
+        weight: Frames of each block, (B,).
+        seed: Of the resampling.
+    """
+    rng = np.random.default_rng(seed)
+    picks = rng.integers(len(weight), size=(DRAWS, len(weight)))
+    frames = weight[picks].sum(axis=1)
+    drawn = np.sqrt(energy[picks].sum(axis=1)[frames > 0] / frames[frames > 0])
+    low, high = np.quantile(drawn, [0.025, 0.975])
+    return float(low), float(high)
+
+
+def _traces(
+    held: Evidence,
+    channels: Sequence[Channel],
+    standing: Sequence[FloatArray],
+    added: Sequence[FloatArray],
+    before: FloatArray,
+    after: FloatArray,
+) -> tuple[Trace, ...]:
+    change = np.abs(before.sum(axis=0) - after.sum(axis=0))
+    order = np.argsort(-change if change.any() else -before.sum(axis=0), kind="stable")[:TRACES]
+    part, whitener = held.parts[0], held.whiteners[0]
+    every = max(1, part.frames // TRACE_POINTS)
+    rows = slice(None, None, every)
+    return tuple(
+        Trace(
+            channels[i].name,
+            channels[i].joint,
+            channels[i].unit,
+            part.observation.time_s[rows],
+            part.observation.values[rows, i] - whitener.expected[rows, i],
+            standing[0][rows, i],
+            added[0][rows, i],
+            whitener.gain[rows, i] > 0,
+        )
+        for i in order
+        if (whitener.gain[:, i] > 0).any()
+    )

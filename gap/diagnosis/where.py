@@ -1,0 +1,273 @@
+"""Where the gap lies: stages, channels, joints, phase of the gait, bands, time.
+
+Under ``Drive.MEASURED`` a stage's residual is its own; under ``Drive.COMMAND`` it holds what came down the
+chain as well. Single cells are tested together, by the largest statistic under random signs of blocks.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gap.interfaces import Channel
+from gap.residuals.evidence import Evidence
+from model.values.arrays import FloatArray, IntArray
+
+PHASE_BINS = 8
+FLIPS = 399
+FEWEST_BLOCKS = 5
+SHOWN = 10
+LEVEL = 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class StageGap:
+    """One stage.
+
+    Attributes:
+        stage: Its name.
+        own: Energy over expectation of its channels when fed what was measured (1 is none); NaN if unseen.
+        end_to_end: The same when all stages are fed commands.
+        share: Its own energy above expectation over that of all stages, 0 to 1.
+    """
+
+    stage: str
+    own: float
+    end_to_end: float
+    share: float
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """A channel in a part of the gait.
+
+    Attributes:
+        channel: Name of the channel.
+        joint: Its joint, empty for the body.
+        stage: Its stage.
+        phase: Middle of the phase bin, 0 to 1; NaN where there are no cycles.
+        mean: Mean difference, measured minus predicted, in units of the noise.
+        statistic: Mean over its standard error.
+        p: Chance of so large a statistic anywhere in the map.
+    """
+
+    channel: str
+    joint: str
+    stage: str
+    phase: float
+    mean: float
+    statistic: float
+    p: float
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelGap:
+    """A channel of one joint.
+
+    Attributes:
+        channel: Name.
+        joint: Its joint.
+        stage: Its stage.
+        excess: Energy over expectation; NaN where nothing was compared.
+        bands: Shares of its energy: drift, harmonics 1 to 3, 4 to 10, above; NaN without cycles.
+        thirds: Energy over expectation in each third of the trials.
+        phases: Energy over expectation in each phase bin.
+    """
+
+    channel: str
+    joint: str
+    stage: str
+    excess: float
+    bands: tuple[float, float, float, float]
+    thirds: tuple[float, float, float]
+    phases: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Where:
+    """The map.
+
+    Attributes:
+        stages: In the order of the chain.
+        channels: Every channel.
+        cells: The largest differences.
+        testable: False if there are too few blocks to test a cell.
+    """
+
+    stages: tuple[StageGap, ...]
+    channels: tuple[ChannelGap, ...]
+    cells: tuple[Cell, ...]
+    testable: bool
+
+    @property
+    def stage(self) -> str:
+        """Stage with the largest share; empty if none is above expectation."""
+        best = max(self.stages, key=lambda one: one.share)
+        return best.stage if best.share > 0 else ""
+
+
+def where(
+    local: Evidence,
+    end_to_end: Evidence,
+    channels: Sequence[Channel],
+    stages: Sequence[str],
+    residual: FloatArray,
+    seed: int,
+) -> Where:
+    """Make the map.
+
+    Args:
+        local: The trials under ``Drive.MEASURED``, or commands if the simulator is one piece.
+        end_to_end: The same under ``Drive.COMMAND``.
+        channels: Channels.
+        stages: Names of the stages.
+        residual: Whitened residual under ``Drive.MEASURED`` of what is to be mapped, (F, C).
+        seed: Of the random signs.
+    """
+    excess = local.excess(residual)
+    bins = _phase_bins(local)
+    cells, testable = _cells(local, channels, residual, bins, seed)
+    return Where(
+        _stages(local, end_to_end, channels, stages, excess),
+        _channels(local, channels, residual, excess, bins),
+        cells,
+        testable,
+    )
+
+
+def _stages(
+    local: Evidence,
+    end_to_end: Evidence,
+    channels: Sequence[Channel],
+    stages: Sequence[str],
+    excess: FloatArray,
+) -> tuple[StageGap, ...]:
+    whole = end_to_end.excess(end_to_end.base)
+    count = local.count.sum(axis=0)
+    above = np.where(np.isfinite(excess), np.fmax(excess - 1.0, 0.0) * count, 0.0)
+    # what noise alone leaves above expectation is no gap
+    above = np.where(excess > 1.0 + 3.0 * np.sqrt(2.0 / np.fmax(count, 1.0)), above, 0.0)
+    total = float(above.sum())
+    out = []
+    for stage in stages:
+        on = np.array([channel.stage == stage for channel in channels])
+        seen = on & np.isfinite(excess)
+        out.append(
+            StageGap(
+                stage,
+                float(np.mean(excess[seen])) if seen.any() else np.nan,
+                float(np.nanmean(whole[seen])) if np.isfinite(whole[seen]).any() else np.nan,
+                float(above[on].sum()) / total if total > 0 else 0.0,
+            )
+        )
+    return tuple(out)
+
+
+def _phase_bins(evidence: Evidence) -> IntArray:
+    """Phase bin of each frame, (F,); 0 throughout where there are no cycles."""
+    bins = []
+    for part in evidence.parts:
+        cycle = part.observation.cycle
+        known = np.isfinite(cycle).all()
+        phase = np.mod(cycle, 1.0) if known else np.zeros(part.frames)
+        bins.append(np.minimum((phase * PHASE_BINS).astype(int), PHASE_BINS - 1))
+    return np.concatenate(bins).astype(np.int64)
+
+
+def _cells(
+    evidence: Evidence, channels: Sequence[Channel], residual: FloatArray, bins: IntArray, seed: int
+) -> tuple[tuple[Cell, ...], bool]:
+    frame_count = np.concatenate([w.count for w in evidence.whiteners])
+    cyclic = bool(bins.any())
+    means, roots = [], []
+    for one in range(PHASE_BINS if cyclic else 1):
+        on = (bins == one)[:, None]
+        means.append(evidence.per_block(residual * on))
+        roots.append(evidence.per_block(frame_count * on))
+    total, count = np.stack(means, axis=1), np.stack(roots, axis=1)  # (B, bins, C)
+    frames = np.where(count > 0, count, np.inf)
+    dependence = evidence.floor.dependence
+    # whitened residuals carry the root of the dependence; undone here, a mean is in units of the noise
+    value = total / (frames * np.sqrt(dependence))
+    blocks = len(value)
+    flat = value.reshape(blocks, -1)
+    known = (count > 0).all(axis=0).ravel()
+    if blocks < FEWEST_BLOCKS or not known.any():
+        return (), False
+    flat = flat[:, known]
+    mean, own = flat.mean(axis=0), flat.var(axis=0, ddof=1)
+    error = np.sqrt((own + np.median(own) + 1e-30) / (2 * blocks))
+    statistic = mean / error
+    signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(FLIPS, blocks))
+    square = (flat**2).mean(axis=0)
+    flipped = signs @ flat / blocks
+    spread = np.fmax(square - flipped**2, 0.0) * blocks / (blocks - 1)
+    null = np.abs(flipped) / np.sqrt(
+        (spread + np.median(spread, axis=1, keepdims=True) + 1e-30) / (2 * blocks)
+    )
+    largest = null.max(axis=1)
+    order = np.argsort(-np.abs(statistic), kind="stable")[:SHOWN]
+    places = np.flatnonzero(known)
+    cells = []
+    for i in order:
+        bin_at, channel = divmod(int(places[i]), len(channels))
+        p = (1 + float(np.sum(largest >= abs(statistic[i])))) / (FLIPS + 1)
+        if p <= LEVEL:
+            c = channels[channel]
+            middle = (bin_at + 0.5) / PHASE_BINS if cyclic else np.nan
+            cells.append(
+                Cell(c.name, c.joint, c.stage, middle, float(mean[i]), float(statistic[i]), p)
+            )
+    return tuple(cells), True
+
+
+def _channels(
+    evidence: Evidence,
+    channels: Sequence[Channel],
+    residual: FloatArray,
+    excess: FloatArray,
+    bins: IntArray,
+) -> tuple[ChannelGap, ...]:
+    count = np.concatenate([w.count for w in evidence.whiteners])
+    third = np.concatenate([np.arange(p.frames) * 3 // p.frames for p in evidence.parts])
+    thirds = np.array([_ratio(residual, count, third == i) for i in range(3)])
+    phases = np.array([_ratio(residual, count, bins == i) for i in range(PHASE_BINS)])
+    bands = _bands(evidence, residual)
+    return tuple(
+        ChannelGap(
+            c.name,
+            c.joint,
+            c.stage,
+            float(excess[i]),
+            (float(bands[0, i]), float(bands[1, i]), float(bands[2, i]), float(bands[3, i])),
+            (float(thirds[0, i]), float(thirds[1, i]), float(thirds[2, i])),
+            tuple(float(x) for x in phases[:, i]),
+        )
+        for i, c in enumerate(channels)
+    )
+
+
+def _ratio(residual: FloatArray, count: FloatArray, on: np.ndarray) -> FloatArray:
+    energy, n = (residual[on] ** 2).sum(axis=0), count[on].sum(axis=0)
+    return np.where(n > 0, energy / np.where(n > 0, n, 1.0), np.nan)
+
+
+def _bands(evidence: Evidence, residual: FloatArray) -> FloatArray:
+    """Shares of each channel's energy in four bands of the cycle's frequency, (4, C)."""
+    total = np.zeros((4, residual.shape[1]))
+    at = 0
+    for part in evidence.parts:
+        rows = residual[at : at + part.frames]
+        at += part.frames
+        cycle = part.observation.cycle
+        if not np.isfinite(cycle).all() or abs(cycle[-1] - cycle[0]) < 1.0:
+            continue
+        per_frame = abs(cycle[-1] - cycle[0]) / (part.frames - 1)
+        harmonic = np.fft.rfftfreq(part.frames) / per_frame
+        power = np.abs(np.fft.rfft(rows, axis=0)) ** 2
+        edges = (0.0, 0.5, 3.5, 10.5, np.inf)
+        for i in range(4):
+            on = (harmonic >= edges[i]) & (harmonic < edges[i + 1])
+            total[i] += power[on].sum(axis=0)
+    whole = total.sum(axis=0)
+    return np.where(whole > 0, total / np.where(whole > 0, whole, 1.0), np.nan)

@@ -1,0 +1,150 @@
+"""What is compared: the legged simulator's channels, from sensor signals on the working grid."""
+
+import numpy as np
+
+from gap.interfaces import NOWHERE, Channel, Observation
+from gap.machines.legged.grid import TWIST_WINDOW_S, Grid, body_velocity, down, placed_noise
+from gap.machines.legged.inputs import LeggedInputs
+from gap.machines.legged.signals import SensorSignals
+from model.values.arrays import FloatArray, readonly
+from record.trial.header import TrialNoise
+
+# Where a trial does not say how noisy its sensors are.
+ASSUMED = TrialNoise(0.2, 0.001, 0.002, 0.001, 0.001)
+EDGE_S = 0.3  # filters are not what they are elsewhere so near to an end
+SWITCH_S = 0.06  # nor is a contact's timing better known than this
+SWITCH_WEIGHT = 0.25
+CONTACT_N = 1.0
+AXES = "xyz"
+
+
+def channels(legs: tuple[str, ...]) -> tuple[Channel, ...]:
+    """Return the channels of N legs, 8 N + 6, in the order of ``to_channels``."""
+    return (
+        *(Channel("shaft_error", leg, "actuation", "rad") for leg in legs),
+        *(Channel(f"foot_{a}", leg, "kinematics", "m") for leg in legs for a in AXES),
+        *(Channel("force_z", leg, "support", "N") for leg in legs),
+        Channel("body_z", "", "support", "m"),
+        Channel("roll", "", "support", "rad"),
+        Channel("pitch", "", "support", "rad"),
+        *(Channel(f"force_{a}", leg, "friction", "N") for leg in legs for a in AXES[:2]),
+        Channel("body_vx", "", "dynamics", "m/s"),
+        Channel("body_vy", "", "dynamics", "m/s"),
+        Channel("body_wz", "", "dynamics", "rad/s"),
+    )
+
+
+def to_channels(grid: Grid, command_rad: FloatArray, signals: SensorSignals) -> FloatArray:
+    """Put signals on the channels, (F, C). The same for measured and predicted signals.
+
+    Args:
+        grid: The working grid, W frames.
+        command_rad: Commands as logged, (W, N).
+        signals: What sensors read.
+    """
+    frames = grid.frames
+    pose = np.column_stack([signals.body_m[:, :2], signals.body_rad[:, 2]])
+    wide = np.column_stack([
+        signals.shaft_rad - command_rad,
+        signals.foot_m.reshape(frames, -1),
+        signals.force_n[..., 2],
+        signals.body_m[:, 2],
+        signals.body_rad[:, :2],
+        signals.force_n[..., :2].reshape(frames, -1),
+        body_velocity(grid, pose),
+    ])  # fmt: skip
+    return down(wide)
+
+
+def measured_signals(inputs: LeggedInputs) -> SensorSignals:
+    """Return what the sensors did read."""
+    return SensorSignals(
+        inputs.grid.time_s,
+        inputs.shaft_rad,
+        inputs.foot_m,
+        inputs.force_n,
+        inputs.body_m,
+        inputs.body_rad,
+    )
+
+
+def make_observation(inputs: LeggedInputs, load_n: FloatArray, length_m: float) -> Observation:
+    """Put measured data on the channels, with their noise and weights.
+
+    Args:
+        inputs: Measured data on the working grid.
+        load_n: Loads that the simulator as it stands predicts, (W, N); they tell contact switches.
+        length_m: From the middle of the machine to its farthest foot.
+    """
+    grid, legs = inputs.grid, inputs.command_rad.shape[1]
+    values = to_channels(grid, inputs.command_rad, measured_signals(inputs))
+    noise = np.broadcast_to(_noise(grid, inputs.trial.header.noise, legs), values.shape)
+    time_s = grid.time_s[::2]
+    return Observation(
+        time_s=readonly(time_s.copy()),
+        cycle=readonly(_cycle(inputs)[::2].copy()),
+        values=readonly(values),
+        noise=readonly(noise.copy()),
+        weight=readonly(_weight(grid, inputs.force_n[..., 2], load_n, values.shape)),
+        reach_m=_reach(inputs, length_m),
+    )
+
+
+def _reach(inputs: LeggedInputs, length_m: float) -> tuple[float, float]:
+    x = inputs.body_m[np.isfinite(inputs.body_m[:, 0]), 0]
+    if not len(x):
+        return NOWHERE
+    return (float(x.min()) - length_m, float(x.max()) + length_m)
+
+
+def _noise(grid: Grid, given: TrialNoise, legs: int) -> FloatArray:
+    def sigma(name: str) -> float:
+        value: float = getattr(given, name)
+        return value if np.isfinite(value) and value > 0 else float(getattr(ASSUMED, name))
+
+    mean = placed_noise(grid)
+    # the slope's noise before samples are averaged to the grid, so a bound from above
+    slope = grid.slope_noise(TWIST_WINDOW_S)
+    fine = np.sqrt(max(grid.period_s / grid.source_period_s, 1.0))
+    return np.concatenate([
+        np.full(legs, mean * sigma("shaft_rad")),
+        np.full(3 * legs, mean * sigma("foot_position_m")),
+        np.full(legs, mean * sigma("force_n")),
+        [mean * sigma("body_position_m")],
+        np.full(2, mean * sigma("body_angle_rad")),
+        np.full(2 * legs, mean * sigma("force_n")),
+        np.full(2, slope / fine * sigma("body_position_m")),
+        [slope / fine * sigma("body_angle_rad")],
+    ])  # fmt: skip
+
+
+def _cycle(inputs: LeggedInputs) -> FloatArray:
+    """Cycles since the start, from the commands, the shafts, or the frequency; NaN if none is known."""
+    for angles in (inputs.command_rad, inputs.shaft_rad):
+        moved = angles - angles[0]
+        if np.isfinite(moved).all(axis=0).any():
+            mean = np.nanmean(moved[:, np.isfinite(moved).all(axis=0)], axis=1)
+            cycle: FloatArray = mean / (2 * np.pi)
+            return cycle
+    return inputs.grid.time_s * inputs.trial.header.frequency_hz
+
+
+def _weight(
+    grid: Grid, force_z: FloatArray, load_n: FloatArray, shape: tuple[int, ...]
+) -> FloatArray:
+    """Less where a foot touches down or lifts off, nothing at the ends, (F, C)."""
+    legs = load_n.shape[1]
+    frames = grid.frames
+    near = np.zeros(frames, dtype=bool)
+    reach = max(1, round(SWITCH_S / grid.period_s))
+    for loads in (force_z, load_n):
+        down_now = np.nan_to_num(loads) > CONTACT_N
+        for at in np.flatnonzero((down_now[1:] != down_now[:-1]).any(axis=1)):
+            near[max(0, at + 1 - reach) : at + 1 + reach] = True
+    weight = np.ones(shape)
+    switching = near[::2]
+    # shafts and free feet know nothing of it
+    weight[switching, 4 * legs :] = SWITCH_WEIGHT
+    time_s = grid.time_s[::2]
+    weight[(time_s < EDGE_S) | (time_s > grid.time_s[-1] - EDGE_S)] = 0.0
+    return weight

@@ -1,0 +1,201 @@
+"""One frame of the legged chain, for the control loop: measured shafts in, support and friction out.
+
+A robot file with effects is believed online too. The chain's own stages are run on three frames a
+millisecond apart, with the shafts at their speeds, and the middle one is the answer: so an effect means
+the same to a diagnosis and to the controller. What must be remembered from tick to tick (the pose for
+effects that are bound to a place, the velocity that lags) is given by whoever calls.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gap.machines.legged.causes import settings_of
+from gap.machines.legged.grid import Grid
+from gap.machines.legged.ground import Sliding, Standing, contact_points, slide, stand
+from gap.machines.legged.machine import LeggedMachine
+from gap.machines.legged.pushes import Before
+from gap.machines.legged.settings import Settings
+from gap.machines.legged.shafts import feet
+from model.values.arrays import FloatArray, readonly
+from model.values.contact import ContactSolution, Support, Traction
+from model.values.legs import FootForces, FootMotion
+
+PERIOD_S = 1e-3
+AROUND_S = np.array([-PERIOD_S, 0.0, PERIOD_S])
+MIDDLE = 1
+NO_SUPPORT = "the feet cannot carry the robot, or an angle is not known"
+
+
+class _Moment(Grid):
+    """Three frames; slopes are central differences, whatever window is asked for."""
+
+    def window(self, seconds: float) -> int:
+        """Return all three frames."""
+        del seconds
+        return len(AROUND_S)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrameAnswer:
+    """The model of one frame.
+
+    Attributes:
+        feet: Unloaded feet as the robot file with its effects has them.
+        contact: Support and traction.
+    """
+
+    feet: FootMotion
+    contact: ContactSolution
+
+
+class FrameModel:
+    """The model of a robot file with effects, frame by frame.
+
+    Args:
+        machine: The robot.
+    """
+
+    def __init__(self, machine: LeggedMachine) -> None:
+        self._machine = machine
+        self._grid = _Moment(0.0, PERIOD_S, len(AROUND_S), PERIOD_S)
+        self.settings = settings_of(machine.effects, machine.legs.names)
+        self._ratio = np.array(self.settings.sensor.encoder_ratio)
+
+    def prepare(self) -> None:
+        """Load or make the machine code now, so that no tick has to wait for it."""
+        still = np.zeros(len(self._ratio))
+        self.solve(still, still, np.zeros(3), np.full(3, np.nan), 0.0)
+
+    def solve(
+        self,
+        angle_rad: FloatArray,
+        rate_rad_s: FloatArray,
+        pose: FloatArray,
+        before: FloatArray,
+        dt_s: float,
+    ) -> FrameAnswer:
+        """Solve a frame.
+
+        Args:
+            angle_rad: Shafts as their encoders have them, (N,); NaN where unknown.
+            rate_rad_s: Their speeds, (N,).
+            pose: x, y [m], yaw [rad] since the run began, (3,).
+            before: Body velocity of the frame before, (3,); NaN if there was none.
+            dt_s: Time since then.
+        """
+        angle, rate = angle_rad / self._ratio, rate_rad_s / self._ratio
+        moving = bool(np.isfinite(rate).all())  # not in the first ticks
+        shafts = angle + AROUND_S[:, None] * (rate if moving else 0.0)
+        settings = self._turned(float(pose[2]))
+        world = np.tile(pose, (len(AROUND_S), 1))
+        walked = feet(self._machine, self._grid, shafts, settings)
+        points = contact_points(walked, settings)
+        motion = FootMotion(
+            readonly(points[MIDDLE].copy()),
+            readonly((points[2] - points[0]) / (2 * PERIOD_S) + (0.0 if moving else np.nan)),
+        )
+        if not (np.isfinite(points).all() and np.isfinite(world).all()):
+            return FrameAnswer(motion, _nothing(len(angle)))
+        moved = np.tile(before, (len(AROUND_S), 1)) if np.isfinite(before).all() else None
+        standing = stand(self._machine, self._grid, walked, settings, world, moved)
+        if not np.isfinite(standing.load_n).all():
+            return FrameAnswer(motion, _nothing(len(angle)))
+        kept = Before(before, dt_s) if dt_s > 0 else None
+        sliding = slide(
+            self._machine,
+            self._grid,
+            walked,
+            standing,
+            settings,
+            world,
+            standing.load_n,
+            before=kept,
+        )
+        return FrameAnswer(motion, self._contact(motion, standing, sliding))
+
+    def true_forces(self, forces: FootForces, since_s: float) -> FootForces:
+        """Take gain, bias, drift and rotation of the transducers out of a reading.
+
+        Args:
+            forces: As the calibrated sensors report them.
+            since_s: Time since the run began, for drifts.
+        """
+        force_n = self.without_sensor_errors(forces.force_n, since_s)
+        return FootForces(forces.t_ns, force_n, forces.valid)
+
+    def without_sensor_errors(self, force_n: FloatArray, since_s: FloatArray | float) -> FloatArray:
+        """Take gain, bias, drift and rotation of the transducers out of readings.
+
+        Args:
+            force_n: As the calibrated sensors report them, (..., N, 3).
+            since_s: Time since the run began, for drifts, (...,).
+
+        Returns:
+            (..., N, 3).
+        """
+        own = self.settings.sensor
+        bias = np.stack([own.bias_x_n, own.bias_y_n, own.bias_z_n], axis=1)
+        force = (force_n - bias) / np.array(own.force_gain)[:, None]
+        drifted = np.asarray(since_s)[..., None] * np.array(own.drift_n_s)
+        c, s = np.cos(own.force_yaw_rad), np.sin(own.force_yaw_rad)
+        x, y, z = force[..., 0], force[..., 1], force[..., 2] - drifted / np.array(own.force_gain)
+        return readonly(np.stack([c * x - s * y, s * x + c * y, z], axis=-1))
+
+    def _turned(self, yaw: float) -> Settings:
+        """Settings with the ground's slope as the body meets it, turned by yaw since the run began."""
+        own = self.settings.ground
+        if not (own.slope_x or own.slope_y):
+            return self.settings
+        c, s = float(np.cos(yaw)), float(np.sin(yaw))
+        ground = replace(
+            own,
+            slope_x=c * own.slope_x + s * own.slope_y,
+            slope_y=c * own.slope_y - s * own.slope_x,
+        )
+        return replace(self.settings, ground=ground)
+
+    def _contact(
+        self,
+        motion: FootMotion,
+        standing: Standing,
+        sliding: Sliding,
+    ) -> ContactSolution:
+        load = readonly(standing.load_n[MIDDLE].copy())
+        loaded = readonly(load > 0.0)
+        slope_x, slope_y = standing.slopes[MIDDLE].tolist()
+        height = float(standing.height_m[MIDDLE])
+        support = Support(True, "", height, slope_x, slope_y, load, loaded, 0)
+        if not np.isfinite(motion.velocity_m_s).all():
+            return ContactSolution(support, _no_traction(len(load), "a shaft's speed is not known"))
+        velocity = sliding.velocity_B[MIDDLE].copy()
+        if not np.isfinite(velocity).all():
+            return ContactSolution(
+                support, _no_traction(len(load), "fewer than two feet are loaded")
+            )
+        place = motion.position_m
+        slip = motion.velocity_m_s[:, :2] + velocity[:2]
+        slip += velocity[2] * np.stack([-place[:, 1], place[:, 0]], axis=1)
+        slip[~loaded] = np.nan
+        force = np.column_stack([sliding.force_xy_n[MIDDLE], load])
+        return ContactSolution(
+            support, Traction(True, "", readonly(velocity), readonly(slip), readonly(force))
+        )
+
+
+def _nothing(legs: int) -> ContactSolution:
+    nan = float("nan")
+    load = readonly(np.full(legs, np.nan))
+    none = readonly(np.zeros(legs, dtype=bool))
+    support = Support(False, NO_SUPPORT, nan, nan, nan, load, none, 0)
+    return ContactSolution(support, _no_traction(legs, f"no support: {NO_SUPPORT}"))
+
+
+def _no_traction(legs: int, reason: str) -> Traction:
+    return Traction(
+        False,
+        reason,
+        readonly(np.full(3, np.nan)),
+        readonly(np.full((legs, 2), np.nan)),
+        readonly(np.full((legs, 3), np.nan)),
+    )

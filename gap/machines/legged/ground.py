@@ -1,0 +1,300 @@
+"""Support, friction and external forces of the legged simulator: feet to loads, pose and velocity."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gap.machines.legged.grid import FOOT_WINDOW_S, Grid
+from gap.machines.legged.machine import LeggedMachine
+from gap.machines.legged.pushes import (
+    Before,
+    pushes,
+    resistance,
+    sideways_force,
+    weight_and_centre,
+)
+from gap.machines.legged.settings import GroundSettings, Settings
+from gap.machines.legged.shafts import Feet
+from gap.machines.legged.signals import FrictionSignals, MotionSignals, SupportSignals
+from model.quasistatic.frames import FrictionLaw
+from model.support.frames import SupportSolutions, solve_support_frames
+from model.traction.frames import FootLaw, solve_traction_frames
+from model.values.arrays import BoolArray, FloatArray, IntArray
+
+EDGE_M = 0.004  # over which an edge in the floor is rounded, so that fits can move it
+TWIST_PASSES = 40
+TWIST_CONVERGED_RAD = 1e-11
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Standing:
+    """Support of W frames.
+
+    Attributes:
+        load_n: (W, N).
+        slopes: slope_x, slope_y of the body against the ground, (W, 2).
+        height_m: Height of the body's origin over the ground, (W,).
+        com_m: Where the weight acts, without what pushes sideways, (2,).
+        twist_rad: Roll of the chassis at each leg against its middle, (W, N) or (1, N).
+    """
+
+    load_n: FloatArray
+    slopes: FloatArray
+    height_m: FloatArray
+    com_m: FloatArray
+    twist_rad: FloatArray
+
+    @property
+    def sway_m(self) -> FloatArray:
+        """How far the origin leans away from above where it would be upright, body axes, (W, 2)."""
+        return np.stack(
+            [self.height_m * self.slopes[:, 0], -self.height_m * self.slopes[:, 1]], axis=1
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sliding:
+    """Friction of W frames: forces (W, N, 2) [N] and the body's velocity (W, 3), body axes."""
+
+    force_xy_n: FloatArray
+    velocity_B: FloatArray  # noqa: N815 - frame suffix
+
+
+def _feet_world_x(feet_xy: FloatArray, world: FloatArray) -> FloatArray:
+    c, s = np.cos(world[:, 2])[:, None], np.sin(world[:, 2])[:, None]
+    x: FloatArray = world[:, :1] + c * feet_xy[..., 0] - s * feet_xy[..., 1]
+    return x
+
+
+def _beyond(x: FloatArray, edge: float) -> FloatArray:
+    share: FloatArray = 0.5 * (1.0 + np.tanh((x - edge) / EDGE_M))
+    return share
+
+
+def contact_points(feet: Feet, settings: Settings) -> FloatArray:
+    """Unloaded points of contact, (W, N, 3), of legs of their length.
+
+    A round foot has its centre above the linkage's foot point, so its point of contact stays that point.
+    """
+    points = feet.signals.position_m
+    if any(settings.ground.leg_length_m):
+        points = points.copy()
+        points[..., 2] -= np.array(settings.ground.leg_length_m)
+    return points
+
+
+def stand(
+    machine: LeggedMachine,
+    grid: Grid,
+    feet: Feet,
+    settings: Settings,
+    world: FloatArray,
+    velocity_B: FloatArray | None = None,  # noqa: N803 - frame suffix
+) -> Standing:
+    """Find loads and pose of the body on its legs.
+
+    Args:
+        machine: The robot.
+        grid: Times.
+        feet: Unloaded feet.
+        settings: What is added.
+        world: x, y, yaw of the body, (W, 3); only effects that are bound to a place need it.
+        velocity_B: vx, vy, yaw rate of the body, (W, 3), as far as it is known; drag and inertia need it.
+    """
+    own = settings.ground
+    points = contact_points(feet, settings)
+    ground = np.zeros(points.shape[:2])
+    if own.step_height_m:
+        ground = own.step_height_m * _beyond(_feet_world_x(points[..., :2], world), own.step_x_m)
+    stiffness = machine.contact.stiffness * np.array(own.stiffness_ratio) * own.ground_stiffness
+    weight, centre = weight_and_centre(machine, own)
+    com = np.broadcast_to(centre, (grid.frames, 2))
+    signals = SupportSignals(grid.time_s, points, ground, stiffness, weight, com)
+    shaft_x = machine.legs.shaft_position[:, 0]
+    sideways = sideways_force(machine, own, world)
+    if velocity_B is not None and own.resists_motion:
+        sideways = sideways + resistance(machine, grid, own, velocity_B)[:, :2]
+    if sideways.any():
+        # it acts at the height of the body's origin, friction on the ground: the weight's line moves
+        first, _ = _balance(signals, shaft_x, 0.0)
+        height = first.pose[:, 2] + com[:, 0] * first.pose[:, 0] - com[:, 1] * first.pose[:, 1]
+        com = com + height[:, None] * sideways / weight
+        signals = SupportSignals(grid.time_s, points, ground, stiffness, weight, com)
+    for added in settings.at("support"):
+        signals = added.act(signals, added.values, added.legs)
+    found, twist = _balance(signals, shaft_x, own.twist_rad_nm)
+    com = signals.com_m
+    height = found.pose[:, 2] + com[:, 0] * found.pose[:, 0] - com[:, 1] * found.pose[:, 1]
+    return Standing(found.load_n, found.pose[:, :2], height, centre, twist)
+
+
+def _balance(
+    signals: SupportSignals, shaft_x: FloatArray, twist_rad_nm: float
+) -> tuple[SupportSolutions, FloatArray]:
+    """Balance seen from where the weight acts; a chassis that twists, until its angles at legs stay."""
+    points = signals.feet_m.copy()
+    points[..., 0] -= signals.com_m[:, :1]
+    points[..., 1] -= signals.com_m[:, 1:]
+
+    found = solve_support_frames(points, signals.ground_m, signals.stiffness_n_m, signals.weight_n)
+    if twist_rad_nm == 0.0:
+        return found, np.zeros((1, points.shape[1]))
+    row, give = _twisting(shaft_x, twist_rad_nm)
+    arm = np.where(row[None, :, None] == np.arange(len(give)), signals.feet_m[..., 1:2], 0.0)
+    sure = signals.stiffness_n_m[:, None] * arm**2
+
+    def bent(angle: FloatArray) -> SupportSolutions:
+        moved = points.copy()
+        moved[..., 2] += np.einsum("wnk,wk->wn", arm, angle)
+        return solve_support_frames(
+            moved, signals.ground_m, signals.stiffness_n_m, signals.weight_n
+        )
+
+    def excess(angle: FloatArray, of: SupportSolutions) -> FloatArray:
+        moment = np.einsum("wnk,wn->wk", arm, np.nan_to_num(of.load_n))
+        out: FloatArray = angle - moment @ give
+        return out
+
+    angle = np.zeros((len(points), len(give)))
+    # Broyden's method from a slope that is never too small: rows turn against the springs of their legs
+    slope = np.eye(len(give)) + give * sure.sum(axis=1)[:, None, :]
+    off = excess(angle, found)
+    for _ in range(TWIST_PASSES):
+        step = -np.linalg.solve(slope, off[..., None])[..., 0]
+        if not np.max(np.abs(step), initial=0.0) > TWIST_CONVERGED_RAD:
+            break
+        angle = angle + step
+        found = bent(angle)
+        new = excess(angle, found)
+        size = np.fmax(np.sum(step**2, axis=1), 1e-24)
+        slope = slope + new[:, :, None] * step[:, None, :] / size[:, None, None]
+        off = new
+    return found, angle[:, row]
+
+
+def _twisting(shaft_x: FloatArray, twist_rad_nm: float) -> tuple[IntArray, FloatArray]:
+    """Row of each leg, (N,), and how far rows roll against the middle for moments, (K, K) [rad/(N m)].
+
+    The chassis is a bar along x that gives evenly: what it carries between two rows is the moment of all
+    legs beyond. A moment on the front row and its opposite on the rear one roll them apart by
+    ``twist_rad_nm`` for each N m.
+    """
+    places, row = np.unique(np.round(shaft_x, 3), return_inverse=True)
+    away = places - (places[0] + places[-1]) / 2
+    same_side = np.sign(away)[:, None] == np.sign(away)
+    shared = np.where(same_side, np.minimum(np.abs(away)[:, None], np.abs(away)), 0.0)
+    give: FloatArray = twist_rad_nm * shared / max(float(np.ptp(places)), 1e-9)
+    return row, give
+
+
+def slide(
+    machine: LeggedMachine,
+    grid: Grid,
+    feet: Feet,
+    standing: Standing,
+    settings: Settings,
+    world: FloatArray,
+    load_n: FloatArray,
+    shaft_give_m_n: FloatArray | None = None,
+    velocity_B: FloatArray | None = None,  # noqa: N803
+    before: Before | None = None,
+) -> Sliding:
+    """Find velocity and friction forces.
+
+    Args:
+        machine: The robot.
+        grid: Times.
+        feet: Unloaded feet.
+        standing: Pose of the body.
+        settings: What is added.
+        world: As for ``stand``.
+        load_n: Loads that press the feet down: the support's, or measured ones, (W, N).
+        shaft_give_m_n: How far feet give fore and aft because their shafts do, (W, N).
+        velocity_B: Measured velocity, (W, 3), which drag and inertia resist; None: the one that is found.
+        before: The moment before all frames, if they are not a walk.
+    """
+    own = settings.ground
+    points = contact_points(feet, settings)
+    rate = feet.rate_m_s
+    speed = rate[..., :2]
+    if own.tilt_coupling:
+        speed = speed + standing.slopes[:, None, :] * [1.0, -1.0] * rate[..., 2:]
+    if settings.shaft.rolling_m:
+        # the surface of a foot that turns with its link passes through the point of contact
+        speed = speed.copy()
+        speed[..., 0] += settings.shaft.rolling_m * grid.slope(feet.turn_rad, FOOT_WINDOW_S)
+    if standing.twist_rad.any():
+        # feet below a row that rolls are pushed sideways; those that stick answer with a force
+        aside = -points[..., 2] * standing.twist_rad
+        points, speed = points.copy(), speed.copy()
+        points[..., 1] += aside
+        speed[..., 1] += grid.slope(aside, FOOT_WINDOW_S)
+    mu = machine.contact.mu * np.array(own.mu_ratio) * np.ones_like(load_n)
+    if own.patch_ratio != 1.0:
+        x = _feet_world_x(points[..., :2], world)
+        mu = mu * (1.0 + (own.patch_ratio - 1.0) * _beyond(x, own.patch_x_m))
+    added_w = np.stack([own.w_x, own.w_y], axis=1)
+    force = sideways_force(machine, own, world)
+    centre = standing.com_m
+    moment = centre[0] * force[:, 1] - centre[1] * force[:, 0]
+    signals = FrictionSignals(
+        grid.time_s,
+        points[..., :2],
+        speed,
+        load_n,
+        mu,
+        (machine.contact.anisotropy + added_w)[None],
+        np.column_stack([force, moment]),
+    )
+    for stage in ("friction", "external"):
+        for added in settings.at(stage):
+            signals = added.act(signals, added.values, added.legs)
+    law = FootLaw(
+        FrictionLaw.COULOMB if own.coulomb else FrictionLaw.VISCOUS,
+        own.static_ratio,
+        own.static_speed_m_s,
+    )
+    found = solve_traction_frames(
+        signals.feet_m,
+        signals.speed_m_s,
+        signals.mu * signals.load_n,
+        signals.anisotropy_B,
+        law,
+        pushes(machine, grid, own, signals.wrench_B, standing.sway_m, velocity_B, before),
+        grid.period_s,
+        _give(machine, grid, own, points[..., 2], shaft_give_m_n),
+    )
+    motion = MotionSignals(grid.time_s, _held(found.velocity_B))
+    for added in settings.at("dynamics"):
+        motion = added.act(motion, added.values, added.legs)
+    velocity = np.where(found.valid[:, None], motion.velocity_B, np.nan)
+    return Sliding(found.force_xy_B, velocity)
+
+
+def _give(
+    machine: LeggedMachine,
+    grid: Grid,
+    own: GroundSettings,
+    foot_z_m: FloatArray,
+    shaft_give_m_n: FloatArray | None,
+) -> FloatArray:
+    """How far feet give along body x and y, (W or 1, N, 2) [m/N]."""
+    shaft_x = machine.legs.shaft_position[:, 0]
+    give = np.tile([own.flex_longitudinal_m_n, own.flex_lateral_m_n], (1, len(shaft_x), 1))
+    if shaft_give_m_n is not None:
+        give = give + np.stack([shaft_give_m_n, np.zeros_like(shaft_give_m_n)], axis=2)
+    if own.twist_rad_nm and not grid.is_moment:
+        # what pushes a foot aside rolls its row; a moment is too short for that
+        row, rolls = _twisting(shaft_x, own.twist_rad_nm)
+        aside = np.diag(rolls)[row] * foot_z_m**2
+        give = give + np.stack([np.zeros_like(aside), aside], axis=2)
+    return give
+
+
+def _held(velocity: FloatArray) -> FloatArray:
+    """Bridge frames without an answer, so that filters pass them."""
+    known: BoolArray = np.all(np.isfinite(velocity), axis=1)
+    if known.all() or not known.any():
+        return np.where(known[:, None], velocity, 0.0)
+    at = np.arange(len(velocity))
+    return np.stack([np.interp(at, at[known], column[known]) for column in velocity.T], axis=1)

@@ -1,0 +1,117 @@
+"""What passes a stage of the legged simulator, and what a user's effect of that stage gets and returns.
+
+F frames of N legs, arrays as in ``record.trial.trial``; body axes unless said. Return a changed copy
+(``dataclasses.replace``); never write into the arrays.
+"""
+
+from dataclasses import dataclass
+
+from model.values.arrays import FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ShaftSignals:
+    """Actuation, after the simulator's own servo.
+
+    Attributes:
+        time_s: (F,).
+        command_rad: What was asked for, (F, N).
+        load_nm: Torque of the foot's force about the shaft, positive where it drives it on, (F, N).
+        shaft_rad: Where the shaft is, (F, N).
+    """
+
+    time_s: FloatArray
+    command_rad: FloatArray
+    load_nm: FloatArray
+    shaft_rad: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FootSignals:
+    """Kinematics, after the simulator's own linkage.
+
+    Attributes:
+        time_s: (F,).
+        crank_rad: Crank angle, (F, N).
+        position_m: Unloaded feet in the body frame, (F, N, 3).
+        slope_m_rad: Motion of the foot with its shaft, x and z, (F, N, 2).
+    """
+
+    time_s: FloatArray
+    crank_rad: FloatArray
+    position_m: FloatArray
+    slope_m_rad: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SupportSignals:
+    """Support, before its balance.
+
+    Attributes:
+        time_s: (F,).
+        feet_m: Unloaded feet in the body frame, (F, N, 3).
+        ground_m: Height of the ground under each foot, (F, N).
+        stiffness_n_m: Springs of leg and ground together, (N,).
+        weight_n: Weight carried.
+        com_m: Where the weight acts in the body frame, (F, 2).
+    """
+
+    time_s: FloatArray
+    feet_m: FloatArray
+    ground_m: FloatArray
+    stiffness_n_m: FloatArray
+    weight_n: float
+    com_m: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrictionSignals:
+    """Friction and external forces, before their balance.
+
+    Attributes:
+        time_s: (F,).
+        feet_m: Feet in the body frame, (F, N, 2).
+        speed_m_s: Their velocities in it, (F, N, 2).
+        load_n: (F, N).
+        mu: Friction coefficients, (F, N).
+        anisotropy_B: w of each foot, (F, N, 2).
+        wrench_B: Force x, y [N] and moment about z through the body's origin [N m] that act on the
+            body besides its feet, (F, 3).
+    """
+
+    time_s: FloatArray
+    feet_m: FloatArray
+    speed_m_s: FloatArray
+    load_n: FloatArray
+    mu: FloatArray
+    anisotropy_B: FloatArray  # noqa: N815 - frame suffix
+    wrench_B: FloatArray  # noqa: N815
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MotionSignals:
+    """Dynamics, after the balance: vx, vy [m/s], yaw rate [rad/s], (F, 3)."""
+
+    time_s: FloatArray
+    velocity_B: FloatArray  # noqa: N815
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SensorSignals:
+    """Sensing, after the simulator's own sensors.
+
+    Attributes:
+        time_s: (F,).
+        shaft_rad: Encoders, (F, N).
+        foot_m: Foot markers in the body frame, with the leg's compression, (F, N, 3).
+        force_n: Force-torque sensors, (F, N, 3).
+        body_m: Body in the world, (F, 3).
+        body_rad: Roll, pitch, yaw, (F, 3).
+    """
+
+    time_s: FloatArray
+    shaft_rad: FloatArray
+    foot_m: FloatArray
+    force_n: FloatArray
+    body_m: FloatArray
+    body_rad: FloatArray

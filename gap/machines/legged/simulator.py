@@ -1,0 +1,110 @@
+"""The legged robot's simulator under diagnosis: its chain, channels and catalogue of effects."""
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+from gap.data.check import check_trial
+from gap.effect_file import UserEffect
+from gap.interfaces import Cause, Channel, DataFault, Drive, Effect, Observation
+from gap.machines.legged.catalogue import CATALOGUE, STAGES
+from gap.machines.legged.causes import settings_of
+from gap.machines.legged.chain import LeggedChain
+from gap.machines.legged.channels import channels, make_observation, to_channels
+from gap.machines.legged.check import check_legged
+from gap.machines.legged.inputs import LeggedInputs, make_inputs
+from gap.machines.legged.machine import LeggedMachine, machine_of
+from gap.machines.legged.settings import Settings
+from model.values.arrays import FloatArray, readonly
+from record.trial.trial import Trial
+
+TRIALS_REMEMBERED = 16
+
+
+class LeggedSimulator:
+    """Implements ``gap.interfaces.Simulator`` for robots with a four-bar a leg.
+
+    Args:
+        machine: The robot.
+        added: Users' effects.
+    """
+
+    def __init__(self, machine: LeggedMachine, added: tuple[UserEffect, ...] = ()) -> None:
+        self.machine = machine
+        self._added = added
+        self._chain = LeggedChain(machine)
+        self._channels = channels(machine.legs.names)
+        self._inputs = lru_cache(maxsize=TRIALS_REMEMBERED)(self._make_inputs)
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return "legged"
+
+    @property
+    def stages(self) -> tuple[str, ...]:
+        """Names of the stages in the order of the chain."""
+        return STAGES
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the legs."""
+        return self.machine.legs.names
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """The catalogue, with the users' effects behind it."""
+        own = tuple(entry.effect for entry in CATALOGUE)
+        return (*own, *(user.effect for user in self._added))
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """What is compared."""
+        return self._channels
+
+    def observe(self, trial: Trial) -> Observation:
+        """Put the measured data of a trial on the channels.
+
+        Raises:
+            GapError: It is another robot's, or too short.
+        """
+        inputs = self._inputs(trial)
+        drive = Drive.MEASURED
+        base = self._chain.walk(inputs, self._settings(()), drive)
+        return make_observation(inputs, base.standing.load_n, self.machine.length_m)
+
+    def predict(self, trial: Trial, causes: Sequence[Cause], drive: Drive) -> FloatArray:
+        """Return what the channels would read with these causes added, (F, C).
+
+        Raises:
+            GapError: A cause is not of the catalogue, or its joints or values do not fit.
+        """
+        settings = self._settings(causes)
+        inputs = self._inputs(trial)
+        signals = self._chain.read(inputs, settings, drive)
+        predicted: FloatArray = readonly(to_channels(inputs.grid, inputs.command_rad, signals))
+        return predicted
+
+    def check(self, trial: Trial) -> tuple[DataFault, ...]:
+        """Look for faults of the data: any trial's, and those that geometry and weight show."""
+        found = check_trial(trial)
+        if any((fault.kind, fault.channel) == ("unit", "time_s") for fault in found):
+            return found
+        inputs = self._inputs(trial)
+        walk = self._chain.read(inputs, self._settings(()), Drive.MEASURED)
+        return (*found, *check_legged(inputs, walk, self.machine.weight_n))
+
+    def _settings(self, causes: Sequence[Cause]) -> Settings:
+        # the robot file's own last: a step or a patch that is there stays where it is
+        return settings_of((*causes, *self.machine.effects), self.joints, self._added)
+
+    def _make_inputs(self, trial: Trial) -> LeggedInputs:
+        return make_inputs(trial, self.joints)
+
+
+def legged_simulator(trial: Trial, added: tuple[UserEffect, ...] = ()) -> LeggedSimulator:
+    """Return the simulator of the robot that a trial names.
+
+    Raises:
+        GapError: It names none, or its file cannot be used.
+    """
+    return LeggedSimulator(machine_of(trial), added)

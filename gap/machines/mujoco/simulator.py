@@ -1,0 +1,121 @@
+"""Any simulator that makes a whole trial from commands, under diagnosis through the same interface.
+
+A physics engine (the MuJoCo twin) is one piece: it has no stages that could be fed measured inputs one
+by one. Its answers are put on the channels of the legged simulator, with the same filters.
+"""
+
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from gap.interfaces import Cause, Channel, DataFault, Drive, Effect, Observation
+from gap.machines.legged.causes import check_cause
+from gap.machines.legged.channels import measured_signals, to_channels
+from gap.machines.legged.inputs import make_inputs
+from gap.machines.legged.machine import LeggedMachine
+from gap.machines.legged.simulator import LeggedSimulator
+from model.errors import GapError
+from model.values.arrays import FloatArray, readonly
+from record.trial.trial import Trial
+
+ROLLOUTS_REMEMBERED = 64
+# The only stage whose inputs are the commands, whatever the drive.
+FED_BY_COMMANDS = "actuation"
+
+Rollout = Callable[[Trial, tuple[Cause, ...]], Trial]
+
+
+class RolloutSimulator:
+    """A simulator around a rollout.
+
+    Args:
+        name: Its name, for example ``mujoco``.
+        machine: The robot.
+        effects: What the rollout can add to itself; their names and parameters are those of the catalogue.
+        rollout: Given a trial and causes, the trial as it would have been: the same commands and legs, what
+            sensors without noise would have read at (about) the same times, NaN where it has no answer. The
+            same arguments must give the same trial.
+    """
+
+    def __init__(
+        self, name: str, machine: LeggedMachine, effects: tuple[Effect, ...], rollout: Rollout
+    ) -> None:
+        self._name = name
+        self._effects = effects
+        self._by_name = {effect.name: effect for effect in effects}
+        self._legged = LeggedSimulator(machine)
+        self._channels_of = lru_cache(maxsize=ROLLOUTS_REMEMBERED)(self._roll)
+        self._rollout = rollout
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self._name
+
+    @property
+    def stages(self) -> tuple[str, ...]:
+        """Stages to which channels and effects belong."""
+        return self._legged.stages
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the legs."""
+        return self._legged.joints
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """What the rollout can add to itself."""
+        return self._effects
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """What is compared."""
+        return self._legged.channels
+
+    def observe(self, trial: Trial) -> Observation:
+        """Put the measured data of a trial on the channels.
+
+        Raises:
+            GapError: It is another robot's, or too short.
+        """
+        return self._legged.observe(trial)
+
+    def predict(self, trial: Trial, causes: Sequence[Cause], drive: Drive) -> FloatArray:
+        """Return what the channels would read, (F, C).
+
+        Fed what was measured, only channels of the actuation are known (commands feed them); the others
+        are NaN.
+
+        Raises:
+            GapError: A cause is not among the effects, or the rollout's trial does not fit.
+        """
+        for cause in causes:
+            if cause.effect not in self._by_name:
+                known = ", ".join(self._by_name) or "none"
+                raise GapError(f"{cause.effect!r} is no effect of {self._name}; known are {known}")
+            check_cause(cause, self._by_name[cause.effect], self.joints)
+        values = self._channels_of(trial, tuple(causes))
+        if drive is Drive.COMMAND:
+            return values
+        own = np.array([channel.stage == FED_BY_COMMANDS for channel in self.channels])
+        known_values: FloatArray = readonly(np.where(own, values, np.nan))
+        return known_values
+
+    def check(self, trial: Trial) -> tuple[DataFault, ...]:
+        """Look for faults of the data themselves."""
+        return self._legged.check(trial)
+
+    def _roll(self, trial: Trial, causes: tuple[Cause, ...]) -> FloatArray:
+        made = self._rollout(trial, causes)
+        wanted = make_inputs(trial, self.joints)
+        got = make_inputs(made, self.joints)
+        if got.grid.frames != wanted.grid.frames or got.grid.period_s != wanted.grid.period_s:
+            raise GapError(
+                f"{self._name} answered with {got.grid.frames} frames of {got.grid.period_s:g} s, "
+                f"the trial has {wanted.grid.frames} of {wanted.grid.period_s:g} s"
+            )
+        values: FloatArray = readonly(
+            to_channels(wanted.grid, wanted.command_rad, measured_signals(got))
+        )
+        return values

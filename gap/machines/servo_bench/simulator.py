@@ -1,0 +1,255 @@
+"""Position-controlled servos, each on its own, as a simulator under diagnosis.
+
+Where the machine's file gives motor data, each servo is a firmware position loop, a DC motor, gearbox
+friction and a pendulum; where it does not, the shaft goes where it is told.
+"""
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from gap.causes import match_causes
+from gap.data.check import check_trial
+from gap.data.even_grid import EvenTrial, even_trial
+from gap.interfaces import Cause, Channel, DataFault, Drive, Effect, Observation
+from gap.machines.servo_bench import kernel as k
+from gap.machines.servo_bench.catalogue import ANY, CATALOGUE, IDEAL, MOTOR, STAGES, BenchEffect
+from gap.machines.servo_bench.check import believable, check_bench
+from gap.machines.servo_bench.machine import ServoJoint, ServoMachine, servo_machine
+from model.values.arrays import FloatArray, readonly
+from record.trial.trial import Trial
+
+TRIALS_REMEMBERED = 128
+ASSUMED_SHAFT_RAD = 0.0015  # one count of 4096
+ASSUMED_DUTY = 0.01
+ASSUMED_CURRENT_A = 0.02
+UNLIMITED_RAD_S = 100.0
+SETTLE_S = 0.1  # the servo's state before the trial is not known
+
+
+class ServoBench:
+    """Implements ``gap.interfaces.Simulator`` for servos.
+
+    Args:
+        machine: The nominal servos.
+        torque_known: Whether the trials have a signed torque at the shafts.
+    """
+
+    def __init__(self, machine: ServoMachine, torque_known: bool = False) -> None:
+        self.machine = machine
+        kinds = {IDEAL if joint.ideal else MOTOR for joint in machine.joints} | {ANY}
+        loaded = torque_known or any(joint.mass_kg > 0 for joint in machine.joints)
+        self._catalogue = tuple(
+            entry
+            for entry in CATALOGUE
+            if entry.servos in kinds
+            and (entry.needs != "torque" or loaded)
+            and (entry.needs != "no load" or not loaded)
+        )
+        self._compared = frozenset({
+            "time_s", "shaft",
+            *(f"{what}_{joint.name}_rad" for joint in machine.joints for what in ("command", "shaft")),
+            *(f"torque_{joint.name}_nm" for joint in machine.joints if torque_known),
+            *(f"{what}_{joint.name}{unit}" for joint in machine.joints if not joint.ideal
+              for what, unit in (("pwm", ""), ("current", "_a"))),
+        })  # fmt: skip
+        self._grid = lru_cache(maxsize=TRIALS_REMEMBERED)(even_trial)
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return "servo_bench"
+
+    @property
+    def stages(self) -> tuple[str, ...]:
+        """Names of the stages in the order of the chain."""
+        return STAGES
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the servos."""
+        return self.machine.names
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """The catalogue, without what means nothing for these servos."""
+        return tuple(entry.effect for entry in self._catalogue)
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Shaft behind command of every servo; duty and current where there are motors."""
+        motors = tuple(joint.name for joint in self.machine.joints if not joint.ideal)
+        return (
+            *(Channel("shaft_error", name, "load", "rad") for name in self.joints),
+            *(Channel("duty", name, "controller", "") for name in motors),
+            *(Channel("current", name, "motor", "A") for name in motors),
+        )
+
+    def observe(self, trial: Trial) -> Observation:
+        """Put the measured data of a trial on the channels.
+
+        Raises:
+            GapError: It is another machine's, or too short.
+        """
+        even = self._grid(trial)
+        motors = [i for i, joint in enumerate(self.machine.joints) if not joint.ideal]
+        values = np.column_stack(
+            [even.shaft_rad - even.command_rad, even.pwm[:, motors], even.current_a[:, motors]]
+        )
+        shaft = trial.header.noise.shaft_rad
+        shaft = shaft if np.isfinite(shaft) and shaft > 0 else ASSUMED_SHAFT_RAD
+        noise = np.concatenate([
+            np.full(len(self.joints), shaft),
+            np.full(len(motors), ASSUMED_DUTY),
+            np.full(len(motors), ASSUMED_CURRENT_A),
+        ])  # fmt: skip
+        weight = np.ones(values.shape)
+        weight[even.time_s < SETTLE_S] = 0.0
+        for at, joint in enumerate(self.machine.joints):
+            if joint.ideal and joint.coulomb_nm > 0.0:
+                # a shaft that nothing pushes past its friction may lie anywhere in its play
+                weight[np.abs(even.torque_nm[:, at]) <= joint.coulomb_nm, at] = 0.0
+        return Observation(
+            time_s=readonly(even.time_s.copy()),
+            cycle=readonly(even.time_s * trial.header.frequency_hz),
+            values=readonly(values),
+            noise=readonly(np.broadcast_to(noise, values.shape).copy()),
+            weight=readonly(weight),
+        )
+
+    def predict(self, trial: Trial, causes: Sequence[Cause], drive: Drive) -> FloatArray:
+        """Return what the channels would read with these causes added, (F, C).
+
+        Both drives give the same shaft (its loop cannot be cut open); duty and current are fed with the
+        measured shaft where that is asked for.
+
+        Raises:
+            GapError: A cause is not of the catalogue, or its joints or values do not fit.
+        """
+        match_causes(causes, self.effects, self.joints)
+        even = self._grid(trial)
+        shafts, duties, currents = [], [], []
+        for at, joint in enumerate(self.machine.joints):
+            numbers = joint_numbers(joint, causes, self._catalogue)
+            ran = _run(even, at, joint, numbers)
+            shafts.append(ran[:, 0] - even.command_rad[:, at])
+            if joint.ideal:
+                continue
+            if drive is Drive.MEASURED:
+                ran = _local(even, at, numbers, ran)
+            duties.append(ran[:, 1])
+            currents.append(ran[:, 2])
+        predicted: FloatArray = readonly(np.column_stack([*shafts, *duties, *currents]))
+        return predicted
+
+    def check(self, trial: Trial) -> tuple[DataFault, ...]:
+        """Look for faults of the data themselves."""
+        found = [believable(fault, trial, self._compared) for fault in check_trial(trial)]
+        known = tuple(fault for fault in found if fault is not None)
+        seen = {(fault.kind, fault.channel) for fault in known}
+        return (*known, *(f for f in check_bench(trial) if (f.kind, f.channel) not in seen))
+
+
+def joint_numbers(
+    joint: ServoJoint, causes: Sequence[Cause], catalogue: tuple[BenchEffect, ...]
+) -> FloatArray:
+    """Return the numbers of the compiled servo, (NUMBERS,), with causes added."""
+    p = np.zeros(k.NUMBERS)
+    p[k.DELAY], p[k.KP], p[k.KD], p[k.KI] = joint.delay_s, joint.kp_duty_per_rad, joint.kd, joint.ki
+    p[k.DUTY_LIMIT], p[k.SUPPLY] = joint.duty_limit, joint.supply_v
+    p[k.TORQUE_CONSTANT], p[k.RESISTANCE] = joint.torque_constant_nm_a, joint.resistance_ohm
+    p[k.ARMATURE] = joint.armature_kg_m2
+    p[k.MASS_LENGTH] = joint.mass_kg * joint.length_m
+    p[k.LOAD_INERTIA] = joint.mass_kg * joint.length_m**2
+    p[k.COULOMB], p[k.VISCOUS] = joint.coulomb_nm, joint.viscous_nm_s
+    p[k.SPEED_LIMIT] = UNLIMITED_RAD_S
+    p[k.BREAK_TORQUE], p[k.STRIBECK_SPEED], p[k.ENCODER_SCALE] = joint.coulomb_nm, 0.5, 1.0
+    entries = {entry.effect.name: entry for entry in catalogue}
+    for cause in causes:
+        if joint.name in cause.joints:
+            _add(p, entries[cause.effect], cause.values)
+    return p
+
+
+def _add(p: FloatArray, entry: BenchEffect, values: tuple[float, ...]) -> None:
+    for (place, how), value in zip(entry.places, values, strict=True):
+        if how == "+":
+            p[place] += value
+        elif how == "*":
+            p[place] *= value
+        elif how == "<":
+            p[place] = min(p[place], value)
+        elif how == "=":
+            p[place] = value
+        elif place == k.MASS_LENGTH:  # a payload's two numbers belong together
+            mass, length = values
+            p[k.MASS_LENGTH] += mass * length
+            p[k.LOAD_INERTIA] += mass * length**2
+
+
+def _run(even: EvenTrial, at: int, joint: ServoJoint, p: FloatArray) -> FloatArray:
+    """Run one servo from its commands, (F, 3): reported shaft angle, duty, current."""
+    command = even.command_rad[:, at]
+    target = k.delayed(command, float(p[k.DELAY]), even.period_s)
+    if joint.ideal and p[k.SPEED_LIMIT] < UNLIMITED_RAD_S:
+        target = k.speed_limited(target, float(p[k.SPEED_LIMIT]), even.period_s)
+    target = k.lagging(target, float(p[k.LAG]), even.period_s)
+    first = float(even.shaft_rad[0, at])
+    start = first if np.isfinite(first) else float(target[0])
+    target = k.hysteresis(target, float(p[k.PLAY]), _undrooped(start, float(target[0]), p))
+    torque = even.torque_nm[:, at]
+    known = np.isfinite(torque)
+    if joint.ideal:
+        out = np.full((len(target), 3), np.nan)
+        gravity = -p[k.MASS_LENGTH] * k.GRAVITY * np.sin(target)
+        load = np.where(known, torque, gravity)
+        side = k.pushed_side(load, float(p[k.BREAK_TORQUE]))
+        out[:, 0] = target + p[k.DROOP] * load + 0.5 * p[k.BACKLASH] * side
+        out[:, 0] += p[k.DROOP_SIN] * np.sin(target) + p[k.DROOP_COS] * np.cos(target)
+    else:
+        out = k.run_motor(target, even.period_s, start, 0.0, p)
+        gravity = -p[k.MASS_LENGTH] * k.GRAVITY * np.sin(out[:, 0])
+        out[:, 0] += p[k.DROOP] * np.where(known, torque, gravity)
+    out[:, 0] = p[k.ENCODER_SCALE] * out[:, 0] + p[k.ENCODER_OFFSET]
+    return out
+
+
+def _undrooped(reported: float, command: float, p: FloatArray) -> float:
+    """Where a shaft lies in its play: what it reports without offset and droop."""
+    bent = p[k.DROOP_SIN] * np.sin(command) + p[k.DROOP_COS] * np.cos(command)
+    return float((reported - p[k.ENCODER_OFFSET]) / p[k.ENCODER_SCALE] - bent)
+
+
+def _local(even: EvenTrial, at: int, p: FloatArray, ran: FloatArray) -> FloatArray:
+    """Duty from the measured shaft, current from the measured duty and speed, where they are known."""
+    out = ran.copy()
+    shaft, command = even.shaft_rad[:, at], even.command_rad[:, at]
+    speed = np.gradient(shaft, even.period_s)
+    if p[k.KI] == 0.0:  # an integral's state before the trial is not known
+        target = k.hysteresis(
+            k.lagging(
+                k.delayed(command, float(p[k.DELAY]), even.period_s), float(p[k.LAG]), even.period_s
+            ),
+            float(p[k.PLAY]),
+            float(shaft[0]) if np.isfinite(shaft[0]) else float(command[0]),
+        )
+        true = (shaft - p[k.ENCODER_OFFSET]) / p[k.ENCODER_SCALE]
+        error = target - true
+        duty = p[k.KP] * error + p[k.KD] * np.gradient(error, even.period_s)
+        limit = p[k.DUTY_LIMIT]
+        out[:, 1] = np.clip(duty, -limit, limit)
+    pwm = even.pwm[:, at]
+    duty = np.where(np.isfinite(pwm), pwm, out[:, 1])
+    out[:, 2] = (duty * p[k.SUPPLY] - p[k.TORQUE_CONSTANT] * speed) / p[k.RESISTANCE]
+    return out
+
+
+def servo_bench(trials: Sequence[Trial]) -> ServoBench:
+    """Return the simulator of the servos that the trials name.
+
+    Raises:
+        GapError: Their machine's file does not describe servos.
+    """
+    signed = any(bool(np.nanmin(t.torque_nm, initial=0.0) < 0.0) for t in trials)
+    return ServoBench(servo_machine(trials[0]), torque_known=signed)

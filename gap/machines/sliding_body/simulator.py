@@ -1,0 +1,284 @@
+"""One rigid body sliding on level ground under its own friction, as a simulator under diagnosis.
+
+Its nominal law is viscous (drag grows with speed: mu g v at a speed v in m/s) or Coulomb's (mu g against
+the motion). Stages fed measured inputs get the measured velocity; fed commands, the body is let go with
+the velocity it was first seen with.
+"""
+
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy.signal import savgol_filter
+
+from gap.causes import match_causes
+from gap.data.even_grid import even_times, on_times
+from gap.interfaces import Cause, Channel, DataFault, Drive, Effect, Observation
+from gap.machines.sliding_body.catalogue import CATALOGUE, STAGES
+from model.compiled import compiled
+from model.errors import GapError
+from model.values.arrays import FloatArray, readonly
+from record.trial.trial import Trial
+
+GRAVITY = 9.80665
+WINDOW_S = 0.08
+ORDER = 2
+REST_M_S = 0.03  # slower than this a body is about to stick, and a direction means little
+ASSUMED_POSITION_M = 0.0005
+SUBSTEPS = 4
+CHANNELS = (
+    Channel("deceleration", "", "friction", "m/s^2"),
+    Channel("sideways", "", "friction", "m/s^2"),
+    Channel("speed", "", "friction", "m/s"),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Law:
+    """Friction and ground.
+
+    Attributes:
+        coulomb: Coulomb's law instead of the viscous one.
+        mu: Coefficient.
+        per_m_s: Its change with speed.
+        slope_x: Rise of the ground along x.
+        slope_y: Along y.
+        delay_s: Delay of poses.
+    """
+
+    coulomb: bool
+    mu: float
+    per_m_s: float = 0.0
+    slope_x: float = 0.0
+    slope_y: float = 0.0
+    delay_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Slide:
+    """A trial on even frames.
+
+    Attributes:
+        time_s: (F,).
+        period_s: Between frames.
+        position_m: Horizontal, (F, 2).
+        velocity_m_s: (F, 2), smoothed.
+        window: Frames of the smoothing filter.
+    """
+
+    time_s: FloatArray
+    period_s: float
+    position_m: FloatArray
+    velocity_m_s: FloatArray
+    window: int
+
+
+@compiled
+def _friction(v: FloatArray, coulomb: bool, mu: float, per_m_s: float) -> FloatArray:
+    speed = np.sqrt(v[0] * v[0] + v[1] * v[1])
+    level = mu * max(1.0 + per_m_s * speed, 0.0) * GRAVITY
+    if coulomb:
+        level = level / max(speed, 1e-9)
+    pull: FloatArray = -level * v
+    return pull
+
+
+@compiled
+def _coast(
+    frames: int, dt: float, start: FloatArray, coulomb: bool, mu: float, per_m_s: float,
+    slope: FloatArray,
+) -> FloatArray:  # fmt: skip
+    """Let a body go, (F, 2) velocities; dry friction stops it and does not turn it round."""
+    out = np.empty((frames, 2))
+    v = start.copy()
+    h = dt / SUBSTEPS
+    for i in range(frames):
+        out[i] = v
+        for _ in range(SUBSTEPS):
+            pull = -GRAVITY * slope
+            step = h * (_friction(v, coulomb, mu, per_m_s) + pull)
+            speed = np.sqrt(v[0] * v[0] + v[1] * v[1])
+            if coulomb and speed < h * GRAVITY * mu:
+                held = np.sqrt(pull[0] ** 2 + pull[1] ** 2) <= mu * GRAVITY
+                v = v * 0.0 if held else v * 0.0 + h * pull
+            else:
+                v = v + step
+    return out
+
+
+class SlidingBody:
+    """Implements ``gap.interfaces.Simulator`` for one sliding body.
+
+    Args:
+        law: The nominal law.
+    """
+
+    def __init__(self, law: Law) -> None:
+        self.law = law
+        self._slide = lru_cache(maxsize=1024)(_slide)
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return "sliding_body"
+
+    @property
+    def stages(self) -> tuple[str, ...]:
+        """Names of the stages in the order of the chain."""
+        return STAGES
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """None: one body."""
+        return ()
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """The catalogue."""
+        return CATALOGUE
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Deceleration along the path, acceleration across it, and speed."""
+        return CHANNELS
+
+    def observe(self, trial: Trial) -> Observation:
+        """Put the measured data of a trial on the channels.
+
+        Raises:
+            GapError: The trial has no body positions, or is too short.
+        """
+        slide = self._slide(trial)
+        values = _channels(slide, slide.velocity_m_s)
+        given = trial.header.noise.body_position_m
+        position = given if np.isfinite(given) and given > 0 else ASSUMED_POSITION_M
+        # a straight line through the window of positions, then another through the slopes
+        slope = position / (slide.period_s * np.sqrt((slide.window**3 - slide.window) / 12))
+        noise = np.array([2.0 * slope / (slide.window * slide.period_s)] * 2 + [slope])
+        weight = np.ones(values.shape)
+        speed = np.linalg.norm(slide.velocity_m_s, axis=1)
+        weight[speed < REST_M_S] = 0.0
+        edge = slide.window // 2
+        weight[:edge] = 0.0
+        weight[len(weight) - edge :] = 0.0
+        frames = len(slide.time_s)
+        return Observation(
+            time_s=readonly(slide.time_s.copy()),
+            cycle=readonly(np.full(frames, np.nan)),
+            values=readonly(values),
+            noise=readonly(np.broadcast_to(noise, values.shape).copy()),
+            weight=readonly(weight),
+        )
+
+    def predict(self, trial: Trial, causes: Sequence[Cause], drive: Drive) -> FloatArray:
+        """Return what the channels would read with these causes added, (F, C).
+
+        Raises:
+            GapError: A cause is not of the catalogue, or its values do not fit.
+        """
+        match_causes(causes, self.effects, ())
+        law = _changed(self.law, causes)
+        slide = self._slide(trial)
+        slope = np.array([law.slope_x, law.slope_y])
+        edge = slide.window // 2
+        start = slide.velocity_m_s[edge]
+        if drive is Drive.COMMAND:
+            v = _coast(
+                len(slide.time_s), slide.period_s, start, law.coulomb, law.mu, law.per_m_s, slope
+            )
+            velocity = np.concatenate([np.repeat(v[:1], edge, axis=0), v])[: len(v)]
+        else:
+            rate = np.array(
+                [_friction(v, law.coulomb, law.mu, law.per_m_s) for v in slide.velocity_m_s]
+            )
+            rate = rate - GRAVITY * slope
+            steps = 0.5 * (rate[1:] + rate[:-1]) * slide.period_s
+            grown = np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
+            velocity = start + grown - grown[edge]
+        if law.delay_s > 0.0:
+            late = slide.time_s - law.delay_s
+            velocity = np.column_stack([np.interp(late, slide.time_s, v) for v in velocity.T])
+        return np.asarray(readonly(_channels(slide, velocity)))
+
+    def check(self, trial: Trial) -> tuple[DataFault, ...]:
+        """Look for faults of the data themselves."""
+        found = []
+        xy = trial.body_position_m[:, :2]
+        lost = float(np.mean(~np.isfinite(xy).all(axis=1)))
+        if lost > 0.0:
+            found.append(DataFault("gap", "body", f"{lost:.1%} of poses are missing", lost > 0.2))
+        steps = np.linalg.norm(np.diff(xy, axis=0), axis=1) / np.diff(trial.time_s)
+        typical = float(np.nanmedian(steps)) if np.isfinite(steps).any() else 0.0
+        jumps = int(np.sum(steps > 30 * max(typical, 0.05)))
+        if jumps:
+            found.append(DataFault("spikes", "body", f"{jumps} jumps of the position", True))
+        if len(steps) and np.isfinite(steps).any() and np.nanmax(steps) > 50.0:
+            found.append(
+                DataFault(
+                    "unit", "body", f"speeds up to {np.nanmax(steps):.3g} m/s: millimetres?", True
+                )
+            )
+        return tuple(found)
+
+
+def _changed(law: Law, causes: Sequence[Cause]) -> Law:
+    coulomb, mu, per = law.coulomb, law.mu, law.per_m_s
+    x, y, delay = law.slope_x, law.slope_y, law.delay_s
+    level = 1.0
+    for cause in causes:
+        values = cause.values
+        if cause.effect == "coulomb_friction":
+            coulomb, mu = True, values[0]
+        elif cause.effect == "speed_dependence":
+            per += values[0]
+        elif cause.effect == "friction_level":
+            level *= values[0]
+        elif cause.effect == "ground_slope":
+            x, y = x + values[0], y + values[1]
+        elif cause.effect == "pose_delay":
+            delay += values[0]
+    return Law(coulomb, mu * level, per, x, y, delay)
+
+
+def _slide(trial: Trial) -> Slide:
+    xy = trial.body_position_m[:, :2]
+    known = np.isfinite(xy).all(axis=1)
+    if known.mean() < 0.8:
+        raise GapError("body_x_m and body_y_m are mostly empty; a sliding body needs its positions")
+    at_s = even_times(trial)
+    position = on_times(trial.time_s[known], xy[known], at_s)
+    period = float(at_s[1] - at_s[0])
+    window = max(2 * round((WINDOW_S / period - 1) / 2) + 1, 5)
+    velocity = savgol_filter(position, window, ORDER, deriv=1, delta=period, axis=0)
+    return Slide(at_s - at_s[0], period, position, np.asarray(velocity), window)
+
+
+def _channels(slide: Slide, velocity: FloatArray) -> FloatArray:
+    """Acceleration along and across the measured path, and speed along it, (F, 3)."""
+    rate = savgol_filter(velocity, slide.window, ORDER, deriv=1, delta=slide.period_s, axis=0)
+    speed = np.linalg.norm(slide.velocity_m_s, axis=1)
+    along = slide.velocity_m_s / np.maximum(speed, 1e-9)[:, None]
+    across = np.column_stack([-along[:, 1], along[:, 0]])
+    return np.column_stack([
+        -np.sum(rate * along, axis=1),
+        np.sum(rate * across, axis=1),
+        np.sum(velocity * along, axis=1),
+    ])  # fmt: skip
+
+
+def sliding_body(trials: Sequence[Trial]) -> SlidingBody:
+    """Return the simulator of the body that the trials name.
+
+    Raises:
+        GapError: Its file cannot be used.
+    """
+    data = tomllib.loads(trials[0].header.robot_text)
+    contact = data.get("contact", {})
+    law, mu = contact.get("law", "viscous"), contact.get("mu", 0.2)
+    if law not in {"viscous", "coulomb"}:
+        raise GapError(f"contact.law must be viscous or coulomb, not {law!r}")
+    if isinstance(mu, bool) or not isinstance(mu, int | float) or not mu >= 0:
+        raise GapError(f"contact.mu must be a number from 0, not {mu!r}")
+    return SlidingBody(Law(law == "coulomb", float(mu)))

@@ -1,0 +1,173 @@
+"""Whitened residuals of all parts side by side, and their score in blocks.
+
+The score of a block and channel is a quarter-tailed log likelihood: its energy where it is what noise
+gives, and its logarithm where it is far more, so that a large gap that no cause closes does not drown
+what the candidates differ in.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from gap.interfaces import Cause, Drive, reach_of
+from gap.residuals.floor import Floor
+from gap.residuals.parts import Part, block_starts, folds_of
+from gap.residuals.predictions import Predictor, Wanted
+from gap.residuals.whitening import Whitener, make_whitener
+from model.values.arrays import FloatArray, IntArray
+
+WHOLE_SHARE = 0.7  # of the channels, that a simulator fed what was measured must answer
+TAIL = 4.0  # energy over expectation from which a block counts by its logarithm
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Parts of trials under one drive, F frames in all.
+
+    Attributes:
+        parts: The parts.
+        drive: What feeds the stages.
+        predictor: Predicts.
+        floor: The floor under that drive.
+        whiteners: One a part.
+        starts: First frame of each of B blocks, counted over all parts.
+        folds: Fold of each block, (B,).
+        block_part: Part of each block, (B,).
+    """
+
+    parts: tuple[Part, ...]
+    drive: Drive
+    predictor: Predictor
+    floor: Floor
+    whiteners: tuple[Whitener, ...]
+    starts: IntArray
+    folds: IntArray
+    block_part: IntArray
+
+    @cached_property
+    def count(self) -> FloatArray:
+        """Independent frames of each block and channel, (B, C)."""
+        return self.per_block(np.concatenate([w.count for w in self.whiteners]))
+
+    @property
+    def reach_m(self) -> tuple[float, float]:
+        """Between which places along the world's x the machine touched its world; NaN if unknown."""
+        return reach_of([part.observation for part in self.parts])
+
+    @cached_property
+    def block_of_frame(self) -> IntArray:
+        """Block of each frame, (F,)."""
+        frames = sum(part.frames for part in self.parts)
+        return np.asarray(np.searchsorted(self.starts, np.arange(frames), side="right") - 1)
+
+    @cached_property
+    def base(self) -> FloatArray:
+        """Whitened residual of the simulator as it stands, (F, C)."""
+        return self.residuals([()])[0]
+
+    def per_block(self, values: FloatArray) -> FloatArray:
+        """Sum over the frames of each block, (F, C) to (B, C)."""
+        return np.asarray(np.add.reduceat(values, self.starts, axis=0))
+
+    def predictions(self, sets: Sequence[tuple[Cause, ...]]) -> list[list[FloatArray]]:
+        """Predict every part with each set of causes."""
+        wanted = [Wanted(part.trial, causes, self.drive) for causes in sets for part in self.parts]
+        found = self.predictor.predict(wanted)
+        n = len(self.parts)
+        return [
+            [part.cut(one) for part, one in zip(self.parts, found[i : i + n], strict=True)]
+            for i in range(0, len(found), n)
+        ]
+
+    def residuals(self, sets: Sequence[tuple[Cause, ...]]) -> list[FloatArray]:
+        """Whitened residual with each set of causes, (F, C); where one has no answer, the base's."""
+        out = []
+        for predicted in self.predictions(sets):
+            rows = []
+            for part, whitener, one in zip(self.parts, self.whiteners, predicted, strict=True):
+                error = part.observation.values - one
+                lost = ~np.isfinite(one) & (whitener.gain > 0)
+                if lost.any():
+                    error = np.where(lost, part.observation.values - self._standing(part), error)
+                rows.append(whitener.whiten(error))
+            out.append(np.concatenate(rows))
+        return out
+
+    def _standing(self, part: Part) -> FloatArray:
+        return part.cut(self.predictor.predict([Wanted(part.trial, (), self.drive)])[0])
+
+    def score(self, residual: FloatArray) -> FloatArray:
+        """Misfit of each block and channel in nats, (B, C): less is better."""
+        return robust_score(self.per_block(residual**2), self.count)
+
+    def weights(self, residual: FloatArray) -> FloatArray:
+        """Weight of each frame in a quadratic that is tangent to the score, (F, C)."""
+        energy = self.per_block(residual**2)
+        weight = 1.0 / (1.0 + energy / (TAIL * np.fmax(self.count, 1e-9)))
+        return np.asarray(weight[self.block_of_frame])
+
+    def excess(self, residual: FloatArray) -> FloatArray:
+        """Energy over expectation of each channel, (C,); NaN where nothing was compared."""
+        energy, count = (residual**2).sum(axis=0), self.count.sum(axis=0)
+        return np.where(count > 0, energy / np.where(count > 0, count, 1.0), np.nan)
+
+
+def robust_score(energy: FloatArray, count: FloatArray) -> FloatArray:
+    """Return the misfit of energies of so many independent frames each, in nats."""
+    safe = np.fmax(count, 1e-9)
+    return np.where(count > 0, 0.5 * TAIL * safe * np.log1p(energy / (TAIL * safe)), 0.0)
+
+
+def make_evidence(
+    predictor: Predictor, parts: Sequence[Part], drive: Drive, floor: Floor
+) -> Evidence:
+    """Whiten parts under a drive."""
+    base = predictor.predict([Wanted(part.trial, (), drive) for part in parts])
+    whiteners = tuple(
+        make_whitener(part, floor, part.cut(one)) for part, one in zip(parts, base, strict=True)
+    )
+    return evidence_of(predictor, parts, drive, floor, whiteners)
+
+
+def evidence_of(
+    predictor: Predictor,
+    parts: Sequence[Part],
+    drive: Drive,
+    floor: Floor,
+    whiteners: Sequence[Whitener],
+) -> Evidence:
+    """Take parts with whiteners of their own."""
+    blocks = [block_starts(part.observation) for part in parts]
+    offsets = np.concatenate([[0], np.cumsum([part.frames for part in parts])[:-1]])
+    return Evidence(
+        parts=tuple(parts),
+        drive=drive,
+        predictor=predictor,
+        floor=floor,
+        whiteners=tuple(whiteners),
+        starts=np.concatenate([at + o for at, o in zip(blocks, offsets, strict=True)]).astype(
+            np.int64
+        ),
+        folds=folds_of(parts, blocks),
+        block_part=np.repeat(np.arange(len(parts)), [len(at) for at in blocks]),
+    )
+
+
+def errors(predictor: Predictor, parts: Sequence[Part], drive: Drive) -> list[FloatArray]:
+    """Measured minus predicted by the simulator as it stands, (F, C) a part; NaN where unused."""
+    base = predictor.predict([Wanted(part.trial, (), drive) for part in parts])
+    return [
+        np.where(part.observation.weight > 0, part.observation.values - part.cut(one), np.nan)
+        for part, one in zip(parts, base, strict=True)
+    ]
+
+
+def local_drive(predictor: Predictor, parts: Sequence[Part]) -> Drive:
+    """Measured inputs, unless the simulator is one piece and then has no answer on most channels."""
+    known = [
+        sum(int(np.isfinite(one).any(axis=0).sum()) for one in errors(predictor, parts[:1], drive))
+        for drive in (Drive.MEASURED, Drive.COMMAND)
+    ]
+    return Drive.MEASURED if known[0] >= WHOLE_SHARE * known[1] else Drive.COMMAND

@@ -1,0 +1,246 @@
+"""What differs without any new cause: noise, repeatability, and the misfit that reference runs show.
+
+The misfit of references is described by its first harmonics in the phase of the gait, each a number that
+varies smoothly over conditions (gait and frequency): what is expected at a condition, and how surely,
+follows from the references near it. A condition that none of them has gets a wide expectation, not none.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gap.interfaces import Channel
+from gap.residuals.parts import Part
+from model.values.arrays import BoolArray, FloatArray
+
+HARMONICS = 6
+OTHER_GAIT = 0.4  # how alike misfits of two gaits are
+LOG_FREQUENCY = 0.5  # over which change of frequency (natural log) misfits stay alike
+RATIOS = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # repeat variance over misfit variance
+FEW_RATIO = 0.1
+FEW = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """A gait at a frequency."""
+
+    gait: str
+    frequency_hz: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Misfit:
+    """What a condition is expected to show.
+
+    Attributes:
+        mean: Expected coefficients, (K, C).
+        variance: Their variance, (K, C).
+    """
+
+    mean: FloatArray
+    variance: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Floor:
+    """Noise and expected misfit of C channels.
+
+    Attributes:
+        source: ``references``, ``cycles`` or ``sensors``.
+        sigma: Standard deviation of a frame about the misfit, (C,).
+        dependence: Integrated autocorrelation time in frames, (C,).
+        conditions: Conditions of R references.
+        coefficients: Their misfits, (R, K, C).
+        power: Prior variance of a coefficient, (K, C).
+        ratio: Repeat variance over ``power``, (C,).
+    """
+
+    source: str
+    sigma: FloatArray
+    dependence: FloatArray
+    conditions: tuple[Condition, ...]
+    coefficients: FloatArray
+    power: FloatArray
+    ratio: FloatArray
+
+    def expect(self, condition: Condition) -> Misfit:
+        """Return the misfit expected at a condition."""
+        count = len(self.conditions)
+        if count == 0:
+            empty = np.zeros((0, len(self.sigma)))
+            return Misfit(empty, empty)
+        alike = _alike(self.conditions, self.conditions)
+        near = _alike([condition], self.conditions)[0]
+        mean, variance = np.empty_like(self.power), np.empty_like(self.power)
+        for ratio in np.unique(self.ratio):
+            on = self.ratio == ratio
+            solved = np.linalg.solve(alike + ratio * np.eye(count), near)
+            mean[:, on] = np.einsum("r,rkc->kc", solved, self.coefficients[:, :, on])
+            variance[:, on] = self.power[:, on] * (1.0 + ratio - near @ solved)
+        return Misfit(mean, variance * (1.0 + 2.0 / count))
+
+
+def phase_basis(part: Part) -> FloatArray:
+    """Return constant and harmonics of the phase, (F, K), each of mean square 1."""
+    cycle = part.observation.cycle
+    one = np.ones((part.frames, 1))
+    if not np.isfinite(cycle).all() or abs(cycle[-1] - cycle[0]) < 1.5:
+        return one
+    angle = 2 * np.pi * cycle[:, None] * np.arange(1, HARMONICS + 1)
+    return np.hstack([one, np.sqrt(2) * np.cos(angle), np.sqrt(2) * np.sin(angle)])
+
+
+def make_floor(
+    channels: Sequence[Channel],
+    references: Sequence[tuple[Part, FloatArray]],
+    trials: Sequence[tuple[Part, FloatArray]],
+) -> Floor:
+    """Measure the floor.
+
+    Args:
+        channels: C of them.
+        references: Each reference with measured minus predicted, (F, C); NaN where unused.
+        trials: The trials to fit to in the same way; they tell their own scatter if there is no reference.
+    """
+    if references:
+        return _from_references(channels, references)
+    noise = np.median([np.nanmedian(part.observation.noise, axis=0) for part, _ in trials], axis=0)
+    scatter = _pooled([_scatter(part, error) for part, error in trials])
+    rests = [error - _locked(part, error)[0] for part, error in trials]
+    cyclic = any(phase_basis(part).shape[1] > 1 for part, _ in trials)
+    c = len(channels)
+    return Floor(
+        "cycles" if cyclic else "sensors",
+        np.fmax(noise, scatter),
+        dependence_of(rests),
+        (),
+        np.zeros((0, 0, c)),
+        np.zeros((0, c)),
+        np.zeros(c),
+    )
+
+
+def _from_references(
+    channels: Sequence[Channel], references: Sequence[tuple[Part, FloatArray]]
+) -> Floor:
+    widest = min(phase_basis(part).shape[1] for part, _ in references)
+    fits = [_locked(part, error, widest) for part, error in references]
+    rests = [error - locked for (_, error), (locked, _) in zip(references, fits, strict=True)]
+    coefficients = np.array([found for _, found in fits])
+    noise = np.median([np.nanmedian(p.observation.noise, axis=0) for p, _ in references], axis=0)
+    sigma = np.fmax(_pooled([_rms(rest) for rest in rests]), noise * np.ones(len(channels)))
+    dependence = dependence_of(rests)
+    frames = np.mean([part.frames for part, _ in references])
+    conditions = tuple(Condition(part.gait, part.frequency_hz) for part, _ in references)
+    power, ratio = _spread(channels, coefficients, conditions)
+    # a coefficient cannot be known better than noise lets it be measured
+    power = np.fmax(power, sigma**2 * dependence / frames)
+    return Floor("references", sigma, dependence, conditions, coefficients, power, ratio)
+
+
+def _spread(
+    channels: Sequence[Channel], coefficients: FloatArray, conditions: Sequence[Condition]
+) -> tuple[FloatArray, FloatArray]:
+    """Prior variance (K, C) and repeat ratio (C,), pooled over legs, by marginal likelihood."""
+    count, harmonics, c = coefficients.shape
+    names = [channel.name for channel in channels]
+    power, ratio = np.empty((harmonics, c)), np.empty(c)
+    alike = _alike(conditions, conditions)
+    for name in dict.fromkeys(names):
+        on = np.array([one == name for one in names])
+        best = -np.inf
+        for candidate in RATIOS if count >= FEW else (FEW_RATIO,):
+            covariance = alike + candidate * np.eye(count)
+            energy = np.einsum(
+                "rkc,rkc->kc",
+                coefficients[:, :, on],
+                np.einsum("rs,skc->rkc", np.linalg.inv(covariance), coefficients[:, :, on]),
+            )
+            own = energy / count
+            pooled = 0.5 * own + 0.5 * own.mean(axis=1, keepdims=True)
+            pooled = np.fmax(pooled, 1e-300)
+            likelihood = -0.5 * float(
+                np.sum(count * np.log(pooled) + energy / pooled)
+                + energy.size * np.linalg.slogdet(covariance)[1]
+            )
+            if likelihood > best:
+                best = likelihood
+                power[:, on], ratio[on] = pooled, candidate
+    return power, ratio
+
+
+def _alike(some: Sequence[Condition], others: Sequence[Condition]) -> FloatArray:
+    """Correlation of the misfits of conditions, (len(some), len(others))."""
+    out = np.empty((len(some), len(others)))
+    for i, a in enumerate(some):
+        for j, b in enumerate(others):
+            same = 1.0 if a.gait == b.gait else OTHER_GAIT
+            ratio = a.frequency_hz / b.frequency_hz if b.frequency_hz > 0 else np.nan
+            far = np.log(ratio) / LOG_FREQUENCY if np.isfinite(ratio) and ratio > 0 else 0.0
+            out[i, j] = same * np.exp(-0.5 * far**2)
+    return out
+
+
+def _locked(
+    part: Part, error: FloatArray, most: int | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Least squares on the phase's harmonics: the fitted part (F, C) and its coefficients (K, C)."""
+    basis = phase_basis(part)[:, :most]
+    coefficients = np.zeros((basis.shape[1], error.shape[1]))
+    known = np.isfinite(error)
+    for c in range(error.shape[1]):
+        on = known[:, c]
+        if on.sum() > 2 * basis.shape[1]:
+            rows = basis[on]
+            gram = rows.T @ rows + 1e-3 * on.sum() * np.eye(basis.shape[1])
+            coefficients[:, c] = np.linalg.solve(gram, rows.T @ error[on, c])
+    return basis @ coefficients, coefficients
+
+
+def _scatter(part: Part, error: FloatArray) -> FloatArray:
+    """Standard deviation from cycle to cycle at the same phase, or of neighbours, (C,)."""
+    cycle = part.observation.cycle
+    if np.isfinite(cycle).all() and abs(cycle[-1] - cycle[0]) >= 2 and np.all(np.diff(cycle) > 0):
+        at = np.arange(np.ceil(cycle[0] * 64) / 64, cycle[-1], 1 / 64)
+        again = np.column_stack([np.interp(at, cycle, column) for column in error.T])
+        return _rms((again[64:] - again[:-64]) / np.sqrt(2))
+    # white noise alone: the second difference has six times its variance; steps of a command are none
+    second = np.abs(np.diff(error, 2, axis=0)) / np.sqrt(6)
+    middle = [np.median(column[np.isfinite(column)]) if np.isfinite(column).any() else 0.0
+              for column in second.T]  # fmt: skip
+    return 1.4826 * np.array(middle)
+
+
+def _rms(values: FloatArray) -> FloatArray:
+    known = np.isfinite(values)
+    total = np.where(known, values, 0.0)
+    return np.asarray(np.sqrt(np.sum(total**2, axis=0) / np.fmax(known.sum(axis=0), 1)))
+
+
+def _pooled(sigmas: Sequence[FloatArray]) -> FloatArray:
+    return np.asarray(np.sqrt(np.mean(np.square(sigmas), axis=0)))
+
+
+def dependence_of(errors: Sequence[FloatArray]) -> FloatArray:
+    """Integrated autocorrelation time in frames, (C,), the median over parts, at least 1."""
+    times = []
+    for error in errors:
+        frames = len(error)
+        known = np.isfinite(error)
+        centred = np.where(known, error - _mean(error, known), 0.0)
+        size = 2 ** int(np.ceil(np.log2(2 * frames)))
+        spectrum = np.abs(np.fft.rfft(centred, size, axis=0)) ** 2
+        lags = np.fft.irfft(spectrum, size, axis=0)[: max(frames // 4, 2)]
+        lags = lags / np.where(lags[0] > 0, lags[0], 1.0)
+        # summed up to the first lag that is not above chance
+        gone = lags < 0.1
+        end = np.where(gone.any(axis=0), gone.argmax(axis=0), len(lags))
+        before: BoolArray = np.arange(len(lags))[:, None] < end
+        times.append(np.clip(2 * np.sum(lags * before, axis=0) - 1, 1.0, max(frames / 8, 1.0)))
+    return np.asarray(np.median(times, axis=0))
+
+
+def _mean(error: FloatArray, known: BoolArray) -> FloatArray:
+    return np.asarray(np.where(known, error, 0.0).sum(axis=0) / np.fmax(known.sum(axis=0), 1))

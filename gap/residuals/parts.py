@@ -1,0 +1,154 @@
+"""Which frames are fitted to, which judge, and the blocks that count as independent.
+
+Trials are held out whole where a gait has two or more; where each trial is the only one of its gait, the
+last third of each judges, behind a gap.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gap.interfaces import Observation
+from model.errors import GapError
+from model.values.arrays import FloatArray, IntArray
+from record.trial.trial import Trial
+
+HELD_OUT_SHARE = 0.25
+SHORTEST_BLOCK_S = 1.0
+MOST_FOLDS = 6
+FEWEST_FRAMES = 8
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """Frames of one trial.
+
+    Attributes:
+        trial: Index of the trial.
+        first: First frame.
+        last: Frame behind the last.
+        gait: Gait of the trial.
+        frequency_hz: Its cycles a second; NaN if not known.
+        observation: What was measured there.
+    """
+
+    trial: int
+    first: int
+    last: int
+    gait: str
+    frequency_hz: float
+    observation: Observation
+
+    def cut(self, whole: FloatArray) -> FloatArray:
+        """Return this part of something of the whole trial, (F, ...)."""
+        return whole[self.first : self.last]
+
+    @property
+    def frames(self) -> int:
+        """Number of frames."""
+        return self.last - self.first
+
+
+def whole_part(index: int, trial: Trial, observation: Observation) -> Part:
+    """Return a whole trial as a part."""
+    return part_of(index, trial, observation, 0, len(observation.time_s))
+
+
+def part_of(index: int, trial: Trial, observation: Observation, first: int, last: int) -> Part:
+    """Return frames of a trial."""
+    o, rows = observation, slice(first, last)
+    cut = Observation(
+        o.time_s[rows], o.cycle[rows], o.values[rows], o.noise[rows], o.weight[rows], o.reach_m
+    )
+    frequency = trial.header.frequency_hz
+    if not np.isfinite(frequency) and np.isfinite(o.cycle).all() and len(o.time_s) > 1:
+        frequency = float(abs(o.cycle[-1] - o.cycle[0]) / (o.time_s[-1] - o.time_s[0]))
+    return Part(index, first, last, trial.header.gait, frequency, cut)
+
+
+def split(
+    trials: Sequence[Trial], observations: Sequence[Observation]
+) -> tuple[tuple[Part, ...], tuple[Part, ...]]:
+    """Return the parts to fit to, and those that judge.
+
+    Raises:
+        GapError: There are too few frames.
+    """
+    # a gait that is not known is a gait like any other
+    wholes = [
+        whole_part(i, t, o) for i, (t, o) in enumerate(zip(trials, observations, strict=True))
+    ]
+    wholes = [part for part in wholes if part.frames >= FEWEST_FRAMES]
+    if not wholes:
+        raise GapError("the trials have too few usable samples; record longer ones")
+    if len({part.gait for part in wholes}) == len(wholes):
+        pairs = [_split_one(trials[part.trial], part) for part in wholes]
+        return tuple(fit for fit, _ in pairs), tuple(judge for _, judge in pairs)
+    held = _held_out(wholes)
+    return (
+        tuple(part for i, part in enumerate(wholes) if i not in held),
+        tuple(part for i, part in enumerate(wholes) if i in held),
+    )
+
+
+def _held_out(parts: list[Part]) -> set[int]:
+    """Evenly spaced trials of the gaits that have most of them; every gait keeps one to fit to."""
+    wanted = max(1, round(HELD_OUT_SHARE * len(parts)))
+    gaits: dict[str, list[int]] = {}
+    for i, part in enumerate(parts):
+        gaits.setdefault(part.gait, []).append(i)
+    held: set[int] = set()
+    order = sorted(gaits.values(), key=lambda of: (-len(of), of))
+    while len(held) < wanted:
+        free = [of for of in order if len([i for i in of if i not in held]) > 1]
+        if not free:
+            break  # every gait keeps one to fit to
+        of = max(free, key=lambda group: len([i for i in group if i not in held]))
+        left = [i for i in of if i not in held]
+        count = sum(i in held for i in of)
+        held.add(left[-1] if len(of) <= 4 else left[(2 + 3 * count) % len(left)])
+    return held
+
+
+def _split_one(trial: Trial, whole: Part) -> tuple[Part, Part]:
+    o = whole.observation
+    blocks = block_starts(o)
+    if len(blocks) >= 6:
+        cut, after = blocks[(2 * len(blocks)) // 3 - 1], blocks[(2 * len(blocks)) // 3]
+    else:
+        cut, after = int(0.6 * whole.frames), int(0.67 * whole.frames)
+    fitted = part_of(whole.trial, trial, o, 0, int(cut))
+    judge = part_of(whole.trial, trial, o, int(after), whole.frames)
+    return fitted, judge
+
+
+def block_starts(observation: Observation) -> IntArray:
+    """Return the first frame of each block: a cycle, or a second where there are no cycles."""
+    time_s, cycle = observation.time_s, observation.cycle
+    if np.isfinite(cycle).all() and abs(cycle[-1] - cycle[0]) >= 2:
+        count = np.floor(np.abs(cycle - cycle[0]))
+        at = np.flatnonzero(np.diff(count, prepend=-1) > 0)
+    else:
+        at = np.flatnonzero(np.diff(np.floor(time_s - time_s[0]), prepend=-1) > 0)
+    starts = [0]
+    for frame in at[1:]:
+        if time_s[frame] - time_s[starts[-1]] >= SHORTEST_BLOCK_S * (1 - 1e-9):
+            starts.append(int(frame))
+    if len(starts) > 1 and time_s[-1] - time_s[starts[-1]] < 0.7 * (
+        time_s[starts[-1]] - time_s[starts[-2]]
+    ):
+        starts.pop()
+    return np.array(starts, dtype=np.int64)
+
+
+def folds_of(parts: Sequence[Part], starts: Sequence[IntArray]) -> IntArray:
+    """Return the fold of each block of all parts: whole trials, or thirds where there are few."""
+    folds = []
+    for number, at in enumerate(starts):
+        if len(parts) >= 3:
+            folds.append(np.full(len(at), number % MOST_FOLDS))
+        else:
+            thirds = np.minimum(np.arange(len(at)) * 3 // max(len(at), 1), 2)
+            folds.append(thirds + 3 * number)
+    return np.concatenate(folds).astype(np.int64)

@@ -1,0 +1,104 @@
+"""What a simulator predicts for many sets of causes, in this process or on several.
+
+A pool is made by ``prediction_pool``: its workers inherit the simulator and the trials, so that only
+indices and causes travel.
+"""
+
+from collections import OrderedDict
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, replace
+from functools import partial
+
+from gap.interfaces import Cause, Drive, Simulator
+from gap.worker_pool import worker_pool
+from model.errors import GapError
+from model.values.arrays import FloatArray
+from record.trial.trial import Trial
+
+REMEMBERED = 64
+CHUNKS = 8  # into which a batch is cut for other processes
+_installed: list[tuple[Simulator, tuple[Trial, ...]]] = []
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """One prediction.
+
+    Attributes:
+        trial: Index of the trial.
+        causes: What is added to the simulator.
+        drive: What feeds its stages.
+    """
+
+    trial: int
+    causes: tuple[Cause, ...]
+    drive: Drive
+
+
+def prediction_pool(
+    simulator: Simulator, trials: Sequence[Trial], references: Sequence[Trial], workers: int
+) -> AbstractContextManager[Executor]:
+    """Start processes that predict; to be given to ``diagnose`` as its executor."""
+    return worker_pool(workers, partial(_install, simulator, (*trials, *references)), inherit=True)
+
+
+def _install(simulator: Simulator, trials: tuple[Trial, ...]) -> None:
+    _installed[:] = [(simulator, trials)]
+
+
+def _predict_installed(wanted: Wanted) -> FloatArray:
+    if not _installed:
+        raise GapError(
+            "the executor knows no simulator; make it with gap.residuals.predictions.prediction_pool"
+        )
+    simulator, trials = _installed[0]
+    return simulator.predict(trials[wanted.trial], wanted.causes, wanted.drive)
+
+
+class Predictor:
+    """Predicts, and remembers the latest answers.
+
+    Args:
+        simulator: The simulator.
+        trials: Trials and then references, in the order of ``prediction_pool``.
+        executor: Made by ``prediction_pool``; None predicts here.
+        standing: Causes that every prediction has.
+    """
+
+    def __init__(
+        self,
+        simulator: Simulator,
+        trials: Sequence[Trial],
+        executor: Executor | None = None,
+        standing: tuple[Cause, ...] = (),
+    ) -> None:
+        self.simulator = simulator
+        self.standing = standing
+        self.trials = tuple(trials)
+        self.count = 0
+        self._executor = executor
+        self._known: OrderedDict[Wanted, FloatArray] = OrderedDict()
+
+    def with_standing(self, standing: tuple[Cause, ...]) -> "Predictor":
+        """Return the same with these causes behind those that stand."""
+        return Predictor(self.simulator, self.trials, self._executor, (*self.standing, *standing))
+
+    def predict(self, wanted: Sequence[Wanted]) -> list[FloatArray]:
+        """Return (F, C) for each."""
+        fresh = list(dict.fromkeys(one for one in wanted if one not in self._known))
+        whole = [replace(one, causes=(*self.standing, *one.causes)) for one in fresh]
+        if self._executor is None or len(fresh) == 1:
+            found = [self.simulator.predict(self.trials[w.trial], w.causes, w.drive) for w in whole]
+        else:
+            chunk = max(1, len(whole) // CHUNKS)
+            found = list(self._executor.map(_predict_installed, whole, chunksize=chunk))
+        self.count += len(fresh)
+        answers = {**{one: self._known[one] for one in wanted if one in self._known}}
+        answers.update(zip(fresh, found, strict=True))
+        for one, answer in zip(fresh, found, strict=True):
+            self._known[one] = answer
+            if len(self._known) > REMEMBERED:
+                self._known.popitem(last=False)
+        return [answers[one] for one in wanted]

@@ -1,0 +1,82 @@
+"""How well fitted causes predict blocks that they were not fitted to.
+
+Fits without a fold are one Newton step from the fit to all: exact for what is linear, and it needs no
+further prediction. Gains of two sets are paired block by block.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gap.residuals.evidence import Evidence
+from gap.search.fit import Fitted
+from model.values.arrays import FloatArray, IntArray
+
+FEWEST_FREE = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Advantage:
+    """How much better one set of causes predicts unseen blocks than another.
+
+    Attributes:
+        nats: Sum over the blocks.
+        error: Its standard error, from the scatter of blocks.
+    """
+
+    nats: float
+    error: float
+
+
+def unseen_residual(evidence: Evidence, fitted: Fitted) -> FloatArray:
+    """Whitened residual of each frame under the fit without its fold, (F, C)."""
+    if not len(fitted.away):
+        return fitted.residual
+    weights = evidence.weights(fitted.residual)
+    size = len(fitted.away)
+    fold_of_frame = evidence.folds[evidence.block_of_frame]
+    folds = np.unique(evidence.folds)
+    grams, pulls = np.empty((len(folds), size, size)), np.empty((len(folds), size))
+    for i, fold in enumerate(folds):
+        on = fold_of_frame == fold
+        slopes = fitted.slopes[:, on]
+        weighted = slopes * weights[on]
+        grams[i] = np.einsum("pfc,qfc->pq", weighted, slopes)
+        pulls[i] = np.einsum("pfc,fc->p", weighted, fitted.residual[on])
+    whole_gram, whole_pull = grams.sum(axis=0), pulls.sum(axis=0) - fitted.away
+    out = fitted.residual.copy()
+    for i, fold in enumerate(folds):
+        gram = whole_gram - grams[i] + np.eye(size)
+        step = np.linalg.solve(gram, whole_pull - pulls[i])
+        on = fold_of_frame == fold
+        out[on] = fitted.residual[on] - np.einsum("p,pfc->fc", step, fitted.slopes[:, on])
+    return out
+
+
+def unseen_score(evidence: Evidence, fitted: Fitted) -> FloatArray:
+    """Score of each block under the fit without its fold, (B,)."""
+    return np.asarray(evidence.score(unseen_residual(evidence, fitted)).sum(axis=1))
+
+
+def advantage(of: FloatArray, over: FloatArray, strata: IntArray) -> Advantage:
+    """Compare two scores block by block.
+
+    What differs between trials is no scatter: an effect that shows in one gait only is still there. So the
+    scatter is that of blocks about the mean of their trial.
+
+    Args:
+        of: Scores of the one, (B,).
+        over: Scores of the other, (B,).
+        strata: Trial of each block, (B,).
+    """
+    gain = over - of
+    groups = np.unique(strata)
+    free = len(gain) - len(groups)
+    if free < FEWEST_FREE:  # too few blocks a trial: all that differs counts
+        strata, groups, free = np.zeros_like(strata), groups[:1] * 0, len(gain) - 1
+    if free < 1:
+        return Advantage(float(gain.sum()), float(np.abs(gain).sum()))
+    about = sum(
+        float(np.sum((gain[strata == one] - gain[strata == one].mean()) ** 2)) for one in groups
+    )
+    return Advantage(float(gain.sum()), float(np.sqrt(len(gain) * about / free)))

@@ -1,0 +1,166 @@
+"""One more cause: which candidates are worth a fit, how they fit, and whether that is anything new."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import stats
+
+from gap.interfaces import Cause, Effect
+from gap.residuals.evidence import Evidence
+from gap.search.candidates import APART_M, Candidate, off_bounds
+from gap.search.cross_validation import Advantage, advantage, unseen_score
+from gap.search.fit import ROUNDS, Fitted, fit_causes
+from gap.search.novelty import novelty
+from gap.search.screen import Gain
+from model.values.arrays import FloatArray
+
+# Of the misfit that named causes leave: what the simulator has wrong of them may hide as much of a rival.
+MISFIT_SHARE = 0.05
+SHORTLIST = 8
+MOST_OF_AN_EFFECT = 3
+LEAST_NATS = 4.0
+ACTS = 0.1  # of the largest gain of a channel
+ERRORS = 2.0
+NEAR_PLACES = (-1.0, -0.6, -0.3, 0.3, 0.6, 1.0)  # of the distance of places that were tried
+NEAR = 0.2  # a candidate with a smaller share of the best's first-order gain is not fitted
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Option:
+    """A set of causes that was fitted.
+
+    Attributes:
+        added: The candidate that it adds to what stood.
+        fitted: The fit.
+        unseen: Score of each block without its fold, (B,).
+        over: How much better than what stood.
+    """
+
+    added: Candidate
+    fitted: Fitted
+    unseen: FloatArray
+    over: Advantage
+
+
+def share_of(
+    evidence: Evidence, option: Option, standing: Fitted, usual: FloatArray | float
+) -> float:
+    """Share of the score beyond the usual that an option closes in the channels in which it acts."""
+    before = evidence.score(standing.residual).sum(axis=0)
+    gain = before - evidence.score(option.fitted.residual).sum(axis=0)
+    on = gain > ACTS * gain.max()
+    beyond = np.fmax(before - usual, gain)[on]  # what is closed was there to be closed
+    return float(gain[on].sum() / beyond.sum()) if on.any() else 0.0
+
+
+def on_bound(option: Option, effects: Mapping[str, Effect]) -> bool:
+    """Whether what an option adds was fitted to a bound of one of its parameters."""
+    cause = next(c for c in option.fitted.causes if (c.effect, c.joints) == option.added.key)
+    return any(
+        not p.lower < value < p.upper
+        for p, value in zip(effects[cause.effect].parameters, cause.values, strict=True)
+    )
+
+
+def usual_score(evidence: Evidence, healthy: Evidence) -> FloatArray:
+    """Score of each channel that as many frames of healthy runs have, (C,)."""
+    count = np.fmax(healthy.count.sum(axis=0), 1e-9)
+    found: FloatArray = healthy.score(healthy.base).sum(axis=0) / count * evidence.count.sum(axis=0)
+    return found
+
+
+def nats_beyond(evidence: Evidence, unseen: FloatArray, healthy: Evidence | None) -> float:
+    """Score of blocks, (B,), beyond that of as many healthy frames; beyond noise where there are none."""
+    usual = usual_score(evidence, healthy) if healthy else evidence.count.sum(axis=0) / 2
+    return float(unseen.sum() - usual.sum())
+
+
+def chance_healthy(option: Option, evidence: Evidence, healthy: Evidence | None) -> float:
+    """Chance of so large a cause in a healthy machine; 0 where there is none to compare with."""
+    if healthy is None:
+        return 0.0
+    causes = option.fitted.causes
+    added = next(c for c in causes if (c.effect, c.joints) == option.added.key)
+    joints = evidence.predictor.simulator.joints
+    return novelty(evidence, healthy, causes, option.fitted.residual, added, joints).p
+
+
+def worth(over: Advantage, parameters: int, threshold: float, blocks: int) -> bool:
+    """Tell whether an advantage is more than scatter."""
+    needed = ERRORS * float(stats.t.ppf(0.977, max(blocks - 1, 1))) / 2.0 * over.error
+    return over.nats > max(needed, LEAST_NATS + parameters, 0.5 * threshold)
+
+
+def fit_option(
+    evidence: Evidence,
+    added: Candidate,
+    start: tuple[Cause, ...],
+    standing: FloatArray,
+    effects: Mapping[str, Effect],
+    rounds: int = ROUNDS,
+) -> Option:
+    """Fit a candidate together with what stands, and judge it on blocks that were not fitted to."""
+    fitted = fit_causes(evidence, start, effects, rounds)
+    freed = off_bounds(start, effects)
+    if freed != start:
+        # a cause that took the place of one that was missing may be stuck where it went for that
+        again = fit_causes(evidence, freed, effects)
+        fitted = again if again.nats < fitted.nats else fitted
+    fitted = _placed(evidence, fitted, effects, rounds)
+    unseen = unseen_score(evidence, fitted)
+    return Option(added, fitted, unseen, advantage(unseen, standing, evidence.block_part))
+
+
+def _placed(
+    evidence: Evidence, fitted: Fitted, effects: Mapping[str, Effect], rounds: int
+) -> Fitted:
+    """Move edges in the world a little: feet cross them one by one, so that a descent sticks between."""
+    for number, cause in enumerate(fitted.causes):
+        for at, parameter in enumerate(effects[cause.effect].parameters):
+            if not parameter.located:
+                continue
+            near = [fitted.causes]
+            for share in NEAR_PLACES:
+                values = list(cause.values)
+                moved = values[at] + share * APART_M
+                values[at] = min(max(moved, parameter.lower), parameter.upper)
+                near.append((
+                    *fitted.causes[:number],
+                    replace(cause, values=tuple(values)),
+                    *fitted.causes[number + 1 :],
+                ))  # fmt: skip
+            scores = [float(evidence.score(one).sum()) for one in evidence.residuals(near)]
+            best = min(range(len(near)), key=scores.__getitem__)
+            if best > 0:
+                again = fit_causes(evidence, near[best], effects, rounds)
+                fitted = again if again.nats < fitted.nats else fitted
+    return fitted
+
+
+def shortlist(
+    ranked: Sequence[Gain], most: int = SHORTLIST, near: float = NEAR, least: float = 0.5
+) -> list[Gain]:
+    """Return the candidates worth a fit: near the best, and not all of one effect.
+
+    Args:
+        ranked: Candidates, best first.
+        most: How many.
+        near: Share of the best's gain that they must have.
+        least: Nats that they must have.
+    """
+    chosen: list[Gain] = []
+    counts: dict[str, int] = {}
+    for one in ranked:
+        name = one.signature.candidate.effect.name
+        if one.nats <= least or len(chosen) >= most:
+            break
+        if counts.get(name, 0) >= MOST_OF_AN_EFFECT:
+            continue
+        if chosen and one.nats < near * chosen[0].nats and len(chosen) >= 3:
+            break
+        counts[name] = counts.get(name, 0) + 1
+        chosen.append(one)
+    # a law has no size: to first order it is worth nothing until the others have adjusted to it
+    laws = [one for one in ranked if not one.signature.candidate.effect.parameters]
+    return [*chosen, *(one for one in laws if one not in chosen)]

@@ -1,0 +1,309 @@
+"""Odometry and foot forces online: an extended Kalman filter whose process is the model of slipping.
+
+One step a tick, a pure function of the state before and what is known now. The design and its limits are
+described in ``docs/odometry.md``; late samples are the business of ``model.estimator.history``.
+"""
+
+from dataclasses import replace
+from math import isfinite
+
+import numpy as np
+
+from model.errors import ModelError
+from model.estimator import measurements as measure
+from model.estimator import process, senses
+from model.estimator.health import Moment, Trouble, judge
+from model.estimator.kalman import Kalman, Patience, Stack, Updated, mended, sound
+from model.estimator.neighbourhood import Neighbourhood, neighbourhood, prepare
+from model.estimator.output import estimate
+from model.estimator.settings import EstimatorSettings
+from model.parameters.robot import ContactParameters
+from model.values.arrays import FloatArray
+from model.values.estimate import (
+    BIAS,
+    FIXED,
+    GYRO_BIAS,
+    POSE,
+    SCALE,
+    VELOCITY,
+    AddedByEffects,
+    EstimatorState,
+    OdometryEstimate,
+    OdometryInputs,
+)
+from model.values.legs import FootMotion
+
+NEVER = -1
+START_SD = 1e-4  # of pose [m, rad] and velocity [m/s, rad/s] at the beginning
+NIS_MEMORY_S = 5.0
+
+
+class Estimator:
+    """The filter and what it knows beforehand.
+
+    Args:
+        contact: Leg springs and friction of the robot file: where the parameters start.
+        weight_n: Weight carried [N].
+        settings: Noise and limits.
+
+    Raises:
+        ModelError: Fewer than two legs, or a weight that is none.
+    """
+
+    def __init__(
+        self,
+        contact: ContactParameters,
+        weight_n: float,
+        settings: EstimatorSettings | None = None,
+    ) -> None:
+        if len(contact.mu) < 2 or not weight_n > 0:
+            raise ModelError("the estimator needs at least two legs and a weight above 0")
+        self.settings = settings if settings is not None else EstimatorSettings()
+        self.contact = contact
+        self.weight_n = weight_n
+        self.legs = len(contact.mu)
+        self.size = FIXED + 2 * self.legs
+        self._kalman = Kalman(self.size)
+        self._feet_numbers = measure.feet_numbers(self.settings, weight_n)
+        self._patience = Patience(self.settings.reject_limit, FIXED, self.settings.parameter_limit)
+        prepare()
+
+    def initial(self, pose: FloatArray | None = None) -> EstimatorState:
+        """Return the state before the first tick.
+
+        Args:
+            pose: x, y [m], yaw [rad] to start from; the origin if None.
+        """
+        settings, legs = self.settings, self.legs
+        mean = np.zeros(self.size)
+        if pose is not None:
+            mean[POSE] = pose
+        sd = np.full(self.size, settings.parameter_sd)
+        sd[POSE] = sd[VELOCITY] = START_SD
+        sd[BIAS] = [settings.bias_speed_sd, settings.bias_speed_sd, settings.bias_turn_sd]
+        sd[SCALE], sd[GYRO_BIAS] = settings.scale_sd, settings.gyro_bias_sd
+        nan = np.full((legs, 3), np.nan)
+        covariance = np.diag(sd**2)
+        return EstimatorState(
+            t_ns=NEVER, mean=mean, covariance=covariance, feet=FootMotion(nan, nan),
+            force_ns=NEVER, used_ns=NEVER, share=np.full(legs, np.nan),
+            contact=np.zeros(legs, dtype=bool), rejected=np.zeros((3, legs), dtype=np.int64),
+            rejects=0, idle_ns=NEVER, answer_ns=NEVER, fine_ns=NEVER, lost=False, airborne=False,
+            nis=np.nan, before=(mean, covariance), transition=np.eye(self.size),
+        )  # fmt: skip
+
+    def reset(
+        self, state: EstimatorState, pose: FloatArray | None = None, *, keep_parameters: bool = True
+    ) -> EstimatorState:
+        """Begin anew at a pose, with what was learned about the feet or without.
+
+        Args:
+            state: State so far.
+            pose: x, y [m], yaw [rad]; the origin if None.
+            keep_parameters: Keep friction, stiffness and gyro bias with their covariance.
+        """
+        fresh = self.initial(pose)
+        if not keep_parameters:
+            return replace(fresh, t_ns=state.t_ns, feet=state.feet)
+        learned = np.arange(SCALE, self.size)
+        fresh.mean[learned] = state.mean[learned]
+        both = np.ix_(learned, learned)
+        fresh.covariance[both] = state.covariance[both]
+        return replace(
+            fresh, t_ns=state.t_ns, feet=state.feet, force_ns=state.force_ns,
+            used_ns=state.used_ns, share=state.share, contact=state.contact,
+        )  # fmt: skip
+
+    def step(
+        self, state: EstimatorState, inputs: OdometryInputs
+    ) -> tuple[EstimatorState, OdometryEstimate]:
+        """Advance to a tick and use what was measured in it.
+
+        A tick that is not later than the one before moves nothing; the estimate says so.
+
+        Raises:
+            ModelError: Shapes do not fit.
+        """
+        self._check(inputs)
+        settings = self.settings
+        trouble = Trouble()
+        first = state.t_ns == NEVER
+        dt_s = 0.0 if first else (inputs.t_ns - state.t_ns) * 1e-9
+        if dt_s < 0:
+            trouble.add(f"time went back by {-dt_s:.3g} s")
+            state = replace(
+                state, force_ns=NEVER, used_ns=NEVER, idle_ns=NEVER, answer_ns=NEVER, fine_ns=NEVER
+            )  # they are times of a clock that is no more
+        elif dt_s == 0 and not first:
+            trouble.add("a tick came twice")
+        feet, dead = senses.bridged(inputs.feet, state.feet)
+        if dead.any():
+            trouble.add(f"no encoder reading from {int(dead.sum())} of {self.legs} legs")
+        heard, airborne = senses.hear(state, inputs, self.weight_n, settings)
+        model = _with_effects(self._model(state.mean, feet), inputs.added)
+        idle_ns = senses.idle_since(state, inputs.t_ns, feet, heard, settings)
+        held = idle_ns != NEVER and (inputs.t_ns - idle_ns) * 1e-9 >= settings.idle_time_s
+        held = held and not airborne
+        serving = None if airborne else model
+        step = self._predict(
+            state.mean, serving, dt_s, held, int(dead.sum()), trouble, state.covariance
+        )
+        if airborne:
+            trouble.add("picked up: the feet carry nothing")
+        covariance = self._kalman.predict(step.mean, state.covariance, step.transition, step.noise)
+        loaded = senses.contact(state, model, heard, self.weight_n, settings)
+        # the model was solved at the parameters that the prediction leaves as they are
+        answer = None if held else serving
+        forces = None
+        if answer is not None and heard.use:
+            forces = measure.feet_stack(
+                step.mean, covariance, heard.share, feet, loaded & ~dead, answer, self.contact.mu,
+                self._feet_numbers,
+            )  # fmt: skip
+        others = self._others(step.mean, inputs, answer)
+        used = self._correct(step.mean, covariance, forces, others, state)
+        mean, after_covariance = (
+            (step.mean, covariance) if used is None else (used.mean, used.covariance)
+        )
+        if not (sound(after_covariance) and isfinite(np.vdot(mean, mean))):
+            trouble.add("the covariance had to be mended")
+            mean = np.where(np.isfinite(mean), mean, state.mean)
+            after_covariance = mended(
+                np.where(np.isfinite(after_covariance), after_covariance, state.covariance)
+            )
+        force_ns = inputs.forces.t_ns if heard.fresh and inputs.forces else state.force_ns
+        answered = serving is not None or state.answer_ns == NEVER
+        answer_ns = inputs.t_ns if answered else state.answer_ns
+        nis = _smoothed_nis(state.nis, used, settings.force_period_s)
+        moment = Moment(inputs.t_ns, force_ns, answer_ns, nis, inputs.pose_W is not None)
+        verdict = judge(state, moment, settings, trouble)
+        after = EstimatorState(
+            t_ns=inputs.t_ns,
+            mean=mean,
+            covariance=after_covariance,
+            feet=feet,
+            force_ns=force_ns,
+            used_ns=inputs.t_ns if heard.use else state.used_ns,
+            share=heard.share[:, 2] if heard.fresh else state.share,
+            contact=loaded,
+            rejected=used.streak if used is not None else state.rejected,
+            rejects=state.rejects + (used.rejects if used is not None else 0),
+            idle_ns=idle_ns,
+            answer_ns=answer_ns,
+            fine_ns=verdict.fine_ns,
+            lost=verdict.lost,
+            airborne=airborne,
+            nis=nis,
+            before=(step.mean, covariance),
+            transition=step.transition,
+        )
+        out = estimate(after, self.contact, self.weight_n, settings, model, used, verdict, held)
+        return after, out
+
+    def _predict(
+        self,
+        mean: FloatArray,
+        model: Neighbourhood | None,
+        dt_s: float,
+        held: bool,
+        dead_legs: int,
+        trouble: Trouble,
+        covariance: FloatArray,
+    ) -> process.Prediction:
+        """The step of the process that the moment calls for."""
+        settings = self.settings
+        if dt_s == 0:
+            return process.nothing(mean)
+        if dt_s < 0 or dt_s > settings.longest_gap_s:
+            if dt_s > 0:
+                trouble.add(f"a gap of {dt_s:.2g} s")
+            return process.after_gap(mean, settings, max(dt_s, settings.longest_gap_s))
+        if model is None:
+            trouble.add("the feet do not carry the robot")
+            return process.carried(mean, settings, dt_s)
+        if held:
+            return process.standing(mean, settings)
+        return process.walking(mean, covariance, model, settings, dt_s, self.weight_n, dead_legs)
+
+    def _correct(
+        self,
+        mean: FloatArray,
+        covariance: FloatArray,
+        forces: Stack | None,
+        others: list[measure.Block],
+        state: EstimatorState,
+    ) -> Updated | None:
+        """Use what passes its gate."""
+        for block in others:
+            if block.kind == 2 and state.rejected[2, 0] >= self.settings.reject_limit:
+                # it keeps saying that we are elsewhere: then that is how little we know
+                covariance = covariance + block.rows.T @ (
+                    block.innovation[:, None] ** 2 * block.rows
+                )
+        stack = measure.stacked(forces, others)
+        if stack is None:
+            return None
+        return self._kalman.update(mean, covariance, stack, state.rejected, self._patience)
+
+    def _check(self, inputs: OdometryInputs) -> None:
+        shape = (self.legs, 3)
+        feet = inputs.feet
+        if feet.position_m.shape != shape or feet.velocity_m_s.shape != shape:
+            raise ModelError(f"feet must be {shape}, not {feet.position_m.shape}")
+        if inputs.forces is not None and inputs.forces.force_n.shape != shape:
+            raise ModelError(f"forces must be {shape}, not {inputs.forces.force_n.shape}")
+
+    def _model(self, mean: FloatArray, feet: FootMotion) -> Neighbourhood | None:
+        """The model at the parameters of a state; None without an answer."""
+        if not senses.finite(feet):
+            return None
+        factors = np.exp(mean[FIXED:])
+        contact = ContactParameters(
+            stiffness=self.contact.stiffness * factors[self.legs :],
+            mu=self.contact.mu * np.exp(mean[SCALE]) * factors[: self.legs],
+            anisotropy=self.contact.anisotropy,
+        )
+        settings = self.settings
+        step_s = settings.sway_step_s if settings.sway else 0.0
+        found = neighbourhood(
+            feet, contact, self.weight_n, settings.law, step_s, settings.rest_speed
+        )
+        return found if found.reason == 0 else None
+
+    def _others(
+        self, mean: FloatArray, inputs: OdometryInputs, model: Neighbourhood | None
+    ) -> list[measure.Block]:
+        """What was measured beside the forces on the feet."""
+        settings = self.settings
+        blocks: list[measure.Block] = []
+        if model is not None:
+            tilt = (inputs.roll_rad, inputs.pitch_rad)
+            blocks += measure.tilt_blocks(tilt, model, settings, self.size)
+        if isfinite(inputs.yaw_rate_rad_s):
+            blocks.append(measure.gyro_block(mean, inputs.yaw_rate_rad_s, settings))
+        pose = measure.pose_block(mean, inputs, settings)
+        if pose is not None:
+            blocks.append(pose)
+        return blocks
+
+
+def _with_effects(
+    model: Neighbourhood | None, added: AddedByEffects | None
+) -> Neighbourhood | None:
+    if model is None or added is None:
+        return model
+    return replace(
+        model,
+        velocity_B=model.velocity_B + added.velocity_B,
+        load_n=np.maximum(model.load_n + added.load_n, 0.0),
+    )
+
+
+def _smoothed_nis(before: float, used: Updated | None, period_s: float) -> float:
+    if used is None or not isfinite(used.nis):
+        return before
+    now = used.nis / used.numbers
+    if not isfinite(before):
+        return now
+    share = period_s / NIS_MEMORY_S
+    return (1 - share) * before + share * now

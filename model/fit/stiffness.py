@@ -1,0 +1,248 @@
+"""Leg stiffness from measured load shares (sec:params).
+
+What can be seen, and what not:
+
+* Only K / weight enters the model: K and the weight scaled together move no share. In newtons per metre
+  K is known no better than the weight is.
+* With a weight given, the common scale of K shows in the shares only if the unloaded feet of a frame do
+  not lie in one plane: a stiffer robot shares the load less evenly and lifts its high feet. With feet in
+  a plane only the ratios of K show.
+* Three feet in contact carry what statics says, whatever K is: only frames with four or more loaded
+  feet, and the choice of which feet are loaded, tell anything. An alternating tripod says little.
+* Height and slopes, if they are measured, show the scale at once: the sag is weight over stiffness.
+
+The search runs over log K, so that every K is positive.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from model.errors import ModelError
+from model.fit.result import FitResult, Spread, spread
+from model.fit.robust_loss import Loss, check_loss, minimise
+from model.fit.share_frames import ShareFrames, choose_share_frames
+from model.support.load_derivatives import load_derivatives
+from model.values.arrays import BoolArray, FloatArray, readonly
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StiffnessFit:
+    """Fitted stiffness, (N,) [N/m], and how well it is known; residuals are shares of the weight."""
+
+    stiffness: FloatArray
+    result: FitResult
+
+
+def fit_stiffness(
+    feet_B: FloatArray,  # noqa: N803
+    vertical_n: FloatArray,
+    weight_n: float,
+    start: FloatArray,
+    *,
+    leg_names: Sequence[str] = (),
+    spread_weight: float = 1e-4,
+    mean_stiffness: float | None = None,
+    pose: FloatArray | None = None,
+    loss: Loss = "linear",
+    loss_scale: float = 0.02,
+) -> StiffnessFit:
+    """Fit K to the shares of the weight that the feet in contact carry.
+
+    Minimises the squared errors of the shares, summed over feet and frames, and those of the pose where
+    one is given, plus ``spread_weight`` times sum_k (log K_k - mean log K)^2.
+
+    Args:
+        feet_B: Unloaded feet in the body frame, (F, N, 3) [m].
+        vertical_n: Measured vertical forces of the ground on the feet, (F, N); only their shares count.
+        weight_n: Weight carried [N].
+        start: Where the search begins, (N,) [N/m], positive. A scale that does not show stays there.
+        leg_names: Names for the result; numbers if there are none.
+        spread_weight: How much legs are wished to be alike: the square of share noise over expected
+            spread of log K, which stays small beside many frames; 0 to let the data speak alone.
+        mean_stiffness: Hold the mean of the fitted stiffnesses here [N/m]: the scale by convention. The
+            mean is over the legs that the data tell.
+        pose: Measured slope_x, slope_y [rad] and height of the body origin [m], (F, 3), if they are
+            known; NaN where not. A height error is weighed as the change of load it would mean.
+        loss: Robust loss as in ``scipy.optimize.least_squares``; the penalty stays quadratic.
+        loss_scale: Share error from which on an error is an outlier.
+
+    Raises:
+        ModelError: Shapes do not fit, a value is not positive, or no frame can be used.
+
+    Reference: Wu, Zhao, Revzen, sec:params and eqn:zpj.
+    """
+    _check(feet_B, vertical_n, weight_n, start, spread_weight, mean_stiffness, pose)
+    check_loss(loss, loss_scale)
+    frames = choose_share_frames(feet_B, vertical_n, weight_n, start, pose)
+    names = tuple(leg_names) or tuple(str(leg) for leg in range(len(start)))
+    search = _Search(frames, weight_n, spread_weight, loss, loss_scale)
+    found, ended = search.run(np.log(start))
+    known = search.spread(found, relative=False)
+    relative = search.spread(found, relative=True)
+    if mean_stiffness is not None:
+        # the mean is over legs that the data tell next to each other, or over all if they tell none
+        reference = relative.reference if relative.reference.any() else np.ones_like(start, bool)
+        search.hold_mean(mean_stiffness, reference)
+        found, ended = search.run(np.log(start))
+        known = relative = search.spread(found, relative=True)
+    stiffness = search.stiffness(found)
+    undetermined = tuple(f"K {n}" for n, u in zip(names, known.undetermined, strict=True) if u)
+    result = FitResult(
+        names=tuple(f"K {name}" for name in names),
+        values=readonly(stiffness),
+        covariance=readonly(known.covariance * stiffness[:, None] * stiffness),
+        residual_rms=float(np.sqrt(np.mean(search.residual(found)[: search.shares] ** 2))),
+        frames_used=len(frames.feet),
+        left_out=frames.left_out,
+        undetermined=undetermined,
+        warnings=_warnings(names, known, relative, np.any(frames.contact, axis=0)),
+        converged=ended,
+    )
+    return StiffnessFit(readonly(stiffness), result)
+
+
+# Pull towards the start, so that a direction which does not show stays there.
+TETHER = 1e-6
+
+
+class _Search:
+    """Residuals and their Jacobian as functions of log K, one model run for both."""
+
+    def __init__(
+        self,
+        frames: ShareFrames,
+        weight_n: float,
+        spread_weight: float,
+        loss: Loss,
+        loss_scale: float,
+    ) -> None:
+        self._frames, self._weight = frames, weight_n
+        self._loss, self._loss_scale = loss, loss_scale
+        legs = frames.feet.shape[1]
+        self._penalty = np.sqrt(spread_weight) * (np.eye(legs) - 1 / legs)
+        self._tether = TETHER * np.sqrt(len(frames.feet))
+        self._posed = np.isfinite(frames.pose)
+        self.shares = int(frames.contact.sum())  # the first rows of the residual
+        self._mean = np.nan
+        self._reference = np.zeros(legs, dtype=bool)
+        self._last: tuple[FloatArray, FloatArray, FloatArray] | None = None
+
+    def hold_mean(self, mean: float, reference: BoolArray) -> None:
+        """Hold the mean of K over some legs from now on."""
+        self._mean, self._reference, self._last = mean, reference, None
+
+    def stiffness(self, theta: FloatArray) -> FloatArray:
+        """K, (N,)."""
+        reference = self._reference
+        if not reference.any():
+            return np.exp(theta)
+        relative: FloatArray = np.exp(theta - theta[reference].mean())
+        held: FloatArray = self._mean * relative / relative[reference].mean()
+        return held
+
+    def run(self, theta: FloatArray) -> tuple[FloatArray, bool]:
+        """Search from ``theta``; return where it ended and whether it ended by itself."""
+        hold = self._tether * np.eye(len(theta))
+        return minimise(
+            lambda at: np.append(self.residual(at), hold @ (at - theta)),
+            lambda at: np.concatenate([self.jacobian(at), hold]),
+            theta,
+            loss=self._loss,
+            loss_scale=self._loss_scale,
+            penalties=2 * len(theta),
+        )
+
+    def residual(self, theta: FloatArray) -> FloatArray:
+        """Share errors, pose errors, penalty."""
+        return self._evaluate(theta)[0]
+
+    def jacobian(self, theta: FloatArray) -> FloatArray:
+        """Of ``residual``, (M, N)."""
+        return self._evaluate(theta)[1]
+
+    def _evaluate(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
+        if self._last is not None and np.array_equal(self._last[0], theta):
+            return self._last[1], self._last[2]
+        frames, stiffness = self._frames, self.stiffness(theta)
+        model = load_derivatives(frames.feet, stiffness, self._weight)
+        by_log = np.eye(len(theta))  # d log K / d theta
+        if self._reference.any():
+            held = np.where(self._reference, stiffness, 0.0)
+            by_log = by_log - held / held.sum()
+        share = np.nan_to_num(model.solved.load_n) / self._weight
+        pose = (model.solved.pose - frames.pose) * frames.pose_weight
+        residual = np.concatenate(
+            [
+                (share - frames.share)[frames.contact],
+                pose[self._posed],
+                self._penalty @ np.log(stiffness),
+            ]
+        )
+        pose_slope = model.pose_slope * frames.pose_weight[:, None]
+        slope = np.concatenate(
+            [
+                model.load_slope[frames.contact] / self._weight,
+                pose_slope[self._posed],
+                self._penalty,
+            ]
+        )
+        self._last = theta.copy(), residual, slope @ by_log
+        return self._last[1], self._last[2]
+
+    def spread(self, theta: FloatArray, *, relative: bool) -> Spread:
+        """Errors of log K, or of log K next to each other, and what the data leave open."""
+        residual, jacobian = self._evaluate(theta)
+        measured = len(residual) - len(theta)
+        penalty = jacobian[measured:]
+        return spread(
+            jacobian[:measured],
+            residual[:measured],
+            float(np.linalg.norm(self._frames.share)),
+            lost=len(self._frames.feet),  # shares of a frame sum to one
+            loss=self._loss,
+            loss_scale=self._loss_scale,
+            penalty=penalty.T @ penalty,
+            scaled=np.ones(len(theta), dtype=bool) if relative else None,
+            scale_share=self.stiffness(theta),
+        )
+
+
+def _warnings(
+    names: tuple[str, ...], known: Spread, relative: Spread, loaded: BoolArray
+) -> tuple[str, ...]:
+    never, silent, scale = (
+        "leg {} was never loaded, so that its stiffness is not known",
+        "the stiffness of leg {} moves no share beyond the noise: walk with four or more feet loaded",
+        "the common scale of the stiffnesses does not show in these load shares: give their mean, or "
+        "measured height and slopes, or frames whose feet do not lie in a plane",
+    )
+    legs = tuple(
+        (silent if was else never).format(name)
+        for name, unknown, was in zip(names, relative.undetermined, loaded, strict=True)
+        if unknown
+    )
+    lost_scale = int(known.undetermined.sum()) > int(relative.undetermined.sum())
+    return (scale, *legs) if lost_scale else legs
+
+
+def _check(
+    feet: FloatArray,
+    vertical: FloatArray,
+    weight: float,
+    start: FloatArray,
+    spread_weight: float,
+    mean: float | None,
+    pose: FloatArray | None,
+) -> None:
+    if feet.ndim != 3 or feet.shape[2] != 3 or vertical.shape != feet.shape[:2]:
+        raise ModelError(
+            f"feet must be (F, N, 3) and forces (F, N), not {feet.shape} and {vertical.shape}"
+        )
+    if start.shape != feet.shape[1:2] or not (start > 0).all():
+        raise ModelError("the start must be one positive stiffness a leg")
+    if pose is not None and pose.shape != (len(feet), 3):
+        raise ModelError(f"pose must be (F, 3), not {pose.shape}")
+    if not weight > 0 or not spread_weight >= 0 or (mean is not None and not mean > 0):
+        raise ModelError("weight and mean stiffness must be positive, spread_weight not negative")

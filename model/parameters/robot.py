@@ -1,0 +1,142 @@
+"""What the software believes about the robot: frozen parameters, one dataclass per table.
+
+They are read from the robot file by ``robot.config.robot_file`` and passed down; nothing here has a
+default, so a value that the file does not give cannot sneak in. N is the number of legs.
+"""
+
+from dataclasses import dataclass
+
+from model.values.arrays import FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BodyParameters:
+    """Rigid body. Mass in kg; inertia about the centre of mass, (3,) [kg m^2]."""
+
+    mass: float
+    inertia: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LegParameters:
+    """Names and places of the legs.
+
+    Attributes:
+        names: Leg names, N of them, in the order used everywhere.
+        shaft_position: Crank shaft in the body frame, (N, 3) [m].
+    """
+
+    names: tuple[str, ...]
+    shaft_position: FloatArray
+
+    @property
+    def count(self) -> int:
+        """Number of legs N."""
+        return len(self.names)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LinkageParameters:
+    """One four-bar for all legs, in the leg's x-z plane.
+
+    Attributes:
+        crank: Crank length [m].
+        ground_pivot: Rocker pivot relative to the crank shaft, (2,) (x, z) [m].
+        coupler: Crank pin A to rocker pin B [m].
+        rocker: Rocker length [m].
+        foot: Foot in the coupler frame, (2,): along A->B, and to its left [m].
+        branch: +1 if B lies to the left of the line from A to the ground pivot, -1 if to the right.
+        mid_stance: Crank direction at shaft angle 0, from +x towards +z [rad];
+            crank direction = mid_stance - shaft angle.
+    """
+
+    crank: float
+    ground_pivot: FloatArray
+    coupler: float
+    rocker: float
+    foot: FloatArray
+    branch: int
+    mid_stance: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ContactParameters:
+    """Vertical leg springs and friction.
+
+    Attributes:
+        stiffness: (N,) [N/m].
+        mu: (N,).
+        anisotropy: w of the paper's eqn:anisotropic, (N, 2).
+    """
+
+    stiffness: FloatArray
+    mu: FloatArray
+    anisotropy: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class ServoParameters:
+    """What a Dynamixel MX-106 can do at the supply voltage.
+
+    Attributes:
+        supply_voltage: [V].
+        rated_torque_limit: Soft limit at the shaft [N m].
+        max_speed: Largest shaft speed a gait may ask for [rad/s].
+        max_acceleration: Largest shaft acceleration a gait may ask for [rad/s^2].
+    """
+
+    supply_voltage: float
+    rated_torque_limit: float
+    max_speed: float
+    max_acceleration: float
+
+
+@dataclass(frozen=True, slots=True)
+class TripodParameters:
+    """Buehler clock of the alternating tripod.
+
+    Attributes:
+        frequency: [Hz].
+        stance_sweep: Shaft angle swept in stance, centred on ``offset`` [rad].
+        duty: Stance share of the period.
+        offset: Shaft angle at mid-stance [rad].
+        blend: Share of the period over which each change of speed is spread.
+        group_a: Leg names of the group in stance first; the others are half a period later.
+    """
+
+    frequency: float
+    stance_sweep: float
+    duty: float
+    offset: float
+    blend: float
+    group_a: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class MetachronalParameters:
+    """Slipping metachronal gait, shaft angle a cubic of time in stance.
+
+    Attributes:
+        frequency: [Hz].
+        stance_sweep: Shaft angle swept in stance, centred on 0 [rad].
+        duty: Stance share of the period; 2/3 keeps exactly two of three feet a side down.
+        cubic: 0 is constant speed; towards 1 the shaft nearly stops at mid-stance.
+    """
+
+    frequency: float
+    stance_sweep: float
+    duty: float
+    cubic: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RobotParameters:
+    """Everything the model and the gaits need to know about one robot."""
+
+    body: BodyParameters
+    legs: LegParameters
+    linkage: LinkageParameters
+    contact: ContactParameters
+    servo: ServoParameters
+    tripod: TripodParameters
+    metachronal: MetachronalParameters

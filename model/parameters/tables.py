@@ -1,0 +1,99 @@
+"""The physical tables of a robot file: body, legs, linkage and contact, read strictly.
+
+``robot.config.robot_file`` reads whole robot files with these readers; the diagnosis reads the robot beside
+a trial with the same ones, so that the two cannot drift apart.
+"""
+
+import tomllib
+
+import numpy as np
+
+from model.errors import ConfigError
+from model.kinematics.four_bar import check_linkage
+from model.parameters.robot import (
+    BodyParameters,
+    ContactParameters,
+    LegParameters,
+    LinkageParameters,
+)
+from model.parameters.toml_table import Table
+
+FEWEST_LEGS = 3
+
+
+def parse_table(text: str) -> Table:
+    """Parse the text of a robot file.
+
+    Raises:
+        ConfigError: It is no TOML.
+    """
+    try:
+        return Table(tomllib.loads(text))
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError("robot file", f"is not valid TOML: {error}") from error
+
+
+def read_body(table: Table) -> BodyParameters:
+    """Read [body]: mass and inertia.
+
+    Raises:
+        ConfigError: A key is missing, or no rigid body is like that.
+    """
+    body = BodyParameters(
+        mass=table.number("mass", above=0), inertia=table.numbers("inertia", (3,), above=0)
+    )
+    moments = np.sort(body.inertia)
+    if moments[0] + moments[1] < moments[2]:
+        raise ConfigError(
+            table.name("inertia"),
+            f"no rigid body has these moments: the largest, {moments[2]:g}, exceeds the sum of the "
+            f"other two, {moments[0] + moments[1]:g}",
+        )
+    return body
+
+
+def read_legs(table: Table) -> LegParameters:
+    """Read names and crank shafts of [legs].
+
+    Raises:
+        ConfigError: A key is missing, or there are too few legs.
+    """
+    names = table.texts("order")
+    if len(names) < FEWEST_LEGS:
+        raise ConfigError(table.name("order"), f"needs three legs or more, not {len(names)}")
+    return LegParameters(names, table.numbers("shaft_position", (len(names), 3)))
+
+
+def read_linkage(table: Table) -> LinkageParameters:
+    """Read [linkage].
+
+    Raises:
+        ConfigError: A key is missing, or the linkage cannot turn.
+    """
+    branch = table.integer("branch", minimum=-1, maximum=1)
+    if branch == 0:
+        raise ConfigError(table.name("branch"), "must be 1 or -1, not 0")
+    linkage = LinkageParameters(
+        crank=table.number("crank", above=0),
+        ground_pivot=table.numbers("ground_pivot", (2,)),
+        coupler=table.number("coupler", above=0),
+        rocker=table.number("rocker", above=0),
+        foot=table.numbers("foot", (2,)),
+        branch=branch,
+        mid_stance=table.number("mid_stance"),
+    )
+    check_linkage(linkage)
+    return linkage
+
+
+def read_contact(table: Table, count: int) -> ContactParameters:
+    """Read [contact] of ``count`` legs.
+
+    Raises:
+        ConfigError: A key is missing or of the wrong length.
+    """
+    return ContactParameters(
+        stiffness=table.numbers("stiffness", (count,), above=0),
+        mu=table.numbers("mu", (count,), above=0),
+        anisotropy=table.numbers("anisotropy", (count, 2)),
+    )

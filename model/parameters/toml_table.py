@@ -1,0 +1,175 @@
+"""A TOML table read strictly: each key is taken once and checked, and none may be left over."""
+
+import difflib
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from model.errors import ConfigError
+from model.values.arrays import FloatArray, IntArray, readonly
+
+
+class Table:
+    """One table of a robot file.
+
+    Args:
+        data: The parsed table.
+        path: Dotted name of the table, empty for the top level; it prefixes the key in messages.
+    """
+
+    def __init__(self, data: Mapping[str, Any], path: str = "") -> None:
+        self._data = data
+        self._path = path
+        self._taken: set[str] = set()
+
+    def name(self, key: str) -> str:
+        """Return the dotted name of a key of this table."""
+        return f"{self._path}.{key}" if self._path else key
+
+    def _take(self, key: str) -> Any:
+        self._taken.add(key)
+        if key not in self._data:
+            raise ConfigError(self.name(key), f"is missing{self._near(key)}")
+        return self._data[key]
+
+    def _near(self, key: str) -> str:
+        """Say what to do: there may be a key that is nearly this one."""
+        near = difflib.get_close_matches(
+            key, sorted(self._data.keys() - self._taken), n=1, cutoff=0.8
+        )
+        return f"; is {near[0]!r} meant to be it?" if near else "; add it"
+
+    def flag(self, key: str) -> bool:
+        """Return true or false."""
+        value = self._take(key)
+        if not isinstance(value, bool):
+            raise ConfigError(self.name(key), f"must be true or false, not {value!r}")
+        return value
+
+    def raw(self, key: str) -> Any:
+        """Return a value of any kind, for the caller to check."""
+        return self._take(key)
+
+    def maybe_text(self, key: str) -> str:
+        """Return a non-empty string, or an empty one where the key is left out."""
+        return self.text(key) if self.has(key) else ""
+
+    def names(self) -> tuple[str, ...]:
+        """Return the keys that are there, in their order."""
+        return tuple(self._data)
+
+    def has(self, key: str) -> bool:
+        """Whether a key that may be left out is there."""
+        self._taken.add(key)
+        return key in self._data
+
+    def maybe_table(self, key: str) -> "Table":
+        """Return a sub-table, or an empty one where the key is left out."""
+        return self.table(key) if self.has(key) else Table({}, self.name(key))
+
+    def table(self, key: str) -> "Table":
+        """Return a sub-table."""
+        value = self._take(key)
+        if not isinstance(value, dict):
+            raise ConfigError(self.name(key), f"must be a table, not {value!r}")
+        return Table(value, self.name(key))
+
+    def text(self, key: str) -> str:
+        """Return a non-empty string."""
+        value = self._take(key)
+        if not isinstance(value, str) or not value:
+            raise ConfigError(self.name(key), f"must be a non-empty text, not {value!r}")
+        return value
+
+    def texts(self, key: str) -> tuple[str, ...]:
+        """Return a list of distinct, non-empty strings."""
+        value = self._take(key)
+        if not isinstance(value, list) or not all(isinstance(v, str) and v for v in value):
+            raise ConfigError(self.name(key), f"must be a list of texts, not {value!r}")
+        if len(set(value)) != len(value):
+            raise ConfigError(self.name(key), f"names must differ from each other: {value!r}")
+        return tuple(value)
+
+    def number(
+        self,
+        key: str,
+        *,
+        above: float = -math.inf,
+        below: float = math.inf,
+        minimum: float = -math.inf,
+        maximum: float = math.inf,
+    ) -> float:
+        """Return one finite number inside the bounds given (``above`` and ``below`` excluded)."""
+        value = _finite(self._take(key), self.name(key))
+        if not (value > above and value >= minimum):
+            bound = f"above {above:g}" if value <= above else f"at least {minimum:g}"
+            raise ConfigError(self.name(key), f"must be {bound}, not {value:g}")
+        if not (value < below and value <= maximum):
+            bound = f"below {below:g}" if value >= below else f"at most {maximum:g}"
+            raise ConfigError(self.name(key), f"must be {bound}, not {value:g}")
+        return value
+
+    def integer(self, key: str, *, minimum: int, maximum: int) -> int:
+        """Return one whole number from ``minimum`` to ``maximum``."""
+        return _whole(self._take(key), self.name(key), minimum, maximum)
+
+    def integers(self, key: str, count: int, *, minimum: int, maximum: int) -> IntArray:
+        """Return ``count`` whole numbers, (count,) int64."""
+        value = self._take(key)
+        _check_length(value, count, self.name(key))
+        return readonly(
+            np.array(
+                [_whole(v, f"{self.name(key)}[{i}]", minimum, maximum) for i, v in enumerate(value)]
+            )
+        )
+
+    def numbers(self, key: str, shape: tuple[int, ...], *, above: float = -math.inf) -> FloatArray:
+        """Return finite numbers of a fixed shape, each above ``above``."""
+        value = self._take(key)
+        flat = _flatten(value, shape, self.name(key))
+        for index, item in flat:
+            if not item > above:
+                raise ConfigError(index, f"must be above {above:g}, not {item:g}")
+        return readonly(np.array([item for _, item in flat], dtype=np.float64).reshape(shape))
+
+    def done(self) -> None:
+        """Refuse keys that nobody asked for, with a suggestion."""
+        for key in self._data:
+            if key not in self._taken:
+                near = difflib.get_close_matches(key, sorted(self._taken), n=1)
+                hint = f"; did you mean {near[0]!r}?" if near else "; remove it"
+                raise ConfigError(self.name(key), f"is not a known key{hint}")
+
+
+def _finite(value: Any, name: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ConfigError(name, f"must be a number, not {value!r}")
+    if not math.isfinite(value):
+        raise ConfigError(name, f"must be finite, not {value!r}")
+    return float(value)
+
+
+def _whole(value: Any, name: str, minimum: int, maximum: int) -> int:
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise ConfigError(name, f"must be a whole number, not {value!r}")
+    if not minimum <= value <= maximum:
+        raise ConfigError(name, f"must be from {minimum} to {maximum}, not {value}")
+    return value
+
+
+def _check_length(value: Any, count: int, name: str) -> None:
+    if not isinstance(value, list):
+        raise ConfigError(name, f"must be a list of {count}, not {value!r}")
+    if len(value) != count:
+        raise ConfigError(name, f"must have {count} entries, one a leg or axis, not {len(value)}")
+
+
+def _flatten(value: Any, shape: tuple[int, ...], name: str) -> list[tuple[str, float]]:
+    if not shape:
+        return [(name, _finite(value, name))]
+    _check_length(value, shape[0], name)
+    return [
+        pair for i, item in enumerate(value) for pair in _flatten(item, shape[1:], f"{name}[{i}]")
+    ]

@@ -1,0 +1,207 @@
+"""The model over many frames at once: arrays in, arrays out, one row a frame.
+
+A frame without an answer (the robot tips, nothing is loaded, the input is no number) is NaN with
+``reason`` set; the frames beside it are not touched by it.
+"""
+
+import enum
+from dataclasses import dataclass
+
+import numpy as np
+
+from model.errors import ModelError
+from model.parameters.robot import ContactParameters
+from model.quasistatic import frames_kernel
+from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
+from model.values.legs import FootMotion
+
+
+class FrictionLaw(enum.Enum):
+    """How a loaded foot resists slipping."""
+
+    VISCOUS = "viscous"  # the paper's viscous-Coulomb ansatz, F = -mu N slip
+    COULOMB = "coulomb"  # |F| <= mu N, against the slip
+
+
+class Reason(enum.IntEnum):
+    """Why a frame has no answer, or what to know about the one it has."""
+
+    FINE = 0
+    NOT_A_NUMBER = 1  # a position, velocity, stiffness or the load
+    NO_FEET = 2
+    TIPS = 3  # the centre of mass is not above the feet
+    NO_CONVERGENCE = 4  # a fault of ours: please report the pose
+    TOO_FEW_FEET = 5  # fewer than two loaded feet: turning is not determined
+    ONE_POINT = 6  # the loaded feet stand in one point
+    NEGATIVE = 7  # load or a stiffness not positive, or a friction coefficient below 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrameSolutions:
+    """The model's answer for F frames of N feet.
+
+    Attributes:
+        pose: slope_x, slope_y, height [m] of each frame, (F, 3).
+        load_n: Ground's vertical force on each foot, (F, N) [N]; 0 in the air.
+        switches: Steps of the contact search, (F,).
+        velocity_B: vx, vy [m/s], yaw rate [rad/s] in body axes, (F, 3).
+        slip_B: Velocity of each foot over the ground, body axes, (F, N, 2) [m/s]; also in the air.
+        force_xy_B: Ground's horizontal force on each foot, body axes, (F, N, 2). Coulomb: [N].
+            Viscous: the bare ansatz -mu N (I + w w^T) slip, in newtons up to one scale a frame
+            (``model.traction.force_scale``).
+        sticking: Coulomb: feet at rest, (F, N); viscous: all False.
+        unique: (F,) False where forces (Coulomb with several sticking feet) or the velocity (a flat
+            balance, like the median of an even number) are one choice among many.
+        reason: ``Reason`` of each frame, (F,).
+    """
+
+    pose: FloatArray
+    load_n: FloatArray
+    switches: IntArray
+    velocity_B: FloatArray  # noqa: N815 - frame suffix
+    slip_B: FloatArray  # noqa: N815
+    force_xy_B: FloatArray  # noqa: N815
+    sticking: BoolArray
+    unique: BoolArray
+    reason: IntArray
+
+    @property
+    def valid(self) -> BoolArray:
+        """(F,) whether the frame has an answer."""
+        fine: BoolArray = self.reason == Reason.FINE
+        return fine
+
+    @property
+    def contact(self) -> BoolArray:
+        """(F, N) whether the foot is loaded."""
+        loaded: BoolArray = self.load_n > 0
+        return loaded
+
+
+def solve_frames(
+    feet: FootMotion,
+    contact: ContactParameters,
+    weight_n: float,
+    *,
+    law: FrictionLaw = FrictionLaw.VISCOUS,
+    tilt_coupling: bool = False,
+    ground_m: FloatArray | None = None,
+    anisotropy_B: FloatArray | None = None,  # noqa: N803
+) -> FrameSolutions:
+    """Support, then traction, for every frame.
+
+    Args:
+        feet: Unloaded feet in the body frame, (F, N, 3) each [m], [m/s].
+        contact: Leg springs and friction of the N legs.
+        weight_n: Weight carried [N].
+        law: Friction law.
+        tilt_coupling: Add the horizontal share of the feet's vertical speed on a tilted body,
+            [slope_x, -slope_y] q'_z (the last term of eqn:vxy, erratum E2).
+        ground_m: Height of the level ground under each foot, (F, N) or (N,) [m]; 0 if None.
+        anisotropy_B: w where it turns from frame to frame, (F, N, 2); ``contact``'s if None.
+
+    Raises:
+        ModelError: Shapes do not fit.
+    """
+    position, velocity = feet.position_m, feet.velocity_m_s
+    if position.ndim != 3 or position.shape[2] != 3 or velocity.shape != position.shape:
+        raise ModelError(
+            f"feet must be two arrays (frames, legs, 3), not {position.shape} and {velocity.shape}"
+        )
+    frames, count, _ = position.shape
+    out = _room(frames, count)
+    trouble = _parameter_trouble(contact, weight_n, count)
+    if trouble is not Reason.FINE:
+        return _without_answer(out, trouble)
+    frames_kernel.prepare()
+    frames_kernel.frames_kernel(
+        _rows(position),
+        _rows(velocity),
+        _ground(ground_m, frames, count),
+        _rows(contact.stiffness),
+        _rows(contact.mu),
+        _anisotropy(contact, anisotropy_B, frames),
+        float(weight_n),
+        law is FrictionLaw.COULOMB,
+        tilt_coupling,
+        out.pose,
+        out.load_n,
+        out.switches,
+        out.velocity_B,
+        out.slip_B,
+        out.force_xy_B,
+        out.sticking,
+        out.unique,
+        out.reason,
+    )
+    return _frozen(out)
+
+
+def _anisotropy(
+    contact: ContactParameters,
+    anisotropy_B: FloatArray | None,  # noqa: N803
+    frames: int,
+) -> FloatArray:
+    if anisotropy_B is None:
+        return _rows(contact.anisotropy[None])
+    if anisotropy_B.shape != (frames, len(contact.mu), 2) or not np.isfinite(anisotropy_B).all():
+        raise ModelError(
+            f"anisotropy must be {(frames, len(contact.mu), 2)} numbers, not {anisotropy_B.shape}"
+        )
+    return _rows(anisotropy_B)
+
+
+def _ground(ground_m: FloatArray | None, frames: int, count: int) -> FloatArray:
+    """Height under each foot: one row for all frames, or one a frame."""
+    if ground_m is None:
+        return np.zeros((1, count))
+    if ground_m.shape not in {(count,), (frames, count)}:
+        raise ModelError(f"the ground must be (legs,) or (frames, legs), not {ground_m.shape}")
+    return _rows(ground_m.reshape(-1, count))
+
+
+def _rows(values: FloatArray) -> FloatArray:
+    return np.ascontiguousarray(values, dtype=np.float64)
+
+
+def _parameter_trouble(contact: ContactParameters, weight_n: float, count: int) -> Reason:
+    shapes = (contact.stiffness.shape, contact.mu.shape, contact.anisotropy.shape)
+    if shapes != ((count,), (count,), (count, 2)):
+        raise ModelError(
+            f"{count} feet need stiffness and mu ({count},) and anisotropy ({count}, 2), not {shapes}"
+        )
+    if count == 0:
+        return Reason.NO_FEET
+    numbers = (contact.stiffness, contact.mu, contact.anisotropy, np.array(weight_n))
+    if not all(np.isfinite(n).all() for n in numbers):
+        return Reason.NOT_A_NUMBER
+    if weight_n <= 0 or (contact.stiffness <= 0).any() or (contact.mu < 0).any():
+        return Reason.NEGATIVE
+    return Reason.FINE
+
+
+def _room(frames: int, count: int) -> FrameSolutions:
+    return FrameSolutions(
+        pose=np.empty((frames, 3)),
+        load_n=np.empty((frames, count)),
+        switches=np.zeros(frames, dtype=np.int64),
+        velocity_B=np.empty((frames, 3)),
+        slip_B=np.empty((frames, count, 2)),
+        force_xy_B=np.empty((frames, count, 2)),
+        sticking=np.zeros((frames, count), dtype=np.bool_),
+        unique=np.zeros(frames, dtype=np.bool_),
+        reason=np.zeros(frames, dtype=np.int64),
+    )
+
+
+def _without_answer(out: FrameSolutions, reason: Reason) -> FrameSolutions:
+    for values in (out.pose, out.load_n, out.velocity_B, out.slip_B, out.force_xy_B):
+        values.fill(np.nan)
+    out.reason.fill(reason)
+    return _frozen(out)
+
+
+def _frozen(out: FrameSolutions) -> FrameSolutions:
+    for name in FrameSolutions.__slots__:
+        readonly(getattr(out, name))
+    return out

@@ -1,0 +1,191 @@
+"""What goes into the estimator, what it remembers, and what comes out. N legs, n = 11 + 2 N states."""
+
+import enum
+from dataclasses import dataclass
+
+import numpy as np
+
+from model.values.arrays import BoolArray, FloatArray, IntArray
+from model.values.legs import FootForces, FootMotion
+
+# Places in the state: pose and yaw, body velocity, its bias, log of the common friction, gyro bias;
+# then log mu and log K of each leg, both relative to the robot file.
+POSE = slice(0, 3)
+YAW = 2
+VELOCITY = slice(3, 6)
+BIAS = slice(6, 9)
+SCALE = 9
+GYRO_BIAS = 10
+FIXED = 11
+
+
+def friction_of(legs: int) -> slice:
+    """Where log mu of all legs stands in the state."""
+    return slice(FIXED, FIXED + legs)
+
+
+def stiffness_of(legs: int) -> slice:
+    """Where log K of all legs stands in the state."""
+    return slice(FIXED + legs, FIXED + 2 * legs)
+
+
+class Health(enum.Enum):
+    """Whether the estimate may be relied on."""
+
+    OK = "ok"
+    DEGRADED = "degraded"  # works, with a larger covariance; the reason says why
+    LOST = "lost"  # the pose is a guess until something absolute is heard
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AddedByEffects:
+    """What effects of the robot file add to the model's answer at a tick.
+
+    Attributes:
+        velocity_B: To the body's velocity, (3,).
+        load_n: To the vertical force on each foot, (N,).
+    """
+
+    velocity_B: FloatArray  # noqa: N815 - frame suffix
+    load_n: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OdometryInputs:
+    """What is known at a tick. Absent inputs are None or NaN.
+
+    Attributes:
+        t_ns: Time of the tick.
+        feet: Unloaded feet, body frame, (N, 3) each; NaN for a leg without encoder.
+        forces: Newest forces with the time they hold for, or None.
+        yaw_rate_rad_s: Of a gyro [rad/s].
+        roll_rad: Of an inclinometer [rad].
+        pitch_rad: The same [rad].
+        pose_W: Absolute x, y [m], yaw [rad], (3,); NaN where unknown. None if there is none.
+        added: What effects add to the model; None without any.
+        pose_sd_m: Standard deviation of its x and y; NaN for that of the settings.
+        yaw_sd_rad: The same of its yaw.
+    """
+
+    t_ns: int
+    feet: FootMotion
+    forces: FootForces | None = None
+    yaw_rate_rad_s: float = np.nan
+    roll_rad: float = np.nan
+    pitch_rad: float = np.nan
+    pose_W: FloatArray | None = None  # noqa: N815 - frame suffix
+    added: AddedByEffects | None = None
+    pose_sd_m: float = np.nan
+    yaw_sd_rad: float = np.nan
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EstimatorState:
+    """All that the estimator remembers from one tick to the next.
+
+    Attributes:
+        t_ns: Time of the last tick, -1 before the first.
+        mean: State, (n,).
+        covariance: (n, n).
+        feet: Last known feet.
+        force_ns: Time of the newest force record seen, -1 for none.
+        used_ns: Time of the newest one used.
+        share: Measured shares of the weight in it, (N,).
+        contact: Feet taken to be loaded, (N,).
+        rejected: Rejections in a row, of each leg's load, of its horizontal force, and of the absolute
+            pose (first of the row), (3, N).
+        rejects: Rejections ever, all legs.
+        idle_ns: Since when the feet stand still in the body, -1 if they do not.
+        answer_ns: Last time that the model had an answer, -1 for never.
+        fine_ns: Since when all has been in order, -1 if it is not.
+        lost: Whether the estimate is lost.
+        airborne: Whether the forces say that the robot is picked up.
+        nis: Mean normalised innovation squared over degrees of freedom, last seconds; NaN at first.
+        before: Mean and covariance before this tick's measurements (for smoothing).
+        transition: (n, n) from the tick before to ``before`` (for smoothing).
+    """
+
+    t_ns: int
+    mean: FloatArray
+    covariance: FloatArray
+    feet: FootMotion
+    force_ns: int
+    used_ns: int
+    share: FloatArray
+    contact: BoolArray
+    rejected: IntArray
+    rejects: int
+    idle_ns: int
+    answer_ns: int
+    fine_ns: int
+    lost: bool
+    airborne: bool
+    nis: float
+    before: tuple[FloatArray, FloatArray]
+    transition: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OdometryEstimate:
+    """What the estimator says after a tick, N legs.
+
+    Attributes:
+        t_ns: Time it holds for.
+        position_m: x, y in the frame where it was reset, (2,) [m].
+        yaw_rad: Yaw, unwrapped [rad].
+        velocity_B: vx, vy [m/s], yaw rate [rad/s], body axes, (3,).
+        pose_covariance: Of x, y, yaw, (3, 3).
+        twist_covariance: Of the velocity, (3, 3).
+        bias_B: What is added to the model's velocity, (3,).
+        mu: Friction coefficients, (N,), their common part included.
+        mu_sd: Of their logarithms, (N,).
+        stiffness: (N,) [N/m].
+        stiffness_sd: Of its logarithm, (N,).
+        force_B: Predicted ground force on each foot, body axes, (N, 3) [N]; NaN without an answer.
+        force_covariance: (N, 3, 3) [N^2].
+        load_share: Predicted vertical force over the weight, (N,).
+        load_share_sd: (N,).
+        tilt_rad: Roll and pitch of the support model, (2,).
+        height_m: Height of the body origin over the ground [m].
+        contact: Feet taken to be loaded, (N,).
+        slipping: Feet that clearly slip, (N,).
+        holding: Whether pose and parameters are held because nothing moves.
+        nis: Normalised innovation squared of this tick; NaN without a measurement.
+        nis_dof: Its degrees of freedom.
+        log_likelihood: Of this tick's innovations; NaN without a measurement.
+        innovation: Measured less predicted force over the sd that the filter gives it, (N, 3); NaN
+            where none was used.
+        rejects: Measurements rejected so far.
+        force_age_s: Age of the newest force record; NaN if there never was one.
+        health: Verdict.
+        reason: Why it is not ok; empty if it is.
+    """
+
+    t_ns: int
+    position_m: FloatArray
+    yaw_rad: float
+    velocity_B: FloatArray  # noqa: N815
+    pose_covariance: FloatArray
+    twist_covariance: FloatArray
+    bias_B: FloatArray  # noqa: N815
+    mu: FloatArray
+    mu_sd: FloatArray
+    stiffness: FloatArray
+    stiffness_sd: FloatArray
+    force_B: FloatArray  # noqa: N815
+    force_covariance: FloatArray
+    load_share: FloatArray
+    load_share_sd: FloatArray
+    tilt_rad: FloatArray
+    height_m: float
+    contact: BoolArray
+    slipping: BoolArray
+    holding: bool
+    nis: float
+    nis_dof: int
+    log_likelihood: float
+    innovation: FloatArray
+    rejects: int
+    force_age_s: float
+    health: Health
+    reason: str

@@ -1,0 +1,75 @@
+"""Writing the log from a thread of its own, so that a slow disk delays no tick.
+
+Most of the work (compression, the disk) happens outside Python's interpreter lock.
+"""
+
+import contextlib
+import os
+import queue
+import threading
+
+from model.errors import RecordError
+from model.values.tick import Tick
+from model.values.wire import WireBytes
+from record.log.writer import LogWriter
+
+# Twenty seconds at 100 Hz. When it is full, the disk has been stuck for that long.
+QUEUE_TICKS = 2000
+SYNC_EVERY_TICKS = 500
+
+
+class BackgroundWriter:
+    """Passes ticks to a ``LogWriter`` in a thread.
+
+    Args:
+        writer: The writer; belongs to the thread from now on.
+    """
+
+    def __init__(self, writer: LogWriter) -> None:
+        self.dropped = 0
+        self._writer = writer
+        self._queue: queue.Queue[Tick | tuple[WireBytes, ...] | None] = queue.Queue(QUEUE_TICKS)
+        self._overflow: RecordError | None = None
+        self._thread = threading.Thread(target=self._work, name="log", daemon=True)
+        self._thread.start()
+
+    @property
+    def error(self) -> RecordError | None:
+        """Why the log can no longer be written, None while it can."""
+        return self._writer.error or self._overflow
+
+    def write(self, tick: Tick) -> None:
+        """Hand over one tick; never waits."""
+        self._put(tick)
+
+    def write_wires(self, heard: tuple[WireBytes, ...]) -> None:
+        """Hand over raw bytes of the devices; never waits."""
+        if heard:
+            self._put(heard)
+
+    def _put(self, item: Tick | tuple[WireBytes, ...]) -> None:
+        try:
+            self._queue.put_nowait(item)
+        except queue.Full:
+            self.dropped += 1
+            self._overflow = RecordError(
+                f"the disk of {self._writer.path} does not keep up: {self.dropped} ticks lost"
+            )
+
+    def _work(self) -> None:
+        written = 0
+        while (item := self._queue.get()) is not None:
+            if isinstance(item, tuple):
+                self._writer.write_wires(item)
+                continue
+            self._writer.write(item)
+            written += 1
+            if written % SYNC_EVERY_TICKS == 0:
+                with contextlib.suppress(OSError):  # a pipe or device has nothing to sync
+                    os.fsync(self._writer.fileno())
+        self._writer.close()
+
+    def close(self) -> None:
+        """Write what is left and finish the file."""
+        self._queue.put(None)
+        self._thread.join()

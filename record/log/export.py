@@ -1,0 +1,264 @@
+"""A log as files that other programs read: tables, trials and trajectories, in bounded memory."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from model.errors import RecordError
+from model.values.arrays import FloatArray
+from model.values.tick import Tick
+from record.log.columns import table_columns, truth_stack
+from record.log.reader import LogContents, StampedTick, read_stamped_ticks
+from record.trial.header import (
+    TrialHeader,
+    TrialNoise,
+    joints_of,
+    kind_of,
+    parse_header,
+    parse_toml,
+    write_header,
+)
+from record.trial.table_file import Column, TableWriter, check_suffix, copy_table
+
+BLOCK_TICKS = 1000
+
+
+@dataclass(frozen=True, slots=True)
+class Exported:
+    """What an export wrote.
+
+    Attributes:
+        path: A file.
+        rows: Its rows or poses.
+    """
+
+    path: Path
+    rows: int
+
+
+def _blocks(path: Path, contents: LogContents) -> Iterator[tuple[StampedTick, ...]]:
+    stamped = read_stamped_ticks(path, contents)
+    empty = True
+    while block := tuple(islice(stamped, BLOCK_TICKS)):
+        empty = False
+        yield block
+    if empty:
+        reason = contents.damage or "it holds no ticks"
+        raise RecordError(f"{path} is no log of ours, or nothing of it is left: {reason}")
+
+
+def _names(block: Sequence[StampedTick], contents: LogContents) -> tuple[str, ...]:
+    return contents.names(len(block[0].tick.joints.angle_rad))
+
+
+def export_table(
+    path: Path, out: Path, groups: tuple[str, ...], contents: LogContents
+) -> tuple[Exported, ...]:
+    """Write a table of what every tick holds.
+
+    Args:
+        path: The log.
+        out: A .parquet or .csv file.
+        groups: Which columns, see ``record.log.columns.GROUPS``.
+        contents: Filled on the way.
+
+    Raises:
+        RecordError: The log cannot be read, or the table cannot be written.
+    """
+    start_ns: int | None = None
+    with TableWriter(out) as writer:
+        for block in _blocks(path, contents):
+            start_ns = contents.start_unix_ns(block[0].unix_ns) if start_ns is None else start_ns
+            writer.write(table_columns(block, _names(block, contents), start_ns, groups))
+    return (Exported(out, writer.rows),)
+
+
+def export_trial(path: Path, out: Path, contents: LogContents) -> tuple[Exported, ...]:
+    """Write a log as a trial: NAME.parquet or NAME.csv, NAME.toml and the robot file.
+
+    Columns in which nothing was measured are left out. Body and feet are the ground truth's, if there is
+    any; the model's and the estimator's outputs are no measurements and do not go in.
+
+    Raises:
+        RecordError: The log cannot be read, or a file cannot be written.
+    """
+    check_suffix(out)
+    whole = out.with_name(out.stem + ".whole.parquet")
+    measured: dict[str, bool] = {}
+    names: tuple[str, ...] = ()
+    last_yaw, start_ns, times_s = np.nan, -1, []
+    try:
+        with TableWriter(whole) as writer:
+            for block in _blocks(path, contents):
+                if start_ns < 0:
+                    names = _names(block, contents)
+                    start_ns = contents.start_unix_ns(block[0].unix_ns)
+                columns, last_yaw = _trial_columns(block, names, start_ns, last_yaw)
+                for column in columns:
+                    known = bool(np.isfinite(column.values).any())
+                    measured[column.name] = measured.get(column.name, False) or known
+                times_s.append(columns[0].values)
+                writer.write(columns)
+        steps_s = np.diff(np.concatenate(times_s))
+        rate_hz = 1 / float(np.median(steps_s)) if len(steps_s) else np.nan
+        write_header(_trial_header(path, names, contents, rate_hz), out.with_suffix(".toml"))
+        copy_table(whole, out, [name for name, known in measured.items() if known])
+    finally:
+        with suppress(OSError):
+            whole.unlink()
+    return (Exported(out, writer.rows), Exported(out.with_suffix(".toml"), 0))
+
+
+def _trial_header(
+    path: Path, names: tuple[str, ...], contents: LogContents, rate_hz: float
+) -> TrialHeader:
+    metadata, whence = contents.metadata, f"the header in {path}"
+    if "trial" in metadata and "merged" not in metadata:  # it was one before it became a log
+        text = parse_toml(metadata["trial"], Path(whence))
+        return parse_header(text, Path(whence), (), contents.config_text)
+    robot_file = (
+        f"{(metadata.get('robot') or 'robot').lower()}.toml" if contents.config_text else ""
+    )
+    robot = parse_toml(contents.config_text, path)
+    joints = joints_of(robot, ())
+    if joints and joints != names:
+        raise RecordError(f"{path}: its robot file has legs {joints}, its ticks {names}")
+    return TrialHeader(
+        kind=kind_of(robot, path),
+        joints=names,
+        gait=metadata.get("gait", ""),
+        frequency_hz=_float(metadata.get("frequency_hz", "")),
+        sample_rate_hz=round(rate_hz, 6),
+        notes=f"from {path.name}" + (f"; {contents.damage}" if contents.damage else ""),
+        noise=TrialNoise(),
+        robot_file=robot_file,
+        robot_text=contents.config_text,
+    )
+
+
+def _float(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return np.nan
+
+
+def _trial_columns(
+    block: Sequence[StampedTick], names: tuple[str, ...], start_ns: int, last_yaw: float
+) -> tuple[list[Column], float]:
+    """Return every column of a trial, also those without a number, and the last yaw."""
+    ticks = [item.tick for item in block]
+    columns = table_columns(block, names, start_ns, ("joints", "commands", "forces"))
+    found = {column.name: column.values for column in columns}
+    time_s = found.pop("time_s")
+    skip = (
+        "unix_ns",
+        "torque_on",
+        *(f"wished_{n}_rad" for n in names),
+    )
+    measured = [Column(name, values) for name, values in found.items() if name not in skip]
+    position = truth_stack(ticks, lambda b: b.position_W, 3)
+    quaternion = truth_stack(ticks, lambda b: b.quaternion_xyzw, 4)
+    angles, last_yaw = _roll_pitch_yaw(quaternion, last_yaw)
+    body = np.column_stack([position, angles])
+    labels = ("x_m", "y_m", "z_m", "roll_rad", "pitch_rad", "yaw_rad")
+    measured += [Column(f"body_{label}", body[:, k]) for k, label in enumerate(labels)]
+    feet = _feet_in_body(ticks, position, quaternion, len(names))
+    measured += [
+        Column(f"foot_{name}_{axis}_m", feet[:, at, k])
+        for at, name in enumerate(names)
+        for k, axis in enumerate("xyz")
+    ]
+    return [Column("time_s", time_s), *measured], last_yaw
+
+
+def _roll_pitch_yaw(quaternion: FloatArray, last_yaw: float) -> tuple[FloatArray, float]:
+    """Return (T, 3) angles, the yaw unwrapped from the block before on, and its last value."""
+    angles = np.full((len(quaternion), 3), np.nan)
+    known = np.isfinite(quaternion).all(axis=1)
+    if known.any():
+        yaw_pitch_roll = Rotation.from_quat(quaternion[known]).as_euler("ZYX")
+        yaw = yaw_pitch_roll[:, 0]
+        before = yaw[0] if np.isnan(last_yaw) else last_yaw
+        yaw_pitch_roll[:, 0] = np.unwrap(np.concatenate([[before], yaw]))[1:]
+        last_yaw = float(yaw_pitch_roll[-1, 0])
+        angles[known] = yaw_pitch_roll[:, ::-1]
+    return angles, last_yaw
+
+
+def _feet_in_body(
+    ticks: Sequence[Tick], position: FloatArray, quaternion: FloatArray, legs: int
+) -> FloatArray:
+    """Return the true feet in the body frame, (T, N, 3): what markers on the feet would give."""
+    arms = truth_stack(ticks, lambda b: b.foot_position_W, legs, 3) - position[:, None, :]
+    known = np.isfinite(quaternion).all(axis=1)
+    feet = np.full(arms.shape, np.nan)
+    if known.any():
+        to_world = Rotation.from_quat(quaternion[known]).as_matrix()
+        feet[known] = np.einsum("tji,tnj->tni", to_world, arms[known])
+    return feet
+
+
+def export_tum(path: Path, out: Path, contents: LogContents) -> tuple[Exported, ...]:
+    """Write estimated and true trajectory in the TUM format that evo reads.
+
+    A line is ``unix_s x y z qx qy qz qw``; poses that are not known are left out, times increase. The
+    estimate is planar, in its own frame: compare with alignment.
+
+    Args:
+        path: The log.
+        out: Stem of the two files, OUT_estimate.tum and OUT_truth.tum.
+        contents: Filled on the way.
+
+    Raises:
+        RecordError: The log cannot be read, or a file cannot be written.
+    """
+    base = out.with_suffix("") if out.suffix == ".tum" else out
+    targets = [base.with_name(f"{base.name}_{kind}.tum") for kind in ("estimate", "truth")]
+    parts = [target.with_name(target.name + ".part") for target in targets]
+    counts, last_ns = [0, 0], [-1, -1]
+    try:
+        with ExitStack() as stack:
+            files = [stack.enter_context(part.open("w", encoding="ascii")) for part in parts]
+            for block in _blocks(path, contents):
+                for item in block:
+                    for at, pose in enumerate((_estimate(item.tick), _true_pose(item.tick))):
+                        if np.isfinite(pose).all() and item.unix_ns > last_ns[at]:
+                            _write_pose(files[at], item.unix_ns, pose)
+                            counts[at], last_ns[at] = counts[at] + 1, item.unix_ns
+        for part, target, count in zip(parts, targets, counts, strict=True):
+            if count:
+                part.replace(target)
+    except OSError as error:
+        raise RecordError(
+            f"{base} cannot be written: {error.strerror}; choose another --out"
+        ) from error
+    finally:
+        for part in parts:
+            with suppress(OSError):
+                part.unlink()
+    return tuple(Exported(t, c) for t, c in zip(targets, counts, strict=True) if c)
+
+
+def _write_pose(file: TextIO, unix_ns: int, pose: FloatArray) -> None:
+    seconds, rest = divmod(unix_ns, 10**9)  # whole numbers: a float of seconds holds no nanoseconds
+    file.write(f"{seconds}.{rest:09d} " + " ".join(f"{value:.9f}" for value in pose) + "\n")
+
+
+def _estimate(tick: Tick) -> FloatArray:
+    estimate = tick.estimate
+    half = estimate.yaw_rad / 2
+    return np.array([*estimate.position_m, 0.0, 0.0, 0.0, np.sin(half), np.cos(half)])
+
+
+def _true_pose(tick: Tick) -> FloatArray:
+    truth = tick.inputs.truth
+    if truth is None:
+        return np.full(7, np.nan)
+    return np.concatenate([truth.position_W, truth.quaternion_xyzw])

@@ -1,0 +1,176 @@
+"""A trial as a log, so that everything that reads logs reads it: shafts, commands, forces, body.
+
+What the tick has no place for is named by ``left_out``. The model is not run: its outputs are invalid.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from model.errors import RecordError
+from model.values.arrays import FloatArray, IntArray, readonly
+from model.values.contact import ContactSolution, Support, Traction
+from model.values.faults import StopReason
+from model.values.legs import FootForces, FootMotion, JointCommand, JointState
+from model.values.readings import BodyTruth
+from model.values.tick import Estimate, Inputs, Intent, LoopTiming, Mode, Request, Tick
+from record.log.versions import software_versions
+from record.log.writer import LogWriter
+from record.trial.header import header_text
+from record.trial.trial import Trial
+
+NOT_RUN = "imported data: the model was not run"
+# Seconds as large as this are UNIX time (1973 and later), not time since a beginning.
+UNIX_TIME_S = 1e8
+TELL_TICKS = 500
+
+
+def write_trial_log(
+    trial: Trial, path: Path, software: str, tell: Callable[[float], None] = lambda _: None
+) -> None:
+    """Write a trial as a log.
+
+    Args:
+        trial: The trial.
+        path: The log.
+        software: Name and version of the program.
+        tell: Told now and then which share has been written.
+
+    Raises:
+        RecordError: It cannot be written.
+    """
+    t_ns = _nanoseconds(trial.time_s)
+    if np.any(np.diff(t_ns) <= 0):
+        raise RecordError("a log's clock counts nanoseconds; two samples lie closer than that")
+    # the log's clock begins at 0 s of the trial, and must not be negative
+    start_ns = int(t_ns[0]) if trial.time_s[0] > UNIX_TIME_S else max(0, -int(t_ns[0]))
+    offset_ns = 0 if trial.time_s[0] > UNIX_TIME_S else start_ns
+    header = trial.header
+    part = path.with_name(path.name + ".part")
+    writer = LogWriter(
+        part,
+        names=header.joints,
+        config_text=header.robot_text,
+        metadata={
+            "robot": Path(header.robot_file).stem,
+            "hardware": "imported",
+            "gait": header.gait,
+            "frequency_hz": "" if np.isnan(header.frequency_hz) else f"{header.frequency_hz:g}",
+            "software": software,
+            "trial": header_text(header),
+            **software_versions(),
+        },
+        start_ns=start_ns,
+        start_unix_ns=start_ns,
+    )
+    try:
+        for index in range(len(t_ns)):
+            if index % TELL_TICKS == 0:
+                tell(index / len(t_ns))
+            writer.write(_tick(trial, index, int(t_ns[index]) + offset_ns))
+        writer.close()
+        if writer.error is not None:
+            raise writer.error
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _nanoseconds(time_s: FloatArray) -> IntArray:
+    """Return whole nanoseconds; times 1e9 at once would lose hundreds of them on UNIX time."""
+    whole = np.floor(time_s)
+    rest_ns: IntArray = np.rint((time_s - whole) * 1e9).astype(np.int64)
+    return whole.astype(np.int64) * 10**9 + rest_ns
+
+
+def left_out(trial: Trial) -> tuple[str, ...]:
+    """Return the columns that a log has no place for; write those to a .parquet or .csv."""
+    lost = [c.name for c in trial.columns() if c.name.startswith("torque_")]
+    pose = np.isfinite(trial.body_position_m).all(axis=1) & np.isfinite(trial.body_angles_rad).all(
+        axis=1
+    )
+    if (np.isfinite(trial.foot_m).any(axis=(1, 2)) & ~pose).any():
+        lost.append("foot points where the body's pose is not known")
+    partial = np.isfinite(trial.body_position_m).any(axis=1) | np.isfinite(
+        trial.body_angles_rad
+    ).any(axis=1)
+    if (partial & ~pose).any():
+        lost.append("body poses that are known in part")
+    return tuple(lost)
+
+
+def _tick(trial: Trial, at: int, t_ns: int) -> Tick:
+    nothing = readonly(np.full(len(trial.joints), np.nan))
+    walking = trial.header.gait != ""
+    command = JointCommand(t_ns, trial.command_rad[at], nothing,
+                           torque=bool(np.isfinite(trial.command_rad[at]).any()))  # fmt: skip
+    request = Request(Intent.WALK if walking else Intent.LISTEN, trial.header.gait,
+                      trial.header.frequency_hz, 0.0, StopReason.NONE)  # fmt: skip
+    return Tick(
+        t_ns=t_ns,
+        index=at,
+        mode=Mode.WALK if walking else Mode.IDLE,
+        stop_reason=StopReason.NONE,
+        inputs=Inputs(None, (), request, LoopTiming(t_ns, 0, 0, 0), _truth(trial, at, t_ns), ()),
+        joints=_joints(trial, at, t_ns),
+        forces=FootForces(t_ns, trial.force_n[at], np.isfinite(trial.force_n[at]).all(axis=1)),
+        gait_phase=np.nan,
+        wished=command,
+        sent=command,
+        feet=_no_feet(trial),
+        contact=_no_contact(len(trial.joints)),
+        estimate=Estimate(t_ns, np.full(2, np.nan), np.nan, np.full(3, np.nan), valid=False),
+        faults=(),
+    )
+
+
+def _joints(trial: Trial, at: int, t_ns: int) -> JointState:
+    return JointState(
+        t_ns=t_ns,
+        angle_rad=trial.shaft_rad[at],
+        rate_rad_s=trial.shaft_rad_s[at],
+        current_a=trial.current_a[at],
+        duty=trial.pwm[at],
+        voltage_v=trial.voltage_v[at],
+        temperature_c=trial.temperature_c[at],
+        valid=np.isfinite(trial.shaft_rad[at]),
+    )
+
+
+def _truth(trial: Trial, at: int, t_ns: int) -> BodyTruth | None:
+    """Return the measured pose as ground truth; velocities and contact were not measured."""
+    position, (roll, pitch, yaw) = trial.body_position_m[at], trial.body_angles_rad[at]
+    if not np.isfinite([*position, roll, pitch, yaw]).all():
+        return None
+    turn = Rotation.from_euler("ZYX", [yaw, pitch, roll])
+    legs = len(trial.joints)
+    feet: FloatArray = position + trial.foot_m[at] @ turn.as_matrix().T
+    return BodyTruth(
+        t_ns=t_ns,
+        position_W=position,
+        quaternion_xyzw=turn.as_quat(),
+        velocity_B=np.full(3, np.nan),
+        angular_velocity_B=np.full(3, np.nan),
+        foot_position_W=feet,
+        foot_velocity_W=np.full((legs, 3), np.nan),
+        foot_force_B=np.full((legs, 3), np.nan),
+        contact=np.zeros(legs, dtype=bool),
+    )
+
+
+def _no_feet(trial: Trial) -> FootMotion:
+    absent = np.full((len(trial.joints), 3), np.nan)
+    return FootMotion(absent, absent)
+
+
+def _no_contact(legs: int) -> ContactSolution:
+    nan = float("nan")
+    support = Support(
+        False, NOT_RUN, nan, nan, nan, np.full(legs, nan), np.zeros(legs, dtype=bool), 0
+    )
+    traction = Traction(
+        False, NOT_RUN, np.full(3, nan), np.full((legs, 2), nan), np.full((legs, 3), nan)
+    )
+    return ContactSolution(support, traction)

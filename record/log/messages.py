@@ -1,0 +1,201 @@
+"""The standard ROS 2 messages of a tick: what Foxglove, PlotJuggler, rosbags and ros2 bag understand.
+
+Frames after REP-105: ``odom`` is where the run began, ``base_link`` the body, ``map`` the ground truth's
+world. Forces are the ground's on the foot, body axes. JointState's effort stays empty: it is N m, and the
+servos measure current, which is in ``/bigant/tick``.
+"""
+
+import struct
+from functools import lru_cache
+
+import numpy as np
+
+from model.values.arrays import FloatArray
+from model.values.estimate import OdometryEstimate
+from model.values.readings import BodyTruth
+from model.values.tick import Estimate, Tick
+from record.log.cdr import CdrWriter
+from record.log.odometry_message import HEALTHS
+
+BODY_FRAME, ODOM_FRAME, MAP_FRAME = "base_link", "odom", "map"
+UNKNOWN_COVARIANCE = np.zeros(36)
+PLANAR = (0, 1, 5)  # x, y, yaw among ROS's six
+NOT_ESTIMATED = 1e6
+NO_MOMENT = bytes(24)
+_PLANAR_PLACES = np.array([6 * row + column for row in PLANAR for column in PLANAR])
+_ONLY_UNKNOWN = np.diag(np.full(6, NOT_ESTIMATED)).ravel()
+OK, WARN, ERROR = 0, 1, 2
+
+
+def _header(w: CdrWriter, unix_ns: int, frame: str) -> None:
+    w.raw(_stamp(unix_ns, frame), 4)
+
+
+@lru_cache(maxsize=8)
+def _stamp(unix_ns: int, frame: str) -> bytes:
+    """std_msgs/msg/Header; all messages of a tick have one of three."""
+    seconds, nanoseconds = divmod(unix_ns, 1_000_000_000)
+    name = frame.encode("utf-8") + b"\0"
+    return struct.pack("<iII", seconds, nanoseconds, len(name)) + name
+
+
+def joint_state(
+    unix_ns: int, names: tuple[str, ...], angle_rad: FloatArray, rate_rad_s: FloatArray
+) -> bytes:
+    """sensor_msgs/msg/JointState."""
+    w = CdrWriter()
+    _header(w, unix_ns, BODY_FRAME)
+    w.texts(names)
+    w.f64s(angle_rad)
+    w.f64s(rate_rad_s)
+    w.u32(0)
+    return w.done()
+
+
+def wrench(unix_ns: int, force_n: FloatArray) -> bytes:
+    """geometry_msgs/msg/WrenchStamped with a force at the foot and no moment."""
+    w = CdrWriter()
+    _header(w, unix_ns, BODY_FRAME)
+    w.f64_array(force_n)
+    w.raw(NO_MOMENT, 8)
+    return w.done()
+
+
+def _yaw_quaternion(yaw_rad: float) -> FloatArray:
+    return np.array([0.0, 0.0, np.sin(yaw_rad / 2), np.cos(yaw_rad / 2)])
+
+
+def _odometry(
+    unix_ns: int,
+    frame: str,
+    position: FloatArray,
+    quaternion_xyzw: FloatArray,
+    linear_B: FloatArray,  # noqa: N803
+    angular_B: FloatArray,  # noqa: N803
+    pose_covariance: FloatArray = UNKNOWN_COVARIANCE,
+    twist_covariance: FloatArray = UNKNOWN_COVARIANCE,
+) -> bytes:
+    w = CdrWriter()
+    _header(w, unix_ns, frame)
+    w.text(BODY_FRAME)
+    w.f64_array(position)
+    w.f64_array(quaternion_xyzw)
+    w.f64_array(pose_covariance)
+    w.f64_array(linear_B)
+    w.f64_array(angular_B)
+    w.f64_array(twist_covariance)
+    return w.done()
+
+
+def planar_covariance(covariance: FloatArray) -> FloatArray:
+    """A covariance of x, y, yaw as ROS has it: 6 x 6 of x, y, z and turns about them, (36,).
+
+    Height, roll and pitch are not estimated: their variance says so.
+    """
+    flat: FloatArray = _ONLY_UNKNOWN.copy()
+    flat[_PLANAR_PLACES] = covariance.ravel()
+    return flat
+
+
+def estimator_odometry(unix_ns: int, said: OdometryEstimate) -> bytes:
+    """nav_msgs/msg/Odometry of the estimator, with covariances of pose and twist."""
+    vx, vy, yaw_rate = said.velocity_B
+    return _odometry(
+        unix_ns,
+        ODOM_FRAME,
+        np.array([*said.position_m, 0.0]),
+        _yaw_quaternion(said.yaw_rad),
+        np.array([vx, vy, 0.0]),
+        np.array([0.0, 0.0, yaw_rate]),
+        planar_covariance(said.pose_covariance),
+        planar_covariance(said.twist_covariance),
+    )
+
+
+def estimate_odometry(unix_ns: int, estimate: Estimate) -> bytes:
+    """nav_msgs/msg/Odometry of dead reckoning, whose covariance nobody knows: it is left zero."""
+    vx, vy, yaw_rate = estimate.velocity_B
+    return _odometry(
+        unix_ns,
+        ODOM_FRAME,
+        np.array([*estimate.position_m, 0.0]),
+        _yaw_quaternion(estimate.yaw_rad),
+        np.array([vx, vy, 0.0]),
+        np.array([0.0, 0.0, yaw_rate]),
+    )
+
+
+def truth_odometry(unix_ns: int, truth: BodyTruth) -> bytes:
+    """nav_msgs/msg/Odometry of the ground truth."""
+    return _odometry(
+        unix_ns,
+        MAP_FRAME,
+        truth.position_W,
+        truth.quaternion_xyzw,
+        truth.velocity_B,
+        truth.angular_velocity_B,
+    )
+
+
+def transform(unix_ns: int, estimate: Estimate | OdometryEstimate) -> bytes:
+    """tf2_msgs/msg/TFMessage from ``odom`` to ``base_link``."""
+    w = CdrWriter()
+    w.u32(1)
+    _header(w, unix_ns, ODOM_FRAME)
+    w.text(BODY_FRAME)
+    w.f64_array(np.array([*estimate.position_m, 0.0]))
+    w.f64_array(_yaw_quaternion(estimate.yaw_rad))
+    return w.done()
+
+
+def diagnostics(unix_ns: int, names: tuple[str, ...], tick: Tick) -> bytes:
+    """diagnostic_msgs/msg/DiagnosticArray: one status a leg, one each for loop and odometry."""
+    w = CdrWriter()
+    _header(w, unix_ns, "")
+    w.u32(len(names) + 1 + (tick.odometry is not None))
+    joints = tick.joints
+    for leg, name in enumerate(names):
+        mine = [f"{f.kind.name}: {f.detail}" for f in tick.faults if f.source == name]
+        level = OK if joints.valid[leg] and not mine else ERROR
+        values = (
+            ("temperature_c", f"{joints.temperature_c[leg]:.0f}"),
+            ("voltage_v", f"{joints.voltage_v[leg]:.1f}"),
+            ("current_a", f"{joints.current_a[leg]:.3f}"),
+        )
+        _status(w, level, f"servo {name}", "; ".join(mine) or "ok", values)
+    others = [f"{f.source} {f.kind.name}: {f.detail}" for f in tick.faults if f.source not in names]
+    timing = (
+        ("mode", tick.mode.name),
+        ("stop_reason", tick.stop_reason.name),
+        ("lateness_ms", f"{tick.inputs.timing.lateness_ns * 1e-6:.3f}"),
+        ("missed", str(tick.inputs.timing.missed)),
+    )
+    _status(w, WARN if others else OK, "controller", "; ".join(others) or "ok", timing)
+    if tick.odometry is not None:
+        _odometry_status(w, tick.odometry)
+    return w.done()
+
+
+def _odometry_status(w: CdrWriter, said: OdometryEstimate) -> None:
+    level = (OK, WARN, ERROR)[HEALTHS.index(said.health)]
+    values = (
+        ("rejects", str(said.rejects)),
+        ("nis", f"{said.nis:.2f}"),
+        ("nis_dof", str(said.nis_dof)),
+        ("force_age_s", f"{said.force_age_s:.3f}"),
+        ("holding", str(said.holding).lower()),
+    )
+    _status(w, level, "odometry", said.reason or said.health.value, values)
+
+
+def _status(
+    w: CdrWriter, level: int, name: str, message: str, values: tuple[tuple[str, str], ...]
+) -> None:
+    w.u8(level)
+    w.text(name)
+    w.text(message)
+    w.text("bigant")
+    w.u32(len(values))
+    for key, value in values:
+        w.text(key)
+        w.text(value)

@@ -1,0 +1,202 @@
+"""Reading a log, whole, cut or damaged: every tick that is still there comes back.
+
+A log of any length is read in blocks, so that memory does not grow with it.
+"""
+
+import hashlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import islice
+from pathlib import Path
+from types import MappingProxyType
+
+from mcap.records import Attachment, Channel, Message, Metadata, Schema
+
+from model.errors import RecordError
+from model.values.tick import Tick
+from record.log.recording import Recording, build_recording, join_recordings
+from record.log.salvage import DAMAGE, Damage, Pass, damage_words, read_records
+from record.log.tick_message import decode_tick
+from record.log.writer import (
+    CONFIG_NAME,
+    METADATA_NAME,
+    NAMES_KEY,
+    START_KEY,
+    START_UNIX_KEY,
+    TICK_SCHEMA,
+    TICK_TOPIC,
+)
+
+BLOCK_TICKS = 2000
+# Every layout of a tick that was ever written, by the SHA-256 of its definition's text. Whoever changes the
+# message adds the new digest, and keeps reading the old one.
+TICK_LAYOUTS: Mapping[str, int] = MappingProxyType({
+    "ceb7071d66556ccbd75ba41874e19bdc2263bbc3daa277547a880aedce94cd93": 1,
+    "66adf6cccffb1a8ca10215d6da78abaa78eee62b8d88ceb552652a780a6316c6": 2,
+})  # fmt: skip
+
+
+@dataclass(slots=True)
+class LogContents:
+    """What a pass over a log has found so far.
+
+    Attributes:
+        config_text: The robot file.
+        metadata: Metadata texts.
+        progress: How far the pass has come, and what it could not read.
+    """
+
+    config_text: str = ""
+    metadata: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+    progress: Pass = field(default_factory=Pass)
+
+    @property
+    def damages(self) -> tuple[Damage, ...]:
+        """What could not be read, in file order."""
+        return tuple(self.progress.damages)
+
+    @property
+    def damage(self) -> str:
+        """Empty, or what could not be read, where and why, as one sentence."""
+        return damage_words(self.progress.damages, self.start_unix_ns(0))
+
+    def start_ns(self, otherwise: int) -> int:
+        """Return the monotonic time of the log's beginning."""
+        return whole_number(self.metadata.get(START_KEY, ""), otherwise)
+
+    def start_unix_ns(self, otherwise: int) -> int:
+        """Return the UNIX time of the log's beginning."""
+        return whole_number(self.metadata.get(START_UNIX_KEY, ""), otherwise)
+
+    def names(self, count: int) -> tuple[str, ...]:
+        """Return the names of ``count`` legs; made up where the log does not tell."""
+        text = self.metadata.get(NAMES_KEY, "")
+        names = tuple(text.split(",")) if text else ()
+        return names if len(names) == count else tuple(f"leg{i + 1}" for i in range(count))
+
+
+def whole_number(text: str, otherwise: int) -> int:
+    """Return the number in a metadata text, or ``otherwise`` if it is none."""
+    return int(text) if text.lstrip("-").isdecimal() else otherwise
+
+
+@dataclass(frozen=True, slots=True)
+class StampedTick:
+    """A tick and when it was, which in a merged log is not its own clock's time.
+
+    Attributes:
+        unix_ns: UNIX time.
+        tick: The tick.
+    """
+
+    unix_ns: int
+    tick: Tick
+
+
+def read_ticks(path: Path, contents: LogContents | None = None) -> Iterator[Tick]:
+    """Yield the ticks of a log in order; what is damaged is left out and told in ``contents``.
+
+    Args:
+        path: The log.
+        contents: Filled with robot file, metadata and damage on the way.
+
+    Raises:
+        RecordError: The file cannot be opened, or was written by a program that we do not know.
+    """
+    for stamped in read_stamped_ticks(path, contents):
+        yield stamped.tick
+
+
+def read_stamped_ticks(path: Path, contents: LogContents | None = None) -> Iterator[StampedTick]:
+    """Yield the ticks of a log with their UNIX times; otherwise as ``read_ticks``.
+
+    Raises:
+        RecordError: As ``read_ticks``.
+    """
+    found = contents if contents is not None else LogContents()
+    known: dict[int, int] = {}
+    schemas: dict[int, Schema] = {}
+    layouts: dict[int, Schema | None] = {}
+    for record in read_records(path, found.progress, topics={TICK_TOPIC}):
+        if isinstance(record, Message):
+            if record.channel_id not in known:
+                known[record.channel_id] = tick_layout(path, layouts.get(record.channel_id), found)
+            try:
+                tick = decode_tick(record.data, known[record.channel_id])
+            except DAMAGE as error:
+                span = Damage(found.progress.position, 0, record.log_time, record.log_time,
+                              f"a broken tick: {error}")  # fmt: skip
+                found.progress.damages.append(span)
+                continue
+            yield StampedTick(record.log_time, tick)
+        elif isinstance(record, Schema):
+            schemas[record.id] = record
+        elif isinstance(record, Channel) and record.topic == TICK_TOPIC:
+            layouts[record.id] = schemas.get(record.schema_id)
+        else:
+            note_content(record, found)
+
+
+def note_content(record: object, found: LogContents) -> None:
+    """Keep the robot file or the metadata, if this is one of them."""
+    if isinstance(record, Metadata) and record.name == METADATA_NAME:
+        found.metadata = MappingProxyType(dict(record.metadata))
+    elif isinstance(record, Attachment) and record.name == CONFIG_NAME:
+        found.config_text = record.data.decode("utf-8", errors="replace")
+
+
+def tick_layout(path: Path, schema: Schema | None, found: LogContents) -> int:
+    """Return the layout of a log's ticks, which the schema tells.
+
+    Raises:
+        RecordError: The layout is not known.
+    """
+    data = schema.data if schema is not None and schema.name == TICK_SCHEMA else b""
+    layout = TICK_LAYOUTS.get(hashlib.sha256(data).hexdigest())
+    if layout is None:
+        writer = found.metadata.get("software", "another program")
+        raise RecordError(
+            f"{path} holds ticks of a layout that is not known here (written by {writer}); read it "
+            "with the version of bigant that wrote it, or a newer one"
+        )
+    return layout
+
+
+def read_blocks(
+    path: Path, contents: LogContents | None = None, block_ticks: int = BLOCK_TICKS
+) -> Iterator[Recording]:
+    """Yield a log as arrays, a block of ticks at a time, in bounded memory.
+
+    The damage of a block is what had been found when it was complete; the last one knows all.
+
+    Raises:
+        RecordError: The file cannot be opened, or holds no tick that can be read.
+    """
+    found = contents if contents is not None else LogContents()
+    stamped = read_stamped_ticks(path, found)
+    start_unix_ns: int | None = None
+    while block := list(islice(stamped, block_ticks)):
+        if start_unix_ns is None:
+            start_unix_ns = found.start_unix_ns(block[0].unix_ns)
+        yield build_recording(
+            [item.tick for item in block],
+            names=found.names(len(block[0].tick.joints.angle_rad)),
+            start_ns=found.start_ns(block[0].tick.t_ns),
+            times_s=[(item.unix_ns - start_unix_ns) * 1e-9 for item in block],
+            config_text=found.config_text,
+            metadata=found.metadata,
+            damage=found.damage,
+        )
+    if start_unix_ns is None:
+        reason = found.damage or "it holds no ticks"
+        raise RecordError(f"{path} is no log of ours, or nothing of it is left: {reason}")
+
+
+def read_log(path: Path) -> Recording:
+    """Read a log into arrays, all of it; an hour is a gigabyte, see ``read_blocks``.
+
+    Raises:
+        RecordError: The file cannot be opened, or holds no tick that can be read.
+    """
+    contents = LogContents()
+    return join_recordings(list(read_blocks(path, contents)), damage=contents.damage)

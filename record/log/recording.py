@@ -1,0 +1,229 @@
+"""A log as arrays: T ticks of N legs, for tables, plots and comparisons."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
+from model.values.estimate import OdometryEstimate
+from model.values.faults import Fault
+from model.values.tick import Tick
+from record.log.odometry_message import HEALTHS
+
+NOT_RUNNING = -1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Recording:
+    """A log, T ticks.
+
+    Attributes:
+        names: Leg names, N of them.
+        t_s: Time since the beginning, (T,).
+        mode: Mode codes, (T,).
+        stop_reason: Stop reason codes, (T,).
+        gait_phase: (T,) [cycles]; NaN when no gait runs.
+        angle_rad: Measured shaft angles, (T, N).
+        rate_rad_s: Measured shaft speeds, (T, N).
+        current_a: Motor currents, (T, N).
+        temperature_c: Servo temperatures, (T, N).
+        sent_angle_rad: Angles sent, (T, N); NaN while torque is off.
+        force_n: Measured ground forces on the feet, body axes, (T, N, 3); NaN where invalid.
+        predicted_force_n: The model's, (T, N, 3).
+        predicted_velocity_B: The model's body velocity: vx, vy [m/s], yaw rate [rad/s], (T, 3).
+        predicted_slip_B: The model's slip of each foot, (T, N, 2); NaN in the air.
+        estimate_pose: Dead reckoning: x, y [m], yaw [rad], (T, 3).
+        odometry_pose: The estimator's: x, y [m], yaw [rad], (T, 3); NaN where it did not run.
+        odometry_pose_sd: Their standard deviations, (T, 3).
+        odometry_velocity_B: vx, vy [m/s], yaw rate [rad/s], (T, 3).
+        odometry_force_n: Its forces, (T, N, 3).
+        odometry_health: 0 ok, 1 degraded, 2 lost, -1 not running, (T,).
+        truth_position_W: (T, 3); NaN where there is no truth. So in all fields of the truth.
+        truth_quaternion_xyzw: (T, 4).
+        truth_velocity_B: vx, vy [m/s], yaw rate [rad/s], (T, 3).
+        truth_foot_velocity_W: (T, N, 3).
+        truth_force_n: (T, N, 3), body axes.
+        truth_contact: (T, N) bool.
+        lateness_s: Lateness of each tick, (T,).
+        busy_s: Time the tick before spent working, (T,).
+        missed: Periods missed before each tick, (T,).
+        faults: Row of the tick in these arrays, and fault; in order.
+        config_text: The robot file.
+        metadata: Metadata texts.
+        damage: Empty, or how the file ends early.
+    """
+
+    names: tuple[str, ...]
+    t_s: FloatArray
+    mode: IntArray
+    stop_reason: IntArray
+    gait_phase: FloatArray
+    angle_rad: FloatArray
+    rate_rad_s: FloatArray
+    current_a: FloatArray
+    temperature_c: FloatArray
+    sent_angle_rad: FloatArray
+    force_n: FloatArray
+    predicted_force_n: FloatArray
+    predicted_velocity_B: FloatArray  # noqa: N815
+    predicted_slip_B: FloatArray  # noqa: N815
+    estimate_pose: FloatArray
+    odometry_pose: FloatArray
+    odometry_pose_sd: FloatArray
+    odometry_velocity_B: FloatArray  # noqa: N815
+    odometry_force_n: FloatArray
+    odometry_health: IntArray
+    truth_position_W: FloatArray  # noqa: N815
+    truth_quaternion_xyzw: FloatArray
+    truth_velocity_B: FloatArray  # noqa: N815
+    truth_foot_velocity_W: FloatArray  # noqa: N815
+    truth_force_n: FloatArray
+    truth_contact: BoolArray
+    lateness_s: FloatArray
+    busy_s: FloatArray
+    missed: IntArray
+    faults: tuple[tuple[int, Fault], ...]
+    config_text: str
+    metadata: Mapping[str, str]
+    damage: str
+
+    @property
+    def has_truth(self) -> bool:
+        """Whether there is ground truth anywhere."""
+        return bool(np.isfinite(self.truth_position_W).any())
+
+
+def build_recording(
+    ticks: Sequence[Tick],
+    *,
+    names: tuple[str, ...],
+    start_ns: int,
+    config_text: str,
+    metadata: Mapping[str, str],
+    damage: str,
+    times_s: Sequence[float] | None = None,
+) -> Recording:
+    """Stack ticks into arrays.
+
+    Args:
+        ticks: The ticks, at least one.
+        names: Leg names.
+        start_ns: The ticks' clock at the beginning of the log.
+        config_text: The robot file.
+        metadata: Metadata texts.
+        damage: Empty, or how the file is damaged.
+        times_s: Time of each tick since the beginning; without it, from their own clock.
+    """
+    legs = len(names)
+
+    def column(take: Callable[[Tick], FloatArray | float]) -> FloatArray:
+        array: FloatArray = readonly(np.array([take(tick) for tick in ticks], dtype=np.float64))
+        return array
+
+    def counts(take: Callable[[Tick], int]) -> IntArray:
+        array: IntArray = readonly(np.array([take(tick) for tick in ticks], dtype=np.int64))
+        return array
+
+    def truth(take: Callable[[Tick], FloatArray], *shape: int) -> FloatArray:
+        nothing = np.full(shape, np.nan)
+        return column(lambda tick: nothing if tick.inputs.truth is None else take(tick))
+
+    def planar(tick: Tick) -> FloatArray:
+        known = tick.inputs.truth
+        assert known is not None  # asked only where there is one
+        return np.array([*known.velocity_B[:2], known.angular_velocity_B[2]])
+
+    def odometry(take: Callable[[OdometryEstimate], FloatArray], *shape: int) -> FloatArray:
+        nothing = np.full(shape, np.nan)
+        return column(lambda tick: nothing if tick.odometry is None else take(tick.odometry))
+
+    no_contact = np.zeros(legs, dtype=bool)
+    contact = np.array(
+        [no_contact if tick.inputs.truth is None else tick.inputs.truth.contact for tick in ticks]
+    )
+    return Recording(
+        names=names,
+        t_s=column(lambda tick: (tick.t_ns - start_ns) * 1e-9)
+        if times_s is None
+        else readonly(np.array(times_s, dtype=np.float64)),
+        mode=counts(lambda tick: tick.mode.value),
+        stop_reason=counts(lambda tick: tick.stop_reason.value),
+        gait_phase=column(lambda tick: tick.gait_phase),
+        angle_rad=column(lambda tick: tick.joints.angle_rad),
+        rate_rad_s=column(lambda tick: tick.joints.rate_rad_s),
+        current_a=column(lambda tick: tick.joints.current_a),
+        temperature_c=column(lambda tick: tick.joints.temperature_c),
+        sent_angle_rad=column(lambda tick: tick.sent.angle_rad),
+        force_n=column(lambda tick: tick.forces.force_n),
+        predicted_force_n=column(lambda tick: tick.contact.traction.force_B),
+        predicted_velocity_B=column(lambda tick: tick.contact.traction.velocity_B),
+        predicted_slip_B=column(lambda tick: tick.contact.traction.slip_B),
+        estimate_pose=column(
+            lambda tick: np.array([*tick.estimate.position_m, tick.estimate.yaw_rad])
+        ),
+        odometry_pose=odometry(lambda said: np.array([*said.position_m, said.yaw_rad]), 3),
+        odometry_pose_sd=odometry(lambda said: np.sqrt(np.diagonal(said.pose_covariance)), 3),
+        odometry_velocity_B=odometry(lambda said: said.velocity_B, 3),
+        odometry_force_n=odometry(lambda said: said.force_B, legs, 3),
+        odometry_health=counts(
+            lambda t: NOT_RUNNING if t.odometry is None else HEALTHS.index(t.odometry.health)
+        ),
+        truth_position_W=truth(lambda t: t.inputs.truth.position_W, 3),  # type: ignore[union-attr]
+        truth_quaternion_xyzw=truth(
+            lambda t: t.inputs.truth.quaternion_xyzw,  # type: ignore[union-attr]
+            4,
+        ),
+        truth_velocity_B=truth(planar, 3),
+        truth_foot_velocity_W=truth(
+            lambda t: t.inputs.truth.foot_velocity_W,  # type: ignore[union-attr]
+            legs,
+            3,
+        ),
+        truth_force_n=truth(
+            lambda t: t.inputs.truth.foot_force_B,  # type: ignore[union-attr]
+            legs,
+            3,
+        ),
+        truth_contact=readonly(contact),
+        lateness_s=column(lambda tick: tick.inputs.timing.lateness_ns * 1e-9),
+        busy_s=column(lambda tick: tick.inputs.timing.busy_ns * 1e-9),
+        missed=counts(lambda tick: tick.inputs.timing.missed),
+        faults=tuple((row, fault) for row, tick in enumerate(ticks) for fault in tick.faults),
+        config_text=config_text,
+        metadata=metadata,
+        damage=damage,
+    )
+
+
+def join_recordings(parts: Sequence[Recording], damage: str) -> Recording:
+    """Put blocks of one log together, in order.
+
+    Args:
+        parts: The blocks, at least one.
+        damage: How the whole is damaged, empty if it is not.
+    """
+    arrays: dict[str, Any] = {
+        field.name: readonly(np.concatenate([getattr(part, field.name) for part in parts]))
+        for field in fields(Recording)
+        if isinstance(getattr(parts[0], field.name), np.ndarray)
+    }
+    begins = np.cumsum([0, *(len(part.t_s) for part in parts)])
+    faults = tuple(
+        (int(begin) + number, fault)
+        for begin, part in zip(begins, parts, strict=False)
+        for number, fault in part.faults
+    )
+    return replace(parts[-1], **arrays, faults=faults, damage=damage)
+
+
+def thin_recording(log: Recording, step: int) -> Recording:
+    """Return every ``step``-th tick of a log, for pictures; all faults are kept, at the ticks that are."""
+    arrays: dict[str, Any] = {
+        field.name: readonly(getattr(log, field.name)[::step])
+        for field in fields(Recording)
+        if isinstance(getattr(log, field.name), np.ndarray)
+    }
+    faults = tuple((number // step, fault) for number, fault in log.faults)
+    return replace(log, **arrays, faults=faults)

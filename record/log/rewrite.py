@@ -1,0 +1,125 @@
+"""Copying records of logs into a new log, without decoding what is in them."""
+
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+
+from mcap.records import Attachment, Channel, Message, Metadata, Schema
+
+from model.errors import RecordError
+from record.log.salvage import Content
+from record.log.writer import LIBRARY, mcap_writer, open_log_file
+
+
+class LogCopy:
+    """A new log that is filled with records of others; appears under its name only when it is complete.
+
+    Args:
+        out: The file to write.
+        inputs: The files that are read meanwhile, which must not be overwritten.
+
+    Raises:
+        RecordError: The file cannot be written, or is one of the inputs.
+    """
+
+    def __init__(self, out: Path, inputs: tuple[Path, ...]) -> None:
+        if any(path.resolve() == out.resolve() for path in inputs):
+            raise RecordError(f"{out} is the log itself; choose another file to write to")
+        self.messages = 0
+        self._out = out
+        self._part = out.with_name(out.name + ".part")
+        self._file = open_log_file(self._part, "--out")
+        self._writer = mcap_writer(self._file)
+        self._writer.start(profile="ros2", library=LIBRARY)
+        self._schemas: dict[tuple[str, bytes], int] = {}
+        self._channels: dict[tuple[str, int], int] = {}
+        self.begin_source()
+
+    def begin_source(self) -> None:
+        """Forget the numbers of schemas and channels: another file has its own."""
+        self._schema_of: dict[int, int] = {}
+        self._channel_of: dict[int, int] = {}
+
+    def add(self, record: Content) -> None:
+        """Write one record.
+
+        Raises:
+            RecordError: The disk is full.
+        """
+        try:
+            self._add(record)
+        except OSError as error:
+            raise RecordError(
+                f"the log {self._out} can no longer be written: {error.strerror}; make room"
+            ) from error
+
+    def _add(self, record: Content) -> None:
+        if isinstance(record, Message):
+            self.messages += 1
+            self._writer.add_message(
+                self._channel_of[record.channel_id],
+                record.log_time,
+                record.data,
+                record.publish_time,
+                record.sequence,
+            )
+        elif isinstance(record, Schema):
+            self._add_schema(record)
+        elif isinstance(record, Channel):
+            self._add_channel(record)
+        elif isinstance(record, Metadata):
+            self._writer.add_metadata(record.name, record.metadata)
+        elif isinstance(record, Attachment):
+            self._writer.add_attachment(
+                record.create_time, record.log_time, record.name, record.media_type, record.data
+            )
+
+    def _add_schema(self, record: Schema) -> None:
+        key = (record.name, record.data)
+        if key not in self._schemas:
+            self._schemas[key] = self._writer.register_schema(
+                record.name, record.encoding, record.data
+            )
+        self._schema_of[record.id] = self._schemas[key]
+
+    def _add_channel(self, record: Channel) -> None:
+        schema = self._schema_of[record.schema_id]
+        key = (record.topic, schema)
+        if key not in self._channels:
+            self._channels[key] = self._writer.register_channel(
+                record.topic, record.message_encoding, schema, record.metadata
+            )
+        self._channel_of[record.id] = self._channels[key]
+
+    def add_metadata(self, name: str, metadata: Mapping[str, str]) -> None:
+        """Write metadata of our own."""
+        self._writer.add_metadata(name, dict(sorted(metadata.items())))
+
+    def __enter__(self) -> "LogCopy":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Finish the file, or leave none behind after an error."""
+        if kind is not None:
+            self._discard()
+            return
+        try:
+            self._writer.finish()  # type: ignore[no-untyped-call]
+            self._file.close()
+            self._part.replace(self._out)
+        except OSError as failure:
+            self._discard()
+            raise RecordError(
+                f"the log {self._out} cannot be written: {failure.strerror}; choose another --out"
+            ) from failure
+
+    def _discard(self) -> None:
+        with suppress(OSError):  # what cannot be flushed any more is thrown away in the next line
+            self._file.close()
+        self._part.unlink(missing_ok=True)

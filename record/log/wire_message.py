@@ -1,0 +1,39 @@
+"""Raw bytes of both devices as messages of a log: written on request, so that drivers can be replayed."""
+
+from model.values.wire import Wire, WireBytes
+from record.log.cdr import CdrReader, CdrWriter
+
+WIRE_TYPE = "bigant_msgs/msg/WireBytes"
+WIRE_DEFINITION = (
+    "uint8 SERVO_BUS=0\nuint8 FORCE_DATAGRAMS=1\nuint8 FORCE_CONSOLE=2\n"
+    "int64 t_ns\nuint8 wire\nbool sent\nuint8[] data\n"
+)
+BUS_TOPIC = "/bigant/bus"
+FORCE_UNIT_TOPIC = "/bigant/force_unit"
+WIRE_TOPICS = (BUS_TOPIC, FORCE_UNIT_TOPIC)
+
+
+def wire_topic(wire: Wire) -> str:
+    """Return the topic that a wire's bytes go to."""
+    return BUS_TOPIC if wire is Wire.SERVO_BUS else FORCE_UNIT_TOPIC
+
+
+def encode_wire(heard: WireBytes) -> bytes:
+    """Return one piece of traffic as a message."""
+    w = CdrWriter()
+    w.i64(heard.t_ns)
+    w.u8(heard.wire.value)
+    w.flag(heard.sent)
+    w.u32(len(heard.data))
+    w.raw(heard.data, 1)
+    return w.done()
+
+
+def decode_wire(data: bytes) -> WireBytes:
+    """Return the traffic in a message.
+
+    Raises:
+        ValueError: The message is damaged.
+    """
+    r = CdrReader(data)
+    return WireBytes(r.i64(), Wire(r.u8()), r.flag(), r.octets())

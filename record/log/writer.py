@@ -1,0 +1,257 @@
+"""Writing a log: every tick to an MCAP file, in small chunks, flushed twice a second.
+
+A process that is killed loses what lies in the open chunk and since the last flush: less than a second.
+Nothing of the wall clock, the machine or the path goes in by itself, so that the same ticks give the same
+bytes.
+"""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import BinaryIO
+
+from mcap.writer import CompressionType
+from mcap.writer import Writer as McapWriter
+
+from model.errors import RecordError
+from model.values.tick import Tick
+from model.values.wire import WireBytes
+from record.log import messages
+from record.log.definitions import DEFINITIONS
+from record.log.tick_message import encode_tick
+from record.log.wire_message import (
+    WIRE_DEFINITION,
+    WIRE_TOPICS,
+    WIRE_TYPE,
+    encode_wire,
+    wire_topic,
+)
+
+CHUNK_BYTES = 64 * 1024
+FLUSH_PERIOD_NS = 500_000_000
+DIAGNOSTICS_PERIOD_NS = 1_000_000_000
+LIBRARY = "bigant"
+TICK_TOPIC = "/bigant/tick"
+TICK_SCHEMA = "bigant_msgs/msg/Tick"
+CONFIG_NAME = "robot.toml"
+METADATA_NAME = "bigant"
+NAMES_KEY = "leg_names"
+START_KEY = "start_ns"
+START_UNIX_KEY = "start_unix_ns"
+RATE_KEY = "rate_hz"  # of the loop, where it is known
+# What rosbags and ros2 bag want to read beside a topic: reliable, volatile, keep the last ten.
+QOS = (
+    "- history: 1\n  depth: 10\n  reliability: 1\n  durability: 2\n"
+    "  deadline: {sec: 9223372036, nsec: 854775807}\n"
+    "  lifespan: {sec: 9223372036, nsec: 854775807}\n"
+    "  liveliness: 1\n"
+    "  liveliness_lease_duration: {sec: 9223372036, nsec: 854775807}\n"
+    "  avoid_ros_namespace_conventions: false\n"
+)
+
+
+def open_log_file(path: Path, option: str = "--log") -> BinaryIO:
+    """Open a new log file; an error names the option that chose it.
+
+    Raises:
+        RecordError: It cannot be written.
+    """
+    try:
+        return path.open("wb")
+    except OSError as error:
+        raise RecordError(
+            f"the log {path} cannot be written: {error.strerror}; choose another {option}"
+        ) from error
+
+
+def mcap_writer(file: BinaryIO) -> McapWriter:
+    """Return a writer of small chunks, with a checksum over the whole beside those of the chunks."""
+    return McapWriter(
+        file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD, enable_data_crcs=True
+    )
+
+
+class LogWriter:
+    """Writes ticks to a file.
+
+    Args:
+        path: The log file.
+        names: Leg names.
+        config_text: The robot file's text.
+        metadata: Whatever else is worth knowing, as texts.
+        start_ns: Monotonic time of the beginning.
+        start_unix_ns: The same moment in UNIX time; stamps in the log are UNIX time.
+
+    Raises:
+        RecordError: The file cannot be written.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        names: tuple[str, ...],
+        config_text: str,
+        metadata: Mapping[str, str],
+        start_ns: int,
+        start_unix_ns: int,
+    ) -> None:
+        self.path = path
+        self._names = names
+        self._offset_ns = start_unix_ns - start_ns
+        self._error: RecordError | None = None
+        self._sequence = 0
+        self._wires = 0
+        self._next_flush_ns = start_ns + FLUSH_PERIOD_NS
+        self._next_diagnostics_ns = start_ns
+        self._file = open_log_file(path)
+        self._writer = mcap_writer(self._file)
+        details = {
+            **metadata,
+            NAMES_KEY: ",".join(names),
+            START_KEY: str(start_ns),
+            START_UNIX_KEY: str(start_unix_ns),
+        }
+        self._guard(lambda: self._begin(config_text, details, start_unix_ns))
+        if self._error is not None:
+            self._abandon()
+            raise self._error
+
+    @property
+    def error(self) -> RecordError | None:
+        """Why nothing more can be written, None while it can."""
+        return self._error
+
+    def _guard(self, action: Callable[[], None]) -> None:
+        if self._error is not None:
+            return
+        try:
+            action()
+        except OSError as error:
+            self._error = RecordError(
+                f"the log {self.path} can no longer be written: {error.strerror}; "
+                "make room or choose another --log"
+            )
+
+    def _begin(self, config_text: str, details: Mapping[str, str], unix_ns: int) -> None:
+        self._writer.start(profile="ros2", library=LIBRARY)
+        schemas = {
+            name: self._writer.register_schema(name, "ros2msg", text.encode("utf-8"))
+            for name, text in DEFINITIONS.items()
+        }
+        self._channels = MappingProxyType(
+            {
+                topic: self._writer.register_channel(
+                    topic, "cdr", schemas[kind], {"offered_qos_profiles": QOS}
+                )
+                for topic, kind in topics(self._names)
+            }
+        )
+        self._writer.add_metadata(METADATA_NAME, dict(sorted(details.items())))
+        self._writer.add_attachment(
+            unix_ns, unix_ns, CONFIG_NAME, "application/toml", config_text.encode("utf-8")
+        )
+        self._flush()
+
+    def write(self, tick: Tick) -> None:
+        """Write one tick and its standard messages. After an error nothing more is written."""
+        self._guard(lambda: self._write(tick))
+
+    def _write(self, tick: Tick) -> None:
+        unix_ns = tick.t_ns + self._offset_ns
+        names, joints, sent = self._names, tick.joints, tick.sent
+        said = tick.odometry
+        predicted_force = tick.contact.traction.force_B if said is None else said.force_B
+        self._put(TICK_TOPIC, unix_ns, encode_tick(tick))
+        state = messages.joint_state(unix_ns, names, joints.angle_rad, joints.rate_rad_s)
+        self._put("/joint_states", unix_ns, state)
+        wanted = messages.joint_state(unix_ns, names, sent.angle_rad, sent.rate_rad_s)
+        self._put("/joint_commands", unix_ns, wanted)
+        for leg, name in enumerate(names):
+            measured = messages.wrench(unix_ns, tick.forces.force_n[leg])
+            self._put(f"/wrench/{name}", unix_ns, measured)
+            predicted = messages.wrench(unix_ns, predicted_force[leg])
+            self._put(f"/wrench_predicted/{name}", unix_ns, predicted)
+        if said is not None:
+            self._put("/odom", unix_ns, messages.estimator_odometry(unix_ns, said))
+            self._put("/tf", unix_ns, messages.transform(unix_ns, said))
+            reckoned = messages.estimate_odometry(unix_ns, tick.estimate)
+            self._put("/odom_open_loop", unix_ns, reckoned)
+        else:
+            self._put("/odom", unix_ns, messages.estimate_odometry(unix_ns, tick.estimate))
+            self._put("/tf", unix_ns, messages.transform(unix_ns, tick.estimate))
+        truth = tick.inputs.truth
+        if truth is not None:
+            self._put("/odom_truth", unix_ns, messages.truth_odometry(unix_ns, truth))
+        if tick.t_ns >= self._next_diagnostics_ns:
+            self._next_diagnostics_ns = tick.t_ns + DIAGNOSTICS_PERIOD_NS
+            self._put("/diagnostics", unix_ns, messages.diagnostics(unix_ns, names, tick))
+        self._sequence += 1
+        if tick.t_ns >= self._next_flush_ns:
+            self._next_flush_ns = tick.t_ns + FLUSH_PERIOD_NS
+            self._flush()
+
+    def write_wires(self, heard: tuple[WireBytes, ...]) -> None:
+        """Write raw bytes of the devices, oldest first; their topics begin with the first of them."""
+        self._guard(lambda: self._write_wires(heard))
+
+    def _write_wires(self, heard: tuple[WireBytes, ...]) -> None:
+        if heard and WIRE_TOPICS[0] not in self._channels:
+            schema = self._writer.register_schema(
+                WIRE_TYPE, "ros2msg", WIRE_DEFINITION.encode("utf-8")
+            )
+            added = {
+                topic: self._writer.register_channel(
+                    topic, "cdr", schema, {"offered_qos_profiles": QOS}
+                )
+                for topic in WIRE_TOPICS
+            }
+            self._channels = MappingProxyType({**self._channels, **added})
+        for piece in heard:
+            channel, unix_ns = self._channels[wire_topic(piece.wire)], piece.t_ns + self._offset_ns
+            self._writer.add_message(channel, unix_ns, encode_wire(piece), unix_ns, self._wires)
+            self._wires += 1  # one count over all wires: their common order
+
+    def _put(self, topic: str, unix_ns: int, data: bytes) -> None:
+        self._writer.add_message(self._channels[topic], unix_ns, data, unix_ns, self._sequence)
+
+    def _flush(self) -> None:
+        self._writer.flush()  # type: ignore[no-untyped-call]
+        self._file.flush()
+
+    def fileno(self) -> int:
+        """Return the file's descriptor, for fsync."""
+        return self._file.fileno()
+
+    def close(self) -> None:
+        """Finish the file. An error is kept in ``error``."""
+        self._guard(self._writer.finish)
+        self._abandon()
+
+    def _abandon(self) -> None:
+        try:
+            self._file.close()
+        except OSError as error:
+            self._error = self._error or RecordError(
+                f"the log {self.path} can no longer be written: {error.strerror}"
+            )
+
+
+def topics(names: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
+    """Return the topics of a log and their types."""
+    wrenches = [
+        (f"/{kind}/{name}", "geometry_msgs/msg/WrenchStamped")
+        for kind in ("wrench", "wrench_predicted")
+        for name in names
+    ]
+    return (
+        (TICK_TOPIC, TICK_SCHEMA),
+        ("/joint_states", "sensor_msgs/msg/JointState"),
+        ("/joint_commands", "sensor_msgs/msg/JointState"),
+        *wrenches,
+        ("/odom", "nav_msgs/msg/Odometry"),
+        ("/odom_open_loop", "nav_msgs/msg/Odometry"),
+        ("/odom_truth", "nav_msgs/msg/Odometry"),
+        ("/tf", "tf2_msgs/msg/TFMessage"),
+        ("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray"),
+    )

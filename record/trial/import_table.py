@@ -1,0 +1,284 @@
+"""Bringing a table of measured data in: columns mapped, time put in order, everything odd reported.
+
+Nothing is dropped without being listed. Values are not changed but for the units of the map; rows out of
+order are put in order; rows without a time, second rows at one time, and rows that the map cuts off are
+dropped and listed.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from model.errors import RecordError
+from model.values.arrays import FloatArray, IntArray
+from record.trial.column_map import ColumnMap, Source, complete_sources
+from record.trial.column_values import summed
+from record.trial.header import LEGGED, TrialHeader, TrialNoise, joints_of, read_header
+from record.trial.raw_check import EmptyRows, raw_findings
+from record.trial.source_tables import SourceTable, open_tables
+from record.trial.table_check import Finding, check_trial
+from record.trial.table_file import Column, Table
+from record.trial.trial import Trial, build_trial, trial_places, trial_table
+
+
+@dataclass(frozen=True, slots=True)
+class DroppedRow:
+    """A row that was left out.
+
+    Attributes:
+        row: Number in the table, from 1, the heading not counted.
+        reason: Why.
+    """
+
+    row: int
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class ImportReport:
+    """How an import went.
+
+    Attributes:
+        path: The table.
+        name: Which of the file's tables; empty where it holds one.
+        rows: Rows in it.
+        kept: Rows in the trial.
+        dropped: Rows left out.
+        columns: Our columns that were filled.
+        findings: Everything odd.
+    """
+
+    path: Path
+    name: str
+    rows: int
+    kept: int
+    dropped: tuple[DroppedRow, ...]
+    columns: tuple[str, ...]
+    findings: tuple[Finding, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Imported:
+    """One table brought in.
+
+    Attributes:
+        trial: The trial; None where the map cuts off so much that none is left.
+        report: How it went.
+    """
+
+    trial: Trial | None
+    report: ImportReport
+
+
+def import_table(path: Path, given: ColumnMap) -> tuple[Trial, ImportReport]:
+    """Read a file that holds one table into a trial.
+
+    Args:
+        path: A trial's table or NAME.toml, or somebody else's .csv, .parquet or .npz.
+        given: Which of its columns is which; empty if they have our names.
+
+    Raises:
+        RecordError: It cannot be read, has no time, nothing in it is known, or it holds several tables.
+    """
+    (first, *more) = import_tables(path, given)
+    if more:
+        raise RecordError(f"{path} holds {1 + len(more)} tables; give a folder with --out FOLDER")
+    if first.trial is None:
+        raise RecordError(f"{path}: the map's [cut] leaves {first.report.kept} rows and no trial")
+    return first.trial, first.report
+
+
+def import_tables(
+    path: Path, given: ColumnMap, tell: Callable[[float], None] = lambda _: None
+) -> Iterator[Imported]:
+    """Read every table of a file into a trial of its own.
+
+    Args:
+        path: A trial's table or NAME.toml, or somebody else's .csv, .parquet or .npz.
+        given: Which of its columns is which; empty if they have our names.
+        tell: Told which share of a table has been taken, column by column.
+
+    Raises:
+        RecordError: It cannot be read, has no time, or nothing in it is known.
+    """
+    if path.suffix != ".npz":
+        path = trial_table(path)
+    with open_tables(path, given) as tables:
+        for one in tables:
+            yield _import(path, one, given, tell)
+
+
+def _import(
+    path: Path, one: SourceTable, given: ColumnMap, tell: Callable[[float], None]
+) -> Imported:
+    table = _with_time(one.table, given)
+    findings: list[Finding] = [*one.findings]
+    header = _header(path, table, given, findings)
+    sources = complete_sources(given, header.joints, table.names, path)
+    names = tuple(dict.fromkeys(source.ours for source in sources))
+    if "time_s" not in names:
+        raise RecordError(
+            f'{path} has no column time_s; name theirs in a map (--map): time_s = "their name"; '
+            f"there are {', '.join(table.names)}"
+        )
+    if len(names) < 2:
+        raise RecordError(f"{path} has a time and no column that we know; map its columns (--map)")
+    used = {name: [s for s in sources if s.ours == name] for name in names}
+    time_s = summed(table, used["time_s"], []).values
+    in_time = _in_time(time_s)
+    if len(in_time.order) == 0:
+        raise RecordError(f"no row of {path} has a time")
+    cut: list[Finding] = []
+    order = _cut(table, given, in_time.order, cut)
+    few = len(order) < max(given.cut.fewest_rows, 1)
+    seen = _Seen(in_time, tell)
+    columns = seen.columns(table, used, order)
+    trial = None
+    if few:
+        for _ in columns:  # they are looked at all the same
+            pass
+        words = f"only {len(order)} rows are left by the map's [cut]: no trial"
+        last = [Finding("short", "", len(order), 0, words)]
+    else:
+        trial = build_trial(header, columns)
+        last = list(check_trial(trial, (order + 1).astype(np.float64)))
+    findings += seen.unreadable
+    findings += raw_findings(table, sources)
+    findings += _unused(table, (*(s.theirs for s in sources), *given.cut.columns))
+    findings += _absent(header, sources)
+    findings += [*seen.empty.findings(), *in_time.findings, *cut, *last]
+    dropped = seen.dropped()
+    report = ImportReport(path, one.name, table.rows, 0 if few else len(order), dropped, names,
+                          tuple(findings))  # fmt: skip
+    return Imported(trial, report)
+
+
+def _with_time(table: Table, given: ColumnMap) -> Table:
+    """Return the table with a column of times where the map has only their distance."""
+    if not np.isfinite(given.period_s):
+        return table
+    time_s = np.arange(table.rows) * given.period_s
+    return Table((Column("time_s", time_s), *table.columns), table.rows)
+
+
+def _cut(table: Table, given: ColumnMap, order: IntArray, findings: list[Finding]) -> IntArray:
+    """Return the rows that the map's cut leaves; the others are listed."""
+    cut = given.cut
+    if not cut.settled and not cut.moving:
+        return order
+    first, last = cut.rows(table)
+    early, late = int((order < first).sum()), int((order >= last).sum())
+    findings.append(Finding("cut", "", early + late, 1 if early else last + 1,
+                            f"left out by the map's [cut]: {early} rows before it settled, {late} at "
+                            "the end"))  # fmt: skip
+    inside: IntArray = order[(order >= first) & (order < last)]
+    return inside
+
+
+def _header(path: Path, table: Table, given: ColumnMap, findings: list[Finding]) -> TrialHeader:
+    beside = path.with_suffix(".toml")
+    ours = (*(source.ours for source in given.sources), *table.names)
+    if given.header is not None:
+        return given.header
+    if beside.is_file():
+        return read_header(beside, ours)
+    findings.append(Finding("absent", "", 0, 0,
+                            f"no {beside.name}: gait, rates, noise and machine are not known"))  # fmt: skip
+    nothing = float("nan")
+    joints = joints_of({}, ours)
+    return TrialHeader(LEGGED, joints, "", nothing, nothing, "", TrialNoise(), "", "")
+
+
+def _unused(table: Table, used: tuple[str, ...]) -> list[Finding]:
+    return [
+        Finding(
+            "ignored", name, table.rows, 0, "not a column of a trial, and the map does not name it"
+        )
+        for name in table.names
+        if name not in used
+    ]
+
+
+def _absent(header: TrialHeader, sources: tuple[Source, ...]) -> list[Finding]:
+    """Say which quantities are not there at all, and for which joints only some are missing."""
+    have = {source.ours for source in sources}
+    groups: dict[str, list[str]] = {}
+    total: dict[str, int] = {}
+    for place in trial_places(header.joints):
+        total[place.field] = total.get(place.field, 0) + 1
+        if place.column not in have:
+            groups.setdefault(place.field, []).append(place.column)
+    findings = []
+    for field, columns in groups.items():
+        words = "not measured" if len(columns) == total[field] else f"missing: {', '.join(columns)}"
+        findings.append(Finding("absent", field, len(columns), 0, words))
+    return findings
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _InTime:
+    """Rows in order of time.
+
+    Attributes:
+        order: Rows to keep, in that order.
+        timeless: Rows without a time.
+        again: Rows at the time of another one that is kept, and
+        first: those.
+        findings: Whether they had to be put in order.
+    """
+
+    order: IntArray
+    timeless: IntArray
+    again: IntArray
+    first: IntArray
+    findings: tuple[Finding, ...]
+
+
+def _in_time(time_s: FloatArray) -> _InTime:
+    """Put rows in order of time, one at each time."""
+    rows = np.flatnonzero(np.isfinite(time_s))
+    back = np.diff(time_s[rows]) < 0
+    findings = []
+    if back.any():
+        first = int(rows[1:][back][0]) + 1
+        findings.append(Finding("order", "time_s", int(back.sum()), first,
+                                "time goes back; rows were put in order of time"))  # fmt: skip
+    order = rows[np.argsort(time_s[rows], kind="stable")]
+    keep = np.concatenate([[True], np.diff(time_s[order]) > 0])[: len(order)]
+    first_of = order[keep][np.cumsum(keep) - 1]
+    timeless = np.flatnonzero(~np.isfinite(time_s))
+    return _InTime(order[keep], timeless, order[~keep], first_of[~keep], tuple(findings))
+
+
+class _Seen:
+    """What is found while columns pass by, one in memory at a time."""
+
+    def __init__(self, in_time: _InTime, tell: Callable[[float], None]) -> None:
+        self._tell = tell
+        self.unreadable: list[Finding] = []
+        self.empty = EmptyRows()
+        self._in_time = in_time
+        self._same = np.ones(len(in_time.again), dtype=bool)
+
+    def columns(
+        self, table: Table, used: Mapping[str, list[Source]], order: IntArray
+    ) -> Iterator[Column]:
+        """Yield our columns in the order of their rows."""
+        for number, (name, sources) in enumerate(used.items()):
+            self._tell(number / len(used))
+            values = summed(table, sources, self.unreadable).values
+            self.empty.look_at(name, values)
+            one, other = values[self._in_time.again], values[self._in_time.first]
+            self._same &= (one == other) | (np.isnan(one) & np.isnan(other))
+            yield Column(name, values[order])
+
+    def dropped(self) -> tuple[DroppedRow, ...]:
+        """Return the rows that were left out, once all columns have passed."""
+        found = [DroppedRow(row + 1, "it has no time") for row in self._in_time.timeless.tolist()]
+        again = zip(self._in_time.again, self._in_time.first, self._same, strict=True)
+        for row, original, same in again:
+            words = "a copy of" if same else "another row at the time of"
+            found.append(DroppedRow(int(row) + 1, f"{words} row {original + 1}"))
+        return tuple(sorted(found, key=lambda item: item.row))

@@ -1,0 +1,148 @@
+"""What ``bigant ft watch`` shows: the newest readings and the state of the stream, as lines. Pure."""
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from drivers.ati.clock import ClockEstimate
+from drivers.ati.stream import StreamCounters
+from model.values.arrays import FloatArray, IntArray
+from model.values.readings import ForceRecord
+from robot.console.plain_json import plain
+
+LED_WORDS = ("off", "red", "green", "orange")
+UNIT_LEDS = (("WLAN", 6), ("power", 8), ("battery", 10))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Snapshot:
+    """The stream at a moment; N legs.
+
+    Attributes:
+        seconds: Since the beginning.
+        names: Leg names.
+        transducers: Transducer of each leg, 0 for none, (N,).
+        record: The newest record, None before the first.
+        wrench: What the transducers read, bias or calibration taken off, (N, 6) [N, N m].
+        age_ns: Of each leg's last sound sample, (N,), -1: never.
+        rate_hz: Packets a second since the last snapshot.
+        counters: What happened so far.
+        clock: The unit's clock against ours.
+        repair_error: Why reconnecting failed last.
+    """
+
+    seconds: float
+    names: tuple[str, ...]
+    transducers: IntArray
+    record: ForceRecord | None
+    wrench: FloatArray
+    age_ns: IntArray
+    rate_hz: float
+    counters: StreamCounters
+    clock: ClockEstimate | None
+    repair_error: str
+
+
+def snapshot_json(shot: Snapshot) -> object:
+    """Return a snapshot as JSON can hold it; what is not known is null."""
+    legs = [
+        {
+            "leg": name,
+            "transducer": int(shot.transducers[leg]) or None,
+            "age_ms": shot.age_ns[leg] * 1e-6 if shot.age_ns[leg] >= 0 else None,
+            "force_n": shot.wrench[leg, :3].tolist(),
+            "moment_nm": shot.wrench[leg, 3:].tolist(),
+        }
+        for leg, name in enumerate(shot.names)
+    ]
+    return plain({
+        "seconds": shot.seconds,
+        "packets_per_s": shot.rate_hz,
+        "legs": legs,
+        "counters": asdict(shot.counters),
+        "clock": None if shot.clock is None else asdict(shot.clock),
+        "repair_error": shot.repair_error,
+    })  # fmt: skip
+
+
+def led(status: IntArray, number: int) -> str:
+    """Return the colour of a transducer's LED, 1 to 6."""
+    half, place = divmod(number - 1, 3)
+    return LED_WORDS[int(status[half]) >> 2 * place & 3]
+
+
+def unit_led(status: IntArray, place: int) -> str:
+    """Return the colour of one of the unit's own LEDs."""
+    return LED_WORDS[int(status[0]) >> place & 3]
+
+
+def bridge_low(status: IntArray, number: int) -> bool:
+    """Whether a transducer's bridge voltage is low."""
+    half, place = divmod(number - 1, 3)
+    return bool(int(status[half]) >> 27 + place & 1)
+
+
+def table_lines(shot: Snapshot) -> list[str]:
+    """Return the whole table."""
+    lines = ["leg   T     Fx N     Fy N     Fz N   Tx N m   Ty N m   Tz N m   age ms  state"]
+    for leg, name in enumerate(shot.names):
+        number = int(shot.transducers[leg])
+        cells = "".join(_cell(v, 9, 2 if i < 3 else 3) for i, v in enumerate(shot.wrench[leg]))
+        age = shot.age_ns[leg] * 1e-6 if shot.age_ns[leg] >= 0 else np.nan
+        lines.append(f"{name:<5} {number or '-'}{cells}{_cell(age, 9, 0)}  {_state(shot, number)}")
+    return [*lines, *_stream_lines(shot)]
+
+
+def _state(shot: Snapshot, number: int) -> str:
+    if number == 0:
+        return "no transducer"
+    if shot.record is None or not shot.record.present[number - 1]:
+        return "not in the packets"
+    words = [f"LED {led(shot.record.status, number)}"]
+    words += ["SATURATED"] if shot.record.saturated[number - 1] else []
+    words += ["BRIDGE LOW"] if bridge_low(shot.record.status, number) else []
+    return ", ".join(words)
+
+
+def _stream_lines(shot: Snapshot) -> list[str]:
+    c = shot.counters
+    lines = [
+        f"packets {shot.rate_hz:.1f} /s   records {c.records}   lost {c.missing}   "
+        f"duplicate {c.duplicate}   late {c.late}   malformed {c.malformed}   "
+        f"saturated {c.saturated}   restarts {c.restarts}   set up anew {c.repairs}"
+    ]
+    if shot.record is not None:
+        leds = "   ".join(f"{n} {unit_led(shot.record.status, at)}" for n, at in UNIT_LEDS)
+        lines.append(
+            f"unit LEDs  {leds}   battery byte 0x{shot.record.battery:02x} (no unit known)"
+        )
+    if shot.clock is not None:
+        drift = (
+            "not known yet" if np.isnan(shot.clock.drift_ppm) else f"{shot.clock.drift_ppm:.1f} ppm"
+        )
+        lines.append(
+            f"clock  host (monotonic) less unit {shot.clock.offset_ns * 1e-9:.4f} s   drift {drift}   "
+            f"jitter {shot.clock.jitter_ns * 1e-6:.2f} ms   steps {shot.clock.steps}   "
+            f"rollovers {shot.clock.rollovers}"
+        )
+    if shot.repair_error:
+        lines.append(f"reconnecting: {shot.repair_error}")
+    return lines
+
+
+def one_line(shot: Snapshot) -> str:
+    """Return a snapshot as one line, for an output that is no terminal."""
+    force = " ".join(
+        f"{name} {_cell(value, 0, 2)}"
+        for name, value in zip(shot.names, shot.wrench[:, 2], strict=True)
+    )
+    c = shot.counters
+    offset = "-" if shot.clock is None else f"{shot.clock.offset_ns * 1e-9:.4f} s"
+    return (
+        f"{shot.seconds:7.1f} s  {shot.rate_hz:6.1f} /s  Fz N  {force}  lost {c.missing} "
+        f"duplicate {c.duplicate} late {c.late} saturated {c.saturated}  clock offset {offset}"
+    )
+
+
+def _cell(value: float, width: int, digits: int) -> str:
+    return f"{value:{width}.{digits}f}" if np.isfinite(value) else f"{'-':>{max(width, 1)}}"

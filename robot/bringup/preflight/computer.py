@@ -1,0 +1,209 @@
+"""What of a computer decides whether it can drive the robot, looked at without any hardware.
+
+Each check is a pure judgement of facts; the facts are gathered in ``machine_facts``.
+"""
+
+import ctypes.util
+import grp
+import os
+import platform
+import resource
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib.resources import files
+from importlib.util import find_spec
+from pathlib import Path
+
+from record.log.versions import version_of
+from robot.bringup.preflight.finding import Finding, passed, skipped, warned
+from robot.console.extras import how_to_install
+
+# Who may open serial ports: Debian and its kin, Arch and its kin.
+PORT_GROUPS = ("dialout", "uucp")
+EXTRAS = (
+    ("foxglove", "foxglove-sdk", "view", "bigant view"),
+    ("rerun", "rerun-sdk", "rerun", "bigant view --save FILE.rrd"),
+    ("shtab", "shtab", "completion", "bigant completion"),
+)
+# The priority that real-time programs of a robot commonly run at; anything from 1 up is enough.
+WANTED_RTPRIO = 50
+LIMITS_FILE = "/etc/security/limits.d/bigant.conf"
+UNLIMITED = resource.RLIM_INFINITY
+
+
+@dataclass(frozen=True, slots=True)
+class Machine:
+    """Facts about this computer and who we are on it.
+
+    Attributes:
+        root: Whether we are root.
+        groups: Groups we are in.
+        port_group: Group of serial ports that exists here, empty for none.
+        rtprio: Highest real-time priority we may ask for.
+        nice_floor: Lowest niceness we may ask for.
+        memlock_bytes: Memory that we may lock; -1 for no limit.
+        preempt_rt: Whether the kernel is a real-time one.
+        renderers: OpenGL libraries that can draw without a display.
+        gl_choice: What MUJOCO_GL asks for, empty for nothing.
+        display: Whether there is a display.
+    """
+
+    root: bool
+    groups: tuple[str, ...]
+    port_group: str
+    rtprio: int
+    nice_floor: int
+    memlock_bytes: int
+    preempt_rt: bool
+    renderers: tuple[str, ...]
+    gl_choice: str
+    display: bool
+
+
+def machine_facts() -> Machine:
+    """Look at this computer."""
+    existing = {entry.gr_name for entry in grp.getgrall()}
+    memlock = resource.getrlimit(resource.RLIMIT_MEMLOCK)[0]
+    return Machine(
+        root=os.geteuid() == 0,
+        groups=tuple(sorted(_group_name(gid) for gid in {*os.getgroups(), os.getegid()})),
+        port_group=next((name for name in PORT_GROUPS if name in existing), ""),
+        rtprio=_soft_limit(resource.RLIMIT_RTPRIO),
+        nice_floor=20 - _soft_limit(resource.RLIMIT_NICE),
+        memlock_bytes=-1 if memlock == UNLIMITED else memlock,
+        preempt_rt="PREEMPT_RT" in platform.version() or Path("/sys/kernel/realtime").exists(),
+        renderers=tuple(name for name in ("EGL", "OSMesa") if ctypes.util.find_library(name)),
+        gl_choice=os.environ.get("MUJOCO_GL", ""),
+        display=bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")),
+    )
+
+
+def _soft_limit(which: int) -> int:
+    soft = resource.getrlimit(which)[0]
+    return 99 if soft == UNLIMITED else soft
+
+
+def _group_name(gid: int) -> str:
+    try:
+        return grp.getgrgid(gid).gr_name
+    except KeyError:  # a group that only a file server knows
+        return str(gid)
+
+
+def machine_findings(machine: Machine) -> Iterator[Finding]:
+    """Judge the computer. Pure."""
+    yield group_finding(machine)
+    yield priority_finding(machine)
+    yield memory_finding(machine)
+    yield kernel_finding(machine)
+    yield renderer_finding(machine)
+
+
+def group_finding(machine: Machine) -> Finding:
+    """Judge whether serial ports may be opened."""
+    if machine.root:
+        return passed("serial group", "root may open every port")
+    if not machine.port_group:
+        return skipped("serial group", f"none of the groups {', '.join(PORT_GROUPS)} exists here")
+    if machine.port_group in machine.groups:
+        return passed("serial group", f"you are in {machine.port_group}")
+    return warned(
+        "serial group",
+        f"you are not in {machine.port_group}",
+        f"sudo usermod -aG {machine.port_group} $USER, then log out and in "
+        "(see docs/tutorial.md#wiring)",
+    )
+
+
+def priority_finding(machine: Machine) -> Finding:
+    """Judge whether the loop may be given priority."""
+    if machine.root or machine.rtprio >= 1:
+        highest = "any priority (root)" if machine.root else f"real-time up to {machine.rtprio}"
+        return passed("priority", f"allowed: {highest}; nothing takes it by itself")
+    found = f"real-time priority is not allowed, niceness from {machine.nice_floor} up"
+    return warned(
+        "priority",
+        found,
+        f"if bigant check --loop says that ticks are late: put '@{machine.port_group or 'users'} "
+        f"- rtprio {WANTED_RTPRIO}' and '... - nice -10' into {LIMITS_FILE}, log in again, and start "
+        f"with chrt -f {WANTED_RTPRIO}",
+    )
+
+
+def memory_finding(machine: Machine) -> Finding:
+    """Say how much memory may be locked; nothing here locks any."""
+    if machine.memlock_bytes < 0:
+        return passed("locked memory", "no limit")
+    return passed("locked memory", f"{machine.memlock_bytes / 1e6:.0f} MB allowed, none is used")
+
+
+def kernel_finding(machine: Machine) -> Finding:
+    """Say which kind of kernel runs."""
+    kind = "real-time" if machine.preempt_rt else "ordinary"
+    return passed("kernel", f"{platform.release()}, {kind}")
+
+
+def renderer_finding(machine: Machine) -> Finding:
+    """Say whether MuJoCo could draw here; walking and reports need no drawing."""
+    name = "OpenGL"
+    found = ", ".join(machine.renderers) or "no EGL or OSMesa library"
+    if machine.gl_choice:
+        found += f"; MUJOCO_GL={machine.gl_choice}"
+    if machine.renderers or machine.display:
+        return passed(name, found + ("; a display" if machine.display else "; no display"))
+    return skipped(name, f"{found}: pictures of the plant cannot be drawn, nothing else needs it")
+
+
+def host_settings_findings(
+    governors: tuple[str, ...], isolated: str, load: float, processors: int
+) -> Iterator[Finding]:
+    """Judge settings that a loop feels (``robot.bringup.preflight.loop.HostSettings``). Pure."""
+    if not governors:
+        yield skipped("governor", "the system shows none (a virtual machine?)")
+    elif set(governors) == {"performance"}:
+        yield passed("governor", "performance")
+    else:
+        yield warned("governor", ", ".join(governors), "cpupower frequency-set -g performance")
+    words = f"processors {isolated}" if isolated else "none; only of use if ticks are late"
+    yield passed("isolated", words)
+    busy = f"{load:.1f} programs want {processors} processors"
+    if load > processors:
+        yield warned("load", busy, "stop the others before you drive in real time")
+    else:
+        yield passed("load", busy)
+
+
+def cache_finding(folder: Path | None = None) -> Finding:
+    """Judge whether compiled code of the model can be kept between runs.
+
+    Args:
+        folder: The model's folder; by default where it is installed.
+    """
+    name = "compiler cache"
+    if find_spec("numba") is None:
+        return warned(name, "numba is missing", "install numba: without it the model is slow")
+    chosen = os.environ.get("NUMBA_CACHE_DIR")
+    place = Path(chosen) if chosen else (folder or Path(str(files("model")))) / "__pycache__"
+    existing = place
+    while not existing.exists():
+        existing = existing.parent
+    if os.access(existing, os.W_OK):
+        return passed(name, f"{place} can be written")
+    return warned(
+        name,
+        f"{place} cannot be written",
+        "set NUMBA_CACHE_DIR to a folder of yours, or each start compiles for half a minute",
+    )
+
+
+def extras_findings() -> Iterator[Finding]:
+    """Say which optional parts are installed."""
+    for module, package, extra, command in EXTRAS:
+        if find_spec(module) is None:
+            yield skipped(package, f"not installed; {command} needs it: {how_to_install(extra)}")
+        else:
+            yield passed(package, f"{version_of(package)}, for {command}")
+    if find_spec("rclpy") is None:
+        yield skipped("rclpy", "no ROS 2 in this shell; only bigant bridge needs it")
+    else:
+        yield passed("rclpy", "ROS 2 is there, for bigant bridge")

@@ -1,0 +1,323 @@
+"""The servos' part of the pre-flight list."""
+
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+
+from drivers.dynamixel.bus import ServoBus
+from drivers.dynamixel.condition import ServoCondition, read_condition
+from drivers.dynamixel.mx106 import MODEL_NUMBER, READ_LENGTH, OperatingMode
+from drivers.dynamixel.port import BITS_PER_BYTE
+from drivers.dynamixel.setup import (
+    FIRST_FIRMWARE_WITH_WATCHDOG,
+    LONGEST_QUIET_RETURN_DELAY,
+    WARN_LATENCY_MS,
+)
+from drivers.dynamixel.watchdog import prove_watchdog
+from drivers.settings import ServoBusSettings
+from model.errors import BusError, ConnectionLost
+from robot.bringup.preflight.finding import Finding, Verdict, failed, passed, skipped, warned
+from robot.config.robot_file import RobotConfig, SafetyLimits
+
+READS = 100
+WARM_MARGIN_C = 15.0
+# Servos on one supply that differ by more than this have a bad cable or plug between them.
+LARGEST_VOLTAGE_SPREAD_V = 0.5
+KNOCKS = 5
+# Bytes of a sync read's request besides the ids, and of an answer besides its data.
+SYNC_READ_BYTES = 14
+STATUS_BYTES = 11
+# A round trip longer than this many times its bytes is not the wire's.
+WIRE_SHARE = 3.0
+
+
+def servo_findings(bus: ServoBus, config: RobotConfig, *, armed: bool) -> Iterator[Finding]:
+    """Look at the servos, one finding after the other. The port is left open.
+
+    Args:
+        bus: The bus, not yet open.
+        config: Robot file.
+        armed: Whether torque may be switched on, at the measured positions, to prove the watchdog.
+
+    Raises:
+        ConnectionLost: The port is gone.
+    """
+    try:
+        bus.open()
+    except ConnectionLost:
+        raise
+    except BusError as error:
+        yield failed("port", str(error), "plug it in or choose another port with --hardware PORT")
+        return
+    yield passed("port", f"opens at {bus.settings.baud_rate} baud")
+    yield latency_finding(bus.latency_timer_ms)
+    missing, conditions, broken = _ask(bus)
+    yield _answer_finding(bus, missing, broken)
+    if not conditions:
+        return
+    findings = condition_findings(conditions, config.limits)
+    yield from findings
+    well = not missing and not broken and all(f.verdict is not Verdict.FAIL for f in findings)
+    if not well:
+        yield skipped("bus traffic", "put right what failed above first")
+        yield skipped("watchdog", "put right what failed above first")
+        return
+    try:
+        bus.connect()
+        yield _traffic_finding(bus, round(1e9 / config.loop.rate_hz))
+        yield _watchdog_finding(bus, armed=armed)
+    except ConnectionLost:
+        raise
+    except BusError as error:
+        yield failed("servos", str(error), "put it right and check again")
+
+
+def latency_finding(latency_ms: float | None) -> Finding:
+    """Judge the adapter's latency timer."""
+    if latency_ms is None:
+        return passed("latency timer", "this port has none that the system shows")
+    found = f"{latency_ms:.0f} ms"
+    if latency_ms > WARN_LATENCY_MS:
+        return warned(
+            "latency timer", found, "write 1 to latency_timer in /sys/bus/usb-serial/devices/..."
+        )
+    return passed("latency timer", found)
+
+
+def _ask(bus: ServoBus) -> tuple[list[str], list[ServoCondition], list[str]]:
+    """Return who is missing, the condition of the others, and what some did not tell."""
+    missing: list[str] = []
+    conditions: list[ServoCondition] = []
+    broken: list[str] = []
+    for servo in bus.servos():
+        if not any(servo.answers() for _ in range(KNOCKS)):
+            missing.append(f"{servo.leg} (id {servo.servo_id})")
+            continue
+        try:
+            conditions.append(read_condition(servo))
+        except ConnectionLost:
+            raise
+        except BusError as error:
+            broken.append(str(error))
+    return missing, conditions, broken
+
+
+def _answer_finding(bus: ServoBus, missing: list[str], broken: list[str]) -> Finding:
+    count = len(bus.settings.names)
+    if missing:
+        return failed(
+            "servos answer",
+            f"{len(missing)} of {count} silent: {', '.join(missing)}",
+            "check power and cable, then id and baud rate with: bigant servo scan",
+        )
+    if broken:
+        return failed("servos answer", "; ".join(broken), "switch the servos off and on")
+    return passed("servos answer", f"all {count}")
+
+
+def condition_findings(conditions: Sequence[ServoCondition], limits: SafetyLimits) -> list[Finding]:
+    """Judge what the servos say of themselves. Pure.
+
+    Args:
+        conditions: One servo or more.
+        limits: Safety limits of the robot file.
+    """
+    return [
+        _model(conditions),
+        _firmware(conditions),
+        _modes(conditions),
+        _return_delays(conditions),
+        _offsets(conditions),
+        _voltages(conditions, limits.min_voltage_v),
+        _temperatures(conditions, limits.max_temperature_c),
+        _errors(conditions),
+        _torque(conditions),
+    ]
+
+
+def _those(
+    conditions: Sequence[ServoCondition],
+    bad: Callable[[ServoCondition], bool],
+    words: Callable[[ServoCondition], str],
+) -> str:
+    return ", ".join(f"{c.who} {words(c)}" for c in conditions if bad(c))
+
+
+def _model(conditions: Sequence[ServoCondition]) -> Finding:
+    bad = _those(conditions, lambda c: c.model != MODEL_NUMBER, lambda c: f"is model {c.model}")
+    if bad:
+        return failed("model", bad, "only MX-106 with protocol 2.0 firmware: check the ids")
+    return passed("model", "MX-106 (protocol 2.0)")
+
+
+def _firmware(conditions: Sequence[ServoCondition]) -> Finding:
+    versions = sorted({c.firmware for c in conditions})
+    found = "version " + ", ".join(str(v) for v in versions)
+    if versions[0] < FIRST_FIRMWARE_WITH_WATCHDOG:
+        old = _those(
+            conditions,
+            lambda c: c.firmware < FIRST_FIRMWARE_WITH_WATCHDOG,
+            lambda c: f"has {c.firmware}",
+        )
+        return failed(
+            "firmware", f"{old}: no watchdog", "update the firmware with Dynamixel Wizard"
+        )
+    if len(versions) > 1:
+        return warned("firmware", found, "give all servos the same firmware")
+    return passed("firmware", found)
+
+
+def _modes(conditions: Sequence[ServoCondition]) -> Finding:
+    wanted = OperatingMode.EXTENDED_POSITION
+    bad = _those(
+        conditions, lambda c: c.operating_mode != wanted, lambda c: f"in mode {c.operating_mode}"
+    )
+    if bad:
+        return warned(
+            "operating mode",
+            bad,
+            "an armed drive sets it to 4, extended position; bigant servo setup does so now",
+        )
+    return passed("operating mode", "4, extended position")
+
+
+def _return_delays(conditions: Sequence[ServoCondition]) -> Finding:
+    bad = _those(
+        conditions,
+        lambda c: c.return_delay > LONGEST_QUIET_RETURN_DELAY,
+        lambda c: f"waits {c.return_delay_us:.0f} us",
+    )
+    if bad:
+        return warned("return delay", bad, "set it to 0 with: bigant servo setup")
+    return passed("return delay", f"{max(c.return_delay_us for c in conditions):.0f} us")
+
+
+def _offsets(conditions: Sequence[ServoCondition]) -> Finding:
+    bad = _those(conditions, lambda c: c.homing_offset != 0, lambda c: f"has {c.homing_offset}")
+    if bad:
+        return failed(
+            "homing offset",
+            bad,
+            "set it to 0 with bigant servo setup and put it into servo_zero (bigant servo zero)",
+        )
+    return passed("homing offset", "0")
+
+
+def _voltages(conditions: Sequence[ServoCondition], lowest_v: float) -> Finding:
+    volts = [c.voltage_v for c in conditions]
+    low = _those(conditions, lambda c: c.voltage_v < lowest_v, lambda c: f"has {c.voltage_v:.1f} V")
+    if low:
+        return failed("voltage", low, f"charge or change the battery: {lowest_v:g} V at least")
+    found = f"{min(volts):.1f} to {max(volts):.1f} V"
+    if max(volts) - min(volts) > LARGEST_VOLTAGE_SPREAD_V:
+        lowest = min(conditions, key=lambda c: c.voltage_v)
+        return warned("voltage", found, f"check cable and plugs of {lowest.who}, the lowest")
+    return passed("voltage", found)
+
+
+def _temperatures(conditions: Sequence[ServoCondition], highest_c: float) -> Finding:
+    hottest = max(conditions, key=lambda c: c.temperature_c)
+    found = f"up to {hottest.temperature_c:.0f} degC ({hottest.who})"
+    if hottest.temperature_c >= highest_c:
+        return failed("temperature", found, f"let it cool: the limit is {highest_c:g} degC")
+    if hottest.temperature_c >= highest_c - WARM_MARGIN_C:
+        return warned("temperature", found, f"close to the limit of {highest_c:g} degC: wait")
+    return passed("temperature", found)
+
+
+def _errors(conditions: Sequence[ServoCondition]) -> Finding:
+    bad = _those(
+        conditions, lambda c: c.hardware_error != 0, lambda c: f"has {', '.join(c.error_names)}"
+    )
+    advice = "remove the cause, then: bigant servo reboot --id all"
+    if any(c.has_shut_down for c in conditions):
+        return failed("hardware errors", f"{bad} (shut down)", advice)
+    return warned("hardware errors", bad, advice) if bad else passed("hardware errors", "none")
+
+
+def _torque(conditions: Sequence[ServoCondition]) -> Finding:
+    on = _those(conditions, lambda c: c.torque, lambda _: "holds")
+    if on:
+        return failed(
+            "torque",
+            f"on, and nobody drives: {on}",
+            "support the robot, then: bigant servo reboot --id all --yes",
+        )
+    return passed("torque", "off")
+
+
+def _traffic_finding(bus: ServoBus, period_ns: int) -> Finding:
+    before = bus.stats
+    deadline_ns = bus.clock.now_ns()
+    lost = 0
+    for _ in range(READS):
+        lost += int(np.count_nonzero(~bus.read().valid))
+        deadline_ns = max(deadline_ns + period_ns, bus.clock.now_ns())
+        bus.clock.sleep_until_ns(deadline_ns)
+    stats = bus.stats
+    median_us = stats.median_round_trip_us
+    damaged = stats.crc_errors - before.crc_errors
+    asked = READS * len(bus.settings.names)
+    found = (
+        f"{lost} of {asked} answers lost, {damaged} damaged, half of the round trips within "
+        f"{median_us * 1e-3 if median_us is not None else float('nan'):.2f} ms"
+    )
+    if lost > asked // 100:
+        return failed("bus traffic", found, "check cables and baud rate; see bigant servo watch")
+    if median_us is not None and median_us > period_ns * 0.5e-3:
+        return warned(
+            "bus traffic",
+            f"{found}, of a period of {period_ns * 1e-6:g} ms",
+            bus_advice(median_us * 1e-3, wire_ms(bus.settings), bus.latency_timer_ms),
+        )
+    if lost or damaged:
+        return warned("bus traffic", found, "look again with bigant servo watch; check cables")
+    return passed("bus traffic", found)
+
+
+def wire_ms(settings: ServoBusSettings) -> float:
+    """Return how long the bytes of one sync read of all servos take [ms]."""
+    count = len(settings.ids)
+    request = SYNC_READ_BYTES + count
+    return (
+        (request + (STATUS_BYTES + READ_LENGTH) * count)
+        * BITS_PER_BYTE
+        * 1e3
+        / (settings.baud_rate)
+    )
+
+
+def bus_advice(round_trip_ms: float, on_the_wire_ms: float, latency_ms: float | None) -> str:
+    """Say what makes round trips long: the adapter, the wire, or this computer. Pure."""
+    if latency_ms is not None and latency_ms > 1:
+        return f"the latency timer is {latency_ms:.0f} ms: set it to 1"
+    if round_trip_ms < WIRE_SHARE * on_the_wire_ms:
+        return (
+            f"the bytes alone take {on_the_wire_ms:.1f} ms: raise servo_bus.baud_rate, and set the "
+            "return delay to 0 (bigant servo setup)"
+        )
+    return (
+        f"the bytes take {on_the_wire_ms:.1f} ms only: this computer is late, or the adapter; stop "
+        "other programs and look again with --loop"
+    )
+
+
+def _watchdog_finding(bus: ServoBus, *, armed: bool) -> Finding:
+    if not armed:
+        return skipped(
+            "watchdog", "its proof needs torque (holding still): lift the robot and add --armed"
+        )
+    bus.configure()
+    proof = prove_watchdog(bus, bus.clock)
+    if not proof.torque_off:
+        return failed("watchdog", "TORQUE NOT CONFIRMED OFF", "cut the power")
+    if proof.asleep:
+        return failed(
+            "watchdog",
+            f"did not trip in {proof.silent_s:.2f} s of silence: {', '.join(proof.asleep)}",
+            "do not walk; update their firmware",
+        )
+    return passed(
+        "watchdog",
+        f"all {len(proof.tripped)} tripped in {proof.silent_s:.2f} s of silence; torque off again",
+    )

@@ -1,0 +1,138 @@
+"""A campaign folder seen by the diagnosis: its trials, and, once the seal is open, its labels."""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from gap.check.score import Answer, Named, Truth
+from model.errors import RecordError
+
+CASES, REFERENCES = "cases", "references"
+ANSWER_SUFFIX = ".json"
+
+
+@dataclass(frozen=True, slots=True)
+class CaseFiles:
+    """Trials of one case.
+
+    Attributes:
+        name: Name of the case.
+        trials: Its trials.
+        references: Healthy runs of its robot.
+    """
+
+    name: str
+    trials: tuple[Path, ...]
+    references: tuple[Path, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """What was wrong in a case.
+
+    Attributes:
+        kind: control, single, pair or outside.
+        truths: The effects.
+        robot: Number of its robot.
+        seeds: Of the days on which its trials were walked.
+    """
+
+    kind: str
+    truths: tuple[Truth, ...]
+    robot: int
+    seeds: tuple[int, ...]
+
+
+def campaign_cases(folder: Path) -> tuple[CaseFiles, ...]:
+    """Return the cases of a campaign in the order of their names, without looking at labels.
+
+    Raises:
+        RecordError: The folder holds no campaign.
+    """
+    references = tuple(sorted((folder / REFERENCES).glob("*.parquet")))
+    found = sorted(path for path in (folder / CASES).glob("*") if path.is_dir())
+    cases = tuple(
+        CaseFiles(path.name, trials, references)
+        for path in found
+        if (trials := tuple(sorted(path.glob("trial_*.parquet"))))
+    )
+    if not cases:
+        raise RecordError(
+            f"{folder} holds no campaign ({CASES}/NAME/trial_*.parquet); make one with: bigant sim campaign"
+        )
+    return cases
+
+
+def parse_labels(text: str, source: str) -> dict[str, Label]:
+    """Return the label of each case.
+
+    Raises:
+        RecordError: The text holds no labels.
+    """
+    try:
+        cases = json.loads(text)["cases"]
+        return {name: _label(case) for name, case in cases.items()}
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise RecordError(f"{source}: no labels of a campaign ({error!r})") from error
+
+
+def _label(case: Mapping[str, Any]) -> Label:
+    truths = tuple(
+        Truth(
+            e["name"],
+            e["stage"],
+            e["leg"],
+            tuple((k, float(v)) for k, v in e["parameters"].items()),
+        )
+        for e in case["effects"]
+    )
+    return Label(case["kind"], truths, int(case["robot"]), tuple(map(int, case["seeds"])))
+
+
+def answer_of(told: Mapping[str, Any]) -> Answer:
+    """Return what a diagnosis said, from its JSON; any that has the shape will do."""
+    causes = tuple(
+        Named(
+            one["effect"],
+            tuple(one.get("legs", ())),
+            tuple((k, _number(v)) for k, v in one.get("parameters", {}).items()),
+            _number(one.get("probability")),
+        )
+        for one in told["causes"]
+    )
+    return Answer(
+        verdict=told["verdict"],
+        stage=told["where"]["stage"] or "",
+        named=causes,
+        alike=tuple((a, b) for a, b in told.get("ambiguous_with", ())),
+        none=_number(told.get("none_of_these")),
+        shrink=_number(told["gap"].get("shrink")),
+        seconds=_number(told.get("seconds")),
+        simpler=tuple(
+            (one["method"], tuple(cause["effect"] for cause in one["causes"]))
+            for one in told.get("baselines", ())
+        ),
+    )
+
+
+def read_answer(path: Path) -> Answer:
+    """Read the diagnosis of a case.
+
+    Raises:
+        RecordError: It cannot be read.
+    """
+    try:
+        return answer_of(json.loads(path.read_text(encoding="utf-8")))
+    except OSError as error:
+        raise RecordError(f"{path} cannot be read: {error.strerror}") from error
+    except (ValueError, KeyError, TypeError) as error:
+        raise RecordError(
+            f"{path}: no diagnosis ({error!r}); delete it to diagnose again"
+        ) from error
+
+
+def _number(value: object) -> float:
+    return float(value) if isinstance(value, int | float) else math.nan

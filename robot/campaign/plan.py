@@ -1,0 +1,263 @@
+"""A campaign: which cases, what is wrong in each, how each is walked; drawn from a scenario file.
+
+    [campaign]
+    seed = 1                                # everything random follows from it, unless sealed
+    seconds = 30.0
+    robots = ["bigant.toml"]                # beside this file
+    [conditions]                            # the trials of every case: all gaits at all frequencies
+    gaits = ["tripod", "metachronal"]
+    frequencies_hz = [0.1, 0.15]
+    steer = [0.0, 0.0, 0.2, -0.2]           # one a trial, over and over
+    [references]                            # runs of the healthy robot
+    count = 6
+    [cases]
+    controls = 20                           # cases with nothing wrong
+    effects = ["*"]                         # names, or * for all that the diagnosis knows
+    severities = [[0.0, 0.3], [0.7, 1.0]]   # 0 mild to 1 strong; one case an effect and range
+    repeats = 1
+    pairs = 25                              # cases with two effects of different stages
+    outside = 15                            # cases with an effect that no catalogue has
+
+Legs, signs, sizes and days are drawn; names of cases say nothing.
+"""
+
+import hashlib
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gaits.catalog import GAIT_NAMES
+from model.errors import ConfigError
+from model.parameters.toml_table import Table
+from robot.config.robot_file import RobotConfig, load_robot
+from robot.virtual.twin_run import WalkPlan, plan_of
+from sim_hw.twin.catalog import EFFECTS
+from sim_hw.twin.effects import LEG, Effect, EffectKind, EffectParameter, find_kind
+
+ID_LETTERS = 10
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """A scenario file, read.
+
+    Attributes:
+        seed: Of everything, unless sealed.
+        robots: Robot files.
+        plans: Trials of a case for each robot, in order; their robot is known by place.
+        references: Reference runs of each robot.
+        controls: Cases with nothing wrong.
+        effects: Effects of the single cases.
+        severities: Ranges of size, 0 mild to 1 strong.
+        repeats: Cases an effect and range.
+        pairs: Cases with two effects.
+        outside: Cases with an effect outside the catalogue.
+    """
+
+    seed: int
+    robots: tuple[Path, ...]
+    plans: tuple[WalkPlan, ...]
+    references: tuple[WalkPlan, ...]
+    controls: int
+    effects: tuple[str, ...]
+    severities: tuple[tuple[float, float], ...]
+    repeats: int
+    pairs: int
+    outside: int
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One case.
+
+    Attributes:
+        name: Its folder; says nothing.
+        robot: Number of its robot file.
+        kind: control, single, pair or outside.
+        effects: What is wrong.
+        seeds: One a trial: day and noise.
+    """
+
+    name: str
+    robot: int
+    kind: str
+    effects: tuple[Effect, ...]
+    seeds: tuple[int, ...]
+
+
+def read_scenario(path: Path) -> Scenario:
+    """Read a scenario file.
+
+    Raises:
+        ConfigError: It cannot be read, or asks for what cannot be.
+    """
+    try:
+        top = Table(tomllib.loads(path.read_text(encoding="utf-8")))
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(str(path), "the scenario cannot be read; give a TOML file") from error
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(str(path), f"is not valid TOML: {error}") from error
+    try:
+        return _scenario(path, top)
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error.key}", error.reason) from error
+
+
+def _scenario(path: Path, top: Table) -> Scenario:
+    campaign = top.table("campaign")
+    robots = tuple(path.parent / name for name in campaign.texts("robots"))
+    config = load_robot(robots[0])
+    for other in robots[1:]:
+        load_robot(other)
+    seed = campaign.integer("seed", minimum=0, maximum=2**31)
+    seconds = campaign.number("seconds", above=0)
+    campaign.done()
+    conditions = _conditions(top.table("conditions"), config, seconds)
+    table = top.table("references")
+    references = _references(table, config, seconds, conditions)
+    cases = top.table("cases")
+    scenario = Scenario(
+        seed=seed,
+        robots=robots,
+        plans=conditions,
+        references=references,
+        controls=cases.integer("controls", minimum=0, maximum=100000),
+        effects=_effect_names(cases),
+        severities=_severities(cases),
+        repeats=cases.integer("repeats", minimum=1, maximum=1000),
+        pairs=cases.integer("pairs", minimum=0, maximum=100000),
+        outside=cases.integer("outside", minimum=0, maximum=100000),
+    )
+    cases.done()
+    top.done()
+    return scenario
+
+
+def _conditions(table: Table, config: RobotConfig, seconds: float) -> tuple[WalkPlan, ...]:
+    gaits = table.texts("gaits")
+    for gait in gaits:
+        if gait not in GAIT_NAMES:
+            raise ConfigError(table.name("gaits"), f"{gait!r} is no gait; choose {GAIT_NAMES}")
+    frequencies = _numbers(table, "frequencies_hz")
+    steers = _numbers(table, "steer")
+    if min(frequencies) <= 0 or max(abs(s) for s in steers) > 1:
+        raise ConfigError(table.name("steer"), "must be from -1 to 1, and frequencies positive")
+    table.done()
+    grid = [(gait, frequency) for gait in gaits for frequency in frequencies]
+    return tuple(
+        plan_of(config, gait, frequency, seconds, steers[at % len(steers)])
+        for at, (gait, frequency) in enumerate(grid)
+    )
+
+
+def _references(
+    table: Table, config: RobotConfig, seconds: float, conditions: tuple[WalkPlan, ...]
+) -> tuple[WalkPlan, ...]:
+    count = table.integer("count", minimum=0, maximum=1000)
+    own = _conditions(table, config, seconds) if table.has("gaits") else conditions
+    if own is conditions:
+        table.done()
+    return tuple(own[at % len(own)] for at in range(count))
+
+
+def _numbers(table: Table, key: str) -> tuple[float, ...]:
+    value: Any = table.raw(key)
+    numbers = isinstance(value, list) and all(
+        isinstance(v, int | float) and not isinstance(v, bool) and np.isfinite(v) for v in value
+    )
+    if not numbers or not value:
+        raise ConfigError(table.name(key), f"must be a list of numbers, not {value!r}")
+    return tuple(float(v) for v in value)
+
+
+def _effect_names(table: Table) -> tuple[str, ...]:
+    names = table.texts("effects")
+    if names == ("*",):
+        return tuple(k.name for k in EFFECTS if k.catalogued and k.apply is not None)
+    for name in names:
+        if find_kind(name, EFFECTS).apply is None:
+            raise ConfigError(
+                table.name("effects"), f"{name} cannot be switched: every twin has it"
+            )
+    return names
+
+
+def _severities(table: Table) -> tuple[tuple[float, float], ...]:
+    value: Any = table.raw("severities")
+    name = table.name("severities")
+    if not isinstance(value, list) or not value:
+        raise ConfigError(name, f"must be a list of ranges such as [0.0, 0.3], not {value!r}")
+    for item in value:
+        good = isinstance(item, list) and len(item) == 2
+        if not good or not all(isinstance(v, int | float) for v in item) or item[0] > item[1]:
+            raise ConfigError(name, f"must hold ranges such as [0.0, 0.3], not {item!r}")
+    return tuple((float(low), float(high)) for low, high in value)
+
+
+def draw_cases(scenario: Scenario, entropy: bytes) -> tuple[Case, ...]:
+    """Draw the cases, sorted by their names.
+
+    Args:
+        scenario: The scenario.
+        entropy: What everything random follows from.
+    """
+    random = np.random.default_rng(list(entropy))
+    legs = load_robot(scenario.robots[0]).parameters.legs.names
+    inside = [find_kind(name, EFFECTS) for name in scenario.effects]
+    outside = [kind for kind in EFFECTS if not kind.catalogued]
+    wrong: list[tuple[str, tuple[Effect, ...]]] = [("control", ())] * scenario.controls
+    for kind in inside:
+        for span in scenario.severities:
+            wrong.extend(
+                ("single", (_draw(kind, span, legs, random),)) for _ in range(scenario.repeats)
+            )
+    whole = (scenario.severities[0][0], scenario.severities[-1][1])
+    for _ in range(scenario.pairs):
+        first, second = _two_stages(inside, random)
+        pair = (_draw(first, whole, legs, random), _draw(second, whole, legs, random))
+        wrong.append(("pair", pair))
+    for at in range(scenario.outside):
+        kind = outside[at % len(outside)]
+        wrong.append(("outside", (_draw(kind, whole, legs, random),)))
+    cases = []
+    for number, (label, effects) in enumerate(wrong):
+        digest = hashlib.sha256(entropy + number.to_bytes(8, "big")).hexdigest()
+        seeds = tuple(int(s) for s in random.integers(0, 2**31, len(scenario.plans)))
+        robot = number % len(scenario.robots)
+        cases.append(Case(digest[:ID_LETTERS], robot, label, effects, seeds))
+    return tuple(sorted(cases, key=lambda case: case.name))
+
+
+def reference_seeds(scenario: Scenario, entropy: bytes) -> tuple[int, ...]:
+    """Return the seeds of the reference runs."""
+    random = np.random.default_rng([*entropy, 1])
+    return tuple(int(s) for s in random.integers(0, 2**31, len(scenario.references)))
+
+
+def _two_stages(
+    kinds: list[EffectKind], random: np.random.Generator
+) -> tuple[EffectKind, EffectKind]:
+    first = kinds[int(random.integers(len(kinds)))]
+    others = [kind for kind in kinds if kind.stage != first.stage]
+    if not others:
+        raise ConfigError("cases.pairs", "need effects of two stages at least")
+    return first, others[int(random.integers(len(others)))]
+
+
+def _draw(
+    kind: EffectKind, span: tuple[float, float], legs: tuple[str, ...], random: np.random.Generator
+) -> Effect:
+    share = float(random.uniform(*span))
+    leg = legs[int(random.integers(len(legs)))] if kind.scope == LEG else ""
+    values = tuple(_size(parameter, share, random) for parameter in kind.parameters)
+    return Effect(kind.name, leg, values)
+
+
+def _size(p: EffectParameter, share: float, random: np.random.Generator) -> float:
+    value = p.mild + share * (p.strong - p.mild)
+    if p.low == -p.high and p.neutral == 0.0 and random.random() < 0.5:
+        value = -value
+    return float(np.clip(value, p.low, p.high))

@@ -1,0 +1,165 @@
+"""The trials of a campaign: which files, and their making by many processes, here or elsewhere.
+
+Every file has the same size and the same time stamp, whatever is wrong in it, and appears when it is
+complete: what is there need not be made again.
+"""
+
+import os
+import shutil
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor, Future, as_completed
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from model.errors import BigantError
+from robot.campaign.plan import Case, Scenario, draw_cases, reference_seeds
+from robot.virtual.twin_run import WalkPlan
+from sim_hw.twin.effects import Effect
+
+if TYPE_CHECKING:
+    from record.trial.trial import Trial
+
+# All files of a campaign say that they were made then.
+STAMP_UNIX_S = 1_700_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """One trial to be made.
+
+    Attributes:
+        robot: Robot file.
+        effects: What is wrong.
+        plan: The walk.
+        seed: Day and noise.
+        out: NAME.parquet.
+    """
+
+    robot: Path
+    effects: tuple[Effect, ...]
+    plan: WalkPlan
+    seed: int
+    out: Path
+
+    @property
+    def done(self) -> bool:
+        """Whether it has been made."""
+        return self.out.is_file()
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """A trial that could not be made: where, and why."""
+
+    out: Path
+    reason: str
+
+
+def campaign_jobs(scenario: Scenario, entropy: bytes, folder: Path) -> tuple[Job, ...]:
+    """Return every trial of a campaign, references first, in an order that says nothing."""
+    jobs = []
+    for robot_at, robot in enumerate(scenario.robots):
+        for at, seed in enumerate(reference_seeds(scenario, entropy)):
+            name = f"references/robot_{robot_at + 1}_{at + 1}.parquet"
+            jobs.append(Job(robot, (), scenario.references[at], seed + robot_at, folder / name))
+    for case in draw_cases(scenario, entropy):
+        jobs.extend(_case_jobs(case, scenario, folder))
+    return tuple(jobs)
+
+
+def _case_jobs(case: Case, scenario: Scenario, folder: Path) -> list[Job]:
+    place = folder / "cases" / case.name
+    return [
+        Job(
+            scenario.robots[case.robot], case.effects, plan, seed, place / f"trial_{at + 1}.parquet"
+        )
+        for at, (plan, seed) in enumerate(zip(scenario.plans, case.seeds, strict=True))
+    ]
+
+
+def run_job(job: Job) -> Failure | None:
+    """Make one trial; what goes wrong comes back as a value."""
+    from robot.config.robot_file import load_robot
+    from robot.virtual.twin_run import make_twin, walk_fast
+
+    try:
+        config = load_robot(job.robot)
+        twin = make_twin(config, job.effects, job.seed)
+        trial = walk_fast(config, twin, job.plan, lambda _: None)
+        _write(trial, job.out)
+    except (BigantError, OSError) as error:
+        return Failure(job.out, str(error))
+    return None
+
+
+def _write(trial: "Trial", out: Path) -> None:
+    """Write a trial so that nothing about its file depends on what is in it."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    from record.trial.header import header_text
+
+    out.parent.mkdir(parents=True, exist_ok=True)
+    files = (
+        (out.parent / trial.header.robot_file, trial.header.robot_text.encode()),
+        (out.with_suffix(".toml"), header_text(trial.header).encode()),
+    )
+    for path, data in files:
+        part = path.with_name(f"{path.name}.{os.getpid()}.part")
+        part.write_bytes(data)
+        _appear(part, path)
+    columns = trial.columns()
+    table = pa.table([pa.array(c.values) for c in columns], names=[c.name for c in columns])
+    part = out.with_name(f"{out.name}.{os.getpid()}.part")
+    # compression and dictionaries would make the size depend on the content
+    pq.write_table(table, part, compression="none", use_dictionary=False, write_statistics=False)
+    _appear(part, out)
+
+
+def _appear(part: Path, path: Path) -> None:
+    os.utime(part, (STAMP_UNIX_S, STAMP_UNIX_S))
+    part.replace(path)
+
+
+def run_jobs(
+    jobs: Sequence[Job], executor: Executor, tell: Callable[[int], None]
+) -> tuple[Failure, ...]:
+    """Make the trials that are not there yet.
+
+    Args:
+        jobs: All of them.
+        executor: Processes here or elsewhere; they must see the same folders.
+        tell: Told the number of trials there are, now and then.
+    """
+    todo = [job for job in jobs if not job.done]
+    ready = len(jobs) - len(todo)
+    waiting: list[Future[Failure | None]] = [executor.submit(run_job, job) for job in todo]
+    failures = []
+    try:
+        for future in as_completed(waiting):
+            failure = future.result()
+            if failure is not None:
+                failures.append(failure)
+            ready += 1
+            tell(ready)
+    except BaseException:
+        for future in waiting:
+            future.cancel()
+        raise
+    return tuple(sorted(failures, key=lambda failure: failure.out))
+
+
+def drop_cases(failures: Sequence[Failure]) -> int:
+    """Remove every trial of the cases in which one failed: a gap would tell. Return how many cases."""
+    folders = {failure.out.parent for failure in failures}
+    for folder in folders:
+        shutil.rmtree(folder, ignore_errors=True)
+    return len(folders)
+
+
+def level_stamps(folder: Path) -> None:
+    """Give all folders of a campaign one time stamp."""
+    for path in sorted(folder.rglob("*"), reverse=True):
+        if path.is_dir():
+            os.utime(path, (STAMP_UNIX_S, STAMP_UNIX_S))

@@ -1,0 +1,163 @@
+"""The labels of a campaign: what is wrong in which case, open or sealed.
+
+Sealed, they are encrypted with a key that lies elsewhere, and the SHA-256 of the sealed file and of its
+content are published beside it before any trial is made: so nobody can change the labels afterwards, and
+nobody can read them before.
+"""
+
+import hashlib
+import json
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from model.errors import ConfigError, RecordError
+from robot.campaign.plan import Case
+from robot.console.extras import how_to_install
+from sim_hw.twin.catalog import EFFECTS
+from sim_hw.twin.effects import find_kind
+
+OPEN_NAME, SEALED_NAME, HASH_NAME = "labels.json", "labels.sealed", "labels.sha256"
+ENTROPY_BYTES = 32
+
+
+@dataclass(frozen=True, slots=True)
+class Labels:
+    """Labels of a campaign.
+
+    Attributes:
+        entropy: What everything random followed from.
+        text: The labels as JSON.
+    """
+
+    entropy: bytes
+    text: str
+
+
+def labels_of(cases: tuple[Case, ...], entropy: bytes) -> Labels:
+    """Return the labels of cases."""
+    found: dict[str, Any] = {"entropy": entropy.hex(), "cases": {}}
+    for case in cases:
+        found["cases"][case.name] = {
+            "kind": case.kind,
+            "robot": case.robot,
+            "seeds": list(case.seeds),
+            "effects": [
+                {
+                    "name": effect.name,
+                    "stage": find_kind(effect.name, EFFECTS).stage,
+                    "leg": effect.leg,
+                    "parameters": {
+                        parameter.name: value
+                        for parameter, value in zip(
+                            find_kind(effect.name, EFFECTS).parameters, effect.values, strict=True
+                        )
+                    },
+                }
+                for effect in case.effects
+            ],
+        }
+    return Labels(entropy, json.dumps(found, indent=1) + "\n")
+
+
+def write_open(labels: Labels, folder: Path) -> None:
+    """Write labels for all to read."""
+    (folder / OPEN_NAME).write_text(labels.text, encoding="utf-8")
+
+
+def make_key(path: Path) -> bytes:
+    """Return the key in a file; make both if there is none.
+
+    Raises:
+        ConfigError: It holds no key, or cannot be made.
+    """
+    fernet = _fernet()
+    if not path.exists():
+        key: bytes = fernet.generate_key()
+        try:
+            handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+            with os.fdopen(handle, "wb") as file:
+                file.write(key + b"\n")
+        except OSError as error:
+            raise ConfigError("--key", f"{path} cannot be made: {error.strerror}") from error
+        return key
+    return read_key(path)
+
+
+def read_key(path: Path) -> bytes:
+    """Return the key in a file.
+
+    Raises:
+        ConfigError: There is none.
+    """
+    fernet = _fernet()
+    try:
+        key = path.read_bytes().strip()
+        fernet(key)
+    except OSError as error:
+        raise ConfigError("--key", f"{path} cannot be read: {error.strerror}") from error
+    except ValueError as error:
+        raise ConfigError("--key", f"{path} holds no key of a sealed campaign") from error
+    return key
+
+
+def seal(labels: Labels, folder: Path, key: bytes) -> str:
+    """Write sealed labels and their hashes; return the hash of the sealed file."""
+    # as long for any labels: its size would tell of numbers of effects
+    padded = labels.text + " " * (-len(labels.text) % (1 << 16))
+    token: bytes = _fernet()(key).encrypt(padded.encode())
+    digest = hashlib.sha256(token).hexdigest()
+    inside = hashlib.sha256(labels.text.encode()).hexdigest()
+    (folder / SEALED_NAME).write_bytes(token)
+    lines = f"{digest}  {SEALED_NAME}\n{inside}  {OPEN_NAME}\n"
+    (folder / HASH_NAME).write_text(lines, encoding="ascii")
+    return digest
+
+
+def unseal(folder: Path, key: bytes) -> Labels:
+    """Open sealed labels.
+
+    Raises:
+        RecordError: There are none, the key is another's, or they have been changed since.
+    """
+    from cryptography.fernet import InvalidToken
+
+    try:
+        token = (folder / SEALED_NAME).read_bytes()
+        published = (folder / HASH_NAME).read_text(encoding="ascii").split()
+    except OSError as error:
+        raise RecordError(f"{folder} holds no sealed labels: {error.strerror}") from error
+    if hashlib.sha256(token).hexdigest() != published[0]:
+        raise RecordError(f"{folder / SEALED_NAME} is not the file whose hash was published")
+    try:
+        text = _fernet()(key).decrypt(token).decode().rstrip() + "\n"
+    except InvalidToken as error:
+        raise RecordError(f"this key does not open {folder / SEALED_NAME}; give its own") from error
+    if hashlib.sha256(text.encode()).hexdigest() != published[2]:
+        raise RecordError(f"the labels in {folder / SEALED_NAME} are not those that were published")
+    return Labels(bytes.fromhex(json.loads(text)["entropy"]), text)
+
+
+def labels_toml(labels: Labels) -> str:
+    """Return labels as TOML."""
+    lines = []
+    for name, case in json.loads(labels.text)["cases"].items():
+        lines += [f'[cases."{name}"]', f'kind = "{case["kind"]}"', f"seeds = {case['seeds']}"]
+        for effect in case["effects"]:
+            lines += [f'[[cases."{name}".effects]]', f'name = "{effect["name"]}"']
+            lines += [f'stage = "{effect["stage"]}"', f'leg = "{effect["leg"]}"']
+            lines += [f"{key} = {value!r}" for key, value in effect["parameters"].items()]
+        lines.append("")
+    return "\n".join(lines)
+
+
+def _fernet() -> Any:
+    try:
+        from cryptography.fernet import Fernet
+    except ImportError as error:
+        raise ConfigError(
+            "--sealed",
+            f"needs cryptography; install it in the clone with: {how_to_install('seal')}",
+        ) from error
+    return Fernet

@@ -1,0 +1,70 @@
+"""``bigant completion``: a script that lets the shell complete commands, options, choices and files.
+
+Prints it; where it belongs is said on the first lines of the script and in docs/howto.md. Needs shtab, the
+extra bigant[completion], to write the script but not to use it.
+"""
+
+import argparse
+from importlib.util import find_spec
+from pathlib import Path
+
+from model.errors import ConfigError
+from robot.console.exit_codes import ExitCode
+from robot.console.extras import how_to_install
+
+SHELLS = ("bash", "zsh", "fish")
+PACKAGE = "shtab"
+INSTALLED = {
+    "bash": "bigant completion bash > ~/.local/share/bash-completion/completions/bigant",
+    "zsh": "bigant completion zsh > ~/.zfunc/_bigant   # with fpath+=~/.zfunc before compinit",
+    "fish": "bigant completion fish > ~/.config/fish/completions/bigant.fish",
+}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments."""
+    parser.add_argument("shell", choices=SHELLS, metavar="SHELL", help=", ".join(SHELLS))
+
+
+def run(options: argparse.Namespace) -> ExitCode:
+    """Print the script.
+
+    Raises:
+        ConfigError: The package that writes it is missing.
+    """
+    print(script_for(options.shell))
+    return ExitCode.OK
+
+
+def script_for(shell: str) -> str:
+    """Return the completion script of a shell.
+
+    Raises:
+        ConfigError: The package that writes it is missing.
+    """
+    if find_spec(PACKAGE) is None:
+        raise ConfigError(
+            "shell completion",
+            "the package that writes the script is not installed; install it in the clone with: "
+            f"{how_to_install('completion')} (see docs/howto.md#shell-completion)",
+        )
+    import shtab
+
+    from robot.cli.main import full_parser
+
+    parser = full_parser()
+    _mark_files(parser, shtab.FILE)
+    text: str = shtab.complete(parser, shell)
+    first, rest = text.split("\n", 1) if text.startswith("#") else ("", text)
+    note = f"# Install with: {INSTALLED[shell]}"
+    return "\n".join(line for line in (first, note, rest) if line)
+
+
+def _mark_files(parser: argparse.ArgumentParser, files: object) -> None:
+    """Tell shtab which arguments are names of files: those that argparse turns into a path."""
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for child in action.choices.values():
+                _mark_files(child, files)
+        elif action.type is Path or action.dest in {"log", "hardware", "port"}:
+            action.complete = files  # type: ignore[attr-defined]

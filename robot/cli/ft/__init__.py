@@ -1,0 +1,1 @@
+"""Commands ``bigant ft``: the force-torque sensors. Arguments here, work below."""

@@ -1,0 +1,1 @@
+"""Commands ``bigant gap``: where a simulator differs from measured runs. Arguments here, work below."""

@@ -1,0 +1,1 @@
+"""Commands ``bigant log``: logs. Arguments here, work below."""

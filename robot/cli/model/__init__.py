@@ -1,0 +1,1 @@
+"""Commands ``bigant model``: the model without a robot. Arguments here, work below."""

@@ -1,0 +1,1 @@
+"""Commands ``bigant robot``: the robot file. Arguments here, work below."""

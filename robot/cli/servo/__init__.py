@@ -1,0 +1,1 @@
+"""Commands ``bigant servo``: the servos one by one. Arguments here, work below."""

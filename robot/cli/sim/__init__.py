@@ -1,0 +1,1 @@
+"""Commands ``bigant sim``: virtual hardware. Arguments here, work below."""

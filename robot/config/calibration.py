@@ -1,0 +1,155 @@
+"""The calibration file of the force sensors: a TOML made by ``bigant ft``, read strictly.
+
+One table a sensor; a leg without one is not calibrated, and its forces are not valid.
+"""
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+
+from model.errors import ConfigError
+from model.parameters.toml_table import Table
+from model.values.arrays import FloatArray, readonly
+from model.values.force_calibration import AXES, METHODS, ForceCalibration
+
+FORMAT = 1
+LARGEST_HARMONICS = 8
+CALIBRATION_KEY = "force_calibration"  # of a log's metadata
+
+
+def format_calibration(calibration: ForceCalibration) -> str:
+    """Return the text of a calibration file."""
+    lines = [
+        "# Force sensors to foot wrenches, made by bigant ft. Sensor axes; N and N m.",
+        "# foot wrench = (I + correction) (reading - unloaded(shaft angle))",
+        "",
+        f"format = {FORMAT}",
+        f"method = {_quoted(calibration.method)}",
+        f"date = {_quoted(calibration.date)}",
+        f"logs = [{', '.join(_quoted(log) for log in calibration.logs)}]",
+        f"harmonics = {calibration.harmonics}",
+        f"legs = [{', '.join(_quoted(leg) for leg in calibration.legs)}]",
+    ]
+    for leg, name in enumerate(calibration.legs):
+        if not np.isfinite(calibration.unloaded[leg]).all():
+            lines += ["", f"# {name}: not calibrated"]
+            continue
+        error = calibration.standard_error[leg]
+        lines += [
+            "",
+            f"[sensor.{_quoted(name)}]",
+            *([f"serial = {_quoted(serial)}"] if (serial := calibration.serials[leg]) else []),
+            "# one row an axis, "
+            + " ".join(AXES)
+            + ": constant, cos q, sin q, cos 2q, sin 2q, ...",
+            *_rows("unloaded", calibration.unloaded[leg]),
+            *_rows("correction", calibration.correction[leg]),
+        ]
+        if np.isfinite(error).all():
+            lines += ["# of unloaded at shaft angle 0", f"standard_error = {_numbers(error)}"]
+    return "\n".join(lines) + "\n"
+
+
+def calibration_text(calibration: ForceCalibration | None) -> str:
+    """Return what a log keeps of the calibration in use: its file's text, or nothing."""
+    return "" if calibration is None else format_calibration(calibration)
+
+
+def _quoted(text: str) -> str:
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    if not escaped.isprintable():
+        raise ConfigError("calibration", f"{text!r} cannot be written into the file; rename it")
+    return f'"{escaped}"'
+
+
+def _numbers(row: FloatArray) -> str:
+    return "[" + ", ".join(repr(float(value)) for value in row) + "]"
+
+
+def _rows(key: str, rows: FloatArray) -> list[str]:
+    return [f"{key} = [", *(f"  {_numbers(row)}," for row in rows), "]"]
+
+
+def write_calibration(path: Path, calibration: ForceCalibration) -> None:
+    """Write a calibration file.
+
+    Raises:
+        ConfigError: It cannot be written.
+    """
+    text = format_calibration(calibration)
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise ConfigError(
+            str(path), f"the calibration cannot be written: {error.strerror}; choose another --out"
+        ) from error
+
+
+def read_calibration(path: Path, legs: tuple[str, ...]) -> ForceCalibration:
+    """Read a calibration file for a robot's legs.
+
+    Raises:
+        ConfigError: It cannot be read, or a key in it cannot be used, or it is of other legs.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        raise ConfigError(str(path), f"the calibration file cannot be read: {reason}") from error
+    try:
+        return parse_calibration(text, legs)
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error.key}", error.reason) from error
+
+
+def parse_calibration(text: str, legs: tuple[str, ...]) -> ForceCalibration:
+    """Read the text of a calibration file; legs without a table come back as NaN.
+
+    Raises:
+        ConfigError: It is no TOML, a key in it cannot be used, or it is of other legs.
+    """
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError("calibration file", f"is not valid TOML: {error}") from error
+    top = Table(data)
+    top.integer("format", minimum=FORMAT, maximum=FORMAT)
+    method = top.text("method")
+    if method not in METHODS:
+        raise ConfigError("method", f"must be {' or '.join(METHODS)}, not {method!r}")
+    named = top.texts("legs")
+    if named != legs:
+        raise ConfigError(
+            "legs", f"{', '.join(named)} are not this robot's legs, {', '.join(legs)}"
+        )
+    width = 1 + 2 * top.integer("harmonics", minimum=0, maximum=LARGEST_HARMONICS)
+    count = len(legs)
+    unloaded = np.full((count, 6, width), np.nan)
+    correction = np.zeros((count, 6, 6))
+    spread = np.full((count, 6), np.nan)
+    serials = [""] * count
+    if "sensor" in data:
+        sensors = top.table("sensor")
+        for leg, name in enumerate(legs):
+            if isinstance(data["sensor"], dict) and name in data["sensor"]:
+                table = sensors.table(name)
+                serials[leg] = table.maybe_text("serial")
+                unloaded[leg] = table.numbers("unloaded", (6, width))
+                correction[leg] = table.numbers("correction", (6, 6))
+                if "standard_error" in data["sensor"][name]:
+                    spread[leg] = table.numbers("standard_error", (6,))
+                table.done()
+        sensors.done()
+    calibration = ForceCalibration(
+        legs=legs,
+        serials=tuple(serials),
+        unloaded=readonly(unloaded),
+        correction=readonly(correction),
+        standard_error=readonly(spread),
+        method=method,
+        date=top.text("date"),
+        logs=top.texts("logs"),
+    )
+    top.done()
+    return calibration

@@ -1,0 +1,169 @@
+"""A robot file's text with some numbers changed: comments, order and spelling of all else survive."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import tomlkit
+from tomlkit.exceptions import TOMLKitError
+
+from gap.machines.legged.correction import Correction, KeyChange, merged
+from model.errors import ConfigError, GapError
+from model.parameters.effects import EFFECTS_KEY, WHOLE_ROBOT, WrittenEffect, read_effects
+from model.parameters.tables import parse_table, read_legs
+
+DIGITS = 10
+
+
+@dataclass(frozen=True, slots=True)
+class Edit:
+    """One number that was changed.
+
+    Attributes:
+        key: Its dotted name, with the leg where it has one.
+        before: What it was.
+        after: What it is.
+        why: Effect and place.
+    """
+
+    key: str
+    before: float
+    after: float
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class Edited:
+    """A robot file after a correction.
+
+    Attributes:
+        text: The file.
+        edits: Numbers of keys that it had.
+        effects: Entries of its table of effects that are new or changed.
+    """
+
+    text: str
+    edits: tuple[Edit, ...]
+    effects: tuple[WrittenEffect, ...]
+
+
+def edit_robot(text: str, correction: Correction, origin: str) -> Edited:
+    """Write a correction into a robot file.
+
+    Args:
+        text: The robot file.
+        correction: What is to be done.
+        origin: Where it comes from, for a comment at the end.
+
+    Raises:
+        ConfigError: A key that is to be changed is not there, or the file is no TOML.
+        GapError: An effect that is there already cannot grow.
+    """
+    top = parse_table(text)
+    legs = read_legs(top.table("legs")).names
+    there = read_effects(top, legs)
+    try:
+        document = tomlkit.parse(text)
+    except TOMLKitError as error:
+        raise ConfigError("robot file", f"is not valid TOML: {error}") from error
+    edits = tuple(_change(document, change, legs) for change in correction.changes)
+    old = {(one.name, one.leg): one for one in there}
+    effects = tuple(one for one in merged(there, correction.effects) if one not in there)
+    fresh = []
+    for one in effects:
+        if (one.name, one.leg) in old:
+            place = document[EFFECTS_KEY][one.name][one.leg or WHOLE_ROBOT]
+            for name, value in one.values:
+                place[name] = _short(value)
+        else:
+            fresh.append(one)
+    notes = [f"# changed by bigant gap apply, from {origin}:"]
+    notes += [
+        f"#   {edit.key}: {edit.before:.6g} -> {edit.after:.6g} ({edit.why})" for edit in edits
+    ]
+    lines = [*(notes if edits else []), *_tables(fresh, origin)]
+    body = tomlkit.dumps(document).rstrip("\n")
+    return Edited("\n".join([body, "", *lines]).rstrip("\n") + "\n", edits, effects)
+
+
+def with_servo_zeros(text: str, zeros: Sequence[int]) -> str:
+    """Return a robot file's text with other shaft zeros in its ``[legs]``.
+
+    Args:
+        text: The robot file.
+        zeros: Ticks at shaft angle 0, a leg each.
+
+    Raises:
+        ConfigError: The file is no TOML, or has not one zero a leg.
+    """
+    try:
+        document: Any = tomlkit.parse(text)
+        there = document["legs"]["servo_zero"]
+        if len(there) != len(zeros):
+            raise IndexError
+        for leg, zero in enumerate(zeros):
+            there[leg] = int(zero)
+    except TOMLKitError as error:
+        raise ConfigError("robot file", f"is not valid TOML: {error}") from error
+    except (KeyError, IndexError, TypeError) as error:
+        raise ConfigError("legs.servo_zero", f"must be a list of {len(zeros)} zeros") from error
+    return tomlkit.dumps(document)
+
+
+def _change(document: Any, change: KeyChange, legs: Sequence[str]) -> Edit:
+    where = f"{change.table}.{change.key}"
+    try:
+        holder: Any = document[change.table]
+        at: str | int = change.key
+        for index in change.index:
+            holder, at = holder[at], index
+        before = float(holder[at])
+    except (KeyError, IndexError, TypeError, ValueError) as error:
+        raise ConfigError(
+            where, "is not in the robot file as it should be; see config/bigant.toml"
+        ) from error
+    after = _short(change.factor * before + change.plus)
+    holder[at] = after
+    name = where + "".join(
+        f"[{legs[index] if i == 0 else 'xyz'[index]}]" for i, index in enumerate(change.index)
+    )
+    place = f" at {', '.join(change.cause.joints)}" if change.cause.joints else ""
+    return Edit(name, before, after, f"{change.cause.effect}{place}")
+
+
+def _short(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")
+
+
+def _tables(effects: Sequence[WrittenEffect], origin: str) -> list[str]:
+    if not effects:
+        return []
+    lines = [
+        "",
+        f"# What the nominal robot lacks, from {origin}. Delete a table once its cause is mended.",
+    ]
+    for one in effects:
+        lines += ["", f"[{one.key}]"]
+        lines += [f"{name} = {_short(value)!r}" for name, value in one.values]
+    return lines
+
+
+def check_edited(text: str, original: str) -> None:
+    """Refuse a corrected file that no command could read.
+
+    Raises:
+        ConfigError: A number became impossible.
+        GapError: The same, of its physical tables.
+    """
+    from gap.machines.legged.machine import parse_machine
+    from robot.config.robot_file import parse_robot
+
+    try:
+        parse_machine(text)
+    except GapError as error:
+        raise GapError(f"the corrected robot file would be impossible: {error}") from error
+    try:
+        parse_robot(original)
+    except ConfigError:
+        return  # physics only, no robot to drive: that is how it came
+    parse_robot(text)

@@ -1,0 +1,346 @@
+"""The robot file: one TOML a robot, read once into frozen dataclasses.
+
+Unknown or missing keys, wrong lengths, non-finite and impossible values are a ``ConfigError`` that
+names the key and the reason. Nothing else in the program reads configuration.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+
+from drivers.settings import ForceSensorSettings, ServoBusSettings
+from gaits.catalog import make_gait
+from model.errors import ConfigError
+from model.parameters.effects import read_effects
+from model.parameters.robot import (
+    LegParameters,
+    MetachronalParameters,
+    RobotParameters,
+    ServoParameters,
+    TripodParameters,
+)
+from model.parameters.tables import (
+    parse_table,
+    read_body,
+    read_contact,
+    read_legs,
+    read_linkage,
+)
+from model.parameters.toml_table import Table
+from robot.config.calibration import read_calibration
+from robot.config.estimator import EstimatorConfig, read_estimator
+from robot.config.safety import BodyLimits, RecoverySettings, read_body_limits, read_recovery
+
+if TYPE_CHECKING:
+    from gap.interfaces import Cause
+
+DEFAULT_ROBOT_FILE = Path(__file__).resolve().parent.parent.parent / "config" / "bigant.toml"
+WATCHDOG_STEP_S = 0.02
+FULL_TURN = 2 * np.pi
+Part = TypeVar("Part")
+
+
+@dataclass(frozen=True, slots=True)
+class SafetyLimits:
+    """Limits that stop the robot.
+
+    Attributes:
+        max_speed_rad_s: Fastest command the gate lets through.
+        max_temperature_c: Hottest servo.
+        min_voltage_v: Lowest supply.
+        max_current_a: Largest motor current.
+        max_following_error_rad: Largest difference between a shaft and its command.
+    """
+
+    max_speed_rad_s: float
+    max_temperature_c: float
+    min_voltage_v: float
+    max_current_a: float
+    max_following_error_rad: float
+
+
+@dataclass(frozen=True, slots=True)
+class LoopSettings:
+    """The loop: rate, when a tick is late, how many late ticks in a row stop the robot."""
+
+    rate_hz: int
+    late_limit_s: float
+    late_ticks: int
+
+
+@dataclass(frozen=True, slots=True)
+class RobotConfig:
+    """One robot file, read.
+
+    Attributes:
+        name: Name of the robot.
+        text: The file as it was read; it goes into every log.
+        parameters: What the model and the gaits believe.
+        servo_bus: Servo bus settings.
+        force_sensor: Force-torque unit settings.
+        calibration_file: Calibration file that the robot file names, empty for none.
+        limits: Safety limits of the servos.
+        loop: Loop settings.
+        body_limits: Safety limits of the body.
+        recovery: Whether a servo that lost its torque may be brought back.
+        effects: What the file adds to the nominal model.
+        estimator: Odometry inside the loop.
+    """
+
+    name: str
+    text: str
+    parameters: RobotParameters
+    servo_bus: ServoBusSettings
+    force_sensor: ForceSensorSettings
+    calibration_file: str
+    limits: SafetyLimits
+    loop: LoopSettings
+    body_limits: BodyLimits
+    recovery: RecoverySettings
+    estimator: EstimatorConfig
+    effects: "tuple[Cause, ...]" = ()
+
+
+def load_robot(path: Path = DEFAULT_ROBOT_FILE, calibration: Path | None = None) -> RobotConfig:
+    """Read a robot file, and the calibration of its force sensors where it has one.
+
+    Args:
+        path: The robot file.
+        calibration: Calibration file to take in place of the one that the robot file names.
+
+    Raises:
+        ConfigError: A file cannot be read, or a key in it cannot be used.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        raise ConfigError(str(path), f"the robot file cannot be read: {reason}") from error
+    try:
+        config = parse_robot(text)
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error.key}", error.reason) from error
+    if calibration is None and config.calibration_file:
+        calibration = path.parent / config.calibration_file
+    if calibration is None:
+        return config
+    found = read_calibration(calibration, config.parameters.legs.names)
+    return replace(config, force_sensor=replace(config.force_sensor, calibration=found))
+
+
+def parse_robot(text: str) -> RobotConfig:
+    """Read the text of a robot file; a calibration file that it names is not opened.
+
+    Raises:
+        ConfigError: It is no TOML, or a key in it cannot be used.
+    """
+    top = parse_table(text)
+    name = top.text("name")
+    legs_table = top.table("legs")
+    legs, bus_columns = _legs(legs_table)
+    servo_table = top.table("servo")
+    servo = _servo(servo_table)
+    limits = _limits(servo_table, servo)
+    servo_table.done()
+    gait_table = top.table("gait")
+    parameters = RobotParameters(
+        body=_whole(top.table("body"), read_body),
+        legs=legs,
+        linkage=_whole(top.table("linkage"), read_linkage),
+        contact=_whole(top.table("contact"), lambda table: read_contact(table, legs.count)),
+        servo=servo,
+        tripod=_tripod(gait_table.table("tripod"), legs),
+        metachronal=_metachronal(gait_table.table("metachronal")),
+    )
+    gait_table.done()
+    for gait in ("tripod", "metachronal"):
+        make_gait(gait, parameters)  # refuses what cannot be a gait
+    loop = _loop(top.table("loop"))
+    safety_table = top.maybe_table("safety")
+    force_table = top.table("force_sensor")
+    calibration_file = force_table.maybe_text("calibration")
+    config = RobotConfig(
+        name=name,
+        text=text,
+        parameters=parameters,
+        servo_bus=_servo_bus(top.table("servo_bus"), legs, bus_columns, loop),
+        force_sensor=_force_sensor(force_table, legs, bus_columns),
+        calibration_file=calibration_file,
+        limits=limits,
+        loop=loop,
+        body_limits=read_body_limits(safety_table),
+        recovery=read_recovery(safety_table),
+        effects=_effects(top, legs),
+        estimator=read_estimator(top.maybe_table("estimator"), legs.count),
+    )
+    safety_table.done()
+    top.done()
+    return config
+
+
+def _effects(top: Table, legs: LegParameters) -> "tuple[Cause, ...]":
+    """Read [effects]; the catalogue is not even imported for a file without."""
+    written = read_effects(top, legs.names)
+    if not written:
+        return ()
+    from gap.machines.legged.robot_effects import causes_of
+
+    return causes_of(written, legs.names)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _WiringColumns:
+    ids: np.ndarray
+    signs: np.ndarray
+    zeros: np.ndarray
+    transducers: np.ndarray
+
+
+def _whole(table: Table, read: Callable[[Table], Part]) -> Part:
+    """Read a table of which nothing may be left over."""
+    part = read(table)
+    table.done()
+    return part
+
+
+def _legs(table: Table) -> tuple[LegParameters, _WiringColumns]:
+    legs = read_legs(table)
+    names, count = legs.names, legs.count
+    columns = _WiringColumns(
+        ids=table.integers("dynamixel_id", count, minimum=0, maximum=252),
+        signs=table.integers("servo_sign", count, minimum=-1, maximum=1),
+        zeros=table.integers("servo_zero", count, minimum=0, maximum=4095),
+        transducers=table.integers("transducer", count, minimum=0, maximum=6),
+    )
+    table.done()
+    _no_repeat(table.name("dynamixel_id"), columns.ids, names, "two servos cannot share id")
+    used = columns.transducers[columns.transducers > 0]
+    _no_repeat(table.name("transducer"), used, names, "two legs cannot share transducer")
+    if np.any(columns.signs == 0):
+        raise ConfigError(table.name("servo_sign"), "must be 1 or -1, not 0")
+    return legs, columns
+
+
+def _no_repeat(key: str, values: np.ndarray, names: tuple[str, ...], words: str) -> None:
+    seen: set[int] = set()
+    for value in values.tolist():
+        if value in seen:
+            raise ConfigError(key, f"{words} {value} (legs {', '.join(names)})")
+        seen.add(value)
+
+
+def _servo(table: Table) -> ServoParameters:
+    return ServoParameters(
+        supply_voltage=table.number("supply_voltage", minimum=9.5, maximum=16.0),
+        rated_torque_limit=table.number("rated_torque_limit", above=0),
+        max_speed=table.number("max_speed", above=0),
+        max_acceleration=table.number("max_acceleration", above=0),
+    )
+
+
+def _limits(table: Table, servo: ServoParameters) -> SafetyLimits:
+    return SafetyLimits(
+        max_speed_rad_s=servo.max_speed,
+        max_temperature_c=table.number("max_temperature", above=0, maximum=100),
+        min_voltage_v=table.number("min_voltage", above=0, below=servo.supply_voltage),
+        max_current_a=table.number("max_current", above=0),
+        max_following_error_rad=table.number("max_following_error", above=0),
+    )
+
+
+def _tripod(table: Table, legs: LegParameters) -> TripodParameters:
+    tripod = TripodParameters(
+        frequency=table.number("frequency", above=0),
+        stance_sweep=table.number("stance_sweep", above=0, below=FULL_TURN),
+        duty=table.number("duty", above=0, below=1),
+        offset=table.number("offset", above=-np.pi, below=np.pi),
+        blend=table.number("blend", minimum=0, below=1),
+        group_a=table.texts("group_a"),
+    )
+    table.done()
+    for leg in tripod.group_a:
+        if leg not in legs.names:
+            raise ConfigError(
+                table.name("group_a"), f"{leg!r} is no leg; legs are {', '.join(legs.names)}"
+            )
+    if not 0 < len(tripod.group_a) < legs.count:
+        raise ConfigError(table.name("group_a"), "must leave at least one leg for the other group")
+    return tripod
+
+
+def _metachronal(table: Table) -> MetachronalParameters:
+    metachronal = MetachronalParameters(
+        frequency=table.number("frequency", above=0),
+        stance_sweep=table.number("stance_sweep", above=0, below=FULL_TURN),
+        duty=table.number("duty", above=0, below=1),
+        cubic=table.number("cubic", minimum=0, maximum=1),
+    )
+    table.done()
+    return metachronal
+
+
+def _loop(table: Table) -> LoopSettings:
+    loop = LoopSettings(
+        rate_hz=table.integer("rate", minimum=1, maximum=200),
+        late_limit_s=table.number("late_limit", above=0),
+        late_ticks=table.integer("late_ticks", minimum=1, maximum=100000),
+    )
+    table.done()
+    return loop
+
+
+def _servo_bus(
+    table: Table, legs: LegParameters, columns: _WiringColumns, loop: LoopSettings
+) -> ServoBusSettings:
+    watchdog = table.number("watchdog", minimum=WATCHDOG_STEP_S, maximum=127 * WATCHDOG_STEP_S)
+    steps = watchdog / WATCHDOG_STEP_S
+    if abs(steps - round(steps)) > 1e-6:
+        raise ConfigError(table.name("watchdog"), f"must be a multiple of 0.02 s, not {watchdog:g}")
+    if watchdog < 3 / loop.rate_hz:
+        raise ConfigError(
+            table.name("watchdog"),
+            f"{watchdog:g} s is less than three periods of the loop at {loop.rate_hz} Hz; "
+            "it would trip in ordinary running",
+        )
+    settings = ServoBusSettings(
+        names=legs.names,
+        ids=columns.ids,
+        signs=columns.signs,
+        zeros=columns.zeros,
+        baud_rate=table.integer("baud_rate", minimum=9600, maximum=4_500_000),
+        watchdog_s=watchdog,
+        silent_limit=table.integer("silent_limit", minimum=1, maximum=1000),
+    )
+    table.done()
+    return settings
+
+
+def _force_sensor(
+    table: Table, legs: LegParameters, columns: _WiringColumns
+) -> ForceSensorSettings:
+    rate = table.integer("rate", minimum=5, maximum=4000)
+    oversampling = table.integer("oversampling", minimum=1, maximum=32)
+    if rate * oversampling > 4000:
+        raise ConfigError(
+            table.name("oversampling"),
+            f"rate x oversampling is {rate * oversampling}, the unit samples at most 4000 a second",
+        )
+    settings = ForceSensorSettings(
+        names=legs.names,
+        transducers=columns.transducers,
+        address=table.text("address"),
+        udp_port=table.integer("udp_port", minimum=1, maximum=65535),
+        console_port=table.integer("console_port", minimum=1, maximum=65535),
+        local_port=table.integer("local_port", minimum=0, maximum=65535),
+        rate_hz=rate,
+        oversampling=oversampling,
+        silent_limit_s=table.number("silent_limit", above=0),
+        offset_m=table.numbers("offset", (legs.count, 3)),
+        yaw_rad=table.numbers("yaw", (legs.count,)),
+        bias_n=table.numbers("bias", (legs.count, 3)),
+    )
+    table.done()
+    return settings

@@ -1,0 +1,216 @@
+"""What the effects of a robot file add to the odometry: feet, weight, and the model's answers.
+
+The estimator keeps its own model and its parameters. What the file's effects change in velocity and loads
+is computed beside it, frame by frame, at the file's parameters, and added: to first order the same as an
+estimator with the effects built in, and its derivatives and noise stay what they were.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.constants import g as standard_gravity
+
+from gap.interfaces import Cause
+from gap.machines.legged.frame import FrameAnswer, FrameModel
+from gap.machines.legged.machine import LeggedMachine
+from gap.machines.legged.pushes import weight_and_centre
+from model.estimator.settings import EstimatorSettings
+from model.motion.dead_reckoning import advance
+from model.quasistatic.frames import FrictionLaw
+from model.values.arrays import FloatArray
+from model.values.estimate import AddedByEffects
+from model.values.legs import FootForces, FootMotion
+from model.values.tick import Estimate
+from record.log.recording import Recording
+from robot.config.robot_file import RobotConfig
+from robot.control.file_model import machine_of
+from robot.odometry.track import Progress
+
+COULOMB = Cause("coulomb_friction", (), ())
+# They change the feet that the estimator is given, not what its model makes of them.
+OF_THE_FEET = frozenset({"shaft_zero_offset", "link_length", "leg_length", "encoder_scale"})
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EffectMemory:
+    """What is remembered from tick to tick.
+
+    Attributes:
+        began_ns: Time of the first tick: drifts count from there.
+        where: Dead-reckoned pose, for effects that are bound to a place.
+    """
+
+    began_ns: int
+    where: Estimate
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EffectTick:
+    """A tick as a robot file with effects has it.
+
+    Attributes:
+        answer: Feet, support and traction of the file's own model.
+        forces: Without what sensors add.
+        added: What the effects add to the estimator's model.
+    """
+
+    answer: FrameAnswer
+    forces: FootForces
+    added: AddedByEffects
+
+
+class EffectsBeside:
+    """What a robot file's effects add, tick by tick.
+
+    Args:
+        config: Robot file with effects.
+        law: Law of friction of the estimator.
+    """
+
+    def __init__(self, config: RobotConfig, law: FrictionLaw) -> None:
+        machine = machine_of(config)
+        self._plain = FrameModel(machine)
+        self.weight_n = weight_and_centre(machine, self._plain.settings.ground)[0]
+        with_law = _with_law(machine, law)
+        bare = _as_the_estimator_has_it(machine, self.weight_n, law)
+        self._nothing = AddedByEffects(np.zeros(3), np.zeros(machine.legs.count))
+        self._beside: tuple[FrameModel, FrameModel] | None = None
+        if with_law.effects != bare.effects:
+            own_law = with_law.effects == machine.effects
+            self._beside = (self._plain if own_law else FrameModel(with_law)), FrameModel(bare)
+
+    def prepare(self) -> None:
+        """Load or make the machine code now."""
+        for model in (self._plain, *(self._beside or ())):
+            model.prepare()
+
+    def step(
+        self,
+        memory: EffectMemory | None,
+        t_ns: int,
+        angle_rad: FloatArray,
+        rate_rad_s: FloatArray,
+        forces: FootForces,
+    ) -> tuple[EffectMemory, EffectTick]:
+        """Advance by a tick.
+
+        Args:
+            memory: What was, None before the first tick.
+            t_ns: Time of the tick.
+            angle_rad: Shafts, (N,).
+            rate_rad_s: Their speeds, (N,).
+            forces: As the calibrated sensors report them.
+        """
+        if memory is None:
+            start = Estimate(t_ns, np.zeros(2), 0.0, np.full(3, np.nan), valid=False)
+            memory = EffectMemory(t_ns, start)
+        where = memory.where
+        dt_s = (t_ns - where.t_ns) * 1e-9
+        pose = np.array([*where.position_m, where.yaw_rad])
+        answer = self._plain.solve(angle_rad, rate_rad_s, pose, where.velocity_B, dt_s)
+        truly = self._plain.true_forces(forces, (t_ns - memory.began_ns) * 1e-9)
+        added = self._nothing
+        if self._beside is not None:
+            with_effects, without = (
+                answer
+                if model is self._plain
+                else model.solve(angle_rad, rate_rad_s, pose, where.velocity_B, dt_s)
+                for model in self._beside
+            )
+            added = _difference(with_effects, without)
+        where = advance(where, answer.contact.traction.velocity_B, t_ns)
+        return EffectMemory(memory.began_ns, where), EffectTick(answer, truly, added)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EffectFrames:
+    """A recording of T ticks of N legs as a robot file with effects has it.
+
+    Attributes:
+        feet: (T, N, 3) each.
+        weight_n: With what rides along.
+        force_n: Forces without what sensors add, (T, N, 3).
+        velocity_B: The file's model with its effects, (T, 3).
+        force_B: Its forces, (T, N, 3).
+        added: What the effects add at each tick of the span.
+    """
+
+    feet: FootMotion
+    weight_n: float
+    force_n: FloatArray
+    velocity_B: FloatArray  # noqa: N815 - frame suffix
+    force_B: FloatArray  # noqa: N815
+    added: tuple[AddedByEffects, ...]
+
+
+def effect_frames(
+    log: Recording,
+    config: RobotConfig,
+    settings: EstimatorSettings,
+    span: tuple[int, int],
+    progress: Progress | None,
+) -> EffectFrames | None:
+    """Run the file's model over the walking part of a recording; None for a file without effects.
+
+    Args:
+        log: The recording.
+        config: The robot file.
+        settings: Of the estimator; its law of friction.
+        span: First tick, and the one after the last.
+        progress: Told the share done.
+    """
+    if not config.effects:
+        return None
+    first, last = span
+    beside = EffectsBeside(config, settings.law)
+    position, velocity = np.full((2, *log.force_n.shape), np.nan)
+    twist, force = (
+        np.full((last - first, 3), np.nan),
+        np.full((last - first, *log.force_n.shape[1:]), np.nan),
+    )
+    true_n = log.force_n.copy()
+    added: list[AddedByEffects] = []
+    start = Estimate(int(log.t_s[first] * 1e9), np.zeros(2), 0.0, np.full(3, np.nan), valid=False)
+    memory = EffectMemory(int(log.t_s[0] * 1e9), start)
+    for i in range(first, last):
+        reading = FootForces(0, log.force_n[i], np.isfinite(log.force_n[i]).all(axis=1))
+        memory, tick = beside.step(
+            memory, int(log.t_s[i] * 1e9), log.angle_rad[i], log.rate_rad_s[i], reading
+        )
+        feet, traction = tick.answer.feet, tick.answer.contact.traction
+        true_n[i] = tick.forces.force_n
+        position[i], velocity[i] = feet.position_m, feet.velocity_m_s
+        twist[i - first], force[i - first] = traction.velocity_B, traction.force_B
+        added.append(tick.added)
+        if progress is not None and i % 200 == 0:
+            progress((i - first) / (last - first))
+    return EffectFrames(
+        FootMotion(position, velocity), beside.weight_n, true_n, twist, force, tuple(added)
+    )
+
+
+def _with_law(machine: LeggedMachine, law: FrictionLaw) -> LeggedMachine:
+    """The estimator's own law of friction is no effect: it is on both sides of the difference."""
+    if law is not FrictionLaw.COULOMB or COULOMB in machine.effects:
+        return machine
+    return replace(machine, effects=(*machine.effects, COULOMB))
+
+
+def _as_the_estimator_has_it(
+    machine: LeggedMachine, weight_n: float, law: FrictionLaw
+) -> LeggedMachine:
+    """The robot as the estimator's own model has it: its feet, its weight, and nothing else added."""
+    kept = tuple(one for one in machine.effects if one.effect in OF_THE_FEET)
+    bare = replace(machine, mass_kg=weight_n / standard_gravity, effects=kept)
+    return _with_law(bare, law)
+
+
+def _difference(with_effects: FrameAnswer, without: FrameAnswer) -> AddedByEffects:
+    one, other = with_effects.contact, without.contact
+    known = one.support.converged and other.support.converged
+    if not (known and one.traction.valid and other.traction.valid):
+        return AddedByEffects(np.zeros(3), np.zeros(len(one.support.load_n)))
+    return AddedByEffects(
+        one.traction.velocity_B - other.traction.velocity_B,
+        one.support.load_n - other.support.load_n,
+    )

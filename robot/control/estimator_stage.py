@@ -1,0 +1,174 @@
+"""The estimator as a stage of the step: shafts, forces and poses of a tick to pose and forces.
+
+Pure like the step it belongs to: all that it remembers goes in and comes out.
+"""
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.constants import g as standard_gravity
+
+from model.estimator.filter import Estimator
+from model.estimator.history import EstimatorMemory, LateSample, advance, use_late
+from model.kinematics.four_bar import Linkage
+from model.parameters.robot import RobotParameters
+from model.values.arrays import FloatArray, readonly
+from model.values.estimate import POSE, YAW, OdometryEstimate, OdometryInputs
+from model.values.legs import FootForces, JointState
+from model.values.poses import PoseRecord
+from robot.config.estimator import EstimatorConfig
+
+if TYPE_CHECKING:
+    from robot.control.effects import EffectMemory, EffectsBeside
+
+FIRST = -1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OdometryMemory:
+    """What the stage remembers.
+
+    Attributes:
+        estimator: State of the filter and the ticks of the last moments.
+        alignment: x, y [m], yaw [rad] of the outside world in ours, (3,); None before its first pose.
+        estimate: The newest estimate, None before the first.
+        effects: What the effects of the robot file remember, None without any.
+    """
+
+    estimator: EstimatorMemory
+    alignment: FloatArray | None = None
+    estimate: OdometryEstimate | None = None
+    effects: "EffectMemory | None" = None
+
+
+class OdometryStage:
+    """The stage and what it knows beforehand.
+
+    Args:
+        robot: The robot as the model believes it to be.
+        config: Settings.
+        linkage: Shafts to feet.
+        effects: What the robot file's effects add, None without any.
+    """
+
+    def __init__(
+        self,
+        robot: RobotParameters,
+        config: EstimatorConfig,
+        linkage: Linkage,
+        effects: "EffectsBeside | None" = None,
+    ) -> None:
+        self._memory_s = config.memory
+        self._linkage = linkage
+        self._effects = effects
+        weight_n = robot.body.mass * standard_gravity
+        if effects is not None:
+            weight_n = effects.weight_n
+        self._estimator = Estimator(robot.contact, weight_n, config.settings)
+
+    def initial(self) -> OdometryMemory:
+        """Return the memory before the first tick."""
+        return OdometryMemory(EstimatorMemory(self._estimator.initial()))
+
+    def step(
+        self,
+        memory: OdometryMemory,
+        t_ns: int,
+        joints: JointState,
+        forces: FootForces,
+        poses: tuple[PoseRecord, ...],
+    ) -> tuple[OdometryMemory, OdometryEstimate]:
+        """Advance by a tick.
+
+        Args:
+            memory: What was.
+            t_ns: Time of the tick.
+            joints: Shafts; their speed is the servos' own, which is not late.
+            forces: Newest foot forces.
+            poses: Absolute poses heard since the last tick. The first one ever says where the outside
+                world lies in ours, so that the estimate does not jump.
+        """
+        effects = memory.effects
+        if self._effects is None:
+            feet = self._linkage.frame_feet(joints.angle_rad, joints.rate_rad_s)
+            inputs = OdometryInputs(t_ns, feet, forces)
+        else:
+            effects, tick = self._effects.step(
+                effects, t_ns, joints.angle_rad, joints.rate_rad_s, forces
+            )
+            inputs = OdometryInputs(t_ns, tick.answer.feet, tick.forces, added=tick.added)
+        before, alignment, estimate = memory.estimator, memory.alignment, None
+        if poses:
+            alignment, late, newest = self._sorted(before, alignment, t_ns, poses)
+            before, estimate = use_late(self._estimator, before, late)
+            if newest is not None:
+                inputs = replace(
+                    inputs,
+                    pose_W=newest.pose_W,
+                    pose_sd_m=newest.pose_sd_m,
+                    yaw_sd_rad=newest.yaw_sd_rad,
+                )
+        after, estimate = advance(self._estimator, before, inputs, self._memory_s)
+        return OdometryMemory(after, alignment, estimate, effects), estimate
+
+    def _sorted(
+        self,
+        memory: EstimatorMemory,
+        alignment: FloatArray | None,
+        t_ns: int,
+        poses: tuple[PoseRecord, ...],
+    ) -> tuple[FloatArray | None, list[LateSample], LateSample | None]:
+        """Poses in our frame: those of earlier ticks, and the newest one of this tick."""
+        late: list[LateSample] = []
+        newest: LateSample | None = None
+        for record in sorted(poses, key=lambda pose: pose.t_ns):
+            seen = planar(record)
+            if alignment is None:
+                if not np.isfinite(seen).all():
+                    continue  # a place without a heading says nothing about where the world lies
+                alignment = readonly(aligned(_pose_at(memory, record.t_ns), seen))
+            sample = LateSample(
+                min(record.t_ns, t_ns),
+                pose_W=readonly(compose(alignment, seen)),
+                pose_sd_m=record.sd_position_m,
+                yaw_sd_rad=record.sd_angle_rad,
+            )
+            if memory.state.t_ns != FIRST and sample.t_ns <= memory.state.t_ns:
+                late.append(sample)
+            else:
+                newest = sample
+        return alignment, late, newest
+
+
+def planar(record: PoseRecord) -> FloatArray:
+    """x, y [m], yaw [rad] of a pose, (3,)."""
+    x, y, z, w = record.quaternion_xyzw
+    yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    return np.array([*record.position_W[:2], yaw])
+
+
+def compose(frame: FloatArray, pose: FloatArray) -> FloatArray:
+    """A pose given in a frame, seen from where that frame's own pose is given; (3,) each."""
+    c, s = np.cos(frame[YAW]), np.sin(frame[YAW])
+    x, y = pose[0], pose[1]
+    return np.array([
+        frame[0] + c * x - s * y, frame[1] + s * x + c * y, frame[YAW] + pose[YAW],
+    ])  # fmt: skip
+
+
+def aligned(ours: FloatArray, seen: FloatArray) -> FloatArray:
+    """The frame in which a pose that we know is seen as it is; (3,) each."""
+    turn = ours[YAW] - seen[YAW]
+    c, s = np.cos(turn), np.sin(turn)
+    return np.array([
+        ours[0] - c * seen[0] + s * seen[1], ours[1] - s * seen[0] - c * seen[1], turn,
+    ])  # fmt: skip
+
+
+def _pose_at(memory: EstimatorMemory, t_ns: int) -> FloatArray:
+    """Our own pose at a time: that before the first tick which is not earlier, else the newest."""
+    for state, inputs in memory.ticks:
+        if inputs.t_ns > t_ns:
+            return state.mean[POSE]
+    return memory.state.mean[POSE]

@@ -1,0 +1,223 @@
+"""The safety gate: the only producer of what the servo bus sends, and the watch over the servos.
+
+Both are pure. The gate never bends a command: it lets it through whole or refuses it with a reason,
+because a clamp that does not report hides a mistake. The watch turns readings into faults.
+"""
+
+from dataclasses import dataclass
+from math import isfinite
+
+import numpy as np
+
+from drivers.dynamixel.mx106 import EXTENDED_POSITION_LIMIT, TICKS_PER_TURN
+from drivers.settings import ServoBusSettings
+from model.values.arrays import BoolArray, IntArray
+from model.values.faults import Fault, FaultKind
+from model.values.legs import JointCommand, JointState
+from model.values.readings import ServoReadings
+from robot.config.robot_file import SafetyLimits
+
+# A command may be this much faster than the limit: the grid of ticks and encoder counts is coarse.
+SPEED_SLACK = 1.05
+# A command older than the servos' watchdog and this says nothing about the next one: they have stopped.
+STALE_SLACK_NS = 10_000_000
+# Keep clear of the end of the servo's extended position range (+-256 turns).
+RANGE_MARGIN_TICKS = 2 * TICKS_PER_TURN
+
+
+@dataclass(frozen=True, slots=True)
+class Allowed:
+    """The command may go to the bus as it is.
+
+    Attributes:
+        command: The command.
+        recover: Legs whose servos may be brought back now, where they stand; see
+        ``robot.control.recovery``.
+    """
+
+    command: JointCommand
+    recover: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """The command may not go to the bus.
+
+    Attributes:
+        reason: Why, with leg and figures.
+    """
+
+    reason: str
+
+
+def gate(
+    wished: JointCommand,
+    last: JointCommand,
+    limits: SafetyLimits,
+    bus: ServoBusSettings,
+) -> Allowed | Refused:
+    """Decide whether a command may go to the servos.
+
+    Args:
+        wished: The command asked for.
+        last: The command last let through; its angles are where the servos were told to be.
+        limits: Safety limits.
+        bus: How the servos are mounted; needed for the range of their counters.
+
+    Returns:
+        ``Allowed`` with the same command, or ``Refused``. A command without torque is always allowed.
+    """
+    if not wished.torque:
+        return Allowed(wished)
+    angles = wished.angle_rad.tolist()
+    if not (all(map(isfinite, angles)) and all(map(isfinite, wished.rate_rad_s.tolist()))):
+        return Refused(f"{_legs(bus, ~np.isfinite(wished.angle_rad))}: the command is not a number")
+    elapsed_ns = wished.t_ns - last.t_ns
+    if elapsed_ns <= 0 and last.torque:
+        return Refused("the command is not newer than the one before")
+    if elapsed_ns > bus.watchdog_s * 1e9 + STALE_SLACK_NS and last.torque:
+        return Refused(
+            f"the command before is {elapsed_ns * 1e-6:.0f} ms old; the loop stood still"
+        )
+    allowed_rad = limits.max_speed_rad_s * SPEED_SLACK * elapsed_ns * 1e-9
+    allowed_rad += 2 * np.pi / TICKS_PER_TURN
+    step_rad = [abs(to - at) for to, at in zip(angles, last.angle_rad.tolist(), strict=True)]
+    if any(step > allowed_rad for step in step_rad):
+        worst = int(np.nanargmax(step_rad))
+        return Refused(
+            f"{bus.names[worst]}: a step of {step_rad[worst]:.3f} rad in "
+            f"{elapsed_ns * 1e-6:.0f} ms is faster than {limits.max_speed_rad_s:g} rad/s"
+        )
+    ticks = bus.zeros + bus.signs * wished.angle_rad * (TICKS_PER_TURN / (2 * np.pi))
+    beyond = np.abs(ticks) > EXTENDED_POSITION_LIMIT - RANGE_MARGIN_TICKS
+    if True in beyond.tolist():
+        return Refused(
+            f"{_legs(bus, beyond)}: the servo's turn counter is used up (256 turns); "
+            "stop, cut torque and start again to set it back"
+        )
+    return Allowed(wished)
+
+
+def _legs(bus: ServoBusSettings, where: BoolArray) -> str:
+    return " ".join(name for name, here in zip(bus.names, where, strict=True) if here)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ServoVerdict:
+    """What the watch found in one tick.
+
+    Attributes:
+        faults: Faults, in words.
+        silent_reads: Reads in a row without an answer, (N,) int64.
+        lost_legs: Servos that have been silent for too long, (N,) bool.
+        broken_legs: Servos that report a hardware error, are too hot, draw too much or have too little
+            voltage, for long enough to be believed, (N,) bool.
+        bad_reads: Reads in a row in which some value was beyond its limit, (N,) int64.
+    """
+
+    faults: tuple[Fault, ...]
+    silent_reads: IntArray
+    lost_legs: BoolArray
+    broken_legs: BoolArray
+    bad_reads: IntArray
+
+    @property
+    def lost(self) -> bool:
+        """Whether any servo is lost."""
+        return bool(self.lost_legs.any())
+
+    @property
+    def broken(self) -> bool:
+        """Whether any servo is broken."""
+        return bool(self.broken_legs.any())
+
+
+# Readings beyond a limit must persist: one noisy current sample is no fault worth a stop.
+PERSISTENCE_READS = 10
+ALERT_BIT = 0x80  # of a status packet's error byte, its highest
+
+
+def watch_servos(
+    readings: ServoReadings,
+    joints: JointState,
+    sent: JointCommand,
+    silent_reads: IntArray,
+    bad_reads: IntArray,
+    limits: SafetyLimits,
+    bus: ServoBusSettings,
+) -> ServoVerdict:
+    """Compare one set of readings with the limits.
+
+    Args:
+        readings: Raw readings (validity, error bytes).
+        joints: The same, calibrated.
+        sent: The command the servos were following.
+        silent_reads: Counts of the tick before, (N,).
+        bad_reads: Counts of the tick before, (N,).
+        limits: Safety limits.
+        bus: Names and the number of silent reads allowed.
+    """
+    if _all_well(readings, joints, sent, limits):
+        none = np.zeros(len(bus.names), dtype=np.int64)
+        nobody = np.zeros(len(bus.names), dtype=bool)
+        return ServoVerdict((), none, nobody, nobody, none)
+    faults: list[Fault] = []
+    silent = np.where(readings.valid, 0, silent_reads + 1)
+    bad = np.zeros(readings.valid.shape, dtype=bool)
+    error = np.where(readings.hardware_error > 0, readings.hardware_error, 0)
+    alert = readings.valid & (((readings.error_byte & ALERT_BIT) != 0) | (error != 0))
+    lag = np.abs(joints.angle_rad - sent.angle_rad) if sent.torque else np.zeros_like(bad, float)
+    checks = (
+        (FaultKind.SERVO_HOT, joints.temperature_c, limits.max_temperature_c, 1, "degC"),
+        (FaultKind.SERVO_CURRENT, np.abs(joints.current_a), limits.max_current_a, 1, "A"),
+        (FaultKind.SERVO_VOLTAGE, joints.voltage_v, limits.min_voltage_v, -1, "V"),
+        (FaultKind.SERVO_LAG, lag, limits.max_following_error_rad, 1, "rad"),
+    )
+    for leg, name in enumerate(bus.names):
+        if not readings.valid[leg]:
+            faults.append(
+                Fault(FaultKind.SERVO_SILENT, name, f"no sound answer for {silent[leg]} reads")
+            )
+            continue
+        if alert[leg]:
+            faults.append(Fault(FaultKind.SERVO_ALERT, name, _hardware_error_words(error[leg])))
+    for kind, values, limit, sense, unit in checks:
+        beyond = readings.valid & (sense * (values - limit) > 0)
+        bad |= beyond
+        for leg in np.flatnonzero(beyond).tolist():
+            detail = f"{values[leg]:.3g} {unit}, limit {limit:g} {unit}"
+            faults.append(Fault(kind, bus.names[leg], detail))
+    bad_now = np.where(bad, bad_reads + 1, np.where(readings.valid, 0, bad_reads))
+    return ServoVerdict(
+        faults=tuple(faults),
+        silent_reads=silent,
+        lost_legs=silent >= bus.silent_limit,
+        broken_legs=alert | (bad_now >= PERSISTENCE_READS),
+        bad_reads=bad_now,
+    )
+
+
+def _all_well(
+    readings: ServoReadings, joints: JointState, sent: JointCommand, limits: SafetyLimits
+) -> bool:
+    """Whether every servo has answered and nothing is beyond its limit: so it is in nearly every tick.
+
+    Six numbers are looked through sooner as a list; where one is no number the answer is no.
+    """
+    lags = joints.angle_rad - sent.angle_rad if sent.torque else np.zeros(1)
+    return (
+        all(readings.valid.tolist())
+        and max(readings.error_byte.tolist()) < ALERT_BIT
+        and max(readings.hardware_error.tolist()) <= 0
+        and all(t <= limits.max_temperature_c for t in joints.temperature_c.tolist())
+        and all(abs(a) <= limits.max_current_a for a in joints.current_a.tolist())
+        and all(v >= limits.min_voltage_v for v in joints.voltage_v.tolist())
+        and all(abs(lag) <= limits.max_following_error_rad for lag in lags.tolist())
+    )
+
+
+def _hardware_error_words(error: int) -> str:
+    from drivers.dynamixel.mx106 import hardware_error_names
+
+    names = hardware_error_names(int(error))
+    return "hardware error: " + (", ".join(names) if names else "alert bit set, cause not read yet")

@@ -1,0 +1,123 @@
+"""``--sim mujoco``: the MuJoCo robot under diagnosis, with few enough candidates to wait for.
+
+A walk of half a minute takes seconds there, so the chain screens the catalogue first: the effects that
+would explain most of what the chain leaves unexplained are the ones tried in MuJoCo.
+"""
+
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from gap.diagnosis.diagnose import measure_floor
+from gap.interfaces import Drive, Simulator
+from gap.machines.legged.machine import parse_machine
+from gap.machines.legged.simulator import LeggedSimulator, legged_simulator
+from gap.residuals.evidence import make_evidence
+from gap.residuals.parts import split, whole_part
+from gap.residuals.predictions import Predictor
+from gap.search.candidates import candidates_of
+from gap.search.screen import gains, make_signatures
+from gap.two_machines import TwoMachines
+from model.errors import GapError
+from record.trial.trial import Trial
+from robot.console.progress import ProgressBar
+from robot.virtual.twin_rollout import twin_catalogue, twin_simulator
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """What looking at every candidate once will take.
+
+    Attributes:
+        rollouts: Walks in the simulator.
+        seconds: Of one, on this computer now.
+    """
+
+    rollouts: int
+    seconds: float
+
+    def words(self, jobs: int) -> str:
+        """Say it."""
+        minutes = self.rollouts * self.seconds / jobs / 60
+        return (
+            f"MuJoCo: {self.rollouts} walks of {self.seconds:.1f} s each before the first fit, about "
+            f"{minutes:.1f} min on {jobs} process(es), and some more for the fits"
+        )
+
+
+def mujoco_simulator(
+    trials: Sequence[Trial],
+    references: Sequence[Trial],
+    text: str,
+    only: tuple[str, ...],
+    screen: int,
+    jobs: int,
+) -> Simulator:
+    """Return the MuJoCo robot as a simulator, and say on stderr what it will cost.
+
+    Args:
+        trials: Runs to be diagnosed.
+        references: Healthy runs; they keep the robot file beside them.
+        text: Robot file of the trials.
+        only: Effects to try; screened by the chain where there are none.
+        screen: How many effects pass the screen.
+        jobs: Processes that will walk.
+
+    Raises:
+        GapError: The robot file cannot be used, or an effect is not the MuJoCo robot's.
+    """
+    chosen = only or _screened(trials, references, text, screen)
+    own = twin_simulator(text, chosen)
+    simulator: Simulator = own
+    other = references[0].header.robot_text if references else text
+    if other != text:
+        simulator = TwoMachines(own, twin_simulator(other, chosen), tuple(references))
+    print(f"MuJoCo: effects tried: {', '.join(chosen)}", file=sys.stderr)
+    print(_cost(simulator, trials, references).words(jobs), file=sys.stderr)
+    return simulator
+
+
+def _cost(simulator: Simulator, trials: Sequence[Trial], references: Sequence[Trial]) -> Cost:
+    began_s = time.perf_counter()
+    simulator.predict(trials[0], (), Drive.COMMAND)  # remembered
+    spent_s = time.perf_counter() - began_s
+    fitted, _ = split(trials, [simulator.observe(one) for one in trials])
+    numbers = sum(max(1, len(one.effect.parameters)) for one in candidates_of(simulator))
+    return Cost(len(trials) + len(references) + numbers * len(fitted), spent_s)
+
+
+def _screened(
+    trials: Sequence[Trial], references: Sequence[Trial], text: str, count: int
+) -> tuple[str, ...]:
+    """Names of the effects with which the chain would gain most, of those that MuJoCo has."""
+    known = {effect.name for effect in twin_catalogue()}
+    with ProgressBar("screening by the chain") as bar:
+        order = _by_gain(trials, references, text, bar.show)
+    names = [name for name in dict.fromkeys(order) if name in known][:count]
+    if not names:
+        raise GapError("the chain finds no effect worth trying; name some with --effects-only")
+    return tuple(names)
+
+
+def _by_gain(
+    trials: Sequence[Trial],
+    references: Sequence[Trial],
+    text: str,
+    progress: Callable[[float], None],
+) -> list[str]:
+    chain: Simulator = LeggedSimulator(parse_machine(text))
+    if references and references[0].header.robot_text != text:
+        chain = TwoMachines(chain, legged_simulator(references[0]), tuple(references))
+    everything = (*trials, *references)
+    observations = [chain.observe(one) for one in everything]
+    predictor = Predictor(chain, everything)
+    fitted, _ = split(trials, observations[: len(trials)])
+    healthy = [
+        whole_part(i, one, observations[i]) for i, one in enumerate(everything) if i >= len(trials)
+    ]
+    floor, _ = measure_floor(predictor, healthy, fitted, Drive.MEASURED)
+    evidence = make_evidence(predictor, fitted, Drive.MEASURED, floor)
+    signatures = make_signatures(evidence, candidates_of(chain), (), progress)
+    found = gains(signatures, evidence.base, evidence.weights(evidence.base))
+    return [one.signature.candidate.effect.name for one in found if one.nats > 0]

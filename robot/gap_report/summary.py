@@ -1,0 +1,185 @@
+"""A diagnosis as lines for a terminal: the answer first, then what it rests on."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+from gap.diagnosis.ambiguity import why_open
+from gap.diagnosis.findings import Diagnosis, NamedCause, Verdict
+from gap.diagnosis.verdict import cause_words
+from gap.interfaces import place_words
+from gap.rounding import percent_words
+from robot.console.lines import WIDTH, wrapped
+from robot.gap_report.faults import fault_groups
+from robot.gap_report.words import (
+    LEGGED_SIMULATORS,
+    common_pair,
+    pair_words,
+    size_words,
+    stage_note,
+    which_run,
+)
+
+BAR = 20
+FIXED = 48  # columns of the table of stages besides its bars
+PLACE = 24
+MOST_CHANNELS = 6
+MOST_SIZES = 12
+MOST_NEXT = 3
+LEAST_CHANGE = 1e-3  # of the floor
+
+
+def summary_lines(d: Diagnosis, paths: Sequence[Path], width: int = WIDTH) -> list[str]:
+    """Return the lines.
+
+    Args:
+        d: The diagnosis.
+        paths: Files of the trials and the references, in their order.
+        width: Longest line, besides command lines, which are there to be copied.
+    """
+    lines = [f"{d.verdict.value.upper().replace('_', ' ')}", d.sentence]
+    lines += [*_to_do(d), "", *_faults(d, paths)]
+    if d.verdict is not Verdict.NO_GAP:
+        lines += [*_where(d, width), "", *_causes(d), "", *_how_far(d, width)]
+    else:
+        lines += _sizes(d)
+    lines += _next(d)
+    if d.warnings:
+        lines += ["", *(f"note: {words}" for words in d.warnings)]
+    if d.standing:
+        lacks = ", ".join(place_words(one.effect, one.joints) for one in d.standing)
+        lines.append(f"what healthy runs show already, and is no news: {lacks}")
+    lines.append(f"{_judged_by(d, paths)}; floor from {d.floor_source}")
+    spaced = [line for i, line in enumerate(lines) if line or (i and lines[i - 1])]
+    return [piece for line in spaced for piece in wrapped(line, width)]
+
+
+def _judged_by(d: Diagnosis, paths: Sequence[Path]) -> str:
+    held = ", ".join(paths[i].name for i in d.held_out_trials[:MOST_CHANNELS])
+    if len(d.held_out_trials) > MOST_CHANNELS:
+        held += f" and {len(d.held_out_trials) - MOST_CHANNELS} more"
+    if set(d.fitted_trials) & set(d.held_out_trials):
+        return f"kept back to judge: {d.kept_back} ({held})"
+    return f"kept back to judge: {held}"
+
+
+def _to_do(d: Diagnosis) -> list[str]:
+    """What a person does now, before any figures."""
+    if d.verdict is Verdict.NO_GAP:
+        return []
+    words = [(place_words(one.effect, one.joints), one.remedy) for one in d.causes]
+    lines = []
+    for place, remedy in words:
+        lead = "what to do: " if len(words) == 1 else f"what to do about {place}: "
+        lines.append(lead + remedy)
+    if d.verdict is Verdict.AMBIGUOUS:
+        lines.append(f"which run would tell: {which_run(d, 'bigant gap next')}")
+    if d.simulator in LEGGED_SIMULATORS and d.causes and d.verdict is not Verdict.UNEXPLAINED:
+        lines.append("into the simulator: bigant gap apply (of the --json of this diagnosis)")
+    return lines
+
+
+def _faults(d: Diagnosis, paths: Sequence[Path]) -> list[str]:
+    found = [
+        f"  {'severe ' if one.severe else ''}{one.kind} {one.channel} in {one.where}: {one.evidence}"
+        for one in fault_groups(d.data_faults, paths)
+    ]
+    if len(found) > MOST_CHANNELS:
+        found = [*found[:MOST_CHANNELS], f"  and {len(found) - MOST_CHANNELS} more, in --json"]
+    return ["data faults:", *found, ""] if found else []
+
+
+def _where(d: Diagnosis, width: int) -> list[str]:
+    room = min(BAR, width - FIXED)
+    head = f"  {'stage':<14}{'of gap':>6}  {'':<{room}}{'by itself':>9}{'end to end':>14}"
+    lines = ["where (energy over what is expected; 1 is no gap):", head]
+    for one in d.where.stages:
+        if not math.isnan(one.own):
+            bar = "#" * round(room * one.share)
+            share = percent_words(one.share)
+            lines.append(
+                f"  {one.stage:<14}{share:>6}  {bar:<{room}}{one.own:9.3g}{one.end_to_end:14.3g}"
+            )
+    for cell in d.where.cells[:3]:
+        phase = f" at phase {cell.phase:.2f}" if not math.isnan(cell.phase) else ""
+        place = f" {cell.joint}" if cell.joint else ""
+        lines.append(
+            f"  {cell.channel}{place}{phase}: off by {cell.mean:+.2g} of its noise (p {cell.p:.3f})"
+        )
+    if stage_note(d):
+        lines.append(f"  {stage_note(d)}")
+    return lines
+
+
+def _causes(d: Diagnosis) -> list[str]:
+    if not d.causes:
+        return ["which: no effect of the catalogue reduces it"]
+    lines = ["which:"]
+    for number, one in enumerate(d.causes, 1):
+        lines.append(f"  {number}. {cause_words(one)}")
+        lines.append(f"     probability {one.probability:.2f}, stage {one.stage}{_share(one)}")
+        lines.append(f"     {one.physics}")
+    for one_alike, (effect, joints) in zip(d.ambiguous, d.ambiguous_of, strict=True):
+        lines.append(
+            f"  cannot be told from {place_words(effect, joints)}: "
+            f"{place_words(one_alike.effect, one_alike.joints)} ({why_open(one_alike)})"
+        )
+    lines.append(f"  none of the catalogue: probability {d.none:.2f}")
+    return lines
+
+
+def _share(one: NamedCause) -> str:
+    if math.isnan(one.shrink):
+        return ""
+    alone, last = percent_words(one.alone), percent_words(one.last)
+    return f", closes {percent_words(one.shrink)} (alone {alone}, last in {last})"
+
+
+def _how_far(d: Diagnosis, width: int) -> list[str]:
+    far = d.far
+    if math.isnan(far.shrink):
+        return [f"how far: on {d.kept_back} the gap is too small to measure what is closed"]
+    low, high = percent_words(far.low), percent_words(far.high)
+    lines = [
+        f"how far: {percent_words(far.shrink)} [{low}, {high}] of the gap, as energy above the floor, is "
+        f"closed on {d.kept_back}; RMS {far.before:.3g} -> {far.after:.3g} of its floor"
+    ]
+    changed = [c for c in far.channels if abs(c.before - c.after) > LEAST_CHANGE * c.floor]
+    changed.sort(key=lambda c: -(c.before - c.after) / max(c.floor, 1e-12))
+    room = PLACE - max(0, 72 - width)
+    for c in changed[:MOST_CHANNELS]:
+        place = f"{c.channel} {c.joint}".strip()
+        lines.append(
+            f"  {place:<{room}} {c.before:9.3g} -> {c.after:9.3g} {c.unit:<6} floor {c.floor:.3g}"
+        )
+    if d.remaining.stage:
+        lines.append(f"  what is left lies in the stage {d.remaining.stage}")
+    return lines
+
+
+def _sizes(d: Diagnosis) -> list[str]:
+    if not d.detectable:
+        return []
+    lines = [
+        "smallest sizes that would have shown:",
+        *(f"  {s.effect:<20} {s.parameter:<16} {size_words(s)}" for s in d.detectable[:MOST_SIZES]),
+    ]
+    if len(d.detectable) > MOST_SIZES:
+        lines.append(f"  and {len(d.detectable) - MOST_SIZES} more, in --html and --json")
+    return lines
+
+
+def _next(d: Diagnosis) -> list[str]:
+    if not d.next:
+        return []
+    shown = d.next[:MOST_NEXT]
+    pair = common_pair(shown)
+    lines = ["", f"what to run next, to tell {pair}:" if pair else "what to run next:"]
+    for one in shown:
+        tells = "" if pair else f"tells {pair_words(one)} in "
+        limits = f"; {one.limits}" if one.limits else ""
+        runs = "1 run" if one.runs == 1 else f"{one.runs} runs"
+        lines.append(f"  {one.name}: {tells}{runs}, {one.minutes:.1f} min{limits}")
+        if one.command:
+            lines.append(f"    {one.command}")
+    return lines

@@ -1,0 +1,138 @@
+"""Trials for the diagnosis, from trial tables or logs, and the simulator that their machine calls for."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from gap.effect_file import UserEffect, read_effects
+from gap.interfaces import Simulator
+from model.errors import ConfigError, GapError
+from record.log.export import export_trial
+from record.log.reader import LogContents
+from record.trial.header import LEGGED, SERVO_BENCH
+from record.trial.trial import Trial, read_trial
+
+
+def read_trials(paths: Sequence[Path], joints: tuple[str, ...] = ()) -> tuple[Trial, ...]:
+    """Read trials: .parquet, .csv, NAME.toml, or a log (.mcap).
+
+    Args:
+        paths: Files.
+        joints: Only these joints of a bench of servos, each of which is a machine of its own; all if
+            empty.
+
+    Raises:
+        RecordError: A file cannot be read.
+        GapError: They are of different machines, or one whose joints cannot be taken apart.
+    """
+    trials = tuple(_read(path) for path in paths)
+    if joints:
+        if trials[0].header.kind != SERVO_BENCH:
+            raise GapError(
+                f"--joint is for a servo_bench; the trials are of kind {trials[0].header.kind}"
+            )
+        trials = tuple(trial.only(joints) for trial in trials)
+    for path, trial in zip(paths, trials, strict=True):
+        first = trials[0].header
+        if (trial.header.kind, trial.header.joints) != (first.kind, first.joints):
+            raise GapError(
+                f"{path} is of another machine than {paths[0]}: {trial.header.kind} with "
+                f"{', '.join(trial.header.joints) or 'no joints'}; diagnose one machine at a time"
+            )
+    return trials
+
+
+def _read(path: Path) -> Trial:
+    if path.suffix != ".mcap":
+        return read_trial(path)
+    with TemporaryDirectory() as folder:
+        out = Path(folder) / "trial.parquet"
+        export_trial(path, out, LogContents())
+        return read_trial(out)
+
+
+def simulator_for(
+    trials: Sequence[Trial],
+    effects: Path | None,
+    robot: Path | None = None,
+    references: Sequence[Trial] = (),
+) -> Simulator:
+    """Return the simulator of the machine that the trials name.
+
+    Args:
+        trials: Trials of one machine, the references among them.
+        effects: A file of users' effects; only the legged simulator takes one.
+        robot: Robot file to believe of the trials instead of the one beside them.
+        references: Those of the trials that keep the robot file beside them.
+
+    Raises:
+        GapError: The machine's file or the file of effects cannot be used.
+    """
+    kind = trials[0].header.kind
+    if kind == LEGGED:
+        return _legged(trials[0], users_effects(effects), robot, references)
+    for option, given in (("--effects", effects), ("--robot", robot)):
+        if given is not None:
+            raise GapError(f"{option} is for legged robots; the trials are of kind {kind}")
+    if kind == SERVO_BENCH:
+        from gap.machines.servo_bench.simulator import servo_bench
+
+        return servo_bench(trials)
+    from gap.machines.sliding_body.simulator import sliding_body
+
+    return sliding_body(trials)
+
+
+def users_effects(path: Path | None) -> tuple[UserEffect, ...]:
+    """Read a file of users' effects for legged robots; none without a file.
+
+    Raises:
+        GapError: It cannot be used.
+    """
+    from gap.machines.legged.catalogue import CATALOGUE, STAGES
+
+    if path is None:
+        return ()
+    return read_effects(path, STAGES, tuple(entry.effect.name for entry in CATALOGUE))
+
+
+def _legged(
+    first: Trial, added: tuple[UserEffect, ...], robot: Path | None, references: Sequence[Trial]
+) -> Simulator:
+    from gap.machines.legged.machine import parse_machine
+    from gap.machines.legged.simulator import LeggedSimulator, legged_simulator
+    from gap.two_machines import TwoMachines
+
+    if robot is None:
+        return legged_simulator(first, added)
+    own = LeggedSimulator(parse_machine(robot_text(robot)), added)
+    if not references:
+        return own
+    return TwoMachines(own, legged_simulator(references[0], added), tuple(references))
+
+
+def robot_text(path: Path) -> str:
+    """Return the text of a robot file, which need not be complete enough to drive.
+
+    Raises:
+        ConfigError: It cannot be read; or it is a whole robot file, and something in it is wrong.
+    """
+    from gap.machines.legged.machine import parse_machine
+    from model.parameters.tables import parse_table
+    from robot.config.robot_file import parse_robot
+
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        raise ConfigError(str(path), f"the robot file cannot be read: {reason}") from error
+    try:
+        if parse_table(text).has("servo"):
+            parse_robot(text)  # a typing mistake must not pass for a default
+        else:
+            parse_machine(text)
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error.key}", error.reason) from error
+    except GapError as error:
+        raise ConfigError(str(path), str(error)) from error
+    return text

@@ -1,0 +1,92 @@
+"""What the page and the terminal both say of a diagnosis."""
+
+import math
+from collections.abc import Sequence
+
+from gap.diagnosis.detection import Detectable
+from gap.diagnosis.findings import Diagnosis, RivalCause, Verdict
+from gap.experiments.next_run import ENOUGH_SEPARATION, NextRun
+from gap.interfaces import place_words
+from gap.rounding import fixed, percent_words
+
+HEADLINES = {
+    Verdict.EXPLAINED: "Explained",
+    Verdict.AMBIGUOUS: "Found, but not told apart",
+    Verdict.UNEXPLAINED: "Not explained",
+    Verdict.NO_GAP: "No gap",
+}
+LEAST_CLOSED = 0.05  # of the gap: of a cause that closes less, nobody asks in which stage it shows
+LIKELY = 1e-3
+SHOWN_CAUSES = 2
+WHY_APART = (
+    "the share of a stage is of its own output, fed what was measured before it; what a cause closes is "
+    "counted end to end, where it shows in other stages too"
+)
+LEGGED_SIMULATORS = frozenset({"legged", "mujoco"})
+ENOUGH = f"{ENOUGH_SEPARATION:.0f}"
+
+
+def headline(d: Diagnosis) -> str:
+    """Verdict and causes in few words."""
+    places = [place_words(one.effect, one.joints) for one in d.causes]
+    names = " and ".join(places[:SHOWN_CAUSES])
+    if len(places) > SHOWN_CAUSES:
+        names += f" and {len(places) - SHOWN_CAUSES} more"
+    named = names and d.verdict in {Verdict.EXPLAINED, Verdict.AMBIGUOUS}
+    return f"{HEADLINES[d.verdict]}: {names}" if named else HEADLINES[d.verdict]
+
+
+def stage_note(d: Diagnosis) -> str:
+    """Say why a cause closes much of a gap of which its stage has little; empty if none does."""
+    stages = {one.stage: one for one in d.where.stages}
+    found, apart = [], []
+    for one in d.causes:
+        place, stage = place_words(one.effect, one.joints), stages.get(one.stage)
+        if stage is None or not one.shrink >= LEAST_CLOSED:
+            continue
+        if math.isnan(stage.own):
+            found.append(f"{place} acts in the stage {one.stage}, which has no channel of its own: it "
+                         "shows in the others")  # fmt: skip
+        elif stage.share < 0.5 * one.shrink:
+            apart.append(f"{place} closes {percent_words(one.shrink)}, its stage {one.stage} has "
+                         f"{percent_words(stage.share)}")  # fmt: skip
+    if apart:
+        found.append(f"{'; '.join(apart)}: {WHY_APART}")
+    return "; ".join(found)
+
+
+def which_run(d: Diagnosis, command: str) -> str:
+    """Say how to come by the run that tells: only of legged robots the runs are known."""
+    return command if d.simulator in LEGGED_SIMULATORS else "one with another load or another speed"
+
+
+def size_words(one: Detectable) -> str:
+    """Say at which values an effect would have shown."""
+    unit = f" {one.unit}" if one.unit else ""
+    if not math.isfinite(one.size) or not one.size > 0.0:
+        return "these runs cannot show it"
+    if not one.values:
+        return f"not within its range ({one.lower:.3g} to {one.upper:.3g}{unit})"
+    if one.neutral == 0.0:
+        sign = "+-" if len(one.values) > 1 else "-" if one.values[0] < 0.0 else ""
+        return f"{sign}{one.size:.3g}{unit}"
+    decimals = max(0, 1 - math.floor(math.log10(one.size)))
+    return " or ".join(fixed(value, decimals) for value in one.values) + unit
+
+
+def likely_rivals(d: Diagnosis) -> list[RivalCause]:
+    """What could stand in the place of a cause, the likeliest first; what is named itself cannot."""
+    named = {(one.effect, one.joints) for one in d.causes}
+    others = [r for r in d.rivals if (r.effect, r.joints) not in named and r.probability > LIKELY]
+    return sorted(others, key=lambda one: -one.probability)
+
+
+def common_pair(runs: Sequence[NextRun]) -> str:
+    """What every run tells apart, in words; empty if they differ in it."""
+    pairs = {one.pair for one in runs}
+    return pair_words(runs[0]) if len(pairs) == 1 else ""
+
+
+def pair_words(one: NextRun) -> str:
+    """What a run tells apart."""
+    return f"{one.pair[0]} from {one.pair[1]}"

@@ -1,0 +1,4 @@
+"""Odometry from logs and beside a run: compared, tuned, drawn.
+
+Called by ``bigant odom``. Steps the estimator stage of ``robot.control`` and has no filter of its own.
+"""

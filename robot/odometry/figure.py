@@ -1,0 +1,109 @@
+"""Ways of dead reckoning beside each other: path, error along the way, velocity; friction of each leg."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from model.errors import RecordError
+from robot.odometry.compare import Comparison, Way
+from robot.odometry.metrics import path_length
+from robot.report.plots import STYLE
+
+LAST_S = 20.0  # of velocity that are drawn
+WAY_COLOURS = ("#009E73", "#D55E00", "#0072B2", "#CC79A7", "#E69F00")
+TRUTH = "#000000"
+# Legs are no ways: other colours, and the second half of them (the other side of the body) is dashed.
+LEG_COLOURS = ("#7570B3", "#A6761D", "#66A61E", "#17A2B8")
+LEAST_STRETCH = 1.5
+
+
+def draw(found: Comparison, names: Sequence[str], out: Path, *, everything: bool) -> None:
+    """Draw to a PNG.
+
+    Raises:
+        RecordError: It cannot be written.
+    """
+    try:
+        drawing(found, names, everything=everything).savefig(out, dpi=120)
+    except OSError as trouble:
+        raise RecordError(
+            f"{out} cannot be written: {trouble.strerror}; choose another --out"
+        ) from trouble
+
+
+def drawing(found: Comparison, names: Sequence[str], *, everything: bool) -> Figure:
+    """Return the picture.
+
+    Args:
+        found: What was found.
+        names: Legs.
+        everything: Whether the other ways are drawn beside the estimator.
+    """
+    ways = found.ways if everything else found.ways[:1]
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(11, 7), layout="constrained")
+        (path, error), (speed, friction) = figure.subplots(2, 2)
+        for way, colour in zip(ways, WAY_COLOURS, strict=False):
+            _way(found, way, colour, (path, error, speed))
+        if found.truth is not None:
+            _truth(found, (path, error, speed))
+        _friction(found, names, friction)
+        for ax, title, across, up in (
+            (path, "path", "x, m", "y, m"),
+            (error, "distance from the truth", "true path, m", "mm"),
+            (speed, f"velocity ahead, the last {LAST_S:g} s at most", "time, s", "mm/s"),
+            (friction, "friction coefficient of each leg, estimated", "time, s", "mu"),
+        ):
+            ax.set_title(title, loc="left")
+            ax.set_xlabel(across)
+            ax.set_ylabel(up)
+        for ax in (path, error, friction):
+            if ax.lines:
+                ax.legend(fontsize=7, ncols=2 if ax is friction else 1)
+        _say_stretch(figure, path)
+    return figure
+
+
+def _way(found: Comparison, way: Way, colour: str, axes: tuple[Axes, Axes, Axes]) -> None:
+    path, error, speed = axes
+    t_s = found.track.t_s
+    late = t_s > t_s[-1] - LAST_S
+    path.plot(*way.pose[:, :2].T, label=way.name, lw=1, color=colour)
+    speed.plot(t_s[late], 1e3 * way.velocity_B[late, 0], lw=0.8, color=colour)
+    if found.truth is not None:
+        off = np.hypot(*(way.pose - found.truth[0])[:, :2].T)
+        error.plot(path_length(found.truth[0]), 1e3 * off, lw=1, label=way.name, color=colour)
+
+
+def _truth(found: Comparison, axes: tuple[Axes, Axes, Axes]) -> None:
+    path, error, speed = axes
+    run = found.track
+    assert found.truth is not None  # asked only where there is one
+    late = run.t_s > run.t_s[-1] - LAST_S
+    path.plot(*found.truth[0][:, :2].T, color=TRUTH, ls="--", lw=1, label="truth")
+    speed.plot(run.t_s[late], 1e3 * found.truth[1][late, 0], color=TRUTH, ls="--", lw=0.8)
+    two_sd = 2e3 * np.sqrt(run.pose_covariance[:, 0, 0] + run.pose_covariance[:, 1, 1])
+    label = "two sd, as the estimator says"
+    error.plot(path_length(found.truth[0]), two_sd, color=TRUTH, ls=":", lw=1, label=label)
+
+
+def _friction(found: Comparison, names: Sequence[str], ax: Axes) -> None:
+    half = (len(names) + 1) // 2
+    for k, name in enumerate(names):
+        colour = LEG_COLOURS[k % half % len(LEG_COLOURS)]
+        style = "-" if k < half else "--"
+        ax.plot(found.track.t_s, found.track.mu[:, k], lw=1, color=colour, ls=style, label=name)
+
+
+def _say_stretch(figure: Figure, ax: Axes) -> None:
+    """Say how much more a metre of y is than one of x: a straight walk would else be a line."""
+    figure.draw_without_rendering()
+    box = ax.get_window_extent()
+    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+    stretch = (box.height / (high - low)) / (box.width / (right - left))
+    if stretch > LEAST_STRETCH:
+        ax.set_ylabel(f"y, m (stretched {stretch:.0f} times)")

@@ -1,0 +1,127 @@
+"""How far a dead-reckoned trajectory is from the truth: the figures of merit of legged odometry."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2
+
+from model.motion.se2 import compose
+from model.values.arrays import FloatArray
+
+LENGTHS_M = (0.25, 0.5, 1.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrackErrors:
+    """Errors of one way of dead reckoning against the truth; NaN where it cannot be told.
+
+    Attributes:
+        name: Of the way.
+        rpe_percent: Mean relative pose error over path lengths ``LENGTHS_M``, (3,) [% of length].
+        end_percent: Distance between the ends over the path's length [%].
+        yaw_deg_m: Error of the yaw at the end over the path's length [deg/m].
+        velocity_rmse: Of vx, vy [m/s], yaw rate [rad/s], (3,).
+        force_rmse: Of each foot's force, (N, 3) [N], over ticks where it is known.
+    """
+
+    name: str
+    rpe_percent: FloatArray
+    end_percent: float
+    yaw_deg_m: float
+    velocity_rmse: FloatArray
+    force_rmse: FloatArray
+
+
+def path_length(pose: FloatArray) -> FloatArray:
+    """Length of the path up to each pose, (T,) [m]."""
+    steps = np.hypot(*np.diff(pose[:, :2], axis=0).T)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def relative_error(pose: FloatArray, truth: FloatArray, length_m: float) -> float:
+    """Mean error of where a piece of path ends seen from where it begins, over its length [%].
+
+    All pieces whose true length is ``length_m``, from every tick; those that end beyond the log are
+    left out.
+
+    Args:
+        pose: x, y, yaw, (T, 3).
+        truth: The same.
+        length_m: Length of the pieces.
+    """
+    along = path_length(truth)
+    ends = np.searchsorted(along, along + length_m)
+    begins = np.flatnonzero(ends < len(truth))
+    ends = ends[begins]
+    if not len(begins):
+        return np.nan
+    error = (
+        seen_from(pose[begins], pose[ends])[:, :2] - seen_from(truth[begins], truth[ends])[:, :2]
+    )
+    return float(100 * np.hypot(*error.T).mean() / length_m)
+
+
+def seen_from(pose: FloatArray, other: FloatArray) -> FloatArray:
+    """Pose ``other`` in the frame of ``pose``, (T, 3) each."""
+    c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
+    back = np.stack(
+        [-c * pose[:, 0] - s * pose[:, 1], s * pose[:, 0] - c * pose[:, 1], -pose[:, 2]]
+    )
+    return compose(back.T, other)
+
+
+def track_errors(
+    name: str,
+    pose: FloatArray,
+    velocity: FloatArray,
+    force: FloatArray,
+    truth: tuple[FloatArray, FloatArray, FloatArray],
+) -> TrackErrors:
+    """Judge a trajectory that begins at the true pose.
+
+    Args:
+        name: Of the way of dead reckoning.
+        pose: (T, 3).
+        velocity: Body velocity, (T, 3); NaN where unknown.
+        force: Predicted forces, (T, N, 3); NaN where there are none.
+        truth: The same of the truth.
+    """
+    true_pose, true_velocity, true_force = truth
+    length = float(path_length(true_pose)[-1])
+    last = pose[-1] - true_pose[-1]
+    return TrackErrors(
+        name=name,
+        rpe_percent=np.array([relative_error(pose, true_pose, d) for d in LENGTHS_M]),
+        end_percent=float(100 * np.hypot(last[0], last[1]) / length) if length > 0 else np.nan,
+        yaw_deg_m=float(np.degrees(last[2]) / length) if length > 0 else np.nan,
+        velocity_rmse=rmse(velocity - true_velocity),
+        force_rmse=rmse(force - true_force),
+    )
+
+
+def rmse(error: FloatArray) -> FloatArray:
+    """Root mean square over the first axis, of what is known; NaN where nothing is."""
+    known = np.isfinite(error)
+    count = known.sum(axis=0)
+    total = np.where(known, error, 0.0) ** 2
+    mean: FloatArray = np.sqrt(total.sum(axis=0) / np.where(count > 0, count, np.nan))
+    return mean
+
+
+def nees(error: FloatArray, covariance: FloatArray) -> FloatArray:
+    """Normalised estimation error squared of each tick, (T,); its mean should be the dimension.
+
+    Args:
+        error: (T, d).
+        covariance: (T, d, d).
+    """
+    solved = np.linalg.solve(covariance, error[..., None])[..., 0]
+    found: FloatArray = np.einsum("ti,ti->t", error, solved)
+    return found
+
+
+def in_band(values: FloatArray, freedom: float, runs: int = 1) -> float:
+    """Share of values (means over ``runs`` runs) in the 95 % band of chi-squared."""
+    low, high = (float(chi2.ppf(share, freedom * runs)) / runs for share in (0.025, 0.975))
+    known = values[np.isfinite(values)]
+    return float(((known >= low) & (known <= high)).mean()) if len(known) else np.nan

@@ -1,0 +1,316 @@
+"""``bigant replay LOG --bus``: recorded bytes through today's drivers, hardware in the loop without it.
+
+The devices are a tape (``sim_hw.host.recorded_wire``). The drivers connect, configure, read and send as
+they do on a robot, the controller runs on what they read, and everything they send must be what was
+recorded.
+"""
+
+import argparse
+import json
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict, dataclass, replace
+from itertools import chain
+from pathlib import Path
+
+from drivers.ati.links import DatagramLink, TextLink
+from drivers.ati.setup import free_console
+from drivers.wire.words import difference_words, wire_name, wire_words
+from model.errors import BusError, ForceStreamError, RecordError
+from model.values.faults import Fault, FaultKind
+from model.values.readings import BodyTruth
+from model.values.tick import Tick
+from model.values.wire import WireBytes
+from record.log.reader import LogContents, read_ticks
+from record.log.topic_reader import read_wires
+from robot.cli.replay import first_line, replay_table
+from robot.config.robot_file import RobotConfig, load_robot
+from robot.console.exit_codes import ExitCode
+from robot.console.plain_json import plain
+from robot.console.progress import ProgressLine
+from robot.control.controller import Controller
+from robot.control.safety import Allowed
+from robot.replay.compare import Comparison, Difference, FieldResult
+from robot.replay.fields import FIELDS, WIRE_FIELDS
+from robot.run.hardware import assemble
+from robot.run.header import FORCE_UNIT_KEY, LATENCY_KEY, Rebuilt, rebuild_controller
+from robot.run.loop import Call, exchange
+from robot.run.rig import Rig, Seen
+from sim_hw.clock import VirtualClock
+from sim_hw.host.recorded_wire import (
+    Diverged,
+    RecordedDatagrams,
+    RecordedPort,
+    RecordedText,
+    Tape,
+)
+
+UNKNOWN_LATENCY_MS = 8.0
+
+
+@dataclass(frozen=True, slots=True)
+class WireDifference:
+    """The first request that is not the recorded one.
+
+    Attributes:
+        t_s: Time since the first tick; negative while connecting.
+        wire: Which wire.
+        recorded: What was sent then, in words.
+        recorded_hex: Its bytes; empty if nothing was.
+        sent: What is sent now, in words.
+        sent_hex: Its bytes; empty if nothing is.
+        differs: In what they differ, in words.
+    """
+
+    t_s: float
+    wire: str
+    recorded: str
+    recorded_hex: str
+    sent: str
+    sent_hex: str
+    differs: str
+
+
+@dataclass(frozen=True, slots=True)
+class BusReplay:
+    """What a replay of bytes found.
+
+    Attributes:
+        path: The log.
+        ticks: Ticks replayed.
+        requests: Pieces that the drivers sent as recorded.
+        bytes_sent: Their bytes.
+        bytes_received: Bytes played to the drivers.
+        duration_s: How much of the run it is.
+        wall_s: How long the replay took.
+        fields: How each field of the ticks agrees.
+        first: The first difference in a tick that is too large, None if there is none.
+        wire: The first request that is another, None if there is none.
+        notes: What had to be assumed, in words.
+    """
+
+    path: Path
+    ticks: int
+    requests: int
+    bytes_sent: int
+    bytes_received: int
+    duration_s: float
+    wall_s: float
+    fields: tuple[FieldResult, ...]
+    first: Difference | None
+    wire: WireDifference | None
+    notes: tuple[str, ...]
+
+    @property
+    def equal(self) -> bool:
+        """Whether the drivers sent and understood the same."""
+        return self.first is None and self.wire is None
+
+
+class _Replayed:
+    """A rig on a tape, whose time stamps and truth are those of the log: they are not in the bytes."""
+
+    def __init__(self, rig: Rig, recorded: Tick) -> None:
+        self._rig = rig
+        self._recorded = recorded
+
+    def read(self) -> Seen:
+        seen, inputs = self._rig.read(), self._recorded.inputs
+        servos, truth = seen.servos, inputs.truth
+        if inputs.servos is not None:
+            servos = replace(servos, t_ns=inputs.servos.t_ns, age_ns=inputs.servos.age_ns)
+        return replace(seen, servos=servos, truth=truth, poses=inputs.poses)
+
+    def actuate(self, allowed: Allowed) -> tuple[Fault, ...]:
+        return self._rig.actuate(allowed)
+
+
+class _NoTruth:
+    """The truth of a replay comes with the ticks."""
+
+    def latest(self) -> BodyTruth | None:
+        return None
+
+
+def replay_bus(
+    path: Path,
+    *,
+    scale: float = 1.0,
+    config: RobotConfig | None = None,
+    contents: LogContents | None = None,
+) -> BusReplay:
+    """Replay the bytes of a log.
+
+    Args:
+        path: The log, recorded with ``bigant drive --record-bytes``.
+        scale: Factor on all tolerances of the ticks; requests have none.
+        config: Another robot file to try instead of the log's.
+        contents: Filled on the way: robot file, metadata, damage, how far it is.
+
+    Raises:
+        RecordError: The log cannot be read, holds no bytes or no ticks, or its devices do not answer.
+    """
+    pieces = read_wires(path, LogContents())
+    contents = contents if contents is not None else LogContents()
+    ticks = read_ticks(path, contents)
+    first = next(ticks, None)
+    if first is None:
+        raise RecordError(f"{path} holds no ticks")
+    began = time.perf_counter()
+    rebuilt = rebuild_controller(contents, config)
+    tape = Tape(pieces, VirtualClock(pieces[0].t_ns))
+    names = rebuilt.controller.config.parameters.legs.names
+    comparison = Comparison((*WIRE_FIELDS, *FIELDS), names, scale)
+    comparison.begin(first.t_ns)
+    notes = [*rebuilt.notes]
+    wire: WireDifference | None = None
+    end_ns, at_the_end = first.t_ns, False
+    try:
+        rig = _open(tape, rebuilt, contents)
+        for recorded in _run(rig, tape, rebuilt.controller, chain((first,), ticks), comparison):
+            end_ns = recorded.t_ns
+        at_the_end = True
+        rig.cut_torque()
+        wire = _left_over(tape, first.t_ns)
+    except Diverged as diverged:
+        if diverged.recorded is None and at_the_end:
+            notes.append("the recording ends before torque went off")
+        else:
+            wire = _wire_difference(diverged.recorded, diverged.sent, first.t_ns)
+    except (BusError, ForceStreamError) as error:
+        raise RecordError(f"today's drivers do not come to terms with {path}: {error}") from error
+    if tape.skipped:
+        notes.append(f"{len(tape.skipped)} recorded answers came too late for today's drivers")
+    if contents.damage:
+        notes.append(f"the file is {contents.damage}")
+    played = tape.pieces[: tape.place]
+    return BusReplay(
+        path=path,
+        ticks=comparison.ticks,
+        requests=sum(piece.sent for piece in played),
+        bytes_sent=sum(len(piece.data) for piece in played if piece.sent),
+        bytes_received=sum(len(piece.data) for piece in played if not piece.sent),
+        duration_s=(end_ns - first.t_ns) * 1e-9,
+        wall_s=time.perf_counter() - began,
+        fields=comparison.results(),
+        first=comparison.first,
+        wire=wire,
+        notes=tuple(notes),
+    )
+
+
+def _run(
+    rig: Rig, tape: Tape, controller: Controller, ticks: Iterable[Tick], comparison: Comparison
+) -> Iterator[Tick]:
+    """Do the loop's ticks again; yield the recorded tick of each that is done."""
+    state = controller.initial()
+    pending: tuple[Fault, ...] = ()
+    for recorded in ticks:
+        tape.clock.sleep_until_ns(recorded.t_ns)
+        inputs = recorded.inputs
+        beside = (FaultKind.LOG_WRITE, FaultKind.POSE_BAD)  # not from these devices
+        of_the_log = tuple(f for f in inputs.faults if f.kind in beside)
+        call = Call(recorded.t_ns, inputs.request, inputs.timing, (*pending, *of_the_log))
+        state, tick, pending = exchange(_Replayed(rig, recorded), controller, state, call)
+        comparison.add(recorded, tick)
+        yield recorded
+
+
+def _open(tape: Tape, rebuilt: Rebuilt, contents: LogContents) -> Rig:
+    config, metadata = rebuilt.controller.config, contents.metadata
+
+    def links() -> tuple[DatagramLink, TextLink]:
+        datagrams = RecordedDatagrams(tape)
+        if metadata.get("time") == "real":  # in memory there is no old session to free
+            free_console(datagrams, tape.clock)
+        return datagrams, RecordedText(tape)
+
+    latency_ms = float(metadata.get(LATENCY_KEY, UNKNOWN_LATENCY_MS))
+    with_forces = metadata.get(FORCE_UNIT_KEY, "true") == "true"
+    return assemble(
+        config,
+        clock=tape.clock,
+        port=RecordedPort(tape, config.servo_bus.baud_rate, latency_ms),
+        links=links if with_forces else None,
+        reopen=None,
+        settings=config.force_sensor,
+        truth=_NoTruth(),
+        armed=rebuilt.controller.armed,
+        closers=(),
+    )
+
+
+def _left_over(tape: Tape, start_ns: int) -> WireDifference | None:
+    """Return the first request that was recorded and is not sent any more."""
+    left = next((piece for piece in tape.pieces[tape.place :] if piece.sent), None)
+    return None if left is None else _wire_difference(left, None, start_ns)
+
+
+def _wire_difference(
+    recorded: WireBytes | None, sent: WireBytes | None, start_ns: int
+) -> WireDifference:
+    known = recorded if recorded is not None else sent
+    assert known is not None  # one of them is there
+    differs = ""
+    if recorded is not None and sent is not None:
+        differs = difference_words(recorded, sent)
+    return WireDifference(
+        t_s=(known.t_ns - start_ns) * 1e-9,
+        wire=wire_name(known.wire),
+        recorded=_line(recorded),
+        recorded_hex="" if recorded is None else recorded.data.hex(" "),
+        sent=_line(sent),
+        sent_hex="" if sent is None else sent.data.hex(" "),
+        differs=differs,
+    )
+
+
+def _line(piece: WireBytes | None) -> str:
+    return "nothing" if piece is None else "; ".join(words.line for words in wire_words(piece))
+
+
+def replay_bus_command(options: argparse.Namespace) -> ExitCode:
+    """Replay bytes, print what was found.
+
+    Raises:
+        BigantError: The log cannot be replayed.
+    """
+    config = None if options.robot is None else load_robot(options.robot)
+    contents = LogContents()
+    with ProgressLine(f"replaying {options.path}", contents.progress):
+        found = replay_bus(options.path, scale=options.tolerance, config=config, contents=contents)
+    if options.json:
+        print(json.dumps(_as_json(found), indent=2))
+    else:
+        for line in bus_lines(found):
+            print(line)
+    return ExitCode.OK if found.equal else ExitCode.VERDICT_FAILED
+
+
+def bus_lines(found: BusReplay, *, only_beyond: bool = False) -> list[str]:
+    """Return the result for a person; on wish only those fields that differ too much."""
+    lines = replay_table(found.fields, only_beyond=only_beyond)
+    lines += [f"note: {note}" for note in found.notes]
+    speed = f", {found.duration_s / found.wall_s:.0f} times real time" if found.wall_s > 0 else ""
+    done = (
+        f"{found.ticks} ticks, {found.duration_s:.1f} s{speed}; {found.requests} requests of "
+        f"{found.bytes_sent} bytes as recorded, {found.bytes_received} bytes understood"
+    )
+    if found.first is not None:
+        lines.append(first_line(found.first))
+    if found.wire is not None:
+        wire = found.wire
+        lines += [
+            f"first other request: {wire.t_s:.3f} s, {wire.wire}",
+            f"  recorded  {wire.recorded_hex}",
+            f"            {wire.recorded}",
+            f"  today     {wire.sent_hex}",
+            f"            {wire.sent}",
+        ]
+        if wire.differs:
+            lines.append(f"  differs   {wire.differs}")
+    return [*lines, f"{'equal' if found.equal else 'NOT EQUAL'}: {done}"]
+
+
+def _as_json(found: BusReplay) -> object:
+    return plain({**asdict(found), "equal": found.equal})

@@ -1,0 +1,263 @@
+"""``bigant replay LOG --drive``: the recorded wishes again on a robot, and what it measures now.
+
+The wishes go through today's controller and safety gate as any operator's do; recorded angles are never
+sent as they are. Real hardware has to be armed.
+"""
+
+import argparse
+import json
+import sys
+import time
+from bisect import bisect_right
+from contextlib import ExitStack, redirect_stdout
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from model.errors import ConfigError, RecordError
+from model.values.faults import StopReason
+from model.values.tick import Intent, Request, Tick
+from record.log.reader import LogContents, read_log
+from record.log.tick_message import decode_inputs
+from record.log.topic_reader import read_tick_messages
+from robot.cli.drive import VIRTUAL, Drive, drive_plan
+from robot.config.robot_file import load_robot
+from robot.console.exit_codes import ExitCode
+from robot.console.number_text import number_text
+from robot.console.plain_json import plain
+from robot.console.progress import ProgressLine
+from robot.control.controller import Controller
+from robot.replay.repeat import Repeat, compare_runs, overlay
+from robot.report.run_date import date_words
+from robot.report.summary_text import table_lines
+from robot.run.header import rebuild_controller
+from robot.run.operator import Interrupts
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+PAGES = (".html", ".png")
+
+
+@dataclass(frozen=True, slots=True)
+class Wishes:
+    """The operator's wishes of a run.
+
+    Attributes:
+        times_ns: When each was first uttered, since the first tick.
+        requests: The wishes.
+        end_ns: When the run ended.
+    """
+
+    times_ns: tuple[int, ...]
+    requests: tuple[Request, ...]
+    end_ns: int
+
+
+class RecordedOperator:
+    """An operator that wishes what was wished then; stops at the end, and at any Ctrl-C.
+
+    Args:
+        wishes: The recorded wishes.
+        interrupts: Come first.
+    """
+
+    def __init__(self, wishes: Wishes, interrupts: Interrupts) -> None:
+        self._wishes = wishes
+        self._interrupts = interrupts
+        self._start_ns: int | None = None
+
+    def request(self, tick: Tick | None, t_ns: int) -> Request:
+        """Return the wish for the tick at ``t_ns``."""
+        if self._start_ns is None:
+            self._start_ns = t_ns
+        since_ns = t_ns - self._start_ns
+        number = bisect_right(self._wishes.times_ns, since_ns) - 1
+        wish = self._wishes.requests[number]
+        if since_ns > self._wishes.end_ns and wish.intent not in {Intent.STOP, Intent.CUT}:
+            wish = Request(
+                Intent.STOP, wish.gait, wish.frequency_hz, wish.steer, StopReason.COMPLETED
+            )
+        return self._interrupts.override(wish)
+
+
+def read_wishes(path: Path, contents: LogContents) -> Wishes:
+    """Read the operator's wishes of a run.
+
+    Raises:
+        RecordError: The log cannot be read, or does not begin with tick 0.
+    """
+    times: list[int] = []
+    requests: list[Request] = []
+    start_ns = now_ns = 0
+    for number, message in enumerate(read_tick_messages(path, contents)):
+        seen = decode_inputs(message.data, message.layout)
+        if seen.index != number:
+            break
+        start_ns = seen.t_ns if number == 0 else start_ns
+        now_ns = seen.t_ns
+        if not requests or seen.inputs.request != requests[-1]:
+            times.append(now_ns - start_ns)
+            requests.append(seen.inputs.request)
+    if not requests:
+        raise RecordError(f"{path} holds no tick 0; a run is repeated from its beginning")
+    return Wishes(tuple(times), tuple(requests), now_ns - start_ns)
+
+
+def drive_again(options: argparse.Namespace) -> ExitCode:
+    """Do a run again, compare, print, draw.
+
+    Raises:
+        BigantError: The log cannot be read, or something is wrong before the robot moves.
+    """
+    contents = LogContents()
+    with ProgressLine(f"reading {options.path}", contents.progress):
+        wishes = read_wishes(options.path, contents)
+    plan = _plan(options, wishes, contents)
+    page = _page(options, plan)
+
+    def operator(
+        _plan: Drive, _controller: Controller, interrupts: Interrupts, _stack: ExitStack
+    ) -> RecordedOperator:
+        return RecordedOperator(wishes, interrupts)
+
+    with redirect_stdout(sys.stderr if options.json else sys.stdout):
+        code = drive_plan(plan, operator)
+    assert plan.log_path is not None  # _plan gives one
+    old, new = read_log(options.path), read_log(plan.log_path)
+    both = overlay(old, new)
+    found = compare_runs(old, new, both)
+    from robot.replay.repeat_plots import draw_repeat
+
+    dates = (date_words(old.metadata), date_words(new.metadata))
+    runs = f"{options.path} (old, {dates[0]}) and {plan.log_path} (new, {dates[1]})"
+    pictures = _save(page, f"{options.path.name} again", runs, found, draw_repeat(both))
+    if options.json:
+        values = {**asdict(found), "old_log": str(options.path), "new_log": str(plan.log_path)}
+        print(json.dumps(plain({**values, "pictures": [str(p) for p in pictures]}), indent=2))
+        return code
+    for line in (*leg_table(found), *table_lines(body_rows(found))):
+        print(line)
+    print("pictures: " + ", ".join(str(path) for path in pictures))
+    return code
+
+
+def _plan(options: argparse.Namespace, wishes: Wishes, contents: LogContents) -> Drive:
+    virtual = options.hardware == VIRTUAL
+    config = None if options.robot is None else load_robot(options.robot)
+    then = rebuild_controller(contents, config).controller
+    if not then.armed:
+        raise RecordError(f"{options.path} was recorded without torque: it has nothing to repeat")
+    if options.virtual_time and not virtual:
+        raise ConfigError(
+            "--virtual-time", "needs --hardware virtual; real servos live in real time"
+        )
+    if not virtual and not options.armed:
+        raise ConfigError(
+            "--hardware",
+            "does the run again with torque: put the robot where it can walk, add --armed",
+        )
+    first = wishes.requests[0]
+    path = options.log
+    if path is None:
+        stamp = time.strftime("%Y%m%dT%H%M%S")
+        path = Path("runs") / f"{options.path.stem}-again-{stamp}.mcap"
+    if path.resolve() == options.path.resolve():
+        raise ConfigError("--log", "is the old log itself; choose another file")
+    more = argparse.Namespace(
+        **{
+            **vars(options),
+            "teleop": False,
+            "pose_udp": None,
+            "record_bytes": False,
+            "scenario": None,
+            "rate_hz": then.rate_hz,
+            "steer": first.steer,
+        }
+    )
+    return Drive(then.config, first.gait, first.frequency_hz, True, path, more)
+
+
+def _page(options: argparse.Namespace, plan: Drive) -> Path:
+    assert plan.log_path is not None
+    page: Path = options.out if options.out is not None else plan.log_path.with_suffix(".html")
+    if page.suffix not in PAGES:
+        raise ConfigError("--out", f"must end in .html or .png, not {page.suffix or page.name!r}")
+    return page
+
+
+def _save(
+    page: Path, title: str, runs: str, found: Repeat, figures: "dict[str, Figure]"
+) -> tuple[Path, ...]:
+    from robot.report.page import render_page
+    from robot.report.plots import save_png
+
+    try:
+        if page.suffix == ".png":
+            return save_png(figures, page)
+        rows = [*leg_rows(found), *body_rows(found)]
+        page.write_text(render_page(title, runs, rows, figures), encoding="utf-8")
+    except OSError as error:
+        raise RecordError(
+            f"{page} cannot be written: {error.strerror}; choose another --out"
+        ) from error
+    return (page,)
+
+
+def leg_table(found: Repeat) -> list[str]:
+    """Return the differences of the legs as a table."""
+    lines = [
+        "RMS of new - old",
+        f"{'leg':<6}{'sent mrad':>11}{'shaft mrad':>12}{'current A':>11}"
+        f"{'Fx N':>9}{'Fy N':>9}{'Fz N':>9}",
+    ]
+    lines += [
+        f"{leg.name:<6}{_shown(leg.sent_rad * 1e3):>11}{_shown(leg.angle_rad * 1e3):>12}"
+        f"{_shown(leg.current_a):>11}" + "".join(f"{_shown(f):>9}" for f in leg.force_n)
+        for leg in found.legs
+    ]
+    return lines
+
+
+def leg_rows(found: Repeat) -> list[tuple[str, str]]:
+    """Return the differences of the legs as labels and texts, for a page."""
+    return [
+        (
+            f"{leg.name}, RMS of new - old",
+            f"sent {_shown(leg.sent_rad * 1e3)} mrad, shaft {_shown(leg.angle_rad * 1e3)} mrad, "
+            f"current {_shown(leg.current_a)} A, force "
+            + ", ".join(f"{axis} {_shown(f)}" for axis, f in zip("xyz", leg.force_n, strict=True))
+            + " N",
+        )
+        for leg in found.legs
+    ]
+
+
+def body_rows(found: Repeat) -> list[tuple[str, str]]:
+    """Return the body's part of the comparison: label and text."""
+    return [
+        (
+            "compared",
+            f"{found.duration_s:.1f} s of {found.old_s:.1f} s old, {found.new_s:.1f} s new",
+        ),
+        ("true velocity, RMS of new - old", _velocity(found.true_velocity)),
+        ("predicted velocity, RMS of new - old", _velocity(found.predicted_velocity)),
+        ("way of the old run", _way(found.old_way)),
+        ("way of the new run", _way(found.new_way)),
+        ("dead reckoning, old", _way(found.old_estimated_way)),
+        ("dead reckoning, new", _way(found.new_estimated_way)),
+    ]
+
+
+def _shown(value: float) -> str:
+    return number_text(value, 3)  # NaN: not measured
+
+
+def _velocity(values: tuple[float, ...]) -> str:
+    vx, vy, yaw = (_shown(value * 1e3) for value in values)
+    return f"vx {vx}, vy {vy} mm/s, yaw rate {yaw} mrad/s"
+
+
+def _way(values: tuple[float, ...]) -> str:
+    forward, left, turn = values
+    return f"forward {_shown(forward)} m, left {_shown(left)} m, turned {_shown(turn)} rad"

@@ -1,0 +1,207 @@
+"""The same run twice: the new measurements against the old, leg by leg and for the body.
+
+Both runs are laid one over the other where their feet begin to move: switching torque on takes each robot
+its own time. A quantity that either run did not measure is NaN.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from model.errors import RecordError
+from model.values.arrays import FloatArray
+from model.values.tick import Mode
+from record.log.recording import Recording
+from robot.report.summary import planar_pose
+
+# The least that can be compared.
+LEAST_TICKS = 10
+QUIET = (Mode.IDLE.value, Mode.ARMED.value)
+
+
+@dataclass(frozen=True, slots=True)
+class LegRepeat:
+    """Root mean square of new minus old for one leg.
+
+    Attributes:
+        name: The leg.
+        sent_rad: Shaft angle sent.
+        angle_rad: Shaft angle measured.
+        current_a: Motor current.
+        force_n: Measured force on the foot, x, y, z.
+    """
+
+    name: str
+    sent_rad: float
+    angle_rad: float
+    current_a: float
+    force_n: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Repeat:
+    """A run and its repetition.
+
+    Attributes:
+        duration_s: How much of both lies one over the other.
+        old_s: Length of the old run.
+        new_s: Length of the new one.
+        legs: Differences of each leg.
+        true_velocity: RMS difference of the body's true velocity: vx, vy [m/s], yaw rate [rad/s].
+        predicted_velocity: The same of the model's.
+        old_way: Forward way [m], sideways [m] and turn [rad] of the old run, true where known.
+        new_way: The same of the new one.
+        old_estimated_way: The same of the old run by dead reckoning.
+        new_estimated_way: The same of the new one.
+    """
+
+    duration_s: float
+    old_s: float
+    new_s: float
+    legs: tuple[LegRepeat, ...]
+    true_velocity: tuple[float, ...]
+    predicted_velocity: tuple[float, ...]
+    old_way: tuple[float, ...]
+    new_way: tuple[float, ...]
+    old_estimated_way: tuple[float, ...]
+    new_estimated_way: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Overlay:
+    """Two runs on one time axis, T samples: those of the old run that the new one reaches too.
+
+    Attributes:
+        names: Leg names.
+        t_s: Time since the feet began to move, (T,).
+        old: The old run's columns, by what they are.
+        new: The new run's, at the same times.
+    """
+
+    names: tuple[str, ...]
+    t_s: FloatArray
+    old: "Columns"
+    new: "Columns"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Columns:
+    """What is compared of a run, T samples of N legs.
+
+    Attributes:
+        sent_rad: (T, N).
+        angle_rad: (T, N).
+        current_a: (T, N).
+        force_n: (T, N, 3).
+        true_velocity: (T, 3).
+        predicted_velocity: (T, 3).
+        pose: x, y [m], yaw [rad], (T, 3): true where known, else dead reckoning.
+        estimate: The same by dead reckoning, (T, 3).
+    """
+
+    sent_rad: FloatArray
+    angle_rad: FloatArray
+    current_a: FloatArray
+    force_n: FloatArray
+    true_velocity: FloatArray
+    predicted_velocity: FloatArray
+    pose: FloatArray
+    estimate: FloatArray
+
+
+def overlay(old: Recording, new: Recording) -> Overlay:
+    """Lay a run over another.
+
+    Raises:
+        RecordError: They have other legs, or one of them is too short.
+    """
+    if old.names != new.names:
+        raise RecordError(
+            f"the old run has legs {', '.join(old.names)}, the new one {', '.join(new.names)}"
+        )
+    old_t, new_t = _moving_time(old), _moving_time(new)
+    shared = (old_t >= new_t[0]) & (old_t <= new_t[-1])
+    if np.count_nonzero(shared) < LEAST_TICKS:
+        raise RecordError("the two runs share less than ten ticks: there is nothing to compare")
+    t_s = old_t[shared]
+    return Overlay(old.names, t_s, _columns(old, old_t, t_s), _columns(new, new_t, t_s))
+
+
+def _moving_time(log: Recording) -> FloatArray:
+    """Time since the first tick of a plan, or since the beginning if there is none."""
+    moving = ~np.isin(log.mode, QUIET)
+    begin: FloatArray = log.t_s - log.t_s[np.argmax(moving)]
+    return begin
+
+
+def _columns(log: Recording, own_t_s: FloatArray, t_s: FloatArray) -> Columns:
+    def at(values: FloatArray) -> FloatArray:
+        flat = values.reshape(len(values), -1)
+        sampled = np.column_stack([np.interp(t_s, own_t_s, column) for column in flat.T])
+        return sampled.reshape(len(t_s), *values.shape[1:])
+
+    return Columns(
+        at(log.sent_angle_rad),
+        at(log.angle_rad),
+        at(log.current_a),
+        at(log.force_n),
+        at(log.truth_velocity_B),
+        at(log.predicted_velocity_B),
+        at(planar_pose(log)),
+        at(log.estimate_pose),
+    )
+
+
+def compare_runs(old: Recording, new: Recording, both: Overlay) -> Repeat:
+    """Compare two runs that lie one over the other."""
+    one, other = both.old, both.new
+    sent = _root_mean_square(turned(other.sent_rad - one.sent_rad))
+    angle = _root_mean_square(turned(other.angle_rad - one.angle_rad))
+    current = _root_mean_square(other.current_a - one.current_a)
+    force = _root_mean_square(other.force_n - one.force_n)
+    legs = tuple(
+        LegRepeat(name, float(sent[i]), float(angle[i]), float(current[i]), _floats(force[i]))
+        for i, name in enumerate(both.names)
+    )
+    return Repeat(
+        duration_s=float(both.t_s[-1] - both.t_s[0]),
+        old_s=float(old.t_s[-1] - old.t_s[0]),
+        new_s=float(new.t_s[-1] - new.t_s[0]),
+        legs=legs,
+        true_velocity=_floats(_root_mean_square(other.true_velocity - one.true_velocity)),
+        predicted_velocity=_floats(
+            _root_mean_square(other.predicted_velocity - one.predicted_velocity)
+        ),
+        old_way=_way(one.pose),
+        new_way=_way(other.pose),
+        old_estimated_way=_way(one.estimate),
+        new_estimated_way=_way(other.estimate),
+    )
+
+
+def turned(difference_rad: FloatArray) -> FloatArray:
+    """Return differences of angles without whole turns: a servo may count from another one."""
+    return np.asarray(np.angle(np.exp(1j * difference_rad)))
+
+
+def _root_mean_square(values: FloatArray) -> FloatArray:
+    """Over time and all that is known; NaN where nothing is."""
+    known = np.isfinite(values)
+    count = known.sum(axis=0)
+    total = np.where(known, values, 0.0)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.sqrt((total**2).sum(axis=0) / np.where(count > 0, count, np.nan)))
+
+
+def _way(pose: FloatArray) -> tuple[float, ...]:
+    known = pose[np.isfinite(pose).all(axis=1)]
+    if len(known) < 2:
+        return (np.nan,) * 3
+    step, yaw = known[-1] - known[0], known[0, 2]
+    forward = np.cos(yaw) * step[0] + np.sin(yaw) * step[1]
+    left = np.cos(yaw) * step[1] - np.sin(yaw) * step[0]
+    return float(forward), float(left), float(step[2])
+
+
+def _floats(values: FloatArray) -> tuple[float, ...]:
+    return tuple(float(value) for value in values)

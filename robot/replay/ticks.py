@@ -1,0 +1,156 @@
+"""A log's inputs through today's controller, and its outputs against the recorded ones.
+
+This is the step that the loop calls, and nothing beside it: a log is replayed by calling it in a row.
+"""
+
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import chain
+from pathlib import Path
+
+from model.errors import RecordError
+from model.values.tick import Tick
+from record.log.reader import LogContents
+from record.log.tick_message import TickInputs, decode_inputs, decode_tick, says_the_same
+from record.log.topic_reader import TickMessage, read_tick_messages
+from robot.config.robot_file import RobotConfig
+from robot.control.controller import Controller
+from robot.replay.compare import Comparison, Difference, FieldResult
+from robot.replay.fields import FIELDS
+from robot.run.header import rebuild_controller
+
+# What the metadata of a log say of data that no run of ours made.
+IMPORTED = "imported"
+
+
+@dataclass(frozen=True, slots=True)
+class Replay:
+    """What a replay found.
+
+    Attributes:
+        path: The log.
+        ticks: Ticks replayed.
+        equal_bits: How many of them are the same in every bit.
+        duration_s: How much of the run they are.
+        wall_s: How long the ticks took; loading the model's machine code before them is not counted.
+        fields: How each field agrees.
+        first: The first difference that is too large, None if there is none.
+        notes: What had to be assumed or left out, in words.
+        complete: Whether the log holds every output that today's code has.
+    """
+
+    path: Path
+    ticks: int
+    equal_bits: int
+    duration_s: float
+    wall_s: float
+    fields: tuple[FieldResult, ...]
+    first: Difference | None
+    notes: tuple[str, ...]
+    complete: bool
+
+    @property
+    def equal(self) -> bool:
+        """Whether every field agrees within its tolerance."""
+        return self.first is None
+
+
+def replay_log(
+    path: Path,
+    *,
+    scale: float = 1.0,
+    config: RobotConfig | None = None,
+    contents: LogContents | None = None,
+) -> Replay:
+    """Replay a log.
+
+    Args:
+        path: The log.
+        scale: Factor on all tolerances; 0 asks for the same bits.
+        config: Another robot file to try instead of the log's.
+        contents: Filled on the way: robot file, metadata, damage, how far it is.
+
+    Raises:
+        RecordError: The log cannot be read, or holds no ticks.
+        ConfigError: Its robot file is none of today's.
+    """
+    contents = contents if contents is not None else LogContents()
+    messages = read_tick_messages(path, contents)
+    first_message = next(messages, None)
+    if first_message is None:
+        reason = contents.damage or "it holds no ticks"
+        raise RecordError(f"{path} is no log of ours, or nothing of it is left: {reason}")
+    if contents.metadata.get("hardware") == IMPORTED:
+        raise RecordError(
+            f"{path} is imported data: no controller made it, so none can be held to it"
+        )
+    rebuilt = rebuild_controller(contents, config)
+    began = time.perf_counter()
+    controller, notes = rebuilt.controller, list(rebuilt.notes)
+    fields = [f for f in FIELDS if rebuilt.forces_known or f.stage != "forces"]
+    if first_message.layout == 1:
+        notes.append("the log is older than the estimator: what that says is not compared")
+        fields = [f for f in fields if f.stage != "odometry"]
+    comparison = Comparison(fields, controller.config.parameters.legs.names, scale)
+    start_ns = now_ns = decode_inputs(first_message.data, first_message.layout).t_ns
+    comparison.begin(start_ns)
+    equal_bits = 0
+    for message, seen, tick in step_through(chain((first_message,), messages), controller, notes):
+        now_ns = tick.t_ns
+        # the same bits need no second look, and taking a message apart costs more than making one
+        if says_the_same(tick, message.data, seen.end, message.layout):
+            comparison.add_equal()
+            equal_bits += 1
+        else:
+            comparison.add(decode_tick(message.data, message.layout, seen), tick)
+    if contents.damage:
+        notes.append(f"the file is {contents.damage}")
+    if comparison.ticks == 0:
+        raise RecordError(
+            f"{path} does not begin with tick 0; a replay needs a log from its beginning"
+        )
+    results = comparison.results()
+    return Replay(
+        path=path,
+        ticks=comparison.ticks,
+        equal_bits=equal_bits,
+        duration_s=(now_ns - start_ns) * 1e-9,
+        wall_s=time.perf_counter() - began,
+        fields=results,
+        first=comparison.first,
+        notes=tuple(notes),
+        complete=len(fields) == len(FIELDS),
+    )
+
+
+def step_through(
+    messages: Iterable[TickMessage], controller: Controller, notes: list[str]
+) -> Iterator[tuple[TickMessage, TickInputs, Tick]]:
+    """Step a controller through recorded inputs.
+
+    Args:
+        messages: Ticks of a log as messages, from the first one on.
+        controller: The controller.
+        notes: Told in words where the log has a gap; the replay ends there.
+
+    Yields:
+        The message, the inputs in it, and today's tick.
+    """
+    state = controller.initial()
+    for message in messages:
+        seen = decode_inputs(message.data, message.layout)
+        if seen.index != state.index:
+            notes.append(_gap_words(state.index, seen.index))
+            return
+        state, tick = controller.step(state, seen.inputs, seen.t_ns)
+        yield message, seen, tick
+
+
+def _gap_words(expected: int, found: int) -> str:
+    if found < expected:
+        return "another run begins here (the log is merged): only the first is replayed"
+    return (
+        f"ticks {expected} to {found - 1} are missing from the log: only what is before them is "
+        "replayed"
+    )

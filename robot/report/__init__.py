@@ -1,0 +1,4 @@
+"""A log as figures, numbers and pages.
+
+Called by commands once a run is over. Reads logs, never devices.
+"""

@@ -1,0 +1,252 @@
+"""Pictures of a log: trajectory, body velocity, foot forces; predicted against measured.
+
+Each pair of curves is drawn with the difference below it, because overlaid curves hide each other.
+Colours are those of Okabe and Ito, distinct for the colour-blind; line styles differ as well.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from model.values.arrays import FloatArray
+from model.values.tick import Mode
+from record.log.recording import Recording
+from robot.control.stop_causes import WISHED
+from robot.report.run_totals import truth_yaw
+from robot.report.summary import planar_pose
+
+TRUE, PREDICTED, DIFFERENCE, ESTIMATED = "#0072B2", "#D55E00", "#555555", "#009E73"
+FAULT, HEADING = "#D6204E", "#000000"
+HEADING_M = 0.012
+# The least span of an axis: a robot at rest is a line, not rounding errors that fill the picture.
+LEAST_M, LEAST_MM_S, LEAST_N, LEAST_MRAD = 0.05, 2.0, 2.0, 2.0
+WILD = 4.0  # as many times the span of nearly all samples: the rest is left out
+STYLE: Any = {  # matplotlib types its settings by name
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.alpha": 0.25,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "bigant",
+    "legend.framealpha": 0.85,
+    "legend.edgecolor": "none",
+    "legend.borderpad": 0.2,
+}
+# A picture is 650 points wide, a panel of the forces a third of it.
+MOST_POINTS, MOST_IN_PANEL = 1500, 600
+
+
+def draw_log(log: Recording) -> dict[str, Figure]:
+    """Draw all pictures of a log, by title."""
+    with mpl.rc_context(STYLE):
+        return {
+            "Trajectory": _trajectory(log),
+            "Body velocity": _velocity(log),
+            "Foot forces": _forces(log),
+            "Shafts": _shafts(log),
+        }
+
+
+def save_png(figures: dict[str, Figure], path: Path) -> tuple[Path, ...]:
+    """Save each picture as a PNG beside ``path``; return the files."""
+    saved = []
+    for title, figure in figures.items():
+        target = path.with_name(f"{path.stem}-{title.lower().replace(' ', '-')}.png")
+        figure.savefig(target, dpi=130)
+        saved.append(target)
+    return tuple(saved)
+
+
+def _thin(log: Recording, most: int = MOST_POINTS) -> slice:
+    return slice(None, None, max(1, len(log.t_s) // most))
+
+
+def _trajectory(log: Recording) -> Figure:
+    figure = Figure(figsize=(9, 3.6), layout="constrained")
+    ax: Axes = figure.subplots()
+    thin = _thin(log)
+    estimate = _in_truth_frame(log, log.estimate_pose)[thin]
+    if log.has_truth:
+        true = planar_pose(log)[thin]
+        ax.plot(true[:, 0], true[:, 1], color=TRUE, lw=2.5, label="true")
+    ax.plot(
+        estimate[:, 0], estimate[:, 1], color=PREDICTED, lw=1.5, ls="--", label="dead reckoning"
+    )
+    if np.isfinite(log.odometry_pose).any():
+        said = _in_truth_frame(log, log.odometry_pose)[thin]
+        ax.plot(said[:, 0], said[:, 1], color=ESTIMATED, lw=1.5, ls="-.", label="estimator")
+    _headings(ax, true if log.has_truth else estimate)
+    _widen(ax, LEAST_M)
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.set_xlabel("x [m]")
+    ax.set_ylabel("y [m]")
+    _legend_above(ax)
+    return figure
+
+
+def _headings(ax: Axes, pose: FloatArray) -> None:
+    """Draw which way the body points, at some places of a path."""
+    known = pose[np.isfinite(pose).all(axis=1)]
+    if len(known) == 0:
+        return
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(known[:, :2], axis=0).T))])
+    for row in known[np.unique(np.searchsorted(along, np.linspace(0, along[-1], 6)))]:
+        ahead = HEADING_M * np.array([np.cos(row[2]), np.sin(row[2])])
+        ax.annotate("", xy=tuple(row[:2] + ahead), xytext=tuple(row[:2]), zorder=5,
+                    arrowprops={"arrowstyle": "-|>", "color": HEADING, "lw": 0.6})  # fmt: skip
+    ax.plot([], [], color=HEADING, lw=0.6, marker=">", ms=4, label="heading of the body")
+
+
+def _widen(ax: Axes, least: float) -> None:
+    """Give both axes a least span, as if there were points so far apart."""
+    middle = [ax.dataLim.x0 + ax.dataLim.width / 2, ax.dataLim.y0 + ax.dataLim.height / 2]
+    ax.update_datalim([[place + side * least / 2 for place in middle] for side in (-1, 1)])
+    ax.autoscale_view()
+
+
+def _legend_above(ax: Axes) -> None:
+    """Put the legend above the axes, where no curve is."""
+    ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=7, frameon=False, borderaxespad=0)
+
+
+def _in_truth_frame(log: Recording, own: FloatArray) -> FloatArray:
+    """Poses begun where the truth begins, so that both can be compared; (T, 3)."""
+    pose = own.copy()
+    known = np.flatnonzero(np.isfinite(log.truth_position_W[:, 0]))
+    if len(known) == 0:
+        return pose
+    first = known[0]
+    turn = truth_yaw(log)[first] - pose[first, 2]
+    c, s = np.cos(turn), np.sin(turn)
+    moved = pose[:, :2] - pose[first, :2]
+    pose[:, :2] = log.truth_position_W[first, :2] + moved @ np.array([[c, s], [-s, c]])
+    pose[:, 2] += turn
+    return pose
+
+
+def _velocity(log: Recording) -> Figure:
+    figure = Figure(figsize=(9, 6.9), layout="constrained")
+    axes = figure.subplots(4, 1, sharex=True, height_ratios=[2, 2, 2, 1.4])
+    labels = ("vx [mm/s]", "vy [mm/s]", "yaw rate [mrad/s]")
+    curves = [("predicted", log.predicted_velocity_B, PREDICTED, 0.9)]
+    if log.has_truth:
+        curves.insert(0, ("true", log.truth_velocity_B, TRUE, 1.8))
+    if np.isfinite(log.odometry_velocity_B).any():
+        curves.append(("estimator", log.odometry_velocity_B, ESTIMATED, 0.9))
+    thin = _thin(log)
+    for component, ax in enumerate(axes[:3]):
+        for name, velocity, colour, width in curves:
+            values = velocity[thin, component] * 1e3
+            ax.plot(log.t_s[thin], values, color=colour, lw=width, label=name)
+        ax.set_ylabel(labels[component])
+        _shade_walking(ax, log)
+        _mark_faults(ax, log)
+        shown = np.concatenate([velocity[:, component] for _, velocity, _, _ in curves])
+        _clip(ax, shown * 1e3, LEAST_MM_S)
+    _legend_above(axes[0])
+    _velocity_difference(axes[3], log, labels)
+    return figure
+
+
+def _velocity_difference(ax: Axes, log: Recording, labels: tuple[str, ...]) -> None:
+    error = (log.predicted_velocity_B - log.truth_velocity_B) * 1e3
+    thin = _thin(log)
+    ax.set_xlabel("time [s]")
+    ax.set_ylabel("predicted\nless true")
+    if not log.has_truth:
+        ax.text(0.5, 0.5, "no truth in this log", transform=ax.transAxes, ha="center", va="center")
+        return
+    for component, colour in enumerate((PREDICTED, ESTIMATED, "#CC79A7")):
+        ax.plot(
+            log.t_s[thin], error[thin, component], lw=0.8, color=colour, label=labels[component]
+        )
+    _legend_above(ax)
+    _clip(ax, error.ravel(), LEAST_MM_S)
+
+
+def _forces(log: Recording) -> Figure:
+    legs = len(log.names)
+    figure = Figure(figsize=(9, 1.5 * legs + 0.6), layout="constrained")
+    axes = figure.subplots(legs, 3, sharex=True, squeeze=False, sharey="col")
+    thin = _thin(log, MOST_IN_PANEL)
+    for leg, name in enumerate(log.names):
+        for axis, letter in enumerate("xyz"):
+            ax = axes[leg, axis]
+            ax.plot(log.t_s[thin], log.force_n[thin, leg, axis], color=TRUE, lw=1.2)
+            ax.plot(log.t_s[thin], log.predicted_force_n[thin, leg, axis], color=PREDICTED, lw=0.8)
+            if leg == 0:
+                ax.set_title(f"F{letter} [N]")
+            if axis == 0:
+                ax.set_ylabel(name)
+            if leg == legs - 1:
+                ax.set_xlabel("time [s]")
+    measured = bool(np.isfinite(log.force_n).any())
+    for axis in range(3):
+        both = np.concatenate([log.force_n[:, :, axis], log.predicted_force_n[:, :, axis]])
+        _clip(axes[0, axis], both.ravel(), LEAST_N)
+    shown = [mpl.lines.Line2D([], [], color=PREDICTED, label="predicted")]
+    if measured:
+        shown.insert(0, mpl.lines.Line2D([], [], color=TRUE, label="measured"))
+    title = None if measured else "no foot forces were measured"
+    figure.legend(handles=shown, title=title, loc="outside upper center", ncols=2)
+    return figure
+
+
+def _shafts(log: Recording) -> Figure:
+    figure = Figure(figsize=(9, 4.2), layout="constrained")
+    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
+    thin = _thin(log)
+    for leg, name in enumerate(log.names):
+        top.plot(log.t_s[thin], log.angle_rad[thin, leg], lw=1.2, label=name)
+        lag = (log.angle_rad - log.sent_angle_rad)[thin, leg]
+        bottom.plot(log.t_s[thin], lag * 1e3, lw=0.8)
+    top.set_ylabel("shaft angle [rad]")
+    bottom.set_ylabel("measured\nless sent [mrad]")
+    _clip(bottom, (log.angle_rad - log.sent_angle_rad).ravel() * 1e3, LEAST_MRAD)
+    bottom.set_xlabel("time [s]")
+    _shade_walking(top, log)
+    _mark_faults(top, log)
+    _legend_above(top)
+    return figure
+
+
+def _shade_walking(ax: Axes, log: Recording) -> None:
+    walking = log.mode == Mode.WALK.value
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], walking, [False]]).astype(int)))
+    for begin, end in edges.reshape(-1, 2):
+        label = "walking" if begin == edges[0] else None
+        span = (log.t_s[begin], log.t_s[end - 1])
+        ax.axvspan(*span, color="#000000", alpha=0.07, lw=0, label=label)
+
+
+def _mark_faults(ax: Axes, log: Recording) -> None:
+    """Mark ticks with faults at the upper edge, and where a stop began that nobody wished."""
+    rows = sorted({row for row, _ in log.faults})
+    if rows:
+        rows = rows[:: 1 + len(rows) // MOST_IN_PANEL]
+        edge = ax.get_xaxis_transform()
+        ax.plot(log.t_s[rows], np.full(len(rows), 0.96), ls="", marker="|", ms=5, mew=0.8,
+                color=FAULT, transform=edge, label="fault")  # fmt: skip
+    unwished = ~np.isin(log.stop_reason, [reason.value for reason in WISHED])
+    if unwished.any():
+        begin = log.t_s[int(np.argmax(unwished))]
+        ax.axvline(begin, color=FAULT, lw=1, ls=":", label="stop begins")
+
+
+def _clip(ax: Axes, values: FloatArray, least: float) -> None:
+    """Scale to what matters: a few wild samples must not flatten the rest, and rest is a line."""
+    known = values[np.isfinite(values)]
+    if len(known) == 0:
+        return
+    low, high = np.percentile(known, [0.5, 99.5])
+    if np.ptp(known) <= WILD * max(high - low, least):
+        low, high = known.min(), known.max()
+    low, high = min(low, 0.0), max(high, 0.0)
+    missing = max(0.0, least - (high - low)) / 2
+    margin = 0.08 * max(high - low, least) + missing
+    ax.set_ylim(low - margin, high + margin)

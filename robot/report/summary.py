@@ -1,0 +1,211 @@
+"""What a log says in a few figures: distance, speed, slip, forces, faults, loop."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from model.values.arrays import FloatArray
+from model.values.faults import StopReason
+from record.log.recording import Recording
+from robot.report.run_totals import RunTotals, truth_yaw
+
+
+@dataclass(frozen=True, slots=True)
+class Summary:
+    """Figures of one run. NaN where they cannot be known; velocities: vx, vy [m/s], yaw rate [rad/s].
+
+    Attributes:
+        gait: Gait, as the log's metadata has it.
+        hardware: Hardware, as the log's metadata has it.
+        duration_s: Length of the log.
+        walking_s: Time in mode WALK.
+        cycles: Gait cycles walked.
+        truth: Whether distance, speed and slip are the plant's or motion capture's, not the model's.
+        distance_m: Way in the ground plane while walking, straight from first to last point.
+        forward_m: The same along the body's first heading.
+        mean_speed_m_s: Forward way over walking time.
+        yaw_rad: Change of heading.
+        slip_percentiles_m_s: 5, 25, 50, 75 and 95 % of the forward slip velocity of loaded feet.
+        velocity_rmse: Predicted against true body velocity while walking, per component.
+        velocity_rms: RMS of the true body velocity while walking, per component.
+        force_rmse_n: Predicted against measured foot force while walking, x, y, z.
+        drift_m: Distance between dead reckoning and truth at the end of the run.
+        walk_drift_m: The same over the walk alone: both begin together where it begins.
+        odometry_rmse: The estimator's against true body velocity while walking, per component.
+        odometry_force_rmse_n: Its against measured foot force while walking, x, y, z.
+        odometry_drift_m: Distance between its pose and truth at the end of the run.
+        odometry_walk_drift_m: The same over the walk alone.
+        odometry_sd: Its standard deviations of x, y [m], yaw [rad] at the end of the run.
+        odometry_health: Share of the ticks with health ok, degraded, lost; of those in which it ran.
+        forces: Whether any foot force was measured.
+        faults: Ticks in which each kind of fault was, most frequent first.
+        last_faults: Time [s] and words of each fault the last time it was, the newest first.
+        late_p50_ms: Median lateness of a tick.
+        late_p99_ms: 99 %.
+        late_max_ms: Largest.
+        missed: Periods missed.
+        ticks: Number of ticks.
+        hottest_c: Highest servo temperature.
+        stop_reason: Why it ended.
+        stop_s: When it began to stop, on the log's clock; NaN if it did not.
+        stop_cause: The faults that made it stop, in words; empty if none did.
+        damage: Empty, or how the file ends early.
+    """
+
+    gait: str
+    hardware: str
+    duration_s: float
+    walking_s: float
+    cycles: float
+    truth: bool
+    distance_m: float
+    forward_m: float
+    mean_speed_m_s: float
+    yaw_rad: float
+    slip_percentiles_m_s: tuple[float, ...]
+    velocity_rmse: tuple[float, ...]
+    velocity_rms: tuple[float, ...]
+    force_rmse_n: tuple[float, ...]
+    drift_m: float
+    walk_drift_m: float
+    odometry_rmse: tuple[float, ...]
+    odometry_force_rmse_n: tuple[float, ...]
+    odometry_drift_m: float
+    odometry_walk_drift_m: float
+    odometry_sd: tuple[float, ...]
+    odometry_health: tuple[float, ...]
+    forces: bool
+    faults: tuple[tuple[str, int], ...]
+    last_faults: tuple[tuple[float, str], ...]
+    late_p50_ms: float
+    late_p99_ms: float
+    late_max_ms: float
+    missed: int
+    ticks: int
+    hottest_c: float
+    stop_reason: str
+    stop_s: float
+    stop_cause: str
+    damage: str
+
+
+PERCENTILES = (5, 25, 50, 75, 95)
+
+
+def summarise(log: Recording) -> Summary:
+    """Compute the figures of a log."""
+    totals = RunTotals()
+    totals.add(log)
+    return summarise_totals(totals, log)
+
+
+def summarise_totals(totals: RunTotals, last: Recording) -> Summary:
+    """Compute the figures of a log that was read in blocks.
+
+    Args:
+        totals: What all blocks gave.
+        last: The last block; it knows metadata and damage.
+    """
+    t_s, walking, pose = totals.column("t_s"), totals.walking, totals.pose()
+    walking_s = float(np.sum(walking[1:] * np.diff(t_s)))
+    true, dead, said = totals.true_pose(), totals.column("estimate"), totals.column("odometry")
+    way, forward, turn = _way(pose[walking & np.isfinite(pose).all(axis=1)])
+    late_ms = totals.column("lateness_s") * 1e3
+    return Summary(
+        gait=last.metadata.get("gait", "?"),
+        hardware=last.metadata.get("hardware", "?"),
+        duration_s=float(t_s[-1] - t_s[0]),
+        walking_s=walking_s,
+        cycles=_span(totals.column("gait_phase")[walking]),
+        truth=totals.truth,
+        distance_m=way,
+        forward_m=forward,
+        mean_speed_m_s=forward / walking_s if walking_s > 0 else np.nan,
+        yaw_rad=turn,
+        slip_percentiles_m_s=_percentiles(totals.slip_m_s()),
+        velocity_rmse=totals.velocity_error.root(),
+        velocity_rms=totals.velocity.root(),
+        force_rmse_n=totals.force_error.root(),
+        drift_m=_drift(true, dead),
+        walk_drift_m=_drift(true[walking], dead[walking]),
+        odometry_rmse=totals.odometry_error.root(),
+        odometry_force_rmse_n=totals.odometry_force_error.root(),
+        odometry_drift_m=_drift(true, said),
+        odometry_walk_drift_m=_drift(true[walking], said[walking]),
+        odometry_sd=tuple(totals.odometry_sd.tolist()),
+        odometry_health=_health(totals.column("odometry_health")),
+        forces=totals.forces,
+        faults=tuple(totals.faults.most_common()),
+        last_faults=_last_faults(totals),
+        late_p50_ms=float(np.percentile(late_ms, 50)),
+        late_p99_ms=float(np.percentile(late_ms, 99)),
+        late_max_ms=float(late_ms.max()),
+        missed=totals.missed,
+        ticks=len(t_s),
+        hottest_c=totals.hottest_c,
+        stop_reason=_reason_words(StopReason(int(last.stop_reason[-1]))),
+        stop_s=totals.stop_s,
+        stop_cause=totals.stop_cause,
+        damage=last.damage,
+    )
+
+
+def _reason_words(reason: StopReason) -> str:
+    return reason.name.lower().replace("_", " ")
+
+
+def reason_of(words: str) -> StopReason:
+    """Return the reason that a summary's ``stop_reason`` names."""
+    return StopReason[words.upper().replace(" ", "_")]
+
+
+def planar_pose(log: Recording) -> FloatArray:
+    """Return x, y [m] and yaw [rad], (T, 3): the truth's if there is one, else dead reckoning's."""
+    if not log.has_truth:
+        return log.estimate_pose
+    return np.column_stack([log.truth_position_W[:, :2], truth_yaw(log)])
+
+
+def _way(pose: FloatArray) -> tuple[float, float, float]:
+    if len(pose) < 2:
+        return np.nan, np.nan, np.nan
+    step = pose[-1, :2] - pose[0, :2]
+    heading = np.array([np.cos(pose[0, 2]), np.sin(pose[0, 2])])
+    return float(np.hypot(*step)), float(step @ heading), float(pose[-1, 2] - pose[0, 2])
+
+
+def _span(values: FloatArray) -> float:
+    known = values[np.isfinite(values)]
+    return float(known[-1] - known[0]) if len(known) else np.nan
+
+
+def _percentiles(values: FloatArray) -> tuple[float, ...]:
+    known = values[np.isfinite(values)]
+    if len(known) == 0:
+        return (np.nan,) * len(PERCENTILES)
+    return tuple(float(p) for p in np.percentile(known, PERCENTILES))
+
+
+def _health(codes: FloatArray) -> tuple[float, ...]:
+    ran = codes[codes >= 0]
+    return tuple(float(np.mean(ran == code)) for code in range(3)) if len(ran) else (np.nan,) * 3
+
+
+def _last_faults(totals: RunTotals) -> tuple[tuple[float, str], ...]:
+    told = [
+        (t_s, f"{kind} {source}: {detail}")
+        for (kind, source), (t_s, detail) in totals.last_faults.items()
+    ]
+    return tuple(sorted(told, key=lambda one: -one[0]))
+
+
+def _drift(true: FloatArray, estimate: FloatArray) -> float:
+    known = np.flatnonzero(np.isfinite(true[:, 0]))
+    if len(known) == 0:
+        return np.nan
+    first, last = known[0], known[-1]
+    yaw = true[first, 2] - estimate[first, 2]
+    c, s = np.cos(yaw), np.sin(yaw)
+    moved = estimate[last, :2] - estimate[first, :2]
+    there = true[first, :2] + np.array([[c, -s], [s, c]]) @ moved
+    return float(np.hypot(*(true[last, :2] - there)))

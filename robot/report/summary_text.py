@@ -1,0 +1,142 @@
+"""The summary of a run as rows of text, each of which stands alone; "-" where a figure is not known."""
+
+import math
+import textwrap
+from itertools import zip_longest
+
+from model.values.faults import StopReason
+from robot.console.number_text import number_text
+from robot.control.stop_causes import WISHED, WORDS
+from robot.report.summary import PERCENTILES, Summary, reason_of
+
+Row = tuple[str, str]
+MOST_LAST_FAULTS = 3
+LEAST_ROOM = 20
+
+
+def summary_lines(summary: Summary, columns: int | None = None) -> list[str]:
+    """Return the summary as lines of text for a person, broken at words to so many columns."""
+    return table_lines(summary_rows(summary), columns)
+
+
+def table_lines(rows: list[Row], columns: int | None = None) -> list[str]:
+    """Return rows as lines, labels in a column; a text that is too long goes on below itself.
+
+    Args:
+        rows: Label and text.
+        columns: Letters of a line; None: as long as it is.
+    """
+    width = max(len(label) for label, _ in rows)
+    room = None if columns is None else max(LEAST_ROOM, columns - width - 2)
+    lines = []
+    for label, text in rows:
+        parts = [text] if room is None else textwrap.wrap(text, room) or [""]
+        lines += [
+            f"{head:<{width}}  {part}" for head, part in zip_longest((label,), parts, fillvalue="")
+        ]
+    return lines
+
+
+def summary_rows(summary: Summary) -> list[Row]:
+    """Return label and text of each row of the table; what the run did not do has no row."""
+    s = summary
+    going = reason_of(s.stop_reason) is StopReason.NONE
+    ended = "not ended in this log" if going else f"ended: {s.stop_reason}"
+    rows = [("run", f"{s.gait} on {s.hardware}, {s.duration_s:.1f} s, {ended}")]
+    rows += [*_stop_rows(s), *_walk_rows(s)]
+    if s.truth:
+        rows.append(("drift of dead reckoning", _drift_words(s.walk_drift_m, s.drift_m)))
+    if not s.forces:
+        rows.append(("foot forces", "none measured"))
+    elif math.isfinite(s.force_rmse_n[0]):
+        rows.append(("predicted foot force, RMSE", _force_words(s.force_rmse_n)))
+    if math.isfinite(s.odometry_health[0]):
+        rows += _odometry_rows(s)
+    rows += [
+        ("loop", f"{s.ticks} ticks, late p50 {s.late_p50_ms:.2f} p99 {s.late_p99_ms:.2f} "
+         f"max {s.late_max_ms:.2f} ms, {s.missed} missed"),
+        ("hottest servo", f"{number_text(s.hottest_c, 0)} C"),
+        ("faults", ", ".join(f"{kind} in {_ticks(n)}" for kind, n in s.faults) or "none"),
+    ]  # fmt: skip
+    if s.damage:
+        rows.append(("file", s.damage))
+    return rows
+
+
+def _ticks(count: int) -> str:
+    return "1 tick" if count == 1 else f"{count} ticks"
+
+
+def _stop_rows(s: Summary) -> list[Row]:
+    """Why a run stopped that nobody ended, when, and what went wrong last."""
+    reason = reason_of(s.stop_reason)
+    if reason in WISHED:
+        return []
+    cause = f" ({s.stop_cause})" if s.stop_cause else ""
+    when = f", from {number_text(s.stop_s, 2)} s on"
+    last = [f"{words} at {t_s:.2f} s" for t_s, words in s.last_faults[:MOST_LAST_FAULTS]]
+    rows = [("stopped because", f"{WORDS[reason]}{cause}{when}")]
+    return rows + ([("last faults", "; ".join(last))] if last else [])
+
+
+def _walk_rows(s: Summary) -> list[Row]:
+    if s.walking_s <= 0:
+        return [("walked", "did not walk")]
+    source = "true" if s.truth else "estimated"
+    slip = ", ".join(
+        f"{p} %: {_milli(v)}" for p, v in zip(PERCENTILES, s.slip_percentiles_m_s, strict=True)
+    )
+    rows = [
+        ("walked", f"{number_text(s.cycles, 2)} cycles in {s.walking_s:.1f} s"),
+        ("distance", f"{number_text(s.distance_m, 3)} m ({source}, walking), "
+         f"forward {number_text(s.forward_m, 3)} m"),
+        ("mean speed", f"{_milli(s.mean_speed_m_s)} mm/s forward (walking)"),
+        ("turned", f"{number_text(math.degrees(s.yaw_rad), 1)} deg (walking)"),
+    ]  # fmt: skip
+    if math.isfinite(s.slip_percentiles_m_s[0]):
+        rows.append(("forward slip of loaded feet", f"{slip} mm/s ({source}, walking)"))
+    if s.truth:
+        rows += [
+            ("predicted velocity, RMSE", f"{_velocity_words(s.velocity_rmse)} (walking)"),
+            ("true velocity, RMS", f"{_velocity_words(s.velocity_rms)} (walking)"),
+        ]
+    return rows
+
+
+def _odometry_rows(s: Summary) -> list[Row]:
+    ok, degraded, lost = (100 * share for share in s.odometry_health)
+    x, y, yaw = (_milli(value) for value in s.odometry_sd)
+    rows = [
+        ("estimator", f"ok {ok:.1f} %, degraded {degraded:.1f} %, lost {lost:.1f} % of the run"),
+        ("estimator's sd at the end", f"x {x}, y {y} mm, yaw {yaw} mrad (whole run)"),
+    ]  # fmt: skip
+    if s.truth:
+        if s.walking_s > 0:
+            words = f"{_velocity_words(s.odometry_rmse)} (walking)"
+            rows.append(("estimator's velocity, RMSE", words))
+        rows.append(
+            ("drift of the estimator", _drift_words(s.odometry_walk_drift_m, s.odometry_drift_m))
+        )
+    if math.isfinite(s.odometry_force_rmse_n[0]):
+        rows.append(("estimator's foot force, RMSE", _force_words(s.odometry_force_rmse_n)))
+    return rows
+
+
+def _milli(value: float) -> str:
+    return number_text(value * 1e3, 1)
+
+
+def _drift_words(walk_m: float, run_m: float) -> str:
+    """How far the end is off: over the walk if there was one, and over all of the run."""
+    whole = f"{_milli(run_m)} mm (whole run)"
+    return f"{_milli(walk_m)} mm (walking), {whole}" if math.isfinite(walk_m) else whole
+
+
+def _force_words(values: tuple[float, ...]) -> str:
+    told = (f"{axis} {number_text(v, 2)}" for axis, v in zip("xyz", values, strict=True))
+    return ", ".join(told) + " N (walking)"
+
+
+def _velocity_words(values: tuple[float, ...]) -> str:
+    x, y, yaw = (_milli(value) for value in values)
+    return f"vx {x}, vy {y} mm/s, yaw rate {yaw} mrad/s"

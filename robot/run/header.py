@@ -1,0 +1,166 @@
+"""What a log has to say beside its ticks so that its controller can be built again.
+
+The robot file is an attachment of every log. Here are the rest of a controller's arguments, as texts
+of the log's metadata: calibrations of the force sensors, rate of the loop, whether torque was allowed.
+"""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+
+from drivers.ati.calibration import Calibration
+from model.errors import ConfigError, RecordError
+from record.log.reader import LogContents
+from record.log.writer import RATE_KEY
+from robot.config.calibration import CALIBRATION_KEY, calibration_text, parse_calibration
+from robot.config.robot_file import RobotConfig, parse_robot
+from robot.control.controller import Controller
+from robot.run.rig import Rig
+
+CALIBRATIONS_KEY = "calibrations"
+ARMED_KEY = "armed"
+LATENCY_KEY = "bus_latency_ms"
+FORCE_UNIT_KEY = "force_unit"
+
+
+def controller_metadata(
+    controller: Controller, calibrations: tuple[Calibration | None, ...]
+) -> Mapping[str, str]:
+    """Return what a log needs to know of a controller.
+
+    Args:
+        controller: The controller of the run.
+        calibrations: Calibration of each leg's transducer, as the unit gave them.
+    """
+    return {
+        CALIBRATIONS_KEY: json.dumps([_as_json(c) for c in calibrations], separators=(",", ":")),
+        RATE_KEY: str(controller.rate_hz),
+        ARMED_KEY: str(controller.armed).lower(),
+        CALIBRATION_KEY: calibration_text(controller.config.force_sensor.calibration),
+    }
+
+
+def wire_metadata(rig: Rig, *, recorded: bool) -> Mapping[str, str]:
+    """Return what a log with recorded bytes needs to know of the wires, nothing for one without.
+
+    Args:
+        rig: The robot, open.
+        recorded: Whether the log holds the bytes.
+    """
+    if not recorded:
+        return {}
+    with_forces = any(calibration is not None for calibration in rig.calibrations)
+    return {LATENCY_KEY: repr(rig.bus.latency_ms), FORCE_UNIT_KEY: str(with_forces).lower()}
+
+
+def _as_json(calibration: Calibration | None) -> dict[str, object] | None:
+    if calibration is None:
+        return None
+    values = asdict(calibration)
+    ratings = calibration.max_rating
+    values["max_rating"] = [r if math.isfinite(r) else None for r in ratings]  # JSON has no NaN
+    return values
+
+
+def _calibrations(text: str) -> tuple[Calibration | None, ...]:
+    try:
+        found = json.loads(text)
+        return tuple(
+            None
+            if values is None
+            else Calibration(
+                **{
+                    **values,
+                    "max_rating": tuple(math.nan if r is None else r for r in values["max_rating"]),
+                }
+            )
+            for values in found
+        )
+    except (ValueError, TypeError, KeyError) as error:
+        raise RecordError(
+            f"the log's calibrations cannot be read ({error}): it is damaged, or newer than this "
+            "software"
+        ) from error
+
+
+@dataclass(frozen=True, slots=True)
+class Rebuilt:
+    """The controller of a log.
+
+    Attributes:
+        controller: The controller, with today's code.
+        calibrations: Calibrations of the force sensors, None for each leg without one.
+        forces_known: Whether the log holds the calibrations; older logs do not.
+        notes: What had to be assumed, in words.
+    """
+
+    controller: Controller
+    calibrations: tuple[Calibration | None, ...]
+    forces_known: bool
+    notes: tuple[str, ...]
+
+
+def rebuild_controller(contents: LogContents, config: RobotConfig | None = None) -> Rebuilt:
+    """Build the controller that a log was made with.
+
+    Args:
+        contents: Robot file and metadata of the log.
+        config: Another robot file to try instead of the log's.
+
+    Raises:
+        RecordError: The log holds no robot file, or its metadata make no sense.
+        ConfigError: The robot file is none of today's, or the other one has other legs.
+    """
+    used = _config(contents, config)
+    metadata, notes = contents.metadata, []
+    names = used.parameters.legs.names
+    calibrations: tuple[Calibration | None, ...] = (None,) * len(names)
+    forces_known = CALIBRATIONS_KEY in metadata
+    if forces_known:
+        calibrations = _calibrations(metadata[CALIBRATIONS_KEY])
+    else:
+        notes.append("the log is older than recorded calibrations: forces are not compared")
+    rate_hz = used.loop.rate_hz
+    if RATE_KEY in metadata:
+        rate_hz = _whole(metadata[RATE_KEY])
+    else:
+        notes.append(f"the log does not say its rate: {rate_hz} Hz taken from the robot file")
+    armed = metadata.get(ARMED_KEY, "true") == "true"
+    if len(calibrations) != len(names):
+        raise ConfigError(
+            "--robot", f"has {len(names)} legs, the log {len(calibrations)}; choose another file"
+        )
+    controller = Controller(used, calibrations, armed=armed, rate_hz=rate_hz)
+    return Rebuilt(controller, calibrations, forces_known, tuple(notes))
+
+
+def _config(contents: LogContents, config: RobotConfig | None) -> RobotConfig:
+    """Return the robot file in use, with the sensors' calibration that the log holds."""
+    used = config if config is not None else _own_config(contents)
+    text = contents.metadata.get(CALIBRATION_KEY, "")
+    if not text or (config is not None and config.force_sensor.calibration is not None):
+        return used
+    found = parse_calibration(text, used.parameters.legs.names)
+    return replace(used, force_sensor=replace(used.force_sensor, calibration=found))
+
+
+def _own_config(contents: LogContents) -> RobotConfig:
+    if not contents.config_text:
+        raise RecordError(
+            "the log holds no robot file, so its controller cannot be built; give one with --robot"
+        )
+    try:
+        return parse_robot(contents.config_text)
+    except ConfigError as error:
+        raise ConfigError(f"robot file in the log: {error.key}", error.reason) from error
+
+
+def _whole(text: str) -> int:
+    try:
+        rate_hz = int(text)
+    except ValueError:
+        rate_hz = 0
+    if not 1 <= rate_hz <= 1000:
+        raise RecordError(f"the log says that its loop ran at {text!r} Hz: it is damaged")
+    return rate_hz

@@ -1,0 +1,181 @@
+"""The loop: the only place that waits. Read, step, send, record, once a period.
+
+Deadlines lie on a fixed grid. A tick that comes late by more than a period counts what it missed and
+takes the next point of the grid; it never runs a burst to catch up. Torque goes off on every way out.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from model.errors import RecordError
+from model.values.faults import Fault, FaultKind, StopReason
+from model.values.tick import Inputs, LoopTiming, Mode, Request, Tick
+from robot.control.controller import Controller
+from robot.control.safety import Allowed
+from robot.control.state import ControllerState
+from robot.control.stop_causes import cause_words
+from robot.run.rig import Rig, Seen
+
+RESTING = (Mode.IDLE, Mode.HOLD, Mode.LIMP)
+
+
+class Operator(Protocol):
+    """Whoever decides what the robot should do: a script, the keyboard, a replay."""
+
+    def request(self, tick: Tick | None, t_ns: int) -> Request:
+        """Return the wish for the tick at ``t_ns``, knowing the tick before."""
+        ...
+
+
+class TickSink(Protocol):
+    """Where ticks go: the log, in this thread or another."""
+
+    def write(self, tick: Tick) -> None:
+        """Take one tick; must not block for long."""
+        ...
+
+    @property
+    def error(self) -> RecordError | None:
+        """Why the log can no longer be written, None while it can."""
+        ...
+
+
+class Observer(Protocol):
+    """Whoever watches: the live view."""
+
+    def show(self, tick: Tick) -> None:
+        """Take one tick; must not block."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class RunResult:
+    """How a run ended.
+
+    Attributes:
+        reason: Why it ended.
+        ticks: Number of ticks.
+        torque_off: True if every servo confirmed that its torque is off.
+        last: The last tick, None if there was none.
+        detail: What made it end, in words, for a person.
+        missed: Periods that never ran, because the tick before took too long.
+    """
+
+    reason: StopReason
+    ticks: int
+    torque_off: bool
+    last: Tick | None
+    detail: str
+    missed: int
+
+
+def run(
+    rig: Rig,
+    controller: Controller,
+    operator: Operator,
+    sink: TickSink | None,
+    observer: Observer | None,
+) -> RunResult:
+    """Run until the operator's wish is done or something stops the robot.
+
+    Args:
+        rig: The robot, connected.
+        controller: The pure step.
+        operator: Where wishes come from.
+        sink: Where ticks go, if anywhere.
+        observer: Who watches, if anyone.
+    """
+    clock = rig.clock
+    period_ns = controller.period_ns
+    state = controller.initial()
+    tick: Tick | None = None
+    pending: tuple[Fault, ...] = ()
+    detail = ""
+    missed = all_missed = busy_ns = 0
+    try:
+        deadline_ns = clock.now_ns() + period_ns
+        while True:
+            clock.sleep_until_ns(deadline_ns)
+            start_ns = clock.now_ns()
+            timing = LoopTiming(deadline_ns, start_ns - deadline_ns, missed, busy_ns)
+            request = operator.request(tick, start_ns)
+            had_torque = rig.torque
+            call = Call(start_ns, request, timing, (*pending, *_log_fault(sink)))
+            state, tick, pending = exchange(rig, controller, state, call)
+            switched_on = state.allowed.command.torque and not had_torque
+            if sink is not None:
+                sink.write(tick)
+            if observer is not None:
+                observer.show(tick)
+            if not detail and tick.stop_reason is not StopReason.NONE:
+                detail = explain(tick)
+            if tick.mode in RESTING and tick.stop_reason is not StopReason.NONE:
+                break
+            now_ns = clock.now_ns()
+            busy_ns = now_ns - start_ns
+            # a dozen transactions and more: begin a new grid behind them
+            if switched_on or state.allowed.recover:
+                deadline_ns = now_ns
+            missed = max(0, (now_ns - deadline_ns) // period_ns)
+            all_missed += missed
+            deadline_ns += period_ns * (1 + missed)
+    finally:
+        torque_off = rig.cut_torque()
+    return RunResult(state.stop_reason, state.index, torque_off, tick, detail, all_missed)
+
+
+class Reached(Protocol):
+    """A robot within reach: what ``exchange`` needs of a rig."""
+
+    def read(self) -> Seen:
+        """Read everything once."""
+        ...
+
+    def actuate(self, allowed: Allowed) -> tuple[Fault, ...]:
+        """Send what the safety gate let through; return the faults met on the way."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """What a tick knows before it looks at the robot.
+
+    Attributes:
+        t_ns: Time of the tick.
+        request: The operator's wish.
+        timing: How the loop is doing.
+        faults: Faults found since the tick before.
+    """
+
+    t_ns: int
+    request: Request
+    timing: LoopTiming
+    faults: tuple[Fault, ...]
+
+
+def exchange(
+    rig: Reached, controller: Controller, state: ControllerState, call: Call
+) -> tuple[ControllerState, Tick, tuple[Fault, ...]]:
+    """Read, step, send: what happens once a tick, in the loop and in a replay of recorded bytes.
+
+    Returns:
+        The new state, the tick, and the faults met while sending, for the next tick.
+    """
+    seen = rig.read()
+    faults = (*seen.faults, *call.faults)
+    inputs = Inputs(
+        seen.servos, seen.forces, call.request, call.timing, seen.truth, faults, seen.poses
+    )
+    state, tick = controller.step(state, inputs, call.t_ns)
+    return state, tick, rig.actuate(state.allowed)
+
+
+def explain(tick: Tick) -> str:
+    """Return the cause of a stop in words, from the tick in which it began."""
+    return cause_words(tick.stop_reason, tick.faults)
+
+
+def _log_fault(sink: TickSink | None) -> tuple[Fault, ...]:
+    if sink is None or sink.error is None:
+        return ()
+    return (Fault(FaultKind.LOG_WRITE, "log", str(sink.error)),)

@@ -1,0 +1,225 @@
+"""The robot as the loop sees it: one read, one write, one way to cut torque.
+
+Behind it are the two drivers, whatever is behind those: the real robot, the device process on a
+pseudo-terminal and loopback sockets, or virtual devices in memory under a virtual clock.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from drivers.ati.calibration import Calibration
+from drivers.ati.stream import ForceStream, StreamCounters
+from drivers.clock import Clock
+from drivers.dynamixel.bus import ServoBus
+from drivers.dynamixel.recovery import Incident, ServoRecovery
+from drivers.dynamixel.setup import BusReport
+from drivers.pose_udp import PoseListener
+from model.errors import BusError, ConnectionLost
+from model.values.arrays import readonly
+from model.values.faults import Fault, FaultKind
+from model.values.poses import PoseRecord
+from model.values.readings import BodyTruth, ForceRecord, ServoReadings
+from robot.config.safety import RecoverySettings
+from robot.control.safety import Allowed
+
+NO_RECOVERY = RecoverySettings()
+
+
+class TruthSource(Protocol):
+    """Something that knows where the body really is: the plant, or motion capture."""
+
+    def latest(self) -> BodyTruth | None:
+        """Return the newest truth, None if there is none yet."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """What one read brought in.
+
+    Attributes:
+        servos: Servo readings; all invalid after the link was lost.
+        forces: Force records since the last read, oldest first.
+        truth: Ground truth, None where there is none.
+        faults: Faults the drivers found.
+        poses: Absolute poses since the last read.
+    """
+
+    servos: ServoReadings
+    forces: tuple[ForceRecord, ...]
+    truth: BodyTruth | None
+    faults: tuple[Fault, ...]
+    poses: tuple[PoseRecord, ...] = ()
+
+
+class Rig:
+    """Drivers of one robot, opened.
+
+    Args:
+        clock: The clock that all of it lives by.
+        bus: Servo bus, connected.
+        forces: Force stream, connected and running, or None to run without.
+        calibrations: Calibration of each leg's transducer, None where there is none.
+        truth: Source of ground truth, or None.
+        armed: Whether torque may be switched on at all.
+        closers: Called last, in order, to give back what was opened.
+        recovery: Whether a servo that lost its torque may be brought back.
+    """
+
+    def __init__(
+        self,
+        *,
+        clock: Clock,
+        bus: ServoBus,
+        forces: ForceStream | None,
+        calibrations: tuple[Calibration | None, ...],
+        truth: TruthSource | None,
+        armed: bool,
+        closers: tuple[Callable[[], None], ...] = (),
+        recovery: RecoverySettings = NO_RECOVERY,
+    ) -> None:
+        self.clock = clock
+        self.bus = bus
+        self.calibrations = calibrations
+        self.armed = armed
+        self._forces = forces
+        self._truth = truth
+        self._closers = closers
+        self._poses: PoseListener | None = None
+        self._torque = False
+        self._link_lost = ""
+        self._recovery = ServoRecovery(bus, clock, recovery.policy)
+        self._down: dict[int, Incident] = {}
+
+    @property
+    def torque(self) -> bool:
+        """Whether torque has been switched on and not confirmed off."""
+        return self._torque
+
+    @property
+    def force_counters(self) -> StreamCounters | None:
+        """What happened on the force stream, None without one."""
+        return None if self._forces is None else self._forces.counters
+
+    @property
+    def report(self) -> BusReport:
+        """What connecting found out about the servos."""
+        return self.bus.report
+
+    def read(self) -> Seen:
+        """Read everything once. A lost link is a fault in the answer, not an exception."""
+        faults: list[Fault] = []
+        servos = self._read_servos(faults)
+        records: tuple[ForceRecord, ...] = ()
+        if self._forces is not None:
+            records = self._forces.read()
+            faults.extend(self._forces.take_faults())
+        truth = self._truth.latest() if self._truth is not None else None
+        poses: tuple[PoseRecord, ...] = ()
+        if self._poses is not None:
+            poses, bad = self._poses.read()
+            faults.extend(bad)
+        return Seen(servos, records, truth, tuple(faults), poses)
+
+    def listen(self, poses: PoseListener) -> None:
+        """Hear absolute poses too; the rig closes the listener."""
+        self._poses = poses
+
+    def _read_servos(self, faults: list[Fault]) -> ServoReadings:
+        if not self._link_lost:
+            try:
+                readings = self.bus.read()
+                for incident in self._recovery.look(readings):
+                    self._down[incident.index] = incident
+                    faults.append(Fault(FaultKind.SERVO_DOWN, incident.leg, incident.words))
+                return readings
+            except ConnectionLost as error:
+                self._link_lost = str(error)
+        faults.append(Fault(FaultKind.LINK_LOST, "servo bus", self._link_lost))
+        return silent_readings(self.clock.now_ns(), len(self.bus.settings.names))
+
+    def actuate(self, allowed: Allowed) -> tuple[Fault, ...]:
+        """Send what the safety gate let through; nothing else reaches the servos.
+
+        Returns:
+            Faults met on the way, for the next tick.
+        """
+        command = allowed.command
+        if not command.torque:
+            if self._torque:
+                self.cut_torque()
+            return ()
+        if not self.armed or self._link_lost:
+            return ()
+        try:
+            if not self._torque:
+                self._torque = True
+                self.bus.torque_on()
+            else:
+                self.bus.write_goals(command)
+            return tuple(self._bring_back(leg) for leg in allowed.recover)
+        except ConnectionLost as error:
+            self._link_lost = str(error)
+        except BusError as error:
+            return (Fault(FaultKind.SERVO_CORRUPT, "servo bus", str(error)),)
+        return ()
+
+    def _bring_back(self, leg: int) -> Fault:
+        """Bring one servo back where it stands; say what came of it. Blocks while it reboots."""
+        incident = self._down[leg]
+        result = self._recovery.recover(incident)
+        if not result.recovered:
+            off = "" if result.torque_off else "; its torque is not confirmed off"
+            detail = f"{incident.words}, not brought back: {result.reason}{off}"
+            return Fault(FaultKind.RECOVERY_FAILED, incident.leg, detail)
+        del self._down[leg]
+        detail = f"{incident.words}, holds again at {result.goal_ticks} ticks"
+        return Fault(FaultKind.SERVO_RECOVERED, incident.leg, detail)
+
+    def cut_torque(self) -> bool:
+        """Switch all torque off.
+
+        Returns:
+            True if every servo confirmed it, or if torque was never switched on.
+        """
+        if not self._torque:
+            return True
+        confirmed = self.bus.torque_off()
+        self._torque = not confirmed
+        return confirmed
+
+    def close(self) -> None:
+        """Cut torque, stop the force stream and give everything back, whatever fails on the way."""
+        try:
+            self.cut_torque()
+        finally:
+            if self._forces is not None:
+                self._forces.stop()
+                self._forces.close()
+            self.bus.close()
+            if self._poses is not None:
+                self._poses.close()
+            for closer in self._closers:
+                closer()
+
+
+def silent_readings(t_ns: int, count: int) -> ServoReadings:
+    """Return readings in which no servo answered."""
+    zeros = readonly(np.zeros(count, dtype=np.int64))
+    unknown = readonly(np.full(count, -1, dtype=np.int64))
+    return ServoReadings(
+        t_ns=t_ns,
+        position_ticks=zeros,
+        velocity_counts=zeros,
+        current_counts=zeros,
+        duty_counts=zeros,
+        voltage_counts=zeros,
+        temperature_c=zeros,
+        error_byte=zeros,
+        hardware_error=unknown,
+        valid=readonly(np.zeros(count, dtype=bool)),
+        age_ns=unknown,
+    )

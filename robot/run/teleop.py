@@ -1,0 +1,179 @@
+"""Driving from the keyboard, in a terminal, over SSH: no X server, no extra package.
+
+A terminal reports presses and never releases. So a press is also a sign of life: when no key has
+come for a while (``deadman_s``), the robot comes to stand on all feet and waits for the next key.
+"""
+
+import contextlib
+import os
+import select
+import sys
+import termios
+import tty
+from dataclasses import dataclass, replace
+from types import TracebackType
+from typing import Self, TextIO
+
+from model.errors import BigantError
+from model.values.faults import StopReason
+from model.values.tick import Intent, Request, Tick
+from robot.control.modes import GaitBook
+from robot.run.operator import Interrupts
+
+FREQUENCY_STEP_HZ = 0.01
+STEER_STEP = 0.1
+HELP = (
+    "g walk  h stand  w/s faster/slower  a/d left/right  c straight  1 tripod  2 metachronal  "
+    "q stop and quit  x EMERGENCY: cut torque"
+)
+ARROWS = {"\x1b[A": "w", "\x1b[B": "s", "\x1b[D": "a", "\x1b[C": "d"}
+GAIT_KEYS = {"1": "tripod", "2": "metachronal"}
+
+
+class Keys:
+    """Single key presses from a terminal, without waiting; the terminal is put back on exit.
+
+    Args:
+        stream: The terminal to read from, standard input by default.
+
+    Raises:
+        BigantError: The stream is no terminal.
+    """
+
+    def __init__(self, stream: TextIO | None = None) -> None:
+        source = stream if stream is not None else sys.stdin
+        if not source.isatty():
+            raise BigantError("--teleop needs a terminal to read keys from; run it in one")
+        self._fd = source.fileno()
+        self._before = termios.tcgetattr(self._fd)
+        self.ended = False
+
+    def __enter__(self) -> Self:
+        tty.setcbreak(self._fd)  # Ctrl-C still is an interrupt
+        return self
+
+    def __exit__(
+        self,
+        _kind: type[BaseException] | None,
+        _error: BaseException | None,
+        _trace: TracebackType | None,
+    ) -> None:
+        with contextlib.suppress(termios.error):  # the terminal is gone
+            termios.tcsetattr(self._fd, termios.TCSADRAIN, self._before)
+
+    def read(self) -> list[str]:
+        """Return the keys pressed since the last call; arrows come as w, s, a, d."""
+        text = ""
+        while not self.ended and select.select([self._fd], [], [], 0)[0]:
+            try:
+                chunk = os.read(self._fd, 64)
+            except OSError:  # the terminal is gone
+                chunk = b""
+            if not chunk:
+                self.ended = True
+            text += chunk.decode("ascii", errors="ignore")
+        for arrow, key in ARROWS.items():
+            text = text.replace(arrow, key)
+        return list(text)
+
+
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """What the keys have asked for so far.
+
+    Attributes:
+        intent: Stand, walk, stop or cut.
+        gait: Gait to walk.
+        frequency_hz: Cycles a second.
+        steer: -1 (right) to 1 (left).
+    """
+
+    intent: Intent
+    gait: str
+    frequency_hz: float
+    steer: float
+
+
+def press(wish: Wish, key: str, book: GaitBook) -> Wish:
+    """Return the wish after one key. A key that means nothing changes nothing.
+
+    Args:
+        wish: The wish before.
+        key: One character.
+        book: The gaits and the frequency that the servos allow for each; a press never asks for more.
+    """
+    match key.lower():
+        case "g":
+            return replace(wish, intent=Intent.WALK)
+        case "h" | " ":
+            return replace(wish, intent=Intent.STAND)
+        case "w" | "s":
+            step = FREQUENCY_STEP_HZ if key.lower() == "w" else -FREQUENCY_STEP_HZ
+            return _retuned(wish, wish.frequency_hz + step, book)
+        case "a" | "d":
+            step = STEER_STEP if key.lower() == "a" else -STEER_STEP
+            return replace(wish, steer=round(min(1.0, max(-1.0, wish.steer + step)), 3))
+        case "c":
+            return replace(wish, steer=0.0)
+        case "1" | "2":
+            return _retuned(replace(wish, gait=GAIT_KEYS[key]), wish.frequency_hz, book)
+        case "q":
+            return replace(wish, intent=Intent.STOP)
+        case "x":
+            return replace(wish, intent=Intent.CUT)
+        case _:
+            return wish
+
+
+def _retuned(wish: Wish, frequency_hz: float, book: GaitBook) -> Wish:
+    highest = book.frequency_limits[wish.gait]
+    bounded = min(highest, max(FREQUENCY_STEP_HZ, frequency_hz))
+    return replace(wish, frequency_hz=bounded)
+
+
+class KeyboardOperator:
+    """Turns key presses into requests.
+
+    Args:
+        keys: Where presses come from.
+        start: The wish to begin with.
+        book: The gaits and their limits.
+        interrupts: Ctrl-C.
+        deadman_s: Seconds without a key after which a walking robot stands.
+    """
+
+    def __init__(
+        self, keys: Keys, start: Wish, book: GaitBook, interrupts: Interrupts, deadman_s: float
+    ) -> None:
+        self._keys = keys
+        self._wish = start
+        self._book = book
+        self._interrupts = interrupts
+        self._deadman_ns = round(deadman_s * 1e9)
+        self._last_key_ns: int | None = None
+
+    @property
+    def wish(self) -> Wish:
+        """The wish as it stands."""
+        return self._wish
+
+    def request(self, tick: Tick | None, t_ns: int) -> Request:
+        """Return the wish for the tick at ``t_ns``."""
+        for key in self._keys.read():
+            self._last_key_ns = t_ns
+            if self._wish.intent not in {Intent.STOP, Intent.CUT} or key.lower() == "x":
+                self._wish = press(self._wish, key, self._book)
+        if self._keys.ended and self._wish.intent is not Intent.CUT:
+            self._wish = replace(self._wish, intent=Intent.STOP)
+        quiet_ns = t_ns - (self._last_key_ns if self._last_key_ns is not None else t_ns)
+        if self._wish.intent is Intent.WALK and quiet_ns > self._deadman_ns:
+            self._wish = replace(self._wish, intent=Intent.STAND)
+        return self._interrupts.override(self._as_request())
+
+    def _as_request(self) -> Request:
+        wish = self._wish
+        reason = {
+            Intent.STOP: StopReason.OPERATOR,
+            Intent.CUT: StopReason.EMERGENCY,
+        }.get(wish.intent, StopReason.NONE)
+        return Request(wish.intent, wish.gait, wish.frequency_hz, wish.steer, reason)

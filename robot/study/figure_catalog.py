@@ -1,0 +1,181 @@
+"""Every figure and table of the paper that we can draw without its unpublished data."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from model.errors import ConfigError
+from record.log.reader import read_log
+from robot.config.robot_file import RobotConfig
+from robot.study import (
+    figures_errors,
+    figures_examples,
+    figures_forces,
+    figures_search,
+    figures_walk,
+)
+from robot.study.figures_runtime import draw_parallel, draw_runtime, read_benchmark
+from robot.study.walk_comparison import WalkComparison, compare_walk
+from robot.study.walk_errors import error_table
+from robot.virtual.walk import Progress, walk_in_memory
+
+TRIPOD, METACHRONAL = "tripod", "metachronal"
+TABLE_NOTE = (
+    "RMS over all walking frames. Spread: the true values about their mean. Laws apart: viscous "
+    "against Coulomb. The paper states relative figures only (its sensitivity to naive parameters: "
+    "see `bigant model sensitivity`), a slip of -51.8 to 111.8 mm/s in the metachronal gait (5 to "
+    "95 %), and that the laws are closer to each other than to the robot."
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Sources:
+    """Where the figures get their material.
+
+    Attributes:
+        config: Robot file of the virtual walks.
+        cycles: Cycles of each virtual walk.
+        seed: Its seed.
+        logs: Gait and log to use in place of that gait's virtual walk.
+        benchmark: File of benchmark figures; it need not exist.
+    """
+
+    config: RobotConfig
+    cycles: float
+    seed: int
+    logs: tuple[tuple[str, Path], ...]
+    benchmark: Path
+
+
+@dataclass(slots=True)
+class Material:
+    """Walks, made or read when a figure first asks for them.
+
+    Attributes:
+        sources: Where they come from.
+        progress: Told the share of a virtual walk done.
+    """
+
+    sources: Sources
+    progress: Progress
+    _walks: dict[str, WalkComparison] = field(default_factory=dict)
+
+    def walk(self, gait: str) -> WalkComparison:
+        """Return the walk of a gait under both laws.
+
+        Raises:
+            RecordError: The log cannot be read.
+            ModelError: It holds no walk, or the virtual robot stopped.
+        """
+        if gait not in self._walks:
+            path = dict(self.sources.logs).get(gait)
+            log = (
+                read_log(path)
+                if path is not None
+                else walk_in_memory(
+                    self.sources.config,
+                    gait,
+                    cycles=self.sources.cycles,
+                    seed=self.sources.seed,
+                    progress=self.progress,
+                )
+            )
+            self._walks[gait] = compare_walk(log)
+        return self._walks[gait]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drawn:
+    """One entry of the index.
+
+    Attributes:
+        figure: The picture; None if there is none (a table, or its data are missing).
+        caption: Our figures beside the paper's.
+        table: Lines of text, empty unless the entry is a table.
+    """
+
+    figure: Figure | None
+    caption: str
+    table: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A figure that can be drawn.
+
+    Attributes:
+        name: As on the command line, and the file's stem.
+        title: Heading.
+        label: Label in the paper's source.
+        draw: Draws it.
+    """
+
+    name: str
+    title: str
+    label: str
+    draw: Callable[[Material], Drawn]
+
+
+def _plain(draw: Callable[[], tuple[Figure, str]]) -> Callable[[Material], Drawn]:
+    return lambda _: Drawn(*draw())
+
+
+def _of_walk(
+    draw: Callable[[WalkComparison], tuple[Figure, str]], gait: str
+) -> Callable[[Material], Drawn]:
+    return lambda material: Drawn(*draw(material.walk(gait)))
+
+
+def _tables(material: Material) -> Drawn:
+    lines: list[str] = []
+    for gait in (TRIPOD, METACHRONAL):
+        lines += [*error_table(material.walk(gait)), ""]
+    return Drawn(None, TABLE_NOTE, tuple(lines))
+
+
+CATALOG = (
+    Entry("line", "One dimension: median and mean", "fig:1d_ex", _plain(figures_examples.draw_line)),
+    Entry("force-field", "Two dimensions: total force over body velocity", "fig:fxy",
+          _plain(figures_examples.draw_force_field)),
+    Entry("friction-error", "Error of the ansatz around a slip velocity", "fig:Fv-Fc",
+          _plain(figures_examples.draw_friction_error)),
+    Entry("friction-family", "From Coulomb's law to the ansatz", "eqn:h2",
+          _plain(figures_examples.draw_friction_family)),
+    Entry("search-flat", "Search for the contacts, flat robot", "fig:robot_2d",
+          _plain(figures_search.draw_search_line)),
+    Entry("search-hexapod", "Search for the contacts, hexapod", "fig:search_3d",
+          _plain(figures_search.draw_search_space)),
+    Entry("tripod", "Tripod walk", "fig:FTbigAnt", _of_walk(figures_walk.draw_walk, TRIPOD)),
+    Entry("tripod-forces", "Forces of all feet, tripod", "fig:tripod-all",
+          _of_walk(figures_forces.draw_all_feet, TRIPOD)),
+    Entry("tripod-errors", "Error distributions, tripod", "fig:err",
+          _of_walk(figures_errors.draw_error_distributions, TRIPOD)),
+    Entry("metachronal", "Metachronal gait: shafts, friction, forces", "fig:slipping_gait",
+          _of_walk(figures_forces.draw_slipping_gait, METACHRONAL)),
+    Entry("metachronal-walk", "Metachronal walk (not drawn in the paper)", "sec:results",
+          _of_walk(figures_walk.draw_walk, METACHRONAL)),
+    Entry("metachronal-forces", "Forces of all feet, metachronal", "fig:slipping-all",
+          _of_walk(figures_forces.draw_all_feet, METACHRONAL)),
+    Entry("metachronal-errors", "Error distributions of planar forces, metachronal",
+          "fig:slipping_err", _of_walk(figures_errors.draw_planar_force_errors, METACHRONAL)),
+    Entry("tables", "Errors, both laws and both gaits", "sec:results", _tables),
+    Entry("runtime", "Run time against legs", "fig:run_time",
+          lambda material: Drawn(*draw_runtime(read_benchmark(material.sources.benchmark)))),
+    Entry("parallel", "Parallel overhead", "fig:parallel",
+          lambda material: Drawn(*draw_parallel(read_benchmark(material.sources.benchmark)))),
+)  # fmt: skip
+
+
+def choose(names: list[str]) -> tuple[Entry, ...]:
+    """Return the entries asked for, in the catalog's order; all if none is named.
+
+    Raises:
+        ConfigError: A name is not in the catalog.
+    """
+    known = [entry.name for entry in CATALOG]
+    for name in names:
+        if name not in known:
+            raise ConfigError("--only", f"{name!r} is no figure; choose from {', '.join(known)}")
+    return tuple(entry for entry in CATALOG if not names or entry.name in names)

@@ -1,0 +1,142 @@
+"""Run time against legs, and parallel overhead, from a file of benchmark figures."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from model.errors import RecordError
+from model.values.arrays import FloatArray
+from robot.report.figure_style import COULOMB, NEUTRAL, TRUTH
+
+HOW_TO = "Make the file of benchmark figures first: python -m benchmarks"
+PAPER_OURS, PAPER_MUJOCO, PAPER_OVERHEAD = 3.0, 13.0, 1.5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ribbon:
+    """Median and percentiles over some abscissa, (M,) each; percentiles not given are None."""
+
+    median: FloatArray
+    q25: FloatArray | None
+    q75: FloatArray | None
+    q025: FloatArray | None
+    q975: FloatArray | None
+
+    def over(self, unit: float) -> "Ribbon":
+        """Return it in another unit."""
+        scaled = [
+            None if values is None else values / unit
+            for values in (self.q25, self.q75, self.q025, self.q975)
+        ]
+        return Ribbon(self.median / unit, *scaled)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Benchmark:
+    """The benchmark file; what it does not hold is None.
+
+    Attributes:
+        legs: Numbers of legs, (M,).
+        ours: Time a frame of our model over ``legs`` [us].
+        mujoco: The same of MuJoCo.
+        processes: Numbers of processes, (P,).
+        overhead: Time times processes over the time of one.
+    """
+
+    legs: FloatArray
+    ours: Ribbon | None
+    mujoco: Ribbon | None
+    processes: FloatArray
+    overhead: Ribbon | None
+
+
+def read_benchmark(path: Path) -> Benchmark | None:
+    """Read the file of benchmark figures, or return None if there is none.
+
+    Raises:
+        RecordError: It is there and cannot be read.
+    """
+    if not path.exists():
+        return None
+    try:
+        table = json.loads(path.read_text(encoding="utf-8"))
+        return Benchmark(
+            legs=np.array(table.get("legs", ()), dtype=np.float64),
+            ours=_ribbon(table.get("ours_us")),
+            mujoco=_ribbon(table.get("mujoco_us")),
+            processes=np.array(table.get("processes", ()), dtype=np.float64),
+            overhead=_ribbon(table.get("overhead")),
+        )
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise RecordError(
+            f"the benchmark file {path} cannot be read ({error}); {HOW_TO.lower()}"
+        ) from error
+
+
+def _ribbon(table: Any) -> Ribbon | None:  # JSON: anything until it is read
+    if table is None:
+        return None
+    columns = {
+        name: None if table.get(name) is None else np.array(table[name], dtype=np.float64)
+        for name in ("q25", "q75", "q025", "q975")
+    }
+    return Ribbon(np.array(table["median"], dtype=np.float64), **columns)
+
+
+def draw_runtime(benchmark: Benchmark | None) -> tuple[Figure | None, str]:
+    """Draw fig:run_time: time a frame over the number of legs, in units of its first median."""
+    if benchmark is None or benchmark.ours is None:
+        return None, f"Run time against the number of legs. {HOW_TO}."
+    figure = Figure(figsize=(7, 4.4), layout="constrained")
+    ax = figure.subplots()
+    legs = benchmark.legs
+    words = []
+    series = (("our model", benchmark.ours, COULOMB, PAPER_OURS),
+              ("MuJoCo", benchmark.mujoco, TRUTH, PAPER_MUJOCO))  # fmt: skip
+    for name, ribbon, colour, paper in series:
+        if ribbon is None:
+            continue
+        relative = ribbon.over(float(ribbon.median[0]))
+        _draw_ribbon(ax, legs, relative, colour, name)
+        ax.plot(legs[-1], paper, "x", color=colour, ms=9, mew=2)
+        words.append(
+            f"{name} x{relative.median[-1]:.1f} from {legs[0]:.0f} to {legs[-1]:.0f} legs (median "
+            f"{ribbon.median[0]:.1f} to {ribbon.median[-1]:.1f} us; the paper: "
+            f"{'less than ' if paper == PAPER_OURS else ''}x{paper:.0f} from 3 to 50)"
+        )
+    ax.plot([], [], "x", color=NEUTRAL, ms=9, mew=2, label="the paper, 50 legs")
+    ax.set(xlabel="legs", ylabel=f"time a frame / median at {legs[0]:.0f} legs")
+    ax.set_ylim(bottom=0)
+    ax.legend(loc="upper left")
+    return figure, f"Run time against the number of legs: {'; '.join(words)}."
+
+
+def draw_parallel(benchmark: Benchmark | None) -> tuple[Figure | None, str]:
+    """Draw fig:parallel: time times processes over the time of one process."""
+    if benchmark is None or benchmark.overhead is None:
+        return None, f"Parallel overhead. {HOW_TO}."
+    figure = Figure(figsize=(5.5, 4), layout="constrained")
+    ax = figure.subplots()
+    processes, overhead = benchmark.processes, benchmark.overhead
+    _draw_ribbon(ax, processes, overhead, COULOMB, "ours")
+    ax.plot(processes, processes, color=NEUTRAL, ls="--", lw=1, label="no gain")
+    ax.axhline(1, color="black", lw=0.6)
+    ax.set(xlabel="processes", ylabel="time x processes / time of one", xticks=processes)
+    ax.set_ylim(bottom=0)
+    ax.legend(loc="lower right")
+    return figure, (
+        f"Parallel overhead: {overhead.median[-1]:.2f} on {processes[-1]:.0f} processes (1 is "
+        f"perfect). The paper: below {PAPER_OVERHEAD:g} on 4 processors."
+    )
+
+
+def _draw_ribbon(ax: Axes, x: FloatArray, ribbon: Ribbon, colour: str, name: str) -> None:
+    for low, high, alpha in ((ribbon.q025, ribbon.q975, 0.15), (ribbon.q25, ribbon.q75, 0.3)):
+        if low is not None and high is not None:
+            ax.fill_between(x, low, high, color=colour, alpha=alpha, lw=0)
+    ax.plot(x, ribbon.median, color=colour, lw=1.6, marker=".", ls=":", label=name)

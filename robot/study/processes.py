@@ -1,0 +1,213 @@
+"""The model over many frames on several processes, through shared memory.
+
+Frames do not depend on each other, so each process takes a run of them. Feet and answers lie in memory
+that all of them see; nothing but the ends of the runs goes through pipes.
+"""
+
+import contextlib
+import shutil
+from concurrent.futures import Executor
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from itertools import pairwise
+from multiprocessing.shared_memory import SharedMemory
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gap.worker_pool import worker_pool
+from model.errors import ModelError
+from model.parameters.robot import ContactParameters
+from model.quasistatic.frames import FrameSolutions, FrictionLaw
+from model.quasistatic.frames_kernel import frames_kernel, prepare
+from model.values.legs import FootMotion
+
+# type, and numbers a frame or a foot (0: one a foot) of each output, in the kernel's order
+_PER_FRAME, _PER_FOOT = True, False
+OUTPUTS = (
+    (np.float64, _PER_FRAME, 3),  # pose
+    (np.float64, _PER_FOOT, 1),  # load_n
+    (np.int64, _PER_FRAME, 1),  # switches
+    (np.float64, _PER_FRAME, 3),  # velocity_B
+    (np.float64, _PER_FOOT, 2),  # slip_B
+    (np.float64, _PER_FOOT, 2),  # force_xy_B
+    (np.bool_, _PER_FOOT, 1),  # sticking
+    (np.bool_, _PER_FRAME, 1),  # unique
+    (np.int64, _PER_FRAME, 1),  # reason
+)
+ALIGNMENT = 64
+SHARED = Path("/dev/shm")
+
+
+class SharedFrames:
+    """Room for frames in memory that other processes see; to be filled, solved and read in place.
+
+    Args:
+        frames: Number of frames F.
+        legs: Number of legs N.
+        name: Attach to a room that another process made.
+
+    Attributes:
+        feet: To be filled in place, (F, N, 3) each [m], [m/s].
+        answer: Written by ``ModelProcesses.solve``.
+
+    Raises:
+        ModelError: There is not enough shared memory.
+    """
+
+    def __init__(self, frames: int, legs: int, name: str | None = None) -> None:
+        self.frames, self.legs = frames, legs
+        self._made = name is None
+        layout = _layout(frames, legs)
+        size = sum(_bytes(shape, kind) for shape, kind in layout)
+        if self._made and SHARED.is_dir() and size > shutil.disk_usage(SHARED).free:
+            raise ModelError(
+                f"{size / 1e6:.0f} MB of shared memory cannot be had; solve fewer frames at a time"
+            )
+        self._memory = SharedMemory(name, create=self._made, size=size if self._made else 0)
+        views: list[NDArray[Any]] = []
+        start = 0
+        for shape, kind in layout:
+            views.append(np.ndarray(shape, kind, self._memory.buf, start))
+            start += _bytes(shape, kind)
+        self.feet = FootMotion(*views[:2])
+        self.answer = FrameSolutions(*views[2:])
+
+    @property
+    def name(self) -> str:
+        """What other processes attach by."""
+        return self._memory.name
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Give the memory back; ``feet`` and ``answer`` are gone then."""
+        del self.feet, self.answer
+        if self._made:
+            self._memory.unlink()
+        with contextlib.suppress(BufferError):  # somebody still looks at an array: freed with it
+            self._memory.close()
+
+
+@dataclass(frozen=True, slots=True)
+class _Job:
+    """A run of frames for one process."""
+
+    name: str
+    frames: int
+    legs: int
+    first: int
+    last: int
+    contact: ContactParameters
+    weight_n: float
+    coulomb: bool
+
+
+class ModelProcesses:
+    """Worker processes that keep their machine code and wait for frames.
+
+    Args:
+        count: Number of processes.
+
+    Raises:
+        ModelError: ``count`` is not positive.
+    """
+
+    def __init__(self, count: int) -> None:
+        if count < 1:
+            raise ModelError(f"at least one process is needed, not {count}")
+        self.count = count
+        self._workers: AbstractContextManager[Executor] = worker_pool(count)
+
+    def __enter__(self) -> Self:
+        self._pool = self._workers.__enter__()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._workers.__exit__(kind, error, trace)
+
+    def solve(
+        self,
+        room: SharedFrames,
+        contact: ContactParameters,
+        weight_n: float,
+        *,
+        law: FrictionLaw = FrictionLaw.VISCOUS,
+    ) -> FrameSolutions:
+        """Do what ``model.quasistatic.frames.solve_frames`` does, on level ground; contacts must be proper
+        ones.
+
+        Args:
+            room: Filled with feet.
+            contact: Of the N legs.
+            weight_n: [N].
+            law: Friction law.
+
+        Returns:
+            ``room.answer``.
+        """
+        ends = np.linspace(0, room.frames, self.count + 1).astype(int).tolist()
+        coulomb = law is FrictionLaw.COULOMB
+        jobs = [
+            _Job(room.name, room.frames, room.legs, first, last, contact, weight_n, coulomb)
+            for first, last in pairwise(ends)
+        ]
+        list(self._pool.map(_run, jobs))
+        return room.answer
+
+
+def _layout(frames: int, legs: int) -> list[tuple[tuple[int, ...], type]]:
+    """Shapes and types of inputs and outputs, in the order in which they lie in memory."""
+    shapes: list[tuple[tuple[int, ...], type]] = [((frames, legs, 3), np.float64)] * 2
+    for kind, per_frame, numbers in OUTPUTS:
+        shape = (frames,) if per_frame else (frames, legs)
+        shapes.append((shape if numbers == 1 else (*shape, numbers), kind))
+    return shapes
+
+
+def _bytes(shape: tuple[int, ...], kind: type) -> int:
+    size = int(np.prod(shape)) * np.dtype(kind).itemsize
+    return size + -size % ALIGNMENT
+
+
+# The rooms that a worker knows, so that it attaches once to each.
+_rooms: dict[str, SharedFrames] = {}
+
+
+def _run(job: _Job) -> None:
+    if job.name not in _rooms:
+        for old in list(_rooms):
+            _rooms.pop(old).close()
+        _rooms[job.name] = SharedFrames(job.frames, job.legs, job.name)
+    room, part, contact = _rooms[job.name], slice(job.first, job.last), job.contact
+    found = [getattr(room.answer, field)[part] for field in FrameSolutions.__slots__]
+    prepare()
+    frames_kernel(
+        room.feet.position_m[part],
+        room.feet.velocity_m_s[part],
+        np.zeros((1, job.legs)),
+        np.array(contact.stiffness),
+        np.array(contact.mu),
+        np.array(contact.anisotropy[None]),
+        float(job.weight_n),
+        job.coulomb,
+        False,
+        *found,
+    )

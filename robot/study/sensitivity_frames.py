@@ -1,0 +1,149 @@
+"""Frames of a log for fitting and judging the model: feet, forces and the true motion while walking."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+from scipy.signal import savgol_filter
+
+from model.errors import ConfigError, RecordError
+from model.kinematics.four_bar import Linkage
+from model.values.arrays import BoolArray, FloatArray
+from model.values.legs import FootMotion
+from model.values.tick import Mode
+from record.log.recording import Recording
+from robot.config.robot_file import parse_robot
+from robot.control.effect_uses import USES, Use
+from robot.control.true_readings import OF_FORCES, true_forces_of
+from robot.report.run_totals import truth_yaw
+
+# The paper's filter for foot velocities: second order, 25 samples at 100 Hz (sec:setup).
+WINDOW, ORDER = 25, 2
+# Ticks further from the even spacing than this share of a period are a gap.
+UNEVEN = 0.5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WalkFrames:
+    """F frames of walking, all in body axes.
+
+    Attributes:
+        feet: Unloaded feet from the measured shaft angles, (F, N, 3) [m].
+        feet_velocity: Their velocity in the body, (F, N, 3) [m/s].
+        force: Measured ground forces on the feet, (F, N, 3) [N].
+        slip: True velocity of the feet over the ground, (F, N, 2) [m/s].
+        velocity: True vx, vy [m/s], yaw rate [rad/s], (F, 3).
+        slope: True slope_y (roll) and slope_x (pitch), (F, 2) [rad].
+    """
+
+    feet: FloatArray
+    feet_velocity: FloatArray
+    force: FloatArray
+    slip: FloatArray
+    velocity: FloatArray
+    slope: FloatArray
+
+    @property
+    def count(self) -> int:
+        """Number of frames F."""
+        return len(self.feet)
+
+    @property
+    def motion(self) -> FootMotion:
+        """Feet for the model."""
+        return FootMotion(self.feet, self.feet_velocity)
+
+
+def walk_frames(log: Recording, name: str) -> WalkFrames:
+    """Take the complete walking frames of a log.
+
+    Args:
+        log: The log.
+        name: What to call it in a complaint.
+
+    Raises:
+        RecordError: It has no truth, no forces, or no walking.
+        ConfigError: The robot file in the log cannot be used, or has effects that the bare model lacks.
+    """
+    if not log.has_truth:
+        raise RecordError(
+            f"{name} has no true body motion to judge by; give a log of virtual hardware, or one with "
+            "motion capture"
+        )
+    if not np.isfinite(log.force_n).any():
+        raise RecordError(f"{name} has no foot forces; walk with the force unit")
+    config = parse_robot(log.config_text)
+    acting = {one.effect for one in config.effects if USES[one.effect] in {Use.MODEL, Use.READING}}
+    if lacking := acting - OF_FORCES:
+        raise ConfigError(
+            "effects",
+            f"{name} was walked with {', '.join(sorted(lacking))} in its robot file, which the fit of "
+            "stiffness and friction does not know; give logs of a robot file without",
+        )
+    robot, true_forces = config.parameters, true_forces_of(config)
+    force_n = log.force_n if true_forces is None else true_forces(log.force_n, log.t_s)
+    feet = Linkage(robot.linkage, robot.legs.shaft_position).feet(log.angle_rad, smooth_rate(log))
+    yaw = truth_yaw(log)[:, None]
+    moving = log.truth_foot_velocity_W
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    slip = np.stack(
+        [
+            cos * moving[..., 0] + sin * moving[..., 1],
+            cos * moving[..., 1] - sin * moving[..., 0],
+        ],
+        axis=2,
+    )
+    every = WalkFrames(
+        feet=feet.position_m,
+        feet_velocity=feet.velocity_m_s,
+        force=force_n,
+        slip=slip,
+        velocity=log.truth_velocity_B,
+        slope=_slopes(log.truth_quaternion_xyzw),
+    )
+    whole: BoolArray = log.mode == Mode.WALK.value
+    for values in _arrays(every):
+        whole = whole & np.isfinite(values.reshape(len(values), -1)).all(axis=1)
+    if not whole.any():
+        raise RecordError(f"{name} has no frame of walking with feet, forces and true motion")
+    return WalkFrames(*(values[whole] for values in _arrays(every)))
+
+
+def halves(walk: WalkFrames) -> tuple[WalkFrames, WalkFrames]:
+    """Cut in two in time: the earlier and the later half."""
+    middle = walk.count // 2
+    return (
+        WalkFrames(*(values[:middle] for values in _arrays(walk))),
+        WalkFrames(*(values[middle:] for values in _arrays(walk))),
+    )
+
+
+def joined(walks: Sequence[WalkFrames]) -> WalkFrames:
+    """One behind the other."""
+    return WalkFrames(
+        *(np.concatenate(parts) for parts in zip(*(_arrays(w) for w in walks), strict=True))
+    )
+
+
+def smooth_rate(log: Recording) -> FloatArray:
+    """Shaft speeds from the angles by the paper's filter, (T, N) [rad/s]; NaN beside a gap."""
+    step = np.diff(log.t_s)
+    if len(step) < WINDOW:
+        return np.full_like(log.angle_rad, np.nan)
+    period = float(np.median(step))
+    rate: FloatArray = savgol_filter(log.angle_rad, WINDOW, ORDER, deriv=1, delta=period, axis=0)
+    gaps = np.flatnonzero(np.abs(step - period) > UNEVEN * period)
+    for gap in gaps:
+        rate[max(0, gap - WINDOW // 2) : gap + WINDOW // 2 + 2] = np.nan
+    return rate
+
+
+def _slopes(quaternion: FloatArray) -> FloatArray:
+    """Heights of the body's axes: slope_y (roll), slope_x (pitch), (T, 2)."""
+    x, y, z, w = quaternion.T
+    # last row of the rotation: height of a point is -slope_x q_x + slope_y q_y + q_z (eqn:zpj)
+    return np.stack([2 * (y * z + w * x), -2 * (x * z - w * y)], axis=1)
+
+
+def _arrays(walk: WalkFrames) -> list[FloatArray]:
+    return [getattr(walk, field.name) for field in fields(walk)]

@@ -1,0 +1,114 @@
+"""Named systems for the command line: which options each one takes, and BigANT from its robot file."""
+
+from pathlib import Path
+
+import numpy as np
+from scipy.constants import g as standard_gravity
+
+from gaits.catalog import make_gait
+from model.errors import ConfigError
+from model.kinematics.four_bar import Linkage
+from model.parameters.robot import RobotParameters
+from model.quasistatic.frames import FrictionLaw
+from model.systems import disk, multipod, quadruped, slither, stairs
+from model.systems.system import System, even_times
+from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
+
+RATE_HZ = 100.0
+DEFAULT_CYCLES = {
+    "bigant": 4.0,
+    "disk": 4.0,
+    "multipod": 4.0,
+    "quadruped": 9.0,
+    "stairs": 15.0,
+    "slither": 4.0,
+}
+MOST_CYCLES = 1000.0
+BODY_MARGIN_M = 0.03  # of the drawn body around the shafts
+SHAFT_SHARE = 0.7  # of the shafts' distance from the middle that the drawn body reaches
+WITH_LEGS = ("disk", "multipod", "slither")
+
+
+def build_system(
+    name: str,
+    *,
+    legs: int | None = None,
+    gait: str | None = None,
+    cycles: float | None = None,
+    robot_file: Path | None = None,
+    law: FrictionLaw = FrictionLaw.VISCOUS,
+    tilt_coupling: bool = False,
+) -> System:
+    """Build a system by name; None takes the system's own default.
+
+    Args:
+        name: One of ``DEFAULT_CYCLES``.
+        legs: Number of legs or contacts.
+        gait: BigANT's gait.
+        cycles: Length of the motion in gait cycles.
+        robot_file: BigANT's robot file.
+        law: Friction law; stairs need it, because where the feet land depends on it.
+        tilt_coupling: As in ``solve_frames``; for stairs likewise.
+
+    Raises:
+        ConfigError: An option the system does not take, or an impossible value.
+        ModelError: A number of legs the system cannot have.
+    """
+    if name not in DEFAULT_CYCLES:
+        raise ConfigError("system", f"{name!r} is none; choose from {', '.join(DEFAULT_CYCLES)}")
+    if legs is not None and name not in WITH_LEGS:
+        raise ConfigError("--legs", f"{name} has a fixed number of legs")
+    if gait is not None and name != "bigant":
+        raise ConfigError("--gait", f"{name} has one gait only; leave the option out")
+    if robot_file is not None and name != "bigant":
+        raise ConfigError("--robot", f"{name} is not read from a robot file")
+    length = DEFAULT_CYCLES[name] if cycles is None else cycles
+    if not 0 < length <= MOST_CYCLES:
+        raise ConfigError("--cycles", f"must be above 0 and up to {MOST_CYCLES:g}, not {length:g}")
+    if name == "bigant":
+        robot = load_robot(DEFAULT_ROBOT_FILE if robot_file is None else robot_file)
+        return bigant(robot.parameters, robot.name, gait or "tripod", length)
+    if name == "disk":
+        return disk.disk(6 if legs is None else legs, cycles=length)
+    if name == "multipod":
+        return multipod.multipod(6 if legs is None else legs, cycles=length)
+    if name == "slither":
+        return slither.slither(16 if legs is None else legs, cycles=length)
+    if name == "stairs":
+        return stairs.climb(cycles=length, law=law, tilt_coupling=tilt_coupling).system
+    frames = round(length / DEFAULT_CYCLES["quadruped"] * quadruped.FRAMES)
+    return quadruped.quadruped(frames=frames)
+
+
+def bigant(robot: RobotParameters, robot_name: str, gait_name: str, cycles: float) -> System:
+    """BigANT, or any robot with its file, walking straight ahead.
+
+    Args:
+        robot: From the robot file.
+        robot_name: Its name.
+        gait_name: tripod or metachronal.
+        cycles: Length of the motion.
+
+    Raises:
+        ConfigError: There is no such gait.
+        ModelError: The motion is too short.
+    """
+    gait = make_gait(gait_name, robot)
+    time_s = even_times(cycles / gait.frequency_hz, RATE_HZ)
+    shafts = gait.motion(gait.start_phase + gait.frequency_hz * time_s, 0.0)
+    feet = Linkage(robot.linkage, robot.legs.shaft_position).feet(
+        shafts.angle_rad, shafts.slope * gait.frequency_hz
+    )
+    hips = robot.legs.shaft_position[:, :2] * (1.0, SHAFT_SHARE)
+    margin = np.array([BODY_MARGIN_M, 0.0])
+    low, high = hips.min(axis=0) - margin, hips.max(axis=0) + margin
+    return System(
+        name="bigant",
+        description=f"{robot_name}, {gait_name} gait, {gait.frequency_hz:g} Hz",
+        time_s=time_s,
+        feet=feet,
+        contact=robot.contact,
+        weight_n=robot.body.mass * standard_gravity,
+        outline_B=np.array([high, [low[0], high[1]], low, [high[0], low[1]]]),
+        hips_B=hips,
+    )

@@ -1,0 +1,128 @@
+"""Root-mean-square errors of a compared walk, component by component, as a table."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from model.values.arrays import FloatArray
+from robot.study.walk_comparison import WalkComparison
+
+COLUMNS = ("component", "unit", "spread", "viscous", "Coulomb", "support", "laws apart")
+
+
+@dataclass(frozen=True, slots=True)
+class ComponentError:
+    """Errors of one component over a walk; NaN where a model does not predict it.
+
+    Attributes:
+        component: Its name.
+        unit: Unit of all figures.
+        spread: RMS of the true values about their mean: what predicting a constant would miss.
+        viscous: RMS error of the viscous-Coulomb ansatz.
+        coulomb: RMS error of Coulomb's law.
+        support: RMS error of the spring support model.
+        apart: RMS difference of the two laws.
+    """
+
+    component: str
+    unit: str
+    spread: float
+    viscous: float
+    coulomb: float
+    support: float
+    apart: float
+
+
+PAPER_VISCOUS_US, PAPER_COULOMB_US = 190.0, 10_400.0
+
+
+def component_errors(walk: WalkComparison) -> tuple[ComponentError, ...]:
+    """Return the errors of body velocity, tilt and forces; forces over all feet together."""
+    none = np.full(1, np.nan)
+    rows = []
+    velocity = (("vx", "mm/s"), ("vy", "mm/s"), ("yaw rate", "mrad/s"))
+    for axis, (name, unit) in enumerate(velocity):
+        true, viscous, coulomb = (
+            1e3 * array[:, axis]
+            for array in (walk.velocity_B, walk.viscous.velocity_B, walk.coulomb.velocity_B)
+        )
+        rows.append(_row(name, unit, true, viscous, coulomb, none))
+    for axis, (name, unit) in enumerate(velocity[:2]):
+        true, viscous, coulomb, sway = (
+            1e3 * array[:, axis]
+            for array in (
+                walk.velocity_B,
+                walk.viscous.velocity_B,
+                walk.coulomb.velocity_B,
+                walk.sway_B,
+            )
+        )
+        rows.append(_row(f"{name} + sway", unit, true, viscous + sway, coulomb + sway, none))
+    for axis, name in enumerate(("roll", "pitch")):
+        true, support = 1e3 * walk.tilt_rad[:, axis], 1e3 * walk.support_tilt_rad[:, axis]
+        rows.append(_row(name, "mrad", true, none, none, support))
+    for axis, name in enumerate(("Fx", "Fy")):
+        rows.append(
+            _row(
+                name,
+                "N",
+                walk.force_n[..., axis],
+                walk.viscous.force_xy_B[..., axis],
+                walk.coulomb.force_xy_B[..., axis],
+                none,
+            )
+        )
+    rows.append(_row("Fz share", "%", 1e2 * walk.true_share, none, none, 1e2 * walk.load_share))
+    return tuple(rows)
+
+
+def _row(
+    name: str,
+    unit: str,
+    true: FloatArray,
+    viscous: FloatArray,
+    coulomb: FloatArray,
+    support: FloatArray,
+) -> ComponentError:
+    return ComponentError(
+        name,
+        unit,
+        spread=_rms(true - _mean(true)),
+        viscous=_rms(viscous - true),
+        coulomb=_rms(coulomb - true),
+        support=_rms(support - true),
+        apart=_rms(viscous - coulomb),
+    )
+
+
+def _mean(values: FloatArray) -> float:
+    known = values[np.isfinite(values)]
+    return float(known.mean()) if len(known) else np.nan
+
+
+def _rms(values: FloatArray) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(known**2))) if len(known) else np.nan
+
+
+def error_of(errors: tuple[ComponentError, ...], component: str) -> ComponentError:
+    """Return the row of a component."""
+    return next(row for row in errors if row.component == component)
+
+
+def error_table(walk: WalkComparison) -> tuple[str, ...]:
+    """Return the table as lines of text: RMS, a dash where a model says nothing."""
+    lines = [f"{walk.gait}, {len(walk.t_s)} frames, {np.ptp(walk.phase):.1f} cycles"]
+    widths = (11, 7, 9, 9, 9, 9, 11)
+    lines.append("".join(f"{c:>{w}}" for c, w in zip(COLUMNS, widths, strict=True)))
+    for row in component_errors(walk):
+        figures = (row.spread, row.viscous, row.coulomb, row.support, row.apart)
+        words = ["-" if np.isnan(value) else f"{value:.2f}" for value in figures]
+        cells = (row.component, row.unit, *words)
+        lines.append("".join(f"{c:>{w}}" for c, w in zip(cells, widths, strict=True)))
+    lines.append(
+        f"time a frame, in a batch: viscous {walk.viscous.frame_us:.1f} us, Coulomb "
+        f"{walk.coulomb.frame_us:.1f} us (the paper, tripod: {PAPER_VISCOUS_US:.0f} and "
+        f"{PAPER_COULOMB_US:.0f} us)"
+    )
+    return tuple(lines)

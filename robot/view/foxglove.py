@@ -1,0 +1,303 @@
+"""The live view in Foxglove or Lichtblick: a websocket server, a file, or both (extra ``bigant[view]``).
+
+The server binds to the loopback address by default. From another computer: ``ssh -L 8765:localhost:8765``.
+"""
+
+import contextlib
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from foxglove import Channel, Context, open_mcap, start_server
+from foxglove.channels import FrameTransformsChannel, LogChannel, SceneUpdateChannel
+from foxglove.messages import (
+    ArrowPrimitive,
+    Color,
+    CubePrimitive,
+    FrameTransform,
+    FrameTransforms,
+    LinePrimitive,
+    LinePrimitiveLineType,
+    Log,
+    LogLevel,
+    Point3,
+    Pose,
+    Quaternion,
+    SceneEntity,
+    SceneUpdate,
+    SpherePrimitive,
+    Timestamp,
+    Vector3,
+)
+
+from model.errors import ConfigError, RecordError
+from model.parameters.robot import RobotParameters
+from model.values.arrays import FloatArray
+from model.values.tick import Tick
+from robot.view.frames import (
+    BODY_FRAME,
+    MAP_FRAME,
+    ODOM_FRAME,
+    TRUE_FRAME,
+    FrameTracker,
+    Transform,
+)
+from robot.view.numbers import NewsTracker, Numbers, fields_of, numbers_of
+from robot.view.scene import (
+    ESTIMATED,
+    MEASURED,
+    PREDICTED,
+    Arrow,
+    Colour,
+    Dot,
+    LegScene,
+    Strip,
+    body_of,
+    legs_of,
+    turn_from_x,
+)
+
+SCENE_TOPIC, TRAJECTORY_TOPIC, FRAMES_TOPIC, NEWS_TOPIC = "/robot", "/trajectory", "/tf", "/log"
+TRAJECTORY_PERIOD_NS = 500_000_000
+LINK_M, FOOT_M, SHAFT_M, HEAD_M = 0.006, 0.018, 0.006, 0.014
+GHOST = 0.25  # opacity of the body where the truth is
+
+
+class FoxgloveView:
+    """Publishes ticks.
+
+    Args:
+        parameters: Dimensions of the robot.
+        save: File to write, None for none.
+        serve: Address and port to listen at, None for no server.
+
+    Raises:
+        RecordError: The file cannot be written.
+        ConfigError: The address cannot be used.
+    """
+
+    def __init__(
+        self, parameters: RobotParameters, save: Path | None, serve: tuple[str, int] | None
+    ) -> None:
+        self._parameters = parameters
+        self._names = parameters.legs.names
+        self._context = Context()
+        self._frames = FrameTracker()
+        self._news = NewsTracker()
+        self._next_trajectory_ns = 0
+        self._scene = SceneUpdateChannel(SCENE_TOPIC, context=self._context)
+        self._trajectory = SceneUpdateChannel(TRAJECTORY_TOPIC, context=self._context)
+        self._transforms = FrameTransformsChannel(FRAMES_TOPIC, context=self._context)
+        self._log = LogChannel(NEWS_TOPIC, context=self._context)
+        self._numbers: dict[str, Channel] = {}
+        self._file: Any = None
+        self._server: Any = None
+        if save is not None:
+            try:
+                self._file = open_mcap(save, allow_overwrite=True, context=self._context)
+            except OSError as error:
+                raise RecordError(
+                    f"{save} cannot be written: {error}; choose another --save"
+                ) from error
+        if serve is not None:
+            host, port = serve
+            try:
+                self._server = start_server(
+                    name="bigant", host=host, port=port, context=self._context
+                )
+            except (OSError, RuntimeError, ValueError) as error:
+                self.close()
+                raise ConfigError(
+                    "--host, --port",
+                    f"{host}:{port} cannot be listened at ({error}); choose others",
+                ) from error
+
+    @property
+    def port(self) -> int:
+        """Port of the server, 0 without one."""
+        return 0 if self._server is None else int(self._server.port)
+
+    @property
+    def watched(self) -> bool:
+        """Whether somebody has asked for the robot: a viewer, or the file."""
+        return bool(self._scene.has_sinks())
+
+    def note(self, tick: Tick, unix_ns: int) -> None:
+        """Publish what is new in a tick: changes of mode and faults. Called for every tick."""
+        for news in self._news.news_of(tick):
+            level = LogLevel.Error if news.fault else LogLevel.Info
+            message = Log(
+                timestamp=_stamp(unix_ns), level=level, message=news.text, name=news.source
+            )
+            self._log.log(message, log_time=unix_ns)
+
+    def show(self, tick: Tick, unix_ns: int) -> None:
+        """Publish frames, scene and numbers of a tick."""
+        stamp = _stamp(unix_ns)
+        transforms = [_transform(found, stamp) for found in self._frames.transforms(tick)]
+        self._transforms.log(FrameTransforms(transforms=transforms), log_time=unix_ns)
+        self._scene.log(self._scene_of(tick, stamp), log_time=unix_ns)
+        for numbers in numbers_of(tick, self._names):
+            self._channel(numbers.topic).log(_nested(numbers), log_time=unix_ns)
+        if unix_ns >= self._next_trajectory_ns:
+            self._next_trajectory_ns = unix_ns + TRAJECTORY_PERIOD_NS
+            entities = [
+                _path("true", MAP_FRAME, self._frames.true, MEASURED, stamp),
+                _path("dead reckoning", ODOM_FRAME, self._frames.estimated, PREDICTED, stamp),
+                _path("estimator", ODOM_FRAME, self._frames.filtered, ESTIMATED, stamp),
+            ]
+            self._trajectory.log(SceneUpdate(entities=entities), log_time=unix_ns)
+
+    def _channel(self, topic: str) -> Channel:
+        if topic not in self._numbers:
+            schema = _schema(f"bigant{topic}", fields_of(topic))
+            self._numbers[topic] = Channel(topic, schema=schema, context=self._context)
+        return self._numbers[topic]
+
+    def _scene_of(self, tick: Tick, stamp: Timestamp) -> SceneUpdate:
+        body = body_of(self._parameters)
+        entities = [
+            SceneEntity(
+                timestamp=stamp,
+                frame_id=frame,
+                id=f"body in {frame}",
+                frame_locked=True,
+                cubes=[
+                    CubePrimitive(
+                        pose=_pose(body.centre),
+                        size=_vector(body.size),
+                        color=_colour(colour, alpha),
+                    )
+                ],
+            )
+            for frame, colour, alpha in self._bodies(tick)
+        ]
+        entities += [_leg(leg, stamp) for leg in legs_of(tick, self._parameters)]
+        return SceneUpdate(entities=entities)
+
+    def _bodies(self, tick: Tick) -> list[tuple[str, Colour, float]]:
+        bodies: list[tuple[str, Colour, float]] = [(BODY_FRAME, PREDICTED, 0.6)]
+        if tick.inputs.truth is not None:
+            bodies.append((TRUE_FRAME, MEASURED, GHOST))
+        return bodies
+
+    def close(self) -> None:
+        """Finish the file and stop the server."""
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+        if self._server is not None:
+            with contextlib.suppress(RuntimeError):
+                self._server.stop()
+            self._server = None
+
+
+def _leg(leg: LegScene, stamp: Timestamp) -> SceneEntity:
+    return SceneEntity(
+        timestamp=stamp,
+        frame_id=BODY_FRAME,
+        id=f"leg {leg.name}",
+        frame_locked=True,
+        lines=[_line(strip) for strip in leg.links],
+        spheres=[_sphere(dot) for dot in leg.feet],
+        arrows=[_arrow(arrow) for arrow in leg.forces],
+    )
+
+
+def _path(
+    name: str, frame: str, points: Iterable[FloatArray], colour: Colour, stamp: Timestamp
+) -> SceneEntity:
+    strip = LinePrimitive(
+        type=LinePrimitiveLineType.LineStrip,
+        thickness=2.0,
+        scale_invariant=True,
+        points=[_point(p) for p in points],
+        color=_colour(colour, 1.0),
+    )
+    return SceneEntity(timestamp=stamp, frame_id=frame, id=name, lines=[strip])
+
+
+def _line(strip: Strip) -> LinePrimitive:
+    return LinePrimitive(
+        type=LinePrimitiveLineType.LineStrip,
+        thickness=LINK_M,
+        points=[_point(p) for p in strip.points],
+        color=_colour(strip.colour, 1.0),
+    )
+
+
+def _sphere(dot: Dot) -> SpherePrimitive:
+    size = Vector3(x=FOOT_M, y=FOOT_M, z=FOOT_M)
+    return SpherePrimitive(pose=_pose(dot.place), size=size, color=_colour(dot.colour, 1.0))
+
+
+def _arrow(arrow: Arrow) -> ArrowPrimitive:
+    length = float(np.linalg.norm(arrow.vector))
+    head = min(HEAD_M, length / 2)
+    return ArrowPrimitive(
+        pose=_pose(arrow.start, turn_from_x(arrow.vector)),
+        shaft_length=length - head,
+        shaft_diameter=SHAFT_M,
+        head_length=head,
+        head_diameter=2 * SHAFT_M,
+        color=_colour(arrow.colour, 0.9),
+    )
+
+
+def _transform(found: Transform, stamp: Timestamp) -> FrameTransform:
+    return FrameTransform(
+        timestamp=stamp,
+        parent_frame_id=found.parent,
+        child_frame_id=found.child,
+        translation=_vector(found.translation),
+        rotation=_quaternion(found.rotation_xyzw),
+    )
+
+
+def _schema(title: str, fields: tuple[tuple[str, bool], ...]) -> dict[str, Any]:
+    """JSON schema of a message of numbers, so that a viewer can offer its fields."""
+    schema: dict[str, Any] = {"type": "object", "title": title, "properties": {}}
+    for name, is_text in fields:
+        group, _, field = name.rpartition(".")
+        properties = schema["properties"]
+        if group:
+            empty = {"type": "object", "properties": {}}
+            properties = properties.setdefault(group, empty)["properties"]
+        properties[field] = {"type": "string" if is_text else "number"}
+    return schema
+
+
+def _nested(numbers: Numbers) -> dict[str, Any]:
+    """Dotted names to the nested message that a viewer's paths go into."""
+    message: dict[str, Any] = {}
+    for name, value in numbers.values:
+        group, _, field = name.rpartition(".")
+        (message.setdefault(group, {}) if group else message)[field] = value
+    return message
+
+
+def _stamp(unix_ns: int) -> Timestamp:
+    seconds, nanoseconds = divmod(unix_ns, 10**9)
+    return Timestamp(seconds, nanoseconds)
+
+
+def _point(p: FloatArray) -> Point3:
+    return Point3(x=float(p[0]), y=float(p[1]), z=float(p[2]))
+
+
+def _vector(v: FloatArray) -> Vector3:
+    return Vector3(x=float(v[0]), y=float(v[1]), z=float(v[2]))
+
+
+def _quaternion(q: FloatArray) -> Quaternion:
+    return Quaternion(x=float(q[0]), y=float(q[1]), z=float(q[2]), w=float(q[3]))
+
+
+def _pose(place: FloatArray, turn: FloatArray | None = None) -> Pose:
+    rotation = Quaternion(x=0.0, y=0.0, z=0.0, w=1.0) if turn is None else _quaternion(turn)
+    return Pose(position=_vector(place), orientation=rotation)
+
+
+def _colour(colour: Colour, alpha: float) -> Color:
+    return Color(r=colour[0], g=colour[1], b=colour[2], a=alpha)

@@ -1,0 +1,99 @@
+"""Where the robot is drawn: ``map`` > ``odom`` > ``base_link`` (REP-105), and the truth beside it. Pure."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from model.values.arrays import FloatArray
+from model.values.readings import BodyTruth
+from model.values.tick import Tick
+
+MAP_FRAME, ODOM_FRAME, BODY_FRAME, TRUE_FRAME = "map", "odom", "base_link", "base_link_true"
+# A trajectory gets a new point after this way, and keeps at most so many.
+POINT_EVERY_M = 0.002
+MOST_POINTS = 5000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Transform:
+    """A child frame in its parent: translation (3,) [m], rotation (4,) x y z w."""
+
+    parent: str
+    child: str
+    translation: FloatArray
+    rotation_xyzw: FloatArray
+
+
+def about_z(yaw_rad: float) -> FloatArray:
+    """Return a rotation about z, (4,) x y z w."""
+    return np.array([0.0, 0.0, np.sin(yaw_rad / 2), np.cos(yaw_rad / 2)])
+
+
+def yaw_of(quaternion_xyzw: FloatArray) -> float:
+    """Return the yaw of an attitude [rad]."""
+    x, y, z, w = quaternion_xyzw
+    return float(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+
+
+class FrameTracker:
+    """Turns ticks into transforms and trajectories.
+
+    Dead reckoning begins at its own zero, so ``odom`` is put into ``map`` where the truth is when it is
+    first known; from there on the two drift apart, and that is what is to be seen.
+    """
+
+    def __init__(self) -> None:
+        self._odom_in_map: Transform | None = None
+        self._height_m = 0.0
+        self.estimated: list[FloatArray] = []
+        self.true: list[FloatArray] = []
+        self.filtered: list[FloatArray] = []
+
+    def transforms(self, tick: Tick) -> tuple[Transform, ...]:
+        """Return the transforms of a tick, and take its places into the trajectories."""
+        estimate = tick.estimate
+        height_m = tick.contact.support.height_m
+        if np.isfinite(height_m):
+            self._height_m = height_m
+        body = Transform(
+            ODOM_FRAME,
+            BODY_FRAME,
+            np.array([*estimate.position_m, self._height_m]),
+            about_z(estimate.yaw_rad),
+        )
+        truth = tick.inputs.truth
+        known = truth is not None and bool(np.isfinite(truth.position_W).all())
+        if truth is None or not known or not np.isfinite(truth.quaternion_xyzw).all():
+            nowhere = Transform(MAP_FRAME, ODOM_FRAME, np.zeros(3), about_z(0.0))
+            found: tuple[Transform, ...] = (self._odom_in_map or nowhere, body)
+        else:
+            if self._odom_in_map is None:
+                self._odom_in_map = _odom_in_map(body, truth, estimate.yaw_rad)
+            actual = Transform(MAP_FRAME, TRUE_FRAME, truth.position_W, truth.quaternion_xyzw)
+            found = (self._odom_in_map, body, actual)
+            _extend(self.true, truth.position_W)
+        if np.isfinite(body.translation).all():
+            _extend(self.estimated, body.translation)
+        said = tick.odometry
+        if said is not None and np.isfinite(said.position_m).all():
+            _extend(self.filtered, np.array([*said.position_m, self._height_m]))
+        return found
+
+
+def _odom_in_map(body: Transform, truth: BodyTruth, yaw_rad: float) -> Transform:
+    """Put ``odom`` where dead reckoning, at this place and yaw in it, agrees with the truth."""
+    yaw = yaw_of(truth.quaternion_xyzw) - yaw_rad
+    c, s = np.cos(yaw), np.sin(yaw)
+    x, y, _ = body.translation
+    true_x, true_y, _ = truth.position_W
+    origin = np.array([true_x - c * x + s * y, true_y - s * x - c * y, 0.0])
+    return Transform(MAP_FRAME, ODOM_FRAME, origin, about_z(yaw))
+
+
+def _extend(points: list[FloatArray], place: FloatArray) -> None:
+    """Add a place that is far enough from the last one; thin out when there are too many."""
+    if points and np.linalg.norm(place - points[-1]) < POINT_EVERY_M:
+        return
+    points.append(np.array(place))
+    if len(points) > MOST_POINTS:
+        del points[1::2]

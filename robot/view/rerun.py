@@ -1,0 +1,245 @@
+"""A log as a recording for Rerun, which needs no account and no network (extra ``bigant[rerun]``).
+
+The file holds its own layout: the robot and its way on the left, velocities, forces, odometry and servos on
+the right. ``rerun FILE.rrd`` opens it. A run that goes on is shown by ``robot.view.foxglove``.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+from matplotlib.colors import to_rgb
+
+from model.errors import RecordError
+from model.parameters.robot import RobotParameters
+from model.values.arrays import FloatArray
+from model.values.tick import Tick
+from robot.report.figure_style import leg_colour
+from robot.view.frames import BODY_FRAME, MAP_FRAME, ODOM_FRAME, TRUE_FRAME, FrameTracker
+from robot.view.numbers import NewsTracker, numbers_of
+from robot.view.scene import ESTIMATED, MEASURED, PREDICTED, Colour, LegScene, body_of, legs_of
+
+TIMELINE = "run"
+WAY_PERIOD_NS = 500_000_000
+LINK_M, FOOT_M, ARROW_M, WAY_M = 0.003, 0.009, 0.003, 0.002
+# Where each frame lies in the tree; REP-105 as in the log.
+PLACES = {
+    ODOM_FRAME: f"{MAP_FRAME}/{ODOM_FRAME}",
+    BODY_FRAME: f"{MAP_FRAME}/{ODOM_FRAME}/{BODY_FRAME}",
+    TRUE_FRAME: f"{MAP_FRAME}/{TRUE_FRAME}",
+}
+BODY = PLACES[BODY_FRAME]
+SERIES = {
+    "true": MEASURED,
+    "measured": MEASURED,
+    "predicted": PREDICTED,
+    "estimated": ESTIMATED,
+}
+
+
+class RerunView:
+    """Writes ticks into a recording.
+
+    Args:
+        parameters: Dimensions of the robot.
+        save: File to write, ``.rrd``.
+
+    Raises:
+        RecordError: The file cannot be written.
+    """
+
+    def __init__(self, parameters: RobotParameters, save: Path) -> None:
+        self._parameters = parameters
+        self._names = parameters.legs.names
+        self._frames = FrameTracker()
+        self._news = NewsTracker()
+        self._first_ns: int | None = None
+        self._next_way_ns = 0
+        self._times_s: list[float] = []
+        self._columns: dict[str, list[float]] = {}
+        self._stream = rr.RecordingStream("bigant")
+        try:
+            save.open("wb").close()  # its own error would be a panic of another language
+            self._stream.save(save, default_blueprint=layout(self._names))
+        except (OSError, RuntimeError) as error:
+            raise RecordError(
+                f"{save} cannot be written: {error}; choose another --save"
+            ) from error
+        self._draw_what_stays()
+
+    @property
+    def port(self) -> int:
+        """No server: 0."""
+        return 0
+
+    @property
+    def watched(self) -> bool:
+        """The file always asks for more."""
+        return True
+
+    def _draw_what_stays(self) -> None:
+        body = body_of(self._parameters)
+        self._stream.log("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+        for place, colour, alpha in (
+            (BODY, PREDICTED, 0.8),
+            (PLACES[TRUE_FRAME], MEASURED, 0.3),
+        ):
+            box = rr.Boxes3D(
+                sizes=[body.size], centers=[body.centre], colors=[_rgba(colour, alpha)]
+            )
+            self._stream.log(f"{place}/body", box, static=True)
+
+    def note(self, tick: Tick, unix_ns: int) -> None:
+        """Write what is new in a tick: changes of mode and health, and faults. Called for every tick."""
+        for news in self._news.news_of(tick):
+            self._go_to(unix_ns)
+            level = "ERROR" if news.fault else "INFO"
+            self._stream.log("news", rr.TextLog(f"{news.source} {news.text}", level=level))
+
+    def show(self, tick: Tick, unix_ns: int) -> None:
+        """Write frames, scene and numbers of a tick."""
+        self._go_to(unix_ns)
+        for found in self._frames.transforms(tick):
+            self._stream.log(
+                PLACES[found.child],
+                rr.Transform3D(
+                    translation=found.translation,
+                    quaternion=rr.Quaternion(xyzw=found.rotation_xyzw),
+                ),
+            )
+        self._draw_legs(legs_of(tick, self._parameters))
+        self._draw_ways(unix_ns)
+        self._keep_numbers(tick, unix_ns)
+
+    def _draw_ways(self, unix_ns: int) -> None:
+        if unix_ns < self._next_way_ns:
+            return
+        self._next_way_ns = unix_ns + WAY_PERIOD_NS
+        for place, points, colour in (
+            (f"{MAP_FRAME}/way/true", self._frames.true, MEASURED),
+            (f"{PLACES[ODOM_FRAME]}/way/dead_reckoning", self._frames.estimated, PREDICTED),
+            (f"{PLACES[ODOM_FRAME]}/way/estimator", self._frames.filtered, ESTIMATED),
+        ):
+            if len(points) > 1:
+                strip = rr.LineStrips3D([np.array(points)], radii=WAY_M, colors=[_rgba(colour)])
+                self._stream.log(place, strip)
+
+    def _go_to(self, unix_ns: int) -> None:
+        self._first_ns = unix_ns if self._first_ns is None else self._first_ns
+        self._stream.set_time(TIMELINE, duration=(unix_ns - self._first_ns) * 1e-9)
+
+    def _draw_legs(self, legs: tuple[LegScene, ...]) -> None:
+        links = [strip for leg in legs for strip in leg.links]
+        feet = [dot for leg in legs for dot in leg.feet]
+        self._stream.log(
+            f"{BODY}/links",
+            rr.LineStrips3D(
+                [strip.points for strip in links],
+                radii=LINK_M,
+                colors=[_rgba(strip.colour) for strip in links],
+            ),
+        )
+        self._stream.log(
+            f"{BODY}/feet",
+            rr.Points3D(
+                [dot.place for dot in feet],
+                radii=FOOT_M,
+                colors=[_rgba(dot.colour) for dot in feet],
+            ),
+        )
+        for name, colour in (("measured", MEASURED), ("predicted", PREDICTED)):
+            arrows = [arrow for leg in legs for arrow in leg.forces if arrow.colour == colour]
+            self._stream.log(
+                f"{BODY}/forces/{name}",
+                rr.Arrows3D(
+                    origins=_rows([arrow.start for arrow in arrows]),
+                    vectors=_rows([arrow.vector for arrow in arrows]),
+                    radii=ARROW_M,
+                    colors=[_rgba(colour)],
+                ),
+            )
+
+    def _keep_numbers(self, tick: Tick, unix_ns: int) -> None:
+        """Numbers go out as whole columns in the end, which is a hundred times cheaper than one by one."""
+        before = len(self._times_s)
+        self._times_s.append((unix_ns - (self._first_ns or 0)) * 1e-9)
+        for numbers in numbers_of(tick, self._names):
+            for name, value in numbers.values:
+                if isinstance(value, float):
+                    group, _, field = name.rpartition(".")
+                    path = "/".join(filter(None, ("plots" + numbers.topic, field, group)))
+                    self._columns.setdefault(path, [np.nan] * before).append(value)
+        for column in self._columns.values():
+            column.extend([np.nan] * (before + 1 - len(column)))  # unknown now: a gap
+
+    def close(self) -> None:
+        """Write the numbers and finish the file."""
+        for path, column in self._columns.items():
+            if (style := style_of(path, self._names)) is not None:
+                colour, name = style
+                lines = rr.SeriesLines(colors=[_rgba(colour)], names=[name])
+                self._stream.log(path, lines, static=True)
+            times = rr.TimeColumn(TIMELINE, duration=self._times_s)
+            self._stream.send_columns(path, [times], rr.Scalars.columns(scalars=column))
+        self._columns.clear()
+        self._stream.flush()
+        self._stream.disconnect()
+
+
+def style_of(path: str, names: tuple[str, ...]) -> tuple[Colour, str] | None:
+    """Return colour and name of a curve, None where the viewer may choose.
+
+    Args:
+        path: Where its numbers are, ``plots/force/HL/z_n/difference`` say.
+        names: Leg names; differences of all legs stand in one plot.
+    """
+    *folders, last = path.split("/")
+    if last in SERIES:
+        return SERIES[last], last
+    legs = [name for name in folders if name in names]
+    if last == "difference" and legs:
+        return to_rgb(leg_colour(names.index(legs[0]))), f"{legs[0]} difference"
+    return None
+
+
+def layout(names: tuple[str, ...]) -> rrb.Blueprint:
+    """Return what is where when the file is opened.
+
+    Args:
+        names: Leg names.
+    """
+
+    def plot(name: str, *paths: str) -> rrb.TimeSeriesView:
+        contents = [f"/plots/{path}" for path in paths]
+        return rrb.TimeSeriesView(name=name, contents=contents, plot_legend=rrb.Corner2D.RightTop)
+
+    eye = rrb.EyeControls3D(position=(-0.35, -0.95, 0.55), look_target=(0.25, 0.0, 0.0))
+    scene = rrb.Spatial3DView(name="Robot", contents=[f"/{MAP_FRAME}/**"], eye_controls=eye)
+    velocity = [f"velocity/vx_m_s/{who}" for who in ("true", "predicted", "estimated")]
+    loads = [f"force/{name}/z_n/difference" for name in names]
+    return rrb.Blueprint(
+        rrb.Horizontal(
+            rrb.Vertical(
+                scene, rrb.TextLogView(name="News", contents=["/news"]), row_shares=[3, 1]
+            ),
+            rrb.Vertical(
+                plot("Forward velocity [m/s]", *velocity),
+                plot("Predicted - true [m/s]", "velocity/vx_m_s/difference"),
+                plot(f"Vertical force on {names[0]} [N]", f"force/{names[0]}/z_n/**"),
+                plot("Vertical force, predicted - measured [N]", *loads),
+                plot("Odometry, one sd [m]", "odometry/x_sd_m", "odometry/y_sd_m"),
+            ),
+            column_shares=[3, 2],
+        ),
+        collapse_panels=True,
+    )
+
+
+def _rows(vectors: list[FloatArray]) -> FloatArray:
+    return np.array(vectors).reshape(-1, 3)
+
+
+def _rgba(colour: Colour, alpha: float = 1.0) -> tuple[int, int, int, int]:
+    red, green, blue = (round(255 * part) for part in colour)
+    return red, green, blue, round(255 * alpha)

@@ -1,0 +1,270 @@
+"""The live view: one screen on a terminal, plain lines anywhere else.
+
+Drawing never happens in the control thread: ``show`` only keeps the newest tick, and a thread of its
+own draws it a few times a second, so a slow SSH link delays the picture and not the robot.
+"""
+
+import sys
+import threading
+from typing import Protocol, Self, TextIO
+
+import numpy as np
+
+from model.values.estimate import Health
+from model.values.faults import StopReason
+from model.values.legs import JointState
+from model.values.tick import Mode, Tick
+from robot.console.number_text import number_text
+from robot.console.screen_fit import fitted, key_lines, terminal_size
+from robot.control.true_readings import TrueForces, with_true_forces
+
+SCREEN_PERIOD_S = 0.25
+LINE_PERIOD_NS = 1_000_000_000
+CLEAR = "\x1b[2J\x1b[H"
+HOME = "\x1b[H"
+CLEAR_TO_END_OF_LINE = "\x1b[K"
+CLEAR_BELOW = "\x1b[J"
+BOLD, RED, RESET = "\x1b[1m", "\x1b[31m", "\x1b[0m"
+
+
+class View(Protocol):
+    """Something that shows ticks and has to be closed."""
+
+    def show(self, tick: Tick) -> None:
+        """Take one tick; must not block."""
+        ...
+
+    def close(self) -> None:
+        """Stop drawing."""
+        ...
+
+
+def open_view(
+    names: tuple[str, ...],
+    title: str,
+    help_line: str,
+    stream: TextIO | None = None,
+    true_forces: TrueForces | None = None,
+) -> View:
+    """Return a screen when the output is a terminal, plain lines otherwise.
+
+    Args:
+        names: Leg names.
+        title: First line of the screen.
+        help_line: What the keys do.
+        stream: Where to draw; standard output by default.
+        true_forces: Takes out of readings what the robot file says that the sensors add.
+    """
+    out = stream if stream is not None else sys.stdout
+    if not out.isatty():
+        return LineView(out)
+    return ScreenView(names, title, help_line, out, true_forces)
+
+
+class LineView:
+    """One plain line a second of run time, and one for every change of mode and new fault."""
+
+    def __init__(self, out: TextIO) -> None:
+        self._out: TextIO | None = out
+        self._first_ns: int | None = None
+        self._next_ns = 0
+        self._mode: Mode | None = None
+        self._faults: set[tuple[str, str]] = set()
+
+    def show(self, tick: Tick) -> None:
+        """Print a line if there is news or a second has passed."""
+        if self._first_ns is None:
+            self._first_ns = self._next_ns = tick.t_ns
+        for fault in tick.faults:
+            key = (fault.kind.name, fault.source)
+            if key not in self._faults:
+                self._faults.add(key)
+                self._print(tick, f"fault {fault.kind.name} {fault.source}: {fault.detail}")
+        if tick.mode is not self._mode or tick.t_ns >= self._next_ns:
+            self._mode = tick.mode
+            self._next_ns = tick.t_ns + LINE_PERIOD_NS
+            self._print(tick, _one_line(tick))
+
+    def _print(self, tick: Tick, text: str) -> None:
+        seconds = (tick.t_ns - (self._first_ns or 0)) * 1e-9
+        if self._out is None:
+            return
+        try:
+            print(f"{seconds:7.2f} s  {text}", file=self._out, flush=True)
+        except OSError:  # `| head` has what it wanted, or the terminal went away; the run goes on
+            self._out = None
+
+    def close(self) -> None:
+        """Nothing to give back."""
+
+
+class ScreenView:
+    """Redraws one screen from the newest tick, in a thread."""
+
+    def __init__(
+        self,
+        names: tuple[str, ...],
+        title: str,
+        help_line: str,
+        out: TextIO,
+        true_forces: TrueForces | None = None,
+    ) -> None:
+        self._names = names
+        self._title = title
+        self._help = help_line
+        self._out = out
+        self._true_forces = true_forces
+        self._newest: Tick | None = None
+        self._first_ns: int | None = None
+        self._late = self._missed = 0
+        self._done = threading.Event()
+        self._thread = threading.Thread(target=self._draw_forever, daemon=True)
+        self._thread.start()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def show(self, tick: Tick) -> None:
+        """Keep the newest tick."""
+        if self._first_ns is None:
+            self._first_ns = tick.t_ns
+        self._late = max(self._late, tick.inputs.timing.lateness_ns)
+        self._missed += tick.inputs.timing.missed
+        self._newest = tick
+
+    def _draw_forever(self) -> None:
+        self._write(CLEAR)
+        while not self._done.wait(SCREEN_PERIOD_S):
+            self._draw()
+        self._draw()
+
+    def _draw(self) -> None:
+        tick = self._newest
+        if tick is None:
+            return
+        tick = with_true_forces(tick, self._true_forces, self._first_ns or 0)
+        seconds = (tick.t_ns - (self._first_ns or 0)) * 1e-9
+        lines = screen_lines(tick, self._names, seconds, self._late, self._missed)
+        size = terminal_size(self._out)
+        tail = ["", *fault_lines(tick), "", *key_lines(self._help, size.columns)]
+        screen = fitted(BOLD + self._title + RESET, lines, tail, size)
+        # no line end behind the last line: it would scroll the title away
+        text = (CLEAR_TO_END_OF_LINE + "\r\n").join(screen)
+        self._write(HOME + text + CLEAR_TO_END_OF_LINE + CLEAR_BELOW)
+
+    def _write(self, text: str) -> None:
+        try:
+            self._out.write(text)
+            self._out.flush()
+        except OSError:  # the terminal went away; the run goes on without a view
+            self._done.set()
+
+    def close(self) -> None:
+        """Draw the last state and stop."""
+        self._done.set()
+        self._thread.join(2.0)
+        self._write("\r\n")  # what is printed next begins below the screen
+
+
+def screen_lines(
+    tick: Tick, names: tuple[str, ...], seconds: float, worst_late_ns: int, missed: int
+) -> list[str]:
+    """Return what is measured, as lines of plain text; a pure function, so that it can be tested."""
+    reason = "" if tick.stop_reason is StopReason.NONE else f"  ({tick.stop_reason.name})"
+    timing = tick.inputs.timing
+    lines = [
+        f"mode {tick.mode.name:<7}{reason}   t {seconds:7.1f} s   {_phase_bar(tick.gait_phase)}",
+        f"loop late {timing.lateness_ns * 1e-6:6.2f} ms  worst {worst_late_ns * 1e-6:6.2f} ms  "
+        f"missed {missed}",
+        "",
+        "leg   angle rad   speed rad/s   current A   temp C   Fz measured N   Fz model N",
+    ]
+    joints, forces, support = tick.joints, tick.forces, tick.contact.support
+    for leg, name in enumerate(names):
+        cells = (
+            number_text(joints.angle_rad[leg], 3, 11),
+            number_text(joints.rate_rad_s[leg], 3, 14),
+            number_text(joints.current_a[leg], 2, 12),
+            number_text(joints.temperature_c[leg], 0, 9),
+            number_text(forces.force_n[leg, 2], 1, 16),
+            number_text(support.load_n[leg], 1, 13),
+        )
+        lines.append(f"{name:<4}" + "".join(cells))
+    return [*lines, "", *_velocity_lines(tick), *_pose_lines(tick)]
+
+
+def fault_lines(tick: Tick) -> list[str]:
+    """Return the tick's first faults, or that there are none."""
+    faults = [f"{f.kind.name} {f.source}: {f.detail}" for f in tick.faults[:4]]
+    return [f"{RED}fault{RESET} {text}" for text in faults] or ["no faults"]
+
+
+def _velocity_lines(tick: Tick) -> list[str]:
+    predicted = tick.contact.traction.velocity_B
+    header = "body velocity    vx mm/s    vy mm/s   yaw rad/s"
+    lines = [header, "  predicted  " + _velocity_cells(predicted)]
+    if tick.odometry is not None:
+        lines.append("  estimated  " + _velocity_cells(tick.odometry.velocity_B))
+    truth = tick.inputs.truth
+    if truth is not None:
+        true = np.array([*truth.velocity_B[:2], truth.angular_velocity_B[2]])
+        lines.append("  true       " + _velocity_cells(true))
+    return lines
+
+
+def _velocity_cells(velocity: np.ndarray) -> str:
+    vx, vy, yaw_rate = velocity
+    return f"{number_text(vx * 1e3, 1, 11)}{number_text(vy * 1e3, 1, 11)}{number_text(yaw_rate, 3, 12)}"
+
+
+def _pose_lines(tick: Tick) -> list[str]:
+    said, reckoned = tick.odometry, tick.estimate
+    if said is None:
+        return ["odometry " + _place(reckoned.position_m, reckoned.yaw_rad)]
+    sd = np.sqrt(np.diagonal(said.pose_covariance))
+    words = said.health.value + (f" ({said.reason})" if said.reason else "")
+    return [
+        "odometry " + _place(said.position_m, said.yaw_rad) + f"   {words}",
+        f"  one sd   {sd[0] * 1e3:10.1f} mm {sd[1] * 1e3:12.1f} mm {sd[2]:14.3f} rad",
+        "open loop" + _place(reckoned.position_m, reckoned.yaw_rad),
+    ]
+
+
+def _place(position_m: np.ndarray, yaw_rad: float) -> str:
+    x, y = position_m
+    x_mm, y_mm = (number_text(value * 1e3, 1, 8) for value in (x, y))
+    return f"  x {x_mm} mm   y {y_mm} mm   yaw {number_text(yaw_rad, 3, 7)} rad"
+
+
+def _one_line(tick: Tick) -> str:
+    said = tick.odometry
+    x = (tick.estimate if said is None else said).position_m[0] * 1e3
+    velocity = tick.contact.traction.velocity_B if said is None else said.velocity_B
+    predicted = velocity[0] * 1e3
+    text = f"{tick.mode.name:<7}"
+    if np.isfinite(tick.gait_phase):
+        text += f" phase {tick.gait_phase:6.2f}"
+    text += f"  x {number_text(x, 1, 7)} mm  vx {number_text(predicted, 1)} mm/s"
+    truth = tick.inputs.truth
+    if truth is not None:
+        text += f" (true {number_text(truth.velocity_B[0] * 1e3, 1)})"
+    if said is not None and said.health is not Health.OK:
+        text += f"  odometry {said.health.value}"
+    text += f"  {_hottest(tick.joints)}"
+    if tick.stop_reason is not StopReason.NONE:
+        text += f"  stopping: {tick.stop_reason.name}"
+    return text
+
+
+def _hottest(joints: JointState) -> str:
+    if not joints.valid.any():
+        return "no servo answers"
+    return f"hottest servo {np.nanmax(joints.temperature_c):.0f} C"
+
+
+def _phase_bar(phase: float) -> str:
+    if not np.isfinite(phase):
+        return "gait  -"
+    width = 20
+    done = int((phase % 1.0) * width)
+    return f"gait [{'#' * done}{'.' * (width - done)}] {phase:6.2f} cycles"

@@ -1,0 +1,59 @@
+"""The virtual robot that a robot file describes: its parameters, and its effects in plant and sensors."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from model.errors import ConfigError
+from robot.config.robot_file import RobotConfig
+from sim_hw.plant.parameters import PlantParameters
+from sim_hw.twin.catalog import EFFECTS
+from sim_hw.twin.effects import Effect, apply_effects
+from sim_hw.twin.sensing import SensorParameters
+from sim_hw.twin.twin import Twin
+
+if TYPE_CHECKING:
+    from gap.interfaces import Cause
+
+
+def file_effects(config: RobotConfig, asked: Sequence[Effect] = ()) -> tuple[Effect, ...]:
+    """Return the effects of a robot file as the virtual robot knows them.
+
+    Args:
+        config: Robot file.
+        asked: Effects that are to come on top; one of the same name and place would take the file's away.
+
+    Raises:
+        ConfigError: Both have the same effect.
+    """
+    found = tuple(effect for cause in config.effects for effect in twin_effects(cause))
+    for one in asked:
+        if any(
+            f.name == one.name and (not f.leg or not one.leg or f.leg == one.leg) for f in found
+        ):
+            raise ConfigError(
+                f"effects.{one.name}",
+                "is in the robot file already; take it out there, or do not ask for it",
+            )
+    return found
+
+
+def twin_effects(cause: "Cause") -> tuple[Effect, ...]:
+    """Return a cause as the virtual robot knows it: names and numbers are the same, one leg each."""
+    return tuple(Effect(cause.effect, leg, cause.values) for leg in cause.joints or ("",))
+
+
+def file_twin(config: RobotConfig, seed: int) -> Twin | None:
+    """Return the nominal robot of a file with the file's effects; None where it has none.
+
+    Raises:
+        ConfigError: The virtual robot cannot have one of the effects.
+    """
+    if not config.effects:
+        return None
+    twin = Twin(
+        names=config.parameters.legs.names,
+        plant=PlantParameters.nominal(config.parameters),
+        sensors=SensorParameters.healthy(config.parameters.legs.count),
+        seed=seed,
+    )
+    return apply_effects(twin, file_effects(config), EFFECTS)

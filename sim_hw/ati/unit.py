@@ -1,0 +1,233 @@
+"""The virtual wireless force-torque unit: commands in, records out on schedule, a console beside.
+
+No input or output of its own: ``sim_hw.ati.sockets`` and ``sim_hw.ati.memory`` carry its bytes. What no
+source tells (does a start reset the sequence number? are commands acknowledged?) is a setting in
+``sim_hw.host.assumed.WnetAssumed``.
+"""
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from drivers.ati.packets import (
+    AXES,
+    TRANSDUCERS,
+    U32,
+    Command,
+    build_record,
+    device_ticks,
+    parse_command,
+)
+from model.values.arrays import IntArray
+from model.values.readings import ForceRecord
+from sim_hw.host.assumed import WNET_ASSUMED, WnetAssumed
+from sim_hw.interfaces import ConsoleEnd, WrenchSource
+
+DEFAULT_RATE_HZ = 125
+DEFAULT_OVERSAMPLING = 32
+COUNTS_PER_UNIT = 1_000_000
+# ATI Gamma SI-130-10.
+MAX_RATING = (130.0, 130.0, 400.0, 10.0, 10.0, 10.0)
+RATING = np.array(MAX_RATING)
+# AFE bits and green LEDs of powered channels: as seen on a real unit.
+AFE = (0x0001_0000, 0x0004_0000, 0x0010_0000)
+LED_GREEN = 0b10
+# Standard deviation of the sensor's noise at 100 Hz, near the Gamma's resolution [N, N m].
+NOISE = (0.02, 0.02, 0.04, 0.001, 0.001, 0.001)
+
+
+@dataclass(slots=True)
+class TransducerState:
+    """One transducer as its owner has set it up.
+
+    Attributes:
+        powered: Whether it has power, and so appears in records.
+        mult: Whether it sends forces or raw gage counts.
+        calibration: Number of the active calibration.
+        bias: Counts subtracted by the unit itself.
+    """
+
+    powered: bool
+    mult: bool = True
+    calibration: int = 1
+    bias: IntArray | None = None
+
+
+class VirtualWnet:
+    """The unit.
+
+    Args:
+        source: Where wrenches come from, one a leg.
+        transducers: Transducer number of each leg, 1 to 6, 0 for none.
+        seed: Seed of the noise.
+        noise: Standard deviation of each axis; zeros give exact counts.
+        unix_offset_ns: UNIX time minus the clock it is polled with.
+        assumed: What is assumed about it.
+
+    Attributes:
+        sampling_ratio: Records sent a second over records asked for; 1 for a perfect crystal.
+        host_port: Port that records go to, 0 before the first start.
+    """
+
+    def __init__(
+        self,
+        source: WrenchSource,
+        transducers: tuple[int, ...],
+        *,
+        seed: int = 0,
+        noise: tuple[float, ...] = NOISE,
+        unix_offset_ns: int = 1_700_000_000_000_000_000,
+        assumed: WnetAssumed = WNET_ASSUMED,
+    ) -> None:
+        self.assumed = assumed
+        self.sampling_ratio = 1.0
+        self.host_port = 0
+        self.rate_hz = DEFAULT_RATE_HZ
+        self.oversampling = DEFAULT_OVERSAMPLING
+        self.transmit = True
+        self.ignored = 0
+        self.state = [
+            TransducerState(powered=number in transducers) for number in range(1, TRANSDUCERS + 1)
+        ]
+        self._source = source
+        numbers = np.array(transducers, dtype=np.int64)
+        self._used: IntArray = np.flatnonzero(numbers > 0)  # legs that have a transducer
+        self._slots: IntArray = numbers[self._used] - 1
+        self._random = np.random.default_rng(seed)
+        self._noise = np.array(noise)
+        self._unix_offset_ns = unix_offset_ns
+        self._sequence = 0
+        self._recent_counts: deque[IntArray] = deque(maxlen=assumed.bias_samples)
+        self._acknowledgements: list[tuple[int, bytes]] = []
+        self._left = 0  # samples to send; -1 endless
+        self._next_ns = 0
+        self.console_reset = False
+
+    # Commands.
+
+    @property
+    def unit(self) -> "VirtualWnet":
+        """The unit itself; see ``sim_hw.interfaces.WnetWire``."""
+        return self
+
+    def wrap_console(self, end: ConsoleEnd) -> ConsoleEnd:
+        """Return a console session as it is."""
+        return end
+
+    def command(self, data: bytes, t_ns: int, host_port: int) -> bool:
+        """Take a command sent from a port; see ``handle_datagram``."""
+        receiver = self.handle_datagram(data, t_ns)
+        if receiver:
+            self.host_port = host_port
+        return receiver
+
+    def handle_datagram(self, data: bytes, t_ns: int) -> bool:
+        """Take a command; return whether its sender becomes the receiver of records."""
+        command = parse_command(data)
+        if command is None:
+            self.ignored += 1
+            return False
+        if self.assumed.acknowledges:
+            self._acknowledgements.append((t_ns, data))
+        if command.command == Command.START:
+            self._left = command.samples if command.samples > 0 else -1
+            self._next_ns = t_ns + self._period_ns
+            if self.assumed.sequence_restarts:
+                self._sequence = 0
+            return True
+        if command.command == Command.STOP:
+            self._left = 0
+        elif command.command == Command.RESET_CONSOLE:
+            self.console_reset = True
+        return False
+
+    @property
+    def _period_ns(self) -> int:
+        period_s = 1.0 / self.rate_hz
+        tick_hz = self.assumed.adc_clock_hz
+        if tick_hz:
+            period_s = max(1, round(period_s * tick_hz)) / tick_hz
+        return round(1e9 * period_s / self.sampling_ratio)
+
+    @property
+    def streaming(self) -> bool:
+        """Whether records are due."""
+        return self.transmit and self._left != 0
+
+    def next_due_ns(self) -> int | None:
+        """When the next record is due, None if none is."""
+        if self._acknowledgements:
+            return self._acknowledgements[0][0]
+        return self._next_ns if self.streaming else None
+
+    # Records.
+
+    def poll(self, t_ns: int) -> list[tuple[int, bytes]]:
+        """Return the records due by a time: when each was sampled, and its bytes."""
+        acknowledgements, self._acknowledgements = self._acknowledgements, []
+        due = [(record.t_ns, build_record(record)) for record in self.due(t_ns)]
+        return acknowledgements + due
+
+    def due(self, t_ns: int) -> list[ForceRecord]:
+        """Return the records due by a time before they are made bytes, stamped when they were sampled."""
+        records: list[ForceRecord] = []
+        while self.streaming and self._next_ns <= t_ns:
+            records.append(self._record(self._next_ns))
+            self._next_ns += self._period_ns
+            if self._left > 0:
+                self._left -= 1
+        return records
+
+    def _record(self, t_ns: int) -> ForceRecord:
+        wrench = self._source.wrench(t_ns)
+        counts = np.zeros((TRANSDUCERS, AXES), dtype=np.int64)
+        saturated = np.zeros(TRANSDUCERS, dtype=bool)
+        noise = self._random.standard_normal((TRANSDUCERS, AXES)) * self._noise
+        sensed = wrench[self._used] + noise[self._slots]
+        saturated[self._slots] = (np.abs(sensed) > RATING).any(axis=1)
+        bounded = np.minimum(np.maximum(sensed, -RATING), RATING)
+        counts[self._slots] = np.rint(bounded * COUNTS_PER_UNIT)
+        for slot in self._slots:
+            bias = self.state[slot].bias
+            if bias is not None:
+                counts[slot] -= bias
+        present = np.array([state.powered for state in self.state])
+        self._sequence = (self._sequence + 1) % U32
+        record = ForceRecord(
+            t_ns=t_ns,
+            device_ticks=device_ticks(t_ns + self._unix_offset_ns),
+            sequence=self._sequence,
+            status=np.array(_status_words(present, saturated, self.assumed.extra_status)),
+            battery=self.assumed.battery,
+            mask=int(sum(1 << i for i in range(TRANSDUCERS) if present[i])),
+            counts=counts,
+            present=present,
+            saturated=saturated,
+        )
+        self._recent_counts.append(counts)
+        return record
+
+    def set_bias(self, number: int, *, on: bool) -> None:
+        """Take the last counts of a transducer as its zero, or forget that zero."""
+        state, recent = self.state[number - 1], self._recent_counts
+        if not on or not recent:
+            state.bias = None
+            return
+        # records hold what is left of an older bias
+        seen = np.mean([counts[number - 1] for counts in recent], axis=0)
+        older = 0 if state.bias is None else state.bias
+        state.bias = np.rint(seen).astype(np.int64) + older
+
+
+def _status_words(present: np.ndarray, saturated: np.ndarray, extra: int) -> list[int]:
+    words = []
+    for half in (0, 3):
+        word = 0
+        for i in range(3):
+            if present[half + i]:
+                word |= AFE[i] | LED_GREEN << 2 * i
+            if saturated[half + i]:
+                word |= 1 << 24 + i
+        words.append(word | (0xA80 | extra if half == 0 else 0))
+    return words

@@ -1,0 +1,48 @@
+"""How a virtual MX-106 protects itself: which hardware errors it sees.
+
+The manual publishes no criterion for overload and no delay for the voltage error: overload here is a motor
+current above a limit for some seconds (``ServoAssumed``), and the voltage error has no delay.
+"""
+
+from drivers.dynamixel.mx106 import VOLTAGE_UNIT_V, HardwareError
+from sim_hw.dynamixel.control_table import ControlTable
+from sim_hw.host.assumed import ServoAssumed
+from sim_hw.interfaces import MotorWorld
+
+
+class Protection:
+    """Watches over one servo.
+
+    Args:
+        index: Its place in the world.
+        world: The motors.
+        assumed: When a load is an overload.
+    """
+
+    def __init__(self, index: int, world: MotorWorld, assumed: ServoAssumed) -> None:
+        self._index = index
+        self._world = world
+        self._limit_a = assumed.overload_current_a
+        self._limit_ns = round(assumed.overload_s * 1e9)
+        self._since_ns: int | None = None
+
+    def restart(self) -> None:
+        """Forget how long the load has lasted."""
+        self._since_ns = None
+
+    def errors(self, table: ControlTable, t_ns: int, *, torque: bool) -> int:
+        """Return the bits of Hardware Error Status that hold now."""
+        world, i = self._world, self._index
+        error = 0
+        volts = world.supply_v[i] / VOLTAGE_UNIT_V
+        if not table.get("min_voltage_limit") <= volts <= table.get("max_voltage_limit"):
+            error |= HardwareError.INPUT_VOLTAGE
+        if world.temperature_c[i] > table.get("temperature_limit"):
+            error |= HardwareError.OVERHEATING
+        if not torque or abs(world.current_a[i]) < self._limit_a:
+            self._since_ns = None
+        elif self._since_ns is None:
+            self._since_ns = t_ns
+        elif t_ns - self._since_ns > self._limit_ns:
+            error |= HardwareError.OVERLOAD
+        return error

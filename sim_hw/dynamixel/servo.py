@@ -1,0 +1,372 @@
+"""One virtual MX-106: what it measures, obeys, protects itself against.
+
+Decided here, as the manual does not say: a servo counts as standing still for the Clear instruction below
+its moving threshold, and a homing offset beyond a quarter turn is cut to it in position mode. Not
+modelled: dual joint (slave) mode and time-based profiles. Protections: ``sim_hw.dynamixel.protection``.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from drivers.dynamixel.frames import Instruction, StatusError
+from drivers.dynamixel.mx106 import (
+    CURRENT_UNIT_A,
+    REGISTER,
+    TICKS_PER_TURN,
+    VELOCITY_UNIT_RAD_S,
+    VOLTAGE_UNIT_V,
+    WATCHDOG_UNIT_S,
+    OperatingMode,
+)
+from sim_hw.dynamixel.control_table import ControlTable
+from sim_hw.dynamixel.firmware import POSITION_MODES, FirmwareBank
+from sim_hw.dynamixel.protection import Protection
+from sim_hw.host.assumed import SERVO_ASSUMED, ServoAssumed
+from sim_hw.interfaces import MotorWorld
+
+CLEAR_MULTI_TURN = bytes.fromhex("01 44 58 4C 22")
+RAM_ONLY_FROM = REGISTER["torque_enable"].address
+REVERSE = 0x01  # bit of Drive Mode
+LARGEST_OFFSET_IN_POSITION_MODE = 1024
+NO_PROFILE, RECTANGULAR, TRAPEZOIDAL = 0x00, 0x10, 0x30  # bits of Moving Status
+# What a mode change sets (e-manual: gains of that mode; the same ones in all modes are assumed).
+MODE_DEFAULTS = tuple(
+    (name, REGISTER[name].initial or 0)
+    for name in (
+        "velocity_i_gain",
+        "velocity_p_gain",
+        "position_d_gain",
+        "position_i_gain",
+        "position_p_gain",
+        "feedforward_2nd_gain",
+        "feedforward_1st_gain",
+        "profile_acceleration",
+        "profile_velocity",
+        "goal_velocity",
+    )
+)
+
+
+class VirtualServo:
+    """One servo: control table, its share of the firmware, its motor in the world.
+
+    Args:
+        index: Its place in the world and in the firmware bank.
+        servo_id: Dynamixel id.
+        baud_code: Value of the baud rate register.
+        return_delay: Value of the return delay register.
+        world: The motors.
+        firmware: The control loops.
+        assumed: What is assumed about it.
+    """
+
+    def __init__(
+        self,
+        index: int,
+        servo_id: int,
+        baud_code: int,
+        return_delay: int,
+        world: MotorWorld,
+        firmware: FirmwareBank,
+        assumed: ServoAssumed = SERVO_ASSUMED,
+    ) -> None:
+        self.table = ControlTable(servo_id, baud_code, return_delay, assumed)
+        self._assumed = assumed
+        self._protection = Protection(index, world, assumed)
+        self._index = index
+        self._world = world
+        self._firmware = firmware
+        self._rebase_ticks = 0  # turns taken off the continuous encoder by reboot or Clear
+        self._heard_ns = 0
+        self._registered: tuple[int, bytes] | None = None
+        self._goal_is_here()
+        self._sync_firmware()
+
+    @property
+    def servo_id(self) -> int:
+        """Dynamixel id."""
+        return self.table.get("id")
+
+    @property
+    def shadow_id(self) -> int:
+        """Secondary id, above 252 when there is none."""
+        return self.table.get("secondary_id")
+
+    @property
+    def alert(self) -> bool:
+        """Whether a hardware error is latched."""
+        return self.table.get("hardware_error_status") != 0
+
+    def identity(self) -> bytes:
+        """Return what a ping is answered with: model number and firmware version."""
+        model = self.table.get("model_number").to_bytes(2, "little")
+        return model + bytes([self.table.get("firmware_version")])
+
+    def answers(self, instruction: int) -> bool:
+        """Whether the status return level lets this instruction be answered."""
+        level = self.table.get("status_return_level")
+        if instruction == Instruction.PING:
+            return True
+        return level >= (1 if instruction == Instruction.READ else 2)
+
+    # Time.
+
+    def heard_traffic(self, t_ns: int) -> None:
+        """An instruction packet came by: the watchdog starts anew."""
+        self._heard_ns = t_ns
+
+    def check(self, t_ns: int) -> None:
+        """Look after the watchdog and the protections."""
+        units = self.table.get("bus_watchdog")
+        if units > 0 and self._torque and t_ns - self._heard_ns > units * WATCHDOG_UNIT_S * 1e9:
+            self.table.set("bus_watchdog", -1)
+            self._stop_motor()
+        error = self._protection.errors(self.table, t_ns, torque=self._torque)
+        if error:
+            latched = self.table.get("hardware_error_status") | error
+            self.table.set("hardware_error_status", latched)
+            if error & self.table.get("shutdown"):
+                self._set_torque(on=False)
+
+    def _stop_motor(self) -> None:
+        """The watchdog tripped: stop where it is (e-manual: profile 0) and take no more goals."""
+        self.table.set("profile_velocity", 0)
+        self.table.set("profile_acceleration", 0)
+        self._sync_firmware()
+        ticks = self._shaft()
+        self._firmware.trajectory[self._index] = ticks
+        self._firmware.goal_position[self._index] = ticks
+        self._firmware.stopped[self._index] = True
+
+    # Instructions.
+
+    def obey(
+        self, instruction: int, parameters: bytes, t_ns: int, *, broadcast: bool
+    ) -> tuple[int, bytes]:
+        """Do one instruction; return error number and data of the answer."""
+        actions: dict[int, Callable[[], tuple[int, bytes]]] = {
+            Instruction.PING: lambda: (0, self.identity()),
+            Instruction.READ: lambda: self._read_instruction(parameters, t_ns),
+            Instruction.WRITE: lambda: self._write_instruction(parameters, t_ns),
+            Instruction.REG_WRITE: lambda: self._register_write(parameters),
+            Instruction.ACTION: lambda: self._action(t_ns),
+            Instruction.REBOOT: self._reboot_instruction,
+            Instruction.CLEAR: lambda: self._clear(parameters),
+            Instruction.FACTORY_RESET: lambda: self._factory_reset(parameters, broadcast),
+        }
+        action = actions.get(instruction)
+        return action() if action is not None else (StatusError.INSTRUCTION, b"")
+
+    def obey_as_shadow(self, instruction: int, parameters: bytes, t_ns: int) -> None:
+        """Do a write addressed to the secondary id: RAM only, never answered."""
+        if instruction == Instruction.WRITE and len(parameters) >= 3:
+            self.write_as_shadow(int.from_bytes(parameters[:2], "little"), parameters[2:], t_ns)
+
+    def write_as_shadow(self, address: int, data: bytes, t_ns: int) -> None:
+        """Write RAM because the secondary id was meant."""
+        if address >= RAM_ONLY_FROM:
+            self.write(address, data, t_ns)
+
+    def _read_instruction(self, parameters: bytes, t_ns: int) -> tuple[int, bytes]:
+        if len(parameters) != 4:
+            return StatusError.DATA_LENGTH, b""
+        address = int.from_bytes(parameters[:2], "little")
+        return self.read(address, int.from_bytes(parameters[2:], "little"), t_ns)
+
+    def read(self, address: int, length: int, t_ns: int) -> tuple[int, bytes]:
+        """Return error number and bytes; measured registers are taken from the world now."""
+        self._measure(t_ns)
+        data = self.table.read(address, length)
+        return (int(data), b"") if isinstance(data, StatusError) else (0, data)
+
+    def _write_instruction(self, parameters: bytes, t_ns: int) -> tuple[int, bytes]:
+        if len(parameters) < 3:
+            return StatusError.DATA_LENGTH, b""
+        address = int.from_bytes(parameters[:2], "little")
+        return int(self.write(address, parameters[2:], t_ns)), b""
+
+    def write(self, address: int, data: bytes, t_ns: int) -> StatusError:
+        """Write registers if the rules allow it; what depends on them follows."""
+        error = self.table.check_write(address, data)
+        if error is not StatusError.NONE:
+            return error
+        mode_before, torque_before = self.table.get("operating_mode"), self._torque
+        touched = self.table.write(address, data)
+        if "operating_mode" in touched and self.table.get("operating_mode") != mode_before:
+            self._changed_mode()
+        if "torque_enable" in touched:
+            wanted = self.table.get("torque_enable") == 1
+            if wanted and self._shut_down:
+                self.table.set("torque_enable", 0)
+            elif wanted != torque_before:
+                self._set_torque(on=wanted)
+        if "bus_watchdog" in touched:
+            self._firmware.stopped[self._index] = False
+            self._heard_ns = t_ns
+        self._sync_firmware()
+        return StatusError.NONE
+
+    def _register_write(self, parameters: bytes) -> tuple[int, bytes]:
+        if len(parameters) < 3:
+            return StatusError.DATA_LENGTH, b""
+        address, data = int.from_bytes(parameters[:2], "little"), parameters[2:]
+        error = self.table.check_write(address, data)
+        if error is StatusError.NONE:
+            self._registered = (address, data)
+            self.table.set("registered_instruction", 1)
+        return int(error), b""
+
+    def _action(self, t_ns: int) -> tuple[int, bytes]:
+        if self._registered is None:
+            return StatusError.RESULT_FAIL, b""
+        address, data = self._registered
+        self._registered = None
+        self.table.set("registered_instruction", 0)
+        return int(self.write(address, data, t_ns)), b""
+
+    def _reboot_instruction(self) -> tuple[int, bytes]:
+        self.restart()
+        return 0, b""
+
+    def restart(self) -> None:
+        """Begin as after power-up: RAM, turns and torque are lost, EEPROM is kept."""
+        self._set_torque(on=False)
+        self.table.reset_ram()
+        self._registered = None
+        self._protection.restart()
+        self._into_one_turn()
+        self._goal_is_here()
+        self._sync_firmware()
+
+    def _clear(self, parameters: bytes) -> tuple[int, bytes]:
+        if parameters != CLEAR_MULTI_TURN:
+            return StatusError.DATA_RANGE, b""
+        if self._is_moving():
+            return StatusError.RESULT_FAIL, b""
+        self._into_one_turn()
+        self._goal_is_here()
+        self._firmware.trajectory[self._index] = self._shaft()
+        self._sync_firmware()
+        return 0, b""
+
+    def _factory_reset(self, parameters: bytes, broadcast: bool) -> tuple[int, bytes]:
+        if len(parameters) != 1 or parameters[0] not in {0xFF, 0x01, 0x02}:
+            return StatusError.DATA_RANGE, b""
+        if broadcast and parameters[0] == 0xFF:
+            return StatusError.RESULT_FAIL, b""  # refused from firmware 42 on
+        keep_id, keep_baud = parameters[0] in {0x01, 0x02}, parameters[0] == 0x02
+        servo_id = self.servo_id if keep_id else 1
+        baud = self.table.get("baud_rate") if keep_baud else 1
+        self.table = ControlTable(servo_id, baud, 250, self._assumed)
+        self.restart()
+        return 0, b""
+
+    # State.
+
+    @property
+    def _torque(self) -> bool:
+        return bool(self._firmware.torque[self._index])
+
+    @property
+    def _shut_down(self) -> bool:
+        return bool(self.table.get("hardware_error_status") & self.table.get("shutdown"))
+
+    @property
+    def _sense(self) -> int:
+        """-1 where Drive Mode reverses every signed register but the homing offset."""
+        return -1 if self.table.get("drive_mode") & REVERSE else 1
+
+    def _shaft(self) -> float:
+        """The continuous encoder in the world's own sense, before rounding [ticks]."""
+        return float(self._world.encoder_ticks[self._index])
+
+    def _encoder(self) -> float:
+        """The same in the sense that Drive Mode asks for."""
+        return self._sense * self._shaft()
+
+    @property
+    def _offset(self) -> int:
+        """Present position less what the encoder counts: homing offset, and turns forgotten."""
+        offset = self.table.get("homing_offset")
+        if self.table.get("operating_mode") == OperatingMode.POSITION:
+            limit = LARGEST_OFFSET_IN_POSITION_MODE
+            offset = max(-limit, min(limit, offset))
+        return offset - self._rebase_ticks
+
+    def _into_one_turn(self) -> None:
+        self._rebase_ticks = int(np.floor(self._encoder() / TICKS_PER_TURN)) * TICKS_PER_TURN
+
+    def _set_torque(self, *, on: bool) -> None:
+        i = self._index
+        self.table.set("torque_enable", int(on))
+        if on:
+            if self.table.get("operating_mode") == OperatingMode.POSITION:
+                self._into_one_turn()
+            self._firmware.restart(i, self._shaft())
+        self._firmware.torque[i] = on
+        self._firmware.stopped[i] = False
+
+    def _changed_mode(self) -> None:
+        mode = self.table.get("operating_mode")
+        for name, value in MODE_DEFAULTS:
+            self.table.set(name, value)
+        self.table.set("goal_pwm", self.table.get("pwm_limit"))
+        self.table.set("goal_current", self.table.get("current_limit"))
+        if mode == OperatingMode.POSITION:
+            self._into_one_turn()
+        self._goal_is_here()
+        self._firmware.restart(self._index, self._shaft())
+
+    def _goal_is_here(self) -> None:
+        """A servo that starts, or changes its mode, takes its position for its goal."""
+        self.table.set("goal_position", round(self._encoder()) + self._offset)
+
+    def _sync_firmware(self) -> None:
+        """Copy the registers the control loop works from."""
+        bank, i, get, sense = self._firmware, self._index, self.table.get, self._sense
+        bank.mode[i] = get("operating_mode")
+        if not bank.stopped[i]:
+            bank.goal_position[i] = sense * (get("goal_position") - self._offset)
+        if not self._torque:
+            bank.goal_position[i] = bank.trajectory[i] = self._shaft()
+        bank.goal_velocity[i] = sense * get("goal_velocity")
+        bank.goal_current[i] = sense * get("goal_current")
+        bank.goal_pwm[i] = sense * get("goal_pwm")
+        bank.pwm_limit[i] = get("pwm_limit")
+        bank.position_p[i], bank.position_i[i] = get("position_p_gain"), get("position_i_gain")
+        bank.position_d[i] = get("position_d_gain")
+        bank.velocity_p[i], bank.velocity_i[i] = get("velocity_p_gain"), get("velocity_i_gain")
+        bank.feedforward_1[i] = get("feedforward_1st_gain")
+        bank.feedforward_2[i] = get("feedforward_2nd_gain")
+        bank.profile_velocity[i] = get("profile_velocity")
+        bank.profile_acceleration[i] = get("profile_acceleration")
+
+    def _is_moving(self) -> bool:
+        threshold = self.table.get("moving_threshold") * VELOCITY_UNIT_RAD_S
+        return bool(abs(self._world.encoder_rate[self._index]) > threshold)
+
+    def _measure(self, t_ns: int) -> None:
+        """Fill the registers of what is measured."""
+        world, bank, i, put = self._world, self._firmware, self._index, self.table.set
+        put("realtime_tick", (t_ns // 1_000_000) % 32768)
+        sense = self._sense
+        rate = sense * float(world.encoder_rate[i])
+        put("moving", int(self._is_moving()))
+        put("moving_status", self._moving_status())
+        put("present_pwm", round(sense * float(bank.pwm[i])))
+        put("present_current", round(sense * float(world.current_a[i]) / CURRENT_UNIT_A))
+        put("present_velocity", round(rate / VELOCITY_UNIT_RAD_S))
+        put("present_position", round(self._encoder()) + self._offset)
+        put("velocity_trajectory", round(sense * bank.planned_velocity(i)))
+        put("position_trajectory", round(sense * float(bank.trajectory[i])) + self._offset)
+        put("present_input_voltage", round(float(world.supply_v[i]) / VOLTAGE_UNIT_V))
+        put("present_temperature", max(0, round(float(world.temperature_c[i]))))
+
+    def _moving_status(self) -> int:
+        bank, i = self._firmware, self._index
+        if not self._torque or bank.mode[i] not in POSITION_MODES or not bank.profile_ongoing()[i]:
+            return 0x01
+        if not bank.profile_velocity[i]:
+            return 0x02 | NO_PROFILE
+        return 0x02 | (TRAPEZOIDAL if bank.profile_acceleration[i] else RECTANGULAR)

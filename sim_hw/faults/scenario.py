@@ -1,0 +1,124 @@
+"""A scenario: what goes wrong with the virtual hardware, and when. Read from a TOML file.
+
+Keys: ``seed``, ``begins`` (``power``: when the devices are first used; ``torque``: when a servo's torque is
+first switched on), the tables ``servo``, ``force_unit`` and ``adapter`` of ``sim_hw.host.assumed``, and any
+number of ``[[fault]]`` tables with a ``kind`` of ``sim_hw.faults.catalog``. See examples/faults_servo.toml.
+"""
+
+import tomllib
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from model.errors import ConfigError
+from sim_hw.faults.catalog import KINDS
+from sim_hw.faults.kinds import Fault
+from sim_hw.faults.table import among, read_table, suggestion, within
+from sim_hw.host.assumed import AdapterAssumed, ServoAssumed, WnetAssumed
+
+TABLES = ("servo", "force_unit", "adapter", "fault")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Course:
+    """How a scenario runs.
+
+    Attributes:
+        seed: Seed of every chance in it; the same seed gives the same bytes.
+        begins: What its times count from: ``power`` or ``torque``.
+    """
+
+    seed: int = within(0, 0, 2**32 - 1)
+    begins: str = among("power", "torque")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scenario:
+    """A scenario.
+
+    Attributes:
+        course: Seed and beginning.
+        servo: What is assumed about the servos.
+        force_unit: What is assumed about the force-torque unit.
+        adapter: The USB adapter of the servo bus.
+        faults: What goes wrong.
+    """
+
+    course: Course = field(default_factory=Course)
+    servo: ServoAssumed = field(default_factory=ServoAssumed)
+    force_unit: WnetAssumed = field(default_factory=WnetAssumed)
+    adapter: AdapterAssumed = field(default_factory=AdapterAssumed)
+    faults: tuple[Fault, ...] = ()
+
+
+def load_scenario(path: Path, ids: Collection[int]) -> Scenario:
+    """Read a scenario file.
+
+    Args:
+        path: The file.
+        ids: Servos of the robot.
+
+    Raises:
+        ConfigError: It cannot be read, or something in it makes no sense; the key is named.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "it is no text"
+        raise ConfigError(str(path), f"the scenario cannot be read: {reason}") from error
+    try:
+        return parse_scenario(text, ids)
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error.key}", error.reason) from error
+
+
+def parse_scenario(text: str, ids: Collection[int]) -> Scenario:
+    """Return the scenario that a TOML text describes; see ``load_scenario``."""
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError("scenario", f"is no TOML: {error}") from error
+    scenario = Scenario(
+        course=read_table(Course, data, "", also=TABLES),
+        servo=read_table(ServoAssumed, data.get("servo", {}), "servo"),
+        force_unit=read_table(WnetAssumed, data.get("force_unit", {}), "force_unit"),
+        adapter=read_table(AdapterAssumed, data.get("adapter", {}), "adapter"),
+        faults=_faults(data.get("fault", [])),
+    )
+    _check_ids(scenario, ids)
+    return scenario
+
+
+def _faults(tables: Any) -> tuple[Fault, ...]:
+    if not isinstance(tables, list):
+        raise ConfigError("fault", "must be [[fault]] tables, in double brackets")
+    return tuple(_fault(table, f"fault[{i}]") for i, table in enumerate(tables))
+
+
+def _fault(table: Any, path: str) -> Fault:
+    if not isinstance(table, Mapping):
+        raise ConfigError(path, f"must be a table, not {table!r}")
+    if "kind" not in table:
+        raise ConfigError(f"{path}.kind", "is missing; add it to the scenario")
+    name = table["kind"]
+    if not isinstance(name, str):
+        raise ConfigError(f"{path}.kind", f"must be a text, not {name!r}")
+    if name not in KINDS:
+        hint = suggestion(name, tuple(KINDS))
+        raise ConfigError(f"{path}.kind", f"{name!r} is not a known kind of fault; {hint}")
+    return read_table(KINDS[name], table, path, also=("kind",))
+
+
+def _check_ids(scenario: Scenario, ids: Collection[int]) -> None:
+    named = [("servo.old_firmware", servo_id) for servo_id in scenario.servo.old_firmware]
+    for i, fault in enumerate(scenario.faults):
+        servo_id = getattr(fault, "servo", None)
+        if servo_id is not None:
+            named.append((f"fault[{i}].servo", servo_id))
+            if servo_id in scenario.servo.old_firmware:
+                raise ConfigError(f"fault[{i}].servo", f"{servo_id} has old firmware and no faults")
+    for key, servo_id in named:
+        if servo_id not in ids:
+            known = ", ".join(str(i) for i in ids)
+            raise ConfigError(key, f"{servo_id} is no servo of this robot; it has {known}")

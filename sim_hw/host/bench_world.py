@@ -1,0 +1,111 @@
+"""Motors on a bench: the servos' world without a body, for runs of hours in minutes.
+
+Each shaft is a first-order lag behind its motor's voltage and stops where it is jammed. The transducers
+feel a body of a given weight spread evenly over all feet, whatever the legs do, so nothing can be learned
+here about walking; for that there is ``sim_hw.host.world``. Figures of the motor: MX-106 data sheet at 12
+V.
+"""
+
+import math
+
+import numpy as np
+
+from drivers.dynamixel.mx106 import TICK_RAD
+from model.values.arrays import FloatArray, IntArray
+from sim_hw.interfaces import FirmwareControl
+
+STEP_NS = 2_500_000
+NO_LOAD_RAD_S = 4.71
+STALL_CURRENT_A = 5.2
+TIME_CONSTANT_S = 0.011
+SUPPLY_V = 12.0
+AMBIENT_C = 30.0
+
+
+class BenchWorld:
+    """``sim_hw.interfaces.MotorWorld`` and ``WrenchSource`` without a plant.
+
+    Args:
+        firmware: The servos' control loops.
+        zeros: Servo ticks at shaft angle 0, where the shafts begin, (N,).
+        weight_n: What all transducers together feel, upward [N].
+    """
+
+    def __init__(self, firmware: FirmwareControl, zeros: IntArray, weight_n: float) -> None:
+        count = len(zeros)
+        self._firmware = firmware
+        self._now_ns: int | None = None
+        self._gain = 1.0 - math.exp(-STEP_NS * 1e-9 / TIME_CONSTANT_S)
+        self._ticks = zeros.astype(np.float64)
+        self._rate = np.zeros(count)
+        self._current = np.zeros(count)
+        self._jammed = np.zeros(count, dtype=bool)
+        self._supply: FloatArray = np.full(count, SUPPLY_V)
+        self._temperature: FloatArray = np.full(count, AMBIENT_C)
+        self._wrench = np.zeros((count, 6))
+        self._wrench[:, 2] = weight_n / count
+
+    def advance_to(self, t_ns: int) -> None:
+        """Run in whole steps up to a time; the first call sets the beginning."""
+        if self._now_ns is None:
+            self._now_ns = t_ns
+        while self._now_ns + STEP_NS <= t_ns:
+            self._now_ns += STEP_NS
+            self._step()
+            self.stepped(self._now_ns)
+
+    def stepped(self, t_ns: int) -> None:
+        """Called behind every step, for whoever wants to look."""
+
+    def _step(self) -> None:
+        dt_s = STEP_NS * 1e-9
+        duty = self._firmware.duty(self._ticks, self._rate, self._current, dt_s)
+        free = self._firmware.driven & ~self._jammed
+        self._rate = np.where(
+            free, self._rate + (duty * NO_LOAD_RAD_S - self._rate) * self._gain, 0
+        )
+        self._ticks = self._ticks + self._rate * (dt_s / TICK_RAD)
+        self._current = (duty - self._rate / NO_LOAD_RAD_S) * STALL_CURRENT_A
+
+    def stand_still_until(self, t_ns: int) -> None:
+        """Skip the time until ``t_ns``, in which nothing happens."""
+        if self._now_ns is not None:
+            self._now_ns = max(self._now_ns, t_ns)
+
+    def jam(self, index: int, torque_n_m: float) -> None:
+        """Hold a shaft fast; 0 frees it."""
+        self._jammed[index] = torque_n_m > 0
+
+    @property
+    def encoder_ticks(self) -> FloatArray:
+        """Output position, continuous, (N,) [ticks]."""
+        return self._ticks
+
+    @property
+    def encoder_rate(self) -> FloatArray:
+        """Output speed in the servo's own sense, (N,) [rad/s]."""
+        return self._rate
+
+    @property
+    def current_a(self) -> FloatArray:
+        """Motor current, (N,) [A]."""
+        return self._current
+
+    @property
+    def supply_v(self) -> FloatArray:
+        """Voltage at each servo, (N,) [V]."""
+        return self._supply
+
+    @property
+    def temperature_c(self) -> FloatArray:
+        """Motor temperature, (N,) [degC]."""
+        return self._temperature
+
+    def wrench(self, t_ns: int) -> FloatArray:
+        """Wrench on each transducer, (N, 6) [N, N m], sensor axes."""
+        self.advance_to(t_ns)
+        return self._wrench
+
+    def truth(self, t_ns: int) -> None:
+        """Let time pass; there is no body whose place could be told."""
+        self.advance_to(t_ns)

@@ -1,0 +1,143 @@
+"""One virtual robot: a plant, the servos' firmware, and the two devices in front of them."""
+
+from dataclasses import dataclass
+
+from drivers.settings import ForceSensorSettings, ServoBusSettings
+from model.parameters.robot import RobotParameters
+from sim_hw.ati.unit import NOISE, VirtualWnet
+from sim_hw.dynamixel.bus import VirtualServoBus
+from sim_hw.dynamixel.firmware import FirmwareBank
+from sim_hw.dynamixel.latency_timer import LatencyTimer
+from sim_hw.dynamixel.old_servos import BusWithOldServos
+from sim_hw.faults.mishaps import DisturbedMotors, ServoMishaps
+from sim_hw.faults.scenario import Scenario
+from sim_hw.faults.servo import FaultyServoWire, ServoLine
+from sim_hw.faults.time import ScenarioTime
+from sim_hw.faults.wnet import FaultyWnet
+from sim_hw.host.world import World
+from sim_hw.interfaces import HostedWorld, ServoWire, WnetWire
+from sim_hw.plant.parameters import PlantParameters
+from sim_hw.plant.plant import Plant
+from sim_hw.twin.goal_path import GoalPath
+from sim_hw.twin.motion_capture import MotionCapture
+from sim_hw.twin.twin import Twin
+
+
+@dataclass(frozen=True, slots=True)
+class VirtualRobot:
+    """The virtual robot's parts.
+
+    Attributes:
+        world: Plant and firmware running together in steps, or a bench.
+        servos: Virtual servos.
+        wnet: Virtual wireless force-torque unit.
+        firmware: The servos' control loops.
+        servo_wire: The servos as the host's port sees them; with a scenario, its faults lie between.
+        wnet_wire: The same for the force-torque unit.
+        cameras: What sees body and feet; None where ground truth is taken as it is.
+    """
+
+    world: HostedWorld
+    servos: VirtualServoBus
+    wnet: VirtualWnet
+    firmware: FirmwareBank
+    servo_wire: ServoWire
+    wnet_wire: WnetWire
+    cameras: MotionCapture | None
+
+
+def build_virtual_robot(
+    robot: RobotParameters,
+    servo_bus: ServoBusSettings,
+    force_sensor: ForceSensorSettings,
+    seed: int,
+    twin: Twin | None = None,
+    scenario: Scenario | None = None,
+) -> VirtualRobot:
+    """Build a virtual robot for a robot file.
+
+    Args:
+        robot: Nominal parameters; geometry is copied from them when there is no twin.
+        servo_bus: Ids, mounting and baud rate of the servos.
+        force_sensor: Transducers and their mounting.
+        seed: Seed of all noise.
+        twin: What the robot and its sensors really are; None for the nominal robot and ground truth.
+        scenario: What goes wrong; None for sound devices with nothing between them and the host.
+    """
+    plant = Plant(twin.plant if twin is not None else PlantParameters.nominal(robot), seed)
+    firmware = FirmwareBank(robot.legs.count)
+    world = World(
+        plant,
+        firmware,
+        signs=servo_bus.signs,
+        zeros=servo_bus.zeros,
+        sensor_offset_m=force_sensor.offset_m,
+        sensor_yaw_rad=force_sensor.yaw_rad,
+        sensors=twin.sensors if twin is not None else None,
+    )
+    if twin is not None and GoalPath.needed(twin.plant.drive):
+        firmware.goal_path = GoalPath(twin.plant.drive, world.encoder_ticks, plant.dt_s, seed)
+    return put_devices(world, firmware, servo_bus, force_sensor, seed, scenario, twin)
+
+
+def put_devices(
+    world: HostedWorld,
+    firmware: FirmwareBank,
+    servo_bus: ServoBusSettings,
+    force_sensor: ForceSensorSettings,
+    seed: int,
+    scenario: Scenario | None,
+    twin: Twin | None = None,
+) -> VirtualRobot:
+    """Put both virtual devices into a world; arguments as for ``build_virtual_robot``.
+
+    Args:
+        world: The world.
+        firmware: The servos' control loops, which it calls.
+        servo_bus: Ids and baud rate of the servos.
+        force_sensor: Transducers.
+        seed: Seed of all noise.
+        scenario: What goes wrong.
+        twin: Whose sensors and cameras they are; None for sound ones.
+    """
+    ids = tuple(int(i) for i in servo_bus.ids)
+    transducers = tuple(int(t) for t in force_sensor.transducers)
+    noise = NOISE if twin is None else (*[twin.sensors.noise.force_n] * 3, *NOISE[3:])
+    cameras = MotionCapture(twin.sensors, seed) if twin is not None else None
+    if scenario is None:
+        servos = VirtualServoBus(world, firmware, ids, baud_rate=servo_bus.baud_rate)
+        wnet = VirtualWnet(world, transducers, seed=seed, noise=noise)
+        return VirtualRobot(world, servos, wnet, firmware, servos, wnet, cameras)
+    motors = DisturbedMotors(world, firmware)
+    servos = VirtualServoBus(
+        motors, firmware, ids, baud_rate=servo_bus.baud_rate, assumed=scenario.servo
+    )
+    wnet = VirtualWnet(world, transducers, seed=seed, noise=noise, assumed=scenario.force_unit)
+    time = ScenarioTime(scenario.course.begins)
+    mishaps = ServoMishaps(servos, motors, world, scenario.faults, time)
+    return VirtualRobot(
+        world=world,
+        servos=servos,
+        wnet=wnet,
+        firmware=firmware,
+        servo_wire=faulty_wire(servos, mishaps, scenario, time, servo_bus.baud_rate),
+        wnet_wire=FaultyWnet(wnet, scenario.faults, time, scenario.course.seed),
+        cameras=cameras,
+    )
+
+
+def faulty_wire(
+    servos: VirtualServoBus,
+    mishaps: ServoMishaps,
+    scenario: Scenario,
+    time: ScenarioTime,
+    baud_rate: int,
+) -> ServoWire:
+    """Return the wire to servos with a scenario on it: old servos, faults, adapter, in this order."""
+    line: ServoLine = servos
+    if scenario.servo.old_firmware:
+        line = BusWithOldServos(servos, scenario.servo.old_firmware, baud_rate)
+    wire = FaultyServoWire(line, mishaps, scenario.faults, time, scenario.course.seed)
+    if scenario.adapter.latency_timer_s > 0:
+        return LatencyTimer(wire, scenario.adapter.latency_timer_s)
+    return wire

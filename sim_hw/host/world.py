@@ -1,0 +1,156 @@
+"""The world behind the virtual devices: plant and firmware running together in fixed steps.
+
+It knows the mounting of the servos (sign, zero) and of the transducers, and nothing of bytes.
+"""
+
+import numpy as np
+
+from drivers.dynamixel.mx106 import TICK_RAD
+from model.values.arrays import FloatArray, IntArray
+from model.values.readings import BodyTruth
+from sim_hw.interfaces import FirmwareControl
+from sim_hw.plant.plant import Plant
+from sim_hw.twin.sensing import ForceChannel, SensorParameters
+
+# Forces are kept so long: a transducer averages over its sample period, and its stream may come late.
+KEPT_STEPS = 4096
+
+
+class World:
+    """Plant and firmware; ``sim_hw.interfaces.MotorWorld`` and ``WrenchSource``.
+
+    Args:
+        plant: The robot.
+        firmware: The servos' control loops.
+        signs: +1 where increasing servo position moves a stance foot backward, else -1, (N,).
+        zeros: Servo ticks at shaft angle 0, (N,).
+        sensor_offset_m: Transducer origin from the crank shaft, body axes, (N, 3).
+        sensor_yaw_rad: Rotation about z from body axes to sensor axes, (N,), as the robot file has it.
+        sensors: Errors of encoders and transducers; None for none.
+    """
+
+    def __init__(
+        self,
+        plant: Plant,
+        firmware: FirmwareControl,
+        *,
+        signs: IntArray,
+        zeros: IntArray,
+        sensor_offset_m: FloatArray,
+        sensor_yaw_rad: FloatArray,
+        sensors: SensorParameters | None = None,
+    ) -> None:
+        self.plant = plant
+        self._firmware = firmware
+        self._signs = signs.astype(np.float64)
+        self._ticks_a_rad = self._signs / TICK_RAD
+        self._zeros = zeros.astype(np.float64)
+        self._origin = plant.parameters.shaft_position + sensor_offset_m
+        known = sensors if sensors is not None else SensorParameters.healthy(len(signs))
+        yaw = sensor_yaw_rad + known.force_yaw
+        self._cosine, self._sine = np.cos(yaw), np.sin(yaw)
+        self._channel = ForceChannel(known)
+        self._late_steps = round(known.force_delay_s / plant.dt_s)
+        self._scale = known.encoder_scale
+        self._step_ns = round(plant.dt_s * 1e9)
+        self._now_ns: int | None = None
+        self._steps = 0
+        self._forces = np.tile(plant.foot_force_B, (KEPT_STEPS, 1, 1))  # a ring, a row a step
+        self._read_until = 0
+
+    def advance_to(self, t_ns: int) -> None:
+        """Run in whole steps up to a time, never beyond it. The first call sets the beginning."""
+        if self._now_ns is None:
+            self._now_ns = t_ns
+        while self._now_ns + self._step_ns <= t_ns:
+            self._now_ns += self._step_ns
+            self._step()
+
+    def stand_still_until(self, t_ns: int) -> None:
+        """Skip the time until ``t_ns``, in which nothing happens; nothing if it is already there."""
+        if self._now_ns is not None:
+            self._now_ns = max(self._now_ns, t_ns)
+
+    def _step(self) -> None:
+        plant = self.plant
+        duty = self._firmware.duty(
+            self._zeros + self._ticks_a_rad * plant.motor_angle_rad,
+            self.encoder_rate,
+            self.current_a,
+            plant.dt_s,
+        )
+        plant.step(duty * self._signs, self._firmware.driven)
+        self._steps += 1
+        self._forces[self._steps % KEPT_STEPS] = plant.foot_force_B
+
+    # As the servos see it.
+
+    @property
+    def encoder_ticks(self) -> FloatArray:
+        """Output position, continuous, (N,) [ticks]."""
+        ticks: FloatArray = self._zeros + self._ticks_a_rad * (
+            self._scale * self.plant.shaft_angle_rad
+        )
+        return ticks
+
+    @property
+    def encoder_rate(self) -> FloatArray:
+        """Output speed in the servo's own sense, (N,) [rad/s]."""
+        rate: FloatArray = self._signs * (self._scale * self.plant.shaft_rate_rad_s)
+        return rate
+
+    @property
+    def current_a(self) -> FloatArray:
+        """Motor current in the servo's own sense, (N,) [A]."""
+        current: FloatArray = self._signs * self.plant.current_a
+        return current
+
+    @property
+    def supply_v(self) -> FloatArray:
+        """Voltage at each servo, (N,) [V]."""
+        return self.plant.supply_v
+
+    @property
+    def temperature_c(self) -> FloatArray:
+        """Motor temperature, (N,) [degC]."""
+        return self.plant.temperature_c
+
+    def jam(self, index: int, torque_n_m: float) -> None:
+        """Give a shaft so much dry friction on top of its own; 0 frees it."""
+        self.plant.jam_n_m[index] = torque_n_m
+
+    # As the transducers see it.
+
+    def wrench(self, t_ns: int) -> FloatArray:
+        """Mean wrench on each transducer between the last call's time and this one.
+
+        Returns:
+            (N, 6) [N, N m], sensor axes: the ground's force on the foot, moment about the transducer.
+        """
+        self.advance_to(t_ns)
+        ahead = max(0, (self._now_ns or t_ns) - t_ns)
+        last = self._steps - -(-ahead // self._step_ns)
+        first = self._read_until + 1
+        if first <= last:
+            self._read_until = last
+        else:  # asked again within a step: the same answer
+            first = last
+        rows = np.arange(max(first, last - KEPT_STEPS // 2), last + 1) - self._late_steps
+        force = self._forces[np.maximum(rows, 0) % KEPT_STEPS].mean(axis=0)
+        return self._channel.report(self._sensor_wrench(force), t_ns)
+
+    def _sensor_wrench(self, force_B: FloatArray) -> FloatArray:  # noqa: N803 - frame suffix
+        """Turn forces on the feet into wrenches on the transducers."""
+        lever = self.plant.feet_B - self._origin
+        (fx, fy, fz), (x, y, z) = force_B.T, lever.T
+        tx, ty = y * fz - z * fy, z * fx - x * fz
+        c, s = self._cosine, self._sine
+        wrench = np.empty((len(force_B), 6))
+        wrench[:, 0], wrench[:, 1], wrench[:, 2] = c * fx + s * fy, c * fy - s * fx, fz
+        wrench[:, 3], wrench[:, 4], wrench[:, 5] = c * tx + s * ty, c * ty - s * tx, x * fy - y * fx
+        return wrench
+
+    def truth(self, t_ns: int) -> BodyTruth:
+        """Advance to a time and return where everything is."""
+        self.advance_to(t_ns)
+        return self.plant.truth(t_ns)

@@ -1,0 +1,149 @@
+"""Motor, gear, linkage and springs of all legs over one MuJoCo step, compiled.
+
+MuJoCo carries the body, the feet on their springs and the contacts. What moves the springs' ends is
+here: the motor turns the crank, the linkage puts the end of the leg where the four-bar says, and the
+springs' forces go both ways, to the foot (``applied``) and back on the crank.
+"""
+
+import math
+
+import numpy as np
+
+from model.compiled import compiled
+from model.values.arrays import BoolArray, FloatArray, IntArray
+from sim_hw.plant.four_bar import four_bar_point
+from sim_hw.plant.motor import current_of, slowed, turned, warmed
+from sim_hw.plant.parameters import PlantParameters
+
+# State of a leg, a row: motor and shaft (the encoder's side of the gear), the motor's condition.
+MOTOR, MOTOR_RATE, SHAFT, SHAFT_RATE, CURRENT, TEMPERATURE, SUPPLY, DUTY = range(8)
+# What a leg is made of.
+(
+    STIFFNESS, DAMPING, SIDE_STIFFNESS, SIDE_DAMPING, LEG_OFFSET, LEG_PLAY, CRANK_OFFSET, COMPLIANCE,
+    BACKLASH, ROLL_STIFFNESS, ROLL_DAMPING, ROLL_ZERO, JAM,
+) = range(13)  # fmt: skip
+# Side springs are damped to this share of critical on the foot's mass; assumed.
+SIDE_DAMPING_RATIO = 0.5
+# Inertia on the encoder's side of a gear with play or twist: crank, coupler and foot; assumed.
+SHAFT_INERTIA = 0.002
+# A gear with play only is this stiff where the teeth touch [N m/rad].
+TOOTH_STIFFNESS = 1500.0
+TOOTH_DAMPING = 0.5
+ROLL_INERTIA = 0.001
+ROLLING = (200.0, 0.9)  # stiffness [N m/rad] and damping that turn a rolling foot with its coupler
+
+
+def leg_rows(plant: PlantParameters, coupler_zero: FloatArray) -> FloatArray:
+    """Return what the compiled code needs of each leg, (N, 13)."""
+    rows = np.zeros((plant.legs, 13))
+    rows[:, STIFFNESS], rows[:, DAMPING] = plant.stiffness, plant.damping
+    rows[:, SIDE_STIFFNESS] = plant.side_stiffness[:, 0]
+    rows[:, SIDE_DAMPING] = side_damping(plant)[:, 0]
+    rows[:, LEG_OFFSET], rows[:, LEG_PLAY] = plant.leg_offset, plant.leg_play
+    rows[:, CRANK_OFFSET] = plant.drive.crank_offset
+    rows[:, COMPLIANCE], rows[:, BACKLASH] = plant.drive.compliance, plant.drive.backlash
+    rows[:, ROLL_STIFFNESS], rows[:, ROLL_DAMPING] = ROLLING
+    rows[:, ROLL_ZERO] = coupler_zero
+    return rows
+
+
+def side_damping(plant: PlantParameters) -> FloatArray:
+    """Return the damping of the side springs, (N, 2) [N s/m]."""
+    damping: FloatArray = 2 * SIDE_DAMPING_RATIO * np.sqrt(plant.side_stiffness * plant.foot_mass)
+    return damping
+
+
+@compiled
+def _gear_torque(row: FloatArray, twist: float, rate: float) -> float:
+    """Torque through a gear with twist and play, from motor to shaft."""
+    half = row[8] / 2
+    if abs(twist) <= half:
+        return 0.0
+    stiffness = 1500.0
+    if row[7] > 0:
+        stiffness = 1.0 / (row[7] + 1.0 / 1500.0)
+    return stiffness * (twist - math.copysign(half, twist)) + 0.5 * rate
+
+
+@compiled
+def turn_legs(
+    dt_s: float,
+    substeps: int,
+    motor: FloatArray,
+    geometry: FloatArray,
+    rows: FloatArray,
+    state: FloatArray,
+    duty: FloatArray,
+    driven: BoolArray,
+    foot_q: IntArray,
+    foot_v: IntArray,
+    roll_v: IntArray,
+    qpos: FloatArray,
+    qvel: FloatArray,
+    applied: FloatArray,
+) -> None:
+    """Turn the cranks for one MuJoCo step and write the forces that the springs' moving ends make.
+
+    Args:
+        dt_s: MuJoCo's step.
+        substeps: Steps taken here in one of MuJoCo's.
+        motor: ``motor_row``.
+        geometry: ``leg_geometry``.
+        rows: ``leg_rows``.
+        state: Legs, (N, 8); changed.
+        duty: PWM duty, leg's sense, (N,).
+        driven: Where the output stage is on, (N,).
+        foot_q: Addresses of the feet's x, y, z in ``qpos``, (N, 3).
+        foot_v: The same in ``qvel`` and ``applied``.
+        roll_v: Addresses of rolling feet's hinges in ``qvel``, one less than in ``qpos``; -1 for none.
+        qpos: MuJoCo's.
+        qvel: MuJoCo's.
+        applied: MuJoCo's ``qfrc_applied``; changed.
+    """
+    h = dt_s / substeps
+    drawn = 0.0
+    for k in range(len(duty)):
+        row, leg = rows[k], state[k]
+        level = min(max(duty[k], -motor[3]), motor[3]) if driven[k] else 0.0
+        voltage = level * leg[6]
+        emf = motor[0] * motor[0] / motor[1] if driven[k] else 0.0
+        stall = motor[0] * voltage / motor[1]
+        qx, qz = qpos[foot_q[k, 0]], qpos[foot_q[k, 2]]
+        vx, vz = qvel[foot_v[k, 0]], qvel[foot_v[k, 2]]
+        elastic = row[7] > 0 or row[8] > 0
+        push_x = push_z = push_roll = 0.0
+        for _ in range(substeps):
+            x, z, dx, dz, coupler, turn = four_bar_point(geometry[k], leg[2] + row[6])
+            rate = leg[3]
+            gap = z - row[4] - qz  # the leg's play lies between its spring and its end
+            free = min(max(gap, -row[5] / 2), row[5] / 2)
+            fx = row[2] * (x - qx) + row[3] * (dx * rate - vx)
+            fz = row[0] * (gap - free) + row[1] * (dz * rate - vz)
+            load = -(fx * dx + fz * dz)
+            push_x += row[2] * x + row[3] * dx * rate
+            push_z += row[0] * (z - row[4] - free) + row[1] * dz * rate
+            if roll_v[k] >= 0:
+                wanted = row[11] - coupler  # a turn from +x towards +z is negative about y
+                at, speed = qpos[roll_v[k] + 1], qvel[roll_v[k]]
+                load += turn * (row[9] * (wanted - at) + row[10] * (-turn * rate - speed))
+                push_roll += row[9] * wanted - row[10] * turn * rate
+            if elastic:
+                torque = _gear_torque(row, leg[0] - leg[2], leg[1] - rate)
+                leg[1] = turned(motor, leg[1], stall, emf, -torque, 0.0, h)
+                leg[0] += h * leg[1]
+                leg[3] = slowed(0.002 * rate + h * (torque + load), h * row[12]) / 0.002
+                leg[2] += h * leg[3]
+            else:
+                leg[3] = turned(motor, rate, stall, emf, load, row[12], h)
+                leg[2] += h * leg[3]
+                leg[0], leg[1] = leg[2], leg[3]
+        applied[foot_v[k, 0]] = push_x / substeps
+        applied[foot_v[k, 2]] = push_z / substeps
+        if roll_v[k] >= 0:
+            applied[roll_v[k]] = push_roll / substeps
+        leg[4] = current_of(motor, voltage, leg[1]) if driven[k] else 0.0
+        leg[5] = warmed(motor, leg[5], leg[4], dt_s)
+        leg[7] = level
+        drawn += abs(level * leg[4])
+    for k in range(len(duty)):
+        state[k, 6] = motor[12] - motor[13] * drawn

@@ -1,0 +1,194 @@
+"""The MuJoCo model of the robot: a free torso, and feet on springs below it.
+
+The end of each leg is where the four-bar puts it (``sim_hw.plant.leg_kernel``); the foot hangs from it on
+three springs, stiff fore-aft and sideways, soft along z, as three slides in the body frame. So nothing
+couples the legs but the body and the ground, there are no constraints but contacts, and a step is cheap.
+"""
+
+import mujoco
+import numpy as np
+
+from model.values.arrays import FloatArray
+from sim_hw.plant.four_bar import foot_path
+from sim_hw.plant.leg_kernel import ROLL_INERTIA, ROLLING, side_damping
+from sim_hw.plant.parameters import PlantParameters
+
+# MuJoCo wants some inertia for every moving body; nothing turns the feet.
+TOKEN_INERTIA = 1e-7
+# Time constant of a contact: two steps, the least MuJoCo allows.
+CONTACT_STEPS = 2
+CONTACT_SOLIMP = (0.95, 0.99, 0.001, 0.5, 2.0)
+# Sticking friction creeps in MuJoCo, less so the larger this is.
+IMPRATIO = 100.0
+# Part of a chassis that twists: mass and inertia of each row of legs but the middle one; assumed.
+ROW_MASS = 0.3
+ROW_INERTIA = (0.006, 0.002, 0.006)
+ROW_DAMPING = 0.5
+# Ground that gives: mass that moves with each foot, and damping, share of critical on it.
+PAD_MASS = 0.02
+PAD_DAMPING_RATIO = 0.5
+STEP_LENGTH_M = 5.0
+
+
+def build_model(plant: PlantParameters) -> mujoco.MjModel:
+    """Compile the model. Joints of leg k: x_k, y_k, z_k (roll_k); body, geom and site foot_k."""
+    spec = mujoco.MjSpec()
+    spec.option.timestep = plant.time_step_s / plant.substeps
+    spec.option.gravity = [0.0, 0.0, -plant.gravity]
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.option.impratio = IMPRATIO
+    # six small contacts: sweeps over them take half the time of Newton's method, to the same answer
+    spec.option.solver = mujoco.mjtSolver.mjSOL_PGS
+    _add_ground(spec, plant)
+    torso = spec.worldbody.add_body()
+    torso.name = "torso"
+    torso.add_freejoint().name = "free"
+    _shape_torso(spec, torso, plant)
+    rows = _chassis(torso, plant)
+    for leg in range(plant.legs):
+        _add_foot(spec, rows[leg], plant, leg)
+    model = spec.compile()
+    model.dof_damping[0:2] = plant.disturbance.drag
+    model.dof_armature[0:2], model.dof_armature[5] = plant.added_inertia
+    return model
+
+
+def ground_axes(plant: PlantParameters) -> FloatArray:
+    """Return the ground's axes in the world as columns, (3, 3): x rises with the slope, z is its normal."""
+    x = np.array([1.0, 0.0, plant.ground.slope[0]])
+    normal = np.array([-plant.ground.slope[0], -plant.ground.slope[1], 1.0])
+    x, normal = x / np.linalg.norm(x), normal / np.linalg.norm(normal)
+    return np.stack([x, np.cross(normal, x), normal], axis=1)
+
+
+def _add_ground(spec: "mujoco.MjSpec", plant: PlantParameters) -> None:
+    axes = ground_axes(plant)
+    quat = np.empty(4)
+    mujoco.mju_mat2Quat(quat, axes.ravel())
+    ground = spec.worldbody.add_geom()
+    ground.name, ground.type = "ground", mujoco.mjtGeom.mjGEOM_PLANE
+    ground.size, ground.quat = [0.0, 0.0, 1.0], quat
+    _touch(ground, plant, 1e-6)  # MuJoCo takes the larger of two: the feet decide
+    if plant.ground.step_height > 0:
+        step = spec.worldbody.add_geom()
+        half = STEP_LENGTH_M / 2
+        step.name, step.type = "step", mujoco.mjtGeom.mjGEOM_BOX
+        step.size, step.quat = [half, half, half], quat
+        step.pos = axes @ [plant.ground.step_x + half, 0.0, plant.ground.step_height - half]
+        _touch(step, plant, 1e-6)
+
+
+def _touch(geom: "mujoco.MjsGeom", plant: PlantParameters, friction: float) -> None:
+    geom.friction = [friction, 0.0, 0.0]
+    geom.solref = [CONTACT_STEPS * plant.time_step_s / plant.substeps, 1.0]
+    geom.solimp = CONTACT_SOLIMP
+
+
+def _shape_torso(spec: "mujoco.MjSpec", torso: "mujoco.MjsBody", plant: PlantParameters) -> None:
+    """Torso with what is left of mass and inertia once feet and rows are taken off; payload, belly."""
+    x, z, _, _ = foot_path(plant, plant.drive.crank_offset)
+    feet = plant.shaft_position + np.stack([x, np.zeros(plant.legs), z - plant.leg_offset], axis=1)
+    centre = np.array([*plant.com, 0.0])
+    parts = [(foot, _foot_mass(plant, leg)) for leg, foot in enumerate(feet)]
+    inertia = np.diag(plant.inertia).astype(float)
+    if plant.twist > 0:
+        others = _row_places(plant)[1:]
+        parts += [(np.array([place, 0.0, 0.0]), ROW_MASS) for place in others]
+        inertia -= len(others) * np.diag(ROW_INERTIA)
+    mass = plant.mass - sum(weight for _, weight in parts)
+    torso_at = (plant.mass * centre - sum(weight * point for point, weight in parts)) / mass
+    for point, weight in [*parts, (torso_at, mass)]:
+        arm = point - centre
+        inertia -= weight * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    torso.mass, torso.ipos, torso.explicitinertial = mass, torso_at, True
+    torso.fullinertia = [
+        inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2],
+    ]  # fmt: skip
+    if plant.payload > 0:
+        load = torso.add_body()
+        load.name, load.mass, load.inertia = "payload", plant.payload, [1e-4 * plant.payload] * 3
+        load.pos = [*plant.payload_position, 0.0]
+        load.ipos, load.explicitinertial = [0, 0, 0], True
+    half = np.abs(plant.shaft_position[:, :2]).max(axis=0)
+    belly = torso.add_geom()
+    belly.name, belly.type = "belly", mujoco.mjtGeom.mjGEOM_BOX
+    belly.size, belly.mass = [half[0], half[1] * 0.8, plant.clearance], 0.0
+    _touch(belly, plant, float(plant.mu.mean()))
+    belly.contype, belly.conaffinity = 0, 1
+
+
+def _foot_mass(plant: PlantParameters, leg: int) -> float:
+    return plant.foot_mass + (PAD_MASS if np.isfinite(plant.ground.stiffness[leg]) else 0.0)
+
+
+def _row_places(plant: PlantParameters) -> list[float]:
+    """Places of the rows of legs along x, the one nearest the origin first."""
+    return sorted({float(x) for x in plant.shaft_position[:, 0]}, key=lambda x: (abs(x), x))
+
+
+def _chassis(torso: "mujoco.MjsBody", plant: PlantParameters) -> list["mujoco.MjsBody"]:
+    """Return the body each leg is fixed to: the torso, or its row of a chassis that twists about x."""
+    if plant.twist <= 0:
+        return [torso] * plant.legs
+    places = _row_places(plant)
+    bodies = {places[0]: torso}
+    for direction in (1, -1):
+        before = places[0]
+        for place in sorted(
+            (p for p in places if (p - places[0]) * direction > 0), key=lambda p: p * direction
+        ):
+            row = bodies[before].add_body()
+            row.name, row.mass, row.inertia = f"row_{place:g}", ROW_MASS, ROW_INERTIA
+            row.ipos, row.explicitinertial = [place, 0, 0], True
+            hinge = row.add_joint()
+            hinge.name, hinge.type = f"twist_{place:g}", mujoco.mjtJoint.mjJNT_HINGE
+            hinge.axis, hinge.pos = [1, 0, 0], [(place + before) / 2, 0, 0]
+            hinge.stiffness[0] = max(1, len(places) - 1) / plant.twist
+            hinge.damping[0] = ROW_DAMPING
+            bodies[place], before = row, place
+    return [bodies[float(x)] for x in plant.shaft_position[:, 0]]
+
+
+def _add_foot(
+    spec: "mujoco.MjSpec", parent: "mujoco.MjsBody", plant: PlantParameters, leg: int
+) -> None:
+    foot = parent.add_body()
+    foot.name, foot.pos = f"foot_{leg}", plant.shaft_position[leg]
+    foot.mass, foot.inertia = plant.foot_mass, [TOKEN_INERTIA] * 3
+    foot.ipos, foot.explicitinertial = [0, 0, 0], True
+    side = side_damping(plant)[leg]
+    springs = (
+        ("x", [1, 0, 0], plant.side_stiffness[leg, 0], side[0]),
+        ("y", [0, 1, 0], plant.side_stiffness[leg, 1], side[1]),
+        ("z", [0, 0, 1], plant.stiffness[leg], plant.damping[leg]),
+    )
+    for name, axis, stiffness, damping in springs:
+        slide = foot.add_joint()
+        slide.name, slide.type, slide.axis = f"{name}_{leg}", mujoco.mjtJoint.mjJNT_SLIDE, axis
+        slide.stiffness[0], slide.damping[0] = stiffness, damping
+    radius = plant.rolling_radius if plant.rolling_radius > 0 else plant.foot_radius
+    if plant.rolling_radius > 0:
+        roll = foot.add_joint()
+        roll.name, roll.type, roll.axis = f"roll_{leg}", mujoco.mjtJoint.mjJNT_HINGE, [0, 1, 0]
+        roll.pos, roll.armature = [0, 0, radius], ROLL_INERTIA
+        roll.stiffness[0], roll.damping[0] = ROLLING
+    carrier = foot
+    if np.isfinite(plant.ground.stiffness[leg]):
+        carrier = foot.add_body()
+        carrier.name, carrier.mass, carrier.inertia = f"pad_{leg}", PAD_MASS, [TOKEN_INERTIA] * 3
+        carrier.ipos, carrier.explicitinertial = [0, 0, 0], True
+        give = carrier.add_joint()
+        give.name, give.type, give.axis = f"pad_{leg}", mujoco.mjtJoint.mjJNT_SLIDE, [0, 0, 1]
+        give.stiffness[0] = plant.ground.stiffness[leg]
+        give.damping[0] = 2 * PAD_DAMPING_RATIO * np.sqrt(plant.ground.stiffness[leg] * PAD_MASS)
+    sole = carrier.add_geom()
+    sole.name, sole.type = f"foot_{leg}", mujoco.mjtGeom.mjGEOM_SPHERE
+    sole.size, sole.pos, sole.mass = (
+        [radius, 0, 0],
+        [0, 0, radius],
+        0.0,
+    )  # its lowest point is the foot
+    sole.condim = 3
+    _touch(sole, plant, float(plant.mu[leg]))
+    sole.contype, sole.conaffinity = 0, 1

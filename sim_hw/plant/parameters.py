@@ -1,0 +1,280 @@
+"""What the plant is made of: its own parameters, apart from what the model believes.
+
+``nominal`` copies the geometry of a robot file, so that a virtual robot exists for every robot file.
+Everything else is the plant's own: each value says where it comes from, or that it is assumed. What a
+healthy robot does not have (play, a step in the ground, a tether) has a default that switches it off.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from model.parameters.robot import RobotParameters
+from model.values.arrays import FloatArray
+
+# Trial-to-trial spread of a healthy robot, one standard deviation; assumed, a few per cent as in
+# rubber feet and hand-set legs.
+MU_SPREAD = 0.04
+STIFFNESS_SPREAD = 0.03
+COM_SPREAD_M = 0.0015
+
+
+@dataclass(frozen=True, slots=True)
+class MotorParameters:
+    """A geared MX-106 seen at its output. Values: Rhoban/bam, model m4 for the MX-106.
+
+    The friction budget at speed w under motor torque tm and external torque te is
+    ``viscous |w| + exp(-|w / stribeck_speed|^stribeck_power) (stribeck + load_stribeck |tm - te|) +
+    load |tm - te|``.
+
+    Attributes:
+        torque_constant: [N m/A].
+        resistance: [ohm].
+        armature: Rotor inertia seen at the output [kg m^2].
+        duty_limit: Largest duty the output stage reaches.
+        stribeck: Static friction above the kinetic one [N m].
+        load: Friction per torque carried.
+        load_stribeck: The same, at rest only.
+        stribeck_speed: [rad/s].
+        stribeck_power: Shape of the decay.
+        viscous: [N m s].
+        thermal_resistance: Motor to air [K/W]; assumed, the data sheet gives none.
+        thermal_time: Thermal time constant [s]; assumed.
+        battery_v: Open-circuit voltage [V].
+        battery_resistance: Battery and cable [ohm]; assumed.
+        ambient_c: [degC]; assumed.
+    """
+
+    torque_constant: float = 2.231
+    resistance: float = 2.372
+    armature: float = 0.02457
+    duty_limit: float = 0.9625
+    stribeck: float = 0.1049
+    load: float = 0.0092
+    load_stribeck: float = 0.2224
+    stribeck_speed: float = 1.623
+    stribeck_power: float = 1.323
+    viscous: float = 0.0510
+    thermal_resistance: float = 2.5
+    thermal_time: float = 300.0
+    battery_v: float = 12.0
+    battery_resistance: float = 0.05
+    ambient_c: float = 25.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DriveParameters:
+    """Between the command and the crank, (N,) each.
+
+    Attributes:
+        delay_s: A goal acts so much later; one for all servos.
+        lag_s: Time constant of the firmware's set point behind the goal; 0 is none.
+        speed_limit: Fastest that the set point moves [rad/s].
+        compliance: Twist between motor and shaft [rad/N m].
+        backlash: Full play between motor and shaft [rad].
+        crank_offset: Crank minus encoder [rad].
+        hold_rate: Events a second in which a servo misses its goals for a while [1/s].
+        hold_s: How long it misses them.
+    """
+
+    delay_s: float
+    lag_s: FloatArray
+    speed_limit: FloatArray
+    compliance: FloatArray
+    backlash: FloatArray
+    crank_offset: FloatArray
+    hold_rate: FloatArray
+    hold_s: float = 0.3
+
+    @staticmethod
+    def ideal(legs: int) -> "DriveParameters":
+        """Return a drive with none of all that."""
+        none = np.zeros(legs)
+        return DriveParameters(0.0, none, np.full(legs, np.inf), none, none, none, none)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrictionParameters:
+    """What makes friction more than Coulomb's with one coefficient a foot.
+
+    Attributes:
+        anisotropy: w of mu (1 + w w^T), body axes, (N, 2).
+        static_ratio: Coefficient at rest over the sliding one.
+        static_speed: Sliding speed at which the excess is down to 1/e [m/s].
+        patch_ratio: Coefficient beyond ``patch_x`` over that before it.
+        patch_x: World x at which it changes [m].
+        fade_s: Time constant with which each foot's coefficient fades, (N,) [s].
+        fade_floor: Share of it that stays.
+        adhesion: Force with which a foot clings to the ground while it is within a millimetre, (N,) [N].
+    """
+
+    anisotropy: FloatArray
+    fade_s: FloatArray
+    adhesion: FloatArray
+    static_ratio: float = 1.0
+    static_speed: float = 0.01
+    patch_ratio: float = 1.0
+    patch_x: float = np.inf
+    fade_floor: float = 0.5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GroundParameters:
+    """Shape and give of the ground.
+
+    Attributes:
+        slope: Rise per metre along world x and y, (2,).
+        step_height: Height of a step up [m]; 0 is none.
+        step_x: World x where it begins [m].
+        stiffness: Under each foot [N/m]; infinite is rigid, (N,).
+    """
+
+    slope: FloatArray
+    stiffness: FloatArray
+    step_height: float = 0.0
+    step_x: float = np.inf
+
+
+@dataclass(frozen=True, slots=True)
+class Disturbance:
+    """What pulls at the body from outside.
+
+    Attributes:
+        pull_x: Constant force along world x [N].
+        pull_y: Along world y.
+        drag: Force against the body's speed over the ground [N s/m].
+        gust: Standard deviation of a wandering horizontal force [N].
+        gust_time: Its correlation time [s].
+    """
+
+    pull_x: float = 0.0
+    pull_y: float = 0.0
+    drag: float = 0.0
+    gust: float = 0.0
+    gust_time: float = 0.5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlantParameters:
+    """The whole plant. N legs.
+
+    Attributes:
+        mass: Whole robot without payload [kg].
+        inertia: Whole robot about its centre of mass, legs in mid-stance, (3,) [kg m^2].
+        shaft_position: Crank shafts, body frame, (N, 3) [m].
+        crank: (N,) [m].
+        ground_pivot: (2,) [m].
+        coupler: (N,) [m].
+        rocker: (N,) [m].
+        foot: (2,) [m].
+        branch: +1 or -1.
+        mid_stance: [rad].
+        stiffness: Vertical leg springs, (N,) [N/m].
+        damping: Vertical leg dampers, (N,) [N s/m]; assumed, 5 % of critical on a third of the mass.
+        side_stiffness: Leg along body x and y, (N, 2) [N/m]; assumed.
+        leg_offset: Leg longer than the linkage says, (N,) [m].
+        leg_play: Free play of the leg's vertical spring, (N,) [m].
+        mu: Coulomb friction of each foot, (N,).
+        foot_mass: Mass that moves with each foot, below the springs [kg]; assumed.
+        foot_radius: Of the ball that touches the ground; it does not turn [m]; assumed.
+        rolling_radius: Of feet that do turn with the coupler [m]; 0 is none.
+        com: Centre of mass in the body frame, (2,) [m].
+        payload: Further mass [kg].
+        payload_position: Of the payload in the body frame, (2,) [m].
+        twist: Front against rear of the chassis about x [rad/N m].
+        added_inertia: Horizontal inertia without weight [kg], and about z [kg m^2], (2,).
+        motor: The servos' motors.
+        drive: Between command and crank.
+        friction: Of the feet.
+        ground: Under the feet.
+        disturbance: What pulls at the body.
+        clearance: Body underside below the origin [m]; assumed.
+        time_step_s: Step of firmware and records.
+        substeps: MuJoCo steps in each of them.
+        servo_substeps: Steps of motor and linkage in each MuJoCo step.
+        gravity: [m/s^2].
+    """
+
+    mass: float
+    inertia: FloatArray
+    shaft_position: FloatArray
+    crank: FloatArray
+    ground_pivot: FloatArray
+    coupler: FloatArray
+    rocker: FloatArray
+    foot: FloatArray
+    branch: int
+    mid_stance: float
+    stiffness: FloatArray
+    damping: FloatArray
+    side_stiffness: FloatArray
+    leg_offset: FloatArray
+    leg_play: FloatArray
+    mu: FloatArray
+    drive: DriveParameters
+    friction: FrictionParameters
+    ground: GroundParameters
+    foot_mass: float
+    foot_radius: float = 0.005
+    rolling_radius: float = 0.0
+    com: FloatArray = field(default_factory=lambda: np.zeros(2))
+    payload: float = 0.0
+    payload_position: FloatArray = field(default_factory=lambda: np.zeros(2))
+    twist: float = 0.0
+    added_inertia: FloatArray = field(default_factory=lambda: np.zeros(2))
+    motor: MotorParameters = field(default_factory=MotorParameters)
+    disturbance: Disturbance = field(default_factory=Disturbance)
+    clearance: float = 0.03
+    time_step_s: float = 0.001
+    substeps: int = 2
+    servo_substeps: int = 2
+    gravity: float = 9.80665
+
+    @staticmethod
+    def nominal(robot: RobotParameters) -> "PlantParameters":
+        """Return a plant with the geometry, springs and friction of a robot file."""
+        legs = robot.legs.count
+        stiffness = robot.contact.stiffness.copy()
+        link = robot.linkage
+        return PlantParameters(
+            mass=robot.body.mass,
+            inertia=robot.body.inertia.copy(),
+            shaft_position=robot.legs.shaft_position.copy(),
+            crank=np.full(legs, link.crank),
+            ground_pivot=link.ground_pivot.copy(),
+            coupler=np.full(legs, link.coupler),
+            rocker=np.full(legs, link.rocker),
+            foot=link.foot.copy(),
+            branch=link.branch,
+            mid_stance=link.mid_stance,
+            stiffness=stiffness,
+            damping=0.1 * np.sqrt(stiffness * robot.body.mass / 3),
+            side_stiffness=np.tile(12.0 * stiffness[:, None], 2),
+            leg_offset=np.zeros(legs),
+            leg_play=np.zeros(legs),
+            mu=robot.contact.mu.copy(),
+            drive=DriveParameters.ideal(legs),
+            friction=FrictionParameters(
+                anisotropy=robot.contact.anisotropy.copy(),
+                fade_s=np.full(legs, np.inf),
+                adhesion=np.zeros(legs),
+            ),
+            ground=GroundParameters(np.zeros(2), np.full(legs, np.inf)),
+            foot_mass=min(0.05, 0.04 * robot.body.mass / legs),
+            motor=MotorParameters(battery_v=robot.servo.supply_voltage),
+        )
+
+    @property
+    def legs(self) -> int:
+        """Number of legs N."""
+        return len(self.shaft_position)
+
+    def scattered(self, seed: int) -> "PlantParameters":
+        """Return this robot on another day: friction, stiffness and centre of mass a little different."""
+        random = np.random.default_rng([seed, 0x70])
+        return replace(
+            self,
+            mu=self.mu * np.exp(MU_SPREAD * random.standard_normal(self.legs)),
+            stiffness=self.stiffness * np.exp(STIFFNESS_SPREAD * random.standard_normal(self.legs)),
+            com=self.com + COM_SPREAD_M * random.standard_normal(2),
+        )

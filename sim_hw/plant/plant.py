@@ -1,0 +1,271 @@
+"""The plant: the physical robot on the ground, in MuJoCo, driven by motor duties.
+
+It has inertia, leg springs with dampers, Coulomb friction that sticks, and servos with torque-speed
+limits: none of which the model of ``model/`` has. It never calls that model.
+"""
+
+import mujoco
+import numpy as np
+
+from model.values.arrays import BoolArray, FloatArray, readonly
+from model.values.readings import BodyTruth
+from sim_hw.plant.foot_surface import DirectedContacts, surface, surface_settings, varies
+from sim_hw.plant.four_bar import foot_path, four_bar_point, leg_geometry
+from sim_hw.plant.gusts import Gusts
+from sim_hw.plant.leg_kernel import (
+    CURRENT,
+    JAM,
+    MOTOR,
+    MOTOR_RATE,
+    SHAFT,
+    SHAFT_RATE,
+    SUPPLY,
+    TEMPERATURE,
+    leg_rows,
+    turn_legs,
+)
+from sim_hw.plant.motor import motor_row
+from sim_hw.plant.mujoco_model import build_model, ground_axes
+from sim_hw.plant.parameters import PlantParameters
+
+SETTLING_S = 1.5
+# A foot that carries less than this is in the air.
+CONTACT_FORCE_N = 1e-3
+
+
+class Plant:
+    """The robot, standing on all feet at shaft angle 0 to begin with.
+
+    Args:
+        parameters: What it is made of.
+        seed: Seed of what is random in the plant: gusts. The sensors have their own.
+    """
+
+    def __init__(self, parameters: PlantParameters, seed: int = 0) -> None:
+        p = self.parameters = parameters
+        legs = range(p.legs)
+        model = self.model = build_model(p)
+        data = self.data = mujoco.MjData(model)
+        self._qpos, self._qvel, self._applied = data.qpos, data.qvel, data.qfrc_applied
+        axes = [[f"{axis}_{k}" for axis in "xyz"] for k in legs]
+        self._foot_q = np.array([[model.joint(n).qposadr[0] for n in names] for names in axes])
+        self._foot_v = np.array([[model.joint(n).dofadr[0] for n in names] for names in axes])
+        # the contacts' force on the slides is the ground's on the feet, body axes; a view where it can be
+        ends = int(self._foot_v.min()), int(self._foot_v.max()) + 1
+        together = np.array_equal(self._foot_v.ravel(), np.arange(*ends))
+        self._reaction = data.qfrc_constraint[slice(*ends)].reshape(p.legs, 3) if together else None
+        self._roll_v = np.full(p.legs, -1)
+        if p.rolling_radius > 0:
+            self._roll_v = np.array([model.joint(f"roll_{k}").dofadr[0] for k in legs])
+        self._foot_body = np.array([model.body(f"foot_{k}").id for k in legs])
+        self._geoms = np.array([model.geom(f"foot_{k}").id for k in legs])
+        leg_of_geom = np.full(model.ngeom, -1)
+        leg_of_geom[self._geoms] = np.arange(p.legs)
+        self._torso = model.body("torso").id
+        self._geometry = leg_geometry(p)
+        zero = np.array([four_bar_point(g, 0.0)[4] for g in self._geometry])
+        self._rows, self._motor = leg_rows(p, zero), motor_row(p.motor)
+        # dry friction of each shaft on top of its motor's own: what is caught in a leg [N m]
+        self.jam_n_m: FloatArray = self._rows[:, JAM]
+        self._state = np.zeros((p.legs, 8))
+        self._directed = DirectedContacts(p, leg_of_geom)
+        self._varies, self._has_direction = varies(p), self._directed.any
+        self._settings, self._normal = surface_settings(p), ground_axes(p)[:, 2].copy()
+        self._coefficients, self._cling = np.zeros(p.legs), np.zeros(p.legs)
+        self._gusts = Gusts(p.disturbance, p.time_step_s, seed)
+        self._push = np.zeros(6)
+        self.foot_force_B: FloatArray = np.zeros((p.legs, 3))
+        self._stand()
+
+    @property
+    def dt_s(self) -> float:
+        """Step of ``step``."""
+        return self.parameters.time_step_s
+
+    @property
+    def shaft_angle_rad(self) -> FloatArray:
+        """Shaft angles as the encoders have them, unwrapped, (N,)."""
+        return self._state[:, SHAFT]
+
+    @property
+    def shaft_rate_rad_s(self) -> FloatArray:
+        """Shaft speeds, (N,)."""
+        return self._state[:, SHAFT_RATE]
+
+    @property
+    def motor_angle_rad(self) -> FloatArray:
+        """Motor angles, seen at the output; the shafts' own unless gears twist or have play, (N,)."""
+        return self._state[:, MOTOR]
+
+    @property
+    def current_a(self) -> FloatArray:
+        """Motor currents, (N,)."""
+        return self._state[:, CURRENT]
+
+    @property
+    def temperature_c(self) -> FloatArray:
+        """Motor temperatures, (N,)."""
+        return self._state[:, TEMPERATURE]
+
+    @property
+    def supply_v(self) -> FloatArray:
+        """Voltage at each servo, (N,)."""
+        return self._state[:, SUPPLY]
+
+    @property
+    def torso_rotation(self) -> FloatArray:
+        """Body to world, (3, 3), as of the last call of ``refresh`` or ``truth``."""
+        rotation: FloatArray = self.data.xmat[self._torso].reshape(3, 3)
+        return rotation
+
+    @property
+    def foot_force_W(self) -> FloatArray:  # noqa: N802 - frame suffix
+        """Ground's force on each foot in the last step, world axes, (N, 3) [N]."""
+        self.refresh()
+        force: FloatArray = self.foot_force_B @ self.torso_rotation.T
+        return force
+
+    @property
+    def feet_B(self) -> FloatArray:  # noqa: N802 - frame suffix
+        """Feet in the body frame, (N, 3) [m]."""
+        self.refresh()
+        relative = self.data.xpos[self._foot_body] - self.data.xpos[self._torso]
+        feet: FloatArray = relative @ self.torso_rotation
+        return feet
+
+    def refresh(self) -> None:
+        """Bring MuJoCo's places of bodies up to date with its state."""
+        mujoco.mj_kinematics(self.model, self.data)
+
+    def _stand(self) -> None:
+        """Stand on all feet, springs loaded, and let what is left of it die away."""
+        p = self.parameters
+        angle = np.zeros(p.legs)
+        _, z, _, _ = foot_path(p, angle + p.drive.crank_offset)
+        sag = p.mass * p.gravity / p.stiffness.sum()
+        lowest = (z - p.leg_offset).min()
+        self.place(height_m=float(-lowest - sag), angle_rad=angle)
+        off = np.zeros(p.legs, dtype=bool)
+        for _ in range(round(SETTLING_S / p.time_step_s)):
+            self.step(angle, off)
+        # begin at the world's origin; the ground rises with the slope
+        rise = self._normal[:2] @ self._qpos[0:2] / self._normal[2]
+        self._qpos[2] += rise
+        self._qpos[0:2] = 0.0
+        self.data.time = 0.0
+        self.refresh()
+
+    def place(self, height_m: float, angle_rad: FloatArray) -> None:
+        """Put the body along the ground at a height over the world's origin, at rest, shafts as given."""
+        p = self.parameters
+        mujoco.mj_resetData(self.model, self.data)
+        axes = ground_axes(p)
+        self._qpos[0:3] = axes[:, 2] * height_m
+        mujoco.mju_mat2Quat(self._qpos[3:7], axes.ravel())
+        self._state[:] = 0.0
+        self._state[:, MOTOR] = self._state[:, SHAFT] = angle_rad
+        self._state[:, TEMPERATURE], self._state[:, SUPPLY] = p.motor.ambient_c, p.motor.battery_v
+        x, z, _, _ = foot_path(p, angle_rad + p.drive.crank_offset)
+        self._qpos[self._foot_q[:, 0]], self._qpos[self._foot_q[:, 2]] = x, z - p.leg_offset
+        self.push(np.zeros(3), np.zeros(3))
+        self.refresh()
+
+    def step(self, duty: FloatArray, driven: BoolArray) -> None:
+        """Advance by one step.
+
+        Args:
+            duty: PWM duty of each motor in the leg's sense, -1 to 1, (N,).
+            driven: False where the output stage is off, (N,).
+        """
+        p, model, data = self.parameters, self.model, self.data
+        dt_s = p.time_step_s / p.substeps
+        force = np.zeros(self.foot_force_B.shape)
+        if self._gusts.blow:
+            self._write_push(self._gusts.next())
+        for _ in range(p.substeps):
+            turn_legs(
+                dt_s, p.servo_substeps, self._motor, self._geometry, self._rows, self._state, duty,
+                driven, self._foot_q, self._foot_v, self._roll_v, self._qpos, self._qvel, self._applied,
+            )  # fmt: skip
+            if self._varies:
+                self._change_surface()
+            if self._has_direction:
+                self._directed.step(model, data, self._yaw_rad())
+            else:
+                mujoco.mj_step(model, data)
+            reaction = self._reaction
+            force = force + (data.qfrc_constraint[self._foot_v] if reaction is None else reaction)
+        self.foot_force_B = force / p.substeps
+
+    def _change_surface(self) -> None:
+        place = self.data.xpos[self._foot_body]
+        p = self.parameters
+        surface(
+            self.data.time, self._settings, p.mu, p.friction.fade_s, p.friction.adhesion,
+            self._normal, place, self._foot_velocity(), self._coefficients, self._cling,
+        )  # fmt: skip
+        self.model.geom_friction[self._geoms, 0] = self._coefficients
+        self.data.xfrc_applied[self._foot_body, :3] = self._cling[:, None] * self._normal
+
+    def _yaw_rad(self) -> float:
+        w, x, y, z = self._qpos[3:7]
+        return float(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+
+    def push(self, force_W: FloatArray, torque_W: FloatArray) -> None:  # noqa: N803
+        """Keep pushing the torso at its centre of mass, world axes, until told otherwise."""
+        self._push[:3], self._push[3:] = force_W, torque_W
+        self._write_push(np.zeros(2))
+
+    def _write_push(self, gust: FloatArray) -> None:
+        pull = self.parameters.disturbance
+        self.data.xfrc_applied[self._torso] = self._push
+        self.data.xfrc_applied[self._torso, :2] += [pull.pull_x + gust[0], pull.pull_y + gust[1]]
+
+    def energy_j(self) -> float:
+        """Kinetic, gravitational and spring energy, the motors' rotors included."""
+        p, data = self.parameters, self.data
+        mujoco.mj_fwdPosition(self.model, data)
+        mujoco.mj_fwdVelocity(self.model, data)
+        mujoco.mj_energyVel(self.model, data)
+        heights = data.xipos[:, 2]
+        potential = p.gravity * float(self.model.body_mass @ heights)
+        x, z, _, _ = foot_path(p, self.shaft_angle_rad + p.drive.crank_offset)
+        ends = np.stack([x, np.zeros(p.legs), z - p.leg_offset], axis=1)
+        stretch = self._qpos[self._foot_q] - ends
+        stiffness = np.column_stack([p.side_stiffness, p.stiffness])
+        springs = 0.5 * float((stiffness * stretch**2).sum())
+        rotors = 0.5 * p.motor.armature * float((self._state[:, MOTOR_RATE] ** 2).sum())
+        return float(data.energy[1]) + potential + springs + rotors
+
+    def _foot_velocity(self) -> FloatArray:
+        """Velocities of the feet, world axes, (N, 3)."""
+        rotation = self.torso_rotation
+        slide = self._qvel[self._foot_v]
+        arm = (self.data.xpos[self._foot_body] - self.data.xpos[self._torso]) @ rotation
+        velocity: FloatArray = (
+            self._qvel[0:3] + (slide + np.cross(self._qvel[3:6], arm)) @ rotation.T
+        )
+        return velocity
+
+    def places(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the body's position and quaternion x y z w, and the feet, in the world."""
+        self.refresh()
+        data = self.data
+        quaternion = np.roll(data.xquat[self._torso], -1)
+        return data.xpos[self._torso], quaternion, data.xpos[self._foot_body]
+
+    def truth(self, t_ns: int) -> BodyTruth:
+        """Return where everything is."""
+        self.refresh()
+        data, rotation = self.data, self.torso_rotation
+        return BodyTruth(
+            t_ns=t_ns,
+            position_W=readonly(data.xpos[self._torso].copy()),
+            quaternion_xyzw=readonly(np.roll(data.xquat[self._torso], -1)),
+            velocity_B=readonly(self._qvel[0:3] @ rotation),
+            angular_velocity_B=readonly(self._qvel[3:6].copy()),
+            foot_position_W=readonly(data.xpos[self._foot_body].copy()),
+            foot_velocity_W=readonly(self._foot_velocity()),
+            foot_force_B=readonly(self.foot_force_B.copy()),
+            contact=readonly(self.foot_force_B[:, 2] > CONTACT_FORCE_N),
+        )

@@ -1,0 +1,96 @@
+"""What the sensors do to the truth, apart from the plant: the healthy ones nothing but noise.
+
+``SensorParameters`` say it; ``ForceChannel`` does it to the transducers' wrenches; the encoders' share is
+done by ``sim_hw.host.world``, the cameras' by ``sim_hw.twin.motion_capture``.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from model.values.arrays import FloatArray
+from record.trial.header import TrialNoise
+
+# Of a wireless Gamma's forces at 100 Hz, of a dozen cameras' poses, of 4096 ticks a turn; assumed but for
+# the ticks.
+HEALTHY_NOISE = TrialNoise(
+    force_n=0.04,
+    body_position_m=0.0002,
+    body_angle_rad=0.0005,
+    shaft_rad=0.00044,
+    foot_position_m=0.0003,
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SensorParameters:
+    """Errors of the sensors; N legs.
+
+    Attributes:
+        force_gain: Reading over truth, (N,).
+        force_bias: Added to the reading, body axes, (N, 3) [N].
+        force_drift: Added to the vertical reading for each second, (N,) [N/s].
+        force_yaw: Transducers turned about z beyond what the robot file says, (N,) [rad].
+        force_delay_s: The stream is so much later than the truth.
+        force_lag_s: Time constant of a first-order low-pass; 0 is none.
+        pose_delay_s: Poses and markers are so much later than the truth.
+        pose_yaw: Marker frame turned in the body [rad].
+        pose_origin: Marker frame moved in the body, (2,) [m].
+        pose_clock: Rate of the cameras' clock over ours.
+        swapped: Two legs whose foot markers are taken for each other, () for none.
+        encoder_scale: Reading over truth, (N,).
+        noise: One standard deviation of each sensor.
+    """
+
+    force_gain: FloatArray
+    force_bias: FloatArray
+    force_drift: FloatArray
+    force_yaw: FloatArray
+    encoder_scale: FloatArray
+    pose_origin: FloatArray
+    force_delay_s: float = 0.0
+    force_lag_s: float = 0.0
+    pose_delay_s: float = 0.0
+    pose_yaw: float = 0.0
+    pose_clock: float = 1.0
+    swapped: tuple[int, ...] = ()
+    noise: TrialNoise = HEALTHY_NOISE
+
+    @staticmethod
+    def healthy(legs: int) -> "SensorParameters":
+        """Return sensors with no error but noise."""
+        return SensorParameters(
+            force_gain=np.ones(legs),
+            force_bias=np.zeros((legs, 3)),
+            force_drift=np.zeros(legs),
+            force_yaw=np.zeros(legs),
+            encoder_scale=np.ones(legs),
+            pose_origin=np.zeros(2),
+        )
+
+
+class ForceChannel:
+    """From the wrench on each transducer to what it reports: gain, bias, drift, low-pass.
+
+    Args:
+        sensors: Errors.
+    """
+
+    def __init__(self, sensors: SensorParameters) -> None:
+        self._sensors = sensors
+        self._last: FloatArray | None = None
+        self._last_ns = 0
+        self._start_ns = -1
+
+    def report(self, wrench: FloatArray, t_ns: int) -> FloatArray:
+        """Return the reported wrench, (N, 6), of the true one at a time."""
+        s = self._sensors
+        self._start_ns = t_ns if self._start_ns < 0 else self._start_ns
+        reading = wrench * s.force_gain[:, None]
+        reading[:, :3] += s.force_bias
+        reading[:, 2] += s.force_drift * ((t_ns - self._start_ns) * 1e-9)
+        if s.force_lag_s > 0 and self._last is not None:
+            keep = np.exp(-(t_ns - self._last_ns) * 1e-9 / s.force_lag_s)
+            reading = keep * self._last + (1 - keep) * reading
+        self._last, self._last_ns = reading, t_ns
+        return reading

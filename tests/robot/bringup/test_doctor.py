@@ -1,0 +1,129 @@
+"""``bigant doctor``: every judgement both ways, and the command as a program reads it."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from drivers.dynamixel.scan import SerialPort
+from robot.bringup.preflight.computer import (
+    Machine,
+    cache_finding,
+    group_finding,
+    host_settings_findings,
+    machine_facts,
+    machine_findings,
+    priority_finding,
+    renderer_finding,
+)
+from robot.bringup.preflight.finding import Finding, Verdict
+from robot.cli import doctor
+from robot.cli import main as cli
+from robot.console.exit_codes import ExitCode
+
+STUDENT = Machine(
+    root=False,
+    groups=("student",),
+    port_group="dialout",
+    rtprio=0,
+    nice_floor=20,
+    memlock_bytes=8 << 20,
+    preempt_rt=False,
+    renderers=(),
+    gl_choice="",
+    display=False,
+)
+
+
+def test_who_may_open_ports() -> None:
+    outside = group_finding(STUDENT)
+    assert outside.verdict is Verdict.WARN
+    assert "usermod -aG dialout" in outside.advice
+    assert group_finding(replace(STUDENT, groups=("dialout",))).verdict is Verdict.PASS
+    assert group_finding(replace(STUDENT, root=True)).verdict is Verdict.PASS
+    assert group_finding(replace(STUDENT, port_group="")).verdict is Verdict.SKIP
+
+
+def test_who_may_take_priority() -> None:
+    assert priority_finding(STUDENT).verdict is Verdict.WARN
+    assert "rtprio" in priority_finding(STUDENT).advice
+    assert priority_finding(replace(STUDENT, rtprio=50)).verdict is Verdict.PASS
+    assert priority_finding(replace(STUDENT, root=True)).verdict is Verdict.PASS
+
+
+def test_drawing_without_a_display() -> None:
+    assert renderer_finding(STUDENT).verdict is Verdict.SKIP
+    assert renderer_finding(replace(STUDENT, renderers=("EGL",))).verdict is Verdict.PASS
+    asked = renderer_finding(replace(STUDENT, renderers=("EGL",), gl_choice="egl"))
+    assert "MUJOCO_GL=egl" in asked.found
+
+
+def test_settings_that_a_loop_feels() -> None:
+    def verdicts(governors: tuple[str, ...], load: float) -> list[Verdict]:
+        return [f.verdict for f in host_settings_findings(governors, "", load, 2)]
+
+    ok, warn, skip = Verdict.PASS, Verdict.WARN, Verdict.SKIP
+    assert verdicts(("performance",), 1.0) == [ok, ok, ok]
+    assert verdicts(("performance", "powersave"), 3.0) == [warn, ok, warn]
+    assert verdicts((), 2.0) == [skip, ok, ok]
+
+
+def test_a_port_that_may_not_be_opened_fails_and_a_slow_timer_warns(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    device = tmp_path / "ttyUSB0"
+    device.write_text("", encoding="utf-8")
+    timer = tmp_path / "sys" / "ttyUSB0" / "latency_timer"
+    timer.parent.mkdir(parents=True)
+    timer.write_text("16\n", encoding="utf-8")
+    monkeypatch.setattr("drivers.dynamixel.port.USB_SERIAL_DEVICES", tmp_path / "sys")
+    ports = (SerialPort(str(device), "0403:6014", "USB <-> Serial Converter"),)
+
+    def look() -> dict[str, Finding]:
+        return {f.name.removeprefix(str(device)): f for f in doctor.port_findings(ports)}
+
+    assert look()[""].verdict is Verdict.PASS
+    assert look()[" timer"].verdict is Verdict.WARN
+    assert look()[" timer"].found == "16 ms"
+    timer.write_text("1\n", encoding="utf-8")
+    assert look()[" timer"].verdict is Verdict.PASS
+    monkeypatch.setattr("os.access", lambda *_: False)
+    assert look()[""].verdict is Verdict.FAIL
+    plain = SerialPort(str(device), "", "no USB")
+    assert [f.verdict for f in doctor.port_findings((plain,))] == [Verdict.SKIP]
+
+
+def test_a_cache_that_cannot_be_written_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    assert cache_finding(tmp_path).verdict is Verdict.PASS
+    monkeypatch.setattr("os.access", lambda *_: False)
+    assert cache_finding(tmp_path).verdict is Verdict.WARN
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "mine"))
+    assert str(tmp_path / "mine") in cache_finding(tmp_path).found
+
+
+def test_this_computer_can_be_looked_at() -> None:
+    names = [finding.name for finding in machine_findings(machine_facts())]
+    assert names == ["serial group", "priority", "locked memory", "kernel", "OpenGL"]
+
+
+def test_the_command_lists_everything_and_json_says_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    code = cli.run(["doctor", "--json"])
+    result = json.loads(capsys.readouterr().out)
+    verdicts = {f["name"]: f["verdict"] for f in result["findings"]}
+    assert set(verdicts.values()) <= {"pass", "warn", "fail", "skip"}
+    assert {"disk", "Python", "packages", "governor", "compiler cache", "OpenGL"} <= set(verdicts)
+    assert result["fit"] == ("fail" not in verdicts.values())
+    assert code == (ExitCode.OK if result["fit"] else ExitCode.VERDICT_FAILED)
+    for finding in result["findings"]:
+        assert finding["found"], finding
+        assert finding["advice"] or finding["verdict"] in {"pass", "skip"}, finding
+    assert cli.run(["doctor"]) == code
+    printed = capsys.readouterr().out
+    assert all(name in printed for name in verdicts)

@@ -1,0 +1,31 @@
+"""Options are spelled in full, and a mistake is answered by the command it was made in."""
+
+import pytest
+
+from robot.cli.main import run
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (
+            ["drive", "--arm"],
+            "bigant drive: error: unrecognized arguments: --arm; did you mean --armed?",
+        ),
+        (["drive", "--gate", "tripod"], "--gate tripod; did you mean --gait?"),
+        (["servo", "scan", "--prot", "x"], "bigant servo scan: error:"),
+        (["gap"], "ACTION is one of: alone, apply, check, diagnose, effects, next"),
+        (["drve"], "did you mean drive?"),
+        (["gap", "diagnos"], "did you mean diagnose?"),
+        (["drive", "--seed", "-1"], "--seed: must be a whole number from 0 on, not -1"),
+        (["sim", "serve", "--baud", "12345"], "must be one of 9600, 57600"),
+        (["servo", "watch", "--port", "x", "--rate-hz", "1e9"], "invalid rate value"),
+    ],
+)
+def test_a_mistake_is_answered_by_its_own_command(
+    words: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as caught:
+        run(words)
+    assert caught.value.code == 2
+    assert said in capsys.readouterr().err

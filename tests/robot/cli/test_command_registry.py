@@ -1,0 +1,130 @@
+"""Every command there is: help, examples that parse, --json where it reports, exit codes said."""
+
+import argparse
+import re
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from model.errors import BigantError, BusError, ConfigError, GaitRefused, RecordError
+from robot.cli import main as cli
+from robot.cli.commands import COMMANDS
+from robot.cli.examples import EXAMPLES
+from robot.cli.help_pages import PAGES, ROBOT_FILE_PAGE, page_hint
+from robot.console.exit_codes import ExitCode
+from tests.test_docs import anchors_of
+
+ROOT = Path(__file__).resolve().parents[3]
+# What does something rather than report: its result is a file, a moving robot, or a program.
+ACTS = {
+    ("robot", "export"): "writes files",
+    ("sim", "render"): "draws",
+    ("drive",): "bigant show LOG --json has the summary",
+    ("view",): "draws",
+    ("completion",): "prints a script",
+    ("model", "figures"): "draws",
+    ("log", "repair"): "writes a log; bigant log info --json",
+    ("log", "cut"): "writes a log",
+    ("log", "merge"): "writes a log",
+    ("log", "export"): "writes tables",
+    ("servo", "setup"): "writes servos after a yes",
+    ("servo", "backup"): "writes a file",
+    ("servo", "restore"): "writes servos after a yes",
+    ("sim", "serve"): "serves",
+    ("bridge",): "publishes",
+}
+
+
+def leaves(
+    parser: argparse.ArgumentParser, words: tuple[str, ...] = ()
+) -> Iterator[tuple[tuple[str, ...], argparse.ArgumentParser]]:
+    """All commands with their parsers."""
+    groups = [a for a in parser._actions if isinstance(a, argparse._SubParsersAction)]
+    if not groups:
+        yield words, parser
+    for group in groups:
+        for name, child in group.choices.items():
+            yield from leaves(child, (*words, name))
+
+
+FULL = cli.full_parser()
+LEAVES = dict(leaves(FULL))
+
+
+def parse(line: str) -> argparse.Namespace:
+    """Parse a command line as a shell would hand it over."""
+    words = shlex.split(line, comments=True)
+    assert words[0] == "bigant", line
+    if ">" in words:
+        words = words[: words.index(">")]
+    return FULL.parse_args(words[1:])
+
+
+@pytest.mark.parametrize("words", LEAVES, ids=" ".join)
+def test_a_command_explains_itself(words: tuple[str, ...]) -> None:
+    parser = LEAVES[words]
+    text = parser.format_help()
+    assert parser.description, "what it does"
+    assert "exit codes: 0 good" in text
+    assert EXAMPLES.get(words), f"add examples to robot/cli/examples.py: {words}"
+    for line in EXAMPLES[words]:
+        assert line in text, "as it is, not refilled"
+        assert tuple(shlex.split(line)[1 : 1 + len(words)]) == words
+        parse(line)
+
+
+@pytest.mark.parametrize("words", LEAVES, ids=" ".join)
+def test_what_reports_can_be_read_by_programs(words: tuple[str, ...]) -> None:
+    options = LEAVES[words].format_usage()
+    assert ("--json" in options) != (words in ACTS), "either it reports, or it stands in ACTS"
+
+
+def test_all_commands_are_walked() -> None:
+    assert set(LEAVES) == {c.words for c in COMMANDS} | {("drive",), ("show",), ("devices",)}
+    assert set(ACTS) <= set(LEAVES)
+    assert all(command.help and command.help[-1] != "." for command in COMMANDS)
+
+
+def test_the_lazy_parser_and_the_full_one_are_the_same() -> None:
+    for words in LEAVES:
+        lazy = dict(leaves(cli._parser(list(words))))[words]
+        assert lazy.format_help() == LEAVES[words].format_help()
+
+
+@pytest.mark.parametrize(
+    ("error", "page"),
+    [
+        (BusError("no port"), "docs/tutorial.md#wiring"),
+        (RecordError("no log"), "docs/log.md"),
+        (GaitRefused("servo.max_speed", 9, 4, "rad/s"), "docs/gaits.md"),
+        (ConfigError("linkage.crank", "too long"), ROBOT_FILE_PAGE),
+        (ConfigError("lab.toml: legs.servo_zero[2]", "too large"), ROBOT_FILE_PAGE),
+        (ConfigError("lab.toml", "the robot file cannot be read"), ROBOT_FILE_PAGE),
+        (ConfigError("faults.toml", "the scenario cannot be read"), ""),
+        (ConfigError("faults.toml: servo", "must be a table"), ""),
+        (ConfigError("--port", "taken"), ""),
+        (RecordError("broken (see docs/replay.md)"), ""),
+    ],
+)
+def test_an_error_names_the_page_that_helps(error: BigantError, page: str) -> None:
+    assert page_hint(error) == (f" (see {page})" if page else "")
+
+
+def test_pages_that_errors_name_exist() -> None:
+    named = {page for _, page in PAGES} | {ROBOT_FILE_PAGE}
+    for path in sorted((ROOT / "robot").glob("*.py")):
+        named |= set(re.findall(r"docs/[\w/]+\.md(?:#[\w-]+)?", path.read_text(encoding="utf-8")))
+    assert len(named) > 5
+    for page in named:
+        file, _, anchor = page.partition("#")
+        assert (ROOT / file).is_file(), page
+        assert not anchor or anchor in anchors_of(ROOT / file), page
+
+
+def test_a_mistake_is_one_line_with_its_page(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run(["log", "info", "absent.mcap"]) == ExitCode.LOG
+    printed = capsys.readouterr().err
+    assert printed.splitlines() == [printed.rstrip("\n")]
+    assert printed.endswith("(see docs/log.md)\n")

@@ -1,0 +1,140 @@
+"""The safety gate lets a command through whole or refuses it with a reason; the watch finds faults."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drivers.dynamixel.mx106 import joint_state
+from model.values.faults import FaultKind
+from model.values.legs import JointCommand
+from model.values.readings import ServoReadings
+from robot.config.robot_file import load_robot
+from robot.control.safety import PERSISTENCE_READS, Allowed, Refused, gate, watch_servos
+from robot.run.rig import silent_readings
+
+CONFIG = load_robot()
+LIMITS, BUS = CONFIG.limits, CONFIG.servo_bus
+PERIOD_NS = 10_000_000
+
+
+def command(t_ns: int, angle: float = 0.0, *, torque: bool = True) -> JointCommand:
+    return JointCommand(t_ns, np.full(6, angle), np.zeros(6), torque)
+
+
+def test_an_ordinary_command_passes_unchanged() -> None:
+    wished = command(PERIOD_NS, 0.01)
+    verdict = gate(wished, command(0), LIMITS, BUS)
+    assert isinstance(verdict, Allowed)
+    assert verdict.command is wished
+
+
+def test_torque_off_always_passes() -> None:
+    nan = np.full(6, np.nan)
+    off = JointCommand(5, nan, nan, torque=False)
+    assert isinstance(gate(off, command(9), LIMITS, BUS), Allowed)
+
+
+@given(leg=st.integers(0, 5), value=st.sampled_from([np.nan, np.inf, -np.inf]))
+def test_what_is_no_number_is_refused(leg: int, value: float) -> None:
+    angle = np.zeros(6)
+    angle[leg] = value
+    wished = JointCommand(PERIOD_NS, angle, np.zeros(6), torque=True)
+    verdict = gate(wished, command(0), LIMITS, BUS)
+    assert isinstance(verdict, Refused)
+    assert BUS.names[leg] in verdict.reason
+
+
+@given(step=st.floats(-3, 3), milliseconds=st.integers(1, 249))
+def test_speed_is_the_boundary(step: float, milliseconds: int) -> None:
+    elapsed_s = milliseconds * 1e-3
+    verdict = gate(command(milliseconds * 1_000_000, step), command(0), LIMITS, BUS)
+    if abs(step) <= LIMITS.max_speed_rad_s * elapsed_s:
+        assert isinstance(verdict, Allowed)
+    if abs(step) > LIMITS.max_speed_rad_s * elapsed_s * 1.05 + 0.0016:
+        assert isinstance(verdict, Refused)
+
+
+def test_a_speed_refusal_names_leg_and_limit() -> None:
+    wished = replace(command(PERIOD_NS), angle_rad=np.array([0, 0, 0, 0, 0.5, 0]))
+    verdict = gate(wished, command(0), LIMITS, BUS)
+    assert isinstance(verdict, Refused)
+    assert verdict.reason.startswith("MR: a step of 0.500 rad in 10 ms")
+
+
+@pytest.mark.parametrize(("t_ns", "words"), [(0, "not newer"), (300_000_000, "stood still")])
+def test_stale_and_repeated_commands_are_refused(t_ns: int, words: str) -> None:
+    verdict = gate(command(t_ns), command(0), LIMITS, BUS)
+    assert isinstance(verdict, Refused)
+    assert words in verdict.reason
+
+
+@pytest.mark.parametrize("turns", [-255.0, 255.0])
+def test_the_end_of_the_turn_counter_is_refused(turns: float) -> None:
+    angle = turns * 2 * np.pi
+    verdict = gate(command(PERIOD_NS, angle), command(0, angle), LIMITS, BUS)
+    assert isinstance(verdict, Refused)
+    assert "turn counter" in verdict.reason
+
+
+def healthy() -> ServoReadings:
+    return replace(
+        silent_readings(0, 6),
+        position_ticks=np.full(6, 2048),
+        voltage_counts=np.full(6, 120),
+        temperature_c=np.full(6, 30),
+        hardware_error=np.zeros(6, dtype=np.int64),
+        valid=np.ones(6, dtype=bool),
+        age_ns=np.zeros(6, dtype=np.int64),
+    )
+
+
+def watch(readings: ServoReadings, silent: int = 0, bad: int = 0):  # type: ignore[no-untyped-def]
+    counts = np.full(6, silent), np.full(6, bad)
+    return watch_servos(readings, joint_state(readings, BUS), command(0), *counts, LIMITS, BUS)
+
+
+def test_healthy_servos_give_no_fault() -> None:
+    verdict = watch(healthy())
+    assert verdict.faults == ()
+    assert not verdict.lost
+    assert not verdict.broken
+
+
+def test_one_silent_servo_is_a_fault_then_a_loss() -> None:
+    valid = np.array([True, True, False, True, True, True])
+    readings = replace(healthy(), valid=valid)
+    first = watch(readings)
+    assert [(f.kind, f.source) for f in first.faults] == [(FaultKind.SERVO_SILENT, "FL")]
+    assert not first.lost
+    assert watch(readings, silent=BUS.silent_limit - 1).lost
+
+
+def test_alert_bit_stops_at_once_and_names_the_cause() -> None:
+    error = np.array([0, 0x80, 0, 0, 0, 0])
+    hardware = np.array([0, 0x20, 0, 0, 0, 0])
+    verdict = watch(replace(healthy(), error_byte=error, hardware_error=hardware))
+    assert verdict.broken
+    assert verdict.faults[0].source == "ML"
+    assert "overload" in verdict.faults[0].detail
+
+
+@pytest.mark.parametrize(
+    ("change", "kind"),
+    [
+        ({"temperature_c": np.array([30, 30, 30, 30, 30, 75])}, FaultKind.SERVO_HOT),
+        ({"current_counts": np.array([0, 0, 0, 0, 0, -1300])}, FaultKind.SERVO_CURRENT),
+        ({"voltage_counts": np.array([120, 120, 120, 120, 120, 90])}, FaultKind.SERVO_VOLTAGE),
+        ({"position_ticks": np.array([2048] * 5 + [2648])}, FaultKind.SERVO_LAG),
+    ],
+)
+def test_limits_must_be_exceeded_for_a_while(
+    change: dict[str, np.ndarray], kind: FaultKind
+) -> None:
+    readings = replace(healthy(), **change)  # type: ignore[arg-type]
+    once = watch(readings)
+    assert [(f.kind, f.source) for f in once.faults] == [(kind, "FR")]
+    assert not once.broken
+    assert watch(readings, bad=PERSISTENCE_READS - 1).broken

@@ -1,0 +1,192 @@
+"""``bigant gap apply`` and ``bigant gap next`` from a diagnosis on disk, and what they refuse."""
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gap.effect_file import read_effects
+from gap.interfaces import Cause
+from gap.machines.legged.catalogue import STAGES
+from record.trial.trial import write_trial
+from robot.cli.main import run
+from robot.config.robot_file import load_robot
+from tests.gap.walks import cause, walk
+
+DOCS = Path(__file__).resolve().parents[3] / "docs" / "gap_effects.md"
+WRONG = (
+    cause("force_bias", 0.0, 0.0, -3.0, legs=("ML",)),
+    cause("foot_friction", 0.5, legs=("FR",)),
+)
+
+
+def write_runs(folder: Path, causes: tuple[Cause, ...], count: int = 3) -> list[str]:
+    """Runs of the chain with causes, as files."""
+    paths = []
+    for number in range(count):
+        path = folder / f"run{number}.parquet"
+        write_trial(walk("tripod", 0.2 + 0.05 * number, 7.0, causes, noise_seed=number), path)
+        paths.append(str(path))
+    return paths
+
+
+def answer(folder: Path, files: list[str], **more: Any) -> Path:
+    """A diagnosis in the shape that any program may write."""
+    told = {
+        "verdict": "explained",
+        "where": {"stage": "sensing"},
+        "causes": [
+            {"effect": "force_bias", "legs": ["ML"], "parameters": {"z_n": -3.0}, "probability": 0.9},
+            {"effect": "foot_friction", "legs": ["FR"], "parameters": {"ratio": 0.5}, "probability": 0.9},
+        ],
+        "ambiguous_with": [],
+        "gap": {"before": 1.0, "after": 0.1, "noise_floor": 0.05, "shrink": 0.98},
+        "files": files,
+        **more,
+    }  # fmt: skip
+    path = folder / "diagnosis.json"
+    path.write_text(json.dumps(told), encoding="utf-8")
+    return path
+
+
+def test_apply_writes_the_file_and_measures_again(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = answer(tmp_path, write_runs(tmp_path, WRONG))
+    out = tmp_path / "corrected.toml"
+    assert run(["gap", "apply", str(path), "--out", str(out)]) == 0
+    told = capsys.readouterr().out
+    assert "contact.mu[FR]" in told
+    assert "[effects.force_bias.ML]" in told
+    assert "taken out of the reading" in told
+    closed = re.search(
+        r"  (\d+)% \[\d+%, \d+%\] of the gap is closed \(the diagnosis said 98%\)", told
+    )
+    assert closed
+    assert int(closed.group(1)) > 95
+    config = load_robot(out)
+    assert config.effects == (cause("force_bias", 0.0, 0.0, -3.0, legs=("ML",)),)
+    assert config.parameters.contact.mu[5] == pytest.approx(0.3)
+    again = tmp_path / "again.toml"
+    assert run(["gap", "apply", str(path), "--out", str(again), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["keys"] == [
+        {"key": "contact.mu[FR]", "before": 0.6, "after": 0.3, "why": "foot_friction at FR"}
+    ]
+    assert found["gap"]["after"] < 0.3 * found["gap"]["before"]
+    assert again.read_text(encoding="utf-8") == out.read_text(encoding="utf-8")
+
+
+def test_a_wrong_cause_does_not_pass(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    files = write_runs(tmp_path, (cause("force_bias", 0.0, 0.0, 3.0, legs=("ML",)),))
+    worse = [{"effect": "force_bias", "legs": ["ML"], "parameters": {"z_n": -3.0}}]
+    path = answer(tmp_path, files, causes=worse)
+    assert run(["gap", "apply", str(path), "--out", str(tmp_path / "c.toml")]) == 1
+    assert "NOT SMALLER" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("more", "options", "words"),
+    [
+        ({"causes": [], "verdict": "no_gap"}, [], "there is nothing to apply"),
+        ({"verdict": "unexplained"}, [], "--anyway"),
+        ({"simulator": "servo_bench"}, [], "no robot of ours"),
+        ({"causes": [{"effect": "worn_crank", "legs": ["ML"]}]}, [], "needs --effects FILE.py"),
+        ({"causes": [{"effect": "drag", "parameters": {"n_s_per_m": 300.0},
+                      "on_bound": ["n_s_per_m"]}]}, [], "is on its bound"),
+        ({"files": ["gone.parquet"]}, [], "give it with --robot"),
+        ({}, ["--out", "corrected.txt"], "must end in .toml"),
+        ({"gap": None}, [], "is no diagnosis"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_applied_is_refused_in_one_line(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    more: dict[str, Any],
+    options: list[str],
+    words: str,
+) -> None:
+    path = answer(tmp_path, **{"files": [], **more})
+    assert run(["gap", "apply", str(path), "--out", str(tmp_path / "c.toml"), *options]) not in {
+        0,
+        1,
+    }
+    lines = capsys.readouterr().err.strip().splitlines()
+    assert len(lines) == 1
+    assert words in lines[0]
+    assert not (tmp_path / "c.toml").exists()
+
+
+def test_without_its_runs_a_diagnosis_is_applied_but_not_measured(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, out = answer(tmp_path, ["gone.parquet"]), tmp_path / "c.toml"
+    assert run(["gap", "apply", str(path), "--robot", "config/bigant.toml", "--out", str(out)]) == 0
+    assert "not measured again" in capsys.readouterr().out
+    assert load_robot(out).effects
+
+
+def test_next_ranks_runs_with_their_commands(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    delay = cause("command_delay", 0.04)
+    files = write_runs(tmp_path, (delay,), 2)
+    found = [{"effect": "command_delay", "legs": [], "parameters": {"delay_s": 0.04}}]
+    path = answer(tmp_path, files, causes=found, ambiguous_with=[["command_delay", "servo_lag"]])
+    assert run(["gap", "next", str(path)]) == 0
+    told = capsys.readouterr().out
+    assert "servo_lag (time_constant_s 0.04" in told
+    assert re.search(r"1\. (tripod|metachronal) at", told)
+    assert "   bigant drive --gait " in told
+    assert run(["gap", "next", str(path), "--json", "--against", "servo_speed_limit"]) == 0
+    ranked = json.loads(capsys.readouterr().out)
+    assert [c[0]["effect"] for c in ranked["candidates"]] == [
+        "command_delay", "servo_lag", "servo_speed_limit",
+    ]  # fmt: skip
+    worth = [one["separation"] * one["runs"] / one["minutes"] for one in ranked["runs"]]
+    assert worth == sorted(worth, reverse=True)
+    assert all(one["command"].startswith("bigant drive --gait") for one in ranked["runs"])
+    calm = answer(tmp_path, files, causes=found)
+    assert run(["gap", "next", str(calm)]) == 0
+    assert "nothing is left open" in capsys.readouterr().out
+
+
+@pytest.fixture
+def example(tmp_path: Path) -> Path:
+    """The effect of the documentation."""
+    found = re.search(r"```python\n(.*?)```", DOCS.read_text(encoding="utf-8"), re.DOTALL)
+    assert found
+    path = tmp_path / "worn_crank.py"
+    path.write_text(found.group(1), encoding="utf-8")
+    return path
+
+
+def test_an_effect_of_a_users_own_in_diagnose_and_next(
+    tmp_path: Path, example: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    added = read_effects(example, STAGES, ())
+    files = []
+    for number in range(2):
+        path = tmp_path / f"run{number}.parquet"
+        wrong = (cause("worn_crank", 0.004, legs=("ML",)),)
+        made = walk("tripod", 0.25 + 0.05 * number, 6.0, wrong, noise_seed=number, added=added)
+        write_trial(made, path)
+        files.append(str(path))
+    told, page = tmp_path / "d.json", tmp_path / "d.html"
+    asked = ["--effects", str(example), "--json", str(told), "--html", str(page), "--jobs", "1"]
+    assert run(["gap", "diagnose", *files, *asked]) == 0
+    text = page.read_text(encoding="utf-8")
+    for words in ("worn_crank at ML", "phase from", "class='map'", "class='chain'", "<svg"):
+        assert words in text
+    assert "worn_crank at ML" in capsys.readouterr().out
+    found = json.loads(told.read_text(encoding="utf-8"))
+    named = {(one["effect"], *one["legs"]): one["parameters"] for one in found["causes"]}
+    assert np.isclose(named["worn_crank", "ML"]["play_m"], 0.004, rtol=0.1)
+    assert (
+        run(["gap", "next", str(told), "--effects", str(example), "--against", "leg_length@ML"])
+        == 0
+    )
+    assert "worn_crank at ML (play_m 0.0" in capsys.readouterr().out

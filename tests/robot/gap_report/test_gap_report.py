@@ -1,0 +1,235 @@
+"""What the page and the terminal say of a diagnosis, and how it is drawn."""
+
+import re
+from dataclasses import replace
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gap.diagnosis.ambiguity import Alike
+from gap.diagnosis.detection import Detectable
+from gap.diagnosis.diagnose import diagnose
+from gap.diagnosis.findings import Diagnosis, RivalCause, Verdict
+from gap.diagnosis.verdict import sentence
+from gap.experiments.next_run import NextRun
+from gap.machines.servo_bench.simulator import servo_bench
+from record.trial.trial import read_trial
+from robot.gap_report.figures import draw_traces
+from robot.gap_report.page import diagnosis_page
+from robot.gap_report.page_map import BLACK_FROM
+from robot.gap_report.subject import Subject, file_words, subject_of
+from robot.gap_report.summary import summary_lines
+from robot.gap_report.words import size_words, stage_note
+from tests.robot.gap_report.test_gap_diagnose import write_bench
+
+FILES = tuple(Path(f"run{number}.csv") for number in range(4))
+SUBJECT = Subject("bench", ("arm",), date(2026, 2, 3), FILES, ())
+PLAY = ("play", ("arm",))
+
+
+def bench_diagnosis(folder: Path, width: float) -> Diagnosis:
+    trials = [read_trial(Path(path)) for path in write_bench(folder, width)]
+    return diagnose(trials, servo_bench(trials))
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
+    return bench_diagnosis(tmp_path_factory.mktemp("play"), 0.03)
+
+
+@pytest.fixture(scope="module")
+def nothing(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
+    return bench_diagnosis(tmp_path_factory.mktemp("healthy"), 0.0)
+
+
+@pytest.fixture(scope="module")
+def two(found: Diagnosis) -> Diagnosis:
+    """Two causes, one of which has an open rival."""
+    one = found.causes[0]
+    causes = (one, replace(one, effect="encoder_scale"))
+    d = replace(
+        found, verdict=Verdict.AMBIGUOUS, causes=causes,
+        ambiguous=(Alike(0, "backlash", ("arm",), 4.0, 1.0, 1.0),),
+        ambiguous_of=(PLAY,),
+        rivals=(
+            RivalCause(0, "backlash", ("arm",), 0.3, 1.0, 1.0, PLAY),
+            RivalCause(1, "play", ("arm",), 0.2, 1.0, 1.0, ("encoder_scale", ("arm",))),
+        ),
+    )  # fmt: skip
+    return replace(d, sentence=sentence(d))
+
+
+def plain(page: str) -> str:
+    """The page's text without its style."""
+    return re.sub(r"<[^>]*>", " ", page[page.index("<body>") :])
+
+
+def test_without_a_gap_there_are_no_shares_of_one(nothing: Diagnosis) -> None:
+    assert nothing.verdict is Verdict.NO_GAP
+    page = diagnosis_page(nothing, SUBJECT)
+    text = plain(page)
+    assert "<title>No gap | bench, joint arm | run0.csv, run1.csv, run2.csv and 1 more" in page
+    assert "Nothing stands out." in text
+    assert "times expected" in text
+    for words in ("of the gap", "Before and after", "Where it lies"):
+        assert words not in text
+    assert "class='bar'" not in page
+
+
+def test_with_a_gap_title_and_head_say_what_where_and_of_which_files(found: Diagnosis) -> None:
+    page = diagnosis_page(found, SUBJECT)
+    assert "<title>Explained: play at arm | bench, joint arm | run0.csv" in page
+    text = plain(page)
+    for words in (
+        "bench, joint arm.",
+        "2026-02-03",
+        "of its energy above the floor",
+        "RMS difference",
+    ):
+        assert words in text
+    assert "of each joint in each third of the run" in text
+    assert " leg " not in text
+    assert "gait" not in text
+
+
+def test_many_files_are_counted() -> None:
+    assert file_words([Path(f"toss{n}.parquet") for n in range(114)]) == (
+        "toss0.parquet, toss1.parquet, toss2.parquet and 111 more"
+    )
+
+
+def test_a_machine_without_a_name_is_called_by_its_file(tmp_path: Path) -> None:
+    trial = read_trial(Path(write_bench(tmp_path, 0.0, 1)[0]))
+    assert subject_of(trial, FILES, (), date(2026, 2, 3)).place == "bench, joint arm"
+    named = replace(trial.header, robot_text=f'name = "Rig 2"\n{trial.header.robot_text}')
+    assert subject_of(replace(trial, header=named), FILES, (), date(2026, 2, 3)).machine == "Rig 2"
+
+
+def test_each_rival_is_said_with_its_cause(two: Diagnosis) -> None:
+    assert two.sentence.endswith("These runs cannot tell play at arm from backlash at arm.")
+    rows = re.findall(
+        r"<td>([^<]*)</td><td>([^<]*)</td><td>0\.\d\d</td>", diagnosis_page(two, SUBJECT)
+    )
+    # play was named itself, so it stands in the place of no other
+    assert rows == [("play at arm", "backlash at arm")]
+
+
+def test_one_run_judged_by_its_own_end_is_not_called_runs_kept_back(found: Diagnosis) -> None:
+    d = replace(found, fitted_trials=(0,), held_out_trials=(0,))
+    d = replace(d, sentence=sentence(d))
+    assert "on the last third of the run" in d.sentence
+    for text in (plain(diagnosis_page(d, SUBJECT)), "\n".join(summary_lines(d, FILES))):
+        assert "the last third of the run (run0.csv)" in text
+        assert "runs kept back" not in text
+    assert "on runs kept back" in found.sentence
+
+
+def test_a_cause_that_shows_in_other_stages_is_explained_once(found: Diagnosis) -> None:
+    silent, loud = (
+        next(s for s in found.where.stages if bool(np.isnan(s.own)) is seen)
+        for seen in (True, False)
+    )
+    unseen = replace(found, causes=(replace(found.causes[0], stage=silent.stage),))
+    assert "has no channel of its own" in stage_note(unseen)
+    stages = tuple(replace(s, share=0.0) if s is loud else s for s in found.where.stages)
+    apart = replace(found, where=replace(found.where, stages=stages),
+                    causes=(replace(found.causes[0], stage=loud.stage, shrink=0.42),))  # fmt: skip
+    note = stage_note(apart)
+    assert note.startswith(f"play at arm closes 42%, its stage {loud.stage} has 0%: ")
+    assert note in plain(diagnosis_page(apart, SUBJECT))
+    assert note.split()[0] in "\n".join(summary_lines(apart, FILES))
+    own = replace(found, causes=(replace(found.causes[0], stage=loud.stage),))
+    assert stage_note(own) == ""
+
+
+@pytest.mark.parametrize(
+    ("size", "neutral", "lower", "upper", "unit", "words"),
+    [
+        (0.09, 1.0, 0.1, 3.0, "", "0.910 or 1.090"),
+        (21.1, 0.0, -1.5, 1.5, "", "not within its range (-1.5 to 1.5)"),
+        (0.0123, 0.0, 0.0, 0.2, "s", "0.0123 s"),
+        (0.0123, 0.0, -0.2, 0.2, "m", "+-0.0123 m"),
+        (1.2, 1.0, 0.1, 3.0, "", "2.2"),
+        (np.inf, 1.0, 0.1, 3.0, "", "these runs cannot show it"),
+    ],
+)
+def test_sizes_are_values_that_make_sense(
+    size: float, neutral: float, lower: float, upper: float, unit: str, words: str
+) -> None:
+    assert size_words(Detectable("e", "p", size, unit, neutral, lower, upper)) == words
+
+
+def test_the_terminal_says_how_many_sizes_it_leaves_out(nothing: Diagnosis) -> None:
+    one = Detectable("effect", "p", 0.1, "", 1.0, 0.0, 2.0)
+    lines = summary_lines(replace(nothing, detectable=(one,) * 15), FILES)
+    assert "  and 3 more, in --html and --json" in lines
+
+
+def next_run(number: int, pair: tuple[str, str] = ("delay", "lag"), limits: str = "") -> NextRun:
+    return NextRun(
+        f"run {number}", pair, 30.0, 1, 0.8, limits, "bigant drive --gait tripod --steer 0.5"
+    )
+
+
+def test_the_best_runs_are_shown_with_their_pair_once(two: Diagnosis) -> None:
+    page = diagnosis_page(replace(two, next=tuple(map(next_run, range(8)))), SUBJECT)
+    assert page.count("delay from lag") == 1
+    assert "run 4" in page
+    assert "run 5" not in page
+    assert "3 more in --json" in page
+    assert "<span>--gait</span> <span>tripod</span>" in page
+    assert "beware" not in page
+    assert page.index("Where it lies") < page.index("What to run next")
+    mixed = (next_run(0), next_run(1, ("delay", "skew"), "weigh it"))
+    page = diagnosis_page(replace(two, next=mixed), SUBJECT)
+    assert "delay from lag" in page
+    assert "delay from skew" in page
+    assert "beware" in page
+
+
+@pytest.mark.parametrize("width", [60, 80, 100])
+def test_no_line_but_a_command_is_wider_than_the_terminal(two: Diagnosis, width: int) -> None:
+    d = replace(two, next=(next_run(0, ("a cause " * 9, "another")),), warnings=("word " * 40,))
+    lines = summary_lines(d, FILES, width)
+    text = [line for line in lines if not line.lstrip().startswith("bigant ")]
+    assert 0.8 * width < max(map(len, text)) <= width
+    assert not [line for line in text if line.endswith("+-") or line.lstrip().startswith("+-")]
+
+
+def test_what_is_not_compared_is_grey(found: Diagnosis) -> None:
+    def labels(d: Diagnosis) -> list[str]:
+        (figure,) = draw_traces(d).values()
+        return [text.get_text() for text in figure.legends[0].get_texts()]
+
+    (trace,) = found.far.traces
+    half = np.arange(len(trace.time_s)) < len(trace.time_s) // 2
+    whole = replace(trace, compared=np.ones_like(half))
+    assert "not compared" not in labels(replace(found, far=replace(found.far, traces=(whole,))))
+    part = replace(found, far=replace(found.far, traces=(replace(trace, compared=half),)))
+    assert "not compared" in labels(part)
+
+
+def luminance(colour: np.ndarray) -> float:
+    share = colour / 255.0
+    linear = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
+    return float(linear @ [0.2126, 0.7152, 0.0722])
+
+
+def contrast(one: np.ndarray, other: np.ndarray) -> float:
+    low, high = sorted((luminance(one), luminance(other)))
+    return (high + 0.05) / (low + 0.05)
+
+
+@pytest.mark.parametrize(
+    ("ink", "paper"), [((26, 26, 26), (255, 255, 255)), ((232, 232, 232), (22, 24, 27))]
+)
+def test_letters_of_the_map_can_be_read_on_every_colour(
+    ink: tuple[int, ...], paper: tuple[int, ...]
+) -> None:
+    hot = np.array([213.0, 94.0, 0.0])
+    for heat in np.linspace(0.0, 1.0, 101):
+        cell = heat * hot + (1.0 - heat) * np.array(paper)
+        letters = np.array(ink if heat <= BLACK_FROM else (0, 0, 0))
+        assert contrast(letters, cell) > 4.0, heat

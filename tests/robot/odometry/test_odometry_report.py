@@ -1,0 +1,116 @@
+"""What ``bigant odom`` says of a walk, in a terminal and on a page."""
+
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from model.estimator.settings import EstimatorSettings
+from model.values.estimate import Health
+from record.log.reader import read_log
+from robot.config.robot_file import load_robot, parse_robot
+from robot.odometry.compare import Comparison, compare_ways
+from robot.odometry.figure import drawing
+from robot.odometry.metrics import TrackErrors
+from robot.odometry.page import odometry_page
+from robot.odometry.table import health_rows, table
+from robot.report.run_date import date_words
+
+GOLDEN = Path(__file__).resolve().parents[2] / "replay" / "golden" / "faults.mcap"
+NAMES = ("HL", "ML", "FL", "HR", "MR", "FR")
+WIDE = 116
+
+
+@pytest.fixture(scope="module")
+def found() -> Comparison:
+    """A walk, with a truth and errors that are made up: the log has none."""
+    log = read_log(GOLDEN)
+    config = parse_robot(log.config_text) if log.config_text else load_robot()
+    told = compare_ways(log, config, EstimatorSettings())
+    ticks = len(told.track.t_s)
+    truth = (told.track.pose, told.track.velocity_B, told.track.force_B)
+    nothing = np.full(3, np.nan)
+    errors = tuple(
+        TrackErrors(w.name, nothing, 0.5, -1e-9, np.full(3, -1e-9), np.full((6, 3), np.nan))
+        for w in told.ways
+    )
+    ideal = np.full(ticks, 3.0)
+    return replace(told, truth=truth, errors=errors, twist_nees=ideal, pose_nees=ideal)
+
+
+def with_reasons(found: Comparison, reasons: list[str]) -> Comparison:
+    estimates = list(found.track.estimates)
+    fine = replace(estimates[0], health=Health.OK, reason="")
+    told = [replace(fine, health=Health.DEGRADED, reason=reason) for reason in reasons]
+    rest = [fine] * (len(estimates) - len(told))
+    return replace(found, track=replace(found.track, estimates=(*told, *rest)))
+
+
+def test_a_reason_keeps_its_numbers_and_reasons_that_differ_in_numbers_are_one_row(
+    found: Comparison,
+) -> None:
+    one, two = (f"no encoder reading from {k} of 6 legs" for k in (1, 2))
+    rows = health_rows(with_reasons(found, [two, one, one, "no forces for 0.6 s"]))
+    assert rows[0][0] == "health"
+    assert rows[1:] == [
+        ("degraded", f"{one} (most often; other numbers, too), 3 ticks"),
+        ("degraded", "no forces for 0.6 s, 1 tick"),
+    ]
+
+
+def test_the_page_gives_the_reason_the_forces_the_part_and_what_words_mean(
+    found: Comparison,
+) -> None:
+    why = "no encoder reading from 1 of 6 legs"
+    page = odometry_page(
+        with_reasons(found, [why]), NAMES, Path("a/walk.mcap"), "2026-02-03", everything=True
+    )
+    for words in (
+        why,
+        "a/walk.mcap, 2026-02-03",
+        "Fz, N",
+        "relative pose error",
+        "NEES",
+        "none: the walk is",
+    ):
+        assert words in page, words
+    part = f"{len(found.track.t_s)} of {found.log_ticks} ticks"
+    assert len(found.track.t_s) < found.log_ticks
+    assert part in page
+    assert "nan" not in page
+
+
+def test_a_narrow_terminal_gets_two_tables_with_the_same_numbers(found: Comparison) -> None:
+    wide = table(found, NAMES, everything=True)
+    narrow = table(found, NAMES, everything=True, width=80)
+    assert table(found, NAMES, everything=True, width=WIDE) == wide
+    assert max(map(len, wide)) > 80 >= max(map(len, narrow))
+    assert Counter(" ".join(narrow).split()) - Counter(" ".join(wide).split()) == Counter(
+        " ".join(way.name for way in found.ways).split()
+    )
+
+
+def test_no_minus_before_a_zero_and_no_nan(found: Comparison) -> None:
+    text = "\n".join(table(found, NAMES, everything=True))
+    assert "-0.00" not in text
+    assert "nan" not in text
+
+
+def test_the_picture_names_every_leg_and_says_what_is_stretched(found: Comparison) -> None:
+    path, error, _, friction = drawing(found, NAMES, everything=True).axes
+    legend = friction.get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == list(NAMES)
+    ways = {line.get_color() for line in path.lines}
+    assert not ways & {line.get_color() for line in friction.lines}
+    assert "stretched" in path.get_ylabel()
+    assert "two sd, as the estimator says" in error.get_legend_handles_labels()[1]
+
+
+def test_the_date_of_a_run_is_that_of_its_log_and_virtual_time_has_none() -> None:
+    stamps = {"start_unix_ns": "1767225600000000000"}
+    assert date_words(stamps) == "2026-01-01 00:00:00 UTC"
+    assert "without a date" in date_words({**stamps, "time": "virtual"})
+    assert date_words({}) == "of unknown date"

@@ -1,0 +1,287 @@
+"""Replay finds what has changed and nothing else: in outputs, in bytes, on the robot again."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from model.errors import RecordError
+from model.values.arrays import readonly
+from model.values.faults import StopReason
+from model.values.force_calibration import METHODS, ForceCalibration
+from model.values.tick import Intent, Mode, Tick
+from model.values.wire import Wire
+from record.log.reader import LogContents, read_log, read_ticks
+from record.log.topic_reader import read_wires
+from robot.cli.main import run
+from robot.config.robot_file import DEFAULT_ROBOT_FILE, parse_robot
+from robot.control.controller import Controller
+from robot.replay.bus import replay_bus
+from robot.replay.drive import RecordedOperator, Wishes, read_wishes
+from robot.replay.repeat import turned
+from robot.replay.ticks import replay_log
+from robot.run.header import controller_metadata, rebuild_controller
+from robot.run.operator import Interrupts
+from tests.replay.golden import log_of, replayed, write
+from tests.robot.runs import wish
+
+ROOT = Path(__file__).resolve().parents[3]
+CONFIG_TEXT = DEFAULT_ROBOT_FILE.read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def walk(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A short walk at 20 Hz in virtual time with the bytes of both devices."""
+    path = tmp_path_factory.mktemp("walk") / "walk.mcap"
+    arguments = "drive --cycles 0.2 --virtual-time --rate-hz 20 --seed 4 --record-bytes --log"
+    assert run([*arguments.split(), str(path)]) == 0
+    return path
+
+
+def changed(path: Path, change: Callable[[Tick], Tick]) -> Path:
+    """The golden tripod walk with other ticks."""
+    ticks, controller, calibrations = replayed(log_of("tripod"))
+    write(path, map(change, ticks), controller, calibrations)
+    return path
+
+
+def other_load(tick: Tick, *, by_n: float, at: int = 40) -> Tick:
+    if tick.index != at:
+        return tick
+    load_n = tick.contact.support.load_n.copy()
+    load_n[3] += by_n
+    support = replace(tick.contact.support, load_n=readonly(load_n))
+    return replace(tick, contact=replace(tick.contact, support=support))
+
+
+def test_the_one_number_that_differs_is_named(tmp_path: Path) -> None:
+    found = replay_log(changed(tmp_path / "a.mcap", lambda t: other_load(t, by_n=1e-6)))
+    assert not found.equal
+    assert found.ticks == 90
+    assert found.equal_bits == 89
+    assert found.first is not None
+    assert (found.first.index, found.first.stage, found.first.name) == (40, "support", "load")
+    assert (found.first.element, found.first.unit) == ("HR", "N")
+    assert float(found.first.recorded) == pytest.approx(float(found.first.replayed) + 1e-6)
+    beyond = [(f.name, f.ticks_beyond, f.largest) for f in found.fields if f.ticks_beyond]
+    assert [(name, ticks) for name, ticks, _ in beyond] == [("load", 1)]
+    assert beyond[0][2] == pytest.approx(1e-6)
+
+
+@pytest.mark.parametrize(("scale", "equal"), [(1.0, True), (0.01, False), (0.0, False)])
+def test_rounding_is_tolerated_as_far_as_asked(tmp_path: Path, scale: float, equal: bool) -> None:
+    path = changed(tmp_path / "a.mcap", lambda t: other_load(t, by_n=1e-9))
+    found = replay_log(path, scale=scale)
+    assert found.equal is equal
+    assert found.equal_bits == 89
+
+
+def test_a_number_against_none_is_a_difference(tmp_path: Path) -> None:
+    path = changed(tmp_path / "a.mcap", lambda t: other_load(t, by_n=np.nan))
+    found = replay_log(path, scale=1e9)
+    assert found.first is not None
+    assert found.first.recorded == "absent"
+
+
+def test_a_decision_has_no_tolerance(tmp_path: Path) -> None:
+    path = changed(
+        tmp_path / "a.mcap", lambda t: replace(t, mode=Mode.SLOW) if t.index == 70 else t
+    )
+    found = replay_log(path, scale=1e9)
+    assert found.first is not None
+    assert (found.first.recorded, found.first.replayed) == ("SLOW", "WALK")
+
+
+def test_timing_is_not_compared_but_a_gap_ends_the_replay(tmp_path: Path) -> None:
+    ticks, controller, calibrations = replayed(log_of("tripod"))
+    write(tmp_path / "gap.mcap", [*ticks[:30], *ticks[40:]], controller, calibrations)
+    found = replay_log(tmp_path / "gap.mcap")
+    assert found.equal
+    assert found.ticks == 30
+    assert found.notes == (
+        "ticks 30 to 39 are missing from the log: only what is before them is replayed",
+    )
+    write(tmp_path / "late.mcap", ticks[5:], controller, calibrations)
+    with pytest.raises(RecordError, match="does not begin with tick 0"):
+        replay_log(tmp_path / "late.mcap")
+
+
+def test_another_robot_file_shows_what_it_changes() -> None:
+    heavy = parse_robot(CONFIG_TEXT.replace("mass = 6.5 ", "mass = 6.6 "))
+    found = replay_log(log_of("tripod"), config=heavy)
+    stages = {field.stage for field in found.fields if field.ticks_beyond}
+    assert stages == {"support", "traction", "estimate", "odometry"}
+    assert replay_log(log_of("tripod"), config=parse_robot(CONFIG_TEXT)).equal
+
+
+def test_recorded_bytes_go_through_the_drivers(walk: Path) -> None:
+    found = replay_bus(walk)
+    assert found.equal
+    assert found.wire is None
+    assert found.ticks == len(list(read_ticks(walk)))
+    pieces = read_wires(walk, LogContents())
+    assert found.requests == sum(piece.sent for piece in pieces)
+    assert {piece.wire for piece in pieces} == set(Wire)
+    assert all(field.largest == 0 for field in found.fields)
+
+
+FAULTY = """
+begins = "torque"
+[adapter]
+latency_timer_s = 0.001
+[[fault]]
+kind = "bit_flip"
+start_s = 0.5
+rate = 0.02
+[[fault]]
+kind = "silent_servo"
+servo = 3
+start_s = 2.0
+duration_s = 0.06
+"""
+
+
+def test_damaged_and_missing_replies_are_replayed_too(tmp_path: Path) -> None:
+    scenario, path = tmp_path / "faulty.toml", tmp_path / "faulty.mcap"
+    scenario.write_text(FAULTY, encoding="utf-8")
+    arguments = "drive --cycles 0.1 --virtual-time --rate-hz 20 --record-bytes --scenario"
+    run([*arguments.split(), str(scenario), "--log", str(path)])
+    faulty = [tick for tick in read_ticks(path) if not tick.joints.valid.all()]
+    assert len(faulty) > 3
+    found = replay_bus(path)
+    assert found.wire is None
+    assert found.first is None
+
+
+def test_the_first_other_request_is_shown_with_its_register(walk: Path) -> None:
+    other = parse_robot(CONFIG_TEXT.replace("watchdog = 0.24 ", "watchdog = 0.30 "))
+    found = replay_bus(walk, config=other)
+    assert not found.equal
+    assert found.wire is not None
+    # write to servo 1, register 98 (bus watchdog), 12 and 15 times 20 ms; then the CRC
+    assert found.wire.recorded_hex == "ff ff fd 00 01 06 00 03 62 00 0c 5e e4"
+    assert found.wire.sent_hex == "ff ff fd 00 01 06 00 03 62 00 0f 54 e4"
+    assert found.wire.differs == "write to id 1: bus_watchdog 12 recorded, 15 now"
+
+
+def test_the_same_wishes_on_the_same_robot_give_the_same_run(
+    walk: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    new = tmp_path / "again.mcap"
+    arguments = ["replay", str(walk), "--drive", "--virtual-time", "--seed", "4", "--json"]
+    assert run([*arguments, "--log", str(new)]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [leg["name"] for leg in found["legs"]] == ["HL", "ML", "FL", "HR", "MR", "FR"]
+    for leg in found["legs"]:
+        assert [leg["sent_rad"], leg["angle_rad"], *leg["force_n"]] == [0.0] * 5
+    assert found["old_way"] == found["new_way"]
+    assert Path(found["pictures"][0]).read_text().count("<svg") == 2
+    np.testing.assert_array_equal(read_log(walk).angle_rad, read_log(new).angle_rad)
+
+
+def test_another_seed_is_another_measurement(
+    walk: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["replay", str(walk), "--drive", "--virtual-time", "--seed", "5", "--json"]
+    assert run([*arguments, "--log", str(tmp_path / "b.mcap")]) == 0
+    legs = json.loads(capsys.readouterr().out)["legs"]
+    assert all(0.01 < leg["force_n"][2] < 0.2 for leg in legs), "noise of the sensors, in newtons"
+
+
+def test_real_hardware_has_to_be_armed(walk: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["replay", str(walk), "--drive", "--hardware", "/dev/nonexistent"]) == 2
+    assert "--armed" in capsys.readouterr().err
+
+
+def test_recorded_wishes_come_at_their_times_and_ctrl_c_comes_first(walk: Path) -> None:
+    read = read_wishes(walk, LogContents())
+    assert [r.intent for r in read.requests] == [Intent.WALK, Intent.STOP]
+    wishes = Wishes((0, 10), (wish(Intent.STAND), wish(Intent.WALK)), end_ns=20)
+    interrupts = Interrupts()
+    operator = RecordedOperator(wishes, interrupts)
+    told = [operator.request(None, 1000 + t_ns) for t_ns in (0, 9, 10, 20, 21)]
+    assert [t.intent for t in told] == [
+        Intent.STAND, Intent.STAND, Intent.WALK, Intent.WALK, Intent.STOP,
+    ]  # fmt: skip
+    assert told[-1].reason is StopReason.COMPLETED
+    interrupts.count = 2
+    assert operator.request(None, 1010).intent is Intent.CUT
+
+
+def test_whole_turns_of_a_servo_are_no_difference() -> None:
+    np.testing.assert_allclose(turned(np.array([2 * np.pi + 0.1, -0.2])), [0.1, -0.2], atol=1e-12)
+
+
+def test_the_command_says_it_and_its_exit_code_too(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["replay", str(log_of("faults"))]) == 0
+    assert "equal: 90 ticks, 8.9 s" in capsys.readouterr().out
+    path = changed(tmp_path / "a.mcap", lambda t: other_load(t, by_n=1.0))
+    assert run(["replay", str(path)]) == 1
+    said = capsys.readouterr().out
+    assert "first difference: 4.016 s (tick 40), support, load of HR: recorded" in said
+    assert run(["replay", str(path), "--json"]) == 1
+    found = json.loads(capsys.readouterr().out)
+    assert found["first"]["element"] == "HR"
+    assert run(["replay", str(tmp_path / "none.mcap")]) == 4
+    assert run(["replay", str(log_of("faults")), "--bus"]) == 4
+    assert "--record-bytes" in capsys.readouterr().err
+    assert run(["replay", str(log_of("faults")), "--armed"]) == 2
+
+
+USERS_TEST = """
+def test_our_run(assert_replays):
+    assert_replays("ours.mcap")
+
+def test_the_changed_one(assert_replays):
+    assert_replays("changed.mcap")
+"""
+
+
+def test_a_lab_adds_its_log_in_three_lines(tmp_path: Path) -> None:
+    (tmp_path / "ours.mcap").write_bytes(log_of("tripod").read_bytes())
+    changed(tmp_path / "changed.mcap", lambda t: other_load(t, by_n=1.0))
+    (tmp_path / "test_ours.py").write_text(USERS_TEST)
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "robot.replay.pytest_plugin"]
+    done = subprocess.run(
+        [*command, "-p", "no:cacheprovider", "--rootdir", str(tmp_path), str(tmp_path)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert "1 failed, 1 passed" in done.stdout, done.stdout + done.stderr
+    assert "changed.mcap does not replay equal" in done.stdout
+    assert "first difference: 4.016 s (tick 40), support, load of HR" in done.stdout
+
+
+def test_the_log_s_own_calibration_of_the_sensors_comes_back() -> None:
+    names = ("HL", "ML", "FL", "HR", "MR", "FR")
+    rng = np.random.default_rng(1)
+    in_use = ForceCalibration(
+        legs=names,
+        serials=("FT1", "", "", "", "", ""),
+        unloaded=readonly(rng.normal(size=(6, 6, 3))),
+        correction=readonly(rng.normal(size=(6, 6, 6))),
+        standard_error=readonly(np.full((6, 6), np.nan)),
+        method=METHODS[0],
+        date="2026-01-01",
+        logs=("a.mcap",),
+    )
+    plain = parse_robot(CONFIG_TEXT)
+    config = replace(plain, force_sensor=replace(plain.force_sensor, calibration=in_use))
+    controller = Controller(config, (None,) * 6, armed=True, rate_hz=50)
+    metadata = controller_metadata(controller, (None,) * 6)
+    rebuilt = rebuild_controller(LogContents(config_text=CONFIG_TEXT, metadata=metadata))
+    found = rebuilt.controller.config.force_sensor.calibration
+    assert found is not None
+    np.testing.assert_array_equal(found.unloaded, in_use.unloaded)
+    np.testing.assert_array_equal(found.correction, in_use.correction)
+    assert rebuilt.controller.rate_hz == 50
+    assert rebuilt.notes == ()

@@ -1,0 +1,59 @@
+"""Every fault of the catalogue on the whole loop: what is expected, and what the documentation says."""
+
+import pytest
+
+from benchmarks.fault_matrix import (
+    CASES,
+    COUNTED,
+    STREAM_COUNTED,
+    Case,
+    Row,
+    committed,
+    driver_words,
+    matrix_page,
+    run_case,
+)
+from model.values.faults import FaultKind, StopReason
+from sim_hw.faults.catalog import KINDS
+
+# A stop that needs no settling on all feet is over within so long of its cause.
+SOON_S = {StopReason.LINK_LOST: 0.05, StopReason.SERVO_LOST: 2.5, StopReason.SERVO_FAULT: 2.5}
+
+
+def names(case: Case) -> str:
+    return f"{case.kind}: {case.what}"
+
+
+def test_every_kind_is_in_the_matrix() -> None:
+    assert {case.kind for case in CASES} == set(KINDS)
+
+
+def test_the_page_counts_cases_and_kinds() -> None:
+    assert f"{len(CASES)} scripted cases of {len(KINDS)} kinds" in matrix_page(committed())
+
+
+def test_one_of_a_kind_is_no_plural() -> None:
+    moved = {STREAM_COUNTED["restarts"]: 1, STREAM_COUNTED["missing"]: 26, COUNTED["timeouts"]: 0}
+    assert driver_words(moved) == "1 restart of the stream, 26 samples missing"
+
+
+@pytest.mark.parametrize("case", CASES, ids=names)
+def test_the_robot_does_what_it_should_and_the_page_says_so(case: Case) -> None:
+    row = run_case(case)
+    assert row.begun is not bool(case.refused)
+    if case.refused:
+        assert case.refused in row.words
+    else:
+        assert row.reason is case.reason, row.words
+        assert case.reported <= {FaultKind[name] for name in row.reported}
+        _check_stop(row)
+    cells = committed()[CASES.index(case)]
+    assert (cells[0], cells[1], cells[3], cells[4]) == row.decisions, "make reliability"
+
+
+def _check_stop(row: Row) -> None:
+    if row.reason is StopReason.COMPLETED:
+        return
+    assert row.words, "every stop has a cause in words"
+    assert row.path[-1] == ("LIMP" if row.reason is StopReason.LINK_LOST else "HOLD")
+    assert row.safe_s < SOON_S.get(row.reason, 15.0)

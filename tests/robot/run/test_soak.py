@@ -1,0 +1,52 @@
+"""A minute of the soak: nothing wrong passes for right, and the witness would see it if it did."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.soak import RUN_S, Findings, MarkedBench, Witness, random_faults, soak
+from sim_hw.dynamixel.firmware import FirmwareBank
+from sim_hw.faults.catalog import KINDS
+from tests.record.ticks import make_tick
+
+
+@pytest.mark.slow
+def test_a_minute_of_faults() -> None:
+    found = soak(60.0, seed=5)
+    assert found.surprises == []
+    assert found.wrong_readings == found.wrong_records == 0
+    assert found.readings > 20_000
+    assert found.records > 3_000
+    assert found.faults["SERVO_SILENT"] > 300, "the faults were there"
+    assert found.reasons.total() + found.refused.total() == found.runs
+
+
+def test_every_kind_of_fault_is_in_a_run() -> None:
+    faults = random_faults(np.random.default_rng(1))
+    assert {type(fault) for fault in faults} == set(KINDS.values())
+    assert all(fault.start_s < RUN_S for fault in faults)
+
+
+def test_the_witness_sees_a_stale_reading() -> None:
+    world, findings = MarkedBench(FirmwareBank(6), np.full(6, 2048), 60.0, 1), Findings()
+    witness = Witness(world, findings)
+    world.advance_to(0)
+    world.advance_to(100_000_000)
+    base = make_tick(0)
+    assert base.inputs.servos is not None
+    for age_ns, wrong in ((0, 0), (30_000_000, 6)):
+        world.advance_to(world.past[-1][0] + 40_000_000)
+        now_ns = world.past[-1][0]
+        _, there, flowing = next(s for s in world.past if s[0] == now_ns - age_ns)
+        servos = replace(
+            base.inputs.servos,
+            t_ns=now_ns,
+            position_ticks=np.rint(there).astype(np.int64),
+            current_counts=np.rint(flowing / 3.36e-3).astype(np.int64),
+            valid=np.ones(6, dtype=bool),
+        )
+        tick = replace(base, t_ns=now_ns, inputs=replace(base.inputs, servos=servos, forces=()))
+        before = findings.wrong_readings
+        witness.write(tick)
+        assert findings.wrong_readings - before == wrong
