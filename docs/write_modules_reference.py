@@ -25,13 +25,16 @@ def page() -> str:
     """Return the page."""
     parts = [HEAD]
     for folder in FOLDERS:
-        files = sorted((ROOT / folder).rglob("*.py"))
-        rows = [(_name(file), _idea(file)) for file in files if file.name != "__init__.py"]
-        about = _idea(ROOT / folder / "__init__.py")
-        parts += [f"## {folder}\n", *([f"{about}\n"] if about else [])]
-        parts += ["| module | its idea |", "|---|---|"]
-        parts += [f"| `{name}` | {idea} |" for name, idea in rows]
-        parts.append("")
+        doors = sorted((ROOT / folder).rglob("__init__.py"))
+        for door in doors:
+            parts += [f"{'##' if door.parent.name == folder else '###'} {_name(door.parent)}\n"]
+            parts += [f"{about}\n" for about in [_idea(door)] if about]
+            rows = [(_name(file), _idea(file)) for file in sorted(door.parent.glob("*.py"))]
+            rows = [(name, idea) for name, idea in rows if not name.endswith("__init__")]
+            if rows:
+                parts += ["| module | its idea |", "|---|---|"]
+                parts += [f"| `{name}` | {idea} |" for name, idea in rows]
+                parts.append("")
     return "\n".join(parts)
 
 

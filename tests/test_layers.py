@@ -9,7 +9,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 OURS = ("robot", "model", "gaits", "drivers", "record", "sim_hw", "gap")
-SOURCES = sorted(p for folder in OURS for p in (ROOT / folder).glob("*.py"))
+SOURCES = sorted(p for folder in OURS for p in (ROOT / folder).rglob("*.py"))
 
 
 def tracked_texts() -> list[Path]:
@@ -28,7 +28,7 @@ def test_no_installed_package_uses_our_names() -> None:
     assert not {name: found for name, found in others.items() if found}
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=lambda p: f"{p.parent.name}/{p.name}")
+@pytest.mark.parametrize("path", SOURCES, ids=lambda p: p.relative_to(ROOT).as_posix())
 def test_a_module_holds_one_idea(path: Path) -> None:
     assert len(path.read_text(encoding="utf-8").splitlines()) <= 450, "is it one idea?"
     assert not re.match(r"(utils?|helpers?|common|misc|manager)", path.stem)

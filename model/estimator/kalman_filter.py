@@ -1,5 +1,4 @@
-"""filterpy's extended Kalman filter with its two methods compiled; known to ``model.estimator.kalman``
-only.
+"""filterpy's extended Kalman filter with its two methods compiled; known to ``kalman`` only.
 
 filterpy's object keeps mean, covariance and everything else that it makes public. What runs in it every
 tick is ours: the same prediction and update as filterpy's own, to which tests hold them, at a tenth of

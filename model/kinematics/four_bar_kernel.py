@@ -1,5 +1,4 @@
-"""The four-bar of ``model.kinematics.four_bar`` for the legs of one frame, compiled, as the loop asks for
-it."""
+"""The four-bar of ``model.kinematics.four_bar`` for the legs of one frame, compiled for the loop."""
 
 import numpy as np
 

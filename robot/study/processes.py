@@ -151,8 +151,7 @@ class ModelProcesses:
         *,
         law: FrictionLaw = FrictionLaw.VISCOUS,
     ) -> FrameSolutions:
-        """Do what ``model.quasistatic.frames.solve_frames`` does, on level ground; contacts must be proper
-        ones.
+        """Do what ``model.quasistatic.frames.solve_frames`` does, on level ground, with proper contacts.
 
         Args:
             room: Filled with feet.
