@@ -152,7 +152,7 @@ def test_pages_of_modules_are_made_from_their_docstrings(tmp_path: Path) -> None
     pdoc = pytest.importorskip("pdoc")
     pdoc.render.configure(docformat="google", show_source=False)
     pdoc.pdoc("model.kinematics.four_bar", "record.log.reader", output_directory=tmp_path)
-    page = (tmp_path / "model" / "linkage.html").read_text(encoding="utf-8")
+    page = (tmp_path / "model" / "kinematics" / "four_bar.html").read_text(encoding="utf-8")
     assert "linkage_pose" in page
     assert "Shaft angles, any shape" in page
 

@@ -159,7 +159,7 @@ import numpy as np
 from model.compiled import COMPILED
 from model.quasistatic.frames import FrictionLaw, solve_frames
 from model.quasistatic.frame import prepare, solve_frame
-from model.values import FootMotion
+from model.values.legs import FootMotion
 from tests.model.coulomb_frames import frames
 from tests.model.test_frames import WEIGHT_N, contact
 assert not COMPILED

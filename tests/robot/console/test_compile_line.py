@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parents[3]
 # The smallest kernel there is, in a process that has never compiled it and no patience at all.
 FIRST_RUN = """
 import sys
-from robot import progress
+from robot.console import progress
 from robot.console.compile_line import show_compiling
 progress.FIRST_S = 0.0
 show_compiling()
