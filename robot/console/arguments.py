@@ -1,9 +1,26 @@
 """Arguments that several commands share: robot file, scenario, walk. Imports nothing heavy."""
 
 import argparse
+from dataclasses import fields
 from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+Request = TypeVar("Request", bound="DataclassInstance")
 
 GAITS = ("tripod", "metachronal")
+
+
+def parsed(options: argparse.Namespace, kind: type[Request]) -> Request:
+    """Return what was asked for as a command's own frozen dataclass; the parser's values end here.
+
+    Args:
+        options: What the parser returned.
+        kind: The dataclass; each of its fields is named like an option of the command.
+    """
+    return kind(**{field.name: getattr(options, field.name) for field in fields(kind)})
 
 
 def add_robot(parser: argparse.ArgumentParser) -> None:
