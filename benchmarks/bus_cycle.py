@@ -29,11 +29,11 @@ from model.values.arrays import readonly
 from model.values.legs import JointCommand
 from model.values.readings import ForceRecord
 from robot.config.robot_file import RobotConfig, load_robot
+from sim_hw.assumed import ServoAssumed
 from sim_hw.clock import VirtualClock
 from sim_hw.dynamixel.bus import VirtualServoBus
 from sim_hw.dynamixel.firmware import FirmwareBank
 from sim_hw.dynamixel.port import MemoryPort
-from sim_hw.host.assumed import ServoAssumed
 from sim_hw.host.bench_world import BenchWorld
 
 BAUDS = (1_000_000, 3_000_000)

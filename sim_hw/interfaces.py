@@ -5,13 +5,10 @@ whoever hosts them (the device process, a test) sees a device only as something 
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from model.values.arrays import BoolArray, FloatArray
 from model.values.readings import BodyTruth
-
-if TYPE_CHECKING:
-    from sim_hw.ati.unit import VirtualWnet
 
 
 class MotorWorld(Protocol):
@@ -126,31 +123,6 @@ class ConsoleEnd(Protocol):
 
     def next_due_ns(self) -> int | None:
         """When there may be something to take, None if nothing is waiting."""
-        ...
-
-
-class WnetWire(Protocol):
-    """The force-torque unit as the host's end sees it: commands in, datagrams out, a console beside."""
-
-    @property
-    def unit(self) -> "VirtualWnet":
-        """The unit itself."""
-        ...
-
-    def command(self, data: bytes, t_ns: int, host_port: int) -> bool:
-        """Take a command sent from a port; return whether that is where datagrams go from now on."""
-        ...
-
-    def poll(self, t_ns: int) -> list[tuple[int, bytes]]:
-        """Return the datagrams that have arrived by a time: when each did, and its bytes."""
-        ...
-
-    def next_due_ns(self) -> int | None:
-        """When the next datagram may be due, None if none is."""
-        ...
-
-    def wrap_console(self, end: ConsoleEnd) -> ConsoleEnd:
-        """Return a console session as this wire carries it."""
         ...
 
 

@@ -6,7 +6,7 @@ from math import isfinite
 import numpy as np
 
 from drivers.ati.calibration import Calibration
-from drivers.settings import ForceSensorSettings
+from drivers.ati.settings import ForceSensorSettings
 from model.values.arrays import FloatArray, readonly
 from model.values.legs import FootForces
 from model.values.readings import ForceRecord

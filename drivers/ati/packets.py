@@ -6,6 +6,7 @@ TAMS-Group/tams_wireless_ft (firmware 2.1.27). What those leave open is said whe
 
 import enum
 import struct
+from binascii import crc_hqx
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,25 +36,9 @@ class Command(enum.IntEnum):
     RESET_CONSOLE = 5
 
 
-def _crc_table() -> tuple[int, ...]:
-    table = []
-    for byte in range(256):
-        value = byte << 8
-        for _ in range(8):
-            value = ((value << 1) ^ 0x1021 if value & 0x8000 else value << 1) & 0xFFFF
-        table.append(value)
-    return tuple(table)
-
-
-_CRC_TABLE = _crc_table()
-
-
 def crc16(data: bytes) -> int:
     """CRC-16, polynomial 0x1021, initial 0x1234, most significant bit first; check value 0xEDEB."""
-    crc = 0x1234
-    for byte in data:
-        crc = ((crc << 8) & 0xFFFF) ^ _CRC_TABLE[(crc >> 8) ^ byte]
-    return crc
+    return crc_hqx(data, 0x1234)
 
 
 def build_command(command: Command, samples: int | None = None, sequence: int = 0) -> bytes:

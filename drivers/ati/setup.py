@@ -4,8 +4,8 @@ from drivers.ati.calibration import Calibration, parse_cal
 from drivers.ati.console import Console
 from drivers.ati.links import DatagramLink
 from drivers.ati.packets import Command, build_command
+from drivers.ati.settings import ForceSensorSettings
 from drivers.clock import Clock
-from drivers.settings import ForceSensorSettings
 from model.errors import ForceStreamError
 
 RESETS = 3

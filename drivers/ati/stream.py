@@ -14,12 +14,20 @@ from drivers.ati.calibration import Calibration
 from drivers.ati.clock import ClockEstimate, DeviceClock
 from drivers.ati.console import Console
 from drivers.ati.links import DatagramLink, TextLink
-from drivers.ati.packets import Arrival, Command, Malformed, build_command, parse_datagram
+from drivers.ati.packets import (
+    Arrival,
+    Command,
+    Led,
+    Malformed,
+    battery_led,
+    build_command,
+    parse_datagram,
+)
 from drivers.ati.repair import Background, Repair, Repaired, in_thread
 from drivers.ati.sequence import SequenceWatch
+from drivers.ati.settings import ForceSensorSettings
 from drivers.ati.setup import free_console, set_up
 from drivers.clock import Clock
-from drivers.settings import ForceSensorSettings
 from model.errors import ForceStreamError
 from model.values.arrays import IntArray, readonly
 from model.values.faults import Fault, FaultKind
@@ -32,8 +40,6 @@ FIRST_RESTART_S = 0.25
 LONGEST_RESTART_S = 4.0
 # Silent for so long in spite of start packets: the unit needs more than those.
 REPAIR_AFTER_S = 1.0
-# The battery's light in the first status word: its only sign of being low.
-BATTERY_LED_SHIFT, LED_BITS, LED_RED = 10, 0b11, 1
 STOPS = 3  # the unit sends for ever if the only stop is lost in the air
 
 
@@ -191,7 +197,7 @@ class ForceStream:
             elif number and record.saturated[number - 1]:
                 detail = f"transducer {number} is saturated"
                 self._faults.append(Fault(FaultKind.FORCE_SATURATED, leg, detail))
-        if int(record.status[0]) >> BATTERY_LED_SHIFT & LED_BITS == LED_RED:
+        if battery_led(int(record.status[0])) is Led.RED:
             detail = f"its battery light is red (level {record.battery}): charge it"
             self._faults.append(Fault(FaultKind.FORCE_BATTERY, "force unit", detail))
 

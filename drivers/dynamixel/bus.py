@@ -27,6 +27,7 @@ from drivers.dynamixel.mx106 import (
 from drivers.dynamixel.packets import Answer
 from drivers.dynamixel.port import ClockedPort
 from drivers.dynamixel.requests import ServoRequests
+from drivers.dynamixel.settings import ServoBusSettings
 from drivers.dynamixel.setup import (
     BusReport,
     checked_servos,
@@ -35,7 +36,6 @@ from drivers.dynamixel.setup import (
     hold_at,
 )
 from drivers.dynamixel.stats import BusStats
-from drivers.settings import ServoBusSettings
 from model.errors import BusError
 from model.values.arrays import BoolArray, IntArray, readonly
 from model.values.legs import JointCommand

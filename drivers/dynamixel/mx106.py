@@ -11,7 +11,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from drivers.settings import ServoBusSettings
+from drivers.dynamixel.settings import ServoBusSettings
 from model.values.arrays import FloatArray, IntArray, readonly
 from model.values.legs import JointState
 from model.values.readings import ServoReadings

@@ -1,27 +1,22 @@
-"""The SDK's protocol 2.0 packet handler, put right.
+"""Protocol 2.0 requests over one port: sent stuffed, answered by whoever was asked, or not at all.
 
-Replaced are the two methods that every request of the SDK goes through: ``txPacket`` (the original
-computes the stuffing and sends the packet without it) and ``rxPacket`` (its unstuffing is not the
-inverse of stuffing, and it leaves the port marked busy when an exception passes), and the two that
-hand out data without a look at length and error byte. ``drivers.dynamixel.requests`` stands on top.
+The SDK's own packet handler is not used: it computes the stuffing and sends the packet without it, its
+unstuffing is no inverse of stuffing, and it hands out data without a look at length and error byte. Tests
+hold ours to it where it is right. ``drivers.dynamixel.requests`` stands on top.
 """
 
 from collections import deque
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from dynamixel_sdk import (
-    COMM_NOT_AVAILABLE,
     COMM_RX_CORRUPT,
     COMM_RX_TIMEOUT,
     COMM_SUCCESS,
     COMM_TX_FAIL,
-    Protocol2PacketHandler,
 )
 
 from drivers.dynamixel.frames import (
     ALERT,
-    BROADCAST_ID,
     OUTSIDE,
     BadFrame,
     Frame,
@@ -29,7 +24,6 @@ from drivers.dynamixel.frames import (
     Instruction,
     StatusError,
     build_instruction,
-    build_status,
 )
 from drivers.dynamixel.port import ClockedPort
 from drivers.dynamixel.stats import BusCounters
@@ -75,11 +69,10 @@ class Answer:
             return f"error {number}"
 
 
-class PacketHandler(Protocol2PacketHandler):  # type: ignore[misc]  # the SDK is not typed
+class PacketHandler:
     """Protocol 2.0 over one port. Not for two threads at once."""
 
     def __init__(self) -> None:
-        super().__init__()
         self.counters = BusCounters()
         self._parser = FrameParser()
         self._frames: deque[Frame | BadFrame] = deque()
@@ -94,43 +87,6 @@ class PacketHandler(Protocol2PacketHandler):  # type: ignore[misc]  # the SDK is
     def note_missing(self, port: ClockedPort) -> None:
         """Take note that an answer has failed to come."""
         self._owed_until_ns = port.clock.now_ns() + OWED_NS
-
-    # What the SDK's own requests (ping, reboot, clearMultiTurn, ...) go through.
-
-    def txPacket(self, port: ClockedPort, txpacket: Sequence[int]) -> int:  # noqa: N802
-        """Send a request that the SDK has laid out: header and CRC are made here, stuffing too."""
-        length = txpacket[5] | txpacket[6] << 8
-        payload = bytes(txpacket[7 : 7 + length - 2])
-        return self.send(port, build_instruction(txpacket[4], payload[0], payload[1:]))
-
-    def rxPacket(  # noqa: N802
-        self, port: ClockedPort, _fast_option: bool = False
-    ) -> tuple[list[int], int]:
-        """Return the next status frame, unstuffed, laid out as the SDK expects it."""
-        frame, code = self.next_status(port)
-        if frame is None:
-            return [], code
-        head = build_status(frame.servo_id, frame.error or 0)[: STATUS_BYTES - 2]
-        packet = [*head, *frame.parameters, 0, 0]  # nobody looks at the CRC any more
-        packet[5], packet[6] = (len(packet) - 7) & 0xFF, (len(packet) - 7) >> 8
-        return packet, code
-
-    def readTxRx(  # noqa: N802
-        self, port: ClockedPort, dxl_id: int, address: int, length: int
-    ) -> tuple[list[int], int, int]:
-        """Read; an answer that reports an error or has another length is no success."""
-        if dxl_id >= BROADCAST_ID:
-            return [], COMM_NOT_AVAILABLE, 0
-        parameters = address.to_bytes(2, "little") + length.to_bytes(2, "little")
-        return _as_sdk(self.request(port, dxl_id, Instruction.READ, parameters, length))
-
-    def readRx(  # noqa: N802
-        self, port: ClockedPort, dxl_id: int, length: int
-    ) -> tuple[list[int], int, int]:
-        """Take the answer to a read sent before; see ``readTxRx``."""
-        return _as_sdk(self.answer(port, dxl_id, length))
-
-    # The wire.
 
     def request(
         self, port: ClockedPort, servo_id: int, instruction: int, parameters: bytes, length: int
@@ -225,10 +181,3 @@ class PacketHandler(Protocol2PacketHandler):  # type: ignore[misc]  # the SDK is
 def _is_status(item: Frame | BadFrame) -> bool:
     """Tell a reply from damage, and from the echo of a request that some adapters give."""
     return isinstance(item, Frame) and item.instruction == Instruction.STATUS
-
-
-def _as_sdk(answer: Answer) -> tuple[list[int], int, int]:
-    """Lay an answer out as the SDK's helpers expect it; they index into data upon success."""
-    if answer.data is None and answer.code == COMM_SUCCESS:
-        return [], COMM_RX_CORRUPT, answer.error
-    return list(answer.data or b""), answer.code, answer.error

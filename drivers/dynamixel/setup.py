@@ -23,7 +23,7 @@ from drivers.dynamixel.mx106 import (
 from drivers.dynamixel.packets import Answer
 from drivers.dynamixel.port import ClockedPort
 from drivers.dynamixel.requests import ServoRequests
-from drivers.settings import ServoBusSettings
+from drivers.dynamixel.settings import ServoBusSettings
 from model.errors import BusError
 
 PING_TRIES = 5

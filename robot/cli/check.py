@@ -28,7 +28,7 @@ from robot.console.arguments import add_robot
 from robot.console.exit_codes import ExitCode
 
 if TYPE_CHECKING:
-    from drivers.settings import ForceSensorSettings
+    from drivers.ati.settings import ForceSensorSettings
     from robot.bringup.preflight.loop import LoopFigures
     from robot.config.robot_file import RobotConfig
 

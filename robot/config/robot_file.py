@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from drivers.settings import ForceSensorSettings, ServoBusSettings
+from drivers.ati.settings import ForceSensorSettings
+from drivers.dynamixel.settings import ServoBusSettings
 from gaits.catalog import make_gait
 from model.errors import ConfigError
 from model.parameters.effects import read_effects

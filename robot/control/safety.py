@@ -10,7 +10,7 @@ from math import isfinite
 import numpy as np
 
 from drivers.dynamixel.mx106 import EXTENDED_POSITION_LIMIT, TICKS_PER_TURN
-from drivers.settings import ServoBusSettings
+from drivers.dynamixel.settings import ServoBusSettings
 from model.values.arrays import BoolArray, IntArray
 from model.values.faults import Fault, FaultKind
 from model.values.legs import JointCommand, JointState

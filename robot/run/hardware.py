@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 
 from drivers.ati.calibration import Calibration
 from drivers.ati.links import DatagramLink, TcpTextLink, TextLink, UdpLink
+from drivers.ati.settings import ForceSensorSettings
 from drivers.ati.setup import free_console
 from drivers.ati.stream import ForceStream
 from drivers.clock import Clock, MonotonicClock
 from drivers.dynamixel.bus import ServoBus
 from drivers.dynamixel.port import BusPort, ClockedPort
-from drivers.settings import ForceSensorSettings
 from drivers.wire.tap import TappedDatagrams, TappedText, WireTap
 from model.values.readings import BodyTruth
 from robot.config.robot_file import RobotConfig

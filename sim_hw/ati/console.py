@@ -1,7 +1,7 @@
 """The virtual unit's console: echo, lines, prompt. Texts follow a real session with firmware 2.1.27.
 
 Answers to setters that no source shows (T ON, XPWR, FILTER, BIAS) are our own; those to an empty line and
-to unknown commands, banner and blank lines are settings in ``sim_hw.host.assumed.WnetAssumed``.
+to unknown commands, banner and blank lines are settings in ``sim_hw.assumed.WnetAssumed``.
 """
 
 from collections.abc import Callable, Sequence
@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 from drivers.ati.calibration import AXES
 from sim_hw.ati.unit import COUNTS_PER_UNIT, MAX_RATING, VirtualWnet
-from sim_hw.interfaces import ConsoleEnd, WnetWire
+from sim_hw.ati.wire import WnetWire
+from sim_hw.interfaces import ConsoleEnd
 
 PROMPT = b">"
 BANNER = b"WLAN:  2026 Jan  1 00:00:00 Telnet connection opened by client\r\n\r\n>"

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 from drivers.ati.discovery import FoundUnit, answer, question
 from sim_hw.ati.console import open_console
-from sim_hw.interfaces import ConsoleEnd, WnetWire
+from sim_hw.ati.wire import WnetWire
+from sim_hw.interfaces import ConsoleEnd
 
 LOOPBACK = "127.0.0.1"
 RECEIVE_BYTES = 2048

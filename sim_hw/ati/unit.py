@@ -2,7 +2,7 @@
 
 No input or output of its own: ``sim_hw.ati.sockets`` and ``sim_hw.ati.memory`` carry its bytes. What no
 source tells (does a start reset the sequence number? are commands acknowledged?) is a setting in
-``sim_hw.host.assumed.WnetAssumed``.
+``sim_hw.assumed.WnetAssumed``.
 """
 
 from collections import deque
@@ -21,7 +21,7 @@ from drivers.ati.packets import (
 )
 from model.values.arrays import IntArray
 from model.values.readings import ForceRecord
-from sim_hw.host.assumed import WNET_ASSUMED, WnetAssumed
+from sim_hw.assumed import WNET_ASSUMED, WnetAssumed
 from sim_hw.interfaces import ConsoleEnd, WrenchSource
 
 DEFAULT_RATE_HZ = 125
@@ -108,7 +108,7 @@ class VirtualWnet:
 
     @property
     def unit(self) -> "VirtualWnet":
-        """The unit itself; see ``sim_hw.interfaces.WnetWire``."""
+        """The unit itself; see ``sim_hw.ati.wire.WnetWire``."""
         return self
 
     def wrap_console(self, end: ConsoleEnd) -> ConsoleEnd:

@@ -2,7 +2,7 @@
 
 Bytes go in with the time at which they were sent, answers come out with the time at which their last
 byte is on the wire: ten bits a byte, the servo's return delay, and about 50 us of its own work. Source:
-ROBOTIS e-manual, MX-106(2.0) and "Protocol 2.0"; what it does not publish is in ``sim_hw.host.assumed``, or
+ROBOTIS e-manual, MX-106(2.0) and "Protocol 2.0"; what it does not publish is in ``sim_hw.assumed``, or
 marked where it is decided. That the answer to a write of the id comes from the old id is assumed.
 """
 
@@ -21,9 +21,9 @@ from drivers.dynamixel.frames import (
     build_status,
 )
 from drivers.dynamixel.mx106 import BAUD_CODES, RETURN_DELAY_UNIT_S
+from sim_hw.assumed import SERVO_ASSUMED, ServoAssumed
 from sim_hw.dynamixel.firmware import FirmwareBank
 from sim_hw.dynamixel.servo import VirtualServo
-from sim_hw.host.assumed import SERVO_ASSUMED, ServoAssumed
 from sim_hw.interfaces import MotorWorld
 
 BITS_PER_BYTE = 10

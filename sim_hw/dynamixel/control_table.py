@@ -8,7 +8,7 @@ where only a part of a register is mapped; that too is assumed.
 
 from drivers.dynamixel.frames import StatusError
 from drivers.dynamixel.mx106 import MODEL_NUMBER, REGISTER, REGISTERS, Register
-from sim_hw.host.assumed import SERVO_ASSUMED, ServoAssumed
+from sim_hw.assumed import SERVO_ASSUMED, ServoAssumed
 
 SIZE = 662
 # Registers that hold a limit of others; exceeding one is Data Limit, not Data Range.

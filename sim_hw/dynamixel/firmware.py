@@ -17,7 +17,7 @@ from drivers.dynamixel.mx106 import (
 )
 from model.compiled import compiled
 from model.values.arrays import BoolArray, FloatArray, IntArray
-from sim_hw.twin.goal_path import GoalPath
+from sim_hw.dynamixel.goal_path import GoalPath
 
 # Acceleration unit: 1 count of velocity in 64 ms.
 ACCELERATION_UNIT_RAD_S2 = VELOCITY_UNIT_RAD_S / 0.064

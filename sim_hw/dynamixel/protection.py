@@ -5,8 +5,8 @@ current above a limit for some seconds (``ServoAssumed``), and the voltage error
 """
 
 from drivers.dynamixel.mx106 import VOLTAGE_UNIT_V, HardwareError
+from sim_hw.assumed import ServoAssumed
 from sim_hw.dynamixel.control_table import ControlTable
-from sim_hw.host.assumed import ServoAssumed
 from sim_hw.interfaces import MotorWorld
 
 

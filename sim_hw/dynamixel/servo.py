@@ -19,10 +19,10 @@ from drivers.dynamixel.mx106 import (
     WATCHDOG_UNIT_S,
     OperatingMode,
 )
+from sim_hw.assumed import SERVO_ASSUMED, ServoAssumed
 from sim_hw.dynamixel.control_table import ControlTable
 from sim_hw.dynamixel.firmware import POSITION_MODES, FirmwareBank
 from sim_hw.dynamixel.protection import Protection
-from sim_hw.host.assumed import SERVO_ASSUMED, ServoAssumed
 from sim_hw.interfaces import MotorWorld
 
 CLEAR_MULTI_TURN = bytes.fromhex("01 44 58 4C 22")

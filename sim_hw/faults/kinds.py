@@ -8,7 +8,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from sim_hw.faults.table import within
+from sim_hw.typed_table import within
 
 LONGEST_S = math.inf
 

@@ -12,10 +12,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, get_type_hints
 
+from sim_hw.assumed import AdapterAssumed, ServoAssumed, WnetAssumed
 from sim_hw.faults.catalog import KINDS
 from sim_hw.faults.kinds import Fault
 from sim_hw.faults.scenario import Course
-from sim_hw.host.assumed import AdapterAssumed, ServoAssumed, WnetAssumed
 
 # What the ending of a name says about its unit.
 UNITS = (

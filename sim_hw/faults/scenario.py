@@ -1,7 +1,7 @@
 """A scenario: what goes wrong with the virtual hardware, and when. Read from a TOML file.
 
 Keys: ``seed``, ``begins`` (``power``: when the devices are first used; ``torque``: when a servo's torque is
-first switched on), the tables ``servo``, ``force_unit`` and ``adapter`` of ``sim_hw.host.assumed``, and any
+first switched on), the tables ``servo``, ``force_unit`` and ``adapter`` of ``sim_hw.assumed``, and any
 number of ``[[fault]]`` tables with a ``kind`` of ``sim_hw.faults.catalog``. See examples/faults_servo.toml.
 """
 
@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from model.errors import ConfigError
+from sim_hw.assumed import AdapterAssumed, ServoAssumed, WnetAssumed
 from sim_hw.faults.catalog import KINDS
 from sim_hw.faults.kinds import Fault
-from sim_hw.faults.table import among, read_table, suggestion, within
-from sim_hw.host.assumed import AdapterAssumed, ServoAssumed, WnetAssumed
+from sim_hw.typed_table import among, read_table, suggestion, within
 
 TABLES = ("servo", "force_unit", "adapter", "fault")
 

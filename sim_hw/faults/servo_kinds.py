@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from sim_hw.faults.kinds import ChanceFault, Fault
-from sim_hw.faults.table import needed, within
+from sim_hw.typed_table import needed, within
 
 STALL_CURRENT_A = 5.2  # data sheet, at 12 V
 

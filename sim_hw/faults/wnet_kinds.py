@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from sim_hw.faults.kinds import ChanceFault, Fault
-from sim_hw.faults.table import among, needed, within
+from sim_hw.typed_table import among, needed, within
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -17,8 +17,9 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from drivers.ati.settings import ForceSensorSettings
 from drivers.clock import Clock, MonotonicClock
-from drivers.settings import ForceSensorSettings, ServoBusSettings
+from drivers.dynamixel.settings import ServoBusSettings
 from model.errors import BusError
 from model.parameters.robot import RobotParameters
 from sim_hw.ati.sockets import WnetSockets

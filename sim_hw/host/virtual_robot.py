@@ -2,11 +2,14 @@
 
 from dataclasses import dataclass
 
-from drivers.settings import ForceSensorSettings, ServoBusSettings
+from drivers.ati.settings import ForceSensorSettings
+from drivers.dynamixel.settings import ServoBusSettings
 from model.parameters.robot import RobotParameters
 from sim_hw.ati.unit import NOISE, VirtualWnet
+from sim_hw.ati.wire import WnetWire
 from sim_hw.dynamixel.bus import VirtualServoBus
 from sim_hw.dynamixel.firmware import FirmwareBank
+from sim_hw.dynamixel.goal_path import GoalPath
 from sim_hw.dynamixel.latency_timer import LatencyTimer
 from sim_hw.dynamixel.old_servos import BusWithOldServos
 from sim_hw.faults.mishaps import DisturbedMotors, ServoMishaps
@@ -15,10 +18,9 @@ from sim_hw.faults.servo import FaultyServoWire, ServoLine
 from sim_hw.faults.time import ScenarioTime
 from sim_hw.faults.wnet import FaultyWnet
 from sim_hw.host.world import World
-from sim_hw.interfaces import HostedWorld, ServoWire, WnetWire
+from sim_hw.interfaces import HostedWorld, ServoWire
 from sim_hw.plant.parameters import PlantParameters
 from sim_hw.plant.plant import Plant
-from sim_hw.twin.goal_path import GoalPath
 from sim_hw.twin.motion_capture import MotionCapture
 from sim_hw.twin.twin import Twin
 

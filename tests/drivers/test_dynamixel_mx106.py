@@ -22,7 +22,7 @@ from drivers.dynamixel.mx106 import (
     joint_state,
     ticks_to_angle,
 )
-from drivers.settings import ServoBusSettings
+from drivers.dynamixel.settings import ServoBusSettings
 from model.values.readings import ServoReadings
 
 PLUS, MINUS = np.array([1]), np.array([-1])

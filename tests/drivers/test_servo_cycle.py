@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from drivers.dynamixel.bus import POLL_EVERY_READS, ServoBus
 from drivers.dynamixel.frames import BROADCAST_ID, Frame, Instruction
-from drivers.settings import ServoBusSettings
+from drivers.dynamixel.settings import ServoBusSettings
 from model.errors import BusError, ConnectionLost
 from model.values.arrays import FloatArray
 from model.values.legs import JointCommand

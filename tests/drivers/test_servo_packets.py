@@ -19,6 +19,7 @@ from drivers.dynamixel.packets import Answer
 from drivers.dynamixel.requests import ServoRequests
 from model.errors import ConnectionLost
 from tests.drivers.scripted_servos import Replies, ScriptedPort, ScriptedServos, Servo
+from tests.drivers.sdk_over_ours import SdkRequests
 
 PRESENT_POSITION = 132
 STUFFED_WRITE = bytes.fromhex("FF FF FD 00 01 0A 00 03 6C 00 FF FF FD FD 00 A1 FE")
@@ -26,15 +27,15 @@ UNSTUFFED_WRITE = bytes.fromhex("FF FF FD 00 01 09 00 03 6C 00 FF FF FD 00 D2 C7
 STUFFED_STATUS = bytes.fromhex("FF FF FD 00 01 0F 00 55 00 00 00 FF FF FF FF FD FD 00 00 00 DA 98")
 
 
-def bus(*servos: Servo) -> tuple[ScriptedServos, ScriptedPort, ServoRequests]:
+def bus(*servos: Servo) -> tuple[ScriptedServos, ScriptedPort, SdkRequests]:
     scripted = ScriptedServos(*servos)
-    return scripted, ScriptedPort(scripted.respond), ServoRequests()
+    return scripted, ScriptedPort(scripted.respond), SdkRequests()
 
 
-def answering(*replies: bytes) -> tuple[ScriptedPort, ServoRequests]:
+def answering(*replies: bytes) -> tuple[ScriptedPort, SdkRequests]:
     """A port on which each request gets the next of these replies."""
     left = list(replies)
-    return ScriptedPort(lambda _: [(1000, left.pop(0))] if left else []), ServoRequests()
+    return ScriptedPort(lambda _: [(1000, left.pop(0))] if left else []), SdkRequests()
 
 
 # Row 1: what the SDK sends.
@@ -119,7 +120,7 @@ class _Broken(ScriptedPort):
 
 @pytest.mark.parametrize("where", ["broken_read", "broken_write"])
 def test_the_port_is_not_busy_after_an_exception(where: str) -> None:
-    port, packets = _Broken(ScriptedServos(Servo(1)).respond), ServoRequests()
+    port, packets = _Broken(ScriptedServos(Servo(1)).respond), SdkRequests()
     setattr(port, where, True)
     with pytest.raises(ConnectionLost):
         packets.ping(port, 1)

@@ -28,6 +28,7 @@ from drivers.dynamixel.requests import ServoRequests
 from model.errors import BusError, ConnectionLost
 from sim_hw.clock import VirtualClock
 from tests.drivers.scripted_servos import PtyServos, ScriptedPort, ScriptedServos, Servo
+from tests.drivers.sdk_over_ours import SdkRequests
 
 PING = bytes.fromhex("FF FF FD 00 01 03 00 01 19 4E")
 PING_STATUS = bytes.fromhex("FF FF FD 00 01 07 00 55 00 41 01 2A 21 46")
@@ -129,7 +130,7 @@ def test_bytes_are_counted_and_tapped(wire: PtyServos) -> None:
         times.append(t_ns)
 
     port.tap = tap
-    assert ServoRequests().ping(port, 1) == (321, COMM_SUCCESS, 0)
+    assert SdkRequests().ping(port, 1) == (321, COMM_SUCCESS, 0)
     assert seen[0] == ("tx", PING)
     assert b"".join(data for direction, data in seen if direction == "rx") == PING_STATUS
     assert times == sorted(times)
@@ -168,7 +169,7 @@ def test_a_silent_wait_sleeps_in_the_kernel(
         lambda port: port.getBytesAvailable(),
         lambda port: port.writePort(PING),
         lambda port: port.readPort(1),
-        lambda port: ServoRequests().ping(port, 1),
+        lambda port: SdkRequests().ping(port, 1),
     ],
     ids=["clear", "available", "write", "read", "ping"],
 )

@@ -10,7 +10,7 @@ import pytest
 from drivers.dynamixel.bus import ServoBus
 from drivers.dynamixel.frames import Instruction, StatusError
 from drivers.dynamixel.mx106 import REGISTER
-from drivers.settings import ServoBusSettings
+from drivers.dynamixel.settings import ServoBusSettings
 from model.errors import BusError
 from tests.drivers.scripted_servos import ScriptedPort, ScriptedServos, Servo
 

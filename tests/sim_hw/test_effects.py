@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from model.errors import ConfigError
+from sim_hw.dynamixel.goal_path import GoalPath
 from sim_hw.plant.four_bar import foot_path
 from sim_hw.plant.plant import Plant
 from sim_hw.twin.catalog import EFFECTS
 from sim_hw.twin.effects import LEG, STAGES, Effect, EffectKind, parse_effect
-from sim_hw.twin.goal_path import GoalPath
 from tests.sim_hw.twins import GAIN, NOMINAL, ON, ROBOT, WEIGHT, hold, plant, sliding_ratio, twin
 
 ML, FL = 1, 2

@@ -5,10 +5,10 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 from drivers.ati.links import TcpTextLink, UdpLink
+from drivers.ati.settings import ForceSensorSettings
 from drivers.ati.setup import free_console
 from drivers.ati.stream import ForceStream
 from drivers.clock import Clock
-from drivers.settings import ForceSensorSettings
 from model.errors import ConfigError
 
 NO_UNIT = "none"

@@ -9,9 +9,9 @@ from drivers.ati.calibration import Calibration, parse_cal
 from drivers.ati.console import Console
 from drivers.ati.links import DatagramLink, TextLink
 from drivers.ati.packets import Led, battery_led, unix_ns
+from drivers.ati.settings import ForceSensorSettings
 from drivers.ati.stream import ForceStream, StreamCounters
 from drivers.clock import Clock
-from drivers.settings import ForceSensorSettings
 from model.errors import ForceStreamError
 from model.values.readings import ForceRecord
 from robot.bringup.preflight.finding import Finding, failed, passed, skipped, warned

@@ -7,14 +7,15 @@ import numpy as np
 from drivers.dynamixel.bus import ServoBus
 from drivers.dynamixel.condition import ServoCondition, read_condition
 from drivers.dynamixel.mx106 import MODEL_NUMBER, READ_LENGTH, OperatingMode
+from drivers.dynamixel.packets import STATUS_BYTES
 from drivers.dynamixel.port import BITS_PER_BYTE
+from drivers.dynamixel.settings import ServoBusSettings
 from drivers.dynamixel.setup import (
     FIRST_FIRMWARE_WITH_WATCHDOG,
     LONGEST_QUIET_RETURN_DELAY,
     WARN_LATENCY_MS,
 )
 from drivers.dynamixel.watchdog import prove_watchdog
-from drivers.settings import ServoBusSettings
 from model.errors import BusError, ConnectionLost
 from robot.bringup.preflight.finding import Finding, Verdict, failed, passed, skipped, warned
 from robot.config.robot_file import RobotConfig, SafetyLimits
@@ -26,7 +27,7 @@ LARGEST_VOLTAGE_SPREAD_V = 0.5
 KNOCKS = 5
 # Bytes of a sync read's request besides the ids, and of an answer besides its data.
 SYNC_READ_BYTES = 14
-STATUS_BYTES = 11
+
 # A round trip longer than this many times its bytes is not the wire's.
 WIRE_SHARE = 3.0
 

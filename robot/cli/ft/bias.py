@@ -17,9 +17,9 @@ from robot.console.exit_codes import ExitCode
 from robot.console.plain_json import plain
 
 if TYPE_CHECKING:
+    from drivers.ati.settings import ForceSensorSettings
     from drivers.ati.stream import ForceStream
     from drivers.clock import Clock
-    from drivers.settings import ForceSensorSettings
     from model.values.arrays import FloatArray
     from robot.run.operator import Interrupts
 

@@ -16,8 +16,8 @@ from model.errors import ConfigError
 from robot.console.exit_codes import ExitCode
 
 if TYPE_CHECKING:
+    from drivers.ati.settings import ForceSensorSettings
     from drivers.ati.stream import ForceStream
-    from drivers.settings import ForceSensorSettings
     from model.values.arrays import FloatArray
     from model.values.readings import ForceRecord
     from robot.bringup.force.table import Snapshot

@@ -6,7 +6,7 @@ driver can be tried against the other possibility as well.
 
 from dataclasses import dataclass
 
-from sim_hw.faults.table import among, within
+from sim_hw.typed_table import among, within
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,0 +1,28 @@
+"""Settings of the servo bus, as the robot file has them. N legs."""
+
+from dataclasses import dataclass
+
+from model.values.arrays import IntArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ServoBusSettings:
+    """The servo bus and how each leg's servo is mounted.
+
+    Attributes:
+        names: Leg names, N of them.
+        ids: Dynamixel id of each leg, (N,) int64.
+        signs: +1 where increasing position moves a stance foot backward, else -1, (N,) int64.
+        zeros: Position ticks at shaft angle 0, (N,) int64.
+        baud_rate: [baud].
+        watchdog_s: Bus watchdog time [s], 0.02 to 2.54, in steps of 20 ms.
+        silent_limit: Reads in a row without an answer before the robot stops.
+    """
+
+    names: tuple[str, ...]
+    ids: IntArray
+    signs: IntArray
+    zeros: IntArray
+    baud_rate: int
+    watchdog_s: float
+    silent_limit: int
