@@ -7,7 +7,8 @@ diagnosis; the others are there to see what a diagnosis says about what it has n
 import difflib
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from operator import attrgetter
 
 import numpy as np
 
@@ -66,6 +67,83 @@ class EffectKind:
     acts: str
     apply: Apply | None = field(repr=False)
     catalogued: bool = True
+
+
+def sized(name: str, unit: str, low: float, high: float, *sizes: float) -> EffectParameter:
+    """Return a parameter from its bounds and its neutral, mild and strong size."""
+    neutral, mild, strong = sizes
+    return EffectParameter(name, unit, low, high, neutral, mild, strong)
+
+
+def at(array: FloatArray, legs: IntArray, value: FloatArray | float) -> FloatArray:
+    """Return a copy of a leg-wise array with another value at some legs."""
+    changed = array.copy()
+    changed[legs] = value
+    return changed
+
+
+def changed(twin: Twin, place: str, value: object) -> Twin:
+    """Return the twin with one attribute replaced.
+
+    Args:
+        twin: The twin.
+        place: Dotted name of the attribute, as in ``plant.drive.delay_s``.
+        value: What stands there instead.
+    """
+    owner, _, rest = place.partition(".")
+    if not rest:
+        return replace(twin, **{owner: value})  # type: ignore[arg-type]
+    return replace(twin, **{owner: changed(getattr(twin, owner), rest, value)})  # type: ignore[arg-type]
+
+
+def sets(*places: str) -> Apply:
+    """Set one attribute a parameter: at the legs concerned where it is leg-wise, else the number."""
+
+    def apply(twin: Twin, legs: IntArray, values: FloatArray) -> Twin:
+        for place, value in zip(places, values, strict=True):
+            now = attrgetter(place)(twin)
+            new = at(now, legs, value) if isinstance(now, np.ndarray) else float(value)
+            twin = changed(twin, place, new)
+        return twin
+
+    return apply
+
+
+def sets_vector(place: str, *, leg_wise: bool = False) -> Apply:
+    """Set one attribute to all parameters: the rows of the legs concerned, or the whole of it."""
+
+    def apply(twin: Twin, legs: IntArray, values: FloatArray) -> Twin:
+        now = attrgetter(place)(twin)
+        return changed(twin, place, at(now, legs, values) if leg_wise else values.copy())
+
+    return apply
+
+
+def adds(*places: str) -> Apply:
+    """Add one parameter to each leg-wise attribute, at the legs concerned."""
+
+    def apply(twin: Twin, legs: IntArray, values: FloatArray) -> Twin:
+        for place, value in zip(places, values, strict=True):
+            now = attrgetter(place)(twin)
+            twin = changed(twin, place, at(now, legs, now[legs] + value))
+        return twin
+
+    return apply
+
+
+def adds_vector(place: str) -> Apply:
+    """Add all parameters to one attribute."""
+    return lambda twin, _legs, values: changed(twin, place, attrgetter(place)(twin) + values)
+
+
+def scales(place: str) -> Apply:
+    """Multiply a leg-wise attribute, at the legs concerned."""
+
+    def apply(twin: Twin, legs: IntArray, values: FloatArray) -> Twin:
+        now = attrgetter(place)(twin)
+        return changed(twin, place, at(now, legs, now[legs] * values[0]))
+
+    return apply
 
 
 @dataclass(frozen=True, slots=True)
