@@ -94,7 +94,7 @@ def measure(words: tuple[str, ...]) -> tuple[int, float, float]:
     """Run a command; return exit code, wall time [s] and peak resident memory [MB]."""
     began = time.perf_counter()
     done = subprocess.run(
-        [sys.executable, "-c", LAUNCHER, sys.executable, "-m", "robot", *words],
+        [sys.executable, "-c", LAUNCHER, sys.executable, "-m", "bigant", *words],
         stdout=subprocess.PIPE,
         text=True,
         check=True,

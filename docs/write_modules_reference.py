@@ -13,6 +13,7 @@ FOLDERS = (
     "sim_hw",
     "gap",
     "robot",
+    "bigant",
 )  # as imports point, last first
 HEAD = """# Modules
 

@@ -8,8 +8,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDERS = {
-    ".ci", "benchmarks", "config", "docs", "drivers", "examples", "gaits", "gap", "model", "record",
-    "robot", "sim_hw", "tests",
+    ".ci", "benchmarks", "bigant", "config", "docs", "drivers", "examples", "gaits", "gap", "model",
+    "record", "robot", "sim_hw", "tests",
 }  # fmt: skip
 FILES = {
     ".gitignore", ".pre-commit-config.yaml", "CHANGELOG.md", "CONTRIBUTING.md", "LICENSE", "Makefile",

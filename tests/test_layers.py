@@ -1,14 +1,16 @@
 """What holds for the whole tree: import contracts, names, hosts, paths, modules of one idea."""
 
+import ast
 import re
 import subprocess
+import sys
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-OURS = ("robot", "model", "gaits", "drivers", "record", "sim_hw", "gap")
+OURS = ("bigant", "robot", "model", "gaits", "drivers", "record", "sim_hw", "gap")
 SOURCES = sorted(p for folder in OURS for p in (ROOT / folder).rglob("*.py"))
 
 
@@ -56,3 +58,31 @@ def test_only_the_loop_waits() -> None:
         if path.relative_to(ROOT).as_posix() == "drivers/clock.py":
             continue
         assert "time.sleep" not in text, path
+
+
+ROOMS = sorted({path.parent for path in SOURCES})
+
+
+@pytest.mark.parametrize("room", ROOMS, ids=lambda p: p.relative_to(ROOT).as_posix())
+def test_a_room_can_be_taken_in_at_a_glance_and_says_what_lives_there(room: Path) -> None:
+    assert len(list(room.glob("*.py"))) <= 26, "make a folder of what belongs together"
+    door = ast.get_docstring(ast.parse((room / "__init__.py").read_text(encoding="utf-8"))) or ""
+    assert len(door.splitlines()) >= 3 or room.parent.name == "cli", "what lives here, who calls"
+
+
+def test_the_first_floor_of_robot_is_folders() -> None:
+    assert len([path for path in (ROOT / "robot").iterdir() if path.is_file()]) <= 5
+
+
+def test_a_notebook_gets_what_it_asks_for_and_nothing_before() -> None:
+    import bigant
+
+    for name in dir(bigant):
+        assert getattr(bigant, name).__name__ == name
+    with pytest.raises(AttributeError, match="walk_in_memory"):
+        bigant.walk  # noqa: B018
+    loaded = "import bigant, sys; print({'numpy', 'model', 'robot'} & set(sys.modules))"
+    done = subprocess.run(
+        [sys.executable, "-c", loaded], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip() == "set()"

@@ -35,7 +35,7 @@ class Sim:
 
     def __init__(self, *words: str) -> None:
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "robot", "sim", "serve", *words],
+            [sys.executable, "-m", "bigant", "sim", "serve", *words],
             stdout=subprocess.PIPE,
             text=True,
             cwd=ROOT,

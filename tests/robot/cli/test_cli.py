@@ -254,7 +254,7 @@ def test_devices_finds_the_servos(capsys: pytest.CaptureFixture[str]) -> None:
 
 def drive_process(*words: str, own_group: bool = False) -> "subprocess.Popen[str]":
     return subprocess.Popen(
-        [sys.executable, "-m", "robot", "drive", "--log", "none", *words],
+        [sys.executable, "-m", "bigant", "drive", "--log", "none", *words],
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
@@ -316,7 +316,7 @@ def test_a_drive_walks_on_when_nobody_reads_it_any_more(tmp_path: Path) -> None:
     log = tmp_path / "run.mcap"
     words = ["--virtual-time", "--readonly", "--duration", "3", "--log", str(log)]
     process = subprocess.Popen(
-        [sys.executable, "-m", "robot", "drive", *words],
+        [sys.executable, "-m", "bigant", "drive", *words],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -337,7 +337,7 @@ def test_a_drive_walks_on_when_nobody_reads_it_any_more(tmp_path: Path) -> None:
 def test_a_full_disk_is_one_line() -> None:
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(
-            [sys.executable, "-m", "robot", "gap", "effects"],
+            [sys.executable, "-m", "bigant", "gap", "effects"],
             stdout=full, stderr=subprocess.PIPE, text=True, cwd=ROOT, check=False,
         )  # fmt: skip
     assert done.returncode == ExitCode.LOG

@@ -144,7 +144,7 @@ def test_a_drive_through_a_pseudo_terminal() -> None:
         os.environ["TERM"] = "xterm"
         os.execv(
             sys.executable,
-            [sys.executable, "-m", "robot", "drive", "--teleop", "--deadman", "60",
+            [sys.executable, "-m", "bigant", "drive", "--teleop", "--deadman", "60",
              "--frequency-hz", "0.2", "--log", "none"],
         )  # fmt: skip
     screen = pyte.Screen(120, 40)
@@ -183,7 +183,7 @@ def test_a_drive_through_a_pseudo_terminal() -> None:
 
 def test_teleop_without_a_terminal_says_so() -> None:
     done = subprocess.run(
-        [sys.executable, "-m", "robot", "drive", "--teleop", "--virtual-time", "--log", "none"],
+        [sys.executable, "-m", "bigant", "drive", "--teleop", "--virtual-time", "--log", "none"],
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,

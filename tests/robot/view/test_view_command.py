@@ -367,7 +367,7 @@ def test_a_viewer_on_the_network_is_told_all_topics() -> None:
 def test_a_log_waits_for_its_viewer_and_is_then_played_to_the_end(walked: Path) -> None:
     pytest.importorskip("foxglove")
     process = subprocess.Popen(
-        [sys.executable, "-m", "robot", "view", str(walked), "--port", "0", "--speed", "50"],
+        [sys.executable, "-m", "bigant", "view", str(walked), "--port", "0", "--speed", "50"],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT,
     )  # fmt: skip
     try:

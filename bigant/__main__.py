@@ -1,4 +1,4 @@
-"""``python -m robot`` is ``bigant``."""
+"""``bigant`` and ``python -m bigant``: where the command starts."""
 
 from robot.cli.main import main
 
