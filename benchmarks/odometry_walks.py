@@ -41,7 +41,12 @@ TUNING_SEEDS = tuple(range(900, 903))
 JUDGED_SEEDS = tuple(range(10))
 GAITS = ("tripod", "metachronal")
 TEXTS = ("names", "faults", "config_text", "metadata", "damage")
-ANSWERS = ("predicted_", "estimate_", "odometry_", "busy_s")  # what the loop makes of its inputs
+ANSWERS = (
+    "predicted_",
+    "dead_reckoning_",
+    "estimate_",
+    "busy_s",
+)  # what the loop makes of its inputs
 
 
 def plant_of(seed: int) -> tuple[FloatArray, FloatArray]:

@@ -27,8 +27,8 @@ from model.values.estimate import (
     SCALE,
     VELOCITY,
     AddedByEffects,
+    Estimate,
     EstimatorState,
-    OdometryEstimate,
     OdometryInputs,
 )
 from model.values.legs import FootMotion
@@ -116,7 +116,7 @@ class Estimator:
 
     def step(
         self, state: EstimatorState, inputs: OdometryInputs
-    ) -> tuple[EstimatorState, OdometryEstimate]:
+    ) -> tuple[EstimatorState, Estimate]:
         """Advance to a tick and use what was measured in it.
 
         A tick that is not later than the one before moves nothing; the estimate says so.

@@ -11,7 +11,7 @@ import numpy as np
 
 from model.estimator.filter import Estimator
 from model.values.arrays import FloatArray
-from model.values.estimate import EstimatorState, OdometryEstimate, OdometryInputs
+from model.values.estimate import Estimate, EstimatorState, OdometryInputs
 from model.values.legs import FootForces
 
 
@@ -53,7 +53,7 @@ class EstimatorMemory:
 
 def advance(
     estimator: Estimator, memory: EstimatorMemory, inputs: OdometryInputs, memory_s: float
-) -> tuple[EstimatorMemory, OdometryEstimate]:
+) -> tuple[EstimatorMemory, Estimate]:
     """Advance by a tick and remember it.
 
     Args:
@@ -71,7 +71,7 @@ def advance(
 
 def use_late(
     estimator: Estimator, memory: EstimatorMemory, samples: Sequence[LateSample]
-) -> tuple[EstimatorMemory, OdometryEstimate | None]:
+) -> tuple[EstimatorMemory, Estimate | None]:
     """Put samples into the first ticks that are not before them, and do the ticks since again, once.
 
     Returns:
@@ -123,12 +123,12 @@ class EstimatorHistory:
         """Late samples that found no tick."""
         return self._memory.refused
 
-    def step(self, inputs: OdometryInputs) -> OdometryEstimate:
+    def step(self, inputs: OdometryInputs) -> Estimate:
         """Advance by a tick and remember it."""
         self._memory, estimate = advance(self._estimator, self._memory, inputs, self._memory_s)
         return estimate
 
-    def late(self, sample: LateSample) -> OdometryEstimate | None:
+    def late(self, sample: LateSample) -> Estimate | None:
         """Use a late sample, as ``use_late`` does."""
         self._memory, estimate = use_late(self._estimator, self._memory, (sample,))
         return estimate

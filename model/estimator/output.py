@@ -26,8 +26,8 @@ from model.values.estimate import (
     SCALE,
     VELOCITY,
     YAW,
+    Estimate,
     EstimatorState,
-    OdometryEstimate,
 )
 
 
@@ -40,7 +40,7 @@ def estimate(
     used: Updated | None,
     verdict: Verdict,
     holding: bool,
-) -> OdometryEstimate:
+) -> Estimate:
     """Read out a state after a step."""
     legs = len(contact.mu)
     mean, covariance = state.mean, state.covariance
@@ -78,7 +78,7 @@ def estimate(
     age_s = np.nan if state.force_ns == NEVER else (state.t_ns - state.force_ns) * 1e-9
     readonly(feet)
     # views, not copies: nothing is ever written to a state that was handed out
-    return OdometryEstimate(
+    return Estimate(
         t_ns=state.t_ns,
         position_m=readonly(mean[0:2]),
         yaw_rad=float(mean[YAW]),

@@ -3,12 +3,12 @@
 import numpy as np
 
 from model.values.arrays import FloatArray, readonly
-from model.values.tick import Estimate
+from model.values.tick import DeadReckoning
 
 SMALL_TURN_RAD = 1e-6
 
 
-def advance(before: Estimate, velocity_B: FloatArray, t_ns: int) -> Estimate:  # noqa: N803
+def advance(before: DeadReckoning, velocity_B: FloatArray, t_ns: int) -> DeadReckoning:  # noqa: N803
     """Carry a planar pose forward with a constant body velocity (the exponential map of SE(2)).
 
     Args:
@@ -21,7 +21,7 @@ def advance(before: Estimate, velocity_B: FloatArray, t_ns: int) -> Estimate:  #
     """
     if not np.isfinite(velocity_B).all():
         nan = readonly(np.full(3, np.nan))
-        return Estimate(t_ns, before.position_m, before.yaw_rad, nan, valid=False)
+        return DeadReckoning(t_ns, before.position_m, before.yaw_rad, nan, valid=False)
     dt = (t_ns - before.t_ns) * 1e-9  # [s]
     vx, vy, rate = velocity_B.tolist()
     turn = rate * dt  # [rad]
@@ -35,6 +35,6 @@ def advance(before: Estimate, velocity_B: FloatArray, t_ns: int) -> Estimate:  #
     c, s = float(np.cos(before.yaw_rad)), float(np.sin(before.yaw_rad))
     px, py = before.position_m.tolist()
     position = np.array([px + (c * dx - s * dy), py + (s * dx + c * dy)])
-    return Estimate(
+    return DeadReckoning(
         t_ns, readonly(position), before.yaw_rad + turn, readonly(velocity_B.copy()), valid=True
     )

@@ -126,7 +126,7 @@ class EstimatorState:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class OdometryEstimate:
+class Estimate:
     """What the estimator says after a tick, N legs.
 
     Attributes:

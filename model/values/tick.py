@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from model.values.arrays import FloatArray
 from model.values.contact import ContactSolution
-from model.values.estimate import OdometryEstimate
+from model.values.estimate import Estimate
 from model.values.faults import Fault, StopReason
 from model.values.legs import FootForces, FootMotion, JointCommand, JointState
 from model.values.poses import PoseRecord
@@ -95,7 +95,7 @@ class Inputs:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Estimate:
+class DeadReckoning:
     """Dead-reckoned planar pose in the frame where the run began (REP-105 ``odom``).
 
     Attributes:
@@ -130,9 +130,9 @@ class Tick:
         sent: The command the safety gate let through; what the bus sends.
         feet: Unloaded feet from the measured shaft angles.
         contact: The model's answer.
-        estimate: Dead-reckoned pose: the model's velocity added up.
+        dead_reckoning: The model's velocity added up, open loop.
         faults: All faults of this tick.
-        odometry: What the estimator makes of shafts, forces and poses; None where it is switched off,
+        estimate: What the estimator makes of shafts, forces and poses; None where it is switched off,
             and in logs older than it.
     """
 
@@ -148,6 +148,6 @@ class Tick:
     sent: JointCommand
     feet: FootMotion
     contact: ContactSolution
-    estimate: Estimate
+    dead_reckoning: DeadReckoning
     faults: tuple[Fault, ...]
-    odometry: OdometryEstimate | None = None
+    estimate: Estimate | None = None

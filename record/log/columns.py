@@ -124,15 +124,15 @@ def _model(ticks: Block, names: tuple[str, ...]) -> list[Column]:
 
 
 def _odometry(ticks: Block, _names: tuple[str, ...]) -> list[Column]:
-    position = _stack(ticks, lambda t: t.estimate.position_m)
-    velocity = _stack(ticks, lambda t: t.estimate.velocity_B)
+    position = _stack(ticks, lambda t: t.dead_reckoning.position_m)
+    velocity = _stack(ticks, lambda t: t.dead_reckoning.velocity_B)
     return [
-        Column("estimate_x_m", position[:, 0]),
-        Column("estimate_y_m", position[:, 1]),
-        Column("estimate_yaw_rad", _stack(ticks, lambda t: t.estimate.yaw_rad)),
-        Column("estimate_velocity_x_m_s", velocity[:, 0]),
-        Column("estimate_velocity_y_m_s", velocity[:, 1]),
-        Column("estimate_yaw_rate_rad_s", velocity[:, 2]),
+        Column("dead_reckoning_x_m", position[:, 0]),
+        Column("dead_reckoning_y_m", position[:, 1]),
+        Column("dead_reckoning_yaw_rad", _stack(ticks, lambda t: t.dead_reckoning.yaw_rad)),
+        Column("dead_reckoning_velocity_x_m_s", velocity[:, 0]),
+        Column("dead_reckoning_velocity_y_m_s", velocity[:, 1]),
+        Column("dead_reckoning_yaw_rate_rad_s", velocity[:, 2]),
     ]
 
 

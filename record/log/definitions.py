@@ -59,7 +59,7 @@ _PARTS = {
     ),
     # planar: x, y, yaw; vx, vy, yaw rate; bias of the same; roll, pitch, height; NIS, log likelihood, age
     # of forces. Covariances: lower halves, row by row.
-    "bigant_msgs/Odometry": (
+    "bigant_msgs/Estimate": (
         "uint8 OK=0\nuint8 DEGRADED=1\nuint8 LOST=2\n"
         "int64 t_ns\nuint8 health\nstring reason\nbool holding\nint64 nis_dof\nint64 rejects\n"
         "float64[15] planar\nfloat64[6] pose_covariance\nfloat64[6] twist_covariance\n"
@@ -95,10 +95,11 @@ _PARTS = {
         "float64 slope_y\nfloat64[] load_n\nbool[] contact\nint64 switches\n"
         "bool traction_valid\nstring traction_reason\nfloat64[3] velocity_b\nfloat64[] slip_b\n"
         "float64[] force_b\n"
-        "int64 estimate_t_ns\nfloat64[2] estimate_position_m\nfloat64 estimate_yaw_rad\n"
-        "float64[3] estimate_velocity_b\nbool estimate_valid\n"
+        "int64 dead_reckoning_t_ns\nfloat64[2] dead_reckoning_position_m\n"
+        "float64 dead_reckoning_yaw_rad\nfloat64[3] dead_reckoning_velocity_b\n"
+        "bool dead_reckoning_valid\n"
         "bigant_msgs/Fault[] faults\n"
-        "bigant_msgs/Odometry[] odometry\n"
+        "bigant_msgs/Estimate[] estimate\n"
     ),
 }
 

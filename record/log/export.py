@@ -206,21 +206,21 @@ def _feet_in_body(
 
 
 def export_tum(path: Path, out: Path, contents: LogContents) -> tuple[Exported, ...]:
-    """Write estimated and true trajectory in the TUM format that evo reads.
+    """Write dead-reckoned and true trajectory in the TUM format that evo reads.
 
     A line is ``unix_s x y z qx qy qz qw``; poses that are not known are left out, times increase. The
-    estimate is planar, in its own frame: compare with alignment.
+    first is planar, in its own frame: compare with alignment.
 
     Args:
         path: The log.
-        out: Stem of the two files, OUT_estimate.tum and OUT_truth.tum.
+        out: Stem of the two files, OUT_dead_reckoning.tum and OUT_truth.tum.
         contents: Filled on the way.
 
     Raises:
         RecordError: The log cannot be read, or a file cannot be written.
     """
     base = out.with_suffix("") if out.suffix == ".tum" else out
-    targets = [base.with_name(f"{base.name}_{kind}.tum") for kind in ("estimate", "truth")]
+    targets = [base.with_name(f"{base.name}_{kind}.tum") for kind in ("dead_reckoning", "truth")]
     parts = [target.with_name(target.name + ".part") for target in targets]
     counts, last_ns = [0, 0], [-1, -1]
     try:
@@ -228,7 +228,7 @@ def export_tum(path: Path, out: Path, contents: LogContents) -> tuple[Exported, 
             files = [stack.enter_context(part.open("w", encoding="ascii")) for part in parts]
             for block in _blocks(path, contents):
                 for item in block:
-                    for at, pose in enumerate((_estimate(item.tick), _true_pose(item.tick))):
+                    for at, pose in enumerate((_dead_reckoned(item.tick), _true_pose(item.tick))):
                         if np.isfinite(pose).all() and item.unix_ns > last_ns[at]:
                             _write_pose(files[at], item.unix_ns, pose)
                             counts[at], last_ns[at] = counts[at] + 1, item.unix_ns
@@ -251,10 +251,10 @@ def _write_pose(file: TextIO, unix_ns: int, pose: FloatArray) -> None:
     file.write(f"{seconds}.{rest:09d} " + " ".join(f"{value:.9f}" for value in pose) + "\n")
 
 
-def _estimate(tick: Tick) -> FloatArray:
-    estimate = tick.estimate
-    half = estimate.yaw_rad / 2
-    return np.array([*estimate.position_m, 0.0, 0.0, 0.0, np.sin(half), np.cos(half)])
+def _dead_reckoned(tick: Tick) -> FloatArray:
+    reckoned = tick.dead_reckoning
+    half = reckoned.yaw_rad / 2
+    return np.array([*reckoned.position_m, 0.0, 0.0, 0.0, np.sin(half), np.cos(half)])
 
 
 def _true_pose(tick: Tick) -> FloatArray:

@@ -15,7 +15,7 @@ from model.values.contact import ContactSolution, Support, Traction
 from model.values.faults import StopReason
 from model.values.legs import FootForces, FootMotion, JointCommand, JointState
 from model.values.readings import BodyTruth
-from model.values.tick import Estimate, Inputs, Intent, LoopTiming, Mode, Request, Tick
+from model.values.tick import DeadReckoning, Inputs, Intent, LoopTiming, Mode, Request, Tick
 from record.log.versions import software_versions
 from record.log.writer import LogWriter
 from record.trial.header import header_text
@@ -121,7 +121,9 @@ def _tick(trial: Trial, at: int, t_ns: int) -> Tick:
         sent=command,
         feet=_no_feet(trial),
         contact=_no_contact(len(trial.joints)),
-        estimate=Estimate(t_ns, np.full(2, np.nan), np.nan, np.full(3, np.nan), valid=False),
+        dead_reckoning=DeadReckoning(
+            t_ns, np.full(2, np.nan), np.nan, np.full(3, np.nan), valid=False
+        ),
         faults=(),
     )
 

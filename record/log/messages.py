@@ -11,11 +11,11 @@ from functools import lru_cache
 import numpy as np
 
 from model.values.arrays import FloatArray
-from model.values.estimate import OdometryEstimate
+from model.values.estimate import Estimate
 from model.values.readings import BodyTruth
-from model.values.tick import Estimate, Tick
+from model.values.tick import DeadReckoning, Tick
 from record.log.cdr import CdrWriter
-from record.log.odometry_message import HEALTHS
+from record.log.estimate_message import HEALTHS
 
 BODY_FRAME, ODOM_FRAME, MAP_FRAME = "base_link", "odom", "map"
 UNKNOWN_COVARIANCE = np.zeros(36)
@@ -97,29 +97,29 @@ def planar_covariance(covariance: FloatArray) -> FloatArray:
     return flat
 
 
-def estimator_odometry(unix_ns: int, said: OdometryEstimate) -> bytes:
-    """nav_msgs/msg/Odometry of the estimator, with covariances of pose and twist."""
-    vx, vy, yaw_rate = said.velocity_B
-    return _odometry(
-        unix_ns,
-        ODOM_FRAME,
-        np.array([*said.position_m, 0.0]),
-        _yaw_quaternion(said.yaw_rad),
-        np.array([vx, vy, 0.0]),
-        np.array([0.0, 0.0, yaw_rate]),
-        planar_covariance(said.pose_covariance),
-        planar_covariance(said.twist_covariance),
-    )
-
-
 def estimate_odometry(unix_ns: int, estimate: Estimate) -> bytes:
-    """nav_msgs/msg/Odometry of dead reckoning, whose covariance nobody knows: it is left zero."""
+    """nav_msgs/msg/Odometry of the estimator, with covariances of pose and twist."""
     vx, vy, yaw_rate = estimate.velocity_B
     return _odometry(
         unix_ns,
         ODOM_FRAME,
         np.array([*estimate.position_m, 0.0]),
         _yaw_quaternion(estimate.yaw_rad),
+        np.array([vx, vy, 0.0]),
+        np.array([0.0, 0.0, yaw_rate]),
+        planar_covariance(estimate.pose_covariance),
+        planar_covariance(estimate.twist_covariance),
+    )
+
+
+def dead_reckoning_odometry(unix_ns: int, reckoned: DeadReckoning) -> bytes:
+    """nav_msgs/msg/Odometry of dead reckoning, whose covariance nobody knows: it is left zero."""
+    vx, vy, yaw_rate = reckoned.velocity_B
+    return _odometry(
+        unix_ns,
+        ODOM_FRAME,
+        np.array([*reckoned.position_m, 0.0]),
+        _yaw_quaternion(reckoned.yaw_rad),
         np.array([vx, vy, 0.0]),
         np.array([0.0, 0.0, yaw_rate]),
     )
@@ -137,22 +137,22 @@ def truth_odometry(unix_ns: int, truth: BodyTruth) -> bytes:
     )
 
 
-def transform(unix_ns: int, estimate: Estimate | OdometryEstimate) -> bytes:
+def transform(unix_ns: int, pose: DeadReckoning | Estimate) -> bytes:
     """tf2_msgs/msg/TFMessage from ``odom`` to ``base_link``."""
     w = CdrWriter()
     w.u32(1)
     _header(w, unix_ns, ODOM_FRAME)
     w.text(BODY_FRAME)
-    w.f64_array(np.array([*estimate.position_m, 0.0]))
-    w.f64_array(_yaw_quaternion(estimate.yaw_rad))
+    w.f64_array(np.array([*pose.position_m, 0.0]))
+    w.f64_array(_yaw_quaternion(pose.yaw_rad))
     return w.done()
 
 
 def diagnostics(unix_ns: int, names: tuple[str, ...], tick: Tick) -> bytes:
-    """diagnostic_msgs/msg/DiagnosticArray: one status a leg, one each for loop and odometry."""
+    """diagnostic_msgs/msg/DiagnosticArray: one status a leg, one each for loop and estimator."""
     w = CdrWriter()
     _header(w, unix_ns, "")
-    w.u32(len(names) + 1 + (tick.odometry is not None))
+    w.u32(len(names) + 1 + (tick.estimate is not None))
     joints = tick.joints
     for leg, name in enumerate(names):
         mine = [f"{f.kind.name}: {f.detail}" for f in tick.faults if f.source == name]
@@ -171,21 +171,21 @@ def diagnostics(unix_ns: int, names: tuple[str, ...], tick: Tick) -> bytes:
         ("missed", str(tick.inputs.timing.missed)),
     )
     _status(w, WARN if others else OK, "controller", "; ".join(others) or "ok", timing)
-    if tick.odometry is not None:
-        _odometry_status(w, tick.odometry)
+    if tick.estimate is not None:
+        _estimator_status(w, tick.estimate)
     return w.done()
 
 
-def _odometry_status(w: CdrWriter, said: OdometryEstimate) -> None:
-    level = (OK, WARN, ERROR)[HEALTHS.index(said.health)]
+def _estimator_status(w: CdrWriter, estimate: Estimate) -> None:
+    level = (OK, WARN, ERROR)[HEALTHS.index(estimate.health)]
     values = (
-        ("rejects", str(said.rejects)),
-        ("nis", f"{said.nis:.2f}"),
-        ("nis_dof", str(said.nis_dof)),
-        ("force_age_s", f"{said.force_age_s:.3f}"),
-        ("holding", str(said.holding).lower()),
+        ("rejects", str(estimate.rejects)),
+        ("nis", f"{estimate.nis:.2f}"),
+        ("nis_dof", str(estimate.nis_dof)),
+        ("force_age_s", f"{estimate.force_age_s:.3f}"),
+        ("holding", str(estimate.holding).lower()),
     )
-    _status(w, level, "odometry", said.reason or said.health.value, values)
+    _status(w, level, "estimator", estimate.reason or estimate.health.value, values)
 
 
 def _status(

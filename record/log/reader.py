@@ -33,6 +33,7 @@ BLOCK_TICKS = 2000
 TICK_LAYOUTS: Mapping[str, int] = MappingProxyType({
     "ceb7071d66556ccbd75ba41874e19bdc2263bbc3daa277547a880aedce94cd93": 1,
     "66adf6cccffb1a8ca10215d6da78abaa78eee62b8d88ceb552652a780a6316c6": 2,
+    "07ad6e8492b096df82ea7996ad847597fd5f08bea55f2f88a2831760d2ff1ac9": 3,
 })  # fmt: skip
 
 

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
-from model.values.estimate import OdometryEstimate
+from model.values.estimate import Estimate
 from model.values.faults import Fault
 from model.values.tick import Tick
-from record.log.odometry_message import HEALTHS
+from record.log.estimate_message import HEALTHS
 
 NOT_RUNNING = -1
 
@@ -34,12 +34,12 @@ class Recording:
         predicted_force_n: The model's, (T, N, 3).
         predicted_velocity_B: The model's body velocity: vx, vy [m/s], yaw rate [rad/s], (T, 3).
         predicted_slip_B: The model's slip of each foot, (T, N, 2); NaN in the air.
-        estimate_pose: Dead reckoning: x, y [m], yaw [rad], (T, 3).
-        odometry_pose: The estimator's: x, y [m], yaw [rad], (T, 3); NaN where it did not run.
-        odometry_pose_sd: Their standard deviations, (T, 3).
-        odometry_velocity_B: vx, vy [m/s], yaw rate [rad/s], (T, 3).
-        odometry_force_n: Its forces, (T, N, 3).
-        odometry_health: 0 ok, 1 degraded, 2 lost, -1 not running, (T,).
+        dead_reckoning_pose: Open loop: x, y [m], yaw [rad], (T, 3).
+        estimate_pose: The estimator's: x, y [m], yaw [rad], (T, 3); NaN where it did not run.
+        estimate_pose_sd: Their standard deviations, (T, 3).
+        estimate_velocity_B: vx, vy [m/s], yaw rate [rad/s], (T, 3).
+        estimate_force_n: Its forces, (T, N, 3).
+        estimate_health: 0 ok, 1 degraded, 2 lost, -1 not running, (T,).
         truth_position_W: (T, 3); NaN where there is no truth. So in all fields of the truth.
         truth_quaternion_xyzw: (T, 4).
         truth_velocity_B: vx, vy [m/s], yaw rate [rad/s], (T, 3).
@@ -69,12 +69,12 @@ class Recording:
     predicted_force_n: FloatArray
     predicted_velocity_B: FloatArray  # noqa: N815
     predicted_slip_B: FloatArray  # noqa: N815
+    dead_reckoning_pose: FloatArray
     estimate_pose: FloatArray
-    odometry_pose: FloatArray
-    odometry_pose_sd: FloatArray
-    odometry_velocity_B: FloatArray  # noqa: N815
-    odometry_force_n: FloatArray
-    odometry_health: IntArray
+    estimate_pose_sd: FloatArray
+    estimate_velocity_B: FloatArray  # noqa: N815
+    estimate_force_n: FloatArray
+    estimate_health: IntArray
     truth_position_W: FloatArray  # noqa: N815
     truth_quaternion_xyzw: FloatArray
     truth_velocity_B: FloatArray  # noqa: N815
@@ -135,9 +135,9 @@ def build_recording(
         assert known is not None  # asked only where there is one
         return np.array([*known.velocity_B[:2], known.angular_velocity_B[2]])
 
-    def odometry(take: Callable[[OdometryEstimate], FloatArray], *shape: int) -> FloatArray:
+    def estimate(take: Callable[[Estimate], FloatArray], *shape: int) -> FloatArray:
         nothing = np.full(shape, np.nan)
-        return column(lambda tick: nothing if tick.odometry is None else take(tick.odometry))
+        return column(lambda tick: nothing if tick.estimate is None else take(tick.estimate))
 
     no_contact = np.zeros(legs, dtype=bool)
     contact = np.array(
@@ -160,15 +160,15 @@ def build_recording(
         predicted_force_n=column(lambda tick: tick.contact.traction.force_B),
         predicted_velocity_B=column(lambda tick: tick.contact.traction.velocity_B),
         predicted_slip_B=column(lambda tick: tick.contact.traction.slip_B),
-        estimate_pose=column(
-            lambda tick: np.array([*tick.estimate.position_m, tick.estimate.yaw_rad])
+        dead_reckoning_pose=column(
+            lambda tick: np.array([*tick.dead_reckoning.position_m, tick.dead_reckoning.yaw_rad])
         ),
-        odometry_pose=odometry(lambda said: np.array([*said.position_m, said.yaw_rad]), 3),
-        odometry_pose_sd=odometry(lambda said: np.sqrt(np.diagonal(said.pose_covariance)), 3),
-        odometry_velocity_B=odometry(lambda said: said.velocity_B, 3),
-        odometry_force_n=odometry(lambda said: said.force_B, legs, 3),
-        odometry_health=counts(
-            lambda t: NOT_RUNNING if t.odometry is None else HEALTHS.index(t.odometry.health)
+        estimate_pose=estimate(lambda e: np.array([*e.position_m, e.yaw_rad]), 3),
+        estimate_pose_sd=estimate(lambda e: np.sqrt(np.diagonal(e.pose_covariance)), 3),
+        estimate_velocity_B=estimate(lambda e: e.velocity_B, 3),
+        estimate_force_n=estimate(lambda e: e.force_B, legs, 3),
+        estimate_health=counts(
+            lambda t: NOT_RUNNING if t.estimate is None else HEALTHS.index(t.estimate.health)
         ),
         truth_position_W=truth(lambda t: t.inputs.truth.position_W, 3),  # type: ignore[union-attr]
         truth_quaternion_xyzw=truth(

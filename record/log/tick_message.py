@@ -1,7 +1,9 @@
 """A tick as one message, complete: written and read back without loss.
 
 The order of fields is that of ``bigant_msgs/msg/Tick`` in ``record.log.definitions``. Layout 1 is that of
-logs from before there was an estimator: no absolute poses among the inputs, no odometry at the end.
+logs from before there was an estimator: no absolute poses among the inputs, no estimate at the end.
+Layout 2 has the bytes of layout 3 under names that misled: its ``estimate_*`` was dead reckoning, its
+``odometry`` the estimate.
 """
 
 from dataclasses import dataclass
@@ -13,17 +15,17 @@ from model.values.contact import ContactSolution, Support, Traction
 from model.values.faults import Fault, FaultKind, StopReason
 from model.values.legs import FootForces, FootMotion, JointCommand, JointState
 from model.values.readings import BodyTruth, ForceRecord, ServoReadings
-from model.values.tick import Estimate, Inputs, Intent, LoopTiming, Mode, Request, Tick
+from model.values.tick import DeadReckoning, Inputs, Intent, LoopTiming, Mode, Request, Tick
 from record.log.cdr import HEADER, CdrReader, CdrWriter
-from record.log.odometry_message import (
-    read_odometry,
+from record.log.estimate_message import (
+    read_estimate,
     read_poses,
-    write_odometry,
+    write_estimate,
     write_poses,
 )
 
 TRANSDUCERS = 6
-LAYOUT = 2  # of ticks written today
+LAYOUT = 3  # of ticks written today
 
 
 def encode_tick(tick: Tick) -> bytes:
@@ -71,14 +73,14 @@ def _write_outputs(w: CdrWriter, tick: Tick, layout: int = LAYOUT) -> None:
         w.flag(command.torque)
     w.f64s(tick.feet.position_m, tick.feet.velocity_m_s)
     _write_contact(w, tick.contact)
-    estimate = tick.estimate
+    reckoned = tick.dead_reckoning
     w.record(
-        "qdddddd?", estimate.t_ns, *estimate.position_m.tolist(), estimate.yaw_rad,
-        *estimate.velocity_B.tolist(), estimate.valid,
+        "qdddddd?", reckoned.t_ns, *reckoned.position_m.tolist(), reckoned.yaw_rad,
+        *reckoned.velocity_B.tolist(), reckoned.valid,
     )  # fmt: skip
     _write_faults(w, tick.faults)
     if layout > 1:
-        write_odometry(w, tick.odometry)
+        write_estimate(w, tick.estimate)
 
 
 def _write_inputs(w: CdrWriter, inputs: Inputs, count: int) -> None:
@@ -228,7 +230,7 @@ def decode_tick(data: bytes, layout: int = LAYOUT, seen: TickInputs | None = Non
     wished, sent = _read_command(r), _read_command(r)
     feet = FootMotion(*(_rows(values, 3) for values in r.f64_rows(2)))
     contact = _read_contact(r)
-    estimate = Estimate(r.i64(), r.f64_array(2), r.f64(), r.f64_array(3), r.flag())
+    reckoned = DeadReckoning(r.i64(), r.f64_array(2), r.f64(), r.f64_array(3), r.flag())
     return Tick(
         t_ns=t_ns,
         index=index,
@@ -242,9 +244,9 @@ def decode_tick(data: bytes, layout: int = LAYOUT, seen: TickInputs | None = Non
         sent=sent,
         feet=feet,
         contact=contact,
-        estimate=estimate,
+        dead_reckoning=reckoned,
         faults=_read_faults(r),
-        odometry=read_odometry(r) if layout > 1 else None,
+        estimate=read_estimate(r) if layout > 1 else None,
     )
 
 

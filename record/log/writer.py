@@ -160,8 +160,8 @@ class LogWriter:
     def _write(self, tick: Tick) -> None:
         unix_ns = tick.t_ns + self._offset_ns
         names, joints, sent = self._names, tick.joints, tick.sent
-        said = tick.odometry
-        predicted_force = tick.contact.traction.force_B if said is None else said.force_B
+        estimate = tick.estimate
+        predicted_force = tick.contact.traction.force_B if estimate is None else estimate.force_B
         self._put(TICK_TOPIC, unix_ns, encode_tick(tick))
         state = messages.joint_state(unix_ns, names, joints.angle_rad, joints.rate_rad_s)
         self._put("/joint_states", unix_ns, state)
@@ -172,14 +172,14 @@ class LogWriter:
             self._put(f"/wrench/{name}", unix_ns, measured)
             predicted = messages.wrench(unix_ns, predicted_force[leg])
             self._put(f"/wrench_predicted/{name}", unix_ns, predicted)
-        if said is not None:
-            self._put("/odom", unix_ns, messages.estimator_odometry(unix_ns, said))
-            self._put("/tf", unix_ns, messages.transform(unix_ns, said))
-            reckoned = messages.estimate_odometry(unix_ns, tick.estimate)
+        reckoned = messages.dead_reckoning_odometry(unix_ns, tick.dead_reckoning)
+        if estimate is not None:
+            self._put("/odom", unix_ns, messages.estimate_odometry(unix_ns, estimate))
+            self._put("/tf", unix_ns, messages.transform(unix_ns, estimate))
             self._put("/odom_open_loop", unix_ns, reckoned)
         else:
-            self._put("/odom", unix_ns, messages.estimate_odometry(unix_ns, tick.estimate))
-            self._put("/tf", unix_ns, messages.transform(unix_ns, tick.estimate))
+            self._put("/odom", unix_ns, reckoned)
+            self._put("/tf", unix_ns, messages.transform(unix_ns, tick.dead_reckoning))
         truth = tick.inputs.truth
         if truth is not None:
             self._put("/odom_truth", unix_ns, messages.truth_odometry(unix_ns, truth))

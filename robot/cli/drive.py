@@ -319,9 +319,10 @@ def _say(plan: Drive, result: RunResult, log_error: str) -> ExitCode:
 
 
 def _print_pose(tick: Tick) -> None:
-    said = tick.odometry if tick.odometry is not None else tick.estimate
-    x, y = said.position_m
-    print(f"odometry: x {x:.3f} m, y {y:.3f} m, yaw {said.yaw_rad:.3f} rad")
+    pose = tick.estimate if tick.estimate is not None else tick.dead_reckoning
+    name = "estimate" if tick.estimate is not None else "dead reckoning"
+    x, y = pose.position_m
+    print(f"{name}: x {x:.3f} m, y {y:.3f} m, yaw {pose.yaw_rad:.3f} rad")
 
 
 def _print_summary(path: Path) -> None:

@@ -101,7 +101,7 @@ def run(options: argparse.Namespace) -> ExitCode:
 def replay_table(fields: "Sequence[FieldResult]", *, only_beyond: bool = False) -> list[str]:
     """Return stages and fields as a table; on wish only those that differ too much."""
     lines = [
-        f"{'stage':<12}{'field':<17}{'unit':<12}{'tolerance':>10}{'largest':>11}{'ticks beyond':>14}"
+        f"{'stage':<16}{'field':<17}{'unit':<12}{'tolerance':>10}{'largest':>11}{'ticks beyond':>14}"
     ]
     stage = ""
     for field in fields:
@@ -110,7 +110,7 @@ def replay_table(fields: "Sequence[FieldResult]", *, only_beyond: bool = False) 
         shown = field.stage if field.stage != stage else ""
         stage = field.stage
         lines.append(
-            f"{shown:<12}{field.name:<17}{field.unit:<12}{_tolerance(field.tolerance):>10}"
+            f"{shown:<16}{field.name:<17}{field.unit:<12}{_tolerance(field.tolerance):>10}"
             f"{_largest(field.largest):>11}{field.ticks_beyond:>14}"
         )
     return lines

@@ -14,7 +14,7 @@ from model.values.arrays import BoolArray, FloatArray, readonly
 from model.values.contact import ContactSolution
 from model.values.faults import Fault, FaultKind, StopReason
 from model.values.legs import FootForces, JointCommand, JointState
-from model.values.tick import Estimate, Mode
+from model.values.tick import DeadReckoning, Mode
 from robot.config.safety import BodyLimits
 from robot.control.body_watch_kernel import ROWS, way_kernel
 
@@ -74,7 +74,7 @@ class BodySeen:
         sent: The command that the servos were following.
         forces: Latest measured foot forces.
         contact: The model's answer for this tick.
-        estimate: Dead reckoning of the tick before; the run began at (0, 0).
+        dead_reckoning: That of the tick before; the run began at (0, 0).
         weight_n: The robot's weight [N].
         sensors: Legs with a force sensor, (N,) bool.
         down: Legs whose servos have lost their torque, (N,) bool.
@@ -86,7 +86,7 @@ class BodySeen:
     sent: JointCommand
     forces: FootForces
     contact: ContactSolution
-    estimate: Estimate
+    dead_reckoning: DeadReckoning
     weight_n: float
     sensors: Sequence[bool]
     down: BoolArray
@@ -208,16 +208,16 @@ def _standing_at(memory: BodyMemory, seen: BodySeen) -> FloatArray:
     if seen.mode not in STANDING:
         return NOWHERE
     known = bool(np.isfinite(memory.standing_at_m).all())
-    return memory.standing_at_m if known else seen.estimate.position_m
+    return memory.standing_at_m if known else seen.dead_reckoning.position_m
 
 
 def _slipped(seen: BodySeen, standing_at_m: FloatArray, limits: BodyLimits) -> list[Fault]:
     faults = []
-    way_m = dist(seen.estimate.position_m.tolist(), standing_at_m.tolist())
+    way_m = dist(seen.dead_reckoning.position_m.tolist(), standing_at_m.tolist())
     if way_m > limits.max_slip:  # False where it does not stand: NaN
         detail = f"moved {way_m:.3f} m while it should stand, limit {limits.max_slip:g} m"
         faults.append(Fault(FaultKind.SLIPPED, "body", detail))
-    distance_m = hypot(*seen.estimate.position_m.tolist())
+    distance_m = hypot(*seen.dead_reckoning.position_m.tolist())
     if distance_m > limits.max_distance:
         detail = f"is {distance_m:.2f} m from where it began, limit {limits.max_distance:g} m"
         faults.append(Fault(FaultKind.SLIPPED, "body", detail))

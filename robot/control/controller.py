@@ -16,19 +16,19 @@ from gaits.limits import frequency_limit
 from gaits.plan import Walking
 from model.kinematics.four_bar import Linkage
 from model.motion import differentiate
-from model.motion.dead_reckoning import advance as advance_odometry
+from model.motion.dead_reckoning import advance as advance_dead_reckoning
 from model.quasistatic.frame import prepare, solve_frame
 from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
 from model.values.contact import ContactSolution
 from model.values.faults import Fault, FaultKind, StopReason
 from model.values.legs import FootForces, FootMotion, JointCommand, JointState
 from model.values.readings import ServoReadings
-from model.values.tick import Estimate, Inputs, Mode, Tick
+from model.values.tick import DeadReckoning, Inputs, Mode, Tick
 from robot.config.robot_file import RobotConfig
 from robot.control import body_watch_kernel
 from robot.control.body_watch import BodyMemory, BodySeen, stop_reason_of, watch_body
-from robot.control.estimator_stage import OdometryStage
-from robot.control.file_model import model_of, odometry_stage
+from robot.control.estimator_stage import EstimatorStage
+from robot.control.file_model import estimator_stage, model_of
 from robot.control.modes import GaitBook, Phase, Situation, advance, graver
 from robot.control.recovery import Care, CareSeen, RecoveryMemory, care, legs_down
 from robot.control.safety import Allowed, Refused, ServoVerdict, gate, watch_servos
@@ -69,9 +69,9 @@ class Controller:
         self._scales = ForceScales(calibrations, config.force_sensor)
         self._no_forces = no_forces(robot.legs.count)
         self._linkage = Linkage(robot.linkage, robot.legs.shaft_position)
-        self._odometry: OdometryStage | None = None
+        self._estimator: EstimatorStage | None = None
         if config.estimator.enabled:
-            self._odometry = odometry_stage(config, self._linkage)
+            self._estimator = estimator_stage(config, self._linkage)
         self._weight_n = robot.body.mass * standard_gravity
         self._sensors = tuple(number > 0 for number in config.force_sensor.transducers.tolist())
         gaits = {name: make_gait(name, robot) for name in ("tripod", "metachronal")}
@@ -101,11 +101,11 @@ class Controller:
             forces=self._no_forces,
             times_ns=np.zeros(window, dtype=np.int64),
             angles_rad=np.full((window, count), np.nan),
-            estimate=Estimate(0, np.zeros(2), 0.0, np.full(3, np.nan), valid=False),
+            dead_reckoning=DeadReckoning(0, np.zeros(2), 0.0, np.full(3, np.nan), valid=False),
             body=BodyMemory.empty(count),
             recovery=RecoveryMemory.empty(count),
             began_ns=-1,
-            odometry=self._odometry.initial() if self._odometry is not None else None,
+            estimator=self._estimator.initial() if self._estimator is not None else None,
         )
 
     def step(
@@ -147,13 +147,15 @@ class Controller:
         began_ns = t_ns if state.index == 0 else state.began_ns
         rate = differentiate.latest_rate(times_ns, angles_rad)
         feet, contact, model_faults = self._model(state, joints, rate, t_ns)
-        estimate = self._estimate(state, contact, t_ns)
+        dead_reckoning = self._dead_reckoning(state, contact, t_ns)
         truly = forces
         if self._effects is not None:
             truly = self._effects.true_forces(forces, (t_ns - began_ns) * 1e-9)
-        odometry = state.odometry
-        if self._odometry is not None and odometry is not None:
-            odometry, _ = self._odometry.step(odometry, t_ns, joints, forces, inputs.poses)
+        estimator, estimate = state.estimator, None
+        if self._estimator is not None and estimator is not None:
+            estimator, estimate = self._estimator.step(
+                estimator, t_ns, joints, forces, inputs.poses
+            )
         body, body_faults = self._watch_body(state, joints, truly, contact, down)
         cared = self._care(state, inputs, servos, verdict, t_ns)
         stop = self._stop_reason(state, inputs, late, t_ns)
@@ -188,9 +190,9 @@ class Controller:
             sent=allowed.command,
             feet=feet,
             contact=contact,
-            estimate=estimate,
+            dead_reckoning=dead_reckoning,
             faults=faults,
-            odometry=odometry.estimate if odometry is not None else None,
+            estimate=estimate,
         )
         after = ControllerState(
             index=state.index + 1,
@@ -203,11 +205,11 @@ class Controller:
             forces=forces,
             times_ns=times_ns,
             angles_rad=angles_rad,
-            estimate=estimate,
+            dead_reckoning=dead_reckoning,
             body=body,
             recovery=cared.memory,
             began_ns=began_ns,
-            odometry=odometry,
+            estimator=estimator,
         )
         return after, tick
 
@@ -226,7 +228,7 @@ class Controller:
             sent=state.allowed.command,
             forces=forces,
             contact=contact,
-            estimate=state.estimate,
+            dead_reckoning=state.dead_reckoning,
             weight_n=self._weight_n,
             sensors=self._sensors,
             down=down,
@@ -320,7 +322,7 @@ class Controller:
             feet = self._linkage.frame_feet(joints.angle_rad, rate_rad_s)
             solution = solve_frame(feet, self.config.parameters.contact, self._weight_n)
         else:
-            was = state.estimate
+            was = state.dead_reckoning
             dt_s = 0.0 if state.index == 0 else (t_ns - was.t_ns) * 1e-9
             pose = np.array([*was.position_m, was.yaw_rad])
             found = self._effects.solve(joints.angle_rad, rate_rad_s, pose, was.velocity_B, dt_s)
@@ -330,11 +332,13 @@ class Controller:
         fault = Fault(FaultKind.NO_SUPPORT, "support", solution.support.reason)
         return feet, solution, (fault,)
 
-    def _estimate(self, state: ControllerState, contact: ContactSolution, t_ns: int) -> Estimate:
-        before = state.estimate
+    def _dead_reckoning(
+        self, state: ControllerState, contact: ContactSolution, t_ns: int
+    ) -> DeadReckoning:
+        before = state.dead_reckoning
         if state.index == 0:
             before = replace(before, t_ns=t_ns)
-        return advance_odometry(before, contact.traction.velocity_B, t_ns)
+        return advance_dead_reckoning(before, contact.traction.velocity_B, t_ns)
 
 
 def _remember(state: ControllerState, joints: JointState, t_ns: int) -> tuple[IntArray, FloatArray]:

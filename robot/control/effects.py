@@ -20,7 +20,7 @@ from model.quasistatic.frames import FrictionLaw
 from model.values.arrays import FloatArray
 from model.values.estimate import AddedByEffects
 from model.values.legs import FootForces, FootMotion
-from model.values.tick import Estimate
+from model.values.tick import DeadReckoning
 from record.log.recording import Recording
 from robot.config.robot_file import RobotConfig
 from robot.control.file_model import machine_of
@@ -41,7 +41,7 @@ class EffectMemory:
     """
 
     began_ns: int
-    where: Estimate
+    where: DeadReckoning
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -102,7 +102,7 @@ class EffectsBeside:
             forces: As the calibrated sensors report them.
         """
         if memory is None:
-            start = Estimate(t_ns, np.zeros(2), 0.0, np.full(3, np.nan), valid=False)
+            start = DeadReckoning(t_ns, np.zeros(2), 0.0, np.full(3, np.nan), valid=False)
             memory = EffectMemory(t_ns, start)
         where = memory.where
         dt_s = (t_ns - where.t_ns) * 1e-9
@@ -170,7 +170,9 @@ def effect_frames(
     )
     true_n = log.force_n.copy()
     added: list[AddedByEffects] = []
-    start = Estimate(int(log.t_s[first] * 1e9), np.zeros(2), 0.0, np.full(3, np.nan), valid=False)
+    start = DeadReckoning(
+        int(log.t_s[first] * 1e9), np.zeros(2), 0.0, np.full(3, np.nan), valid=False
+    )
     memory = EffectMemory(int(log.t_s[0] * 1e9), start)
     for i in range(first, last):
         reading = FootForces(0, log.force_n[i], np.isfinite(log.force_n[i]).all(axis=1))

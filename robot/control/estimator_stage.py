@@ -14,7 +14,7 @@ from model.estimator.history import EstimatorMemory, LateSample, advance, use_la
 from model.kinematics.four_bar import Linkage
 from model.parameters.robot import RobotParameters
 from model.values.arrays import FloatArray, readonly
-from model.values.estimate import POSE, YAW, OdometryEstimate, OdometryInputs
+from model.values.estimate import POSE, YAW, Estimate, OdometryInputs
 from model.values.legs import FootForces, JointState
 from model.values.poses import PoseRecord
 from robot.config.estimator import EstimatorConfig
@@ -26,7 +26,7 @@ FIRST = -1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class OdometryMemory:
+class StageMemory:
     """What the stage remembers.
 
     Attributes:
@@ -38,11 +38,11 @@ class OdometryMemory:
 
     estimator: EstimatorMemory
     alignment: FloatArray | None = None
-    estimate: OdometryEstimate | None = None
+    estimate: Estimate | None = None
     effects: "EffectMemory | None" = None
 
 
-class OdometryStage:
+class EstimatorStage:
     """The stage and what it knows beforehand.
 
     Args:
@@ -67,18 +67,18 @@ class OdometryStage:
             weight_n = effects.weight_n
         self._estimator = Estimator(robot.contact, weight_n, config.settings)
 
-    def initial(self) -> OdometryMemory:
+    def initial(self) -> StageMemory:
         """Return the memory before the first tick."""
-        return OdometryMemory(EstimatorMemory(self._estimator.initial()))
+        return StageMemory(EstimatorMemory(self._estimator.initial()))
 
     def step(
         self,
-        memory: OdometryMemory,
+        memory: StageMemory,
         t_ns: int,
         joints: JointState,
         forces: FootForces,
         poses: tuple[PoseRecord, ...],
-    ) -> tuple[OdometryMemory, OdometryEstimate]:
+    ) -> tuple[StageMemory, Estimate]:
         """Advance by a tick.
 
         Args:
@@ -110,7 +110,7 @@ class OdometryStage:
                     yaw_sd_rad=newest.yaw_sd_rad,
                 )
         after, estimate = advance(self._estimator, before, inputs, self._memory_s)
-        return OdometryMemory(after, alignment, estimate, effects), estimate
+        return StageMemory(after, alignment, estimate, effects), estimate
 
     def _sorted(
         self,

@@ -1,10 +1,10 @@
-"""The model of a robot file with effects, for controller and odometry; none for a file without."""
+"""The model of a robot file with effects, for controller and estimator; none for a file without."""
 
 from typing import TYPE_CHECKING
 
 from model.kinematics.four_bar import Linkage
 from robot.config.robot_file import RobotConfig
-from robot.control.estimator_stage import OdometryStage
+from robot.control.estimator_stage import EstimatorStage
 
 if TYPE_CHECKING:
     from gap.machines.legged.frame import FrameModel
@@ -33,12 +33,12 @@ def model_of(config: RobotConfig) -> "FrameModel | None":
     return model
 
 
-def odometry_stage(config: RobotConfig, linkage: Linkage) -> OdometryStage:
+def estimator_stage(config: RobotConfig, linkage: Linkage) -> EstimatorStage:
     """Return the estimator of a robot file, with what its effects add."""
     if not config.effects:
-        return OdometryStage(config.parameters, config.estimator, linkage)
+        return EstimatorStage(config.parameters, config.estimator, linkage)
     from robot.control.effects import EffectsBeside
 
     beside = EffectsBeside(config, config.estimator.settings.law)
     beside.prepare()
-    return OdometryStage(config.parameters, config.estimator, linkage, beside)
+    return EstimatorStage(config.parameters, config.estimator, linkage, beside)

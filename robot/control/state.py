@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from model.values.arrays import FloatArray, IntArray
 from model.values.faults import StopReason
 from model.values.legs import FootForces
-from model.values.tick import Estimate
+from model.values.tick import DeadReckoning
 from robot.control.body_watch import BodyMemory
-from robot.control.estimator_stage import OdometryMemory
+from robot.control.estimator_stage import StageMemory
 from robot.control.modes import Phase
 from robot.control.recovery import RecoveryMemory
 from robot.control.safety import Allowed
@@ -28,11 +28,11 @@ class ControllerState:
         forces: Latest measured foot forces.
         times_ns: Times of the latest shaft angles, (W,).
         angles_rad: Latest shaft angles, (W, N).
-        estimate: Dead-reckoned pose.
+        dead_reckoning: Dead-reckoned pose.
         body: What the watch over the body remembers.
         recovery: Servos that are being brought back.
         began_ns: Time of the first tick.
-        odometry: What the estimator remembers; None where it is switched off.
+        estimator: What the estimator remembers; None where it is switched off.
     """
 
     index: int
@@ -45,11 +45,11 @@ class ControllerState:
     forces: FootForces
     times_ns: IntArray
     angles_rad: FloatArray
-    estimate: Estimate
+    dead_reckoning: DeadReckoning
     body: BodyMemory
     recovery: RecoveryMemory
     began_ns: int
-    odometry: OdometryMemory | None
+    estimator: StageMemory | None
 
     @property
     def stop_reason(self) -> StopReason:

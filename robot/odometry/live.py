@@ -18,7 +18,7 @@ from drivers.clock import MonotonicClock
 from model.errors import ConfigError, RecordError
 from model.estimator.settings import EstimatorSettings
 from model.kinematics.four_bar import Linkage
-from model.values.estimate import OdometryEstimate
+from model.values.estimate import Estimate
 from model.values.faults import StopReason
 from model.values.legs import FootForces
 from model.values.tick import Tick
@@ -29,8 +29,8 @@ from robot.config.robot_file import RobotConfig, load_robot, parse_robot
 from robot.console.exit_codes import ExitCode, exit_code_of
 from robot.console.plain_json import plain
 from robot.control.controller import Controller
-from robot.control.estimator_stage import OdometryStage
-from robot.control.file_model import odometry_stage
+from robot.control.estimator_stage import EstimatorStage
+from robot.control.file_model import estimator_stage
 from robot.run.hardware import open_real, open_virtual
 from robot.run.loop import run
 from robot.run.operator import Interrupts, Script, ScriptedOperator
@@ -58,7 +58,7 @@ class Said:
         self._first_ns: int | None = None
         self.count = 0
 
-    def take(self, said: OdometryEstimate) -> None:
+    def take(self, said: Estimate) -> None:
         """Take one."""
         if self._first_ns is None:
             self._first_ns = self._next_ns = said.t_ns
@@ -78,8 +78,8 @@ class Said:
 
     def write(self, tick: Tick) -> None:
         """Take the estimate of a tick: as a log does, for the loop."""
-        if tick.odometry is not None:
-            self.take(tick.odometry)
+        if tick.estimate is not None:
+            self.take(tick.estimate)
 
 
 def run_live(options: argparse.Namespace) -> ExitCode:
@@ -143,7 +143,7 @@ class _Beside:
         self._memory = self._stage.initial()
         self._deaf = options.no_forces
 
-    def step(self, tick: Tick) -> OdometryEstimate:
+    def step(self, tick: Tick) -> Estimate:
         forces = tick.forces
         if self._deaf:
             nothing = np.full_like(forces.force_n, np.nan)
@@ -187,12 +187,12 @@ def _settings(options: argparse.Namespace, config: RobotConfig) -> EstimatorSett
     return replace(settings, sway=False) if options.no_sway else settings
 
 
-def stage_of(options: argparse.Namespace, config: RobotConfig) -> OdometryStage:
+def stage_of(options: argparse.Namespace, config: RobotConfig) -> EstimatorStage:
     """The estimator of a robot file with what the command line changes of it."""
     robot = config.parameters
     estimator = replace(config.estimator, settings=_settings(options, config))
     linkage = Linkage(robot.linkage, robot.legs.shaft_position)
-    return odometry_stage(replace(config, estimator=estimator), linkage)
+    return estimator_stage(replace(config, estimator=estimator), linkage)
 
 
 def _config(options: argparse.Namespace, contents: LogContents) -> RobotConfig:
@@ -201,7 +201,7 @@ def _config(options: argparse.Namespace, contents: LogContents) -> RobotConfig:
     return parse_robot(contents.config_text) if contents.config_text else load_robot()
 
 
-def _line(said: OdometryEstimate, seconds: float) -> str:
+def _line(said: Estimate, seconds: float) -> str:
     x, y = said.position_m * 1e3
     sd_x, sd_y, sd_yaw = np.sqrt(np.diagonal(said.pose_covariance))
     vx, vy, turn = said.velocity_B
@@ -213,7 +213,7 @@ def _line(said: OdometryEstimate, seconds: float) -> str:
     )
 
 
-def _json_line(said: OdometryEstimate) -> str:
+def _json_line(said: Estimate) -> str:
     return json.dumps(
         plain({
             "t_ns": said.t_ns,

@@ -13,7 +13,7 @@ from model.estimator.settings import EstimatorSettings
 from model.kinematics.four_bar import Linkage
 from model.parameters.robot import ContactParameters
 from model.values.arrays import FloatArray, IntArray
-from model.values.estimate import EstimatorState, OdometryEstimate, OdometryInputs
+from model.values.estimate import Estimate, EstimatorState, OdometryInputs
 from model.values.legs import FootForces, FootMotion
 from record.log.recording import Recording
 from robot.config.robot_file import RobotConfig
@@ -54,7 +54,7 @@ class OdometryTrack:
     nis_dof: IntArray
     step_us: FloatArray
     cpu_us: FloatArray
-    estimates: tuple[OdometryEstimate, ...]
+    estimates: tuple[Estimate, ...]
     states: tuple[EstimatorState, ...]
 
 

@@ -244,8 +244,8 @@ def body_rows(found: Repeat) -> list[tuple[str, str]]:
         ("predicted velocity, RMS of new - old", _velocity(found.predicted_velocity)),
         ("way of the old run", _way(found.old_way)),
         ("way of the new run", _way(found.new_way)),
-        ("dead reckoning, old", _way(found.old_estimated_way)),
-        ("dead reckoning, new", _way(found.new_estimated_way)),
+        ("dead reckoning, old", _way(found.old_reckoned_way)),
+        ("dead reckoning, new", _way(found.new_reckoned_way)),
     ]
 
 

@@ -15,10 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from model.values.estimate import OdometryEstimate
+from model.values.estimate import Estimate
 from model.values.faults import StopReason
 from model.values.tick import Mode, Tick
-from record.log.odometry_message import HEALTHS
+from record.log.estimate_message import HEALTHS
 
 Take = Callable[[Tick], ArrayLike]
 
@@ -95,12 +95,12 @@ def _force_counts(tick: Tick) -> ArrayLike:
     return records[-1].counts if records else np.zeros((6, 6), dtype=np.int64)
 
 
-def _odometry(take: Callable[[OdometryEstimate], ArrayLike], *shape: int) -> Take:
+def _estimate(take: Callable[[Estimate], ArrayLike], *shape: int) -> Take:
     """A field of the estimate, absent where there is none; its first axis may be that of the legs."""
 
     def found(tick: Tick) -> ArrayLike:
-        if tick.odometry is not None:
-            return take(tick.odometry)
+        if tick.estimate is not None:
+            return take(tick.estimate)
         legs = len(tick.joints.angle_rad)
         return np.full([legs if size == LEGS else size for size in shape], np.nan)
 
@@ -154,28 +154,28 @@ FIELDS = (
     Field("traction", "force", "N", 1e-8, BALANCE, lambda t: t.contact.traction.force_B,
           legs=True, parts=_XYZ),
     Field("traction", "valid", "", 0.0, EXACT, lambda t: t.contact.traction.valid),
-    Field("estimate", "position", "m", 1e-9, SUM, lambda t: t.estimate.position_m,
+    Field("dead reckoning", "position", "m", 1e-9, SUM, lambda t: t.dead_reckoning.position_m,
           parts=("x", "y")),
-    Field("estimate", "yaw", "rad", 1e-9, SUM, lambda t: t.estimate.yaw_rad),
-    Field("estimate", "velocity", "m/s, rad/s", 1e-9, BALANCE, lambda t: t.estimate.velocity_B,
-          parts=_PLANAR),
-    Field("estimate", "valid", "", 0.0, EXACT, lambda t: t.estimate.valid),
-    Field("odometry", "position", "m", 1e-8, FILTERED, _odometry(lambda o: o.position_m, 2),
+    Field("dead reckoning", "yaw", "rad", 1e-9, SUM, lambda t: t.dead_reckoning.yaw_rad),
+    Field("dead reckoning", "velocity", "m/s, rad/s", 1e-9, BALANCE,
+          lambda t: t.dead_reckoning.velocity_B, parts=_PLANAR),
+    Field("dead reckoning", "valid", "", 0.0, EXACT, lambda t: t.dead_reckoning.valid),
+    Field("estimate", "position", "m", 1e-8, FILTERED, _estimate(lambda o: o.position_m, 2),
           parts=("x", "y")),
-    Field("odometry", "yaw", "rad", 1e-8, FILTERED, _odometry(lambda o: o.yaw_rad)),
-    Field("odometry", "velocity", "m/s, rad/s", 1e-8, FILTERED, _odometry(lambda o: o.velocity_B, 3),
+    Field("estimate", "yaw", "rad", 1e-8, FILTERED, _estimate(lambda o: o.yaw_rad)),
+    Field("estimate", "velocity", "m/s, rad/s", 1e-8, FILTERED, _estimate(lambda o: o.velocity_B, 3),
           parts=_PLANAR),
-    Field("odometry", "pose covariance", "m2, rad2", 1e-8, FILTERED,
-          _odometry(lambda o: o.pose_covariance, 3, 3)),
-    Field("odometry", "twist covariance", "", 1e-8, FILTERED,
-          _odometry(lambda o: o.twist_covariance, 3, 3)),
-    Field("odometry", "mu", "", 1e-7, FILTERED, _odometry(lambda o: o.mu, LEGS), legs=True),
-    Field("odometry", "stiffness", "N/m", 1e-7, FILTERED, _odometry(lambda o: o.stiffness, LEGS),
+    Field("estimate", "pose covariance", "m2, rad2", 1e-8, FILTERED,
+          _estimate(lambda o: o.pose_covariance, 3, 3)),
+    Field("estimate", "twist covariance", "", 1e-8, FILTERED,
+          _estimate(lambda o: o.twist_covariance, 3, 3)),
+    Field("estimate", "mu", "", 1e-7, FILTERED, _estimate(lambda o: o.mu, LEGS), legs=True),
+    Field("estimate", "stiffness", "N/m", 1e-7, FILTERED, _estimate(lambda o: o.stiffness, LEGS),
           legs=True),
-    Field("odometry", "force", "N", 1e-5, LEAST, _odometry(lambda o: o.force_B, LEGS, 3), legs=True,
+    Field("estimate", "force", "N", 1e-5, LEAST, _estimate(lambda o: o.force_B, LEGS, 3), legs=True,
           parts=_XYZ),
-    Field("odometry", "contact", "", 0.0, EXACT, _odometry(lambda o: o.contact, LEGS), legs=True),
-    Field("odometry", "rejects", "", 0.0, EXACT, _odometry(lambda o: o.rejects)),
-    Field("odometry", "health", "", 0.0, EXACT, _odometry(lambda o: HEALTHS.index(o.health))),
+    Field("estimate", "contact", "", 0.0, EXACT, _estimate(lambda o: o.contact, LEGS), legs=True),
+    Field("estimate", "rejects", "", 0.0, EXACT, _estimate(lambda o: o.rejects)),
+    Field("estimate", "health", "", 0.0, EXACT, _estimate(lambda o: HEALTHS.index(o.health))),
     Field("faults", "kind and source", "", 0.0, EXACT, _faults),
 )  # fmt: skip

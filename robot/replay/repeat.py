@@ -51,8 +51,8 @@ class Repeat:
         predicted_velocity: The same of the model's.
         old_way: Forward way [m], sideways [m] and turn [rad] of the old run, true where known.
         new_way: The same of the new one.
-        old_estimated_way: The same of the old run by dead reckoning.
-        new_estimated_way: The same of the new one.
+        old_reckoned_way: The same of the old run by dead reckoning.
+        new_reckoned_way: The same of the new one.
     """
 
     duration_s: float
@@ -63,8 +63,8 @@ class Repeat:
     predicted_velocity: tuple[float, ...]
     old_way: tuple[float, ...]
     new_way: tuple[float, ...]
-    old_estimated_way: tuple[float, ...]
-    new_estimated_way: tuple[float, ...]
+    old_reckoned_way: tuple[float, ...]
+    new_reckoned_way: tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,7 +96,7 @@ class Columns:
         true_velocity: (T, 3).
         predicted_velocity: (T, 3).
         pose: x, y [m], yaw [rad], (T, 3): true where known, else dead reckoning.
-        estimate: The same by dead reckoning, (T, 3).
+        dead_reckoning: The same by dead reckoning, (T, 3).
     """
 
     sent_rad: FloatArray
@@ -106,7 +106,7 @@ class Columns:
     true_velocity: FloatArray
     predicted_velocity: FloatArray
     pose: FloatArray
-    estimate: FloatArray
+    dead_reckoning: FloatArray
 
 
 def overlay(old: Recording, new: Recording) -> Overlay:
@@ -148,7 +148,7 @@ def _columns(log: Recording, own_t_s: FloatArray, t_s: FloatArray) -> Columns:
         at(log.truth_velocity_B),
         at(log.predicted_velocity_B),
         at(planar_pose(log)),
-        at(log.estimate_pose),
+        at(log.dead_reckoning_pose),
     )
 
 
@@ -174,8 +174,8 @@ def compare_runs(old: Recording, new: Recording, both: Overlay) -> Repeat:
         ),
         old_way=_way(one.pose),
         new_way=_way(other.pose),
-        old_estimated_way=_way(one.estimate),
-        new_estimated_way=_way(other.estimate),
+        old_reckoned_way=_way(one.dead_reckoning),
+        new_reckoned_way=_way(other.dead_reckoning),
     )
 
 

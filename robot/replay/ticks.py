@@ -91,7 +91,7 @@ def replay_log(
     fields = [f for f in FIELDS if rebuilt.forces_known or f.stage != "forces"]
     if first_message.layout == 1:
         notes.append("the log is older than the estimator: what that says is not compared")
-        fields = [f for f in fields if f.stage != "odometry"]
+        fields = [f for f in fields if f.stage != "estimate"]
     comparison = Comparison(fields, controller.config.parameters.legs.names, scale)
     start_ns = now_ns = decode_inputs(first_message.data, first_message.layout).t_ns
     comparison.begin(start_ns)

@@ -70,17 +70,17 @@ def _trajectory(log: Recording) -> Figure:
     figure = Figure(figsize=(9, 3.6), layout="constrained")
     ax: Axes = figure.subplots()
     thin = _thin(log)
-    estimate = _in_truth_frame(log, log.estimate_pose)[thin]
+    reckoned = _in_truth_frame(log, log.dead_reckoning_pose)[thin]
     if log.has_truth:
         true = planar_pose(log)[thin]
         ax.plot(true[:, 0], true[:, 1], color=TRUE, lw=2.5, label="true")
     ax.plot(
-        estimate[:, 0], estimate[:, 1], color=PREDICTED, lw=1.5, ls="--", label="dead reckoning"
+        reckoned[:, 0], reckoned[:, 1], color=PREDICTED, lw=1.5, ls="--", label="dead reckoning"
     )
-    if np.isfinite(log.odometry_pose).any():
-        said = _in_truth_frame(log, log.odometry_pose)[thin]
-        ax.plot(said[:, 0], said[:, 1], color=ESTIMATED, lw=1.5, ls="-.", label="estimator")
-    _headings(ax, true if log.has_truth else estimate)
+    if np.isfinite(log.estimate_pose).any():
+        estimate = _in_truth_frame(log, log.estimate_pose)[thin]
+        ax.plot(estimate[:, 0], estimate[:, 1], color=ESTIMATED, lw=1.5, ls="-.", label="estimator")
+    _headings(ax, true if log.has_truth else reckoned)
     _widen(ax, LEAST_M)
     ax.set_aspect("equal", adjustable="datalim")
     ax.set_xlabel("x [m]")
@@ -136,8 +136,8 @@ def _velocity(log: Recording) -> Figure:
     curves = [("predicted", log.predicted_velocity_B, PREDICTED, 0.9)]
     if log.has_truth:
         curves.insert(0, ("true", log.truth_velocity_B, TRUE, 1.8))
-    if np.isfinite(log.odometry_velocity_B).any():
-        curves.append(("estimator", log.odometry_velocity_B, ESTIMATED, 0.9))
+    if np.isfinite(log.estimate_velocity_B).any():
+        curves.append(("estimator", log.estimate_velocity_B, ESTIMATED, 0.9))
     thin = _thin(log)
     for component, ax in enumerate(axes[:3]):
         for name, velocity, colour, width in curves:

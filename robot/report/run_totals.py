@@ -48,9 +48,9 @@ class RunTotals:
         velocity_error: Predicted minus true body velocity while walking.
         velocity: True body velocity while walking.
         force_error: Predicted minus measured foot force while walking.
-        odometry_error: The estimator's minus true body velocity while walking.
-        odometry_force_error: Its minus measured foot force while walking.
-        odometry_sd: Its standard deviations of x, y [m], yaw [rad] at the end, NaN without it.
+        estimate_error: The estimator's minus true body velocity while walking.
+        estimate_force_error: Its minus measured foot force while walking.
+        estimate_sd: Its standard deviations of x, y [m], yaw [rad] at the end, NaN without it.
     """
 
     truth: bool = False
@@ -64,9 +64,9 @@ class RunTotals:
     velocity_error: SquareMean = field(default_factory=lambda: SquareMean(np.zeros(3)))
     velocity: SquareMean = field(default_factory=lambda: SquareMean(np.zeros(3)))
     force_error: SquareMean = field(default_factory=lambda: SquareMean(np.zeros(3)))
-    odometry_error: SquareMean = field(default_factory=lambda: SquareMean(np.zeros(3)))
-    odometry_force_error: SquareMean = field(default_factory=lambda: SquareMean(np.zeros(3)))
-    odometry_sd: FloatArray = field(default_factory=lambda: np.full(3, np.nan))
+    estimate_error: SquareMean = field(default_factory=lambda: SquareMean(np.zeros(3)))
+    estimate_force_error: SquareMean = field(default_factory=lambda: SquareMean(np.zeros(3)))
+    estimate_sd: FloatArray = field(default_factory=lambda: np.full(3, np.nan))
     _columns: dict[str, list[FloatArray | IntArray]] = field(default_factory=dict)
     _true_slip: list[FloatArray] = field(default_factory=list)
     _predicted_slip: list[FloatArray] = field(default_factory=list)
@@ -85,19 +85,19 @@ class RunTotals:
         self.velocity.add(block.truth_velocity_B[walking])
         error_n = (block.predicted_force_n - block.force_n)[walking]
         self.force_error.add(error_n.reshape(-1, 3))
-        self.odometry_error.add((block.odometry_velocity_B - block.truth_velocity_B)[walking])
-        error_n = (block.odometry_force_n - block.force_n)[walking]
-        self.odometry_force_error.add(error_n.reshape(-1, 3))
-        self.odometry_sd = block.odometry_pose_sd[-1]
+        self.estimate_error.add((block.estimate_velocity_B - block.truth_velocity_B)[walking])
+        error_n = (block.estimate_force_n - block.force_n)[walking]
+        self.estimate_force_error.add(error_n.reshape(-1, 3))
+        self.estimate_sd = block.estimate_pose_sd[-1]
         self._true_slip.append(_known(true_forward_slip(block)[walking]))
         self._predicted_slip.append(_known(block.predicted_slip_B[walking, :, 0]))
         for name, values in (
             ("t_s", block.t_s),
             ("mode", block.mode),
             ("gait_phase", block.gait_phase),
+            ("dead_reckoning", block.dead_reckoning_pose),
             ("estimate", block.estimate_pose),
-            ("odometry", block.odometry_pose),
-            ("odometry_health", block.odometry_health),
+            ("estimate_health", block.estimate_health),
             ("place", block.truth_position_W[:, :2]),
             ("yaw", wrapped_yaw(block)),
             ("lateness_s", block.lateness_s),
@@ -138,7 +138,7 @@ class RunTotals:
 
     def pose(self) -> FloatArray:
         """Return x, y [m] and yaw [rad], (T, 3): the truth's if there is one, else dead reckoning's."""
-        return self.true_pose() if self.truth else self.column("estimate")
+        return self.true_pose() if self.truth else self.column("dead_reckoning")
 
 
 def _known(values: FloatArray) -> FloatArray:

@@ -31,12 +31,12 @@ class Summary:
         force_rmse_n: Predicted against measured foot force while walking, x, y, z.
         drift_m: Distance between dead reckoning and truth at the end of the run.
         walk_drift_m: The same over the walk alone: both begin together where it begins.
-        odometry_rmse: The estimator's against true body velocity while walking, per component.
-        odometry_force_rmse_n: Its against measured foot force while walking, x, y, z.
-        odometry_drift_m: Distance between its pose and truth at the end of the run.
-        odometry_walk_drift_m: The same over the walk alone.
-        odometry_sd: Its standard deviations of x, y [m], yaw [rad] at the end of the run.
-        odometry_health: Share of the ticks with health ok, degraded, lost; of those in which it ran.
+        estimate_rmse: The estimator's against true body velocity while walking, per component.
+        estimate_force_rmse_n: Its against measured foot force while walking, x, y, z.
+        estimate_drift_m: Distance between its pose and truth at the end of the run.
+        estimate_walk_drift_m: The same over the walk alone.
+        estimate_sd: Its standard deviations of x, y [m], yaw [rad] at the end of the run.
+        estimate_health: Share of the ticks with health ok, degraded, lost; of those in which it ran.
         forces: Whether any foot force was measured.
         faults: Ticks in which each kind of fault was, most frequent first.
         last_faults: Time [s] and words of each fault the last time it was, the newest first.
@@ -68,12 +68,12 @@ class Summary:
     force_rmse_n: tuple[float, ...]
     drift_m: float
     walk_drift_m: float
-    odometry_rmse: tuple[float, ...]
-    odometry_force_rmse_n: tuple[float, ...]
-    odometry_drift_m: float
-    odometry_walk_drift_m: float
-    odometry_sd: tuple[float, ...]
-    odometry_health: tuple[float, ...]
+    estimate_rmse: tuple[float, ...]
+    estimate_force_rmse_n: tuple[float, ...]
+    estimate_drift_m: float
+    estimate_walk_drift_m: float
+    estimate_sd: tuple[float, ...]
+    estimate_health: tuple[float, ...]
     forces: bool
     faults: tuple[tuple[str, int], ...]
     last_faults: tuple[tuple[float, str], ...]
@@ -108,7 +108,8 @@ def summarise_totals(totals: RunTotals, last: Recording) -> Summary:
     """
     t_s, walking, pose = totals.column("t_s"), totals.walking, totals.pose()
     walking_s = float(np.sum(walking[1:] * np.diff(t_s)))
-    true, dead, said = totals.true_pose(), totals.column("estimate"), totals.column("odometry")
+    true, dead = totals.true_pose(), totals.column("dead_reckoning")
+    estimate = totals.column("estimate")
     way, forward, turn = _way(pose[walking & np.isfinite(pose).all(axis=1)])
     late_ms = totals.column("lateness_s") * 1e3
     return Summary(
@@ -128,12 +129,12 @@ def summarise_totals(totals: RunTotals, last: Recording) -> Summary:
         force_rmse_n=totals.force_error.root(),
         drift_m=_drift(true, dead),
         walk_drift_m=_drift(true[walking], dead[walking]),
-        odometry_rmse=totals.odometry_error.root(),
-        odometry_force_rmse_n=totals.odometry_force_error.root(),
-        odometry_drift_m=_drift(true, said),
-        odometry_walk_drift_m=_drift(true[walking], said[walking]),
-        odometry_sd=tuple(totals.odometry_sd.tolist()),
-        odometry_health=_health(totals.column("odometry_health")),
+        estimate_rmse=totals.estimate_error.root(),
+        estimate_force_rmse_n=totals.estimate_force_error.root(),
+        estimate_drift_m=_drift(true, estimate),
+        estimate_walk_drift_m=_drift(true[walking], estimate[walking]),
+        estimate_sd=tuple(totals.estimate_sd.tolist()),
+        estimate_health=_health(totals.column("estimate_health")),
         forces=totals.forces,
         faults=tuple(totals.faults.most_common()),
         last_faults=_last_faults(totals),
@@ -162,7 +163,7 @@ def reason_of(words: str) -> StopReason:
 def planar_pose(log: Recording) -> FloatArray:
     """Return x, y [m] and yaw [rad], (T, 3): the truth's if there is one, else dead reckoning's."""
     if not log.has_truth:
-        return log.estimate_pose
+        return log.dead_reckoning_pose
     return np.column_stack([log.truth_position_W[:, :2], truth_yaw(log)])
 
 

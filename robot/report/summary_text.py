@@ -50,8 +50,8 @@ def summary_rows(summary: Summary) -> list[Row]:
         rows.append(("foot forces", "none measured"))
     elif math.isfinite(s.force_rmse_n[0]):
         rows.append(("predicted foot force, RMSE", _force_words(s.force_rmse_n)))
-    if math.isfinite(s.odometry_health[0]):
-        rows += _odometry_rows(s)
+    if math.isfinite(s.estimate_health[0]):
+        rows += _estimator_rows(s)
     rows += [
         ("loop", f"{s.ticks} ticks, late p50 {s.late_p50_ms:.2f} p99 {s.late_p99_ms:.2f} "
          f"max {s.late_max_ms:.2f} ms, {s.missed} missed"),
@@ -103,22 +103,22 @@ def _walk_rows(s: Summary) -> list[Row]:
     return rows
 
 
-def _odometry_rows(s: Summary) -> list[Row]:
-    ok, degraded, lost = (100 * share for share in s.odometry_health)
-    x, y, yaw = (_milli(value) for value in s.odometry_sd)
+def _estimator_rows(s: Summary) -> list[Row]:
+    ok, degraded, lost = (100 * share for share in s.estimate_health)
+    x, y, yaw = (_milli(value) for value in s.estimate_sd)
     rows = [
         ("estimator", f"ok {ok:.1f} %, degraded {degraded:.1f} %, lost {lost:.1f} % of the run"),
         ("estimator's sd at the end", f"x {x}, y {y} mm, yaw {yaw} mrad (whole run)"),
     ]  # fmt: skip
     if s.truth:
         if s.walking_s > 0:
-            words = f"{_velocity_words(s.odometry_rmse)} (walking)"
+            words = f"{_velocity_words(s.estimate_rmse)} (walking)"
             rows.append(("estimator's velocity, RMSE", words))
         rows.append(
-            ("drift of the estimator", _drift_words(s.odometry_walk_drift_m, s.odometry_drift_m))
+            ("drift of the estimator", _drift_words(s.estimate_walk_drift_m, s.estimate_drift_m))
         )
-    if math.isfinite(s.odometry_force_rmse_n[0]):
-        rows.append(("estimator's foot force, RMSE", _force_words(s.odometry_force_rmse_n)))
+    if math.isfinite(s.estimate_force_rmse_n[0]):
+        rows.append(("estimator's foot force, RMSE", _force_words(s.estimate_force_rmse_n)))
     return rows
 
 

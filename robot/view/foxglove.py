@@ -144,8 +144,8 @@ class FoxgloveView:
             self._next_trajectory_ns = unix_ns + TRAJECTORY_PERIOD_NS
             entities = [
                 _path("true", MAP_FRAME, self._frames.true, MEASURED, stamp),
-                _path("dead reckoning", ODOM_FRAME, self._frames.estimated, PREDICTED, stamp),
-                _path("estimator", ODOM_FRAME, self._frames.filtered, ESTIMATED, stamp),
+                _path("dead reckoning", ODOM_FRAME, self._frames.reckoned, PREDICTED, stamp),
+                _path("estimator", ODOM_FRAME, self._frames.estimated, ESTIMATED, stamp),
             ]
             self._trajectory.log(SceneUpdate(entities=entities), log_time=unix_ns)
 

@@ -45,21 +45,21 @@ class FrameTracker:
     def __init__(self) -> None:
         self._odom_in_map: Transform | None = None
         self._height_m = 0.0
-        self.estimated: list[FloatArray] = []
+        self.reckoned: list[FloatArray] = []
         self.true: list[FloatArray] = []
-        self.filtered: list[FloatArray] = []
+        self.estimated: list[FloatArray] = []
 
     def transforms(self, tick: Tick) -> tuple[Transform, ...]:
         """Return the transforms of a tick, and take its places into the trajectories."""
-        estimate = tick.estimate
+        reckoned = tick.dead_reckoning
         height_m = tick.contact.support.height_m
         if np.isfinite(height_m):
             self._height_m = height_m
         body = Transform(
             ODOM_FRAME,
             BODY_FRAME,
-            np.array([*estimate.position_m, self._height_m]),
-            about_z(estimate.yaw_rad),
+            np.array([*reckoned.position_m, self._height_m]),
+            about_z(reckoned.yaw_rad),
         )
         truth = tick.inputs.truth
         known = truth is not None and bool(np.isfinite(truth.position_W).all())
@@ -68,15 +68,15 @@ class FrameTracker:
             found: tuple[Transform, ...] = (self._odom_in_map or nowhere, body)
         else:
             if self._odom_in_map is None:
-                self._odom_in_map = _odom_in_map(body, truth, estimate.yaw_rad)
+                self._odom_in_map = _odom_in_map(body, truth, reckoned.yaw_rad)
             actual = Transform(MAP_FRAME, TRUE_FRAME, truth.position_W, truth.quaternion_xyzw)
             found = (self._odom_in_map, body, actual)
             _extend(self.true, truth.position_W)
         if np.isfinite(body.translation).all():
-            _extend(self.estimated, body.translation)
-        said = tick.odometry
-        if said is not None and np.isfinite(said.position_m).all():
-            _extend(self.filtered, np.array([*said.position_m, self._height_m]))
+            _extend(self.reckoned, body.translation)
+        estimate = tick.estimate
+        if estimate is not None and np.isfinite(estimate.position_m).all():
+            _extend(self.estimated, np.array([*estimate.position_m, self._height_m]))
         return found
 
 

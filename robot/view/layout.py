@@ -76,7 +76,7 @@ def _plot(title: str, paths: list[str]) -> PlotPanel:
 
 
 def _states() -> StateTransitionsPanel:
-    paths = ("/state.mode", "/state.stop_reason", "/odometry.health")
+    paths = ("/state.mode", "/state.stop_reason", "/estimate.health")
     series = [StateTransitionsSeries(value=path) for path in paths]
     return StateTransitionsPanel(
         title="Modes and health", config=StateTransitionsConfig(paths=series)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from model.values.arrays import FloatArray
-from model.values.estimate import Health, OdometryEstimate
+from model.values.estimate import Estimate, Health
 from model.values.faults import StopReason
 from model.values.tick import Tick
 
@@ -17,8 +17,8 @@ VELOCITY = ("vx_m_s", "vy_m_s", "yaw_rate_rad_s")
 FORCE = ("x_n", "y_n", "z_n")
 SERVO = ("angle_rad", "sent_rad", "rate_rad_s", "current_a", "temperature_c", "voltage_v")
 STATE_TEXTS = ("mode", "stop_reason")
-ODOMETRY_TEXTS = ("health", "reason")
-ODOMETRY = ("x_m", "y_m", "yaw_rad", "x_sd_m", "y_sd_m", "yaw_sd_rad", "nis", "rejects")
+ESTIMATE_TEXTS = ("health", "reason")
+ESTIMATE = ("x_m", "y_m", "yaw_rad", "x_sd_m", "y_sd_m", "yaw_sd_rad", "nis", "rejects")
 STATE = ("late_ms", "busy_ms", "missed", "faults", "gait_phase")
 
 
@@ -48,9 +48,9 @@ def numbers_of(tick: Tick, names: tuple[str, ...]) -> Iterator[Numbers]:
     """
     predicted = tick.contact.traction.velocity_B
     values = _known("predicted", VELOCITY, predicted)
-    said = tick.odometry
-    if said is not None:
-        values += _known("estimated", VELOCITY, said.velocity_B)
+    estimate = tick.estimate
+    if estimate is not None:
+        values += _known("estimated", VELOCITY, estimate.velocity_B)
     truth = tick.inputs.truth
     if truth is not None:
         true = np.array([*truth.velocity_B[:2], truth.angular_velocity_B[2]])
@@ -71,8 +71,8 @@ def numbers_of(tick: Tick, names: tuple[str, ...]) -> Iterator[Numbers]:
             joints.current_a[leg], joints.temperature_c[leg], joints.voltage_v[leg],
         ])  # fmt: skip
         yield Numbers(f"/servo/{name}", _known("", SERVO, shaft))
-    if said is not None:
-        yield _odometry(said)
+    if estimate is not None:
+        yield _estimate(estimate)
     timing = tick.inputs.timing
     state = np.array([
         timing.lateness_ns * 1e-6, timing.busy_ns * 1e-6, timing.missed, len(tick.faults),
@@ -82,20 +82,20 @@ def numbers_of(tick: Tick, names: tuple[str, ...]) -> Iterator[Numbers]:
     yield Numbers("/state", (*texts, *_known("", STATE, state)))
 
 
-def _odometry(said: OdometryEstimate) -> Numbers:
-    sd = np.sqrt(np.diagonal(said.pose_covariance))
-    values = np.array([*said.position_m, said.yaw_rad, *sd, said.nis, said.rejects])
-    texts = zip(ODOMETRY_TEXTS, (said.health.value, said.reason), strict=True)
-    return Numbers("/odometry", (*texts, *_known("", ODOMETRY, values)))
+def _estimate(estimate: Estimate) -> Numbers:
+    sd = np.sqrt(np.diagonal(estimate.pose_covariance))
+    values = np.array([*estimate.position_m, estimate.yaw_rad, *sd, estimate.nis, estimate.rejects])
+    texts = zip(ESTIMATE_TEXTS, (estimate.health.value, estimate.reason), strict=True)
+    return Numbers("/estimate", (*texts, *_known("", ESTIMATE, values)))
 
 
 def fields_of(topic: str) -> tuple[tuple[str, bool], ...]:
     """Return the fields that a topic's messages may have, and whether they are texts."""
     if topic == "/state":
         return (*((name, True) for name in STATE_TEXTS), *((name, False) for name in STATE))
-    if topic == "/odometry":
-        texts = tuple((name, True) for name in ODOMETRY_TEXTS)
-        return (*texts, *((name, False) for name in ODOMETRY))
+    if topic == "/estimate":
+        texts = tuple((name, True) for name in ESTIMATE_TEXTS)
+        return (*texts, *((name, False) for name in ESTIMATE))
     if topic == "/velocity":
         return _grouped(("predicted", "true", "difference", "estimated"), VELOCITY)
     if topic.startswith("/force/"):
@@ -136,11 +136,11 @@ class NewsTracker:
         if tick.stop_reason is not self._reason:
             self._reason = tick.stop_reason
             news.append(News("stopping", self._reason.name, fault=False))
-        said = tick.odometry
-        if said is not None and said.health is not self._health:
-            self._health = said.health
-            words = said.health.value + (f": {said.reason}" if said.reason else "")
-            news.append(News("odometry", words, fault=False))
+        estimate = tick.estimate
+        if estimate is not None and estimate.health is not self._health:
+            self._health = estimate.health
+            words = estimate.health.value + (f": {estimate.reason}" if estimate.reason else "")
+            news.append(News("estimate", words, fault=False))
         now = {(fault.kind.name, fault.source) for fault in tick.faults}
         news += [
             News(fault.source, f"{fault.kind.name}: {fault.detail}", fault=True)

@@ -1,6 +1,6 @@
 """A log as a recording for Rerun, which needs no account and no network (extra ``bigant[rerun]``).
 
-The file holds its own layout: the robot and its way on the left, velocities, forces, odometry and servos on
+The file holds its own layout: the robot and its way on the left, velocities, forces, estimate and servos on
 the right. ``rerun FILE.rrd`` opens it. A run that goes on is shown by ``robot.view.foxglove``.
 """
 
@@ -118,8 +118,8 @@ class RerunView:
         self._next_way_ns = unix_ns + WAY_PERIOD_NS
         for place, points, colour in (
             (f"{MAP_FRAME}/way/true", self._frames.true, MEASURED),
-            (f"{PLACES[ODOM_FRAME]}/way/dead_reckoning", self._frames.estimated, PREDICTED),
-            (f"{PLACES[ODOM_FRAME]}/way/estimator", self._frames.filtered, ESTIMATED),
+            (f"{PLACES[ODOM_FRAME]}/way/dead_reckoning", self._frames.reckoned, PREDICTED),
+            (f"{PLACES[ODOM_FRAME]}/way/estimator", self._frames.estimated, ESTIMATED),
         ):
             if len(points) > 1:
                 strip = rr.LineStrips3D([np.array(points)], radii=WAY_M, colors=[_rgba(colour)])
@@ -228,7 +228,7 @@ def layout(names: tuple[str, ...]) -> rrb.Blueprint:
                 plot("Predicted - true [m/s]", "velocity/vx_m_s/difference"),
                 plot(f"Vertical force on {names[0]} [N]", f"force/{names[0]}/z_n/**"),
                 plot("Vertical force, predicted - measured [N]", *loads),
-                plot("Odometry, one sd [m]", "odometry/x_sd_m", "odometry/y_sd_m"),
+                plot("Estimate, one sd [m]", "estimate/x_sd_m", "estimate/y_sd_m"),
             ),
             column_shares=[3, 2],
         ),

@@ -203,8 +203,8 @@ def _velocity_lines(tick: Tick) -> list[str]:
     predicted = tick.contact.traction.velocity_B
     header = "body velocity    vx mm/s    vy mm/s   yaw rad/s"
     lines = [header, "  predicted  " + _velocity_cells(predicted)]
-    if tick.odometry is not None:
-        lines.append("  estimated  " + _velocity_cells(tick.odometry.velocity_B))
+    if tick.estimate is not None:
+        lines.append("  estimated  " + _velocity_cells(tick.estimate.velocity_B))
     truth = tick.inputs.truth
     if truth is not None:
         true = np.array([*truth.velocity_B[:2], truth.angular_velocity_B[2]])
@@ -218,15 +218,15 @@ def _velocity_cells(velocity: np.ndarray) -> str:
 
 
 def _pose_lines(tick: Tick) -> list[str]:
-    said, reckoned = tick.odometry, tick.estimate
-    if said is None:
-        return ["odometry " + _place(reckoned.position_m, reckoned.yaw_rad)]
-    sd = np.sqrt(np.diagonal(said.pose_covariance))
-    words = said.health.value + (f" ({said.reason})" if said.reason else "")
+    estimate, reckoned = tick.estimate, tick.dead_reckoning
+    if estimate is None:
+        return ["dead reckoning" + _place(reckoned.position_m, reckoned.yaw_rad)]
+    sd = np.sqrt(np.diagonal(estimate.pose_covariance))
+    words = estimate.health.value + (f" ({estimate.reason})" if estimate.reason else "")
     return [
-        "odometry " + _place(said.position_m, said.yaw_rad) + f"   {words}",
-        f"  one sd   {sd[0] * 1e3:10.1f} mm {sd[1] * 1e3:12.1f} mm {sd[2]:14.3f} rad",
-        "open loop" + _place(reckoned.position_m, reckoned.yaw_rad),
+        "estimate      " + _place(estimate.position_m, estimate.yaw_rad) + f"   {words}",
+        f"  one sd        {sd[0] * 1e3:10.1f} mm {sd[1] * 1e3:12.1f} mm {sd[2]:14.3f} rad",
+        "dead reckoning" + _place(reckoned.position_m, reckoned.yaw_rad),
     ]
 
 
@@ -237,9 +237,9 @@ def _place(position_m: np.ndarray, yaw_rad: float) -> str:
 
 
 def _one_line(tick: Tick) -> str:
-    said = tick.odometry
-    x = (tick.estimate if said is None else said).position_m[0] * 1e3
-    velocity = tick.contact.traction.velocity_B if said is None else said.velocity_B
+    estimate = tick.estimate
+    x = (tick.dead_reckoning if estimate is None else estimate).position_m[0] * 1e3
+    velocity = tick.contact.traction.velocity_B if estimate is None else estimate.velocity_B
     predicted = velocity[0] * 1e3
     text = f"{tick.mode.name:<7}"
     if np.isfinite(tick.gait_phase):
@@ -248,8 +248,8 @@ def _one_line(tick: Tick) -> str:
     truth = tick.inputs.truth
     if truth is not None:
         text += f" (true {number_text(truth.velocity_B[0] * 1e3, 1)})"
-    if said is not None and said.health is not Health.OK:
-        text += f"  odometry {said.health.value}"
+    if estimate is not None and estimate.health is not Health.OK:
+        text += f"  estimate {estimate.health.value}"
     text += f"  {_hottest(tick.joints)}"
     if tick.stop_reason is not StopReason.NONE:
         text += f"  stopping: {tick.stop_reason.name}"

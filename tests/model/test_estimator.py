@@ -21,8 +21,8 @@ from model.values.estimate import (
     FIXED,
     SCALE,
     VELOCITY,
+    Estimate,
     EstimatorState,
-    OdometryEstimate,
     OdometryInputs,
     friction_of,
     stiffness_of,
@@ -48,7 +48,7 @@ def run(
     inputs: list[OdometryInputs],
     settings: EstimatorSettings = SETTINGS,
     contact: ContactParameters = CONTACT,
-) -> tuple[list[EstimatorState], list[OdometryEstimate]]:
+) -> tuple[list[EstimatorState], list[Estimate]]:
     estimator = Estimator(contact, WEIGHT_N, settings)
     state = estimator.initial()
     states, said = [], []

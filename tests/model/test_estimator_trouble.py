@@ -10,7 +10,7 @@ from model.estimator.filter import Estimator
 from model.estimator.kalman import sound
 from model.estimator.settings import EstimatorSettings
 from model.values.arrays import FloatArray
-from model.values.estimate import EstimatorState, Health, OdometryEstimate, OdometryInputs
+from model.values.estimate import Estimate, EstimatorState, Health, OdometryInputs
 from model.values.legs import FootForces, FootMotion
 from tests.model.estimator_world import CONTACT, PERIOD_NS, WEIGHT_N, feet_at, simulate
 
@@ -20,7 +20,7 @@ START_NS = 200_000_000_000
 Change = Callable[[int, OdometryInputs], OdometryInputs]
 
 
-def run(change: Change, ticks: int = 1000) -> tuple[list[OdometryEstimate], EstimatorState]:
+def run(change: Change, ticks: int = 1000) -> tuple[list[Estimate], EstimatorState]:
     estimator = Estimator(CONTACT, WEIGHT_N, SETTINGS)
     state = estimator.initial()
     said = []
@@ -32,7 +32,7 @@ def run(change: Change, ticks: int = 1000) -> tuple[list[OdometryEstimate], Esti
     return said, state
 
 
-def spread(estimate: OdometryEstimate) -> float:
+def spread(estimate: Estimate) -> float:
     return float(np.trace(estimate.pose_covariance))
 
 

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 
 from model.motion.dead_reckoning import advance
 from model.motion.differentiate import latest_rate
-from model.values.tick import Estimate
+from model.values.tick import DeadReckoning
 
-START = Estimate(0, np.zeros(2), 0.0, np.full(3, np.nan), valid=False)
+START = DeadReckoning(0, np.zeros(2), 0.0, np.full(3, np.nan), valid=False)
 SECOND = 1_000_000_000
 
 

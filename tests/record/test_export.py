@@ -68,7 +68,9 @@ def test_a_parquet_table_holds_every_group_to_the_last_bit(tmp_path: Path) -> No
     np.testing.assert_array_equal(
         column("predicted_slip_HR_y_m_s"), [t.contact.traction.slip_B[3, 1] for t in ticks]
     )
-    np.testing.assert_array_equal(column("estimate_x_m"), [t.estimate.position_m[0] for t in ticks])
+    np.testing.assert_array_equal(
+        column("dead_reckoning_x_m"), [t.dead_reckoning.position_m[0] for t in ticks]
+    )
     truth = [np.nan if t.inputs.truth is None else t.inputs.truth.position_W[2] for t in ticks]
     np.testing.assert_array_equal(column("body_z_m"), truth)
     assert table.column("mode").to_pylist() == [t.mode.name for t in ticks]
@@ -151,7 +153,7 @@ def test_trajectories_follow_the_rules_of_evo(tmp_path: Path) -> None:
     ticks = write_walk(path, 40)
     written = export_tum(path, tmp_path / "run.tum", LogContents())
     assert [(f.path.name, f.rows) for f in written] == [
-        ("run_estimate.tum", 40),
+        ("run_dead_reckoning.tum", 40),
         ("run_truth.tum", 30),
     ]
     for file in written:

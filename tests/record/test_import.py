@@ -269,7 +269,7 @@ def test_what_was_not_measured_is_not_made_up(tmp_path: Path) -> None:
     assert first.inputs.truth is None
     assert first.inputs.servos is None
     assert not first.forces.valid.any()
-    assert not first.estimate.valid
+    assert not first.dead_reckoning.valid
     assert not first.contact.traction.valid
     assert first.contact.traction.reason == "imported data: the model was not run"
 

@@ -143,8 +143,8 @@ def test_mcap_ros2_reads_every_topic(tmp_path: Path) -> None:
     odometry = [m for topic, m in messages if topic == "/odom"]
     assert odometry[5].header.frame_id == "odom"
     assert odometry[5].child_frame_id == "base_link"
-    assert odometry[5].pose.pose.position.x == ticks[5].estimate.position_m[0]
-    said = ticks[4].odometry
+    assert odometry[5].pose.pose.position.x == ticks[5].dead_reckoning.position_m[0]
+    said = ticks[4].estimate
     assert said is not None
     assert odometry[4].pose.pose.position.x == said.position_m[0]
     pose = np.array(odometry[4].pose.covariance).reshape(6, 6)
@@ -153,7 +153,9 @@ def test_mcap_ros2_reads_every_topic(tmp_path: Path) -> None:
     twist = np.array(odometry[4].twist.covariance).reshape(6, 6)
     np.testing.assert_array_equal(twist[np.ix_([0, 1, 5], [0, 1, 5])], said.twist_covariance)
     reckoned = [m for topic, m in messages if topic == "/odom_open_loop"]
-    assert reckoned[3].pose.pose.position.x == ticks[4].estimate.position_m[0], "tick 2 has none"
+    assert reckoned[3].pose.pose.position.x == ticks[4].dead_reckoning.position_m[0], (
+        "tick 2 has none"
+    )
     force = [m for topic, m in messages if topic == "/wrench_predicted/ML"][4].wrench.force
     assert (force.x, force.y, force.z) == tuple(said.force_B[1])
     transforms = [m for topic, m in messages if topic == "/tf"]

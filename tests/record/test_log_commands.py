@@ -56,7 +56,7 @@ def test_a_log_is_complete(walked: Path) -> None:
     assert all(t.sent.torque and np.isfinite(t.sent.angle_rad).all() for t in walk)
     assert all(t.joints.valid.all() and t.forces.valid.all() for t in walk)
     assert all(t.contact.support.converged and t.contact.traction.valid for t in walk)
-    assert all(t.estimate.valid and t.inputs.truth is not None for t in walk)
+    assert all(t.dead_reckoning.valid and t.inputs.truth is not None for t in walk)
     assert ticks[-1].stop_reason is not StopReason.NONE
     assert contents.config_text == DEFAULT_ROBOT_FILE.read_text(encoding="utf-8")
     for package in ("python", *PACKAGES):
@@ -141,7 +141,7 @@ def test_every_export_and_back(walked: Path, tmp_path: Path, capsys: Capture) ->
     assert (
         bigant("log", "export", walked, "--format", "tum", "--out", tmp_path / "p") == ExitCode.OK
     )
-    assert {p.name for p in tmp_path.glob("*.tum")} == {"p_estimate.tum", "p_truth.tum"}
+    assert {p.name for p in tmp_path.glob("*.tum")} == {"p_dead_reckoning.tum", "p_truth.tum"}
     back, report = tmp_path / "back.mcap", tmp_path / "report.json"
     capsys.readouterr()
     assert bigant("import", trial, "--out", back, "--report", report, "--json") == ExitCode.OK

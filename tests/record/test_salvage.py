@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from mcap.reader import make_reader
 
 from model.errors import RecordError
+from model.values.estimate import Health
 from model.values.tick import Mode, Tick
 from record.log.reader import LogContents, read_ticks
 from record.log.recover import repair
@@ -255,6 +256,33 @@ def test_a_log_of_the_first_format_reads_as_ever() -> None:
     assert ticks[-1].joints.angle_rad[1] == pytest.approx(-0.78539816)
     assert ticks[-1].mode is Mode.WALK
     assert ticks[-1].contact.support.converged
+    reckoned = ticks[-1].dead_reckoning
+    assert reckoned.position_m == pytest.approx([1.7174297709e-3, 1.713325e-5], rel=1e-9)
+    assert reckoned.yaw_rad == pytest.approx(-0.030527803590907)
+    assert all(tick.estimate is None for tick in ticks), "the estimator came later"
+
+
+def test_dead_reckoning_and_estimate_of_the_second_format_are_not_confused() -> None:
+    """Its fields ``estimate`` and ``odometry`` were dead reckoning and the estimate."""
+    contents = LogContents()
+    ticks = list(read_ticks(Path(__file__).parent / "logs" / "format_2.mcap", contents))
+    assert contents.damages == ()
+    assert indexes(ticks) == list(range(62))
+    servos, last = ticks[-1].inputs.servos, ticks[-1]
+    assert servos is not None
+    assert servos.position_ticks.tolist() == [2825, 1623, 2825, 2474, 1271, 2472]
+    assert last.mode is Mode.WALK
+    reckoned, estimate = last.dead_reckoning, last.estimate
+    assert reckoned.position_m == pytest.approx([6.559878664779e-3, -1.292135217299e-4])
+    assert reckoned.yaw_rad == pytest.approx(-0.029529677781586)
+    assert estimate is not None
+    assert estimate.position_m == pytest.approx([9.113805092770e-4, 1.500840874935e-4])
+    assert estimate.yaw_rad == pytest.approx(-1.2525705652e-05)
+    assert estimate.mu[:2] == pytest.approx([0.592872012435, 0.582317770425])
+    assert np.diagonal(estimate.pose_covariance) == pytest.approx(
+        [6.721204290657e-07, 3.935198045862e-07, 1.036407172298e-06]
+    )
+    assert estimate.health is Health.OK
 
 
 def test_a_layout_that_nobody_knows_is_said_so(tmp_path: Path) -> None:

@@ -3,12 +3,12 @@
 import numpy as np
 
 from model.values.contact import ContactSolution, Support, Traction
-from model.values.estimate import Health, OdometryEstimate
+from model.values.estimate import Estimate, Health
 from model.values.faults import Fault, FaultKind, StopReason
 from model.values.legs import FootForces, FootMotion, JointCommand, JointState
 from model.values.poses import PoseRecord
 from model.values.readings import BodyTruth, ForceRecord, ServoReadings
-from model.values.tick import Estimate, Inputs, Intent, LoopTiming, Mode, Request, Tick
+from model.values.tick import DeadReckoning, Inputs, Intent, LoopTiming, Mode, Request, Tick
 
 NAMES = ("HL", "ML", "FL", "HR", "MR", "FR")
 PERIOD_NS = 10_000_000
@@ -71,13 +71,13 @@ def make_tick(index: int, *, legs: int = 6, seed: int = 0) -> Tick:
             Support(True, "", 0.1, 0.01, -0.02, floats(legs), flags(legs), 3),
             Traction(False, "why not", floats(3), floats(legs, 2), floats(legs, 3)),
         ),
-        estimate=Estimate(t_ns, rng.normal(size=2), 0.5, rng.normal(size=3), valid=True),
+        dead_reckoning=DeadReckoning(t_ns, rng.normal(size=2), 0.5, rng.normal(size=3), valid=True),
         faults=faults,
-        odometry=None if index % 3 == 2 else make_odometry(rng, t_ns, legs),
+        estimate=None if index % 3 == 2 else make_estimate(rng, t_ns, legs),
     )
 
 
-def make_odometry(rng: np.random.Generator, t_ns: int, legs: int) -> OdometryEstimate:
+def make_estimate(rng: np.random.Generator, t_ns: int, legs: int) -> Estimate:
     """An estimate full of random numbers; its covariances are symmetric, as all of them are."""
 
     def symmetric(*shape: int) -> np.ndarray:
@@ -88,7 +88,7 @@ def make_odometry(rng: np.random.Generator, t_ns: int, legs: int) -> OdometryEst
     def floats(*shape: int) -> np.ndarray:
         return rng.normal(size=shape)
 
-    return OdometryEstimate(
+    return Estimate(
         t_ns=t_ns, position_m=floats(2), yaw_rad=0.25, velocity_B=floats(3),
         pose_covariance=symmetric(), twist_covariance=symmetric(), bias_B=floats(3),
         mu=floats(legs), mu_sd=floats(legs), stiffness=floats(legs), stiffness_sd=floats(legs),

@@ -182,8 +182,8 @@ def indicator(ticks: list[Tick], names: tuple[str, ...]) -> list[list[str]]:
         support, traction = tick.contact.support, tick.contact.traction
         numbers = np.concatenate(
             [
-                tick.estimate.position_m,
-                [tick.estimate.yaw_rad, support.height_m],
+                tick.dead_reckoning.position_m,
+                [tick.dead_reckoning.yaw_rad, support.height_m],
                 traction.velocity_B,
                 tick.sent.angle_rad,
                 support.load_n,

@@ -2,7 +2,7 @@
 
 trial: NAME.parquet (or .csv, by --out), NAME.toml and the robot file; measured quantities only.
 csv, parquet: a table with the columns of --what.
-tum: estimated and true trajectory, NAME_estimate.tum and NAME_truth.tum, for evo.
+tum: dead-reckoned and true trajectory, NAME_dead_reckoning.tum and NAME_truth.tum, for evo.
 """
 
 import argparse

@@ -9,7 +9,7 @@ from model.errors import ConfigError
 from model.values.contact import ContactSolution, Support, Traction
 from model.values.faults import Fault, FaultKind, StopReason
 from model.values.legs import FootForces, JointCommand, JointState
-from model.values.tick import Estimate, Mode
+from model.values.tick import DeadReckoning, Mode
 from robot.config.safety import BodyLimits
 from robot.control.body_watch import BodyMemory, BodySeen, stop_reason_of, watch_body
 from tests.robot.bench_runs import bench_run, changed
@@ -36,7 +36,7 @@ def seen(t_ns: int = PERIOD_NS, **more: object) -> BodySeen:
             Support(True, "", 0.1, 0.0, 0.0, np.full(6, 10.0), np.ones(6, dtype=bool), 0),
             Traction(False, "", nan3, nan62, nan63),
         ),
-        estimate=Estimate(t_ns, np.zeros(2), 0.0, np.zeros(3), valid=True),
+        dead_reckoning=DeadReckoning(t_ns, np.zeros(2), 0.0, np.zeros(3), valid=True),
         weight_n=60.0,
         sensors=(True,) * 6,
         down=np.zeros(6, dtype=bool),
@@ -111,8 +111,10 @@ def test_a_stall_is_no_way_with_much_current(current_a: float, follows: float, f
 
 def moved(mode: Mode, way_m: float, limits: BodyLimits = LIMITS) -> set[FaultKind]:
     memory, _ = watch_body(BodyMemory.empty(6), seen(mode=mode), limits, NAMES)
-    there = Estimate(0, np.array([way_m, 0.0]), 0.0, np.zeros(3), valid=True)
-    _, faults = watch_body(memory, seen(2 * PERIOD_NS, mode=mode, estimate=there), limits, NAMES)
+    there = DeadReckoning(0, np.array([way_m, 0.0]), 0.0, np.zeros(3), valid=True)
+    _, faults = watch_body(
+        memory, seen(2 * PERIOD_NS, mode=mode, dead_reckoning=there), limits, NAMES
+    )
     return {fault.kind for fault in faults}
 
 

@@ -10,14 +10,14 @@ from model.errors import ConfigError
 from model.kinematics.four_bar import Linkage
 from model.quasistatic.frames import FrictionLaw
 from model.values.arrays import FloatArray, readonly
-from model.values.estimate import Health, OdometryEstimate
+from model.values.estimate import Estimate, Health
 from model.values.faults import StopReason
 from model.values.poses import PoseRecord
 from model.values.tick import Intent, Tick
 from robot.config.robot_file import load_robot, parse_robot
 from robot.control.controller import Controller
 from robot.control.estimator_stage import aligned, compose, planar
-from robot.control.file_model import odometry_stage
+from robot.control.file_model import estimator_stage
 from robot.run.hardware import open_in_memory
 from robot.run.loop import run
 from tests.robot.runs import Kept, Told, wish
@@ -61,7 +61,7 @@ def again(ticks: list[Tick], poses: Mapping[int, tuple[PoseRecord, ...]]) -> lis
 
 
 def test_it_runs_by_default_and_says_everything(walked: list[Tick]) -> None:
-    said = walked[-1].odometry
+    said = walked[-1].estimate
     assert said is not None
     assert said.t_ns == walked[-1].t_ns
     assert said.force_covariance.shape == (6, 3, 3)
@@ -75,7 +75,7 @@ def test_it_can_be_switched_off_and_set(walked: list[Tick]) -> None:
     assert config.estimator.settings.lag_s == 0.01
     controller = Controller(config, (None,) * 6, armed=False)
     _, tick = controller.step(controller.initial(), walked[0].inputs, walked[0].t_ns)
-    assert tick.odometry is None
+    assert tick.estimate is None
 
 
 @pytest.mark.parametrize(
@@ -107,15 +107,15 @@ def test_the_first_pose_sets_the_frame_and_later_ones_count(walked: list[Tick]) 
     heard = {10: (pose(walked[10].t_ns, there),)}
     first = again(walked, heard)
     plain = again(walked, {})
-    at = first[10].odometry, plain[10].odometry
+    at = first[10].estimate, plain[10].estimate
     assert at[0] is not None
     assert at[1] is not None
     np.testing.assert_allclose(at[0].position_m, at[1].position_m, atol=1e-9)  # no jump
     for i in range(last - 30, last + 1):
         heard[i] = (pose(walked[i].t_ns, aside),)
-    both = again(walked, heard)[-1].odometry
+    both = again(walked, heard)[-1].estimate
     assert both is not None
-    before = plain[10].odometry
+    before = plain[10].estimate
     assert before is not None
     moved = both.position_m - before.position_m
     np.testing.assert_allclose(moved, [0.02, 0.0], atol=2e-3)
@@ -131,7 +131,7 @@ def test_a_late_pose_counts_as_if_it_had_come_in_time(walked: list[Tick]) -> Non
     plain = again(walked, start)
 
     def said(ticks: list[Tick], i: int) -> FloatArray:
-        estimate = ticks[i].odometry
+        estimate = ticks[i].estimate
         assert estimate is not None
         return np.array([*estimate.position_m, estimate.yaw_rad, *estimate.pose_covariance.flat])
 
@@ -144,7 +144,7 @@ def test_a_late_pose_counts_as_if_it_had_come_in_time(walked: list[Tick]) -> Non
 
 def test_a_place_without_a_heading_waits_for_one(walked: list[Tick]) -> None:
     blind = replace(pose(walked[5].t_ns, np.zeros(3)), quaternion_xyzw=np.full(4, np.nan))
-    alone, plain = again(walked, {5: (blind,)})[-1].odometry, again(walked, {})[-1].odometry
+    alone, plain = again(walked, {5: (blind,)})[-1].estimate, again(walked, {})[-1].estimate
     assert alone is not None
     assert plain is not None
     np.testing.assert_array_equal(alone.position_m, plain.position_m)
@@ -156,10 +156,10 @@ def test_effects_of_the_robot_file_are_in_it(walked: list[Tick]) -> None:
     bias[1] = [3.0, -2.0, 4.0]
     told = TEXT + "\n[effects.force_bias.ML]\nx_n = 3.0\ny_n = -2.0\nz_n = 4.0\n"
 
-    def estimates(text: str, added: FloatArray) -> list[OdometryEstimate]:
+    def estimates(text: str, added: FloatArray) -> list[Estimate]:
         config = parse_robot(text)
         robot = config.parameters
-        stage = odometry_stage(config, Linkage(robot.linkage, robot.legs.shaft_position))
+        stage = estimator_stage(config, Linkage(robot.linkage, robot.legs.shaft_position))
         memory, found = stage.initial(), []
         for tick in walked:
             forces = replace(tick.forces, force_n=readonly(tick.forces.force_n + added))

@@ -90,7 +90,7 @@ def test_the_command_says_what_the_loop_said(
     out = tmp_path / "live.tum"
     assert called("--live", str(path), "--out", str(out), "--json") == 0
     lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
-    own = {tick.t_ns: tick.odometry for tick in ticks}
+    own = {tick.t_ns: tick.estimate for tick in ticks}
     assert len(lines) >= 3
     for line in lines:
         said = own[line["t_ns"]]
@@ -99,7 +99,7 @@ def test_the_command_says_what_the_loop_said(
         assert line["pose_covariance"] == said.pose_covariance.tolist()
     rows = np.loadtxt(out)
     assert rows.shape == (len(ticks), 8)
-    last = ticks[-1].odometry
+    last = ticks[-1].estimate
     assert last is not None
     np.testing.assert_allclose(rows[-1, 1:3], last.position_m, atol=1e-9)
 

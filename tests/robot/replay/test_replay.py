@@ -31,6 +31,7 @@ from tests.replay.golden import log_of, replayed, write
 from tests.robot.runs import wish
 
 ROOT = Path(__file__).resolve().parents[3]
+LOGS = ROOT / "tests" / "record" / "logs"
 CONFIG_TEXT = DEFAULT_ROBOT_FILE.read_text(encoding="utf-8")
 
 
@@ -115,8 +116,17 @@ def test_another_robot_file_shows_what_it_changes() -> None:
     heavy = parse_robot(CONFIG_TEXT.replace("mass = 6.5 ", "mass = 6.6 "))
     found = replay_log(log_of("tripod"), config=heavy)
     stages = {field.stage for field in found.fields if field.ticks_beyond}
-    assert stages == {"support", "traction", "estimate", "odometry"}
+    assert stages == {"support", "traction", "dead reckoning", "estimate"}
     assert replay_log(log_of("tripod"), config=parse_robot(CONFIG_TEXT)).equal
+
+
+def test_a_log_of_the_layout_before_is_replayed_in_full() -> None:
+    """Its names of dead reckoning and estimate were others; every output of today is compared."""
+    found = replay_log(LOGS / "format_2.mcap")
+    assert found.equal
+    assert found.complete
+    assert found.ticks == 62
+    assert found.notes == ()
 
 
 def test_recorded_bytes_go_through_the_drivers(walk: Path) -> None:

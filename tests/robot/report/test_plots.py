@@ -22,7 +22,7 @@ def walk() -> Recording:
     nothing = np.zeros_like(log.t_s)
     return replace(
         log,
-        truth_position_W=np.column_stack([log.estimate_pose[:, :2], nothing]),
+        truth_position_W=np.column_stack([log.dead_reckoning_pose[:, :2], nothing]),
         truth_quaternion_xyzw=np.column_stack([nothing, nothing, nothing, nothing + 1]),
         truth_velocity_B=log.predicted_velocity_B * 0.9,
     )
@@ -76,8 +76,8 @@ def test_a_wild_sample_does_not_flatten_the_rest(walk: Recording) -> None:
 def test_a_robot_at_rest_is_a_line_and_not_rounding_errors(walk: Recording) -> None:
     tiny = 1e-17 * np.random.default_rng(0).normal(size=walk.truth_velocity_B.shape)
     still = replace(
-        walk, truth_velocity_B=tiny, predicted_velocity_B=tiny, odometry_velocity_B=tiny,
-        truth_position_W=tiny, estimate_pose=tiny, odometry_pose=tiny,
+        walk, truth_velocity_B=tiny, predicted_velocity_B=tiny, estimate_velocity_B=tiny,
+        truth_position_W=tiny, dead_reckoning_pose=tiny, estimate_pose=tiny,
         force_n=np.zeros_like(walk.force_n), predicted_force_n=np.zeros_like(walk.force_n),
     )  # fmt: skip
     figures = draw_log(still)

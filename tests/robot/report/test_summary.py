@@ -23,11 +23,11 @@ SILENT = Fault(FaultKind.SERVO_SILENT, "HL", "no sound answer for 1 reads")
 def walk() -> Recording:
     """A recorded walk with dead reckoning for its truth: the robot of the log had none."""
     log = read_log(GOLDEN)
-    half = log.estimate_pose[:, 2] / 2
+    half = log.dead_reckoning_pose[:, 2] / 2
     nothing = np.zeros_like(half)
     return replace(
         log,
-        truth_position_W=np.column_stack([log.estimate_pose[:, :2], nothing]),
+        truth_position_W=np.column_stack([log.dead_reckoning_pose[:, :2], nothing]),
         truth_quaternion_xyzw=np.column_stack([nothing, nothing, np.sin(half), np.cos(half)]),
         truth_velocity_B=log.predicted_velocity_B,
     )
@@ -76,9 +76,9 @@ def test_rows_stand_alone_and_say_the_part_of_the_run(walk: Recording) -> None:
 
 def test_the_drift_of_the_walk_leaves_out_what_was_before_it(walk: Recording) -> None:
     walking = np.flatnonzero(walk.mode == Mode.WALK.value)
-    pose = walk.estimate_pose.copy()
+    pose = walk.dead_reckoning_pose.copy()
     pose[: walking[0], 0] -= 1.0
-    found, jumped = summarise(walk), summarise(replace(walk, estimate_pose=pose))
+    found, jumped = summarise(walk), summarise(replace(walk, dead_reckoning_pose=pose))
     assert jumped.walk_drift_m == pytest.approx(found.walk_drift_m)
     assert jumped.drift_m == pytest.approx(1.0, abs=0.1)
 

@@ -98,8 +98,8 @@ def test_odom_begins_where_the_truth_is() -> None:
         position_W=np.array([2.0, 3.0, 0.1]),
         quaternion_xyzw=Rotation.from_euler("z", 1.2).as_quat(),
     )
-    estimate = replace(tick.estimate, position_m=np.array([0.4, -0.2]), yaw_rad=0.3)
-    tick = replace(tick, inputs=replace(tick.inputs, truth=truth), estimate=estimate)
+    estimate = replace(tick.dead_reckoning, position_m=np.array([0.4, -0.2]), yaw_rad=0.3)
+    tick = replace(tick, inputs=replace(tick.inputs, truth=truth), dead_reckoning=estimate)
     odom, body, true = FrameTracker().transforms(tick)
     turn = Rotation.from_quat(odom.rotation_xyzw)
     place = odom.translation + turn.apply(body.translation)
@@ -153,7 +153,7 @@ def test_the_saved_file_opens_in_another_reader_with_everything_in_it(
         frames = [m for *_, m in reader.iter_decoded_messages(topics=["/tf"])]
         paths = [m for *_, m in reader.iter_decoded_messages(topics=["/trajectory"])]
     topics = {channel.topic for _, channel, _ in messages}
-    wanted = {"/robot", "/trajectory", "/tf", "/velocity", "/odometry", "/state", "/log"}
+    wanted = {"/robot", "/trajectory", "/tf", "/velocity", "/estimate", "/state", "/log"}
     assert topics >= wanted | {f"/force/{name}" for name in NAMES}
     ids = {entity.id for entity in scenes[-1].entities}
     assert ids == {"body in base_link", "body in base_link_true"} | {f"leg {n}" for n in NAMES}
@@ -170,7 +170,7 @@ def test_the_saved_file_opens_in_another_reader_with_everything_in_it(
     assert any("measured" in load and "predicted" in load for load in loads)
     velocities = [json.loads(m.data) for _, c, m in messages if c.topic == "/velocity"]
     assert any({"true", "predicted", "estimated"} <= set(one) for one in velocities)
-    said = [json.loads(m.data) for _, c, m in messages if c.topic == "/odometry"]
+    said = [json.loads(m.data) for _, c, m in messages if c.topic == "/estimate"]
     assert {one["health"] for one in said} <= {health.value for health in Health}
     assert said[-1]["x_sd_m"] > 0
     panels = layout.read_text(encoding="utf-8")
@@ -201,7 +201,7 @@ def test_a_file_for_rerun_is_whole_and_holds_the_robot_and_its_numbers(
     for path in (
         f"{body}/links", f"{body}/feet", f"{body}/forces/measured", f"{body}/forces/predicted",
         "/map/base_link_true", "/map/way/true", "/news", "/plots/velocity/vx_m_s/estimated",
-        "/plots/force/HL/z_n/difference", "/plots/odometry/x_sd_m", "/plots/servo/HL/current_a",
+        "/plots/force/HL/z_n/difference", "/plots/estimate/x_sd_m", "/plots/servo/HL/current_a",
     ):  # fmt: skip
         assert f" {path} " in held, path
 
@@ -218,10 +218,10 @@ def test_a_file_for_rerun_without_its_package_or_with_foxglove_s_layout_is_refus
 
 
 def test_a_change_of_health_is_news() -> None:
-    tick = next(t for t in map(make_tick, range(20)) if t.odometry is not None)
-    assert tick.odometry is not None
-    good = replace(tick, odometry=replace(tick.odometry, health=Health.OK, reason=""))
-    lost = replace(tick, odometry=replace(tick.odometry, health=Health.LOST, reason="why"))
+    tick = next(t for t in map(make_tick, range(20)) if t.estimate is not None)
+    assert tick.estimate is not None
+    good = replace(tick, estimate=replace(tick.estimate, health=Health.OK, reason=""))
+    lost = replace(tick, estimate=replace(tick.estimate, health=Health.LOST, reason="why"))
     tracker = NewsTracker()
     tracker.news_of(good)
     told = [[news.text for news in tracker.news_of(t)] for t in (good, lost, lost, good)]

@@ -7,7 +7,7 @@ The order of fields is that of ``bigant_msgs/msg/Odometry`` and ``PoseRecord`` i
 import numpy as np
 
 from model.values.arrays import FloatArray
-from model.values.estimate import Health, OdometryEstimate
+from model.values.estimate import Estimate, Health
 from model.values.poses import PoseRecord
 from record.log.cdr import CdrReader, CdrWriter
 
@@ -35,7 +35,7 @@ def read_poses(r: CdrReader) -> tuple[PoseRecord, ...]:
     )
 
 
-def write_odometry(w: CdrWriter, said: OdometryEstimate | None) -> None:
+def write_estimate(w: CdrWriter, said: Estimate | None) -> None:
     """Write an estimate: a sequence of one, or of none."""
     w.u32(said is not None)
     if said is None:
@@ -59,7 +59,7 @@ def write_odometry(w: CdrWriter, said: OdometryEstimate | None) -> None:
     w.flags(said.slipping)
 
 
-def read_odometry(r: CdrReader) -> OdometryEstimate | None:
+def read_estimate(r: CdrReader) -> Estimate | None:
     """Read an estimate, None if there is none.
 
     Raises:
@@ -76,7 +76,7 @@ def read_odometry(r: CdrReader) -> OdometryEstimate | None:
     force_covariance = _square(r.f64s().reshape(-1, 6))
     load_share, load_share_sd = r.f64_rows(2)
     innovation = r.f64s().reshape(-1, 3)
-    return OdometryEstimate(
+    return Estimate(
         t_ns=t_ns,
         position_m=numbers[0:2],
         yaw_rad=float(numbers[2]),
