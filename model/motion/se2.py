@@ -1,8 +1,8 @@
 """Planar motion: the exponential of a body velocity, and whole trajectories from many of them.
 
-A pose is (x, y, yaw), x and y in metres, yaw in radians. Poses compose associatively, so a trajectory is a prefix product: one after the
-other, or as a scan in which the number of rounds is the logarithm of the length (the paper claims the
-second and runs the first).
+A pose is (x, y, yaw), x and y in metres, yaw in radians. Poses compose associatively, so a trajectory is a
+prefix product: one after the other, or as a scan in which the number of rounds is the logarithm of the
+length (the paper claims the second and runs the first).
 """
 
 import numpy as np
