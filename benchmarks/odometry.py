@@ -20,13 +20,13 @@ from model.estimator.neighbourhood import Neighbourhood, neighbourhood
 from model.estimator.settings import EstimatorSettings
 from model.parameters.robot import ContactParameters
 from model.quasistatic.frames import FrictionLaw, solve_frames
-from model.values.arrays import FloatArray
+from model.values.arrays import FloatArray, root_mean_square
 from model.values.estimate import BIAS, FIXED, SCALE, VELOCITY, OdometryInputs
 from model.values.legs import FootMotion
 from record.log.recording import Recording
 from robot.config.robot_file import load_robot
 from robot.odometry.compare import compare_ways, true_motion, walking_part
-from robot.odometry.metrics import in_band, nees, rmse
+from robot.odometry.metrics import in_band, nees
 from robot.odometry.track import feet_of, inputs_of, track, weight_of
 from robot.study.sensitivity_frames import walk_frames
 from robot.study.sensitivity_table import fit_contact
@@ -94,7 +94,7 @@ def _force_ratio(log: Recording, predicted: FloatArray) -> list[float]:
     true = log.truth_force_n[middle:last]
 
     def over_legs(force: FloatArray) -> FloatArray:
-        size: FloatArray = np.sqrt((rmse(force - true) ** 2).mean(axis=0))
+        size: FloatArray = np.sqrt((root_mean_square(force - true) ** 2).mean(axis=0))
         return size
 
     share = over_legs(predicted[middle - first :]) / over_legs(offline)
@@ -169,9 +169,9 @@ def ukf(folder: Path, seed: int = 901, ticks: int = 600) -> None:
         ekf = track(inputs, contact, weight_n, pose=truth[0][0])
         unscented = _unscented(inputs, contact, weight_n, truth[0][0])
         for name, velocity in (("EKF", ekf.velocity_B), ("UKF", unscented)):
-            error = 1e3 * rmse(velocity - truth[1])
+            error = 1e3 * root_mean_square(velocity - truth[1])
             print(f"{gait} {name}: RMSE {error[0]:.3f} {error[1]:.3f} mm/s, {error[2]:.3f} mrad/s")
-        print(f"  apart: {1e3 * rmse(unscented - ekf.velocity_B)}", flush=True)
+        print(f"  apart: {1e3 * root_mean_square(unscented - ekf.velocity_B)}", flush=True)
 
 
 def _unscented(

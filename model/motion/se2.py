@@ -1,8 +1,8 @@
 """Planar motion: the exponential of a body velocity, and whole trajectories from many of them.
 
-A pose is (x, y, yaw). Poses compose associatively, so a trajectory is a prefix product: one after the
-other, or as a scan in which the number of rounds is the logarithm of the length (the paper claims the
-second and runs the first).
+A pose is (x, y, yaw), x and y in metres, yaw in radians. Poses compose associatively, so a trajectory is a
+prefix product: one after the other, or as a scan in which the number of rounds is the logarithm of the
+length (the paper claims the second and runs the first).
 """
 
 import numpy as np
@@ -53,6 +53,52 @@ def compose(first: FloatArray, then: FloatArray) -> FloatArray:
         ],
         axis=-1,
     )
+
+
+def inverse(pose: FloatArray) -> FloatArray:
+    """The parent's frame seen from a pose.
+
+    Args:
+        pose: (..., 3).
+
+    Returns:
+        (..., 3).
+    """
+    c, s = np.cos(pose[..., 2]), np.sin(pose[..., 2])
+    x, y = pose[..., 0], pose[..., 1]
+    return np.stack([-c * x - s * y, s * x - c * y, -pose[..., 2]], axis=-1)
+
+
+def seen_from(pose: FloatArray, other: FloatArray) -> FloatArray:
+    """Pose ``other`` in the frame of ``pose``, both given in one parent's; (..., 3) each."""
+    return compose(inverse(pose), other)
+
+
+def aligning(there: FloatArray, here: FloatArray) -> FloatArray:
+    """The frame in which pose ``here`` is, seen from its parent, pose ``there``; (..., 3) each."""
+    return compose(there, inverse(here))
+
+
+def yaw_of(quaternion_xyzw: FloatArray) -> FloatArray:
+    """Yaw of attitudes.
+
+    Args:
+        quaternion_xyzw: (..., 4).
+
+    Returns:
+        From -pi to pi, (...,) [rad].
+    """
+    x, y, z, w = np.moveaxis(quaternion_xyzw, -1, 0)
+    yaw: FloatArray = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    return yaw
+
+
+def quaternion_of(yaw_rad: float | FloatArray) -> FloatArray:
+    """Rotations about z as quaternions x y z w, (..., 4), of yaws, (...,) [rad]."""
+    half = np.asarray(yaw_rad) / 2
+    quaternion = np.zeros((*half.shape, 4))
+    quaternion[..., 2], quaternion[..., 3] = np.sin(half), np.cos(half)
+    return quaternion
 
 
 def scan(steps: FloatArray) -> FloatArray:

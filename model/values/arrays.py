@@ -10,6 +10,15 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 
+def root_mean_square(values: FloatArray) -> FloatArray:
+    """Root mean square over the first axis, of what is known; NaN where nothing is."""
+    known = np.isfinite(values)
+    count = known.sum(axis=0)
+    total = np.where(known, values, 0.0) ** 2
+    found: FloatArray = np.sqrt(total.sum(axis=0) / np.where(count > 0, count, np.nan))
+    return found
+
+
 def readonly(array: NDArray[Any]) -> NDArray[Any]:
     """Return the array with its write flag off, so that a value stays the value it was."""
     array.setflags(write=False)

@@ -10,6 +10,7 @@ import numpy as np
 
 from model.errors import ConfigError
 from model.values.arrays import FloatArray
+from model.values.estimate import Estimate
 from model.values.readings import BodyTruth
 from model.values.tick import Tick
 from record.log.reader import StampedTick
@@ -22,6 +23,13 @@ RAW_SERVO = (
     "position_ticks", "velocity_counts", "current_counts", "duty_counts", "voltage_counts",
     "temperature_c", "error_byte", "hardware_error", "age_ns",
 )  # fmt: skip
+# Upper halves of the covariances, row by row.
+POSE_PAIRS = ("x_x_m2", "x_y_m2", "x_yaw_m_rad", "y_y_m2", "y_yaw_m_rad", "yaw_yaw_rad2")
+TWIST_PAIRS = (
+    "vx_vx_m2_s2", "vx_vy_m2_s2", "vx_yaw_rate_m_rad_s2", "vy_vy_m2_s2", "vy_yaw_rate_m_rad_s2",
+    "yaw_rate_yaw_rate_rad2_s2",
+)  # fmt: skip
+ODOMETRY = "dead_reckoning,estimate"  # what ``odometry`` stands for in a list of groups
 COUNT_AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 
@@ -53,11 +61,14 @@ def check_groups(text: str) -> tuple[str, ...]:
     Raises:
         ConfigError: One is not known.
     """
-    groups = tuple(word.strip() for word in text.split(",") if word.strip())
+    words = (word.strip() for word in text.replace("odometry", ODOMETRY).split(","))
+    groups = tuple(dict.fromkeys(word for word in words if word))
     unknown = [group for group in groups if group not in GROUPS]
     if unknown or not groups:
         raise ConfigError(
-            "--what", f"{text!r}: choose from {', '.join(GROUPS)}, separated by commas"
+            "--what",
+            f"{text!r}: choose from {', '.join(GROUPS)}, odometry (dead_reckoning and estimate), "
+            "separated by commas",
         )
     return groups
 
@@ -123,16 +134,69 @@ def _model(ticks: Block, names: tuple[str, ...]) -> list[Column]:
     ]
 
 
-def _odometry(ticks: Block, _names: tuple[str, ...]) -> list[Column]:
-    position = _stack(ticks, lambda t: t.dead_reckoning.position_m)
+def _dead_reckoning(ticks: Block, _names: tuple[str, ...]) -> list[Column]:
+    pose = _stack(ticks, lambda t: (*t.dead_reckoning.position_m, t.dead_reckoning.yaw_rad))
     velocity = _stack(ticks, lambda t: t.dead_reckoning.velocity_B)
+    return _planar("dead_reckoning", pose, velocity)
+
+
+def _estimate(ticks: Block, names: tuple[str, ...]) -> list[Column]:
+    """What the estimator says; NaN and an empty health in ticks in which it did not run."""
+    legs = len(names)
+
+    def said(take: Callable[[Estimate], object], *shape: int) -> FloatArray:
+        nothing = np.full(shape, np.nan)
+        return _stack(ticks, lambda t: nothing if t.estimate is None else take(t.estimate))
+
+    texts = np.empty((len(ticks), 2), dtype=object)
+    for at, tick in enumerate(ticks):
+        own = tick.estimate
+        texts[at] = ("", "") if own is None else (own.health.value, own.reason)
+    force_sd = said(lambda e: np.sqrt(np.diagonal(e.force_covariance, axis1=1, axis2=2)), legs, 3)
     return [
-        Column("dead_reckoning_x_m", position[:, 0]),
-        Column("dead_reckoning_y_m", position[:, 1]),
-        Column("dead_reckoning_yaw_rad", _stack(ticks, lambda t: t.dead_reckoning.yaw_rad)),
-        Column("dead_reckoning_velocity_x_m_s", velocity[:, 0]),
-        Column("dead_reckoning_velocity_y_m_s", velocity[:, 1]),
-        Column("dead_reckoning_yaw_rate_rad_s", velocity[:, 2]),
+        *_planar(
+            "estimate",
+            said(lambda e: (*e.position_m, e.yaw_rad), 3),
+            said(lambda e: e.velocity_B, 3),
+        ),
+        *_covariance(POSE_PAIRS, said(lambda e: e.pose_covariance, 3, 3)),
+        *_covariance(TWIST_PAIRS, said(lambda e: e.twist_covariance, 3, 3)),
+        *_axes(said(lambda e: e.force_B, legs, 3), names, "estimate_force_{}_{}_n"),
+        *_axes(force_sd, names, "estimate_force_sd_{}_{}_n"),
+        *_each(said(lambda e: e.mu, legs), names, "estimate_mu_{}"),
+        *_each(said(lambda e: e.mu_sd, legs), names, "estimate_mu_log_sd_{}"),
+        *_each(said(lambda e: e.stiffness, legs), names, "estimate_stiffness_{}_n_m"),
+        *_each(said(lambda e: e.stiffness_sd, legs), names, "estimate_stiffness_log_sd_{}"),
+        *_each(said(lambda e: e.contact, legs), names, "estimate_contact_{}"),
+        *_each(said(lambda e: e.slipping, legs), names, "estimate_slipping_{}"),
+        Column("estimate_height_m", said(lambda e: e.height_m)),
+        Column("estimate_roll_rad", said(lambda e: e.tilt_rad[0])),
+        Column("estimate_pitch_rad", said(lambda e: e.tilt_rad[1])),
+        Column("estimate_nis", said(lambda e: e.nis)),
+        Column("estimate_nis_dof", said(lambda e: e.nis_dof)),
+        Column("estimate_rejects", said(lambda e: e.rejects)),
+        Column("estimate_force_age_s", said(lambda e: e.force_age_s)),
+        Column("estimate_holding", said(lambda e: e.holding)),
+        Column("estimate_health", texts[:, 0]),
+        Column("estimate_reason", texts[:, 1]),
+    ]
+
+
+def _planar(who: str, pose: FloatArray, velocity: FloatArray) -> list[Column]:
+    """Name the columns of a planar pose and the body velocity, (T, 3) each."""
+    place = ("x_m", "y_m", "yaw_rad")
+    rates = ("velocity_x_m_s", "velocity_y_m_s", "yaw_rate_rad_s")
+    return [
+        *(Column(f"{who}_{name}", pose[:, k]) for k, name in enumerate(place)),
+        *(Column(f"{who}_{name}", velocity[:, k]) for k, name in enumerate(rates)),
+    ]
+
+
+def _covariance(pairs: Sequence[str], values: FloatArray) -> list[Column]:
+    """Name the columns of the upper halves of (T, 3, 3) covariances of the estimate."""
+    return [
+        Column(f"estimate_covariance_{pair}", values[:, row, column])
+        for pair, row, column in zip(pairs, *np.triu_indices(3), strict=True)
     ]
 
 
@@ -218,7 +282,8 @@ GROUPS: Mapping[str, Callable[[Block, tuple[str, ...]], list[Column]]] = Mapping
         "commands": _commands,
         "forces": _forces,
         "model": _model,
-        "odometry": _odometry,
+        "dead_reckoning": _dead_reckoning,
+        "estimate": _estimate,
         "truth": _truth,
         "loop": _loop,
         "raw": _raw,

@@ -5,16 +5,17 @@ from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import TextIO
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from model.errors import RecordError
 from model.values.arrays import FloatArray
-from model.values.tick import Tick
+from model.values.estimate import Estimate
+from model.values.tick import DeadReckoning, Tick
 from record.log.columns import table_columns, truth_stack
 from record.log.reader import LogContents, StampedTick, read_stamped_ticks
+from record.log.tum import TumFile
 from record.trial.header import (
     TrialHeader,
     TrialNoise,
@@ -206,55 +207,36 @@ def _feet_in_body(
 
 
 def export_tum(path: Path, out: Path, contents: LogContents) -> tuple[Exported, ...]:
-    """Write dead-reckoned and true trajectory in the TUM format that evo reads.
+    """Write trajectories in the TUM format that evo reads: estimate, dead reckoning and truth.
 
-    A line is ``unix_s x y z qx qy qz qw``; poses that are not known are left out, times increase. The
-    first is planar, in its own frame: compare with alignment.
+    The first two are planar and in their own frame: compare with alignment. A file without a known pose
+    is not written.
 
     Args:
         path: The log.
-        out: Stem of the two files, OUT_dead_reckoning.tum and OUT_truth.tum.
+        out: Stem of the files: OUT_estimate.tum, OUT_dead_reckoning.tum and OUT_truth.tum.
         contents: Filled on the way.
 
     Raises:
         RecordError: The log cannot be read, or a file cannot be written.
     """
     base = out.with_suffix("") if out.suffix == ".tum" else out
-    targets = [base.with_name(f"{base.name}_{kind}.tum") for kind in ("dead_reckoning", "truth")]
-    parts = [target.with_name(target.name + ".part") for target in targets]
-    counts, last_ns = [0, 0], [-1, -1]
-    try:
-        with ExitStack() as stack:
-            files = [stack.enter_context(part.open("w", encoding="ascii")) for part in parts]
-            for block in _blocks(path, contents):
-                for item in block:
-                    for at, pose in enumerate((_dead_reckoned(item.tick), _true_pose(item.tick))):
-                        if np.isfinite(pose).all() and item.unix_ns > last_ns[at]:
-                            _write_pose(files[at], item.unix_ns, pose)
-                            counts[at], last_ns[at] = counts[at] + 1, item.unix_ns
-        for part, target, count in zip(parts, targets, counts, strict=True):
-            if count:
-                part.replace(target)
-    except OSError as error:
-        raise RecordError(
-            f"{base} cannot be written: {error.strerror}; choose another --out"
-        ) from error
-    finally:
-        for part in parts:
-            with suppress(OSError):
-                part.unlink()
-    return tuple(Exported(t, c) for t, c in zip(targets, counts, strict=True) if c)
+    with ExitStack() as stack:
+        files = [
+            stack.enter_context(TumFile(base.with_name(f"{base.name}_{kind}.tum")))
+            for kind in ("estimate", "dead_reckoning", "truth")
+        ]
+        for block in _blocks(path, contents):
+            for item in block:
+                tick = item.tick
+                poses = (_planar(tick.estimate), _planar(tick.dead_reckoning), _true_pose(tick))
+                for file, pose in zip(files, poses, strict=True):
+                    file.write(item.unix_ns, pose)
+    return tuple(Exported(file.path, file.count) for file in files if file.count)
 
 
-def _write_pose(file: TextIO, unix_ns: int, pose: FloatArray) -> None:
-    seconds, rest = divmod(unix_ns, 10**9)  # whole numbers: a float of seconds holds no nanoseconds
-    file.write(f"{seconds}.{rest:09d} " + " ".join(f"{value:.9f}" for value in pose) + "\n")
-
-
-def _dead_reckoned(tick: Tick) -> FloatArray:
-    reckoned = tick.dead_reckoning
-    half = reckoned.yaw_rad / 2
-    return np.array([*reckoned.position_m, 0.0, 0.0, 0.0, np.sin(half), np.cos(half)])
+def _planar(pose: Estimate | DeadReckoning | None) -> FloatArray:
+    return np.full(3, np.nan) if pose is None else np.array([*pose.position_m, pose.yaw_rad])
 
 
 def _true_pose(tick: Tick) -> FloatArray:

@@ -10,6 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from model.motion.se2 import quaternion_of
 from model.values.arrays import FloatArray
 from model.values.estimate import Estimate
 from model.values.readings import BodyTruth
@@ -61,10 +62,6 @@ def wrench(unix_ns: int, force_n: FloatArray) -> bytes:
     return w.done()
 
 
-def _yaw_quaternion(yaw_rad: float) -> FloatArray:
-    return np.array([0.0, 0.0, np.sin(yaw_rad / 2), np.cos(yaw_rad / 2)])
-
-
 def _odometry(
     unix_ns: int,
     frame: str,
@@ -97,31 +94,23 @@ def planar_covariance(covariance: FloatArray) -> FloatArray:
     return flat
 
 
-def estimate_odometry(unix_ns: int, estimate: Estimate) -> bytes:
-    """nav_msgs/msg/Odometry of the estimator, with covariances of pose and twist."""
-    vx, vy, yaw_rate = estimate.velocity_B
+def planar_odometry(unix_ns: int, pose: Estimate | DeadReckoning) -> bytes:
+    """nav_msgs/msg/Odometry of the estimator, or of dead reckoning, whose covariance is left zero."""
+    vx, vy, yaw_rate = pose.velocity_B
+    covariances = (UNKNOWN_COVARIANCE, UNKNOWN_COVARIANCE)
+    if isinstance(pose, Estimate):
+        covariances = (
+            planar_covariance(pose.pose_covariance),
+            planar_covariance(pose.twist_covariance),
+        )
     return _odometry(
         unix_ns,
         ODOM_FRAME,
-        np.array([*estimate.position_m, 0.0]),
-        _yaw_quaternion(estimate.yaw_rad),
+        np.array([*pose.position_m, 0.0]),
+        quaternion_of(pose.yaw_rad),
         np.array([vx, vy, 0.0]),
         np.array([0.0, 0.0, yaw_rate]),
-        planar_covariance(estimate.pose_covariance),
-        planar_covariance(estimate.twist_covariance),
-    )
-
-
-def dead_reckoning_odometry(unix_ns: int, reckoned: DeadReckoning) -> bytes:
-    """nav_msgs/msg/Odometry of dead reckoning, whose covariance nobody knows: it is left zero."""
-    vx, vy, yaw_rate = reckoned.velocity_B
-    return _odometry(
-        unix_ns,
-        ODOM_FRAME,
-        np.array([*reckoned.position_m, 0.0]),
-        _yaw_quaternion(reckoned.yaw_rad),
-        np.array([vx, vy, 0.0]),
-        np.array([0.0, 0.0, yaw_rate]),
+        *covariances,
     )
 
 
@@ -144,7 +133,7 @@ def transform(unix_ns: int, pose: DeadReckoning | Estimate) -> bytes:
     _header(w, unix_ns, ODOM_FRAME)
     w.text(BODY_FRAME)
     w.f64_array(np.array([*pose.position_m, 0.0]))
-    w.f64_array(_yaw_quaternion(pose.yaw_rad))
+    w.f64_array(quaternion_of(pose.yaw_rad))
     return w.done()
 
 

@@ -172,14 +172,12 @@ class LogWriter:
             self._put(f"/wrench/{name}", unix_ns, measured)
             predicted = messages.wrench(unix_ns, predicted_force[leg])
             self._put(f"/wrench_predicted/{name}", unix_ns, predicted)
-        reckoned = messages.dead_reckoning_odometry(unix_ns, tick.dead_reckoning)
+        best = tick.dead_reckoning if estimate is None else estimate
+        self._put("/odom", unix_ns, messages.planar_odometry(unix_ns, best))
+        self._put("/tf", unix_ns, messages.transform(unix_ns, best))
         if estimate is not None:
-            self._put("/odom", unix_ns, messages.estimate_odometry(unix_ns, estimate))
-            self._put("/tf", unix_ns, messages.transform(unix_ns, estimate))
+            reckoned = messages.planar_odometry(unix_ns, tick.dead_reckoning)
             self._put("/odom_open_loop", unix_ns, reckoned)
-        else:
-            self._put("/odom", unix_ns, reckoned)
-            self._put("/tf", unix_ns, messages.transform(unix_ns, tick.dead_reckoning))
         truth = tick.inputs.truth
         if truth is not None:
             self._put("/odom_truth", unix_ns, messages.truth_odometry(unix_ns, truth))

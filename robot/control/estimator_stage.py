@@ -12,9 +12,10 @@ from scipy.constants import g as standard_gravity
 from model.estimator.filter import Estimator
 from model.estimator.history import EstimatorMemory, LateSample, advance, use_late
 from model.kinematics.four_bar import Linkage
+from model.motion.se2 import aligning, compose, yaw_of
 from model.parameters.robot import RobotParameters
 from model.values.arrays import FloatArray, readonly
-from model.values.estimate import POSE, YAW, Estimate, OdometryInputs
+from model.values.estimate import POSE, Estimate, OdometryInputs
 from model.values.legs import FootForces, JointState
 from model.values.poses import PoseRecord
 from robot.config.estimator import EstimatorConfig
@@ -127,7 +128,7 @@ class EstimatorStage:
             if alignment is None:
                 if not np.isfinite(seen).all():
                     continue  # a place without a heading says nothing about where the world lies
-                alignment = readonly(aligned(_pose_at(memory, record.t_ns), seen))
+                alignment = readonly(aligning(_pose_at(memory, record.t_ns), seen))
             sample = LateSample(
                 min(record.t_ns, t_ns),
                 pose_W=readonly(compose(alignment, seen)),
@@ -143,27 +144,7 @@ class EstimatorStage:
 
 def planar(record: PoseRecord) -> FloatArray:
     """x, y [m], yaw [rad] of a pose, (3,)."""
-    x, y, z, w = record.quaternion_xyzw
-    yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-    return np.array([*record.position_W[:2], yaw])
-
-
-def compose(frame: FloatArray, pose: FloatArray) -> FloatArray:
-    """A pose given in a frame, seen from where that frame's own pose is given; (3,) each."""
-    c, s = np.cos(frame[YAW]), np.sin(frame[YAW])
-    x, y = pose[0], pose[1]
-    return np.array([
-        frame[0] + c * x - s * y, frame[1] + s * x + c * y, frame[YAW] + pose[YAW],
-    ])  # fmt: skip
-
-
-def aligned(ours: FloatArray, seen: FloatArray) -> FloatArray:
-    """The frame in which a pose that we know is seen as it is; (3,) each."""
-    turn = ours[YAW] - seen[YAW]
-    c, s = np.cos(turn), np.sin(turn)
-    return np.array([
-        ours[0] - c * seen[0] + s * seen[1], ours[1] - s * seen[0] - c * seen[1], turn,
-    ])  # fmt: skip
+    return np.array([*record.position_W[:2], yaw_of(record.quaternion_xyzw)])
 
 
 def _pose_at(memory: EstimatorMemory, t_ns: int) -> FloatArray:

@@ -17,7 +17,7 @@ from robot.config.robot_file import RobotConfig
 from robot.control.effects import effect_frames
 from robot.odometry.metrics import TrackErrors, nees, track_errors
 from robot.odometry.track import OdometryTrack, Progress, feet_of, inputs_of, track, weight_of
-from robot.report.run_totals import truth_yaw
+from robot.report.run_totals import true_pose
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -132,8 +132,7 @@ def compare_ways(
 
 def true_motion(log: Recording, span: slice) -> tuple[FloatArray, FloatArray, FloatArray] | None:
     """True pose, velocity and foot forces of some ticks; None where any is missing."""
-    pose = np.column_stack([log.truth_position_W[span, :2], truth_yaw(log)[span]])
-    found = (pose, log.truth_velocity_B[span], log.truth_force_n[span])
+    found = (true_pose(log)[span], log.truth_velocity_B[span], log.truth_force_n[span])
     return found if all(np.isfinite(part).all() for part in found) else None
 
 

@@ -9,7 +9,7 @@ from mcap.writer import Writer as McapWriter
 from model.errors import RecordError
 from model.values.arrays import FloatArray
 from record.log.definitions import DEFINITIONS
-from record.log.messages import estimate_odometry
+from record.log.messages import planar_odometry
 from robot.odometry.track import OdometryTrack
 
 KIND = "nav_msgs/msg/Odometry"
@@ -50,7 +50,7 @@ def write_mcap(path: Path, run: OdometryTrack) -> None:
             schema = writer.register_schema(KIND, "ros2msg", DEFINITIONS[KIND].encode("utf-8"))
             channel = writer.register_channel("/odom", "cdr", schema)
             for i, estimate in enumerate(run.estimates):
-                data = estimate_odometry(estimate.t_ns, estimate)
+                data = planar_odometry(estimate.t_ns, estimate)
                 writer.add_message(channel, estimate.t_ns, data, estimate.t_ns, i)
             writer.finish()  # type: ignore[no-untyped-call]
     except OSError as error:

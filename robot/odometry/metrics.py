@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
-from model.motion.se2 import compose
-from model.values.arrays import FloatArray
+from model.motion.se2 import seen_from
+from model.values.arrays import FloatArray, root_mean_square
 
 LENGTHS_M = (0.25, 0.5, 1.0)
 
@@ -61,15 +61,6 @@ def relative_error(pose: FloatArray, truth: FloatArray, length_m: float) -> floa
     return float(100 * np.hypot(*error.T).mean() / length_m)
 
 
-def seen_from(pose: FloatArray, other: FloatArray) -> FloatArray:
-    """Pose ``other`` in the frame of ``pose``, (T, 3) each."""
-    c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
-    back = np.stack(
-        [-c * pose[:, 0] - s * pose[:, 1], s * pose[:, 0] - c * pose[:, 1], -pose[:, 2]]
-    )
-    return compose(back.T, other)
-
-
 def track_errors(
     name: str,
     pose: FloatArray,
@@ -94,18 +85,9 @@ def track_errors(
         rpe_percent=np.array([relative_error(pose, true_pose, d) for d in LENGTHS_M]),
         end_percent=float(100 * np.hypot(last[0], last[1]) / length) if length > 0 else np.nan,
         yaw_deg_m=float(np.degrees(last[2]) / length) if length > 0 else np.nan,
-        velocity_rmse=rmse(velocity - true_velocity),
-        force_rmse=rmse(force - true_force),
+        velocity_rmse=root_mean_square(velocity - true_velocity),
+        force_rmse=root_mean_square(force - true_force),
     )
-
-
-def rmse(error: FloatArray) -> FloatArray:
-    """Root mean square over the first axis, of what is known; NaN where nothing is."""
-    known = np.isfinite(error)
-    count = known.sum(axis=0)
-    total = np.where(known, error, 0.0) ** 2
-    mean: FloatArray = np.sqrt(total.sum(axis=0) / np.where(count > 0, count, np.nan))
-    return mean
 
 
 def nees(error: FloatArray, covariance: FloatArray) -> FloatArray:

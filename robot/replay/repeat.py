@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from model.errors import RecordError
-from model.values.arrays import FloatArray
+from model.values.arrays import FloatArray, root_mean_square
 from model.values.tick import Mode
 from record.log.recording import Recording
 from robot.report.summary import planar_pose
@@ -155,10 +155,10 @@ def _columns(log: Recording, own_t_s: FloatArray, t_s: FloatArray) -> Columns:
 def compare_runs(old: Recording, new: Recording, both: Overlay) -> Repeat:
     """Compare two runs that lie one over the other."""
     one, other = both.old, both.new
-    sent = _root_mean_square(turned(other.sent_rad - one.sent_rad))
-    angle = _root_mean_square(turned(other.angle_rad - one.angle_rad))
-    current = _root_mean_square(other.current_a - one.current_a)
-    force = _root_mean_square(other.force_n - one.force_n)
+    sent = root_mean_square(turned(other.sent_rad - one.sent_rad))
+    angle = root_mean_square(turned(other.angle_rad - one.angle_rad))
+    current = root_mean_square(other.current_a - one.current_a)
+    force = root_mean_square(other.force_n - one.force_n)
     legs = tuple(
         LegRepeat(name, float(sent[i]), float(angle[i]), float(current[i]), _floats(force[i]))
         for i, name in enumerate(both.names)
@@ -168,9 +168,9 @@ def compare_runs(old: Recording, new: Recording, both: Overlay) -> Repeat:
         old_s=float(old.t_s[-1] - old.t_s[0]),
         new_s=float(new.t_s[-1] - new.t_s[0]),
         legs=legs,
-        true_velocity=_floats(_root_mean_square(other.true_velocity - one.true_velocity)),
+        true_velocity=_floats(root_mean_square(other.true_velocity - one.true_velocity)),
         predicted_velocity=_floats(
-            _root_mean_square(other.predicted_velocity - one.predicted_velocity)
+            root_mean_square(other.predicted_velocity - one.predicted_velocity)
         ),
         old_way=_way(one.pose),
         new_way=_way(other.pose),
@@ -182,15 +182,6 @@ def compare_runs(old: Recording, new: Recording, both: Overlay) -> Repeat:
 def turned(difference_rad: FloatArray) -> FloatArray:
     """Return differences of angles without whole turns: a servo may count from another one."""
     return np.asarray(np.angle(np.exp(1j * difference_rad)))
-
-
-def _root_mean_square(values: FloatArray) -> FloatArray:
-    """Over time and all that is known; NaN where nothing is."""
-    known = np.isfinite(values)
-    count = known.sum(axis=0)
-    total = np.where(known, values, 0.0)
-    with np.errstate(invalid="ignore"):
-        return np.asarray(np.sqrt((total**2).sum(axis=0) / np.where(count > 0, count, np.nan)))
 
 
 def _way(pose: FloatArray) -> tuple[float, ...]:

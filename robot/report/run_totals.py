@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from model.motion.se2 import yaw_of
 from model.values.arrays import BoolArray, FloatArray, IntArray
 from model.values.faults import StopReason
 from model.values.tick import Mode
@@ -99,7 +100,7 @@ class RunTotals:
             ("estimate", block.estimate_pose),
             ("estimate_health", block.estimate_health),
             ("place", block.truth_position_W[:, :2]),
-            ("yaw", wrapped_yaw(block)),
+            ("yaw", yaw_of(block.truth_quaternion_xyzw)),
             ("lateness_s", block.lateness_s),
         ):
             self._columns.setdefault(name, []).append(values)
@@ -145,13 +146,6 @@ def _known(values: FloatArray) -> FloatArray:
     return values[np.isfinite(values)]
 
 
-def wrapped_yaw(log: Recording) -> FloatArray:
-    """Return the true yaw, (T,) [rad], from -pi to pi."""
-    x, y, z, w = log.truth_quaternion_xyzw.T
-    yaw: FloatArray = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-    return yaw
-
-
 def unwrap_known(yaw: FloatArray) -> FloatArray:
     """Return a copy of angles without jumps of a turn; NaN stays."""
     yaw = yaw.copy()
@@ -160,14 +154,15 @@ def unwrap_known(yaw: FloatArray) -> FloatArray:
     return yaw
 
 
-def truth_yaw(log: Recording) -> FloatArray:
-    """Return the true yaw, unwrapped, (T,) [rad]."""
-    return unwrap_known(wrapped_yaw(log))
+def true_pose(log: Recording) -> FloatArray:
+    """Return true x, y [m] and yaw [rad, unwrapped], (T, 3)."""
+    yaw = unwrap_known(yaw_of(log.truth_quaternion_xyzw))
+    return np.column_stack([log.truth_position_W[:, :2], yaw])
 
 
 def true_forward_slip(log: Recording) -> FloatArray:
     """Return the true velocity of loaded feet over the ground along the body's x, (T, N) [m/s]."""
-    yaw = wrapped_yaw(log)[:, None]
+    yaw = yaw_of(log.truth_quaternion_xyzw)[:, None]
     velocity = log.truth_foot_velocity_W
     along = np.cos(yaw) * velocity[:, :, 0] + np.sin(yaw) * velocity[:, :, 1]
     slip: FloatArray = np.where(log.truth_contact, along, np.nan)

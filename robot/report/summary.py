@@ -4,10 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from model.motion.se2 import aligning, compose
 from model.values.arrays import FloatArray
 from model.values.faults import StopReason
 from record.log.recording import Recording
-from robot.report.run_totals import RunTotals, truth_yaw
+from robot.report.run_totals import RunTotals, true_pose
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,7 +165,7 @@ def planar_pose(log: Recording) -> FloatArray:
     """Return x, y [m] and yaw [rad], (T, 3): the truth's if there is one, else dead reckoning's."""
     if not log.has_truth:
         return log.dead_reckoning_pose
-    return np.column_stack([log.truth_position_W[:, :2], truth_yaw(log)])
+    return true_pose(log)
 
 
 def _way(pose: FloatArray) -> tuple[float, float, float]:
@@ -200,13 +201,10 @@ def _last_faults(totals: RunTotals) -> tuple[tuple[float, str], ...]:
     return tuple(sorted(told, key=lambda one: -one[0]))
 
 
-def _drift(true: FloatArray, estimate: FloatArray) -> float:
+def _drift(true: FloatArray, own: FloatArray) -> float:
     known = np.flatnonzero(np.isfinite(true[:, 0]))
     if len(known) == 0:
         return np.nan
     first, last = known[0], known[-1]
-    yaw = true[first, 2] - estimate[first, 2]
-    c, s = np.cos(yaw), np.sin(yaw)
-    moved = estimate[last, :2] - estimate[first, :2]
-    there = true[first, :2] + np.array([[c, -s], [s, c]]) @ moved
-    return float(np.hypot(*(true[last, :2] - there)))
+    there = compose(aligning(true[first], own[first]), own[last])
+    return float(np.hypot(*(true[last] - there)[:2]))

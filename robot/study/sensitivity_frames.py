@@ -8,6 +8,7 @@ from scipy.signal import savgol_filter
 
 from model.errors import ConfigError, RecordError
 from model.kinematics.four_bar import Linkage
+from model.motion.se2 import yaw_of
 from model.values.arrays import BoolArray, FloatArray
 from model.values.legs import FootMotion
 from model.values.tick import Mode
@@ -15,7 +16,6 @@ from record.log.recording import Recording
 from robot.config.robot_file import parse_robot
 from robot.control.effect_uses import USES, Use
 from robot.control.true_readings import OF_FORCES, true_forces_of
-from robot.report.run_totals import truth_yaw
 
 # The paper's filter for foot velocities: second order, 25 samples at 100 Hz (sec:setup).
 WINDOW, ORDER = 25, 2
@@ -83,7 +83,7 @@ def walk_frames(log: Recording, name: str) -> WalkFrames:
     robot, true_forces = config.parameters, true_forces_of(config)
     force_n = log.force_n if true_forces is None else true_forces(log.force_n, log.t_s)
     feet = Linkage(robot.linkage, robot.legs.shaft_position).feet(log.angle_rad, smooth_rate(log))
-    yaw = truth_yaw(log)[:, None]
+    yaw = yaw_of(log.truth_quaternion_xyzw)[:, None]
     moving = log.truth_foot_velocity_W
     cos, sin = np.cos(yaw), np.sin(yaw)
     slip = np.stack(

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from model.values.arrays import FloatArray
+from model.values.arrays import FloatArray, root_mean_square
 from robot.study.walk_comparison import WalkComparison
 
 COLUMNS = ("component", "unit", "spread", "viscous", "Coulomb", "support", "laws apart")
@@ -87,22 +87,17 @@ def _row(
     return ComponentError(
         name,
         unit,
-        spread=_rms(true - _mean(true)),
-        viscous=_rms(viscous - true),
-        coulomb=_rms(coulomb - true),
-        support=_rms(support - true),
-        apart=_rms(viscous - coulomb),
+        spread=float(root_mean_square(true - _mean(true))),
+        viscous=float(root_mean_square(viscous - true)),
+        coulomb=float(root_mean_square(coulomb - true)),
+        support=float(root_mean_square(support - true)),
+        apart=float(root_mean_square(viscous - coulomb)),
     )
 
 
 def _mean(values: FloatArray) -> float:
     known = values[np.isfinite(values)]
     return float(known.mean()) if len(known) else np.nan
-
-
-def _rms(values: FloatArray) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(known**2))) if len(known) else np.nan
 
 
 def error_of(errors: tuple[ComponentError, ...], component: str) -> ComponentError:

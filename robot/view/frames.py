@@ -4,9 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from model.motion.se2 import aligning, quaternion_of, yaw_of
 from model.values.arrays import FloatArray
 from model.values.readings import BodyTruth
-from model.values.tick import Tick
+from model.values.tick import DeadReckoning, Tick
 
 MAP_FRAME, ODOM_FRAME, BODY_FRAME, TRUE_FRAME = "map", "odom", "base_link", "base_link_true"
 # A trajectory gets a new point after this way, and keeps at most so many.
@@ -22,17 +23,6 @@ class Transform:
     child: str
     translation: FloatArray
     rotation_xyzw: FloatArray
-
-
-def about_z(yaw_rad: float) -> FloatArray:
-    """Return a rotation about z, (4,) x y z w."""
-    return np.array([0.0, 0.0, np.sin(yaw_rad / 2), np.cos(yaw_rad / 2)])
-
-
-def yaw_of(quaternion_xyzw: FloatArray) -> float:
-    """Return the yaw of an attitude [rad]."""
-    x, y, z, w = quaternion_xyzw
-    return float(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
 
 
 class FrameTracker:
@@ -59,16 +49,16 @@ class FrameTracker:
             ODOM_FRAME,
             BODY_FRAME,
             np.array([*reckoned.position_m, self._height_m]),
-            about_z(reckoned.yaw_rad),
+            quaternion_of(reckoned.yaw_rad),
         )
         truth = tick.inputs.truth
         known = truth is not None and bool(np.isfinite(truth.position_W).all())
         if truth is None or not known or not np.isfinite(truth.quaternion_xyzw).all():
-            nowhere = Transform(MAP_FRAME, ODOM_FRAME, np.zeros(3), about_z(0.0))
+            nowhere = Transform(MAP_FRAME, ODOM_FRAME, np.zeros(3), quaternion_of(0.0))
             found: tuple[Transform, ...] = (self._odom_in_map or nowhere, body)
         else:
             if self._odom_in_map is None:
-                self._odom_in_map = _odom_in_map(body, truth, reckoned.yaw_rad)
+                self._odom_in_map = _odom_in_map(truth, reckoned)
             actual = Transform(MAP_FRAME, TRUE_FRAME, truth.position_W, truth.quaternion_xyzw)
             found = (self._odom_in_map, body, actual)
             _extend(self.true, truth.position_W)
@@ -80,14 +70,11 @@ class FrameTracker:
         return found
 
 
-def _odom_in_map(body: Transform, truth: BodyTruth, yaw_rad: float) -> Transform:
-    """Put ``odom`` where dead reckoning, at this place and yaw in it, agrees with the truth."""
-    yaw = yaw_of(truth.quaternion_xyzw) - yaw_rad
-    c, s = np.cos(yaw), np.sin(yaw)
-    x, y, _ = body.translation
-    true_x, true_y, _ = truth.position_W
-    origin = np.array([true_x - c * x + s * y, true_y - s * x - c * y, 0.0])
-    return Transform(MAP_FRAME, ODOM_FRAME, origin, about_z(yaw))
+def _odom_in_map(truth: BodyTruth, reckoned: DeadReckoning) -> Transform:
+    """Put ``odom`` where dead reckoning agrees with the truth."""
+    there = np.array([*truth.position_W[:2], yaw_of(truth.quaternion_xyzw)])
+    x, y, yaw = aligning(there, np.array([*reckoned.position_m, reckoned.yaw_rad]))
+    return Transform(MAP_FRAME, ODOM_FRAME, np.array([x, y, 0.0]), quaternion_of(yaw))
 
 
 def _extend(points: list[FloatArray], place: FloatArray) -> None:

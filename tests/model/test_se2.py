@@ -5,9 +5,22 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm
+from scipy.spatial.transform import Rotation
 
 from model.errors import ModelError
-from model.motion.se2 import compose, exponential, integrate, product, scan
+from model.motion.se2 import (
+    aligning,
+    compose,
+    exponential,
+    integrate,
+    inverse,
+    product,
+    quaternion_of,
+    scan,
+    seen_from,
+    yaw_of,
+)
+from model.values.arrays import root_mean_square
 
 twists = st.tuples(
     st.floats(-2, 2), st.floats(-2, 2), st.floats(-7, 7) | st.floats(-3e-4, 3e-4)
@@ -63,3 +76,31 @@ def test_wrong_shapes_are_refused() -> None:
         integrate(np.zeros(3), 0.1)
     with pytest.raises(ModelError, match="periods"):
         integrate(np.zeros((4, 3)), np.zeros(3))
+
+
+def test_a_pose_seen_from_itself_is_the_origin() -> None:
+    pose = np.array([[1.0, 2.0, 0.3], [0.0, -1.0, 2.0]])
+    np.testing.assert_allclose(seen_from(pose, pose), 0, atol=1e-15)
+    ahead = seen_from(np.array([[0, 0, np.pi / 2]]), np.array([[0, 1.0, np.pi / 2]]))
+    np.testing.assert_allclose(ahead, [[1, 0, 0]], atol=1e-15)
+
+
+@given(twists, twists)
+def test_inverse_and_aligning_are_those_of_the_matrices(one: np.ndarray, two: np.ndarray) -> None:
+    np.testing.assert_allclose(matrix(inverse(one)) @ matrix(one), np.eye(3), atol=1e-13)
+    np.testing.assert_allclose(compose(aligning(one, two), two), one, atol=1e-13)
+
+
+@given(st.floats(-3.1, 3.1), st.floats(-0.5, 0.5))
+def test_yaw_and_its_quaternion(yaw: float, tilt: float) -> None:
+    assert yaw_of(quaternion_of(yaw)) == pytest.approx(yaw, abs=1e-14)
+    attitude = Rotation.from_euler("ZYX", [yaw, tilt, -tilt])
+    assert yaw_of(attitude.as_quat()) == pytest.approx(yaw, abs=1e-14)
+    assert quaternion_of(np.array([yaw, tilt])).shape == (2, 4)
+
+
+def test_root_mean_square_leaves_out_what_is_not_known() -> None:
+    np.testing.assert_allclose(
+        root_mean_square(np.array([[3.0, np.nan], [4.0, np.nan]]))[0], np.sqrt(12.5)
+    )
+    assert np.isnan(root_mean_square(np.full((2, 2), np.nan))).all()

@@ -71,6 +71,25 @@ def test_a_parquet_table_holds_every_group_to_the_last_bit(tmp_path: Path) -> No
     np.testing.assert_array_equal(
         column("dead_reckoning_x_m"), [t.dead_reckoning.position_m[0] for t in ticks]
     )
+    known = [t.estimate for t in ticks if t.estimate is not None]
+    ran = [t.estimate is not None for t in ticks]
+    assert known
+    assert not all(ran)
+    for name, values in {
+        "estimate_x_m": [e.position_m[0] for e in known],
+        "estimate_yaw_rate_rad_s": [e.velocity_B[2] for e in known],
+        "estimate_covariance_x_yaw_m_rad": [e.pose_covariance[0, 2] for e in known],
+        "estimate_covariance_vy_vy_m2_s2": [e.twist_covariance[1, 1] for e in known],
+        "estimate_force_ML_z_n": [e.force_B[1, 2] for e in known],
+        "estimate_force_sd_FR_y_n": [np.sqrt(e.force_covariance[5, 1, 1]) for e in known],
+        "estimate_mu_HR": [e.mu[3] for e in known],
+        "estimate_stiffness_HL_n_m": [e.stiffness[0] for e in known],
+    }.items():
+        found = column(name)
+        np.testing.assert_array_equal(found[ran], values, err_msg=name)
+        assert np.isnan(found[~np.array(ran)]).all(), name
+    healths = ["" if t.estimate is None else t.estimate.health.value for t in ticks]
+    assert table.column("estimate_health").to_pylist() == healths
     truth = [np.nan if t.inputs.truth is None else t.inputs.truth.position_W[2] for t in ticks]
     np.testing.assert_array_equal(column("body_z_m"), truth)
     assert table.column("mode").to_pylist() == [t.mode.name for t in ticks]
@@ -108,6 +127,7 @@ def test_csv_and_parquet_hold_the_same_numbers(tmp_path: Path) -> None:
 
 def test_groups_that_are_not_there_are_an_error() -> None:
     assert check_groups("joints, truth") == ("joints", "truth")
+    assert check_groups("odometry, loop") == ("dead_reckoning", "estimate", "loop")
     for text in ("joint", "", ","):
         with pytest.raises(ConfigError, match="choose from joints, commands, forces"):
             check_groups(text)
@@ -153,6 +173,7 @@ def test_trajectories_follow_the_rules_of_evo(tmp_path: Path) -> None:
     ticks = write_walk(path, 40)
     written = export_tum(path, tmp_path / "run.tum", LogContents())
     assert [(f.path.name, f.rows) for f in written] == [
+        ("run_estimate.tum", 27),
         ("run_dead_reckoning.tum", 40),
         ("run_truth.tum", 30),
     ]
@@ -167,6 +188,13 @@ def test_trajectories_follow_the_rules_of_evo(tmp_path: Path) -> None:
         table = np.loadtxt(file.path)
         assert table.shape == (file.rows, 8)
         np.testing.assert_allclose(np.linalg.norm(table[:, 4:], axis=1), 1, atol=1e-8)
+    own = np.loadtxt(tmp_path / "run_estimate.tum")
+    places = [t.estimate.position_m for t in ticks if t.estimate is not None]
+    np.testing.assert_allclose(own[:, 1:3], places, atol=1e-9)
+    reckoned = np.loadtxt(tmp_path / "run_dead_reckoning.tum")
+    np.testing.assert_allclose(
+        reckoned[:, 1:3], [t.dead_reckoning.position_m for t in ticks], atol=1e-9
+    )
     truth = np.loadtxt(tmp_path / "run_truth.tum")
     known = [t.inputs.truth for t in ticks if t.inputs.truth is not None]
     np.testing.assert_allclose(truth[:, 1:4], [t.position_W for t in known], atol=1e-9)

@@ -12,6 +12,7 @@ from model.values.faults import StopReason
 from model.values.tick import Mode
 from record.log.reader import LogContents, read_log, read_ticks
 from record.log.versions import PACKAGES
+from record.trial.table_file import read_table
 from record.trial.trial import read_trial
 from robot.cli import main as cli
 from robot.config.robot_file import DEFAULT_ROBOT_FILE
@@ -129,6 +130,23 @@ def test_pieces_and_merged_logs_open_everywhere(walked: Path, tmp_path: Path) ->
     assert summary.statistics.attachment_count == 1
 
 
+def test_exported_odometry_is_the_estimator_s_and_dead_reckoning_is_named_so(
+    tmp_path: Path,
+) -> None:
+    path, table = Path(__file__).parent / "logs" / "format_2.mcap", tmp_path / "t.csv"
+    words = ("log", "export", path, "--format")
+    assert bigant(*words, "csv", "--what", "odometry", "--out", table) == ExitCode.OK
+    found = {column.name: column.values[-1] for column in read_table(table).columns}
+    assert found["estimate_x_m"] == pytest.approx(9.113805092770e-4)
+    assert found["estimate_yaw_rad"] == pytest.approx(-1.2525705652e-05)
+    assert found["dead_reckoning_x_m"] == pytest.approx(6.559878664779e-3)
+    assert found["dead_reckoning_yaw_rad"] == pytest.approx(-0.029529677781586)
+    assert bigant(*words, "tum", "--out", tmp_path / "p") == ExitCode.OK
+    last = {kind: np.loadtxt(tmp_path / f"p_{kind}.tum")[-1] for kind in ("estimate", "truth")}
+    assert last["estimate"][1:3] == pytest.approx([9.11381e-4, 1.50084e-4], abs=1e-9)
+    assert last["estimate"][0] == last["truth"][0]
+
+
 def test_every_export_and_back(walked: Path, tmp_path: Path, capsys: Capture) -> None:
     trial = tmp_path / "t.parquet"
     count = len(list(read_ticks(walked)))
@@ -141,7 +159,11 @@ def test_every_export_and_back(walked: Path, tmp_path: Path, capsys: Capture) ->
     assert (
         bigant("log", "export", walked, "--format", "tum", "--out", tmp_path / "p") == ExitCode.OK
     )
-    assert {p.name for p in tmp_path.glob("*.tum")} == {"p_dead_reckoning.tum", "p_truth.tum"}
+    assert {p.name for p in tmp_path.glob("*.tum")} == {
+        "p_estimate.tum",
+        "p_dead_reckoning.tum",
+        "p_truth.tum",
+    }
     back, report = tmp_path / "back.mcap", tmp_path / "report.json"
     capsys.readouterr()
     assert bigant("import", trial, "--out", back, "--report", report, "--json") == ExitCode.OK

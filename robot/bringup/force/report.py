@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from model.fit.in_situ import InSituResult, SensorResidual
+from model.values.arrays import root_mean_square
 
 STAGES = ("offsets only", "and leg gravity", "and cross-talk")
 COLOURS = ("#999999", "#56B4E9", "#D55E00")
@@ -22,9 +23,7 @@ def stages(result: InSituResult) -> tuple[tuple[SensorResidual, ...], ...]:
 
 def overall(residuals: tuple[SensorResidual, ...], kind: str) -> float:
     """Return the RMS over the sensors; NaN if none has one."""
-    values = np.array([getattr(each, kind) for each in residuals])
-    values = values[np.isfinite(values)]
-    return float(np.sqrt((values**2).mean())) if len(values) else float("nan")
+    return float(root_mean_square(np.array([getattr(each, kind) for each in residuals])))
 
 
 def report_lines(result: InSituResult) -> list[str]:

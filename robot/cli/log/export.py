@@ -2,7 +2,7 @@
 
 trial: NAME.parquet (or .csv, by --out), NAME.toml and the robot file; measured quantities only.
 csv, parquet: a table with the columns of --what.
-tum: dead-reckoned and true trajectory, NAME_dead_reckoning.tum and NAME_truth.tum, for evo.
+tum: trajectories NAME_estimate.tum, NAME_dead_reckoning.tum and NAME_truth.tum, for evo.
 """
 
 import argparse
@@ -22,8 +22,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--out", type=Path, metavar="FILE", help="file to write (default: named after the log)"
     )
     parser.add_argument(
-        "--what", metavar="A,B,...", help=f"columns of csv and parquet: raw and {GROUPS} "
-        "(default: all but raw)",
+        "--what", metavar="A,B,...", help=f"columns of csv and parquet: raw and {GROUPS}; odometry is "
+        "dead_reckoning,estimate (default: all but raw)",
     )  # fmt: skip
 
 

@@ -8,6 +8,7 @@ import pytest
 
 from model.errors import ConfigError
 from model.kinematics.four_bar import Linkage
+from model.motion.se2 import aligning, compose
 from model.quasistatic.frames import FrictionLaw
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import Estimate, Health
@@ -16,7 +17,7 @@ from model.values.poses import PoseRecord
 from model.values.tick import Intent, Tick
 from robot.config.robot_file import load_robot, parse_robot
 from robot.control.controller import Controller
-from robot.control.estimator_stage import aligned, compose, planar
+from robot.control.estimator_stage import planar
 from robot.control.file_model import estimator_stage
 from robot.run.hardware import open_in_memory
 from robot.run.loop import run
@@ -95,7 +96,7 @@ def test_a_wrong_setting_is_refused(lines: str, words: str) -> None:
 
 def test_frames_undo_each_other() -> None:
     ours, seen = np.array([0.3, -0.2, 0.7]), np.array([5.0, 2.0, -2.0])
-    frame = aligned(ours, seen)
+    frame = aligning(ours, seen)
     np.testing.assert_allclose(compose(frame, seen), ours, atol=1e-14)
     np.testing.assert_allclose(planar(pose(0, seen)), seen, atol=1e-14)
 
