@@ -4,7 +4,6 @@ Pure like the step it belongs to: all that it remembers goes in and comes out.
 """
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.constants import g as standard_gravity
@@ -18,9 +17,8 @@ from model.values.estimate import POSE, YAW, OdometryEstimate, OdometryInputs
 from model.values.legs import FootForces, JointState
 from model.values.poses import PoseRecord
 from robot.config.estimator import EstimatorConfig
-
-if TYPE_CHECKING:
-    from robot.control.effects import EffectMemory, EffectsBeside
+from robot.config.robot_file import RobotConfig
+from robot.control.effects import EffectMemory, EffectsBeside
 
 FIRST = -1
 
@@ -39,7 +37,7 @@ class OdometryMemory:
     estimator: EstimatorMemory
     alignment: FloatArray | None = None
     estimate: OdometryEstimate | None = None
-    effects: "EffectMemory | None" = None
+    effects: EffectMemory | None = None
 
 
 class OdometryStage:
@@ -57,7 +55,7 @@ class OdometryStage:
         robot: RobotParameters,
         config: EstimatorConfig,
         linkage: Linkage,
-        effects: "EffectsBeside | None" = None,
+        effects: EffectsBeside | None = None,
     ) -> None:
         self._memory_s = config.memory
         self._linkage = linkage
@@ -139,6 +137,15 @@ class OdometryStage:
             else:
                 newest = sample
         return alignment, late, newest
+
+
+def odometry_stage(config: RobotConfig, linkage: Linkage) -> OdometryStage:
+    """Return the estimator of a robot file, with what its effects add."""
+    effects = None
+    if config.effects:
+        effects = EffectsBeside(config, config.estimator.settings.law)
+        effects.prepare()
+    return OdometryStage(config.parameters, config.estimator, linkage, effects)
 
 
 def planar(record: PoseRecord) -> FloatArray:

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from gap.interfaces import Cause, Drive
-from gap.machines.legged.causes import settings_of
 from gap.machines.legged.chain import LeggedChain
-from gap.machines.legged.grid import body_velocity
 from gap.machines.legged.inputs import make_inputs
+from model.effects.grid import body_velocity
+from model.effects.settings import settings_of
 from model.errors import ConfigError
 from model.kinematics.four_bar import Linkage
 from model.quasistatic.frame import solve_frame
@@ -20,7 +20,7 @@ from record.trial.trial import read_trial
 from robot.cli.main import run
 from robot.config.robot_file import RobotConfig, load_robot, parse_robot
 from robot.control.effect_uses import USES, Use, unused_notes
-from robot.control.file_model import model_of
+from robot.control.effects import model_of
 from robot.virtual.file_twin import file_twin
 from robot.virtual.twin_run import make_twin
 from sim_hw.twin.catalog import EFFECTS
