@@ -97,12 +97,11 @@ class FrameModel:
             readonly((points[2] - points[0]) / (2 * PERIOD_S) + (0.0 if moving else np.nan)),
         )
         if not (np.isfinite(points).all() and np.isfinite(world).all()):
-            return FrameAnswer(motion, _nothing(len(angle)))
+            return FrameAnswer(motion, _contact(motion, None, None))
         moved = np.tile(before, (len(AROUND_S), 1)) if np.isfinite(before).all() else None
         standing = stand(self._machine, self._grid, walked, settings, world, moved)
         if not np.isfinite(standing.load_n).all():
-            return FrameAnswer(motion, _nothing(len(angle)))
-        kept = Before(before, dt_s) if dt_s > 0 else None
+            return FrameAnswer(motion, _contact(motion, None, None))
         sliding = slide(
             self._machine,
             self._grid,
@@ -111,9 +110,9 @@ class FrameModel:
             settings,
             world,
             standing.load_n,
-            before=kept,
+            before=Before(before, dt_s) if dt_s > 0 else None,
         )
-        return FrameAnswer(motion, self._contact(motion, standing, sliding))
+        return FrameAnswer(motion, _contact(motion, standing, sliding))
 
     def true_forces(self, forces: FootForces, since_s: float) -> FootForces:
         """Take gain, bias, drift and rotation of the transducers out of a reading.
@@ -132,47 +131,35 @@ class FrameModel:
         slope_x, slope_y = self.settings.whole("ground_slope")
         return self.settings.with_whole("ground_slope", *turned(slope_x, slope_y, -yaw))
 
-    def _contact(
-        self,
-        motion: FootMotion,
-        standing: Standing,
-        sliding: Sliding,
-    ) -> ContactSolution:
+
+def _contact(
+    motion: FootMotion, standing: Standing | None, sliding: Sliding | None
+) -> ContactSolution:
+    """Support and traction of the middle frame; NaN, and why, where there is none."""
+    legs = len(motion.position_m)
+    nan = float("nan")
+    velocity, slip, force = np.full(3, nan), np.full((legs, 2), nan), np.full((legs, 3), nan)
+    if standing is None or sliding is None:
+        load, loaded = readonly(np.full(legs, nan)), readonly(np.zeros(legs, dtype=bool))
+        support = Support(False, NO_SUPPORT, nan, nan, nan, load, loaded, 0)
+        reason = f"no support: {NO_SUPPORT}"
+    else:
         load = readonly(standing.load_n[MIDDLE].copy())
         loaded = readonly(load > 0.0)
         slope_x, slope_y = standing.slopes[MIDDLE].tolist()
         height = float(standing.height_m[MIDDLE])
         support = Support(True, "", height, slope_x, slope_y, load, loaded, 0)
+        reason = ""
         if not np.isfinite(motion.velocity_m_s).all():
-            return ContactSolution(support, _no_traction(len(load), "a shaft's speed is not known"))
-        velocity = sliding.velocity_B[MIDDLE].copy()
-        if not np.isfinite(velocity).all():
-            return ContactSolution(
-                support, _no_traction(len(load), "fewer than two feet are loaded")
-            )
-        place = motion.position_m
-        slip = motion.velocity_m_s[:, :2] + velocity[:2]
-        slip += velocity[2] * np.stack([-place[:, 1], place[:, 0]], axis=1)
-        slip[~loaded] = np.nan
-        force = np.column_stack([sliding.force_xy_n[MIDDLE], load])
-        return ContactSolution(
-            support, Traction(True, "", readonly(velocity), readonly(slip), readonly(force))
-        )
-
-
-def _nothing(legs: int) -> ContactSolution:
-    nan = float("nan")
-    load = readonly(np.full(legs, np.nan))
-    none = readonly(np.zeros(legs, dtype=bool))
-    support = Support(False, NO_SUPPORT, nan, nan, nan, load, none, 0)
-    return ContactSolution(support, _no_traction(legs, f"no support: {NO_SUPPORT}"))
-
-
-def _no_traction(legs: int, reason: str) -> Traction:
-    return Traction(
-        False,
-        reason,
-        readonly(np.full(3, np.nan)),
-        readonly(np.full((legs, 2), np.nan)),
-        readonly(np.full((legs, 3), np.nan)),
-    )
+            reason = "a shaft's speed is not known"
+        elif not np.isfinite(sliding.velocity_B[MIDDLE]).all():
+            reason = "fewer than two feet are loaded"
+        else:
+            velocity = sliding.velocity_B[MIDDLE].copy()
+            place = motion.position_m
+            slip = motion.velocity_m_s[:, :2] + velocity[:2]
+            slip += velocity[2] * np.stack([-place[:, 1], place[:, 0]], axis=1)
+            slip[~loaded] = np.nan
+            force = np.column_stack([sliding.force_xy_n[MIDDLE], load])
+    traction = Traction(not reason, reason, readonly(velocity), readonly(slip), readonly(force))
+    return ContactSolution(support, traction)
