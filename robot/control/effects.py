@@ -24,7 +24,9 @@ from robot.config.robot_file import RobotConfig
 
 COULOMB = Cause("coulomb_friction", (), ())
 # They change the feet that the estimator is given, not what its model makes of them.
-OF_THE_FEET = frozenset({"shaft_zero_offset", "link_length", "leg_length", "encoder_scale"})
+OF_THE_FEET = frozenset(
+    {"shaft_zero_offset", "link_length", "hip_mount_offset", "leg_length", "encoder_scale"}
+)
 
 
 def machine_of(config: RobotConfig) -> LeggedMachine:
