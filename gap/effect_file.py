@@ -20,7 +20,7 @@ class UserEffect:
     Attributes:
         effect: Its name, stage, parameters, scopes and words.
         act: ``act(signals, values, legs)`` returns changed signals of the stage
-            (``gap.machines.legged.signals``); values are in the order of the parameters, legs is a mask
+            (``model.effects.signals``); values are in the order of the parameters, legs is a mask
             (N,). At neutral values it must change nothing.
     """
 

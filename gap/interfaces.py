@@ -13,17 +13,16 @@ from typing import Protocol
 
 import numpy as np
 
+from model.effects.causes import Cause, EffectNumbers, Parameter, Scope
 from model.values.arrays import BoolArray, FloatArray
 from record.trial.trial import Trial
 
+__all__ = (
+    "NOWHERE", "Cause", "Channel", "DataFault", "Drive", "Effect", "Observation", "Parameter", "Scope",
+    "Simulator", "place_words", "reach_of", "used",
+)  # fmt: skip
+
 NOWHERE = (math.nan, math.nan)  # between which places: not known
-
-
-class Scope(Enum):
-    """What an effect can touch."""
-
-    ALL = "all"  # the machine as a whole
-    JOINT = "leg"  # one leg or joint (several: several causes, or one cause with several joints)
 
 
 class Drive(Enum):
@@ -38,62 +37,16 @@ class Drive(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Parameter:
-    """One number of an effect.
-
-    Attributes:
-        name: As reports print it, with its unit as suffix, for example ``delay_s`` or ``ratio``.
-        unit: SI unit, empty for a ratio.
-        neutral: The value at which nothing happens.
-        lower: Smallest value that makes sense.
-        upper: Largest value that makes sense.
-        spread: Prior standard deviation about ``neutral``: what a builder of such machines would expect.
-        located: Whether it is a place along the world's x, to be sought where the machine went.
-    """
-
-    name: str
-    unit: str
-    neutral: float
-    lower: float
-    upper: float
-    spread: float
-    located: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Effect:
+class Effect(EffectNumbers):
     """One thing that a simulator may lack.
 
     Attributes:
-        name: Its name.
-        stage: The stage in which it acts.
-        parameters: Its numbers; none for a law that is there or not.
-        scopes: What it can touch.
         physics: One sentence: what happens in the world.
         remedy: One sentence: what a person would check or change.
     """
 
-    name: str
-    stage: str
-    parameters: tuple[Parameter, ...]
-    scopes: tuple[Scope, ...]
     physics: str
     remedy: str
-
-
-@dataclass(frozen=True, slots=True)
-class Cause:
-    """An effect with its numbers, at its place.
-
-    Attributes:
-        effect: Name of the effect.
-        joints: The joints that it touches; empty for the whole machine.
-        values: In the order of the effect's parameters.
-    """
-
-    effect: str
-    joints: tuple[str, ...]
-    values: tuple[float, ...]
 
 
 def place_words(effect: str, joints: Sequence[str]) -> str:

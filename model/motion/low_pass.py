@@ -7,9 +7,10 @@ Source: Wu, Zhao, Revzen, Ghost Robotics Spirit; there gamma is chosen by hand.
 
 import numpy as np
 from scipy.optimize import minimize_scalar
-from scipy.signal import lfilter, welch
+from scipy.signal import welch
 
 from model.errors import ModelError
+from model.motion.filters import recursion
 from model.values.arrays import BoolArray, FloatArray
 
 LARGEST_GAMMA = 0.995
@@ -37,15 +38,12 @@ def low_pass(signal: FloatArray, gamma: float) -> FloatArray:
     """
     if not 0 <= gamma < 1:
         raise ModelError(f"gamma must be at least 0 and below 1, not {gamma:g}")
-    columns = signal.reshape(len(signal), -1)
-    known = np.isfinite(columns).all(axis=1)
-    filtered = np.full(columns.shape, np.nan)
+    filtered = np.array(signal.reshape(len(signal), -1), dtype=np.float64)
+    known = np.isfinite(filtered).all(axis=1)
+    filtered[~known] = np.nan
     edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(int)))
     for begin, end in edges.reshape(-1, 2):
-        part = columns[begin:end]
-        filtered[begin:end], _ = lfilter(
-            [1 - gamma], [1.0, -gamma], part, axis=0, zi=gamma * part[:1]
-        )
+        recursion(filtered[begin:end], filtered[begin].copy(), gamma, 1.0 - gamma, 0.0)
     return filtered.reshape(signal.shape)
 
 

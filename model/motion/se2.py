@@ -5,13 +5,23 @@ prefix product: one after the other, or as a scan in which the number of rounds 
 length (the paper claims the second and runs the first).
 """
 
+from typing import TypeVar
+
 import numpy as np
 
 from model.errors import ModelError
 from model.values.arrays import FloatArray
 
+Number = TypeVar("Number", float, FloatArray)
+
 # Below this turn the series of sin(a)/a and (1 - cos(a))/a is exact to rounding.
 SMALL_TURN_RAD = 1e-4
+
+
+def turned(x: Number, y: Number, angle: Number) -> tuple[Number, Number]:
+    """Components of a vector turned by an angle."""
+    c, s = np.cos(angle), np.sin(angle)
+    return c * x - s * y, s * x + c * y
 
 
 def exponential(twist: FloatArray) -> FloatArray:

@@ -25,8 +25,7 @@ from robot.console.earlier_file import keep_earlier
 from robot.console.exit_codes import ExitCode, exit_code_of
 from robot.console.program_output import complain, stop_output
 from robot.control.controller import Controller
-from robot.control.effect_uses import say_unused
-from robot.control.true_readings import true_forces_of
+from robot.control.effect_uses import true_forces_of, unused_notes
 from robot.run.force_units import UNITS_KEY, units_text
 from robot.run.hardware import open_in_memory, open_real, open_virtual
 from robot.run.header import controller_metadata, wire_metadata
@@ -132,7 +131,8 @@ def plan_of(options: argparse.Namespace) -> Drive:
         BigantError: It makes no sense.
     """
     config = load_robot(options.robot, options.calibration)
-    say_unused(config)
+    for note in unused_notes(config.effects):
+        complain(note)
     controller = Controller(config, (), armed=False)
     gait = controller.book.gaits[options.gait]
     frequency_hz = options.frequency_hz if options.frequency_hz is not None else gait.frequency_hz

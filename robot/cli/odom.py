@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robot.console.exit_codes import ExitCode
+from robot.console.program_output import complain
 
 if TYPE_CHECKING:
     from model.parameters.robot import ContactParameters
@@ -112,7 +113,7 @@ def _estimate(options: argparse.Namespace) -> ExitCode:
     from record.log.reader import read_log
     from robot.config.robot_file import load_robot, parse_robot
     from robot.console.screen_fit import columns_of
-    from robot.control.effect_uses import say_unused
+    from robot.control.effect_uses import unused_notes
     from robot.odometry.compare import compare_ways, stride_of
     from robot.odometry.table import as_json, table
 
@@ -123,7 +124,8 @@ def _estimate(options: argparse.Namespace) -> ExitCode:
         config = load_robot(options.robot)
     else:
         config = parse_robot(log.config_text) if log.config_text else load_robot()
-    say_unused(config)
+    for note in unused_notes(config.effects):
+        complain(note)
     settings = EstimatorSettings(
         law=FrictionLaw(options.law or "coulomb"), sway=not options.no_sway
     )

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 from model.errors import ConfigError
 from robot.console.arguments import seed
 from robot.console.exit_codes import ExitCode
+from robot.console.program_output import complain
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -81,13 +82,14 @@ def run(options: argparse.Namespace) -> ExitCode:
     from record.log.reader import LogContents
     from robot.config.robot_file import load_robot
     from robot.console.progress import ProgressLine
-    from robot.control.effect_uses import say_unused
+    from robot.control.effect_uses import unused_notes
     from robot.replay.ticks import replay_log
 
     contents = LogContents()
     config = None if options.robot is None else load_robot(options.robot)
     if config is not None:
-        say_unused(config)
+        for note in unused_notes(config.effects):
+            complain(note)
     with ProgressLine(f"replaying {options.path}", contents.progress):
         found = replay_log(options.path, scale=options.tolerance, config=config, contents=contents)
     if options.json:

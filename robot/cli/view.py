@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING
 from model.errors import ConfigError, RecordError
 from robot.console.exit_codes import ExitCode
 from robot.console.extras import how_to_install
-from robot.control.true_readings import ticks_with_true_forces
 from robot.view.log_source import POLL_NS, add_source, be_nice, followed, log_path, paced
 
 if TYPE_CHECKING:
@@ -165,6 +164,8 @@ def _present(
     options: argparse.Namespace,
     clock: "Clock",
 ) -> ExitCode:
+    from robot.view.true_ticks import ticks_with_true_forces
+
     ticks = ticks_with_true_forces(ticks, contents)
     first = next(ticks, None)
     if first is None:

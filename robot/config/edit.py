@@ -7,10 +7,12 @@ from typing import Any
 import tomlkit
 from tomlkit.exceptions import TOMLKitError
 
-from gap.machines.legged.correction import Correction, KeyChange, merged
+from model.effects.correction import Correction, KeyChange, merged
+from model.effects.machine import parse_machine
+from model.effects.written import EFFECTS_KEY, WHOLE_ROBOT, WrittenEffect, read_effects
 from model.errors import ConfigError, GapError
-from model.parameters.effects import EFFECTS_KEY, WHOLE_ROBOT, WrittenEffect, read_effects
 from model.parameters.tables import parse_table, read_legs
+from robot.config.robot_file import parse_robot
 
 DIGITS = 10
 
@@ -155,9 +157,6 @@ def check_edited(text: str, original: str) -> None:
         ConfigError: A number became impossible.
         GapError: The same, of its physical tables.
     """
-    from gap.machines.legged.machine import parse_machine
-    from robot.config.robot_file import parse_robot
-
     try:
         parse_machine(text)
     except GapError as error:

@@ -7,15 +7,16 @@ names the key and the reason. Nothing else in the program reads configuration.
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
 from drivers.ati.settings import ForceSensorSettings
 from drivers.dynamixel.settings import ServoBusSettings
 from gaits.catalog import make_gait
+from model.effects.causes import Cause
+from model.effects.written import causes_of
 from model.errors import ConfigError
-from model.parameters.effects import read_effects
 from model.parameters.robot import (
     LegParameters,
     MetachronalParameters,
@@ -34,9 +35,6 @@ from model.parameters.toml_table import Table
 from robot.config.calibration import read_calibration
 from robot.config.estimator import EstimatorConfig, read_estimator
 from robot.config.safety import BodyLimits, RecoverySettings, read_body_limits, read_recovery
-
-if TYPE_CHECKING:
-    from gap.interfaces import Cause
 
 DEFAULT_ROBOT_FILE = Path(__file__).resolve().parent.parent.parent / "config" / "bigant.toml"
 WATCHDOG_STEP_S = 0.02
@@ -102,7 +100,7 @@ class RobotConfig:
     body_limits: BodyLimits
     recovery: RecoverySettings
     estimator: EstimatorConfig
-    effects: "tuple[Cause, ...]" = ()
+    effects: tuple[Cause, ...] = ()
 
 
 def load_robot(path: Path = DEFAULT_ROBOT_FILE, calibration: Path | None = None) -> RobotConfig:
@@ -174,22 +172,12 @@ def parse_robot(text: str) -> RobotConfig:
         loop=loop,
         body_limits=read_body_limits(safety_table),
         recovery=read_recovery(safety_table),
-        effects=_effects(top, legs),
+        effects=causes_of(top, legs.names),
         estimator=read_estimator(top.maybe_table("estimator"), legs.count),
     )
     safety_table.done()
     top.done()
     return config
-
-
-def _effects(top: Table, legs: LegParameters) -> "tuple[Cause, ...]":
-    """Read [effects]; the catalogue is not even imported for a file without."""
-    written = read_effects(top, legs.names)
-    if not written:
-        return ()
-    from gap.machines.legged.robot_effects import causes_of
-
-    return causes_of(written, legs.names)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -27,8 +27,8 @@ from model.values.tick import DeadReckoning, Inputs, Mode, Tick
 from robot.config.robot_file import RobotConfig
 from robot.control import body_watch_kernel
 from robot.control.body_watch import BodyMemory, BodySeen, stop_reason_of, watch_body
-from robot.control.estimator_stage import EstimatorStage
-from robot.control.file_model import estimator_stage, model_of
+from robot.control.effects import model_of
+from robot.control.estimator_stage import EstimatorStage, estimator_stage
 from robot.control.modes import GaitBook, Phase, Situation, advance, graver
 from robot.control.recovery import Care, CareSeen, RecoveryMemory, care, legs_down
 from robot.control.safety import Allowed, Refused, ServoVerdict, gate, watch_servos

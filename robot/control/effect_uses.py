@@ -1,20 +1,28 @@
-"""Where each effect of a robot file acts: in the controller's model, in readings, or only in the device.
+"""What the controller does with each effect of a robot file: model, readings, or nothing at all.
 
 ``gap`` adds every effect to its chain, ``sim`` every effect to the virtual robot. A controller is fed
 measured shafts, so what lies between command and shaft has happened already when it looks; and what
-cameras make of the truth it never sees.
+cameras make of the truth it never sees. A log keeps what the sensors said: whoever compares that with the
+model takes the file's gain, bias, drift and rotation out first, as the controller and the odometry do.
 """
 
-import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from enum import Enum
+from functools import partial
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
-from robot.config.robot_file import RobotConfig
+from model.effects.causes import Cause
+from model.effects.sensing import OF_FORCES, true_forces
+from model.effects.settings import settings_of
+from model.errors import BigantError
+from model.values.arrays import FloatArray
+from model.values.legs import FootForces
+from model.values.tick import Tick
+from robot.config.robot_file import RobotConfig, parse_robot
 
-if TYPE_CHECKING:
-    from gap.interfaces import Cause
+# forces, (..., N, 3) [N], at times since the run began, (...,) [s], to forces without the sensors' errors
+TrueForces = Callable[[FloatArray, FloatArray | float], FloatArray]
 
 
 class Use(Enum):
@@ -40,16 +48,33 @@ _GROUPS = {
 USES = MappingProxyType({name: use for use, names in _GROUPS.items() for name in names.split()})
 
 
-def unused_notes(causes: "Sequence[Cause]") -> tuple[str, ...]:
+def unused_notes(causes: Sequence[Cause]) -> tuple[str, ...]:
     """Say of each effect that the controller's model does not use why, in one line."""
     return tuple(
-        f"effect {cause.effect} of the robot file is not in the model here: {USES[cause.effect].value}"
-        for cause in causes
-        if USES[cause.effect] in {Use.SEEN, Use.LATE, Use.CAMERAS}
+        f"note: effect {one.effect} of the robot file is not in the model here: {USES[one.effect].value}"
+        for one in causes
+        if USES[one.effect] in {Use.SEEN, Use.LATE, Use.CAMERAS}
     )
 
 
-def say_unused(config: RobotConfig) -> None:
-    """Print, on stderr, which effects of a robot file the controller's model does not use."""
-    for note in unused_notes(config.effects):
-        print(f"note: {note}", file=sys.stderr)
+def true_forces_of(config: RobotConfig) -> TrueForces | None:
+    """Return what takes a robot file's sensor errors out; None for a file that has none."""
+    if not any(cause.effect in OF_FORCES for cause in config.effects):
+        return None
+    return partial(true_forces, settings=settings_of(config.effects, config.parameters.legs.names))
+
+
+def true_forces_of_log(config_text: str) -> TrueForces | None:
+    """Return what takes the sensor errors of a log's robot file out; None if it has none."""
+    try:
+        return true_forces_of(parse_robot(config_text))
+    except BigantError:
+        return None  # a log of another robot's software: what it measured is shown as it is
+
+
+def with_true_forces(tick: Tick, without_errors: TrueForces | None, start_ns: int) -> Tick:
+    """Return a tick whose forces are without the sensors' errors."""
+    if without_errors is None:
+        return tick
+    force_n = without_errors(tick.forces.force_n, (tick.t_ns - start_ns) * 1e-9)
+    return replace(tick, forces=FootForces(tick.forces.t_ns, force_n, tick.forces.valid))

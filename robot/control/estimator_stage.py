@@ -4,7 +4,6 @@ Pure like the step it belongs to: all that it remembers goes in and comes out.
 """
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.constants import g as standard_gravity
@@ -19,9 +18,8 @@ from model.values.estimate import POSE, Estimate, OdometryInputs
 from model.values.legs import FootForces, JointState
 from model.values.poses import PoseRecord
 from robot.config.estimator import EstimatorConfig
-
-if TYPE_CHECKING:
-    from robot.control.effects import EffectMemory, EffectsBeside
+from robot.config.robot_file import RobotConfig
+from robot.control.effects import EffectMemory, EffectsBeside
 
 FIRST = -1
 
@@ -40,7 +38,7 @@ class StageMemory:
     estimator: EstimatorMemory
     alignment: FloatArray | None = None
     estimate: Estimate | None = None
-    effects: "EffectMemory | None" = None
+    effects: EffectMemory | None = None
 
 
 class EstimatorStage:
@@ -58,7 +56,7 @@ class EstimatorStage:
         robot: RobotParameters,
         config: EstimatorConfig,
         linkage: Linkage,
-        effects: "EffectsBeside | None" = None,
+        effects: EffectsBeside | None = None,
     ) -> None:
         self._memory_s = config.memory
         self._linkage = linkage
@@ -140,6 +138,15 @@ class EstimatorStage:
             else:
                 newest = sample
         return alignment, late, newest
+
+
+def estimator_stage(config: RobotConfig, linkage: Linkage) -> EstimatorStage:
+    """Return the estimator of a robot file, with what its effects add."""
+    effects = None
+    if config.effects:
+        effects = EffectsBeside(config, config.estimator.settings.law)
+        effects.prepare()
+    return EstimatorStage(config.parameters, config.estimator, linkage, effects)
 
 
 def planar(record: PoseRecord) -> FloatArray:

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 from gap.diagnosis.diagnose import measure_floor
 from gap.interfaces import Drive, Simulator
-from gap.machines.legged.machine import parse_machine
 from gap.machines.legged.simulator import LeggedSimulator, legged_simulator
 from gap.residuals.evidence import make_evidence
 from gap.residuals.parts import split, whole_part
@@ -19,6 +18,7 @@ from gap.residuals.predictions import Predictor
 from gap.search.candidates import candidates_of
 from gap.search.screen import gains, make_signatures
 from gap.two_machines import TwoMachines
+from model.effects.machine import parse_machine
 from model.errors import GapError
 from record.trial.trial import Trial
 from robot.console.progress import ProgressBar

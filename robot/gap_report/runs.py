@@ -25,8 +25,8 @@ def proposer_of(text: str, file: Path | None) -> "tuple[LeggedProposer, str]":
     """
     from gaits.catalog import make_gait
     from gaits.limits import frequency_limit
-    from gap.machines.legged.machine import parse_machine
     from gap.machines.legged.runs import LeggedProposer
+    from model.effects.machine import parse_machine
     from model.errors import GapError
 
     machine = parse_machine(text)

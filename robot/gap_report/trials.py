@@ -89,19 +89,19 @@ def users_effects(path: Path | None) -> tuple[UserEffect, ...]:
     Raises:
         GapError: It cannot be used.
     """
-    from gap.machines.legged.catalogue import CATALOGUE, STAGES
+    from model.effects.catalogue import EFFECTS, STAGES
 
     if path is None:
         return ()
-    return read_effects(path, STAGES, tuple(entry.effect.name for entry in CATALOGUE))
+    return read_effects(path, STAGES, tuple(EFFECTS))
 
 
 def _legged(
     first: Trial, added: tuple[UserEffect, ...], robot: Path | None, references: Sequence[Trial]
 ) -> Simulator:
-    from gap.machines.legged.machine import parse_machine
     from gap.machines.legged.simulator import LeggedSimulator, legged_simulator
     from gap.two_machines import TwoMachines
+    from model.effects.machine import parse_machine
 
     if robot is None:
         return legged_simulator(first, added)
@@ -117,7 +117,7 @@ def robot_text(path: Path) -> str:
     Raises:
         ConfigError: It cannot be read; or it is a whole robot file, and something in it is wrong.
     """
-    from gap.machines.legged.machine import parse_machine
+    from model.effects.machine import parse_machine
     from model.parameters.tables import parse_table
     from robot.config.robot_file import parse_robot
 

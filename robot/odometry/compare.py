@@ -14,7 +14,7 @@ from model.values.legs import FootMotion
 from model.values.tick import Mode
 from record.log.recording import Recording
 from robot.config.robot_file import RobotConfig
-from robot.control.effects import effect_frames
+from robot.odometry.effect_frames import effect_frames
 from robot.odometry.metrics import TrackErrors, nees, track_errors
 from robot.odometry.track import OdometryTrack, Progress, feet_of, inputs_of, track, weight_of
 from robot.report.run_totals import true_pose

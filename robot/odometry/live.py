@@ -29,8 +29,7 @@ from robot.config.robot_file import RobotConfig, load_robot, parse_robot
 from robot.console.exit_codes import ExitCode, exit_code_of
 from robot.console.plain_json import plain
 from robot.control.controller import Controller
-from robot.control.estimator_stage import EstimatorStage
-from robot.control.file_model import estimator_stage
+from robot.control.estimator_stage import EstimatorStage, estimator_stage
 from robot.run.hardware import open_real, open_virtual
 from robot.run.loop import run
 from robot.run.operator import Interrupts, Script, ScriptedOperator

@@ -6,7 +6,7 @@ from pathlib import Path
 from record.log.reader import LogContents, read_blocks
 from record.log.recording import Recording, join_recordings, thin_recording
 from robot.console.progress import ProgressLine
-from robot.control.true_readings import TrueForces, true_forces_of_log
+from robot.control.effect_uses import TrueForces, true_forces_of_log
 from robot.report.run_totals import RunTotals
 from robot.report.summary import Summary, summarise_totals
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from scipy.signal import savgol_filter
 
+from model.effects.sensing import OF_FORCES
 from model.errors import ConfigError, RecordError
 from model.kinematics.four_bar import Linkage
 from model.motion.se2 import yaw_of
@@ -14,8 +15,7 @@ from model.values.legs import FootMotion
 from model.values.tick import Mode
 from record.log.recording import Recording
 from robot.config.robot_file import parse_robot
-from robot.control.effect_uses import USES, Use
-from robot.control.true_readings import OF_FORCES, true_forces_of
+from robot.control.effect_uses import USES, Use, true_forces_of
 
 # The paper's filter for foot velocities: second order, 25 samples at 100 Hz (sec:setup).
 WINDOW, ORDER = 25, 2

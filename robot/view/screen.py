@@ -16,7 +16,7 @@ from model.values.legs import JointState
 from model.values.tick import Mode, Tick
 from robot.console.number_text import number_text
 from robot.console.screen_fit import fitted, key_lines, terminal_size
-from robot.control.true_readings import TrueForces, with_true_forces
+from robot.control.effect_uses import TrueForces, with_true_forces
 
 SCREEN_PERIOD_S = 0.25
 LINE_PERIOD_NS = 1_000_000_000

@@ -1,8 +1,8 @@
 """The virtual robot that a robot file describes: its parameters, and its effects in plant and sensors."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
+from model.effects.causes import Cause
 from model.errors import ConfigError
 from robot.config.robot_file import RobotConfig
 from sim_hw.plant.parameters import PlantParameters
@@ -10,9 +10,6 @@ from sim_hw.twin.catalog import EFFECTS
 from sim_hw.twin.effects import Effect, apply_effects
 from sim_hw.twin.sensing import SensorParameters
 from sim_hw.twin.twin import Twin
-
-if TYPE_CHECKING:
-    from gap.interfaces import Cause
 
 
 def file_effects(config: RobotConfig, asked: Sequence[Effect] = ()) -> tuple[Effect, ...]:
@@ -37,7 +34,7 @@ def file_effects(config: RobotConfig, asked: Sequence[Effect] = ()) -> tuple[Eff
     return found
 
 
-def twin_effects(cause: "Cause") -> tuple[Effect, ...]:
+def twin_effects(cause: Cause) -> tuple[Effect, ...]:
     """Return a cause as the virtual robot knows it: names and numbers are the same, one leg each."""
     return tuple(Effect(cause.effect, leg, cause.values) for leg in cause.joints or ("",))
 

@@ -15,8 +15,8 @@ from drivers.dynamixel.mx106 import OperatingMode, angle_to_ticks, ticks_to_angl
 from gap.interfaces import Cause
 from gap.interfaces import Effect as GapEffect
 from gap.machines.legged.catalogue import CATALOGUE
-from gap.machines.legged.machine import parse_machine
 from gap.machines.mujoco.simulator import RolloutSimulator
+from model.effects.machine import parse_machine
 from model.errors import ConfigError, GapError
 from model.values.arrays import FloatArray, readonly
 from record.trial.header import TrialNoise
@@ -44,16 +44,16 @@ def twin_catalogue() -> tuple[GapEffect, ...]:
     """Return the effects of the catalogue that the MuJoCo robot can have more or less of, in its bounds."""
     kinds = {kind.name: kind for kind in EFFECTS if kind.apply is not None}
     found = []
-    for entry in CATALOGUE:
-        kind = kinds.get(entry.effect.name)
+    for effect in CATALOGUE:
+        kind = kinds.get(effect.name)
         if kind is None:
             continue  # Coulomb's law and the tilt coupling: every MuJoCo robot has them
         bounds = {p.name: (p.low, p.high) for p in kind.parameters}
         parameters = tuple(
             replace(p, lower=max(p.lower, bounds[p.name][0]), upper=min(p.upper, bounds[p.name][1]))
-            for p in entry.effect.parameters
+            for p in effect.parameters
         )
-        found.append(replace(entry.effect, parameters=parameters))
+        found.append(replace(effect, parameters=parameters))
     return tuple(found)
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from gap.interfaces import DataFault
-from gap.machines.servo_bench.kernel import hysteresis
 from gap.machines.servo_bench.simulator import servo_bench
+from model.motion.filters import play
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial
 from tests.gap.bench_trials import IDEAL, servo_trial
@@ -21,7 +21,7 @@ def faults(command: FloatArray, shaft: FloatArray) -> dict[tuple[str, str], Data
 
 def test_a_shaft_that_rests_in_its_play_is_not_frozen_and_its_clock_is_right() -> None:
     command = 0.3 * np.sin(2 * np.pi * 0.05 * T)
-    assert faults(command, hysteresis(command, 0.15, 0.0)) == {}
+    assert faults(command, play(command, 0.15, 0.0)) == {}
 
 
 def test_a_periodic_motion_is_not_late_by_a_period() -> None:

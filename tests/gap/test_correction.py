@@ -8,12 +8,12 @@ import pytest
 from gap.diagnosis.remeasured import remeasure
 from gap.interfaces import Cause, Drive, Scope
 from gap.machines.legged.catalogue import CATALOGUE
-from gap.machines.legged.correction import correction_of, merged
-from gap.machines.legged.machine import parse_machine
 from gap.machines.legged.simulator import LeggedSimulator
 from gap.two_machines import TwoMachines
+from model.effects.correction import correction_of, merged
+from model.effects.machine import parse_machine
+from model.effects.written import WrittenEffect
 from model.errors import ConfigError, GapError
-from model.parameters.effects import WrittenEffect
 from robot.config.edit import check_edited, edit_robot
 from robot.config.robot_file import load_robot, parse_robot
 from robot.control.effect_uses import USES
@@ -21,7 +21,7 @@ from tests.gap.walks import cause, machine, simulator, walk
 
 TEXT = load_robot().text
 LEGS = machine().legs.names
-NAMES = [entry.effect.name for entry in CATALOGUE]
+NAMES = [effect.name for effect in CATALOGUE]
 # Where one spread beyond neutral would do nothing, or nothing in a walk of a few seconds.
 SIZES = {
     "servo_speed_limit": (1.2,),
@@ -36,7 +36,7 @@ SIZES = {
 
 
 def sized(name: str, legs: tuple[str, ...] | None = None) -> Cause:
-    effect = next(entry.effect for entry in CATALOGUE if entry.effect.name == name)
+    effect = next(one for one in CATALOGUE if one.name == name)
     values = SIZES.get(name) or tuple(p.neutral + 1.5 * p.spread for p in effect.parameters)
     if legs is None:
         legs = () if Scope.ALL in effect.scopes else ("ML",)
@@ -62,9 +62,7 @@ def test_the_corrected_file_closes_the_gap_of_every_effect(name: str) -> None:
         assert np.allclose(read, there, rtol=1e-7, atol=1e-7, equal_nan=True)
 
 
-@pytest.mark.parametrize(
-    "name", [e.effect.name for e in CATALOGUE if len(e.effect.scopes) == 2], ids=str
-)
+@pytest.mark.parametrize("name", [e.name for e in CATALOGUE if len(e.scopes) == 2], ids=str)
 def test_an_effect_of_one_leg_or_all_goes_where_it_belongs(name: str) -> None:
     wrong = sized(name, ("FR",))
     trial = walk("tripod", 0.3, 2.0)

@@ -148,9 +148,9 @@ def test_healthy_trials_have_none(gait: str) -> None:
     assert simulator().check(walk(gait, 0.1, 25.0, noise_seed=2, steer=0.5)) == ()
 
 
-@pytest.mark.parametrize("entry", CATALOGUE, ids=lambda e: e.effect.name)
+@pytest.mark.parametrize("entry", CATALOGUE, ids=lambda e: e.name)
 def test_effects_are_no_data_faults(entry: object) -> None:
-    effect = next(e.effect for e in CATALOGUE if e is entry)
+    effect = next(e for e in CATALOGUE if e is entry)
     values = tuple(
         float(np.clip(p.neutral + p.spread * (1 if p.upper > p.neutral else -1), p.lower, p.upper))
         for p in effect.parameters

@@ -8,8 +8,8 @@ import pytest
 
 from gap.effect_file import UserEffect, read_effects
 from gap.interfaces import Drive
-from gap.machines.legged.catalogue import STAGES
 from gap.machines.legged.simulator import LeggedSimulator
+from model.effects.catalogue import STAGES
 from model.errors import GapError
 from tests.gap.walks import cause, command_trial, machine, simulator, walk
 

@@ -1,15 +1,13 @@
 """Effects of support, friction, dynamics and external forces against what the physics says by hand."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.constants import g
 
 from gap.interfaces import Cause, Drive
-from gap.machines.legged.grid import make_grid, place
-from gap.machines.legged.settings import neutral_settings
-from gap.machines.legged.shafts import feet
+from model.effects.grid import make_grid, place
+from model.effects.settings import settings_of
+from model.effects.shafts import feet
 from model.kinematics.four_bar import Linkage
 from model.quasistatic.frames import FrictionLaw, solve_frames
 from model.values.arrays import FloatArray
@@ -280,9 +278,7 @@ def test_a_patch_under_all_feet_is_the_level_of_friction(drive: Drive) -> None:
 def test_a_round_foot_rolls_with_its_link() -> None:
     trial = walk("metachronal", 0.2, 6.0)
     radius = 0.02
-    rolling = replace(
-        neutral_settings(6), shaft=replace(neutral_settings(6).shaft, rolling_m=radius)
-    )
+    rolling = settings_of([cause("foot_rolling", radius)], machine().legs.names)
     grid = make_grid(trial.time_s)
     turn = feet(machine(), grid, place(grid, trial.time_s, trial.command_rad), rolling).turn_rad
     assert 0.25 < np.ptp(turn) < 1.5

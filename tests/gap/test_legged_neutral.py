@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from gap.interfaces import Cause, Drive, Scope
-from gap.machines.legged.catalogue import CATALOGUE, STAGES
+from gap.machines.legged.catalogue import CATALOGUE
+from model.effects.catalogue import STAGES
 from model.errors import GapError
 from tests.gap.walks import cause, simulator, walk
 
-EFFECTS = tuple(entry.effect for entry in CATALOGUE)
+EFFECTS = CATALOGUE
 WITH_NUMBERS = tuple(effect for effect in EFFECTS if effect.parameters)
 SHARED_NAMES = """command_delay servo_lag servo_speed_limit servo_compliance gear_backlash shaft_zero_offset
 link_length hip_mount_offset leg_flex leg_stiffness ground_stiffness leg_length ground_slope ground_step

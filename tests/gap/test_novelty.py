@@ -9,11 +9,11 @@ from gap.diagnosis.diagnose import diagnose
 from gap.diagnosis.findings import Verdict
 from gap.diagnosis.probability import Calibration, Left, none_of_them
 from gap.interfaces import Cause, Drive
-from gap.machines.legged.causes import settings_of
-from gap.machines.legged.shafts import shafts
 from gap.residuals.floor import Condition
 from gap.residuals.parts import whole_part
 from gap.search.candidates import starts_of
+from model.effects.settings import settings_of
+from model.effects.shafts import shafts
 from tests.gap.toy import CHANNELS, CONDITIONS, Toy, toy_case, toy_references, toy_trial
 from tests.gap.walks import cause, command_trial, machine, simulator
 
@@ -99,7 +99,8 @@ def test_two_lags_stand_one_behind_the_other() -> None:
     both = settings_of([cause("servo_lag", 0.05), cause("servo_lag", 0.05)], names)
     one = settings_of([cause("servo_lag", 0.1)], names)
     none = settings_of([], names)
-    twice, once, plain = (shafts(inputs, s, None) for s in (both, one, none))
+    grid, command = inputs.grid, inputs.command_rad
+    twice, once, plain = (shafts(grid, command, command, s, None) for s in (both, one, none))
     rest = np.abs(twice - once).max()
     assert rest > 1e-3  # not one filter with the sum of the constants
     speed = np.gradient(plain, inputs.grid.period_s, axis=0)

@@ -12,7 +12,7 @@ from model.errors import GapError
 from record.trial.trial import Trial
 from tests.gap.walks import cause, machine, simulator, walk
 
-EFFECTS = tuple(entry.effect for entry in CATALOGUE)
+EFFECTS = CATALOGUE
 
 
 def chain_rollout(trial: Trial, causes: tuple[Cause, ...]) -> Trial:

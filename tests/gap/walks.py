@@ -9,11 +9,11 @@ import numpy as np
 from gaits.catalog import make_gait
 from gap.effect_file import UserEffect
 from gap.interfaces import Cause, Drive
-from gap.machines.legged.causes import settings_of
 from gap.machines.legged.chain import LeggedChain
 from gap.machines.legged.inputs import make_inputs
-from gap.machines.legged.machine import LeggedMachine, parse_machine
 from gap.machines.legged.simulator import LeggedSimulator
+from model.effects.machine import LeggedMachine, parse_machine
+from model.effects.settings import settings_of
 from model.values.arrays import FloatArray, readonly
 from record.trial.header import TrialHeader, TrialNoise
 from record.trial.table_file import Column

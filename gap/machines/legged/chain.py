@@ -12,14 +12,15 @@ from functools import lru_cache
 import numpy as np
 
 from gap.interfaces import Drive
-from gap.machines.legged.grid import body_velocity
-from gap.machines.legged.ground import Sliding, Standing, slide, stand
 from gap.machines.legged.inputs import LeggedInputs
-from gap.machines.legged.machine import LeggedMachine
-from gap.machines.legged.pushes import gradient
-from gap.machines.legged.sensing import read_sensors, true_inputs
-from gap.machines.legged.settings import Settings, neutral_settings
-from gap.machines.legged.shafts import (
+from model.effects.catalogue import EFFECTS
+from model.effects.grid import body_velocity
+from model.effects.ground import Sliding, Standing, leg_stiffness, slide, stand
+from model.effects.machine import LeggedMachine
+from model.effects.pushes import gradient, resists_motion
+from model.effects.sensing import read_sensors, true_signals
+from model.effects.settings import Settings
+from model.effects.shafts import (
     FOOT_WEIGHT_N,
     Feet,
     Loads,
@@ -29,13 +30,14 @@ from gap.machines.legged.shafts import (
     moves_feet,
     shafts,
 )
-from gap.machines.legged.signals import SensorSignals
-from model.motion.se2 import integrate
+from model.effects.signals import SensorSignals
+from model.motion.se2 import integrate, turned
 from model.values.arrays import FloatArray
 
 PASSES = 30
 CONVERGED = 1e-7  # change from pass to pass of shafts [rad] and places [m]
 REMEMBERED = 24
+BOUND_TO_PLACES = ("ground_step", "friction_patch", "ground_slope", "tether_force")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,7 +74,7 @@ class LeggedChain:
 
     def read(self, inputs: LeggedInputs, settings: Settings, drive: Drive) -> SensorSignals:
         """Return what the sensors would read."""
-        known = true_inputs(inputs, settings) if drive is Drive.MEASURED else inputs
+        known = true_signals(inputs.grid, inputs, settings) if drive is Drive.MEASURED else inputs
         walk = self.walk(known, settings, drive)
         return read_sensors(inputs.grid, self._truth(known, walk, settings, drive), settings)
 
@@ -84,21 +86,21 @@ class LeggedChain:
             settings: What is added.
             drive: What feeds the stages.
         """
-        sensor = neutral_settings(self._machine.legs.count).sensor
-        others = tuple(added for added in settings.added if added.stage != "sensing")
-        return self._plain_walk(known, replace(settings, sensor=sensor, added=others), drive)
+        acting = tuple(one for one in settings.acting if EFFECTS[one[0]].stage != "sensing")
+        added = tuple(one for one in settings.added if one.stage != "sensing")
+        return self._plain_walk(known, Settings(settings.legs, acting, added), drive)
 
     def _walk(self, known: LeggedInputs, settings: Settings, drive: Drive) -> Walk:
         measured = drive is Drive.MEASURED
         world = _measured_world(known) if measured else None
         velocity = None
-        if world is not None and settings.ground.resists_motion:
+        if world is not None and resists_motion(settings):
             velocity = body_velocity(known.grid, world)
         flank = None
-        if not measured and any(settings.shaft.backlash_rad):
+        if not measured and settings.has("gear_backlash"):
             # which flank a shaft lies against is told by the loads of a walk without the play
-            tight = replace(settings.shaft, backlash_rad=(0.0,) * len(settings.shaft.backlash_rad))
-            flank = foot_forces(self._plain_walk(known, replace(settings, shaft=tight), drive))
+            tight = tuple(one for one in settings.acting if one[0] != "gear_backlash")
+            flank = foot_forces(self._plain_walk(known, replace(settings, acting=tight), drive))
         place = np.tile(known.start_pose, (known.grid.frames, 1)) if world is None else world
         force = known.force_n if measured else np.zeros_like(known.force_n)
         walk = self._pass(known, settings, drive, force, flank, place, velocity)
@@ -137,15 +139,16 @@ class LeggedChain:
             loads = Loads(torque, flank - FOOT_WEIGHT_N * lever.slope_m_rad[..., 1])
             if not measured:
                 # a shaft that gives under friction is a foot that gives: too stiff for a loop of passes
-                compliance = np.array(settings.shaft.compliance_rad_nm)
+                (compliance,) = settings.each("servo_compliance")
                 give = compliance * lever.slope_m_rad[..., 0] ** 2
                 springing = compliance * lever.slope_m_rad[..., 0] * _finite(force[..., 0])
-        own = shafts(known, settings, loads)
-        turned = np.where(np.isfinite(known.shaft_rad), known.shaft_rad, own) if measured else own
+        late = known.delayed_command(*settings.whole("command_delay"))
+        own = shafts(grid, known.command_rad, late, settings, loads)
+        angles = np.where(np.isfinite(known.shaft_rad), known.shaft_rad, own) if measured else own
         if measured and np.isfinite(known.shaft_rad).all():
             walked = self._measured_feet(known, settings)
         else:
-            walked = feet(machine, grid, turned, settings)
+            walked = feet(machine, grid, angles, settings)
         moving = velocity
         if moving is None and before is not None:
             moving = _finite(before.sliding.velocity_B)
@@ -156,7 +159,7 @@ class LeggedChain:
             load = np.where(np.isfinite(seen), np.maximum(seen, 0.0), load)
         held = walked
         if springing is not None and springing.any():
-            held = feet(machine, grid, turned - springing, settings)
+            held = feet(machine, grid, angles - springing, settings)
         sliding = slide(machine, grid, held, standing, settings, world, load, give, velocity)
         return Walk(own, walked, standing, sliding, _integrated(known, sliding.velocity_B))
 
@@ -178,25 +181,26 @@ class LeggedChain:
         self, known: LeggedInputs, walk: Walk, settings: Settings, drive: Drive
     ) -> SensorSignals:
         """What perfect sensors would read of a walk."""
-        own = settings.ground
         force = foot_forces(walk, known=False)
         acting = force
         if drive is Drive.MEASURED:
             acting = np.where(np.isfinite(known.force_n), known.force_n, force)
         foot = walk.feet.signals.position_m.copy()
-        stiffness = self._machine.contact.stiffness * np.array(own.stiffness_ratio)
-        foot[..., 2] += np.maximum(acting[..., 2], 0.0) / stiffness - np.array(own.leg_length_m)
+        give = np.maximum(acting[..., 2], 0.0) / leg_stiffness(self._machine, settings)
+        foot[..., 2] += give - settings.each("leg_length")[0]
         twist = walk.standing.twist_rad
         if twist.any():  # about an axis along x at the height of the shafts
             aside = -foot[..., 2] * twist
             foot[..., 2] += foot[..., 1] * twist
             foot[..., 1] += aside
-        radius = settings.shaft.rolling_m
-        if radius:  # a marker at the bottom of a round foot turns with it about its centre
-            foot[..., 0] += radius * np.sin(walk.feet.turn_rad)
-            foot[..., 2] += radius * (1.0 - np.cos(walk.feet.turn_rad))
-        if own.flex_lateral_m_n or own.flex_longitudinal_m_n:
-            foot[..., :2] += acting[..., :2] * [own.flex_longitudinal_m_n, own.flex_lateral_m_n]
+        if settings.has(
+            "foot_rolling"
+        ):  # a marker at the bottom of a round foot turns about its centre
+            (radius_m,) = settings.whole("foot_rolling")
+            foot[..., 0] += radius_m * np.sin(walk.feet.turn_rad)
+            foot[..., 2] += radius_m * (1.0 - np.cos(walk.feet.turn_rad))
+        if settings.has("leg_flex"):
+            foot[..., :2] += acting[..., :2] * settings.whole("leg_flex")[::-1]
         body, angles = _body(known, walk, settings)
         return SensorSignals(known.grid.time_s, walk.shaft_rad, foot, force, body, angles)
 
@@ -212,13 +216,9 @@ def _finite(values: FloatArray) -> FloatArray:
 
 
 def _acts_back(settings: Settings, drive: Drive, place_unknown: bool) -> bool:
-    ground = settings.ground
-    loads = any(settings.shaft.compliance_rad_nm) or bool(settings.at("actuation"))
-    places = (
-        ground.step_height_m or ground.patch_ratio != 1.0 or ground.slope_x or ground.slope_y
-        or ground.tether_x_n or ground.tether_y_n or ground.resists_motion
-    )  # fmt: skip
-    return (loads and drive is Drive.COMMAND) or (bool(places) and place_unknown)
+    loads = settings.has("servo_compliance") or bool(settings.at("actuation"))
+    places = resists_motion(settings) or settings.has(*BOUND_TO_PLACES)
+    return (loads and drive is Drive.COMMAND) or (places and place_unknown)
 
 
 def _change(before: Walk, after: Walk) -> float:
@@ -249,21 +249,16 @@ def _body(known: LeggedInputs, walk: Walk, settings: Settings) -> tuple[FloatArr
     tilt. On a slope it rises with the ground and leans with it.
     """
     slopes, height = walk.standing.slopes, walk.standing.height_m
-    rise = gradient(settings.ground, walk.world)
+    rise = gradient(settings, walk.world)
     roll = np.arctan(slopes[:, 1] + rise[:, 1])
     pitch = np.arctan(slopes[:, 0] - rise[:, 0])
     yaw = walk.world[:, 2]
     sway = walk.standing.sway_m - walk.standing.sway_m[:1]
-    c, s = np.cos(yaw), np.sin(yaw)
-    x = walk.world[:, 0] + c * sway[:, 0] - s * sway[:, 1]
-    y = walk.world[:, 1] + s * sway[:, 0] + c * sway[:, 1]
-    z = height
-    if settings.ground.slope_x or settings.ground.slope_y:
+    place = walk.world[:, :2] + np.stack(turned(sway[:, 0], sway[:, 1], yaw), axis=1)
+    if settings.has("ground_slope"):
         start = known.start_pose
-        c0, s0 = np.cos(start[2]), np.sin(start[2])
-        own = settings.ground
-        uphill = (c0 * own.slope_x - s0 * own.slope_y, s0 * own.slope_x + c0 * own.slope_y)
-        z = z + uphill[0] * (x - start[0]) + uphill[1] * (y - start[1])
+        slope_x, slope_y = np.array(settings.whole("ground_slope"))
+        height = height + (place - start[:2]) @ np.array(turned(slope_x, slope_y, start[2]))
     none = ~np.isfinite(walk.sliding.velocity_B).all(axis=1)
-    x, y, yaw = (np.where(none, np.nan, a) for a in (x, y, yaw))
-    return np.column_stack([x, y, z]), np.column_stack([roll, pitch, yaw])
+    x, y, yaw = (np.where(none, np.nan, a) for a in (*place.T, yaw))
+    return np.column_stack([x, y, height]), np.column_stack([roll, pitch, yaw])

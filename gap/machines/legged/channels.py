@@ -3,9 +3,9 @@
 import numpy as np
 
 from gap.interfaces import NOWHERE, Channel, Observation
-from gap.machines.legged.grid import TWIST_WINDOW_S, Grid, body_velocity, down, placed_noise
 from gap.machines.legged.inputs import LeggedInputs
-from gap.machines.legged.signals import SensorSignals
+from model.effects.grid import TWIST_WINDOW_S, Grid, body_velocity, down, placed_noise
+from model.effects.signals import SensorSignals
 from model.values.arrays import FloatArray, readonly
 from record.trial.header import TrialNoise
 
@@ -56,18 +56,6 @@ def to_channels(grid: Grid, command_rad: FloatArray, signals: SensorSignals) -> 
     return down(wide)
 
 
-def measured_signals(inputs: LeggedInputs) -> SensorSignals:
-    """Return what the sensors did read."""
-    return SensorSignals(
-        inputs.grid.time_s,
-        inputs.shaft_rad,
-        inputs.foot_m,
-        inputs.force_n,
-        inputs.body_m,
-        inputs.body_rad,
-    )
-
-
 def make_observation(inputs: LeggedInputs, load_n: FloatArray, length_m: float) -> Observation:
     """Put measured data on the channels, with their noise and weights.
 
@@ -77,7 +65,7 @@ def make_observation(inputs: LeggedInputs, load_n: FloatArray, length_m: float) 
         length_m: From the middle of the machine to its farthest foot.
     """
     grid, legs = inputs.grid, inputs.command_rad.shape[1]
-    values = to_channels(grid, inputs.command_rad, measured_signals(inputs))
+    values = to_channels(grid, inputs.command_rad, inputs)
     noise = np.broadcast_to(_noise(grid, inputs.trial.header.noise, legs), values.shape)
     time_s = grid.time_s[::2]
     return Observation(

@@ -8,7 +8,7 @@ import numpy as np
 from gap.data.time_lag import lag, stream_faults
 from gap.interfaces import DataFault
 from gap.machines.legged.inputs import LeggedInputs
-from gap.machines.legged.signals import SensorSignals
+from model.effects.signals import SensorSignals
 from model.values.arrays import BoolArray, FloatArray
 
 FORCE_UNITS = (

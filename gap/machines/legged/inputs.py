@@ -4,35 +4,26 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap.machines.legged.grid import Grid, make_grid, place
+from model.effects.grid import Grid, make_grid, place
+from model.effects.signals import SensorSignals
 from model.errors import GapError
 from model.values.arrays import FloatArray, readonly
 from record.trial.trial import Trial
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class LeggedInputs:
-    """W frames of N legs; NaN where nothing was measured.
+class LeggedInputs(SensorSignals):
+    """What the sensors did read, W frames of N legs; NaN where nothing was measured.
 
     Attributes:
         grid: The grid.
         trial: Where they come from.
         command_rad: (W, N).
-        shaft_rad: (W, N).
-        foot_m: (W, N, 3).
-        force_n: (W, N, 3).
-        body_m: (W, 3).
-        body_rad: Roll, pitch, yaw, unwrapped, (W, 3).
     """
 
     grid: Grid
     trial: Trial
     command_rad: FloatArray
-    shaft_rad: FloatArray
-    foot_m: FloatArray
-    force_n: FloatArray
-    body_m: FloatArray
-    body_rad: FloatArray
 
     def delayed_command(self, delay_s: float) -> FloatArray:
         """Commands that act later, (W, N): shifted from the trial's own samples."""
@@ -68,6 +59,7 @@ def make_inputs(trial: Trial, legs: tuple[str, ...]) -> LeggedInputs:
     known = np.isfinite(angles[:, 2])
     angles[known, 2] = np.unwrap(angles[known, 2])
     return LeggedInputs(
+        time_s=grid.time_s,
         grid=grid,
         trial=trial,
         command_rad=on_grid(trial.command_rad),

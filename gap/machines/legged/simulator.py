@@ -6,14 +6,15 @@ from functools import lru_cache
 from gap.data.check import check_trial
 from gap.effect_file import UserEffect
 from gap.interfaces import Cause, Channel, DataFault, Drive, Effect, Observation
-from gap.machines.legged.catalogue import CATALOGUE, STAGES
-from gap.machines.legged.causes import settings_of
+from gap.machines.legged.catalogue import CATALOGUE
 from gap.machines.legged.chain import LeggedChain
 from gap.machines.legged.channels import channels, make_observation, to_channels
 from gap.machines.legged.check import check_legged
 from gap.machines.legged.inputs import LeggedInputs, make_inputs
-from gap.machines.legged.machine import LeggedMachine, machine_of
-from gap.machines.legged.settings import Settings
+from model.effects.catalogue import STAGES
+from model.effects.machine import LeggedMachine, parse_machine
+from model.effects.settings import Settings, settings_of
+from model.errors import GapError
 from model.values.arrays import FloatArray, readonly
 from record.trial.trial import Trial
 
@@ -53,8 +54,7 @@ class LeggedSimulator:
     @property
     def effects(self) -> tuple[Effect, ...]:
         """The catalogue, with the users' effects behind it."""
-        own = tuple(entry.effect for entry in CATALOGUE)
-        return (*own, *(user.effect for user in self._added))
+        return (*CATALOGUE, *(user.effect for user in self._added))
 
     @property
     def channels(self) -> tuple[Channel, ...]:
@@ -105,6 +105,10 @@ def legged_simulator(trial: Trial, added: tuple[UserEffect, ...] = ()) -> Legged
     """Return the simulator of the robot that a trial names.
 
     Raises:
-        GapError: It names none, or its file cannot be used.
+        GapError: There is no robot file beside it, or it cannot be used.
     """
-    return LeggedSimulator(machine_of(trial), added)
+    if not trial.header.robot_text:
+        raise GapError(
+            'the trial names no robot file; add robot = "FILE.toml" to [trial] in the file beside its table'
+        )
+    return LeggedSimulator(parse_machine(trial.header.robot_text), added)

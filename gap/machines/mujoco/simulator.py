@@ -10,11 +10,11 @@ from functools import lru_cache
 import numpy as np
 
 from gap.interfaces import Cause, Channel, DataFault, Drive, Effect, Observation
-from gap.machines.legged.causes import check_cause
-from gap.machines.legged.channels import measured_signals, to_channels
+from gap.machines.legged.channels import to_channels
 from gap.machines.legged.inputs import make_inputs
-from gap.machines.legged.machine import LeggedMachine
 from gap.machines.legged.simulator import LeggedSimulator
+from model.effects.causes import check_cause
+from model.effects.machine import LeggedMachine
 from model.errors import GapError
 from model.values.arrays import FloatArray, readonly
 from record.trial.trial import Trial
@@ -115,7 +115,5 @@ class RolloutSimulator:
                 f"{self._name} answered with {got.grid.frames} frames of {got.grid.period_s:g} s, "
                 f"the trial has {wanted.grid.frames} of {wanted.grid.period_s:g} s"
             )
-        values: FloatArray = readonly(
-            to_channels(wanted.grid, wanted.command_rad, measured_signals(got))
-        )
+        values: FloatArray = readonly(to_channels(wanted.grid, wanted.command_rad, got))
         return values

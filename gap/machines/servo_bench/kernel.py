@@ -19,23 +19,6 @@ SUBSTEP_S = 0.002
 
 
 @compiled
-def hysteresis(values: FloatArray, width: float, start: float) -> FloatArray:
-    """Play of a full width between a driver and what it drags along, (F,).
-
-    Args:
-        values: Where the driver is, (F,).
-        width: Full width.
-        start: Where the dragged side lies at first; outside its play it is at the nearer end.
-    """
-    out = np.empty_like(values)
-    at = start
-    for i in range(len(values)):
-        at = min(max(at, values[i] - 0.5 * width), values[i] + 0.5 * width)
-        out[i] = at
-    return out
-
-
-@compiled
 def pushed_side(torque_nm: FloatArray, break_nm: float) -> FloatArray:
     """Which flank of its play a pushed shaft lies at, -1 to 1, (F,); it stays where it was left."""
     out = np.empty_like(torque_nm)
@@ -46,34 +29,6 @@ def pushed_side(torque_nm: FloatArray, break_nm: float) -> FloatArray:
         elif torque_nm[i] < -break_nm:
             side = -1.0
         out[i] = side
-    return out
-
-
-@compiled
-def delayed(values: FloatArray, delay_s: float, period_s: float) -> FloatArray:
-    """What was asked for some time ago, (F,), linear between samples."""
-    out = np.empty_like(values)
-    for i in range(len(values)):
-        place = max(i - delay_s / period_s, 0.0)
-        left = min(int(place), len(values) - 2)
-        share = place - left
-        out[i] = values[left] + share * (values[left + 1] - values[left])
-    return out
-
-
-@compiled
-def lagging(values: FloatArray, time_constant_s: float, period_s: float) -> FloatArray:
-    """First-order low pass of a signal that is linear between samples, (F,); begins at rest."""
-    out = np.empty_like(values)
-    if time_constant_s < 1e-6:
-        out[:] = values
-        return out
-    a = np.exp(-period_s / time_constant_s)
-    r = time_constant_s / period_s
-    out[0] = values[0]
-    for i in range(1, len(values)):
-        new, old = 1.0 - r * (1.0 - a), r * (1.0 - a) - a
-        out[i] = a * out[i - 1] + new * values[i] + old * values[i - 1]
     return out
 
 

@@ -17,6 +17,7 @@ from gap.machines.servo_bench import kernel as k
 from gap.machines.servo_bench.catalogue import ANY, CATALOGUE, IDEAL, MOTOR, STAGES, BenchEffect
 from gap.machines.servo_bench.check import believable, check_bench
 from gap.machines.servo_bench.machine import ServoJoint, ServoMachine, servo_machine
+from model.motion.filters import at_times, lagged, play
 from model.values.arrays import FloatArray, readonly
 from record.trial.trial import Trial
 
@@ -191,13 +192,13 @@ def _add(p: FloatArray, entry: BenchEffect, values: tuple[float, ...]) -> None:
 def _run(even: EvenTrial, at: int, joint: ServoJoint, p: FloatArray) -> FloatArray:
     """Run one servo from its commands, (F, 3): reported shaft angle, duty, current."""
     command = even.command_rad[:, at]
-    target = k.delayed(command, float(p[k.DELAY]), even.period_s)
+    target = at_times(even.time_s, command, even.time_s - p[k.DELAY])
     if joint.ideal and p[k.SPEED_LIMIT] < UNLIMITED_RAD_S:
         target = k.speed_limited(target, float(p[k.SPEED_LIMIT]), even.period_s)
-    target = k.lagging(target, float(p[k.LAG]), even.period_s)
+    target = lagged(target, float(p[k.LAG]), even.period_s)
     first = float(even.shaft_rad[0, at])
     start = first if np.isfinite(first) else float(target[0])
-    target = k.hysteresis(target, float(p[k.PLAY]), _undrooped(start, float(target[0]), p))
+    target = play(target, float(p[k.PLAY]), _undrooped(start, float(target[0]), p))
     torque = even.torque_nm[:, at]
     known = np.isfinite(torque)
     if joint.ideal:
@@ -227,13 +228,9 @@ def _local(even: EvenTrial, at: int, p: FloatArray, ran: FloatArray) -> FloatArr
     shaft, command = even.shaft_rad[:, at], even.command_rad[:, at]
     speed = np.gradient(shaft, even.period_s)
     if p[k.KI] == 0.0:  # an integral's state before the trial is not known
-        target = k.hysteresis(
-            k.lagging(
-                k.delayed(command, float(p[k.DELAY]), even.period_s), float(p[k.LAG]), even.period_s
-            ),
-            float(p[k.PLAY]),
-            float(shaft[0]) if np.isfinite(shaft[0]) else float(command[0]),
-        )
+        late = at_times(even.time_s, command, even.time_s - p[k.DELAY])
+        start = float(shaft[0]) if np.isfinite(shaft[0]) else float(command[0])
+        target = play(lagged(late, float(p[k.LAG]), even.period_s), float(p[k.PLAY]), start)
         true = (shaft - p[k.ENCODER_OFFSET]) / p[k.ENCODER_SCALE]
         error = target - true
         duty = p[k.KP] * error + p[k.KD] * np.gradient(error, even.period_s)

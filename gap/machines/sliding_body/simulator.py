@@ -19,6 +19,7 @@ from gap.interfaces import Cause, Channel, DataFault, Drive, Effect, Observation
 from gap.machines.sliding_body.catalogue import CATALOGUE, STAGES
 from model.compiled import compiled
 from model.errors import GapError
+from model.motion.filters import at_times
 from model.values.arrays import FloatArray, readonly
 from record.trial.trial import Trial
 
@@ -198,8 +199,7 @@ class SlidingBody:
             grown = np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
             velocity = start + grown - grown[edge]
         if law.delay_s > 0.0:
-            late = slide.time_s - law.delay_s
-            velocity = np.column_stack([np.interp(late, slide.time_s, v) for v in velocity.T])
+            velocity = at_times(slide.time_s, velocity, slide.time_s - law.delay_s)
         return np.asarray(readonly(_channels(slide, velocity)))
 
     def check(self, trial: Trial) -> tuple[DataFault, ...]:

@@ -53,7 +53,7 @@ def run(options: argparse.Namespace) -> ExitCode:
         raise ConfigError("--out", f"must end in .toml, not {options.out.name!r}")
     if options.out.exists():  # it may be the file that the runs themselves name
         raise ConfigError("--out", f"{options.out} exists; choose another name")
-    found = read_diagnosis(options.diagnosis, tuple(entry.effect for entry in CATALOGUE))
+    found = read_diagnosis(options.diagnosis, CATALOGUE)
     _check(found, anyway=options.anyway)
     everything = read_trials((*found.trials, *found.references)) if found.trials else ()
     trials, references = everything[: len(found.trials)], everything[len(found.trials) :]
@@ -114,7 +114,7 @@ def _robot(options: argparse.Namespace, found: "ReadDiagnosis", trials: "tuple[T
 
 
 def _edited(found: "ReadDiagnosis", text: str, origin: str) -> "Edited":
-    from gap.machines.legged.correction import correction_of
+    from model.effects.correction import correction_of
     from model.parameters.tables import parse_table, read_legs
     from robot.config.edit import check_edited, edit_robot
 
@@ -129,8 +129,8 @@ def _measured(
 ) -> "HowFar":
     """Measure with both files; what ``after`` says is read from its text, as every command does."""
     from gap.diagnosis.remeasured import remeasure
-    from gap.machines.legged.machine import parse_machine
     from gap.machines.legged.simulator import LeggedSimulator
+    from model.effects.machine import parse_machine
     from robot.console.progress import ProgressBar
 
     old, new = (LeggedSimulator(parse_machine(text)) for text in (before, after))

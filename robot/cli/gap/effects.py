@@ -36,10 +36,11 @@ def run(options: argparse.Namespace) -> ExitCode:
         GapError: The file of effects cannot be used.
     """
     from gap.effect_file import read_effects
-    from gap.machines.legged.catalogue import CATALOGUE, STAGES
+    from gap.machines.legged.catalogue import CATALOGUE
+    from model.effects.catalogue import STAGES
     from model.errors import ConfigError
 
-    effects = [entry.effect for entry in CATALOGUE]
+    effects = list(CATALOGUE)
     if options.effects is not None:
         taken = tuple(effect.name for effect in effects)
         effects += [user.effect for user in read_effects(options.effects, STAGES, taken)]

@@ -90,7 +90,7 @@ def _asked(
         return None, tuple(options.paths), tuple(options.reference)
     if len(options.paths) > 1 or options.reference:
         raise ConfigError("DIAGNOSIS.json", "names its runs and references itself; give it alone")
-    effects = (*(entry.effect for entry in CATALOGUE), *(user.effect for user in users))
+    effects = (*CATALOGUE, *(user.effect for user in users))
     found = read_diagnosis(options.paths[0], effects)
     if not found.trials:
         raise GapError(

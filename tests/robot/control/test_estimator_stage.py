@@ -17,8 +17,7 @@ from model.values.poses import PoseRecord
 from model.values.tick import Intent, Tick
 from robot.config.robot_file import load_robot, parse_robot
 from robot.control.controller import Controller
-from robot.control.estimator_stage import planar
-from robot.control.file_model import estimator_stage
+from robot.control.estimator_stage import estimator_stage, planar
 from robot.run.hardware import open_in_memory
 from robot.run.loop import run
 from tests.robot.runs import Kept, Told, wish

@@ -7,20 +7,21 @@ import numpy as np
 import pytest
 
 from gap.interfaces import Cause, Drive
-from gap.machines.legged.causes import settings_of
 from gap.machines.legged.chain import LeggedChain
-from gap.machines.legged.grid import body_velocity
 from gap.machines.legged.inputs import make_inputs
+from model.effects.grid import body_velocity
+from model.effects.settings import settings_of
 from model.errors import ConfigError
 from model.kinematics.four_bar import Linkage
 from model.quasistatic.frame import solve_frame
+from model.quasistatic.frames import FrictionLaw
 from model.values.arrays import FloatArray
 from model.values.legs import FootForces
 from record.trial.trial import read_trial
 from robot.cli.main import run
 from robot.config.robot_file import RobotConfig, load_robot, parse_robot
 from robot.control.effect_uses import USES, Use, unused_notes
-from robot.control.file_model import model_of
+from robot.control.effects import OF_THE_FEET, EffectsBeside, model_of
 from robot.virtual.file_twin import file_twin
 from robot.virtual.twin_run import make_twin
 from sim_hw.twin.catalog import EFFECTS
@@ -152,6 +153,21 @@ def test_a_mass_is_held_and_a_turned_body_meets_the_slope_from_its_side() -> Non
     assert straight[0] < aim[0] - 5e-5  # downhill is behind
     assert turned[1] > 5e-5  # and then to the left: the slope rises to the body's right
     assert turned[0] == pytest.approx(aim[0], abs=2e-5)
+
+
+@pytest.mark.parametrize("name", sorted(OF_THE_FEET))
+def test_what_moves_feet_is_in_the_estimators_feet_and_not_added_again(name: str) -> None:
+    config = with_effects(nothing := cause("payload", 0.0, 0.0, 0.0))
+    shifted = replace(config, effects=(sized(name, ("ML",)), nothing))
+    rate, no_forces = np.full(6, 0.4), FootForces(0, np.zeros((6, 3)), np.zeros(6, dtype=bool))
+    feet = []
+    for one in (config, shifted):
+        beside = EffectsBeside(one, FrictionLaw.VISCOUS)
+        _, tick = beside.step(None, 0, np.full(6, 0.2), rate, no_forces)
+        feet.append(tick.answer.feet.position_m)
+        assert np.abs(tick.added.velocity_B).max() == 0.0
+        assert np.abs(tick.added.load_n).max() == 0.0
+    assert np.abs(feet[1] - feet[0]).max() > 1e-4
 
 
 def test_readings_are_undone_and_silent_legs_stay_silent() -> None:

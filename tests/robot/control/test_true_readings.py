@@ -13,14 +13,11 @@ from model.values.tick import Tick
 from record.log.reader import LogContents, read_log, read_stamped_ticks
 from robot.cli.main import run
 from robot.config.robot_file import load_robot, parse_robot
-from robot.control.true_readings import (
-    ticks_with_true_forces,
-    true_forces_of,
-    true_forces_of_log,
-)
+from robot.control.effect_uses import true_forces_of, true_forces_of_log
 from robot.report.long_log import read_summary
 from robot.view.numbers import numbers_of
 from robot.view.screen import ScreenView
+from robot.view.true_ticks import ticks_with_true_forces
 from tests.gap.test_correction import corrected
 from tests.gap.walks import cause
 

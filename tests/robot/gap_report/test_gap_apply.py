@@ -10,7 +10,7 @@ import pytest
 
 from gap.effect_file import read_effects
 from gap.interfaces import Cause
-from gap.machines.legged.catalogue import STAGES
+from model.effects.catalogue import STAGES
 from record.trial.trial import write_trial
 from robot.cli.main import run
 from robot.config.robot_file import load_robot

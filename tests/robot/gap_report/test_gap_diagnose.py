@@ -11,8 +11,8 @@ import pytest
 
 from gap.diagnosis.findings import TrialFaults
 from gap.interfaces import DataFault
-from gap.machines.servo_bench.kernel import hysteresis
 from model.errors import ConfigError
+from model.motion.filters import play
 from record.trial.trial import write_trial
 from robot.cli.gap import check as gap_check
 from robot.cli.gap import diagnose as gap_diagnose
@@ -28,7 +28,7 @@ def write_bench(folder: Path, width: float, count: int = 4) -> list[str]:
         rng = np.random.default_rng(number)
         t = np.arange(1000) / 50.0
         command = 0.6 * np.sin(2 * np.pi * (0.15 + 0.05 * number) * t)
-        shaft = hysteresis(command, width, 0.0) + 0.001 * rng.standard_normal(len(t))
+        shaft = play(command, width, 0.0) + 0.001 * rng.standard_normal(len(t))
         path = folder / f"run{number}.csv"
         write_trial(servo_trial(IDEAL, command, shaft), path)
         paths.append(str(path))

@@ -1,4 +1,4 @@
-"""One frame of the legged chain, for the control loop: measured shafts in, support and friction out.
+"""One frame of the chain, for the control loop: measured shafts in, support and friction out.
 
 A robot file with effects is believed online too. The chain's own stages are run on three frames a
 millisecond apart, with the shafts at their speeds, and the middle one is the answer: so an effect means
@@ -6,17 +6,18 @@ the same to a diagnosis and to the controller. What must be remembered from tick
 effects that are bound to a place, the velocity that lags) is given by whoever calls.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from gap.machines.legged.causes import settings_of
-from gap.machines.legged.grid import Grid
-from gap.machines.legged.ground import Sliding, Standing, contact_points, slide, stand
-from gap.machines.legged.machine import LeggedMachine
-from gap.machines.legged.pushes import Before
-from gap.machines.legged.settings import Settings
-from gap.machines.legged.shafts import feet
+from model.effects.grid import Grid
+from model.effects.ground import Sliding, Standing, contact_points, slide, stand
+from model.effects.machine import LeggedMachine
+from model.effects.pushes import Before
+from model.effects.sensing import true_forces
+from model.effects.settings import Settings, settings_of
+from model.effects.shafts import feet
+from model.motion.se2 import turned
 from model.values.arrays import FloatArray, readonly
 from model.values.contact import ContactSolution, Support, Traction
 from model.values.legs import FootForces, FootMotion
@@ -60,7 +61,7 @@ class FrameModel:
         self._machine = machine
         self._grid = _Moment(0.0, PERIOD_S, len(AROUND_S), PERIOD_S)
         self.settings = settings_of(machine.effects, machine.legs.names)
-        self._ratio = np.array(self.settings.sensor.encoder_ratio)
+        self._ratio = self.settings.each("encoder_scale")[0]
 
     def prepare(self) -> None:
         """Load or make the machine code now, so that no tick has to wait for it."""
@@ -96,12 +97,11 @@ class FrameModel:
             readonly((points[2] - points[0]) / (2 * PERIOD_S) + (0.0 if moving else np.nan)),
         )
         if not (np.isfinite(points).all() and np.isfinite(world).all()):
-            return FrameAnswer(motion, _nothing(len(angle)))
+            return FrameAnswer(motion, _contact(motion, None, None))
         moved = np.tile(before, (len(AROUND_S), 1)) if np.isfinite(before).all() else None
         standing = stand(self._machine, self._grid, walked, settings, world, moved)
         if not np.isfinite(standing.load_n).all():
-            return FrameAnswer(motion, _nothing(len(angle)))
-        kept = Before(before, dt_s) if dt_s > 0 else None
+            return FrameAnswer(motion, _contact(motion, None, None))
         sliding = slide(
             self._machine,
             self._grid,
@@ -110,9 +110,9 @@ class FrameModel:
             settings,
             world,
             standing.load_n,
-            before=kept,
+            before=Before(before, dt_s) if dt_s > 0 else None,
         )
-        return FrameAnswer(motion, self._contact(motion, standing, sliding))
+        return FrameAnswer(motion, _contact(motion, standing, sliding))
 
     def true_forces(self, forces: FootForces, since_s: float) -> FootForces:
         """Take gain, bias, drift and rotation of the transducers out of a reading.
@@ -121,81 +121,45 @@ class FrameModel:
             forces: As the calibrated sensors report them.
             since_s: Time since the run began, for drifts.
         """
-        force_n = self.without_sensor_errors(forces.force_n, since_s)
-        return FootForces(forces.t_ns, force_n, forces.valid)
-
-    def without_sensor_errors(self, force_n: FloatArray, since_s: FloatArray | float) -> FloatArray:
-        """Take gain, bias, drift and rotation of the transducers out of readings.
-
-        Args:
-            force_n: As the calibrated sensors report them, (..., N, 3).
-            since_s: Time since the run began, for drifts, (...,).
-
-        Returns:
-            (..., N, 3).
-        """
-        own = self.settings.sensor
-        bias = np.stack([own.bias_x_n, own.bias_y_n, own.bias_z_n], axis=1)
-        force = (force_n - bias) / np.array(own.force_gain)[:, None]
-        drifted = np.asarray(since_s)[..., None] * np.array(own.drift_n_s)
-        c, s = np.cos(own.force_yaw_rad), np.sin(own.force_yaw_rad)
-        x, y, z = force[..., 0], force[..., 1], force[..., 2] - drifted / np.array(own.force_gain)
-        return readonly(np.stack([c * x - s * y, s * x + c * y, z], axis=-1))
+        force_n = true_forces(forces.force_n, since_s, self.settings)
+        return FootForces(forces.t_ns, readonly(force_n), forces.valid)
 
     def _turned(self, yaw: float) -> Settings:
         """Settings with the ground's slope as the body meets it, turned by yaw since the run began."""
-        own = self.settings.ground
-        if not (own.slope_x or own.slope_y):
+        if not self.settings.has("ground_slope"):
             return self.settings
-        c, s = float(np.cos(yaw)), float(np.sin(yaw))
-        ground = replace(
-            own,
-            slope_x=c * own.slope_x + s * own.slope_y,
-            slope_y=c * own.slope_y - s * own.slope_x,
-        )
-        return replace(self.settings, ground=ground)
+        slope_x, slope_y = self.settings.whole("ground_slope")
+        return self.settings.with_whole("ground_slope", *turned(slope_x, slope_y, -yaw))
 
-    def _contact(
-        self,
-        motion: FootMotion,
-        standing: Standing,
-        sliding: Sliding,
-    ) -> ContactSolution:
+
+def _contact(
+    motion: FootMotion, standing: Standing | None, sliding: Sliding | None
+) -> ContactSolution:
+    """Support and traction of the middle frame; NaN, and why, where there is none."""
+    legs = len(motion.position_m)
+    nan = float("nan")
+    velocity, slip, force = np.full(3, nan), np.full((legs, 2), nan), np.full((legs, 3), nan)
+    if standing is None or sliding is None:
+        load, loaded = readonly(np.full(legs, nan)), readonly(np.zeros(legs, dtype=bool))
+        support = Support(False, NO_SUPPORT, nan, nan, nan, load, loaded, 0)
+        reason = f"no support: {NO_SUPPORT}"
+    else:
         load = readonly(standing.load_n[MIDDLE].copy())
         loaded = readonly(load > 0.0)
         slope_x, slope_y = standing.slopes[MIDDLE].tolist()
         height = float(standing.height_m[MIDDLE])
         support = Support(True, "", height, slope_x, slope_y, load, loaded, 0)
+        reason = ""
         if not np.isfinite(motion.velocity_m_s).all():
-            return ContactSolution(support, _no_traction(len(load), "a shaft's speed is not known"))
-        velocity = sliding.velocity_B[MIDDLE].copy()
-        if not np.isfinite(velocity).all():
-            return ContactSolution(
-                support, _no_traction(len(load), "fewer than two feet are loaded")
-            )
-        place = motion.position_m
-        slip = motion.velocity_m_s[:, :2] + velocity[:2]
-        slip += velocity[2] * np.stack([-place[:, 1], place[:, 0]], axis=1)
-        slip[~loaded] = np.nan
-        force = np.column_stack([sliding.force_xy_n[MIDDLE], load])
-        return ContactSolution(
-            support, Traction(True, "", readonly(velocity), readonly(slip), readonly(force))
-        )
-
-
-def _nothing(legs: int) -> ContactSolution:
-    nan = float("nan")
-    load = readonly(np.full(legs, np.nan))
-    none = readonly(np.zeros(legs, dtype=bool))
-    support = Support(False, NO_SUPPORT, nan, nan, nan, load, none, 0)
-    return ContactSolution(support, _no_traction(legs, f"no support: {NO_SUPPORT}"))
-
-
-def _no_traction(legs: int, reason: str) -> Traction:
-    return Traction(
-        False,
-        reason,
-        readonly(np.full(3, np.nan)),
-        readonly(np.full((legs, 2), np.nan)),
-        readonly(np.full((legs, 3), np.nan)),
-    )
+            reason = "a shaft's speed is not known"
+        elif not np.isfinite(sliding.velocity_B[MIDDLE]).all():
+            reason = "fewer than two feet are loaded"
+        else:
+            velocity = sliding.velocity_B[MIDDLE].copy()
+            place = motion.position_m
+            slip = motion.velocity_m_s[:, :2] + velocity[:2]
+            slip += velocity[2] * np.stack([-place[:, 1], place[:, 0]], axis=1)
+            slip[~loaded] = np.nan
+            force = np.column_stack([sliding.force_xy_n[MIDDLE], load])
+    traction = Traction(not reason, reason, readonly(velocity), readonly(slip), readonly(force))
+    return ContactSolution(support, traction)

@@ -1,4 +1,4 @@
-"""The legged simulator's grids and filters, the same for what was measured and what is predicted.
+"""The chain's grids, the same for what was measured and what is predicted, and the slope of signals there.
 
 Signals are put on an even working grid (50 a second, or the trial's rate if that is less); velocities
 are the slope of a Savitzky-Golay filter there; channels are averaged down to half the rate, (1, 2, 1) /
@@ -6,14 +6,14 @@ are the slope of a Savitzky-Golay filter there; channels are averaged down to ha
 """
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
-from scipy.ndimage import convolve1d
-from scipy.signal import savgol_coeffs
 
 from model.errors import GapError
-from model.values.arrays import FloatArray, readonly
+from model.motion.filters import at_times
+from model.motion.se2 import turned
+from model.values.arrays import FloatArray
 
 WORKING_HZ = 50.0
 TWIST_WINDOW_S = 0.25  # the paper's: order 2, 25 samples at 100 Hz
@@ -51,15 +51,17 @@ class Grid:
         return max(2 * round((seconds / self.period_s - 1) / 2) + 1, ORDER + 1 + ORDER % 2)
 
     def slope(self, values: FloatArray, seconds: float) -> FloatArray:
-        """Derivative in time along the first axis, Savitzky-Golay."""
-        window = self.window(seconds)
-        kernel = _slope_kernel(window, self.period_s)
-        half = window // 2
+        """Derivative in time along the first axis: of a parabola through each window (Savitzky-Golay)."""
+        half = self.window(seconds) // 2
+        frames = len(values)
         # mirrored through the end points, so that a straight line keeps its slope to the edge
         head = 2 * values[:1] - values[half:0:-1]
         tail = 2 * values[-1:] - values[-2 : -half - 2 : -1]
         wide = np.concatenate([head, values, tail])
-        slope: FloatArray = convolve1d(wide, kernel, axis=0, mode="nearest")[half:-half]
+        slope: FloatArray = 0.0 * values  # unknown where the value itself is
+        for k in range(1, half + 1):
+            slope += k * (wide[half + k : half + k + frames] - wide[half - k : half - k + frames])
+        slope /= self._lever(half)
         return slope
 
     @property
@@ -69,28 +71,26 @@ class Grid:
 
     def slope_noise(self, seconds: float) -> float:
         """Standard deviation of ``slope`` followed by ``down`` for white noise of 1."""
-        kernel = savgol_coeffs(self.window(seconds), ORDER, deriv=1, delta=self.period_s)
+        half = self.window(seconds) // 2
+        kernel = np.arange(-half, half + 1) / self._lever(half)
         return float(np.linalg.norm(np.convolve(kernel, DOWN)))
 
-
-@lru_cache(maxsize=32)
-def _slope_kernel(window: int, period_s: float) -> FloatArray:
-    kernel = savgol_coeffs(window, ORDER, deriv=1, delta=period_s, use="conv")
-    return readonly(np.asarray(kernel, dtype=np.float64))
+    def _lever(self, half: int) -> float:
+        """Sum of what moves frames and times in a window have in common [s]."""
+        return half * (half + 1) * (2 * half + 1) / 3 * self.period_s
 
 
 def down(values: FloatArray) -> FloatArray:
     """Average from the working grid to that of the channels, (W, ...) to (F, ...)."""
-    averaged: FloatArray = convolve1d(values, DOWN, axis=0, mode="nearest")[::2]
-    return averaged
+    wide = np.concatenate([values[:1], values, values[-1:]])
+    averaged: FloatArray = DOWN[0] * (wide[:-2] + wide[2:]) + DOWN[1] * values
+    return averaged[::2]
 
 
 def body_velocity(grid: Grid, pose: FloatArray) -> FloatArray:
     """Velocity in body axes, vx, vy, yaw rate, of a pose x, y, yaw in the world, both (W, 3)."""
     rate = grid.slope(pose, TWIST_WINDOW_S)
-    c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
-    forward, left = c * rate[:, 0] + s * rate[:, 1], c * rate[:, 1] - s * rate[:, 0]
-    return np.column_stack([forward, left, rate[:, 2]])
+    return np.column_stack([*turned(rate[:, 0], rate[:, 1], -pose[:, 2]), rate[:, 2]])
 
 
 def make_grid(time_s: FloatArray) -> Grid:
@@ -118,12 +118,11 @@ def place(grid: Grid, time_s: FloatArray, values: FloatArray, later_s: float = 0
     """
     flat = _bridged(time_s, values.reshape(len(values), -1))
     at = grid.start_s + grid.time_s - later_s
+    out = at_times(time_s, flat, at)
     if grid.period_s > 1.5 * grid.source_period_s:
         half = grid.period_s / 2
-        out = DOWN[0] * (_between(time_s, flat, at - half) + _between(time_s, flat, at + half))
-        out += DOWN[1] * _between(time_s, flat, at)
-    else:
-        out = _between(time_s, flat, at)
+        beside = at_times(time_s, flat, at - half) + at_times(time_s, flat, at + half)
+        out = DOWN[0] * beside + DOWN[1] * out
     placed: FloatArray = out.reshape(grid.frames, *values.shape[1:])
     return placed
 
@@ -138,41 +137,6 @@ def placed_noise(grid: Grid) -> float:
         for inner, offset in zip(DOWN, (-(fine // 2), 0, fine // 2), strict=True):
             wide[2 * fine + shift + offset] += share * inner
     return float(np.linalg.norm(wide))
-
-
-def shifted(grid: Grid, values: FloatArray, time_s: FloatArray) -> FloatArray:
-    """What a signal on the grid was at other times, (W,) since the start, held beyond its ends."""
-    flat = values.reshape(grid.frames, -1)
-    moved: FloatArray = _between(grid.time_s, flat, time_s).reshape(values.shape)
-    return moved
-
-
-def lagged(grid: Grid, values: FloatArray, time_constant_s: float) -> FloatArray:
-    """First-order low pass, exact for what is linear between frames; begins in a steady ramp."""
-    from scipy.signal import lfilter
-
-    a = np.exp(-grid.period_s / time_constant_s)
-    r = time_constant_s / grid.period_s
-    b0, b1 = 1 - r * (1 - a), r * (1 - a) - a
-    ramp = (values[1] - values[0]) * r
-    first = values[:1] - ramp[None]
-    # state so that the first output is the ramp's
-    state = first - b0 * values[:1]
-    out, _ = lfilter([b0, b1], [1.0, -a], values, axis=0, zi=state)
-    filtered: FloatArray = out
-    return filtered
-
-
-def _between(time_s: FloatArray, flat: FloatArray, at: FloatArray) -> FloatArray:
-    right = np.clip(np.searchsorted(time_s, at, side="right"), 1, len(time_s) - 1)
-    left = right - 1
-    share = np.clip((at - time_s[left]) / (time_s[right] - time_s[left]), 0.0, 1.0)[:, None]
-    low, high = flat[left], flat[right]
-    # a sample hit exactly needs no neighbour
-    out: FloatArray = np.where(
-        share == 0.0, low, np.where(share == 1.0, high, low + share * (high - low))
-    )
-    return out
 
 
 def _bridged(time_s: FloatArray, flat: FloatArray) -> FloatArray:

@@ -1,21 +1,23 @@
-"""Support, friction and external forces of the legged simulator: feet to loads, pose and velocity."""
+"""Support, friction and external forces of a legged robot: feet to loads, pose and velocity."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from gap.machines.legged.grid import FOOT_WINDOW_S, Grid
-from gap.machines.legged.machine import LeggedMachine
-from gap.machines.legged.pushes import (
+from model.effects.grid import FOOT_WINDOW_S, Grid
+from model.effects.machine import LeggedMachine
+from model.effects.pushes import (
     Before,
     pushes,
     resistance,
+    resists_motion,
     sideways_force,
     weight_and_centre,
 )
-from gap.machines.legged.settings import GroundSettings, Settings
-from gap.machines.legged.shafts import Feet
-from gap.machines.legged.signals import FrictionSignals, MotionSignals, SupportSignals
+from model.effects.settings import Settings
+from model.effects.shafts import Feet
+from model.effects.signals import FrictionSignals, MotionSignals, SupportSignals
+from model.motion.se2 import turned
 from model.quasistatic.frames import FrictionLaw
 from model.support.frames import SupportSolutions, solve_support_frames
 from model.traction.frames import FootLaw, solve_traction_frames
@@ -61,8 +63,7 @@ class Sliding:
 
 
 def _feet_world_x(feet_xy: FloatArray, world: FloatArray) -> FloatArray:
-    c, s = np.cos(world[:, 2])[:, None], np.sin(world[:, 2])[:, None]
-    x: FloatArray = world[:, :1] + c * feet_xy[..., 0] - s * feet_xy[..., 1]
+    x: FloatArray = world[:, :1] + turned(feet_xy[..., 0], feet_xy[..., 1], world[:, 2:])[0]
     return x
 
 
@@ -77,10 +78,16 @@ def contact_points(feet: Feet, settings: Settings) -> FloatArray:
     A round foot has its centre above the linkage's foot point, so its point of contact stays that point.
     """
     points = feet.signals.position_m
-    if any(settings.ground.leg_length_m):
+    if settings.has("leg_length"):
         points = points.copy()
-        points[..., 2] -= np.array(settings.ground.leg_length_m)
+        points[..., 2] -= settings.each("leg_length")[0]
     return points
+
+
+def leg_stiffness(machine: LeggedMachine, settings: Settings) -> FloatArray:
+    """Springs of the legs alone, (N,) [N/m]."""
+    stiffness: FloatArray = machine.contact.stiffness * settings.each("leg_stiffness")[0]
+    return stiffness
 
 
 def stand(
@@ -101,19 +108,22 @@ def stand(
         world: x, y, yaw of the body, (W, 3); only effects that are bound to a place need it.
         velocity_B: vx, vy, yaw rate of the body, (W, 3), as far as it is known; drag and inertia need it.
     """
-    own = settings.ground
     points = contact_points(feet, settings)
     ground = np.zeros(points.shape[:2])
-    if own.step_height_m:
-        ground = own.step_height_m * _beyond(_feet_world_x(points[..., :2], world), own.step_x_m)
-    stiffness = machine.contact.stiffness * np.array(own.stiffness_ratio) * own.ground_stiffness
-    weight, centre = weight_and_centre(machine, own)
+    if settings.has("ground_step"):
+        height_m, x_m = settings.whole("ground_step")
+        ground = height_m * _beyond(_feet_world_x(points[..., :2], world), x_m)
+    (firmness,), (twist_rad_nm,) = (
+        settings.whole(e) for e in ("ground_stiffness", "chassis_twist")
+    )
+    stiffness = leg_stiffness(machine, settings) * firmness
+    weight, centre = weight_and_centre(machine, settings)
     com = np.broadcast_to(centre, (grid.frames, 2))
     signals = SupportSignals(grid.time_s, points, ground, stiffness, weight, com)
     shaft_x = machine.legs.shaft_position[:, 0]
-    sideways = sideways_force(machine, own, world)
-    if velocity_B is not None and own.resists_motion:
-        sideways = sideways + resistance(machine, grid, own, velocity_B)[:, :2]
+    sideways = sideways_force(machine, settings, world)
+    if velocity_B is not None and resists_motion(settings):
+        sideways = sideways + resistance(machine, grid, settings, velocity_B)[:, :2]
     if sideways.any():
         # it acts at the height of the body's origin, friction on the ground: the weight's line moves
         first, _ = _balance(signals, shaft_x, 0.0)
@@ -122,7 +132,7 @@ def stand(
         signals = SupportSignals(grid.time_s, points, ground, stiffness, weight, com)
     for added in settings.at("support"):
         signals = added.act(signals, added.values, added.legs)
-    found, twist = _balance(signals, shaft_x, own.twist_rad_nm)
+    found, twist = _balance(signals, shaft_x, twist_rad_nm)
     com = signals.com_m
     height = found.pose[:, 2] + com[:, 0] * found.pose[:, 0] - com[:, 1] * found.pose[:, 1]
     return Standing(found.load_n, found.pose[:, :2], height, centre, twist)
@@ -213,28 +223,28 @@ def slide(
         velocity_B: Measured velocity, (W, 3), which drag and inertia resist; None: the one that is found.
         before: The moment before all frames, if they are not a walk.
     """
-    own = settings.ground
     points = contact_points(feet, settings)
     rate = feet.rate_m_s
     speed = rate[..., :2]
-    if own.tilt_coupling:
+    if settings.has("tilt_coupling"):
         speed = speed + standing.slopes[:, None, :] * [1.0, -1.0] * rate[..., 2:]
-    if settings.shaft.rolling_m:
+    if settings.has("foot_rolling"):
         # the surface of a foot that turns with its link passes through the point of contact
+        (radius_m,) = settings.whole("foot_rolling")
         speed = speed.copy()
-        speed[..., 0] += settings.shaft.rolling_m * grid.slope(feet.turn_rad, FOOT_WINDOW_S)
+        speed[..., 0] += radius_m * grid.slope(feet.turn_rad, FOOT_WINDOW_S)
     if standing.twist_rad.any():
         # feet below a row that rolls are pushed sideways; those that stick answer with a force
         aside = -points[..., 2] * standing.twist_rad
         points, speed = points.copy(), speed.copy()
         points[..., 1] += aside
         speed[..., 1] += grid.slope(aside, FOOT_WINDOW_S)
-    mu = machine.contact.mu * np.array(own.mu_ratio) * np.ones_like(load_n)
-    if own.patch_ratio != 1.0:
-        x = _feet_world_x(points[..., :2], world)
-        mu = mu * (1.0 + (own.patch_ratio - 1.0) * _beyond(x, own.patch_x_m))
-    added_w = np.stack([own.w_x, own.w_y], axis=1)
-    force = sideways_force(machine, own, world)
+    (level,) = settings.whole("friction_level")
+    mu = machine.contact.mu * (settings.each("foot_friction")[0] * level) * np.ones_like(load_n)
+    if settings.has("friction_patch"):
+        ratio, x_m = settings.whole("friction_patch")
+        mu = mu * (1.0 + (ratio - 1.0) * _beyond(_feet_world_x(points[..., :2], world), x_m))
+    force = sideways_force(machine, settings, world)
     centre = standing.com_m
     moment = centre[0] * force[:, 1] - centre[1] * force[:, 0]
     signals = FrictionSignals(
@@ -243,16 +253,15 @@ def slide(
         speed,
         load_n,
         mu,
-        (machine.contact.anisotropy + added_w)[None],
+        (machine.contact.anisotropy + settings.each("friction_anisotropy").T)[None],
         np.column_stack([force, moment]),
     )
     for stage in ("friction", "external"):
         for added in settings.at(stage):
             signals = added.act(signals, added.values, added.legs)
+    coulomb = settings.has("coulomb_friction")
     law = FootLaw(
-        FrictionLaw.COULOMB if own.coulomb else FrictionLaw.VISCOUS,
-        own.static_ratio,
-        own.static_speed_m_s,
+        FrictionLaw.COULOMB if coulomb else FrictionLaw.VISCOUS, *settings.whole("stiction")
     )
     found = solve_traction_frames(
         signals.feet_m,
@@ -260,9 +269,9 @@ def slide(
         signals.mu * signals.load_n,
         signals.anisotropy_B,
         law,
-        pushes(machine, grid, own, signals.wrench_B, standing.sway_m, velocity_B, before),
+        pushes(machine, grid, settings, signals.wrench_B, standing.sway_m, velocity_B, before),
         grid.period_s,
-        _give(machine, grid, own, points[..., 2], shaft_give_m_n),
+        _give(machine, grid, settings, points[..., 2], shaft_give_m_n),
     )
     motion = MotionSignals(grid.time_s, _held(found.velocity_B))
     for added in settings.at("dynamics"):
@@ -274,18 +283,18 @@ def slide(
 def _give(
     machine: LeggedMachine,
     grid: Grid,
-    own: GroundSettings,
+    settings: Settings,
     foot_z_m: FloatArray,
     shaft_give_m_n: FloatArray | None,
 ) -> FloatArray:
     """How far feet give along body x and y, (W or 1, N, 2) [m/N]."""
     shaft_x = machine.legs.shaft_position[:, 0]
-    give = np.tile([own.flex_longitudinal_m_n, own.flex_lateral_m_n], (1, len(shaft_x), 1))
+    give = np.tile(settings.whole("leg_flex")[::-1], (1, len(shaft_x), 1))  # lateral is along y
     if shaft_give_m_n is not None:
         give = give + np.stack([shaft_give_m_n, np.zeros_like(shaft_give_m_n)], axis=2)
-    if own.twist_rad_nm and not grid.is_moment:
+    if settings.has("chassis_twist") and not grid.is_moment:
         # what pushes a foot aside rolls its row; a moment is too short for that
-        row, rolls = _twisting(shaft_x, own.twist_rad_nm)
+        row, rolls = _twisting(shaft_x, *settings.whole("chassis_twist"))
         aside = np.diag(rolls)[row] * foot_z_m**2
         give = give + np.stack([np.zeros_like(aside), aside], axis=2)
     return give

@@ -1,14 +1,13 @@
-"""The legged robot under diagnosis: what its simulator believes about it."""
+"""A legged robot as its robot file describes it: what the chain knows of it, effects included."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.constants import g as standard_gravity
 
-from gap.interfaces import Cause
-from gap.machines.legged.robot_effects import causes_of
+from model.effects.causes import Cause
+from model.effects.written import causes_of
 from model.errors import ConfigError, GapError
-from model.parameters.effects import read_effects
 from model.parameters.robot import ContactParameters, LegParameters, LinkageParameters
 from model.parameters.tables import (
     parse_table,
@@ -17,7 +16,6 @@ from model.parameters.tables import (
     read_legs,
     read_linkage,
 )
-from record.trial.trial import Trial
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,20 +62,7 @@ def parse_machine(text: str) -> LeggedMachine:
             legs=legs,
             linkage=read_linkage(top.table("linkage")),
             contact=read_contact(top.table("contact"), legs.count),
-            effects=causes_of(read_effects(top, legs.names), legs.names),
+            effects=causes_of(top, legs.names),
         )
     except ConfigError as error:
         raise GapError(f"the robot file cannot be used: {error}") from error
-
-
-def machine_of(trial: Trial) -> LeggedMachine:
-    """Return the machine of a trial.
-
-    Raises:
-        GapError: There is no robot file beside it, or it cannot be used.
-    """
-    if not trial.header.robot_text:
-        raise GapError(
-            'the trial names no robot file; add robot = "FILE.toml" to [trial] in the file beside its table'
-        )
-    return parse_machine(trial.header.robot_text)

@@ -1,20 +1,16 @@
-"""Actuation and kinematics of the legged simulator: commands to shafts, shafts to unloaded feet."""
+"""Actuation and kinematics of a legged robot: commands to shafts, shafts to unloaded feet."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gap.machines.legged.grid import FOOT_WINDOW_S, Grid, lagged
-from gap.machines.legged.inputs import LeggedInputs
-from gap.machines.legged.machine import LeggedMachine
-from gap.machines.legged.settings import (
-    NO_LIMIT_RAD_S,
-    Settings,
-    ShaftSettings,
-    neutral_settings,
-)
-from gap.machines.legged.signals import FootSignals, ShaftSignals
+from model.effects.catalogue import NO_LIMIT_RAD_S
+from model.effects.grid import FOOT_WINDOW_S, Grid
+from model.effects.machine import LeggedMachine
+from model.effects.settings import Settings
+from model.effects.signals import FootSignals, ShaftSignals
 from model.kinematics.four_bar import LinkagePose, linkage_pose
+from model.motion.filters import lagged, play
 from model.values.arrays import FloatArray
 
 # A free shaft in a play is dragged against its rear flank by its bearings, and falls against either by the
@@ -22,6 +18,7 @@ from model.values.arrays import FloatArray
 BEARING_DRAG_NM = 0.003
 BEARING_DAMPING_NM_S = 0.02
 FOOT_WEIGHT_N = 0.5
+MOVES_FEET = frozenset({"shaft_zero_offset", "link_length", "hip_mount_offset", "foot_rolling"})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,129 +51,115 @@ class Loads:
 
 def feels_loads(settings: Settings) -> bool:
     """Whether loads move shafts."""
-    own = settings.shaft
-    return any(own.compliance_rad_nm) or any(own.backlash_rad) or bool(settings.at("actuation"))
+    return settings.has("servo_compliance", "gear_backlash") or bool(settings.at("actuation"))
 
 
-def shafts(inputs: LeggedInputs, settings: Settings, loads: Loads | None) -> FloatArray:
+def shafts(
+    grid: Grid,
+    command_rad: FloatArray,
+    acting_rad: FloatArray,
+    settings: Settings,
+    loads: Loads | None,
+) -> FloatArray:
     """Where commands and loads put the shafts, (W, N) [rad], as an encoder sees them.
 
     Args:
-        inputs: Commands.
+        grid: Times.
+        command_rad: Commands, (W, N).
+        acting_rad: The same with their delay, (W, N).
         settings: What is added.
         loads: Needed where loads move shafts.
     """
-    own = settings.shaft
-    command = inputs.delayed_command(own.delay_s)
-    angle = _limited(inputs.grid, _lagged(inputs.grid, command, own), own)
+    angle = _limited(grid, _lagged(grid, acting_rad, settings), settings)
     if loads is None:
         return angle
-    if any(own.compliance_rad_nm):
-        angle = angle + np.array(own.compliance_rad_nm) * loads.torque_nm
-    if any(own.backlash_rad):
-        angle = angle + _in_play(inputs.grid, loads.flank_nm, own.backlash_rad)
+    if settings.has("servo_compliance"):
+        angle = angle + settings.each("servo_compliance")[0] * loads.torque_nm
+    if settings.has("gear_backlash"):
+        angle = angle + _in_play(grid, loads.flank_nm, settings.each("gear_backlash")[0])
     for added in settings.at("actuation"):
-        signals = ShaftSignals(inputs.grid.time_s, inputs.command_rad, loads.torque_nm, angle)
+        signals = ShaftSignals(grid.time_s, command_rad, loads.torque_nm, angle)
         angle = added.act(signals, added.values, added.legs).shaft_rad
     return angle
 
 
-def _in_play(grid: Grid, torque_nm: FloatArray, width_rad: tuple[float, ...]) -> FloatArray:
+def _in_play(grid: Grid, torque_nm: FloatArray, width_rad: FloatArray) -> FloatArray:
     """Where shafts are in their play, (W, N) [rad]: grease slows them on their way from flank to flank."""
     found = np.zeros(torque_nm.shape)
-    for leg, width in enumerate(width_rad):
-        if width == 0.0:
-            continue
+    for leg in np.flatnonzero(width_rad):
         pull = np.nan_to_num(torque_nm[:, leg]) - BEARING_DRAG_NM
-        end = abs(width) / 2
-        at = float(np.sign(pull[0])) * end
-        out = []
-        for way in (pull * grid.period_s / BEARING_DAMPING_NM_S).tolist():
-            at = min(max(at + way, -end), end)
-            out.append(at)
-        found[:, leg] = np.array(out) * np.sign(width)
+        pushed = np.cumsum(pull * grid.period_s / BEARING_DAMPING_NM_S)
+        first = -np.sign(pull[0]) * width_rad[leg] / 2
+        found[:, leg] = pushed - play(pushed, width_rad[leg], first)
     return found
 
 
-def _lagged(grid: Grid, command: FloatArray, own: ShaftSettings) -> FloatArray:
-    if not any(any(lags) for lags in own.lags_s):
-        return command
+def _lagged(grid: Grid, command: FloatArray, settings: Settings) -> FloatArray:
     angle = command.copy()
-    for leg, column in enumerate(command.T):
-        known = np.isfinite(column)
-        constants = [lags[leg] for lags in own.lags_s if lags[leg] > 0]
-        if constants and known.any():
-            whole = np.interp(grid.time_s, grid.time_s[known], column[known])[:, None]
-            for time_constant_s in constants:
-                whole = lagged(grid, whole, time_constant_s)
-            angle[:, leg] = np.where(known, whole[:, 0], np.nan)
+    lags = (lag_s for (lag_s,) in settings.apart("servo_lag"))
+    for leg, constants_s in enumerate(zip(*lags, strict=True)):
+        known = np.isfinite(command[:, leg])
+        if any(constants_s) and known.any():
+            whole = np.interp(grid.time_s, grid.time_s[known], command[known, leg])
+            for constant_s in constants_s:
+                whole = lagged(whole, constant_s, grid.period_s, ramping=True)
+            angle[:, leg] = np.where(known, whole, np.nan)
     return angle
 
 
-def _limited(grid: Grid, wanted: FloatArray, own: ShaftSettings) -> FloatArray:
+def _limited(grid: Grid, wanted: FloatArray, settings: Settings) -> FloatArray:
     """The fastest motion behind the wanted one that keeps the limits, forward and backward."""
-    if all(limit >= NO_LIMIT_RAD_S for limit in own.speed_limit_rad_s):
+    if not settings.has("servo_speed_limit"):
         return wanted
-    ramp = grid.time_s[:, None] * np.array(own.speed_limit_rad_s)
+    (limit,) = settings.each("servo_speed_limit")
+    ramp = grid.time_s[:, None] * limit
     # NaN would spread to all that follows
     known = np.isfinite(wanted)
     ahead = np.minimum.accumulate(np.where(known, wanted, np.inf) - ramp) + ramp
     both = np.maximum.accumulate(np.where(known, ahead, -np.inf) + ramp) - ramp
-    touched = np.array(own.speed_limit_rad_s) < NO_LIMIT_RAD_S
-    return np.where(known, np.where(touched, both, wanted), np.nan)
+    return np.where(known, np.where(limit < NO_LIMIT_RAD_S, both, wanted), np.nan)
 
 
 def feet(machine: LeggedMachine, grid: Grid, shaft_rad: FloatArray, settings: Settings) -> Feet:
     """Unloaded feet from encoder angles, (W, N) [rad]."""
-    own = settings.shaft
     crank = shaft_rad
-    if any(own.zero_offset_rad):
-        crank = crank + np.array(own.zero_offset_rad)
-    pose = _poses(machine, crank, own)
+    if settings.has("shaft_zero_offset"):
+        crank = crank + settings.each("shaft_zero_offset")[0]
+    pose = _poses(machine, crank, settings)
     position = np.empty((*crank.shape, 3))
     position[..., 0] = pose.foot[..., 0]
     position[..., 1] = 0.0
     position[..., 2] = pose.foot[..., 1]
     position += machine.legs.shaft_position
-    if any(own.hip_x_m) or any(own.hip_y_m):
-        position[..., 0] += np.array(own.hip_x_m)
-        position[..., 1] += np.array(own.hip_y_m)
+    if settings.has("hip_mount_offset"):
+        position[..., :2] += settings.each("hip_mount_offset").T
     signals = FootSignals(grid.time_s, crank, position, pose.foot_slope)
     for added in settings.at("kinematics"):
         signals = added.act(signals, added.values, added.legs)
     rate = grid.slope(signals.position_m, FOOT_WINDOW_S)
-    return Feet(signals, rate, _coupler_turn(machine, pose) if own.rolling_m else np.zeros((1, 1)))
+    rolls = settings.has("foot_rolling")
+    return Feet(signals, rate, _coupler_turn(machine, pose) if rolls else np.zeros((1, 1)))
 
 
 def moves_feet(settings: Settings) -> Settings:
     """Return the part of settings that ``feet`` looks at, all else neutral."""
-    plain = neutral_settings(len(settings.shaft.backlash_rad))
-    own = settings.shaft
-    shaft = replace(
-        plain.shaft,
-        zero_offset_rad=own.zero_offset_rad,
-        crank_m=own.crank_m,
-        coupler_m=own.coupler_m,
-        rocker_m=own.rocker_m,
-        hip_x_m=own.hip_x_m,
-        hip_y_m=own.hip_y_m,
-        rolling_m=own.rolling_m,
-    )
-    return replace(plain, shaft=shaft, added=settings.at("kinematics"))
+    acting = tuple(one for one in settings.acting if one[0] in MOVES_FEET)
+    return Settings(settings.legs, acting, settings.at("kinematics"))
 
 
-def _poses(machine: LeggedMachine, crank: FloatArray, own: ShaftSettings) -> LinkagePose:
+def _poses(machine: LeggedMachine, crank: FloatArray, settings: Settings) -> LinkagePose:
     """All linkages; those with other links are solved on their own."""
     nominal = machine.linkage
-    changes = list(zip(own.crank_m, own.coupler_m, own.rocker_m, strict=True))
+    changes = [tuple(change) for change in settings.each("link_length").T.tolist()]
     pose = linkage_pose(nominal, crank)
     for change in dict.fromkeys(c for c in changes if any(c)):
         legs = [leg for leg, own_change in enumerate(changes) if own_change == change]
+        crank_m, coupler_m, rocker_m = change
         links = replace(
             nominal,
-            crank=nominal.crank + change[0],
-            coupler=nominal.coupler + change[1],
-            rocker=nominal.rocker + change[2],
+            crank=nominal.crank + crank_m,
+            coupler=nominal.coupler + coupler_m,
+            rocker=nominal.rocker + rocker_m,
         )
         other = linkage_pose(links, crank[:, legs])
         for name in LinkagePose.__slots__:

@@ -5,16 +5,21 @@ the world, servos, clocks or sensors do stays an effect, because a robot file's 
 are to be read: changing those would make the file contradict what it recorded.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from gap.interfaces import Cause
-from gap.machines.legged.catalogue import CATALOGUE, Combine
-from gap.machines.legged.robot_effects import written_of
+from model.effects.catalogue import EFFECTS, TOGETHER, Combine
+from model.effects.causes import Cause
+from model.effects.written import WrittenEffect, written_of
 from model.errors import GapError
-from model.parameters.effects import WrittenEffect
 
-_ENTRIES = {entry.effect.name: entry for entry in CATALOGUE}
+PAYLOAD = "payload"
+# Effects for which a robot file has a key: one number a leg in [contact], or a pair a leg.
+FACTORS = {"leg_stiffness": "stiffness", "foot_friction": "mu", "friction_level": "mu"}
+SUMMANDS = {
+    "friction_anisotropy": ("contact", "anisotropy"),
+    "hip_mount_offset": ("legs", "shaft_position"),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,53 +65,34 @@ def correction_of(causes: Sequence[Cause], legs: tuple[str, ...]) -> Correction:
     changes: list[KeyChange] = []
     effects: list[WrittenEffect] = []
     for cause in causes:
-        write = _KEYS.get(cause.effect)
-        if write is None or (cause.effect in _ONE_FOR_ALL and cause.joints):
+        own = _key_changes(cause, [legs.index(leg) for leg in cause.joints or legs])
+        if own is None:
             effects += written_of(cause)
         else:
-            on = [legs.index(leg) for leg in cause.joints or legs]
-            changes += write(cause, on)
+            changes += own
     return Correction(tuple(changes), merged((), effects))
 
 
-def _times(key: str) -> Callable[[Cause, list[int]], list[KeyChange]]:
-    def write(cause: Cause, on: list[int]) -> list[KeyChange]:
-        return [KeyChange("contact", key, (leg,), cause.values[0], 0.0, cause) for leg in on]
-
-    return write
-
-
-def _plus_pair(table: str, key: str) -> Callable[[Cause, list[int]], list[KeyChange]]:
-    def write(cause: Cause, on: list[int]) -> list[KeyChange]:
+def _key_changes(cause: Cause, legs: list[int]) -> list[KeyChange] | None:
+    """Changes of keys that a robot file has for a cause, None where it has none."""
+    effect, values = cause.effect, cause.values
+    if effect in FACTORS:
         return [
-            KeyChange(table, key, (leg, axis), 1.0, value, cause)
-            for leg in on
-            for axis, value in enumerate(cause.values)
-            if value != 0.0
+            KeyChange("contact", FACTORS[effect], (leg,), values[0], 0.0, cause) for leg in legs
         ]
-
-    return write
-
-
-def _links(cause: Cause, on: list[int]) -> list[KeyChange]:
-    names = ("crank", "coupler", "rocker")
+    places: list[tuple[str, tuple[int, ...], float]]
+    if effect in SUMMANDS:
+        table, key = SUMMANDS[effect]
+        places = [(key, (leg, axis), value) for leg in legs for axis, value in enumerate(values)]
+    elif effect == "link_length" and not cause.joints:
+        # a robot file has one four-bar for all legs: a single leg's links are an effect
+        table, names = "linkage", ("crank", "coupler", "rocker")
+        places = [(key, (), value) for key, value in zip(names, values, strict=True)]
+    else:
+        return None
     return [
-        KeyChange("linkage", name, (), 1.0, value, cause)
-        for name, value in zip(names, cause.values, strict=True)
-        if value != 0.0
+        KeyChange(table, key, at, 1.0, value, cause) for key, at, value in places if value != 0.0
     ]
-
-
-_KEYS: dict[str, Callable[[Cause, list[int]], list[KeyChange]]] = {
-    "leg_stiffness": _times("stiffness"),
-    "foot_friction": _times("mu"),
-    "friction_level": _times("mu"),
-    "friction_anisotropy": _plus_pair("contact", "anisotropy"),
-    "hip_mount_offset": _plus_pair("legs", "shaft_position"),
-    "link_length": _links,
-}
-# A robot file has one four-bar for all legs: a single leg's links are an effect.
-_ONE_FOR_ALL = frozenset({"link_length"})
 
 
 def merged(
@@ -125,31 +111,26 @@ def merged(
 
 
 def _together(old: WrittenEffect, new: WrittenEffect) -> WrittenEffect:
-    entry = _ENTRIES[old.name]
-    names = [parameter.name for parameter in entry.effect.parameters]
-    neutral = {parameter.name: parameter.neutral for parameter in entry.effect.parameters}
+    effect = EFFECTS[old.name]
+    names = [parameter.name for parameter in effect.parameters]
+    neutral = {parameter.name: parameter.neutral for parameter in effect.parameters}
     a, b = neutral | dict(old.values), neutral | dict(new.values)
-    if any(
-        place.combine is Combine.LIST for place in entry.places
-    ):  # loads on the body: their centre
+    if effect.name == PAYLOAD:  # loads on the body: their centre
         mass = a["mass_kg"] + b["mass_kg"]
         share = b["mass_kg"] / mass if mass else 0.0
         values = [mass] + [(1 - share) * a[name] + share * b[name] for name in names[1:]]
         return WrittenEffect(old.name, old.leg, tuple(zip(names, values, strict=True)))
+    if effect.apart:
+        raise GapError(
+            f"{old.key} is there already, and two of it act one behind the other, which one table cannot "
+            "say; take the old one out of the robot file"
+        )
     values = []
-    for name, place in zip(names, entry.places, strict=False):
-        if place.combine is Combine.SET and a[name] != b[name]:
+    for name, how in zip(names, effect.combine, strict=True):
+        if how is Combine.SET and a[name] != b[name]:
             raise GapError(
                 f"{old.key} has {name} = {a[name]:g} already, and another at {b[name]:g} cannot be added; "
                 "take the old one out of the robot file"
             )
-        values.append(_COMBINED[place.combine](a[name], b[name]))
+        values.append(TOGETHER[how](a[name], b[name]))
     return WrittenEffect(old.name, old.leg, tuple(zip(names, values, strict=True)))
-
-
-_COMBINED: dict[Combine, Callable[[float, float], float]] = {
-    Combine.ADD: lambda a, b: a + b,
-    Combine.MULTIPLY: lambda a, b: a * b,
-    Combine.LEAST: min,
-    Combine.SET: lambda a, b: b,
-}

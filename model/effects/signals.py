@@ -1,6 +1,6 @@
-"""What passes a stage of the legged simulator, and what a user's effect of that stage gets and returns.
+"""What passes a stage of the chain, and what a user's effect of that stage gets and returns.
 
-F frames of N legs, arrays as in ``record.trial.trial``; body axes unless said. Return a changed copy
+F frames of N legs; body axes unless said. Return a changed copy
 (``dataclasses.replace``); never write into the arrays.
 """
 
@@ -11,7 +11,7 @@ from model.values.arrays import FloatArray
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ShaftSignals:
-    """Actuation, after the simulator's own servo.
+    """Actuation, after the chain's own servo.
 
     Attributes:
         time_s: (F,).
@@ -28,7 +28,7 @@ class ShaftSignals:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FootSignals:
-    """Kinematics, after the simulator's own linkage.
+    """Kinematics, after the chain's own linkage.
 
     Attributes:
         time_s: (F,).
@@ -98,7 +98,7 @@ class MotionSignals:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SensorSignals:
-    """Sensing, after the simulator's own sensors.
+    """Sensing, after the chain's own sensors.
 
     Attributes:
         time_s: (F,).

@@ -1,0 +1,107 @@
+"""What an effect is, a cause with its numbers at its place, and whether the two fit."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+from model.errors import GapError
+
+
+class Scope(Enum):
+    """What an effect can touch."""
+
+    ALL = "all"  # the machine as a whole
+    JOINT = "leg"  # one leg or joint (several: several causes, or one cause with several joints)
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One number of an effect.
+
+    Attributes:
+        name: As reports print it, with its unit as suffix, for example ``delay_s`` or ``ratio``.
+        unit: SI unit, empty for a ratio.
+        neutral: The value at which nothing happens.
+        lower: Smallest value that makes sense.
+        upper: Largest value that makes sense.
+        spread: Prior standard deviation about ``neutral``: what a builder of such machines would expect.
+        located: Whether it is a place along the world's x, to be sought where the machine went.
+    """
+
+    name: str
+    unit: str
+    neutral: float
+    lower: float
+    upper: float
+    spread: float
+    located: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class EffectNumbers:
+    """One thing that a model may lack, as far as a machine needs to know it.
+
+    Attributes:
+        name: Its name.
+        stage: The stage in which it acts.
+        parameters: Its numbers; none for a law that is there or not.
+        scopes: What it can touch.
+    """
+
+    name: str
+    stage: str
+    parameters: tuple[Parameter, ...]
+    scopes: tuple[Scope, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Cause:
+    """An effect with its numbers, at its place.
+
+    Attributes:
+        effect: Name of the effect.
+        joints: The joints that it touches; empty for the whole machine.
+        values: In the order of the effect's parameters.
+    """
+
+    effect: str
+    joints: tuple[str, ...]
+    values: tuple[float, ...]
+
+
+def check_cause(
+    cause: Cause, effect: EffectNumbers, joints: Sequence[str], part: str = "leg"
+) -> tuple[bool, ...]:
+    """Return which joints a cause touches, (N,).
+
+    Args:
+        cause: The cause.
+        effect: Its effect.
+        joints: Names of all N joints.
+        part: What they are called in messages.
+
+    Raises:
+        GapError: Its joints or values do not fit the effect.
+    """
+    if len(cause.values) != len(effect.parameters):
+        names = ", ".join(parameter.name for parameter in effect.parameters) or "no values"
+        raise GapError(f"{effect.name} takes {names}, not {len(cause.values)} values")
+    if not all(map(math.isfinite, cause.values)):
+        raise GapError(f"{effect.name}: values must be finite numbers, not {cause.values}")
+    for value, parameter in zip(cause.values, effect.parameters, strict=True):
+        if not parameter.lower <= value <= parameter.upper:
+            unit = f" {parameter.unit}" if parameter.unit else ""
+            raise GapError(
+                f"{effect.name}: {parameter.name} must be from {parameter.lower:g} to "
+                f"{parameter.upper:g}{unit}, not {value:g}"
+            )
+    unknown = [joint for joint in cause.joints if joint not in joints]
+    if unknown:
+        names = ", ".join(joints) or "none"
+        raise GapError(f"{effect.name}: {unknown[0]!r} is no {part}; {part}s are {names}")
+    if cause.joints and Scope.JOINT not in effect.scopes:
+        raise GapError(f"{effect.name} touches the whole robot; leave its {part}s out")
+    if not cause.joints and Scope.ALL not in effect.scopes:
+        raise GapError(f"{effect.name} touches single {part}s; name them")
+    return tuple(not cause.joints or joint in cause.joints for joint in joints)

@@ -1,0 +1,128 @@
+"""Sensors and clocks of a legged robot: what the truth reads as, and the truth behind a reading."""
+
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+
+from model.effects.grid import Grid
+from model.effects.settings import Settings
+from model.effects.signals import SensorSignals
+from model.motion.filters import at_times, lagged
+from model.motion.se2 import turned
+from model.values.arrays import FloatArray
+
+Signals = TypeVar("Signals", bound=SensorSignals)
+OF_FORCES = frozenset({"force_gain", "force_bias", "force_drift", "force_rotation"})
+
+
+def read_sensors(grid: Grid, truth: SensorSignals, settings: Settings) -> SensorSignals:
+    """Return what the sensors read when this is the truth."""
+    foot, body, angles = _in_marker_frame(truth, settings)
+    if settings.has("pose_delay", "clock_skew"):
+        (delay_s,), (ratio,) = (settings.whole(e) for e in ("pose_delay", "clock_skew"))
+        late = grid.time_s / ratio - delay_s
+        foot, body, angles = (at_times(grid.time_s, a, late) for a in (foot, body, angles))
+    signals = SensorSignals(
+        time_s=truth.time_s,
+        shaft_rad=truth.shaft_rad * settings.each("encoder_scale")[0],
+        foot_m=foot,
+        force_n=_read_force(grid, truth.force_n, settings),
+        body_m=body,
+        body_rad=angles,
+    )
+    for added in settings.at("sensing"):
+        signals = added.act(signals, added.values, added.legs)
+    return signals
+
+
+def true_signals(grid: Grid, read: Signals, settings: Settings) -> Signals:
+    """Return signals as they would have been with perfect sensors.
+
+    The inverse of ``read_sensors`` but for a low pass, which is taken as the delay that it mostly is. What
+    no sensor error touches stays the array that it is.
+    """
+    if settings.has("encoder_scale"):
+        read = replace(read, shaft_rad=read.shaft_rad / settings.each("encoder_scale")[0])
+    if settings.has(*OF_FORCES):
+        read = replace(read, force_n=true_forces(read.force_n, grid.time_s, settings))
+    if settings.has("force_delay", "force_lowpass"):
+        late_s = sum(settings.whole("force_delay") + settings.whole("force_lowpass"))
+        read = replace(read, force_n=at_times(grid.time_s, read.force_n, grid.time_s + late_s))
+    if settings.has("pose_delay", "clock_skew"):
+        (delay_s,), (ratio,) = (settings.whole(e) for e in ("pose_delay", "clock_skew"))
+        back = (grid.time_s + delay_s) * ratio
+        foot, body, angles = (
+            at_times(grid.time_s, a, back) for a in (read.foot_m, read.body_m, read.body_rad)
+        )
+        read = replace(read, foot_m=foot, body_m=body, body_rad=angles)
+    if settings.has("pose_yaw_offset", "pose_origin_offset"):
+        (turn,), (x_m, y_m) = (settings.whole(e) for e in ("pose_yaw_offset", "pose_origin_offset"))
+        yaw = np.array(turn)
+        roll, pitch, heading = read.body_rad.T
+        # a small tilt turns like a vector
+        angles = np.column_stack([*turned(roll, pitch, yaw), heading - yaw])
+        x, y = turned(read.foot_m[..., 0], read.foot_m[..., 1], yaw)
+        foot = np.stack([x + x_m, y + y_m, read.foot_m[..., 2]], axis=-1)
+        body = read.body_m - _arm(angles, x_m, y_m)
+        read = replace(read, foot_m=foot, body_m=body, body_rad=angles)
+    return read
+
+
+def true_forces(force_n: FloatArray, since_s: FloatArray | float, settings: Settings) -> FloatArray:
+    """Take gain, bias, drift and rotation of the transducers out of readings.
+
+    Args:
+        force_n: As the calibrated sensors report them, (..., N, 3).
+        since_s: Time since the run began, for drifts, (...,).
+        settings: What is added.
+
+    Returns:
+        (..., N, 3).
+    """
+    force = (force_n - _biases(since_s, settings)) / settings.each("force_gain").T
+    x, y = turned(force[..., 0], force[..., 1], settings.each("force_rotation")[0])
+    return np.stack([x, y, force[..., 2]], axis=-1)
+
+
+def _read_force(grid: Grid, force_n: FloatArray, settings: Settings) -> FloatArray:
+    x, y = turned(force_n[..., 0], force_n[..., 1], -settings.each("force_rotation")[0])
+    force = np.stack([x, y, force_n[..., 2]], axis=-1) * settings.each("force_gain").T
+    if settings.has("force_lowpass"):
+        known = np.isfinite(force)
+        (lag_s,) = settings.whole("force_lowpass")
+        smooth = lagged(np.where(known, force, 0.0), lag_s, grid.period_s, ramping=True)
+        force = np.where(known, smooth, np.nan)
+    if settings.has("force_delay"):
+        (delay_s,) = settings.whole("force_delay")
+        force = at_times(grid.time_s, force, grid.time_s - delay_s)
+    return force + _biases(grid.time_s, settings)
+
+
+def _biases(since_s: FloatArray | float, settings: Settings) -> FloatArray:
+    """What is added to readings at times (...,), (..., N, 3) [N]."""
+    x_n, y_n, z_n = settings.each("force_bias")
+    drifted = np.asarray(since_s)[..., None] * settings.each("force_drift")[0]
+    return np.stack([*np.broadcast_arrays(x_n, y_n, z_n + drifted)], axis=-1)
+
+
+def _in_marker_frame(
+    truth: SensorSignals, settings: Settings
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Feet, body and angles as the markers' frame has them."""
+    if not settings.has("pose_yaw_offset", "pose_origin_offset"):
+        return truth.foot_m, truth.body_m, truth.body_rad
+    (turn,), (x_m, y_m) = (settings.whole(e) for e in ("pose_yaw_offset", "pose_origin_offset"))
+    yaw = np.array(turn)
+    roll, pitch, heading = truth.body_rad.T
+    angles = np.column_stack([*turned(roll, pitch, -yaw), heading + yaw])
+    feet = turned(truth.foot_m[..., 0] - x_m, truth.foot_m[..., 1] - y_m, -yaw)
+    foot = np.stack([*feet, truth.foot_m[..., 2]], axis=-1)
+    return foot, truth.body_m + _arm(truth.body_rad, x_m, y_m), angles
+
+
+def _arm(angles: FloatArray, x_m: float, y_m: float) -> FloatArray:
+    """The markers' origin seen from the body's, world axes, (W, 3); tilts are small."""
+    roll, pitch, yaw = angles.T
+    x, y = turned(np.array(x_m), np.array(y_m), yaw)
+    return np.column_stack([x, y, roll * y_m - pitch * x_m])

@@ -1,0 +1,160 @@
+"""What causes add to the chain: every effect's numbers, combined, under the effect's name.
+
+An effect that nothing names, or whose numbers are neutral, is not there at all: stages do not compute what
+it would do, so neutral is bit for bit the chain as it stands. Settings compare and hash by value, so that
+stages can be remembered by them.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
+
+import numpy as np
+
+from model.effects.catalogue import EFFECTS, TOGETHER, ChainEffect, Combine
+from model.effects.causes import Cause, EffectNumbers, check_cause
+from model.errors import GapError
+from model.values.arrays import FloatArray
+
+Rows = tuple[tuple[float, ...], ...]
+
+
+class UsersEffect(Protocol):
+    """An effect of a user's own, see ``gap.effect_file``."""
+
+    @property
+    def effect(self) -> EffectNumbers:
+        """Its name, stage, numbers and scopes."""
+        ...
+
+    @property
+    def act(self) -> Callable[..., Any]:
+        """``act(signals, values, legs)`` returns changed signals of the stage."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Added:
+    """A user's effect in use: called with the signals of its stage, its values and its legs.
+
+    Attributes:
+        stage: Where it acts.
+        act: ``act(signals, values, legs) -> signals``.
+        values: In the order of its parameters.
+        legs: Which legs, (N,) of True and False.
+    """
+
+    stage: str
+    act: Callable[..., Any]
+    values: tuple[float, ...]
+    legs: tuple[bool, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """Everything that is added to a robot of N legs.
+
+    Attributes:
+        legs: N.
+        acting: The effects that do anything, in the order of the catalogue: name, and a row a parameter
+            of N numbers, or of one if it touches the whole robot; of effects whose causes act apart,
+            these rows for each cause.
+        added: Users' effects.
+    """
+
+    legs: int
+    acting: tuple[tuple[str, Rows], ...] = ()
+    added: tuple[Added, ...] = ()
+
+    def has(self, *effects: str) -> bool:
+        """Whether any of some effects acts."""
+        return any(name in effects for name, _ in self.acting)
+
+    def whole(self, effect: str) -> tuple[float, ...]:
+        """Return the numbers of an effect of the whole robot, in the order of its parameters."""
+        return tuple(row[0] for row in self._rows(effect))
+
+    def each(self, effect: str) -> FloatArray:
+        """Return the numbers of an effect of single legs, a row of N a parameter."""
+        return np.array(self._rows(effect))
+
+    def apart(self, effect: str) -> tuple[Rows, ...]:
+        """Return the rows of each cause of an effect whose causes act apart."""
+        rows = dict(self.acting).get(effect, ())
+        count = len(EFFECTS[effect].parameters)
+        return tuple(rows[i : i + count] for i in range(0, len(rows), count))
+
+    def at(self, stage: str) -> tuple[Added, ...]:
+        """Return the users' effects of a stage."""
+        return tuple(added for added in self.added if added.stage == stage)
+
+    def with_whole(self, effect: str, *values: float) -> "Settings":
+        """Return settings with other numbers of an effect of the whole robot that acts."""
+        rows = tuple((value,) for value in values)
+        acting = tuple((name, rows if name == effect else old) for name, old in self.acting)
+        return replace(self, acting=acting)
+
+    def _rows(self, effect: str) -> Rows:
+        for name, rows in self.acting:
+            if name == effect:
+                return rows
+        return EFFECTS[effect].neutral(self.legs)
+
+
+def settings_of(
+    causes: Sequence[Cause], legs: tuple[str, ...], added: Sequence[UsersEffect] = ()
+) -> Settings:
+    """Combine causes.
+
+    Args:
+        causes: Any number; two of one effect act together.
+        legs: Names of the legs.
+        added: Users' effects that causes may name too.
+
+    Raises:
+        GapError: A cause is not of the catalogue, or its joints or values do not fit.
+    """
+    users = {user.effect.name: user for user in added}
+    rows: dict[str, Rows] = {}
+    extra = []
+    for cause in causes:
+        if cause.effect in users:
+            user = users[cause.effect]
+            mask = check_cause(cause, user.effect, legs)
+            extra.append(Added(user.effect.stage, user.act, cause.values, mask))
+        elif cause.effect in EFFECTS:
+            effect = EFFECTS[cause.effect]
+            mask = check_cause(cause, effect, legs)
+            rows[effect.name] = _combined(effect, rows.get(effect.name), cause.values, mask)
+        else:
+            known = ", ".join([*EFFECTS, *users])
+            raise GapError(f"{cause.effect!r} is no effect of this simulator; known are {known}")
+    acting = tuple(
+        (name, rows[name])
+        for name, effect in EFFECTS.items()
+        if name in rows and _acts(effect, rows[name], len(legs))
+    )
+    return Settings(len(legs), acting, tuple(extra))
+
+
+def _combined(
+    effect: ChainEffect, before: Rows | None, values: tuple[float, ...], mask: tuple[bool, ...]
+) -> Rows:
+    old = effect.neutral(len(mask)) if before is None or effect.apart else before
+    rows = tuple(
+        tuple(
+            TOGETHER[how](number, value) if touched else number
+            for number, touched in zip(
+                row, mask, strict=False
+            )  # a whole robot's row has one number
+        )
+        for row, value, how in zip(old, values, effect.combine, strict=True)
+    )
+    return (*(before or ()), *rows) if effect.apart else rows
+
+
+def _acts(effect: ChainEffect, rows: Rows, legs: int) -> bool:
+    """Whether numbers do anything: those that only say where or how fast do not by themselves."""
+    causes = len(rows) // max(len(effect.parameters), 1)
+    known = zip(rows, effect.neutral(legs) * causes, effect.combine * causes, strict=True)
+    return not rows or any(row != none for row, none, how in known if how is not Combine.SET)
