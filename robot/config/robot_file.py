@@ -13,6 +13,7 @@ import numpy as np
 
 from drivers.settings import ForceSensorSettings, ServoBusSettings
 from gaits.catalog import make_gait
+from gaits.names import GAIT_NAMES
 from model.errors import ConfigError
 from model.parameters.effects import read_effects
 from model.parameters.robot import (
@@ -156,7 +157,7 @@ def parse_robot(text: str) -> RobotConfig:
         metachronal=_metachronal(gait_table.table("metachronal")),
     )
     gait_table.done()
-    for gait in ("tripod", "metachronal"):
+    for gait in GAIT_NAMES:
         make_gait(gait, parameters)  # refuses what cannot be a gait
     loop = _loop(top.table("loop"))
     safety_table = top.maybe_table("safety")
