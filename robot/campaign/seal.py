@@ -15,7 +15,7 @@ from typing import Any
 from model.errors import ConfigError, RecordError
 from record.toml_file import toml_text
 from robot.campaign.plan import Case
-from robot.console.extras import how_to_install
+from robot.console.installed import how_to_install
 from sim_hw.twin.catalog import EFFECTS
 from sim_hw.twin.effects import find_kind
 

@@ -9,10 +9,11 @@ from pathlib import Path
 from model.errors import ConfigError, RecordError
 from record.whole_file import check_room
 from robot.console.exit_codes import ExitCode
-from robot.console.plain_json import plain
+from robot.console.json_output import plain
 from robot.console.screen_fit import columns_of
+from robot.console.table import row_lines
 from robot.report.long_log import read_summary
-from robot.report.summary_text import summary_rows, table_lines
+from robot.report.summary_text import summary_rows
 
 
 def show(options: argparse.Namespace) -> ExitCode:
@@ -33,7 +34,7 @@ def show(options: argparse.Namespace) -> ExitCode:
         print(json.dumps(plain(asdict(summary)), indent=2))
         return ExitCode.OK
     rows = summary_rows(summary)
-    for line in table_lines(rows, columns_of(sys.stdout)):
+    for line in row_lines(rows, columns_of(sys.stdout)):
         print(line)
     from robot.report.page import render_page
     from robot.report.plots import draw_log, save_png

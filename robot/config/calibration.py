@@ -21,7 +21,7 @@ CALIBRATION_KEY = "force_calibration"  # of a log's metadata
 
 def format_calibration(calibration: ForceCalibration) -> str:
     """Return the text of a calibration file."""
-    known = np.isfinite(calibration.unloaded).all(axis=(1, 2))
+    known = [bool(np.isfinite(one).all()) for one in calibration.unloaded]
     head = (
         "Force sensors to foot wrenches, made by bigant ft. Sensor axes; N and N m.",
         "foot wrench = (I + correction) (reading - unloaded(shaft angle))",

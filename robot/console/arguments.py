@@ -10,8 +10,6 @@ if TYPE_CHECKING:
 
 Request = TypeVar("Request", bound="DataclassInstance")
 
-GAITS = ("tripod", "metachronal")
-
 
 def parsed(options: argparse.Namespace, kind: type[Request]) -> Request:
     """Return what was asked for as a command's own frozen dataclass; the parser's values end here.

@@ -3,13 +3,13 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from gaits.names import GAIT_NAMES
 from model.errors import ConfigError
 
 if TYPE_CHECKING:
     from gap.machines.legged.runs import LeggedProposer
     from robot.config.robot_file import RobotConfig
 
-GAITS = ("tripod", "metachronal")
 NOTE = "gaits and servo limits are those of config/bigant.toml: the runs' robot file has none to drive by"
 
 
@@ -37,7 +37,7 @@ def proposer_of(text: str, file: Path | None) -> "tuple[LeggedProposer, str]":
             f"the robot file of the runs has no gaits, and those of {', '.join(own.legs.names)} do not "
             "fit its legs; add [gait] and [servo] to it"
         )
-    gaits = {name: make_gait(name, own) for name in GAITS}
+    gaits = {name: make_gait(name, own) for name in GAIT_NAMES}
     proposer = LeggedProposer(
         legs=machine.legs.names,
         gaits=gaits,

@@ -9,7 +9,7 @@ from gap.diagnosis.findings import Diagnosis, NamedCause, Verdict
 from gap.diagnosis.verdict import cause_words
 from gap.interfaces import place_words
 from gap.rounding import percent_words
-from robot.console.lines import WIDTH, wrapped
+from robot.console.screen_fit import WIDTH, wrapped
 from robot.gap_report.faults import fault_groups
 from robot.gap_report.words import (
     LEGGED_SIMULATORS,

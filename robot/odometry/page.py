@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from robot.console.number_text import number_text
+from robot.console.table import number_text
 from robot.odometry.compare import Comparison
 from robot.odometry.figure import drawing
 from robot.odometry.metrics import LENGTHS_M

@@ -23,13 +23,12 @@ from record.log.topic_reader import read_tick_messages
 from robot.cli.drive import VIRTUAL, Drive, drive_plan
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
-from robot.console.number_text import number_text
-from robot.console.plain_json import plain
+from robot.console.json_output import plain
 from robot.console.progress import ProgressLine
+from robot.console.table import number_text, row_lines
 from robot.control.controller import Controller
 from robot.replay.repeat import Repeat, compare_runs, overlay
 from robot.report.run_date import date_words
-from robot.report.summary_text import table_lines
 from robot.run.header import rebuild_controller
 from robot.run.operator import Interrupts
 
@@ -136,7 +135,7 @@ def drive_again(options: argparse.Namespace) -> ExitCode:
         values = {**asdict(found), "old_log": str(options.path), "new_log": str(plan.log_path)}
         print(json.dumps(plain({**values, "pictures": [str(p) for p in pictures]}), indent=2))
         return code
-    for line in (*leg_table(found), *table_lines(body_rows(found))):
+    for line in (*leg_table(found), *row_lines(body_rows(found))):
         print(line)
     print("pictures: " + ", ".join(str(path) for path in pictures))
     return code

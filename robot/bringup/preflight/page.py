@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from robot.bringup.preflight.finding import Finding, Verdict, count_line
-from robot.console.versions import version_lines
+from robot.console.installed import version_lines
 from robot.report.page import grid_table, heading, page_frame, rows_table, section
 
 if TYPE_CHECKING:

@@ -87,7 +87,7 @@ def _sizes(one: "Alone", simulator: "Simulator", joint: str) -> str:
 def _plain(one: "Alone", simulator: "Simulator") -> dict[str, object]:
     from dataclasses import asdict
 
-    from robot.console.plain_json import plain
+    from robot.console.json_output import plain
 
     effects = {effect.name: effect for effect in simulator.effects}
     return {

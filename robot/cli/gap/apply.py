@@ -187,7 +187,7 @@ def _lines(out: Path, found: "ReadDiagnosis", edited: "Edited", far: "HowFar | N
 def _as_json(out: Path, edited: "Edited", far: "HowFar | None") -> object:
     from dataclasses import asdict
 
-    from robot.console.plain_json import plain
+    from robot.console.json_output import plain
     from robot.control.effect_uses import USES
 
     gap = None

@@ -73,7 +73,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     from gap.diagnosis.findings import Verdict
     from model.errors import ConfigError
     from record.whole_file import check_room
-    from robot.console.lines import terminal_width
+    from robot.console.screen_fit import terminal_width
     from robot.gap_report.summary import summary_lines
     from robot.gap_report.trials import read_trials, simulator_for
     from robot.report.page import write_page

@@ -53,7 +53,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     import json
     import sys
 
-    from robot.console.lines import terminal_width, wrapped
+    from robot.console.screen_fit import terminal_width, wrapped
     from robot.gap_report.runs import proposer_of
     from robot.gap_report.trials import read_trials, robot_text, simulator_for, users_effects
 
@@ -277,7 +277,7 @@ def _as_json(
 ) -> object:
     from dataclasses import asdict
 
-    from robot.console.plain_json import plain
+    from robot.console.json_output import plain
 
     names = {e.name: [p.name for p in e.parameters] for e in simulator.effects}
     return plain({

@@ -6,6 +6,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from gaits.names import GAIT_NAMES, METACHRONAL, TRIPOD
 from model.errors import ConfigError, RecordError
 from robot.console.arguments import seed
 from robot.console.exit_codes import ExitCode
@@ -28,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--only", action="append", default=[], metavar="NAME",
                         help="draw only this figure; may be given several times")  # fmt: skip
     parser.add_argument("--list", action="store_true", help="list the figures and end")
-    for gait in ("tripod", "metachronal"):
+    for gait in GAIT_NAMES:
         parser.add_argument(f"--{gait}", type=Path, metavar="LOG",
                             help=f"use this log in place of a virtual {gait} walk")  # fmt: skip
     parser.add_argument("--cycles", type=float, default=3.0, metavar="N",
@@ -62,7 +63,7 @@ def run(options: argparse.Namespace) -> ExitCode:
         raise ConfigError("--cycles", f"must be a positive number, not {options.cycles:g}")
     from robot.config.robot_file import load_robot
 
-    given = (("tripod", options.tripod), ("metachronal", options.metachronal))
+    given = ((TRIPOD, options.tripod), (METACHRONAL, options.metachronal))
     logs = tuple((gait, path) for gait, path in given if path is not None)
     sources = Sources(
         load_robot(options.robot), options.cycles, options.seed, logs, options.benchmark

@@ -6,6 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from gaits.names import GAIT_NAMES
 from model.errors import ConfigError
 from robot.console.exit_codes import ExitCode
 
@@ -26,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--legs", type=int, metavar="N", help="legs of a disk or multipod, contacts of slither"
     )
-    parser.add_argument("--gait", choices=("tripod", "metachronal"), help="of bigant (tripod)")
+    parser.add_argument("--gait", choices=GAIT_NAMES, help="of bigant (tripod)")
     parser.add_argument("--robot", type=Path, metavar="FILE", help="robot file of bigant")
     parser.add_argument("--cycles", type=float, metavar="N", help="length of the motion")
     parser.add_argument("--law", choices=LAW_NAMES, default="viscous", help="friction (viscous)")
@@ -72,10 +73,10 @@ def run(options: argparse.Namespace) -> ExitCode:
         if out is not None:
             _write(predictions, out)
         return ExitCode.OK
-    from robot.report.summary_text import table_lines
+    from robot.console.table import row_lines
     from robot.study.model_summary import prediction_rows
 
-    for line in table_lines(prediction_rows(predictions)):
+    for line in row_lines(prediction_rows(predictions)):
         print(line)
     out = out if out is not None else Path(f"model_{options.system}.png")
     _write(predictions, out)
