@@ -23,6 +23,7 @@ WHY_APART = (
     "counted end to end, where it shows in other stages too"
 )
 LEGGED_SIMULATORS = frozenset({"legged", "mujoco"})
+NOT_LEGGED = "one with another load or another speed"
 ENOUGH = f"{ENOUGH_SEPARATION:.0f}"
 
 
@@ -57,7 +58,7 @@ def stage_note(d: Diagnosis) -> str:
 
 def which_run(d: Diagnosis, command: str) -> str:
     """Say how to come by the run that tells: only of legged robots the runs are known."""
-    return command if d.simulator in LEGGED_SIMULATORS else "one with another load or another speed"
+    return command if d.simulator in LEGGED_SIMULATORS else NOT_LEGGED
 
 
 def size_words(one: Detectable) -> str:

@@ -72,11 +72,10 @@ def run(options: argparse.Namespace) -> ExitCode:
     """
     from gap.diagnosis.findings import Verdict
     from model.errors import ConfigError
-    from record.whole_file import check_room
+    from record.whole_file import check_room, write_text
     from robot.console.screen_fit import terminal_width
     from robot.gap_report.summary import summary_lines
     from robot.gap_report.trials import read_trials, simulator_for
-    from robot.report.page import write_page
 
     check_json(options.json)
     check_room(None if to_stdout(options.json) else options.json, "--json")
@@ -114,7 +113,7 @@ def run(options: argparse.Namespace) -> ExitCode:
 
         today = datetime.now(tz=UTC).astimezone().date()
         subject = subject_of(trials[0], options.trials, options.reference, today)
-        write_page(options.html, diagnosis_page(found, subject))
+        write_text(options.html, diagnosis_page(found, subject), "--html")
     if not to_stdout(options.json) and options.html is not None:
         print(f"page: {options.html}")
     return ExitCode.VERDICT_FAILED if found.verdict is Verdict.UNEXPLAINED else ExitCode.OK
