@@ -16,7 +16,7 @@ from model.values.faults import FaultKind, StopReason
 from model.values.tick import Intent, Mode, Request, Tick
 from robot.config.robot_file import DEFAULT_ROBOT_FILE, RobotConfig, parse_robot
 from robot.control.controller import Controller
-from robot.report.page import grid_table, heading, page_frame
+from robot.report.page import Section, report_page
 from robot.run.hardware import open_in_memory
 from robot.run.loop import run
 from robot.run.rig import Rig
@@ -391,13 +391,12 @@ def table(rows: list[Row]) -> str:
 def matrix_page(cells: Sequence[Sequence[str]]) -> str:
     """Return the table as an HTML report."""
     plain = [[cell.replace("`", "") for cell in row] for row in cells]
-    title = "Fault matrix"
     kinds = len({row[0] for row in plain})
     note = (
         f"{len(plain)} scripted cases of {kinds} kinds of faults, in a walk on virtual devices, "
         "virtual time"
     )
-    return page_frame(title, [heading(title, note), grid_table(HEAD, plain)])
+    return report_page("Fault matrix", note, [Section("", plain, HEAD)])
 
 
 def committed() -> list[tuple[str, ...]]:

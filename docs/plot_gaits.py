@@ -6,7 +6,8 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from gaits.catalog import GAIT_NAMES, make_gait
+from gaits.catalog import make_gait
+from gaits.names import GAIT_NAMES
 from model.values.arrays import FloatArray
 from robot.config.robot_file import load_robot
 

@@ -3,10 +3,9 @@
 from gaits.buehler import BuehlerTripod
 from gaits.gait import Gait
 from gaits.metachronal import Metachronal
+from gaits.names import GAIT_NAMES, METACHRONAL, TRIPOD
 from model.errors import ConfigError
 from model.parameters.robot import RobotParameters
-
-GAIT_NAMES = ("tripod", "metachronal")
 
 
 def make_gait(name: str, robot: RobotParameters) -> Gait:
@@ -15,8 +14,8 @@ def make_gait(name: str, robot: RobotParameters) -> Gait:
     Raises:
         ConfigError: There is no such gait, or its parameters make none.
     """
-    if name == "tripod":
+    if name == TRIPOD:
         return BuehlerTripod(robot.tripod, robot.legs)
-    if name == "metachronal":
+    if name == METACHRONAL:
         return Metachronal(robot.metachronal, robot.legs)
     raise ConfigError("gait", f"{name!r} is no gait; choose {' or '.join(GAIT_NAMES)}")

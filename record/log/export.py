@@ -25,7 +25,7 @@ from record.trial.header import (
     parse_toml,
     write_header,
 )
-from record.trial.table_file import Column, TableWriter, check_suffix, copy_table
+from record.trial.table_file import Column, check_suffix, copy_table, table_writer
 
 BLOCK_TICKS = 1000
 
@@ -73,7 +73,7 @@ def export_table(
         RecordError: The log cannot be read, or the table cannot be written.
     """
     start_ns: int | None = None
-    with TableWriter(out) as writer:
+    with table_writer(out) as writer:
         for block in _blocks(path, contents):
             start_ns = contents.start_unix_ns(block[0].unix_ns) if start_ns is None else start_ns
             writer.write(table_columns(block, _names(block, contents), start_ns, groups))
@@ -95,7 +95,7 @@ def export_trial(path: Path, out: Path, contents: LogContents) -> tuple[Exported
     names: tuple[str, ...] = ()
     last_yaw, start_ns, times_s = np.nan, -1, []
     try:
-        with TableWriter(whole) as writer:
+        with table_writer(whole) as writer:
             for block in _blocks(path, contents):
                 if start_ns < 0:
                     names = _names(block, contents)

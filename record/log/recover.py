@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from model.errors import RecordError
-from record.log.rewrite import LogCopy
+from record.log.rewrite import log_copy
 from record.log.salvage import Damage, Pass, read_records
 
 
@@ -33,18 +33,9 @@ def repair(path: Path, out: Path, progress: Pass | None = None) -> Repair:
         RecordError: Nothing can be read, or the file cannot be written.
     """
     done = progress if progress is not None else Pass()
-    with LogCopy(out, inputs=(path,)) as copy:
+    with log_copy(out, inputs=(path,)) as copy:
         for record in read_records(path, done):
             copy.add(record)
         if copy.messages == 0:
             raise RecordError(f"nothing in {path} can be read")
     return Repair(copy.messages, tuple(done.damages))
-
-
-def recover(path: Path, out: Path) -> int:
-    """Repair a log; return the number of messages kept.
-
-    Raises:
-        RecordError: As ``repair``.
-    """
-    return repair(path, out).kept

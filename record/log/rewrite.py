@@ -1,37 +1,24 @@
 """Copying records of logs into a new log, without decoding what is in them."""
 
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
 
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
+from mcap.writer import Writer as McapWriter
 
 from model.errors import RecordError
 from record.log.salvage import Content
-from record.log.writer import LIBRARY, mcap_writer, open_log_file
+from record.log.writer import LIBRARY, mcap_writer
+from record.whole_file import whole_file
 
 
 class LogCopy:
-    """A new log that is filled with records of others; appears under its name only when it is complete.
+    """A new log that is filled with records of others; made by ``log_copy``."""
 
-    Args:
-        out: The file to write.
-        inputs: The files that are read meanwhile, which must not be overwritten.
-
-    Raises:
-        RecordError: The file cannot be written, or is one of the inputs.
-    """
-
-    def __init__(self, out: Path, inputs: tuple[Path, ...]) -> None:
-        if any(path.resolve() == out.resolve() for path in inputs):
-            raise RecordError(f"{out} is the log itself; choose another file to write to")
+    def __init__(self, writer: McapWriter) -> None:
         self.messages = 0
-        self._out = out
-        self._part = out.with_name(out.name + ".part")
-        self._file = open_log_file(self._part, "--out")
-        self._writer = mcap_writer(self._file)
-        self._writer.start(profile="ros2", library=LIBRARY)
+        self._writer = writer
         self._schemas: dict[tuple[str, bytes], int] = {}
         self._channels: dict[tuple[str, int], int] = {}
         self.begin_source()
@@ -42,19 +29,7 @@ class LogCopy:
         self._channel_of: dict[int, int] = {}
 
     def add(self, record: Content) -> None:
-        """Write one record.
-
-        Raises:
-            RecordError: The disk is full.
-        """
-        try:
-            self._add(record)
-        except OSError as error:
-            raise RecordError(
-                f"the log {self._out} can no longer be written: {error.strerror}; make room"
-            ) from error
-
-    def _add(self, record: Content) -> None:
+        """Write one record."""
         if isinstance(record, Message):
             self.messages += 1
             self._writer.add_message(
@@ -96,30 +71,22 @@ class LogCopy:
         """Write metadata of our own."""
         self._writer.add_metadata(name, dict(sorted(metadata.items())))
 
-    def __enter__(self) -> "LogCopy":
-        return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Finish the file, or leave none behind after an error."""
-        if kind is not None:
-            self._discard()
-            return
-        try:
-            self._writer.finish()  # type: ignore[no-untyped-call]
-            self._file.close()
-            self._part.replace(self._out)
-        except OSError as failure:
-            self._discard()
-            raise RecordError(
-                f"the log {self._out} cannot be written: {failure.strerror}; choose another --out"
-            ) from failure
+@contextmanager
+def log_copy(out: Path, inputs: tuple[Path, ...]) -> Iterator[LogCopy]:
+    """Yield a new log; it appears under its name when the block is done.
 
-    def _discard(self) -> None:
-        with suppress(OSError):  # what cannot be flushed any more is thrown away in the next line
-            self._file.close()
-        self._part.unlink(missing_ok=True)
+    Args:
+        out: The file to write.
+        inputs: The files that are read meanwhile, which must not be overwritten.
+
+    Raises:
+        RecordError: The file cannot be written, or is one of the inputs.
+    """
+    if any(path.resolve() == out.resolve() for path in inputs):
+        raise RecordError(f"{out} is the log itself; choose another file to write to")
+    with whole_file(out) as part, part.open("wb") as file:
+        writer = mcap_writer(file)
+        writer.start(profile="ros2", library=LIBRARY)
+        yield LogCopy(writer)
+        writer.finish()  # type: ignore[no-untyped-call]

@@ -7,7 +7,7 @@ from mcap.records import Attachment, Message, Metadata
 
 from model.errors import ConfigError, RecordError
 from record.log.recover import Repair
-from record.log.rewrite import LogCopy
+from record.log.rewrite import log_copy
 from record.log.salvage import Pass, read_records
 from record.log.survey import LogSurvey, survey_log
 from record.log.writer import CONFIG_NAME, METADATA_NAME, NAMES_KEY, START_KEY, START_UNIX_KEY
@@ -37,7 +37,7 @@ def cut_log(
     done = progress if progress is not None else Pass()
     start_ns: int | None = None
     first_s = last_s = float("nan")
-    with LogCopy(out, inputs=(path,)) as copy:
+    with log_copy(out, inputs=(path,)) as copy:
         for record in read_records(path, done):
             if isinstance(record, Metadata) and record.name == METADATA_NAME:
                 text = record.metadata.get(START_UNIX_KEY, "")
@@ -79,7 +79,7 @@ def merge_logs(paths: tuple[Path, ...], out: Path, progress: Pass | None = None)
         _check_fit(first, second)
     done = progress if progress is not None else Pass()
     damages = tuple(damage for part in parts for damage in part.damages)
-    with LogCopy(out, inputs=paths) as copy:
+    with log_copy(out, inputs=paths) as copy:
         for number, part in enumerate(parts):
             copy.begin_source()
             _begin_pass(done)

@@ -3,11 +3,10 @@
 A sample that is missing is NaN in Parquet and an empty field in CSV.
 """
 
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Protocol
 
 import numpy as np
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 
 from model.errors import RecordError
 from model.values.arrays import FloatArray
+from record.whole_file import whole_file
 
 SUFFIXES = (".parquet", ".csv")
 BLOCK_ROWS = 10_000  # written at once: a table may be larger than what memory there is
@@ -91,70 +91,50 @@ def check_suffix(path: Path) -> None:
 
 
 class TableWriter:
-    """Writes a table block by block; the file appears under its name when it is complete.
+    """Writes a table block by block; made by ``table_writer``."""
 
-    Args:
-        path: A .parquet or .csv file.
-
-    Raises:
-        RecordError: It is neither, or cannot be written (from any method).
-    """
-
-    def __init__(self, path: Path) -> None:
-        check_suffix(path)
+    def __init__(self, part: Path) -> None:
         self.rows = 0
-        self._path = path
-        self._part = path.with_name(path.name + ".part")
+        self._part = part
         self._sink: Any = None
 
     def write(self, columns: Sequence[Column]) -> None:
         """Write the next rows; every block has the same columns."""
-        csv = self._path.suffix == ".csv"
+        csv = self._part.suffix == ".csv"
         arrays = [_arrow(column.values, nan_is_null=csv) for column in columns]
         self.write_batch(pa.RecordBatch.from_arrays(arrays, names=[c.name for c in columns]))
 
     def write_batch(self, batch: Any) -> None:
         """Write rows that are Arrow's already."""
-        try:
-            if self._sink is None:
-                self._sink = self._open(batch.schema)
-            self._sink.write_batch(batch)
-        except OSError as error:
-            raise self._trouble(error) from error
+        if self._sink is None:
+            self._sink = self._open(batch.schema)
+        self._sink.write_batch(batch)
         self.rows += batch.num_rows
 
     def _open(self, schema: Any) -> Any:
-        if self._path.suffix == ".csv":
+        if self._part.suffix == ".csv":
             return pacsv.CSVWriter(str(self._part), schema)
         return pq.ParquetWriter(str(self._part), schema, compression="zstd")
 
-    def _trouble(self, error: OSError) -> RecordError:
-        reason = (
-            error.strerror or str(error).rpartition("] ")[2]
-        )  # Arrow's words end: [errno 2] why
-        return RecordError(f"{self._path} cannot be written: {reason}; choose another --out")
+    def close(self) -> None:
+        """Finish the file."""
+        if self._sink is not None:
+            self._sink.close()
 
-    def __enter__(self) -> "TableWriter":
-        return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Finish the file, or leave none behind after an error."""
-        try:
-            if self._sink is not None:
-                self._sink.close()
-            if kind is None:
-                self._part.replace(self._path)
-        except OSError as failure:
-            if kind is None:
-                raise self._trouble(failure) from failure
-        finally:
-            with suppress(OSError):  # there may never have been one
-                self._part.unlink()
+@contextmanager
+def table_writer(path: Path) -> Iterator[TableWriter]:
+    """Yield a writer of a table; the file appears under its name when the block is done.
+
+    Args:
+        path: A .parquet or .csv file.
+
+    Raises:
+        RecordError: It is neither, or cannot be written.
+    """
+    check_suffix(path)
+    with whole_file(path) as part, closing(TableWriter(part)) as writer:
+        yield writer
 
 
 def _arrow(values: NDArray[Any], *, nan_is_null: bool) -> Any:
@@ -170,7 +150,7 @@ def write_table(path: Path, columns: Sequence[Column]) -> None:
         RecordError: The file cannot be written.
     """
     rows = len(columns[0].values) if columns else 0
-    with TableWriter(path) as writer:
+    with table_writer(path) as writer:
         for first in range(0, max(rows, 1), BLOCK_ROWS):
             block = slice(first, first + BLOCK_ROWS)
             writer.write([Column(column.name, column.values[block]) for column in columns])
@@ -249,6 +229,6 @@ def copy_table(path: Path, out: Path, names: Sequence[str]) -> None:
     Raises:
         RecordError: The file cannot be written.
     """
-    with TableWriter(out) as writer:
+    with table_writer(out) as writer:
         for batch in pq.ParquetFile(path).iter_batches(batch_size=4096, columns=list(names)):
             writer.write([Column(n, batch.column(n).to_numpy(zero_copy_only=False)) for n in names])

@@ -29,7 +29,7 @@ from typing import Any
 
 import numpy as np
 
-from gaits.catalog import GAIT_NAMES
+from gaits.names import GAIT_NAMES
 from model.errors import ConfigError
 from model.parameters.toml_table import Table
 from robot.config.robot_file import RobotConfig, load_robot

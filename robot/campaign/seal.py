@@ -13,8 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from model.errors import ConfigError, RecordError
+from record.toml_file import toml_text
 from robot.campaign.plan import Case
-from robot.console.extras import how_to_install
+from robot.console.installed import how_to_install
 from sim_hw.twin.catalog import EFFECTS
 from sim_hw.twin.effects import find_kind
 
@@ -141,15 +142,14 @@ def unseal(folder: Path, key: bytes) -> Labels:
 
 def labels_toml(labels: Labels) -> str:
     """Return labels as TOML."""
-    lines = []
-    for name, case in json.loads(labels.text)["cases"].items():
-        lines += [f'[cases."{name}"]', f'kind = "{case["kind"]}"', f"seeds = {case['seeds']}"]
-        for effect in case["effects"]:
-            lines += [f'[[cases."{name}".effects]]', f'name = "{effect["name"]}"']
-            lines += [f'stage = "{effect["stage"]}"', f'leg = "{effect["leg"]}"']
-            lines += [f"{key} = {value!r}" for key, value in effect["parameters"].items()]
-        lines.append("")
-    return "\n".join(lines)
+    cases = json.loads(labels.text)["cases"]
+    for case in cases.values():
+        del case["robot"]
+        case["effects"] = [
+            {**{key: effect[key] for key in ("name", "stage", "leg")}, **effect["parameters"]}
+            for effect in case["effects"]
+        ]
+    return toml_text({"cases": cases})
 
 
 def _fernet() -> Any:

@@ -117,8 +117,8 @@ def run(options: argparse.Namespace) -> ExitCode:
     else:
         print(count_line(findings))
     if options.html is not None:
+        from record.whole_file import write_text
         from robot.bringup.preflight.page import check_page
-        from robot.report.page import write_page
         from robot.report.run_date import utc_words
 
         page = check_page(
@@ -129,7 +129,7 @@ def run(options: argparse.Namespace) -> ExitCode:
             robot_file=_short(options.robot),
             date=utc_words(time.time_ns()),
         )
-        write_page(options.html, page)
+        write_text(options.html, page, "--html")
         if not options.json:
             print(f"page: {options.html}")
     bad = any(finding.verdict is Verdict.FAIL for finding in findings)

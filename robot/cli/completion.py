@@ -10,7 +10,7 @@ from pathlib import Path
 
 from model.errors import ConfigError
 from robot.console.exit_codes import ExitCode
-from robot.console.extras import how_to_install
+from robot.console.installed import how_to_install
 
 SHELLS = ("bash", "zsh", "fish")
 PACKAGE = "shtab"

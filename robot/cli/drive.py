@@ -20,12 +20,11 @@ from record.log.versions import software_versions
 from record.log.writer import LogWriter
 from robot.bringup.force.unit import check_no_unit, unit_settings
 from robot.config.robot_file import RobotConfig, load_robot
-from robot.console.busy_computer import busy_words
-from robot.console.earlier_file import keep_earlier
 from robot.console.exit_codes import ExitCode, exit_code_of
-from robot.console.program_output import complain, stop_output
+from robot.console.program_output import complain, keep_earlier, stop_output
 from robot.control.controller import Controller
 from robot.control.effect_uses import true_forces_of, unused_notes
+from robot.report.summary_text import busy_words
 from robot.run.force_units import UNITS_KEY, units_text
 from robot.run.hardware import open_in_memory, open_real, open_virtual
 from robot.run.header import controller_metadata, wire_metadata

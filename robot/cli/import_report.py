@@ -12,7 +12,7 @@ from record.trial.header import TrialHeader
 from record.trial.import_table import ImportReport
 from record.trial.table_file import Column
 from record.trial.trial import Trial, build_trial
-from robot.console.plain_json import plain
+from robot.console.json_output import plain
 
 SHOWN_ROWS = 10
 

@@ -11,11 +11,12 @@ from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
+from gaits.names import GAIT_NAMES
 from model.errors import BigantError, BusError, ForceStreamError, RecordError
 from robot.cli.commands import HelpFormatter, add_commands, epilog_of, run_command
 from robot.cli.help_pages import page_hint
 from robot.cli.parser import CommandParser
-from robot.console.arguments import GAITS, add_robot, add_scenario, positive, seed, steer
+from robot.console.arguments import add_robot, add_scenario, positive, seed, steer
 from robot.console.compile_line import show_compiling
 from robot.console.exit_codes import ExitCode
 from robot.console.program_output import complain, stop_output
@@ -94,7 +95,7 @@ class _Version(argparse.Action):
         super().__init__(option_strings, dest, nargs=0, help=help, default=argparse.SUPPRESS)
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object, **__: object) -> None:
-        from robot.console.versions import version_lines
+        from robot.console.installed import version_lines
 
         print("\n".join(version_lines()))
         parser.exit()
@@ -161,7 +162,7 @@ def _add_drive(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         formatter_class=HelpFormatter,
     )
     add_robot(drive)
-    drive.add_argument("--gait", choices=GAITS, default="tripod")
+    drive.add_argument("--gait", choices=GAIT_NAMES, default="tripod")
     length = drive.add_mutually_exclusive_group()
     length.add_argument("--cycles", type=positive, metavar="N", help="gait cycles (default: 3)")
     length.add_argument(

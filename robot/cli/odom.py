@@ -182,13 +182,13 @@ def _write(options: argparse.Namespace, found: "Comparison", log: "Recording") -
 
         draw(found, log.names, out, everything=options.compare)
     elif out.suffix == ".html":
+        from record.whole_file import write_text
         from robot.odometry.page import odometry_page
-        from robot.report.page import write_page
         from robot.report.run_date import date_words
 
         date = date_words(log.metadata)
         page = odometry_page(found, log.names, options.logs[0], date, everything=options.compare)
-        write_page(out, page, "--out")
+        write_text(out, page)
     else:
         pose = found.track.pose
         if options.smooth:

@@ -153,6 +153,6 @@ def _largest(value: float) -> str:
 
 def as_json(found: "Replay") -> object:
     """Return the result for ``json.dumps``; what is infinite or not a number is null."""
-    from robot.console.plain_json import plain
+    from robot.console.json_output import plain
 
     return plain({**asdict(found), "equal": found.equal})

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from model.errors import ConfigError, RecordError
 from robot.console.exit_codes import ExitCode
-from robot.console.extras import how_to_install
+from robot.console.installed import how_to_install
 from robot.view.log_source import POLL_NS, add_source, be_nice, followed, log_path, paced
 
 if TYPE_CHECKING:

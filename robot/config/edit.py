@@ -12,6 +12,7 @@ from model.effects.machine import parse_machine
 from model.effects.written import EFFECTS_KEY, WHOLE_ROBOT, WrittenEffect, read_effects
 from model.errors import ConfigError, GapError
 from model.parameters.tables import parse_table, read_legs
+from record.toml_file import toml_text
 from robot.config.robot_file import parse_robot
 
 DIGITS = 10
@@ -140,14 +141,12 @@ def _short(value: float) -> float:
 def _tables(effects: Sequence[WrittenEffect], origin: str) -> list[str]:
     if not effects:
         return []
-    lines = [
-        "",
-        f"# What the nominal robot lacks, from {origin}. Delete a table once its cause is mended.",
-    ]
+    head = f"What the nominal robot lacks, from {origin}. Delete a table once its cause is fixed."
+    table: dict[str, Any] = {}
     for one in effects:
-        lines += ["", f"[{one.key}]"]
-        lines += [f"{name} = {_short(value)!r}" for name, value in one.values]
-    return lines
+        values = {name: _short(value) for name, value in one.values}
+        table.setdefault(one.name, {})[one.leg or WHOLE_ROBOT] = values
+    return ["", toml_text({EFFECTS_KEY: table}, [head])]
 
 
 def check_edited(text: str, original: str) -> None:

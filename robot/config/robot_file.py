@@ -14,6 +14,7 @@ import numpy as np
 from drivers.ati.settings import ForceSensorSettings
 from drivers.dynamixel.settings import ServoBusSettings
 from gaits.catalog import make_gait
+from gaits.names import GAIT_NAMES
 from model.effects.causes import Cause
 from model.effects.written import causes_of
 from model.errors import ConfigError
@@ -155,7 +156,7 @@ def parse_robot(text: str) -> RobotConfig:
         metachronal=_metachronal(gait_table.table("metachronal")),
     )
     gait_table.done()
-    for gait in ("tripod", "metachronal"):
+    for gait in GAIT_NAMES:
         make_gait(gait, parameters)  # refuses what cannot be a gait
     loop = _loop(top.table("loop"))
     safety_table = top.maybe_table("safety")

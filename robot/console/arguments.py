@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, TypeVar
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
+ROOT = Path(__file__).resolve().parent.parent.parent  # of the clone
 Request = TypeVar("Request", bound="DataclassInstance")
-
-GAITS = ("tripod", "metachronal")
 
 
 def parsed(options: argparse.Namespace, kind: type[Request]) -> Request:
@@ -23,14 +22,16 @@ def parsed(options: argparse.Namespace, kind: type[Request]) -> Request:
     return kind(**{field.name: getattr(options, field.name) for field in fields(kind)})
 
 
-def add_robot(parser: argparse.ArgumentParser) -> None:
-    """Add ``--robot``."""
+def add_robot(
+    parser: argparse.ArgumentParser, words: str = "robot file (default: config/bigant.toml)"
+) -> None:
+    """Add ``--robot``; the nominal robot file is its default."""
     parser.add_argument(
         "--robot",
         type=Path,
         metavar="FILE",
-        default=Path(__file__).resolve().parent.parent.parent / "config" / "bigant.toml",
-        help="robot file (default: config/bigant.toml)",
+        default=ROOT / "config" / "bigant.toml",
+        help=words,
     )
 
 

@@ -1,17 +1,45 @@
-"""``--json [FILE]`` of the commands of the gap: alone it prints, with FILE it writes."""
+"""``--json``: values as JSON can hold them, printed or written."""
 
 import argparse
+import dataclasses
 import json
+import math
 from pathlib import Path
 
-from model.errors import ConfigError, RecordError
+from model.errors import ConfigError
+from record.whole_file import check_room, write_text
 
 STDOUT = Path("-")
 FIRST_BYTES = 64
 
 
+def plain(value: object) -> object:
+    """Return a value for ``json.dumps``: fields of dataclasses by name, arrays as lists, NaN as null."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {one.name: plain(getattr(value, one.name)) for one in dataclasses.fields(value)}
+    if isinstance(value, dict):
+        return {key: plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if hasattr(value, "tolist"):  # of numpy: an array, or one number
+        return plain(value.tolist())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return str(value) if isinstance(value, Path) else value
+
+
+def json_text(value: object, indent: int | None = 2) -> str:
+    """Return a value as JSON; what is not known is null."""
+    return json.dumps(plain(value), indent=indent, allow_nan=False)
+
+
+def print_json(value: object, indent: int | None = 2) -> None:
+    """Print a value as JSON."""
+    print(json_text(value, indent))
+
+
 def add_json(parser: argparse.ArgumentParser, what: str) -> None:
-    """Add the argument.
+    """Add ``--json [FILE]``: alone it prints, with FILE it writes.
 
     Args:
         parser: Of the command.
@@ -29,17 +57,20 @@ def to_stdout(path: Path | None) -> bool:
 
 
 def check_json(path: Path | None) -> None:
-    """See to it that no run is overwritten that stands behind ``--json`` by mistake.
+    """Ensure that ``--json`` names a file that can be written, and not a run by mistake.
 
     Raises:
         ConfigError: The file is there, and is no JSON.
+        RecordError: It cannot be written.
     """
-    if path is None or to_stdout(path) or not path.is_file() or _is_json(path):
+    if path is None or to_stdout(path):
         return
-    raise ConfigError(
-        "--json",
-        f"{path} is there and is no JSON; name another file, or put --json behind the runs",
-    )
+    if path.is_file() and not _is_json(path):
+        raise ConfigError(
+            "--json",
+            f"{path} is there and is no JSON; name another file, or put --json behind the runs",
+        )
+    check_room(path, "--json")
 
 
 def _is_json(path: Path) -> bool:
@@ -54,17 +85,13 @@ def _is_json(path: Path) -> bool:
     return True
 
 
-def give_json(told: object, path: Path, indent: int) -> None:
-    """Print it, or write it.
+def give_json(value: object, path: Path | None, indent: int = 2) -> None:
+    """Print or write a value as ``--json [FILE]`` asked for; nothing without it.
 
     Raises:
         RecordError: It cannot be written.
     """
-    text = json.dumps(told, indent=indent)
     if to_stdout(path):
-        print(text)
-        return
-    try:
-        path.write_text(text + "\n", encoding="utf-8")
-    except OSError as error:
-        raise RecordError(f"{path} cannot be written: {error.strerror}; choose another") from error
+        print_json(value, indent)
+    elif path is not None:
+        write_text(path, json_text(value, indent) + "\n", "--json")

@@ -105,3 +105,7 @@ class ProgressBar(StatusLine):
             left_s = (time.monotonic() - self._start_s) * (1 - share) / share
             left = f"{left_s:.0f} s left"
         self._show(f"{self._label} [{bar}] {100 * share:3.0f} % {left} {words}".rstrip())
+
+    def tell(self, words: str, share: float) -> None:
+        """Show the share done, as a diagnosis reports it."""
+        self.show(share, words)

@@ -13,6 +13,7 @@ from drivers.ati.foot_forces import ForceScales, no_forces
 from drivers.dynamixel.mx106 import joint_state
 from gaits.catalog import make_gait
 from gaits.limits import frequency_limit
+from gaits.names import GAIT_NAMES
 from gaits.plan import Walking
 from model.kinematics.four_bar import Linkage
 from model.motion import differentiate
@@ -74,7 +75,7 @@ class Controller:
             self._estimator = estimator_stage(config, self._linkage)
         self._weight_n = robot.body.mass * standard_gravity
         self._sensors = tuple(number > 0 for number in config.force_sensor.transducers.tolist())
-        gaits = {name: make_gait(name, robot) for name in ("tripod", "metachronal")}
+        gaits = {name: make_gait(name, robot) for name in GAIT_NAMES}
         self.book = GaitBook(
             gaits, {name: frequency_limit(gait, robot.servo) for name, gait in gaits.items()}
         )

@@ -1,133 +1,127 @@
-"""Where a gap lies, as coloured cells of tables: readable on a phone, in the dark and on paper."""
+"""Where a gap lies, as bars of the stages and coloured cells of tables: what the page's template draws."""
 
-import html
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 from gap.diagnosis.findings import Diagnosis
 from gap.diagnosis.where import PHASE_BINS, ChannelGap
 from gap.rounding import percent_words
-from robot.report.page_table import table
 
-MAP_STYLE = """
-.map { border-collapse: separate; border-spacing: 2px; width: auto; min-width: 60%; }
-.map th { width: auto; font-weight: 500; padding: 0.1rem 0.35rem; border: 0; white-space: nowrap; }
-.map td { text-align: center; border: 0; border-radius: 4px; min-width: 1.9rem; padding: 0.15rem 0.2rem;
-          font-size: 0.82rem; background: rgba(213, 94, 0, var(--heat)); print-color-adjust: exact;
-          -webkit-print-color-adjust: exact; }
-.map td.hot { color: #000; } .map td.none { color: var(--faint); background: none; }
-.chain { display: grid; grid-template-columns: minmax(6.5rem, auto) 1fr auto; gap: 0.2rem 0.6rem;
-         align-items: center; }
-.chain .bar { background: var(--line); border-radius: 4px; height: 0.9rem; overflow: hidden; }
-.chain .bar i { display: block; height: 100%; background: #D55E00; print-color-adjust: exact;
-                -webkit-print-color-adjust: exact; }
-@media (max-width: 40rem) { .map { min-width: 0; }
-  .map td { min-width: 1.35rem; font-size: 0.72rem; padding: 0.1rem; }
-  .map th { font-size: 0.72rem; padding: 0.1rem 0.15rem; } }
-.chain .top { font-weight: 700; } .chain span:nth-child(3n) { color: var(--faint); font-size: 0.85rem; }
-"""
 COLD, HOT = 1.0, 30.0  # energy over expectation: no gap; full colour
 # The letters of a cell are the page's, but black from here: on full colour black has the better contrast on
 # a dark page too, and on a white page it always has.
 BLACK_FROM = 0.82
-BODY = "body"
+BODY, LEG = "body", "leg"
+# What a machine's joints are called, by the simulator's name.
+PLACES = {"servo_bench": "joint", "sliding_body": BODY}
 UNSEEN = "no channel of its own: it shows in the others"
+BASE = "before any cause is added; 1 is what is expected without a gap."
 
 
-def stage_bars(d: Diagnosis) -> str:
+@dataclass(frozen=True, slots=True)
+class Bar:
+    """A stage's share of the gap: percent of it, in words, and whether it is the largest."""
+
+    stage: str
+    percent: str
+    words: str
+    top: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """Energy over expectation: in words (empty: not known), its colour from 0 to 1, whether that is hot."""
+
+    words: str
+    heat: str
+    hot: bool
+
+
+@dataclass(frozen=True, slots=True)
+class GapMap:
+    """A table of coloured cells: what it shows, its corner and columns, and a name with cells a row."""
+
+    about: str
+    corner: str
+    head: tuple[str, ...]
+    rows: tuple[tuple[str, tuple[Cell, ...]], ...]
+
+
+def stage_bars(d: Diagnosis) -> list[Bar]:
     """Return each stage's share of the gap as a bar, with its energy in words."""
     after = {one.stage: one.own for one in d.remaining.stages}
     top = max((one.share for one in d.where.stages), default=0.0)
-    rows = []
+    bars = []
     for one in d.where.stages:
         if math.isnan(one.own):
-            rows.append(_row(one.stage, 0.0, UNSEEN, top=False))
+            bars.append(Bar(one.stage, "0", UNSEEN, top=False))
             continue
         words = f"{percent_words(one.share)} of the gap; {one.own:.3g} times expected"
         if math.isfinite(after.get(one.stage, math.nan)) and d.causes:
             words += f", {after[one.stage]:.3g} with the causes"
-        rows.append(_row(one.stage, one.share, words, top=0 < top == one.share))
-    return f"<div class='chain'>{''.join(rows)}</div>"
+        bars.append(Bar(one.stage, f"{100 * one.share:.0f}", words, top=0 < top == one.share))
+    return bars
 
 
-def stage_words(d: Diagnosis) -> str:
+def stage_rows(d: Diagnosis) -> list[tuple[str, str]]:
     """Return each stage's energy in words, where there is no gap to have shares of."""
-    rows = [
+    return [
         (one.stage, UNSEEN if math.isnan(one.own) else f"{one.own:.3g} times expected")
         for one in d.where.stages
     ]
-    return table(("stage", "difference, its energy"), rows)
 
 
-def _row(stage: str, share: float, words: str, *, top: bool) -> str:
-    mark = " class='top'" if top else ""
-    return (
-        f"<span{mark}>{html.escape(stage)}</span><span class='bar'>"
-        f"<i style='width:{100 * share:.0f}%'></i></span><span>{html.escape(words)}</span>"
-    )
-
-
-def leg_phase_map(d: Diagnosis) -> tuple[str, bool]:
-    """Return legs against the phase of the gait: the worst channel of each leg in each part of it.
-
-    Where there are no cycles, the parts are thirds of the runs; the second value tells which.
-    """
+def gap_maps(d: Diagnosis) -> list[GapMap]:
+    """Return the worst channel of each stage and place, and of each place in each part of the runs."""
     known = [one for one in d.where.channels if math.isfinite(one.excess)]
     if not known:
-        return "", False
+        return []
+    place = PLACES.get(d.simulator, LEG)
+    names = list(dict.fromkeys(one.joint or BODY for one in known))
+    names.sort(key=lambda name: name == BODY)  # the body last, legs in their order
+    maps = [_by_phase(known, names, place)]
+    if len(names) > 1:
+        rows = [
+            (stage, [_worst(c.excess for c in known if (c.stage, c.joint or BODY) == (stage, name))
+                     for name in names])
+            for stage in dict.fromkeys(one.stage for one in known)
+        ]  # fmt: skip
+        about = f"Energy of the worst channel of each stage and {place}, {BASE}"
+        maps.insert(0, _map(about, "", names, rows))
+    return maps
+
+
+def _by_phase(known: Sequence[ChannelGap], names: Sequence[str], place: str) -> GapMap:
+    """Places against the phase of the gait; where there are no cycles, against thirds of the runs."""
     cyclic = any(math.isfinite(one.bands[0]) for one in known)
     head = [f"{i / PHASE_BINS:.2g}" for i in range(PHASE_BINS)] if cyclic else ["1st", "2nd", "3rd"]
     rows = []
-    for place in _places(known):
-        own = [one for one in known if (one.joint or BODY) == place]
-        parts = [one.phases if cyclic else one.thirds for one in own]
-        values = [max((p[i] for p in parts if math.isfinite(p[i])), default=math.nan)
-                  for i in range(len(head))]  # fmt: skip
-        rows.append((place, values))
-    corner = "phase from" if cyclic else "third of the run"
-    return _map(corner, head, rows), cyclic
+    for name in names:
+        own = [c.phases if cyclic else c.thirds for c in known if (c.joint or BODY) == name]
+        rows.append((name, [_worst(parts[i] for parts in own) for i in range(len(head))]))
+    part = "third of the run"
+    if cyclic:
+        part = f"part of the {'gait' if place == LEG else 'motion'}"
+    of = "" if place == BODY else f" of each {place}"
+    about = f"Energy of the worst channel{of} in each {part}, {BASE}"
+    return _map(about, "phase from" if cyclic else "third of the run", head, rows)
 
 
-def stage_leg_map(d: Diagnosis) -> str:
-    """Return stages against legs: the worst channel of each."""
-    known = [one for one in d.where.channels if math.isfinite(one.excess)]
-    places = _places(known)
-    if len(places) < 2:
-        return ""
-    rows = []
-    for stage in dict.fromkeys(one.stage for one in known):
-        values = [
-            max(
-                (c.excess for c in known if c.stage == stage and (c.joint or BODY) == place),
-                default=math.nan,
-            )
-            for place in places
-        ]
-        rows.append((stage, values))
-    return _map("", places, rows)
+def _worst(values: Iterable[float]) -> float:
+    return max((value for value in values if math.isfinite(value)), default=math.nan)
 
 
-def _places(channels: Sequence[ChannelGap]) -> list[str]:
-    found = list(dict.fromkeys(one.joint or BODY for one in channels))
-    return sorted(found, key=lambda place: place == BODY)  # the body last, legs in their order
+def _map(
+    about: str, corner: str, head: Sequence[str], rows: Sequence[tuple[str, Sequence[float]]]
+) -> GapMap:
+    cells = tuple((name, tuple(map(_cell, values))) for name, values in rows)
+    return GapMap(about, corner, tuple(head), cells)
 
 
-def _map(corner: str, head: Sequence[str], rows: Sequence[tuple[str, Sequence[float]]]) -> str:
-    top = "".join(f"<th scope='col'>{html.escape(one)}</th>" for one in head)
-    body = "".join(
-        f"<tr><th scope='row'>{html.escape(name)}</th>{''.join(map(_cell, values))}</tr>"
-        for name, values in rows
-    )
-    return (
-        f"<div class='wide'><table class='map'><thead><tr><th>{html.escape(corner)}</th>{top}</tr></thead>"
-        f"<tbody>{body}</tbody></table></div>"
-    )
-
-
-def _cell(value: float) -> str:
+def _cell(value: float) -> Cell:
     if math.isnan(value):
-        return "<td class='none'>-</td>"
-    share = math.log(max(value, COLD) / COLD) / math.log(HOT / COLD)
-    heat = min(1.0, share)
+        return Cell("", "0", hot=False)
+    heat = min(1.0, math.log(max(value, COLD) / COLD) / math.log(HOT / COLD))
     words = f"{value:.2g}" if value < 99.5 else f"{value:.0f}"
-    return f"<td{' class=hot' if heat > BLACK_FROM else ''} style='--heat:{heat:.2f}'>{words}</td>"
+    return Cell(words, f"{heat:.2f}", heat > BLACK_FROM)

@@ -1,19 +1,19 @@
 """The runs that a robot file's robot can make, for ``gap.experiments.next_run``."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from model.errors import ConfigError
+from gaits.catalog import make_gait
+from gaits.limits import frequency_limit
+from gaits.names import GAIT_NAMES
+from gap.machines.legged.runs import LeggedProposer
+from model.effects.machine import parse_machine
+from model.errors import ConfigError, GapError
+from robot.config.robot_file import RobotConfig, load_robot, parse_robot
 
-if TYPE_CHECKING:
-    from gap.machines.legged.runs import LeggedProposer
-    from robot.config.robot_file import RobotConfig
-
-GAITS = ("tripod", "metachronal")
 NOTE = "gaits and servo limits are those of config/bigant.toml: the runs' robot file has none to drive by"
 
 
-def proposer_of(text: str, file: Path | None) -> "tuple[LeggedProposer, str]":
+def proposer_of(text: str, file: Path | None) -> tuple[LeggedProposer, str]:
     """Return the runs of a robot, and a note in words if something had to be assumed.
 
     Args:
@@ -23,12 +23,6 @@ def proposer_of(text: str, file: Path | None) -> "tuple[LeggedProposer, str]":
     Raises:
         GapError: The file has other legs than the gaits that must stand in for its own.
     """
-    from gaits.catalog import make_gait
-    from gaits.limits import frequency_limit
-    from gap.machines.legged.runs import LeggedProposer
-    from model.effects.machine import parse_machine
-    from model.errors import GapError
-
     machine = parse_machine(text)
     config, note = _config(text)
     own = config.parameters
@@ -37,7 +31,7 @@ def proposer_of(text: str, file: Path | None) -> "tuple[LeggedProposer, str]":
             f"the robot file of the runs has no gaits, and those of {', '.join(own.legs.names)} do not "
             "fit its legs; add [gait] and [servo] to it"
         )
-    gaits = {name: make_gait(name, own) for name in GAITS}
+    gaits = {name: make_gait(name, own) for name in GAIT_NAMES}
     proposer = LeggedProposer(
         legs=machine.legs.names,
         gaits=gaits,
@@ -49,9 +43,7 @@ def proposer_of(text: str, file: Path | None) -> "tuple[LeggedProposer, str]":
     return proposer, note
 
 
-def _config(text: str) -> "tuple[RobotConfig, str]":
-    from robot.config.robot_file import load_robot, parse_robot
-
+def _config(text: str) -> tuple[RobotConfig, str]:
     try:
         return parse_robot(text), ""
     except ConfigError:

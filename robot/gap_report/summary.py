@@ -9,10 +9,12 @@ from gap.diagnosis.findings import Diagnosis, NamedCause, Verdict
 from gap.diagnosis.verdict import cause_words
 from gap.interfaces import place_words
 from gap.rounding import percent_words
-from robot.console.lines import WIDTH, wrapped
+from robot.console.screen_fit import WIDTH, wrapped
+from robot.console.table import Column, table_lines
 from robot.gap_report.faults import fault_groups
 from robot.gap_report.words import (
     LEGGED_SIMULATORS,
+    changed_channels,
     common_pair,
     pair_words,
     size_words,
@@ -22,11 +24,9 @@ from robot.gap_report.words import (
 
 BAR = 20
 FIXED = 48  # columns of the table of stages besides its bars
-PLACE = 24
 MOST_CHANNELS = 6
 MOST_SIZES = 12
 MOST_NEXT = 3
-LEAST_CHANGE = 1e-3  # of the floor
 
 
 def summary_lines(d: Diagnosis, paths: Sequence[Path], width: int = WIDTH) -> list[str]:
@@ -40,7 +40,7 @@ def summary_lines(d: Diagnosis, paths: Sequence[Path], width: int = WIDTH) -> li
     lines = [f"{d.verdict.value.upper().replace('_', ' ')}", d.sentence]
     lines += [*_to_do(d), "", *_faults(d, paths)]
     if d.verdict is not Verdict.NO_GAP:
-        lines += [*_where(d, width), "", *_causes(d), "", *_how_far(d, width)]
+        lines += [*_where(d, width), "", *_causes(d), "", *_how_far(d)]
     else:
         lines += _sizes(d)
     lines += _next(d)
@@ -91,15 +91,23 @@ def _faults(d: Diagnosis, paths: Sequence[Path]) -> list[str]:
 
 def _where(d: Diagnosis, width: int) -> list[str]:
     room = min(BAR, width - FIXED)
-    head = f"  {'stage':<14}{'of gap':>6}  {'':<{room}}{'by itself':>9}{'end to end':>14}"
-    lines = ["where (energy over what is expected; 1 is no gap):", head]
-    for one in d.where.stages:
-        if not math.isnan(one.own):
-            bar = "#" * round(room * one.share)
-            share = percent_words(one.share)
-            lines.append(
-                f"  {one.stage:<14}{share:>6}  {bar:<{room}}{one.own:9.3g}{one.end_to_end:14.3g}"
-            )
+    columns = (
+        Column("stage"), Column("of gap", "s"), Column("", width=room),
+        Column("by itself", ".3g"), Column("end to end", ".3g"),
+    )  # fmt: skip
+    rows = [
+        (
+            one.stage,
+            percent_words(one.share),
+            "#" * round(room * one.share),
+            one.own,
+            one.end_to_end,
+        )
+        for one in d.where.stages
+        if not math.isnan(one.own)
+    ]
+    lines = ["where (energy over what is expected; 1 is no gap):"]
+    lines += table_lines(columns, rows, "  ")
     for cell in d.where.cells[:3]:
         phase = f" at phase {cell.phase:.2f}" if not math.isnan(cell.phase) else ""
         place = f" {cell.joint}" if cell.joint else ""
@@ -135,7 +143,7 @@ def _share(one: NamedCause) -> str:
     return f", closes {percent_words(one.shrink)} (alone {alone}, last in {last})"
 
 
-def _how_far(d: Diagnosis, width: int) -> list[str]:
+def _how_far(d: Diagnosis) -> list[str]:
     far = d.far
     if math.isnan(far.shrink):
         return [f"how far: on {d.kept_back} the gap is too small to measure what is closed"]
@@ -144,14 +152,7 @@ def _how_far(d: Diagnosis, width: int) -> list[str]:
         f"how far: {percent_words(far.shrink)} [{low}, {high}] of the gap, as energy above the floor, is "
         f"closed on {d.kept_back}; RMS {far.before:.3g} -> {far.after:.3g} of its floor"
     ]
-    changed = [c for c in far.channels if abs(c.before - c.after) > LEAST_CHANGE * c.floor]
-    changed.sort(key=lambda c: -(c.before - c.after) / max(c.floor, 1e-12))
-    room = PLACE - max(0, 72 - width)
-    for c in changed[:MOST_CHANNELS]:
-        place = f"{c.channel} {c.joint}".strip()
-        lines.append(
-            f"  {place:<{room}} {c.before:9.3g} -> {c.after:9.3g} {c.unit:<6} floor {c.floor:.3g}"
-        )
+    lines += changed_channels(far, MOST_CHANNELS)
     if d.remaining.stage:
         lines.append(f"  what is left lies in the stage {d.remaining.stage}")
     return lines
@@ -160,10 +161,9 @@ def _how_far(d: Diagnosis, width: int) -> list[str]:
 def _sizes(d: Diagnosis) -> list[str]:
     if not d.detectable:
         return []
-    lines = [
-        "smallest sizes that would have shown:",
-        *(f"  {s.effect:<20} {s.parameter:<16} {size_words(s)}" for s in d.detectable[:MOST_SIZES]),
-    ]
+    rows = [(s.effect, s.parameter, size_words(s)) for s in d.detectable[:MOST_SIZES]]
+    lines = ["smallest sizes that would have shown:"]
+    lines += table_lines((Column(""),) * 3, rows, "  ")
     if len(d.detectable) > MOST_SIZES:
         lines.append(f"  and {len(d.detectable) - MOST_SIZES} more, in --html and --json")
     return lines

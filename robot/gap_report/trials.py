@@ -1,16 +1,67 @@
 """Trials for the diagnosis, from trial tables or logs, and the simulator that their machine calls for."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from gap.effect_file import UserEffect, read_effects
 from gap.interfaces import Simulator
+from gap.machines.legged.simulator import LeggedSimulator, legged_simulator
+from gap.machines.servo_bench.simulator import servo_bench
+from gap.machines.sliding_body.simulator import sliding_body
+from gap.two_machines import TwoMachines
+from model.effects.catalogue import EFFECTS, STAGES
+from model.effects.machine import parse_machine
 from model.errors import ConfigError, GapError
+from model.parameters.tables import parse_table
 from record.log.export import export_trial
 from record.log.reader import LogContents
 from record.trial.header import LEGGED, SERVO_BENCH
 from record.trial.trial import Trial, read_trial
+from robot.config.robot_file import parse_robot
+
+
+@dataclass(frozen=True, slots=True)
+class Runs:
+    """Runs of one machine.
+
+    Attributes:
+        trials: Runs to be diagnosed.
+        references: Healthy runs; they keep the robot file beside them.
+        robot: Robot file to use for the trials instead of the one beside them; None for that.
+    """
+
+    trials: tuple[Trial, ...]
+    references: tuple[Trial, ...]
+    robot: Path | None = None
+
+    @property
+    def robot_text(self) -> str:
+        """Robot file of the trials."""
+        if self.robot is not None:
+            return robot_text(self.robot)
+        return self.trials[0].header.robot_text
+
+    def simulator(self, effects: Path | None = None) -> Simulator:
+        """Return the simulator of their machine; see ``simulator_for``."""
+        return simulator_for((*self.trials, *self.references), effects, self.robot, self.references)
+
+
+def read_runs(
+    trials: Sequence[Path],
+    references: Sequence[Path] = (),
+    robot: Path | None = None,
+    joints: Sequence[str] = (),
+) -> Runs:
+    """Read trials with their references; see ``read_trials``.
+
+    Raises:
+        RecordError: A file cannot be read.
+        GapError: They are of different machines, or one whose joints cannot be taken apart.
+    """
+    everything = read_trials((*trials, *references), tuple(joints))
+    return Runs(everything[: len(trials)], everything[len(trials) :], robot)
 
 
 def read_trials(paths: Sequence[Path], joints: tuple[str, ...] = ()) -> tuple[Trial, ...]:
@@ -62,7 +113,7 @@ def simulator_for(
     Args:
         trials: Trials of one machine, the references among them.
         effects: A file of users' effects; only the legged simulator takes one.
-        robot: Robot file to believe of the trials instead of the one beside them.
+        robot: Robot file to use for the trials instead of the one beside them.
         references: Those of the trials that keep the robot file beside them.
 
     Raises:
@@ -75,11 +126,7 @@ def simulator_for(
         if given is not None:
             raise GapError(f"{option} is for legged robots; the trials are of kind {kind}")
     if kind == SERVO_BENCH:
-        from gap.machines.servo_bench.simulator import servo_bench
-
         return servo_bench(trials)
-    from gap.machines.sliding_body.simulator import sliding_body
-
     return sliding_body(trials)
 
 
@@ -89,8 +136,6 @@ def users_effects(path: Path | None) -> tuple[UserEffect, ...]:
     Raises:
         GapError: It cannot be used.
     """
-    from model.effects.catalogue import EFFECTS, STAGES
-
     if path is None:
         return ()
     return read_effects(path, STAGES, tuple(EFFECTS))
@@ -99,10 +144,6 @@ def users_effects(path: Path | None) -> tuple[UserEffect, ...]:
 def _legged(
     first: Trial, added: tuple[UserEffect, ...], robot: Path | None, references: Sequence[Trial]
 ) -> Simulator:
-    from gap.machines.legged.simulator import LeggedSimulator, legged_simulator
-    from gap.two_machines import TwoMachines
-    from model.effects.machine import parse_machine
-
     if robot is None:
         return legged_simulator(first, added)
     own = LeggedSimulator(parse_machine(robot_text(robot)), added)
@@ -117,10 +158,6 @@ def robot_text(path: Path) -> str:
     Raises:
         ConfigError: It cannot be read; or it is a whole robot file, and something in it is wrong.
     """
-    from model.effects.machine import parse_machine
-    from model.parameters.tables import parse_table
-    from robot.config.robot_file import parse_robot
-
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:

@@ -1,13 +1,15 @@
 """What the page and the terminal both say of a diagnosis."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from gap.diagnosis.detection import Detectable
 from gap.diagnosis.findings import Diagnosis, RivalCause, Verdict
+from gap.diagnosis.how_far import HowFar
 from gap.experiments.next_run import ENOUGH_SEPARATION, NextRun
-from gap.interfaces import place_words
+from gap.interfaces import Cause, Effect, place_words
 from gap.rounding import fixed, percent_words
+from robot.console.table import Column, table_lines
 
 HEADLINES = {
     Verdict.EXPLAINED: "Explained",
@@ -17,12 +19,18 @@ HEADLINES = {
 }
 LEAST_CLOSED = 0.05  # of the gap: of a cause that closes less, nobody asks in which stage it shows
 LIKELY = 1e-3
+LEAST_CHANGE = 1e-3  # of the floor: a channel that changes less is not shown
 SHOWN_CAUSES = 2
 WHY_APART = (
     "the share of a stage is of its own output, fed what was measured before it; what a cause closes is "
     "counted end to end, where it shows in other stages too"
 )
 LEGGED_SIMULATORS = frozenset({"legged", "mujoco"})
+NOT_LEGGED = "one with another load or another speed"
+CHANNELS = (
+    Column(""), Column("", ".3g"), Column(""), Column("", ".3g"), Column(""), Column(""),
+    Column("", ".3g"),
+)  # fmt: skip
 ENOUGH = f"{ENOUGH_SEPARATION:.0f}"
 
 
@@ -57,7 +65,7 @@ def stage_note(d: Diagnosis) -> str:
 
 def which_run(d: Diagnosis, command: str) -> str:
     """Say how to come by the run that tells: only of legged robots the runs are known."""
-    return command if d.simulator in LEGGED_SIMULATORS else "one with another load or another speed"
+    return command if d.simulator in LEGGED_SIMULATORS else NOT_LEGGED
 
 
 def size_words(one: Detectable) -> str:
@@ -90,3 +98,25 @@ def common_pair(runs: Sequence[NextRun]) -> str:
 def pair_words(one: NextRun) -> str:
     """What a run tells apart."""
     return f"{one.pair[0]} from {one.pair[1]}"
+
+
+def parameters_of(cause: Cause, effects: Mapping[str, Effect]) -> dict[str, float]:
+    """The numbers of a cause by name.
+
+    Args:
+        cause: The cause.
+        effects: The catalogue, by name.
+    """
+    names = [parameter.name for parameter in effects[cause.effect].parameters]
+    return dict(zip(names, cause.values, strict=True))
+
+
+def changed_channels(far: HowFar, most: int) -> list[str]:
+    """The channels that the causes change most, before and after, as lines."""
+    changed = [c for c in far.channels if abs(c.before - c.after) > LEAST_CHANGE * c.floor]
+    changed.sort(key=lambda c: -abs(c.before - c.after) / max(c.floor, 1e-12))
+    rows = [
+        (f"{c.channel} {c.joint}".strip(), c.before, "->", c.after, c.unit, "floor", c.floor)
+        for c in changed[:most]
+    ]
+    return table_lines(CHANNELS, rows, "  ")

@@ -27,7 +27,7 @@ from record.log.reader import LogContents
 from robot.bringup.force.unit import NO_UNIT, check_no_unit, unit_settings
 from robot.config.robot_file import RobotConfig, load_robot, parse_robot
 from robot.console.exit_codes import ExitCode, exit_code_of
-from robot.console.plain_json import plain
+from robot.console.json_output import plain
 from robot.control.controller import Controller
 from robot.control.estimator_stage import EstimatorStage, estimator_stage
 from robot.run.hardware import open_real, open_virtual

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from robot.console.number_text import number_text
+from robot.console.table import number_text
 from robot.odometry.compare import Comparison
 from robot.odometry.figure import drawing
 from robot.odometry.metrics import LENGTHS_M
@@ -16,7 +16,8 @@ from robot.odometry.table import (
     short_walk,
     walking_words,
 )
-from robot.report.page import grid_table, heading, page_frame, pictures, rows_table, section
+from robot.report.page import Section, report_page
+from robot.report.pictures import pictures
 
 WAYS = ("way", *(f"RPE {d:g} m, %" for d in LENGTHS_M), "end, %", "yaw, deg/m",
         "vx, mm/s", "vy, mm/s", "yaw rate, mrad/s", "Fx, N", "Fy, N", "Fz, N")  # fmt: skip
@@ -48,23 +49,21 @@ def odometry_page(
         *(("RPE", words) for words in short_walk(found)),
     ]
     judged = "judged against the truth in the log" if found.truth else "no truth in this log"
-    title = f"{log.name}: odometry"
-    return page_frame(
-        title,
+    figure = drawing(found, names, everything=everything)
+    return report_page(
+        f"{log.name}: odometry",
+        f"{log}, {date}; {judged}; the walking part only",
         [
-            heading(title, f"{log}, {date}; {judged}; the walking part only"),
-            rows_table(rows),
-            section("Errors of each way", _ways(found, everything=everything)),
-            section("Each leg, as estimated at the end; RMSE of its force", _legs(found, names)),
-            section("What the words mean", rows_table(NOTES)),
-            *pictures(
-                {"Path, error, velocity, friction": drawing(found, names, everything=everything)}
-            ),
+            Section("", rows),
+            _ways(found, everything=everything),
+            _legs(found, names),
+            Section("What the words mean", NOTES),
+            *pictures({"Path, error, velocity, friction": figure}),
         ],
     )
 
 
-def _ways(found: Comparison, *, everything: bool) -> str:
+def _ways(found: Comparison, *, everything: bool) -> Section:
     errors = found.errors if everything else found.errors[:1]
     rows = [
         (
@@ -77,10 +76,10 @@ def _ways(found: Comparison, *, everything: bool) -> str:
         )
         for one in errors
     ]
-    return grid_table(WAYS, rows, numbers=range(1, len(WAYS)))
+    return Section("Errors of each way", rows, WAYS, range(1, len(WAYS)))
 
 
-def _legs(found: Comparison, names: Sequence[str]) -> str:
+def _legs(found: Comparison, names: Sequence[str]) -> Section:
     last = found.track.estimates[-1]
     rows = []
     for k, name in enumerate(names):
@@ -91,4 +90,5 @@ def _legs(found: Comparison, names: Sequence[str]) -> str:
             row += [number_text(value, 2) for value in found.errors[0].force_rmse[k]]
         rows.append(row)
     head = LEGS if found.errors else LEGS[:5]
-    return grid_table(head, rows, numbers=range(1, len(head)))
+    title = "Each leg, as estimated at the end; RMSE of its force"
+    return Section(title, rows, head, range(1, len(head)))

@@ -7,7 +7,7 @@ from collections import Counter
 import numpy as np
 
 from model.values.arrays import FloatArray
-from robot.console.number_text import number_text
+from robot.console.table import number_text
 from robot.odometry.compare import Comparison
 from robot.odometry.metrics import LENGTHS_M, TrackErrors, in_band, path_length
 

@@ -26,7 +26,7 @@ from record.log.topic_reader import read_wires
 from robot.cli.replay import first_line, replay_table
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.console.exit_codes import ExitCode
-from robot.console.plain_json import plain
+from robot.console.json_output import plain
 from robot.console.progress import ProgressLine
 from robot.control.controller import Controller
 from robot.control.safety import Allowed

@@ -12,7 +12,6 @@ from bisect import bisect_right
 from contextlib import ExitStack, redirect_stdout
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from model.errors import ConfigError, RecordError
 from model.values.faults import StopReason
@@ -23,18 +22,14 @@ from record.log.topic_reader import read_tick_messages
 from robot.cli.drive import VIRTUAL, Drive, drive_plan
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
-from robot.console.number_text import number_text
-from robot.console.plain_json import plain
+from robot.console.json_output import plain
 from robot.console.progress import ProgressLine
+from robot.console.table import number_text, row_lines
 from robot.control.controller import Controller
 from robot.replay.repeat import Repeat, compare_runs, overlay
 from robot.report.run_date import date_words
-from robot.report.summary_text import table_lines
 from robot.run.header import rebuild_controller
 from robot.run.operator import Interrupts
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 PAGES = (".html", ".png")
 
@@ -128,15 +123,17 @@ def drive_again(options: argparse.Namespace) -> ExitCode:
     both = overlay(old, new)
     found = compare_runs(old, new, both)
     from robot.replay.repeat_plots import draw_repeat
+    from robot.report.pictures import write_report
 
     dates = (date_words(old.metadata), date_words(new.metadata))
     runs = f"{options.path} (old, {dates[0]}) and {plan.log_path} (new, {dates[1]})"
-    pictures = _save(page, f"{options.path.name} again", runs, found, draw_repeat(both))
+    rows = [*leg_rows(found), *body_rows(found)]
+    pictures = write_report(page, f"{options.path.name} again", runs, rows, draw_repeat(both))
     if options.json:
         values = {**asdict(found), "old_log": str(options.path), "new_log": str(plan.log_path)}
         print(json.dumps(plain({**values, "pictures": [str(p) for p in pictures]}), indent=2))
         return code
-    for line in (*leg_table(found), *table_lines(body_rows(found))):
+    for line in (*leg_table(found), *row_lines(body_rows(found))):
         print(line)
     print("pictures: " + ", ".join(str(path) for path in pictures))
     return code
@@ -184,24 +181,6 @@ def _page(options: argparse.Namespace, plan: Drive) -> Path:
     if page.suffix not in PAGES:
         raise ConfigError("--out", f"must end in .html or .png, not {page.suffix or page.name!r}")
     return page
-
-
-def _save(
-    page: Path, title: str, runs: str, found: Repeat, figures: "dict[str, Figure]"
-) -> tuple[Path, ...]:
-    from robot.report.page import render_page
-    from robot.report.plots import save_png
-
-    try:
-        if page.suffix == ".png":
-            return save_png(figures, page)
-        rows = [*leg_rows(found), *body_rows(found)]
-        page.write_text(render_page(title, runs, rows, figures), encoding="utf-8")
-    except OSError as error:
-        raise RecordError(
-            f"{page} cannot be written: {error.strerror}; choose another --out"
-        ) from error
-    return (page,)
 
 
 def leg_table(found: Repeat) -> list[str]:

@@ -4,7 +4,6 @@ Each pair of curves is drawn with the difference below it, because overlaid curv
 Colours are those of Okabe and Ito, distinct for the colour-blind; line styles differ as well.
 """
 
-from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
@@ -51,16 +50,6 @@ def draw_log(log: Recording) -> dict[str, Figure]:
             "Foot forces": _forces(log),
             "Shafts": _shafts(log),
         }
-
-
-def save_png(figures: dict[str, Figure], path: Path) -> tuple[Path, ...]:
-    """Save each picture as a PNG beside ``path``; return the files."""
-    saved = []
-    for title, figure in figures.items():
-        target = path.with_name(f"{path.stem}-{title.lower().replace(' ', '-')}.png")
-        figure.savefig(target, dpi=130)
-        saved.append(target)
-    return tuple(saved)
 
 
 def _thin(log: Recording, most: int = MOST_POINTS) -> slice:

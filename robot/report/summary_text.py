@@ -1,40 +1,20 @@
 """The summary of a run as rows of text, each of which stands alone; "-" where a figure is not known."""
 
 import math
-import textwrap
-from itertools import zip_longest
 
 from model.values.faults import StopReason
-from robot.console.number_text import number_text
+from robot.console.table import number_text, row_lines
 from robot.control.stop_causes import WISHED, WORDS
 from robot.report.summary import PERCENTILES, Summary, reason_of
 
 Row = tuple[str, str]
 MOST_LAST_FAULTS = 3
-LEAST_ROOM = 20
+MISSED_LIMIT = 0.02  # of the periods of a run
 
 
 def summary_lines(summary: Summary, columns: int | None = None) -> list[str]:
     """Return the summary as lines of text for a person, broken at words to so many columns."""
-    return table_lines(summary_rows(summary), columns)
-
-
-def table_lines(rows: list[Row], columns: int | None = None) -> list[str]:
-    """Return rows as lines, labels in a column; a text that is too long goes on below itself.
-
-    Args:
-        rows: Label and text.
-        columns: Letters of a line; None: as long as it is.
-    """
-    width = max(len(label) for label, _ in rows)
-    room = None if columns is None else max(LEAST_ROOM, columns - width - 2)
-    lines = []
-    for label, text in rows:
-        parts = [text] if room is None else textwrap.wrap(text, room) or [""]
-        lines += [
-            f"{head:<{width}}  {part}" for head, part in zip_longest((label,), parts, fillvalue="")
-        ]
-    return lines
+    return row_lines(summary_rows(summary), columns)
 
 
 def summary_rows(summary: Summary) -> list[Row]:
@@ -140,3 +120,23 @@ def _force_words(values: tuple[float, ...]) -> str:
 def _velocity_words(values: tuple[float, ...]) -> str:
     x, y, yaw = (_milli(value) for value in values)
     return f"vx {x}, vy {y} mm/s, yaw rate {yaw} mrad/s"
+
+
+def busy_words(missed: int, ticks: int, *, virtual: bool) -> str:
+    """Return one line for a run in real time that missed many periods; empty where it kept up.
+
+    Args:
+        missed: Periods that never ran.
+        ticks: Periods that ran.
+        virtual: Whether the devices are virtual, so that the run can leave real time.
+    """
+    periods = ticks + missed
+    if missed <= MISSED_LIMIT * periods:
+        return ""
+    advice = "see what holds it up with: bigant doctor"
+    if virtual:
+        advice = f"use --virtual-time, or {advice}"
+    return (
+        f"warning: this computer was too busy for real time: {missed} of {periods} periods "
+        f"never ran; {advice}"
+    )

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from types import TracebackType
 from typing import Self, TextIO
 
+from gaits.names import METACHRONAL, TRIPOD
 from model.errors import BigantError
 from model.values.faults import StopReason
 from model.values.tick import Intent, Request, Tick
@@ -27,7 +28,7 @@ HELP = (
     "q stop and quit  x EMERGENCY: cut torque"
 )
 ARROWS = {"\x1b[A": "w", "\x1b[B": "s", "\x1b[D": "a", "\x1b[C": "d"}
-GAIT_KEYS = {"1": "tripod", "2": "metachronal"}
+GAIT_KEYS = {"1": TRIPOD, "2": METACHRONAL}
 
 
 class Keys:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from gaits.names import METACHRONAL, TRIPOD
 from model.errors import ConfigError
 from record.log.reader import read_log
 from robot.config.robot_file import RobotConfig
@@ -21,7 +22,6 @@ from robot.study.walk_comparison import WalkComparison, compare_walk
 from robot.study.walk_errors import error_table
 from robot.virtual.walk import Progress, walk_in_memory
 
-TRIPOD, METACHRONAL = "tripod", "metachronal"
 TABLE_NOTE = (
     "RMS over all walking frames. Spread: the true values about their mean. Laws apart: viscous "
     "against Coulomb. The paper states relative figures only (its sensitivity to naive parameters: "

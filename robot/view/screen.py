@@ -14,8 +14,8 @@ from model.values.estimate import Health
 from model.values.faults import StopReason
 from model.values.legs import JointState
 from model.values.tick import Mode, Tick
-from robot.console.number_text import number_text
 from robot.console.screen_fit import fitted, key_lines, terminal_size
+from robot.console.table import number_text
 from robot.control.effect_uses import TrueForces, with_true_forces
 
 SCREEN_PERIOD_S = 0.25

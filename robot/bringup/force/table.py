@@ -8,7 +8,8 @@ from drivers.ati.clock import ClockEstimate
 from drivers.ati.stream import StreamCounters
 from model.values.arrays import FloatArray, IntArray
 from model.values.readings import ForceRecord
-from robot.console.plain_json import plain
+from robot.console.json_output import plain
+from robot.console.table import number_text
 
 LED_WORDS = ("off", "red", "green", "orange")
 UNIT_LEDS = (("WLAN", 6), ("power", 8), ("battery", 10))
@@ -87,9 +88,13 @@ def table_lines(shot: Snapshot) -> list[str]:
     lines = ["leg   T     Fx N     Fy N     Fz N   Tx N m   Ty N m   Tz N m   age ms  state"]
     for leg, name in enumerate(shot.names):
         number = int(shot.transducers[leg])
-        cells = "".join(_cell(v, 9, 2 if i < 3 else 3) for i, v in enumerate(shot.wrench[leg]))
+        cells = "".join(
+            number_text(v, 2 if i < 3 else 3, 9) for i, v in enumerate(shot.wrench[leg])
+        )
         age = shot.age_ns[leg] * 1e-6 if shot.age_ns[leg] >= 0 else np.nan
-        lines.append(f"{name:<5} {number or '-'}{cells}{_cell(age, 9, 0)}  {_state(shot, number)}")
+        lines.append(
+            f"{name:<5} {number or '-'}{cells}{number_text(age, 0, 9)}  {_state(shot, number)}"
+        )
     return [*lines, *_stream_lines(shot)]
 
 
@@ -133,7 +138,7 @@ def _stream_lines(shot: Snapshot) -> list[str]:
 def one_line(shot: Snapshot) -> str:
     """Return a snapshot as one line, for an output that is no terminal."""
     force = " ".join(
-        f"{name} {_cell(value, 0, 2)}"
+        f"{name} {number_text(value, 2)}"
         for name, value in zip(shot.names, shot.wrench[:, 2], strict=True)
     )
     c = shot.counters
@@ -142,7 +147,3 @@ def one_line(shot: Snapshot) -> str:
         f"{shot.seconds:7.1f} s  {shot.rate_hz:6.1f} /s  Fz N  {force}  lost {c.missing} "
         f"duplicate {c.duplicate} late {c.late} saturated {c.saturated}  clock offset {offset}"
     )
-
-
-def _cell(value: float, width: int, digits: int) -> str:
-    return f"{value:{width}.{digits}f}" if np.isfinite(value) else f"{'-':>{max(width, 1)}}"

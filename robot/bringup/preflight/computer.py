@@ -16,7 +16,7 @@ from pathlib import Path
 
 from record.log.versions import version_of
 from robot.bringup.preflight.finding import Finding, passed, skipped, warned
-from robot.console.extras import how_to_install
+from robot.console.installed import how_to_install
 
 # Who may open serial ports: Debian and its kin, Arch and its kin.
 PORT_GROUPS = ("dialout", "uucp")

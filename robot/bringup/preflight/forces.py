@@ -15,7 +15,7 @@ from drivers.clock import Clock
 from model.errors import ForceStreamError
 from model.values.readings import ForceRecord
 from robot.bringup.preflight.finding import Finding, failed, passed, skipped, warned
-from robot.console.number_text import number_text
+from robot.console.table import number_text
 
 LOOK_NS = 20_000_000
 # Radio packets and a rate that the unit rounds: five per cent is as configured.

@@ -1,12 +1,11 @@
 """Servo readings and what happened on the wire, as lines of text. Pure."""
 
-import math
-
 from drivers.dynamixel.bus import ServoBus
 from drivers.dynamixel.frames import ALERT
 from drivers.dynamixel.mx106 import hardware_error_names, joint_state
 from drivers.dynamixel.stats import JITTER_EDGES_US, ROUND_TRIP_EDGES_US, BusStats
 from model.values.readings import ServoReadings
+from robot.console.table import number_text
 
 BAR = 40
 
@@ -25,12 +24,14 @@ def table_lines(bus: ServoBus, readings: ServoReadings, seconds: float) -> list[
     for i, name in enumerate(bus.settings.names):
         ticks = f"{readings.position_ticks[i]:7d}" if readings.valid[i] else f"{'-':>7}"
         cells = [
-            _cell(joints.angle_rad[i], 9, 3),
-            _cell(joints.rate_rad_s[i], 8, 2),
-            _cell(joints.current_a[i], 7, 2),
-            _cell(joints.voltage_v[i], 7, 1),
-            _cell(joints.temperature_c[i], 6, 0),
-            _cell(readings.age_ns[i] * 1e-6 if readings.age_ns[i] >= 0 else float("nan"), 9, 1),
+            number_text(joints.angle_rad[i], 3, 9),
+            number_text(joints.rate_rad_s[i], 2, 8),
+            number_text(joints.current_a[i], 2, 7),
+            number_text(joints.voltage_v[i], 1, 7),
+            number_text(joints.temperature_c[i], 0, 6),
+            number_text(
+                readings.age_ns[i] * 1e-6 if readings.age_ns[i] >= 0 else float("nan"), 1, 9
+            ),
         ]
         lines.append(
             f"{name:<4} {int(bus.settings.ids[i]):>3} {ticks}{''.join(cells)}  "
@@ -84,9 +85,3 @@ def histogram_lines(counts: tuple[int, ...], edges_us: tuple[int, ...]) -> list[
         f"  {labels[i]:>10} {counts[i]:7d}  {'#' * -(-BAR * counts[i] // most)}"
         for i in range(filled[0], filled[-1] + 1)
     ]
-
-
-def _cell(value: float, width: int, digits: int) -> str:
-    if math.isnan(value):
-        return f"{'-':>{width}}"
-    return f"{round(value, digits) + 0.0:{width}.{digits}f}"  # no minus before a zero

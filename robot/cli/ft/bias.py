@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from model.errors import ConfigError, ModelError
 from robot.console.exit_codes import ExitCode
-from robot.console.plain_json import plain
+from robot.console.json_output import plain
 
 if TYPE_CHECKING:
     from drivers.ati.settings import ForceSensorSettings
@@ -61,7 +61,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     from robot.bringup.force.unit import running_stream, unit_settings
     from robot.config.calibration import write_calibration
     from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
-    from robot.console.earlier_file import keep_earlier
+    from robot.console.program_output import keep_earlier
     from robot.run.operator import Interrupts
 
     if not LEAST_SECONDS <= options.seconds <= 3600:

@@ -65,7 +65,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     from robot.bringup.force.logs import read_pose_logs
     from robot.bringup.force.report import overall, report_lines
     from robot.config.calibration import write_calibration
-    from robot.console.earlier_file import keep_earlier
+    from robot.console.program_output import keep_earlier
 
     logs: list[Path] = list(options.logs)
     if options.hardware is not None:
@@ -145,7 +145,7 @@ def _draw(result: "InSituResult", path: Path) -> None:
 
 
 def _as_json(result: "InSituResult", out: Path | None) -> dict[str, object]:
-    from robot.console.plain_json import plain
+    from robot.console.json_output import plain
 
     legs = result.calibration.legs
     parts = {"before": result.before, "stage_one": result.stage_one, "after": result.after}

@@ -31,7 +31,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     from record.log.salvage import Pass
     from record.log.survey import survey_log
     from robot.console.progress import ProgressLine
-    from robot.report.summary_text import table_lines
+    from robot.console.table import row_lines
 
     progress = Pass()
     with ProgressLine(f"reading {options.path}", progress):
@@ -39,7 +39,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     if options.json:
         print(json.dumps(_as_json(survey), indent=2))
     else:
-        for line in table_lines(_rows(survey)):
+        for line in row_lines(_rows(survey)):
             print(line)
     return ExitCode.VERDICT_FAILED if survey.damages or not survey.finished else ExitCode.OK
 
@@ -92,7 +92,7 @@ def _rows(survey: "LogSurvey") -> list[tuple[str, str]]:
 
 
 def _as_json(survey: "LogSurvey") -> object:
-    from robot.console.plain_json import plain
+    from robot.console.json_output import plain
 
     start_ns = survey.start_unix_ns
 

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from model.errors import BusError, ConfigError
+from record.toml_file import toml_text
 from robot.bringup.servo.access import baud_rate, bus_of, robot_of, write_new
 from robot.console.arguments import add_robot
 from robot.console.exit_codes import ExitCode
@@ -152,16 +153,11 @@ def zero_line(zeros: list[ServoZero]) -> str:
 
 def calibration_text(zeros: list[ServoZero], robot: str) -> str:
     """Return the calibration as TOML: which servo it was measured on stands beside each zero."""
-    lines = [
-        "# Shaft zeros; copy the line below into [legs] of the robot file",
-        f"# {zero_line(zeros)}",
-        'kind = "bigant servo zero"',
-        "version = 1",
-        f"robot = {json.dumps(robot)}",
-        f"date = {json.dumps(time.strftime('%Y-%m-%dT%H:%M:%S%z'))}",
+    head = ("Shaft zeros; copy the line below into [legs] of the robot file", zero_line(zeros))
+    kind = {"kind": "bigant servo zero", "version": 1, "robot": robot}
+    date = time.strftime("%Y-%m-%dT%H:%M:%S%z")
+    servos = [
+        {("id" if key == "servo_id" else key): value for key, value in asdict(zero).items()}
+        for zero in zeros
     ]
-    for z in zeros:
-        lines += ["", "[[servo]]", f"leg = {json.dumps(z.leg)}", f"id = {z.servo_id}"]
-        lines += [f"model = {z.model}", f"firmware = {z.firmware}"]
-        lines += [f"zero_ticks = {z.zero_ticks}", f"spread_ticks = {z.spread_ticks}"]
-    return "\n".join(lines) + "\n"
+    return toml_text({**kind, "date": date, "servo": servos}, head)

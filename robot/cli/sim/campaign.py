@@ -160,7 +160,7 @@ def _same(now: str, before: str, folder: Path) -> None:
 def _executor(options: argparse.Namespace) -> "Iterator[Executor]":
     from gap.worker_pool import worker_pool
     from model.errors import ConfigError
-    from robot.console.extras import how_to_install
+    from robot.console.installed import how_to_install
 
     if options.dask is None:
         with worker_pool(options.jobs) as local:

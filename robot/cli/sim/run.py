@@ -9,14 +9,15 @@ also sets the day: friction, stiffness and centre of mass differ by a few per ce
 import argparse
 from pathlib import Path
 
-from robot.console.arguments import GAITS, add_robot, positive, seed, steer
+from gaits.names import GAIT_NAMES
+from robot.console.arguments import add_robot, positive, seed, steer
 from robot.console.exit_codes import ExitCode
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments; imports nothing heavy."""
     add_robot(parser)
-    parser.add_argument("--gait", choices=GAITS, default="tripod")
+    parser.add_argument("--gait", choices=GAIT_NAMES, default="tripod")
     parser.add_argument(
         "--frequency-hz",
         type=positive,

@@ -8,7 +8,7 @@ import pytest
 from model.errors import RecordError
 from record.whole_file import check_room, whole_file
 from robot.cli.main import run
-from robot.console.earlier_file import keep_earlier
+from robot.console.program_output import keep_earlier
 
 
 def test_an_earlier_file_gets_the_next_free_name(

@@ -4,8 +4,8 @@ import os
 
 import pytest
 
-from robot.console.busy_computer import busy_words
 from robot.console.screen_fit import clipped, fitted, key_lines, shortened
+from robot.report.summary_text import busy_words
 from robot.run.teleop import HELP
 from robot.view.screen import BOLD, RESET
 

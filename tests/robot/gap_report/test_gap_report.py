@@ -180,13 +180,13 @@ def test_the_best_runs_are_shown_with_their_pair_once(two: Diagnosis) -> None:
     assert "run 5" not in page
     assert "3 more in --json" in page
     assert "<span>--gait</span> <span>tripod</span>" in page
-    assert "beware" not in page
+    assert "caution" not in page
     assert page.index("Where it lies") < page.index("What to run next")
     mixed = (next_run(0), next_run(1, ("delay", "skew"), "weigh it"))
     page = diagnosis_page(replace(two, next=mixed), SUBJECT)
     assert "delay from lag" in page
     assert "delay from skew" in page
-    assert "beware" in page
+    assert "caution" in page
 
 
 @pytest.mark.parametrize("width", [60, 80, 100])

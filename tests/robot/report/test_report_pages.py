@@ -13,8 +13,9 @@ from robot.bringup.preflight.finding import failed, passed, skipped, warned
 from robot.bringup.preflight.loop import LoopFigures
 from robot.bringup.preflight.page import check_page
 from robot.cli import main as cli
-from robot.report.page import grid_table, heading, inline_svg, page_frame, render_page
-from robot.study.figure_index import Row, render_index
+from robot.report.page import Section, render, report_page
+from robot.report.pictures import inline_svg, pictures
+from robot.study.draw_figures import Row, render_index
 from tests.robot.browser import DESK_PX, PHONE_PX, Seen, find_browser, look_at, run_browser
 from tests.robot.gap_report.test_gap_diagnose import write_bench
 
@@ -62,6 +63,11 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
             Row("A picture", "fig. 1", (folder / "picture.png").as_uri(), "Its caption.", ("a  b",) * 3)]),
         "matrix": matrix(),
     }  # fmt: skip
+
+
+def framed(body: str) -> str:
+    """A page with the common frame and style around markup of a test's own."""
+    return render("frame.html", title="t").replace("<body>", f"<body>{body}")
 
 
 def matrix() -> str:
@@ -121,15 +127,15 @@ def test_no_text_lies_on_another(request: pytest.FixtureRequest) -> None:
 @needs_browser
 def test_what_is_wrong_with_a_page_is_seen(tmp_path: Path) -> None:
     """The tests above can fail: a page with each fault is found out."""
-    bad = page_frame("bad", [
-        heading("bad"),
-        "<p style='width:900px'>too wide</p>",
-        "<table><tr><td class='short' style='white-space:normal;max-width:1em'>3 mm</td></tr></table>",
-        "<img src='nothing.png'>",
+    bad = framed(
+        "<h1>bad</h1>"
+        "<p style='width:900px'>too wide</p>"
+        "<table><tr><td class='short' style='white-space:normal;max-width:1em'>3 mm</td></tr></table>"
+        "<img src='nothing.png'>"
         "<svg viewBox='0 0 100 50'><rect width='90' height='40'/><text x='5' y='20'>one</text>"
-        "<text x='6' y='21'>two</text></svg>",
-        "<script>nothing()</script>",
-    ])  # fmt: skip
+        "<text x='6' y='21'>two</text></svg>"
+        "<script>nothing()</script>"
+    )
     seen = look_at({"bad": bad}, tmp_path, PHONE_PX)["bad"]
     assert [words for words in seen.errors if "nothing is not defined" in words]
     assert [words for words in seen.errors if "not loaded" in words]
@@ -175,7 +181,7 @@ def test_text_of_a_picture_stays_text_and_pages_do_not_change_from_run_to_run() 
         figure = Figure()
         figure.subplots().plot(np.arange(3), label="a curve")
         figure.legend()
-        return render_page("t", "n", [("a", "<b>")], {"One": figure})
+        return report_page("t", "n", [Section("", [("a", "<b>")]), *pictures({"One": figure})])
 
     assert page() == page()
     assert ">a curve</text>" in page()
@@ -183,14 +189,14 @@ def test_text_of_a_picture_stays_text_and_pages_do_not_change_from_run_to_run() 
 
 
 def test_verdicts_in_a_table_are_marked_and_numbers_set_right() -> None:
-    table = grid_table(
-        ("", "what", "n"), [("fail", "a & b", "3"), ("", "", "0.67 s")], numbers=(2,)
-    )
+    rows = [("fail", "a & b", "3"), ("", "", "0.67 s")]
+    table = report_page("t", "", [Section("", rows, ("", "what", "n"), (2,))])
     assert "<td class='number short'>0.67 s</td>" in table
     assert "<td class='fail'>fail</td>" in table
     assert "a &amp; b" in table
     assert "<td class='number'>3</td>" in table
-    assert grid_table(("a",), []) == ""
+    assert "<td" not in report_page("t", "", [Section("empty", [], ("a",))])
+    assert "empty" not in report_page("t", "", [Section("empty", [], ("a",))])
 
 
 def test_a_page_of_the_pre_flight_says_what_to_do_first() -> None:
@@ -228,7 +234,7 @@ def test_what_goes_on_behind_an_edge_has_a_shade_there(
     shot = tmp_path / "shot.png"
     wide = "<div class='scroll'><p style='width:2000px;height:300px'></p></div>"
     page = tmp_path / "page.html"
-    page.write_text(page_frame("t", [wide]), encoding="utf-8")
+    page.write_text(framed(wide), encoding="utf-8")
     run_browser(tmp_path, f"--screenshot={shot}", f"--window-size={DESK_PX},400", page.as_uri())
     row = read_png(shot)[150, :, 0]
     inside = np.flatnonzero(row < 0.98)

@@ -10,7 +10,7 @@ from model.values.faults import Fault, FaultKind, StopReason
 from model.values.tick import Mode
 from record.log.reader import read_log
 from record.log.recording import Recording, join_recordings, thin_recording
-from robot.console.number_text import number_text
+from robot.console.table import number_text
 from robot.report.summary import summarise
 from robot.report.summary_text import summary_lines, summary_rows
 

@@ -95,7 +95,6 @@ def test_json_has_the_figures_and_no_picture(
         (("disk", "--cycles", "0.001"), "too short"),
         (("quadruped", "--cycles", "0.001"), "at least 2 frames"),
         (("disk", "--out", "x.pdf"), ".html or .png"),
-        (("disk", "--cycles", "1", "--out", "absent/x.png"), "cannot be written"),
     ],
 )
 def test_mistakes_are_one_clear_line(
@@ -110,6 +109,14 @@ def test_mistakes_are_one_clear_line(
     said = capsys.readouterr().err
     assert part in said
     assert said.count("\n") == 1
+
+
+def test_a_picture_that_cannot_be_written_is_refused_before_any_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run("disk", "--out", "absent/x.png") == ExitCode.LOG
+    assert "there is no folder absent; make it first" in capsys.readouterr().err
 
 
 def test_an_unknown_system_is_refused_with_the_choices(

@@ -150,7 +150,7 @@ def test_a_log_that_cannot_be_used_is_refused(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setattr(
-        "record.log.reader.read_log", lambda path: synthetic(50, truth=truth, forces=forces)
+        "robot.study.sensitivity.read_log", lambda path: synthetic(50, truth=truth, forces=forces)
     )
     assert cli.run(["model", "sensitivity", "some.mcap"]) == ExitCode.LOG
     complaint = capsys.readouterr().err
@@ -185,14 +185,14 @@ def test_wrong_input_is_one_clear_line(tmp_path: Path, capsys: pytest.CaptureFix
 def test_the_table_and_the_picture(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("record.log.reader.read_log", lambda path: synthetic())
+    monkeypatch.setattr("robot.study.sensitivity.read_log", lambda path: synthetic())
     picture = tmp_path / "change.png"
     words = ["model", "sensitivity", "a.mcap", "b.mcap", "c.mcap", "--out", str(picture)]
     assert cli.run(words) == ExitCode.OK
     printed = capsys.readouterr().out
     assert "fitted to a.mcap, 600 frames" in printed
     assert "judged by b.mcap, c.mcap, 1200 frames" in printed
-    for word in ("heading", "turning", "pitch", "Fz", "-22.0%", "K HL", "w FR", "+-"):
+    for word in ("heading", "turning", "pitch", "Fz", "-22.0", "K HL", "w FR", "+-"):
         assert word in printed
     assert picture.read_bytes().startswith(b"\x89PNG")
 
@@ -216,7 +216,7 @@ def test_a_log_of_the_virtual_robot(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     log = walked()
-    monkeypatch.setattr("record.log.reader.read_log", lambda path: log)
+    monkeypatch.setattr("robot.study.sensitivity.read_log", lambda path: log)
     assert cli.run(["model", "sensitivity", "walk.mcap", "--json"]) == ExitCode.OK
     found = json.loads(capsys.readouterr().out)
     assert [row["quantity"] for row in found["rmse"]][:3] == ["heading", "side", "turning"]

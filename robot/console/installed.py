@@ -1,8 +1,13 @@
-"""Which versions of what are at work: for ``bigant --version``."""
+"""What is installed: the versions at work, and how an optional package is added."""
 
 import platform
 
 from record.log.versions import PACKAGES, version_of
+
+
+def how_to_install(extra: str) -> str:
+    """Return the command that installs an extra of ours, to be typed in the clone."""
+    return f"pip install -e '.[{extra}]'"
 
 
 def version_lines() -> list[str]:

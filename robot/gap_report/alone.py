@@ -1,0 +1,86 @@
+"""``bigant gap alone``: how much of the gap effects explain by themselves, for example a delay."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from gap.diagnosis.alone import Alone, each_alone
+from gap.interfaces import Cause, Effect
+from robot.console.exit_codes import ExitCode
+from robot.console.json_output import print_json
+from robot.console.progress import ProgressBar
+from robot.console.table import Column, table_lines
+from robot.gap_report.trials import read_trials, simulator_for
+from robot.gap_report.words import parameters_of
+
+TABLE = (Column("", width=40), Column("", ".4g", 9), Column(""), Column(""), Column(""))
+
+
+@dataclass(frozen=True, slots=True)
+class AloneRequest:
+    """What ``bigant gap alone`` was asked for."""
+
+    trials: list[Path]
+    effect: list[str]
+    joint: list[str]
+    json: bool
+
+
+def fit_alone(request: AloneRequest) -> ExitCode:
+    """Fit each effect by itself, or several joined with +, and judge it on the held-out runs.
+
+    Raises:
+        RecordError: A trial cannot be read.
+        GapError: The trials cannot be compared with a simulator, or an effect is not known.
+    """
+    trials = read_trials(request.trials, tuple(request.joint))
+    simulator = simulator_for(trials, None)
+    effects = {effect.name: effect for effect in simulator.effects}
+    sets = [tuple(text.split("+")) for text in request.effect] or [(name,) for name in effects]
+    with ProgressBar("alone") as bar:
+        found = each_alone(trials, simulator, sets, bar.tell)
+    if request.json:
+        print_json([_as_json(one, effects) for one in found])
+    else:
+        print("\n".join(_lines(found, effects)))
+    return ExitCode.OK
+
+
+def _lines(found: Sequence[Alone], effects: Mapping[str, Effect]) -> Iterator[str]:
+    for at, first in enumerate(found[0].channels):
+        low, high = first.before_range
+        yield (
+            f"{first.channel} {first.joint}".rstrip()
+            + f": RMS {first.before:.4g} [{low:.4g}, {high:.4g}] {first.unit} on the held-out runs"
+        )
+        rows = []
+        for one in sorted(found, key=lambda a: a.channels[at].after):
+            c = one.channels[at]
+            low, high = c.after_range
+            own = [cause for cause in one.causes if c.joint in cause.joints or not cause.joints]
+            interval, cut = f"[{low:.4g}, {high:.4g}]", f"cut {c.cut:4.0%}"
+            rows.append(("+".join(one.effects), c.after, interval, cut, _sizes(own, effects)))
+        yield from table_lines(TABLE, rows, "  ")
+
+
+def _sizes(causes: Sequence[Cause], effects: Mapping[str, Effect]) -> str:
+    return ", ".join(
+        f"{name} {value:.3g}"
+        for cause in causes
+        for name, value in parameters_of(cause, effects).items()
+    )
+
+
+def _as_json(one: Alone, effects: Mapping[str, Effect]) -> dict[str, object]:
+    return {
+        "effects": one.effects,
+        "causes": [
+            {
+                "effect": cause.effect,
+                "joints": cause.joints,
+                "parameters": parameters_of(cause, effects),
+            }
+            for cause in one.causes
+        ],
+        "channels": [{**asdict(c), "cut": c.cut} for c in one.channels],
+    }

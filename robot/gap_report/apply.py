@@ -1,0 +1,165 @@
+"""``bigant gap apply``: a diagnosis into a corrected robot file, and the gap measured again through it."""
+
+import math
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from gap.diagnosis.findings import Verdict
+from gap.diagnosis.how_far import HowFar
+from gap.diagnosis.remeasured import remeasure
+from gap.machines.legged.catalogue import CATALOGUE
+from gap.machines.legged.simulator import LeggedSimulator
+from model.effects.correction import correction_of
+from model.effects.machine import parse_machine
+from model.errors import ConfigError, GapError
+from model.parameters.tables import parse_table, read_legs
+from record.whole_file import check_room, write_text
+from robot.config.edit import Edited, check_edited, edit_robot
+from robot.console.exit_codes import ExitCode
+from robot.console.json_output import print_json
+from robot.console.progress import ProgressBar
+from robot.console.table import Column, table_lines
+from robot.control.effect_uses import USES
+from robot.gap_report.answer import ReadDiagnosis, read_diagnosis
+from robot.gap_report.trials import Runs, read_runs, robot_text
+from robot.gap_report.words import LEGGED_SIMULATORS, changed_channels
+
+MOST_CHANNELS = 8
+KEYS = (Column("", width=28), Column("", ".4g", 10), Column(""), Column("", ".4g"), Column(""))
+
+
+@dataclass(frozen=True, slots=True)
+class ApplyRequest:
+    """What ``bigant gap apply`` was asked for."""
+
+    diagnosis: Path
+    robot: Path | None
+    out: Path
+    anyway: bool
+    json: bool
+
+
+def apply_diagnosis(request: ApplyRequest) -> ExitCode:
+    """Correct the robot file and measure again.
+
+    Raises:
+        RecordError: A file cannot be read or written.
+        GapError: There is nothing to apply, or a robot file cannot hold it.
+        ConfigError: The robot file cannot be used.
+    """
+    out = request.out
+    check_room(out, "--out", ".toml")
+    if out.exists():  # it may be the file that the runs themselves name
+        raise ConfigError("--out", f"{out} exists; choose another name")
+    found = read_diagnosis(request.diagnosis, CATALOGUE)
+    _check(found, anyway=request.anyway)
+    robot = request.robot or found.robot
+    runs = read_runs(found.trials, found.references, robot) if found.trials else None
+    text = _robot_text(found, runs, robot)
+    legs = read_legs(parse_table(text).table("legs")).names
+    correction = correction_of([one.cause for one in found.causes], legs)
+    edited = edit_robot(text, correction, request.diagnosis.name)
+    check_edited(edited.text, text)
+    write_text(out, edited.text)
+    far = None if runs is None else _measured(text, edited.text, runs)
+    if request.json:
+        print_json(_as_json(out, edited, far))
+    else:
+        print("\n".join(_lines(out, found, edited, far)))
+    closed = far is None or far.after < far.before
+    return ExitCode.OK if closed else ExitCode.VERDICT_FAILED
+
+
+def _check(found: ReadDiagnosis, *, anyway: bool) -> None:
+    path = found.path
+    if found.simulator not in LEGGED_SIMULATORS:
+        raise GapError(
+            f"{path} is of the {found.simulator} simulator, whose machine is no robot of ours; apply its "
+            "numbers to your own file"
+        )
+    if not found.causes:
+        raise GapError(
+            f"{path} names no cause (verdict {found.verdict}): there is nothing to apply"
+        )
+    bound = [one.cause.effect for one in found.causes if one.on_bound]
+    if bound and not anyway:
+        raise GapError(
+            f"{', '.join(bound)} is on its bound, so it is not an effect of this form; look for another "
+            "cause, or add --anyway"
+        )
+    if found.verdict == Verdict.UNEXPLAINED.value and not anyway:
+        raise GapError(
+            f"{path} says that its causes do not explain the gap; apply them all the same with --anyway"
+        )
+
+
+def _robot_text(found: ReadDiagnosis, runs: Runs | None, robot: Path | None) -> str:
+    if robot is not None:
+        return robot_text(robot)
+    if runs is None:
+        raise GapError(
+            f"the runs of {found.path} are not where they were, so their robot file is not known; give "
+            "it with --robot"
+        )
+    if not runs.robot_text:
+        raise GapError("the runs name no robot file; give it with --robot")
+    return runs.robot_text
+
+
+def _measured(before: str, after: str, runs: Runs) -> HowFar:
+    """Measure with both files; ``after`` is read from its text, as every command does."""
+    old, new = (LeggedSimulator(parse_machine(text)) for text in (before, after))
+    with ProgressBar("measuring again") as bar:
+        return remeasure(runs.trials, runs.references, old, new, progress=bar.show)
+
+
+def _lines(out: Path, found: ReadDiagnosis, edited: Edited, far: HowFar | None) -> list[str]:
+    keys = [(e.key, e.before, "->", e.after, e.why) for e in edited.edits]
+    lines = [f"written: {out}", *table_lines(KEYS, keys, "  ")]
+    for one in edited.effects:
+        numbers = ", ".join(f"{name} = {value:.4g}" for name, value in one.values) or "a law"
+        lines.append(f"  [{one.key}]  {numbers}")
+        lines.append(f"      drive, odom, replay: {USES[one.name].value}")
+    if found.verdict == Verdict.AMBIGUOUS.value:
+        others = ", ".join(dict.fromkeys(other for _, other, _ in found.rivals))
+        lines.append(f"note: these runs also allow {others} instead; see bigant gap next")
+    if far is None:
+        return [*lines, "not measured again: the runs of the diagnosis are not where they were"]
+    lines += ["", f"measured again through {out.name}, on the held-out runs of the diagnosis:"]
+    lines.append(f"  RMS over all channels {far.before:.3g} -> {far.after:.3g} of the floor")
+    if math.isnan(far.shrink):
+        lines.append("  on these runs the gap is too small to measure how much is closed")
+    else:
+        was = "" if math.isnan(found.shrink) else f" (the diagnosis said {found.shrink:.0%})"
+        lines.append(
+            f"  {far.shrink:.0%} [{far.low:.0%}, {far.high:.0%}] of the gap is closed{was}"
+        )
+    lines += changed_channels(far, MOST_CHANNELS)
+    if not far.after < far.before:
+        lines.append("NOT SMALLER: do not use this file; diagnose again with more runs")
+    return lines
+
+
+def _as_json(out: Path, edited: Edited, far: HowFar | None) -> dict[str, object]:
+    return {
+        "file": out,
+        "keys": edited.edits,
+        "effects": [
+            {
+                "effect": e.name,
+                "leg": e.leg,
+                "parameters": dict(e.values),
+                "use": USES[e.name].value,
+            }
+            for e in edited.effects
+        ],
+        "gap": None
+        if far is None
+        else {
+            "before": far.before,
+            "after": far.after,
+            "shrink": far.shrink,
+            "shrink_interval": [far.low, far.high],
+            "channels": [asdict(one) for one in far.channels],
+        },
+    }

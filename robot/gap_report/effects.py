@@ -1,0 +1,85 @@
+"""``bigant gap effects``: the catalogue of what a simulator may lack."""
+
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from gap.effect_file import read_effects
+from gap.interfaces import Effect, Parameter, Scope
+from gap.machines.legged.catalogue import CATALOGUE
+from model.effects.catalogue import STAGES
+from model.errors import ConfigError
+from robot.console.exit_codes import ExitCode
+from robot.console.json_output import print_json
+from robot.console.screen_fit import WIDTH
+
+
+@dataclass(frozen=True, slots=True)
+class EffectsRequest:
+    """What ``bigant gap effects`` was asked for."""
+
+    effects: Path | None
+    stage: str | None
+    json: bool
+
+
+def list_effects(request: EffectsRequest) -> ExitCode:
+    """List the catalogue, with a user's own effects behind it.
+
+    Raises:
+        ConfigError: There is no such stage.
+        GapError: The file of effects cannot be used.
+    """
+    effects = list(CATALOGUE)
+    if request.effects is not None:
+        taken = tuple(effect.name for effect in effects)
+        effects += [user.effect for user in read_effects(request.effects, STAGES, taken)]
+    if request.stage is not None:
+        if request.stage not in STAGES:
+            raise ConfigError(
+                "--stage", f"{request.stage!r} is none; stages are {', '.join(STAGES)}"
+            )
+        effects = [effect for effect in effects if effect.stage == request.stage]
+    if request.json:
+        print_json([_as_json(effect) for effect in effects])
+    else:
+        print("\n".join(_lines(effects)))
+    return ExitCode.OK
+
+
+def _as_json(effect: Effect) -> dict[str, object]:
+    return {
+        "effect": effect.name,
+        "stage": effect.stage,
+        "scopes": [scope.value for scope in effect.scopes],
+        "parameters": effect.parameters,
+        "physics": effect.physics,
+        "remedy": effect.remedy,
+    }
+
+
+def _lines(effects: Sequence[Effect]) -> list[str]:
+    lines = []
+    for stage in STAGES:
+        here = [effect for effect in effects if effect.stage == stage]
+        lines += [stage.upper()] if here else []
+        for effect in here:
+            scopes = ", ".join(
+                "whole robot" if scope is Scope.ALL else "single legs" for scope in effect.scopes
+            )
+            lines.append(f"  {effect.name}  ({scopes})")
+            lines += [f"      {_words(parameter)}" for parameter in effect.parameters]
+            for text in (effect.physics, f"To do: {effect.remedy}"):
+                lines += textwrap.wrap(
+                    text, WIDTH, initial_indent="      ", subsequent_indent="      "
+                )
+    return [*lines, f"{len(effects)} effects"]
+
+
+def _words(parameter: Parameter) -> str:
+    unit = f" {parameter.unit}" if parameter.unit else ""
+    return (
+        f"{parameter.name}: {parameter.lower:g} to {parameter.upper:g}{unit}, "
+        f"neutral {parameter.neutral:g}, expected within {parameter.spread:g}"
+    )

@@ -1,0 +1,91 @@
+"""Figures as pictures in a page, and as files beside it."""
+
+import io
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+
+from record.whole_file import write_text, writing
+from robot.report.page import Section, report_page
+
+# Coordinates in a picture that matplotlib writes with six digits: of long curves, all but scales.
+PATH = re.compile(r'(<path d="|points=")([^"]*)"')
+SPACES = re.compile(r"\s+")
+LONG_NUMBER = re.compile(r"-?\d+\.\d+")
+# What is black, white or grey in a picture takes the page's colours: it must be seen in the dark, too.
+PAGE_COLOURS = (
+    ("#000000", "currentColor"),
+    ("#333333", "currentColor"),
+    ("#dddddd", "var(--line)"),
+    ("#ffffff", "var(--paper)"),
+    ("#555555", "var(--faint)"),
+)
+DOTS_PER_INCH = 130
+
+
+def write_report(
+    out: Path,
+    title: str,
+    note: str,
+    rows: Sequence[tuple[str, str]],
+    figures: Mapping[str, Figure],
+) -> tuple[Path, ...]:
+    """Write a table with pictures as a page, or the pictures alone as PNGs.
+
+    Args:
+        out: .html, or .png: each picture then becomes a file of its own, NAME-TITLE.png.
+        title: Heading.
+        note: One line below it.
+        rows: Label and text of each row of the table.
+        figures: Pictures by title.
+
+    Returns:
+        The files.
+
+    Raises:
+        RecordError: A file cannot be written.
+    """
+    if out.suffix != ".png":
+        write_text(out, report_page(title, note, [Section("", rows), *pictures(figures)]))
+        return (out,)
+    saved = []
+    for name, figure in figures.items():
+        target = out.with_name(f"{out.stem}-{name.lower().replace(' ', '-')}.png")
+        with writing(target):
+            figure.savefig(target, dpi=DOTS_PER_INCH)
+        saved.append(target)
+    return tuple(saved)
+
+
+def pictures(figures: Mapping[str, Figure]) -> list[Section]:
+    """Return each picture under its title."""
+    return [
+        Section(name, svg=inline_svg(figure, str(number)))
+        for number, (name, figure) in enumerate(figures.items())
+    ]
+
+
+def inline_svg(figure: Figure, number: str) -> str:
+    """Return a picture as SVG whose ids begin with ``fNUMBER-``: two pictures of a page share none."""
+    buffer = io.StringIO()
+    # Text stays text (small, searchable, and a test can see whether it overlaps) and ids do not change from
+    # run to run; both are read when a picture is saved, not when it is drawn.
+    with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": "bigant"}):
+        figure.savefig(buffer, format="svg", metadata={"Date": None}, transparent=True)
+    text = buffer.getvalue()
+    svg = PATH.sub(_rounded, text[text.index("<svg") :])
+    for fixed, of_page in PAGE_COLOURS:
+        for property_ in ("stroke", "fill"):
+            svg = svg.replace(f"{property_}: {fixed}", f"{property_}: {of_page}")
+    svg = re.sub(r'\bid="([^"]+)"', rf'id="f{number}-\1"', svg)
+    svg = re.sub(r"url\(#([^)]+)\)", rf"url(#f{number}-\1)", svg)
+    return re.sub(r'xlink:href="#([^"]+)"', rf'xlink:href="#f{number}-\1"', svg)
+
+
+def _rounded(path: re.Match[str]) -> str:
+    """Places of a path to a tenth of a point, which no eye sees, in a third of the letters."""
+    text = LONG_NUMBER.sub(lambda number: f"{float(number[0]):.1f}".removesuffix(".0"), path[2])
+    return f'{path[1]}{SPACES.sub(" ", text).strip()}"'

@@ -1,0 +1,48 @@
+"""``bigant show``: what a log says, as a table and as pictures."""
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from record.whole_file import check_room
+from robot.console.exit_codes import ExitCode
+from robot.console.json_output import print_json
+from robot.console.screen_fit import columns_of
+from robot.console.table import row_lines
+from robot.report.long_log import read_summary
+from robot.report.pictures import write_report
+from robot.report.plots import draw_log
+from robot.report.run_date import run_words, software_words
+from robot.report.summary_text import summary_rows
+
+
+@dataclass(frozen=True, slots=True)
+class ShowRequest:
+    """What ``bigant show`` was asked for."""
+
+    path: Path
+    out: Path | None
+    json: bool
+
+
+def show_log(request: ShowRequest) -> ExitCode:
+    """Summarise a log and draw it.
+
+    Raises:
+        RecordError: The log cannot be read, or the page cannot be written.
+        ConfigError: ``--out`` names no kind of file we write.
+    """
+    # only where it was asked for: the table is shown where no page can be written, too
+    check_room(request.out, "--out", ".html", ".png")
+    summary, log = read_summary(request.path)
+    if request.json:
+        print_json(summary)
+        return ExitCode.OK
+    rows = summary_rows(summary)
+    print(*row_lines(rows, columns_of(sys.stdout)), sep="\n")
+    title = f"{log.metadata.get('robot', 'Robot')}: {summary.gait}"
+    note = ", ".join((run_words(request.path, log.metadata), software_words(log.metadata)))
+    out = request.out or request.path.with_suffix(".html")
+    written = write_report(out, title, note, rows, draw_log(log))
+    print("pictures: " + ", ".join(map(str, written)))
+    return ExitCode.OK
