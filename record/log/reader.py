@@ -4,7 +4,7 @@ A log of any length is read in blocks, so that memory does not grow with it.
 """
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
@@ -164,11 +164,20 @@ def tick_layout(path: Path, schema: Schema | None, found: LogContents) -> int:
 
 
 def read_blocks(
-    path: Path, contents: LogContents | None = None, block_ticks: int = BLOCK_TICKS
+    path: Path,
+    contents: LogContents | None = None,
+    block_ticks: int = BLOCK_TICKS,
+    each: Callable[[StampedTick], None] | None = None,
 ) -> Iterator[Recording]:
     """Yield a log as arrays, a block of ticks at a time, in bounded memory.
 
     The damage of a block is what had been found when it was complete; the last one knows all.
+
+    Args:
+        path: The log.
+        contents: Filled with robot file, metadata and damage on the way.
+        block_ticks: Ticks of a block.
+        each: Told every tick, in order.
 
     Raises:
         RecordError: The file cannot be opened, or holds no tick that can be read.
@@ -179,6 +188,9 @@ def read_blocks(
     while block := list(islice(stamped, block_ticks)):
         if start_unix_ns is None:
             start_unix_ns = found.start_unix_ns(block[0].unix_ns)
+        if each is not None:
+            for item in block:
+                each(item)
         yield build_recording(
             [item.tick for item in block],
             names=found.names(len(block[0].tick.joints.angle_rad)),
@@ -193,11 +205,15 @@ def read_blocks(
         raise RecordError(f"{path} is no log of ours, or nothing of it is left: {reason}")
 
 
-def read_log(path: Path) -> Recording:
-    """Read a log into arrays, all of it; an hour is a gigabyte, see ``read_blocks``.
+def read_log(
+    path: Path,
+    contents: LogContents | None = None,
+    each: Callable[[StampedTick], None] | None = None,
+) -> Recording:
+    """Read a log into arrays, all of it; an hour is a gigabyte, see ``read_blocks`` for the arguments.
 
     Raises:
         RecordError: The file cannot be opened, or holds no tick that can be read.
     """
-    contents = LogContents()
-    return join_recordings(list(read_blocks(path, contents)), damage=contents.damage)
+    found = contents if contents is not None else LogContents()
+    return join_recordings(list(read_blocks(path, found, each=each)), damage=found.damage)

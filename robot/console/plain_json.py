@@ -5,7 +5,9 @@ from pathlib import Path
 
 
 def plain(value: object) -> object:
-    """Return a value for ``json.dumps``; JSON has no NaN, so what is not known is null."""
+    """Return a value for ``json.dumps``, arrays as lists; JSON has no NaN, so what is not known is null."""
+    if hasattr(value, "tolist"):
+        value = value.tolist()
     if isinstance(value, dict):
         return {key: plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

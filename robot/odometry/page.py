@@ -15,6 +15,7 @@ from robot.odometry.table import (
     health_rows,
     short_walk,
     walking_words,
+    way_and_sd,
 )
 from robot.report.page import grid_table, heading, page_frame, pictures, rows_table, section
 
@@ -35,9 +36,7 @@ def odometry_page(
         date: When it was recorded, in words.
         everything: Whether the other ways are shown beside the estimator.
     """
-    run = found.track
-    way, last = run.pose[-1] - run.pose[0], run.estimates[-1]
-    sd = [math.sqrt(last.pose_covariance[k, k]) for k in range(3)]
+    way, sd = way_and_sd(found)
     rows = [
         ("walking part", walking_words(found)),
         ("ahead", f"{number_text(1e3 * way[0], 1)} mm +- {1e3 * sd[0]:.1f}"),

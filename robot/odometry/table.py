@@ -8,8 +8,9 @@ import numpy as np
 
 from model.values.arrays import FloatArray
 from robot.console.number_text import number_text
+from robot.console.plain_json import plain
 from robot.odometry.compare import Comparison
-from robot.odometry.metrics import LENGTHS_M, TrackErrors, in_band, path_length
+from robot.odometry.metrics import LENGTHS_M, TrackErrors, in_band, mean_of, path_length
 
 NAME_LETTERS = 19
 MOST_REASONS = 5
@@ -39,15 +40,13 @@ def table(
     """
     run = found.track
     last = run.estimates[-1]
-    way = run.pose[-1] - run.pose[0]
+    way, sd = way_and_sd(found)
     lines = [
         f"walking part: {walking_words(found)}",
         f"way: {number_text(1e3 * way[0], 1)} mm ahead, "
         f"{number_text(1e3 * way[1], 1)} mm aside, {number_text(math.degrees(way[2]), 2)} deg",
-        "standard deviation at the end: "
-        f"{1e3 * math.sqrt(last.pose_covariance[0, 0]):.1f} mm, "
-        f"{1e3 * math.sqrt(last.pose_covariance[1, 1]):.1f} mm, "
-        f"{math.degrees(math.sqrt(last.pose_covariance[2, 2])):.2f} deg",
+        f"standard deviation at the end: {1e3 * sd[0]:.1f} mm, {1e3 * sd[1]:.1f} mm, "
+        f"{math.degrees(sd[2]):.2f} deg",
         f"step {np.median(run.step_us):.0f} us, 99 % below {np.percentile(run.step_us, 99):.0f} us",
         *(f"{'  ' * (label != 'health')}{label}: {words}" for label, words in health_rows(found)),
     ]
@@ -71,6 +70,12 @@ def table(
             row += "".join(number_text(value, 2, 8) for value in found.errors[0].force_rmse[k])
         lines.append(row)
     return [*lines, SHORT_NOTE]
+
+
+def way_and_sd(found: Comparison) -> tuple[FloatArray, FloatArray]:
+    """The estimator's way over the walking part, and its standard deviation: x, y [m], yaw [rad]."""
+    run = found.track
+    return run.pose[-1] - run.pose[0], np.sqrt(np.diagonal(run.way_covariance[-1]))
 
 
 def walking_words(found: Comparison) -> str:
@@ -166,61 +171,51 @@ def force_rms(errors: TrackErrors) -> FloatArray:
 def consistency_rows(found: Comparison) -> list[tuple[str, str]]:
     """Whether the estimator's covariances are as large as its errors: label and words."""
     run = found.track
-    nis = run.nis[run.nis_dof > 0] / run.nis_dof[run.nis_dof > 0]
     rows = [
-        ("NEES (3 is ideal)", f"velocity {np.mean(found.twist_nees):.2f}, "
+        ("NEES (3 is ideal)", f"velocity {mean_of(found.twist_nees):.2f}, "
          f"{100 * in_band(found.twist_nees, 3):.0f} % in the 95 % band; "
-         f"pose {np.mean(found.pose_nees):.2f}, {100 * in_band(found.pose_nees, 3):.0f} %")
+         f"pose {mean_of(found.pose_nees):.2f}, {100 * in_band(found.pose_nees, 3):.0f} %")
     ]  # fmt: skip
-    if len(nis):
-        words = f"{np.mean(nis):.2f}; {run.estimates[-1].rejects} measurements rejected"
+    if len(run.nis_over_dof):
+        words = f"{mean_of(run.nis_over_dof):.2f}; {run.rejected} measurements rejected"
         rows.append(("NIS over its numbers (1 is ideal)", words))
     return rows
 
 
-def as_json(found: Comparison, names: tuple[str, ...]) -> dict[str, object]:
+def as_json(found: Comparison, names: tuple[str, ...]) -> object:
     """The same for a program; what is not known is null."""
     run = found.track
-    last = run.estimates[-1]
-    counted = run.nis_dof > 0
-    return {
+    last, (way, sd) = run.estimates[-1], way_and_sd(found)
+    return plain({
         "ticks": len(run.t_s),
-        "pose": _plain(run.pose[-1]),
-        "pose_covariance": _plain(last.pose_covariance),
+        "pose": run.pose[-1],
+        "pose_covariance": last.pose_covariance,
+        "way": way,
+        "way_sd": sd,
         "health": last.health.value,
         "reason": last.reason,
         "step_us": {
             "median": float(np.median(run.step_us)),
             "p99": float(np.percentile(run.step_us, 99)),
         },
-        "legs": list(names),
-        "mu": _plain(last.mu),
-        "mu_sd": _plain(last.mu_sd),
-        "stiffness_n_m": _plain(last.stiffness),
+        "legs": names,
+        "mu": last.mu,
+        "mu_sd": last.mu_sd,
+        "stiffness_n_m": last.stiffness,
         "ways": [
             {
                 "name": e.name,
-                "rpe_lengths_m": list(LENGTHS_M),
-                "rpe_percent": _plain(e.rpe_percent),
-                "end_percent": _plain(e.end_percent),
-                "yaw_deg_m": _plain(e.yaw_deg_m),
-                "velocity_rmse": _plain(e.velocity_rmse),
-                "force_rmse_n": _plain(e.force_rmse),
+                "rpe_lengths_m": LENGTHS_M,
+                "rpe_percent": e.rpe_percent,
+                "end_percent": e.end_percent,
+                "yaw_deg_m": e.yaw_deg_m,
+                "velocity_rmse": e.velocity_rmse,
+                "force_rmse_n": e.force_rmse,
             }
             for e in found.errors
         ],
-        "nees_velocity": _plain(found.twist_nees.mean()),
-        "nees_pose": _plain(found.pose_nees.mean()),
-        "nis_over_dof": _plain(
-            np.mean(run.nis[counted] / run.nis_dof[counted]) if counted.any() else np.nan
-        ),
-        "rejects": last.rejects,
-    }
-
-
-def _plain(value: object) -> object:
-    """Lists and numbers; JSON has no NaN."""
-    if isinstance(value, np.ndarray) and value.ndim:
-        return [_plain(item) for item in value]
-    number = float(value)  # type: ignore[arg-type]
-    return number if math.isfinite(number) else None
+        "nees_velocity": mean_of(found.twist_nees),
+        "nees_pose": mean_of(found.pose_nees),
+        "nis_over_dof": mean_of(run.nis_over_dof),
+        "rejects": run.rejected,
+    })  # fmt: skip
