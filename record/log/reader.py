@@ -14,9 +14,11 @@ from mcap.records import Attachment, Channel, Message, Metadata, Schema
 
 from model.errors import RecordError
 from model.values.tick import Tick
+from model.values.wire import WireBytes
 from record.log.recording import Recording, build_recording, join_recordings
 from record.log.salvage import DAMAGE, Damage, Pass, damage_words, read_records
 from record.log.tick_message import decode_tick
+from record.log.wire_message import WIRE_TOPICS, decode_wire
 from record.log.writer import (
     CONFIG_NAME,
     METADATA_NAME,
@@ -115,27 +117,76 @@ def read_stamped_ticks(path: Path, contents: LogContents | None = None) -> Itera
         RecordError: As ``read_ticks``.
     """
     found = contents if contents is not None else LogContents()
-    known: dict[int, int] = {}
+    for message in read_tick_messages(path, found):
+        try:
+            tick = decode_tick(message.data, message.layout)
+        except DAMAGE as error:
+            at, when = found.progress.position, message.unix_ns
+            found.progress.damages.append(Damage(at, 0, when, when, f"a broken tick: {error}"))
+            continue
+        yield StampedTick(message.unix_ns, tick)
+
+
+@dataclass(frozen=True, slots=True)
+class TickMessage:
+    """A tick as it stands in a log, which a replay need not take apart.
+
+    Attributes:
+        unix_ns: UNIX time.
+        data: The message.
+        layout: Its layout.
+    """
+
+    unix_ns: int
+    data: bytes
+    layout: int
+
+
+def read_tick_messages(path: Path, contents: LogContents) -> Iterator[TickMessage]:
+    """Yield the ticks of a log as messages, in order; damage is stepped over and told in ``contents``.
+
+    Args:
+        path: The log.
+        contents: Filled with robot file, metadata and damage on the way.
+
+    Raises:
+        RecordError: The file cannot be opened, or its ticks have a layout that is not known.
+    """
     schemas: dict[int, Schema] = {}
-    layouts: dict[int, Schema | None] = {}
-    for record in read_records(path, found.progress, topics={TICK_TOPIC}):
+    channels: dict[int, Schema | None] = {}
+    layouts: dict[int, int] = {}
+    for record in read_records(path, contents.progress, topics={TICK_TOPIC}):
         if isinstance(record, Message):
-            if record.channel_id not in known:
-                known[record.channel_id] = tick_layout(path, layouts.get(record.channel_id), found)
-            try:
-                tick = decode_tick(record.data, known[record.channel_id])
-            except DAMAGE as error:
-                span = Damage(found.progress.position, 0, record.log_time, record.log_time,
-                              f"a broken tick: {error}")  # fmt: skip
-                found.progress.damages.append(span)
-                continue
-            yield StampedTick(record.log_time, tick)
+            channel = record.channel_id
+            if channel not in layouts:
+                layouts[channel] = tick_layout(path, channels.get(channel), contents)
+            yield TickMessage(record.log_time, record.data, layouts[channel])
         elif isinstance(record, Schema):
             schemas[record.id] = record
         elif isinstance(record, Channel) and record.topic == TICK_TOPIC:
-            layouts[record.id] = schemas.get(record.schema_id)
+            channels[record.id] = schemas.get(record.schema_id)
         else:
-            note_content(record, found)
+            note_content(record, contents)
+
+
+def read_wires(path: Path, contents: LogContents) -> tuple[WireBytes, ...]:
+    """Return the recorded traffic of both devices in the order in which it passed.
+
+    Raises:
+        RecordError: The file cannot be opened, or holds no traffic.
+    """
+    found: list[Message] = []
+    for record in read_records(path, contents.progress, topics=WIRE_TOPICS):
+        if isinstance(record, Message):
+            found.append(record)
+        else:
+            note_content(record, contents)
+    if not found:
+        raise RecordError(
+            f"{path} holds no bytes of the devices; record them with: bigant drive --record-bytes"
+        )
+    found.sort(key=lambda message: message.sequence)
+    return tuple(decode_wire(message.data) for message in found)
 
 
 def note_content(record: object, found: LogContents) -> None:

@@ -1,14 +1,15 @@
-"""Copying records of logs into a new log, without decoding what is in them."""
+"""Copying records of logs into a new log, without decoding what is in them; a damaged one made whole."""
 
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
 
 from model.errors import RecordError
-from record.log.salvage import Content
+from record.log.salvage import Content, Damage, Pass, read_records
 from record.log.writer import LIBRARY, mcap_writer, open_log_file
 
 
@@ -123,3 +124,36 @@ class LogCopy:
         with suppress(OSError):  # what cannot be flushed any more is thrown away in the next line
             self._file.close()
         self._part.unlink(missing_ok=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Repair:
+    """What a repair did.
+
+    Attributes:
+        kept: Number of messages in the new file.
+        damages: What could not be read of the old one.
+    """
+
+    kept: int
+    damages: tuple[Damage, ...]
+
+
+def repair(path: Path, out: Path, progress: Pass | None = None) -> Repair:
+    """Copy what can be read of a log into a proper file.
+
+    Args:
+        path: The log, cut, damaged or whole.
+        out: The file to write.
+        progress: Filled on the way.
+
+    Raises:
+        RecordError: Nothing can be read, or the file cannot be written.
+    """
+    done = progress if progress is not None else Pass()
+    with LogCopy(out, inputs=(path,)) as copy:
+        for record in read_records(path, done):
+            copy.add(record)
+        if copy.messages == 0:
+            raise RecordError(f"nothing in {path} can be read")
+    return Repair(copy.messages, tuple(done.damages))
