@@ -28,7 +28,7 @@ from record.log.reader import read_log, read_stamped_ticks
 from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
 from robot.odometry.compare import compare_ways, true_motion, walking_part
 from robot.odometry.metrics import in_band, mean_of, nees
-from robot.odometry.request import Beliefs
+from robot.odometry.request import OdomRequest
 from robot.odometry.track import TrackedLog, track, track_log
 from robot.study.sensitivity_frames import walk_frames
 from robot.study.sensitivity_table import fit_contact
@@ -49,13 +49,13 @@ TITLES = (
     "RPE 0.5 m, %", "naive RPE 0.5 m, %", "end, % of path", "naive end, %",
     "force RMSE / offline fit, Fx", "the same, Fy", "the same, Fz",
     "NEES velocity", "NEES pose", "NIS over numbers", "mu correlation after 4 cycles",
-    "K correlation", "step median, us", "step 99 %, us", "cpu median, us", "cpu 99 %, us",
+    "K correlation", "step median, us", "step 99 %, us",
 )  # fmt: skip
 
 
 def judge(gait: str, seed: int, folder: Path) -> Row:
     """One walk: the estimator believes the robot file, the plant has its own legs."""
-    tracked = track_log(log_of(folder, gait, seed), Beliefs(robot=DEFAULT_ROBOT_FILE))
+    tracked = track_log(log_of(folder, gait, seed), OdomRequest(robot=DEFAULT_ROBOT_FILE))
     log, found = tracked.log, compare_ways(tracked)
     run, (mine, naive) = found.track, found.errors[:2]
     phase = log.gait_phase[walking_part(log)]
@@ -70,7 +70,6 @@ def judge(gait: str, seed: int, folder: Path) -> Row:
         float(np.corrcoef(after.mu, mu)[0, 1]),
         float(np.corrcoef(after.stiffness, stiffness)[0, 1]),
         *np.percentile(run.step_us, [50, 99]).tolist(),
-        *np.percentile(run.cpu_us, [50, 99]).tolist(),
     ))  # fmt: skip
 
 

@@ -27,7 +27,7 @@ def odom(request: OdomRequest) -> ExitCode:
     """
     path, contents = request.logs[0], LogContents()
     with ProgressLine(f"estimating {path}", contents.progress):
-        tracked = track_log(path, request, contents, keep_states=request.smooth)
+        tracked = track_log(path, request, contents)
     log = tracked.log
     say_unused(tracked.config)
     fitted, stride_m, source = None, np.nan, ""

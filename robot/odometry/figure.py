@@ -1,14 +1,12 @@
 """Ways of dead reckoning beside each other: path, error along the way, velocity; friction of each leg."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from model.errors import RecordError
 from robot.odometry.compare import Comparison, Way
 from robot.odometry.metrics import path_length
 from robot.report.plots import STYLE
@@ -19,20 +17,6 @@ TRUTH = "#000000"
 # Legs are no ways: other colours, and the second half of them (the other side of the body) is dashed.
 LEG_COLOURS = ("#7570B3", "#A6761D", "#66A61E", "#17A2B8")
 LEAST_STRETCH = 1.5
-
-
-def draw(found: Comparison, names: Sequence[str], out: Path, *, everything: bool) -> None:
-    """Draw to a PNG.
-
-    Raises:
-        RecordError: It cannot be written.
-    """
-    try:
-        drawing(found, names, everything=everything).savefig(out, dpi=120)
-    except OSError as trouble:
-        raise RecordError(
-            f"{out} cannot be written: {trouble.strerror}; choose another --out"
-        ) from trouble
 
 
 def drawing(found: Comparison, names: Sequence[str], *, everything: bool) -> Figure:

@@ -13,7 +13,7 @@ from record.log.messages import planar_odometry
 from record.log.recording import Recording
 from record.log.tum import TumFile
 from robot.odometry.compare import Comparison
-from robot.odometry.figure import draw
+from robot.odometry.figure import drawing
 from robot.odometry.page import odometry_page
 from robot.odometry.track import Track
 from robot.report.page import write_page
@@ -39,19 +39,25 @@ def write(found: Comparison, log: Recording, name: Path, out: Path, *, everythin
         RecordError: It cannot be written.
     """
     run = found.track
-    if out.suffix == ".mcap":
-        write_mcap(out, run)
-    elif out.suffix == ".png":
-        draw(found, log.names, out, everything=everything)
-    elif out.suffix == ".html":
+    if out.suffix == ".html":
         page = odometry_page(
             found, log.names, name, date_words(log.metadata), everything=everything
         )
         write_page(out, page, "--out")
-    else:
+    elif out.suffix == ".tum":
         write_tum(out, run, smooth(run.states)[0][:, :3] if run.states else run.pose)
         if found.truth is not None:
             write_tum(out.with_suffix(".truth.tum"), run, found.truth[0])
+    else:
+        try:
+            if out.suffix == ".mcap":
+                write_mcap(out, run)
+            else:
+                drawing(found, log.names, everything=everything).savefig(out, dpi=120)
+        except OSError as error:
+            raise RecordError(
+                f"{out} cannot be written: {error.strerror}; choose another --out"
+            ) from error
 
 
 def write_tum(path: Path, run: Track, pose: FloatArray) -> None:
@@ -69,21 +75,13 @@ def write_mcap(path: Path, run: Track) -> None:
     """Write the estimator's odometry with its covariances, topic ``/odom``.
 
     Raises:
-        RecordError: It cannot be written.
+        OSError: It cannot be written.
     """
-    try:
-        with path.open("wb") as file:
-            writer = McapWriter(file, compression=CompressionType.ZSTD)
-            writer.start(profile="ros2", library="bigant odom")
-            schema = writer.register_schema(KIND, "ros2msg", DEFINITIONS[KIND].encode("utf-8"))
-            channel = writer.register_channel("/odom", "cdr", schema)
-            for i, (unix_ns, estimate) in enumerate(
-                zip(run.unix_ns.tolist(), run.estimates, strict=True)
-            ):
-                data = planar_odometry(unix_ns, estimate)
-                writer.add_message(channel, unix_ns, data, unix_ns, i)
-            writer.finish()  # type: ignore[no-untyped-call]
-    except OSError as error:
-        raise RecordError(
-            f"{path} cannot be written: {error.strerror}; choose another --out"
-        ) from error
+    with path.open("wb") as file:
+        writer = McapWriter(file, compression=CompressionType.ZSTD)
+        writer.start(profile="ros2", library="bigant odom")
+        schema = writer.register_schema(KIND, "ros2msg", DEFINITIONS[KIND].encode("utf-8"))
+        channel = writer.register_channel("/odom", "cdr", schema)
+        for unix_ns, estimate in zip(run.unix_ns.tolist(), run.estimates, strict=True):
+            writer.add_message(channel, unix_ns, planar_odometry(unix_ns, estimate), unix_ns)
+        writer.finish()  # type: ignore[no-untyped-call]

@@ -24,7 +24,7 @@ from robot.console.exit_codes import ExitCode, exit_code_of
 from robot.console.plain_json import plain
 from robot.control.controller import Controller
 from robot.odometry.request import OdomRequest
-from robot.odometry.track import Beside
+from robot.odometry.track import Tracker
 from robot.run.hardware import open_real, open_virtual
 from robot.run.loop import run
 from robot.run.operator import Interrupts, Script, ScriptedOperator
@@ -109,14 +109,14 @@ def _beside_log(
 ) -> None:
     clock = MonotonicClock()
     end_ns = None if request.duration is None else clock.now_ns() + round(request.duration * 1e9)
-    beside: Beside | None = None
+    tracker: Tracker | None = None
     with LogFollower(path) as follower:
         while True:
             for stamped in follower.new_ticks():
-                if beside is None:
+                if tracker is None:
                     config = request.config(follower.contents.config_text)
-                    beside = Beside(config, no_forces=request.no_forces)
-                lines.take(stamped.unix_ns, beside.step(stamped.tick))
+                    tracker = Tracker(config, no_forces=request.no_forces)
+                lines.take(stamped.unix_ns, tracker.step(stamped.tick))
             now_ns = clock.now_ns()
             ended = interrupts.count > 0 or (end_ns is not None and now_ns >= end_ns)
             if follower.finished or ended:

@@ -7,21 +7,18 @@ from pathlib import Path
 from robot.console.number_text import number_text
 from robot.odometry.compare import Comparison
 from robot.odometry.figure import drawing
-from robot.odometry.metrics import LENGTHS_M
 from robot.odometry.table import (
     NOTES,
+    Column,
     consistency_rows,
-    force_rms,
+    error_columns,
     health_rows,
+    leg_columns,
     short_walk,
     walking_words,
     way_and_sd,
 )
 from robot.report.page import grid_table, heading, page_frame, pictures, rows_table, section
-
-WAYS = ("way", *(f"RPE {d:g} m, %" for d in LENGTHS_M), "end, %", "yaw, deg/m",
-        "vx, mm/s", "vy, mm/s", "yaw rate, mrad/s", "Fx, N", "Fy, N", "Fz, N")  # fmt: skip
-LEGS = ("leg", "mu", "sd", "K, N/m", "sd", "Fx, N", "Fy, N", "Fz, N")
 
 
 def odometry_page(
@@ -48,13 +45,15 @@ def odometry_page(
     ]
     judged = "judged against the truth in the log" if found.truth else "no truth in this log"
     title = f"{log.name}: odometry"
+    errors = found.errors if everything else found.errors[:1]
+    ways = [one.name for one in errors]
     return page_frame(
         title,
         [
             heading(title, f"{log}, {date}; {judged}; the walking part only"),
             rows_table(rows),
-            section("Errors of each way", _ways(found, everything=everything)),
-            section("Each leg, as estimated at the end; RMSE of its force", _legs(found, names)),
+            section("Errors of each way", _grid("way", ways, error_columns(errors))),
+            section("Each leg, as estimated at the end", _grid("leg", names, leg_columns(found))),
             section("What the words mean", rows_table(NOTES)),
             *pictures(
                 {"Path, error, velocity, friction": drawing(found, names, everything=everything)}
@@ -63,31 +62,7 @@ def odometry_page(
     )
 
 
-def _ways(found: Comparison, *, everything: bool) -> str:
-    errors = found.errors if everything else found.errors[:1]
-    rows = [
-        (
-            one.name,
-            *(number_text(value, 2) for value in one.rpe_percent),
-            number_text(one.end_percent, 2),
-            number_text(one.yaw_deg_m, 3),
-            *(number_text(1e3 * value, 2) for value in one.velocity_rmse),
-            *(number_text(value, 2) for value in force_rms(one)),
-        )
-        for one in errors
-    ]
-    return grid_table(WAYS, rows, numbers=range(1, len(WAYS)))
-
-
-def _legs(found: Comparison, names: Sequence[str]) -> str:
-    last = found.track.estimates[-1]
-    rows = []
-    for k, name in enumerate(names):
-        stiff, of_it = last.stiffness[k], last.stiffness_sd[k]
-        row = [name, number_text(last.mu[k], 3), number_text(last.mu_sd[k], 3)]
-        row += [number_text(stiff, 0), number_text(stiff * of_it, 0)]
-        if found.errors:
-            row += [number_text(value, 2) for value in found.errors[0].force_rmse[k]]
-        rows.append(row)
-    head = LEGS if found.errors else LEGS[:5]
-    return grid_table(head, rows, numbers=range(1, len(head)))
+def _grid(label: str, names: Sequence[str], columns: Sequence[Column]) -> str:
+    heads = [f"{c.name}, {c.unit}" if c.unit else c.name for c in columns]
+    rows = list(zip(names, *(c.texts for c in columns), strict=True))
+    return grid_table((label, *heads), rows, numbers=range(1, len(heads) + 1))

@@ -13,20 +13,40 @@ SUFFIXES = (".tum", ".mcap", ".png", ".html")
 
 
 @dataclass(frozen=True, slots=True)
-class Beliefs:
-    """What the estimator is to believe other than the log's own robot file says.
+class OdomRequest:
+    """The options of ``bigant odom``; its help says more. The first four are what to believe.
 
     Attributes:
-        robot: Another robot file.
+        robot: Another robot file than the log's.
         law: Friction law of the process; None for the robot file's.
         no_sway: Leave out how the body moves as it tilts.
         no_forces: As if there were no force unit.
+        logs: Logs, behind the word ``tune`` where noise is to be found.
+        compare: Whether other ways are shown beside the estimator.
+        fitted: A walk to fit the open loop to.
+        smooth: Whether the trajectory is smoothed with all of the walk known.
+        out: File to write.
+        live: Whether it goes beside a running robot.
+        hardware: ``virtual``, or the port of the servos to read.
+        force_unit: Address of the force unit.
+        duration: End after so long [s].
+        json: Figures for a program.
     """
 
     robot: Path | None = None
     law: str | None = None
     no_sway: bool = False
     no_forces: bool = False
+    logs: Sequence[Path] = ()
+    compare: bool = False
+    fitted: Path | None = None
+    smooth: bool = False
+    out: Path | None = None
+    live: bool = False
+    hardware: str | None = None
+    force_unit: str | None = None
+    duration: float | None = None
+    json: bool = False
 
     def config(self, own: str = "") -> RobotConfig:
         """Return the robot to believe in.
@@ -47,35 +67,6 @@ class Beliefs:
         if self.no_sway:
             settings = replace(settings, sway=False)
         return replace(config, estimator=replace(config.estimator, enabled=True, settings=settings))
-
-
-@dataclass(frozen=True, slots=True)
-class OdomRequest(Beliefs):
-    """The options of ``bigant odom``; see its help.
-
-    Attributes:
-        logs: Logs, behind the word ``tune`` where noise is to be found.
-        compare: Whether other ways are shown beside the estimator.
-        fitted: A walk to fit the open loop to.
-        smooth: Whether the trajectory is smoothed with all of the walk known.
-        out: File to write.
-        live: Whether it goes beside a running robot.
-        hardware: ``virtual``, or the port of the servos to read.
-        force_unit: Address of the force unit.
-        duration: End after so long [s].
-        json: Figures for a program.
-    """
-
-    logs: Sequence[Path] = ()
-    compare: bool = False
-    fitted: Path | None = None
-    smooth: bool = False
-    out: Path | None = None
-    live: bool = False
-    hardware: str | None = None
-    force_unit: str | None = None
-    duration: float | None = None
-    json: bool = False
 
     @property
     def tunes(self) -> bool:

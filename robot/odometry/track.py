@@ -18,33 +18,10 @@ from record.log.reader import LogContents, StampedTick, read_log
 from record.log.recording import Recording
 from robot.config.robot_file import RobotConfig
 from robot.control.file_model import estimator_stage
-from robot.odometry.request import Beliefs
+from robot.odometry.request import OdomRequest
 
 # Where a way begins its pose is known to this [m, rad], as that of the estimator in its first tick.
 START_SD = 1e-4
-
-
-class Beside:
-    """The estimator stage over the ticks of somebody else's loop.
-
-    Args:
-        config: The robot to believe in.
-        no_forces: Whether foot forces are kept from it.
-    """
-
-    def __init__(self, config: RobotConfig, *, no_forces: bool = False) -> None:
-        robot = config.parameters
-        self._stage = estimator_stage(config, Linkage(robot.linkage, robot.legs.shaft_position))
-        self._no_forces = no_forces
-        self.memory = self._stage.initial()
-
-    def step(self, tick: Tick) -> Estimate:
-        """Advance by a tick."""
-        forces = no_forces(len(tick.joints.angle_rad)) if self._no_forces else tick.forces
-        self.memory, estimate = self._stage.step(
-            self.memory, tick.t_ns, tick.joints, forces, tick.inputs.poses
-        )
-        return estimate
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,18 +29,18 @@ class Track:
     """What the estimator said over T ticks of N legs, in its own frame.
 
     Attributes:
+        t_s: Time since the log's first tick, (T,).
         unix_ns: UNIX time of each, (T,).
         estimates: All that was said.
         states: What it remembered after each, for smoothing; empty unless asked for.
         step_us: Time of each step [us], with whatever else the machine was doing, (T,).
-        cpu_us: Time of the processor that each step took [us], (T,).
     """
 
+    t_s: FloatArray
     unix_ns: IntArray
     estimates: tuple[Estimate, ...]
     states: tuple[EstimatorState, ...]
     step_us: FloatArray
-    cpu_us: FloatArray
 
     def part(self, span: slice) -> "Track":
         """Return some of the ticks."""
@@ -72,12 +49,6 @@ class Track:
     def column(self, take: Callable[[Estimate], object]) -> FloatArray:
         """Stack something of each estimate, (T, ...)."""
         return np.array([take(estimate) for estimate in self.estimates], dtype=np.float64)
-
-    @cached_property
-    def t_s(self) -> FloatArray:
-        """Time since the first tick, (T,)."""
-        t_s: FloatArray = (self.unix_ns - self.unix_ns[0]) * 1e-9
-        return t_s
 
     @cached_property
     def pose(self) -> FloatArray:
@@ -120,7 +91,7 @@ class Track:
 
 
 class Tracker:
-    """Steps the stage over ticks and keeps what it says.
+    """The estimator stage over the ticks of somebody else's loop.
 
     Args:
         config: The robot to believe in.
@@ -131,24 +102,33 @@ class Tracker:
     def __init__(
         self, config: RobotConfig, *, no_forces: bool = False, keep_states: bool = False
     ) -> None:
+        robot = config.parameters
         self.config = config
-        self._beside = Beside(config, no_forces=no_forces)
+        self._stage = estimator_stage(config, Linkage(robot.linkage, robot.legs.shaft_position))
+        self._memory = self._stage.initial()
+        self._no_forces = no_forces
         self._keep_states = keep_states
         self._unix_ns: list[int] = []
         self._estimates: list[Estimate] = []
         self._states: list[EstimatorState] = []
-        self._spent_us: list[tuple[float, float]] = []
+        self._step_us: list[float] = []
+
+    def step(self, tick: Tick) -> Estimate:
+        """Advance by a tick; nothing is kept of it."""
+        forces = no_forces(len(tick.joints.angle_rad)) if self._no_forces else tick.forces
+        self._memory, estimate = self._stage.step(
+            self._memory, tick.t_ns, tick.joints, forces, tick.inputs.poses
+        )
+        return estimate
 
     def take(self, item: StampedTick) -> None:
-        """Advance by a tick."""
-        began, cpu = time.perf_counter_ns(), time.thread_time_ns()
-        estimate = self._beside.step(item.tick)
-        used = time.thread_time_ns() - cpu
-        self._spent_us.append(((time.perf_counter_ns() - began) / 1e3, used / 1e3))
+        """Advance by a tick, and keep what is said."""
+        began = time.perf_counter_ns()
+        self._estimates.append(self.step(item.tick))
+        self._step_us.append((time.perf_counter_ns() - began) / 1e3)
         self._unix_ns.append(item.unix_ns)
-        self._estimates.append(estimate)
         if self._keep_states:
-            memory = self._beside.memory.estimator
+            memory = self._memory.estimator
             # a late pose changes the states of the moments before, too
             newest = [*(state for state, _ in memory.ticks[1:]), memory.state]
             self._states[len(self._states) + 1 - len(newest) :] = newest
@@ -161,9 +141,14 @@ class Tracker:
         """
         if not self._estimates:
             raise ModelError("there is no tick to estimate from; record a longer walk")
-        step_us, cpu_us = np.array(self._spent_us).T
-        estimates, states = tuple(self._estimates), tuple(self._states)
-        return Track(np.array(self._unix_ns), estimates, states, step_us, cpu_us)
+        unix_ns = np.array(self._unix_ns)
+        return Track(
+            t_s=(unix_ns - unix_ns[0]) * 1e-9,
+            unix_ns=unix_ns,
+            estimates=tuple(self._estimates),
+            states=tuple(self._states),
+            step_us=np.array(self._step_us),
+        )
 
 
 def track(items: Iterable[StampedTick], config: RobotConfig) -> Track:
@@ -189,31 +174,28 @@ class TrackedLog:
 
 def track_log(
     path: Path,
-    beliefs: Beliefs | None = None,
+    request: OdomRequest | None = None,
     contents: LogContents | None = None,
-    *,
-    keep_states: bool = False,
 ) -> TrackedLog:
     """Run the estimator over a log: with its own robot file it says what it said in the loop.
 
     Args:
         path: The log.
-        beliefs: What to believe other than its robot file says.
+        request: What to believe other than its robot file says, and whether it is to be smoothed.
         contents: Filled on the way.
-        keep_states: Keep what a smoother needs.
 
     Raises:
         RecordError: The log cannot be read, or holds no tick.
         ConfigError: The robot file is none.
     """
-    given = beliefs if beliefs is not None else Beliefs()
+    given = request if request is not None else OdomRequest()
     found = contents if contents is not None else LogContents()
     trackers: list[Tracker] = []
 
     def take(item: StampedTick) -> None:
         if not trackers:  # the robot file comes before the first tick
             config = given.config(found.config_text)
-            trackers.append(Tracker(config, no_forces=given.no_forces, keep_states=keep_states))
+            trackers.append(Tracker(config, no_forces=given.no_forces, keep_states=given.smooth))
         trackers[0].take(item)
 
     log = read_log(path, found, take)

@@ -6,7 +6,7 @@ win by refusing to listen.
 
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, replace
 from itertools import dropwhile, takewhile
 from pathlib import Path
@@ -85,23 +85,19 @@ def tune(
         far = np.abs(point - begin).max() - math.log(FACTOR)
         if far > 0:
             return float(1e9 * (1 + far))
-        settings = _with(start, point)
-        total = 0.0
-        for walk in walks:
-            total -= _likelihood(walk, settings)
-        return total
+        settings = _with(start, np.exp(point))
+        return -sum(_likelihood(walk, settings) for walk in walks)
 
     simplex = np.vstack([begin, begin - 1.0 * np.eye(len(begin))])
     found = minimize(
         cost, begin, method="Nelder-Mead",
         options={"maxfev": EVALUATIONS, "initial_simplex": simplex, "xatol": 0.05, "fatol": 1.0},
     )  # fmt: skip
-    return _with(start, np.asarray(found.x))
+    return _with(start, [float(f"{value:.4g}") for value in np.exp(found.x)])
 
 
-def _with(start: EstimatorSettings, point: FloatArray) -> EstimatorSettings:
-    values = {name: float(f"{np.exp(v):.4g}") for name, v in zip(NAMES, point, strict=True)}
-    return replace(start, **values)  # type: ignore[arg-type]  # all of them are numbers
+def _with(start: EstimatorSettings, values: Iterable[float]) -> EstimatorSettings:
+    return replace(start, **dict(zip(NAMES, map(float, values), strict=True)))  # type: ignore[arg-type]
 
 
 def _likelihood(walk: TuningWalk, settings: EstimatorSettings) -> float:

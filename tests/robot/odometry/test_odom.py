@@ -26,7 +26,7 @@ from robot.console.exit_codes import ExitCode
 from robot.odometry.compare import compare_ways, stride_of, walking_part
 from robot.odometry.files import write_mcap
 from robot.odometry.metrics import in_band, nees, relative_error
-from robot.odometry.request import Beliefs, OdomRequest
+from robot.odometry.request import OdomRequest
 from robot.odometry.table import as_json, table
 from robot.odometry.track import START_SD, TrackedLog, track, track_log
 from robot.odometry.tune import read_walk, tune, whiteness
@@ -100,7 +100,7 @@ def test_the_estimator_beats_what_it_is_compared_with(walk: TrackedLog) -> None:
 
 
 def test_without_truth_and_forces_it_still_estimates(slipping: Path) -> None:
-    deaf = track_log(slipping, Beliefs(no_forces=True))
+    deaf = track_log(slipping, OdomRequest(no_forces=True))
     assert all(np.isnan(e.force_age_s) for e in deaf.track.estimates)
     nowhere = np.full_like(deaf.log.truth_position_W, np.nan)
     found = compare_ways(replace(deaf, log=replace(deaf.log, truth_position_W=nowhere)))
