@@ -11,23 +11,25 @@ from pathlib import Path
 
 import numpy as np
 from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
+from scipy.constants import g as standard_gravity
 
-from benchmarks.odometry_walks import GAITS, JUDGED_SEEDS, _load, plant_of
+from benchmarks.odometry_walks import GAITS, JUDGED_SEEDS, log_of, plant_of
 from model.estimator import measurements as measure
 from model.estimator import process
 from model.estimator.filter import Estimator
 from model.estimator.neighbourhood import Neighbourhood, neighbourhood
 from model.estimator.settings import EstimatorSettings
+from model.kinematics.four_bar import Linkage
 from model.parameters.robot import ContactParameters
 from model.quasistatic.frames import FrictionLaw, solve_frames
 from model.values.arrays import FloatArray, root_mean_square
 from model.values.estimate import BIAS, FIXED, SCALE, VELOCITY, OdometryInputs
-from model.values.legs import FootMotion
-from record.log.recording import Recording
-from robot.config.robot_file import load_robot
+from record.log.reader import read_log, read_stamped_ticks
+from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
 from robot.odometry.compare import compare_ways, true_motion, walking_part
-from robot.odometry.metrics import in_band, nees
-from robot.odometry.track import feet_of, inputs_of, track, weight_of
+from robot.odometry.metrics import in_band, mean_of, nees
+from robot.odometry.request import OdomRequest
+from robot.odometry.track import TrackedLog, track, track_log
 from robot.study.sensitivity_frames import walk_frames
 from robot.study.sensitivity_table import fit_contact
 from tests.model.estimator_world import CONTACT, PERIOD_NS, WEIGHT_N, simulate
@@ -47,63 +49,61 @@ TITLES = (
     "RPE 0.5 m, %", "naive RPE 0.5 m, %", "end, % of path", "naive end, %",
     "force RMSE / offline fit, Fx", "the same, Fy", "the same, Fz",
     "NEES velocity", "NEES pose", "NIS over numbers", "mu correlation after 4 cycles",
-    "K correlation", "step median, us", "step 99 %, us", "cpu median, us", "cpu 99 %, us",
+    "K correlation", "step median, us", "step 99 %, us",
 )  # fmt: skip
 
 
 def judge(gait: str, seed: int, folder: Path) -> Row:
     """One walk: the estimator believes the robot file, the plant has its own legs."""
-    log = _load(folder / f"{gait}_{seed}_9.npz")
-    config = load_robot()
-    found = compare_ways(log, config, EstimatorSettings())
+    tracked = track_log(log_of(folder, gait, seed), OdomRequest(robot=DEFAULT_ROBOT_FILE))
+    log, found = tracked.log, compare_ways(tracked)
     run, (mine, naive) = found.track, found.errors[:2]
-    first, last = walking_part(log)
-    phase = log.gait_phase[first:last]
-    after = int(np.searchsorted(phase, phase[0] + SLIPPING_CYCLES))
+    phase = log.gait_phase[walking_part(log)]
+    after = run.estimates[int(np.searchsorted(phase, phase[0] + SLIPPING_CYCLES))]
     stiffness, mu = plant_of(seed)
     ratio = 100 * mine.velocity_rmse / naive.velocity_rmse
-    forces = _force_ratio(log, run.force_B)
-    used = run.nis_dof > 0
+    forces = _force_ratio(tracked, run.force_B)
     return Row((
         *ratio.tolist(), 1e3 * mine.velocity_rmse[0], 1e3 * naive.velocity_rmse[0],
         mine.rpe_percent[1], naive.rpe_percent[1], mine.end_percent, naive.end_percent,
-        *forces, float(found.twist_nees.mean()), float(found.pose_nees.mean()),
-        float((run.nis[used] / run.nis_dof[used]).mean()),
-        float(np.corrcoef(run.mu[after], mu)[0, 1]),
-        float(np.corrcoef(run.stiffness[after], stiffness)[0, 1]),
+        *forces, mean_of(found.twist_nees), mean_of(found.pose_nees), mean_of(run.nis_over_dof),
+        float(np.corrcoef(after.mu, mu)[0, 1]),
+        float(np.corrcoef(after.stiffness, stiffness)[0, 1]),
         *np.percentile(run.step_us, [50, 99]).tolist(),
-        *np.percentile(run.cpu_us, [50, 99]).tolist(),
     ))  # fmt: skip
 
 
-def _force_ratio(log: Recording, predicted: FloatArray) -> list[float]:
+def _force_ratio(tracked: TrackedLog, predicted: FloatArray) -> list[float]:
     """Force RMSE on the later half over that of Coulomb parameters fitted offline to the earlier one.
 
     The offline fit knows the true slip and forces of its half; both predict with Coulomb's law.
     """
-    first, last = walking_part(log)
-    middle = (first + last) // 2
-    config = load_robot()
+    log, robot = tracked.log, tracked.config.parameters
+    span = walking_part(log)
+    middle = (span.start + span.stop) // 2
     walk = walk_frames(log, "walk")
-    earlier = type(walk)(*(getattr(walk, f)[: middle - first] for f in walk.__slots__))
+    earlier = type(walk)(*(getattr(walk, f)[: middle - span.start] for f in walk.__slots__))
     fitted = fit_contact(earlier, log.names, free_w=False, rest_m_s=1e-3, law=FrictionLaw.COULOMB)
-    feet = feet_of(log, config)
-    late = FootMotion(feet.position_m[middle:last], feet.velocity_m_s[middle:last])
-    solved = solve_frames(late, fitted.contact, weight_of(config), law=FrictionLaw.COULOMB)
+    late = slice(middle, span.stop)
+    linkage = Linkage(robot.linkage, robot.legs.shaft_position)
+    feet = linkage.feet(log.angle_rad[late], log.rate_rad_s[late])
+    solved = solve_frames(
+        feet, fitted.contact, robot.body.mass * standard_gravity, law=FrictionLaw.COULOMB
+    )
     offline = np.concatenate([solved.force_xy_B, solved.load_n[..., None]], axis=2)
-    true = log.truth_force_n[middle:last]
+    true = log.truth_force_n[late]
 
     def over_legs(force: FloatArray) -> FloatArray:
         size: FloatArray = np.sqrt((root_mean_square(force - true) ** 2).mean(axis=0))
         return size
 
-    share = over_legs(predicted[middle - first :]) / over_legs(offline)
+    share = over_legs(predicted[middle - span.start :]) / over_legs(offline)
     return [float(value) for value in share]
 
 
 def walks(folder: Path, seeds: tuple[int, ...], gaits: tuple[str, ...]) -> None:
     for gait in gaits:
-        there = [s for s in seeds if (folder / f"{gait}_{s}_9.npz").exists()]
+        there = [s for s in seeds if log_of(folder, gait, s).exists()]
         rows = np.array([judge(gait, seed, folder).values for seed in there])
         print(f"{gait}, {len(there)} walks, seeds {there}: median (least, most)", flush=True)
         for title, column in zip(TITLES, rows.T, strict=True):
@@ -122,10 +122,19 @@ def montecarlo(runs: int = 50, ticks: int = 300) -> None:
         nis = []
         for seed in range(runs):
             world = simulate(settings, 5000 + seed, ticks)
-            run = track(list(world.inputs), CONTACT, WEIGHT_N, settings)
-            total[0] += nees(run.velocity_B - world.velocity, run.twist_covariance) / runs
-            total[1] += nees(run.pose - world.pose, run.pose_covariance) / runs
-            nis.append(float(np.nanmean(run.nis / np.maximum(run.nis_dof, 1))))
+            estimator = Estimator(CONTACT, WEIGHT_N, settings)
+            state, said = estimator.initial(), []
+            for known in world.inputs:
+                state, estimate = estimator.step(state, known)
+                said.append(estimate)
+            velocity = np.array([e.velocity_B for e in said])
+            pose = np.array([[*e.position_m, e.yaw_rad] for e in said])
+            twist_covariance = np.array([e.twist_covariance for e in said])
+            pose_covariance = np.array([e.pose_covariance for e in said])
+            total[0] += nees(velocity - world.velocity, twist_covariance) / runs
+            total[1] += nees(pose - world.pose, pose_covariance) / runs
+            share = [e.nis / max(e.nis_dof, 1) for e in said]
+            nis.append(float(np.nanmean(share)))
         print(
             f"parameters known to {parameter_sd}: {runs} worlds, {ticks} ticks; NEES velocity "
             f"{total[0].mean():.2f}, {100 * in_band(total[0], 3, runs):.0f} % in band (after 1 s "
@@ -159,19 +168,24 @@ def steps(count: int = 1_000_000) -> None:
 def ukf(folder: Path, seed: int = 901, ticks: int = 600) -> None:
     """filterpy's unscented filter on the same model and noise, offline, beside the EKF."""
     config = load_robot()
-    contact, weight_n = config.parameters.contact, weight_of(config)
+    robot, weight_n = config.parameters, config.parameters.body.mass * standard_gravity
+    linkage = Linkage(robot.linkage, robot.legs.shaft_position)
     for gait in GAITS:
-        log = _load(folder / f"{gait}_{seed}_9.npz")
-        first, _ = walking_part(log)
-        inputs = inputs_of(log, feet_of(log, config), first, first + ticks)
-        truth = true_motion(log, slice(first, first + ticks))
+        path = log_of(folder, gait, seed)
+        first = walking_part(read_log(path)).start
+        walked = list(read_stamped_ticks(path))[first : first + ticks]
+        truth = true_motion(read_log(path), slice(first, first + ticks))
         assert truth is not None
-        ekf = track(inputs, contact, weight_n, pose=truth[0][0])
-        unscented = _unscented(inputs, contact, weight_n, truth[0][0])
-        for name, velocity in (("EKF", ekf.velocity_B), ("UKF", unscented)):
+        inputs = []
+        for tick in (item.tick for item in walked):
+            feet = linkage.frame_feet(tick.joints.angle_rad, tick.joints.rate_rad_s)
+            inputs.append(OdometryInputs(tick.t_ns, feet, tick.forces))
+        ekf = track(walked, config).velocity_B
+        unscented = _unscented(inputs, robot.contact, weight_n, np.zeros(3))
+        for name, velocity in (("EKF", ekf), ("UKF", unscented)):
             error = 1e3 * root_mean_square(velocity - truth[1])
             print(f"{gait} {name}: RMSE {error[0]:.3f} {error[1]:.3f} mm/s, {error[2]:.3f} mrad/s")
-        print(f"  apart: {1e3 * root_mean_square(unscented - ekf.velocity_B)}", flush=True)
+        print(f"  apart: {1e3 * root_mean_square(unscented - ekf)}", flush=True)
 
 
 def _unscented(

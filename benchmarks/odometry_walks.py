@@ -4,7 +4,7 @@ Each seed draws its own friction and stiffness for every leg (a log-uniform fact
 way) beside its own sensor noise, so that the estimator, which is given the robot file's values, has
 something to find out. The bus and its bytes are left out, as ``bigant sim run --fast`` does, and the
 estimator is not run while walking: neither changes what is recorded (``--check`` walks both ways and
-compares every array). Walks are kept as arrays in a folder.
+compares every array). Walks are kept as logs in a folder.
 
 ``python -m benchmarks.odometry_walks FOLDER`` makes them all.
 """
@@ -13,15 +13,17 @@ import argparse
 import re
 from dataclasses import fields, replace
 from pathlib import Path
-from types import MappingProxyType
+from tempfile import TemporaryDirectory
 from typing import cast
 
 import numpy as np
 
 from model.values.arrays import FloatArray
 from model.values.faults import Fault, StopReason
-from model.values.tick import Mode, Tick
-from record.log.recording import Recording, build_recording
+from model.values.tick import Mode
+from record.log.reader import read_log
+from record.log.recording import Recording
+from record.log.writer import LogWriter
 from robot.config.robot_file import RobotConfig, load_robot, parse_robot
 from robot.control.controller import Controller
 from robot.control.safety import Allowed
@@ -94,8 +96,10 @@ class _Reached:
         return self._rig.cut_torque()
 
 
-def walk_without_bytes(config: RobotConfig, gait: str, cycles: float, seed: int) -> Recording:
-    """What ``robot.virtual.walk`` records, without its bytes and without the estimator's answers."""
+def walk_without_bytes(
+    config: RobotConfig, gait: str, cycles: float, seed: int, path: Path
+) -> None:
+    """Log what ``robot.virtual.walk`` records, without its bytes and without the estimator's answers."""
     rig, robot = open_twin(
         config, file_twin(config, seed), seed=seed, armed=True, with_forces=True, cameras=False
     )
@@ -103,27 +107,16 @@ def walk_without_bytes(config: RobotConfig, gait: str, cycles: float, seed: int)
     quiet = replace(config, estimator=replace(config.estimator, enabled=False))
     controller = Controller(quiet, rig.calibrations, armed=True)
     script = Script(gait, controller.book.gaits[gait].frequency_hz, 0.0, cycles, None)
-    kept = _Kept()
-    reached = cast(Rig, _Reached(config, rig, robot))
-    result = run(reached, controller, ScriptedOperator(script, Interrupts()), kept, None)
-    if result.reason is not StopReason.COMPLETED:
-        raise SystemExit(f"{gait} {seed} stopped early ({result.reason.name}): {result.detail}")
-    return build_recording(
-        kept.ticks, names=config.parameters.legs.names, start_ns=start_ns,
-        config_text=config.text, metadata=MappingProxyType({"gait": gait}), damage="",
+    writer = LogWriter(
+        path, names=config.parameters.legs.names, config_text=config.text,
+        metadata={"gait": gait, "hardware": "virtual"}, start_ns=start_ns, start_unix_ns=start_ns,
     )  # fmt: skip
-
-
-class _Kept:
-    """A sink that keeps every tick."""
-
-    error = None
-
-    def __init__(self) -> None:
-        self.ticks: list[Tick] = []
-
-    def write(self, tick: Tick) -> None:
-        self.ticks.append(tick)
+    reached = cast(Rig, _Reached(config, rig, robot))
+    result = run(reached, controller, ScriptedOperator(script, Interrupts()), writer, None)
+    writer.close()
+    if result.reason is not StopReason.COMPLETED:
+        path.unlink()
+        raise SystemExit(f"{gait} {seed} stopped early ({result.reason.name}): {result.detail}")
 
 
 def check(gait: str, seed: int, cycles: float) -> list[str]:
@@ -132,7 +125,8 @@ def check(gait: str, seed: int, cycles: float) -> list[str]:
     What the loop predicted and estimated meanwhile is left out: judging does that anew.
     """
     config = plant_config(seed)
-    quick = walk_without_bytes(config, gait, cycles, seed)
+    with TemporaryDirectory() as folder:
+        quick = read_log(walk(gait, seed, Path(folder), cycles))
     whole = walk_in_memory(config, gait, cycles=cycles, seed=seed, progress=lambda _: None)
     walking = [int((made.mode == Mode.WALK.value).sum()) for made in (quick, whole)]
     print(f"{gait} {seed}: ticks {len(quick.t_s)} and {len(whole.t_s)}, walking {walking}")
@@ -146,35 +140,20 @@ def check(gait: str, seed: int, cycles: float) -> list[str]:
     return different
 
 
-def walk(gait: str, seed: int, folder: Path, cycles: float = CYCLES) -> Recording:
-    """A walk of this seed's plant, from the folder if it has been made before."""
-    kept = folder / f"{gait}_{seed}_{cycles:g}.npz"
-    if kept.exists():
-        return _load(kept)
-    made = walk_without_bytes(plant_config(seed), gait, cycles, seed)
-    arrays = {f.name: getattr(made, f.name) for f in fields(Recording) if f.name not in TEXTS}
-    folder.mkdir(parents=True, exist_ok=True)
-    np.savez(
-        kept, **arrays, names=np.array(made.names), gait=made.metadata["gait"],
-        config_text=made.config_text,
-    )  # fmt: skip
-    return _load(kept)
+def log_of(folder: Path, gait: str, seed: int, cycles: float = CYCLES) -> Path:
+    """Where the log of a walk is kept."""
+    return folder / f"{gait}_{seed}_{cycles:g}.mcap"
 
 
-def _load(path: Path) -> Recording:
-    with np.load(path) as kept:
-        absent = np.full(1, np.nan)  # walks kept from before the estimator ran in the loop
-        arrays = {
-            f.name: kept.get(f.name, absent) for f in fields(Recording) if f.name not in TEXTS
-        }
-        return Recording(
-            **arrays,
-            names=tuple(str(name) for name in kept["names"]),
-            faults=(),
-            config_text=str(kept["config_text"]),
-            metadata=MappingProxyType({"gait": str(kept["gait"]), "hardware": "virtual"}),
-            damage="",
-        )
+def walk(gait: str, seed: int, folder: Path, cycles: float = CYCLES) -> Path:
+    """The log of a walk of this seed's plant, made if it is not there yet."""
+    kept = log_of(folder, gait, seed, cycles)
+    if not kept.exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        part = kept.with_suffix(".part")
+        walk_without_bytes(plant_config(seed), gait, cycles, seed, part)
+        part.replace(kept)
+    return kept
 
 
 def main() -> None:
@@ -191,8 +170,7 @@ def main() -> None:
     every = (*TUNING_SEEDS[:2], *JUDGED_SEEDS, *TUNING_SEEDS[2:])
     for seed in tuple(options.seeds) or every:
         for gait in GAITS:
-            made = walk(gait, seed, folder)
-            print(f"{gait} {seed}: {made.t_s[-1]:.0f} s", flush=True)
+            print(f"{gait} {seed}: {walk(gait, seed, folder)}", flush=True)
 
 
 if __name__ == "__main__":

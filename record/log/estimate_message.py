@@ -1,6 +1,6 @@
 """What the estimator said in a tick, and absolute poses, as parts of the tick's message.
 
-The order of fields is that of ``bigant_msgs/msg/Odometry`` and ``PoseRecord`` in
+The order of fields is that of ``bigant_msgs/msg/Estimate`` and ``PoseRecord`` in
 ``record.log.definitions``.
 """
 

@@ -4,7 +4,7 @@ A log of any length is read in blocks, so that memory does not grow with it.
 """
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
@@ -14,9 +14,11 @@ from mcap.records import Attachment, Channel, Message, Metadata, Schema
 
 from model.errors import RecordError
 from model.values.tick import Tick
+from model.values.wire import WireBytes
 from record.log.recording import Recording, build_recording, join_recordings
 from record.log.salvage import DAMAGE, Damage, Pass, damage_words, read_records
 from record.log.tick_message import decode_tick
+from record.log.wire_message import WIRE_TOPICS, decode_wire
 from record.log.writer import (
     CONFIG_NAME,
     METADATA_NAME,
@@ -115,27 +117,76 @@ def read_stamped_ticks(path: Path, contents: LogContents | None = None) -> Itera
         RecordError: As ``read_ticks``.
     """
     found = contents if contents is not None else LogContents()
-    known: dict[int, int] = {}
+    for message in read_tick_messages(path, found):
+        try:
+            tick = decode_tick(message.data, message.layout)
+        except DAMAGE as error:
+            at, when = found.progress.position, message.unix_ns
+            found.progress.damages.append(Damage(at, 0, when, when, f"a broken tick: {error}"))
+            continue
+        yield StampedTick(message.unix_ns, tick)
+
+
+@dataclass(frozen=True, slots=True)
+class TickMessage:
+    """A tick as it stands in a log, which a replay need not take apart.
+
+    Attributes:
+        unix_ns: UNIX time.
+        data: The message.
+        layout: Its layout.
+    """
+
+    unix_ns: int
+    data: bytes
+    layout: int
+
+
+def read_tick_messages(path: Path, contents: LogContents) -> Iterator[TickMessage]:
+    """Yield the ticks of a log as messages, in order; damage is stepped over and told in ``contents``.
+
+    Args:
+        path: The log.
+        contents: Filled with robot file, metadata and damage on the way.
+
+    Raises:
+        RecordError: The file cannot be opened, or its ticks have a layout that is not known.
+    """
     schemas: dict[int, Schema] = {}
-    layouts: dict[int, Schema | None] = {}
-    for record in read_records(path, found.progress, topics={TICK_TOPIC}):
+    channels: dict[int, Schema | None] = {}
+    layouts: dict[int, int] = {}
+    for record in read_records(path, contents.progress, topics={TICK_TOPIC}):
         if isinstance(record, Message):
-            if record.channel_id not in known:
-                known[record.channel_id] = tick_layout(path, layouts.get(record.channel_id), found)
-            try:
-                tick = decode_tick(record.data, known[record.channel_id])
-            except DAMAGE as error:
-                span = Damage(found.progress.position, 0, record.log_time, record.log_time,
-                              f"a broken tick: {error}")  # fmt: skip
-                found.progress.damages.append(span)
-                continue
-            yield StampedTick(record.log_time, tick)
+            channel = record.channel_id
+            if channel not in layouts:
+                layouts[channel] = tick_layout(path, channels.get(channel), contents)
+            yield TickMessage(record.log_time, record.data, layouts[channel])
         elif isinstance(record, Schema):
             schemas[record.id] = record
         elif isinstance(record, Channel) and record.topic == TICK_TOPIC:
-            layouts[record.id] = schemas.get(record.schema_id)
+            channels[record.id] = schemas.get(record.schema_id)
         else:
-            note_content(record, found)
+            note_content(record, contents)
+
+
+def read_wires(path: Path, contents: LogContents) -> tuple[WireBytes, ...]:
+    """Return the recorded traffic of both devices in the order in which it passed.
+
+    Raises:
+        RecordError: The file cannot be opened, or holds no traffic.
+    """
+    found: list[Message] = []
+    for record in read_records(path, contents.progress, topics=WIRE_TOPICS):
+        if isinstance(record, Message):
+            found.append(record)
+        else:
+            note_content(record, contents)
+    if not found:
+        raise RecordError(
+            f"{path} holds no bytes of the devices; record them with: bigant drive --record-bytes"
+        )
+    found.sort(key=lambda message: message.sequence)
+    return tuple(decode_wire(message.data) for message in found)
 
 
 def note_content(record: object, found: LogContents) -> None:
@@ -164,11 +215,20 @@ def tick_layout(path: Path, schema: Schema | None, found: LogContents) -> int:
 
 
 def read_blocks(
-    path: Path, contents: LogContents | None = None, block_ticks: int = BLOCK_TICKS
+    path: Path,
+    contents: LogContents | None = None,
+    block_ticks: int = BLOCK_TICKS,
+    each: Callable[[StampedTick], None] | None = None,
 ) -> Iterator[Recording]:
     """Yield a log as arrays, a block of ticks at a time, in bounded memory.
 
     The damage of a block is what had been found when it was complete; the last one knows all.
+
+    Args:
+        path: The log.
+        contents: Filled with robot file, metadata and damage on the way.
+        block_ticks: Ticks of a block.
+        each: Told every tick, in order.
 
     Raises:
         RecordError: The file cannot be opened, or holds no tick that can be read.
@@ -179,6 +239,9 @@ def read_blocks(
     while block := list(islice(stamped, block_ticks)):
         if start_unix_ns is None:
             start_unix_ns = found.start_unix_ns(block[0].unix_ns)
+        if each is not None:
+            for item in block:
+                each(item)
         yield build_recording(
             [item.tick for item in block],
             names=found.names(len(block[0].tick.joints.angle_rad)),
@@ -193,11 +256,15 @@ def read_blocks(
         raise RecordError(f"{path} is no log of ours, or nothing of it is left: {reason}")
 
 
-def read_log(path: Path) -> Recording:
-    """Read a log into arrays, all of it; an hour is a gigabyte, see ``read_blocks``.
+def read_log(
+    path: Path,
+    contents: LogContents | None = None,
+    each: Callable[[StampedTick], None] | None = None,
+) -> Recording:
+    """Read a log into arrays, all of it; an hour is a gigabyte, see ``read_blocks`` for the arguments.
 
     Raises:
         RecordError: The file cannot be opened, or holds no tick that can be read.
     """
-    contents = LogContents()
-    return join_recordings(list(read_blocks(path, contents)), damage=contents.damage)
+    found = contents if contents is not None else LogContents()
+    return join_recordings(list(read_blocks(path, found, each=each)), damage=found.damage)

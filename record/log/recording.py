@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
 from model.values.estimate import Estimate
 from model.values.faults import Fault
+from model.values.readings import BodyTruth
 from model.values.tick import Tick
 from record.log.estimate_message import HEALTHS
 
@@ -95,6 +97,50 @@ class Recording:
         return bool(np.isfinite(self.truth_position_W).any())
 
 
+def _estimated(take: Callable[[Estimate], object]) -> Callable[[Tick], object]:
+    return lambda tick: None if tick.estimate is None else take(tick.estimate)
+
+
+def _true(take: Callable[[BodyTruth], object]) -> Callable[[Tick], object]:
+    return lambda tick: None if tick.inputs.truth is None else take(tick.inputs.truth)
+
+
+# What is taken of a tick, None where it is not there, and its shape; -1 is the number of legs.
+_LEGS = -1
+_TAKEN: Mapping[str, tuple[Callable[[Tick], object], tuple[int, ...]]] = MappingProxyType({
+    "gait_phase": (lambda t: t.gait_phase, ()),
+    "angle_rad": (lambda t: t.joints.angle_rad, (_LEGS,)),
+    "rate_rad_s": (lambda t: t.joints.rate_rad_s, (_LEGS,)),
+    "current_a": (lambda t: t.joints.current_a, (_LEGS,)),
+    "temperature_c": (lambda t: t.joints.temperature_c, (_LEGS,)),
+    "sent_angle_rad": (lambda t: t.sent.angle_rad, (_LEGS,)),
+    "force_n": (lambda t: t.forces.force_n, (_LEGS, 3)),
+    "predicted_force_n": (lambda t: t.contact.traction.force_B, (_LEGS, 3)),
+    "predicted_velocity_B": (lambda t: t.contact.traction.velocity_B, (3,)),
+    "predicted_slip_B": (lambda t: t.contact.traction.slip_B, (_LEGS, 2)),
+    "dead_reckoning_pose": (
+        lambda t: (*t.dead_reckoning.position_m, t.dead_reckoning.yaw_rad), (3,)),
+    "estimate_pose": (_estimated(lambda e: (*e.position_m, e.yaw_rad)), (3,)),
+    "estimate_pose_sd": (_estimated(lambda e: np.sqrt(np.diagonal(e.pose_covariance))), (3,)),
+    "estimate_velocity_B": (_estimated(lambda e: e.velocity_B), (3,)),
+    "estimate_force_n": (_estimated(lambda e: e.force_B), (_LEGS, 3)),
+    "truth_position_W": (_true(lambda b: b.position_W), (3,)),
+    "truth_quaternion_xyzw": (_true(lambda b: b.quaternion_xyzw), (4,)),
+    "truth_velocity_B": (_true(lambda b: (*b.velocity_B[:2], b.angular_velocity_B[2])), (3,)),
+    "truth_foot_velocity_W": (_true(lambda b: b.foot_velocity_W), (_LEGS, 3)),
+    "truth_force_n": (_true(lambda b: b.foot_force_B), (_LEGS, 3)),
+    "lateness_s": (lambda t: t.inputs.timing.lateness_ns * 1e-9, ()),
+    "busy_s": (lambda t: t.inputs.timing.busy_ns * 1e-9, ()),
+})  # fmt: skip
+_COUNTED: Mapping[str, Callable[[Tick], int]] = MappingProxyType({
+    "mode": lambda t: t.mode.value,
+    "stop_reason": lambda t: t.stop_reason.value,
+    "missed": lambda t: t.inputs.timing.missed,
+    "estimate_health":
+        lambda t: NOT_RUNNING if t.estimate is None else HEALTHS.index(t.estimate.health),
+})  # fmt: skip
+
+
 def build_recording(
     ticks: Sequence[Tick],
     *,
@@ -116,80 +162,21 @@ def build_recording(
         damage: Empty, or how the file is damaged.
         times_s: Time of each tick since the beginning; without it, from their own clock.
     """
-    legs = len(names)
-
-    def column(take: Callable[[Tick], FloatArray | float]) -> FloatArray:
-        array: FloatArray = readonly(np.array([take(tick) for tick in ticks], dtype=np.float64))
-        return array
-
-    def counts(take: Callable[[Tick], int]) -> IntArray:
-        array: IntArray = readonly(np.array([take(tick) for tick in ticks], dtype=np.int64))
-        return array
-
-    def truth(take: Callable[[Tick], FloatArray], *shape: int) -> FloatArray:
-        nothing = np.full(shape, np.nan)
-        return column(lambda tick: nothing if tick.inputs.truth is None else take(tick))
-
-    def planar(tick: Tick) -> FloatArray:
-        known = tick.inputs.truth
-        assert known is not None  # asked only where there is one
-        return np.array([*known.velocity_B[:2], known.angular_velocity_B[2]])
-
-    def estimate(take: Callable[[Estimate], FloatArray], *shape: int) -> FloatArray:
-        nothing = np.full(shape, np.nan)
-        return column(lambda tick: nothing if tick.estimate is None else take(tick.estimate))
-
-    no_contact = np.zeros(legs, dtype=bool)
-    contact = np.array(
-        [no_contact if tick.inputs.truth is None else tick.inputs.truth.contact for tick in ticks]
-    )
+    arrays: dict[str, Any] = {
+        "t_s": [(t.t_ns - start_ns) * 1e-9 for t in ticks] if times_s is None else times_s
+    }
+    for name, (take, shape) in _TAKEN.items():
+        nothing = np.full([len(names) if size == _LEGS else size for size in shape], np.nan)
+        taken = (take(tick) for tick in ticks)
+        arrays[name] = [nothing if value is None else value for value in taken]
+    arrays = {name: readonly(np.array(v, dtype=np.float64)) for name, v in arrays.items()}
+    for name, count in _COUNTED.items():
+        arrays[name] = readonly(np.array([count(tick) for tick in ticks], dtype=np.int64))
+    truths, no_contact = [tick.inputs.truth for tick in ticks], np.zeros(len(names), dtype=bool)
     return Recording(
         names=names,
-        t_s=column(lambda tick: (tick.t_ns - start_ns) * 1e-9)
-        if times_s is None
-        else readonly(np.array(times_s, dtype=np.float64)),
-        mode=counts(lambda tick: tick.mode.value),
-        stop_reason=counts(lambda tick: tick.stop_reason.value),
-        gait_phase=column(lambda tick: tick.gait_phase),
-        angle_rad=column(lambda tick: tick.joints.angle_rad),
-        rate_rad_s=column(lambda tick: tick.joints.rate_rad_s),
-        current_a=column(lambda tick: tick.joints.current_a),
-        temperature_c=column(lambda tick: tick.joints.temperature_c),
-        sent_angle_rad=column(lambda tick: tick.sent.angle_rad),
-        force_n=column(lambda tick: tick.forces.force_n),
-        predicted_force_n=column(lambda tick: tick.contact.traction.force_B),
-        predicted_velocity_B=column(lambda tick: tick.contact.traction.velocity_B),
-        predicted_slip_B=column(lambda tick: tick.contact.traction.slip_B),
-        dead_reckoning_pose=column(
-            lambda tick: np.array([*tick.dead_reckoning.position_m, tick.dead_reckoning.yaw_rad])
-        ),
-        estimate_pose=estimate(lambda e: np.array([*e.position_m, e.yaw_rad]), 3),
-        estimate_pose_sd=estimate(lambda e: np.sqrt(np.diagonal(e.pose_covariance)), 3),
-        estimate_velocity_B=estimate(lambda e: e.velocity_B, 3),
-        estimate_force_n=estimate(lambda e: e.force_B, legs, 3),
-        estimate_health=counts(
-            lambda t: NOT_RUNNING if t.estimate is None else HEALTHS.index(t.estimate.health)
-        ),
-        truth_position_W=truth(lambda t: t.inputs.truth.position_W, 3),  # type: ignore[union-attr]
-        truth_quaternion_xyzw=truth(
-            lambda t: t.inputs.truth.quaternion_xyzw,  # type: ignore[union-attr]
-            4,
-        ),
-        truth_velocity_B=truth(planar, 3),
-        truth_foot_velocity_W=truth(
-            lambda t: t.inputs.truth.foot_velocity_W,  # type: ignore[union-attr]
-            legs,
-            3,
-        ),
-        truth_force_n=truth(
-            lambda t: t.inputs.truth.foot_force_B,  # type: ignore[union-attr]
-            legs,
-            3,
-        ),
-        truth_contact=readonly(contact),
-        lateness_s=column(lambda tick: tick.inputs.timing.lateness_ns * 1e-9),
-        busy_s=column(lambda tick: tick.inputs.timing.busy_ns * 1e-9),
-        missed=counts(lambda tick: tick.inputs.timing.missed),
+        **arrays,
+        truth_contact=readonly(np.array([no_contact if b is None else b.contact for b in truths])),
         faults=tuple((row, fault) for row, tick in enumerate(ticks) for fault in tick.faults),
         config_text=config_text,
         metadata=metadata,

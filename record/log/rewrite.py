@@ -1,14 +1,15 @@
-"""Copying records of logs into a new log, without decoding what is in them."""
+"""Copying records of logs into a new log, without decoding what is in them; a damaged one made whole."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.writer import Writer as McapWriter
 
 from model.errors import RecordError
-from record.log.salvage import Content
+from record.log.salvage import Content, Damage, Pass, read_records
 from record.log.writer import LIBRARY, mcap_writer
 from record.whole_file import whole_file
 
@@ -90,3 +91,36 @@ def log_copy(out: Path, inputs: tuple[Path, ...]) -> Iterator[LogCopy]:
         writer.start(profile="ros2", library=LIBRARY)
         yield LogCopy(writer)
         writer.finish()  # type: ignore[no-untyped-call]
+
+
+@dataclass(frozen=True, slots=True)
+class Repair:
+    """What a repair did.
+
+    Attributes:
+        kept: Number of messages in the new file.
+        damages: What could not be read of the old one.
+    """
+
+    kept: int
+    damages: tuple[Damage, ...]
+
+
+def repair(path: Path, out: Path, progress: Pass | None = None) -> Repair:
+    """Copy what can be read of a log into a proper file.
+
+    Args:
+        path: The log, cut, damaged or whole.
+        out: The file to write.
+        progress: Filled on the way.
+
+    Raises:
+        RecordError: Nothing can be read, or the file cannot be written.
+    """
+    done = progress if progress is not None else Pass()
+    with log_copy(out, inputs=(path,)) as copy:
+        for record in read_records(path, done):
+            copy.add(record)
+        if copy.messages == 0:
+            raise RecordError(f"nothing in {path} can be read")
+    return Repair(copy.messages, tuple(done.damages))

@@ -1,6 +1,6 @@
 """A robot file's text with some numbers changed: comments, order and spelling of all else survive."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -110,6 +110,24 @@ def with_servo_zeros(text: str, zeros: Sequence[int]) -> str:
         raise ConfigError("robot file", f"is not valid TOML: {error}") from error
     except (KeyError, IndexError, TypeError) as error:
         raise ConfigError("legs.servo_zero", f"must be a list of {len(zeros)} zeros") from error
+    return tomlkit.dumps(document)
+
+
+def with_estimator(text: str, values: Mapping[str, float | str]) -> str:
+    """Return a robot file's text with some keys of its table ``[estimator]`` set; it need not have one.
+
+    Args:
+        text: The robot file.
+        values: Keys and values.
+
+    Raises:
+        ConfigError: The file is no TOML.
+    """
+    try:
+        document: Any = tomlkit.parse(text)
+    except TOMLKitError as error:
+        raise ConfigError("robot file", f"is not valid TOML: {error}") from error
+    document.setdefault("estimator", tomlkit.table()).update(values)
     return tomlkit.dumps(document)
 
 

@@ -1,28 +1,30 @@
-"""The estimator beside simpler ways of dead reckoning over one recording, and the truth."""
+"""The estimator beside simpler ways of dead reckoning over the walking part of a log, and the truth."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
+from scipy.constants import g as standard_gravity
 
 from model.errors import RecordError
-from model.estimator.settings import EstimatorSettings
-from model.motion.se2 import integrate
+from model.kinematics.four_bar import Linkage
+from model.motion.dead_reckoning import advance
+from model.motion.se2 import aligning, compose, integrate
 from model.parameters.robot import ContactParameters
 from model.quasistatic.frame import solve_frame
-from model.values.arrays import FloatArray
+from model.values.arrays import BoolArray, FloatArray
 from model.values.legs import FootMotion
-from model.values.tick import Mode
+from model.values.tick import DeadReckoning, Mode
 from record.log.recording import Recording
 from robot.config.robot_file import RobotConfig
-from robot.odometry.effect_frames import effect_frames
+from robot.control.effects import model_of
 from robot.odometry.metrics import TrackErrors, nees, track_errors
-from robot.odometry.track import OdometryTrack, Progress, feet_of, inputs_of, track, weight_of
+from robot.odometry.track import Track, TrackedLog
 from robot.report.run_totals import true_pose
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Way:
-    """A way of dead reckoning: pose (T, 3), body velocity (T, 3), foot forces (T, N, 3)."""
+    """A way of dead reckoning: pose (T, 3), body velocity (T, 3), foot forces (T, N, 3) or NaN for none."""
 
     name: str
     pose: FloatArray
@@ -32,19 +34,19 @@ class Way:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Comparison:
-    """All ways over the walking part of a recording of T ticks.
+    """All ways over the walking part of a recording, T ticks; all begin at the estimator's pose.
 
     Attributes:
         track: The estimator's.
         log_ticks: Ticks of all of the recording.
         ways: All, the estimator first; the truth is no way.
-        truth: Its pose, velocity and forces; None without truth.
+        truth: Its pose, begun there too, velocity and forces; None without truth.
         errors: One a way; empty without truth.
         twist_nees: (T,); NaN without truth.
-        pose_nees: (T,).
+        pose_nees: Of the way since the first of these ticks, (T,).
     """
 
-    track: OdometryTrack
+    track: Track
     log_ticks: int
     ways: tuple[Way, ...]
     truth: tuple[FloatArray, FloatArray, FloatArray] | None
@@ -53,8 +55,8 @@ class Comparison:
     pose_nees: FloatArray
 
 
-def walking_part(log: Recording) -> tuple[int, int]:
-    """First tick of walking and the one after the last.
+def walking_part(log: Recording) -> slice:
+    """Ticks from the first one of walking to the last.
 
     Raises:
         RecordError: There is no walking.
@@ -62,72 +64,53 @@ def walking_part(log: Recording) -> tuple[int, int]:
     walking = np.flatnonzero(log.mode == Mode.WALK.value)
     if len(walking) < 2:
         raise RecordError("the log holds no walking; record a walk")
-    return int(walking[0]), int(walking[-1]) + 1
+    return slice(int(walking[0]), int(walking[-1]) + 1)
 
 
 def compare_ways(
-    log: Recording,
-    config: RobotConfig,
-    settings: EstimatorSettings,
-    *,
-    fitted: ContactParameters | None = None,
-    stride_m: float = np.nan,
-    keep_states: bool = False,
-    progress: Progress | None = None,
+    tracked: TrackedLog, *, fitted: ContactParameters | None = None, stride_m: float = np.nan
 ) -> Comparison:
-    """Run all ways.
+    """Hold the estimator against the other ways and the truth.
 
     Args:
-        log: A recording with walking in it.
-        config: The robot as the estimator believes it to be.
-        settings: Of the estimator.
+        tracked: A log with walking in it, and what the estimator said.
         fitted: Parameters fitted offline to another walk, for the open loop.
         stride_m: Distance a cycle, for the way that knows nothing else; NaN leaves it out.
-        keep_states: Keep what a smoother needs.
-        progress: Told the share done.
 
     Raises:
         RecordError: There is no walking.
     """
-    first, last = walking_part(log)
-    span = slice(first, last)
-    weight_n, feet = weight_of(config), feet_of(log, config)
-    effects = effect_frames(log, config, settings, (first, last), progress)
-    if effects is not None:
-        weight_n, feet = effects.weight_n, effects.feet
-        log = replace(log, force_n=effects.force_n)
-    truth = true_motion(log, span)
-    start = np.zeros(3) if truth is None else truth[0][0]
-    inputs = inputs_of(log, feet, first, last)
-    if effects is not None:
-        inputs = [replace(one, added=a) for one, a in zip(inputs, effects.added, strict=True)]
-    run = track(
-        inputs, config.parameters.contact, weight_n, settings,
-        pose=start, keep_states=keep_states, progress=progress,
-    )  # fmt: skip
-    walked = FootMotion(feet.position_m[span], feet.velocity_m_s[span])
-    t_s = log.t_s[span]
-    ways = [Way("estimator", run.pose, run.velocity_B, run.force_B)]
-    naive = config.parameters.contact
-    if effects is None:
-        ways.append(_open_loop("open loop, naive", walked, naive, weight_n, t_s, start))
-    else:
-        pose = dead_reckon(effects.velocity_B, t_s, start)
-        ways.append(Way("open loop, naive", pose, effects.velocity_B, effects.force_B))
+    log, config = tracked.log, tracked.config
+    span = walking_part(log)
+    run, t_s = tracked.track.part(span), log.t_s[span]
+    start = run.pose[0]
+    feet, velocity, force = _model(log, config, span)
+    naive = _reckoned("open loop, naive", velocity, t_s, start, force)
+    ways = [Way("estimator", run.pose, run.velocity_B, run.force_B), naive]
     if fitted is not None:
-        ways.append(_open_loop("open loop, fitted", walked, fitted, weight_n, t_s, start))
+        weight_n = float(np.nanmedian(force[..., 2].sum(axis=1)))  # with what rides along
+        velocity, force = _solved(feet, fitted, weight_n)
+        ways.append(_reckoned("open loop, fitted", velocity, t_s, start, force))
     if np.isfinite(stride_m):
-        ways.append(_strides(log.gait_phase[span], stride_m, t_s, start, ways[0].force_B.shape))
-    ways.append(_rigid_stance(walked, ways[1].force_B, t_s, start))
+        velocity = np.zeros((len(t_s), 3))
+        velocity[:, 0] = stride_m * np.gradient(log.gait_phase[span], t_s)
+        ways.append(_reckoned("distance a stride", velocity, t_s, start))
+    velocity = _rigid_stance(feet, naive.force_B[..., 2] > 0)
+    ways.append(_reckoned("rigid stance", velocity, t_s, start))
+    truth = true_motion(log, span)
     if truth is None:
         nothing = np.full(len(t_s), np.nan)
         return Comparison(run, len(log.t_s), tuple(ways), None, (), nothing, nothing)
-    errors = tuple(track_errors(w.name, w.pose, w.velocity_B, w.force_B, truth) for w in ways)
+    truth = compose(aligning(start, truth[0][0]), truth[0]), *truth[1:]
     return Comparison(
-        run, len(log.t_s), tuple(ways), truth, errors,
-        nees(run.velocity_B - truth[1], run.twist_covariance),
-        nees(run.pose - truth[0], run.pose_covariance),
-    )  # fmt: skip
+        track=run,
+        log_ticks=len(log.t_s),
+        ways=tuple(ways),
+        truth=truth,
+        errors=tuple(track_errors(w.name, w.pose, w.velocity_B, w.force_B, truth) for w in ways),
+        twist_nees=nees(run.velocity_B - truth[1], run.column(lambda e: e.twist_covariance)),
+        pose_nees=nees(run.pose - truth[0], run.way_covariance),
+    )
 
 
 def true_motion(log: Recording, span: slice) -> tuple[FloatArray, FloatArray, FloatArray] | None:
@@ -138,58 +121,67 @@ def true_motion(log: Recording, span: slice) -> tuple[FloatArray, FloatArray, Fl
 
 def stride_of(log: Recording) -> float:
     """True distance a cycle of a walk [m]; NaN without truth."""
-    first, last = walking_part(log)
-    cycles = float(log.gait_phase[last - 1] - log.gait_phase[first])
-    way = log.truth_position_W[last - 1, :2] - log.truth_position_W[first, :2]
-    return float(np.hypot(*way)) / cycles if cycles > 0 else np.nan
+    span = walking_part(log)
+    phase, place = log.gait_phase[span], log.truth_position_W[span, :2]
+    cycles = float(phase[-1] - phase[0])
+    return float(np.hypot(*(place[-1] - place[0]))) / cycles if cycles > 0 else np.nan
 
 
-def dead_reckon(velocity: FloatArray, t_s: FloatArray, start: FloatArray) -> FloatArray:
-    """Poses of a body velocity held between ticks, (T, 3); unknown velocities stand still."""
-    between = 0.5 * (velocity[:-1] + velocity[1:])
-    held = np.where(np.isfinite(between), between, 0.0)
-    return integrate(held, np.diff(t_s), start)
-
-
-def _open_loop(
+def _reckoned(
     name: str,
-    feet: FootMotion,
-    contact: ContactParameters,
-    weight_n: float,
+    velocity: FloatArray,
     t_s: FloatArray,
     start: FloatArray,
+    force: FloatArray | None = None,
 ) -> Way:
-    """The viscous-Coulomb model with fixed parameters, as the loop runs it."""
-    velocity = np.empty((len(t_s), 3))
-    force = np.empty(feet.position_m.shape)
-    for i in range(len(t_s)):
-        motion = FootMotion(feet.position_m[i], feet.velocity_m_s[i])
-        traction = solve_frame(motion, contact, weight_n).traction
-        velocity[i], force[i] = traction.velocity_B, traction.force_B
-    return Way(name, dead_reckon(velocity, t_s, start), velocity, force)
+    """The way of a body velocity held between ticks; unknown velocities stand still."""
+    between = 0.5 * (velocity[:-1] + velocity[1:])
+    pose = integrate(np.where(np.isfinite(between), between, 0.0), np.diff(t_s), start)
+    return Way(name, pose, velocity, np.array(np.nan) if force is None else force)
 
 
-def _strides(
-    phase: FloatArray, stride_m: float, t_s: FloatArray, start: FloatArray, shape: tuple[int, ...]
-) -> Way:
-    velocity = np.zeros((len(t_s), 3))
-    velocity[:, 0] = stride_m * np.gradient(phase, t_s)
-    pose = dead_reckon(velocity, t_s, start)
-    return Way("distance a stride", pose, velocity, np.full(shape, np.nan))
+def _model(
+    log: Recording, config: RobotConfig, span: slice
+) -> tuple[FootMotion, FloatArray, FloatArray]:
+    """Feet, velocity and forces by the robot file's own model, as the loop runs it.
+
+    Shaft speeds are the servos' own, which need no look ahead.
+    """
+    robot, effects = config.parameters, model_of(config)
+    angle, rate, t_ns = log.angle_rad[span], log.rate_rad_s[span], np.round(log.t_s[span] * 1e9)
+    if effects is None:
+        feet = Linkage(robot.linkage, robot.legs.shaft_position).feet(angle, rate)
+        return feet, *_solved(feet, robot.contact, robot.body.mass * standard_gravity)
+    position, speed, force = np.full((3, *log.force_n[span].shape), np.nan)
+    velocity = np.full((len(t_ns), 3), np.nan)
+    where = DeadReckoning(int(t_ns[0]), np.zeros(2), 0.0, np.full(3, np.nan), valid=False)
+    for i, now_ns in enumerate(t_ns.astype(int).tolist()):
+        pose, dt_s = np.array([*where.position_m, where.yaw_rad]), (now_ns - where.t_ns) * 1e-9
+        answer = effects.solve(angle[i], rate[i], pose, where.velocity_B, dt_s)
+        position[i], speed[i] = answer.feet.position_m, answer.feet.velocity_m_s
+        velocity[i], force[i] = answer.contact.traction.velocity_B, answer.contact.traction.force_B
+        where = advance(where, velocity[i], now_ns)
+    return FootMotion(position, speed), velocity, force
 
 
-def _rigid_stance(feet: FootMotion, force: FloatArray, t_s: FloatArray, start: FloatArray) -> Way:
-    """Legs that do not slip: the twist that moves loaded feet least over the ground."""
-    velocity = np.full((len(t_s), 3), np.nan)
-    loaded = force[:, :, 2] > 0
-    for i in range(len(t_s)):
-        place = feet.position_m[i][loaded[i]]
-        speed = feet.velocity_m_s[i][loaded[i]]
+def _solved(
+    feet: FootMotion, contact: ContactParameters, weight_n: float
+) -> tuple[FloatArray, FloatArray]:
+    """Velocity and forces by the viscous-Coulomb model with fixed parameters."""
+    frames = map(FootMotion, feet.position_m, feet.velocity_m_s)
+    answers = [solve_frame(frame, contact, weight_n).traction for frame in frames]
+    return np.array([a.velocity_B for a in answers]), np.array([a.force_B for a in answers])
+
+
+def _rigid_stance(feet: FootMotion, loaded: BoolArray) -> FloatArray:
+    """Velocity if legs did not slip: the twist that moves loaded feet least over the ground, (T, 3)."""
+    velocity = np.full((len(loaded), 3), np.nan)
+    for i, on_ground in enumerate(loaded):
+        place, speed = feet.position_m[i][on_ground], feet.velocity_m_s[i][on_ground]
         if len(place) < 2:
             continue
         rows = np.zeros((2 * len(place), 3))
         rows[: len(place), 0] = rows[len(place) :, 1] = 1.0
         rows[:, 2] = [*-place[:, 1], *place[:, 0]]
         velocity[i] = np.linalg.lstsq(rows, -speed[:, :2].T.ravel(), rcond=None)[0]
-    pose = dead_reckon(velocity, t_s, start)
-    return Way("rigid stance", pose, velocity, np.full(force.shape, np.nan))
+    return velocity

@@ -1,14 +1,12 @@
 """Ways of dead reckoning beside each other: path, error along the way, velocity; friction of each leg."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from model.errors import RecordError
 from robot.odometry.compare import Comparison, Way
 from robot.odometry.metrics import path_length
 from robot.report.plots import STYLE
@@ -19,20 +17,6 @@ TRUTH = "#000000"
 # Legs are no ways: other colours, and the second half of them (the other side of the body) is dashed.
 LEG_COLOURS = ("#7570B3", "#A6761D", "#66A61E", "#17A2B8")
 LEAST_STRETCH = 1.5
-
-
-def draw(found: Comparison, names: Sequence[str], out: Path, *, everything: bool) -> None:
-    """Draw to a PNG.
-
-    Raises:
-        RecordError: It cannot be written.
-    """
-    try:
-        drawing(found, names, everything=everything).savefig(out, dpi=120)
-    except OSError as trouble:
-        raise RecordError(
-            f"{out} cannot be written: {trouble.strerror}; choose another --out"
-        ) from trouble
 
 
 def drawing(found: Comparison, names: Sequence[str], *, everything: bool) -> Figure:
@@ -86,17 +70,17 @@ def _truth(found: Comparison, axes: tuple[Axes, Axes, Axes]) -> None:
     late = run.t_s > run.t_s[-1] - LAST_S
     path.plot(*found.truth[0][:, :2].T, color=TRUTH, ls="--", lw=1, label="truth")
     speed.plot(run.t_s[late], 1e3 * found.truth[1][late, 0], color=TRUTH, ls="--", lw=0.8)
-    two_sd = 2e3 * np.sqrt(run.pose_covariance[:, 0, 0] + run.pose_covariance[:, 1, 1])
+    two_sd = 2e3 * np.sqrt(run.way_covariance[:, 0, 0] + run.way_covariance[:, 1, 1])
     label = "two sd, as the estimator says"
     error.plot(path_length(found.truth[0]), two_sd, color=TRUTH, ls=":", lw=1, label=label)
 
 
 def _friction(found: Comparison, names: Sequence[str], ax: Axes) -> None:
-    half = (len(names) + 1) // 2
+    half, mu = (len(names) + 1) // 2, found.track.column(lambda e: e.mu)
     for k, name in enumerate(names):
         colour = LEG_COLOURS[k % half % len(LEG_COLOURS)]
         style = "-" if k < half else "--"
-        ax.plot(found.track.t_s, found.track.mu[:, k], lw=1, color=colour, ls=style, label=name)
+        ax.plot(found.track.t_s, mu[:, k], lw=1, color=colour, ls=style, label=name)
 
 
 def _say_stretch(figure: Figure, ax: Axes) -> None:

@@ -95,11 +95,19 @@ def nees(error: FloatArray, covariance: FloatArray) -> FloatArray:
 
     Args:
         error: (T, d).
-        covariance: (T, d, d).
+        covariance: (T, d, d); where it is not positive definite the result is NaN.
     """
-    solved = np.linalg.solve(covariance, error[..., None])[..., 0]
-    found: FloatArray = np.einsum("ti,ti->t", error, solved)
+    sound = np.linalg.eigvalsh(covariance)[:, 0] > 0
+    solved = np.linalg.solve(covariance[sound], error[sound, :, None])[..., 0]
+    found = np.full(len(error), np.nan)
+    found[sound] = np.einsum("ti,ti->t", error[sound], solved)
     return found
+
+
+def mean_of(values: FloatArray) -> float:
+    """Mean of what is known; NaN where nothing is."""
+    known = values[np.isfinite(values)]
+    return float(known.mean()) if len(known) else np.nan
 
 
 def in_band(values: FloatArray, freedom: float, runs: int = 1) -> float:

@@ -7,21 +7,19 @@ from pathlib import Path
 from robot.console.table import number_text
 from robot.odometry.compare import Comparison
 from robot.odometry.figure import drawing
-from robot.odometry.metrics import LENGTHS_M
 from robot.odometry.table import (
     NOTES,
+    Column,
     consistency_rows,
-    force_rms,
+    error_columns,
     health_rows,
+    leg_columns,
     short_walk,
     walking_words,
+    way_and_sd,
 )
 from robot.report.page import Section, report_page
 from robot.report.pictures import pictures
-
-WAYS = ("way", *(f"RPE {d:g} m, %" for d in LENGTHS_M), "end, %", "yaw, deg/m",
-        "vx, mm/s", "vy, mm/s", "yaw rate, mrad/s", "Fx, N", "Fy, N", "Fz, N")  # fmt: skip
-LEGS = ("leg", "mu", "sd", "K, N/m", "sd", "Fx, N", "Fy, N", "Fz, N")
 
 
 def odometry_page(
@@ -36,9 +34,7 @@ def odometry_page(
         date: When it was recorded, in words.
         everything: Whether the other ways are shown beside the estimator.
     """
-    run = found.track
-    way, last = run.pose[-1] - run.pose[0], run.estimates[-1]
-    sd = [math.sqrt(last.pose_covariance[k, k]) for k in range(3)]
+    way, sd = way_and_sd(found)
     rows = [
         ("walking part", walking_words(found)),
         ("ahead", f"{number_text(1e3 * way[0], 1)} mm +- {1e3 * sd[0]:.1f}"),
@@ -49,46 +45,25 @@ def odometry_page(
         *(("RPE", words) for words in short_walk(found)),
     ]
     judged = "judged against the truth in the log" if found.truth else "no truth in this log"
-    figure = drawing(found, names, everything=everything)
+    errors = found.errors if everything else found.errors[:1]
+    ways = [one.name for one in errors]
+    title = "Each leg, as estimated at the end; RMSE of its force"
     return report_page(
         f"{log.name}: odometry",
         f"{log}, {date}; {judged}; the walking part only",
         [
             Section("", rows),
-            _ways(found, everything=everything),
-            _legs(found, names),
+            _grid("Errors of each way", "way", ways, error_columns(errors)),
+            _grid(title, "leg", names, leg_columns(found)),
             Section("What the words mean", NOTES),
-            *pictures({"Path, error, velocity, friction": figure}),
+            *pictures(
+                {"Path, error, velocity, friction": drawing(found, names, everything=everything)}
+            ),
         ],
     )
 
 
-def _ways(found: Comparison, *, everything: bool) -> Section:
-    errors = found.errors if everything else found.errors[:1]
-    rows = [
-        (
-            one.name,
-            *(number_text(value, 2) for value in one.rpe_percent),
-            number_text(one.end_percent, 2),
-            number_text(one.yaw_deg_m, 3),
-            *(number_text(1e3 * value, 2) for value in one.velocity_rmse),
-            *(number_text(value, 2) for value in force_rms(one)),
-        )
-        for one in errors
-    ]
-    return Section("Errors of each way", rows, WAYS, range(1, len(WAYS)))
-
-
-def _legs(found: Comparison, names: Sequence[str]) -> Section:
-    last = found.track.estimates[-1]
-    rows = []
-    for k, name in enumerate(names):
-        stiff, of_it = last.stiffness[k], last.stiffness_sd[k]
-        row = [name, number_text(last.mu[k], 3), number_text(last.mu_sd[k], 3)]
-        row += [number_text(stiff, 0), number_text(stiff * of_it, 0)]
-        if found.errors:
-            row += [number_text(value, 2) for value in found.errors[0].force_rmse[k]]
-        rows.append(row)
-    head = LEGS if found.errors else LEGS[:5]
-    title = "Each leg, as estimated at the end; RMSE of its force"
-    return Section(title, rows, head, range(1, len(head)))
+def _grid(title: str, label: str, names: Sequence[str], columns: Sequence[Column]) -> Section:
+    heads = [f"{c.name}, {c.unit}" if c.unit else c.name for c in columns]
+    rows = list(zip(names, *(c.texts for c in columns), strict=True))
+    return Section(title, rows, (label, *heads), range(1, len(heads) + 1))

@@ -3,15 +3,19 @@
 import math
 import re
 from collections import Counter
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from model.values.arrays import FloatArray
+from robot.console.json_output import plain
 from robot.console.table import number_text
 from robot.odometry.compare import Comparison
-from robot.odometry.metrics import LENGTHS_M, TrackErrors, in_band, path_length
+from robot.odometry.metrics import LENGTHS_M, TrackErrors, in_band, mean_of, path_length
 
-NAME_LETTERS = 19
+NAME_LETTERS, LEG_LETTERS = 19, 6
+PLACE_COLUMNS = len(LENGTHS_M) + 2
 MOST_REASONS = 5
 NUMBER = re.compile(r"[-+]?\d+(\.\d+)?")
 NOTES = (
@@ -38,39 +42,97 @@ def table(
         width: Letters of a line of the terminal; a wider table is set as two. None: as wide as it is.
     """
     run = found.track
-    last = run.estimates[-1]
-    way = run.pose[-1] - run.pose[0]
+    way, sd = way_and_sd(found)
     lines = [
         f"walking part: {walking_words(found)}",
         f"way: {number_text(1e3 * way[0], 1)} mm ahead, "
         f"{number_text(1e3 * way[1], 1)} mm aside, {number_text(math.degrees(way[2]), 2)} deg",
-        "standard deviation at the end: "
-        f"{1e3 * math.sqrt(last.pose_covariance[0, 0]):.1f} mm, "
-        f"{1e3 * math.sqrt(last.pose_covariance[1, 1]):.1f} mm, "
-        f"{math.degrees(math.sqrt(last.pose_covariance[2, 2])):.2f} deg",
+        f"standard deviation at the end: {1e3 * sd[0]:.1f} mm, {1e3 * sd[1]:.1f} mm, "
+        f"{math.degrees(sd[2]):.2f} deg",
         f"step {np.median(run.step_us):.0f} us, 99 % below {np.percentile(run.step_us, 99):.0f} us",
         *(f"{'  ' * (label != 'health')}{label}: {words}" for label, words in health_rows(found)),
     ]
     if found.errors:
-        lines += _error_lines(found.errors if everything else found.errors[:1], width)
+        errors = found.errors if everything else found.errors[:1]
+        columns, ways = error_columns(errors), [e.name for e in errors]
+        whole = NAME_LETTERS + sum(column.width for column in columns)
+        cut = len(columns) if width is None or whole <= width else PLACE_COLUMNS
+        for part in filter(None, (columns[:cut], columns[cut:])):
+            lines += _column_lines("", NAME_LETTERS, ways, part)
         lines += [f"{label}: {words}" for label, words in consistency_rows(found)]
         lines += [f"RPE: {words}" for words in short_walk(found)]
     elif everything:
         lines.append("no truth in this log: the ways are drawn beside each other (--out FILE.png)")
-    lines += [
-        f"{'leg':<6}{'mu':>8}{'sd':>7}{'K N/m':>9}{'sd':>7}"
-        + (f"{'Fx':>8}{'Fy':>8}{'Fz':>8}   RMSE of force, N" if found.errors else "")
+    return [*lines, *_column_lines("leg", LEG_LETTERS, names, leg_columns(found)), SHORT_NOTE]
+
+
+class Column(NamedTuple):
+    """A column of a table: its head, letters of a line, and a text a row."""
+
+    name: str
+    unit: str
+    width: int
+    texts: list[str]
+
+
+def _column_lines(
+    label: str, letters: int, names: Sequence[str], columns: Sequence[Column]
+) -> list[str]:
+    """Columns below their names and units, beside the names of their rows."""
+    rows = [(label, *(c.name for c in columns)), ("", *(c.unit for c in columns))]
+    rows += [(name, *(c.texts[k] for c in columns)) for k, name in enumerate(names)]
+    widths = [column.width for column in columns]
+    return [
+        f"{head:<{letters}}" + "".join(f"{t:>{w}}" for t, w in zip(texts, widths, strict=True))
+        for head, *texts in rows
     ]
-    for k, name in enumerate(names):
-        row = (
-            f"{name:<6}{number_text(last.mu[k], 3, 8)}{number_text(last.mu_sd[k], 3, 7)}"
-            f"{number_text(last.stiffness[k], 0, 9)}"
-            f"{number_text(last.stiffness[k] * last.stiffness_sd[k], 0, 7)}"
-        )
-        if found.errors:
-            row += "".join(number_text(value, 2, 8) for value in found.errors[0].force_rmse[k])
-        lines.append(row)
-    return [*lines, SHORT_NOTE]
+
+
+def error_columns(errors: Sequence[TrackErrors]) -> list[Column]:
+    """The errors of each way, a way a row; the first ``PLACE_COLUMNS`` are of the place."""
+
+    def column(name: str, unit: str, width: int, digits: int, values: Iterable[float]) -> Column:
+        return Column(name, unit, width, [number_text(value, digits) for value in values])
+
+    rates = (("vx", "mm/s", 8), ("vy", "mm/s", 8), ("yaw rate", "mrad/s", 10))
+    forces = np.array([np.sqrt((e.force_rmse**2).mean(axis=0)) for e in errors])  # over all feet
+    return [
+        *(
+            column(f"RPE {length_m:g} m", "%", 11, 2, (e.rpe_percent[k] for e in errors))
+            for k, length_m in enumerate(LENGTHS_M)
+        ),
+        column("end", "%", 8, 2, (e.end_percent for e in errors)),
+        column("yaw", "deg/m", 9, 3, (e.yaw_deg_m for e in errors)),
+        *(
+            column(name, unit, width, 2, (1e3 * e.velocity_rmse[k] for e in errors))
+            for k, (name, unit, width) in enumerate(rates)
+        ),
+        *(column(f"F{axis}", "N", 7, 2, forces[:, k]) for k, axis in enumerate("xyz")),
+    ]
+
+
+def leg_columns(found: Comparison) -> list[Column]:
+    """Friction and stiffness of each leg at the end, and the RMSE of its force if there is truth."""
+    last = found.track.estimates[-1]
+    values = [
+        ("mu", "", 8, 3, last.mu),
+        ("sd", "", 7, 3, last.mu_sd),
+        ("K", "N/m", 9, 0, last.stiffness),
+        ("sd", "N/m", 7, 0, last.stiffness * last.stiffness_sd),
+    ]
+    if found.errors:
+        force = found.errors[0].force_rmse
+        values += [(f"F{axis} RMSE", "N", 9, 2, force[:, k]) for k, axis in enumerate("xyz")]
+    return [
+        Column(name, unit, width, [number_text(value, digits) for value in each])
+        for name, unit, width, digits, each in values
+    ]
+
+
+def way_and_sd(found: Comparison) -> tuple[FloatArray, FloatArray]:
+    """The estimator's way over the walking part, and its standard deviation: x, y [m], yaw [rad]."""
+    run = found.track
+    return run.pose[-1] - run.pose[0], np.sqrt(np.diagonal(run.way_covariance[-1]))
 
 
 def walking_words(found: Comparison) -> str:
@@ -110,117 +172,54 @@ def short_walk(found: Comparison) -> list[str]:
     return [f"none: the walk is {length_m:.2f} m long, the shortest piece is {LENGTHS_M[0]:g} m"]
 
 
-Column = tuple[str, str, int, list[str]]  # name, unit, width, a text for each way
-
-
-def _error_lines(errors: tuple[TrackErrors, ...], width: int | None) -> list[str]:
-    """The errors of each way: one table, or two below each other where one is too wide."""
-    ahead, behind = _place_columns(errors), _rate_columns(errors)
-    whole = NAME_LETTERS + sum(column[2] for column in (*ahead, *behind))
-    parts = [[*ahead, *behind]] if width is None or whole <= width else [ahead, behind]
-    lines: list[str] = []
-    for part in parts:
-        lines += [
-            " " * NAME_LETTERS + "".join(f"{name:>{w}}" for name, _, w, _ in part),
-            " " * NAME_LETTERS + "".join(f"{unit:>{w}}" for _, unit, w, _ in part),
-        ]
-        lines += [
-            f"{e.name:<{NAME_LETTERS}}" + "".join(f"{texts[k]:>{w}}" for _, _, w, texts in part)
-            for k, e in enumerate(errors)
-        ]
-    return lines
-
-
-def _place_columns(errors: tuple[TrackErrors, ...]) -> list[Column]:
-    return [
-        *(
-            (f"RPE {d:g} m", "%", 11, [number_text(e.rpe_percent[k], 2) for e in errors])
-            for k, d in enumerate(LENGTHS_M)
-        ),
-        ("end", "%", 8, [number_text(e.end_percent, 2) for e in errors]),
-        ("yaw", "deg/m", 9, [number_text(e.yaw_deg_m, 3) for e in errors]),
-    ]
-
-
-def _rate_columns(errors: tuple[TrackErrors, ...]) -> list[Column]:
-    heads = (("vx", "mm/s", 8), ("vy", "mm/s", 8), ("yaw rate", "mrad/s", 10))
-    forces = [force_rms(e) for e in errors]
-    return [
-        *(
-            (name, unit, w, [number_text(1e3 * e.velocity_rmse[k], 2) for e in errors])
-            for k, (name, unit, w) in enumerate(heads)
-        ),
-        *(
-            (f"F{axis}", "N", 7, [number_text(force[k], 2) for force in forces])
-            for k, axis in enumerate("xyz")
-        ),
-    ]
-
-
-def force_rms(errors: TrackErrors) -> FloatArray:
-    """RMSE of the predicted force over all feet: x, y, z, (3,) [N]."""
-    found: FloatArray = np.sqrt((errors.force_rmse**2).mean(axis=0))
-    return found
-
-
 def consistency_rows(found: Comparison) -> list[tuple[str, str]]:
     """Whether the estimator's covariances are as large as its errors: label and words."""
     run = found.track
-    nis = run.nis[run.nis_dof > 0] / run.nis_dof[run.nis_dof > 0]
     rows = [
-        ("NEES (3 is ideal)", f"velocity {np.mean(found.twist_nees):.2f}, "
+        ("NEES (3 is ideal)", f"velocity {mean_of(found.twist_nees):.2f}, "
          f"{100 * in_band(found.twist_nees, 3):.0f} % in the 95 % band; "
-         f"pose {np.mean(found.pose_nees):.2f}, {100 * in_band(found.pose_nees, 3):.0f} %")
+         f"pose {mean_of(found.pose_nees):.2f}, {100 * in_band(found.pose_nees, 3):.0f} %")
     ]  # fmt: skip
-    if len(nis):
-        words = f"{np.mean(nis):.2f}; {run.estimates[-1].rejects} measurements rejected"
+    if len(run.nis_over_dof):
+        words = f"{mean_of(run.nis_over_dof):.2f}; {run.rejected} measurements rejected"
         rows.append(("NIS over its numbers (1 is ideal)", words))
     return rows
 
 
-def as_json(found: Comparison, names: tuple[str, ...]) -> dict[str, object]:
+def as_json(found: Comparison, names: tuple[str, ...]) -> object:
     """The same for a program; what is not known is null."""
     run = found.track
-    last = run.estimates[-1]
-    counted = run.nis_dof > 0
-    return {
+    last, (way, sd) = run.estimates[-1], way_and_sd(found)
+    return plain({
         "ticks": len(run.t_s),
-        "pose": _plain(run.pose[-1]),
-        "pose_covariance": _plain(last.pose_covariance),
+        "pose": run.pose[-1],
+        "pose_covariance": last.pose_covariance,
+        "way": way,
+        "way_sd": sd,
         "health": last.health.value,
         "reason": last.reason,
         "step_us": {
             "median": float(np.median(run.step_us)),
             "p99": float(np.percentile(run.step_us, 99)),
         },
-        "legs": list(names),
-        "mu": _plain(last.mu),
-        "mu_sd": _plain(last.mu_sd),
-        "stiffness_n_m": _plain(last.stiffness),
+        "legs": names,
+        "mu": last.mu,
+        "mu_sd": last.mu_sd,
+        "stiffness_n_m": last.stiffness,
         "ways": [
             {
                 "name": e.name,
-                "rpe_lengths_m": list(LENGTHS_M),
-                "rpe_percent": _plain(e.rpe_percent),
-                "end_percent": _plain(e.end_percent),
-                "yaw_deg_m": _plain(e.yaw_deg_m),
-                "velocity_rmse": _plain(e.velocity_rmse),
-                "force_rmse_n": _plain(e.force_rmse),
+                "rpe_lengths_m": LENGTHS_M,
+                "rpe_percent": e.rpe_percent,
+                "end_percent": e.end_percent,
+                "yaw_deg_m": e.yaw_deg_m,
+                "velocity_rmse": e.velocity_rmse,
+                "force_rmse_n": e.force_rmse,
             }
             for e in found.errors
         ],
-        "nees_velocity": _plain(found.twist_nees.mean()),
-        "nees_pose": _plain(found.pose_nees.mean()),
-        "nis_over_dof": _plain(
-            np.mean(run.nis[counted] / run.nis_dof[counted]) if counted.any() else np.nan
-        ),
-        "rejects": last.rejects,
-    }
-
-
-def _plain(value: object) -> object:
-    """Lists and numbers; JSON has no NaN."""
-    if isinstance(value, np.ndarray) and value.ndim:
-        return [_plain(item) for item in value]
-    number = float(value)  # type: ignore[arg-type]
-    return number if math.isfinite(number) else None
+        "nees_velocity": mean_of(found.twist_nees),
+        "nees_pose": mean_of(found.pose_nees),
+        "nis_over_dof": mean_of(run.nis_over_dof),
+        "rejects": run.rejected,
+    })  # fmt: skip

@@ -1,142 +1,203 @@
-"""The estimator over a recording, tick by tick, with only what the loop knew at each tick."""
+"""The estimator over the ticks of a log: the loop's own stage, with what the loop knew at each tick."""
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, fields
+from functools import cached_property
+from pathlib import Path
 
 import numpy as np
-from scipy.constants import g as standard_gravity
 
+from drivers.ati.foot_forces import no_forces
 from model.errors import ModelError
-from model.estimator.filter import Estimator
-from model.estimator.settings import EstimatorSettings
 from model.kinematics.four_bar import Linkage
-from model.parameters.robot import ContactParameters
 from model.values.arrays import FloatArray, IntArray
-from model.values.estimate import Estimate, EstimatorState, OdometryInputs
-from model.values.legs import FootForces, FootMotion
+from model.values.estimate import Estimate, EstimatorState
+from model.values.tick import Tick
+from record.log.reader import LogContents, StampedTick, read_log
 from record.log.recording import Recording
 from robot.config.robot_file import RobotConfig
+from robot.control.estimator_stage import estimator_stage
+from robot.odometry.request import OdomRequest
 
-Progress = Callable[[float], None]
+# Where a way begins its pose is known to this [m, rad], as that of the estimator in its first tick.
+START_SD = 1e-4
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class OdometryTrack:
-    """What the estimator said over T ticks of N legs.
+@dataclass(frozen=True, eq=False)
+class Track:
+    """What the estimator said over T ticks of N legs, in its own frame.
 
     Attributes:
-        t_s: (T,).
-        pose: x, y [m], yaw [rad], (T, 3).
-        velocity_B: (T, 3).
-        pose_covariance: (T, 3, 3).
-        twist_covariance: (T, 3, 3).
-        force_B: Predicted, (T, N, 3) [N].
-        mu: (T, N).
-        stiffness: (T, N) [N/m].
-        nis: (T,); NaN without a measurement.
-        nis_dof: (T,).
-        step_us: Time of each step [us], with whatever else the machine was doing.
-        cpu_us: Time of the processor that each step took [us].
+        t_s: Time since the log's first tick, (T,).
+        unix_ns: UNIX time of each, (T,).
         estimates: All that was said.
-        states: What the estimator remembered, for smoothing; empty unless asked for.
+        states: What it remembered after each, for smoothing; empty unless asked for.
+        step_us: Time of each step [us], with whatever else the machine was doing, (T,).
     """
 
     t_s: FloatArray
-    pose: FloatArray
-    velocity_B: FloatArray  # noqa: N815 - frame suffix
-    pose_covariance: FloatArray
-    twist_covariance: FloatArray
-    force_B: FloatArray  # noqa: N815
-    mu: FloatArray
-    stiffness: FloatArray
-    nis: FloatArray
-    nis_dof: IntArray
-    step_us: FloatArray
-    cpu_us: FloatArray
+    unix_ns: IntArray
     estimates: tuple[Estimate, ...]
     states: tuple[EstimatorState, ...]
+    step_us: FloatArray
+
+    def part(self, span: slice) -> "Track":
+        """Return some of the ticks."""
+        return Track(*(getattr(self, field.name)[span] for field in fields(self)))
+
+    def column(self, take: Callable[[Estimate], object]) -> FloatArray:
+        """Stack something of each estimate, (T, ...)."""
+        return np.array([take(estimate) for estimate in self.estimates], dtype=np.float64)
+
+    @cached_property
+    def pose(self) -> FloatArray:
+        """x, y [m], yaw [rad], (T, 3)."""
+        return self.column(lambda e: (*e.position_m, e.yaw_rad))
+
+    @cached_property
+    def velocity_B(self) -> FloatArray:  # noqa: N802 - frame suffix
+        """Body velocity: vx, vy [m/s], yaw rate [rad/s], (T, 3)."""
+        return self.column(lambda e: e.velocity_B)
+
+    @cached_property
+    def force_B(self) -> FloatArray:  # noqa: N802
+        """Predicted foot forces, (T, N, 3) [N]."""
+        return self.column(lambda e: e.force_B)
+
+    @cached_property
+    def way_covariance(self) -> FloatArray:
+        """Covariance of the way since the first tick, (T, 3, 3): what that of the pose has grown by."""
+        covariance = self.column(lambda e: e.pose_covariance)
+        way = self.pose - self.pose[0]
+        carried = np.tile(
+            np.eye(3), (len(way), 1, 1)
+        )  # a turn at the first tick moves all later places
+        carried[:, 0, 2], carried[:, 1, 2] = -way[:, 1], way[:, 0]
+        known = carried @ covariance[0] @ carried.transpose(0, 2, 1)
+        grown: FloatArray = covariance - known + START_SD**2 * np.eye(3)
+        return grown
+
+    @cached_property
+    def nis_over_dof(self) -> FloatArray:
+        """Normalised innovations squared over their numbers, of the ticks with a measurement."""
+        nis, dof = self.column(lambda e: e.nis), self.column(lambda e: e.nis_dof)
+        return nis[dof > 0] / dof[dof > 0]
+
+    @property
+    def rejected(self) -> int:
+        """Measurements rejected since the first tick."""
+        return self.estimates[-1].rejects - self.estimates[0].rejects
 
 
-def feet_of(log: Recording, config: RobotConfig) -> FootMotion:
-    """Feet from shaft angles and the servos' own speeds, which need no look ahead; (T, N, 3) each."""
-    parameters = config.parameters
-    linkage = Linkage(parameters.linkage, parameters.legs.shaft_position)
-    return linkage.feet(log.angle_rad, log.rate_rad_s)
-
-
-def weight_of(config: RobotConfig) -> float:
-    """Weight of the robot [N]."""
-    return config.parameters.body.mass * standard_gravity
-
-
-def inputs_of(log: Recording, feet: FootMotion, first: int, last: int) -> list[OdometryInputs]:
-    """Inputs of ticks ``first`` to ``last``; a force equal to the one before is the same record."""
-    times = np.round(log.t_s * 1e9).astype(np.int64)
-    known = np.asarray(np.isfinite(log.force_n).all(axis=2))
-    found, force_ns = [], -1
-    for i in range(first, last):
-        same = i > first and np.array_equal(log.force_n[i], log.force_n[i - 1], equal_nan=True)
-        if not same and known[i].any():
-            force_ns = int(times[i])
-        forces = FootForces(force_ns, log.force_n[i], known[i])
-        motion = FootMotion(feet.position_m[i], feet.velocity_m_s[i])
-        found.append(OdometryInputs(int(times[i]), motion, forces))
-    return found
-
-
-def track(
-    inputs: list[OdometryInputs],
-    contact: ContactParameters,
-    weight_n: float,
-    settings: EstimatorSettings | None = None,
-    *,
-    pose: FloatArray | None = None,
-    keep_states: bool = False,
-    progress: Progress | None = None,
-) -> OdometryTrack:
-    """Run the estimator over inputs.
+class Tracker:
+    """The estimator stage over the ticks of somebody else's loop.
 
     Args:
-        inputs: One a tick.
-        contact: Where the parameters start.
-        weight_n: [N].
-        settings: Noise; the defaults if None.
-        pose: x, y, yaw to start from.
+        config: The robot to believe in.
+        no_forces: Whether foot forces are kept from it.
         keep_states: Keep what a smoother needs.
-        progress: Told the share done.
+    """
+
+    def __init__(
+        self, config: RobotConfig, *, no_forces: bool = False, keep_states: bool = False
+    ) -> None:
+        robot = config.parameters
+        self.config = config
+        self._stage = estimator_stage(config, Linkage(robot.linkage, robot.legs.shaft_position))
+        self._memory = self._stage.initial()
+        self._no_forces = no_forces
+        self._keep_states = keep_states
+        self._unix_ns: list[int] = []
+        self._estimates: list[Estimate] = []
+        self._states: list[EstimatorState] = []
+        self._step_us: list[float] = []
+
+    def step(self, tick: Tick) -> Estimate:
+        """Advance by a tick; nothing is kept of it."""
+        forces = no_forces(len(tick.joints.angle_rad)) if self._no_forces else tick.forces
+        self._memory, estimate = self._stage.step(
+            self._memory, tick.t_ns, tick.joints, forces, tick.inputs.poses
+        )
+        return estimate
+
+    def take(self, item: StampedTick) -> None:
+        """Advance by a tick, and keep what is said."""
+        began = time.perf_counter_ns()
+        self._estimates.append(self.step(item.tick))
+        self._step_us.append((time.perf_counter_ns() - began) / 1e3)
+        self._unix_ns.append(item.unix_ns)
+        if self._keep_states:
+            memory = self._memory.estimator
+            # a late pose changes the states of the moments before, too
+            newest = [*(state for state, _ in memory.ticks[1:]), memory.state]
+            self._states[len(self._states) + 1 - len(newest) :] = newest
+
+    def track(self) -> Track:
+        """Return what was said so far.
+
+        Raises:
+            ModelError: There was no tick.
+        """
+        if not self._estimates:
+            raise ModelError("there is no tick to estimate from; record a longer walk")
+        unix_ns = np.array(self._unix_ns)
+        return Track(
+            t_s=(unix_ns - unix_ns[0]) * 1e-9,
+            unix_ns=unix_ns,
+            estimates=tuple(self._estimates),
+            states=tuple(self._states),
+            step_us=np.array(self._step_us),
+        )
+
+
+def track(items: Iterable[StampedTick], config: RobotConfig) -> Track:
+    """Run the estimator of a robot file over ticks.
 
     Raises:
-        ModelError: There are no inputs.
+        ModelError: There are none.
     """
-    if not inputs:
-        raise ModelError("there is no tick to estimate from; record a longer walk")
-    estimator = Estimator(contact, weight_n, settings)
-    state = estimator.initial(pose)
-    said, states, spent, used = [], [], [], []
-    for i, known in enumerate(inputs):
-        began, cpu = time.perf_counter_ns(), time.thread_time_ns()
-        state, estimate = estimator.step(state, known)
-        used.append((time.thread_time_ns() - cpu) / 1e3)
-        spent.append((time.perf_counter_ns() - began) / 1e3)
-        said.append(estimate)
-        if keep_states:
-            states.append(state)
-        if progress is not None and i % 200 == 0:
-            progress(i / len(inputs))
-    return OdometryTrack(
-        t_s=np.array([e.t_ns for e in said]) * 1e-9,
-        pose=np.array([[*e.position_m, e.yaw_rad] for e in said]),
-        velocity_B=np.array([e.velocity_B for e in said]),
-        pose_covariance=np.array([e.pose_covariance for e in said]),
-        twist_covariance=np.array([e.twist_covariance for e in said]),
-        force_B=np.array([e.force_B for e in said]),
-        mu=np.array([e.mu for e in said]),
-        stiffness=np.array([e.stiffness for e in said]),
-        nis=np.array([e.nis for e in said]),
-        nis_dof=np.array([e.nis_dof for e in said]),
-        step_us=np.array(spent),
-        cpu_us=np.array(used),
-        estimates=tuple(said),
-        states=tuple(states),
-    )
+    tracker = Tracker(config)
+    for item in items:
+        tracker.take(item)
+    return tracker.track()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrackedLog:
+    """A log, the robot that the estimator believed in, and what it said, in every tick."""
+
+    log: Recording
+    config: RobotConfig
+    track: Track
+
+
+def track_log(
+    path: Path,
+    request: OdomRequest | None = None,
+    contents: LogContents | None = None,
+) -> TrackedLog:
+    """Run the estimator over a log: with its own robot file it says what it said in the loop.
+
+    Args:
+        path: The log.
+        request: What to believe other than its robot file says, and whether it is to be smoothed.
+        contents: Filled on the way.
+
+    Raises:
+        RecordError: The log cannot be read, or holds no tick.
+        ConfigError: The robot file is none.
+    """
+    given = request if request is not None else OdomRequest()
+    found = contents if contents is not None else LogContents()
+    trackers: list[Tracker] = []
+
+    def take(item: StampedTick) -> None:
+        if not trackers:  # the robot file comes before the first tick
+            config = given.config(found.config_text)
+            trackers.append(Tracker(config, no_forces=given.no_forces, keep_states=given.smooth))
+        trackers[0].take(item)
+
+    log = read_log(path, found, take)
+    (tracker,) = trackers
+    return TrackedLog(log, tracker.config, tracker.track())

@@ -4,26 +4,30 @@ Likelihood needs forces but no truth. It is searched over logarithms, without ga
 win by refusing to listen.
 """
 
-import argparse
 import json
 import math
-import sys
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable
+from dataclasses import asdict, dataclass, replace
+from itertools import dropwhile, takewhile
 from pathlib import Path
 
 import numpy as np
 from scipy.optimize import minimize
 
-from model.errors import ConfigError, ModelError, RecordError
+from model.errors import ModelError, RecordError
 from model.estimator.settings import EstimatorSettings
-from model.parameters.robot import ContactParameters
-from model.quasistatic.frames import FrictionLaw
 from model.values.arrays import FloatArray
-from model.values.estimate import OdometryInputs
+from model.values.tick import Mode
+from record.log.reader import LogContents, StampedTick, read_stamped_ticks
+from record.whole_file import whole_file
+from robot.config.edit import with_estimator
+from robot.config.robot_file import RobotConfig
 from robot.console.exit_codes import ExitCode
+from robot.console.json_output import plain
+from robot.console.progress import ProgressBar
 from robot.odometry.metrics import in_band
-from robot.odometry.track import OdometryTrack, track
+from robot.odometry.request import OdomRequest
+from robot.odometry.track import Track, track
 
 NAMES = ("speed_per_slip", "turn_per_slip", "force_sd", "force_share_sd", "load_sd")
 # Settings may move this far from where they began; data that want more contradict the model.
@@ -34,11 +38,10 @@ EVALUATIONS = 60
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TuningWalk:
-    """What a walk gives to tune by."""
+    """What a walk gives to tune by: ticks from the first one of walking on, and the robot to believe in."""
 
-    inputs: tuple[OdometryInputs, ...]
-    contact: ContactParameters
-    weight_n: float
+    ticks: tuple[StampedTick, ...]
+    config: RobotConfig
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,34 +85,31 @@ def tune(
         far = np.abs(point - begin).max() - math.log(FACTOR)
         if far > 0:
             return float(1e9 * (1 + far))
-        settings = _with(start, point)
-        total = 0.0
-        for walk in walks:
-            total -= _likelihood(walk, settings)
-        return total
+        settings = _with(start, np.exp(point))
+        return -sum(_likelihood(walk, settings) for walk in walks)
 
     simplex = np.vstack([begin, begin - 1.0 * np.eye(len(begin))])
     found = minimize(
         cost, begin, method="Nelder-Mead",
         options={"maxfev": EVALUATIONS, "initial_simplex": simplex, "xatol": 0.05, "fatol": 1.0},
     )  # fmt: skip
-    return _with(start, np.asarray(found.x))
+    return _with(start, [float(f"{value:.4g}") for value in np.exp(found.x)])
 
 
-def _with(start: EstimatorSettings, point: FloatArray) -> EstimatorSettings:
-    values = {name: float(np.exp(v)) for name, v in zip(NAMES, point, strict=True)}
-    return replace(start, **values)  # type: ignore[arg-type]  # all of them are numbers
+def _with(start: EstimatorSettings, values: Iterable[float]) -> EstimatorSettings:
+    return replace(start, **dict(zip(NAMES, map(float, values), strict=True)))  # type: ignore[arg-type]
 
 
 def _likelihood(walk: TuningWalk, settings: EstimatorSettings) -> float:
     open_gates = replace(settings, gate_load=1e12, gate_pair=1e12)
-    run = _track(walk, open_gates)
-    said = np.array([e.log_likelihood for e in run.estimates])
-    return float(said[np.isfinite(said)].sum())
+    told = _track(walk, open_gates).column(lambda e: e.log_likelihood)
+    return float(told[np.isfinite(told)].sum())
 
 
-def _track(walk: TuningWalk, settings: EstimatorSettings) -> OdometryTrack:
-    return track(list(walk.inputs), walk.contact, walk.weight_n, settings)
+def _track(walk: TuningWalk, settings: EstimatorSettings) -> Track:
+    """The stage over a walk, begun where the walking begins."""
+    estimator = replace(walk.config.estimator, settings=settings)
+    return track(walk.ticks, replace(walk.config, estimator=estimator))
 
 
 def whiteness(walks: list[TuningWalk], settings: EstimatorSettings) -> Whiteness:
@@ -121,16 +121,14 @@ def whiteness(walks: list[TuningWalk], settings: EstimatorSettings) -> Whiteness
     ratios, bands, pairs, rejected = [], [], [], 0
     for walk in walks:
         run = _track(walk, settings)
-        used = run.nis_dof > 0
-        ratios.append(run.nis[used] / run.nis_dof[used])
+        nis, dof = run.column(lambda e: e.nis), run.column(lambda e: e.nis_dof)
+        ratios.append(run.nis_over_dof)
         bands += [
-            in_band(run.nis[used & (run.nis_dof == d)], float(d))
-            * int((used & (run.nis_dof == d)).sum())
-            for d in np.unique(run.nis_dof[used]).tolist()
+            in_band(nis[dof == d], d) * int((dof == d).sum()) for d in set(dof[dof > 0].tolist())
         ]
-        innovation = np.array([e.innovation for e in run.estimates])[used]
+        innovation = run.column(lambda e: e.innovation)[dof > 0]
         pairs.append((innovation[:-1], innovation[1:]))
-        rejected += run.estimates[-1].rejects
+        rejected += run.rejected
     ratio = np.concatenate(ratios)
     if not len(ratio):
         raise ModelError("no force was used: tune by logs of walks with the force unit")
@@ -148,31 +146,35 @@ def whiteness(walks: list[TuningWalk], settings: EstimatorSettings) -> Whiteness
     )
 
 
-def tune_command(paths: list[Path], options: argparse.Namespace) -> ExitCode:
-    """Tune by logs and report.
+def tune_command(request: OdomRequest) -> ExitCode:
+    """Tune by logs and report; the first log's robot file gets what was found.
 
     Raises:
         RecordError: A log cannot be read, or has no walking or no forces in it.
     """
-    start = EstimatorSettings(law=FrictionLaw(options.law or "coulomb"), sway=not options.no_sway)
-    walks = [_read(path, options.robot) for path in paths]
-
-    def progress(share: float) -> None:
-        if sys.stderr.isatty():
-            print(f"\rtuning {100 * share:3.0f} %", end="", file=sys.stderr, flush=True)
-
+    walks = [read_walk(path, request) for path in request.logs[1:]]
+    config = walks[0].config
+    start = config.estimator.settings
     before = whiteness(walks, start)
-    settings = tune(walks, start, progress)
+    with ProgressBar("tuning") as bar:
+        settings = tune(walks, start, bar.show)
     after = whiteness(walks, settings)
-    if options.json:
+    if request.out is not None:
+        given = (
+            {"law": start.law.value, "sway": start.sway} if request.law or request.no_sway else {}
+        )
+        values = {**given, **{name: getattr(settings, name) for name in NAMES}}
+        with whole_file(request.out) as part:
+            part.write_text(with_estimator(config.text, values), encoding="utf-8")
+    if request.json:
         print(json.dumps(_as_json(settings, before, after), indent=2))
         return ExitCode.OK
-    if sys.stderr.isatty():
-        print(file=sys.stderr)
     print(f"{'setting':<22}{'before':>12}{'tuned':>12}")
     for name in NAMES:
         print(f"{name:<22}{getattr(start, name):>12.4g}{getattr(settings, name):>12.4g}")
     print(*_lines(before, after), sep="\n")
+    if request.out is not None:
+        print(f"written: {request.out}; bigant odom LOG --compare --robot {request.out} judges it")
     return ExitCode.OK
 
 
@@ -193,47 +195,36 @@ def _lines(before: Whiteness, after: Whiteness) -> list[str]:
     if np.nanmax(np.abs(after.lag_one)) > 3 * after.white_band:
         lines.append(
             "note: these innovations are not white: errors of the model last longer than a sample. "
-            "Tuned values then trust the forces too much; check NEES with odom LOG --compare"
+            "Tuned values then trust the forces too much; check NEES with odom LOG --compare --robot FILE"
         )
     return lines
 
 
-def _as_json(settings: EstimatorSettings, before: Whiteness, after: Whiteness) -> dict[str, object]:
-    def plain(found: Whiteness) -> dict[str, object]:
-        return {
-            "log_likelihood": found.log_likelihood,
-            "nis_over_dof": found.nis_over_dof,
-            "in_band": found.in_band,
-            "lag_one": [float(v) if math.isfinite(v) else None for v in found.lag_one],
-            "white_band": found.white_band,
-            "rejected": found.rejected,
-        }
-
-    return {
+def _as_json(settings: EstimatorSettings, before: Whiteness, after: Whiteness) -> object:
+    return plain({
         "settings": {name: getattr(settings, name) for name in NAMES},
-        "before": plain(before),
-        "after": plain(after),
-    }
+        "before": asdict(before),
+        "after": asdict(after),
+    })  # fmt: skip
 
 
-def _read(path: Path, robot: Path | None) -> TuningWalk:
-    from record.log.reader import read_log
-    from robot.config.robot_file import load_robot, parse_robot
-    from robot.odometry.compare import walking_part
-    from robot.odometry.track import feet_of, inputs_of, weight_of
+def read_walk(path: Path, request: OdomRequest) -> TuningWalk:
+    """Read the walking part of a log, ``LONGEST_S`` at most.
 
-    log = read_log(path)
-    if not np.isfinite(log.force_n).any():
+    Raises:
+        RecordError: It cannot be read, or has no walking or no forces in it.
+    """
+    contents = LogContents()
+    walk = dropwhile(
+        lambda item: item.tick.mode is not Mode.WALK, read_stamped_ticks(path, contents)
+    )
+    first = next(walk, None)
+    if first is None:
+        raise RecordError(f"{path} holds no walking; record a walk")
+    end_ns = first.unix_ns + round(LONGEST_S * 1e9)
+    ticks = [first, *takewhile(lambda item: item.unix_ns < end_ns, walk)]
+    while ticks[-1].tick.mode is not Mode.WALK:
+        ticks.pop()
+    if not any(item.tick.forces.valid.any() for item in ticks):
         raise RecordError(f"{path} has no foot forces; tune by walks with the force unit")
-    if robot is not None:
-        config = load_robot(robot)
-    else:
-        config = parse_robot(log.config_text) if log.config_text else load_robot()
-    if config.effects:
-        raise ConfigError(
-            "effects", "odom tune knows none of them; give a robot file without, --robot"
-        )
-    first, last = walking_part(log)
-    last = min(last, int(np.searchsorted(log.t_s, log.t_s[first] + LONGEST_S)))
-    inputs = tuple(inputs_of(log, feet_of(log, config), first, last))
-    return TuningWalk(inputs, config.parameters.contact, weight_of(config))
+    return TuningWalk(tuple(ticks), request.config(contents.config_text))

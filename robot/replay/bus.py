@@ -21,8 +21,7 @@ from model.values.faults import Fault, FaultKind
 from model.values.readings import BodyTruth
 from model.values.tick import Tick
 from model.values.wire import WireBytes
-from record.log.reader import LogContents, read_ticks
-from record.log.topic_reader import read_wires
+from record.log.reader import LogContents, read_ticks, read_wires
 from robot.cli.replay import first_line, replay_table
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.console.exit_codes import ExitCode

@@ -16,9 +16,8 @@ from pathlib import Path
 from model.errors import ConfigError, RecordError
 from model.values.faults import StopReason
 from model.values.tick import Intent, Request, Tick
-from record.log.reader import LogContents, read_log
+from record.log.reader import LogContents, read_log, read_tick_messages
 from record.log.tick_message import decode_inputs
-from record.log.topic_reader import read_tick_messages
 from robot.cli.drive import VIRTUAL, Drive, drive_plan
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode

@@ -11,9 +11,8 @@ from pathlib import Path
 
 from model.errors import RecordError
 from model.values.tick import Tick
-from record.log.reader import LogContents
+from record.log.reader import LogContents, TickMessage, read_tick_messages
 from record.log.tick_message import TickInputs, decode_inputs, decode_tick, says_the_same
-from record.log.topic_reader import TickMessage, read_tick_messages
 from robot.config.robot_file import RobotConfig
 from robot.control.controller import Controller
 from robot.replay.compare import Comparison, Difference, FieldResult

@@ -23,7 +23,7 @@ from model.values.tick import Tick
 from record.log.background import BackgroundWriter
 from record.log.definitions import DEFINITIONS
 from record.log.reader import LogContents, read_log, read_ticks
-from record.log.recover import repair
+from record.log.rewrite import repair
 from record.log.tick_message import decode_tick, encode_tick
 from record.log.writer import LogWriter, topics
 from tests.record.ticks import NAMES, PERIOD_NS, make_tick

@@ -24,9 +24,8 @@ from drivers.ati.calibration import Calibration
 from model.values.faults import StopReason
 from model.values.tick import Intent, Request, Tick
 from record.log.definitions import DEFINITIONS
-from record.log.reader import LogContents
+from record.log.reader import LogContents, read_tick_messages
 from record.log.tick_message import encode_tick
-from record.log.topic_reader import read_tick_messages
 from record.log.writer import (
     CONFIG_NAME,
     LIBRARY,

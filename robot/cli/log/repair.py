@@ -28,7 +28,7 @@ def run(options: argparse.Namespace) -> ExitCode:
         RecordError: Nothing can be read, or the new file cannot be written.
     """
     from model.errors import RecordError
-    from record.log.recover import repair
+    from record.log.rewrite import repair
     from record.log.salvage import Pass
     from robot.console.progress import ProgressLine
 

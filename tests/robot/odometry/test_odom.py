@@ -3,37 +3,51 @@
 import json
 import shutil
 import subprocess
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
+from scipy.constants import g as standard_gravity
 
 from model.errors import RecordError
 from model.estimator.settings import EstimatorSettings
+from model.quasistatic.frames import FrictionLaw
 from model.values.arrays import FloatArray
 from model.values.tick import Mode
-from record.log.recording import Recording
+from record.log.reader import read_stamped_ticks, read_ticks
+from record.log.tum import TumFile
 from robot.cli import main as cli
 from robot.config.robot_file import load_robot, parse_robot
 from robot.console.exit_codes import ExitCode
 from robot.odometry.compare import compare_ways, stride_of, walking_part
-from robot.odometry.files import write_mcap, write_tum
+from robot.odometry.files import write_mcap
 from robot.odometry.metrics import in_band, nees, relative_error
+from robot.odometry.request import OdomRequest
 from robot.odometry.table import as_json, table
-from robot.odometry.track import feet_of, inputs_of, weight_of
-from robot.odometry.tune import TuningWalk, tune, whiteness
-from robot.virtual.walk import walk_in_memory
+from robot.odometry.track import START_SD, TrackedLog, track, track_log
+from robot.odometry.tune import read_walk, tune, whiteness
 
 CONFIG = load_robot()
+WEIGHT_N = CONFIG.parameters.body.mass * standard_gravity
 
 
 @pytest.fixture(scope="module")
-def walk() -> Recording:
-    """A cycle and a half of the slipping gait."""
-    return walk_in_memory(CONFIG, "metachronal", cycles=1.5, seed=5, progress=lambda _: None)
+def slipping(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A cycle and a half of the slipping gait, as a file."""
+    path = tmp_path_factory.mktemp("odom") / "slipping.mcap"
+    words = "drive --gait metachronal --cycles 1.5 --seed 5 --virtual-time --log"
+    assert cli.run([*words.split(), str(path)]) == ExitCode.OK
+    return path
+
+
+@pytest.fixture(scope="module")
+def walk(slipping: Path) -> TrackedLog:
+    """What the estimator says of it."""
+    return track_log(slipping)
 
 
 @pytest.fixture(scope="module")
@@ -70,83 +84,110 @@ def test_nees_and_its_band_by_drawing() -> None:
     assert in_band(found, 3) == pytest.approx(0.95, abs=0.015)
 
 
-def test_the_estimator_beats_what_it_is_compared_with(walk: Recording) -> None:
-    found = compare_ways(walk, CONFIG, EstimatorSettings(), stride_m=stride_of(walk))
+def test_the_estimator_beats_what_it_is_compared_with(walk: TrackedLog) -> None:
+    found = compare_ways(walk, stride_m=stride_of(walk.log))
     mine, naive = found.errors[0], found.errors[1]
     assert [e.name for e in found.errors] == [
         "estimator", "open loop, naive", "distance a stride", "rigid stance",
     ]  # fmt: skip
     assert (mine.velocity_rmse < 0.7 * naive.velocity_rmse).all()
     assert mine.end_percent < 10 < naive.end_percent
-    lines = "\n".join(table(found, walk.names, everything=True))
+    lines = "\n".join(table(found, walk.log.names, everything=True))
     assert "rigid stance" in lines
     assert "NEES" in lines
-    assert json.loads(json.dumps(as_json(found, walk.names)))["ways"][0]["name"] == "estimator"
+    found_json = json.loads(json.dumps(as_json(found, walk.log.names), allow_nan=False))
+    assert found_json["ways"][0]["name"] == "estimator"
 
 
-def test_without_truth_and_forces_it_still_estimates(walk: Recording) -> None:
-    blind = replace(
-        walk,
-        force_n=np.full_like(walk.force_n, np.nan),
-        truth_position_W=np.full_like(walk.truth_position_W, np.nan),
-    )
-    found = compare_ways(blind, CONFIG, EstimatorSettings())
+def test_without_truth_and_forces_it_still_estimates(slipping: Path) -> None:
+    deaf = track_log(slipping, OdomRequest(no_forces=True))
+    assert all(np.isnan(e.force_age_s) for e in deaf.track.estimates)
+    nowhere = np.full_like(deaf.log.truth_position_W, np.nan)
+    found = compare_ways(replace(deaf, log=replace(deaf.log, truth_position_W=nowhere)))
     assert found.truth is None
     assert found.errors == ()
     assert np.isfinite(found.track.pose).all()
-    assert found.track.force_B[-1, :, 2].sum() == pytest.approx(weight_of(CONFIG))
-    assert "no truth" in "\n".join(table(found, walk.names, everything=True))
+    assert found.track.force_B[-1, :, 2].sum() == pytest.approx(WEIGHT_N)
+    assert "no truth" in "\n".join(table(found, deaf.log.names, everything=True))
 
 
-def test_forces_held_between_records_are_one_record(walk: Recording) -> None:
-    held = walk.force_n.copy()
-    held[1::2] = held[: len(held) - len(held) % 2 : 2] if len(held) % 2 == 0 else held[:-1:2]
-    inputs = inputs_of(replace(walk, force_n=held), feet_of(walk, CONFIG), 100, 110)
-    times = [known.forces.t_ns for known in inputs if known.forces is not None]
-    assert len(set(times)) == 5
+def test_it_says_what_the_loop_s_own_said_to_the_last_bit(slipping: Path, walk: TrackedLog) -> None:
+    recorded = [tick.estimate for tick in read_ticks(slipping)]
+    assert len(recorded) == len(walk.track.estimates) > 1000
+    for own, theirs in zip(walk.track.estimates, recorded, strict=True):
+        assert theirs is not None
+        for field in fields(own):
+            one, other = getattr(own, field.name), getattr(theirs, field.name)
+            np.testing.assert_array_equal(one, other, err_msg=field.name)
 
 
-def test_a_log_without_walking_is_refused(walk: Recording) -> None:
+def test_the_robot_file_s_own_settings_count(
+    log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """They did not once: with any [estimator] the answer was that of the defaults."""
+
+    def answer(*words: str) -> dict[str, Any]:
+        assert cli.run(["odom", str(log), "--json", *words]) == ExitCode.OK
+        found: dict[str, Any] = json.loads(capsys.readouterr().out)
+        return {key: value for key, value in found.items() if key != "step_us"}
+
+    robot = tmp_path / "viscous.toml"
+    robot.write_text(f'{CONFIG.text}\n[estimator]\nlaw = "viscous"\n', encoding="utf-8")
+    usual, file, option = answer(), answer("--robot", str(robot)), answer("--law", "viscous")
+    assert file == option != usual
+    assert answer("--robot", str(robot), "--law", "coulomb") == usual
+
+
+def test_the_covariance_of_a_way_begins_with_it(walk: TrackedLog) -> None:
+    run = walk.track.part(walking_part(walk.log))
+    before = run.column(lambda e: e.pose_covariance)
+    sd = np.sqrt(np.diagonal(run.way_covariance, axis1=1, axis2=2))
+    np.testing.assert_allclose(sd[0], START_SD, rtol=1e-6)
+    assert (sd[-1] < np.sqrt(np.diagonal(before[-1]))).all()
+    assert (np.linalg.eigvalsh(run.way_covariance) > 0).all()
+
+
+def test_a_log_without_walking_is_refused(walk: TrackedLog) -> None:
     with pytest.raises(RecordError, match="no walking"):
-        walking_part(replace(walk, mode=np.full_like(walk.mode, Mode.HOLD.value)))
+        walking_part(replace(walk.log, mode=np.full_like(walk.log.mode, Mode.HOLD.value)))
 
 
-def test_tum_lines_are_what_others_expect(tmp_path: Path) -> None:
-    path = tmp_path / "a.tum"
-    write_tum(path, np.array([0.5]), np.array([[1.0, 2.0, np.pi]]))
-    assert path.read_text() == (
-        "0.500000000 1.000000000 2.000000000 0.000000000 0.000000000 0.000000000 1.000000000 "
-        "0.000000000\n"
-    )
-    with pytest.raises(RecordError, match="--out"):
-        write_tum(tmp_path / "no" / "a.tum", np.array([0.5]), np.zeros((1, 3)))
+def test_the_trajectory_is_that_of_the_recorded_estimates(log: Path, tmp_path: Path) -> None:
+    """One writer, one time base: its lines stand in those of the log's own export."""
+    assert cli.run(["odom", str(log), "--out", str(tmp_path / "a.tum")]) == ExitCode.OK
+    words = ["log", "export", str(log), "--format", "tum", "--out", str(tmp_path / "b")]
+    assert cli.run(words) == ExitCode.OK
+    mine = (tmp_path / "a.tum").read_text().splitlines()
+    assert len(mine) > 100
+    assert set(mine) <= set((tmp_path / "b_estimate.tum").read_text().splitlines())
+    one, true = (np.loadtxt(tmp_path / name)[0] for name in ("a.tum", "a.truth.tum"))
+    np.testing.assert_allclose(one, true, atol=2e-9, err_msg="both begin at one place")
 
 
-def test_mcap_holds_pose_twist_and_covariance(walk: Recording, tmp_path: Path) -> None:
-    found = compare_ways(walk, CONFIG, EstimatorSettings())
-    path = tmp_path / "a.mcap"
-    write_mcap(path, found.track)
+def test_a_place_that_cannot_be_written_is_said_with_the_option(tmp_path: Path) -> None:
+    with pytest.raises(RecordError, match="--out"), TumFile(tmp_path / "no" / "a.tum"):
+        pass
+
+
+def test_mcap_holds_pose_twist_and_covariance(walk: TrackedLog, tmp_path: Path) -> None:
+    path, run = tmp_path / "a.mcap", walk.track.part(walking_part(walk.log))
+    write_mcap(path, run)
     with path.open("rb") as stream:
         reader = make_reader(stream, decoder_factories=[DecoderFactory()])
-        messages = [m[3] for m in reader.iter_decoded_messages()]
-    assert len(messages) == len(found.track.t_s)
-    last, run = messages[-1], found.track
-    assert last.pose.pose.position.x == run.pose[-1, 0]
-    assert last.pose.covariance[35] == run.pose_covariance[-1, 2, 2]
-    assert last.pose.covariance[5] == run.pose_covariance[-1, 0, 2]
-    assert last.twist.twist.angular.z == run.velocity_B[-1, 2]
-    assert last.twist.covariance[7] == run.twist_covariance[-1, 1, 1]
-    assert last.child_frame_id == "base_link"
+        found = list(reader.iter_decoded_messages())
+    assert [m[2].log_time for m in found] == run.unix_ns.tolist()
+    odometry, last = found[-1][3], run.estimates[-1]
+    assert odometry.pose.pose.position.x == run.pose[-1, 0]
+    assert odometry.pose.covariance[35] == last.pose_covariance[2, 2]
+    assert odometry.pose.covariance[5] == last.pose_covariance[0, 2]
+    assert odometry.twist.twist.angular.z == run.velocity_B[-1, 2]
+    assert odometry.twist.covariance[7] == last.twist_covariance[1, 1]
+    assert odometry.child_frame_id == "base_link"
 
 
-def test_tuning_raises_the_likelihood(walk: Recording) -> None:
-    first, _ = walking_part(walk)
-    feet = feet_of(walk, CONFIG)
-    some = TuningWalk(
-        tuple(inputs_of(walk, feet, first, first + 150)),
-        CONFIG.parameters.contact,
-        weight_of(CONFIG),
-    )
+def test_tuning_raises_the_likelihood(slipping: Path) -> None:
+    walk = read_walk(slipping, OdomRequest())
+    some = replace(walk, ticks=walk.ticks[:150])
     start = EstimatorSettings(force_share_sd=0.5, load_sd=0.2)
     told: list[float] = []
     found = tune([some], start, told.append)
@@ -154,6 +195,23 @@ def test_tuning_raises_the_likelihood(walk: Recording) -> None:
     assert after.log_likelihood > before.log_likelihood + 10
     assert abs(after.nis_over_dof - 1) < abs(before.nis_over_dof - 1)
     assert told[-1] <= 1.0
+
+
+def test_what_tuning_found_is_judged_by_the_same_command(
+    log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("robot.odometry.tune.EVALUATIONS", 8)
+    monkeypatch.setattr("robot.odometry.tune.LONGEST_S", 1.0)
+    robot = tmp_path / "tuned.toml"
+    words = ["odom", "tune", str(log), "--law", "viscous", "--out", str(robot), "--json"]
+    assert cli.run(words) == ExitCode.OK
+    found = json.loads(capsys.readouterr().out)["settings"]
+    settings = load_robot(robot).estimator.settings
+    assert {name: getattr(settings, name) for name in found} == found
+    assert found != {name: getattr(EstimatorSettings(), name) for name in found}
+    assert settings.law is FrictionLaw.VISCOUS
+    assert settings.sway
+    assert cli.run(["odom", str(log), "--compare", "--robot", str(robot)]) == ExitCode.OK
 
 
 def test_the_command_compares_and_writes(
@@ -220,16 +278,25 @@ def test_tune_without_a_log_and_an_absent_log_are_refused(
     assert "cannot be read" in capsys.readouterr().err
 
 
-def test_effects_of_the_robot_file_are_taken_into_account(walk: Recording) -> None:
-    plain = compare_ways(walk, CONFIG, EstimatorSettings())
+def test_effects_of_the_robot_file_are_taken_into_account(
+    slipping: Path, walk: TrackedLog, tmp_path: Path
+) -> None:
+    items = list(read_stamped_ticks(slipping))[:800]
+    span = slice(0, len(items))
     bias = np.zeros((6, 3))
     bias[1] = [0.5, -0.5, -3.0]
-    off = replace(walk, force_n=walk.force_n + bias)
+    off = [
+        replace(i, tick=replace(i.tick, forces=replace(f, force_n=f.force_n + bias)))
+        for i in items
+        for f in (i.tick.forces,)
+    ]
     table_of = "[effects.force_bias.ML]\nx_n = 0.5\ny_n = -0.5\nz_n = -3.0\n"
-    undone = compare_ways(off, parse_robot(f"{CONFIG.text}\n{table_of}"), EstimatorSettings())
-    assert np.allclose(undone.track.pose, plain.track.pose, atol=1e-5)
-    assert np.allclose(undone.track.stiffness, plain.track.stiffness, rtol=1e-3)
-    loaded = "[effects.payload.all]\nmass_kg = 1.0\nx_m = 0.1\n"
-    heavy = compare_ways(walk, parse_robot(f"{CONFIG.text}\n{loaded}"), EstimatorSettings())
-    total = np.nansum(heavy.ways[1].force_B[..., 2], axis=1)
-    assert np.median(total) == pytest.approx(weight_of(CONFIG) + 9.80665, rel=1e-3)
+    undone, plain = track(off, parse_robot(f"{CONFIG.text}\n{table_of}")), walk.track.part(span)
+    assert np.allclose(undone.pose, plain.pose, atol=1e-5)
+    stiffness, usual = (run.column(lambda e: e.stiffness) for run in (undone, plain))
+    assert np.allclose(stiffness, usual, rtol=1e-3)
+    heavy = tmp_path / "heavy.toml"
+    heavy.write_text(f"{CONFIG.text}\n[effects.payload.all]\nmass_kg = 1.0\nx_m = 0.1\n")
+    loaded = replace(walk, config=load_robot(heavy))
+    total = np.nansum(compare_ways(loaded).ways[1].force_B[..., 2], axis=1)
+    assert np.median(total) == pytest.approx(WEIGHT_N + 9.80665, rel=1e-3)

@@ -3,18 +3,22 @@
 import json
 import re
 import socket
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from drivers.pose_udp import LOOPBACK, PoseListener
+from model.estimator.smoother import smooth
 from model.values.faults import StopReason
 from model.values.tick import Intent, Tick
+from record.log.reader import StampedTick
 from record.log.writer import LogWriter
 from robot.cli.main import main
 from robot.config.robot_file import load_robot
 from robot.control.controller import Controller
+from robot.odometry.track import Tracker, track_log
 from robot.replay.ticks import replay_log
 from robot.run.hardware import open_in_memory
 from robot.run.header import controller_metadata
@@ -83,6 +87,30 @@ def test_poses_are_in_the_log_and_replay_to_the_same_bits(log: tuple[Path, list[
     assert found.equal_bits == len(ticks)
 
 
+def test_offline_too_recorded_poses_are_used(log: tuple[Path, list[Tick]]) -> None:
+    """They were not once."""
+    path, ticks = log
+    run = track_log(path).track
+    for said, tick in zip(run.estimates, ticks, strict=True):
+        assert tick.estimate is not None
+        np.testing.assert_array_equal(said.position_m, tick.estimate.position_m)
+        np.testing.assert_array_equal(said.pose_covariance, tick.estimate.pose_covariance)
+
+
+def test_a_late_pose_corrects_the_states_that_are_smoothed(log: tuple[Path, list[Tick]]) -> None:
+    tracker = Tracker(load_robot(), keep_states=True)
+    for tick in log[1]:
+        late = tuple(replace(pose, t_ns=tick.t_ns - 20_000_000) for pose in tick.inputs.poses)
+        inputs = replace(tick.inputs, poses=late)
+        tracker.take(StampedTick(tick.t_ns, replace(tick, inputs=inputs)))
+    run = tracker.track()
+    assert [state.t_ns for state in run.states] == [tick.t_ns for tick in log[1]]
+    corrected = [(state.mean[:2] != run.pose[i, :2]).any() for i, state in enumerate(run.states)]
+    assert sum(corrected) > 10
+    assert not corrected[-1]
+    np.testing.assert_array_equal(smooth(run.states)[0][-1], run.states[-1].mean)
+
+
 def test_the_command_says_what_the_loop_said(
     log: tuple[Path, list[Tick]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -99,6 +127,7 @@ def test_the_command_says_what_the_loop_said(
         assert line["pose_covariance"] == said.pose_covariance.tolist()
     rows = np.loadtxt(out)
     assert rows.shape == (len(ticks), 8)
+    assert out.read_text().startswith(f"{UNIX_NS // 10**9}.")
     last = ticks[-1].estimate
     assert last is not None
     np.testing.assert_allclose(rows[-1, 1:3], last.position_m, atol=1e-9)

@@ -7,15 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from model.estimator.settings import EstimatorSettings
 from model.values.estimate import Health
-from record.log.reader import read_log
-from robot.config.robot_file import load_robot, parse_robot
 from robot.odometry.compare import Comparison, compare_ways
 from robot.odometry.figure import drawing
 from robot.odometry.metrics import TrackErrors
 from robot.odometry.page import odometry_page
 from robot.odometry.table import health_rows, table
+from robot.odometry.track import track_log
 from robot.report.run_date import date_words
 
 GOLDEN = Path(__file__).resolve().parents[2] / "replay" / "golden" / "faults.mcap"
@@ -26,9 +24,7 @@ WIDE = 116
 @pytest.fixture(scope="module")
 def found() -> Comparison:
     """A walk, with a truth and errors that are made up: the log has none."""
-    log = read_log(GOLDEN)
-    config = parse_robot(log.config_text) if log.config_text else load_robot()
-    told = compare_ways(log, config, EstimatorSettings())
+    told = compare_ways(track_log(GOLDEN))
     ticks = len(told.track.t_s)
     truth = (told.track.pose, told.track.velocity_B, told.track.force_B)
     nothing = np.full(3, np.nan)

@@ -16,8 +16,7 @@ from model.values.faults import StopReason
 from model.values.force_calibration import METHODS, ForceCalibration
 from model.values.tick import Intent, Mode, Tick
 from model.values.wire import Wire
-from record.log.reader import LogContents, read_log, read_ticks
-from record.log.topic_reader import read_wires
+from record.log.reader import LogContents, read_log, read_ticks, read_wires
 from robot.cli.main import run
 from robot.config.robot_file import DEFAULT_ROBOT_FILE, parse_robot
 from robot.control.controller import Controller

@@ -1,0 +1,57 @@
+"""``bigant odom LOG``: the estimator over a log, judged against the truth if there is one."""
+
+import json
+import sys
+
+import numpy as np
+
+from record.log.reader import LogContents, read_log
+from robot.console.exit_codes import ExitCode
+from robot.console.program_output import complain
+from robot.console.progress import ProgressLine
+from robot.console.screen_fit import columns_of
+from robot.control.effect_uses import unused_notes
+from robot.odometry.compare import compare_ways, stride_of
+from robot.odometry.request import OdomRequest
+from robot.odometry.table import as_json, table
+from robot.odometry.track import track_log
+from robot.study.sensitivity_frames import walk_frames
+from robot.study.sensitivity_table import fit_contact
+
+
+def odom(request: OdomRequest) -> ExitCode:
+    """Run the estimator over a log, show what it says, and write it.
+
+    Raises:
+        RecordError: A log cannot be read or used, or a file cannot be written.
+        ConfigError: A robot file is none.
+    """
+    path, contents = request.logs[0], LogContents()
+    with ProgressLine(f"estimating {path}", contents.progress):
+        tracked = track_log(path, request, contents)
+    log = tracked.log
+    for note in unused_notes(tracked.config.effects):
+        complain(note)
+    fitted, stride_m, source = None, np.nan, ""
+    if request.fitted is not None:
+        other = read_log(request.fitted)
+        walk = walk_frames(other, request.fitted.name)
+        fitted = fit_contact(walk, other.names, free_w=False, rest_m_s=1e-3).contact
+        stride_m, source = stride_of(other), "fitted log"
+    elif request.compare and log.has_truth:
+        stride_m, source = stride_of(log), "this log's own truth, so it ends well by itself"
+    found = compare_ways(tracked, fitted=fitted, stride_m=stride_m)
+    if request.json:
+        print(json.dumps(as_json(found, log.names), indent=2))
+    else:
+        width = columns_of(sys.stdout)
+        print(*table(found, log.names, everything=request.compare, width=width), sep="\n")
+        if source:
+            print(f"distance a stride: {1e3 * stride_m:.1f} mm a cycle, from {source}")
+    if request.out is not None:
+        from robot.odometry.files import write  # pictures and pages take a second to load
+
+        write(found, log, path, request.out, everything=request.compare)
+        if not request.json:
+            print(f"written: {request.out}")
+    return ExitCode.OK
