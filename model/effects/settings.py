@@ -7,7 +7,7 @@ stages can be remembered by them.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from model.errors import GapError
 from model.values.arrays import FloatArray
 
 Rows = tuple[tuple[float, ...], ...]
+Signals = TypeVar("Signals")
 
 
 class UsersEffect(Protocol):
@@ -88,6 +89,12 @@ class Settings:
         """Return the users' effects of a stage."""
         return tuple(added for added in self.added if added.stage == stage)
 
+    def acted(self, stage: str, signals: Signals) -> Signals:
+        """Return the signals of a stage after the users' effects there."""
+        for added in self.at(stage):
+            signals = added.act(signals, added.values, added.legs)
+        return signals
+
     def with_whole(self, effect: str, *values: float) -> "Settings":
         """Return settings with other numbers of an effect of the whole robot that acts."""
         rows = tuple((value,) for value in values)
@@ -142,11 +149,9 @@ def _combined(
 ) -> Rows:
     old = effect.neutral(len(mask)) if before is None or effect.apart else before
     rows = tuple(
+        # a row of the whole robot has one number
         tuple(
-            TOGETHER[how](number, value) if touched else number
-            for number, touched in zip(
-                row, mask, strict=False
-            )  # a whole robot's row has one number
+            TOGETHER[how](x, value) if touched else x for x, touched in zip(row, mask, strict=False)
         )
         for row, value, how in zip(old, values, effect.combine, strict=True)
     )
