@@ -7,14 +7,15 @@ stages can be remembered by them.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache, cached_property, lru_cache
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
 from model.effects.catalogue import EFFECTS, TOGETHER, ChainEffect, Combine
-from model.effects.causes import Cause, EffectNumbers, check_cause
+from model.effects.causes import Cause, EffectNumbers, Scope, check_cause
 from model.errors import GapError
-from model.values.arrays import FloatArray
+from model.values.arrays import FloatArray, readonly
 
 Rows = tuple[tuple[float, ...], ...]
 Signals = TypeVar("Signals")
@@ -51,7 +52,7 @@ class Added:
     legs: tuple[bool, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Settings:
     """Everything that is added to a robot of N legs.
 
@@ -67,9 +68,13 @@ class Settings:
     acting: tuple[tuple[str, Rows], ...] = ()
     added: tuple[Added, ...] = ()
 
+    @cached_property
+    def _acting(self) -> dict[str, Rows]:
+        return dict(self.acting)
+
     def has(self, *effects: str) -> bool:
         """Whether any of some effects acts."""
-        return any(name in effects for name, _ in self.acting)
+        return not self._acting.keys().isdisjoint(effects)
 
     def whole(self, effect: str) -> tuple[float, ...]:
         """Return the numbers of an effect of the whole robot, in the order of its parameters."""
@@ -77,11 +82,11 @@ class Settings:
 
     def each(self, effect: str) -> FloatArray:
         """Return the numbers of an effect of single legs, a row of N a parameter."""
-        return np.array(self._rows(effect))
+        return _array(self._rows(effect))
 
     def apart(self, effect: str) -> tuple[Rows, ...]:
         """Return the rows of each cause of an effect whose causes act apart."""
-        rows = dict(self.acting).get(effect, ())
+        rows = self._acting.get(effect, ())
         count = len(EFFECTS[effect].parameters)
         return tuple(rows[i : i + count] for i in range(0, len(rows), count))
 
@@ -102,10 +107,21 @@ class Settings:
         return replace(self, acting=acting)
 
     def _rows(self, effect: str) -> Rows:
-        for name, rows in self.acting:
-            if name == effect:
-                return rows
-        return EFFECTS[effect].neutral(self.legs)
+        return self._acting[effect] if effect in self._acting else _neutral(effect, self.legs)
+
+
+@lru_cache(maxsize=256)
+def _array(rows: Rows) -> FloatArray:
+    array: FloatArray = readonly(np.array(rows))
+    return array
+
+
+@cache
+def _neutral(effect: str, legs: int) -> Rows:
+    """A row a parameter at its neutral value: a number a leg, one if the effect has no legs."""
+    known = EFFECTS[effect]
+    width = legs if Scope.JOINT in known.scopes else 1
+    return tuple((parameter.neutral,) * width for parameter in known.parameters)
 
 
 def settings_of(
@@ -147,7 +163,7 @@ def settings_of(
 def _combined(
     effect: ChainEffect, before: Rows | None, values: tuple[float, ...], mask: tuple[bool, ...]
 ) -> Rows:
-    old = effect.neutral(len(mask)) if before is None or effect.apart else before
+    old = _neutral(effect.name, len(mask)) if before is None or effect.apart else before
     rows = tuple(
         # a row of the whole robot has one number
         tuple(
@@ -161,5 +177,5 @@ def _combined(
 def _acts(effect: ChainEffect, rows: Rows, legs: int) -> bool:
     """Whether numbers do anything: those that only say where or how fast do not by themselves."""
     causes = len(rows) // max(len(effect.parameters), 1)
-    known = zip(rows, effect.neutral(legs) * causes, effect.combine * causes, strict=True)
+    known = zip(rows, _neutral(effect.name, legs) * causes, effect.combine * causes, strict=True)
     return not rows or any(row != none for row, none, how in known if how is not Combine.SET)
