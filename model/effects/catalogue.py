@@ -52,11 +52,6 @@ class ChainEffect(EffectNumbers):
         """Whether each of its causes acts for itself."""
         return Combine.APART in self.combine
 
-    def neutral(self, legs: int) -> tuple[tuple[float, ...], ...]:
-        """Return a row a parameter at its neutral value: a number a leg, one if it has no legs."""
-        width = legs if Scope.JOINT in self.scopes else 1
-        return tuple((parameter.neutral,) * width for parameter in self.parameters)
-
 
 Number = tuple[Parameter, Combine]
 

@@ -13,7 +13,7 @@ import numpy as np
 from model.effects.grid import Grid
 from model.effects.ground import Sliding, Standing, contact_points, slide, stand
 from model.effects.machine import LeggedMachine
-from model.effects.pushes import Before
+from model.effects.pushes import Before, Scene
 from model.effects.sensing import true_forces
 from model.effects.settings import Settings, settings_of
 from model.effects.shafts import feet
@@ -99,19 +99,12 @@ class FrameModel:
         if not (np.isfinite(points).all() and np.isfinite(world).all()):
             return FrameAnswer(motion, _contact(motion, None, None))
         moved = np.tile(before, (len(AROUND_S), 1)) if np.isfinite(before).all() else None
-        standing = stand(self._machine, self._grid, walked, settings, world, moved)
+        scene = Scene(self._machine, self._grid, settings, world)
+        standing = stand(scene, walked, moved)
         if not np.isfinite(standing.load_n).all():
             return FrameAnswer(motion, _contact(motion, None, None))
-        sliding = slide(
-            self._machine,
-            self._grid,
-            walked,
-            standing,
-            settings,
-            world,
-            standing.load_n,
-            before=Before(before, dt_s) if dt_s > 0 else None,
-        )
+        kept = Before(before, dt_s) if dt_s > 0 else None
+        sliding = slide(scene, walked, standing, standing.load_n, before=kept)
         return FrameAnswer(motion, _contact(motion, standing, sliding))
 
     def true_forces(self, forces: FootForces, since_s: float) -> FootForces:

@@ -4,10 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from model.effects.grid import FOOT_WINDOW_S, Grid
+from model.effects.grid import FOOT_WINDOW_S
 from model.effects.machine import LeggedMachine
 from model.effects.pushes import (
     Before,
+    Scene,
     pushes,
     resistance,
     resists_motion,
@@ -62,13 +63,10 @@ class Sliding:
     velocity_B: FloatArray  # noqa: N815 - frame suffix
 
 
-def _feet_world_x(feet_xy: FloatArray, world: FloatArray) -> FloatArray:
-    x: FloatArray = world[:, :1] + turned(feet_xy[..., 0], feet_xy[..., 1], world[:, 2:])[0]
-    return x
-
-
-def _beyond(x: FloatArray, edge: float) -> FloatArray:
-    share: FloatArray = 0.5 * (1.0 + np.tanh((x - edge) / EDGE_M))
+def _beyond(scene: Scene, feet_xy: FloatArray, edge_m: float) -> FloatArray:
+    """How far feet are beyond an edge across the world's x, 0 to 1, (W, N)."""
+    aside, _ = turned(feet_xy[..., 0], feet_xy[..., 1], scene.world[:, 2:])
+    share: FloatArray = 0.5 * (1.0 + np.tanh((scene.world[:, :1] + aside - edge_m) / EDGE_M))
     return share
 
 
@@ -91,47 +89,40 @@ def leg_stiffness(machine: LeggedMachine, settings: Settings) -> FloatArray:
 
 
 def stand(
-    machine: LeggedMachine,
-    grid: Grid,
+    scene: Scene,
     feet: Feet,
-    settings: Settings,
-    world: FloatArray,
     velocity_B: FloatArray | None = None,  # noqa: N803 - frame suffix
 ) -> Standing:
     """Find loads and pose of the body on its legs.
 
     Args:
-        machine: The robot.
-        grid: Times.
+        scene: Robot, times, place and what is added.
         feet: Unloaded feet.
-        settings: What is added.
-        world: x, y, yaw of the body, (W, 3); only effects that are bound to a place need it.
         velocity_B: vx, vy, yaw rate of the body, (W, 3), as far as it is known; drag and inertia need it.
     """
+    machine, grid, settings = scene.machine, scene.grid, scene.settings
     points = contact_points(feet, settings)
     ground = np.zeros(points.shape[:2])
     if settings.has("ground_step"):
         height_m, x_m = settings.whole("ground_step")
-        ground = height_m * _beyond(_feet_world_x(points[..., :2], world), x_m)
-    (firmness,), (twist_rad_nm,) = (
-        settings.whole(e) for e in ("ground_stiffness", "chassis_twist")
-    )
+        ground = height_m * _beyond(scene, points, x_m)
+    (firmness,) = settings.whole("ground_stiffness")
+    (twist_rad_nm,) = settings.whole("chassis_twist")
     stiffness = leg_stiffness(machine, settings) * firmness
     weight, centre = weight_and_centre(machine, settings)
     com = np.broadcast_to(centre, (grid.frames, 2))
     signals = SupportSignals(grid.time_s, points, ground, stiffness, weight, com)
     shaft_x = machine.legs.shaft_position[:, 0]
-    sideways = sideways_force(machine, settings, world)
+    sideways = sideways_force(scene)
     if velocity_B is not None and resists_motion(settings):
-        sideways = sideways + resistance(machine, grid, settings, velocity_B)[:, :2]
+        sideways = sideways + resistance(scene, velocity_B)[:, :2]
     if sideways.any():
         # it acts at the height of the body's origin, friction on the ground: the weight's line moves
         first, _ = _balance(signals, shaft_x, 0.0)
         height = first.pose[:, 2] + com[:, 0] * first.pose[:, 0] - com[:, 1] * first.pose[:, 1]
         com = com + height[:, None] * sideways / weight
         signals = SupportSignals(grid.time_s, points, ground, stiffness, weight, com)
-    for added in settings.at("support"):
-        signals = added.act(signals, added.values, added.legs)
+    signals = settings.acted("support", signals)
     found, twist = _balance(signals, shaft_x, twist_rad_nm)
     com = signals.com_m
     height = found.pose[:, 2] + com[:, 0] * found.pose[:, 0] - com[:, 1] * found.pose[:, 1]
@@ -198,12 +189,9 @@ def _twisting(shaft_x: FloatArray, twist_rad_nm: float) -> tuple[IntArray, Float
 
 
 def slide(
-    machine: LeggedMachine,
-    grid: Grid,
+    scene: Scene,
     feet: Feet,
     standing: Standing,
-    settings: Settings,
-    world: FloatArray,
     load_n: FloatArray,
     shaft_give_m_n: FloatArray | None = None,
     velocity_B: FloatArray | None = None,  # noqa: N803
@@ -212,17 +200,15 @@ def slide(
     """Find velocity and friction forces.
 
     Args:
-        machine: The robot.
-        grid: Times.
+        scene: Robot, times, place and what is added.
         feet: Unloaded feet.
         standing: Pose of the body.
-        settings: What is added.
-        world: As for ``stand``.
         load_n: Loads that press the feet down: the support's, or measured ones, (W, N).
         shaft_give_m_n: How far feet give fore and aft because their shafts do, (W, N).
         velocity_B: Measured velocity, (W, 3), which drag and inertia resist; None: the one that is found.
         before: The moment before all frames, if they are not a walk.
     """
+    machine, grid, settings = scene.machine, scene.grid, scene.settings
     points = contact_points(feet, settings)
     rate = feet.rate_m_s
     speed = rate[..., :2]
@@ -243,8 +229,8 @@ def slide(
     mu = machine.contact.mu * (settings.each("foot_friction")[0] * level) * np.ones_like(load_n)
     if settings.has("friction_patch"):
         ratio, x_m = settings.whole("friction_patch")
-        mu = mu * (1.0 + (ratio - 1.0) * _beyond(_feet_world_x(points[..., :2], world), x_m))
-    force = sideways_force(machine, settings, world)
+        mu = mu * (1.0 + (ratio - 1.0) * _beyond(scene, points, x_m))
+    force = sideways_force(scene)
     centre = standing.com_m
     moment = centre[0] * force[:, 1] - centre[1] * force[:, 0]
     signals = FrictionSignals(
@@ -256,9 +242,7 @@ def slide(
         (machine.contact.anisotropy + settings.each("friction_anisotropy").T)[None],
         np.column_stack([force, moment]),
     )
-    for stage in ("friction", "external"):
-        for added in settings.at(stage):
-            signals = added.act(signals, added.values, added.legs)
+    signals = settings.acted("external", settings.acted("friction", signals))
     coulomb = settings.has("coulomb_friction")
     law = FootLaw(
         FrictionLaw.COULOMB if coulomb else FrictionLaw.VISCOUS, *settings.whole("stiction")
@@ -269,30 +253,22 @@ def slide(
         signals.mu * signals.load_n,
         signals.anisotropy_B,
         law,
-        pushes(machine, grid, settings, signals.wrench_B, standing.sway_m, velocity_B, before),
+        pushes(scene, signals.wrench_B, standing.sway_m, velocity_B, before),
         grid.period_s,
-        _give(machine, grid, settings, points[..., 2], shaft_give_m_n),
+        _give(scene, points[..., 2], shaft_give_m_n),
     )
-    motion = MotionSignals(grid.time_s, _held(found.velocity_B))
-    for added in settings.at("dynamics"):
-        motion = added.act(motion, added.values, added.legs)
+    motion = settings.acted("dynamics", MotionSignals(grid.time_s, _held(found.velocity_B)))
     velocity = np.where(found.valid[:, None], motion.velocity_B, np.nan)
     return Sliding(found.force_xy_B, velocity)
 
 
-def _give(
-    machine: LeggedMachine,
-    grid: Grid,
-    settings: Settings,
-    foot_z_m: FloatArray,
-    shaft_give_m_n: FloatArray | None,
-) -> FloatArray:
+def _give(scene: Scene, foot_z_m: FloatArray, shaft_give_m_n: FloatArray | None) -> FloatArray:
     """How far feet give along body x and y, (W or 1, N, 2) [m/N]."""
-    shaft_x = machine.legs.shaft_position[:, 0]
+    settings, shaft_x = scene.settings, scene.machine.legs.shaft_position[:, 0]
     give = np.tile(settings.whole("leg_flex")[::-1], (1, len(shaft_x), 1))  # lateral is along y
     if shaft_give_m_n is not None:
         give = give + np.stack([shaft_give_m_n, np.zeros_like(shaft_give_m_n)], axis=2)
-    if settings.has("chassis_twist") and not grid.is_moment:
+    if settings.has("chassis_twist") and not scene.grid.is_moment:
         # what pushes a foot aside rolls its row; a moment is too short for that
         row, rolls = _twisting(shaft_x, *settings.whole("chassis_twist"))
         aside = np.diag(rolls)[row] * foot_z_m**2

@@ -20,6 +20,23 @@ DEVIATION_S = 1.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Scene:
+    """W frames of a robot on its ground.
+
+    Attributes:
+        machine: The robot.
+        grid: Times.
+        settings: What is added.
+        world: x, y, yaw of the body, (W, 3); only effects that are bound to a place need it.
+    """
+
+    machine: LeggedMachine
+    grid: Grid
+    settings: Settings
+    world: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Before:
     """A moment before: vx, vy, yaw rate then, (3,), and how long ago that was."""
 
@@ -43,11 +60,12 @@ def gradient(settings: Settings, world: FloatArray) -> FloatArray:
     return np.stack(turned(slope_x, slope_y, world[0, 2] - world[:, 2]), axis=1)
 
 
-def sideways_force(machine: LeggedMachine, settings: Settings, world: FloatArray) -> FloatArray:
+def sideways_force(scene: Scene) -> FloatArray:
     """Gravity's share and the tether, along the ground at the centre of mass, body axes, (W, 2) [N]."""
+    settings, world = scene.settings, scene.world
     force = np.zeros((len(world), 2))
     if settings.has("ground_slope"):
-        force -= weight_and_centre(machine, settings)[0] * gradient(settings, world)
+        force -= weight_and_centre(scene.machine, settings)[0] * gradient(settings, world)
     if settings.has("tether_force"):
         x_n, y_n = np.array(settings.whole("tether_force"))
         force += np.stack(turned(x_n, y_n, -world[:, 2]), axis=1)
@@ -59,43 +77,29 @@ def resists_motion(settings: Settings) -> bool:
     return settings.has("drag", "inertia_lag")
 
 
-def _added_inertia(machine: LeggedMachine, settings: Settings) -> tuple[float, float]:
+def _added_inertia(scene: Scene) -> tuple[float, float]:
     """Mass [kg], and moment of inertia about the vertical [kg m^2], with the time constant in question."""
-    (lag_s,) = settings.whole("inertia_lag")
+    machine = scene.machine
+    (lag_s,) = scene.settings.whole("inertia_lag")
     mass = lag_s * float(machine.contact.mu.mean()) * machine.weight_n / INERTIA_SLIP_M_S
     arms = machine.legs.shaft_position[:, :2]
     return mass, mass * float((arms**2).sum(axis=1).mean())
 
 
-def resistance(
-    machine: LeggedMachine,
-    grid: Grid,
-    settings: Settings,
-    velocity_B: FloatArray,  # noqa: N803
-) -> FloatArray:
+def resistance(scene: Scene, velocity_B: FloatArray) -> FloatArray:  # noqa: N803
     """Wrench of drag and inertia at a known velocity, body axes, (W, 3) [N, N, N m]."""
-    (drag,) = settings.whole("drag")
+    (drag,) = scene.settings.whole("drag")
     wrench = -drag * velocity_B * [1.0, 1.0, 0.0]
-    if settings.has("inertia_lag") and not grid.is_moment:
-        mass, about_z = _added_inertia(machine, settings)
-        change = grid.slope(velocity_B, TWIST_WINDOW_S)
+    if scene.settings.has("inertia_lag") and not scene.grid.is_moment:
+        mass, about_z = _added_inertia(scene)
+        change = scene.grid.slope(velocity_B, TWIST_WINDOW_S)
         change[:, :2] += velocity_B[:, 2:] * np.stack([-velocity_B[:, 1], velocity_B[:, 0]], axis=1)
         wrench = wrench - change * [mass, mass, about_z]
     return wrench
 
 
-def _swaying(grid: Grid, sway_m: FloatArray) -> FloatArray:
-    """Velocity of the origin by its sway, (W, 3); none in a moment that is too short to tell."""
-    velocity = np.zeros((len(sway_m), 3))
-    if not grid.is_moment:
-        velocity[:, :2] = grid.slope(sway_m, TWIST_WINDOW_S)
-    return velocity
-
-
 def pushes(
-    machine: LeggedMachine,
-    grid: Grid,
-    settings: Settings,
+    scene: Scene,
     wrench: FloatArray,
     sway_m: FloatArray,
     velocity_B: FloatArray | None,  # noqa: N803
@@ -107,20 +111,21 @@ def pushes(
     a share of the drag, and the inertia over a second, act against that, so that a
     frame in which friction cannot hold the wrench does not run away.
     """
-    if not resists_motion(settings):
+    if not resists_motion(scene.settings):
         return Pushes(wrench)
-    (drag,) = settings.whole("drag")
-    mass, about_z = _added_inertia(machine, settings)
-    aside = _swaying(grid, sway_m)
+    (drag,) = scene.settings.whole("drag")
+    mass, about_z = _added_inertia(scene)
+    aside = np.zeros((len(sway_m), 3))  # the origin's velocity by its sway
+    if not scene.grid.is_moment:  # too short to tell
+        aside[:, :2] = scene.grid.slope(sway_m, TWIST_WINDOW_S)
     if velocity_B is not None:
         along = DRAG_OF_DEVIATION * drag + mass / DEVIATION_S
         about = about_z / DEVIATION_S
         held = (velocity_B - aside) * [along, along, about]
-        return Pushes(wrench + resistance(machine, grid, settings, velocity_B) + held, along, about)
+        return Pushes(wrench + resistance(scene, velocity_B) + held, along, about)
     inertia = None
-    if settings.has("inertia_lag"):
+    if scene.settings.has("inertia_lag"):
         inertia = Inertia(mass, about_z, np.full(3, np.nan))
         if before is not None:
             inertia = Inertia(mass, about_z, before.velocity_B, before.since_s)
-    wrench = wrench + resistance(machine, grid, settings, aside)
-    return Pushes(wrench, drag, inertia=inertia)
+    return Pushes(wrench + resistance(scene, aside), drag, inertia=inertia)

@@ -23,7 +23,7 @@ def read_sensors(grid: Grid, truth: SensorSignals, settings: Settings) -> Sensor
         (delay_s,), (ratio,) = (settings.whole(e) for e in ("pose_delay", "clock_skew"))
         late = grid.time_s / ratio - delay_s
         foot, body, angles = (at_times(grid.time_s, a, late) for a in (foot, body, angles))
-    signals = SensorSignals(
+    read = SensorSignals(
         time_s=truth.time_s,
         shaft_rad=truth.shaft_rad * settings.each("encoder_scale")[0],
         foot_m=foot,
@@ -31,9 +31,7 @@ def read_sensors(grid: Grid, truth: SensorSignals, settings: Settings) -> Sensor
         body_m=body,
         body_rad=angles,
     )
-    for added in settings.at("sensing"):
-        signals = added.act(signals, added.values, added.legs)
-    return signals
+    return settings.acted("sensing", read)
 
 
 def true_signals(grid: Grid, read: Signals, settings: Settings) -> Signals:

@@ -7,16 +7,18 @@ stages can be remembered by them.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from functools import cache, cached_property, lru_cache
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
 from model.effects.catalogue import EFFECTS, TOGETHER, ChainEffect, Combine
-from model.effects.causes import Cause, EffectNumbers, check_cause
+from model.effects.causes import Cause, EffectNumbers, Scope, check_cause
 from model.errors import GapError
-from model.values.arrays import FloatArray
+from model.values.arrays import FloatArray, readonly
 
 Rows = tuple[tuple[float, ...], ...]
+Signals = TypeVar("Signals")
 
 
 class UsersEffect(Protocol):
@@ -50,7 +52,7 @@ class Added:
     legs: tuple[bool, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Settings:
     """Everything that is added to a robot of N legs.
 
@@ -66,9 +68,13 @@ class Settings:
     acting: tuple[tuple[str, Rows], ...] = ()
     added: tuple[Added, ...] = ()
 
+    @cached_property
+    def _acting(self) -> dict[str, Rows]:
+        return dict(self.acting)
+
     def has(self, *effects: str) -> bool:
         """Whether any of some effects acts."""
-        return any(name in effects for name, _ in self.acting)
+        return not self._acting.keys().isdisjoint(effects)
 
     def whole(self, effect: str) -> tuple[float, ...]:
         """Return the numbers of an effect of the whole robot, in the order of its parameters."""
@@ -76,17 +82,23 @@ class Settings:
 
     def each(self, effect: str) -> FloatArray:
         """Return the numbers of an effect of single legs, a row of N a parameter."""
-        return np.array(self._rows(effect))
+        return _array(self._rows(effect))
 
     def apart(self, effect: str) -> tuple[Rows, ...]:
         """Return the rows of each cause of an effect whose causes act apart."""
-        rows = dict(self.acting).get(effect, ())
+        rows = self._acting.get(effect, ())
         count = len(EFFECTS[effect].parameters)
         return tuple(rows[i : i + count] for i in range(0, len(rows), count))
 
     def at(self, stage: str) -> tuple[Added, ...]:
         """Return the users' effects of a stage."""
         return tuple(added for added in self.added if added.stage == stage)
+
+    def acted(self, stage: str, signals: Signals) -> Signals:
+        """Return the signals of a stage after the users' effects there."""
+        for added in self.at(stage):
+            signals = added.act(signals, added.values, added.legs)
+        return signals
 
     def with_whole(self, effect: str, *values: float) -> "Settings":
         """Return settings with other numbers of an effect of the whole robot that acts."""
@@ -95,10 +107,21 @@ class Settings:
         return replace(self, acting=acting)
 
     def _rows(self, effect: str) -> Rows:
-        for name, rows in self.acting:
-            if name == effect:
-                return rows
-        return EFFECTS[effect].neutral(self.legs)
+        return self._acting[effect] if effect in self._acting else _neutral(effect, self.legs)
+
+
+@lru_cache(maxsize=256)
+def _array(rows: Rows) -> FloatArray:
+    array: FloatArray = readonly(np.array(rows))
+    return array
+
+
+@cache
+def _neutral(effect: str, legs: int) -> Rows:
+    """A row a parameter at its neutral value: a number a leg, one if the effect has no legs."""
+    known = EFFECTS[effect]
+    width = legs if Scope.JOINT in known.scopes else 1
+    return tuple((parameter.neutral,) * width for parameter in known.parameters)
 
 
 def settings_of(
@@ -140,13 +163,11 @@ def settings_of(
 def _combined(
     effect: ChainEffect, before: Rows | None, values: tuple[float, ...], mask: tuple[bool, ...]
 ) -> Rows:
-    old = effect.neutral(len(mask)) if before is None or effect.apart else before
+    old = _neutral(effect.name, len(mask)) if before is None or effect.apart else before
     rows = tuple(
+        # a row of the whole robot has one number
         tuple(
-            TOGETHER[how](number, value) if touched else number
-            for number, touched in zip(
-                row, mask, strict=False
-            )  # a whole robot's row has one number
+            TOGETHER[how](x, value) if touched else x for x, touched in zip(row, mask, strict=False)
         )
         for row, value, how in zip(old, values, effect.combine, strict=True)
     )
@@ -156,5 +177,5 @@ def _combined(
 def _acts(effect: ChainEffect, rows: Rows, legs: int) -> bool:
     """Whether numbers do anything: those that only say where or how fast do not by themselves."""
     causes = len(rows) // max(len(effect.parameters), 1)
-    known = zip(rows, effect.neutral(legs) * causes, effect.combine * causes, strict=True)
+    known = zip(rows, _neutral(effect.name, legs) * causes, effect.combine * causes, strict=True)
     return not rows or any(row != none for row, none, how in known if how is not Combine.SET)

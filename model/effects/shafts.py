@@ -77,10 +77,8 @@ def shafts(
         angle = angle + settings.each("servo_compliance")[0] * loads.torque_nm
     if settings.has("gear_backlash"):
         angle = angle + _in_play(grid, loads.flank_nm, settings.each("gear_backlash")[0])
-    for added in settings.at("actuation"):
-        signals = ShaftSignals(grid.time_s, command_rad, loads.torque_nm, angle)
-        angle = added.act(signals, added.values, added.legs).shaft_rad
-    return angle
+    signals = ShaftSignals(grid.time_s, command_rad, loads.torque_nm, angle)
+    return settings.acted("actuation", signals).shaft_rad
 
 
 def _in_play(grid: Grid, torque_nm: FloatArray, width_rad: FloatArray) -> FloatArray:
@@ -134,8 +132,7 @@ def feet(machine: LeggedMachine, grid: Grid, shaft_rad: FloatArray, settings: Se
     if settings.has("hip_mount_offset"):
         position[..., :2] += settings.each("hip_mount_offset").T
     signals = FootSignals(grid.time_s, crank, position, pose.foot_slope)
-    for added in settings.at("kinematics"):
-        signals = added.act(signals, added.values, added.legs)
+    signals = settings.acted("kinematics", signals)
     rate = grid.slope(signals.position_m, FOOT_WINDOW_S)
     rolls = settings.has("foot_rolling")
     return Feet(signals, rate, _coupler_turn(machine, pose) if rolls else np.zeros((1, 1)))

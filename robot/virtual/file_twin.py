@@ -47,10 +47,11 @@ def file_twin(config: RobotConfig, seed: int) -> Twin | None:
     """
     if not config.effects:
         return None
-    twin = Twin(
-        names=config.parameters.legs.names,
-        plant=PlantParameters.nominal(config.parameters),
-        sensors=SensorParameters.healthy(config.parameters.legs.count),
-        seed=seed,
-    )
-    return apply_effects(twin, file_effects(config), EFFECTS)
+    return apply_effects(nominal_twin(config, seed), file_effects(config), EFFECTS)
+
+
+def nominal_twin(config: RobotConfig, seed: int) -> Twin:
+    """Return the robot that a file describes without its effects, on no particular day."""
+    robot = config.parameters
+    sensors = SensorParameters.healthy(robot.legs.count)
+    return Twin(robot.legs.names, PlantParameters.nominal(robot), sensors, seed)

@@ -22,14 +22,12 @@ from model.values.arrays import FloatArray, readonly
 from record.trial.header import TrialNoise
 from record.trial.trial import Trial
 from robot.config.robot_file import RobotConfig, parse_robot
-from robot.virtual.file_twin import file_effects, twin_effects
+from robot.virtual.file_twin import file_effects, nominal_twin, twin_effects
 from sim_hw.host.virtual_robot import build_virtual_robot
 from sim_hw.host.world import World
-from sim_hw.plant.parameters import PlantParameters
 from sim_hw.twin.catalog import EFFECTS
 from sim_hw.twin.effects import apply_effects
 from sim_hw.twin.motion_capture import MotionCapture, Poses
-from sim_hw.twin.sensing import SensorParameters
 from sim_hw.twin.twin import Twin
 
 NAME = "mujoco"
@@ -119,14 +117,8 @@ class TwinRollout:
         return self._walk(trial, twin, world, firmware.goal_position, commands, turns, now_ns)
 
     def _twin(self, causes: tuple[Cause, ...]) -> Twin:
-        nominal = self.config.parameters
-        sensors = SensorParameters.healthy(nominal.legs.count)
-        twin = Twin(
-            nominal.legs.names,
-            PlantParameters.nominal(nominal),
-            replace(sensors, noise=STILL),
-            SEED,
-        )
+        twin = nominal_twin(self.config, SEED)
+        twin = replace(twin, sensors=replace(twin.sensors, noise=STILL))
         asked = tuple(effect for cause in causes for effect in twin_effects(cause))
         return apply_effects(twin, (*file_effects(self.config, asked), *asked), EFFECTS)
 

@@ -55,7 +55,10 @@ def side_damping(plant: PlantParameters) -> FloatArray:
 
 @compiled
 def _gear_torque(row: FloatArray, twist: float, rate: float) -> float:
-    """Torque through a gear with twist and play, from motor to shaft."""
+    """Torque through a gear with twist and play, from motor to shaft.
+
+    Physics of its own: the diagnosis has its play from ``model.motion.filters``, and is tested against this.
+    """
     half = row[8] / 2
     if abs(twist) <= half:
         return 0.0

@@ -97,6 +97,9 @@ def test_a_second_correction_adds_to_the_first() -> None:
     step = corrected(TEXT, cause("ground_step", 0.004, 0.3))
     with pytest.raises(GapError, match=r"ground_step\.all has x_m = 0.3 already"):
         corrected(step, cause("ground_step", 0.004, 0.8))
+    lagging = corrected(TEXT, cause("servo_lag", 0.05))
+    with pytest.raises(GapError, match=r"servo_lag\.all is there already, and two of it"):
+        corrected(lagging, cause("servo_lag", 0.02))
     grown = corrected(step, cause("ground_step", 0.002, 0.3))
     assert parse_robot(grown).effects[0].values == pytest.approx((0.006, 0.3))
     limit = merged((WrittenEffect("servo_speed_limit", "", (("limit_rad_s", 1.0),)),), ())

@@ -17,7 +17,7 @@ from model.effects.catalogue import EFFECTS
 from model.effects.grid import body_velocity
 from model.effects.ground import Sliding, Standing, leg_stiffness, slide, stand
 from model.effects.machine import LeggedMachine
-from model.effects.pushes import gradient, resists_motion
+from model.effects.pushes import Scene, gradient, resists_motion
 from model.effects.sensing import read_sensors, true_signals
 from model.effects.settings import Settings
 from model.effects.shafts import (
@@ -152,7 +152,8 @@ class LeggedChain:
         moving = velocity
         if moving is None and before is not None:
             moving = _finite(before.sliding.velocity_B)
-        standing = stand(machine, grid, walked, settings, world, moving)
+        scene = Scene(machine, grid, settings, world)
+        standing = stand(scene, walked, moving)
         load = standing.load_n
         if measured:
             seen = known.force_n[..., 2]
@@ -160,7 +161,7 @@ class LeggedChain:
         held = walked
         if springing is not None and springing.any():
             held = feet(machine, grid, angles - springing, settings)
-        sliding = slide(machine, grid, held, standing, settings, world, load, give, velocity)
+        sliding = slide(scene, held, standing, load, give, velocity)
         return Walk(own, walked, standing, sliding, _integrated(known, sliding.velocity_B))
 
     def _measured_feet(self, known: LeggedInputs, settings: Settings) -> Feet:
@@ -193,9 +194,8 @@ class LeggedChain:
             aside = -foot[..., 2] * twist
             foot[..., 2] += foot[..., 1] * twist
             foot[..., 1] += aside
-        if settings.has(
-            "foot_rolling"
-        ):  # a marker at the bottom of a round foot turns about its centre
+        if settings.has("foot_rolling"):
+            # a marker at the bottom of a round foot turns with it about its centre
             (radius_m,) = settings.whole("foot_rolling")
             foot[..., 0] += radius_m * np.sin(walk.feet.turn_rad)
             foot[..., 2] += radius_m * (1.0 - np.cos(walk.feet.turn_rad))

@@ -1,5 +1,7 @@
 """Effects of a robot file in controller, replay and virtual robot mean what they mean to a diagnosis."""
 
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -29,6 +31,7 @@ from sim_hw.twin.effects import parse_effect
 from tests.gap.test_correction import corrected, sized
 from tests.gap.walks import cause, machine, walk
 
+ROOT = Path(__file__).resolve().parents[3]
 CONFIG = load_robot()
 # Keys of the file change the nominal model, which tests of the model cover; a foot that gives remembers
 # more than one frame, and a lag has a test of its own.
@@ -195,6 +198,21 @@ def test_readings_are_undone_and_silent_legs_stay_silent() -> None:
     unknown = model.solve(np.full(6, np.nan), np.zeros(6), np.zeros(3), np.full(3, np.nan), 0.01)
     assert not unknown.contact.support.converged
     assert not unknown.contact.traction.valid
+
+
+def test_a_controller_with_effects_loads_nothing_of_diagnosis_or_simulation() -> None:
+    code = """
+import sys
+from robot.config.robot_file import load_robot, parse_robot
+from robot.control.controller import Controller
+text = load_robot().text + "[effects.payload.all]\\nmass_kg = 0.5\\n"
+Controller(parse_robot(text), (None,) * 6, armed=False)
+print({name.split(".")[0] for name in sys.modules} & {"gap", "sim_hw", "mujoco"})
+"""
+    ran = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    assert ran.stdout == "set()\n"
 
 
 def test_drive_and_replay_run_with_the_effects(
