@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from benchmarks.model_processes import ModelProcesses, SharedFrames
 from model.errors import ModelError
 from model.quasistatic.frames import FrameSolutions, FrictionLaw, solve_frames
 from model.systems.disk import disk, random_disk_poses
-from benchmarks.model_processes import ModelProcesses, SharedFrames
 
 
 def test_processes_give_what_one_gives() -> None:
