@@ -4,11 +4,11 @@ import time
 
 import numpy as np
 
+from benchmarks.model_processes import ModelProcesses, SharedFrames
 from benchmarks.timing import keep, repeat, spread
 from model.motion.se2 import product, scan
 from model.quasistatic.frames import FrictionLaw
 from model.systems.disk import disk, random_disk_poses
-from benchmarks.model_processes import ModelProcesses, SharedFrames
 
 STEPS = 10_000
 FRAMES = 300_000

@@ -1,7 +1,6 @@
 """``bigant odom``: odometry and foot forces from a log, judged against the truth if there is one."""
 
 import argparse
-import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -111,6 +110,7 @@ def _estimate(options: argparse.Namespace) -> ExitCode:
     from model.quasistatic.frames import FrictionLaw
     from record.log.reader import read_log
     from robot.config.robot_file import load_robot, parse_robot
+    from robot.console.json_output import print_json
     from robot.console.screen_fit import columns_of
     from robot.control.effect_uses import say_unused
     from robot.odometry.compare import compare_ways, stride_of
@@ -141,7 +141,7 @@ def _estimate(options: argparse.Namespace) -> ExitCode:
     if not options.json:
         print(file=sys.stderr)
     if options.json:
-        print(json.dumps(as_json(found, log.names), indent=2))
+        print_json(as_json(found, log.names))
     else:
         width = columns_of(sys.stdout)
         print(*table(found, log.names, everything=options.compare, width=width), sep="\n")

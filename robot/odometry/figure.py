@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from model.errors import RecordError
+from record.whole_file import writing
 from robot.odometry.compare import Comparison, Way
 from robot.odometry.metrics import path_length
 from robot.report.plots import STYLE
@@ -27,12 +27,8 @@ def draw(found: Comparison, names: Sequence[str], out: Path, *, everything: bool
     Raises:
         RecordError: It cannot be written.
     """
-    try:
+    with writing(out):
         drawing(found, names, everything=everything).savefig(out, dpi=120)
-    except OSError as trouble:
-        raise RecordError(
-            f"{out} cannot be written: {trouble.strerror}; choose another --out"
-        ) from trouble
 
 
 def drawing(found: Comparison, names: Sequence[str], *, everything: bool) -> Figure:

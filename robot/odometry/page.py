@@ -4,24 +4,25 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from robot.console.table import number_text
+from robot.console.table import formed, number_text
 from robot.odometry.compare import Comparison
 from robot.odometry.figure import drawing
-from robot.odometry.metrics import LENGTHS_M
 from robot.odometry.table import (
+    LEG,
     NOTES,
+    WAYS,
     consistency_rows,
-    force_rms,
     health_rows,
+    leg_columns,
+    leg_rows,
     short_walk,
     walking_words,
+    way_row,
 )
 from robot.report.page import Section, report_page
 from robot.report.pictures import pictures
 
-WAYS = ("way", *(f"RPE {d:g} m, %" for d in LENGTHS_M), "end, %", "yaw, deg/m",
-        "vx, mm/s", "vy, mm/s", "yaw rate, mrad/s", "Fx, N", "Fy, N", "Fz, N")  # fmt: skip
-LEGS = ("leg", "mu", "sd", "K, N/m", "sd", "Fx, N", "Fy, N", "Fz, N")
+LEGS_TITLE = "Each leg, as estimated at the end; RMSE of its force"
 
 
 def odometry_page(
@@ -49,46 +50,27 @@ def odometry_page(
         *(("RPE", words) for words in short_walk(found)),
     ]
     judged = "judged against the truth in the log" if found.truth else "no truth in this log"
+    errors = found.errors if everything else found.errors[:1]
     figure = drawing(found, names, everything=everything)
     return report_page(
         f"{log.name}: odometry",
         f"{log}, {date}; {judged}; the walking part only",
         [
             Section("", rows),
-            _ways(found, everything=everything),
-            _legs(found, names),
+            _table("Errors of each way", (("way", "", ""), *WAYS), list(map(way_row, errors))),
+            _table(LEGS_TITLE, (LEG, *leg_columns(found)), leg_rows(found, names)),
             Section("What the words mean", NOTES),
             *pictures({"Path, error, velocity, friction": figure}),
         ],
     )
 
 
-def _ways(found: Comparison, *, everything: bool) -> Section:
-    errors = found.errors if everything else found.errors[:1]
-    rows = [
-        (
-            one.name,
-            *(number_text(value, 2) for value in one.rpe_percent),
-            number_text(one.end_percent, 2),
-            number_text(one.yaw_deg_m, 3),
-            *(number_text(1e3 * value, 2) for value in one.velocity_rmse),
-            *(number_text(value, 2) for value in force_rms(one)),
-        )
-        for one in errors
+def _table(
+    title: str, columns: Sequence[tuple[str, str, str]], rows: Sequence[Sequence[str | float]]
+) -> Section:
+    head = [f"{name}, {unit}" if unit else name for name, unit, _ in columns]
+    texts = [
+        [formed(value, form) for value, (_, _, form) in zip(row, columns, strict=True)]
+        for row in rows
     ]
-    return Section("Errors of each way", rows, WAYS, range(1, len(WAYS)))
-
-
-def _legs(found: Comparison, names: Sequence[str]) -> Section:
-    last = found.track.estimates[-1]
-    rows = []
-    for k, name in enumerate(names):
-        stiff, of_it = last.stiffness[k], last.stiffness_sd[k]
-        row = [name, number_text(last.mu[k], 3), number_text(last.mu_sd[k], 3)]
-        row += [number_text(stiff, 0), number_text(stiff * of_it, 0)]
-        if found.errors:
-            row += [number_text(value, 2) for value in found.errors[0].force_rmse[k]]
-        rows.append(row)
-    head = LEGS if found.errors else LEGS[:5]
-    title = "Each leg, as estimated at the end; RMSE of its force"
-    return Section(title, rows, head, range(1, len(head)))
+    return Section(title, texts, head, range(1, len(head)))

@@ -3,15 +3,15 @@
 import math
 import re
 from collections import Counter
+from collections.abc import Sequence
 
 import numpy as np
 
 from model.values.arrays import FloatArray
-from robot.console.table import number_text
+from robot.console.table import Column, number_text, table_lines
 from robot.odometry.compare import Comparison
 from robot.odometry.metrics import LENGTHS_M, TrackErrors, in_band, path_length
 
-NAME_LETTERS = 19
 MOST_REASONS = 5
 NUMBER = re.compile(r"[-+]?\d+(\.\d+)?")
 NOTES = (
@@ -23,7 +23,19 @@ NOTES = (
     ("NIS", "the same of the measured forces against what the estimator expected; the mean should be 1"),
     ("mu, K", "friction coefficient and vertical stiffness of a leg, as the estimator found them"),
 )  # fmt: skip
-SHORT_NOTE = "RPE: relative pose error, mu: friction, K: leg stiffness; see docs/odometry.md"
+# Columns: name, unit, form of its numbers.
+FORCES = (("Fx", "N", ".2f"), ("Fy", "N", ".2f"), ("Fz", "N", ".2f"))
+WAYS = (
+    *((f"RPE {d:g} m", "%", ".2f") for d in LENGTHS_M),
+    ("end", "%", ".2f"), ("yaw", "deg/m", ".3f"),
+    ("vx", "mm/s", ".2f"), ("vy", "mm/s", ".2f"), ("yaw rate", "mrad/s", ".2f"), *FORCES,
+)  # fmt: skip
+PLACES = 1 + len(LENGTHS_M) + 2  # columns of a way before its rates
+LEG = ("leg", "", "")
+LEGS = (
+    ("mu", "", ".3f"), ("sd", "", ".3f"), ("K", "N/m", ".0f"), ("sd", "N/m", ".0f"), *FORCES,
+)  # fmt: skip
+SHORT_NOTE = "RPE: relative pose error, K: stiffness, F: RMSE of force; see docs/odometry.md"
 
 
 def table(
@@ -57,19 +69,9 @@ def table(
         lines += [f"RPE: {words}" for words in short_walk(found)]
     elif everything:
         lines.append("no truth in this log: the ways are drawn beside each other (--out FILE.png)")
-    lines += [
-        f"{'leg':<6}{'mu':>8}{'sd':>7}{'K N/m':>9}{'sd':>7}"
-        + (f"{'Fx':>8}{'Fy':>8}{'Fz':>8}   RMSE of force, N" if found.errors else "")
-    ]
-    for k, name in enumerate(names):
-        row = (
-            f"{name:<6}{number_text(last.mu[k], 3, 8)}{number_text(last.mu_sd[k], 3, 7)}"
-            f"{number_text(last.stiffness[k], 0, 9)}"
-            f"{number_text(last.stiffness[k] * last.stiffness_sd[k], 0, 7)}"
-        )
-        if found.errors:
-            row += "".join(number_text(value, 2, 8) for value in found.errors[0].force_rmse[k])
-        lines.append(row)
+    columns = [Column(name, form, 4) for name, _, form in (LEG, *leg_columns(found))]
+    units = ("", *(unit for _, unit, _ in leg_columns(found)))
+    lines += table_lines(columns, [units, *leg_rows(found, names)])
     return [*lines, SHORT_NOTE]
 
 
@@ -110,51 +112,50 @@ def short_walk(found: Comparison) -> list[str]:
     return [f"none: the walk is {length_m:.2f} m long, the shortest piece is {LENGTHS_M[0]:g} m"]
 
 
-Column = tuple[str, str, int, list[str]]  # name, unit, width, a text for each way
-
-
 def _error_lines(errors: tuple[TrackErrors, ...], width: int | None) -> list[str]:
     """The errors of each way: one table, or two below each other where one is too wide."""
-    ahead, behind = _place_columns(errors), _rate_columns(errors)
-    whole = NAME_LETTERS + sum(column[2] for column in (*ahead, *behind))
-    parts = [[*ahead, *behind]] if width is None or whole <= width else [ahead, behind]
-    lines: list[str] = []
-    for part in parts:
-        lines += [
-            " " * NAME_LETTERS + "".join(f"{name:>{w}}" for name, _, w, _ in part),
-            " " * NAME_LETTERS + "".join(f"{unit:>{w}}" for _, unit, w, _ in part),
-        ]
-        lines += [
-            f"{e.name:<{NAME_LETTERS}}" + "".join(f"{texts[k]:>{w}}" for _, _, w, texts in part)
-            for k, e in enumerate(errors)
-        ]
-    return lines
-
-
-def _place_columns(errors: tuple[TrackErrors, ...]) -> list[Column]:
+    columns = [Column(""), *(Column(name, form, 5) for name, _, form in WAYS)]
+    rows = [("", *(unit for _, unit, _ in WAYS)), *map(way_row, errors)]
+    lines = table_lines(columns, rows)
+    if width is None or len(lines[0]) <= width:
+        return lines
     return [
-        *(
-            (f"RPE {d:g} m", "%", 11, [number_text(e.rpe_percent[k], 2) for e in errors])
-            for k, d in enumerate(LENGTHS_M)
-        ),
-        ("end", "%", 8, [number_text(e.end_percent, 2) for e in errors]),
-        ("yaw", "deg/m", 9, [number_text(e.yaw_deg_m, 3) for e in errors]),
+        line
+        for part in (slice(1, PLACES), slice(PLACES, None))
+        for line in table_lines(
+            [columns[0], *columns[part]], [(row[0], *row[part]) for row in rows]
+        )
     ]
 
 
-def _rate_columns(errors: tuple[TrackErrors, ...]) -> list[Column]:
-    heads = (("vx", "mm/s", 8), ("vy", "mm/s", 8), ("yaw rate", "mrad/s", 10))
-    forces = [force_rms(e) for e in errors]
-    return [
-        *(
-            (name, unit, w, [number_text(1e3 * e.velocity_rmse[k], 2) for e in errors])
-            for k, (name, unit, w) in enumerate(heads)
-        ),
-        *(
-            (f"F{axis}", "N", 7, [number_text(force[k], 2) for force in forces])
-            for k, axis in enumerate("xyz")
-        ),
-    ]
+def way_row(errors: TrackErrors) -> tuple[str | float, ...]:
+    """The name of a way and its errors, in the order of ``WAYS``."""
+    return (
+        errors.name,
+        *errors.rpe_percent,
+        errors.end_percent,
+        errors.yaw_deg_m,
+        *(1e3 * errors.velocity_rmse),
+        *force_rms(errors),
+    )
+
+
+def leg_columns(found: Comparison) -> tuple[tuple[str, str, str], ...]:
+    """What is said of each leg; forces only where their errors are known."""
+    return LEGS if found.errors else LEGS[: -len(FORCES)]
+
+
+def leg_rows(found: Comparison, names: Sequence[str]) -> list[tuple[str | float, ...]]:
+    """Name of each leg with its figures at the end, in the order of ``leg_columns``."""
+    last = found.track.estimates[-1]
+    rows = []
+    for k, name in enumerate(names):
+        stiffness = last.stiffness[k]
+        forces = found.errors[0].force_rmse[k] if found.errors else ()
+        rows.append(
+            (name, last.mu[k], last.mu_sd[k], stiffness, stiffness * last.stiffness_sd[k], *forces)
+        )
+    return rows
 
 
 def force_rms(errors: TrackErrors) -> FloatArray:
@@ -185,8 +186,8 @@ def as_json(found: Comparison, names: tuple[str, ...]) -> dict[str, object]:
     counted = run.nis_dof > 0
     return {
         "ticks": len(run.t_s),
-        "pose": _plain(run.pose[-1]),
-        "pose_covariance": _plain(last.pose_covariance),
+        "pose": run.pose[-1],
+        "pose_covariance": last.pose_covariance,
         "health": last.health.value,
         "reason": last.reason,
         "step_us": {
@@ -194,33 +195,25 @@ def as_json(found: Comparison, names: tuple[str, ...]) -> dict[str, object]:
             "p99": float(np.percentile(run.step_us, 99)),
         },
         "legs": list(names),
-        "mu": _plain(last.mu),
-        "mu_sd": _plain(last.mu_sd),
-        "stiffness_n_m": _plain(last.stiffness),
+        "mu": last.mu,
+        "mu_sd": last.mu_sd,
+        "stiffness_n_m": last.stiffness,
         "ways": [
             {
                 "name": e.name,
                 "rpe_lengths_m": list(LENGTHS_M),
-                "rpe_percent": _plain(e.rpe_percent),
-                "end_percent": _plain(e.end_percent),
-                "yaw_deg_m": _plain(e.yaw_deg_m),
-                "velocity_rmse": _plain(e.velocity_rmse),
-                "force_rmse_n": _plain(e.force_rmse),
+                "rpe_percent": e.rpe_percent,
+                "end_percent": e.end_percent,
+                "yaw_deg_m": e.yaw_deg_m,
+                "velocity_rmse": e.velocity_rmse,
+                "force_rmse_n": e.force_rmse,
             }
             for e in found.errors
         ],
-        "nees_velocity": _plain(found.twist_nees.mean()),
-        "nees_pose": _plain(found.pose_nees.mean()),
-        "nis_over_dof": _plain(
-            np.mean(run.nis[counted] / run.nis_dof[counted]) if counted.any() else np.nan
-        ),
+        "nees_velocity": found.twist_nees.mean(),
+        "nees_pose": found.pose_nees.mean(),
+        "nis_over_dof": np.mean(run.nis[counted] / run.nis_dof[counted])
+        if counted.any()
+        else np.nan,
         "rejects": last.rejects,
     }
-
-
-def _plain(value: object) -> object:
-    """Lists and numbers; JSON has no NaN."""
-    if isinstance(value, np.ndarray) and value.ndim:
-        return [_plain(item) for item in value]
-    number = float(value)  # type: ignore[arg-type]
-    return number if math.isfinite(number) else None

@@ -19,6 +19,7 @@ from record.log.recording import Recording
 from robot.cli import main as cli
 from robot.config.robot_file import load_robot, parse_robot
 from robot.console.exit_codes import ExitCode
+from robot.console.json_output import json_text
 from robot.odometry.compare import compare_ways, stride_of, walking_part
 from robot.odometry.files import write_mcap, write_tum
 from robot.odometry.metrics import in_band, nees, relative_error, rmse, seen_from
@@ -93,7 +94,7 @@ def test_the_estimator_beats_what_it_is_compared_with(walk: Recording) -> None:
     lines = "\n".join(table(found, walk.names, everything=True))
     assert "rigid stance" in lines
     assert "NEES" in lines
-    assert json.loads(json.dumps(as_json(found, walk.names)))["ways"][0]["name"] == "estimator"
+    assert json.loads(json_text(as_json(found, walk.names)))["ways"][0]["name"] == "estimator"
 
 
 def test_without_truth_and_forces_it_still_estimates(walk: Recording) -> None:
