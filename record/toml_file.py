@@ -1,9 +1,33 @@
-"""TOML that we write, in one place: quoting and the spelling of numbers are tomlkit's."""
+"""TOML files: read with their name in every error message, written with tomlkit's quoting and numbers."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
-import tomlkit
+from model.errors import ConfigError
+
+
+@contextmanager
+def reading(path: Path, what: str) -> Iterator[str]:
+    """Yield the text of a file; a mistake that the block finds in it is named with the file.
+
+    Args:
+        path: The file.
+        what: What it is, as in "the robot file".
+
+    Raises:
+        ConfigError: It cannot be read, or the block refuses what it says.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        raise ConfigError(str(path), f"{what} cannot be read: {reason}") from error
+    try:
+        yield text
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error.key}", error.reason) from error
 
 
 def toml_text(table: Mapping[str, Any], head: Sequence[str] = ()) -> str:
@@ -14,6 +38,8 @@ def toml_text(table: Mapping[str, Any], head: Sequence[str] = ()) -> str:
             one row a line. A key whose value is None is left out.
         head: Comment lines above it, each without its ``#``.
     """
+    import tomlkit  # which most commands, all of which read TOML, never need
+
     document = tomlkit.document()
     for line in head:
         document.add(tomlkit.comment(line))
@@ -29,6 +55,8 @@ def _known(value: Any) -> Any:  # anything that TOML can hold
     if not isinstance(value, list | tuple):
         return value
     if value and all(isinstance(row, list | tuple) for row in value):
+        import tomlkit
+
         rows = tomlkit.array().multiline(multiline=True)
         rows.extend(map(list, value))
         return rows

@@ -21,8 +21,8 @@ from model.parameters.toml_table import Table
 FEWEST_LEGS = 3
 
 
-def parse_table(text: str) -> Table:
-    """Parse the text of a robot file.
+def parse_table(text: str, what: str = "robot file") -> Table:
+    """Parse the text of a robot file, or of another TOML file.
 
     Raises:
         ConfigError: It is no TOML.
@@ -30,7 +30,7 @@ def parse_table(text: str) -> Table:
     try:
         return Table(tomllib.loads(text))
     except tomllib.TOMLDecodeError as error:
-        raise ConfigError("robot file", f"is not valid TOML: {error}") from error
+        raise ConfigError(what, f"is not valid TOML: {error}") from error
 
 
 def read_body(table: Table) -> BodyParameters:

@@ -2,15 +2,18 @@
 
 import json
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from robot.campaign.folder import CaseFiles
-
-if TYPE_CHECKING:
-    from gap.interfaces import Cause, Simulator
-    from record.trial.trial import Trial
+from gap.check.without import without
+from gap.diagnosis.as_json import diagnosis_json
+from gap.diagnosis.commissioning import standing_of
+from gap.diagnosis.diagnose import diagnose
+from gap.interfaces import Cause, Simulator
+from model.errors import RecordError
+from record.trial.trial import Trial
+from robot.campaign.folder import CaseFiles, keep_json
+from robot.gap_report.trials import read_runs
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +32,7 @@ class Asked:
     references: tuple[Path, ...]
     missing: tuple[str, ...]
     out: Path
-    standing: "tuple[Cause, ...] | None" = None
+    standing: tuple[Cause, ...] | None = None
 
 
 def answer_case(asked: Asked) -> None:
@@ -38,9 +41,6 @@ def answer_case(asked: Asked) -> None:
     Raises:
         BigantError: A trial cannot be read or compared.
     """
-    from gap.diagnosis.as_json import diagnosis_json
-    from gap.diagnosis.diagnose import diagnose
-
     began_s, began_cpu_s = time.perf_counter(), time.process_time()
     trials, references, simulator = read_case(asked)
     standing = asked.standing
@@ -48,30 +48,23 @@ def answer_case(asked: Asked) -> None:
         standing = tuple(one for one in standing if one.effect not in asked.missing)
     found = diagnose(trials, simulator, references, standing=standing)
     spent = {"seconds": time.perf_counter() - began_s, "cpu_s": time.process_time() - began_cpu_s}
-    told = {**diagnosis_json(found), **spent}
-    part = asked.out.with_suffix(".part")
-    part.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
-    part.replace(asked.out)
+    keep_json({**diagnosis_json(found), **spent}, asked.out)
 
 
-def read_case(asked: Asked) -> "tuple[tuple[Trial, ...], tuple[Trial, ...], Simulator]":
+def read_case(asked: Asked) -> tuple[tuple[Trial, ...], tuple[Trial, ...], Simulator]:
     """Return its trials, its references, and the simulator that their machine calls for.
 
     Raises:
         BigantError: A trial cannot be read, or an effect is not known.
     """
-    from gap.check.without import without
-    from robot.gap_report.trials import read_trials, simulator_for
-
-    everything = read_trials((*asked.trials, *asked.references))
-    simulator = simulator_for(everything, None)
+    runs = read_runs(asked.trials, asked.references)
+    simulator = runs.simulator()
     known = {effect.name for effect in simulator.effects}
     simulator = without(simulator, [name for name in asked.missing if name in known])
-    n = len(asked.trials)
-    return everything[:n], everything[n:], simulator
+    return runs.trials, runs.references, simulator
 
 
-def commission_case(asked: Asked, kept: Path) -> "tuple[Cause, ...]":
+def commission_case(asked: Asked, kept: Path) -> tuple[Cause, ...]:
     """Find what the references of a campaign show already, once for all its cases.
 
     Args:
@@ -81,10 +74,6 @@ def commission_case(asked: Asked, kept: Path) -> "tuple[Cause, ...]":
     Raises:
         BigantError: A reference cannot be read or compared, or the file holds something else.
     """
-    from gap.diagnosis.commissioning import standing_of
-    from gap.interfaces import Cause
-    from model.errors import RecordError
-
     if kept.is_file():
         try:
             return tuple(
@@ -95,9 +84,7 @@ def commission_case(asked: Asked, kept: Path) -> "tuple[Cause, ...]":
             raise RecordError(f"{kept}: {error!r}; delete it to commission again") from error
     _, references, simulator = read_case(asked)
     found = standing_of(references, simulator)
-    part = kept.with_suffix(".part")
-    part.write_text(json.dumps([asdict(one) for one in found], indent=1) + "\n", encoding="utf-8")
-    part.replace(kept)
+    keep_json(found, kept)
     return found
 
 

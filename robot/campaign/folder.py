@@ -9,9 +9,10 @@ from typing import Any
 
 from gap.check.score import Answer, Named, Truth
 from model.errors import RecordError
+from record.whole_file import whole_file
+from robot.console.json_output import json_text
 
 CASES, REFERENCES = "cases", "references"
-ANSWER_SUFFIX = ".json"
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,3 +137,13 @@ def read_answer(path: Path) -> Answer:
 
 def _number(value: object) -> float:
     return float(value) if isinstance(value, int | float) else math.nan
+
+
+def keep_json(value: object, path: Path) -> None:
+    """Write JSON that appears when it is whole: other processes look for it.
+
+    Raises:
+        RecordError: It cannot be written.
+    """
+    with whole_file(path) as part:
+        part.write_text(json_text(value, 1) + "\n", encoding="utf-8")

@@ -22,7 +22,6 @@ Legs, signs, sizes and days are drawn; names of cases say nothing.
 """
 
 import hashlib
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -31,7 +30,9 @@ import numpy as np
 
 from gaits.names import GAIT_NAMES
 from model.errors import ConfigError
+from model.parameters.tables import parse_table
 from model.parameters.toml_table import Table
+from record.toml_file import reading
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.virtual.twin_run import WalkPlan, plan_of
 from sim_hw.twin.catalog import EFFECTS
@@ -94,16 +95,8 @@ def read_scenario(path: Path) -> Scenario:
     Raises:
         ConfigError: It cannot be read, or asks for what cannot be.
     """
-    try:
-        top = Table(tomllib.loads(path.read_text(encoding="utf-8")))
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(str(path), "the scenario cannot be read; give a TOML file") from error
-    except tomllib.TOMLDecodeError as error:
-        raise ConfigError(str(path), f"is not valid TOML: {error}") from error
-    try:
-        return _scenario(path, top)
-    except ConfigError as error:
-        raise ConfigError(f"{path}: {error.key}", error.reason) from error
+    with reading(path, "the scenario") as text:
+        return _scenario(path, parse_table(text, "scenario"))
 
 
 def _scenario(path: Path, top: Table) -> Scenario:
@@ -164,13 +157,14 @@ def _references(
 
 
 def _numbers(table: Table, key: str) -> tuple[float, ...]:
+    return tuple(table.numbers(key, (_count(table, key),)).tolist())
+
+
+def _count(table: Table, key: str) -> int:
     value: Any = table.raw(key)
-    numbers = isinstance(value, list) and all(
-        isinstance(v, int | float) and not isinstance(v, bool) and np.isfinite(v) for v in value
-    )
-    if not numbers or not value:
+    if not isinstance(value, list) or not value:
         raise ConfigError(table.name(key), f"must be a list of numbers, not {value!r}")
-    return tuple(float(v) for v in value)
+    return len(value)
 
 
 def _effect_names(table: Table) -> tuple[str, ...]:
@@ -187,14 +181,20 @@ def _effect_names(table: Table) -> tuple[str, ...]:
 
 def _severities(table: Table) -> tuple[tuple[float, float], ...]:
     value: Any = table.raw("severities")
-    name = table.name("severities")
-    if not isinstance(value, list) or not value:
-        raise ConfigError(name, f"must be a list of ranges such as [0.0, 0.3], not {value!r}")
-    for item in value:
-        good = isinstance(item, list) and len(item) == 2
-        if not good or not all(isinstance(v, int | float) for v in item) or item[0] > item[1]:
-            raise ConfigError(name, f"must hold ranges such as [0.0, 0.3], not {item!r}")
-    return tuple((float(low), float(high)) for low, high in value)
+    spans = value if isinstance(value, list) else []
+    good = [
+        isinstance(span, list)
+        and len(span) == 2
+        and all(isinstance(v, int | float) for v in span)
+        and span[0] <= span[1]
+        for span in spans
+    ]
+    if not good or not all(good):
+        raise ConfigError(
+            table.name("severities"),
+            f"must be a list of ranges such as [0.0, 0.3], not {value!r}",
+        )
+    return tuple((float(low), float(high)) for low, high in spans)
 
 
 def draw_cases(scenario: Scenario, entropy: bytes) -> tuple[Case, ...]:

@@ -6,19 +6,23 @@ complete: what is there need not be made again.
 
 import os
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, as_completed
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import pyarrow as pa
+import pyarrow.parquet as pq
 
 from model.errors import BigantError
+from record.trial.header import header_text
+from record.trial.trial import Trial
+from record.whole_file import whole_file
 from robot.campaign.plan import Case, Scenario, draw_cases, reference_seeds
-from robot.virtual.twin_run import WalkPlan
+from robot.config.robot_file import load_robot
+from robot.virtual.twin_run import WalkPlan, make_twin, walk_fast
 from sim_hw.twin.effects import Effect
-
-if TYPE_CHECKING:
-    from record.trial.trial import Trial
 
 # All files of a campaign say that they were made then.
 STAMP_UNIX_S = 1_700_000_000
@@ -80,9 +84,6 @@ def _case_jobs(case: Case, scenario: Scenario, folder: Path) -> list[Job]:
 
 def run_job(job: Job) -> Failure | None:
     """Make one trial; what goes wrong comes back as a value."""
-    from robot.config.robot_file import load_robot
-    from robot.virtual.twin_run import make_twin, walk_fast
-
     try:
         config = load_robot(job.robot)
         twin = make_twin(config, job.effects, job.seed)
@@ -93,33 +94,32 @@ def run_job(job: Job) -> Failure | None:
     return None
 
 
-def _write(trial: "Trial", out: Path) -> None:
+def _write(trial: Trial, out: Path) -> None:
     """Write a trial so that nothing about its file depends on what is in it."""
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    from record.trial.header import header_text
-
     out.parent.mkdir(parents=True, exist_ok=True)
+    header = trial.header
     files = (
-        (out.parent / trial.header.robot_file, trial.header.robot_text.encode()),
-        (out.with_suffix(".toml"), header_text(trial.header).encode()),
+        (out.parent / header.robot_file, header.robot_text.encode()),
+        (out.with_suffix(".toml"), header_text(header).encode()),
     )
     for path, data in files:
-        part = path.with_name(f"{path.name}.{os.getpid()}.part")
-        part.write_bytes(data)
-        _appear(part, path)
+        with _stamped(path) as part:
+            part.write_bytes(data)
     columns = trial.columns()
     table = pa.table([pa.array(c.values) for c in columns], names=[c.name for c in columns])
-    part = out.with_name(f"{out.name}.{os.getpid()}.part")
-    # compression and dictionaries would make the size depend on the content
-    pq.write_table(table, part, compression="none", use_dictionary=False, write_statistics=False)
-    _appear(part, out)
+    with _stamped(out) as part:
+        # compression and dictionaries would make the size depend on the content
+        pq.write_table(
+            table, part, compression="none", use_dictionary=False, write_statistics=False
+        )
 
 
-def _appear(part: Path, path: Path) -> None:
-    os.utime(part, (STAMP_UNIX_S, STAMP_UNIX_S))
-    part.replace(path)
+@contextmanager
+def _stamped(path: Path) -> Iterator[Path]:
+    """Yield the name to write to; the file appears whole, with the time stamp of all of them."""
+    with whole_file(path) as part:
+        yield part
+        os.utime(part, (STAMP_UNIX_S, STAMP_UNIX_S))
 
 
 def run_jobs(

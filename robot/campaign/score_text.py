@@ -2,12 +2,16 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict
-from typing import Any
 
 from gap.check.methods import Method, methods
 from gap.check.score import Case, Confusion, Figure, found, named_right
+from robot.console.table import Column, markdown_lines, table_lines
 
+SCORES = tuple(Column("", form) for form in ("", "s", "s", "", "d", "", ""))
+METHODS = (
+    Column(""), Column("one: first", "s"), Column("two: recall", "s"), Column("precision", "s"),
+    Column("no gap", "s"),
+)  # fmt: skip
 MARKS = {True: "met", False: "MISSED", None: "-"}
 
 
@@ -15,23 +19,16 @@ def score_lines(
     figures: Sequence[Figure], confusions: Sequence[Confusion], cases: Sequence[Case]
 ) -> list[str]:
     """Return what is printed."""
-    lines = [
-        f"{f.name:52s} {_value(f):>7s} {_interval(f):>14s}  n {f.cases:<4d} bar {f.bar:8s} {MARKS[f.met]}"
+    scores = [
+        (f.name, _value(f), _interval(f), "n", f.cases, f"bar {f.bar}", MARKS[f.met])
         for f in figures
     ]
+    lines = table_lines(SCORES, scores)
     counted = methods(cases)
     if counted:
-        lines += [
-            "",
-            f"{'':38s} {'one: first':>12s} {'two: recall':>12s} {'precision':>12s} {'no gap':>9s}",
-        ]
-        lines += [
-            f"{m.name:38s} {a:>12s} {b:>12s} {c:>12s} {d:>9s}"
-            for m in counted
-            for a, b, c, d in [_shares(m)]
-        ]
+        lines += ["", *table_lines(METHODS, [(m.name, *_shares(m)) for m in counted])]
     if confusions:
-        lines += ["", "said otherwise than it was:"]
+        lines += ["", "wrong answers, by case, with what was wrong and what was named:"]
         lines += [f"  {c.case}  {c.truth}: {c.said}{_seen(c.visible)}" for c in confusions]
     return lines
 
@@ -40,24 +37,14 @@ def score_markdown(
     figures: Sequence[Figure], confusions: Sequence[Confusion], cases: Sequence[Case]
 ) -> str:
     """Return tables of figures, effects and confusions."""
-    lines = ["| figure | value | 95 % | cases | bar | |", "|---|---|---|---|---|---|"]
-    lines += [
-        f"| {f.name} | {_value(f)} | {_interval(f)} | {f.cases} | {f.bar} | {MARKS[f.met]} |"
-        for f in figures
-    ]
+    rows = [(f.name, _value(f), _interval(f), str(f.cases), f.bar, MARKS[f.met]) for f in figures]
+    lines = markdown_lines(("figure", "value", "95 %", "cases", "bar", ""), rows)
     counted = methods(cases)
     if counted:
-        lines += [
-            "",
-            "| way | one effect: named first | two: recall | precision | nothing wrong: nothing named |",
-        ]
-        lines += ["|---|---|---|---|---|"]
-        lines += [f"| {m.name} | {' | '.join(_shares(m))} |" for m in counted]
-    lines += [
-        "",
-        "| effect | cases | gap declared | named first | named instead |",
-        "|---|---|---|---|---|",
-    ]
+        head = ("method", "one effect: named first", "two: recall", "precision",
+                "nothing wrong: nothing named")  # fmt: skip
+        lines += ["", *markdown_lines(head, [(m.name, *_shares(m)) for m in counted])]
+    effects = []
     single = [c for c in cases if c.kind == "single"]
     for effect in sorted({c.truths[0].effect for c in single}):
         own = [c for c in single if c.truths[0].effect == effect]
@@ -67,26 +54,26 @@ def score_markdown(
             if found(c) and not named_right(c)
         ]
         right = sum(map(named_right, own))
-        lines.append(
-            f"| `{effect}` | {len(own)} | {sum(map(found, own))} | {right} | {', '.join(wrong)} |"
+        effects.append(
+            (f"`{effect}`", str(len(own)), str(sum(map(found, own))), str(right), ", ".join(wrong))
         )
-    lines += ["", "| case | was | said | change over repeatability |", "|---|---|---|---|"]
-    lines += [f"| {c.case} | {c.truth} | {c.said} | {_plain(c.visible)} |" for c in confusions]
+    head = ("effect", "cases", "gap declared", "named first", "named instead")
+    lines += ["", *markdown_lines(head, effects)]
+    wrongs = [(c.case, c.truth, c.said, _plain(c.visible)) for c in confusions]
+    lines += ["", *markdown_lines(("case", "was", "said", "change over repeatability"), wrongs)]
     return "\n".join(lines) + "\n"
 
 
 def score_json(
     figures: Sequence[Figure], confusions: Sequence[Confusion], cases: Sequence[Case]
-) -> dict[str, Any]:
-    """Return everything as a JSON object; what is not known is null."""
-    told = {
-        "figures": [asdict(f) for f in figures],
-        "confusions": [asdict(c) for c in confusions],
-        "methods": [asdict(m) for m in methods(cases)],
-        "cases": [asdict(c) for c in cases],
+) -> dict[str, object]:
+    """Return everything, for JSON."""
+    return {
+        "figures": figures,
+        "confusions": confusions,
+        "methods": methods(cases),
+        "cases": cases,
     }
-    plain: dict[str, Any] = _known(told)
-    return plain
 
 
 def _shares(m: Method) -> tuple[str, str, str, str]:
@@ -120,13 +107,3 @@ def _seen(value: float) -> str:
 
 def _plain(value: float) -> str:
     return "" if math.isnan(value) else f"{value:.1f}"
-
-
-def _known(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _known(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_known(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

@@ -14,7 +14,9 @@ from typing import Any
 
 from model.errors import ConfigError, RecordError
 from record.toml_file import toml_text
+from record.whole_file import check_room, write_text
 from robot.campaign.plan import Case
+from robot.console.exit_codes import ExitCode
 from robot.console.installed import how_to_install
 from sim_hw.twin.catalog import EFFECTS
 from sim_hw.twin.effects import find_kind
@@ -38,28 +40,20 @@ class Labels:
 
 def labels_of(cases: tuple[Case, ...], entropy: bytes) -> Labels:
     """Return the labels of cases."""
-    found: dict[str, Any] = {"entropy": entropy.hex(), "cases": {}}
-    for case in cases:
-        found["cases"][case.name] = {
-            "kind": case.kind,
-            "robot": case.robot,
-            "seeds": list(case.seeds),
-            "effects": [
-                {
-                    "name": effect.name,
-                    "stage": find_kind(effect.name, EFFECTS).stage,
-                    "leg": effect.leg,
-                    "parameters": {
-                        parameter.name: value
-                        for parameter, value in zip(
-                            find_kind(effect.name, EFFECTS).parameters, effect.values, strict=True
-                        )
-                    },
-                }
-                for effect in case.effects
-            ],
-        }
-    return Labels(entropy, json.dumps(found, indent=1) + "\n")
+    found = {case.name: _label(case) for case in cases}
+    return Labels(entropy, json.dumps({"entropy": entropy.hex(), "cases": found}, indent=1) + "\n")
+
+
+def _label(case: Case) -> dict[str, Any]:
+    effects = []
+    for effect in case.effects:
+        kind = find_kind(effect.name, EFFECTS)
+        names = [parameter.name for parameter in kind.parameters]
+        values = dict(zip(names, effect.values, strict=True))
+        effects.append(
+            {"name": effect.name, "stage": kind.stage, "leg": effect.leg, "parameters": values}
+        )
+    return {"kind": case.kind, "robot": case.robot, "seeds": list(case.seeds), "effects": effects}
 
 
 def write_open(labels: Labels, folder: Path) -> None:
@@ -138,6 +132,36 @@ def unseal(folder: Path, key: bytes) -> Labels:
     if hashlib.sha256(text.encode()).hexdigest() != published[2]:
         raise RecordError(f"the labels in {folder / SEALED_NAME} are not those that were published")
     return Labels(bytes.fromhex(json.loads(text)["entropy"]), text)
+
+
+@dataclass(frozen=True, slots=True)
+class UnsealRequest:
+    """What ``bigant sim unseal`` was asked for."""
+
+    folder: Path
+    key: Path
+    out: Path | None
+    json: bool
+
+
+def open_seal(request: UnsealRequest) -> ExitCode:
+    """Print the labels of a sealed campaign, or write them.
+
+    Raises:
+        ConfigError: The key file or ``--out`` cannot be used.
+        RecordError: The labels cannot be opened or written.
+    """
+    out = request.out
+    check_room(out, "--out", ".toml", ".json")
+    labels = unseal(request.folder, read_key(request.key))
+    as_json = request.json if out is None else out.suffix == ".json"
+    text = labels.text if as_json else labels_toml(labels)
+    if out is None:
+        print(text, end="")
+    else:
+        write_text(out, text)
+        print(f"labels: {out}")
+    return ExitCode.OK
 
 
 def labels_toml(labels: Labels) -> str:

@@ -13,7 +13,6 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import as_completed
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,15 +22,13 @@ from gap.interfaces import Cause, Simulator
 from gap.worker_pool import worker_pool
 from model.errors import GapError
 from model.values.arrays import FloatArray
+from record.trial.trial import Trial
 from robot.campaign.case import Asked, read_case
-from robot.campaign.folder import CaseFiles, Label
+from robot.campaign.folder import CaseFiles, Label, keep_json
 from robot.campaign.plan import Scenario, read_scenario
 from robot.config.robot_file import load_robot
 from robot.console.progress import ProgressBar
 from robot.virtual.twin_run import make_twin, walk_fast
-
-if TYPE_CHECKING:
-    from record.trial.trial import Trial
 
 FEWEST_CONTROLS = 5  # that tell how healthy walks differ
 
@@ -121,8 +118,7 @@ def seen_of(
         one.name: Seen(_largest(np.sqrt(np.nanmean(one.change / spread, axis=0))), one.reachable)
         for one in oracles
     }
-    told = {name: [_null(s.visible), _null(s.reachable)] for name, s in sorted(seen.items())}
-    kept.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+    keep_json({name: (s.visible, s.reachable) for name, s in sorted(seen.items())}, kept)
     return seen
 
 
@@ -180,7 +176,7 @@ def _ask_oracle(
 
 
 def _walked_again(
-    simulator: Simulator, trials: "Sequence[Trial]", label: Label, scenario: Scenario
+    simulator: Simulator, trials: Sequence[Trial], label: Label, scenario: Scenario
 ) -> tuple[list[FloatArray], list[FloatArray]]:
     """Mean square changes, and healthy values, by the twin on the same days."""
     config = load_robot(scenario.robots[label.robot])
@@ -194,7 +190,7 @@ def _walked_again(
     return change, healthy
 
 
-def _values(simulator: Simulator, trial: "Trial") -> FloatArray:
+def _values(simulator: Simulator, trial: Trial) -> FloatArray:
     observed = simulator.observe(trial)
     return np.where(observed.weight > 0, observed.values, np.nan)
 
@@ -222,10 +218,6 @@ def _mean_known(values: FloatArray) -> FloatArray:
 
 def _largest(values: FloatArray) -> float:
     return float(np.nanmax(values))
-
-
-def _null(value: float) -> float | None:
-    return None if math.isnan(value) else value
 
 
 def _floats(pair: Sequence[float | None]) -> list[float]:

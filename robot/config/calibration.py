@@ -3,16 +3,15 @@
 One table a sensor; a leg without one is not calibrated, and its forces are not valid.
 """
 
-import tomllib
 from pathlib import Path
 
 import numpy as np
 
 from model.errors import ConfigError
-from model.parameters.toml_table import Table
+from model.parameters.tables import parse_table
 from model.values.arrays import readonly
 from model.values.force_calibration import AXES, METHODS, ForceCalibration
-from record.toml_file import toml_text
+from record.toml_file import reading, toml_text
 
 FORMAT = 1
 LARGEST_HARMONICS = 8
@@ -84,15 +83,8 @@ def read_calibration(path: Path, legs: tuple[str, ...]) -> ForceCalibration:
     Raises:
         ConfigError: It cannot be read, or a key in it cannot be used, or it is of other legs.
     """
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise ConfigError(str(path), f"the calibration file cannot be read: {reason}") from error
-    try:
+    with reading(path, "the calibration file") as text:
         return parse_calibration(text, legs)
-    except ConfigError as error:
-        raise ConfigError(f"{path}: {error.key}", error.reason) from error
 
 
 def parse_calibration(text: str, legs: tuple[str, ...]) -> ForceCalibration:
@@ -101,11 +93,7 @@ def parse_calibration(text: str, legs: tuple[str, ...]) -> ForceCalibration:
     Raises:
         ConfigError: It is no TOML, a key in it cannot be used, or it is of other legs.
     """
-    try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ConfigError("calibration file", f"is not valid TOML: {error}") from error
-    top = Table(data)
+    top = parse_table(text, "calibration file")
     top.integer("format", minimum=FORMAT, maximum=FORMAT)
     method = top.text("method")
     if method not in METHODS:
@@ -121,15 +109,15 @@ def parse_calibration(text: str, legs: tuple[str, ...]) -> ForceCalibration:
     correction = np.zeros((count, 6, 6))
     spread = np.full((count, 6), np.nan)
     serials = [""] * count
-    if "sensor" in data:
+    if top.has("sensor"):
         sensors = top.table("sensor")
         for leg, name in enumerate(legs):
-            if isinstance(data["sensor"], dict) and name in data["sensor"]:
+            if sensors.has(name):
                 table = sensors.table(name)
                 serials[leg] = table.maybe_text("serial")
                 unloaded[leg] = table.numbers("unloaded", (6, width))
                 correction[leg] = table.numbers("correction", (6, 6))
-                if "standard_error" in data["sensor"][name]:
+                if table.has("standard_error"):
                     spread[leg] = table.numbers("standard_error", (6,))
                 table.done()
         sensors.done()

@@ -33,6 +33,7 @@ from model.parameters.tables import (
     read_linkage,
 )
 from model.parameters.toml_table import Table
+from record.toml_file import reading
 from robot.config.calibration import read_calibration
 from robot.config.estimator import EstimatorConfig, read_estimator
 from robot.config.safety import BodyLimits, RecoverySettings, read_body_limits, read_recovery
@@ -114,15 +115,8 @@ def load_robot(path: Path = DEFAULT_ROBOT_FILE, calibration: Path | None = None)
     Raises:
         ConfigError: A file cannot be read, or a key in it cannot be used.
     """
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise ConfigError(str(path), f"the robot file cannot be read: {reason}") from error
-    try:
+    with reading(path, "the robot file") as text:
         config = parse_robot(text)
-    except ConfigError as error:
-        raise ConfigError(f"{path}: {error.key}", error.reason) from error
     if calibration is None and config.calibration_file:
         calibration = path.parent / config.calibration_file
     if calibration is None:

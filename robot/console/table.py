@@ -78,6 +78,12 @@ def table_lines(
     ]
 
 
+def markdown_lines(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return a table for a page of the documentation."""
+    first, *others = [f"| {' | '.join(cells)} |" for cells in (head, *rows)]
+    return [first, "|" + "---|" * len(head), *others]
+
+
 def row_lines(rows: Sequence[tuple[str, str]], columns: int | None = None) -> list[str]:
     """Return labels with their texts; a text that is too long goes on below itself.
 

@@ -17,6 +17,7 @@ from model.errors import ConfigError, GapError
 from model.parameters.tables import parse_table
 from record.log.export import export_trial
 from record.log.reader import LogContents
+from record.toml_file import reading
 from record.trial.header import LEGGED, SERVO_BENCH
 from record.trial.trial import Trial, read_trial
 from robot.config.robot_file import parse_robot
@@ -158,18 +159,12 @@ def robot_text(path: Path) -> str:
     Raises:
         ConfigError: It cannot be read; or it is a whole robot file, and something in it is wrong.
     """
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise ConfigError(str(path), f"the robot file cannot be read: {reason}") from error
-    try:
-        if parse_table(text).has("servo"):
-            parse_robot(text)  # a typing mistake must not pass for a default
-        else:
-            parse_machine(text)
-    except ConfigError as error:
-        raise ConfigError(f"{path}: {error.key}", error.reason) from error
-    except GapError as error:
-        raise ConfigError(str(path), str(error)) from error
-    return text
+    with reading(path, "the robot file") as text:
+        try:
+            if parse_table(text).has("servo"):
+                parse_robot(text)  # a typing mistake must not pass for a default
+            else:
+                parse_machine(text)
+        except GapError as error:
+            raise ConfigError("machine", str(error)) from error
+        return text

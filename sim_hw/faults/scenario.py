@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from model.errors import ConfigError
+from record.toml_file import reading
 from sim_hw.assumed import AdapterAssumed, ServoAssumed, WnetAssumed
 from sim_hw.faults.catalog import KINDS
 from sim_hw.faults.kinds import Fault
@@ -62,15 +63,8 @@ def load_scenario(path: Path, ids: Collection[int]) -> Scenario:
     Raises:
         ConfigError: It cannot be read, or something in it makes no sense; the key is named.
     """
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "it is no text"
-        raise ConfigError(str(path), f"the scenario cannot be read: {reason}") from error
-    try:
+    with reading(path, "the scenario") as text:
         return parse_scenario(text, ids)
-    except ConfigError as error:
-        raise ConfigError(f"{path}: {error.key}", error.reason) from error
 
 
 def parse_scenario(text: str, ids: Collection[int]) -> Scenario:

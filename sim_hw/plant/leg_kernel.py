@@ -57,7 +57,8 @@ def side_damping(plant: PlantParameters) -> FloatArray:
 def _gear_torque(row: FloatArray, twist: float, rate: float) -> float:
     """Torque through a gear with twist and play, from motor to shaft.
 
-    Physics of its own: the diagnosis has its play from ``model.motion.filters``, and is tested against this.
+    Physics of its own: the diagnosis has its play from ``model.motion.filters``, and is tested against
+    this.
     """
     half = row[8] / 2
     if abs(twist) <= half:

@@ -6,6 +6,7 @@ Checks the published hashes, then prints the labels or writes them to --out (.to
 import argparse
 from pathlib import Path
 
+from robot.console.arguments import parsed
 from robot.console.exit_codes import ExitCode
 
 
@@ -23,24 +24,8 @@ def run(options: argparse.Namespace) -> ExitCode:
     """Open the seal.
 
     Raises:
-        ConfigError: The key file or --out cannot be used.
-        RecordError: The labels cannot be opened.
+        BigantError: The key, the labels or --out cannot be used.
     """
-    from model.errors import ConfigError
-    from robot.campaign.seal import labels_toml, read_key, unseal
+    from robot.campaign.seal import UnsealRequest, open_seal
 
-    out: Path | None = options.out
-    if out is not None and out.suffix not in {".toml", ".json"}:
-        raise ConfigError("--out", f"must end in .toml or .json, not {out}")
-    labels = unseal(options.folder, read_key(options.key))
-    as_json = options.json if out is None else out.suffix == ".json"
-    text = labels.text if as_json else labels_toml(labels)
-    if out is None:
-        print(text, end="")
-        return ExitCode.OK
-    try:
-        out.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise ConfigError("--out", f"{out} cannot be written: {error.strerror}") from error
-    print(f"labels: {out}")
-    return ExitCode.OK
+    return open_seal(parsed(options, UnsealRequest))

@@ -7,7 +7,7 @@ import pytest
 from gap.interfaces import Cause
 from model.errors import GapError, RecordError
 from robot.campaign.case import Asked, commission_case
-from robot.cli.gap.check import answer_all
+from robot.campaign.check import answer_all
 
 NOBODY = Asked((), (), (), Path("never.json"))
 
