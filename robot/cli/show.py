@@ -1,4 +1,8 @@
-"""``bigant show``: what a log says, as a table and as pictures."""
+"""``bigant show``: what a log says, as a table and as pictures.
+
+Print a summary of a log (distance, speed, slip, faults, loop) and write a page with trajectory, body
+velocity and foot forces, predicted against measured.
+"""
 
 import argparse
 import json
@@ -13,6 +17,20 @@ from robot.console.plain_json import plain
 from robot.console.screen_fit import columns_of
 from robot.report.long_log import read_summary
 from robot.report.summary_text import summary_rows, table_lines
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments."""
+    parser.add_argument("path", type=Path, metavar="LOG")
+    parser.add_argument(
+        "--out", type=Path, metavar="FILE", help=".html or .png (default: next to the log, .html)"
+    )
+    parser.add_argument("--json", action="store_true", help="the summary as JSON, no picture")
+
+
+def run(options: argparse.Namespace) -> ExitCode:
+    """Show a log."""
+    return show(options)
 
 
 def show(options: argparse.Namespace) -> ExitCode:

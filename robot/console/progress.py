@@ -30,6 +30,11 @@ class StatusLine:
         if self.is_time():
             self._show(text)
 
+    def step(self, text: str) -> None:
+        """Show on a terminal at once what is being done."""
+        if self._terminal:
+            self._show(text)
+
     def clear(self) -> None:
         """Take the line away again."""
         if self._shown:

@@ -4,7 +4,6 @@ A live run is followed by reading its log (``record.log.follow``), half a second
 needs nothing of the control process: it cannot be slowed, stopped or commanded from here.
 """
 
-import argparse
 import contextlib
 import math
 import os
@@ -28,38 +27,20 @@ NICENESS = 10
 Item = TypeVar("Item")
 
 
-def add_source(parser: argparse.ArgumentParser) -> None:
-    """Add LOG, --live and --speed."""
-    parser.add_argument(
-        "path",
-        type=Path,
-        metavar="LOG",
-        nargs="?",
-        help="a log; with --live the one that is being written (default: the newest in runs/)",
-    )
-    parser.add_argument("--live", action="store_true", help="follow a running bigant drive")
-    parser.add_argument(
-        "--speed", type=_speed, default=1.0, metavar="X", help="of a recorded log (default: 1)"
-    )
-
-
-def _speed(text: str) -> float:
-    value = float(text)
-    if not 0.01 <= value <= 1000:
-        raise argparse.ArgumentTypeError(f"must be from 0.01 to 1000, not {text}")
-    return value
-
-
-def log_path(options: argparse.Namespace) -> Path:
+def log_path(path: Path | None, *, live: bool) -> Path:
     """Return the log that is meant.
 
+    Args:
+        path: The log that was named; None for the one that is being written.
+        live: Whether to follow it.
+
     Raises:
-        ConfigError: None was named.
+        ConfigError: None was named, and none is to be followed.
         RecordError: There is none to follow.
     """
-    if options.path is not None:
-        return Path(options.path)
-    if not options.live:
+    if path is not None:
+        return path
+    if not live:
         raise ConfigError("LOG", "name a log, or give --live to follow a running bigant drive")
     return newest_log()
 

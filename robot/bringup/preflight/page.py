@@ -1,14 +1,11 @@
 """The pre-flight list as a page: what to keep beside the log of a run, or to send to someone."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from robot.bringup.preflight.finding import Finding, Verdict, count_line
+from robot.bringup.preflight.loop import LoopFigures
 from robot.console.versions import version_lines
 from robot.report.page import grid_table, heading, page_frame, rows_table, section
-
-if TYPE_CHECKING:
-    from robot.bringup.preflight.loop import LoopFigures
 
 VIRTUAL = "virtual"
 PERCENTILES = ("half of the ticks", "95 %", "99 %", "the latest")
@@ -18,7 +15,7 @@ def check_page(
     robot: str,
     port: str,
     findings: Sequence[Finding],
-    loops: "Sequence[LoopFigures]",
+    loops: Sequence[LoopFigures],
     *,
     robot_file: str,
     date: str,
@@ -55,7 +52,7 @@ def check_page(
     )
 
 
-def _loop(loop: "LoopFigures") -> str:
+def _loop(loop: LoopFigures) -> str:
     rows = [
         (words, f"{late:.3f}", f"{busy:.3f}")
         for words, late, busy in zip(PERCENTILES, loop.late_ms, loop.busy_ms, strict=True)

@@ -18,6 +18,12 @@ from model.values.arrays import FloatArray
 from model.values.faults import StopReason
 from model.values.readings import ForceRecord
 from record.log.versions import NOT_INSTALLED
+from robot.bringup.preflight.computer import (
+    HostSettings,
+    disk_finding,
+    packages_finding,
+    python_finding,
+)
 from robot.bringup.preflight.finding import Finding, Verdict, lines_of
 from robot.bringup.preflight.forces import (
     Heard,
@@ -25,9 +31,7 @@ from robot.bringup.preflight.forces import (
     force_findings,
     heard_findings,
 )
-from robot.bringup.preflight.host import disk_finding, packages_finding, python_finding
 from robot.bringup.preflight.loop import (
-    HostSettings,
     LoopFigures,
     advice_of,
     loop_finding,

@@ -18,9 +18,9 @@ from model.errors import ModelError
 from model.fit.force_bias import BLOCKS, measure_bias, require_rest
 from model.values.arrays import FloatArray
 from model.values.readings import ForceRecord
-from robot.bringup.force.table import Snapshot, bridge_low, led, table_lines
+from robot.bringup.force.bias import standing_warnings
+from robot.bringup.force.table import Snapshot, bridge_low, led, stream_lines, table_lines
 from robot.cli import main as cli
-from robot.cli.ft.bias import standing_warnings
 from robot.config.calibration import read_calibration
 from robot.console.exit_codes import ExitCode
 from sim_hw.ati.sockets import WnetSockets
@@ -268,7 +268,7 @@ def test_the_table_names_what_is_wrong() -> None:
         clock=ClockEstimate(3_000_000_000, float("nan"), 1e6, 5, 0, 0),
         repair_error="",
     )
-    lines = table_lines(shot)
+    lines = [*table_lines(shot), *stream_lines(shot)]
     assert lines[1].split()[:5] == ["HL", "1", "-1.50", "-1.50", "-1.50"]
     assert lines[4].endswith("LED red, SATURATED")
     assert lines[4].split()[2:9] == ["-"] * 7

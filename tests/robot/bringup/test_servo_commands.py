@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from drivers.dynamixel.mx106 import REGISTER, HardwareError
-from robot.bringup.servo import access as servo_access
 from robot.cli import main as cli
 from robot.config.robot_file import load_robot
+from robot.console.arguments import BAUD_RATES
 from robot.console.exit_codes import ExitCode
 from tests.robot.servo_bench import PORT, Bench
 
@@ -35,13 +35,13 @@ def test_scan_lists_model_and_firmware(bench: Bench, capsys: Capture) -> None:
         (1_000_000, i, 321) for i in range(1, 7)
     ]
     assert [s["firmware"] for s in found] == [45, 45, 45, 45, 45, 42]
-    assert sorted(int(p.baudrate) for p in bench.ports) == sorted(servo_access.BAUD_RATES)
+    assert sorted(int(p.baudrate) for p in bench.ports) == sorted(BAUD_RATES)
 
 
 def test_a_scan_takes_less_than_two_seconds_a_baud_rate(bench: Bench) -> None:
     began_ns = bench.clock.now_ns()
     bench.command("scan")
-    assert bench.clock.now_ns() - began_ns < 2e9 * len(servo_access.BAUD_RATES)
+    assert bench.clock.now_ns() - began_ns < 2e9 * len(BAUD_RATES)
 
 
 def test_a_scan_that_finds_nobody_says_what_to_check(bench: Bench, capsys: Capture) -> None:

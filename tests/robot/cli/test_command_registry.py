@@ -82,7 +82,7 @@ def test_what_reports_can_be_read_by_programs(words: tuple[str, ...]) -> None:
 
 
 def test_all_commands_are_walked() -> None:
-    assert set(LEAVES) == {c.words for c in COMMANDS} | {("drive",), ("show",), ("devices",)}
+    assert set(LEAVES) == {c.words for c in COMMANDS}
     assert set(ACTS) <= set(LEAVES)
     assert all(command.help and command.help[-1] != "." for command in COMMANDS)
 
