@@ -156,10 +156,13 @@ def test_each_array_is_a_trial_cut_to_where_it_is_settled_and_moves(tmp_path: Pa
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("[columns]\ntime_s = { from = 't', sign_bit = 40 }\n", "a bit's number"),
+        (
+            "[columns]\ntime_s = { from = 't', sign_bit = 40 }\n",
+            "sign_bit: must be from 0 to 31, not 40",
+        ),
         ("[columns]\nshaft_arm_rad = { from = 't', unit = 'iso8601' }\n", "for time_s only"),
         ("[cut]\nsettled = [{ columns = ['a'] }]\n", "one of norm_below"),
-        ("[cut]\nfewest_rows = -1\n", "a whole number"),
+        ("[cut]\nfewest_rows = -1\n", "fewest_rows: must be from 0"),
         ("[table]\nperiod_s = 0\n", "above 0"),
         ("[table]\neach_array = 1\n", "true or false"),
     ],

@@ -169,24 +169,20 @@ def load_backup(path: Path) -> Backup:
         raise ConfigError(
             str(path), "is no servo backup of this version; make one with servo backup"
         )
-    entries = data.pop("servo", None)
-    if not isinstance(entries, list) or not entries:
-        raise ConfigError(str(path), "holds no servo")
     top = Table(data, path.name)
     top.text("kind")
     top.integer("version", minimum=VERSION, maximum=VERSION)
     date, port = top.text("date"), top.text("port")
+    servos = [_servo(table) for table in top.tables("servo")]
     top.done()
-    servos = [_servo(entry, f"{path.name}: servo[{i}]") for i, entry in enumerate(entries)]
+    if not servos:
+        raise ConfigError(str(path), "holds no servo")
     if len({servo.servo_id for servo in servos}) != len(servos):
         raise ConfigError(str(path), "holds one id twice")
     return Backup(date, port, tuple(servos))
 
 
-def _servo(entry: object, name: str) -> ServoImage:
-    if not isinstance(entry, dict):
-        raise ConfigError(name, "must be a table")
-    table = Table(entry, name)
+def _servo(table: Table) -> ServoImage:
     eeprom, gains = table.table("eeprom"), table.table("gains")
     image = ServoImage(
         servo_id=table.integer("id", minimum=0, maximum=252),
@@ -197,7 +193,7 @@ def _servo(entry: object, name: str) -> ServoImage:
     for part in (table, eeprom, gains):
         part.done()
     if image.value("id") != image.servo_id:
-        raise ConfigError(name, "has two different ids")
+        raise ConfigError(table.name("id"), "has two different ids, here and in its eeprom table")
     return image
 
 
