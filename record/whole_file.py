@@ -5,7 +5,7 @@ And one that cannot be written is refused before any work is done for it.
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from model.errors import RecordError
@@ -23,7 +23,28 @@ def whole_file(out: Path) -> Iterator[Path]:
         yield part
         part.replace(out)
     finally:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):  # there may never have been one
+            part.unlink()
+
+
+@contextmanager
+def writing(path: Path, option: str = "--out") -> Iterator[None]:
+    """Turn what the system refuses into an error that says what to do.
+
+    Args:
+        path: The file that is written.
+        option: Option that names it.
+
+    Raises:
+        RecordError: The file cannot be written.
+    """
+    try:
+        yield
+    except OSError as error:
+        reason = (
+            error.strerror or str(error).rpartition("] ")[2]
+        )  # Arrow's words end: [errno 2] why
+        raise RecordError(f"{path} cannot be written: {reason}; choose another {option}") from error
 
 
 def check_room(path: Path | None, option: str) -> None:

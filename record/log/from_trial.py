@@ -20,6 +20,7 @@ from record.log.versions import software_versions
 from record.log.writer import LogWriter
 from record.trial.header import header_text
 from record.trial.trial import Trial
+from record.whole_file import whole_file
 
 NOT_RUN = "imported data: the model was not run"
 # Seconds as large as this are UNIX time (1973 and later), not time since a beginning.
@@ -48,24 +49,24 @@ def write_trial_log(
     start_ns = int(t_ns[0]) if trial.time_s[0] > UNIX_TIME_S else max(0, -int(t_ns[0]))
     offset_ns = 0 if trial.time_s[0] > UNIX_TIME_S else start_ns
     header = trial.header
-    part = path.with_name(path.name + ".part")
-    writer = LogWriter(
-        part,
-        names=header.joints,
-        config_text=header.robot_text,
-        metadata={
-            "robot": Path(header.robot_file).stem,
-            "hardware": "imported",
-            "gait": header.gait,
-            "frequency_hz": "" if np.isnan(header.frequency_hz) else f"{header.frequency_hz:g}",
-            "software": software,
-            "trial": header_text(header),
-            **software_versions(),
-        },
-        start_ns=start_ns,
-        start_unix_ns=start_ns,
-    )
-    try:
+    metadata = {
+        "robot": Path(header.robot_file).stem,
+        "hardware": "imported",
+        "gait": header.gait,
+        "frequency_hz": "" if np.isnan(header.frequency_hz) else f"{header.frequency_hz:g}",
+        "software": software,
+        "trial": header_text(header),
+        **software_versions(),
+    }
+    with whole_file(path) as part:
+        writer = LogWriter(
+            part,
+            names=header.joints,
+            config_text=header.robot_text,
+            metadata=metadata,
+            start_ns=start_ns,
+            start_unix_ns=start_ns,
+        )
         for index in range(len(t_ns)):
             if index % TELL_TICKS == 0:
                 tell(index / len(t_ns))
@@ -73,9 +74,6 @@ def write_trial_log(
         writer.close()
         if writer.error is not None:
             raise writer.error
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _nanoseconds(time_s: FloatArray) -> IntArray:

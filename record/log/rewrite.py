@@ -1,36 +1,44 @@
 """Copying records of logs into a new log, without decoding what is in them."""
 
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
+from typing import BinaryIO
 
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
 
 from model.errors import RecordError
-from record.log.salvage import Content
+from record.log.salvage import Content, Damage, Pass, read_records
 from record.log.writer import LIBRARY, mcap_writer, open_log_file
+from record.whole_file import whole_file, writing
+
+
+@dataclass(frozen=True, slots=True)
+class Rewritten:
+    """How a log was written from others.
+
+    Attributes:
+        kept: Number of messages in the new file.
+        damages: What could not be read of the old ones.
+    """
+
+    kept: int
+    damages: tuple[Damage, ...]
 
 
 class LogCopy:
-    """A new log that is filled with records of others; appears under its name only when it is complete.
+    """A new log that is filled with records of others.
 
     Args:
-        out: The file to write.
-        inputs: The files that are read meanwhile, which must not be overwritten.
-
-    Raises:
-        RecordError: The file cannot be written, or is one of the inputs.
+        out: Its name, for messages.
+        file: Where it is written.
     """
 
-    def __init__(self, out: Path, inputs: tuple[Path, ...]) -> None:
-        if any(path.resolve() == out.resolve() for path in inputs):
-            raise RecordError(f"{out} is the log itself; choose another file to write to")
+    def __init__(self, out: Path, file: BinaryIO) -> None:
         self.messages = 0
         self._out = out
-        self._part = out.with_name(out.name + ".part")
-        self._file = open_log_file(self._part, "--out")
-        self._writer = mcap_writer(self._file)
+        self._writer = mcap_writer(file)
         self._writer.start(profile="ros2", library=LIBRARY)
         self._schemas: dict[tuple[str, bytes], int] = {}
         self._channels: dict[tuple[str, int], int] = {}
@@ -96,30 +104,52 @@ class LogCopy:
         """Write metadata of our own."""
         self._writer.add_metadata(name, dict(sorted(metadata.items())))
 
-    def __enter__(self) -> "LogCopy":
-        return self
+    def finish(self) -> None:
+        """Write index and summary."""
+        self._writer.finish()  # type: ignore[no-untyped-call]
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Finish the file, or leave none behind after an error."""
-        if kind is not None:
-            self._discard()
-            return
+
+@contextmanager
+def log_copy(out: Path, inputs: tuple[Path, ...]) -> Iterator[LogCopy]:
+    """Yield a new log; it appears under its name only when it is complete.
+
+    Args:
+        out: The file to write.
+        inputs: The files that are read meanwhile, which must not be overwritten.
+
+    Raises:
+        RecordError: The file cannot be written, or is one of the inputs.
+    """
+    if any(path.resolve() == out.resolve() for path in inputs):
+        raise RecordError(f"{out} is the log itself; choose another file to write to")
+    with writing(out), whole_file(out) as part:
+        file = open_log_file(part, "--out")
         try:
-            self._writer.finish()  # type: ignore[no-untyped-call]
-            self._file.close()
-            self._part.replace(self._out)
-        except OSError as failure:
-            self._discard()
-            raise RecordError(
-                f"the log {self._out} cannot be written: {failure.strerror}; choose another --out"
-            ) from failure
+            copy = LogCopy(out, file)
+            yield copy
+            copy.finish()
+            file.close()
+        except BaseException:
+            with suppress(OSError):  # what cannot be flushed any more is thrown away
+                file.close()
+            raise
 
-    def _discard(self) -> None:
-        with suppress(OSError):  # what cannot be flushed any more is thrown away in the next line
-            self._file.close()
-        self._part.unlink(missing_ok=True)
+
+def repair(path: Path, out: Path, progress: Pass | None = None) -> Rewritten:
+    """Copy what can be read of a cut or damaged log into a proper file, with index and summary.
+
+    Args:
+        path: The log, cut, damaged or whole.
+        out: The file to write.
+        progress: Filled on the way.
+
+    Raises:
+        RecordError: Nothing can be read, or the file cannot be written.
+    """
+    done = progress if progress is not None else Pass()
+    with log_copy(out, (path,)) as copy:
+        for record in read_records(path, done):
+            copy.add(record)
+        if copy.messages == 0:
+            raise RecordError(f"nothing in {path} can be read")
+    return Rewritten(copy.messages, tuple(done.damages))

@@ -4,7 +4,7 @@ A sample that is missing is NaN in Parquet and an empty field in CSV.
 """
 
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from model.errors import RecordError
 from model.values.arrays import FloatArray
+from record.whole_file import whole_file, writing
 
 SUFFIXES = (".parquet", ".csv")
 BLOCK_ROWS = 10_000  # written at once: a table may be larger than what memory there is
@@ -104,7 +105,7 @@ class TableWriter:
         check_suffix(path)
         self.rows = 0
         self._path = path
-        self._part = path.with_name(path.name + ".part")
+        self._closing = ExitStack()
         self._sink: Any = None
 
     def write(self, columns: Sequence[Column]) -> None:
@@ -115,12 +116,10 @@ class TableWriter:
 
     def write_batch(self, batch: Any) -> None:
         """Write rows that are Arrow's already."""
-        try:
+        with writing(self._path):
             if self._sink is None:
-                self._sink = self._open(batch.schema)
+                self._sink = self._closing.enter_context(self._open(batch.schema))
             self._sink.write_batch(batch)
-        except OSError as error:
-            raise self._trouble(error) from error
         self.rows += batch.num_rows
 
     def _open(self, schema: Any) -> Any:
@@ -128,13 +127,8 @@ class TableWriter:
             return pacsv.CSVWriter(str(self._part), schema)
         return pq.ParquetWriter(str(self._part), schema, compression="zstd")
 
-    def _trouble(self, error: OSError) -> RecordError:
-        reason = (
-            error.strerror or str(error).rpartition("] ")[2]
-        )  # Arrow's words end: [errno 2] why
-        return RecordError(f"{self._path} cannot be written: {reason}; choose another --out")
-
     def __enter__(self) -> "TableWriter":
+        self._part = self._closing.enter_context(whole_file(self._path))
         return self
 
     def __exit__(
@@ -144,17 +138,8 @@ class TableWriter:
         trace: TracebackType | None,
     ) -> None:
         """Finish the file, or leave none behind after an error."""
-        try:
-            if self._sink is not None:
-                self._sink.close()
-            if kind is None:
-                self._part.replace(self._path)
-        except OSError as failure:
-            if kind is None:
-                raise self._trouble(failure) from failure
-        finally:
-            with suppress(OSError):  # there may never have been one
-                self._part.unlink()
+        with writing(self._path):
+            self._closing.__exit__(kind, error, trace)
 
 
 def _arrow(values: NDArray[Any], *, nan_is_null: bool) -> Any:

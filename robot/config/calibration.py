@@ -10,8 +10,9 @@ import numpy as np
 
 from model.errors import ConfigError
 from model.parameters.toml_table import Table
-from model.values.arrays import FloatArray, readonly
+from model.values.arrays import readonly
 from model.values.force_calibration import AXES, METHODS, ForceCalibration
+from record.toml_file import toml_text
 
 FORMAT = 1
 LARGEST_HARMONICS = 8
@@ -20,55 +21,42 @@ CALIBRATION_KEY = "force_calibration"  # of a log's metadata
 
 def format_calibration(calibration: ForceCalibration) -> str:
     """Return the text of a calibration file."""
-    lines = [
-        "# Force sensors to foot wrenches, made by bigant ft. Sensor axes; N and N m.",
-        "# foot wrench = (I + correction) (reading - unloaded(shaft angle))",
-        "",
-        f"format = {FORMAT}",
-        f"method = {_quoted(calibration.method)}",
-        f"date = {_quoted(calibration.date)}",
-        f"logs = [{', '.join(_quoted(log) for log in calibration.logs)}]",
-        f"harmonics = {calibration.harmonics}",
-        f"legs = [{', '.join(_quoted(leg) for leg in calibration.legs)}]",
-    ]
-    for leg, name in enumerate(calibration.legs):
-        if not np.isfinite(calibration.unloaded[leg]).all():
-            lines += ["", f"# {name}: not calibrated"]
-            continue
-        error = calibration.standard_error[leg]
-        lines += [
-            "",
-            f"[sensor.{_quoted(name)}]",
-            *([f"serial = {_quoted(serial)}"] if (serial := calibration.serials[leg]) else []),
-            "# one row an axis, "
-            + " ".join(AXES)
-            + ": constant, cos q, sin q, cos 2q, sin 2q, ...",
-            *_rows("unloaded", calibration.unloaded[leg]),
-            *_rows("correction", calibration.correction[leg]),
-        ]
-        if np.isfinite(error).all():
-            lines += ["# of unloaded at shaft angle 0", f"standard_error = {_numbers(error)}"]
-    return "\n".join(lines) + "\n"
+    legs = dict(enumerate(calibration.legs))
+    known = {leg: bool(np.isfinite(calibration.unloaded[leg]).all()) for leg in legs}
+    head = (
+        "Force sensors to foot wrenches, made by bigant ft. Sensor axes; N and N m.",
+        "foot wrench = (I + correction) (reading - unloaded(shaft angle))",
+        f"rows: one an axis, {' '.join(AXES)}; unloaded: constant, cos q, sin q, cos 2q, sin 2q, ...",
+        "standard_error: of unloaded at shaft angle 0",
+        *(f"{name}: not calibrated" for leg, name in legs.items() if not known[leg]),
+    )
+    return toml_text(
+        {
+            "format": FORMAT,
+            "method": calibration.method,
+            "date": calibration.date,
+            "logs": calibration.logs,
+            "harmonics": calibration.harmonics,
+            "legs": calibration.legs,
+            "sensor": {name: _sensor(calibration, leg) for leg, name in legs.items() if known[leg]},
+        },
+        head,
+    )
+
+
+def _sensor(calibration: ForceCalibration, leg: int) -> dict[str, object]:
+    error = calibration.standard_error[leg]
+    return {
+        "serial": calibration.serials[leg] or None,
+        "unloaded": calibration.unloaded[leg].tolist(),
+        "correction": calibration.correction[leg].tolist(),
+        "standard_error": error.tolist() if np.isfinite(error).all() else None,
+    }
 
 
 def calibration_text(calibration: ForceCalibration | None) -> str:
     """Return what a log keeps of the calibration in use: its file's text, or nothing."""
     return "" if calibration is None else format_calibration(calibration)
-
-
-def _quoted(text: str) -> str:
-    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
-    if not escaped.isprintable():
-        raise ConfigError("calibration", f"{text!r} cannot be written into the file; rename it")
-    return f'"{escaped}"'
-
-
-def _numbers(row: FloatArray) -> str:
-    return "[" + ", ".join(repr(float(value)) for value in row) + "]"
-
-
-def _rows(key: str, rows: FloatArray) -> list[str]:
-    return [f"{key} = [", *(f"  {_numbers(row)}," for row in rows), "]"]
 
 
 def write_calibration(path: Path, calibration: ForceCalibration) -> None:
@@ -129,18 +117,17 @@ def parse_calibration(text: str, legs: tuple[str, ...]) -> ForceCalibration:
     correction = np.zeros((count, 6, 6))
     spread = np.full((count, 6), np.nan)
     serials = [""] * count
-    if "sensor" in data:
-        sensors = top.table("sensor")
-        for leg, name in enumerate(legs):
-            if isinstance(data["sensor"], dict) and name in data["sensor"]:
-                table = sensors.table(name)
-                serials[leg] = table.maybe_text("serial")
-                unloaded[leg] = table.numbers("unloaded", (6, width))
-                correction[leg] = table.numbers("correction", (6, 6))
-                if "standard_error" in data["sensor"][name]:
-                    spread[leg] = table.numbers("standard_error", (6,))
-                table.done()
-        sensors.done()
+    sensors = top.maybe_table("sensor")
+    for leg, name in enumerate(legs):
+        if sensors.has(name):
+            table = sensors.table(name)
+            serials[leg] = table.maybe_text("serial")
+            unloaded[leg] = table.numbers("unloaded", (6, width))
+            correction[leg] = table.numbers("correction", (6, 6))
+            if table.has("standard_error"):
+                spread[leg] = table.numbers("standard_error", (6,))
+            table.done()
+    sensors.done()
     calibration = ForceCalibration(
         legs=legs,
         serials=tuple(serials),

@@ -8,8 +8,9 @@ from pathlib import Path
 
 from drivers.clock import MonotonicClock
 from model.errors import ConfigError
-from record.log.follow import LogFollower, TopicMessage, stored_messages
+from record.log.follow import LogFollower
 from record.log.reader import LogContents
+from record.log.topic_reader import TopicMessage, stored_messages
 from robot.console.exit_codes import ExitCode
 from robot.view.log_source import be_nice, followed, log_path, paced
 from robot.view.ros2_publisher import Ros2Publisher

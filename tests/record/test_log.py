@@ -23,7 +23,7 @@ from model.values.tick import Tick
 from record.log.background import BackgroundWriter
 from record.log.definitions import DEFINITIONS
 from record.log.reader import LogContents, read_log, read_ticks
-from record.log.recover import recover
+from record.log.rewrite import repair
 from record.log.tick_message import decode_tick, encode_tick
 from record.log.writer import LogWriter, topics
 from tests.record.ticks import NAMES, PERIOD_NS, make_tick
@@ -206,7 +206,7 @@ def test_a_cut_log_can_be_made_whole(tmp_path: Path) -> None:
     path, whole = tmp_path / "log.mcap", tmp_path / "whole.mcap"
     write_log(path, 150)
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
-    kept = recover(path, whole)
+    kept = repair(path, whole).kept
     with AnyReader([whole]) as reader:
         assert reader.message_count == kept
     assert read_log(whole).damage == ""

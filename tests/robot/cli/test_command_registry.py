@@ -114,7 +114,7 @@ def test_an_error_names_the_page_that_helps(error: BigantError, page: str) -> No
 
 def test_pages_that_errors_name_exist() -> None:
     named = {page for _, page in PAGES} | {ROBOT_FILE_PAGE}
-    for path in sorted((ROOT / "robot").glob("*.py")):
+    for path in sorted((ROOT / "robot").rglob("*.py")):
         named |= set(re.findall(r"docs/[\w/]+\.md(?:#[\w-]+)?", path.read_text(encoding="utf-8")))
     assert len(named) > 5
     for page in named:
