@@ -14,8 +14,9 @@ from mcap.records import Attachment, Channel, Message, Metadata, Schema
 
 from model.errors import RecordError
 from model.values.tick import Tick
+from record.log.damage import Damage, Pass, damage_words
 from record.log.recording import Recording, build_recording, join_recordings
-from record.log.salvage import DAMAGE, Damage, Pass, damage_words, read_records
+from record.log.salvage import DAMAGE, read_records
 from record.log.tick_message import decode_tick
 from record.log.writer import (
     CONFIG_NAME,

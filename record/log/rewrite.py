@@ -9,7 +9,8 @@ from typing import BinaryIO
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
 
 from model.errors import RecordError
-from record.log.salvage import Content, Damage, Pass, read_records
+from record.log.damage import Damage, Pass
+from record.log.salvage import Content, read_records
 from record.log.writer import LIBRARY, mcap_writer, open_log_file
 from record.whole_file import whole_file, writing
 

@@ -6,8 +6,9 @@ from pathlib import Path
 from mcap.records import Attachment, Message, Metadata
 
 from model.errors import ConfigError, RecordError
+from record.log.damage import Pass
 from record.log.rewrite import Rewritten, log_copy
-from record.log.salvage import Pass, read_records
+from record.log.salvage import read_records
 from record.log.survey import LogSurvey, survey_log
 from record.log.writer import CONFIG_NAME, METADATA_NAME, NAMES_KEY, START_KEY, START_UNIX_KEY
 

@@ -5,7 +5,7 @@ import time
 from types import TracebackType
 from typing import Self
 
-from record.log.salvage import Pass
+from record.log.damage import Pass
 from robot.console.screen_fit import shortened, terminal_size
 
 FIRST_S = 1.0

@@ -6,11 +6,11 @@ from pathlib import Path
 
 from model.errors import ConfigError, RecordError
 from record.log.columns import GROUPS, check_groups
+from record.log.damage import Pass
 from record.log.export import export_table, export_trial, export_tum
 from record.log.reader import LogContents
 from record.log.rewrite import Rewritten
 from record.log.rewrite import repair as repair_log
-from record.log.salvage import Pass
 from record.log.splice import cut_log, merge_logs
 from record.log.survey import survey_log
 from robot.console.exit_codes import ExitCode

@@ -4,7 +4,7 @@ import json
 import time
 from pathlib import Path
 
-from record.log.salvage import Pass, damage_words
+from record.log.damage import Pass, damage_words
 from record.log.survey import LogSurvey, survey_log
 from record.log.versions import PREFIX
 from robot.console.exit_codes import ExitCode
