@@ -2,7 +2,7 @@
 
 import json
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +15,7 @@ from robot.bringup.force.unit import NO_UNIT, check_no_unit, unit_settings
 from robot.bringup.preflight.computer import host_settings, software_findings
 from robot.bringup.preflight.finding import (
     Finding,
+    Verdict,
     count_line,
     exit_code,
     failed,
@@ -25,18 +26,20 @@ from robot.bringup.preflight.finding import (
 )
 from robot.bringup.preflight.forces import force_findings
 from robot.bringup.preflight.loop import LoopFigures, loop_finding, run_loop
-from robot.bringup.preflight.page import VIRTUAL, check_page
 from robot.bringup.preflight.servos import servo_findings
 from robot.bringup.servo.access import bus_of
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.progress import StatusLine
-from robot.report.page import write_page
+from robot.console.versions import version_lines
+from robot.report.page import grid_table, heading, page_frame, rows_table, section, write_page
 from robot.report.run_date import utc_words
 from robot.run.hardware import open_force_links, open_real, start_virtual
 
 LISTEN_S = 3.0
+VIRTUAL = "virtual"
 PERCENTILES = ("p50", "p95", "p99", "max")
+PERCENTILE_WORDS = ("half of the ticks", "95 %", "99 %", "the latest")
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,3 +190,53 @@ def _as_json(findings: list[Finding], figures: list[LoopFigures]) -> dict[str, o
             "ended": loop.reason.name.lower(),
         }
     return result
+
+
+def check_page(
+    robot: str,
+    port: str,
+    findings: Sequence[Finding],
+    loops: Sequence[LoopFigures],
+    *,
+    robot_file: str,
+    date: str,
+) -> str:
+    """Return the page.
+
+    Args:
+        robot: Name of the robot.
+        port: Its servo port, or that it was virtual.
+        findings: The list.
+        loops: Figures of the loop, if it was run.
+        robot_file: The robot file that was used.
+        date: When it was looked at.
+    """
+    bad = [one.name for one in findings if one.verdict is Verdict.FAIL]
+    answer = f"Not fit to walk: {', '.join(bad)}" if bad else "Fit to walk"
+    colour = "fail" if bad else "pass"
+    todo = [(one.name, one.advice) for one in findings if one.advice]
+    rows = [(one.verdict.value, one.name, one.found) for one in findings]
+    where = "virtual devices" if port == VIRTUAL else port
+    return page_frame(
+        f"{robot}: pre-flight",
+        [
+            heading(
+                f"{robot}: pre-flight",
+                f"{date}; {where}; robot file {robot_file}; {count_line(findings)}",
+            ),
+            f"<p class='verdict {colour}'>{answer}.</p>",
+            section("What to do", rows_table(todo)),
+            section("What was looked at", grid_table(("", "check", "found"), rows)),
+            *(section("The loop without torque", _loop_table(one)) for one in loops),
+            f"<footer><p>{version_lines()[0]}</p></footer>",
+        ],
+    )
+
+
+def _loop_table(loop: LoopFigures) -> str:
+    rows = [
+        (words, f"{late:.3f}", f"{busy:.3f}")
+        for words, late, busy in zip(PERCENTILE_WORDS, loop.late_ms, loop.busy_ms, strict=True)
+    ]
+    head = (f"{loop.ticks} ticks of {loop.period_ms:g} ms", "late, ms", "work, ms")
+    return grid_table(head, rows, numbers=(1, 2))
