@@ -159,14 +159,14 @@ def _cut(table: Table, given: ColumnMap, order: IntArray, findings: list[Finding
 
 
 def _header(path: Path, table: Table, given: ColumnMap, findings: list[Finding]) -> TrialHeader:
-    beside = path.with_suffix(".toml")
+    header_file = path.with_suffix(".toml")
     ours = (*(source.ours for source in given.sources), *table.names)
     if given.header is not None:
         return given.header
-    if beside.is_file():
-        return read_header(beside, ours)
-    findings.append(Finding("absent", "", 0, 0,
-                            f"no {beside.name}: gait, rates, noise and machine are not known"))  # fmt: skip
+    if header_file.is_file():
+        return read_header(header_file, ours)
+    words = f"no {header_file.name}: gait, rates, noise and machine are not known"
+    findings.append(Finding("absent", "", 0, 0, words))
     nothing = float("nan")
     joints = joints_of({}, ours)
     return TrialHeader(LEGGED, joints, "", nothing, nothing, "", TrialNoise(), "", "")
@@ -257,9 +257,9 @@ class _ColumnPass:
 
     def dropped(self) -> tuple[DroppedRow, ...]:
         """Return the rows that were left out, once all columns have passed."""
-        found = [DroppedRow(row + 1, "it has no time") for row in self._in_time.timeless.tolist()]
+        rows = [DroppedRow(row + 1, "it has no time") for row in self._in_time.timeless.tolist()]
         again = zip(self._in_time.again, self._in_time.first, self._same, strict=True)
         for row, original, same in again:
             words = "a copy of" if same else "another row at the time of"
-            found.append(DroppedRow(int(row) + 1, f"{words} row {original + 1}"))
-        return tuple(sorted(found, key=lambda item: item.row))
+            rows.append(DroppedRow(int(row) + 1, f"{words} row {original + 1}"))
+        return tuple(sorted(rows, key=lambda item: item.row))

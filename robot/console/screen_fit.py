@@ -56,7 +56,7 @@ def key_lines(text: str, columns: int) -> list[str]:
             if len(longer) <= columns or not lines[-1]:
                 lines[-1] = longer
             else:
-                lines.append(piece)
+                lines.append(piece.lstrip())
     return lines
 
 

@@ -86,14 +86,14 @@ def followed(follower: LogFollower, clock: Clock) -> Iterator[TopicMessage]:
         RecordError: The log is damaged.
     """
     yield from deque(follower.new_messages(), BACKLOG)
-    grown_ns, told = clock.now_ns(), False
+    grown_ns, warned = clock.now_ns(), False
     while not follower.finished:
         clock.sleep_until_ns(clock.now_ns() + POLL_NS)
         for message in follower.new_messages():
-            grown_ns, told = clock.now_ns(), False
+            grown_ns, warned = clock.now_ns(), False
             yield message
-        if not told and clock.now_ns() - grown_ns > SILENT_NS:
-            told = True
+        if not warned and clock.now_ns() - grown_ns > SILENT_NS:
+            warned = True
             print(
                 f"{follower.path} has not grown for {SILENT_NS // 10**9} s: is bigant drive still "
                 "running? Ctrl-C ends this",

@@ -65,15 +65,15 @@ def calibrate(request: CalibrateRequest) -> ExitCode:
     if request.hardware is not None:
         _record(request)
         logs.append(request.log)
-    found = read_pose_logs(logs, request.hung, request.robot)
+    poses = read_pose_logs(logs, request.hung, request.robot)
     result = calibrate_in_situ(
-        found.poses,
-        found.places,
-        found.legs,
+        poses.poses,
+        poses.places,
+        poses.legs,
         max_harmonics=request.harmonics,
         cross_talk=not request.no_cross_talk,
         point_feet=not request.no_point_feet,
-        serials=found.serials,
+        serials=poses.serials,
         date=time.strftime("%Y-%m-%dT%H:%M:%S%z"),
         logs=tuple(dict.fromkeys(path.name for path in [*logs, *request.hung])),
     )

@@ -70,7 +70,7 @@ def read_pose_logs(
         RecordError: A log cannot be read, or they are of different sensors.
         ConfigError: A robot file cannot be used.
     """
-    found: list[PoseLogs] = []
+    logs: list[PoseLogs] = []
     for path, hung in [*((p, False) for p in standing), *((p, True) for p in hung_up)]:
         contents = LogContents()
         ticks = list(read_ticks(path, contents))
@@ -85,11 +85,11 @@ def read_pose_logs(
         except RecordError as error:
             raise RecordError(f"{path}: {error}") from error
         serials = tuple("" if unit is None else unit.serial for unit in units)
-        if found and (legs, serials) != (found[-1].legs, found[-1].serials):
+        if logs and (legs, serials) != (logs[-1].legs, logs[-1].serials):
             raise RecordError(f"{path} is of other legs or sensors than the logs before it")
         poses = find_still_poses(ticks, here, units, hung_up=hung)
-        found.append(PoseLogs(poses, sensor_places(here), legs, serials))
-    return replace(found[-1], poses=joined([each.poses for each in found]))
+        logs.append(PoseLogs(poses, sensor_places(here), legs, serials))
+    return replace(logs[-1], poses=joined([each.poses for each in logs]))
 
 
 def sensor_places(config: RobotConfig) -> SensorPlaces:
@@ -117,12 +117,12 @@ def find_still_poses(
         calibrations: What its counts mean.
         hung_up: Whether the robot hung free, no foot on the ground.
     """
-    found = [still for part in _stretches(ticks) if (still := _mean(part, config, calibrations))]
+    stills = [still for part in _stretches(ticks) if (still := _mean(part, config, calibrations))]
     robot = config.parameters
     linkage = Linkage(robot.linkage, robot.legs.shaft_position)
     places = sensor_places(config)
     rows = []
-    for still in found:
+    for still in stills:
         contact = _contact(still.angle_rad, linkage, config, places, hung_up=hung_up)
         if contact is not None:
             rows.append((still, *contact))

@@ -86,14 +86,14 @@ def bridge_low(status: IntArray, number: int) -> bool:
 def table_lines(shot: Snapshot) -> list[str]:
     """Return a heading and a line a leg."""
     heads = ("Fx N", "Fy N", "Fz N", "Tx N m", "Ty N m", "Tz N m")
-    lines = ["leg  T" + "".join(f"{head:>8}" for head in heads) + " age ms  state"]
+    lines = ["leg T" + "".join(f"{head:>8}" for head in heads) + " age ms  state"]
     for leg, name in enumerate(shot.names):
         number = int(shot.transducers[leg])
         digits = (2, 2, 2, 3, 3, 3)
         cells = [number_text(v, d, 8) for v, d in zip(shot.wrench[leg], digits, strict=True)]
         age = shot.age_ns[leg] * 1e-6 if shot.age_ns[leg] >= 0 else np.nan
         age_text = number_text(age, 0, 7)
-        lines.append(f"{name:<4} {number or '-'}{''.join(cells)}{age_text}  {_state(shot, number)}")
+        lines.append(f"{name:<3} {number or '-'}{''.join(cells)}{age_text}  {_state(shot, number)}")
     return lines
 
 

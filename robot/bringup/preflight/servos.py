@@ -249,12 +249,12 @@ def _traffic_finding(bus: ServoBus, period_ns: int) -> Finding:
     stats = bus.stats
     median_us = stats.median_round_trip_us
     damaged = stats.crc_errors - before.crc_errors
-    asked = READS * len(bus.settings.names)
+    expected = READS * len(bus.settings.names)
     found = (
-        f"{lost} of {asked} answers lost, {damaged} damaged, half of the round trips within "
+        f"{lost} of {expected} answers lost, {damaged} damaged, half of the round trips within "
         f"{median_us * 1e-3 if median_us is not None else float('nan'):.2f} ms"
     )
-    if lost > asked // 100:
+    if lost > expected // 100:
         return failed("bus traffic", found, "check cables and baud rate; see bigant servo watch")
     if median_us is not None and median_us > period_ns * 0.5e-3:
         return warned(
