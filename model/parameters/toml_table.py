@@ -41,8 +41,10 @@ class Table:
         )
         return f"; is {near[0]!r} meant to be it?" if near else "; add it"
 
-    def flag(self, key: str) -> bool:
-        """Return true or false."""
+    def flag(self, key: str, *, otherwise: bool | None = None) -> bool:
+        """Return true or false; ``otherwise``, if it is given, where the key is left out."""
+        if otherwise is not None and not self.has(key):
+            return otherwise
         value = self._take(key)
         if not isinstance(value, bool):
             raise ConfigError(self.name(key), f"must be true or false, not {value!r}")
@@ -53,8 +55,15 @@ class Table:
         return self._take(key)
 
     def maybe_text(self, key: str) -> str:
-        """Return a non-empty string, or an empty one where the key is left out."""
-        return self.text(key) if self.has(key) else ""
+        """Return a string, an empty one where the key is left out."""
+        value = self._take(key) if self.has(key) else ""
+        if not isinstance(value, str):
+            raise ConfigError(self.name(key), f"must be a text, not {value!r}")
+        return value
+
+    def maybe_number(self, key: str) -> float:
+        """Return a number, infinite ones too, or NaN where the key is left out."""
+        return _real(self._take(key), self.name(key)) if self.has(key) else math.nan
 
     def names(self) -> tuple[str, ...]:
         """Return the keys that are there, in their order."""
@@ -71,10 +80,14 @@ class Table:
 
     def table(self, key: str) -> "Table":
         """Return a sub-table."""
-        value = self._take(key)
-        if not isinstance(value, dict):
-            raise ConfigError(self.name(key), f"must be a table, not {value!r}")
-        return Table(value, self.name(key))
+        return as_table(self._take(key), self.name(key))
+
+    def tables(self, key: str) -> "list[Table]":
+        """Return a list of tables, an empty one where the key is left out."""
+        value = self._take(key) if self.has(key) else []
+        if not isinstance(value, list):
+            raise ConfigError(self.name(key), f"must be a list of tables, not {value!r}")
+        return [as_table(one, f"{self.name(key)}[{i}]") for i, one in enumerate(value)]
 
     def text(self, key: str) -> str:
         """Return a non-empty string."""
@@ -100,8 +113,14 @@ class Table:
         below: float = math.inf,
         minimum: float = -math.inf,
         maximum: float = math.inf,
+        otherwise: float | None = None,
     ) -> float:
-        """Return one finite number inside the bounds given (``above`` and ``below`` excluded)."""
+        """Return one finite number inside the bounds given (``above`` and ``below`` excluded).
+
+        Where the key is left out: ``otherwise``, if it is given.
+        """
+        if otherwise is not None and not self.has(key):
+            return otherwise
         value = _finite(self._take(key), self.name(key))
         if not (value > above and value >= minimum):
             bound = f"above {above:g}" if value <= above else f"at least {minimum:g}"
@@ -111,8 +130,10 @@ class Table:
             raise ConfigError(self.name(key), f"must be {bound}, not {value:g}")
         return value
 
-    def integer(self, key: str, *, minimum: int, maximum: int) -> int:
-        """Return one whole number from ``minimum`` to ``maximum``."""
+    def integer(self, key: str, *, minimum: int, maximum: int, otherwise: int | None = None) -> int:
+        """Return one whole number in bounds; ``otherwise``, if it is given, where the key is left out."""
+        if otherwise is not None and not self.has(key):
+            return otherwise
         return _whole(self._take(key), self.name(key), minimum, maximum)
 
     def integers(self, key: str, count: int, *, minimum: int, maximum: int) -> IntArray:
@@ -143,12 +164,28 @@ class Table:
                 raise ConfigError(self.name(key), f"is not a known key{hint}")
 
 
-def _finite(value: Any, name: str) -> float:
+def as_table(value: Any, name: str) -> Table:
+    """Return a parsed value as a table.
+
+    Raises:
+        ConfigError: It is none.
+    """
+    if not isinstance(value, Mapping):
+        raise ConfigError(name, f"must be a table, not {value!r}")
+    return Table(value, name)
+
+
+def _real(value: Any, name: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise ConfigError(name, f"must be a number, not {value!r}")
-    if not math.isfinite(value):
-        raise ConfigError(name, f"must be finite, not {value!r}")
     return float(value)
+
+
+def _finite(value: Any, name: str) -> float:
+    number = _real(value, name)
+    if not math.isfinite(number):
+        raise ConfigError(name, f"must be finite, not {value!r}")
+    return number
 
 
 def _whole(value: Any, name: str, minimum: int, maximum: int) -> int:

@@ -42,10 +42,10 @@ class BackgroundWriter:
         """Hand over one tick; never waits."""
         self._put(tick)
 
-    def write_wires(self, heard: tuple[WireBytes, ...]) -> None:
+    def write_wires(self, pieces: tuple[WireBytes, ...]) -> None:
         """Hand over raw bytes of the devices; never waits."""
-        if heard:
-            self._put(heard)
+        if pieces:
+            self._put(pieces)
 
     def _put(self, item: Tick | tuple[WireBytes, ...]) -> None:
         try:

@@ -1,8 +1,10 @@
 """CDR, the byte format of ROS 2 messages: a writer and a reader of just what our messages need.
 
-Our own because the generic encoders cost 80-115 us a message, two milliseconds a tick; tests hold the
-bytes against two independent decoders. Little endian, plain CDR (XCDR1): every value aligned to its own
-size behind the four-byte header. Source: OMG CORBA/IIOP "CDR transfer syntax", DDS-RTPS encapsulation.
+Our own because the log is written between two ticks: a tick is encoded in 34 us, by rosbags in 107 from
+a message that is made already; decoded in 147 us to a tick, by rosbags in 123 to its message (medians of
+200 rounds in turn). Tests hold the bytes against two independent decoders. Little endian, plain CDR
+(XCDR1): every value aligned to its own size behind the four-byte header. Source: OMG CORBA/IIOP "CDR
+transfer syntax", DDS-RTPS encapsulation.
 """
 
 import struct

@@ -2,13 +2,11 @@
 
 A writer's chunk is complete in the file at most half a second after its last tick (see
 ``record.log.writer``). A follower reads what has become complete since its last look and nothing else, so
-it costs the writer
-nothing: no socket, no lock, no thread in the control process.
+it costs the writer nothing: no socket, no lock, no thread in the control process.
 """
 
 import struct
 from collections.abc import Iterator
-from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO, Self
@@ -19,8 +17,8 @@ from mcap.records import Channel, Message, Schema
 from mcap.stream_reader import StreamReader
 
 from model.errors import RecordError
-from record.log.reader import LogContents, StampedTick, note_content, tick_layout
-from record.log.salvage import DAMAGE, LARGEST_CHUNK, MAGIC, read_records
+from record.log.reader import LogContents, StampedTick, TopicMessage, note_content, tick_layout
+from record.log.salvage import DAMAGE, LARGEST_CHUNK, MAGIC
 from record.log.tick_message import decode_tick
 from record.log.writer import LIBRARY, TICK_TOPIC
 
@@ -30,23 +28,6 @@ MOST_HEADER = 256  # bytes of an MCAP header: profile and library
 MOST_BYTES = 4 << 20
 # The library's reader wants an end; a piece of a growing file gets one of its own.
 _END = _FRAME.pack(Opcode.FOOTER, 20) + bytes(20) + MAGIC
-
-
-@dataclass(frozen=True, slots=True)
-class TopicMessage:
-    """One message of a log as it is in the file.
-
-    Attributes:
-        topic: Its topic.
-        kind: Its type, for example ``nav_msgs/msg/Odometry``.
-        unix_ns: UNIX time.
-        data: The message, CDR.
-    """
-
-    topic: str
-    kind: str
-    unix_ns: int
-    data: bytes
 
 
 def is_log_of_run(path: Path) -> bool:
@@ -184,28 +165,3 @@ class LogFollower:
 def _records(piece: bytes) -> Iterator[object]:
     reader = StreamReader(BytesIO(piece + _END), skip_magic=True, validate_crcs=True)
     yield from reader.records
-
-
-def stored_messages(path: Path, contents: LogContents) -> Iterator[TopicMessage]:
-    """Yield the messages of a finished log in file order, stepping over damage.
-
-    Args:
-        path: The log.
-        contents: Filled with robot file, metadata and damage on the way.
-
-    Raises:
-        RecordError: The file cannot be opened.
-    """
-    schemas: dict[int, str] = {}
-    channels: dict[int, Channel] = {}
-    for record in read_records(path, contents.progress):
-        if isinstance(record, Message):
-            channel = channels[record.channel_id]
-            kind = schemas.get(channel.schema_id, "")
-            yield TopicMessage(channel.topic, kind, record.log_time, record.data)
-        elif isinstance(record, Schema):
-            schemas[record.id] = record.name
-        elif isinstance(record, Channel):
-            channels[record.id] = record
-        else:
-            note_content(record, contents)

@@ -4,7 +4,7 @@ A log of any length is read in blocks, so that memory does not grow with it.
 """
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
@@ -15,8 +15,9 @@ from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from model.errors import RecordError
 from model.values.tick import Tick
 from model.values.wire import WireBytes
+from record.log.damage import Damage, Pass, damage_words
 from record.log.recording import Recording, build_recording, join_recordings
-from record.log.salvage import DAMAGE, Damage, Pass, damage_words, read_records
+from record.log.salvage import DAMAGE, read_records
 from record.log.tick_message import decode_tick
 from record.log.wire_message import WIRE_TOPICS, decode_wire
 from record.log.writer import (
@@ -128,6 +129,23 @@ def read_stamped_ticks(path: Path, contents: LogContents | None = None) -> Itera
 
 
 @dataclass(frozen=True, slots=True)
+class TopicMessage:
+    """One message of a log as it is in the file.
+
+    Attributes:
+        topic: Its topic.
+        kind: Its type, for example ``nav_msgs/msg/Odometry``.
+        unix_ns: UNIX time.
+        data: The message, CDR.
+    """
+
+    topic: str
+    kind: str
+    unix_ns: int
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True)
 class TickMessage:
     """A tick as it stands in a log, which a replay need not take apart.
 
@@ -142,31 +160,50 @@ class TickMessage:
     layout: int
 
 
-def read_tick_messages(path: Path, contents: LogContents) -> Iterator[TickMessage]:
-    """Yield the ticks of a log as messages, in order; damage is stepped over and told in ``contents``.
+def _messages(
+    path: Path, contents: LogContents, topics: Collection[str] | None = None
+) -> Iterator[tuple[Message, Channel, Schema | None]]:
+    """Yield messages of a log with their channels and schemas, in file order, stepping over damage."""
+    schemas: dict[int, Schema] = {}
+    channels: dict[int, Channel] = {}
+    for record in read_records(path, contents.progress, topics=topics):
+        if isinstance(record, Message):
+            channel = channels[record.channel_id]
+            yield record, channel, schemas.get(channel.schema_id)
+        elif isinstance(record, Schema):
+            schemas[record.id] = record
+        elif isinstance(record, Channel):
+            channels[record.id] = record
+        else:
+            note_content(record, contents)
+
+
+def stored_messages(path: Path, contents: LogContents) -> Iterator[TopicMessage]:
+    """Yield all messages of a finished log in file order, stepping over damage.
 
     Args:
         path: The log.
         contents: Filled with robot file, metadata and damage on the way.
 
     Raises:
+        RecordError: The file cannot be opened.
+    """
+    for message, channel, schema in _messages(path, contents):
+        kind = "" if schema is None else schema.name
+        yield TopicMessage(channel.topic, kind, message.log_time, message.data)
+
+
+def read_tick_messages(path: Path, contents: LogContents) -> Iterator[TickMessage]:
+    """Yield the ticks of a log as messages; arguments and order as for ``stored_messages``.
+
+    Raises:
         RecordError: The file cannot be opened, or its ticks have a layout that is not known.
     """
-    schemas: dict[int, Schema] = {}
-    channels: dict[int, Schema | None] = {}
     layouts: dict[int, int] = {}
-    for record in read_records(path, contents.progress, topics={TICK_TOPIC}):
-        if isinstance(record, Message):
-            channel = record.channel_id
-            if channel not in layouts:
-                layouts[channel] = tick_layout(path, channels.get(channel), contents)
-            yield TickMessage(record.log_time, record.data, layouts[channel])
-        elif isinstance(record, Schema):
-            schemas[record.id] = record
-        elif isinstance(record, Channel) and record.topic == TICK_TOPIC:
-            channels[record.id] = schemas.get(record.schema_id)
-        else:
-            note_content(record, contents)
+    for message, channel, schema in _messages(path, contents, {TICK_TOPIC}):
+        if channel.id not in layouts:
+            layouts[channel.id] = tick_layout(path, schema, contents)
+        yield TickMessage(message.log_time, message.data, layouts[channel.id])
 
 
 def read_wires(path: Path, contents: LogContents) -> tuple[WireBytes, ...]:
@@ -175,12 +212,7 @@ def read_wires(path: Path, contents: LogContents) -> tuple[WireBytes, ...]:
     Raises:
         RecordError: The file cannot be opened, or holds no traffic.
     """
-    found: list[Message] = []
-    for record in read_records(path, contents.progress, topics=WIRE_TOPICS):
-        if isinstance(record, Message):
-            found.append(record)
-        else:
-            note_content(record, contents)
+    found = [message for message, _, _ in _messages(path, contents, WIRE_TOPICS)]
     if not found:
         raise RecordError(
             f"{path} holds no bytes of the devices; record them with: bigant drive --record-bytes"

@@ -9,7 +9,8 @@ from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.writer import Writer as McapWriter
 
 from model.errors import RecordError
-from record.log.salvage import Content, Damage, Pass, read_records
+from record.log.damage import Damage, Pass
+from record.log.salvage import Content, read_records
 from record.log.writer import LIBRARY, mcap_writer
 from record.whole_file import whole_file
 
@@ -94,19 +95,19 @@ def log_copy(out: Path, inputs: tuple[Path, ...]) -> Iterator[LogCopy]:
 
 
 @dataclass(frozen=True, slots=True)
-class Repair:
-    """What a repair did.
+class Rewritten:
+    """How a log was written from others.
 
     Attributes:
         kept: Number of messages in the new file.
-        damages: What could not be read of the old one.
+        damages: What could not be read of the old ones.
     """
 
     kept: int
     damages: tuple[Damage, ...]
 
 
-def repair(path: Path, out: Path, progress: Pass | None = None) -> Repair:
+def repair(path: Path, out: Path, progress: Pass | None = None) -> Rewritten:
     """Copy what can be read of a log into a proper file.
 
     Args:
@@ -123,4 +124,4 @@ def repair(path: Path, out: Path, progress: Pass | None = None) -> Repair:
             copy.add(record)
         if copy.messages == 0:
             raise RecordError(f"nothing in {path} can be read")
-    return Repair(copy.messages, tuple(done.damages))
+    return Rewritten(copy.messages, tuple(done.damages))

@@ -6,8 +6,9 @@ from pathlib import Path
 from mcap.records import Attachment, Message, Metadata
 
 from model.errors import ConfigError, RecordError
-from record.log.rewrite import Repair, log_copy
-from record.log.salvage import Pass, read_records
+from record.log.damage import Pass
+from record.log.rewrite import Rewritten, log_copy
+from record.log.salvage import read_records
 from record.log.survey import LogSurvey, survey_log
 from record.log.writer import CONFIG_NAME, METADATA_NAME, NAMES_KEY, START_KEY, START_UNIX_KEY
 
@@ -17,7 +18,7 @@ _OF_THE_FIRST = frozenset({NAMES_KEY, START_KEY, START_UNIX_KEY})
 
 def cut_log(
     path: Path, out: Path, *, from_s: float, to_s: float, progress: Pass | None = None
-) -> Repair:
+) -> Rewritten:
     """Copy the messages of a span of time. Times stay those of the run: the piece begins at ``from_s``.
 
     Args:
@@ -36,7 +37,7 @@ def cut_log(
     done = progress if progress is not None else Pass()
     start_ns: int | None = None
     first_s = last_s = float("nan")
-    with log_copy(out, inputs=(path,)) as copy:
+    with log_copy(out, (path,)) as copy:
         for record in read_records(path, done):
             if isinstance(record, Metadata) and record.name == METADATA_NAME:
                 text = record.metadata.get(START_UNIX_KEY, "")
@@ -53,10 +54,10 @@ def cut_log(
                 f"{path} holds nothing from {from_s:g} to {to_s:g} s; it goes from {first_s:.2f} to "
                 f"{last_s:.2f} s"
             )
-    return Repair(copy.messages, tuple(done.damages))
+    return Rewritten(copy.messages, tuple(done.damages))
 
 
-def merge_logs(paths: tuple[Path, ...], out: Path, progress: Pass | None = None) -> Repair:
+def merge_logs(paths: tuple[Path, ...], out: Path, progress: Pass | None = None) -> Rewritten:
     """Put logs of one robot one behind the other, in order of time; gaps between them stay.
 
     The ticks stay as they are, with the clock and the numbers of their own run; times of the merged log
@@ -78,7 +79,7 @@ def merge_logs(paths: tuple[Path, ...], out: Path, progress: Pass | None = None)
         _check_fit(first, second)
     done = progress if progress is not None else Pass()
     damages = tuple(damage for part in parts for damage in part.damages)
-    with log_copy(out, inputs=paths) as copy:
+    with log_copy(out, paths) as copy:
         for number, part in enumerate(parts):
             copy.begin_source()
             _begin_pass(done)
@@ -90,7 +91,7 @@ def merge_logs(paths: tuple[Path, ...], out: Path, progress: Pass | None = None)
                 if isinstance(record, Attachment) and record.name == CONFIG_NAME and number:
                     continue  # the same robot file as that of the first
                 copy.add(record)
-    return Repair(copy.messages, damages)
+    return Rewritten(copy.messages, damages)
 
 
 def _begin_pass(progress: Pass) -> None:

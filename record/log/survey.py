@@ -10,8 +10,9 @@ from mcap.records import Channel, Message, Schema
 
 from model.errors import RecordError
 from record.log.cdr import HEADER
+from record.log.damage import Damage, Pass
 from record.log.reader import LogContents, note_content
-from record.log.salvage import Damage, Pass, read_records
+from record.log.salvage import read_records
 from record.log.writer import RATE_KEY, TICK_TOPIC
 
 _TICK_HEAD = struct.Struct("<qq")  # t_ns and index, behind the CDR header

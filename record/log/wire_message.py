@@ -18,14 +18,14 @@ def wire_topic(wire: Wire) -> str:
     return BUS_TOPIC if wire is Wire.SERVO_BUS else FORCE_UNIT_TOPIC
 
 
-def encode_wire(heard: WireBytes) -> bytes:
+def encode_wire(piece: WireBytes) -> bytes:
     """Return one piece of traffic as a message."""
     w = CdrWriter()
-    w.i64(heard.t_ns)
-    w.u8(heard.wire.value)
-    w.flag(heard.sent)
-    w.u32(len(heard.data))
-    w.raw(heard.data, 1)
+    w.i64(piece.t_ns)
+    w.u8(piece.wire.value)
+    w.flag(piece.sent)
+    w.u32(len(piece.data))
+    w.raw(piece.data, 1)
     return w.done()
 
 

@@ -16,15 +16,22 @@ keys; maps of public data sets lie in ``record/maps``.
 
 import difflib
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields, replace
+from datetime import UTC, datetime
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+
+import numpy as np
 
 from model.errors import ConfigError, RecordError
-from record.trial.cut import Cut, parse_cut
-from record.trial.header import TrialHeader, check_keys, parse_header, parse_toml, read_text
+from model.parameters.toml_table import Table, as_table
+from model.values.arrays import FloatArray
+from record.trial.cut import Cut, read_cut
+from record.trial.header import TrialHeader, errors_of, parse_header, parse_toml, read_text
+from record.trial.table_check import Finding
+from record.trial.table_file import Column
+from record.trial.table_file import Table as DataTable
 from record.trial.trial import trial_places
 
 MAPS = Path(__file__).resolve().parent.parent / "maps"
@@ -146,78 +153,62 @@ def read_column_map(path: Path) -> ColumnMap:
         RecordError: It cannot be read, or something in it means nothing.
     """
     data = parse_toml(read_text(path), path)
-    check_keys(data, ("about", "table", "columns", "trial", "noise", "cut"), path, "")
-    about = data.get("about", {})
-    check_keys(about, ("what", "source", "licence"), path, "about.")
-    table = data.get("table", {})
-    check_keys(table, ("delimiter", "period_s", "each_array"), path, "table.")
-    delimiter = table.get("delimiter", ",")
-    if not isinstance(delimiter, str) or len(delimiter) != 1:
-        raise RecordError(f"{path}: table.delimiter must be one character, not {delimiter!r}")
-    period_s = math.nan
-    if "period_s" in table:
-        period_s = _finite(table["period_s"], f"{path}: table.period_s")
-        if not period_s > 0:
-            raise RecordError(f"{path}: table.period_s must be above 0, not {period_s:g}")
-    each = table.get("each_array", False)
-    if not isinstance(each, bool):
-        raise RecordError(f"{path}: table.each_array must be true or false, not {each!r}")
-    columns = data.get("columns", {})
-    if not isinstance(columns, Mapping):
-        raise RecordError(f"{path}: columns must be a table")
-    rest = {key: data[key] for key in ("trial", "noise") if key in data}
-    header = parse_header(rest, path, tuple(columns)) if rest else None
-    sources = tuple(
-        _source(ours, one, path)
-        for ours, entry in columns.items()
-        for one in (entry if isinstance(entry, list) else [entry])
-    )
-    return ColumnMap(
-        sources,
-        delimiter,
-        header,
-        period_s,
-        each,
-        parse_cut(data.get("cut", {}), path),
-        About(**{key: str(value) for key, value in about.items()}),
-    )
+    with errors_of(path):
+        top = Table(data)
+        about, table, columns = (top.maybe_table(key) for key in ("about", "table", "columns"))
+        delimiter = table.text("delimiter") if table.has("delimiter") else ","
+        if len(delimiter) != 1:
+            raise ConfigError("table.delimiter", f"must be one character, not {delimiter!r}")
+        given = ColumnMap(
+            sources=tuple(one for ours in columns.names() for one in _sources(columns, ours)),
+            delimiter=delimiter,
+            header=None,
+            period_s=table.number("period_s", above=0, otherwise=math.nan),
+            each_array=table.flag("each_array", otherwise=False),
+            cut=read_cut(top.maybe_table("cut")),
+            about=About(*(about.maybe_text(field.name) for field in fields(About))),
+        )
+        header = {key: data[key] for key in ("trial", "noise") if top.has(key)}
+        for one in (about, table, top):
+            one.done()
+    if not header:
+        return given
+    return replace(given, header=parse_header(header, path, columns.names()))
 
 
-def _source(ours: str, entry: Any, path: Path) -> Source:
-    if isinstance(entry, str):
-        return Source(ours, entry)
-    place = f"{path}: columns.{ours}"
-    known = ("from", "unit", "scale", "sign", "offset", "sign_bit", "signed_bits", "rest", "beyond")
-    check_keys(entry, known, path, f"columns.{ours}.")
-    theirs, unit = entry.get("from"), entry.get("unit", "1")
-    if not isinstance(theirs, str):
-        raise RecordError(f'{place} needs from = "name of their column"')
+def _sources(columns: Table, ours: str) -> Iterator[Source]:
+    entry = columns.raw(ours)
+    for one in entry if isinstance(entry, list) else [entry]:
+        if isinstance(one, str):
+            yield Source(ours, one)
+        else:
+            yield _source(ours, as_table(one, columns.name(ours)))
+
+
+def _source(ours: str, table: Table) -> Source:
+    theirs, unit = table.text("from"), table.maybe_text("unit") or "1"
     if unit not in UNITS:
-        raise RecordError(f"{place}.unit {unit!r} is not one of {', '.join(UNITS)}")
+        raise ConfigError(table.name("unit"), f"{unit!r} is not one of {', '.join(UNITS)}")
     if unit == STAMPS and ours != "time_s":
-        raise RecordError(f"{place}.unit {STAMPS} is for time_s only")
-    sign = entry.get("sign", 1)
+        raise ConfigError(table.name("unit"), f"{STAMPS} is for time_s only")
+    sign, scale = table.number("sign", otherwise=1.0), table.number("scale", otherwise=1.0)
     if sign not in {1, -1}:
-        raise RecordError(f"{place}.sign must be 1 or -1, not {sign!r}")
-    scale, offset, rest = (_finite(entry.get(key, default), f"{place}.{key}")
-                     for key, default in (("scale", 1.0), ("offset", 0.0), ("rest", 0.0)))  # fmt: skip
+        raise ConfigError(table.name("sign"), f"must be 1 or -1, not {sign:g}")
     if scale == 0:
-        raise RecordError(f"{place}.scale must not be 0; it would erase the column")
-    bit = entry.get("sign_bit", -1)
-    if isinstance(bit, bool) or not isinstance(bit, int) or not -1 <= bit <= 31:
-        raise RecordError(f"{place}.sign_bit must be a bit's number, 0 to 31, not {bit!r}")
-    wide = entry.get("signed_bits", 0)
-    if isinstance(wide, bool) or not isinstance(wide, int) or not 0 <= wide <= 32:
-        raise RecordError(f"{place}.signed_bits must be a width, 1 to 32, not {wide!r}")
-    beyond = _finite(entry["beyond"], f"{place}.beyond") if "beyond" in entry else math.nan
-    factor = sign * scale * UNITS[unit]
-    return Source(ours, theirs, factor, offset, bit, wide, rest, beyond, unit == STAMPS)
-
-
-def _finite(value: Any, name: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise RecordError(f"{name} must be a finite number, not {value!r}")
-    return float(value)
+        raise ConfigError(table.name("scale"), "must not be 0; it would erase the column")
+    source = Source(
+        ours,
+        theirs,
+        factor=sign * scale * UNITS[unit],
+        offset=table.number("offset", otherwise=0.0),
+        sign_bit=table.integer("sign_bit", minimum=0, maximum=31, otherwise=-1),
+        signed_bits=table.integer("signed_bits", minimum=1, maximum=32, otherwise=0),
+        rest=table.number("rest", otherwise=0.0),
+        beyond=table.number("beyond", otherwise=math.nan),
+        stamps=unit == STAMPS,
+    )
+    table.done()
+    return source
 
 
 def complete_sources(
@@ -251,3 +242,63 @@ def complete_sources(
 def _near(name: str, known: tuple[str, ...]) -> str:
     near = difflib.get_close_matches(name, known, n=1)
     return f"; did you mean {near[0]}?" if near else f"; there are {', '.join(known[:40])}"
+
+
+def summed(table: DataTable, sources: list[Source], findings: list[Finding]) -> Column:
+    """Return one of our columns: the sum of what the map names for it.
+
+    Args:
+        table: Theirs.
+        sources: What the map names for this column, at least one.
+        findings: What is no number is added here.
+    """
+    values = np.zeros(table.rows)
+    for one in sources:
+        values += _values(table, one, findings)
+    return Column(sources[0].ours, values)
+
+
+def _values(table: DataTable, source: Source, findings: list[Finding]) -> FloatArray:
+    """Return a column in our unit; what is no number in it becomes NaN and is listed."""
+    given = next(c for c in table.columns if c.name == source.theirs).values
+    if given.dtype.kind == "O":
+        values = _parse(Column(source.theirs, given), findings, stamps=source.stamps)
+    else:
+        values = given.astype(np.float64)
+    if source.sign_bit >= 0:
+        level = 2.0**source.sign_bit
+        values = np.where(values >= level, level - values, values)
+    if source.signed_bits > 0:
+        level = 2.0**source.signed_bits
+        values = np.where(values >= 0.5 * level, values - level, values)
+    if np.isfinite(source.beyond):
+        away = values - source.rest
+        side = np.where(np.abs(away) > source.beyond, np.sign(away), 0.0)
+        values = np.where(np.isfinite(away), side, np.nan)
+    elif source.stamps:
+        known = values[np.isfinite(values)]
+        values = values - (known[0] if len(known) else 0.0)
+    return np.asarray(values * source.factor + source.offset)
+
+
+def _parse(column: Column, findings: list[Finding], *, stamps: bool) -> FloatArray:
+    values = np.full(len(column.values), np.nan)
+    bad: list[int] = []
+    for row, text in enumerate(column.values):
+        try:
+            if text:
+                values[row] = _seconds(text) if stamps else float(text)
+        except ValueError:
+            bad.append(row)
+    if bad:
+        shown = ", ".join(f"row {row + 1} {column.values[row]!r}" for row in bad[:5])
+        more = f" and {len(bad) - 5} more" if len(bad) > 5 else ""
+        findings.append(Finding("unreadable", column.name, len(bad), bad[0] + 1,
+                                f"no numbers, taken as missing: {shown}{more}"))  # fmt: skip
+    return values
+
+
+def _seconds(stamp: str) -> float:
+    """Return UNIX seconds of a date with time; without a zone it is UTC."""
+    when = datetime.fromisoformat(stamp)
+    return (when if when.tzinfo else when.replace(tzinfo=UTC)).timestamp()

@@ -1,4 +1,4 @@
-"""Which rows of a table make the trial: behind the last one where things still move otherwise.
+"""Which rows of a table make the trial: the rows after the last one in which something still moves.
 
     [cut]
     settled = [{ columns = ["7", "8", "9"], norm_below = 1.5 }, { columns = ["6"], from_end_below = 0.003 }]
@@ -10,16 +10,14 @@ in which ``moving`` holds. A table with fewer rows than ``fewest_rows`` in betwe
 listed.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from model.errors import RecordError
+from model.errors import ConfigError
+from model.parameters.toml_table import Table as TomlTable
 from model.values.arrays import BoolArray
-from record.trial.header import check_keys
 from record.trial.table_file import Table
 
 # What is compared: the norm of the columns, or how far they are from their median over the last rows.
@@ -86,34 +84,27 @@ def _all(conditions: Sequence[Condition], table: Table) -> BoolArray:
     return held
 
 
-def parse_cut(data: Any, path: Path) -> Cut:
+def read_cut(table: TomlTable) -> Cut:
     """Read the table [cut].
 
     Raises:
-        RecordError: Something in it means nothing.
+        ConfigError: Something in it means nothing.
     """
-    check_keys(data, ("settled", "moving", "fewest_rows"), path, "cut.")
-    fewest = data.get("fewest_rows", 0)
-    if isinstance(fewest, bool) or not isinstance(fewest, int) or fewest < 0:
-        raise RecordError(f"{path}: cut.fewest_rows must be a whole number from 0, not {fewest!r}")
-    settled, moving = (_conditions(data, key, path) for key in ("settled", "moving"))
+    settled, moving = (
+        tuple(_condition(one) for one in table.tables(key)) for key in ("settled", "moving")
+    )
+    fewest = table.integer("fewest_rows", minimum=0, maximum=10**9, otherwise=0)
+    table.done()
     return Cut(settled, moving, fewest)
 
 
-def _conditions(data: Mapping[str, Any], key: str, path: Path) -> tuple[Condition, ...]:
-    entries = data.get(key, [])
-    if not isinstance(entries, list):
-        raise RecordError(f"{path}: cut.{key} must be a list of conditions")
-    return tuple(_condition(entry, f"cut.{key}", path) for entry in entries)
-
-
-def _condition(entry: Any, place: str, path: Path) -> Condition:
-    check_keys(entry, ("columns", *TESTS), path, f"{place}.")
-    columns = entry.get("columns")
-    tests = [name for name in TESTS if name in entry]
-    if not isinstance(columns, list) or not columns or len(tests) != 1:
-        raise RecordError(f"{path}: {place} needs columns = [...] and one of {', '.join(TESTS)}")
-    limit = entry[tests[0]]
-    if isinstance(limit, bool) or not isinstance(limit, int | float):
-        raise RecordError(f"{path}: {place}.{tests[0]} must be a number, not {limit!r}")
-    return Condition(tuple(str(name) for name in columns), tests[0], float(limit))
+def _condition(table: TomlTable) -> Condition:
+    columns = table.texts("columns")
+    tests = [name for name in TESTS if table.has(name)]
+    if not columns or len(tests) != 1:
+        raise ConfigError(
+            table.name("columns"), f"needs columns = [...] and one of {', '.join(TESTS)}"
+        )
+    condition = Condition(columns, tests[0], table.number(tests[0]))
+    table.done()
+    return condition

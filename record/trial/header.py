@@ -1,16 +1,17 @@
 """The text beside a trial's table: gait, rates, noise, and which machine it was."""
 
-import difflib
-import json
 import math
 import re
 import tomllib
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from model.errors import RecordError
+from model.errors import ConfigError, RecordError
+from model.parameters.toml_table import Table
+from record.toml_file import toml_text
 
 LEGGED, SERVO_BENCH, SLIDING_BODY = "legged", "servo_bench", "sliding_body"
 KINDS = (LEGGED, SERVO_BENCH, SLIDING_BODY)
@@ -122,58 +123,43 @@ def parse_header(
     Raises:
         RecordError: A key is not known, or a value is of the wrong kind.
     """
-    check_keys(data, ("trial", "noise"), path, "")
-    trial, noise = data.get("trial", {}), data.get("noise", {})
-    known = ("robot", "legs", "gait", "frequency_hz", "sample_rate_hz", "notes")
-    check_keys(trial, known, path, "trial.")
-    sensors = tuple(field.name for field in fields(TrialNoise))
-    check_keys(noise, sensors, path, "noise.")
-    robot_file = _words(trial, "robot", path)
+    with errors_of(path):
+        top = Table(data)
+        trial, noise = top.maybe_table("trial"), top.maybe_table("noise")
+        robot_file, gait, notes = (trial.maybe_text(key) for key in ("robot", "gait", "notes"))
+        legs = trial.texts("legs") if trial.has("legs") else None
+        frequency_hz = trial.maybe_number("frequency_hz")
+        sample_rate_hz = trial.maybe_number("sample_rate_hz")
+        sensors = [noise.maybe_number(field.name) for field in fields(TrialNoise)]
+        for table in (trial, noise, top):
+            table.done()
     if machine is None:
         machine = read_text(path.parent / robot_file) if robot_file else ""
     robot = parse_toml(machine, path.parent / robot_file)
     return TrialHeader(
         kind=kind_of(robot, path.parent / robot_file),
-        joints=check_joints(
-            _listed(trial, path) if "legs" in trial else joints_of(robot, columns), path
-        ),
-        gait=_words(trial, "gait", path),
-        frequency_hz=_number(trial, "frequency_hz", path),
-        sample_rate_hz=_number(trial, "sample_rate_hz", path),
-        notes=_words(trial, "notes", path),
-        noise=TrialNoise(**{name: _number(noise, name, path) for name in sensors}),
+        joints=check_joints(legs if legs is not None else joints_of(robot, columns), path),
+        gait=gait,
+        frequency_hz=frequency_hz,
+        sample_rate_hz=sample_rate_hz,
+        notes=notes,
+        noise=TrialNoise(*sensors),
         robot_file=robot_file,
         robot_text=machine,
     )
 
 
-def check_keys(table: Any, known: tuple[str, ...], path: Path, prefix: str) -> None:
-    """Refuse keys that mean nothing.
+@contextmanager
+def errors_of(path: Path) -> Iterator[None]:
+    """Turn a mistake in a key into the error of a file that was measured, which names the file.
 
     Raises:
-        RecordError: There is one, or this is no table.
+        RecordError: A key has a value of the wrong kind, or is not known.
     """
-    if not isinstance(table, Mapping):
-        raise RecordError(f"{path}: {prefix.rstrip('.')} must be a table")
-    for key in table:
-        if key not in known:
-            near = difflib.get_close_matches(key, known, n=1)
-            hint = f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}"
-            raise RecordError(f"{path}: {prefix}{key} is not a known key; {hint}")
-
-
-def _words(table: Mapping[str, Any], key: str, path: Path) -> str:
-    value = table.get(key, "")
-    if not isinstance(value, str):
-        raise RecordError(f"{path}: {key} must be a text, not {value!r}")
-    return value
-
-
-def _listed(table: Mapping[str, Any], path: Path) -> tuple[str, ...]:
-    value = table["legs"]
-    if not isinstance(value, list) or not all(isinstance(name, str) for name in value):
-        raise RecordError(f"{path}: legs must be a list of names, not {value!r}")
-    return tuple(value)
+    try:
+        yield
+    except ConfigError as error:
+        raise RecordError(f"{path}: {error}") from error
 
 
 def check_joints(joints: tuple[str, ...], path: Path) -> tuple[str, ...]:
@@ -204,13 +190,6 @@ def kind_of(robot: Mapping[str, Any], path: Path) -> str:
     return str(kind)
 
 
-def _number(table: Mapping[str, Any], key: str, path: Path) -> float:
-    value = table.get(key, math.nan)
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise RecordError(f"{path}: {key} must be a number, not {value!r}")
-    return float(value)
-
-
 def joints_of(robot: Mapping[str, Any], columns: tuple[str, ...]) -> tuple[str, ...]:
     """Return the joints that a machine's file names, or else those that the columns name."""
     legs, joints = robot.get("legs"), robot.get("joint")
@@ -221,8 +200,8 @@ def joints_of(robot: Mapping[str, Any], columns: tuple[str, ...]) -> tuple[str, 
     if robot.get("kind") == SLIDING_BODY:
         return ()
     matches = (_JOINT_OF_COLUMN.fullmatch(name) for name in columns)
-    found = (next(g for g in match.groups() if g) for match in matches if match)
-    return tuple(dict.fromkeys(found))
+    names = (next(g for g in match.groups() if g) for match in matches if match)
+    return tuple(dict.fromkeys(names))
 
 
 def write_header(header: TrialHeader, path: Path) -> None:
@@ -268,28 +247,17 @@ def _check_header(header: TrialHeader, path: Path) -> None:
 
 
 def header_text(header: TrialHeader) -> str:
-    """Return a header as TOML."""
-    lines = ["[trial]"]
-    if header.robot_file:
-        lines.append(f"robot = {_toml_text(header.robot_file)}")
-    if header.joints != joints_of(tomllib.loads(header.robot_text), ()):
-        lines.append(f"legs = [{', '.join(map(_toml_text, header.joints))}]")
-    lines.append(f"gait = {_toml_text(header.gait)}")
-    for name in ("frequency_hz", "sample_rate_hz"):
-        lines += _toml_number(name, getattr(header, name))
-    lines.append(f"notes = {_toml_text(header.notes)}")
-    noise = [
-        line
-        for field in fields(TrialNoise)
-        for line in _toml_number(field.name, getattr(header.noise, field.name))
-    ]
-    return "\n".join(lines + (["[noise]", *noise] if noise else [])) + "\n"
-
-
-def _toml_text(text: str) -> str:
-    """JSON's escapes are TOML's too, but for the delete character."""
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
-
-
-def _toml_number(key: str, value: float) -> list[str]:
-    return [] if math.isnan(value) else [f"{key} = {float(value)!r}"]
+    """Return a header as TOML; what is not known is left out."""
+    named = joints_of(tomllib.loads(header.robot_text), ())
+    noise = {name: value for name, value in asdict(header.noise).items() if not math.isnan(value)}
+    trial = {
+        "robot": header.robot_file or None,
+        "legs": None if header.joints == named else header.joints,
+        "gait": header.gait,
+        "frequency_hz": None if math.isnan(header.frequency_hz) else float(header.frequency_hz),
+        "sample_rate_hz": None
+        if math.isnan(header.sample_rate_hz)
+        else float(header.sample_rate_hz),
+        "notes": header.notes,
+    }
+    return toml_text({"trial": trial, "noise": noise or None})

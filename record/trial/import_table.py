@@ -13,8 +13,7 @@ import numpy as np
 
 from model.errors import RecordError
 from model.values.arrays import FloatArray, IntArray
-from record.trial.column_map import ColumnMap, Source, complete_sources
-from record.trial.column_values import summed
+from record.trial.column_map import ColumnMap, Source, complete_sources, summed
 from record.trial.header import LEGGED, TrialHeader, TrialNoise, joints_of, read_header
 from record.trial.raw_check import EmptyRows, raw_findings
 from record.trial.source_tables import SourceTable, open_tables
@@ -72,24 +71,6 @@ class Imported:
     report: ImportReport
 
 
-def import_table(path: Path, given: ColumnMap) -> tuple[Trial, ImportReport]:
-    """Read a file that holds one table into a trial.
-
-    Args:
-        path: A trial's table or NAME.toml, or somebody else's .csv, .parquet or .npz.
-        given: Which of its columns is which; empty if they have our names.
-
-    Raises:
-        RecordError: It cannot be read, has no time, nothing in it is known, or it holds several tables.
-    """
-    (first, *more) = import_tables(path, given)
-    if more:
-        raise RecordError(f"{path} holds {1 + len(more)} tables; give a folder with --out FOLDER")
-    if first.trial is None:
-        raise RecordError(f"{path}: the map's [cut] leaves {first.report.kept} rows and no trial")
-    return first.trial, first.report
-
-
 def import_tables(
     path: Path, given: ColumnMap, tell: Callable[[float], None] = lambda _: None
 ) -> Iterator[Imported]:
@@ -133,8 +114,8 @@ def _import(
     cut: list[Finding] = []
     order = _cut(table, given, in_time.order, cut)
     few = len(order) < max(given.cut.fewest_rows, 1)
-    seen = _Seen(in_time, tell)
-    columns = seen.columns(table, used, order)
+    passed = _ColumnPass(in_time, tell)
+    columns = passed.columns(table, used, order)
     trial = None
     if few:
         for _ in columns:  # they are looked at all the same
@@ -144,12 +125,12 @@ def _import(
     else:
         trial = build_trial(header, columns)
         last = list(check_trial(trial, (order + 1).astype(np.float64)))
-    findings += seen.unreadable
+    findings += passed.unreadable
     findings += raw_findings(table, sources)
     findings += _unused(table, (*(s.theirs for s in sources), *given.cut.columns))
     findings += _absent(header, sources)
-    findings += [*seen.empty.findings(), *in_time.findings, *cut, *last]
-    dropped = seen.dropped()
+    findings += [*passed.empty.findings(), *in_time.findings, *cut, *last]
+    dropped = passed.dropped()
     report = ImportReport(path, one.name, table.rows, 0 if few else len(order), dropped, names,
                           tuple(findings))  # fmt: skip
     return Imported(trial, report)
@@ -178,14 +159,14 @@ def _cut(table: Table, given: ColumnMap, order: IntArray, findings: list[Finding
 
 
 def _header(path: Path, table: Table, given: ColumnMap, findings: list[Finding]) -> TrialHeader:
-    beside = path.with_suffix(".toml")
+    header_file = path.with_suffix(".toml")
     ours = (*(source.ours for source in given.sources), *table.names)
     if given.header is not None:
         return given.header
-    if beside.is_file():
-        return read_header(beside, ours)
-    findings.append(Finding("absent", "", 0, 0,
-                            f"no {beside.name}: gait, rates, noise and machine are not known"))  # fmt: skip
+    if header_file.is_file():
+        return read_header(header_file, ours)
+    words = f"no {header_file.name}: gait, rates, noise and machine are not known"
+    findings.append(Finding("absent", "", 0, 0, words))
     nothing = float("nan")
     joints = joints_of({}, ours)
     return TrialHeader(LEGGED, joints, "", nothing, nothing, "", TrialNoise(), "", "")
@@ -252,8 +233,8 @@ def _in_time(time_s: FloatArray) -> _InTime:
     return _InTime(order[keep], timeless, order[~keep], first_of[~keep], tuple(findings))
 
 
-class _Seen:
-    """What is found while columns pass by, one in memory at a time."""
+class _ColumnPass:
+    """Takes one column after the other into memory, and notes what is odd about them."""
 
     def __init__(self, in_time: _InTime, tell: Callable[[float], None]) -> None:
         self._tell = tell
@@ -276,9 +257,9 @@ class _Seen:
 
     def dropped(self) -> tuple[DroppedRow, ...]:
         """Return the rows that were left out, once all columns have passed."""
-        found = [DroppedRow(row + 1, "it has no time") for row in self._in_time.timeless.tolist()]
+        rows = [DroppedRow(row + 1, "it has no time") for row in self._in_time.timeless.tolist()]
         again = zip(self._in_time.again, self._in_time.first, self._same, strict=True)
         for row, original, same in again:
             words = "a copy of" if same else "another row at the time of"
-            found.append(DroppedRow(int(row) + 1, f"{words} row {original + 1}"))
-        return tuple(sorted(found, key=lambda item: item.row))
+            rows.append(DroppedRow(int(row) + 1, f"{words} row {original + 1}"))
+        return tuple(sorted(rows, key=lambda item: item.row))

@@ -17,15 +17,15 @@ SIZE_SHARE = 0.5  # of the bit's value, that sizes stay below
 
 def raw_findings(table: Table, sources: Sequence[Source]) -> list[Finding]:
     """Look at the whole numbers of a table."""
-    found: list[Finding] = []
+    findings: list[Finding] = []
     for column in table.columns:
         given = column.values
         if given.dtype.kind not in "fi":
             continue
         values = given[np.isfinite(given)]
         if len(values) and (values >= 0).all() and (values == np.round(values)).all():
-            found += _hidden_sign(column.name, values, sources)
-    return found
+            findings += _hidden_sign(column.name, values, sources)
+    return findings
 
 
 def _hidden_sign(name: str, values: FloatArray, sources: Sequence[Source]) -> Iterable[Finding]:

@@ -94,7 +94,7 @@ def check_trial(trial: Trial, rows: FloatArray) -> tuple[Finding, ...]:
     return tuple(findings)
 
 
-def _found(kind: str, column: str, odd: BoolArray, rows: FloatArray, detail: str) -> Finding:
+def _finding(kind: str, column: str, odd: BoolArray, rows: FloatArray, detail: str) -> Finding:
     return Finding(kind, column, int(odd.sum()), int(rows[np.flatnonzero(odd)[0]]), detail)
 
 
@@ -106,7 +106,7 @@ def _time(trial: Trial, rows: FloatArray) -> Iterator[Finding]:
     gaps = np.concatenate([[False], steps > GAP_PERIODS * period])
     if gaps.any():
         longest = float(steps.max())
-        yield _found("gap", "time_s", gaps, rows,
+        yield _finding("gap", "time_s", gaps, rows,
                      f"steps longer than {GAP_PERIODS:g} periods of {period:.4g} s; the longest "
                      f"{longest:.4g} s")  # fmt: skip
     wanted = trial.header.sample_rate_hz
@@ -118,14 +118,14 @@ def _time(trial: Trial, rows: FloatArray) -> Iterator[Finding]:
 def _missing(column: Column, rows: FloatArray) -> Iterator[Finding]:
     odd = np.isnan(column.values)
     if odd.any():
-        yield _found("missing", column.name, odd, rows, f"{odd.mean():.2%} of samples are NaN")
+        yield _finding("missing", column.name, odd, rows, f"{odd.mean():.2%} of samples are NaN")
 
 
 def _range(column: Column, limits: Plausible, rows: FloatArray) -> Iterator[Finding]:
     odd = (column.values < limits.lowest) | (column.values > limits.highest)
     if odd.any():
         worst = column.values[odd][np.argmax(np.abs(column.values[odd]))]
-        yield _found("range", column.name, odd, rows,
+        yield _finding("range", column.name, odd, rows,
                      f"beyond {limits.lowest:.4g} to {limits.highest:.4g} {limits.unit}; the worst "
                      f"{worst:.4g}")  # fmt: skip
 
@@ -144,7 +144,7 @@ def _jumps(
         worst = float(steps[fast][np.argmax(np.abs(steps[fast]))])
         wrapped = column.name.endswith("_rad") and abs(abs(worst) - 2 * np.pi) < 0.5
         hint = "; a turn: it is not unwrapped" if wrapped else ""
-        yield _found("jump", column.name, odd, rows,
+        yield _finding("jump", column.name, odd, rows,
                      f"faster than {limits.rate:g} {limits.unit}/s; the largest step {worst:.4g}"
                      f"{hint}")  # fmt: skip
 
@@ -164,7 +164,7 @@ def _stuck(trial: Trial, rows: FloatArray) -> Iterator[Finding]:
         else:
             continue
         if odd.any():
-            yield _found("stuck", place.column, odd, rows, words)
+            yield _finding("stuck", place.column, odd, rows, words)
 
 
 def _runs(values: FloatArray) -> Iterator[tuple[int, int]]:
@@ -187,9 +187,9 @@ def _stuck_sensor(time_s: FloatArray, values: FloatArray) -> BoolArray:
 def _stuck_shaft(time_s: FloatArray, values: FloatArray, command: FloatArray) -> BoolArray:
     odd = np.zeros(len(values), dtype=bool)
     for first, last in _runs(values) if len(values) else ():
-        asked = command[first : last + 1]
-        asked = asked[np.isfinite(asked)]
-        moved = len(asked) > 1 and float(np.ptp(asked)) > MOVED_RAD
+        commanded = command[first : last + 1]
+        commanded = commanded[np.isfinite(commanded)]
+        moved = len(commanded) > 1 and float(np.ptp(commanded)) > MOVED_RAD
         if moved and time_s[last] - time_s[first] >= STUCK_SHAFT_S:
             odd[first : last + 1] = True
     return odd

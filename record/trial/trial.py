@@ -83,12 +83,12 @@ class Trial:
 
     def columns(self) -> tuple[Column, ...]:
         """Return time and every column in which anything was measured."""
-        found = [Column("time_s", self.time_s)]
+        columns = [Column("time_s", self.time_s)]
         for place in trial_places(self.joints):
             values = self.values(place)
             if not np.isnan(values).all():
-                found.append(Column(place.column, values))
-        return tuple(found)
+                columns.append(Column(place.column, values))
+        return tuple(columns)
 
     def values(self, place: "Place") -> FloatArray:
         """Return the samples of one column, (T,)."""

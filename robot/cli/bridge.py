@@ -7,20 +7,9 @@ commanded or disturbed from ROS. See docs/ros2.md.
 """
 
 import argparse
-import sys
-from collections.abc import Iterator
-from importlib.util import find_spec
-from typing import TYPE_CHECKING
 
-from model.errors import ConfigError
+from robot.console.arguments import add_source, parsed
 from robot.console.exit_codes import ExitCode
-from robot.view.log_source import add_source, be_nice, followed, log_path, paced
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from drivers.clock import Clock
-    from record.log.follow import TopicMessage
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -32,48 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> ExitCode:
-    """Publish until the log or the operator ends.
+    """Publish."""
+    from robot.view.bridge import BridgeRequest, bridge
 
-    Raises:
-        ConfigError: There is no ROS 2 here.
-        RecordError: The log cannot be read.
-    """
-    from drivers.clock import MonotonicClock
-
-    path = log_path(options)
-    if find_spec("rclpy") is None:
-        raise ConfigError(
-            "ROS 2",
-            "rclpy cannot be imported; set up ROS 2 in this shell (source /opt/ros/DISTRO/setup.sh) "
-            "with the Python it was built for, or open the log without ROS (see docs/ros2.md)",
-        )
-    from robot.view.ros2_publisher import Ros2Publisher
-
-    with Ros2Publisher(options.prefix, clock=not options.live) as publisher:
-        print(f"publishing {path} as node /bigant_bridge; Ctrl-C ends", file=sys.stderr)
-        try:
-            for message in _messages(path, options, MonotonicClock()):
-                publisher.publish(message)
-                if not publisher.ok():
-                    break
-        except KeyboardInterrupt:
-            print(file=sys.stderr)
-        print(publisher.report())
-    return ExitCode.OK
-
-
-def _messages(
-    path: "Path", options: argparse.Namespace, clock: "Clock"
-) -> "Iterator[TopicMessage]":
-    from record.log.follow import LogFollower, stored_messages
-    from record.log.reader import LogContents
-
-    if options.live:
-        be_nice()
-        with LogFollower(path) as follower:
-            yield from followed(follower, clock)
-        return
-    contents = LogContents()
-    yield from paced(stored_messages(path, contents), lambda m: m.unix_ns, clock, options.speed)
-    if contents.damage:
-        print(f"warning: {path}: {contents.damage}", file=sys.stderr)
+    return bridge(parsed(options, BridgeRequest))

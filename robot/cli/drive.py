@@ -1,4 +1,8 @@
-"""``bigant drive``: open a robot, run the loop, keep the log, say how it went."""
+"""``bigant drive``: open a robot, run the loop, keep the log, say how it went.
+
+Walk a gait and keep a log. Virtual hardware is the default. Real ports are only listened to unless --armed
+is given. Ctrl-C stops on all feet, a second Ctrl-C cuts torque; torque is always switched off on exit.
+"""
 
 import argparse
 import gc
@@ -13,6 +17,7 @@ from pathlib import Path
 from drivers.pose_udp import PoseListener
 from drivers.wire.tap import WireTap
 from gaits.limits import check_gait
+from gaits.names import GAIT_NAMES
 from model.errors import ConfigError, RecordError
 from model.values.tick import Intent, Tick
 from record.log.background import BackgroundWriter
@@ -20,6 +25,7 @@ from record.log.versions import software_versions
 from record.log.writer import LogWriter
 from robot.bringup.force.unit import check_no_unit, unit_settings
 from robot.config.robot_file import RobotConfig, load_robot
+from robot.console.arguments import add_robot, add_scenario, between, positive, seed, steer
 from robot.console.exit_codes import ExitCode, exit_code_of
 from robot.console.program_output import complain, keep_earlier, stop_output
 from robot.control.controller import Controller
@@ -28,7 +34,8 @@ from robot.report.summary_text import busy_words
 from robot.run.force_units import UNITS_KEY, units_text
 from robot.run.hardware import open_in_memory, open_real, open_virtual
 from robot.run.header import controller_metadata, wire_metadata
-from robot.run.loop import Operator, RunResult, run
+from robot.run.loop import Operator, RunResult
+from robot.run.loop import run as run_loop
 from robot.run.operator import Interrupts, Script, ScriptedOperator
 from robot.run.rig import Rig
 from robot.run.teleop import HELP, KeyboardOperator, Keys, Wish
@@ -67,7 +74,78 @@ class Drive:
 OperatorOf = Callable[[Drive, Controller, Interrupts, ExitStack], Operator]
 
 
-def drive(options: argparse.Namespace) -> ExitCode:
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments."""
+    add_robot(parser)
+    parser.add_argument("--gait", choices=GAIT_NAMES, default="tripod")
+    length = parser.add_mutually_exclusive_group()
+    length.add_argument("--cycles", type=positive, metavar="N", help="gait cycles (default: 3)")
+    length.add_argument(
+        "--duration", type=positive, metavar="S", dest="duration_s", help="seconds of walking"
+    )
+    parser.add_argument(
+        "--frequency-hz", type=positive, metavar="F", help="cycles a second (default: robot file)"
+    )
+    parser.add_argument(
+        "--steer", type=steer, default=0.0, metavar="X", help="-1 (right) to 1 (left)"
+    )
+    parser.add_argument(
+        "--hardware",
+        default=VIRTUAL,
+        metavar="virtual|PORT",
+        help="virtual (default), or the serial port of the servo bus, for example /dev/ttyUSB0",
+    )
+    parser.add_argument(
+        "--force-unit",
+        metavar="HOST[:UDP:CONSOLE]|none",
+        help="wireless force-torque unit (default: robot file); none walks without it",
+    )
+    parser.add_argument(
+        "--calibration",
+        type=Path,
+        metavar="FILE",
+        help="calibration of the force sensors (default: the one that the robot file names, if any)",
+    )
+    parser.add_argument("--log", metavar="FILE", help="log file, or none (default: runs/...)")
+    parser.add_argument(
+        "--record-bytes",
+        action="store_true",
+        help="log the raw bytes of both devices as well, so that the drivers can be replayed",
+    )
+    parser.add_argument(
+        "--pose-udp",
+        type=between(1, 65535, whole=True),
+        metavar="PORT",
+        help="receive absolute poses on this UDP port of this machine (default: robot file, else none)",
+    )
+    parser.add_argument("--readonly", action="store_true", help="sense and log, never move")
+    parser.add_argument("--armed", action="store_true", help="allow torque on real hardware")
+    parser.add_argument("--teleop", action="store_true", help="drive with the keyboard")
+    parser.add_argument(
+        "--deadman",
+        type=positive,
+        default=5.0,
+        metavar="S",
+        dest="deadman_s",
+        help="with --teleop: stand after so many seconds without a key (default: 5)",
+    )
+    parser.add_argument(
+        "--rate-hz",
+        type=between(10, 200, "Hz", whole=True),
+        metavar="R",
+        help="loop rate, up to 200",
+    )
+    parser.add_argument(
+        "--virtual-time",
+        action="store_true",
+        help="virtual hardware in memory under a virtual clock: as fast as the computer goes, and "
+        "the same log, byte for byte, every time",
+    )
+    parser.add_argument("--seed", type=seed, default=0, metavar="N", help="seed of virtual noise")
+    add_scenario(parser)
+
+
+def run(options: argparse.Namespace) -> ExitCode:
     """Run ``bigant drive``.
 
     Raises:
@@ -112,7 +190,7 @@ def drive_plan(plan: Drive, operator_of: OperatorOf) -> ExitCode:
         gc.collect()
         gc.freeze()  # a full collection would cost several periods
         try:
-            result = run(rig, controller, operator, sink, view)
+            result = run_loop(rig, controller, operator, sink, view)
         finally:
             gc.unfreeze()
             log_error = _close_log(sink)

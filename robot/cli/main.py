@@ -1,22 +1,15 @@
-"""The one command, ``bigant``. Parsing only: each subcommand lives in a module of its own.
-
-Modules are imported when their command runs, so that ``bigant --help`` answers at once.
-"""
+"""The one command, ``bigant``: signals, errors and exit codes; ``robot.cli.commands`` has the commands."""
 
 import argparse
 import signal
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
-from gaits.names import GAIT_NAMES
 from model.errors import BigantError, BusError, ForceStreamError, RecordError
-from robot.cli.commands import HelpFormatter, add_commands, epilog_of, run_command
+from robot.cli.commands import CommandParser, add_commands, run_command
 from robot.cli.help_pages import page_hint
-from robot.cli.parser import CommandParser
-from robot.console.arguments import add_robot, add_scenario, positive, seed, steer
 from robot.console.compile_line import show_compiling
 from robot.console.exit_codes import ExitCode
 from robot.console.program_output import complain, stop_output
@@ -32,16 +25,16 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     sys.exit(run(arguments))
 
 
-class Told(KeyboardInterrupt):
-    """Somebody told the program to end by another signal than Ctrl-C."""
+class EndSignal(KeyboardInterrupt):
+    """A signal other than Ctrl-C asked the program to end."""
 
     def __init__(self, number: int) -> None:
         self.number = number
 
 
 def _leave(number: int, _frame: FrameType | None) -> NoReturn:
-    """Leave by way of every ``finally``, so that torque goes off and no half a file stays."""
-    raise Told(number)
+    """Leave through every ``finally``, so that torque is switched off and no half-written file stays."""
+    raise EndSignal(number)
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
@@ -57,13 +50,13 @@ def run(arguments: Sequence[str] | None = None) -> int:
         ["bigant", options.command, *([options.action] if "action" in options else [])]
     )
     try:
-        code = int(_dispatch(options))
-        sys.stdout.flush()  # here, so that a full disk is told like any other mistake
+        code = int(run_command(options))
+        sys.stdout.flush()  # here, so that a full disk is reported like any other mistake
         return code
-    except Told as told:
-        complain(f"{words}: ended by {signal.Signals(told.number).name}")
-        return 128 + told.number
-    except KeyboardInterrupt:  # a drive and what listens see to it themselves
+    except EndSignal as end:
+        complain(f"{words}: ended by {signal.Signals(end.number).name}")
+        return 128 + end.number
+    except KeyboardInterrupt:  # drive, and every command that listens, handles it itself
         complain(f"\n{words}: interrupted")
         return int(ExitCode.INTERRUPTED)
     except BigantError as error:
@@ -72,7 +65,9 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader of our output went away, as with `| head`
         stop_output()
         return int(ExitCode.OK)
-    except OSError as error:  # no room on the disk, say; what a command expects it words itself
+    except (
+        OSError
+    ) as error:  # a full disk, for example; commands report the errors that they expect
         complain(
             f"{words}: {error.strerror or error}{f': {error.filename}' if error.filename else ''}"
         )
@@ -101,22 +96,6 @@ class _Version(argparse.Action):
         parser.exit()
 
 
-def _dispatch(options: argparse.Namespace) -> ExitCode:
-    if options.command == "drive":
-        from robot.cli.drive import drive
-
-        return drive(options)
-    if options.command == "show":
-        from robot.cli.show import show
-
-        return show(options)
-    if options.command == "devices":
-        from robot.cli.devices import devices
-
-        return devices(options)
-    return run_command(options)
-
-
 def full_parser() -> argparse.ArgumentParser:
     """Return the parser with the arguments of every command: for completion, reference and tests."""
     return _parser(None)
@@ -129,137 +108,5 @@ def _parser(arguments: Sequence[str] | None) -> argparse.ArgumentParser:
         epilog=EPILOG,
     )
     parser.add_argument("--version", action=_Version, help="versions of what matters, and exit")
-    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    _add_drive(commands)
-    _add_show(commands)
-    _add_devices(commands)
-    add_commands(commands, arguments, EPILOG)
+    add_commands(parser, arguments, EPILOG)
     return parser
-
-
-def _port(text: str) -> int:
-    value = int(text)
-    if not 1 <= value <= 65535:
-        raise argparse.ArgumentTypeError(f"must be a port from 1 to 65535, not {text}")
-    return value
-
-
-def _rate(text: str) -> int:
-    value = int(text)
-    if not 10 <= value <= 200:
-        raise argparse.ArgumentTypeError(f"must be from 10 to 200 Hz, not {text}")
-    return value
-
-
-def _add_drive(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    drive = commands.add_parser(
-        "drive",
-        help="walk a gait, on virtual hardware unless told otherwise",
-        description="Walk a gait and keep a log. Virtual hardware is the default. Real ports are "
-        "only listened to unless --armed is given. Ctrl-C stops on all feet, a second Ctrl-C cuts "
-        "torque; torque goes off on every way out.",
-        epilog=epilog_of(("drive",), EPILOG),
-        formatter_class=HelpFormatter,
-    )
-    add_robot(drive)
-    drive.add_argument("--gait", choices=GAIT_NAMES, default="tripod")
-    length = drive.add_mutually_exclusive_group()
-    length.add_argument("--cycles", type=positive, metavar="N", help="gait cycles (default: 3)")
-    length.add_argument(
-        "--duration", type=positive, metavar="S", dest="duration_s", help="seconds of walking"
-    )
-    drive.add_argument(
-        "--frequency-hz", type=positive, metavar="F", help="cycles a second (default: robot file)"
-    )
-    drive.add_argument(
-        "--steer", type=steer, default=0.0, metavar="X", help="-1 (right) to 1 (left)"
-    )
-    drive.add_argument(
-        "--hardware",
-        default="virtual",
-        metavar="virtual|PORT",
-        help="virtual (default), or the serial port of the servo bus, for example /dev/ttyUSB0",
-    )
-    drive.add_argument(
-        "--force-unit",
-        metavar="HOST[:UDP:CONSOLE]|none",
-        help="wireless force-torque unit (default: robot file); none walks without it",
-    )
-    drive.add_argument(
-        "--calibration",
-        type=Path,
-        metavar="FILE",
-        help="calibration of the force sensors (default: the one that the robot file names, if any)",
-    )
-    drive.add_argument("--log", metavar="FILE", help="log file, or none (default: runs/...)")
-    drive.add_argument(
-        "--record-bytes",
-        action="store_true",
-        help="log the raw bytes of both devices as well, so that the drivers can be replayed",
-    )
-    drive.add_argument(
-        "--pose-udp",
-        type=_port,
-        metavar="PORT",
-        help="hear absolute poses on this UDP port of this machine (default: robot file, else none)",
-    )
-    drive.add_argument("--readonly", action="store_true", help="sense and log, never move")
-    drive.add_argument("--armed", action="store_true", help="allow torque on real hardware")
-    drive.add_argument("--teleop", action="store_true", help="drive with the keyboard")
-    drive.add_argument(
-        "--deadman",
-        type=positive,
-        default=5.0,
-        metavar="S",
-        dest="deadman_s",
-        help="with --teleop: stand after so many seconds without a key (default: 5)",
-    )
-    drive.add_argument("--rate-hz", type=_rate, metavar="R", help="loop rate, up to 200")
-    drive.add_argument(
-        "--virtual-time",
-        action="store_true",
-        help="virtual hardware in memory under a virtual clock: as fast as the computer goes, and "
-        "the same log, byte for byte, every time",
-    )
-    drive.add_argument("--seed", type=seed, default=0, metavar="N", help="seed of virtual noise")
-    add_scenario(drive)
-
-
-def _add_show(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    show = commands.add_parser(
-        "show",
-        help="summary table and pictures of a log",
-        description="Print a summary of a log (distance, speed, slip, faults, loop) and write a "
-        "page with trajectory, body velocity and foot forces, predicted against measured.",
-        epilog=epilog_of(("show",), EPILOG),
-        formatter_class=HelpFormatter,
-    )
-    show.add_argument("path", type=Path, metavar="LOG")
-    show.add_argument(
-        "--out", type=Path, metavar="FILE", help=".html or .png (default: beside the log, .html)"
-    )
-    show.add_argument("--json", action="store_true", help="the summary as JSON, no picture")
-
-
-def _add_devices(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    devices = commands.add_parser(
-        "devices",
-        help="ports, servos at each baud rate, force-torque units",
-        description="List serial ports, the servos that answer at each baud rate, and wireless "
-        "force-torque units found by discovery. Nothing is written and nothing moves.",
-        epilog=epilog_of(("devices",), EPILOG),
-        formatter_class=HelpFormatter,
-    )
-    devices.add_argument(
-        "--port", metavar="PORT", help="scan this serial port only (default: every USB port)"
-    )
-    devices.add_argument(
-        "--baud", type=int, metavar="B", help="this baud rate only (default: all eight)"
-    )
-    devices.add_argument(
-        "--discover",
-        metavar="ADDRESS[:PORT]|none",
-        default="255.255.255.255",
-        help="where to ask for force-torque units (default: broadcast on the local network)",
-    )
-    devices.add_argument("--json", action="store_true", help="the result as JSON")

@@ -5,11 +5,17 @@ about +y whose frame is turned by minus the mid-stance direction has the shaft a
 """
 
 import math
+from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
+import mujoco
 import numpy as np
+from numpy.typing import ArrayLike
 
+from model.errors import ConfigError
 from model.parameters.robot import RobotParameters
+from robot.config.robot_file import load_robot
+from robot.console.exit_codes import ExitCode
 from sim_hw.plant.four_bar import four_bar_point, leg_geometry
 from sim_hw.plant.parameters import PlantParameters
 
@@ -22,6 +28,29 @@ POSITION_GAIN = 55.0  # N m/rad: the MX-106's own gain at 12 V
 SERVO_DAMPING = 2.1  # N m s/rad: its back-EMF
 
 
+def export(robot: Path, *, urdf: Path | None, mjcf: Path | None) -> ExitCode:
+    """Write a robot file as URDF, as MJCF or both, and check that MuJoCo loads them.
+
+    Raises:
+        ConfigError: Nothing is asked for, or a file cannot be written.
+    """
+    if urdf is None and mjcf is None:
+        raise ConfigError("--urdf", "or --mjcf must say what to write")
+    config = load_robot(robot)
+    for path, make in ((urdf, urdf_text), (mjcf, mjcf_text)):
+        if path is None:
+            continue
+        text = make(config.name, config.parameters)
+        model = mujoco.MjModel.from_xml_string(text)
+        try:
+            path.write_text(text, encoding="utf-8")
+        except OSError as error:
+            raise ConfigError(str(path), f"cannot be written: {error.strerror}") from error
+        mass = float(model.body_mass.sum())
+        print(f"{path}: {model.njnt} joints, {mass:.3f} kg; MuJoCo loads it")
+    return ExitCode.OK
+
+
 def coupler_angles(robot: RobotParameters, shaft_rad: float) -> tuple[float, float]:
     """Return crank and coupler directions at a shaft angle, from +x towards +z [rad]."""
     geometry = leg_geometry(PlantParameters.nominal(robot))[0]
@@ -31,112 +60,83 @@ def coupler_angles(robot: RobotParameters, shaft_rad: float) -> tuple[float, flo
 def urdf_text(name: str, robot: RobotParameters) -> str:
     """Return the robot as URDF."""
     top = Element("robot", name=name)
-    # MuJoCo melts a root without joint into the world unless told otherwise
-    mujoco = SubElement(top, "mujoco")
-    SubElement(mujoco, "compiler", fusestatic="false", balanceinertia="true")
+    # MuJoCo merges a root without joint into the world by default
+    _add(_add(top, "mujoco"), "compiler", fusestatic="false", balanceinertia="true")
     legs, link = robot.legs, robot.linkage
-    moving = 3 * LINK_MASS * legs.count
-    base = _link(top, "base_link", robot.body.mass - moving, robot.body.inertia)
-    _box(base, robot)
+    base = _link(top, "base_link", _torso_mass(robot), robot.body.inertia)
+    half = _half_sizes(robot)
+    box = _add(_add(base, "visual"), "geometry")
+    _add(box, "box", size=[2 * half[0], 1.6 * half[1], 2 * TORSO_HALF_HEIGHT])
     for leg, place in zip(legs.names, legs.shaft_position, strict=True):
-        crank = _link(top, f"{leg}_crank", LINK_MASS)
-        _bar(crank, link.crank)
-        coupler = _link(top, f"{leg}_coupler", LINK_MASS)
-        _bar(coupler, link.coupler)
-        _link(top, f"{leg}_foot", LINK_MASS)
-        turn = [0.0, -link.mid_stance, 0.0]
-        _joint(top, f"{leg}_shaft", "continuous", "base_link", f"{leg}_crank", place, turn, "0 1 0")
-        pin = [link.crank, 0.0, 0.0]
-        _joint(
-            top,
-            f"{leg}_coupler",
-            "continuous",
-            f"{leg}_crank",
-            f"{leg}_coupler",
-            pin,
-            [0.0] * 3,
-            "0 -1 0",
-        )
-        foot = [float(link.foot[0]), 0.0, float(link.foot[1])]
-        _joint(top, f"{leg}_foot", "fixed", f"{leg}_coupler", f"{leg}_foot", foot, [0.0] * 3, "")
+        crank, coupler, foot = f"{leg}_crank", f"{leg}_coupler", f"{leg}_foot"
+        _bar(_link(top, crank, LINK_MASS), link.crank)
+        _bar(_link(top, coupler, LINK_MASS), link.coupler)
+        _link(top, foot, LINK_MASS)
+        shaft = _joint(top, f"{leg}_shaft", "continuous", "base_link", crank)
+        _add(shaft, "origin", xyz=place, rpy=[0, -link.mid_stance, 0])
+        _add(shaft, "axis", xyz="0 1 0")
+        pin = _joint(top, coupler, "continuous", crank, coupler)
+        _add(pin, "origin", xyz=[link.crank, 0, 0])
+        _add(pin, "axis", xyz="0 -1 0")
+        end = _joint(top, foot, "fixed", coupler, foot)
+        _add(end, "origin", xyz=[link.foot[0], 0, link.foot[1]])
     indent(top)
     return '<?xml version="1.0"?>\n' + tostring(top, encoding="unicode") + "\n"
 
 
-def _link(top: Element, name: str, mass: float, inertia: np.ndarray | None = None) -> Element:
-    link = SubElement(top, "link", name=name)
-    inertial = SubElement(link, "inertial")
-    SubElement(inertial, "mass", value=f"{mass:g}")
-    xx, yy, zz = inertia if inertia is not None else [LINK_INERTIA] * 3
-    SubElement(
-        inertial, "inertia", ixx=f"{xx:g}", ixy="0", ixz="0", iyy=f"{yy:g}", iyz="0", izz=f"{zz:g}"
-    )
+def _torso_mass(robot: RobotParameters) -> float:
+    return robot.body.mass - 3 * LINK_MASS * robot.legs.count
+
+
+def _half_sizes(robot: RobotParameters) -> np.ndarray:
+    half: np.ndarray = np.abs(robot.legs.shaft_position[:, :2]).max(axis=0)
+    return half
+
+
+def _link(
+    top: Element, name: str, mass: float, inertia: ArrayLike = (LINK_INERTIA,) * 3
+) -> Element:
+    link = _add(top, "link", name=name)
+    inertial = _add(link, "inertial")
+    _add(inertial, "mass", value=mass)
+    xx, yy, zz = np.asarray(inertia)
+    _add(inertial, "inertia", ixx=xx, ixy=0, ixz=0, iyy=yy, iyz=0, izz=zz)
     return link
 
 
-def _box(link: Element, robot: RobotParameters) -> None:
-    half = np.abs(robot.legs.shaft_position[:, :2]).max(axis=0)
-    visual = SubElement(link, "visual")
-    geometry = SubElement(visual, "geometry")
-    SubElement(geometry, "box", size=_words([2 * half[0], 1.6 * half[1], 2 * TORSO_HALF_HEIGHT]))
-
-
 def _bar(link: Element, length: float) -> None:
-    visual = SubElement(link, "visual")
-    SubElement(visual, "origin", xyz=_words([length / 2, 0, 0]), rpy=_words([0, math.pi / 2, 0]))
-    geometry = SubElement(visual, "geometry")
-    SubElement(geometry, "cylinder", radius=f"{LINK_RADIUS:g}", length=f"{length:g}")
+    visual = _add(link, "visual")
+    _add(visual, "origin", xyz=[length / 2, 0, 0], rpy=[0, math.pi / 2, 0])
+    _add(_add(visual, "geometry"), "cylinder", radius=LINK_RADIUS, length=length)
 
 
-def _joint(
-    top: Element,
-    name: str,
-    kind: str,
-    parent: str,
-    child: str,
-    place: object,
-    turn: object,
-    axis: str,
-) -> None:
-    joint = SubElement(top, "joint", name=f"{name}_joint", type=kind)
-    SubElement(joint, "parent", link=parent)
-    SubElement(joint, "child", link=child)
-    SubElement(joint, "origin", xyz=_words(place), rpy=_words(turn))
-    if axis:
-        SubElement(joint, "axis", xyz=axis)
+def _joint(top: Element, name: str, kind: str, parent: str, child: str) -> Element:
+    joint = _add(top, "joint", name=f"{name}_joint", type=kind)
+    _add(joint, "parent", link=parent)
+    _add(joint, "child", link=child)
+    return joint
 
 
 def mjcf_text(name: str, robot: RobotParameters) -> str:
     """Return the robot as a MuJoCo model: closed four-bars, position actuators, ground."""
     top = Element("mujoco", model=name)
-    SubElement(
-        top, "option", timestep="0.0005", integrator="implicitfast", cone="elliptic", impratio="20"
-    )
-    world = SubElement(top, "worldbody")
-    SubElement(world, "geom", name="ground", type="plane", size="0 0 1", friction="1e-6 0 0")
-    torso = SubElement(world, "body", name="torso", pos="0 0 0.14")
-    SubElement(torso, "freejoint", name="free")
-    legs = robot.legs
-    half = np.abs(legs.shaft_position[:, :2]).max(axis=0)
-    mass = robot.body.mass - 3 * LINK_MASS * legs.count
-    SubElement(
-        torso, "inertial", pos="0 0 0", mass=f"{mass:g}", diaginertia=_words(robot.body.inertia)
-    )
-    SubElement(
-        torso, "geom", type="box", size=_words([half[0], 0.8 * half[1], TORSO_HALF_HEIGHT]), mass="0",
-        contype="0", conaffinity="1",
-    )  # fmt: skip
-    equality, actuator = SubElement(top, "equality"), SubElement(top, "actuator")
-    for at, leg in enumerate(legs.names):
+    _add(top, "option", timestep=0.0005, integrator="implicitfast", cone="elliptic", impratio=20)
+    world = _add(top, "worldbody")
+    _add(world, "geom", name="ground", type="plane", size="0 0 1", friction="1e-6 0 0")
+    torso = _add(world, "body", name="torso", pos="0 0 0.14")
+    _add(torso, "freejoint", name="free")
+    _add(torso, "inertial", pos="0 0 0", mass=_torso_mass(robot), diaginertia=robot.body.inertia)
+    half = _half_sizes(robot)
+    size = [half[0], 0.8 * half[1], TORSO_HALF_HEIGHT]
+    _add(torso, "geom", type="box", size=size, mass=0, contype=0, conaffinity=1)
+    equality, actuator = _add(top, "equality"), _add(top, "actuator")
+    for at, leg in enumerate(robot.legs.names):
         _mjcf_leg(torso, robot, at, leg)
-        anchor = _words([robot.linkage.coupler, 0, 0])
-        SubElement(
+        _add(
             equality, "connect", name=f"{leg}_loop", body1=f"{leg}_coupler", body2=f"{leg}_rocker",
-            anchor=anchor, solref="0.002 1",
+            anchor=[robot.linkage.coupler, 0, 0], solref="0.002 1",
         )  # fmt: skip
-        SubElement(
-            actuator, "position", name=f"{leg}_shaft", joint=f"{leg}_shaft", kp=f"{POSITION_GAIN:g}"
-        )
+        _add(actuator, "position", name=f"{leg}_shaft", joint=f"{leg}_shaft", kp=POSITION_GAIN)
     indent(top)
     return tostring(top, encoding="unicode") + "\n"
 
@@ -148,45 +148,43 @@ def _mjcf_leg(torso: Element, robot: RobotParameters, at: int, leg: str) -> None
     pin = np.array([link.crank * math.cos(crank_angle), link.crank * math.sin(crank_angle)])
     end = pin + link.coupler * np.array([math.cos(coupler_angle), math.sin(coupler_angle)])
     rocker_angle = math.atan2(*(end - link.ground_pivot)[::-1])
-    crank = _mjcf_body(torso, f"{leg}_crank", place, crank_angle)
-    SubElement(
-        crank,
-        "joint",
-        name=f"{leg}_shaft",
-        axis="0 1 0",
-        armature="0.0246",
-        damping=f"{SERVO_DAMPING:g}",
-    )
-    _capsule(crank, link.crank)
-    coupler = _mjcf_body(crank, f"{leg}_coupler", [link.crank, 0, 0], coupler_angle - crank_angle)
-    SubElement(coupler, "joint", name=f"{leg}_coupler", axis="0 1 0", damping="0.001")
-    _capsule(coupler, link.coupler)
+    crank = _mjcf_body(torso, f"{leg}_crank", place, crank_angle, link.crank)
+    _add(crank, "joint", name=f"{leg}_shaft", axis="0 1 0", armature=0.0246, damping=SERVO_DAMPING)
+    pinned = [link.crank, 0, 0]
+    turn = coupler_angle - crank_angle
+    coupler = _mjcf_body(crank, f"{leg}_coupler", pinned, turn, link.coupler)
+    _add(coupler, "joint", name=f"{leg}_coupler", axis="0 1 0", damping=0.001)
     foot = [link.foot[0], 0, link.foot[1]]
-    SubElement(coupler, "site", name=f"{leg}_foot", pos=_words(foot))
-    SubElement(
-        coupler, "geom", name=f"{leg}_foot", type="sphere", size="0.005", pos=_words(foot), mass="0",
-        friction=f"{robot.contact.mu[at]:g} 0 0", contype="0", conaffinity="1",
+    _add(coupler, "site", name=f"{leg}_foot", pos=foot)
+    _add(
+        coupler, "geom", name=f"{leg}_foot", type="sphere", size=0.005, pos=foot, mass=0,
+        friction=[robot.contact.mu[at], 0, 0], contype=0, conaffinity=1,
     )  # fmt: skip
     pivot = [place[0] + link.ground_pivot[0], place[1], place[2] + link.ground_pivot[1]]
-    rocker = _mjcf_body(torso, f"{leg}_rocker", pivot, rocker_angle)
-    SubElement(rocker, "joint", name=f"{leg}_rocker", axis="0 1 0", damping="0.001")
-    _capsule(rocker, link.rocker)
+    rocker = _mjcf_body(torso, f"{leg}_rocker", pivot, rocker_angle, link.rocker)
+    _add(rocker, "joint", name=f"{leg}_rocker", axis="0 1 0", damping=0.001)
 
 
-def _mjcf_body(parent: Element, name: str, place: object, angle: float) -> Element:
-    quat = _words([math.cos(angle / 2), 0, -math.sin(angle / 2), 0])
-    body = SubElement(parent, "body", name=name, pos=_words(place), quat=quat)
-    diagonal = _words([LINK_INERTIA] * 3)
-    SubElement(body, "inertial", pos="0 0 0", mass=f"{LINK_MASS:g}", diaginertia=diagonal)
+def _mjcf_body(
+    parent: Element, name: str, place: ArrayLike, angle: float, length: float
+) -> Element:
+    """A bar of a length along its own x, turned by an angle about y."""
+    quat = [math.cos(angle / 2), 0, -math.sin(angle / 2), 0]
+    body = _add(parent, "body", name=name, pos=place, quat=quat)
+    _add(body, "inertial", pos="0 0 0", mass=LINK_MASS, diaginertia=[LINK_INERTIA] * 3)
+    _add(
+        body, "geom", type="capsule", fromto=[0, 0, 0, length, 0, 0], size=LINK_RADIUS,
+        contype=0, conaffinity=0, mass=0,
+    )  # fmt: skip
     return body
 
 
-def _capsule(body: Element, length: float) -> None:
-    SubElement(
-        body, "geom", type="capsule", fromto=_words([0, 0, 0, length, 0, 0]), size=f"{LINK_RADIUS:g}",
-        contype="0", conaffinity="0", mass="0",
-    )  # fmt: skip
-
-
-def _words(numbers: object) -> str:
-    return " ".join(f"{float(value):.9g}" for value in np.asarray(numbers, dtype=float))
+def _add(parent: Element, tag: str, **attributes: ArrayLike) -> Element:
+    """Add an element; its attributes are texts, numbers and vectors."""
+    texts = {
+        name: value
+        if isinstance(value, str)
+        else " ".join(f"{number:.9g}" for number in np.ravel(value).astype(float))
+        for name, value in attributes.items()
+    }
+    return SubElement(parent, tag, texts)

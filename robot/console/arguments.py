@@ -1,15 +1,19 @@
 """Arguments that several commands share: robot file, scenario, walk. Imports nothing heavy."""
 
 import argparse
+from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 ROOT = Path(__file__).resolve().parent.parent.parent  # of the clone
 Request = TypeVar("Request", bound="DataclassInstance")
+
+# What an MX-106 can be set to, in the order in which a scan tries them.
+BAUD_RATES = (57_600, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 115_200, 9_600, 4_500_000)
 
 
 def parsed(options: argparse.Namespace, kind: type[Request]) -> Request:
@@ -35,6 +39,52 @@ def add_robot(
     )
 
 
+def add_port(
+    parser: argparse.ArgumentParser,
+    *,
+    required: bool = True,
+    baud: str = "baud rate now (all eight)",
+) -> None:
+    """Add ``--port`` and ``--baud``."""
+    every = "" if required else " (every USB port)"
+    parser.add_argument(
+        "--port",
+        metavar="PORT",
+        required=required,
+        help=f"serial port, for example /dev/ttyUSB0{every}",
+    )
+    parser.add_argument("--baud", type=baud_rate, metavar="B", help=baud)
+
+
+def add_discover(parser: argparse.ArgumentParser) -> None:
+    """Add ``--discover``."""
+    parser.add_argument(
+        "--discover",
+        metavar="ADDRESS[:PORT]|none",
+        default="255.255.255.255",
+        help="where to ask for force-torque units (default: broadcast on the local network)",
+    )
+
+
+def add_source(parser: argparse.ArgumentParser) -> None:
+    """Add LOG, ``--live`` and ``--speed`` of a command that shows a run."""
+    parser.add_argument(
+        "path",
+        type=Path,
+        metavar="LOG",
+        nargs="?",
+        help="a log; with --live the one that is being written (default: the newest in runs/)",
+    )
+    parser.add_argument("--live", action="store_true", help="follow a running bigant drive")
+    parser.add_argument(
+        "--speed",
+        type=between(0.01, 1000),
+        default=1.0,
+        metavar="X",
+        help="of a recorded log (default: 1)",
+    )
+
+
 def add_scenario(parser: argparse.ArgumentParser) -> None:
     """Add ``--scenario``."""
     parser.add_argument(
@@ -44,6 +94,43 @@ def add_scenario(parser: argparse.ArgumentParser) -> None:
         help="faults of the virtual hardware, for example examples/faults_servo.toml; what it may "
         "say: bigant sim faults",
     )
+
+
+def add_json(parser: argparse.ArgumentParser, what: str = "the result") -> None:
+    """Add ``--json``."""
+    parser.add_argument("--json", action="store_true", help=f"{what} as JSON")
+
+
+def between(
+    low: float, high: float, unit: str = "", *, whole: bool = False
+) -> Callable[[str], Any]:
+    """Return a reader of a number (a whole one, if so) from ``low`` to ``high``, both included."""
+    kind, noun = (int, "a whole number ") if whole else (float, "")
+
+    def number(text: str) -> float:
+        try:
+            value = kind(text)
+        except ValueError:
+            value = low - 1
+        if not low <= value <= high:
+            bounds = f"{noun}from {low:g} to {high:g} {unit}".rstrip()
+            raise argparse.ArgumentTypeError(f"must be {bounds}, not {text}")
+        return value
+
+    return number
+
+
+def baud_rate(text: str) -> int:
+    """Read a baud rate that an MX-106 can be set to."""
+    if not text.isdecimal() or int(text) not in BAUD_RATES:
+        known = ", ".join(str(rate) for rate in sorted(BAUD_RATES))
+        raise argparse.ArgumentTypeError(f"must be one of {known}, not {text}")
+    return int(text)
+
+
+def servo_id(text: str) -> int:
+    """Read a Dynamixel id."""
+    return int(between(0, 252, whole=True)(text))
 
 
 def positive(text: str) -> float:

@@ -5,7 +5,7 @@ import time
 from types import TracebackType
 from typing import Self
 
-from record.log.salvage import Pass
+from record.log.damage import Pass
 from robot.console.screen_fit import shortened, terminal_size
 
 FIRST_S = 1.0
@@ -28,6 +28,11 @@ class StatusLine:
     def say(self, text: str) -> None:
         """Show a text, if it is time to."""
         if self.is_time():
+            self._show(text)
+
+    def step(self, text: str) -> None:
+        """Show on a terminal at once what is being done."""
+        if self._terminal:
             self._show(text)
 
     def clear(self) -> None:

@@ -1,5 +1,6 @@
-"""Text made to fit a terminal: nothing wraps, nothing scrolls, lines and keys break between words."""
+"""Text made to fit a terminal, and one redrawn in place: nothing wraps, nothing scrolls."""
 
+import contextlib
 import os
 import re
 import shutil
@@ -13,6 +14,8 @@ KEY_GAP = "  "
 DOTS = "..."
 WIDTH, NARROWEST = 100, 60  # of lines of text
 COMMAND = "bigant "
+CLEAR, HOME = "\x1b[2J\x1b[H", "\x1b[H"
+CLEAR_TO_END_OF_LINE, CLEAR_BELOW = "\x1b[K", "\x1b[J"
 
 
 def terminal_size(stream: TextIO) -> os.terminal_size:
@@ -57,7 +60,7 @@ def key_lines(text: str, columns: int) -> list[str]:
             if len(longer) <= columns or not lines[-1]:
                 lines[-1] = longer
             else:
-                lines.append(piece)
+                lines.append(piece.lstrip())
     return lines
 
 
@@ -104,3 +107,41 @@ def wrapped(line: str, width: int) -> list[str]:
         break_on_hyphens=False,
     )  # fmt: skip
     return [piece.replace("\xa0", " ") for piece in pieces]
+
+
+class Screen:
+    """A terminal that is redrawn in place.
+
+    Args:
+        out: The terminal.
+    """
+
+    def __init__(self, out: TextIO) -> None:
+        self._out = out
+        self._before = CLEAR
+
+    def draw(self, title: str, body: Sequence[str], tail: Sequence[str]) -> None:
+        """Draw one screen; the arguments are those of ``fitted``, but a long line of the tail is broken.
+
+        Raises:
+            OSError: The terminal went away.
+        """
+        size = terminal_size(self._out)
+        broken = [piece for line in tail for piece in _tail_lines(line, size.columns)]
+        # no line end behind the last line: it would scroll the title away
+        text = (CLEAR_TO_END_OF_LINE + "\r\n").join(fitted(title, body, broken, size))
+        self._write(self._before + HOME + text + CLEAR_TO_END_OF_LINE + CLEAR_BELOW)
+        self._before = ""
+
+    def leave(self) -> None:
+        """Begin a line below the screen for what is printed next; a terminal that went away is no error."""
+        with contextlib.suppress(OSError):
+            self._write("\r\n")
+
+    def _write(self, text: str) -> None:
+        self._out.write(text)
+        self._out.flush()
+
+
+def _tail_lines(line: str, columns: int) -> list[str]:
+    return [line] if ESCAPE.search(line) else key_lines(line, columns)

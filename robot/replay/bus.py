@@ -5,11 +5,9 @@ they do on a robot, the controller runs on what they read, and everything they s
 recorded.
 """
 
-import argparse
-import json
 import time
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 
@@ -22,11 +20,7 @@ from model.values.readings import BodyTruth
 from model.values.tick import Tick
 from model.values.wire import WireBytes
 from record.log.reader import LogContents, read_ticks, read_wires
-from robot.cli.replay import first_line, replay_table
-from robot.config.robot_file import RobotConfig, load_robot
-from robot.console.exit_codes import ExitCode
-from robot.console.json_output import plain
-from robot.console.progress import ProgressLine
+from robot.config.robot_file import RobotConfig
 from robot.control.controller import Controller
 from robot.control.safety import Allowed
 from robot.replay.compare import Comparison, Difference, FieldResult
@@ -177,7 +171,9 @@ def replay_bus(
         else:
             wire = _wire_difference(diverged.recorded, diverged.sent, first.t_ns)
     except (BusError, ForceStreamError) as error:
-        raise RecordError(f"today's drivers do not come to terms with {path}: {error}") from error
+        raise RecordError(
+            f"the recorded bytes of {path} cannot be replayed with this version's drivers: {error}"
+        ) from error
     if tape.skipped:
         notes.append(f"{len(tape.skipped)} recorded answers came too late for today's drivers")
     if contents.damage:
@@ -266,50 +262,3 @@ def _wire_difference(
 
 def _line(piece: WireBytes | None) -> str:
     return "nothing" if piece is None else "; ".join(words.line for words in wire_words(piece))
-
-
-def replay_bus_command(options: argparse.Namespace) -> ExitCode:
-    """Replay bytes, print what was found.
-
-    Raises:
-        BigantError: The log cannot be replayed.
-    """
-    config = None if options.robot is None else load_robot(options.robot)
-    contents = LogContents()
-    with ProgressLine(f"replaying {options.path}", contents.progress):
-        found = replay_bus(options.path, scale=options.tolerance, config=config, contents=contents)
-    if options.json:
-        print(json.dumps(_as_json(found), indent=2))
-    else:
-        for line in bus_lines(found):
-            print(line)
-    return ExitCode.OK if found.equal else ExitCode.VERDICT_FAILED
-
-
-def bus_lines(found: BusReplay, *, only_beyond: bool = False) -> list[str]:
-    """Return the result for a person; on wish only those fields that differ too much."""
-    lines = replay_table(found.fields, only_beyond=only_beyond)
-    lines += [f"note: {note}" for note in found.notes]
-    speed = f", {found.duration_s / found.wall_s:.0f} times real time" if found.wall_s > 0 else ""
-    done = (
-        f"{found.ticks} ticks, {found.duration_s:.1f} s{speed}; {found.requests} requests of "
-        f"{found.bytes_sent} bytes as recorded, {found.bytes_received} bytes understood"
-    )
-    if found.first is not None:
-        lines.append(first_line(found.first))
-    if found.wire is not None:
-        wire = found.wire
-        lines += [
-            f"first other request: {wire.t_s:.3f} s, {wire.wire}",
-            f"  recorded  {wire.recorded_hex}",
-            f"            {wire.recorded}",
-            f"  today     {wire.sent_hex}",
-            f"            {wire.sent}",
-        ]
-        if wire.differs:
-            lines.append(f"  differs   {wire.differs}")
-    return [*lines, f"{'equal' if found.equal else 'NOT EQUAL'}: {done}"]
-
-
-def _as_json(found: BusReplay) -> object:
-    return plain({**asdict(found), "equal": found.equal})

@@ -26,6 +26,8 @@ from robot.console.progress import ProgressLine
 from robot.console.table import number_text, row_lines
 from robot.control.controller import Controller
 from robot.replay.repeat import Repeat, compare_runs, overlay
+from robot.replay.repeat_plots import draw_repeat
+from robot.report.pictures import write_report
 from robot.report.run_date import date_words
 from robot.run.header import rebuild_controller
 from robot.run.operator import Interrupts
@@ -46,6 +48,22 @@ class Wishes:
     times_ns: tuple[int, ...]
     requests: tuple[Request, ...]
     end_ns: int
+
+
+@dataclass(frozen=True, slots=True)
+class RepeatRequest:
+    """Options of ``bigant replay LOG --drive``."""
+
+    path: Path
+    robot: Path | None
+    json: bool
+    hardware: str
+    armed: bool
+    force_unit: str | None
+    virtual_time: bool
+    seed: int
+    log: Path | None
+    out: Path | None
 
 
 class RecordedOperator:
@@ -98,38 +116,35 @@ def read_wishes(path: Path, contents: LogContents) -> Wishes:
     return Wishes(tuple(times), tuple(requests), now_ns - start_ns)
 
 
-def drive_again(options: argparse.Namespace) -> ExitCode:
+def drive_again(request: RepeatRequest) -> ExitCode:
     """Do a run again, compare, print, draw.
 
     Raises:
         BigantError: The log cannot be read, or something is wrong before the robot moves.
     """
     contents = LogContents()
-    with ProgressLine(f"reading {options.path}", contents.progress):
-        wishes = read_wishes(options.path, contents)
-    plan = _plan(options, wishes, contents)
-    page = _page(options, plan)
+    with ProgressLine(f"reading {request.path}", contents.progress):
+        wishes = read_wishes(request.path, contents)
+    plan = _plan(request, wishes, contents)
+    page = _page(request, plan)
 
     def operator(
         _plan: Drive, _controller: Controller, interrupts: Interrupts, _stack: ExitStack
     ) -> RecordedOperator:
         return RecordedOperator(wishes, interrupts)
 
-    with redirect_stdout(sys.stderr if options.json else sys.stdout):
+    with redirect_stdout(sys.stderr if request.json else sys.stdout):
         code = drive_plan(plan, operator)
     assert plan.log_path is not None  # _plan gives one
-    old, new = read_log(options.path), read_log(plan.log_path)
+    old, new = read_log(request.path), read_log(plan.log_path)
     both = overlay(old, new)
     found = compare_runs(old, new, both)
-    from robot.replay.repeat_plots import draw_repeat
-    from robot.report.pictures import write_report
-
     dates = (date_words(old.metadata), date_words(new.metadata))
-    runs = f"{options.path} (old, {dates[0]}) and {plan.log_path} (new, {dates[1]})"
+    runs = f"{request.path} (old, {dates[0]}) and {plan.log_path} (new, {dates[1]})"
     rows = [*leg_rows(found), *body_rows(found)]
-    pictures = write_report(page, f"{options.path.name} again", runs, rows, draw_repeat(both))
-    if options.json:
-        values = {**asdict(found), "old_log": str(options.path), "new_log": str(plan.log_path)}
+    pictures = write_report(page, f"{request.path.name} again", runs, rows, draw_repeat(both))
+    if request.json:
+        values = {**asdict(found), "old_log": str(request.path), "new_log": str(plan.log_path)}
         print(json.dumps(plain({**values, "pictures": [str(p) for p in pictures]}), indent=2))
         return code
     for line in (*leg_table(found), *row_lines(body_rows(found))):
@@ -138,31 +153,31 @@ def drive_again(options: argparse.Namespace) -> ExitCode:
     return code
 
 
-def _plan(options: argparse.Namespace, wishes: Wishes, contents: LogContents) -> Drive:
-    virtual = options.hardware == VIRTUAL
-    config = None if options.robot is None else load_robot(options.robot)
+def _plan(request: RepeatRequest, wishes: Wishes, contents: LogContents) -> Drive:
+    virtual = request.hardware == VIRTUAL
+    config = None if request.robot is None else load_robot(request.robot)
     then = rebuild_controller(contents, config).controller
     if not then.armed:
-        raise RecordError(f"{options.path} was recorded without torque: it has nothing to repeat")
-    if options.virtual_time and not virtual:
+        raise RecordError(f"{request.path} was recorded without torque: it has nothing to repeat")
+    if request.virtual_time and not virtual:
         raise ConfigError(
             "--virtual-time", "needs --hardware virtual; real servos live in real time"
         )
-    if not virtual and not options.armed:
+    if not virtual and not request.armed:
         raise ConfigError(
             "--hardware",
             "does the run again with torque: put the robot where it can walk, add --armed",
         )
     first = wishes.requests[0]
-    path = options.log
+    path = request.log
     if path is None:
         stamp = time.strftime("%Y%m%dT%H%M%S")
-        path = Path("runs") / f"{options.path.stem}-again-{stamp}.mcap"
-    if path.resolve() == options.path.resolve():
+        path = Path("runs") / f"{request.path.stem}-again-{stamp}.mcap"
+    if path.resolve() == request.path.resolve():
         raise ConfigError("--log", "is the old log itself; choose another file")
     more = argparse.Namespace(
         **{
-            **vars(options),
+            **asdict(request),
             "teleop": False,
             "pose_udp": None,
             "record_bytes": False,
@@ -174,9 +189,9 @@ def _plan(options: argparse.Namespace, wishes: Wishes, contents: LogContents) ->
     return Drive(then.config, first.gait, first.frequency_hz, True, path, more)
 
 
-def _page(options: argparse.Namespace, plan: Drive) -> Path:
+def _page(request: RepeatRequest, plan: Drive) -> Path:
     assert plan.log_path is not None
-    page: Path = options.out if options.out is not None else plan.log_path.with_suffix(".html")
+    page: Path = request.out if request.out is not None else plan.log_path.with_suffix(".html")
     if page.suffix not in PAGES:
         raise ConfigError("--out", f"must end in .html or .png, not {page.suffix or page.name!r}")
     return page

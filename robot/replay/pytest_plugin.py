@@ -33,13 +33,9 @@ def assert_replays(request: pytest.FixtureRequest) -> AssertReplays:
 
 def _differences(path: Path, tolerance: float, bus: bool) -> list[str]:
     """Return what differs, in words; nothing if the log replays equal."""
-    if bus:
-        from robot.replay.bus import bus_lines, replay_bus
-
-        bytes_found = replay_bus(path, scale=tolerance)
-        return [] if bytes_found.equal else bus_lines(bytes_found, only_beyond=True)
-    from robot.cli.replay import replay_lines
+    from robot.replay.bus import replay_bus
+    from robot.replay.command import result_lines
     from robot.replay.ticks import replay_log
 
-    found = replay_log(path, scale=tolerance)
-    return [] if found.equal else replay_lines(found, only_beyond=True)
+    result = (replay_bus if bus else replay_log)(path, scale=tolerance)
+    return [] if result.equal else result_lines(result, only_beyond=True)

@@ -4,7 +4,6 @@ A live run is followed by reading its log (``record.log.follow``), half a second
 needs nothing of the control process: it cannot be slowed, stopped or commanded from here.
 """
 
-import argparse
 import contextlib
 import math
 import os
@@ -16,7 +15,8 @@ from typing import TypeVar
 
 from drivers.clock import Clock
 from model.errors import ConfigError, RecordError
-from record.log.follow import LogFollower, TopicMessage, is_log_of_run
+from record.log.follow import LogFollower, is_log_of_run
+from record.log.reader import TopicMessage
 
 LOG_FOLDER = Path("runs")
 POLL_NS = 100_000_000
@@ -28,38 +28,20 @@ NICENESS = 10
 Item = TypeVar("Item")
 
 
-def add_source(parser: argparse.ArgumentParser) -> None:
-    """Add LOG, --live and --speed."""
-    parser.add_argument(
-        "path",
-        type=Path,
-        metavar="LOG",
-        nargs="?",
-        help="a log; with --live the one that is being written (default: the newest in runs/)",
-    )
-    parser.add_argument("--live", action="store_true", help="follow a running bigant drive")
-    parser.add_argument(
-        "--speed", type=_speed, default=1.0, metavar="X", help="of a recorded log (default: 1)"
-    )
-
-
-def _speed(text: str) -> float:
-    value = float(text)
-    if not 0.01 <= value <= 1000:
-        raise argparse.ArgumentTypeError(f"must be from 0.01 to 1000, not {text}")
-    return value
-
-
-def log_path(options: argparse.Namespace) -> Path:
+def log_path(path: Path | None, *, live: bool) -> Path:
     """Return the log that is meant.
 
+    Args:
+        path: The log that was named; None for the one that is being written.
+        live: Whether to follow it.
+
     Raises:
-        ConfigError: None was named.
+        ConfigError: None was named, and none is to be followed.
         RecordError: There is none to follow.
     """
-    if options.path is not None:
-        return Path(options.path)
-    if not options.live:
+    if path is not None:
+        return path
+    if not live:
         raise ConfigError("LOG", "name a log, or give --live to follow a running bigant drive")
     return newest_log()
 
@@ -104,14 +86,14 @@ def followed(follower: LogFollower, clock: Clock) -> Iterator[TopicMessage]:
         RecordError: The log is damaged.
     """
     yield from deque(follower.new_messages(), BACKLOG)
-    grown_ns, told = clock.now_ns(), False
+    grown_ns, warned = clock.now_ns(), False
     while not follower.finished:
         clock.sleep_until_ns(clock.now_ns() + POLL_NS)
         for message in follower.new_messages():
-            grown_ns, told = clock.now_ns(), False
+            grown_ns, warned = clock.now_ns(), False
             yield message
-        if not told and clock.now_ns() - grown_ns > SILENT_NS:
-            told = True
+        if not warned and clock.now_ns() - grown_ns > SILENT_NS:
+            warned = True
             print(
                 f"{follower.path} has not grown for {SILENT_NS // 10**9} s: is bigant drive still "
                 "running? Ctrl-C ends this",

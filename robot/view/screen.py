@@ -14,16 +14,12 @@ from model.values.estimate import Health
 from model.values.faults import StopReason
 from model.values.legs import JointState
 from model.values.tick import Mode, Tick
-from robot.console.screen_fit import fitted, key_lines, terminal_size
+from robot.console.screen_fit import Screen
 from robot.console.table import number_text
 from robot.control.effect_uses import TrueForces, with_true_forces
 
 SCREEN_PERIOD_S = 0.25
 LINE_PERIOD_NS = 1_000_000_000
-CLEAR = "\x1b[2J\x1b[H"
-HOME = "\x1b[H"
-CLEAR_TO_END_OF_LINE = "\x1b[K"
-CLEAR_BELOW = "\x1b[J"
 BOLD, RED, RESET = "\x1b[1m", "\x1b[31m", "\x1b[0m"
 
 
@@ -112,7 +108,7 @@ class ScreenView:
         self._names = names
         self._title = title
         self._help = help_line
-        self._out = out
+        self._screen = Screen(out)
         self._true_forces = true_forces
         self._newest: Tick | None = None
         self._first_ns: int | None = None
@@ -133,7 +129,6 @@ class ScreenView:
         self._newest = tick
 
     def _draw_forever(self) -> None:
-        self._write(CLEAR)
         while not self._done.wait(SCREEN_PERIOD_S):
             self._draw()
         self._draw()
@@ -145,17 +140,10 @@ class ScreenView:
         tick = with_true_forces(tick, self._true_forces, self._first_ns or 0)
         seconds = (tick.t_ns - (self._first_ns or 0)) * 1e-9
         lines = screen_lines(tick, self._names, seconds, self._late, self._missed)
-        size = terminal_size(self._out)
-        tail = ["", *fault_lines(tick), "", *key_lines(self._help, size.columns)]
-        screen = fitted(BOLD + self._title + RESET, lines, tail, size)
-        # no line end behind the last line: it would scroll the title away
-        text = (CLEAR_TO_END_OF_LINE + "\r\n").join(screen)
-        self._write(HOME + text + CLEAR_TO_END_OF_LINE + CLEAR_BELOW)
-
-    def _write(self, text: str) -> None:
         try:
-            self._out.write(text)
-            self._out.flush()
+            self._screen.draw(
+                BOLD + self._title + RESET, lines, ["", *fault_lines(tick), "", self._help]
+            )
         except OSError:  # the terminal went away; the run goes on without a view
             self._done.set()
 
@@ -163,7 +151,7 @@ class ScreenView:
         """Draw the last state and stop."""
         self._done.set()
         self._thread.join(2.0)
-        self._write("\r\n")  # what is printed next begins below the screen
+        self._screen.leave()
 
 
 def screen_lines(

@@ -1,6 +1,9 @@
 """The robot in three dimensions, drawn from measured poses: one moment, or a video."""
 
+import shutil
+import tempfile
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,16 +14,74 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from scipy.spatial.transform import Rotation
 
-from model.errors import ConfigError
+from model.errors import ConfigError, RecordError
 from model.values.arrays import FloatArray
-from record.trial.trial import Trial
+from record.log.export import export_trial
+from record.log.reader import LogContents
+from record.trial.trial import Trial, read_trial
+from record.whole_file import whole_file
 from robot.config.robot_file import parse_robot
+from robot.console.exit_codes import ExitCode
+from robot.console.progress import ProgressBar
 
 # One metre of arrow stands for so much force.
 NEWTONS_A_METRE = 250.0
 SHOWN_N = 1.0
 PATH_S = 3.0
 MARGIN_M = 0.08
+FRAMES_A_SECOND = 10
+
+
+@dataclass(frozen=True, slots=True)
+class RenderRequest:
+    """Options of ``bigant sim render``."""
+
+    path: Path
+    out: Path
+    at: float | None
+    speed: float
+
+
+def render(request: RenderRequest) -> ExitCode:
+    """Draw a log or a trial.
+
+    Raises:
+        ConfigError: --out is of no kind that can be drawn here.
+        RecordError: The run cannot be read, or holds no poses.
+    """
+    out = request.out
+    if out.suffix not in {".png", ".gif", ".mp4"}:
+        raise ConfigError("--out", f"must end in .png, .gif or .mp4, not {out}")
+    if out.suffix == ".mp4" and shutil.which("ffmpeg") is None:
+        raise ConfigError(
+            "--out", "an .mp4 needs ffmpeg, which is not here; install it, or choose .gif"
+        )
+    if not out.parent.is_dir():
+        raise ConfigError("--out", f"there is no folder {out.parent}; make it first")
+    drawing = RunDrawing(_trial(request.path))
+    if not drawing.times:
+        raise RecordError(f"{request.path} holds no poses of body and feet to draw")
+    if out.suffix == ".png":
+        at = request.at if request.at is not None else drawing.middle_s
+        first_s, last_s = drawing.span_s
+        if not first_s <= at <= last_s:
+            raise ConfigError("--at", f"must be from {first_s:.2f} to {last_s:.2f} s, not {at:g}")
+        shown = drawing.picture(at, out)
+        print(f"{out}: the robot at {shown:.2f} s")
+        return ExitCode.OK
+    with whole_file(out) as part, ProgressBar("drawing") as bar:
+        frames = drawing.video(part, request.speed, FRAMES_A_SECOND, bar.show)
+    print(f"{out}: {frames} pictures, {request.speed:g} times real time")
+    return ExitCode.OK
+
+
+def _trial(path: Path) -> Trial:
+    if path.suffix != ".mcap":
+        return read_trial(path)
+    with tempfile.TemporaryDirectory() as folder:
+        table = Path(folder) / "run.parquet"
+        export_trial(path, table, LogContents())
+        return read_trial(table)
 
 
 class RunDrawing:

@@ -10,7 +10,7 @@ from record.log.export import export_trial
 from record.log.from_trial import left_out, write_trial_log
 from record.log.reader import LogContents, read_ticks
 from record.trial.column_map import ColumnMap, read_column_map
-from record.trial.import_table import ImportReport, import_table
+from record.trial.import_table import ImportReport, import_tables
 from record.trial.table_check import Finding
 from record.trial.table_file import Column
 from record.trial.trial import Trial, build_trial, read_trial, write_trial
@@ -26,7 +26,9 @@ from tests.record.test_trial import (
 
 
 def bring(path: Path, columns: Path | None = None) -> tuple[Trial, ImportReport]:
-    return import_table(path, read_column_map(columns) if columns else ColumnMap())
+    (one,) = import_tables(path, read_column_map(columns) if columns else ColumnMap())
+    assert one.trial is not None
+    return one.trial, one.report
 
 
 def found(report: ImportReport, kind: str, column: str = "") -> Finding:
@@ -129,17 +131,17 @@ def test_a_column_map_scales_turns_and_shifts(tmp_path: Path) -> None:
 WRONG_MAP = {
     "[columns]\nshaft_HL_rat = 'a'": r"shaft_HL_rat is no column of a trial; did you mean shaft_HL_rad",
     "[columns]\nshaft_HL_rad = 'pos1'": r"has no column pos1; did you mean pos",
-    "[columns]\nshaft_HL_rad = { unit = 'deg' }": r"needs from = ",
-    "[columns]\nshaft_HL_rad = { from = 'pos', unit = 'grad' }": r"unit 'grad' is not one of s, ms",
-    "[columns]\nshaft_HL_rad = { from = 'pos', sign = 2 }": r"sign must be 1 or -1, not 2",
-    "[columns]\nshaft_HL_rad = { from = 'pos', scale = 0 }": r"scale must not be 0",
-    "[columns]\nshaft_HL_rad = { from = 'pos', scale = inf }": r"scale must be a finite number",
-    "[columns]\nshaft_HL_rad = { from = 'pos', offset = true }": r"offset must be a finite number",
-    "[columns]\nshaft_HL_rad = { from = 'pos', units = 'm' }": r"units is not a known key; did",
-    "[columns]\nshaft_HL_rad = 3": r"columns\.shaft_HL_rad must be a table",
-    "columns = 3": r"columns must be a table",
-    "[table]\ndelimiter = ';;'": r"delimiter must be one character",
-    "[column]": r"column is not a known key; did you mean columns",
+    "[columns]\nshaft_HL_rad = { unit = 'deg' }": r"columns\.shaft_HL_rad\.from: is missing",
+    "[columns]\nshaft_HL_rad = { from = 'pos', unit = 'grad' }": r"unit: 'grad' is not one of s, ms",
+    "[columns]\nshaft_HL_rad = { from = 'pos', sign = 2 }": r"sign: must be 1 or -1, not 2",
+    "[columns]\nshaft_HL_rad = { from = 'pos', scale = 0 }": r"scale: must not be 0",
+    "[columns]\nshaft_HL_rad = { from = 'pos', scale = inf }": r"scale: must be finite, not inf",
+    "[columns]\nshaft_HL_rad = { from = 'pos', offset = true }": r"offset: must be a number, not True",
+    "[columns]\nshaft_HL_rad = { from = 'pos', units = 'm' }": r"units: is not a known key; did you",
+    "[columns]\nshaft_HL_rad = 3": r"columns\.shaft_HL_rad: must be a table",
+    "columns = 3": r"columns: must be a table",
+    "[table]\ndelimiter = ';;'": r"delimiter: must be one character",
+    "[column]": r"column: is not a known key; did you mean 'columns'",
     "[": r"is not valid TOML",
     "": r"has a time and no column that we know; map its columns",
 }

@@ -8,9 +8,9 @@ import pytest
 
 from model.errors import RecordError
 from record.trial.column_map import ColumnMap, find_map, map_names, read_column_map
-from record.trial.import_table import import_table, import_tables
+from record.trial.import_table import ImportReport, import_tables
 from record.trial.table_check import Finding
-from record.trial.trial import read_trial
+from record.trial.trial import Trial, read_trial
 from robot.cli import main as cli
 from robot.console.exit_codes import ExitCode
 
@@ -22,6 +22,12 @@ def a_map(folder: Path, text: str) -> ColumnMap:
     (folder / "arm_robot.toml").write_text(SERVO)
     (folder / "map.toml").write_text(text + HEAD)
     return read_column_map(folder / "map.toml")
+
+
+def bring(path: Path, given: ColumnMap) -> tuple[Trial, ImportReport]:
+    (one,) = import_tables(path, given)
+    assert one.trial is not None
+    return one.trial, one.report
 
 
 def kinds(findings: tuple[Finding, ...]) -> set[tuple[str, str]]:
@@ -47,7 +53,7 @@ def test_registers_with_a_sign_bit_dates_and_wrapped_numbers_come_in_with_their_
         current_arm_a = { from = "low", unit = "mA", signed_bits = 16 }
         """,
     )
-    trial, report = import_table(tmp_path / "log.csv", given)
+    trial, report = bring(tmp_path / "log.csv", given)
     np.testing.assert_allclose(trial.time_s, np.arange(8.0))
     sign = np.where(np.arange(8) % 2, 1, -1)
     np.testing.assert_allclose(
@@ -64,7 +70,7 @@ def test_a_hidden_sign_that_the_map_does_not_know_is_named(tmp_path: Path) -> No
     rows = [f"{i},{100 + i if i < 10 else 1024 + i}" for i in range(20)]
     (tmp_path / "log.csv").write_text("time_s,load\n" + "\n".join(rows) + "\n")
     given = a_map(tmp_path, "[columns]\npwm_arm = { from = 'load', scale = 0.001 }\n")
-    _, report = import_table(tmp_path / "log.csv", given)
+    _, report = bring(tmp_path / "log.csv", given)
     (found,) = [one for one in report.findings if one.kind == "wrap"]
     assert "sign_bit = 10" in found.detail
     assert (found.count, found.first_row) == (10, 11)
@@ -77,7 +83,7 @@ def test_plain_counts_have_no_hidden_sign(tmp_path: Path, values: range) -> None
     rows = [f"{i},{value}" for i, value in enumerate(values)]
     (tmp_path / "log.csv").write_text("time_s,pos\n" + "\n".join(rows) + "\n")
     given = a_map(tmp_path, "[columns]\nshaft_arm_rad = { from = 'pos', unit = 'ticks_4096' }\n")
-    _, report = import_table(tmp_path / "log.csv", given)
+    _, report = bring(tmp_path / "log.csv", given)
     assert not [one for one in report.findings if one.kind == "wrap"]
 
 
@@ -97,7 +103,7 @@ def test_sides_of_two_pullers_add_up_and_empty_rows_are_named(tmp_path: Path) ->
         ]
         """,
     )
-    trial, report = import_table(tmp_path / "log.csv", given)
+    trial, report = bring(tmp_path / "log.csv", given)
     np.testing.assert_allclose(trial.torque_nm[:, 0], [np.nan, 0, -0.1, 0.1])
     (empty,) = [one for one in report.findings if one.kind == "empty"]
     assert (empty.count, empty.first_row) == (1, 1)
@@ -111,7 +117,7 @@ def test_arrays_of_a_file_are_columns(tmp_path: Path) -> None:
         tmp_path,
         '[columns]\ntime_s = "t"\ncommand_arm_rad = "cmd[1]"\nshaft_arm_rad = "pos[1]"\n',
     )
-    trial, report = import_table(tmp_path / "one.npz", given)
+    trial, report = bring(tmp_path / "one.npz", given)
     np.testing.assert_array_equal(trial.command_rad[:, 0], np.cos(t))
     np.testing.assert_array_equal(trial.shaft_rad[:, 0], np.cos(t) + 0.1)
     assert {("ignored", "other"), ("ignored", "pos[0]")} <= kinds(report.findings)
@@ -156,10 +162,13 @@ def test_each_array_is_a_trial_cut_to_where_it_is_settled_and_moves(tmp_path: Pa
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("[columns]\ntime_s = { from = 't', sign_bit = 40 }\n", "a bit's number"),
+        (
+            "[columns]\ntime_s = { from = 't', sign_bit = 40 }\n",
+            "sign_bit: must be from 0 to 31, not 40",
+        ),
         ("[columns]\nshaft_arm_rad = { from = 't', unit = 'iso8601' }\n", "for time_s only"),
         ("[cut]\nsettled = [{ columns = ['a'] }]\n", "one of norm_below"),
-        ("[cut]\nfewest_rows = -1\n", "a whole number"),
+        ("[cut]\nfewest_rows = -1\n", "fewest_rows: must be from 0"),
         ("[table]\nperiod_s = 0\n", "above 0"),
         ("[table]\neach_array = 1\n", "true or false"),
     ],

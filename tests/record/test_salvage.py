@@ -13,9 +13,10 @@ from mcap.reader import make_reader
 from model.errors import RecordError
 from model.values.estimate import Health
 from model.values.tick import Mode, Tick
+from record.log.damage import Pass
 from record.log.reader import LogContents, read_ticks
 from record.log.rewrite import repair
-from record.log.salvage import Pass, read_records
+from record.log.salvage import read_records
 from tests.record.test_log import START_UNIX_NS, same, write_log
 from tests.record.ticks import PERIOD_NS
 

@@ -118,7 +118,7 @@ def test_the_files_are_those_of_the_sheet(tmp_path: Path) -> None:
     )  # fmt: skip
     assert (tmp_path / "bench.toml").read_text() == (
         '[trial]\nrobot = "machine.toml"\ngait = ""\nfrequency_hz = 0.1\n'
-        'sample_rate_hz = 100.0\nnotes = "a\\nb"\n[noise]\nforce_n = 0.15\n'
+        'sample_rate_hz = 100.0\nnotes = "a\\nb"\n\n[noise]\nforce_n = 0.15\n'
     )
     assert (tmp_path / "machine.toml").read_text() == BENCH
 
@@ -167,19 +167,19 @@ def test_a_column_without_a_number_is_left_out(tmp_path: Path) -> None:
 
 
 WRONG_TOML = {
-    "gait = 1": r"t\.toml: gait must be a text, not 1",
-    "frequency_hz = '1'": r"frequency_hz must be a number, not '1'",
-    "sample_rate_hz = true": r"sample_rate_hz must be a number, not True",
-    "legs = 'HL'": r"legs must be a list of names",
-    "legs = ['HL', 'HL']": r"legs must differ",
+    "gait = 1": r"t\.toml: trial\.gait: must be a text, not 1",
+    "frequency_hz = '1'": r"trial\.frequency_hz: must be a number, not '1'",
+    "sample_rate_hz = true": r"trial\.sample_rate_hz: must be a number, not True",
+    "legs = 'HL'": r"trial\.legs: must be a list of texts",
+    "legs = ['HL', 'HL']": r"trial\.legs: names must differ from each other",
     "legs = ['a b']": r"'a b' is no name of a leg or joint",
-    "frequenzy_hz = 1": r"trial\.frequenzy_hz is not a known key; did you mean frequency_hz\?",
+    "frequenzy_hz = 1": r"trial\.frequenzy_hz: is not a known key; did you mean 'frequency_hz'\?",
     "robot = 'none.toml'": r"none\.toml cannot be read: No such file",
     "robot = 'bad.toml'": r"bad\.toml is not valid TOML",
     "robot = 'odd.toml'": r"odd\.toml: kind must be one of legged, servo_bench, sliding_body, not 'cat'",
-    "[noise]\nforce = 1": r"noise\.force is not a known key; did you mean force_n\?",
-    "[nois]": r"nois is not a known key; did you mean noise\?",
-    "[[trial.x]]": r"trial\.x is not a known key",
+    "[noise]\nforce = 1": r"noise\.force: is not a known key; did you mean 'force_n'\?",
+    "[nois]": r"nois: is not a known key; did you mean 'noise'\?",
+    "[[trial.x]]": r"trial\.x: is not a known key",
     "=": r"t\.toml is not valid TOML",
 }
 

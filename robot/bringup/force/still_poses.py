@@ -1,23 +1,27 @@
-"""Poses at rest in a log: where no shaft moves, what the sensors read on average, which feet carry.
+"""Poses at rest in logs: where no shaft moves, what the sensors read on average, which feet carry.
 
-Which feet carry, and how the body leans, is the spring support model's word: the robot has no sensor
-for it. A foot neither clearly on nor clearly off the ground makes the pose unusable.
+Which feet carry, and how the body leans, comes from the spring support model: the robot has no sensor for
+it. A foot neither clearly on nor clearly off the ground makes the pose unusable.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from scipy.constants import g as standard_gravity
 
 from drivers.ati.calibration import Calibration
 from drivers.ati.foot_forces import sensed_wrenches
+from model.errors import RecordError
 from model.fit.cross_talk import SensorPlaces, StillPoses
 from model.kinematics.four_bar import Linkage
 from model.support.search import solve_support
 from model.values.arrays import BoolArray, FloatArray
 from model.values.tick import Tick
-from robot.config.robot_file import RobotConfig
+from record.log.reader import LogContents, read_ticks
+from robot.config.robot_file import RobotConfig, load_robot, parse_robot
+from robot.run.force_units import units_of
 
 # All shafts within this of where the pose began [rad]; an encoder count is 0.0015.
 STILL_RAD = 0.012
@@ -33,6 +37,59 @@ class _Still:
 
     angle_rad: FloatArray
     sensed: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PoseLogs:
+    """What logs of a robot at rest hold.
+
+    Attributes:
+        poses: Their poses.
+        places: Where the sensors are.
+        legs: Leg names.
+        serials: Serial number of each leg's sensor.
+    """
+
+    poses: StillPoses
+    places: SensorPlaces
+    legs: tuple[str, ...]
+    serials: tuple[str, ...]
+
+
+def read_pose_logs(
+    standing: Sequence[Path], hung_up: Sequence[Path], robot_file: Path | None
+) -> PoseLogs:
+    """Read logs.
+
+    Args:
+        standing: Logs of a robot on its feet.
+        hung_up: Logs of a robot that hangs free; together with ``standing`` one log at least.
+        robot_file: Robot file to use, None for the one in each log.
+
+    Raises:
+        RecordError: A log cannot be read, or they are of different sensors.
+        ConfigError: A robot file cannot be used.
+    """
+    logs: list[PoseLogs] = []
+    for path, hung in [*((p, False) for p in standing), *((p, True) for p in hung_up)]:
+        contents = LogContents()
+        ticks = list(read_ticks(path, contents))
+        if not ticks:
+            raise RecordError(f"{path} is no log of ours, or it is empty: {contents.damage}")
+        here = (
+            load_robot(robot_file) if robot_file is not None else parse_robot(contents.config_text)
+        )
+        legs = here.parameters.legs.names
+        try:
+            units = units_of(contents.metadata, legs)
+        except RecordError as error:
+            raise RecordError(f"{path}: {error}") from error
+        serials = tuple("" if unit is None else unit.serial for unit in units)
+        if logs and (legs, serials) != (logs[-1].legs, logs[-1].serials):
+            raise RecordError(f"{path} is of other legs or sensors than the logs before it")
+        poses = find_still_poses(ticks, here, units, hung_up=hung)
+        logs.append(PoseLogs(poses, sensor_places(here), legs, serials))
+    return replace(logs[-1], poses=joined([each.poses for each in logs]))
 
 
 def sensor_places(config: RobotConfig) -> SensorPlaces:
@@ -60,12 +117,12 @@ def find_still_poses(
         calibrations: What its counts mean.
         hung_up: Whether the robot hung free, no foot on the ground.
     """
-    found = [still for part in _stretches(ticks) if (still := _mean(part, config, calibrations))]
+    stills = [still for part in _stretches(ticks) if (still := _mean(part, config, calibrations))]
     robot = config.parameters
     linkage = Linkage(robot.linkage, robot.legs.shaft_position)
     places = sensor_places(config)
     rows = []
-    for still in found:
+    for still in stills:
         contact = _contact(still.angle_rad, linkage, config, places, hung_up=hung_up)
         if contact is not None:
             rows.append((still, *contact))

@@ -24,7 +24,7 @@ class Snapshot:
         names: Leg names.
         transducers: Transducer of each leg, 0 for none, (N,).
         record: The newest record, None before the first.
-        wrench: What the transducers read, bias or calibration taken off, (N, 6) [N, N m].
+        wrench: What the transducers read, bias or calibration subtracted, (N, 6) [N, N m].
         age_ns: Of each leg's last sound sample, (N,), -1: never.
         rate_hz: Packets a second since the last snapshot.
         counters: What happened so far.
@@ -84,18 +84,17 @@ def bridge_low(status: IntArray, number: int) -> bool:
 
 
 def table_lines(shot: Snapshot) -> list[str]:
-    """Return the whole table."""
-    lines = ["leg   T     Fx N     Fy N     Fz N   Tx N m   Ty N m   Tz N m   age ms  state"]
+    """Return a heading and a line a leg."""
+    heads = ("Fx N", "Fy N", "Fz N", "Tx N m", "Ty N m", "Tz N m")
+    lines = ["leg T" + "".join(f"{head:>8}" for head in heads) + " age ms  state"]
     for leg, name in enumerate(shot.names):
         number = int(shot.transducers[leg])
-        cells = "".join(
-            number_text(v, 2 if i < 3 else 3, 9) for i, v in enumerate(shot.wrench[leg])
-        )
+        digits = (2, 2, 2, 3, 3, 3)
+        cells = [number_text(v, d, 8) for v, d in zip(shot.wrench[leg], digits, strict=True)]
         age = shot.age_ns[leg] * 1e-6 if shot.age_ns[leg] >= 0 else np.nan
-        lines.append(
-            f"{name:<5} {number or '-'}{cells}{number_text(age, 0, 9)}  {_state(shot, number)}"
-        )
-    return [*lines, *_stream_lines(shot)]
+        age_text = number_text(age, 0, 7)
+        lines.append(f"{name:<3} {number or '-'}{''.join(cells)}{age_text}  {_state(shot, number)}")
+    return lines
 
 
 def _state(shot: Snapshot, number: int) -> str:
@@ -109,7 +108,8 @@ def _state(shot: Snapshot, number: int) -> str:
     return ", ".join(words)
 
 
-def _stream_lines(shot: Snapshot) -> list[str]:
+def stream_lines(shot: Snapshot) -> list[str]:
+    """Return the state of the stream: losses, lights, clock."""
     c = shot.counters
     lines = [
         f"packets {shot.rate_hz:.1f} /s   records {c.records}   lost {c.missing}   "

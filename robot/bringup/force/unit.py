@@ -4,12 +4,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 
-from drivers.ati.links import TcpTextLink, UdpLink
+from drivers.ati.links import TcpTextLink
 from drivers.ati.settings import ForceSensorSettings
-from drivers.ati.setup import free_console
 from drivers.ati.stream import ForceStream
 from drivers.clock import Clock
 from model.errors import ConfigError
+from robot.run.hardware import open_force_links
 
 NO_UNIT = "none"
 
@@ -48,7 +48,7 @@ def check_no_unit(text: str | None) -> None:
 
 @contextmanager
 def running_stream(settings: ForceSensorSettings, clock: Clock) -> Iterator[ForceStream]:
-    """Open the unit, start it, and stop it on every way out.
+    """Open the unit and start it; it is always told to stop on exit.
 
     Raises:
         ForceStreamError: It cannot be reached or set up.
@@ -57,13 +57,7 @@ def running_stream(settings: ForceSensorSettings, clock: Clock) -> Iterator[Forc
     def console() -> TcpTextLink:
         return TcpTextLink(settings.address, settings.console_port)
 
-    datagrams = UdpLink(settings.address, settings.udp_port, settings.local_port, clock)
-    try:
-        free_console(datagrams, clock)
-        stream = ForceStream(datagrams, console(), settings, clock, reopen=console)
-    except BaseException:
-        datagrams.close()
-        raise
+    stream = ForceStream(*open_force_links(settings, clock), settings, clock, reopen=console)
     try:
         stream.connect()
         yield stream

@@ -1,6 +1,6 @@
 """What of a computer decides whether it can drive the robot, looked at without any hardware.
 
-Each check is a pure judgement of facts; the facts are gathered in ``machine_facts``.
+Each check is a pure judgement of facts; ``machine_facts`` and ``host_settings`` gather them.
 """
 
 import ctypes.util
@@ -8,14 +8,16 @@ import grp
 import os
 import platform
 import resource
+import shutil
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
 
-from record.log.versions import version_of
-from robot.bringup.preflight.finding import Finding, passed, skipped, warned
+from record.log.versions import NOT_INSTALLED, version_of
+from robot.bringup.preflight.finding import Finding, failed, passed, skipped, warned
 from robot.console.installed import how_to_install
 
 # Who may open serial ports: Debian and its kin, Arch and its kin.
@@ -29,6 +31,14 @@ EXTRAS = (
 WANTED_RTPRIO = 50
 LIMITS_FILE = "/etc/security/limits.d/bigant.conf"
 UNLIMITED = resource.RLIM_INFINITY
+CPUS = Path("/sys/devices/system/cpu")
+LOG_FOLDER = Path("runs")
+GB = 1e9
+# A log grows by well under 1 GB an hour at 100 Hz.
+LEAST_FREE_GB = 0.5
+ENOUGH_FREE_GB = 5.0
+PYTHONS = ((3, 11), (3, 13))
+NEEDED = ("numpy", "mcap", "dynamixel-sdk", "pyserial")
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +68,31 @@ class Machine:
     renderers: tuple[str, ...]
     gl_choice: str
     display: bool
+
+
+@dataclass(frozen=True, slots=True)
+class HostSettings:
+    """What of the computer's settings a loop feels.
+
+    Attributes:
+        governors: Frequency governors of the processors; empty where the system shows none.
+        latency_timer_ms: The adapter's latency timer, None where there is none.
+        nice: Niceness of this process.
+        realtime: Whether it runs under a real-time policy.
+        isolated: Isolated processors as the kernel lists them, empty for none.
+        switch_interval_ms: Python's switch interval.
+        load: Programs that want to run, mean of one minute.
+        processors: Number of processors.
+    """
+
+    governors: tuple[str, ...]
+    latency_timer_ms: float | None
+    nice: int
+    realtime: bool
+    isolated: str
+    switch_interval_ms: float
+    load: float
+    processors: int
 
 
 def machine_facts() -> Machine:
@@ -154,23 +189,91 @@ def renderer_finding(machine: Machine) -> Finding:
     return skipped(name, f"{found}: pictures of the plant cannot be drawn, nothing else needs it")
 
 
-def host_settings_findings(
-    governors: tuple[str, ...], isolated: str, load: float, processors: int
-) -> Iterator[Finding]:
-    """Judge settings that a loop feels (``robot.bringup.preflight.loop.HostSettings``). Pure."""
-    if not governors:
+def host_settings(latency_timer_ms: float | None) -> HostSettings:
+    """Read the settings of this computer."""
+    governors = sorted({_text(path) for path in CPUS.glob("cpu*/cpufreq/scaling_governor")})
+    return HostSettings(
+        governors=tuple(governors),
+        latency_timer_ms=latency_timer_ms,
+        nice=os.getpriority(os.PRIO_PROCESS, 0),
+        realtime=os.sched_getscheduler(0) in {os.SCHED_FIFO, os.SCHED_RR},
+        isolated=_text(CPUS / "isolated"),
+        switch_interval_ms=sys.getswitchinterval() * 1e3,
+        load=os.getloadavg()[0],
+        processors=len(os.sched_getaffinity(0)),
+    )
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8").strip()
+    except OSError:
+        return ""
+
+
+def host_settings_findings(host: HostSettings) -> Iterator[Finding]:
+    """Judge settings that affect a loop. Pure."""
+    if not host.governors:
         yield skipped("governor", "the system shows none (a virtual machine?)")
-    elif set(governors) == {"performance"}:
+    elif set(host.governors) == {"performance"}:
         yield passed("governor", "performance")
     else:
-        yield warned("governor", ", ".join(governors), "cpupower frequency-set -g performance")
-    words = f"processors {isolated}" if isolated else "none; only of use if ticks are late"
-    yield passed("isolated", words)
-    busy = f"{load:.1f} programs want {processors} processors"
-    if load > processors:
+        yield warned("governor", ", ".join(host.governors), "cpupower frequency-set -g performance")
+    isolated = (
+        f"processors {host.isolated}" if host.isolated else "none; only of use if ticks are late"
+    )
+    yield passed("isolated", isolated)
+    busy = f"{host.load:.1f} programs want {host.processors} processors"
+    if host.load > host.processors:
         yield warned("load", busy, "stop the others before you drive in real time")
     else:
         yield passed("load", busy)
+
+
+def software_findings() -> Iterator[Finding]:
+    """Look at the disk for logs, and at the versions of what runs."""
+    yield disk_finding(shutil.disk_usage(_existing(LOG_FOLDER)).free / GB, str(LOG_FOLDER))
+    yield python_finding(platform.python_version_tuple())
+    yield packages_finding({name: version_of(name) for name in (*NEEDED, "numba")})
+
+
+def _existing(folder: Path) -> Path:
+    folder = folder.absolute()
+    while not folder.exists():
+        folder = folder.parent
+    return folder
+
+
+def disk_finding(free_gb: float, where: str) -> Finding:
+    """Judge the free space for logs."""
+    found = f"{free_gb:.1f} GB free for logs in {where}"
+    if free_gb < LEAST_FREE_GB:
+        return failed("disk", found, "delete something, or choose another folder with --log")
+    if free_gb < ENOUGH_FREE_GB:
+        return warned("disk", found, "enough for a few walks; make room")
+    return passed("disk", found)
+
+
+def python_finding(version: tuple[str, ...]) -> Finding:
+    """Judge the version of Python."""
+    lowest, highest = PYTHONS
+    found = ".".join(version)
+    if lowest <= (int(version[0]), int(version[1])) <= highest:
+        return passed("Python", found)
+    return warned(
+        "Python", found, f"tested from {lowest[0]}.{lowest[1]} to {highest[0]}.{highest[1]} only"
+    )
+
+
+def packages_finding(versions: dict[str, str]) -> Finding:
+    """Judge which packages are there."""
+    found = ", ".join(f"{name} {version}" for name, version in versions.items())
+    gone = [name for name in NEEDED if versions[name] == NOT_INSTALLED]
+    if gone:
+        return failed("packages", found, f"install {', '.join(gone)}")
+    if versions["numba"] == NOT_INSTALLED:
+        return warned("packages", found, "install numba: without it the model is slow")
+    return passed("packages", found)
 
 
 def cache_finding(folder: Path | None = None) -> Finding:
@@ -184,10 +287,7 @@ def cache_finding(folder: Path | None = None) -> Finding:
         return warned(name, "numba is missing", "install numba: without it the model is slow")
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     place = Path(chosen) if chosen else (folder or Path(str(files("model")))) / "__pycache__"
-    existing = place
-    while not existing.exists():
-        existing = existing.parent
-    if os.access(existing, os.W_OK):
+    if os.access(_existing(place), os.W_OK):
         return passed(name, f"{place} can be written")
     return warned(
         name,

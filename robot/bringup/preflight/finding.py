@@ -1,8 +1,11 @@
-"""One line of the pre-flight list. Pure."""
+"""The pre-flight list: one finding a check, printed as it comes, counted and judged at the end."""
 
 import enum
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+
+from robot.console.exit_codes import ExitCode
+from robot.console.progress import StatusLine
 
 
 class Verdict(enum.Enum):
@@ -59,26 +62,48 @@ def lines_of(finding: Finding) -> list[str]:
     return lines
 
 
-def plain_finding(finding: Finding) -> dict[str, str]:
-    """Return a finding as JSON can hold it."""
-    return {
-        "name": finding.name,
-        "verdict": finding.verdict.value,
-        "found": finding.found,
-        "advice": finding.advice,
-    }
+def listed(findings: Iterator[Finding], status: StatusLine, *, quiet: bool) -> list[Finding]:
+    """Return findings, each printed as it comes.
+
+    Args:
+        findings: Makes them, one after the other.
+        status: Shows what is being looked at meanwhile.
+        quiet: Whether to print nothing.
+    """
+    result = []
+    for finding in findings:
+        status.clear()
+        result.append(finding)
+        if not quiet:
+            print("\n".join(lines_of(finding)), flush=True)
+    return result
 
 
-def count_line(findings: Iterable[Finding]) -> str:
+def plain_findings(findings: Iterable[Finding]) -> list[dict[str, str]]:
+    """Return findings as JSON can hold them."""
+    return [
+        {"name": one.name, "verdict": one.verdict.value, "found": one.found, "advice": one.advice}
+        for one in findings
+    ]
+
+
+def fit(findings: Iterable[Finding]) -> bool:
+    """Whether nothing failed."""
+    return all(one.verdict is not Verdict.FAIL for one in findings)
+
+
+def exit_code(findings: Iterable[Finding]) -> ExitCode:
+    """Return OK, or VERDICT_FAILED when something failed."""
+    return ExitCode.OK if fit(findings) else ExitCode.VERDICT_FAILED
+
+
+def count_line(findings: Sequence[Finding]) -> str:
     """Return how many checks ended how."""
-    verdicts = [finding.verdict for finding in findings]
-    counts = {verdict: verdicts.count(verdict) for verdict in Verdict}
-    return ", ".join(
-        f"{counts[verdict]} {words}"
-        for verdict, words in (
-            (Verdict.PASS, "passed"),
-            (Verdict.WARN, "warned"),
-            (Verdict.FAIL, "failed"),
-            (Verdict.SKIP, "skipped"),
-        )
-    )
+    words = {
+        Verdict.PASS: "passed",
+        Verdict.WARN: "warned",
+        Verdict.FAIL: "failed",
+        Verdict.SKIP: "skipped",
+    }
+    verdicts = [one.verdict for one in findings]
+    return ", ".join(f"{verdicts.count(verdict)} {word}" for verdict, word in words.items())

@@ -28,7 +28,7 @@ Links = Callable[[], tuple[DatagramLink, TextLink]]
 
 
 @dataclass(frozen=True, slots=True)
-class Heard:
+class Received:
     """What came during the look.
 
     Attributes:
@@ -73,7 +73,7 @@ def force_findings(
             yield skipped("force stream", "put right what failed above first")
             return
         stream.connect()
-        yield from heard_findings(_listen(stream, clock, seconds), settings, unix_offset_ns)
+        yield from stream_findings(_listen(stream, clock, seconds), settings, unix_offset_ns)
     except ForceStreamError as error:
         yield failed("force stream", str(error), "switch the unit off and on")
     finally:
@@ -127,41 +127,41 @@ def _units(good: list[Calibration], bad: dict[str, list[str]]) -> Finding:
     return passed("force units", f"counts: {'; '.join(scales)}" if scales else "no transducer")
 
 
-def _listen(stream: ForceStream, clock: Clock, seconds: float) -> Heard:
+def _listen(stream: ForceStream, clock: Clock, seconds: float) -> Received:
     began_ns = clock.now_ns()
     records = list(stream.read())
     while (now_ns := clock.now_ns()) - began_ns < seconds * 1e9:
         clock.sleep_until_ns(now_ns + LOOK_NS)
         records += stream.read()
     stream.take_faults()
-    return Heard(tuple(records), stream.counters, (clock.now_ns() - began_ns) * 1e-9)
+    return Received(tuple(records), stream.counters, (clock.now_ns() - began_ns) * 1e-9)
 
 
-def heard_findings(
-    heard: Heard, settings: ForceSensorSettings, unix_offset_ns: int
+def stream_findings(
+    received: Received, settings: ForceSensorSettings, unix_offset_ns: int
 ) -> list[Finding]:
     """Judge a few seconds of the stream. Pure."""
-    if len(heard.records) < 2:
+    if len(received.records) < 2:
         return [
             failed(
                 "force stream",
-                f"{len(heard.records)} records in {heard.seconds:.1f} s",
+                f"{len(received.records)} records in {received.seconds:.1f} s",
                 "switch the unit off and on; is its radio in reach?",
             )
         ]
     return [
-        _rate(heard, settings),
-        _loss(heard),
-        _clock_offset(heard, unix_offset_ns),
-        _transducers(heard, settings),
-        _saturation(heard, settings),
-        _battery(heard),
+        _rate(received, settings),
+        _loss(received),
+        _clock_offset(received, unix_offset_ns),
+        _transducers(received, settings),
+        _saturation(received, settings),
+        _battery(received),
     ]
 
 
-def _rate(heard: Heard, settings: ForceSensorSettings) -> Finding:
+def _rate(received: Received, settings: ForceSensorSettings) -> Finding:
     """Judge the rate by the unit's own stamps: it does not depend on how often we look."""
-    first, last = heard.records[0], heard.records[-1]
+    first, last = received.records[0], received.records[-1]
     samples = (last.sequence - first.sequence) % 2**32
     ticks = (last.device_ticks - first.device_ticks) % 2**32
     rate_hz = samples / (ticks / 4096) if ticks else float("nan")
@@ -171,12 +171,12 @@ def _rate(heard: Heard, settings: ForceSensorSettings) -> Finding:
     return failed("packet rate", found, "check RATE on the unit's console, and its oversampling")
 
 
-def _loss(heard: Heard) -> Finding:
-    c = heard.counters
+def _loss(received: Received) -> Finding:
+    c = received.counters
     share = c.missing / max(1, c.missing + c.records)
     found = (
         f"{c.missing} of {c.missing + c.records} lost ({share:.1%}), {c.duplicate} twice, "
-        f"{c.late} late, {c.malformed} malformed, in {heard.seconds:.1f} s"
+        f"{c.late} late, {c.malformed} malformed, in {received.seconds:.1f} s"
     )
     if share > LOSS_LIMIT or c.malformed:
         return failed("radio", found, "bring unit and access point closer, or change the channel")
@@ -185,11 +185,11 @@ def _loss(heard: Heard) -> Finding:
     return passed("radio", found)
 
 
-def _clock_offset(heard: Heard, unix_offset_ns: int) -> Finding:
-    host_ns = np.array([record.t_ns + unix_offset_ns for record in heard.records])
+def _clock_offset(received: Received, unix_offset_ns: int) -> Finding:
+    host_ns = np.array([record.t_ns + unix_offset_ns for record in received.records])
     device_ns = [
         unix_ns(record.device_ticks, int(host))
-        for record, host in zip(heard.records, host_ns, strict=True)
+        for record, host in zip(received.records, host_ns, strict=True)
     ]
     offset_s = (host_ns - np.array(device_ns)) * 1e-9
     middle = float(np.median(offset_s))
@@ -204,8 +204,8 @@ def _clock_offset(heard: Heard, unix_offset_ns: int) -> Finding:
     return passed("clock offset", found)
 
 
-def _transducers(heard: Heard, settings: ForceSensorSettings) -> Finding:
-    always = np.logical_and.reduce([record.present for record in heard.records])
+def _transducers(received: Received, settings: ForceSensorSettings) -> Finding:
+    always = np.logical_and.reduce([record.present for record in received.records])
     used = [(leg, int(n)) for leg, n in zip(settings.names, settings.transducers, strict=True) if n]
     absent = [f"{number} ({leg})" for leg, number in used if not always[number - 1]]
     if absent:
@@ -217,8 +217,8 @@ def _transducers(heard: Heard, settings: ForceSensorSettings) -> Finding:
     return passed("transducers", f"all {len(used)} in every record")
 
 
-def _saturation(heard: Heard, settings: ForceSensorSettings) -> Finding:
-    ever = np.logical_or.reduce([record.saturated for record in heard.records])
+def _saturation(received: Received, settings: ForceSensorSettings) -> Finding:
+    ever = np.logical_or.reduce([record.saturated for record in received.records])
     bad = [
         f"{number} ({leg})"
         for leg, number in zip(settings.names, settings.transducers, strict=True)
@@ -231,10 +231,10 @@ def _saturation(heard: Heard, settings: ForceSensorSettings) -> Finding:
     return passed("saturation", "none")
 
 
-def _battery(heard: Heard) -> Finding:
+def _battery(received: Received) -> Finding:
     """Judge the battery light; it may blink, so every record counts."""
-    colours = {battery_led(int(record.status[0])) for record in heard.records}
-    level = f"level byte {heard.records[-1].battery}"
+    colours = {battery_led(int(record.status[0])) for record in received.records}
+    level = f"level byte {received.records[-1].battery}"
     if Led.RED in colours:
         return failed("battery light", f"red, {level}", "charge or change the unit's battery")
     if Led.ORANGE in colours:

@@ -5,8 +5,6 @@ figures: what does not show in them is not advised.
 """
 
 import gc
-import os
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Sequence
@@ -19,6 +17,7 @@ from model.values.faults import StopReason
 from model.values.tick import Tick
 from record.log.background import BackgroundWriter
 from record.log.writer import LogWriter
+from robot.bringup.preflight.computer import HostSettings
 from robot.bringup.preflight.finding import Finding, failed, passed, warned
 from robot.bringup.preflight.servos import bus_advice, wire_ms
 from robot.config.robot_file import RobotConfig
@@ -27,7 +26,6 @@ from robot.run.loop import RunResult, run
 from robot.run.operator import Interrupts, Script, ScriptedOperator
 from robot.run.rig import Rig
 
-CPUS = Path("/sys/devices/system/cpu")
 PROGRESS_NS = 1_000_000_000
 WORTH_MENTIONING_MS = 1.0
 # More of the period than this for work, and a small disturbance makes a tick late.
@@ -59,31 +57,6 @@ class LoopFigures:
     round_trip_ms: float
     wire_ms: float
     reason: StopReason
-
-
-@dataclass(frozen=True, slots=True)
-class HostSettings:
-    """What of the computer's settings a loop feels.
-
-    Attributes:
-        governors: Frequency governors of the processors; empty where the system shows none.
-        latency_timer_ms: The adapter's latency timer, None where there is none.
-        nice: Niceness of this process.
-        realtime: Whether it runs under a real-time policy.
-        isolated: Isolated processors as the kernel lists them, empty for none.
-        switch_interval_ms: Python's switch interval.
-        load: Programs that want to run, mean of one minute.
-        processors: Number of processors.
-    """
-
-    governors: tuple[str, ...]
-    latency_timer_ms: float | None
-    nice: int
-    realtime: bool
-    isolated: str
-    switch_interval_ms: float
-    load: float
-    processors: int
 
 
 class Lateness:
@@ -170,28 +143,6 @@ def figures_of(
 def _percentiles(values_ns: Sequence[int]) -> tuple[float, float, float, float]:
     p50, p95, p99, most = np.percentile(values_ns, (50, 95, 99, 100)) * 1e-6
     return float(p50), float(p95), float(p99), float(most)
-
-
-def host_settings(latency_timer_ms: float | None) -> HostSettings:
-    """Read the settings of this computer."""
-    governors = sorted({_text(path) for path in CPUS.glob("cpu*/cpufreq/scaling_governor")})
-    return HostSettings(
-        governors=tuple(governors),
-        latency_timer_ms=latency_timer_ms,
-        nice=os.getpriority(os.PRIO_PROCESS, 0),
-        realtime=os.sched_getscheduler(0) in {os.SCHED_FIFO, os.SCHED_RR},
-        isolated=_text(CPUS / "isolated"),
-        switch_interval_ms=sys.getswitchinterval() * 1e3,
-        load=os.getloadavg()[0],
-        processors=len(os.sched_getaffinity(0)),
-    )
-
-
-def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8").strip()
-    except OSError:
-        return ""
 
 
 def advice_of(figures: LoopFigures, host: HostSettings) -> list[str]:

@@ -123,17 +123,63 @@ def condition_findings(conditions: Sequence[ServoCondition], limits: SafetyLimit
         conditions: One servo or more.
         limits: Safety limits of the robot file.
     """
+    mode = OperatingMode.EXTENDED_POSITION
+    on = _those(conditions, lambda c: c.torque, lambda _: "holds")
     return [
-        _model(conditions),
+        _judged(
+            "model",
+            failed,
+            _those(conditions, lambda c: c.model != MODEL_NUMBER, lambda c: f"is model {c.model}"),
+            "only MX-106 with protocol 2.0 firmware: check the ids",
+            "MX-106 (protocol 2.0)",
+        ),
         _firmware(conditions),
-        _modes(conditions),
-        _return_delays(conditions),
-        _offsets(conditions),
+        _judged(
+            "operating mode",
+            warned,
+            _those(
+                conditions,
+                lambda c: c.operating_mode != mode,
+                lambda c: f"in mode {c.operating_mode}",
+            ),
+            "an armed drive sets it to 4, extended position; bigant servo setup does so now",
+            "4, extended position",
+        ),
+        _judged(
+            "return delay",
+            warned,
+            _those(
+                conditions,
+                lambda c: c.return_delay > LONGEST_QUIET_RETURN_DELAY,
+                lambda c: f"waits {c.return_delay_us:.0f} us",
+            ),
+            "set it to 0 with: bigant servo setup",
+            f"{max(c.return_delay_us for c in conditions):.0f} us",
+        ),
+        _judged(
+            "homing offset",
+            failed,
+            _those(conditions, lambda c: c.homing_offset != 0, lambda c: f"has {c.homing_offset}"),
+            "set it to 0 with bigant servo setup and put it into servo_zero (bigant servo zero)",
+            "0",
+        ),
         _voltages(conditions, limits.min_voltage_v),
         _temperatures(conditions, limits.max_temperature_c),
         _errors(conditions),
-        _torque(conditions),
+        _judged(
+            "torque",
+            failed,
+            f"on, and nobody drives: {on}" if on else "",
+            "support the robot, then: bigant servo reboot --id all --yes",
+            "off",
+        ),
     ]
+
+
+def _judged(
+    name: str, verdict: Callable[[str, str, str], Finding], bad: str, advice: str, good: str
+) -> Finding:
+    return verdict(name, bad, advice) if bad else passed(name, good)
 
 
 def _those(
@@ -142,13 +188,6 @@ def _those(
     words: Callable[[ServoCondition], str],
 ) -> str:
     return ", ".join(f"{c.who} {words(c)}" for c in conditions if bad(c))
-
-
-def _model(conditions: Sequence[ServoCondition]) -> Finding:
-    bad = _those(conditions, lambda c: c.model != MODEL_NUMBER, lambda c: f"is model {c.model}")
-    if bad:
-        return failed("model", bad, "only MX-106 with protocol 2.0 firmware: check the ids")
-    return passed("model", "MX-106 (protocol 2.0)")
 
 
 def _firmware(conditions: Sequence[ServoCondition]) -> Finding:
@@ -166,42 +205,6 @@ def _firmware(conditions: Sequence[ServoCondition]) -> Finding:
     if len(versions) > 1:
         return warned("firmware", found, "give all servos the same firmware")
     return passed("firmware", found)
-
-
-def _modes(conditions: Sequence[ServoCondition]) -> Finding:
-    wanted = OperatingMode.EXTENDED_POSITION
-    bad = _those(
-        conditions, lambda c: c.operating_mode != wanted, lambda c: f"in mode {c.operating_mode}"
-    )
-    if bad:
-        return warned(
-            "operating mode",
-            bad,
-            "an armed drive sets it to 4, extended position; bigant servo setup does so now",
-        )
-    return passed("operating mode", "4, extended position")
-
-
-def _return_delays(conditions: Sequence[ServoCondition]) -> Finding:
-    bad = _those(
-        conditions,
-        lambda c: c.return_delay > LONGEST_QUIET_RETURN_DELAY,
-        lambda c: f"waits {c.return_delay_us:.0f} us",
-    )
-    if bad:
-        return warned("return delay", bad, "set it to 0 with: bigant servo setup")
-    return passed("return delay", f"{max(c.return_delay_us for c in conditions):.0f} us")
-
-
-def _offsets(conditions: Sequence[ServoCondition]) -> Finding:
-    bad = _those(conditions, lambda c: c.homing_offset != 0, lambda c: f"has {c.homing_offset}")
-    if bad:
-        return failed(
-            "homing offset",
-            bad,
-            "set it to 0 with bigant servo setup and put it into servo_zero (bigant servo zero)",
-        )
-    return passed("homing offset", "0")
 
 
 def _voltages(conditions: Sequence[ServoCondition], lowest_v: float) -> Finding:
@@ -236,17 +239,6 @@ def _errors(conditions: Sequence[ServoCondition]) -> Finding:
     return warned("hardware errors", bad, advice) if bad else passed("hardware errors", "none")
 
 
-def _torque(conditions: Sequence[ServoCondition]) -> Finding:
-    on = _those(conditions, lambda c: c.torque, lambda _: "holds")
-    if on:
-        return failed(
-            "torque",
-            f"on, and nobody drives: {on}",
-            "support the robot, then: bigant servo reboot --id all --yes",
-        )
-    return passed("torque", "off")
-
-
 def _traffic_finding(bus: ServoBus, period_ns: int) -> Finding:
     before = bus.stats
     deadline_ns = bus.clock.now_ns()
@@ -258,12 +250,12 @@ def _traffic_finding(bus: ServoBus, period_ns: int) -> Finding:
     stats = bus.stats
     median_us = stats.median_round_trip_us
     damaged = stats.crc_errors - before.crc_errors
-    asked = READS * len(bus.settings.names)
+    expected = READS * len(bus.settings.names)
     found = (
-        f"{lost} of {asked} answers lost, {damaged} damaged, half of the round trips within "
+        f"{lost} of {expected} answers lost, {damaged} damaged, half of the round trips within "
         f"{median_us * 1e-3 if median_us is not None else float('nan'):.2f} ms"
     )
-    if lost > asked // 100:
+    if lost > expected // 100:
         return failed("bus traffic", found, "check cables and baud rate; see bigant servo watch")
     if median_us is not None and median_us > period_ns * 0.5e-3:
         return warned(

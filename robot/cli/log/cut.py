@@ -6,11 +6,12 @@ Times stay those of the run, so the piece begins at --from; pieces of one log ca
 import argparse
 from pathlib import Path
 
+from robot.console.arguments import parsed
 from robot.console.exit_codes import ExitCode
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments; imports nothing heavy."""
+    """Add the arguments."""
     parser.add_argument("path", type=Path, metavar="LOG")
     parser.add_argument(
         "--from", type=float, default=float("-inf"), metavar="S", dest="from_s",
@@ -24,21 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> ExitCode:
-    """Cut a piece out of a log.
+    """Cut a piece out of a log."""
+    from robot.report.log_files import CutRequest, cut
 
-    Raises:
-        RecordError: The span is empty, or a file cannot be read or written.
-    """
-    from record.log.salvage import Pass
-    from record.log.splice import cut_log
-    from robot.cli.log.repair import print_damage
-    from robot.console.progress import ProgressLine
-
-    progress = Pass()
-    with ProgressLine(f"reading {options.path}", progress):
-        done = cut_log(
-            options.path, options.out, from_s=options.from_s, to_s=options.to_s, progress=progress
-        )
-    print_damage(options.path, done.damages)
-    print(f"{options.out}: {done.kept} messages")
-    return ExitCode.OK
+    return cut(parsed(options, CutRequest))

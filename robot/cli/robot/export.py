@@ -13,36 +13,14 @@ from robot.console.exit_codes import ExitCode
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments; imports nothing heavy."""
+    """Add the arguments."""
     add_robot(parser)
     parser.add_argument("--urdf", type=Path, metavar="OUT", help="write a URDF")
     parser.add_argument("--mjcf", type=Path, metavar="OUT", help="write a MuJoCo model")
 
 
 def run(options: argparse.Namespace) -> ExitCode:
-    """Write the files, and see that MuJoCo loads them.
+    """Write the files."""
+    from robot.config.xml import export
 
-    Raises:
-        ConfigError: Nothing is asked for, or a file cannot be written.
-    """
-    import mujoco
-
-    from model.errors import ConfigError
-    from robot.config.robot_file import load_robot
-    from robot.config.xml import mjcf_text, urdf_text
-
-    if options.urdf is None and options.mjcf is None:
-        raise ConfigError("--urdf", "or --mjcf must say what to write")
-    config = load_robot(options.robot)
-    for path, make in ((options.urdf, urdf_text), (options.mjcf, mjcf_text)):
-        if path is None:
-            continue
-        text = make(config.name, config.parameters)
-        model = mujoco.MjModel.from_xml_string(text)
-        try:
-            path.write_text(text, encoding="utf-8")
-        except OSError as error:
-            raise ConfigError(str(path), f"cannot be written: {error.strerror}") from error
-        mass = float(model.body_mass.sum())
-        print(f"{path}: {model.njnt} joints, {mass:.3f} kg; MuJoCo loads it")
-    return ExitCode.OK
+    return export(options.robot, urdf=options.urdf, mjcf=options.mjcf)

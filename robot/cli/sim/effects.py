@@ -6,59 +6,18 @@ that a gap diagnosis knows by name.
 """
 
 import argparse
-from typing import TYPE_CHECKING
 
+from robot.console.arguments import add_json
 from robot.console.exit_codes import ExitCode
-
-if TYPE_CHECKING:
-    from sim_hw.twin.effects import EffectKind, EffectParameter
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments; imports nothing heavy."""
-    parser.add_argument("--json", action="store_true", help="the list as JSON")
+    """Add the arguments."""
+    add_json(parser, "the list")
 
 
 def run(options: argparse.Namespace) -> ExitCode:
-    """Print the effects."""
-    import json
+    """List the effects."""
+    from robot.virtual.listing import list_effects
 
-    from sim_hw.twin.catalog import EFFECTS
-
-    if options.json:
-        print(json.dumps([_plain(kind) for kind in EFFECTS], indent=2))
-        return ExitCode.OK
-    stage = ""
-    for kind in EFFECTS:
-        heading = kind.stage if kind.catalogued else "not catalogued"
-        if heading != stage:
-            stage = heading
-            print(f"\n{stage}")
-        name = kind.name + ("" if kind.catalogued else " *")
-        print(f"  {name:22s} {_scope(kind):11s} {kind.acts}")
-        for parameter in kind.parameters:
-            print(f"    {_line(parameter)}")
-    return ExitCode.OK
-
-
-def _scope(kind: "EffectKind") -> str:
-    return {"leg": "@LEG", "all": "", "all, leg": "[@LEG]"}[kind.scope]
-
-
-def _line(p: "EffectParameter") -> str:
-    unit = f" {p.unit}" if p.unit else ""
-    return f"{p.name:20s} {p.low:g} to {p.high:g}{unit}; mild {p.mild:g}, strong {p.strong:g}"
-
-
-def _plain(kind: "EffectKind") -> dict[str, object]:
-    from dataclasses import asdict
-
-    return {
-        "name": kind.name,
-        "stage": kind.stage,
-        "scope": kind.scope,
-        "catalogued": kind.catalogued,
-        "switchable": kind.apply is not None,
-        "acts": kind.acts,
-        "parameters": [asdict(parameter) for parameter in kind.parameters],
-    }
+    return list_effects(as_json=options.json)

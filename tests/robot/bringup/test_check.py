@@ -18,16 +18,20 @@ from model.values.arrays import FloatArray
 from model.values.faults import StopReason
 from model.values.readings import ForceRecord
 from record.log.versions import NOT_INSTALLED
+from robot.bringup.preflight.computer import (
+    HostSettings,
+    disk_finding,
+    packages_finding,
+    python_finding,
+)
 from robot.bringup.preflight.finding import Finding, Verdict, lines_of
 from robot.bringup.preflight.forces import (
-    Heard,
+    Received,
     calibration_findings,
     force_findings,
-    heard_findings,
+    stream_findings,
 )
-from robot.bringup.preflight.host import disk_finding, packages_finding, python_finding
 from robot.bringup.preflight.loop import (
-    HostSettings,
     LoopFigures,
     advice_of,
     loop_finding,
@@ -291,15 +295,17 @@ def record(i: int, **more: object) -> ForceRecord:
     return replace(sound, **more)  # type: ignore[arg-type]
 
 
-def heard(records: list[ForceRecord], **counts: int) -> dict[str, Finding]:
+def judged(records: list[ForceRecord], **counts: int) -> dict[str, Finding]:
     counters = StreamCounters(records=len(records), **counts)
     return by_name(
-        heard_findings(Heard(tuple(records), counters, 2.0), CONFIG.force_sensor, UNIX_OFFSET_NS)
+        stream_findings(
+            Received(tuple(records), counters, 2.0), CONFIG.force_sensor, UNIX_OFFSET_NS
+        )
     )
 
 
 def test_a_sound_stream_over_the_wrap_of_its_numbers() -> None:
-    found = heard([record(i) for i in range(200)])
+    found = judged([record(i) for i in range(200)])
     assert {f.verdict for f in found.values()} == {PASS}, found
     assert found["clock offset"].found.startswith("host less unit 0.000 s")
 
@@ -309,31 +315,31 @@ def test_a_sound_stream_over_the_wrap_of_its_numbers() -> None:
                             ({"malformed": 1}, FAIL)]
 )  # fmt: skip
 def test_losses(counts: dict[str, int], verdict: Verdict) -> None:
-    assert heard([record(i) for i in range(200)], **counts)["radio"].verdict is verdict
+    assert judged([record(i) for i in range(200)], **counts)["radio"].verdict is verdict
 
 
 def test_another_rate_fails() -> None:
     slow = [record(2 * i, sequence=i) for i in range(100)]
-    assert heard(slow)["packet rate"].found == "50.0 Hz, 100 Hz wanted"
-    assert heard(slow)["packet rate"].verdict is FAIL
+    assert judged(slow)["packet rate"].found == "50.0 Hz, 100 Hz wanted"
+    assert judged(slow)["packet rate"].verdict is FAIL
 
 
 def test_a_clock_that_was_never_set_is_in_order_because_nothing_needs_it() -> None:
     old = [replace(record(i), device_ticks=4096 + 41 * i) for i in range(200)]
-    found = heard(old)["clock offset"]
+    found = judged(old)["clock offset"]
     assert (found.verdict, found.advice) == (PASS, "")
     assert "nothing needs it" in found.found
 
 
 def test_records_that_come_in_bursts_are_a_warning() -> None:
     late = [record(i, t_ns=i // 20 * 200_000_000) for i in range(200)]
-    assert heard(late)["clock offset"].verdict is WARN
+    assert judged(late)["clock offset"].verdict is WARN
 
 
 def test_one_saturated_record_is_enough() -> None:
     records = [record(i) for i in range(200)]
     records[7] = record(7, saturated=np.arange(6) == 3)
-    found = heard(records)["saturation"]
+    found = judged(records)["saturation"]
     assert found.verdict is FAIL
     assert "transducer 4 (HR)" in found.found
 
@@ -350,11 +356,11 @@ def test_one_saturated_record_is_enough() -> None:
 def test_the_battery_light_may_blink(words: tuple[int, int], led: Led, verdict: Verdict) -> None:
     assert battery_led(words[0]) is led
     records = [record(i, status=np.array([words[i % 2], 0])) for i in range(20)]
-    assert heard(records)["battery light"].verdict is verdict
+    assert judged(records)["battery light"].verdict is verdict
 
 
 def test_a_stream_of_one_record_is_none() -> None:
-    assert heard([record(1)])["force stream"].verdict is FAIL
+    assert judged([record(1)])["force stream"].verdict is FAIL
 
 
 # The computer.

@@ -7,7 +7,9 @@ from pathlib import Path
 import pytest
 
 from drivers.dynamixel.scan import SerialPort
+from robot.bringup.preflight import doctor
 from robot.bringup.preflight.computer import (
+    HostSettings,
     Machine,
     cache_finding,
     group_finding,
@@ -18,7 +20,6 @@ from robot.bringup.preflight.computer import (
     renderer_finding,
 )
 from robot.bringup.preflight.finding import Finding, Verdict
-from robot.cli import doctor
 from robot.cli import main as cli
 from robot.console.exit_codes import ExitCode
 
@@ -61,7 +62,8 @@ def test_drawing_without_a_display() -> None:
 
 def test_settings_that_a_loop_feels() -> None:
     def verdicts(governors: tuple[str, ...], load: float) -> list[Verdict]:
-        return [f.verdict for f in host_settings_findings(governors, "", load, 2)]
+        host = HostSettings(governors, None, 0, False, "", 5.0, load, 2)
+        return [f.verdict for f in host_settings_findings(host)]
 
     ok, warn, skip = Verdict.PASS, Verdict.WARN, Verdict.SKIP
     assert verdicts(("performance",), 1.0) == [ok, ok, ok]

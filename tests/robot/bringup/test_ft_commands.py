@@ -1,7 +1,9 @@
 """bigant ft: on a virtual unit over loopback, right and wrong."""
 
 import csv
+import io
 import json
+import os
 import select
 import signal
 import threading
@@ -18,11 +20,13 @@ from model.errors import ModelError
 from model.fit.force_bias import BLOCKS, measure_bias, require_rest
 from model.values.arrays import FloatArray
 from model.values.readings import ForceRecord
-from robot.bringup.force.table import Snapshot, bridge_low, led, table_lines
+from robot.bringup.force.bias import standing_warnings
+from robot.bringup.force.table import Snapshot, bridge_low, led, stream_lines, table_lines
+from robot.bringup.force.watch import show
 from robot.cli import main as cli
-from robot.cli.ft.bias import standing_warnings
 from robot.config.calibration import read_calibration
 from robot.console.exit_codes import ExitCode
+from robot.console.screen_fit import ESCAPE, Screen
 from sim_hw.ati.sockets import WnetSockets
 from sim_hw.ati.unit import VirtualWnet
 
@@ -251,12 +255,13 @@ def test_status_words_of_a_real_unit_are_decoded() -> None:
     assert bridge_low(np.array([0, 1 << 28]), 5)
 
 
-def test_the_table_names_what_is_wrong() -> None:
+def bad_shot() -> Snapshot:
+    """One transducer red and saturated, one not in the packets."""
     status = np.array([0x00150AAA, 0x01050009])
     present = np.array([1, 1, 1, 1, 1, 0], dtype=bool)
     saturated = np.array([0, 0, 0, 1, 0, 0], dtype=bool)
     counts = np.zeros((6, 6), dtype=np.int64)
-    shot = Snapshot(
+    return Snapshot(
         seconds=1.0,
         names=LEGS,
         transducers=np.array([1, 2, 3, 4, 5, 6]),
@@ -268,7 +273,11 @@ def test_the_table_names_what_is_wrong() -> None:
         clock=ClockEstimate(3_000_000_000, float("nan"), 1e6, 5, 0, 0),
         repair_error="",
     )
-    lines = table_lines(shot)
+
+
+def test_the_table_names_what_is_wrong() -> None:
+    shot = bad_shot()
+    lines = [*table_lines(shot), *stream_lines(shot)]
     assert lines[1].split()[:5] == ["HL", "1", "-1.50", "-1.50", "-1.50"]
     assert lines[4].endswith("LED red, SATURATED")
     assert lines[4].split()[2:9] == ["-"] * 7
@@ -276,3 +285,30 @@ def test_the_table_names_what_is_wrong() -> None:
     assert "lost 2" in lines[7]
     assert "WLAN green   power green   battery green   battery byte 0x07" in lines[8]
     assert "less unit 3.0000 s   drift not known yet" in lines[9]
+
+
+class Terminal(io.StringIO):
+    """A terminal of 80 by 24 letters."""
+
+    def fileno(self) -> int:
+        raise OSError
+
+
+def test_the_screen_of_watch_fits_its_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    size = os.terminal_size((80, 24))
+    monkeypatch.setattr("robot.console.screen_fit.terminal_size", lambda _: size)
+    terminal = Terminal()
+    show(bad_shot(), Screen(terminal))
+    lines = [ESCAPE.sub("", line) for line in terminal.getvalue().split("\r\n")]
+    assert max(map(len, lines)) <= 80
+    assert lines[5].endswith("LED red, SATURATED"), "nothing of it is cut off"
+    text = " ".join(" ".join(lines).split())
+    for words in (
+        "lost 2",
+        "set up anew 0",
+        "(no unit known)",
+        "drift not known yet",
+        "rollovers 0",
+    ):
+        assert words in text
+    assert lines[-1] == "Ctrl-C ends"

@@ -1,6 +1,8 @@
 """The servo commands on virtual servos in memory: what they show, write, refuse and verify."""
 
+import io
 import json
+import os
 import tomllib
 from pathlib import Path
 
@@ -8,9 +10,12 @@ import pytest
 
 from drivers.dynamixel.mx106 import REGISTER, HardwareError
 from robot.bringup.servo import access as servo_access
+from robot.bringup.servo.watch import watch
 from robot.cli import main as cli
 from robot.config.robot_file import load_robot
+from robot.console.arguments import BAUD_RATES
 from robot.console.exit_codes import ExitCode
+from robot.console.screen_fit import ESCAPE, HOME
 from tests.robot.servo_bench import PORT, Bench
 
 TURN = 4096
@@ -35,13 +40,13 @@ def test_scan_lists_model_and_firmware(bench: Bench, capsys: Capture) -> None:
         (1_000_000, i, 321) for i in range(1, 7)
     ]
     assert [s["firmware"] for s in found] == [45, 45, 45, 45, 45, 42]
-    assert sorted(int(p.baudrate) for p in bench.ports) == sorted(servo_access.BAUD_RATES)
+    assert sorted(int(p.baudrate) for p in bench.ports) == sorted(BAUD_RATES)
 
 
 def test_a_scan_takes_less_than_two_seconds_a_baud_rate(bench: Bench) -> None:
     began_ns = bench.clock.now_ns()
     bench.command("scan")
-    assert bench.clock.now_ns() - began_ns < 2e9 * len(servo_access.BAUD_RATES)
+    assert bench.clock.now_ns() - began_ns < 2e9 * len(BAUD_RATES)
 
 
 def test_a_scan_that_finds_nobody_says_what_to_check(bench: Bench, capsys: Capture) -> None:
@@ -387,6 +392,33 @@ def test_watch_counts_damage_and_draws_both_histograms(bench: Bench, capsys: Cap
     assert "CRC 2 " in printed.splitlines()[-1]
     assert "#" in printed.split("round trip of complete reads")[1].split("jitter")[0]
     assert "#" in printed.split("jitter")[1]
+
+
+class Terminal(io.StringIO):
+    """A small terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.mark.parametrize(("columns", "rows"), [(80, 24), (60, 12)])
+def test_the_screen_of_watch_fits_its_terminal(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch, columns: int, rows: int
+) -> None:
+    size = os.terminal_size((columns, rows))
+    monkeypatch.setattr("robot.console.screen_fit.terminal_size", lambda _: size)
+    bus, terminal = servo_access.bus_of(PORT, None, load_robot()), Terminal()
+    bus.connect()
+    watch(bus, terminal, seconds=0.5, rate_hz=50, stopped=lambda: False)
+    bus.close()
+    drawn = terminal.getvalue().rsplit(HOME, 1)[1].removesuffix("\r\n")
+    lines = [ESCAPE.sub("", line) for line in drawn.split("\r\n")]
+    assert len(lines) <= rows
+    assert max(map(len, lines)) <= columns
+    assert lines[1].startswith("leg  id   ticks")
+    assert [line[:2] for line in lines[2:8]] == ["HL", "ML", "FL", "HR", "MR", "FR"]
+    assert "noise bytes 0" in drawn
+    assert lines[-1] == "Ctrl-C ends"
 
 
 # reboot

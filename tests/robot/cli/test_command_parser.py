@@ -19,7 +19,10 @@ from robot.cli.main import run
         (["gap", "diagnos"], "did you mean diagnose?"),
         (["drive", "--seed", "-1"], "--seed: must be a whole number from 0 on, not -1"),
         (["sim", "serve", "--baud", "12345"], "must be one of 9600, 57600"),
-        (["servo", "watch", "--port", "x", "--rate-hz", "1e9"], "invalid rate value"),
+        (
+            ["servo", "watch", "--port", "x", "--rate-hz", "1e9"],
+            "--rate-hz: must be a whole number from 1 to 500 Hz, not 1e9",
+        ),
     ],
 )
 def test_a_mistake_is_answered_by_its_own_command(

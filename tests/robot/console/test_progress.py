@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from record.log.salvage import Pass, read_records
+from record.log.damage import Pass
+from record.log.salvage import read_records
 from robot.console import progress
 from robot.console.progress import ProgressBar, ProgressLine
 from tests.record.test_log import write_log

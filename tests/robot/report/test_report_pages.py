@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread as read_png
 
 from model.values.faults import StopReason
+from robot.bringup.preflight.check import check_page
 from robot.bringup.preflight.finding import failed, passed, skipped, warned
 from robot.bringup.preflight.loop import LoopFigures
-from robot.bringup.preflight.page import check_page
 from robot.cli import main as cli
 from robot.report.page import Section, render, report_page
 from robot.report.pictures import inline_svg, pictures

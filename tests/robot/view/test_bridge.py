@@ -12,9 +12,9 @@ import pytest
 from rosbags.typesys import Stores, get_typestore
 
 from record.log.reader import read_log
-from robot.cli import bridge
 from robot.cli import main as cli
 from robot.console.exit_codes import ExitCode
+from robot.view import bridge
 from tests.robot.view.test_view_command import _WritingClock
 
 STORE = get_typestore(Stores.ROS2_HUMBLE)
@@ -148,7 +148,7 @@ def test_a_live_run_is_followed_without_a_clock_of_its_own(
     growing = tmp_path / "now.mcap"
     growing.write_bytes(data[:50_000])
     clock = _WritingClock(data[50_000:], growing)
-    monkeypatch.setattr("drivers.clock.MonotonicClock", lambda: clock)
+    monkeypatch.setattr("robot.view.bridge.MonotonicClock", lambda: clock)
     monkeypatch.setattr(bridge, "be_nice", lambda: None)
     assert cli.run(["bridge", str(growing), "--live"]) == ExitCode.OK
     assert len(ros.published["/odom"]) == len(read_log(walked).t_s)

@@ -10,9 +10,9 @@ import pytest
 
 from model.values.faults import Fault, FaultKind, StopReason
 from model.values.tick import Mode, Tick
-from robot.console.screen_fit import ESCAPE
+from robot.console.screen_fit import ESCAPE, HOME
 from robot.run.teleop import HELP
-from robot.view.screen import HOME, LineView, ScreenView, fault_lines, open_view, screen_lines
+from robot.view.screen import LineView, ScreenView, fault_lines, open_view, screen_lines
 from tests.record.ticks import NAMES, PERIOD_NS, make_tick
 
 
@@ -116,7 +116,8 @@ def test_the_screen_is_no_larger_than_the_terminal_and_does_not_scroll(
     tick = replace(make_tick(6), faults=faults)
     for columns, rows in ((80, 24), (60, 16), (20, 4)):
         monkeypatch.setattr(
-            "robot.view.screen.terminal_size", lambda _out, s=(columns, rows): os.terminal_size(s)
+            "robot.console.screen_fit.terminal_size",
+            lambda _out, s=(columns, rows): os.terminal_size(s),
         )
         terminal = Terminal()
         screen = open_view(NAMES, "BigANT virtual", HELP, terminal)

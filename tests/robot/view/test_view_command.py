@@ -21,10 +21,10 @@ from model.values.estimate import Health
 from model.values.faults import Fault, FaultKind
 from model.values.tick import Mode
 from robot.cli import main as cli
-from robot.cli import view as view_command
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
 from robot.view import log_source
+from robot.view import watch as view_command
 from robot.view.frames import FrameTracker
 from robot.view.numbers import NewsTracker, fields_of, numbers_of
 from robot.view.scene import METRES_PER_NEWTON, legs_of, turn_from_x
@@ -257,7 +257,7 @@ def test_live_in_a_terminal_follows_the_log_to_its_end(
     growing.parent.mkdir()
     growing.write_bytes(data[:50_000])
     clock = _WritingClock(data[50_000:], growing)
-    monkeypatch.setattr("drivers.clock.MonotonicClock", lambda: clock)
+    monkeypatch.setattr("robot.view.watch.MonotonicClock", lambda: clock)
     monkeypatch.setattr(view_command, "be_nice", lambda: None)
     monkeypatch.chdir(tmp_path)
     assert cli.run(["view", "--live", "--terminal"]) == ExitCode.OK

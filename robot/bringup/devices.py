@@ -1,0 +1,158 @@
+"""What is plugged in: serial ports, servos at each baud rate, force-torque units. Asks, never writes."""
+
+import json
+import sys
+from dataclasses import asdict, dataclass
+
+from drivers.ati.discovery import DISCOVERY_PORT, FoundUnit, discover
+from drivers.dynamixel.scan import FoundServo, SerialPort, serial_ports
+from model.errors import BusError, ConfigError
+from robot.bringup.servo.access import scan_port
+from robot.console.exit_codes import ExitCode
+
+KINDS = {321: "MX-106 (protocol 2.0)", 320: "MX-106 (protocol 1.0)"}
+
+
+@dataclass(frozen=True, slots=True)
+class DevicesRequest:
+    """Options of ``bigant devices``."""
+
+    port: str | None
+    baud: int | None
+    discover: str
+    json: bool
+
+
+def list_devices(request: DevicesRequest) -> ExitCode:
+    """List ports, servos and force-torque units.
+
+    Returns:
+        OK when something answered, VERDICT_FAILED when nothing did.
+
+    Raises:
+        BusError: The port asked for cannot be opened.
+        ConfigError: The discovery address makes no sense.
+    """
+    address, port = discovery_target(request.discover)
+    ports = serial_ports()
+    names = [request.port] if request.port else [p.name for p in ports if p.usb_id]
+    servos: list[tuple[str, FoundServo]] = []
+    problems: list[str] = []
+    for name in names:
+        try:
+            servos += [(name, servo) for servo in scan_port(name, request.baud)]
+        except BusError as error:
+            if request.port:
+                raise
+            problems.append(str(error))
+    units = discover(address, port) if address else ()
+    if request.json:
+        result = {
+            "serial_ports": [asdict(one) for one in ports],
+            "servos": [{"port": name, **asdict(servo)} for name, servo in servos],
+            "force_units": [asdict(unit) for unit in units],
+            "problems": problems,
+        }
+        print(json.dumps(result, indent=2))
+    else:
+        print("\n".join(_lines(ports, names, servos, units)), flush=True)
+        for problem in problems:
+            print(f"warning: {problem}", file=sys.stderr)
+    return ExitCode.OK if servos or units else ExitCode.VERDICT_FAILED
+
+
+@dataclass(frozen=True, slots=True)
+class ScanRequest:
+    """Options of ``bigant servo scan``."""
+
+    port: str | None
+    baud: int | None
+    json: bool
+
+
+def scan_servos(request: ScanRequest) -> ExitCode:
+    """Scan and print.
+
+    Returns:
+        OK when a servo answered, VERDICT_FAILED when none did.
+
+    Raises:
+        BusError: A port cannot be opened.
+    """
+    names = [request.port] if request.port else [p.name for p in serial_ports() if p.usb_id]
+    servos = [(name, servo) for name in names for servo in scan_port(name, request.baud)]
+    if request.json:
+        print(json.dumps([{"port": name, **asdict(servo)} for name, servo in servos], indent=2))
+    elif not names:
+        print("no USB serial port: plug in the U2D2, or name a port with --port")
+    elif not servos:
+        print(f"no servo answers on {', '.join(names)}: check power and cable")
+    else:
+        print("\n".join(f"{name}  {servo_line(servo)}" for name, servo in servos))
+    return ExitCode.OK if servos else ExitCode.VERDICT_FAILED
+
+
+def servo_line(servo: FoundServo) -> str:
+    """Return one servo as a line."""
+    kind = KINDS.get(servo.model, f"model {servo.model}")
+    return f"{servo.baud_rate:>8} baud  id {servo.servo_id:>3}  {kind}  firmware {servo.firmware}"
+
+
+def list_force_units(target: str, *, as_json: bool) -> ExitCode:
+    """List the force-torque units that answer; otherwise as ``list_devices``.
+
+    Args:
+        target: ADDRESS, ADDRESS:PORT or none.
+        as_json: Whether to print JSON.
+
+    Raises:
+        ConfigError: The address makes no sense.
+        ForceStreamError: The question cannot be sent.
+    """
+    address, port = discovery_target(target)
+    units = discover(address, port) if address else ()
+    if as_json:
+        print(json.dumps({"force_units": [asdict(unit) for unit in units]}, indent=2))
+    elif not units:
+        print("no force-torque unit answered: check that it is on and on this network")
+    else:
+        print("\n".join(f"{u.address:<16} {u.mac}  {u.text}  {u.location}" for u in units))
+    return ExitCode.OK if units else ExitCode.VERDICT_FAILED
+
+
+def discovery_target(text: str) -> tuple[str, int]:
+    """Return address and port of --discover; an empty address for none.
+
+    Raises:
+        ConfigError: It makes no sense.
+    """
+    if text == "none":
+        return "", 0
+    host, _, port = text.partition(":")
+    if not host or (port and not (port.isdecimal() and 0 < int(port) < 65536)):
+        raise ConfigError("--discover", f"must be ADDRESS, ADDRESS:PORT or none, not {text!r}")
+    return host, int(port) if port else DISCOVERY_PORT
+
+
+def _lines(
+    ports: tuple[SerialPort, ...],
+    scanned: list[str],
+    servos: list[tuple[str, FoundServo]],
+    units: tuple[FoundUnit, ...],
+) -> list[str]:
+    where = ", ".join(scanned) if scanned else "no port was scanned"
+    return [
+        "serial ports",
+        *(f"  {port.name:<16} {port.usb_id or '-':<10} {port.description}" for port in ports),
+        *([] if ports else [
+            "  none: plug in the U2D2, or start virtual hardware with: bigant sim serve"
+        ]),
+        "servos",
+        *(f"  {name:<16} {servo_line(servo)}" for name, servo in servos),
+        *([] if servos else [
+            f"  none answered ({where}): check power, cable and the port's name"
+        ]),
+        "force-torque units",
+        *(f"  {unit.address:<16} {unit.text}  {unit.location}" for unit in units),
+        *([] if units else ["  none answered: check that the unit is on and on this network"]),
+    ]  # fmt: skip

@@ -1,0 +1,139 @@
+"""``bigant ft bias``: the mean of the force sensors of a robot that touches nothing."""
+
+import json
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.constants import g as standard_gravity
+
+from drivers.ati.foot_forces import sensed_wrenches
+from drivers.ati.settings import ForceSensorSettings
+from drivers.ati.stream import ForceStream
+from drivers.clock import Clock, MonotonicClock
+from model.errors import ConfigError, ModelError
+from model.fit.force_bias import Bias, measure_bias, require_rest
+from model.values.arrays import FloatArray
+from model.values.force_calibration import AXES, bias_only
+from robot.bringup.force.unit import running_stream, unit_settings
+from robot.config.calibration import write_calibration
+from robot.config.robot_file import load_robot
+from robot.console.exit_codes import ExitCode
+from robot.console.json_output import plain
+from robot.console.program_output import keep_earlier
+from robot.console.progress import StatusLine
+from robot.run.operator import Interrupts
+
+LOOK_NS = 10_000_000
+LEAST_SECONDS = 1.0
+STANDING_SHARE = 0.5  # of the weight; transducers unloaded are seldom off by that much together
+
+
+@dataclass(frozen=True, slots=True)
+class BiasRequest:
+    """Options of ``bigant ft bias``."""
+
+    robot: Path
+    force_unit: str | None
+    seconds: float
+    out: Path
+    device: bool
+    json: bool
+
+
+def measure(request: BiasRequest) -> ExitCode:
+    """Measure, judge, write.
+
+    Raises:
+        ModelError: The sensors were not at rest.
+        BigantError: The unit cannot be reached, or a file cannot be used.
+    """
+    if not LEAST_SECONDS <= request.seconds <= 3600:
+        raise ConfigError("--seconds", f"must be from 1 to 3600, not {request.seconds:g}")
+    config = load_robot(request.robot)
+    settings = unit_settings(request.force_unit, config.force_sensor)
+    names, clock = settings.names, MonotonicClock()
+    with Interrupts() as interrupts, running_stream(settings, clock) as stream:
+        serials = tuple("" if c is None else c.serial for c in stream.calibrations)
+        for with_device_bias in (False, True) if request.device else (False,):
+            if with_device_bias:
+                stream.set_device_bias()
+            bias = measure_bias(_collect(stream, settings, clock, interrupts, request.seconds))
+            require_rest(bias, names)
+    date = time.strftime("%Y-%m-%dT%H:%M:%S%z")
+    calibration = bias_only(names, serials, bias.mean, bias.standard_error, date=date, logs=())
+    for line in standing_warnings(bias.mean, config.parameters.body.mass):
+        print(f"warning: {line}", file=sys.stderr)
+    keep_earlier(request.out)
+    write_calibration(request.out, calibration)
+    if request.json:
+        print(json.dumps(_as_json(bias, names, request.out), indent=2))
+    else:
+        print("\n".join(_lines(bias, names)))
+        print(f"calibration: {request.out}   (bigant drive --calibration {request.out})")
+    return ExitCode.OK
+
+
+def _as_json(bias: Bias, names: tuple[str, ...], out: Path) -> object:
+    legs = [
+        {
+            "leg": name,
+            "samples": int(bias.samples[leg]),
+            "bias": bias.mean[leg].tolist(),
+            "standard_error": bias.standard_error[leg].tolist(),
+        }
+        for leg, name in enumerate(names)
+    ]
+    return plain({"axes": list(AXES), "legs": legs, "file": out})
+
+
+def _lines(bias: Bias, names: tuple[str, ...]) -> list[str]:
+    lines = [
+        "bias and standard error, N and N m",
+        "leg   samples" + "".join(f"{axis:>20}" for axis in AXES),
+    ]
+    for leg, name in enumerate(names):
+        pairs = zip(bias.mean[leg], bias.standard_error[leg], strict=True)
+        cells = "".join(f"{f'{m:.4f} +- {e:.4f}':>20}" for m, e in pairs)
+        known = cells if bias.known[leg] else "  no bias"
+        lines.append(f"{name:<5} {bias.samples[leg]:>7}{known}")
+    return lines
+
+
+def standing_warnings(mean: FloatArray, mass_kg: float) -> tuple[str, ...]:
+    """Warn if the readings look as if the feet carried the robot: a standing robot is at rest, too.
+
+    Args:
+        mean: Mean readings, sensor axes, (N, 6) [N, N m]; NaN where there were none.
+        mass_kg: Of the robot.
+    """
+    total_n, weight_n = float(np.nansum(mean[:, 2])), mass_kg * standard_gravity
+    if abs(total_n) < STANDING_SHARE * weight_n:
+        return ()
+    return (
+        f"together the sensors read {total_n:.0f} N along z, and the robot weighs {weight_n:.0f} N: "
+        "does it stand? Hang it up, no foot on the ground, and measure again",
+    )
+
+
+def _collect(
+    stream: ForceStream,
+    settings: ForceSensorSettings,
+    clock: Clock,
+    interrupts: Interrupts,
+    seconds: float,
+) -> FloatArray:
+    """Return what the sensors read for some seconds, (T, N, 6), nothing subtracted."""
+    stream.read()  # what came before does not count
+    begin_ns = clock.now_ns()
+    rows: list[FloatArray] = []
+    with StatusLine() as status:
+        while (done_s := (clock.now_ns() - begin_ns) * 1e-9) < seconds:
+            clock.sleep_until_ns(clock.now_ns() + LOOK_NS)
+            rows += [sensed_wrenches(r, stream.calibrations, settings) for r in stream.read()]
+            if interrupts.count:
+                raise ModelError("interrupted; nothing was written")
+            status.step(f"measuring {done_s:.0f} of {seconds:.0f} s")
+    return np.array(rows).reshape(-1, len(settings.names), 6)

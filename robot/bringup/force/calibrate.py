@@ -1,0 +1,194 @@
+"""``bigant ft calibrate``: poses of logs through the fit, its residuals as lines and as a picture."""
+
+import json
+import sys
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from model.errors import ConfigError, RecordError
+from model.fit.in_situ import InSituResult, SensorResidual, calibrate_in_situ
+from robot.bringup.force.still_poses import read_pose_logs
+from robot.config.calibration import write_calibration
+from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
+from robot.console.exit_codes import ExitCode
+from robot.console.json_output import plain
+from robot.console.program_output import keep_earlier
+from robot.console.progress import ProgressBar
+from robot.virtual.poses import record_poses
+
+# Left-out poses are few: sensors that need no correction come out a few per cent better or worse.
+WORSE = 1.1
+STAGES = ("offsets only", "and leg gravity", "and cross-talk")
+COLOURS = ("#999999", "#56B4E9", "#D55E00")
+KINDS = (
+    ("standing_n", "standing, force", "N"),
+    ("standing_nm", "standing, moment", "N m"),
+    ("air_n", "in the air, force", "N"),
+    ("air_nm", "in the air, moment", "N m"),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class CalibrateRequest:
+    """Options of ``bigant ft calibrate``."""
+
+    logs: list[Path]
+    hung: list[Path]
+    hardware: str | None
+    rounds: int
+    seed: int
+    log: Path
+    robot: Path | None
+    harmonics: int
+    no_cross_talk: bool
+    no_point_feet: bool
+    out: Path
+    report: Path | None
+    json: bool
+
+
+def calibrate(request: CalibrateRequest) -> ExitCode:
+    """Calibrate.
+
+    Returns:
+        OK, or VERDICT_FAILED when left-out poses got worse; then no file is written.
+
+    Raises:
+        BigantError: A log or file cannot be used, or the poses are too few.
+    """
+    _check(request)
+    logs = list(request.logs)
+    if request.hardware is not None:
+        _record(request)
+        logs.append(request.log)
+    poses = read_pose_logs(logs, request.hung, request.robot)
+    result = calibrate_in_situ(
+        poses.poses,
+        poses.places,
+        poses.legs,
+        max_harmonics=request.harmonics,
+        cross_talk=not request.no_cross_talk,
+        point_feet=not request.no_point_feet,
+        serials=poses.serials,
+        date=time.strftime("%Y-%m-%dT%H:%M:%S%z"),
+        logs=tuple(dict.fromkeys(path.name for path in [*logs, *request.hung])),
+    )
+    worse = overall(result.after, "standing_n") > WORSE * overall(result.before, "standing_n")
+    if not worse:
+        keep_earlier(request.out)
+        write_calibration(request.out, result.calibration)
+    if request.report is not None:
+        try:
+            draw_report(result).savefig(request.report, dpi=100)
+        except OSError as error:
+            raise RecordError(f"{request.report} cannot be written: {error.strerror}") from error
+    if request.json:
+        print(json.dumps(_as_json(result, None if worse else request.out), indent=2))
+    else:
+        print("\n".join(report_lines(result)))
+        if not worse:
+            print(f"calibration: {request.out}   (bigant drive --calibration {request.out})")
+    if worse:
+        print("bigant ft calibrate: left-out poses got worse; nothing written", file=sys.stderr)
+        return ExitCode.VERDICT_FAILED
+    return ExitCode.OK
+
+
+def _check(request: CalibrateRequest) -> None:
+    if not request.logs and request.hardware is None:
+        raise ConfigError("LOG", "name one or more logs, or --hardware virtual")
+    if request.report is not None and request.report.suffix != ".png":
+        raise ConfigError("--report", f"must end in .png, not {request.report.name!r}")
+    if not 1 <= request.rounds <= 50:
+        raise ConfigError("--rounds", f"must be from 1 to 50, not {request.rounds}")
+    if not 0 <= request.harmonics <= 8:
+        raise ConfigError("--harmonics", f"must be from 0 to 8, not {request.harmonics}")
+
+
+def _record(request: CalibrateRequest) -> None:
+    config = load_robot(request.robot or DEFAULT_ROBOT_FILE)
+    with ProgressBar("recording poses") as bar:
+        record_poses(
+            config,
+            request.log,
+            rounds=request.rounds,
+            heights=4,
+            seed=request.seed,
+            progress=bar.show,
+        )
+
+
+def _as_json(result: InSituResult, out: Path | None) -> dict[str, object]:
+    legs = result.calibration.legs
+    parts = {"before": result.before, "stage_one": result.stage_one, "after": result.after}
+    return {
+        "held_out_poses": result.held_out,
+        "residuals": {
+            name: {leg: plain(asdict(r)) for leg, r in zip(legs, part, strict=True)}
+            for name, part in parts.items()
+        },
+        "warnings": list(result.warnings),
+        "calibration": None if out is None else str(out),
+    }
+
+
+def stages(result: InSituResult) -> tuple[tuple[SensorResidual, ...], ...]:
+    """Return the residuals of the three stages."""
+    return result.before, result.stage_one, result.after
+
+
+def overall(residuals: tuple[SensorResidual, ...], kind: str) -> float:
+    """Return the RMS over the sensors; NaN if none has one."""
+    values = np.array([getattr(each, kind) for each in residuals])
+    values = values[np.isfinite(values)]
+    return float(np.sqrt((values**2).mean())) if len(values) else float("nan")
+
+
+def report_lines(result: InSituResult) -> list[str]:
+    """Return the report as lines."""
+    lines = [
+        f"residuals on {result.held_out} left-out standing poses, RMS, seen from each sensor",
+        f"{'leg':<5}{'':20}" + "".join(f"{stage:>18}" for stage in STAGES),
+    ]
+    for leg, name in enumerate(result.calibration.legs):
+        for kind, words, unit in KINDS:
+            values = "".join(f"{getattr(part[leg], kind):18.4f}" for part in stages(result))
+            lines.append(f"{name:<5}{words:<20}{values} {unit}")
+    for kind, words, unit in KINDS:
+        values = "".join(f"{overall(part, kind):18.4f}" for part in stages(result))
+        lines.append(f"{'all':<5}{words:<20}{values} {unit}")
+    for name, fit in zip(result.calibration.legs, result.unloaded, strict=True):
+        if fit is not None:
+            lines.append(
+                f"{name}: {fit.samples} poses in the air, {fit.harmonics} harmonics, "
+                f"condition number {fit.condition:.3g}"
+            )
+    if result.cross_talk is not None:
+        fit2 = result.cross_talk
+        lines.append(
+            f"cross-talk: {fit2.poses} poses, ridge {fit2.strength:.2g}, condition number "
+            f"{fit2.condition:.3g}, {100 * fit2.resolution.mean():.0f} % decided by the data"
+        )
+    return lines + [f"warning: {text}" for text in result.warnings]
+
+
+def draw_report(result: InSituResult) -> Figure:
+    """Draw the residuals of each sensor as bars, three stages side by side."""
+    figure = Figure(figsize=(9, 5.5), layout="constrained")
+    axes = figure.subplots(2, 2).ravel()
+    at = np.arange(len(result.calibration.legs))
+    for axis, (kind, words, unit) in zip(axes, KINDS, strict=True):
+        for index, (part, stage) in enumerate(zip(stages(result), STAGES, strict=True)):
+            heights = [getattr(each, kind) for each in part]
+            axis.bar(at + (index - 1) * 0.27, heights, 0.25, color=COLOURS[index], label=stage)
+        axis.set_xticks(at, result.calibration.legs)
+        axis.set_ylabel(f"RMS residual, {unit}")
+        axis.set_title(words, fontsize=10)
+        axis.spines[["top", "right"]].set_visible(False)
+    axes[0].legend(frameon=False, fontsize=8)
+    figure.suptitle(f"Force sensors on {result.held_out} left-out standing poses", fontsize=11)
+    return figure

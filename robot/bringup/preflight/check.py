@@ -1,0 +1,239 @@
+"""``bigant check``: servos, force-torque unit, computer and loop of one robot, looked at in this order."""
+
+import json
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, closing
+from dataclasses import dataclass
+from pathlib import Path
+
+from drivers.ati.settings import ForceSensorSettings
+from drivers.clock import MonotonicClock
+from drivers.dynamixel.bus import ServoBus
+from model.errors import BigantError, ConfigError, ConnectionLost
+from record.whole_file import write_text
+from robot.bringup.force.unit import NO_UNIT, check_no_unit, unit_settings
+from robot.bringup.preflight.computer import host_settings, software_findings
+from robot.bringup.preflight.finding import (
+    Finding,
+    Verdict,
+    count_line,
+    exit_code,
+    failed,
+    fit,
+    listed,
+    plain_findings,
+    skipped,
+)
+from robot.bringup.preflight.forces import force_findings
+from robot.bringup.preflight.loop import LoopFigures, loop_finding, run_loop
+from robot.bringup.preflight.servos import servo_findings
+from robot.bringup.servo.access import bus_of
+from robot.config.robot_file import RobotConfig, load_robot
+from robot.console.exit_codes import ExitCode
+from robot.console.installed import version_lines
+from robot.console.progress import StatusLine
+from robot.report.page import Section, report_page
+from robot.report.run_date import utc_words
+from robot.run.hardware import open_force_links, open_real, start_virtual
+
+LISTEN_S = 3.0
+VIRTUAL = "virtual"
+PERCENTILES = ("p50", "p95", "p99", "max")
+PERCENTILE_WORDS = ("half of the ticks", "95 %", "99 %", "the latest")
+
+
+@dataclass(frozen=True, slots=True)
+class CheckRequest:
+    """Options of ``bigant check``."""
+
+    hardware: str
+    force_unit: str | None
+    robot: Path
+    armed: bool
+    loop: float | None
+    json: bool
+    html: Path | None
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """The robot that is looked at.
+
+    Attributes:
+        config: Robot file.
+        port: Serial port.
+        unit: Force-torque unit, None to leave it out.
+        armed: Whether torque may be switched on for the proof of the watchdog.
+    """
+
+    config: RobotConfig
+    port: str
+    unit: ForceSensorSettings | None
+    armed: bool
+
+
+def check(request: CheckRequest) -> ExitCode:
+    """Look at everything and print the list.
+
+    Returns:
+        OK, or VERDICT_FAILED when something failed.
+
+    Raises:
+        BigantError: The robot file or an argument cannot be used.
+    """
+    if request.html is not None and request.html.suffix != ".html":
+        raise ConfigError("--html", f"must end in .html, not {request.html.name!r}")
+    figures: list[LoopFigures] = []
+    with ExitStack() as stack, StatusLine() as status:
+        target = _target(request, stack)
+        looking = _findings(target, request.loop, figures, status)
+        findings = listed(looking, status, quiet=request.json)
+    if request.json:
+        print(json.dumps(_as_json(findings, figures), indent=2))
+    else:
+        print(count_line(findings))
+    if request.html is not None:
+        page = check_page(
+            target.config.name,
+            request.hardware,
+            findings,
+            figures,
+            robot_file=_short(request.robot),
+            date=utc_words(time.time_ns()),
+        )
+        write_text(request.html, page, "--html")
+        if not request.json:
+            print(f"page: {request.html}")
+    return exit_code(findings)
+
+
+def _short(path: Path) -> str:
+    """Return a path relative to the working folder, if it lies below it."""
+    here = Path.cwd()
+    return str(path.relative_to(here) if path.is_relative_to(here) else path)
+
+
+def _target(request: CheckRequest, stack: ExitStack) -> Target:
+    config = load_robot(request.robot)
+    without = request.force_unit == NO_UNIT
+    if request.hardware == VIRTUAL:
+        check_no_unit(request.force_unit)
+        devices, unit = start_virtual(config, seed=0)
+        stack.callback(devices.close)
+        return Target(config, devices.addresses.servo_port, None if without else unit, armed=True)
+    real = None if without else unit_settings(request.force_unit, config.force_sensor)
+    return Target(config, request.hardware, real, request.armed)
+
+
+def _findings(
+    target: Target, loop_s: float | None, figures: list[LoopFigures], status: StatusLine
+) -> Iterator[Finding]:
+    yield from software_findings()
+    status.step("looking at the servos ...")
+    with closing(bus_of(target.port, None, target.config)) as bus:
+        yield from _servo_findings(bus, target)
+    if target.unit is None:
+        yield skipped("force unit", "left out with --force-unit none")
+    else:
+        status.step(f"listening to the force-torque unit, {LISTEN_S:g} s ...")
+        yield from _force_findings(target.unit)
+    if loop_s is not None:
+        yield _loop_finding(target, loop_s, figures, status)
+
+
+def _servo_findings(bus: ServoBus, target: Target) -> Iterator[Finding]:
+    try:
+        yield from servo_findings(bus, target.config, armed=target.armed)
+    except ConnectionLost as error:
+        yield failed("port", str(error), "put the cable back and check again")
+
+
+def _force_findings(unit: ForceSensorSettings) -> Iterator[Finding]:
+    clock = MonotonicClock()
+    yield from force_findings(
+        lambda: open_force_links(unit, clock),
+        unit,
+        clock,
+        seconds=LISTEN_S,
+        unix_offset_ns=time.time_ns() - clock.now_ns(),
+    )
+
+
+def _loop_finding(
+    target: Target, seconds: float, figures: list[LoopFigures], status: StatusLine
+) -> Finding:
+    try:
+        rig = open_real(target.config, target.port, target.unit, armed=False)
+    except BigantError as error:
+        return failed("loop", f"not run: {error}", "put right what failed above first")
+    with closing(rig):
+
+        def show(ticks: int) -> None:
+            status.step(f"the loop without torque, {seconds:g} s: {ticks} ticks ...")
+
+        result = run_loop(rig, target.config, seconds, show)
+        figures.append(result)
+        host = host_settings(rig.bus.latency_timer_ms)
+    return loop_finding(result, host, target.config.loop.late_limit_s)
+
+
+def _as_json(findings: list[Finding], figures: list[LoopFigures]) -> dict[str, object]:
+    result: dict[str, object] = {"findings": plain_findings(findings), "fit": fit(findings)}
+    for loop in figures:
+        result["loop"] = {
+            "period_ms": loop.period_ms,
+            "ticks": loop.ticks,
+            "missed": loop.missed,
+            "late_ticks": loop.late_ticks,
+            "late_ms": dict(zip(PERCENTILES, loop.late_ms, strict=True)),
+            "busy_ms": dict(zip(PERCENTILES, loop.busy_ms, strict=True)),
+            "ended": loop.reason.name.lower(),
+        }
+    return result
+
+
+def check_page(
+    robot: str,
+    port: str,
+    findings: Sequence[Finding],
+    loops: Sequence[LoopFigures],
+    *,
+    robot_file: str,
+    date: str,
+) -> str:
+    """Return the page.
+
+    Args:
+        robot: Name of the robot.
+        port: Its servo port, or that it was virtual.
+        findings: The list.
+        loops: Figures of the loop, if it was run.
+        robot_file: The robot file that was used.
+        date: When it was looked at.
+    """
+    bad = [one.name for one in findings if one.verdict is Verdict.FAIL]
+    where = "virtual devices" if port == VIRTUAL else port
+    todo = [(one.name, one.advice) for one in findings if one.advice]
+    rows = [(one.verdict.value, one.name, one.found) for one in findings]
+    return report_page(
+        f"{robot}: pre-flight",
+        f"{date}; {where}; robot file {robot_file}; {count_line(findings)}",
+        [
+            Section("What to do", todo),
+            Section("What was looked at", rows, ("", "check", "found")),
+            *map(_loop_section, loops),
+        ],
+        verdict=f"Not fit to walk: {', '.join(bad)}." if bad else "Fit to walk.",
+        kind="fail" if bad else "pass",
+        footer=version_lines()[0],
+    )
+
+
+def _loop_section(loop: LoopFigures) -> Section:
+    rows = [
+        (words, f"{late:.3f}", f"{busy:.3f}")
+        for words, late, busy in zip(PERCENTILE_WORDS, loop.late_ms, loop.busy_ms, strict=True)
+    ]
+    head = (f"{loop.ticks} ticks of {loop.period_ms:g} ms", "late, ms", "work, ms")
+    return Section("The loop without torque", rows, head, (1, 2))

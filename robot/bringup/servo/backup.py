@@ -1,0 +1,206 @@
+"""``bigant servo backup`` and ``restore``: every register by name, one TOML table a servo."""
+
+import time
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from drivers.dynamixel.image import GAINS, KEPT, RegisterValue, ServoImage, changes_to, read_image
+from drivers.dynamixel.mx106 import MODEL_NUMBER, REGISTER
+from drivers.dynamixel.scan import FoundServo
+from model.errors import BusError, ConfigError
+from model.parameters.toml_table import Table
+from record.toml_file import toml_text
+from robot.bringup.servo.access import open_port, require_answers, scan_port, servo_at, write_new
+from robot.bringup.servo.changes import Task, Writing
+from robot.console.exit_codes import ExitCode
+from robot.console.progress import StatusLine
+
+KIND = "bigant servo backup"
+VERSION = 1
+
+
+@dataclass(frozen=True, slots=True)
+class BackupRequest:
+    """Options of ``bigant servo backup``."""
+
+    port: str
+    baud: int | None
+    out: Path
+
+
+@dataclass(frozen=True, slots=True)
+class RestoreRequest:
+    """Options of ``bigant servo restore``."""
+
+    path: Path
+    port: str
+    baud: int | None
+    yes: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Backup:
+    """What a backup file says.
+
+    Attributes:
+        date: When it was made, as text.
+        port: Port it was made on.
+        servos: The servos.
+    """
+
+    date: str
+    port: str
+    servos: tuple[ServoImage, ...]
+
+
+def back_up(request: BackupRequest) -> ExitCode:
+    """Read the servos and write the file.
+
+    Raises:
+        BusError: Nobody answers, or a servo stops answering.
+        ConfigError: The file exists or cannot be written.
+    """
+    servos = scan_port(request.port, request.baud)
+    for servo in servos:
+        if servo.model != MODEL_NUMBER:
+            print(
+                f"id {servo.servo_id}: model {servo.model}, left out: its registers are not known"
+            )
+    known = [servo for servo in servos if servo.model == MODEL_NUMBER]
+    images = []
+    with StatusLine() as status:
+        for place, servo in enumerate(require_answers(known, request.port, "MX-106"), start=1):
+            status.step(f"reading servo {place} of {len(known)} ...")
+            with open_port(request.port, servo.baud_rate) as (port, packets):
+                images.append(read_image(servo_at(port, packets, servo.servo_id)))
+    date = time.strftime("%Y-%m-%dT%H:%M:%S%z")
+    write_new(request.out, backup_text(Backup(date, request.port, tuple(images))), "--out")
+    ids = ", ".join(str(image.servo_id) for image in images)
+    count = len(images[0].values)
+    print(f"{len(images)} servos (ids {ids}), {count} registers each: {request.out}")
+    return ExitCode.OK
+
+
+def restore(request: RestoreRequest) -> ExitCode:
+    """Show, ask, write, read back.
+
+    Returns:
+        OK when the servos are as in the file, VERDICT_FAILED when they differ and stay so.
+
+    Raises:
+        BusError: A servo is missing, of another model, or does not take a value.
+        ConfigError: The file cannot be used.
+    """
+    backup = load_backup(request.path)
+    servos = scan_port(request.port, request.baud)
+    tasks = []
+    for image in backup.servos:
+        servo = _counterpart(image, servos, request.port)
+        note = ""
+        if image.firmware != servo.firmware:
+            note = f"  warning: saved with firmware {image.firmware}, it has {servo.firmware} now"
+        title = f"id {image.servo_id}"
+        tasks.append(Task(servo, title, partial(changes_to, wanted=image.values), note))
+    done = f"restored as of {backup.date} and read back"
+    writing = Writing(request.port, None, "as in the file", "differ", done, request.yes)
+    return writing.carry_out(tasks)
+
+
+def _counterpart(image: ServoImage, servos: Sequence[FoundServo], port: str) -> FoundServo:
+    here = [servo for servo in servos if servo.servo_id == image.servo_id]
+    if len(here) != 1:
+        what = "does not answer" if not here else "answers at two baud rates"
+        raise BusError(
+            f"id {image.servo_id} of the backup {what} on {port}; nothing has been written: give a "
+            "replaced servo its id first, with bigant servo setup",
+            port=port,
+            ids=(image.servo_id,),
+        )
+    if here[0].model != image.model:
+        raise BusError(
+            f"id {image.servo_id} is model {here[0].model} and the backup is of model {image.model};"
+            " nothing has been written: choose another backup",
+            port=port,
+            ids=(image.servo_id,),
+            register="model_number",
+        )
+    return here[0]
+
+
+def backup_text(backup: Backup) -> str:
+    """Return a backup as TOML; the gains are in RAM, and lost without power."""
+    document = {
+        "kind": KIND,
+        "version": VERSION,
+        "date": backup.date,
+        "port": backup.port,
+        "servo": [
+            {
+                "id": servo.servo_id,
+                "model": servo.model,
+                "firmware": servo.firmware,
+                "eeprom": {name: servo.value(name) for name in KEPT},
+                "gains": {name: servo.value(name) for name in GAINS},
+            }
+            for servo in backup.servos
+        ],
+    }
+    head = f"What {len(backup.servos)} servos keep; put it back with: bigant servo restore"
+    return toml_text(document, (head,))
+
+
+def load_backup(path: Path) -> Backup:
+    """Read a backup file.
+
+    Raises:
+        ConfigError: It cannot be read, or is no backup of ours.
+    """
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        raise ConfigError(str(path), f"the backup cannot be read: {reason}") from error
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(str(path), f"is not valid TOML: {error}") from error
+    if data.get("kind") != KIND or data.get("version") != VERSION:
+        raise ConfigError(
+            str(path), "is no servo backup of this version; make one with servo backup"
+        )
+    top = Table(data, path.name)
+    top.text("kind")
+    top.integer("version", minimum=VERSION, maximum=VERSION)
+    date, port = top.text("date"), top.text("port")
+    servos = [_servo(table) for table in top.tables("servo")]
+    top.done()
+    if not servos:
+        raise ConfigError(str(path), "holds no servo")
+    if len({servo.servo_id for servo in servos}) != len(servos):
+        raise ConfigError(str(path), "holds one id twice")
+    return Backup(date, port, tuple(servos))
+
+
+def _servo(table: Table) -> ServoImage:
+    eeprom, gains = table.table("eeprom"), table.table("gains")
+    image = ServoImage(
+        servo_id=table.integer("id", minimum=0, maximum=252),
+        model=table.integer("model", minimum=0, maximum=65535),
+        firmware=table.integer("firmware", minimum=0, maximum=255),
+        values=(*_values(eeprom, KEPT), *_values(gains, GAINS)),
+    )
+    for part in (table, eeprom, gains):
+        part.done()
+    if image.value("id") != image.servo_id:
+        raise ConfigError(table.name("id"), "has two different ids, here and in its eeprom table")
+    return image
+
+
+def _values(table: Table, names: Sequence[str]) -> tuple[RegisterValue, ...]:
+    values = []
+    for name in names:
+        register = REGISTER[name]
+        number = table.integer(name, minimum=register.minimum, maximum=register.maximum)
+        values.append(RegisterValue(name, number))
+    return tuple(values)

@@ -1,0 +1,82 @@
+"""``bigant servo reboot``: reboot servos, and keep what they are about to forget."""
+
+import json
+import sys
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from drivers.dynamixel.mx106 import hardware_error_names
+from drivers.dynamixel.reboot import Reboot, reboot_servo
+from robot.bringup.servo.access import confirmed, open_port, require_answers, scan_port, servo_at
+from robot.config.robot_file import load_robot
+from robot.console.exit_codes import ExitCode
+
+
+@dataclass(frozen=True, slots=True)
+class RebootRequest:
+    """Options of ``bigant servo reboot``."""
+
+    port: str
+    baud: int | None
+    id: int | None
+    robot: Path
+    yes: bool
+    json: bool
+
+
+def reboot(request: RebootRequest) -> ExitCode:
+    """Reboot one servo, or all that answer.
+
+    Returns:
+        OK, or VERDICT_FAILED when a servo still reports an error, or nothing was done.
+
+    Raises:
+        BusError: A servo does not answer, or does not come back.
+    """
+    config = load_robot(request.robot)
+    baud = request.baud if request.baud is not None else config.servo_bus.baud_rate
+    numbers = [request.id] if request.id is not None else _everybody(request.port, baud)
+    with open_port(request.port, baud) as (port, packets):
+        servos = [servo_at(port, packets, number, config) for number in numbers]
+        holding = [f"{s.leg} (id {s.servo_id})" for s in servos if s.read("torque_enable")]
+        if holding and not request.yes:
+            print(f"torque is on: {', '.join(holding)}", file=sys.stderr)
+            question = f"{', '.join(holding)} will drop what they carry; reboot?"
+            if not confirmed(question, yes=False):
+                return ExitCode.VERDICT_FAILED
+        reboots = [reboot_servo(servo, port.clock) for servo in servos]
+    if request.json:
+        print(json.dumps([_as_json(one) for one in reboots], indent=2))
+    else:
+        print("\n".join(line_of(one) for one in reboots))
+    well = all(one.error_after == 0 for one in reboots)
+    return ExitCode.OK if well else ExitCode.VERDICT_FAILED
+
+
+def _everybody(port: str, baud: int) -> list[int]:
+    servos = require_answers(scan_port(port, baud), f"{port} at {baud} baud")
+    return [servo.servo_id for servo in servos]
+
+
+def line_of(reboot: Reboot) -> str:
+    """Return one reboot as a line."""
+    cause = ", ".join(reboot.cause_names) or "no hardware error"
+    turns = reboot.turns_lost
+    lost = f"{turns:+d} turns lost" if turns else "no turns lost"
+    text = (
+        f"{reboot.leg} (id {reboot.servo_id}): was {cause}; {lost} "
+        f"({reboot.ticks_before} to {reboot.ticks_after} ticks); torque off; "
+        f"back after {reboot.duration_s:.2f} s"
+    )
+    if reboot.error_after:
+        names = ", ".join(hardware_error_names(reboot.error_after))
+        text += f"; STILL REPORTS {names}: remove the cause"
+    return text
+
+
+def _as_json(reboot: Reboot) -> dict[str, object]:
+    return {
+        **asdict(reboot),
+        "cause_names": list(reboot.cause_names),
+        "turns_lost": reboot.turns_lost,
+    }

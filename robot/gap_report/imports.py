@@ -1,0 +1,241 @@
+"""``bigant import``: measured tables checked, written as logs or trials; what is odd there, in words."""
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from gap.interfaces import DataFault, Simulator
+from model.errors import BigantError, ConfigError, RecordError
+from record.log.from_trial import left_out, write_trial_log
+from record.log.versions import version_of
+from record.trial.column_map import ColumnMap, find_map, map_names, read_column_map
+from record.trial.header import TrialHeader
+from record.trial.import_table import Imported, ImportReport, import_tables
+from record.trial.table_file import Column
+from record.trial.trial import Trial, build_trial, write_trial
+from robot.console.exit_codes import ExitCode
+from robot.console.json_output import plain
+from robot.console.progress import ProgressBar
+from robot.gap_report.trials import simulator_for
+
+SUFFIXES = (".mcap", ".parquet", ".csv")
+SHOWN_ROWS = 10
+
+
+@dataclass(frozen=True, slots=True)
+class ImportRequest:
+    """Options of ``bigant import``."""
+
+    paths: list[Path]
+    map: str | None
+    out: Path | None
+    report: Path | None
+    json: bool
+
+    @property
+    def folder(self) -> bool:
+        """Whether ``out`` is a folder, for a trial of each table."""
+        return self.out is not None and not self.out.suffix
+
+
+@dataclass(frozen=True, slots=True)
+class TableReport:
+    """One table's report.
+
+    Attributes:
+        report: What the import found.
+        faults: What the diagnosis would find wrong with the data; empty where no machine is named.
+        lost: What the written file has no place for.
+    """
+
+    report: ImportReport
+    faults: tuple[DataFault, ...]
+    lost: tuple[str, ...]
+
+
+def bring_in(request: ImportRequest) -> ExitCode:
+    """Import tables.
+
+    Raises:
+        ConfigError: ``--out`` names no kind of file we write, or there is nothing to import.
+        RecordError: A file cannot be read or written, or nothing in the table is known.
+    """
+    out = request.out
+    if not request.paths:
+        raise ConfigError("TABLE", "name a table to import, or --maps to list the maps")
+    given = read_column_map(find_map(request.map)) if request.map is not None else ColumnMap()
+    if out is not None and not request.folder:
+        if out.suffix not in SUFFIXES:
+            raise ConfigError(
+                "--out", f"must end in .mcap, .parquet or .csv, or be a folder, not {out}"
+            )
+        if len(request.paths) > 1:
+            raise ConfigError("--out", f"several tables need a folder, not {out}")
+    reports = _import_all(request, given)
+    text = json.dumps(report_json(reports), indent=2) + "\n"
+    if request.report is not None:
+        whole = text if request.report.suffix == ".json" else "\n".join(all_lines(reports)) + "\n"
+        try:
+            request.report.write_text(whole, encoding="utf-8")
+        except OSError as error:
+            raise RecordError(
+                f"{request.report} cannot be written: {error.strerror}; choose another --report"
+            ) from error
+    short = lines_of_one(reports[0]) if len(reports) == 1 else all_lines(reports)
+    print(text.rstrip() if request.json else "\n".join(short))
+    if out is not None and not request.json:
+        print(_written(reports, out, folder=request.folder))
+    return ExitCode.OK
+
+
+def _import_all(request: ImportRequest, given: ColumnMap) -> tuple[TableReport, ...]:
+    out, reports = request.out, []
+    with ProgressBar("import") as bar:
+        for number, path in enumerate(request.paths):
+
+            def tell(share: float, number: int = number, path: Path = path) -> None:
+                bar.show((number + share) / len(request.paths), path.name)
+
+            # reading and writing take about as long
+            tables = tuple(import_tables(path, given, lambda share: tell(0.5 * share)))
+            if len(tables) > 1 and out is not None and not request.folder:
+                raise RecordError(
+                    f"{path} holds {len(tables)} tables; give --out a folder, not {out}"
+                )
+            for at, one in enumerate(tables):
+                tell(0.5 + 0.5 * at / len(tables))
+                lost: tuple[str, ...] = ()
+                if out is not None and one.trial is not None:
+                    target = out / f"{name_of(one.report)}.parquet" if request.folder else out
+                    lost = _write(one, one.trial, target, lambda share: tell(0.5 + 0.5 * share))
+                reports.append(TableReport(one.report, data_faults(one.trial), lost))
+    return tuple(reports)
+
+
+def _write(
+    one: Imported, trial: Trial, out: Path, tell: Callable[[float], None]
+) -> tuple[str, ...]:
+    """Write a trial; return what there was no place for."""
+    if out.resolve() == one.report.path.resolve():
+        raise RecordError(f"{out} is the table itself; choose another --out")
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RecordError(
+            f"{out.parent} cannot be made: {error.strerror}; choose another"
+        ) from error
+    if out.suffix != ".mcap":
+        write_trial(trial, out)
+        return ()
+    write_trial_log(trial, out, f"bigant {version_of('bigant')}", tell)
+    return left_out(trial)
+
+
+def _written(reports: Sequence[TableReport], out: Path, *, folder: bool) -> str:
+    trials = [one for one in reports if one.report.kept]
+    samples = sum(one.report.kept for one in trials)
+    if folder:
+        return f"{out}: {len(trials)} trials, {samples} samples"
+    lost = f"; no place in a log for {', '.join(reports[0].lost)}" if reports[0].lost else ""
+    return f"{out}: {samples} samples{lost}"
+
+
+def list_maps(*, as_json: bool) -> ExitCode:
+    """List the maps that come with the program."""
+    maps = [(name, read_column_map(find_map(name)).about) for name in map_names()]
+    if as_json:
+        print(json.dumps([{"name": name, **asdict(about)} for name, about in maps], indent=2))
+    else:
+        for name, about in maps:
+            print(f"{name:<16} {about.what}\n{'':<16} {about.source}; {about.licence}")
+    return ExitCode.OK
+
+
+def data_faults(trial: Trial | None) -> tuple[DataFault, ...]:
+    """Return the faults that the simulator of the trial's machine sees; none without a machine's file."""
+    if trial is None or not trial.header.robot_text:
+        return ()
+    try:
+        return _simulator(trial.header).check(trial)
+    except BigantError:
+        return ()  # a machine's file that cannot be simulated says so when it is diagnosed
+
+
+@lru_cache(maxsize=1)
+def _simulator(header: TrialHeader) -> Simulator:
+    return simulator_for([build_trial(header, (Column("time_s", np.zeros(0)),))], None)
+
+
+def report_json(reports: Sequence[TableReport]) -> object:
+    """Return the report of one table, or of each of several under ``tables``."""
+    each = [
+        plain({**asdict(one.report), "faults": [asdict(f) for f in one.faults]}) for one in reports
+    ]
+    return each[0] if len(each) == 1 else {"tables": each}
+
+
+def lines_of_one(one: TableReport, most_rows: int | None = SHOWN_ROWS) -> list[str]:
+    """Return one table's report; rows beyond ``most_rows`` are counted."""
+    report = one.report
+    lines = [
+        f"{report.path}: {report.rows} rows, {report.kept} kept, {len(report.dropped)} dropped, "
+        f"{len(report.columns)} columns"
+    ]
+    shown = report.dropped[:most_rows]
+    lines += [f"dropped   row {item.row}: {item.reason}" for item in shown]
+    if len(report.dropped) > len(shown):
+        lines.append(f"dropped   {len(report.dropped) - len(shown)} more, all in --report FILE")
+    for finding in report.findings:
+        row = f", first in row {finding.first_row}" if finding.first_row else ""
+        count = f" x{finding.count}{row}" if finding.count else ""
+        name = f" {finding.column}" if finding.column else ""
+        lines.append(f"{finding.kind:<9}{name}{count}: {finding.detail}")
+    lines += [f"fault     {_fault(fault)}: {fault.evidence}" for fault in one.faults]
+    if len(lines) == 1:
+        lines.append("nothing odd found")
+    return lines
+
+
+def all_lines(reports: Sequence[TableReport]) -> list[str]:
+    """Return the report of several tables: each kind of finding once, with how often and an example."""
+    if len(reports) == 1:
+        return lines_of_one(reports[0], None)
+    tables = [one.report for one in reports]
+    files = len({table.path for table in tables})
+    lines = [
+        f"{files} files, {len(tables)} tables: {sum(t.rows for t in tables)} rows, "
+        f"{sum(t.kept for t in tables)} kept, {sum(len(t.dropped) for t in tables)} dropped"
+    ]
+    lines += [
+        f"dropped   {name_of(table)} row {item.row}: {item.reason}"
+        for table in tables
+        for item in table.dropped[:SHOWN_ROWS]
+    ]
+    odd: list[tuple[str, str, str, str]] = []
+    for one in reports:
+        odd += [(f.kind, f.column, name_of(one.report), f.detail) for f in one.report.findings]
+        odd += [("fault", _fault(f), name_of(one.report), f.evidence) for f in one.faults]
+    for kind, column in dict.fromkeys((kind, column) for kind, column, _, _ in odd):
+        own = [(where, words) for k, c, where, words in odd if (k, c) == (kind, column)]
+        where = (
+            f"in all {len(reports)}"
+            if len(own) == len(reports)
+            else f"in {len(own)} of {len(reports)}"
+        )
+        alike = len({words for _, words in own}) == 1
+        example = own[0][1] if alike else f"{own[0][0]}: {own[0][1]}"
+        lines.append(f"{kind:<9}{f' {column}' if column else ''} {where}: {example}")
+    return lines
+
+
+def name_of(report: ImportReport) -> str:
+    """Return the name of a table: of its file, and which of the file's tables it is."""
+    return f"{report.path.stem}-{report.name}" if report.name else report.path.stem
+
+
+def _fault(one: DataFault) -> str:
+    return f"{one.kind} {one.channel}" + (" (severe)" if one.severe else "")

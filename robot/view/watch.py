@@ -1,0 +1,239 @@
+"""``bigant view``: the ticks of a log or of a live run, shown in a viewer, a file or this terminal."""
+
+import importlib.util
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import chain
+from pathlib import Path
+from typing import Protocol
+
+from drivers.clock import Clock, MonotonicClock
+from model.errors import ConfigError, RecordError
+from model.parameters.robot import RobotParameters
+from model.values.tick import Tick
+from record.log.follow import LogFollower
+from record.log.reader import LogContents, StampedTick, read_stamped_ticks
+from robot.config.robot_file import parse_robot
+from robot.console.exit_codes import ExitCode
+from robot.console.installed import how_to_install
+from robot.console.progress import ProgressLine
+from robot.view.log_source import POLL_NS, be_nice, followed, log_path, paced
+from robot.view.screen import open_view
+from robot.view.true_ticks import ticks_with_true_forces
+
+PACKAGE = "foxglove"
+RERUN_PACKAGE, RERUN_SUFFIX = "rerun", ".rrd"
+SAVED = (".mcap", RERUN_SUFFIX)
+
+
+@dataclass(frozen=True, slots=True)
+class ViewRequest:
+    """Options of ``bigant view``."""
+
+    path: Path | None
+    live: bool
+    speed: float
+    terminal: bool
+    save: Path | None
+    headless: bool
+    layout: Path | None
+    host: str
+    port: int
+    rate_hz: float
+
+    @property
+    def for_rerun(self) -> bool:
+        """Whether the file to save is one of Rerun's."""
+        return self.save is not None and self.save.suffix == RERUN_SUFFIX
+
+
+class Viewer(Protocol):
+    """What draws ticks for somebody else's program; its package is an extra, so it is imported late."""
+
+    @property
+    def port(self) -> int:
+        """Port of its server, 0 without one."""
+        ...
+
+    @property
+    def watched(self) -> bool:
+        """Whether a viewer is connected."""
+        ...
+
+    def note(self, tick: Tick, unix_ns: int) -> None:
+        """Take a tick; none is left out."""
+        ...
+
+    def show(self, tick: Tick, unix_ns: int) -> None:
+        """Draw a tick."""
+        ...
+
+    def close(self) -> None:
+        """Finish the file, end the server."""
+        ...
+
+
+def watch(request: ViewRequest) -> ExitCode:
+    """Show a run until it or the operator ends.
+
+    Raises:
+        ConfigError: Arguments that do not go together, or the viewer's package is missing.
+        RecordError: The log cannot be read, or the file cannot be written.
+    """
+    if request.terminal and (request.save or request.layout or request.headless):
+        raise ConfigError("--terminal", "shows and writes nothing; leave out the other options")
+    if request.headless and request.save is None:
+        raise ConfigError("--headless", "without a server there is nothing left to do; add --save")
+    if request.save is not None and request.save.suffix not in SAVED:
+        raise ConfigError("--save", f"must end in .mcap or .rrd, not {request.save.name}")
+    path = log_path(request.path, live=request.live)
+    if not request.terminal:
+        _check_packages(request)
+    if request.save is not None and request.save.resolve() == path.resolve():
+        raise ConfigError("--save", "would overwrite the log; choose another file")
+    try:
+        return _watch(path, request, MonotonicClock())
+    except KeyboardInterrupt:
+        print(file=sys.stderr)
+        return ExitCode.OK
+
+
+def _check_packages(request: ViewRequest) -> None:
+    """Say what to install before anything is read."""
+    package, extra, size = PACKAGE, "view", "54 MB"
+    if request.for_rerun:
+        package, extra, size = RERUN_PACKAGE, "rerun", "640 MB"
+        if request.layout is not None:
+            raise ConfigError("--layout", "is for Foxglove; a file for Rerun holds its own layout")
+        if request.live and not request.headless:
+            raise ConfigError("--save", "an .rrd of a live run is written with --headless only")
+    if importlib.util.find_spec(package) is None:
+        raise ConfigError(
+            "viewer",
+            f"its package ({size}) is not installed; install it in the clone with: "
+            f"{how_to_install(extra)}, or use --terminal (see docs/view.md)",
+        )
+
+
+def _watch(path: Path, request: ViewRequest, clock: Clock) -> ExitCode:
+    if request.live:
+        be_nice()
+        with LogFollower(path) as follower:
+            ticks: Iterator[StampedTick] = (
+                follower.decode(message)
+                for message in followed(follower, clock)
+                if message.topic == "/bigant/tick"
+            )
+            print(f"following {path}; Ctrl-C ends this, not the run", file=sys.stderr)
+            return _present(path, ticks, follower.contents, request, clock)
+    contents = LogContents()
+    stored = read_stamped_ticks(path, contents)
+    if request.save is None:
+        stored = paced(stored, lambda t: t.unix_ns, clock, request.speed)
+        return _present(path, stored, contents, request, clock)
+    with ProgressLine(f"reading {path}", contents.progress):
+        return _present(path, stored, contents, request, clock)
+
+
+def _present(
+    path: Path,
+    ticks: Iterator[StampedTick],
+    contents: LogContents,
+    request: ViewRequest,
+    clock: Clock,
+) -> ExitCode:
+    ticks = ticks_with_true_forces(ticks, contents)
+    first = next(ticks, None)
+    if first is None:
+        raise RecordError(f"{path} holds no ticks{': ' * bool(contents.damage)}{contents.damage}")
+    if request.terminal:
+        _in_terminal(path, first, ticks, contents)
+    else:
+        _in_viewer(path, first, ticks, contents, request, clock)
+    if contents.damage:
+        print(f"warning: {path}: {contents.damage}", file=sys.stderr)
+    return ExitCode.OK
+
+
+def _in_terminal(
+    path: Path, first: StampedTick, ticks: Iterator[StampedTick], contents: LogContents
+) -> None:
+    names = contents.names(len(first.tick.joints.angle_rad))
+    view = open_view(names, f"{path}  (watching)", "Ctrl-C: stop watching")
+    try:
+        for stamped in chain([first], ticks):
+            view.show(stamped.tick)
+    finally:
+        view.close()
+
+
+def _in_viewer(
+    path: Path,
+    first: StampedTick,
+    ticks: Iterator[StampedTick],
+    contents: LogContents,
+    request: ViewRequest,
+    clock: Clock,
+) -> None:
+    parameters = _parameters(path, contents)
+    if request.layout is not None:
+        _write_layout(request.layout, parameters.legs.names)
+    saves_only = request.save is not None and (request.headless or not request.live)
+    serve = None if saves_only else (request.host, request.port)
+    view = _open_viewer(parameters, request, serve)
+    try:
+        if serve is not None:
+            address = f"ws://{request.host}:{view.port}"
+            print(
+                f"open {address} in Foxglove or Lichtblick (Open connection); Ctrl-C ends",
+                flush=True,
+            )
+        while not (
+            saves_only or request.live or view.watched
+        ):  # or the run is over before one looks
+            clock.sleep_until_ns(clock.now_ns() + POLL_NS)
+        period_ns, next_ns, shown, count = round(1e9 / request.rate_hz), 0, 0, 0
+        for stamped in chain([first], ticks):
+            view.note(stamped.tick, stamped.unix_ns)
+            count += 1
+            if stamped.unix_ns >= next_ns:
+                next_ns = stamped.unix_ns + period_ns
+                view.show(stamped.tick, stamped.unix_ns)
+                shown += 1
+    finally:
+        view.close()
+    if request.save is not None:
+        opened = f"; open it with: rerun {request.save}" if request.for_rerun else ""
+        print(f"{shown} pictures of {count} ticks: {request.save}{opened}")
+
+
+def _open_viewer(
+    parameters: RobotParameters, request: ViewRequest, serve: tuple[str, int] | None
+) -> Viewer:
+    if request.save is not None and request.for_rerun:
+        from robot.view.rerun import RerunView
+
+        return RerunView(parameters, request.save)
+    from robot.view.foxglove import FoxgloveView
+
+    return FoxgloveView(parameters, request.save, serve)
+
+
+def _parameters(path: Path, contents: LogContents) -> RobotParameters:
+    try:
+        return parse_robot(contents.config_text).parameters
+    except ConfigError as error:
+        raise RecordError(
+            f"{path} holds no robot file to draw the robot from ({error}); use --terminal"
+        ) from error
+
+
+def _write_layout(path: Path, names: tuple[str, ...]) -> None:
+    from robot.view.layout import layout_text
+
+    try:
+        path.write_text(layout_text(names), encoding="utf-8")
+    except OSError as error:
+        raise ConfigError("--layout", f"{path} cannot be written: {error.strerror}") from error
+    print(f"layout: {path}")

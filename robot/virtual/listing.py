@@ -1,0 +1,88 @@
+"""The faults and the effects of the virtual robot as lists, for a person and for a program."""
+
+import json
+from dataclasses import asdict
+from textwrap import fill
+
+from robot.console.exit_codes import ExitCode
+from sim_hw.faults.reference import Setting, common_settings, kinds_of_fault, tables
+from sim_hw.twin.catalog import EFFECTS
+from sim_hw.twin.effects import EffectKind
+
+WIDTH = 100
+SCOPES = {"leg": "@LEG", "all": "", "all, leg": "[@LEG]"}
+
+
+def list_faults(*, as_json: bool) -> ExitCode:
+    """Print every fault and setting of a scenario file."""
+    if as_json:
+        listed = {
+            "tables": [asdict(table) for table in tables()],
+            "every_fault": [asdict(setting) for setting in common_settings()],
+            "faults": [asdict(kind) for kind in kinds_of_fault()],
+        }
+        print(json.dumps(listed, indent=2))
+    else:
+        print("\n".join(_fault_lines()))
+    return ExitCode.OK
+
+
+def _fault_lines() -> list[str]:
+    lines = ["FAULTS: a [[fault]] table each, with its kind; every one has", ""]
+    lines += [_setting_line(setting) for setting in common_settings()]
+    lines += [
+        "",
+        "(rate and count only where marked with *: what hits single replies or datagrams)",
+    ]
+    acts_on = ""
+    for kind in sorted(kinds_of_fault(), key=lambda k: not k.acts_on.startswith(("serv", "plant"))):
+        if kind.acts_on != acts_on:
+            acts_on = kind.acts_on
+            lines += ["", f"acts on {acts_on}"]
+        title = f"{kind.kind}{' *' if kind.chance else ''}: {kind.text}"
+        lines.append(fill(title, WIDTH, initial_indent="  ", subsequent_indent="    "))
+        lines += [_setting_line(setting) for setting in kind.settings]
+    for table in tables():
+        title = f"[{table.name}]" if table.name else "TOP OF THE FILE"
+        lines += ["", f"{title}: {table.text}"]
+        lines += [_setting_line(setting) for setting in table.settings]
+    return lines
+
+
+def _setting_line(setting: Setting) -> str:
+    unit = f" [{setting.unit}]" if setting.unit else ""
+    default = "needed" if setting.needed else f"default: {setting.default}"
+    text = f"{setting.name + unit:<26} {setting.text} ({setting.allowed}; {default})"
+    return fill(text, WIDTH, initial_indent=" " * 6, subsequent_indent=" " * 33)
+
+
+def list_effects(*, as_json: bool) -> ExitCode:
+    """Print every effect that the virtual robot can have."""
+    if as_json:
+        print(json.dumps([_plain_effect(kind) for kind in EFFECTS], indent=2))
+        return ExitCode.OK
+    stage = ""
+    for kind in EFFECTS:
+        heading = kind.stage if kind.catalogued else "not catalogued"
+        if heading != stage:
+            stage = heading
+            print(f"\n{stage}")
+        name = kind.name + ("" if kind.catalogued else " *")
+        print(f"  {name:22s} {SCOPES[kind.scope]:11s} {kind.acts}")
+        for p in kind.parameters:
+            unit = f" {p.unit}" if p.unit else ""
+            sizes = f"{p.low:g} to {p.high:g}{unit}; mild {p.mild:g}, strong {p.strong:g}"
+            print(f"    {p.name:20s} {sizes}")
+    return ExitCode.OK
+
+
+def _plain_effect(kind: EffectKind) -> dict[str, object]:
+    return {
+        "name": kind.name,
+        "stage": kind.stage,
+        "scope": kind.scope,
+        "catalogued": kind.catalogued,
+        "switchable": kind.apply is not None,
+        "acts": kind.acts,
+        "parameters": [asdict(parameter) for parameter in kind.parameters],
+    }

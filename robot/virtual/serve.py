@@ -1,0 +1,83 @@
+"""``bigant sim serve``: a virtual robot on a pseudo-terminal and loopback sockets, for any program."""
+
+import signal
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from drivers.clock import MonotonicClock
+from model.errors import ConfigError
+from robot.config.robot_file import load_robot
+from robot.console.exit_codes import ExitCode
+from robot.virtual.file_twin import file_twin
+from sim_hw.ati.sockets import WnetSockets
+from sim_hw.faults.scenario import Scenario, load_scenario
+from sim_hw.host.server import open_servo_pty, serve
+from sim_hw.host.virtual_robot import VirtualRobot, build_virtual_robot
+from sim_hw.interfaces import Served
+
+
+@dataclass(frozen=True, slots=True)
+class ServeRequest:
+    """Options of ``bigant sim serve``."""
+
+    robot: Path
+    seed: int
+    baud: int | None
+    absent: list[int]
+    no_force_unit: bool
+    scenario: Path | None
+
+
+def serve_robot(request: ServeRequest) -> ExitCode:
+    """Serve until interrupted.
+
+    Raises:
+        ConfigError: The robot file cannot be used, or an absent servo is no servo of it.
+    """
+    config = load_robot(request.robot)
+    bus = config.servo_bus
+    if request.baud is not None:
+        bus = replace(bus, baud_rate=request.baud)
+    scenario = None
+    if request.scenario is not None:
+        scenario = load_scenario(request.scenario, [int(i) for i in bus.ids])
+    robot = build_virtual_robot(
+        config.parameters, bus, config.force_sensor, request.seed,
+        twin=file_twin(config, request.seed), scenario=scenario,
+    )  # fmt: skip
+    for servo_id in request.absent:
+        if servo_id not in bus.ids:
+            known = ", ".join(str(i) for i in bus.ids)
+            raise ConfigError("--absent", f"{servo_id} is no servo of this robot; it has {known}")
+        robot.servos.silence(servo_id)
+    with ExitStack() as stack:
+        try:
+            _serve(robot, scenario, bus.baud_rate, stack, with_wnet=not request.no_force_unit)
+        except KeyboardInterrupt:
+            print("stopped")
+    return ExitCode.OK
+
+
+def _serve(
+    robot: VirtualRobot,
+    scenario: Scenario | None,
+    baud_rate: int,
+    stack: ExitStack,
+    *,
+    with_wnet: bool,
+) -> None:
+    for number in (signal.SIGINT, signal.SIGTERM):  # a shell's background jobs ignore SIGINT
+        signal.signal(number, signal.default_int_handler)
+    pty = open_servo_pty(robot, scenario, stack)
+    devices: list[Served] = [pty]
+    print(f"servo bus   {pty.device_name}  at {baud_rate} baud", flush=True)
+    unit = "none"
+    if with_wnet:
+        sockets = WnetSockets(robot.wnet_wire)
+        stack.callback(sockets.close)
+        devices.append(sockets)
+        unit = f"127.0.0.1:{sockets.udp_port}:{sockets.console_port}"
+    print(f"force unit  {unit}")
+    print(f"try: bigant drive --hardware {pty.device_name} --force-unit {unit} --armed", flush=True)
+    serve(robot, devices, MonotonicClock(), truth=None, control=None)
