@@ -39,14 +39,15 @@ def answer_case(asked: Asked) -> None:
         BigantError: A trial cannot be read or compared.
     """
     from gap.diagnosis.as_json import diagnosis_json
-    from gap.diagnosis.diagnose import diagnose
+    from gap.diagnosis.diagnose import diagnose_study
+    from gap.diagnosis.study import make_study
 
     began_s, began_cpu_s = time.perf_counter(), time.process_time()
     trials, references, simulator = read_case(asked)
     standing = asked.standing
     if standing is not None:
         standing = tuple(one for one in standing if one.effect not in asked.missing)
-    found = diagnose(trials, simulator, references, standing=standing)
+    found = diagnose_study(make_study(trials, simulator, references), standing=standing)
     spent = {"seconds": time.perf_counter() - began_s, "cpu_s": time.process_time() - began_cpu_s}
     told = {**diagnosis_json(found), **spent}
     part = asked.out.with_suffix(".part")

@@ -6,7 +6,7 @@ from dataclasses import asdict
 from typing import Any
 
 from gap.check.methods import Method, methods
-from gap.check.score import Case, Confusion, Figure, found, named_right
+from gap.check.score import Case, Confusion, Figure, gap_declared, named_right
 
 MARKS = {True: "met", False: "MISSED", None: "-"}
 
@@ -64,11 +64,11 @@ def score_markdown(
         wrong = [
             c.answer.named[0].effect if c.answer.named else c.answer.verdict
             for c in own
-            if found(c) and not named_right(c)
+            if gap_declared(c) and not named_right(c)
         ]
         right = sum(map(named_right, own))
         lines.append(
-            f"| `{effect}` | {len(own)} | {sum(map(found, own))} | {right} | {', '.join(wrong)} |"
+            f"| `{effect}` | {len(own)} | {sum(map(gap_declared, own))} | {right} | {', '.join(wrong)} |"
         )
     lines += ["", "| case | was | said | change over repeatability |", "|---|---|---|---|"]
     lines += [f"| {c.case} | {c.truth} | {c.said} | {_plain(c.visible)} |" for c in confusions]

@@ -2,7 +2,6 @@
 
 import html
 
-from gap.diagnosis.ambiguity import why_open
 from gap.diagnosis.findings import Diagnosis, NamedCause, Verdict
 from gap.experiments.next_run import NextRun
 from gap.interfaces import place_words
@@ -52,13 +51,13 @@ def alike_part(d: Diagnosis) -> str:
     """Return what the runs leave open."""
     rows = [
         (
-            place_words(*of),
+            place_words(*one.of),
             place_words(one.effect, one.joints),
             f"{one.separation:.3g}",
             value_words(one.behind, one.error),
-            why_open(one),
+            one.why,
         )
-        for one, of in zip(d.ambiguous, d.ambiguous_of, strict=True)
+        for one in d.ambiguous
     ]
     head = ("named", "could as well be", f"how far apart ({ENOUGH} tells)",
             "how far behind (nats)", "why it is open")  # fmt: skip

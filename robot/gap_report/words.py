@@ -4,10 +4,12 @@ import math
 from collections.abc import Sequence
 
 from gap.diagnosis.detection import Detectable
-from gap.diagnosis.findings import Diagnosis, RivalCause, Verdict
-from gap.experiments.next_run import ENOUGH_SEPARATION, NextRun
+from gap.diagnosis.findings import Diagnosis, Verdict
+from gap.diagnosis.probability import RivalCause
+from gap.experiments.next_run import NextRun
 from gap.interfaces import place_words
 from gap.rounding import fixed, percent_words
+from gap.search.fit import ENOUGH_SEPARATION
 
 HEADLINES = {
     Verdict.EXPLAINED: "Explained",

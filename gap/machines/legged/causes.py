@@ -4,10 +4,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
+from gap.causes import check_cause
 from gap.effect_file import UserEffect
-from gap.interfaces import Cause, Effect, Scope
+from gap.interfaces import Cause
 from gap.machines.legged.catalogue import CATALOGUE, Combine, Place
 from gap.machines.legged.settings import Added, Settings, neutral_settings
 from model.errors import GapError
@@ -44,33 +43,6 @@ def settings_of(
             known = ", ".join([*_ENTRIES, *users])
             raise GapError(f"{cause.effect!r} is no effect of this simulator; known are {known}")
     return settings
-
-
-def check_cause(cause: Cause, effect: Effect, legs: tuple[str, ...]) -> tuple[bool, ...]:
-    """Return which legs a cause touches, (N,).
-
-    Raises:
-        GapError: Its joints or values do not fit the effect.
-    """
-    if len(cause.values) != len(effect.parameters):
-        names = ", ".join(parameter.name for parameter in effect.parameters) or "no values"
-        raise GapError(f"{effect.name} takes {names}, not {len(cause.values)} values")
-    if not np.isfinite(cause.values).all():
-        raise GapError(f"{effect.name}: values must be finite numbers, not {cause.values}")
-    for value, parameter in zip(cause.values, effect.parameters, strict=True):
-        if not parameter.lower <= value <= parameter.upper:
-            raise GapError(
-                f"{effect.name}: {parameter.name} must be from {parameter.lower:g} to "
-                f"{parameter.upper:g} {parameter.unit}, not {value:g}"
-            )
-    unknown = [joint for joint in cause.joints if joint not in legs]
-    if unknown:
-        raise GapError(f"{effect.name}: {unknown[0]!r} is no leg; legs are {', '.join(legs)}")
-    if cause.joints and Scope.JOINT not in effect.scopes:
-        raise GapError(f"{effect.name} touches the whole robot; leave its legs out")
-    if not cause.joints and Scope.ALL not in effect.scopes:
-        raise GapError(f"{effect.name} touches single legs; name them")
-    return tuple(not cause.joints or leg in cause.joints for leg in legs)
 
 
 def _write(

@@ -1,6 +1,6 @@
-"""What causes change in a robot file: keys that it has, and effects for what no key can say.
+"""What causes change in a robot file: keys that it has, and effects for what no key can express.
 
-A key is changed where the robot itself is otherwise than drawn: links, mounts, springs, friction. What
+A key is changed where the robot itself differs from its drawing: links, mounts, springs, friction. What
 the world, servos, clocks or sensors do stays an effect, because a robot file's other keys say how devices
 are to be read: changing those would make the file contradict what it recorded.
 """
@@ -52,7 +52,7 @@ class Correction:
 
 
 def correction_of(causes: Sequence[Cause], legs: tuple[str, ...]) -> Correction:
-    """Say what causes change in a robot file.
+    """Return what causes change in a robot file.
 
     Raises:
         GapError: A robot file cannot hold a cause.
@@ -70,31 +70,23 @@ def correction_of(causes: Sequence[Cause], legs: tuple[str, ...]) -> Correction:
 
 
 def _times(key: str) -> Callable[[Cause, list[int]], list[KeyChange]]:
-    def write(cause: Cause, on: list[int]) -> list[KeyChange]:
-        return [KeyChange("contact", key, (leg,), cause.values[0], 0.0, cause) for leg in on]
-
-    return write
+    return lambda cause, on: [
+        KeyChange("contact", key, (leg,), cause.values[0], 0.0, cause) for leg in on
+    ]
 
 
 def _plus_pair(table: str, key: str) -> Callable[[Cause, list[int]], list[KeyChange]]:
-    def write(cause: Cause, on: list[int]) -> list[KeyChange]:
-        return [
-            KeyChange(table, key, (leg, axis), 1.0, value, cause)
-            for leg in on
-            for axis, value in enumerate(cause.values)
-            if value != 0.0
-        ]
-
-    return write
+    return lambda cause, on: [
+        KeyChange(table, key, (leg, axis), 1.0, value, cause)
+        for leg in on
+        for axis, value in enumerate(cause.values)
+        if value != 0.0
+    ]
 
 
 def _links(cause: Cause, on: list[int]) -> list[KeyChange]:
-    names = ("crank", "coupler", "rocker")
-    return [
-        KeyChange("linkage", name, (), 1.0, value, cause)
-        for name, value in zip(names, cause.values, strict=True)
-        if value != 0.0
-    ]
+    pairs = zip(("crank", "coupler", "rocker"), cause.values, strict=True)
+    return [KeyChange("linkage", name, (), 1.0, by, cause) for name, by in pairs if by != 0.0]
 
 
 _KEYS: dict[str, Callable[[Cause, list[int]], list[KeyChange]]] = {
@@ -129,9 +121,8 @@ def _together(old: WrittenEffect, new: WrittenEffect) -> WrittenEffect:
     names = [parameter.name for parameter in entry.effect.parameters]
     neutral = {parameter.name: parameter.neutral for parameter in entry.effect.parameters}
     a, b = neutral | dict(old.values), neutral | dict(new.values)
-    if any(
-        place.combine is Combine.LIST for place in entry.places
-    ):  # loads on the body: their centre
+    if any(place.combine is Combine.LIST for place in entry.places):
+        # loads on the body: their centre
         mass = a["mass_kg"] + b["mass_kg"]
         share = b["mass_kg"] / mass if mass else 0.0
         values = [mass] + [(1 - share) * a[name] + share * b[name] for name in names[1:]]

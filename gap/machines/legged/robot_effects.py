@@ -3,9 +3,9 @@
 import difflib
 from collections.abc import Sequence
 
+from gap.causes import check_cause
 from gap.interfaces import Cause
 from gap.machines.legged.catalogue import CATALOGUE
-from gap.machines.legged.causes import check_cause
 from model.errors import ConfigError, GapError
 from model.parameters.effects import WrittenEffect
 

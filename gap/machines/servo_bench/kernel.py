@@ -5,6 +5,7 @@ stays stable), and dry friction takes at most what would stop the shaft within t
 """
 
 import numpy as np
+from scipy.signal import lfilter
 
 from model.compiled import compiled
 from model.values.arrays import FloatArray
@@ -35,46 +36,28 @@ def hysteresis(values: FloatArray, width: float, start: float) -> FloatArray:
     return out
 
 
-@compiled
 def pushed_side(torque_nm: FloatArray, break_nm: float) -> FloatArray:
     """Which flank of its play a pushed shaft lies at, -1 to 1, (F,); it stays where it was left."""
-    out = np.empty_like(torque_nm)
-    side = 0.0
-    for i in range(len(torque_nm)):
-        if torque_nm[i] > break_nm:
-            side = 1.0
-        elif torque_nm[i] < -break_nm:
-            side = -1.0
-        out[i] = side
-    return out
+    side = np.where(np.abs(torque_nm) > break_nm, np.sign(torque_nm), 0.0)
+    last = np.maximum.accumulate(np.where(side != 0.0, np.arange(len(side)), 0))
+    pushed: FloatArray = side[last]
+    return pushed
 
 
-@compiled
 def delayed(values: FloatArray, delay_s: float, period_s: float) -> FloatArray:
-    """What was asked for some time ago, (F,), linear between samples."""
-    out = np.empty_like(values)
-    for i in range(len(values)):
-        place = max(i - delay_s / period_s, 0.0)
-        left = min(int(place), len(values) - 2)
-        share = place - left
-        out[i] = values[left] + share * (values[left + 1] - values[left])
-    return out
+    """A signal some time later, (F,), linear between samples."""
+    frames = np.arange(len(values), dtype=np.float64)
+    return np.asarray(np.interp(frames - delay_s / period_s, frames, values))
 
 
-@compiled
 def lagging(values: FloatArray, time_constant_s: float, period_s: float) -> FloatArray:
     """First-order low pass of a signal that is linear between samples, (F,); begins at rest."""
-    out = np.empty_like(values)
     if time_constant_s < 1e-6:
-        out[:] = values
-        return out
+        return values
     a = np.exp(-period_s / time_constant_s)
-    r = time_constant_s / period_s
-    out[0] = values[0]
-    for i in range(1, len(values)):
-        new, old = 1.0 - r * (1.0 - a), r * (1.0 - a) - a
-        out[i] = a * out[i - 1] + new * values[i] + old * values[i - 1]
-    return out
+    share = time_constant_s / period_s * (1.0 - a)
+    moved = lfilter([1.0 - share, share - a], [1.0, -a], values - values[0])
+    return np.asarray(values[0] + moved)
 
 
 @compiled

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from gap.diagnosis.findings import Diagnosis
-    from gap.experiments.next_run import Proposer
     from gap.interfaces import Simulator
+    from gap.proposals import Proposer
     from record.trial.trial import Trial
 
 

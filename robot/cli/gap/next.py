@@ -17,8 +17,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from gap.effect_file import UserEffect
-    from gap.experiments.next_run import NextRun, Proposal
+    from gap.experiments.next_run import NextRun
     from gap.interfaces import Cause, Effect, Simulator
+    from gap.proposals import Proposal
     from gap.residuals.floor import Floor
     from record.trial.trial import Trial
     from robot.gap_report.answer import ReadDiagnosis
@@ -165,10 +166,7 @@ def _found(
         Cause(one.effect, one.joints, tuple(v.value for v in one.values)) for one in d.causes
     )
     keys = [(cause.effect, cause.joints) for cause in causes]
-    return causes, [
-        (keys.index(of), one.effect, one.joints)
-        for one, of in zip(d.ambiguous, d.ambiguous_of, strict=True)
-    ]
+    return causes, [(keys.index(one.of), one.effect, one.joints) for one in d.ambiguous]
 
 
 def _place(text: str, effects: "dict[str, Effect]", first: "Cause") -> tuple[str, tuple[str, ...]]:
@@ -189,19 +187,10 @@ def _place(text: str, effects: "dict[str, Effect]", first: "Cause") -> tuple[str
 def _floor(
     trials: "Sequence[Trial]", references: "Sequence[Trial]", simulator: "Simulator"
 ) -> "Floor":
-    from gap.diagnosis.diagnose import measure_floor
+    from gap.diagnosis.study import make_study
     from gap.interfaces import Drive
-    from gap.residuals.parts import split, whole_part
-    from gap.residuals.predictions import Predictor
 
-    everything = (*trials, *references)
-    observations = [simulator.observe(one) for one in everything]
-    fitted, _ = split(trials, observations[: len(trials)])
-    healthy = [
-        whole_part(i, one, observations[i]) for i, one in enumerate(everything) if i >= len(trials)
-    ]
-    floor, _ = measure_floor(Predictor(simulator, everything), healthy, fitted, Drive.COMMAND)
-    return floor
+    return make_study(trials, simulator, references).floor(Drive.COMMAND)
 
 
 def _ranked(
