@@ -1,38 +1,26 @@
-"""Whether causes fit a catalogue."""
+"""Whether causes fit a catalogue: the effect, its joints, and values within their bounds."""
 
-import math
 from collections.abc import Sequence
 
-from gap.interfaces import Cause, Effect, Scope
+from gap.interfaces import Cause, Simulator
+from model.effects.causes import check_cause
 from model.errors import GapError
 
 
-def match_causes(
-    causes: Sequence[Cause], effects: Sequence[Effect], joints: Sequence[str]
-) -> tuple[Effect, ...]:
-    """Return the effect of each cause.
+def check_causes(causes: Sequence[Cause], simulator: Simulator, part: str = "joint") -> None:
+    """Check causes against a simulator's catalogue.
+
+    Args:
+        causes: The causes.
+        simulator: The simulator.
+        part: What its joints are called in messages.
 
     Raises:
         GapError: A cause is not of the catalogue, or its joints or values do not fit.
     """
-    known = {effect.name: effect for effect in effects}
-    found = []
+    known = {effect.name: effect for effect in simulator.effects}
     for cause in causes:
-        effect = known.get(cause.effect)
-        if effect is None:
-            raise GapError(
-                f"{cause.effect} is no effect of this simulator; there are {', '.join(known)}"
-            )
-        if len(cause.values) != len(effect.parameters):
-            raise GapError(
-                f"{cause.effect} has {len(effect.parameters)} values, not {len(cause.values)}"
-            )
-        if not all(math.isfinite(value) for value in cause.values):
-            raise GapError(f"{cause.effect} needs finite values, not {cause.values}")
-        strange = [joint for joint in cause.joints if joint not in joints]
-        if strange:
-            raise GapError(f"{', '.join(strange)} is no joint; there are {', '.join(joints)}")
-        if not cause.joints and Scope.ALL not in effect.scopes:
-            raise GapError(f"{cause.effect} needs joints; there are {', '.join(joints)}")
-        found.append(effect)
-    return tuple(found)
+        if cause.effect not in known:
+            names = ", ".join(known) or "none"
+            raise GapError(f"{cause.effect!r} is no effect of {simulator.name}; known are {names}")
+        check_cause(cause, known[cause.effect], simulator.joints, part)

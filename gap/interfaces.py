@@ -1,4 +1,4 @@
-"""Who knows what of whom in the diagnosis: a simulator, its catalogue of effects, and the engine.
+"""What a simulator, its catalogue of effects and the engine of the diagnosis know of each other.
 
 The engine (detection, selection, probabilities, report) sees a machine only through ``Simulator``;
 BigANT's chain, the servo bench and the sliding body are simulators. Names of stages and effects are
@@ -101,7 +101,7 @@ class DataFault:
             ``gap``, ``clock_offset`` or ``saturated``.
         channel: Column of the trial table, or a group such as ``body``.
         evidence: One sentence with figures.
-        severe: Whether what follows cannot be trusted unless it is mended.
+        severe: Whether what follows cannot be trusted until it is fixed.
     """
 
     kind: str

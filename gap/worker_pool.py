@@ -17,7 +17,7 @@ from typing import Any
 
 from model.errors import GapError
 
-ABANDONED = 1  # exit code of a worker that was told to leave
+ABANDONED = 1  # exit code of a worker whose pool was given up
 
 
 @contextmanager
@@ -38,50 +38,52 @@ def worker_pool(
     if count < 1:
         raise GapError(f"at least one worker process is needed, not {count}")
     context = multiprocessing.get_context("fork" if inherit else "spawn")
-    ears, mouth = context.Pipe(duplex=False)
+    receiver, sender = context.Pipe(duplex=False)
     pool = ProcessPoolExecutor(
         count,
         mp_context=context,
         initializer=_begin,
-        initargs=(ears, mouth if inherit else None, install),
+        initargs=(receiver, sender if inherit else None, install),
     )
     try:
         yield pool
     except BaseException:
-        mouth.close()  # end of file: workers leave in the middle of what they do
+        sender.close()  # end of file: workers leave in the middle of what they do
         _end_of_results(pool)
         pool.shutdown(cancel_futures=True)
         raise
     finally:
         pool.shutdown()
-        mouth.close()
-        ears.close()
+        sender.close()
+        receiver.close()
 
 
 def _end_of_results(pool: ProcessPoolExecutor) -> None:
     """Let the pool's own thread see that nothing more comes, or it waits for the rest of a broken message.
 
-    A worker may leave in the middle of sending a result. The pipe then ends only if nobody can write into
-    it any more, and this process, which never does, is one who could.
+    A worker may leave in the middle of sending a result. The pipe then ends only if no process can write
+    into it any more, and this one, which never does, still could.
     """
     results: Any = pool._result_queue
     if results is not None:
         results._writer.close()
 
 
-def _begin(ears: Connection, mouth: Connection | None, install: Callable[[], None] | None) -> None:
+def _begin(
+    receiver: Connection, sender: Connection | None, install: Callable[[], None] | None
+) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     for number in (signal.SIGTERM, signal.SIGHUP):  # a fork has the program's own handlers
         signal.signal(number, signal.SIG_DFL)
-    if mouth is not None:
-        mouth.close()  # a fork's own copy would keep the pipe open
-    threading.Thread(target=_leave_with_parent, args=(ears,), daemon=True).start()
+    if sender is not None:
+        sender.close()  # a fork's own copy would keep the pipe open
+    threading.Thread(target=_leave_with_parent, args=(receiver,), daemon=True).start()
     if install is not None:
         install()
 
 
-def _leave_with_parent(ears: Connection) -> None:
+def _leave_with_parent(receiver: Connection) -> None:
     parent = multiprocessing.parent_process()
     assert parent is not None  # only workers come here
-    wait([ears, parent.sentinel])
+    wait([receiver, parent.sentinel])
     os._exit(ABANDONED)

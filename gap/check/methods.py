@@ -1,4 +1,4 @@
-"""What simpler ways said of the same cases, counted in the same way as the diagnosis."""
+"""Simpler methods on the same cases, counted in the same way as the diagnosis."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -10,10 +10,10 @@ THIS = "this diagnosis"
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """Counts of one way of naming causes.
+    """Counts of one method of naming causes.
 
     Attributes:
-        name: The way.
+        name: The method.
         first: Single-effect cases whose effect it named first.
         singles: How many there were.
         hits: Effects of two-effect cases that it named.
@@ -34,28 +34,28 @@ class Method:
 
 
 def methods(cases: Sequence[Case]) -> tuple[Method, ...]:
-    """Count the diagnosis and each simpler way that its answers tell of; nothing if they tell of none."""
-    asked = [case for case in cases if case.kind in {CONTROL, SINGLE, PAIR}]
-    names = list(dict.fromkeys(name for case in asked for name, _ in case.answer.simpler))
-    return tuple(_count(name, asked) for name in [THIS, *names]) if names else ()
+    """Count the diagnosis and each simpler method in its answers; nothing if there are none."""
+    counted = [case for case in cases if case.kind in {CONTROL, SINGLE, PAIR}]
+    names = list(dict.fromkeys(name for case in counted for name, _ in case.answer.simpler))
+    return tuple(_count(name, counted) for name in [THIS, *names]) if names else ()
 
 
 def _count(name: str, cases: Sequence[Case]) -> Method:
-    told = list(_told(name, cases))
-    single = [(case, said) for case, said in told if case.kind == SINGLE]
-    pairs = count_pairs((case, said) for case, said in told if case.kind == PAIR)
-    control = [said for case, said in told if case.kind == CONTROL]
+    answers = list(_answers(name, cases))
+    single = [(case, named) for case, named in answers if case.kind == SINGLE]
+    pairs = count_pairs((case, named) for case, named in answers if case.kind == PAIR)
+    control = [named for case, named in answers if case.kind == CONTROL]
     return Method(
         name,
-        sum(said[:1] == (case.truths[0].effect,) for case, said in single),
+        sum(named[:1] == (case.truths[0].effect,) for case, named in single),
         len(single),
         *pairs,
-        sum(not said for said in control),
+        sum(not named for named in control),
         len(control),
     )
 
 
-def _told(name: str, cases: Sequence[Case]) -> Iterator[tuple[Case, tuple[str, ...]]]:
+def _answers(name: str, cases: Sequence[Case]) -> Iterator[tuple[Case, tuple[str, ...]]]:
     for case in cases:
         if name == THIS:
             yield case, named_effects(case)

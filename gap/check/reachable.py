@@ -1,13 +1,10 @@
-"""What the true causes with their true numbers would close: the most that a diagnosis can be asked for."""
+"""What the true causes with their true numbers would close: the most that a diagnosis can reach."""
 
 from collections.abc import Sequence
 
-from gap.diagnosis.diagnose import measure_floor
 from gap.diagnosis.how_far import how_far
-from gap.interfaces import Cause, Drive, Simulator
-from gap.residuals.evidence import make_evidence
-from gap.residuals.parts import split, whole_part
-from gap.residuals.predictions import Predictor
+from gap.diagnosis.study import make_study
+from gap.interfaces import Cause, Simulator
 from record.trial.trial import Trial
 
 
@@ -19,7 +16,7 @@ def shrink_of(
     standing: tuple[Cause, ...] = (),
     seed: int = 0,
 ) -> float:
-    """Return the share of the gap that given causes close on the trials that a diagnosis keeps back.
+    """Return the share of the gap that given causes close on the trials that a diagnosis holds out.
 
     Args:
         trials: Measured runs.
@@ -35,13 +32,5 @@ def shrink_of(
     Raises:
         GapError: A cause does not fit the simulator.
     """
-    everything = (*trials, *references)
-    observations = [simulator.observe(one) for one in everything]
-    predictor = Predictor(simulator, everything, None, standing)
-    fitted, held = split(trials, observations[: len(trials)])
-    healthy = [
-        whole_part(i, one, observations[i]) for i, one in enumerate(everything) if i >= len(trials)
-    ]
-    floor, _ = measure_floor(predictor, healthy, fitted, Drive.COMMAND)
-    evidence = make_evidence(predictor, held, Drive.COMMAND, floor)
-    return how_far(evidence, simulator.channels, causes, seed).shrink
+    study = make_study(trials, simulator, references).with_standing(standing)
+    return how_far(study.held_evidence(), causes, seed).shrink

@@ -1,15 +1,16 @@
-"""Diagnoses against the truth: how often right, how sure rightly, how far the gap shrank.
+"""Diagnoses against ground truth: how often right, how well calibrated, how far the gap shrank.
 
-Pure: takes what was wrong in each case and what the diagnosis said, and counts. Every share comes with
+Pure: takes what was wrong in each case and what the diagnosis named, and counts. Every share comes with
 Wilson's interval (1927, JASA 22:209).
 """
 
 import math
+import statistics
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
-from scipy.stats import rankdata
+from scipy.stats import binomtest, rankdata
 
 CONTROL, SINGLE, PAIR, OUTSIDE, REMOVED = "control", "single", "pair", "outside", "removed"
 NO_GAP, UNEXPLAINED = "no_gap", "unexplained"
@@ -53,17 +54,17 @@ class Named:
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What the diagnosis of one case said.
+    """The diagnosis of one case.
 
     Attributes:
         verdict: ``no_gap``, ``explained``, ``ambiguous`` or ``unexplained``.
         stage: Where the gap lies.
         named: Causes, the largest first.
-        alike: Pairs of effects that it declared it cannot tell apart.
+        alike: Pairs of effects that it declared indistinguishable.
         none: Probability that the catalogue has no name for it.
         shrink: Share of the gap closed on held-out runs; NaN if not measured.
         seconds: Time that it took; NaN if not known.
-        simpler: What simpler ways would have said: name, and effects in their order.
+        simpler: Simpler methods: name, and the effects that they named in their order.
     """
 
     verdict: str
@@ -84,7 +85,7 @@ class Case:
         name: Name of the case.
         kind: control, single, pair, outside or removed (from the catalogue).
         truths: What was wrong.
-        answer: What was said.
+        answer: The diagnosis.
         visible: Largest change of any channel over its repeatability; NaN if it was not measured.
         reachable: Share that the true effects with true parameters close; NaN if not measured.
     """
@@ -127,7 +128,7 @@ class Confusion:
     Attributes:
         case: Its name.
         truth: What was wrong.
-        said: What was said.
+        said: What was named instead.
         visible: Change over repeatability.
     """
 
@@ -137,14 +138,14 @@ class Confusion:
     visible: float
 
 
-def found(case: Case) -> bool:
+def gap_declared(case: Case) -> bool:
     """Whether a gap was declared."""
     return case.answer.verdict != NO_GAP
 
 
 def named_effects(case: Case) -> tuple[str, ...]:
     """Return the effects that were named, the largest first; none where no gap was declared."""
-    return tuple(one.effect for one in case.answer.named) if found(case) else ()
+    return tuple(one.effect for one in case.answer.named) if gap_declared(case) else ()
 
 
 def named_right(case: Case) -> bool:
@@ -170,20 +171,21 @@ def figures(cases: Sequence[Case], neutral: dict[tuple[str, str], float]) -> tup
     """
     single = [c for c in cases if c.kind == SINGLE]
     visible = [c for c in single if not c.visible < VISIBLE]
-    detected = [c for c in single if found(c)]
+    detected = [c for c in single if gap_declared(c)]
     legged = [c for c in detected if c.truths[0].joint and named_right(c)]
     controls = [c for c in cases if c.kind == CONTROL]
     open_set = [c for c in cases if c.kind in {OUTSIDE, REMOVED}]
-    inside = [c for c in cases if c.kind in {SINGLE, PAIR} and found(c)]
+    inside = [c for c in cases if c.kind in {SINGLE, PAIR} and gap_declared(c)]
     groups = [len(group_of(c)) for c in detected if c.answer.named]
-    hits, truths, said = count_pairs((c, named_effects(c)) for c in cases if c.kind == PAIR)
+    hits, truths, answers = count_pairs((c, named_effects(c)) for c in cases if c.kind == PAIR)
     seconds = [c.answer.seconds for c in cases if c.answer.seconds == c.answer.seconds]
     odd = [_unlike(c) for c in open_set]
     auroc = area_under(
-        [c.answer.none for c in open_set if found(c)], [c.answer.none for c in inside]
+        [c.answer.none for c in open_set if gap_declared(c)], [c.answer.none for c in inside]
     )
     return (
-        share(f"detection, visible at {VISIBLE:g}x repeatability or more", map(found, visible), 0.98),
+        share(f"detection, visible at {VISIBLE:g}x repeatability or more",
+            map(gap_declared, visible), 0.98),
         share("effect right, of detected", map(named_right, detected), 0.90),
         share(
             "effect right or in its declared group",
@@ -192,9 +194,9 @@ def figures(cases: Sequence[Case], neutral: dict[tuple[str, str], float]) -> tup
         _number("mean size of a group", _mean(groups), len(groups), "<= 2", lambda v: v <= 2),
         share("leg right, of those with the right effect", (_leg_right(c) for c in legged), 0.97),
         share("stage right, of detected", (_stage_right(c) for c in detected), 0.97),
-        share("controls called no_gap", (not found(c) for c in controls), 0.95),
+        share("controls called no_gap", (not gap_declared(c) for c in controls), 0.95),
         _ratio("two effects: recall", hits, truths, 0.80),
-        _ratio("two effects: precision", hits, said, 0.90),
+        _ratio("two effects: precision", hits, answers, 0.90),
         share("outside the catalogue: unexplained", odd, 0.80),
         share(
             "called unexplained, of the others", (c.answer.verdict == UNEXPLAINED for c in inside),
@@ -213,7 +215,7 @@ def figures(cases: Sequence[Case], neutral: dict[tuple[str, str], float]) -> tup
 
 
 def confusions(cases: Iterable[Case]) -> tuple[Confusion, ...]:
-    """Return every case in which something else than the truth was said, by what was wrong."""
+    """Return every case in which something else was named than was wrong, by what was wrong."""
     out = []
     for case in cases:
         true = sorted(t.effect for t in case.truths) if case.kind in {SINGLE, PAIR} else []
@@ -230,20 +232,19 @@ def confusions(cases: Iterable[Case]) -> tuple[Confusion, ...]:
 
 def calibration_error(cases: Sequence[Case]) -> tuple[float, int]:
     """Return the expected calibration error of causes named, in ten bins, and how many there were."""
-    told = [
+    given = [
         (one.probability, any(one.effect == truth.effect for truth in case.truths))
         for case in cases
-        if found(case) and case.kind in {SINGLE, PAIR, CONTROL}
+        if gap_declared(case) and case.kind in {SINGLE, PAIR, CONTROL}
         for one in case.answer.named
     ]
     error = 0.0
     for number in range(BINS):
-        inside = [t for t in told if min(int(t[0] * BINS), BINS - 1) == number]
+        inside = [t for t in given if min(int(t[0] * BINS), BINS - 1) == number]
         if inside:
-            sure = sum(p for p, _ in inside) / len(inside)
-            right = sum(r for _, r in inside) / len(inside)
-            error += len(inside) / len(told) * abs(sure - right)
-    return (error, len(told)) if told else (math.nan, 0)
+            sure, right = (_mean(column) for column in zip(*inside, strict=True))
+            error += len(inside) / len(given) * abs(sure - right)
+    return (error, len(given)) if given else (math.nan, 0)
 
 
 def parameter_error(
@@ -258,12 +259,12 @@ def parameter_error(
     for case in cases:
         if not named_right(case) or not _leg_right(case):
             continue
-        truth, said = case.truths[0], dict(case.answer.named[0].values)
+        truth, fitted = case.truths[0], dict(case.answer.named[0].values)
         away = {n: abs(v - neutral.get((truth.effect, n), 0.0)) for n, v in truth.values}
         for name, value in truth.values:
             scale = max(a for n, a in away.items() if _unit(n) == _unit(name))
-            if name in said and scale > 0:
-                errors.append(abs(said[name] - value) / scale)
+            if name in fitted and scale > 0:
+                errors.append(abs(fitted[name] - value) / scale)
     return _median(errors), len(errors)
 
 
@@ -278,19 +279,18 @@ def area_under(positive: Sequence[float], negative: Sequence[float]) -> float:
 
 def share(name: str, hits: Iterable[bool], bar: float, *, at_most: bool = False) -> Figure:
     """Return a share with Wilson's 95 % interval."""
-    found_all = list(hits)
-    return _ratio(name, sum(found_all), len(found_all), bar, at_most=at_most)
+    known = list(hits)
+    return _ratio(name, sum(known), len(known), bar, at_most=at_most)
 
 
 def _ratio(name: str, hits: int, cases: int, bar: float, *, at_most: bool = False) -> Figure:
     words = f"{'<=' if at_most else '>='} {bar:.0%}"
     if cases == 0:
         return Figure(name, math.nan, math.nan, math.nan, 0, words, None)
-    z, p = 1.959964, hits / cases
-    middle = (p + z * z / (2 * cases)) / (1 + z * z / cases)
-    half = z / (1 + z * z / cases) * math.sqrt(p * (1 - p) / cases + z * z / (4 * cases * cases))
+    p = hits / cases
+    interval = binomtest(hits, cases).proportion_ci(0.95, method="wilson")
     met = p <= bar if at_most else p >= bar
-    return Figure(name, p, max(0.0, middle - half), min(1.0, middle + half), cases, words, met)
+    return Figure(name, p, interval.low, interval.high, cases, words, met)
 
 
 def _number(name: str, value: float, cases: int, bar: str, met: Callable[[float], bool]) -> Figure:
@@ -308,19 +308,19 @@ def _stage_right(case: Case) -> bool:
 
 
 def _unlike(case: Case) -> bool:
-    """Whether a case outside the catalogue was told to be one."""
+    """Whether a case outside the catalogue was recognised as one."""
     return case.answer.verdict == UNEXPLAINED
 
 
-def count_pairs(told: Iterable[tuple[Case, Sequence[str]]]) -> tuple[int, int, int]:
+def count_pairs(answers: Iterable[tuple[Case, Sequence[str]]]) -> tuple[int, int, int]:
     """Count effects named that were there, effects that were there, and effects named."""
-    hits = truths = said = 0
-    for case, effects in told:
+    hits = truths = count = 0
+    for case, effects in answers:
         true, named = Counter(truth.effect for truth in case.truths), Counter(effects)
         hits += (true & named).total()
         truths += true.total()
-        said += named.total()
-    return hits, truths, said
+        count += named.total()
+    return hits, truths, count
 
 
 def _shrinks(cases: Iterable[Case]) -> tuple[float, int]:
@@ -342,10 +342,8 @@ def _unit(name: str) -> str:
 
 
 def _mean(values: Sequence[float]) -> float:
-    return sum(values) / len(values) if values else math.nan
+    return statistics.fmean(values) if values else math.nan
 
 
 def _median(values: Sequence[float]) -> float:
-    ordered = sorted(values)
-    n = len(ordered)
-    return (ordered[(n - 1) // 2] + ordered[n // 2]) / 2 if n else math.nan
+    return statistics.median(values) if values else math.nan

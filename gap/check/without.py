@@ -1,54 +1,26 @@
-"""A simulator with part of its catalogue taken away: what is said when the cause has no name?"""
+"""A simulator with part of its catalogue taken away: what is diagnosed when the cause has no name?"""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
-from gap.interfaces import Cause, Channel, DataFault, Drive, Effect, Observation, Simulator
+from gap.delegate import Delegate
+from gap.interfaces import Cause, Drive, Simulator
 from model.errors import GapError
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial
 
 
-@dataclass(frozen=True, slots=True)
-class Without:
+class Without(Delegate):
     """A simulator that does not know some effects.
 
-    Attributes:
+    Args:
         whole: The simulator.
         missing: Names of the effects taken away.
     """
 
-    whole: Simulator
-    missing: frozenset[str]
-
-    @property
-    def name(self) -> str:
-        """Name of the whole simulator."""
-        return self.whole.name
-
-    @property
-    def stages(self) -> tuple[str, ...]:
-        """Its stages."""
-        return self.whole.stages
-
-    @property
-    def joints(self) -> tuple[str, ...]:
-        """Its joints."""
-        return self.whole.joints
-
-    @property
-    def effects(self) -> tuple[Effect, ...]:
-        """Its effects without the missing ones."""
-        return tuple(e for e in self.whole.effects if e.name not in self.missing)
-
-    @property
-    def channels(self) -> tuple[Channel, ...]:
-        """Its channels."""
-        return self.whole.channels
-
-    def observe(self, trial: Trial) -> Observation:
-        """Observe as the whole simulator does."""
-        return self.whole.observe(trial)
+    def __init__(self, whole: Simulator, missing: frozenset[str]) -> None:
+        super().__init__(whole)
+        self.missing = missing
+        self.effects = tuple(e for e in whole.effects if e.name not in missing)
 
     def predict(self, trial: Trial, causes: Sequence[Cause], drive: Drive) -> FloatArray:
         """Predict as the whole simulator does.
@@ -59,11 +31,7 @@ class Without:
         for cause in causes:
             if cause.effect in self.missing:
                 raise GapError(f"{cause.effect} has been taken out of the catalogue")
-        return self.whole.predict(trial, causes, drive)
-
-    def check(self, trial: Trial) -> tuple[DataFault, ...]:
-        """Check as the whole simulator does."""
-        return self.whole.check(trial)
+        return super().predict(trial, causes, drive)
 
 
 def without(simulator: Simulator, names: Sequence[str]) -> Simulator:

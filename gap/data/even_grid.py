@@ -65,24 +65,13 @@ def even_trial(trial: Trial) -> EvenTrial:
         GapError: It is too short, or a joint has no commands.
     """
     at_s = even_times(trial)
-    put = [
-        on_times(trial.time_s, values, at_s)
-        for values in (
-            trial.command_rad,
-            trial.shaft_rad,
-            trial.pwm,
-            trial.current_a,
-            trial.torque_nm,
-        )
-    ]
-    command = put[0]
-    for column, joint in zip(command.T, trial.joints, strict=True):
+    names = ("command_rad", "shaft_rad", "pwm", "current_a", "torque_nm")
+    put = {name: on_times(trial.time_s, getattr(trial, name), at_s) for name in names}
+    for column, joint in zip(put["command_rad"].T, trial.joints, strict=True):
         known = np.flatnonzero(np.isfinite(column))
         if len(known) == 0:
             raise GapError(f"command_{joint}_rad is empty; a servo's diagnosis needs its commands")
-        last = np.maximum.accumulate(
-            np.where(np.isfinite(column), np.arange(len(column)), known[0])
-        )
-        column[:] = column[last]
+        before = np.searchsorted(known, np.arange(len(column)), side="right") - 1
+        column[:] = column[known[np.fmax(before, 0)]]
     time_s = at_s - at_s[0]
-    return EvenTrial(time_s, float(time_s[1]), command, put[1], put[2], put[3], put[4])
+    return EvenTrial(time_s, float(time_s[1]), **put)

@@ -82,26 +82,14 @@ def stream_faults(
     ]
     if all(s > SURE for _, s in ends) and abs(ends[1][0] - ends[0][0]) > SKEW_S:
         rate = (ends[1][0] - ends[0][0]) / (time_s[-third] - time_s[0])
-        return (
-            DataFault(
-                "clock_offset",
-                channel,
-                f"its lag behind {words} goes from {ends[0][0]:.2f} to {ends[1][0]:.2f} s: "
-                f"its clock is off by {100 * rate:.2f} %",
-                True,
-            ),
-        )
-    if late > LATEST_S or late < EARLIEST_S:
+        evidence = f"its lag behind {words} goes from {ends[0][0]:.2f} to {ends[1][0]:.2f} s: "
+        evidence += f"its clock is off by {100 * rate:.2f} %"
+    elif late > LATEST_S or late < EARLIEST_S:
         where = f"{late:.2f} s behind" if late > 0 else f"{-late:.2f} s ahead of"
-        return (
-            DataFault(
-                "clock_offset",
-                channel,
-                f"is {where} {words} (correlation {sure:.2f}): its clock is set otherwise",
-                True,
-            ),
-        )
-    return ()
+        evidence = f"is {where} {words} (correlation {sure:.2f}): its clock is set otherwise"
+    else:
+        return ()
+    return (DataFault("clock_offset", channel, evidence, True),)
 
 
 def lag_faults(trial: Trial) -> tuple[DataFault, ...]:

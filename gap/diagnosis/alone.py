@@ -1,53 +1,32 @@
-"""What a set of effects can do at best by itself: fitted by least squares, judged on runs kept back.
+"""What a set of effects can do at best by itself: fitted by least squares, judged on held-out runs.
 
 The diagnosis names causes; this asks the other way round how far a given explanation would have come
-(a delay alone, an offset alone). It shares with the diagnosis the simulator and which runs are kept back,
+(a delay alone, an offset alone). It shares with the diagnosis the simulator and which runs are held out,
 and nothing else: no prior, no floor, no selection.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from scipy.optimize import least_squares
 
-from gap.diagnosis.how_far import rms_range
-from gap.interfaces import Cause, Drive, Effect, Scope, Simulator
+from gap.diagnosis.how_far import ChannelRms, channel_rms
+from gap.interfaces import Cause, Drive, Scope, Simulator
+from gap.residuals.evidence import errors
+from gap.residuals.floor import rms
+from gap.residuals.misfit import Misfit
 from gap.residuals.parts import Part, block_starts, split
+from gap.residuals.predictions import Predictor
+from gap.search.candidates import Candidate
+from gap.search.fit import Rules, fit_causes, free_values, moved
 from model.errors import GapError
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial
 
 STARTS = (0.5, 2.0, -0.5)  # in spreads from neutral
-MOST_TRIES = 40
-
-
-@dataclass(frozen=True, slots=True)
-class ChannelAlone:
-    """One channel on the runs kept back.
-
-    Attributes:
-        channel: Name.
-        joint: Its joint.
-        unit: Unit of what follows.
-        before: RMS difference of the simulator as it stands.
-        after: RMS difference with the effects added.
-        before_range: 95 % interval of ``before``, over blocks.
-        after_range: The same of ``after``.
-    """
-
-    channel: str
-    joint: str
-    unit: str
-    before: float
-    after: float
-    before_range: tuple[float, float]
-    after_range: tuple[float, float]
-
-    @property
-    def cut(self) -> float:
-        """Share by which the RMS is cut."""
-        return 1.0 - self.after / self.before if self.before > 0 else float("nan")
+MOST_STEPS = 20
+RULES = Rules((1.0,) * 6, 1e-3, 0.1, 1.0, 0.0, 1e-8, prior=False, difference=0.001)
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,17 +41,27 @@ class Alone:
 
     effects: tuple[str, ...]
     causes: tuple[Cause, ...]
-    channels: tuple[ChannelAlone, ...]
+    channels: tuple[ChannelRms, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class _Free:
-    cause: int
-    place: int
-    neutral: float
-    lower: float
-    upper: float
-    spread: float
+@dataclass(frozen=True, eq=False)
+class _Squares(Misfit):
+    """Measured minus predicted end to end, on the scale of what the simulator as it stands leaves."""
+
+    parts: tuple[Part, ...]
+
+    @cached_property
+    def scale(self) -> FloatArray:
+        """RMS of each channel, (C,); NaN where nothing is compared."""
+        size = rms(np.concatenate(self.errors(())))
+        return np.where(size > 0, size, np.nan)
+
+    def errors(self, causes: tuple[Cause, ...]) -> list[FloatArray]:
+        """Measured minus predicted, (F, C) a part; NaN where nothing is compared."""
+        return errors(self.predictor, self.parts, Drive.COMMAND, causes)
+
+    def residuals(self, sets: Sequence[tuple[Cause, ...]]) -> list[FloatArray]:
+        return [np.nan_to_num(np.concatenate(self.errors(one)) / self.scale) for one in sets]
 
 
 def each_alone(
@@ -88,134 +77,57 @@ def each_alone(
         trials: Measured runs of one machine.
         simulator: Its simulator.
         sets: Names of effects that act together; a set of one is an effect alone.
-        progress: Told the set at work and the share that is done.
+        progress: Gets the set at work and the share that is done.
         seed: Of the intervals.
 
     Raises:
         GapError: An effect is not of the catalogue, or nothing can be compared.
     """
-    observations = [simulator.observe(one) for one in trials]
-    fitted, held = split(trials, observations)
-    scale = _rms_before(simulator, trials, fitted)
-    if not np.isfinite(scale).any():
+    fitted, held = split(simulator, trials)
+    predictor = Predictor(simulator, trials)
+    squares, judge = _Squares(predictor, fitted), _Squares(predictor, held)
+    if not np.isfinite(squares.scale).any():
         raise GapError("no measured channel can be compared with the simulator; check the columns")
     out = []
     for number, names in enumerate(sets):
         if progress is not None:
             progress("+".join(names), number / len(sets))
-        causes = _fit(simulator, trials, fitted, _causes(simulator, names), scale)
-        channels = tuple(_channels(simulator, trials, held, causes, seed))
-        out.append(Alone(tuple(names), causes, channels))
+        causes = _fit(squares, _causes(simulator, names))
+        out.append(Alone(tuple(names), causes, _channels(judge, causes, seed)))
     return tuple(out)
 
 
 def _causes(simulator: Simulator, names: Sequence[str]) -> tuple[Cause, ...]:
     effects = {effect.name: effect for effect in simulator.effects}
-    causes = []
+    causes: list[Cause] = []
     for name in names:
         if name not in effects:
             known = ", ".join(effects)
             raise GapError(f"{name!r} is no effect that fits these trials; there are {known}")
-        one = effects[name]
-        neutral = tuple(p.neutral for p in one.parameters)
-        places = [()] if Scope.ALL in one.scopes else [(joint,) for joint in simulator.joints]
+        whole = Scope.ALL in effects[name].scopes
+        places = [()] if whole else [(joint,) for joint in simulator.joints]
+        neutral = Candidate(effects[name], ()).neutral
         causes += [Cause(name, place, neutral) for place in places]
     return tuple(causes)
 
 
-def _free(causes: Sequence[Cause], effects: Sequence[Effect]) -> list[_Free]:
-    by_name = {effect.name: effect for effect in effects}
-    return [
-        _Free(i, k, p.neutral, p.lower, p.upper, p.spread)
-        for i, cause in enumerate(causes)
-        for k, p in enumerate(by_name[cause.effect].parameters)
-    ]
+def _fit(squares: _Squares, causes: tuple[Cause, ...]) -> tuple[Cause, ...]:
+    """The best of fits from several starts."""
+    free = free_values(causes, squares.effects)
+    begin = [moved(causes, free, [start] * len(free)) for start in STARTS]
+    fits = [fit_causes(squares, one, MOST_STEPS, RULES) for one in begin]
+    return min(fits, key=lambda one: one.nats).causes
 
 
-def _fit(
-    simulator: Simulator,
-    trials: Sequence[Trial],
-    parts: Sequence[Part],
-    causes: tuple[Cause, ...],
-    scale: FloatArray,
-) -> tuple[Cause, ...]:
-    free = _free(causes, simulator.effects)
-    if not free:
-        return causes
-    lower, upper = (np.array([getattr(f, end) for f in free]) for end in ("lower", "upper"))
-    spread, neutral = (np.array([getattr(f, key) for f in free]) for key in ("spread", "neutral"))
-
-    def misfit(x: FloatArray) -> FloatArray:
-        moved = _moved(causes, free, x * spread)
-        rows = [_errors(simulator, trials, part, moved) / scale for part in parts]
-        return np.nan_to_num(np.concatenate(rows)).ravel()
-
-    best = None
-    for start in STARTS:
-        inside = 1e-6 * (upper - lower)
-        x0 = np.clip(neutral + start * spread, lower + inside, upper - inside) / spread
-        found = least_squares(
-            misfit,
-            x0,
-            bounds=(lower / spread, upper / spread),
-            diff_step=[1e-3],
-            max_nfev=MOST_TRIES,
-        )
-        if best is None or found.cost < best.cost:
-            best = found
-    assert best is not None
-    return _moved(causes, free, best.x * spread)
-
-
-def _moved(causes: Sequence[Cause], free: Sequence[_Free], values: FloatArray) -> tuple[Cause, ...]:
-    numbers = [list(cause.values) for cause in causes]
-    for f, value in zip(free, values, strict=True):
-        numbers[f.cause][f.place] = float(np.clip(value, f.lower, f.upper))
-    return tuple(Cause(c.effect, c.joints, tuple(n)) for c, n in zip(causes, numbers, strict=True))
-
-
-def _errors(
-    simulator: Simulator, trials: Sequence[Trial], part: Part, causes: tuple[Cause, ...]
-) -> FloatArray:
-    """Measured minus predicted end to end, (F, C); NaN where nothing is compared."""
-    predicted = part.cut(simulator.predict(trials[part.trial], causes, Drive.COMMAND))
-    error = part.observation.values - predicted
-    return np.where(part.observation.weight > 0, error, np.nan)
-
-
-def _rms_before(simulator: Simulator, trials: Sequence[Trial], parts: Sequence[Part]) -> FloatArray:
-    total = np.concatenate([_errors(simulator, trials, part, ()) for part in parts])
-    known = np.isfinite(total)
-    power = np.where(known, total, 0.0) ** 2
-    count = known.sum(axis=0)
-    rms = np.sqrt(power.sum(axis=0) / np.fmax(count, 1))
-    return np.where((count > 0) & (rms > 0), rms, np.nan)
-
-
-def _channels(
-    simulator: Simulator,
-    trials: Sequence[Trial],
-    parts: Sequence[Part],
-    causes: tuple[Cause, ...],
-    seed: int,
-) -> Iterator[ChannelAlone]:
-    ways: list[list[FloatArray]] = [[], []]
-    weights = []
-    for part in parts:
-        starts = block_starts(part.observation)
-        pair = [_errors(simulator, trials, part, one) for one in ((), causes)]
-        known = np.isfinite(pair[0]) & np.isfinite(pair[1])
-        weights.append(np.add.reduceat(known * 1.0, starts, axis=0))
-        for way, error in zip(ways, pair, strict=True):
-            way.append(np.add.reduceat(np.where(known, error, 0.0) ** 2, starts, axis=0))
-    weight = np.concatenate(weights)
-    energies = [np.concatenate(way) for way in ways]
-    for i, channel in enumerate(simulator.channels):
-        frames = weight[:, i].sum()
-        if frames == 0:
-            continue
-        before, after = (float(np.sqrt(e[:, i].sum() / frames)) for e in energies)
-        wide, left = (rms_range(e[:, i], weight[:, i], seed) for e in energies)
-        yield ChannelAlone(
-            channel.name, channel.joint, channel.unit, before, after, wide, left
-        )  # fmt: skip
+def _channels(judge: _Squares, causes: tuple[Cause, ...], seed: int) -> tuple[ChannelRms, ...]:
+    """Every channel before and after, over the blocks of the held-out runs."""
+    energies: list[list[FloatArray]] = [[], [], []]
+    pairs = zip(judge.parts, judge.errors(()), judge.errors(causes), strict=True)
+    for part, before, after in pairs:
+        known = np.isfinite(before) & np.isfinite(after)
+        rows = (np.where(known, before, 0.0) ** 2, np.where(known, after, 0.0) ** 2, known * 1.0)
+        for kept, one in zip(energies, rows, strict=True):
+            kept.append(np.add.reduceat(one, block_starts(part.observation), axis=0))
+    before, after, weight = (np.concatenate(kept) for kept in energies)
+    channels = judge.simulator.channels
+    return tuple(row for _, row in channel_rms(channels, before, after, weight, seed))

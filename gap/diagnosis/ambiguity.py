@@ -5,20 +5,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap.residuals.evidence import Evidence
-from gap.search.cross_validation import advantage
-from gap.search.fit import Fitted
-from gap.search.options import MISFIT_SHARE, Option
+from gap.search.cross_validation import CLEAR_ERRORS, advantage
+from gap.search.fit import ENOUGH_SEPARATION, Fitted, energy_left
+from gap.search.options import HIDDEN_SHARE, Option
 from gap.search.selection import Selection, Step
 from model.values.arrays import FloatArray
 
-# A likelihood-ratio choice then errs once in a hundred times.
-ENOUGH_SEPARATION = 4 * 2.33**2
-ERRORS = 2.0
-MOST_ALIKE = 2
+MOST_OPEN = 2
 
 
 @dataclass(frozen=True, slots=True)
-class Alike:
+class OpenRival:
     """A rival that cannot be ruled out.
 
     Attributes:
@@ -28,6 +25,7 @@ class Alike:
         separation: Energy between what the two predict, in units of noise.
         behind: Nats by which the rival predicts unseen blocks worse.
         error: Standard error of that.
+        of: Effect and joints of the cause that was named.
     """
 
     cause: int
@@ -36,9 +34,35 @@ class Alike:
     separation: float
     behind: float
     error: float
+    of: tuple[str, tuple[str, ...]]
+
+    @property
+    def looks_the_same(self) -> bool:
+        """Whether the two predict the same within noise."""
+        return self.separation < ENOUGH_SEPARATION
+
+    @property
+    def predicts_as_well(self) -> bool:
+        """Whether it predicts unseen blocks as well within the scatter of blocks."""
+        return self.behind < CLEAR_ERRORS * self.error and self.behind < ENOUGH_SEPARATION
+
+    @property
+    def why(self) -> str:
+        """Why it cannot be ruled out."""
+        if self.looks_the_same:
+            return f"separation {self.separation:.2g}, {ENOUGH_SEPARATION:.0f} would tell"
+        if self.predicts_as_well:
+            worse = f"{self.behind:.2g} +- {self.error:.2g} nats"
+            return f"it predicts what it has not seen worse by {worse} only"
+        return (
+            f"it is {self.behind:.2g} nats behind, less than {HIDDEN_SHARE:.0%} of what all causes "
+            "leave unexplained"
+        )
 
 
-def alike(evidence: Evidence, selection: Selection, left_nats: float) -> tuple[Alike, ...]:
+def open_rivals(
+    evidence: Evidence, selection: Selection, left_nats: float
+) -> tuple[OpenRival, ...]:
     """Return every rival that these runs leave open, nearest first.
 
     Args:
@@ -46,51 +70,29 @@ def alike(evidence: Evidence, selection: Selection, left_nats: float) -> tuple[A
         selection: The causes.
         left_nats: What they leave beyond what a healthy machine does.
     """
-    found: list[Alike] = []
+    found: list[OpenRival] = []
     named = {step.chosen.added.key for step in selection.steps}
     for number, step in enumerate(selection.steps):
-        # what was named beside a cause later on does not stand in its place
+        # what was named as another cause later on does not stand in its place
         others = [rival for rival in step.rivals if rival.added.key not in named]
         own = [_compare(evidence, number, step, rival) for rival in others]
-        open_ones = [
+        left_open = [
             one
             for one in own
-            if _looks_the_same(one)
-            or _predicts_as_well(one)
-            or one.behind < MISFIT_SHARE * left_nats
+            if one.looks_the_same or one.predicts_as_well or one.behind < HIDDEN_SHARE * left_nats
         ]
-        found += sorted(open_ones, key=lambda one: one.behind)[:MOST_ALIKE]
+        found += sorted(left_open, key=lambda one: one.behind)[:MOST_OPEN]
     return tuple(found)
 
 
-def why_open(one: Alike) -> str:
-    """Say why a rival cannot be ruled out."""
-    if _looks_the_same(one):
-        return f"separation {one.separation:.2g}, {ENOUGH_SEPARATION:.0f} would tell"
-    if _predicts_as_well(one):
-        return f"it predicts what it has not seen worse by {one.behind:.2g} +- {one.error:.2g} nats only"
-    return (
-        f"it is {one.behind:.2g} nats behind, less than {MISFIT_SHARE:.0%} of what all causes leave "
-        "unexplained"
-    )
-
-
-def _looks_the_same(one: Alike) -> bool:
-    return one.separation < ENOUGH_SEPARATION
-
-
-def _predicts_as_well(one: Alike) -> bool:
-    return one.behind < ERRORS * one.error and one.behind < ENOUGH_SEPARATION
-
-
-def _compare(evidence: Evidence, number: int, step: Step, rival: Option) -> Alike:
+def _compare(evidence: Evidence, number: int, step: Step, rival: Option) -> OpenRival:
     weights = evidence.weights(step.chosen.fitted.residual)
     # not the other way round: a cause of any size imitates a rival that does nothing
     apart = separation(step.chosen.fitted, rival.fitted, weights)
     ahead = advantage(step.chosen.unseen, rival.unseen, evidence.block_part)
-    return Alike(
-        number, rival.added.effect.name, rival.added.joints, apart, ahead.nats, ahead.error
-    )
+    effect, joints = rival.added.key
+    of = step.chosen.added.key
+    return OpenRival(number, effect, joints, apart, ahead.nats, ahead.error, of)
 
 
 def separation(of: Fitted, by: Fitted, weights: FloatArray) -> float:
@@ -101,13 +103,5 @@ def separation(of: Fitted, by: Fitted, weights: FloatArray) -> float:
         by: What is adjusted, to first order.
         weights: Weight of each residual, (F, C).
     """
-    apart = by.residual - of.residual
-    weighted = apart * weights
-    left = float((weighted * apart).sum())
-    if len(by.away):
-        flat = by.slopes.reshape(len(by.away), -1)
-        scaled = flat * weights.ravel()
-        gram = scaled @ flat.T + np.eye(len(by.away))
-        pull = scaled @ apart.ravel()
-        left -= float(pull @ np.linalg.solve(gram, pull))
-    return max(left, 0.0)
+    root = np.sqrt(weights)
+    return energy_left((by.residual - of.residual) * root, by.slopes * root, prior=1.0)

@@ -41,14 +41,7 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
         "floor": {"source": d.floor_source},
         "detection": asdict(d.detection) if d.detection else None,
         "channels": [asdict(one) for one in far.channels],
-        "fit": {
-            "closed": d.closed,
-            "excess_before": d.excess,
-            "excess_after": d.left,
-            "worst_after": d.left_worst,
-            "p_after": d.left_p,
-            "nats_after": d.left_nats,
-        },
+        "fit": asdict(d.fit),
         "remaining": {"stage": d.remaining.stage, "cells": [asdict(c) for c in d.remaining.cells]},
         "baselines": [
             {"method": b.method, "causes": [{"effect": e, "legs": list(j)} for e, j in b.causes]}
@@ -86,21 +79,13 @@ def _cause(one: NamedCause) -> dict[str, Any]:
 
 def _pairs(d: Diagnosis) -> list[list[str]]:
     """Pairs of effects that cannot be told apart; of one effect at two joints, both with their joint."""
-    by_number = {(c.effect, c.joints): c for c in d.causes}
     pairs = []
-    order = d.ambiguous_of
-    for one, (effect, joints) in zip(d.ambiguous, order, strict=True):
-        assert (effect, joints) in by_number
-        if one.effect == effect:
-            pairs.append(
-                [
-                    f"{effect} {' '.join(joints)}".strip(),
-                    f"{one.effect} {' '.join(one.joints)}".strip(),
-                ]
-            )
-        else:
-            pairs.append([effect, one.effect])
-    return [list(pair) for pair in dict.fromkeys(map(tuple, pairs))]
+    for one in d.ambiguous:
+        effect, joints = one.of
+        places = (joints, one.joints) if one.effect == effect else ((), ())
+        names = zip((effect, one.effect), places, strict=True)
+        pairs.append(tuple(" ".join((name, *place)) for name, place in names))
+    return [list(pair) for pair in dict.fromkeys(pairs)]
 
 
 def _plain(value: Any) -> Any:

@@ -1,4 +1,4 @@
-"""What three simpler ways would have said from the same data."""
+"""The answers of three simpler methods on the same data."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,13 +9,13 @@ from gap.residuals.evidence import Evidence
 from gap.search.screen import Gain, Signatures, gains
 
 MOST = 5
-LEAST_NATS = 2.0
+GREEDY_NATS = 2.0
 RIDGE = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
 class Baseline:
-    """One simpler way's answer.
+    """The answer of a simpler method.
 
     Attributes:
         method: Its name.
@@ -49,7 +49,7 @@ def _greedy(evidence: Evidence, signatures: Signatures) -> list[Gain]:
         taken = {one.signature.candidate.key for one in chosen}
         ranked = gains(signatures, residual, ones)
         ranked = [one for one in ranked if one.signature.candidate.key not in taken]
-        if not ranked or ranked[0].nats < LEAST_NATS:
+        if not ranked or ranked[0].nats < GREEDY_NATS:
             break
         best = ranked[0]
         residual = residual - _change(signatures, best).reshape(residual.shape)

@@ -1,30 +1,30 @@
-"""Whether there is a gap above what references show, before anything is blamed for it.
+"""Whether there is a gap above what references show, and what size of a cause would have shown.
 
-The null is made of the references themselves: each is compared with what the others let expect, its
-residual is cut into blocks, and blocks are laid over the trials with random signs. Whatever search is run
-on the trials is run on these, so that the largest of many candidates is judged as the largest of many.
+Energies of the trials are compared with those of references by Student's t. The size that would have shown
+comes from a null of synthetic runs: each reference in units of what the others let expect is cut into
+blocks, blocks are laid over the trials with random signs, and the largest first-order gain of any candidate
+on them (all weights 1, no bounds) is what a cause must exceed.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import stats
 
 from gap.interfaces import Channel
-from gap.residuals.evidence import Evidence
-from gap.residuals.floor import Condition, make_floor
-from gap.residuals.parts import Part, block_starts
+from gap.residuals.evidence import Evidence, mean_energy
+from gap.residuals.floor import make_floor
+from gap.residuals.parts import Condition, Part, block_starts
 from gap.residuals.whitening import Whitener, make_whitener
 from gap.search.screen import Signature, Signatures, plain_gains
 from model.values.arrays import FloatArray, IntArray
 
-BATCHES = (50, 50, 50, 49)
-NULL_SETS = sum(BATCHES)
-# As a cause must stand out (gap.search.selection.LEVEL) in one of three tests.
-LEVEL = 0.003
+BATCHES = (50, 50, 50, 49)  # synthetic sets, so many at a time
+# As a cause must stand out (gap.search.selection.CAUSE_LEVEL) in one of three tests.
+GAP_LEVEL = 0.003
 TESTS = 3
-SAME, OTHER_FREQUENCY, OTHER_GAIT = 0, 1, 2
+SAME_CONDITION, NEW_FREQUENCY, NEW_GAIT = 0, 1, 2  # how far two conditions are apart
 SAME_FREQUENCY = 0.08  # natural log
 FEWEST_OTHERS = 2
 CHANNELS_APART = 6  # channels of one run that count as independent when their scatter is pooled
@@ -48,6 +48,12 @@ class Healthy:
     residual: FloatArray
     excess: FloatArray
     blocks: IntArray
+
+    def scaled(self, factor: FloatArray) -> "Healthy":
+        """Return it in units of an expectation whose variance is ``factor``, (C,), times as large."""
+        whitener = replace(self.whitener, gain=self.whitener.gain / np.sqrt(factor))
+        residual, excess = self.residual / np.sqrt(factor), self.excess / factor
+        return replace(self, whitener=whitener, residual=residual, excess=excess)
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +95,8 @@ class Detection:
         p_cause: The same by the best candidate alone, among all that were tried.
         p_energy: By the mean energy alone.
         p_channel: By the worst channel alone.
-        threshold: Gain that a candidate must exceed, in nats.
+        threshold: Gain [nats] that no candidate exceeds on healthy runs; sizes that would have shown are
+            computed from it.
     """
 
     found: bool
@@ -101,8 +108,8 @@ class Detection:
 
     @property
     def by_energy(self) -> bool:
-        """Whether energies alone tell of a gap, whatever the candidates."""
-        return TESTS * min(self.p_energy, self.p_channel) < LEVEL
+        """Whether energies alone show a gap, whatever the candidates."""
+        return TESTS * min(self.p_energy, self.p_channel) < GAP_LEVEL
 
 
 def healthy_runs(
@@ -112,7 +119,7 @@ def healthy_runs(
 ) -> tuple[Healthy, ...]:
     """Compare each reference with others that are as far from it as they are from the trials.
 
-    Where a trial has a gait or a frequency that no reference has, each reference is foretold by those of
+    Where a trial has a gait or a frequency that no reference has, each reference is predicted by those of
     other gaits or frequencies alone: so what is not known there is measured and not assumed.
 
     Args:
@@ -122,8 +129,8 @@ def healthy_runs(
     """
     if len(references) < 2:
         return ()
-    own = [Condition(part.gait, part.frequency_hz) for part, _ in references]
-    distance = max((_distance(one, own) for one in conditions), default=SAME)
+    own = [part.condition for part, _ in references]
+    distance = max((_distance(one, own) for one in conditions), default=SAME_CONDITION)
     found = []
     for i, (part, error) in enumerate(references):
         others = [
@@ -135,21 +142,18 @@ def healthy_runs(
         base = np.where(np.isfinite(error), 0.0, np.nan)
         whitener = make_whitener(part, floor, base)
         residual = whitener.whiten(error)
-        count = whitener.count.sum(axis=0)
-        energy = (residual**2).sum(axis=0)
-        excess = np.where(count > 0, energy / np.where(count > 0, count, 1.0), np.nan)
-        starts = block_starts(part.observation)
-        found.append(Healthy(part, whitener, residual, excess, starts))
+        excess = mean_energy((residual**2).sum(axis=0), whitener.count.sum(axis=0))
+        found.append(Healthy(part, whitener, residual, excess, block_starts(part.observation)))
     return tuple(found)
 
 
 def _apart(a: Condition, b: Condition) -> int:
     """How far two conditions are apart: the same, another frequency, another gait."""
     if a.gait != b.gait:
-        return OTHER_GAIT
+        return NEW_GAIT
     ratio = a.frequency_hz / b.frequency_hz if b.frequency_hz > 0 else 1.0
     near = not np.isfinite(ratio) or ratio <= 0 or abs(np.log(ratio)) < SAME_FREQUENCY
-    return SAME if near else OTHER_FREQUENCY
+    return SAME_CONDITION if near else NEW_FREQUENCY
 
 
 def _distance(one: Condition, known: Sequence[Condition]) -> int:
@@ -167,7 +171,7 @@ def detect(
 
     Args:
         evidence: The trials.
-        signatures: What candidates would do; they tell what size would have shown.
+        signatures: What candidates would do.
         healthy: References.
         p_cause: Chance that a healthy machine shows any candidate as large as the best found.
         seed: Of random draws.
@@ -183,8 +187,8 @@ def detect(
     ])  # fmt: skip
     p_energy, p_channel = energies(evidence, evidence.base, healthy)
     p = min(1.0, TESTS * min(p_cause, p_energy, p_channel))
-    threshold = float(np.quantile(null, 1 - LEVEL / TESTS))
-    return Detection(p < LEVEL, p, p_cause, p_energy, p_channel, threshold)
+    threshold = float(np.quantile(null, 1 - GAP_LEVEL / TESTS))
+    return Detection(p < GAP_LEVEL, p, p_cause, p_energy, p_channel, threshold)
 
 
 def _synthetic(
@@ -221,8 +225,11 @@ def energies(
         residual: Their whitened residual, (F, C), with or without causes.
         healthy: References.
     """
-    parts = range(len(evidence.parts))
-    trials = np.array([_part_excess(evidence, residual, i) for i in parts])
+    energy = evidence.per_block(residual**2)
+    blocks = [evidence.block_part == i for i in range(len(evidence.parts))]
+    trials = np.array(
+        [mean_energy(energy[on].sum(axis=0), evidence.count[on].sum(axis=0)) for on in blocks]
+    )
     runs = np.array([one.excess for one in healthy])
     trial_logs, run_logs = np.log(trials + 1e-9), np.log(runs + 1e-9)
     n, m = len(run_logs), len(trial_logs)
@@ -242,40 +249,23 @@ def energies(
     return p_energy, min(1.0, p_channel * int(known.sum()))
 
 
-def _part_excess(evidence: Evidence, residual: FloatArray, part: int) -> FloatArray:
-    on = evidence.block_part == part
-    energy = evidence.per_block(residual**2)[on].sum(axis=0)
-    count = evidence.count[on].sum(axis=0)
-    return np.where(count > 0, energy / np.where(count > 0, count, 1.0), np.nan)
-
-
 def detectable(signatures: Signatures, threshold: float) -> tuple[Detectable, ...]:
     """Return the smallest size of each effect's parameters that would have shown, at its blindest joint."""
     worst: dict[tuple[str, str], Detectable] = {}
     for one in signatures.found:
-        for found in _sizes(one, signatures, max(threshold, 2.0)):
-            key = (found.effect, found.parameter)
-            if key not in worst or found.size > worst[key].size:
-                worst[key] = found
+        for size in _sizes(one, signatures, max(threshold, 2.0)):
+            key = (size.effect, size.parameter)
+            if key not in worst or size.size > worst[key].size:
+                worst[key] = size
     return tuple(worst[key] for key in sorted(worst))
 
 
-def _sizes(one: Signature, signatures: Signatures, threshold: float) -> list[Detectable]:
+def _sizes(one: Signature, signatures: Signatures, threshold: float) -> Iterator[Detectable]:
     if one.offset >= 0:
-        return []
-    out = []
+        return
     for i, row in zip(one.live, one.rows, strict=True):
         energy = float(signatures.matrix[row] @ signatures.matrix[row])
         p = one.candidate.effect.parameters[i]
-        out.append(
-            Detectable(
-                one.candidate.effect.name,
-                p.name,
-                p.spread * float(np.sqrt(2 * threshold / energy)),
-                p.unit,
-                p.neutral,
-                p.lower,
-                p.upper,
-            )
-        )
-    return out
+        size = p.spread * float(np.sqrt(2 * threshold / energy))
+        name = one.candidate.effect.name
+        yield Detectable(name, p.name, size, p.unit, p.neutral, p.lower, p.upper)

@@ -1,15 +1,19 @@
-"""What a diagnosis says, as values."""
+"""What a diagnosis finds, as values, and its verdict in one sentence."""
 
 from dataclasses import dataclass
 from enum import Enum
 
-from gap.diagnosis.ambiguity import Alike
+import numpy as np
+
+from gap.diagnosis.ambiguity import OpenRival
 from gap.diagnosis.baselines import Baseline
 from gap.diagnosis.detection import Detectable, Detection
 from gap.diagnosis.how_far import HowFar
+from gap.diagnosis.probability import Fit, RivalCause
 from gap.diagnosis.where import Where
 from gap.experiments.next_run import NextRun
-from gap.interfaces import Cause, DataFault
+from gap.interfaces import Cause, DataFault, place_words
+from gap.rounding import percent_words, value_words
 
 
 class Verdict(Enum):
@@ -74,28 +78,14 @@ class NamedCause:
     physics: str
     remedy: str
 
-
-@dataclass(frozen=True, slots=True)
-class RivalCause:
-    """A candidate that was fitted and not taken.
-
-    Attributes:
-        cause: Number of the cause it was a rival of.
-        effect: Its name.
-        joints: Where.
-        probability: That it is this one instead.
-        behind: Nats by which it predicts unseen blocks worse.
-        behind_error: Standard error of that.
-        of: Effect and joints of the cause it was a rival of.
-    """
-
-    cause: int
-    effect: str
-    joints: tuple[str, ...]
-    probability: float
-    behind: float
-    behind_error: float
-    of: tuple[str, tuple[str, ...]]
+    @property
+    def words(self) -> str:
+        """Name the cause with its place and size."""
+        sizes = ", ".join(
+            f"{v.name} {value_words(v.value, v.error)}" + (" (on its bound)" if v.on_bound else "")
+            for v in self.values
+        )
+        return place_words(self.effect, self.joints) + (f" ({sizes})" if sizes else "")
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,36 +103,29 @@ class TrialFaults:
 
 @dataclass(frozen=True, slots=True)
 class Diagnosis:
-    """Everything that a diagnosis says.
+    """Everything that a diagnosis finds.
 
     Attributes:
         simulator: Name of the simulator.
         verdict: The answer.
-        sentence: The answer in words.
         stage: Where the gap lies; empty if there is none.
         data_faults: What is wrong with the data.
         standing: What the references show already, and every prediction has.
         floor_source: ``references``, ``cycles`` or ``sensors``.
-        detection: Whether there is a gap; None without enough references to tell.
+        detection: Whether there is a gap; None without enough references.
         causes: Causes, the largest first.
         rivals: Candidates fitted in their place.
         ambiguous: Rivals that these runs leave open.
-        ambiguous_of: Effect and joints of the cause that each of them is a rival of.
         none: Probability that the catalogue has no name for it.
-        closed: Share of the explainable gap closed, by cross-validation in the fitted trials.
-        left: Energy over expectation that is left there.
-        left_worst: The same of the worst channel.
-        left_p: Chance of so much left in a healthy machine; 0 where there is none to compare with.
-        left_nats: Score that is left there beyond that of a healthy machine.
-        excess: Energy over expectation before.
+        fit: What the causes explain in the fitted trials.
         where: The map before.
         remaining: The map of what is left.
         far: Before and after on held-out trials.
         fitted_trials: Numbers of the trials that were fitted to.
         held_out_trials: Numbers of those that judged.
-        baselines: What simpler ways would have said.
+        baselines: Answers of simpler methods.
         detectable: Smallest sizes that would have shown.
-        next: Which runs would tell candidates apart.
+        next: The best runs to discriminate between candidates.
         warnings: What limits all this.
         predictions: How many trials were simulated.
         seed: Seed.
@@ -150,7 +133,6 @@ class Diagnosis:
 
     simulator: str
     verdict: Verdict
-    sentence: str
     stage: str
     data_faults: tuple[TrialFaults, ...]
     standing: tuple[Cause, ...]
@@ -158,15 +140,9 @@ class Diagnosis:
     detection: Detection | None
     causes: tuple[NamedCause, ...]
     rivals: tuple[RivalCause, ...]
-    ambiguous: tuple[Alike, ...]
-    ambiguous_of: tuple[tuple[str, tuple[str, ...]], ...]
+    ambiguous: tuple[OpenRival, ...]
     none: float
-    closed: float
-    left: float
-    left_worst: float
-    left_p: float
-    left_nats: float
-    excess: float
+    fit: Fit
     where: Where
     remaining: Where
     far: HowFar
@@ -180,8 +156,44 @@ class Diagnosis:
     seed: int
 
     @property
+    def sentence(self) -> str:
+        """The verdict in one sentence."""
+        if self.verdict is Verdict.NO_GAP:
+            known = self.floor_source == "references"
+            above = "what the references show" if known else "noise and repeatability"
+            return f"No gap above {above}."
+        shrunk, far = "", self.far
+        if np.isfinite(far.shrink):
+            added = "it" if len(self.causes) == 1 else "them"
+            shrunk = f"; adding {added} closes {percent_words(far.shrink)} of the gap"
+            shrunk += f" [{percent_words(far.low)}, {percent_words(far.high)}] on {self.kept_back}"
+        names = " and ".join(one.words for one in self.causes)
+        if self.verdict is Verdict.EXPLAINED:
+            return f"The simulator lacks {names}{shrunk}."
+        if self.verdict is Verdict.AMBIGUOUS:
+            return (
+                f"The simulator lacks {names}{shrunk}. These runs cannot tell {self._open_words}."
+            )
+        place = f" in the stage {self.where.stage}" if self.where.stage else ""
+        if not self.causes:
+            return f"There is a gap{place}, and no effect of the catalogue reduces it."
+        return (
+            f"There is a gap{place} that the catalogue does not explain; {names} comes nearest"
+            f" and closes {percent_words(self.fit.closed)} of it in the fitted runs."
+        )
+
+    @property
+    def _open_words(self) -> str:
+        """Each cause that has open rivals, with its own."""
+        rivals: dict[str, list[str]] = {}
+        for one in self.ambiguous:
+            words = place_words(one.effect, one.joints)
+            rivals.setdefault(place_words(*one.of), []).append(words)
+        return ", and not ".join(f"{of} from {' or '.join(own)}" for of, own in rivals.items())
+
+    @property
     def kept_back(self) -> str:
-        """What was kept back to judge, in words."""
+        """What was held out to judge, in words."""
         shared = set(self.fitted_trials) & set(self.held_out_trials)
         if not shared:
             return "runs kept back"

@@ -1,10 +1,10 @@
 """How far the gap shrinks on trials that no fit and no selection has seen.
 
-End to end (``Drive.COMMAND``), with what references let expect taken off, in units of the floor.
+End to end (``Drive.COMMAND``), with what references let expect subtracted, in units of the floor.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
@@ -18,16 +18,15 @@ TRACE_POINTS = 400
 
 
 @dataclass(frozen=True, slots=True)
-class ChannelShrink:
-    """One channel before and after.
+class ChannelRms:
+    """One channel on held-out runs, before and after.
 
     Attributes:
         channel: Name.
         joint: Its joint.
         unit: Unit of what follows.
-        before: RMS difference.
-        after: RMS difference with the causes added.
-        floor: RMS that is expected without any gap.
+        before: RMS difference of the simulator as it stands.
+        after: RMS difference with causes added.
         before_range: 95 % interval of ``before``, over blocks.
         after_range: The same of ``after``.
     """
@@ -37,9 +36,24 @@ class ChannelShrink:
     unit: str
     before: float
     after: float
+    before_range: tuple[float, float]
+    after_range: tuple[float, float]
+
+    @property
+    def cut(self) -> float:
+        """Share by which the RMS is cut; NaN where there is none."""
+        return 1.0 - self.after / self.before if self.before > 0 else np.nan
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelShrink(ChannelRms):
+    """The same, with the RMS that is expected without any gap.
+
+    Attributes:
+        floor: It.
+    """
+
     floor: float
-    before_range: tuple[float, float] = (np.nan, np.nan)
-    after_range: tuple[float, float] = (np.nan, np.nan)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,8 +66,8 @@ class Trace:
         unit: Unit.
         time_s: (P,).
         measured: (P,); NaN where nothing was.
-        before: What the simulator said, (P,).
-        after: What it says with the causes added, (P,).
+        before: What the simulator predicts, (P,).
+        after: What it predicts with the causes added, (P,).
         compared: Where the two are compared; elsewhere the simulator is not held to it, (P,).
     """
 
@@ -96,14 +110,11 @@ class HowFar:
     traces: tuple[Trace, ...]
 
 
-def how_far(
-    held: Evidence, channels: Sequence[Channel], causes: tuple[Cause, ...], seed: int
-) -> HowFar:
+def how_far(held: Evidence, causes: tuple[Cause, ...], seed: int) -> HowFar:
     """Measure it.
 
     Args:
         held: The trials that were held out, under ``Drive.COMMAND``.
-        channels: Channels.
         causes: What is added.
         seed: Of the resampling.
     """
@@ -129,8 +140,8 @@ def how_far(
         explainable=max(0.0, 1.0 - 1.0 / mean) if mean > 0 else 0.0,
         alone=tuple(closed),
         last=tuple(last),
-        channels=_channels(held, channels, before, after, weight, seed),
-        traces=_traces(held, channels, predicted[0], predicted[1], before, after),
+        channels=_channels(held, before, after, weight, seed),
+        traces=_traces(held, predicted, before, after),
     )
 
 
@@ -175,36 +186,40 @@ def _shrink(
 
 
 def _channels(
-    held: Evidence,
+    held: Evidence, before: FloatArray, after: FloatArray, weight: FloatArray, seed: int
+) -> tuple[ChannelShrink, ...]:
+    unsure = np.sqrt(np.mean([w.unsure**2 for w in held.whiteners], axis=0))
+    channels = held.simulator.channels
+    rows = channel_rms(channels, before * unsure**2, after * unsure**2, weight, seed)
+    return tuple(ChannelShrink(**asdict(row), floor=float(unsure[i])) for i, row in rows)
+
+
+def channel_rms(
     channels: Sequence[Channel],
     before: FloatArray,
     after: FloatArray,
     weight: FloatArray,
     seed: int,
-) -> tuple[ChannelShrink, ...]:
-    frames = weight.sum(axis=0)
-    unsure = np.sqrt(np.mean([w.unsure**2 for w in held.whiteners], axis=0))
-    out = []
-    for i, c in enumerate(channels):
-        if frames[i] > 0:
-            rms = [float(unsure[i] * np.sqrt(e[:, i].sum() / frames[i])) for e in (before, after)]
-            spans = [
-                rms_range(e[:, i] * unsure[i] ** 2, weight[:, i], seed) for e in (before, after)
-            ]
-            out.append(
-                ChannelShrink(c.name, c.joint, c.unit, rms[0], rms[1], float(unsure[i]), *spans)
-            )
-    return tuple(out)
-
-
-def rms_range(energy: FloatArray, weight: FloatArray, seed: int) -> tuple[float, float]:
-    """95 % interval of an RMS.
+) -> Iterator[tuple[int, ChannelRms]]:
+    """Return every channel that was compared, with its number.
 
     Args:
-        energy: Squared differences summed over each block, (B,).
-        weight: Frames of each block, (B,).
+        channels: C of them.
+        before: Squared differences summed over each block, (B, C).
+        after: The same with causes added.
+        weight: Frames of each block that are compared, (B, C).
         seed: Of the resampling.
     """
+    frames = weight.sum(axis=0)
+    for i, c in enumerate(channels):
+        if frames[i] > 0:
+            first, then = (float(np.sqrt(e[:, i].sum() / frames[i])) for e in (before, after))
+            wide, left = (_rms_range(e[:, i], weight[:, i], seed) for e in (before, after))
+            yield i, ChannelRms(c.name, c.joint, c.unit, first, then, wide, left)
+
+
+def _rms_range(energy: FloatArray, weight: FloatArray, seed: int) -> tuple[float, float]:
+    """95 % interval of an RMS, over blocks, (B,)."""
     rng = np.random.default_rng(seed)
     picks = rng.integers(len(weight), size=(DRAWS, len(weight)))
     frames = weight[picks].sum(axis=1)
@@ -215,17 +230,16 @@ def rms_range(energy: FloatArray, weight: FloatArray, seed: int) -> tuple[float,
 
 def _traces(
     held: Evidence,
-    channels: Sequence[Channel],
-    standing: Sequence[FloatArray],
-    added: Sequence[FloatArray],
+    predicted: Sequence[Sequence[FloatArray]],
     before: FloatArray,
     after: FloatArray,
 ) -> tuple[Trace, ...]:
+    """The channels of the first part that changed most; that differ most, if none changed."""
+    channels = held.simulator.channels
     change = np.abs(before.sum(axis=0) - after.sum(axis=0))
     order = np.argsort(-change if change.any() else -before.sum(axis=0), kind="stable")[:TRACES]
     part, whitener = held.parts[0], held.whiteners[0]
-    every = max(1, part.frames // TRACE_POINTS)
-    rows = slice(None, None, every)
+    rows = slice(None, None, max(1, part.frames // TRACE_POINTS))
     return tuple(
         Trace(
             channels[i].name,
@@ -233,8 +247,8 @@ def _traces(
             channels[i].unit,
             part.observation.time_s[rows],
             part.observation.values[rows, i] - whitener.expected[rows, i],
-            standing[0][rows, i],
-            added[0][rows, i],
+            predicted[0][0][rows, i],
+            predicted[1][0][rows, i],
             whitener.gain[rows, i] > 0,
         )
         for i in order

@@ -46,80 +46,102 @@ class Calibration:
 
 
 @dataclass(frozen=True, slots=True)
-class Chance:
-    """Probability of one candidate for a cause.
+class RivalCause:
+    """A candidate that was fitted and not taken.
 
     Attributes:
+        cause: Number of the cause it was a rival of.
         effect: Its name.
         joints: Where.
-        probability: That it is this one.
-        behind: Nats by which it predicts unseen blocks worse than the named one.
-        error: Standard error of that.
+        probability: That it is this one instead.
+        behind: Nats by which it predicts unseen blocks worse.
+        behind_error: Standard error of that.
+        of: Effect and joints of the cause it was a rival of.
     """
 
+    cause: int
     effect: str
     joints: tuple[str, ...]
     probability: float
     behind: float
-    error: float
+    behind_error: float
+    of: tuple[str, tuple[str, ...]]
 
 
 @dataclass(frozen=True, slots=True)
-class Left:
-    """What is left when the causes are added, in the trials that were fitted to, by cross-validation.
+class Fit:
+    """What the causes explain in the trials that were fitted to, by cross-validation.
 
     Attributes:
-        closed: Share of the explainable gap that the causes close, 0 to 1.
-        excess: Energy over expectation.
-        worst: The same of the worst channel.
-        causes: How many causes there are.
-        referenced: Whether the expectation comes from references.
-        p: Chance of so much left in a healthy machine; 0 where there is none to compare with.
+        closed: Share of the explainable gap that they close, 0 to 1.
+        excess_before: Energy over expectation without them.
+        excess_after: The same with them.
+        worst_after: The same of the worst channel.
+        p_after: Chance of so much left in a healthy machine; 0 where there is none to compare with.
+        nats_after: Score that is left beyond that of a healthy machine.
     """
 
     closed: float
-    excess: float
-    worst: float
-    causes: int
-    referenced: bool
-    p: float = 0.0
+    excess_before: float
+    excess_after: float
+    worst_after: float
+    p_after: float
+    nats_after: float
 
 
-def none_of_them(left: Left, calibration: Calibration) -> float:
-    """Return the probability that the cause is none of the catalogue."""
+def none_of_them(
+    fit: Fit, causes: int, referenced: bool, calibration: Calibration = Calibration()
+) -> float:
+    """Return the probability that the cause is none of the catalogue.
+
+    Args:
+        fit: What the causes explain.
+        causes: How many there are.
+        referenced: Whether the expectation comes from references.
+        calibration: Constants.
+    """
     worst, wide = calibration.none_worst_alone, calibration.none_open_alone
-    if left.referenced:
+    if referenced:
         worst, wide = calibration.none_worst, calibration.none_open
     # what a healthy machine leaves as well is no sign that something is missing
-    odd = min(1.0, -math.log(max(left.p, 1e-9)) / -math.log(SURELY_ODD))
-    logit = calibration.none + odd * wide * (1.0 - left.closed)
-    logit += odd * calibration.none_energy * math.log(max(left.excess, 1.0))
-    logit += odd * worst * math.log(max(left.worst, 1.0))
-    if left.referenced:
-        logit += calibration.none_many * max(0, left.causes - 2)
+    odd = min(1.0, -math.log(max(fit.p_after, 1e-9)) / -math.log(SURELY_ODD))
+    logit = calibration.none + odd * wide * (1.0 - fit.closed)
+    logit += odd * calibration.none_energy * math.log(max(fit.excess_after, 1.0))
+    logit += odd * worst * math.log(max(fit.worst_after, 1.0))
+    if referenced:
+        logit += calibration.none_many * max(0, causes - 2)
     return 1.0 / (1.0 + math.exp(-logit))
 
 
 def chances(
-    selection: Selection, strata: IntArray, none: float, left_nats: float, calibration: Calibration
-) -> tuple[tuple[Chance, ...], ...]:
-    """Return, for each cause, the probability of the named one and of each rival."""
+    selection: Selection,
+    strata: IntArray,
+    none: float,
+    left_nats: float,
+    calibration: Calibration = Calibration(),
+) -> tuple[tuple[float, tuple[RivalCause, ...]], ...]:
+    """Return the probability of each cause, and its rivals with theirs.
+
+    Args:
+        selection: The causes.
+        strata: Trial of each block, (B,).
+        none: Probability that it is none of the catalogue.
+        left_nats: Score that is left beyond that of a healthy machine.
+        calibration: Constants.
+    """
     out = []
-    for step in selection.steps:
-        weights = [1.0]
-        options = [step.chosen, *step.rivals]
-        behinds = [advantage(step.chosen.unseen, one.unseen, strata) for one in options]
-        for behind in behinds[1:]:
+    for i, step in enumerate(selection.steps):
+        behinds = [advantage(step.chosen.unseen, one.unseen, strata) for one in step.rivals]
+        weights = []
+        for behind in behinds:
             scale = calibration.temperature + calibration.error_share * behind.error
             scale += calibration.misfit_share * left_nats
             weights.append(math.exp(-max(min(behind.nats / scale, 700.0), 0.0)))
-        total = sum(weights)
-        out.append(
-            tuple(
-                Chance(
-                    o.added.effect.name, o.added.joints, (1.0 - none) * w / total, b.nats, b.error
-                )
-                for o, w, b in zip(options, weights, behinds, strict=True)
-            )
+        share = (1.0 - none) / (1.0 + sum(weights))
+        of = step.chosen.added.key
+        rivals = tuple(
+            RivalCause(i, *one.added.key, share * weight, behind.nats, behind.error, of)
+            for one, weight, behind in zip(step.rivals, weights, behinds, strict=True)
         )
+        out.append((share, rivals))
     return tuple(out)

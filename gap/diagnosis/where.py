@@ -4,20 +4,18 @@ Under ``Drive.MEASURED`` a stage's residual is its own; under ``Drive.COMMAND`` 
 chain as well. Single cells are tested together, by the largest statistic under random signs of blocks.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from gap.interfaces import Channel
-from gap.residuals.evidence import Evidence
+from gap.residuals.evidence import Evidence, mean_energy
 from model.values.arrays import FloatArray, IntArray
 
 PHASE_BINS = 8
 FLIPS = 399
 FEWEST_BLOCKS = 5
 SHOWN = 10
-LEVEL = 0.05
+CELL_LEVEL = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,8 +76,8 @@ class ChannelGap:
     joint: str
     stage: str
     excess: float
-    bands: tuple[float, float, float, float]
-    thirds: tuple[float, float, float]
+    bands: tuple[float, ...]
+    thirds: tuple[float, ...]
     phases: tuple[float, ...]
 
 
@@ -106,42 +104,28 @@ class Where:
         return best.stage if best.share > 0 else ""
 
 
-def where(
-    local: Evidence,
-    end_to_end: Evidence,
-    channels: Sequence[Channel],
-    stages: Sequence[str],
-    residual: FloatArray,
-    seed: int,
-) -> Where:
+def where(local: Evidence, end_to_end: Evidence, residual: FloatArray, seed: int) -> Where:
     """Make the map.
 
     Args:
         local: The trials under ``Drive.MEASURED``, or commands if the simulator is one piece.
         end_to_end: The same under ``Drive.COMMAND``.
-        channels: Channels.
-        stages: Names of the stages.
-        residual: Whitened residual under ``Drive.MEASURED`` of what is to be mapped, (F, C).
+        residual: Whitened residual of ``local`` that is to be mapped, (F, C).
         seed: Of the random signs.
     """
     excess = local.excess(residual)
     bins = _phase_bins(local)
-    cells, testable = _cells(local, channels, residual, bins, seed)
+    cells, testable = _cells(local, residual, bins, seed)
     return Where(
-        _stages(local, end_to_end, channels, stages, excess),
-        _channels(local, channels, residual, excess, bins),
+        _stages(local, end_to_end, excess),
+        _channels(local, residual, excess, bins),
         cells,
         testable,
     )
 
 
-def _stages(
-    local: Evidence,
-    end_to_end: Evidence,
-    channels: Sequence[Channel],
-    stages: Sequence[str],
-    excess: FloatArray,
-) -> tuple[StageGap, ...]:
+def _stages(local: Evidence, end_to_end: Evidence, excess: FloatArray) -> tuple[StageGap, ...]:
+    simulator = local.simulator
     whole = end_to_end.excess(end_to_end.base)
     count = local.count.sum(axis=0)
     above = np.where(np.isfinite(excess), np.fmax(excess - 1.0, 0.0) * count, 0.0)
@@ -149,8 +133,8 @@ def _stages(
     above = np.where(excess > 1.0 + 3.0 * np.sqrt(2.0 / np.fmax(count, 1.0)), above, 0.0)
     total = float(above.sum())
     out = []
-    for stage in stages:
-        on = np.array([channel.stage == stage for channel in channels])
+    for stage in simulator.stages:
+        on = np.array([channel.stage == stage for channel in simulator.channels])
         seen = on & np.isfinite(excess)
         out.append(
             StageGap(
@@ -175,15 +159,15 @@ def _phase_bins(evidence: Evidence) -> IntArray:
 
 
 def _cells(
-    evidence: Evidence, channels: Sequence[Channel], residual: FloatArray, bins: IntArray, seed: int
+    evidence: Evidence, residual: FloatArray, bins: IntArray, seed: int
 ) -> tuple[tuple[Cell, ...], bool]:
-    frame_count = np.concatenate([w.count for w in evidence.whiteners])
+    channels = evidence.simulator.channels
     cyclic = bool(bins.any())
     means, roots = [], []
     for one in range(PHASE_BINS if cyclic else 1):
         on = (bins == one)[:, None]
         means.append(evidence.per_block(residual * on))
-        roots.append(evidence.per_block(frame_count * on))
+        roots.append(evidence.per_block(evidence.frame_count * on))
     total, count = np.stack(means, axis=1), np.stack(roots, axis=1)  # (B, bins, C)
     frames = np.where(count > 0, count, np.inf)
     dependence = evidence.floor.dependence
@@ -212,7 +196,7 @@ def _cells(
     for i in order:
         bin_at, channel = divmod(int(places[i]), len(channels))
         p = (1 + float(np.sum(largest >= abs(statistic[i])))) / (FLIPS + 1)
-        if p <= LEVEL:
+        if p <= CELL_LEVEL:
             c = channels[channel]
             middle = (bin_at + 0.5) / PHASE_BINS if cyclic else np.nan
             cells.append(
@@ -222,34 +206,26 @@ def _cells(
 
 
 def _channels(
-    evidence: Evidence,
-    channels: Sequence[Channel],
-    residual: FloatArray,
-    excess: FloatArray,
-    bins: IntArray,
+    evidence: Evidence, residual: FloatArray, excess: FloatArray, bins: IntArray
 ) -> tuple[ChannelGap, ...]:
-    count = np.concatenate([w.count for w in evidence.whiteners])
     third = np.concatenate([np.arange(p.frames) * 3 // p.frames for p in evidence.parts])
-    thirds = np.array([_ratio(residual, count, third == i) for i in range(3)])
-    phases = np.array([_ratio(residual, count, bins == i) for i in range(PHASE_BINS)])
-    bands = _bands(evidence, residual)
+
+    def over(groups: IntArray, count: int) -> list[FloatArray]:
+        """Energy over expectation of each of so many groups of frames."""
+        pairs = [
+            ((residual**2)[groups == i], evidence.frame_count[groups == i]) for i in range(count)
+        ]
+        return [mean_energy(energy.sum(axis=0), frames.sum(axis=0)) for energy, frames in pairs]
+
+    bands, thirds = _bands(evidence, residual).T, np.transpose(over(third, 3))
+    phases = np.transpose(over(bins, PHASE_BINS))
     return tuple(
         ChannelGap(
-            c.name,
-            c.joint,
-            c.stage,
-            float(excess[i]),
-            (float(bands[0, i]), float(bands[1, i]), float(bands[2, i]), float(bands[3, i])),
-            (float(thirds[0, i]), float(thirds[1, i]), float(thirds[2, i])),
-            tuple(float(x) for x in phases[:, i]),
+            c.name, c.joint, c.stage, float(excess[i]),
+            tuple(bands[i].tolist()), tuple(thirds[i].tolist()), tuple(phases[i].tolist()),
         )
-        for i, c in enumerate(channels)
-    )
-
-
-def _ratio(residual: FloatArray, count: FloatArray, on: np.ndarray) -> FloatArray:
-    energy, n = (residual[on] ** 2).sum(axis=0), count[on].sum(axis=0)
-    return np.where(n > 0, energy / np.where(n > 0, n, 1.0), np.nan)
+        for i, c in enumerate(evidence.simulator.channels)
+    )  # fmt: skip
 
 
 def _bands(evidence: Evidence, residual: FloatArray) -> FloatArray:
@@ -270,4 +246,4 @@ def _bands(evidence: Evidence, residual: FloatArray) -> FloatArray:
             on = (harmonic >= edges[i]) & (harmonic < edges[i + 1])
             total[i] += power[on].sum(axis=0)
     whole = total.sum(axis=0)
-    return np.where(whole > 0, total / np.where(whole > 0, whole, 1.0), np.nan)
+    return mean_energy(total, whole)

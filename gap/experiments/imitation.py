@@ -1,17 +1,62 @@
-"""The size at which a rival looks most like causes that were found, in the runs that were made."""
+"""The size at which a rival looks most like causes that were named, in the runs that were made."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from gap.interfaces import Cause, Drive, Simulator, reach_of
 from gap.residuals.floor import Floor
-from gap.search.candidates import FINE_STEP, Candidate, starts_of, step_of
+from gap.residuals.misfit import Misfit
+from gap.residuals.predictions import Predictor, Wanted
+from gap.search.candidates import Candidate, starts_of, stepped
+from gap.search.fit import PLAIN, fit_causes
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial
 
 STEPS = 4
-WORTH = 0.999
+
+
+@dataclass(frozen=True, eq=False)
+class Imitation(Misfit):
+    """What causes predict end to end, against what others do; of each trial only its commands count.
+
+    Attributes:
+        noise: Standard deviation of each trial's channels, (F, C).
+        goal: Causes to be imitated.
+    """
+
+    noise: Sequence[FloatArray]
+    goal: tuple[Cause, ...]
+
+    @cached_property
+    def wanted(self) -> FloatArray:
+        """What the goal predicts, in units of the noise, (F, C) of all trials."""
+        return self.predicted(self.goal)
+
+    def predicted(self, causes: tuple[Cause, ...]) -> FloatArray:
+        """Return what causes predict, in units of the noise, (F, C) of all trials."""
+        wanted = [Wanted(i, causes, Drive.COMMAND) for i in range(len(self.noise))]
+        found = self.predictor.predict(wanted)
+        rows = [one / noise for one, noise in zip(found, self.noise, strict=True)]
+        return np.nan_to_num(np.concatenate(rows))
+
+    def residuals(self, sets: Sequence[tuple[Cause, ...]]) -> list[FloatArray]:
+        """Return the goal minus what each set predicts."""
+        return [self.wanted - self.predicted(causes) for causes in sets]
+
+
+def noise_of(simulator: Simulator, trials: Sequence[Trial], floor: Floor) -> list[FloatArray]:
+    """Return the standard deviation of each trial's channels, (F, C); large where they weigh little.
+
+    Args:
+        simulator: The simulator.
+        trials: The trials.
+        floor: Noise under ``Drive.COMMAND``.
+    """
+    sigma = np.fmax(floor.sigma * np.sqrt(floor.dependence), 1e-12)
+    return [sigma / np.fmax(np.sqrt(simulator.observe(one).weight), 1e-12) for one in trials]
 
 
 def imitate(
@@ -32,72 +77,18 @@ def imitate(
         rival: Effect and place that take its place.
         floor: Noise under ``Drive.COMMAND``.
     """
-    sigma = np.fmax(floor.sigma * np.sqrt(floor.dependence), 1e-12)
-    noise = [sigma / np.fmax(np.sqrt(simulator.observe(one).weight), 1e-12) for one in trials]
+    noise = noise_of(simulator, trials, floor)
+    misfit = Imitation(Predictor(simulator, trials), noise, causes)
 
-    def told(values: Sequence[float]) -> FloatArray:
-        own = (*causes[:of], rival.cause(values), *causes[of + 1 :])
-        return _rows(simulator, trials, own, noise)
+    def put(values: Sequence[float]) -> tuple[Cause, ...]:
+        return (*causes[:of], rival.cause(values), *causes[of + 1 :])
 
-    goal = _rows(simulator, trials, causes, noise)
-    parameters = rival.effect.parameters
-    base = told(rival.neutral)
     silent = []
-    for i, p in enumerate(parameters):
-        moved = list(rival.neutral)
-        moved[i] += step_of(p, moved[i], 1.0)
-        silent.append(bool(np.allclose(told(moved), base, atol=1e-6)))
+    for i in range(len(rival.neutral)):
+        values = stepped(rival.effect.parameters, rival.neutral, i, 1.0)
+        pair = (misfit.predicted(put(values)), misfit.predicted(put(rival.neutral)))
+        silent.append(bool(np.allclose(*pair, atol=1e-6)))
     reach = reach_of([simulator.observe(one) for one in trials])
-    starts = starts_of(rival.effect, silent, reach) if parameters else [()]
-    found = [_descend(told, goal, rival, start) for start in starts]
-    best = min(found, key=lambda one: one[0])
-    return (*causes[:of], rival.cause(best[1]), *causes[of + 1 :])
-
-
-def _rows(
-    simulator: Simulator,
-    trials: Sequence[Trial],
-    causes: tuple[Cause, ...],
-    noise: Sequence[FloatArray],
-) -> FloatArray:
-    rows = [
-        np.nan_to_num(simulator.predict(one, causes, Drive.COMMAND) / own).ravel()
-        for one, own in zip(trials, noise, strict=True)
-    ]
-    return np.concatenate(rows)
-
-
-def _descend(
-    told: Callable[[Sequence[float]], FloatArray],
-    goal: FloatArray,
-    rival: Candidate,
-    start: Sequence[float],
-) -> tuple[float, tuple[float, ...]]:
-    """Gauss-Newton within bounds; return what is left and the values."""
-    parameters = rival.effect.parameters
-    values: FloatArray = np.array(start, dtype=np.float64)
-    spread = np.array([p.spread for p in parameters])
-    low = np.array([p.lower for p in parameters])
-    high = np.array([p.upper for p in parameters])
-    left = goal - told(values.tolist())
-    energy = float(left @ left)
-    for _ in range(STEPS if len(parameters) else 0):
-        slopes = []
-        for i, p in enumerate(parameters):
-            by = step_of(p, float(values[i]), FINE_STEP)
-            moved = values.copy()
-            moved[i] += by
-            slopes.append((told(moved.tolist()) - (goal - left)) * (p.spread / by))
-        rows = np.array(slopes)
-        gram = rows @ rows.T + np.eye(len(rows))
-        step = np.linalg.solve(gram, rows @ left) * spread
-        better = False
-        for share in (1.0, 0.3):
-            trial = np.clip(values + share * step, low, high)
-            now = goal - told(trial.tolist())
-            if float(now @ now) < WORTH * energy:
-                values, left, energy, better = trial, now, float(now @ now), True
-                break
-        if not better:
-            break
-    return energy, tuple(float(v) for v in values)
+    starts = starts_of(rival.effect, silent, reach)
+    fits = [fit_causes(misfit, put(start), STEPS, PLAIN, of) for start in starts]
+    return min(fits, key=lambda one: one.nats).causes

@@ -13,6 +13,7 @@ import numpy as np
 
 from gap.interfaces import Cause, Drive, reach_of
 from gap.residuals.floor import Floor
+from gap.residuals.misfit import Misfit
 from gap.residuals.parts import Part, block_starts, folds_of
 from gap.residuals.predictions import Predictor, Wanted
 from gap.residuals.whitening import Whitener, make_whitener
@@ -23,13 +24,12 @@ TAIL = 4.0  # energy over expectation from which a block counts by its logarithm
 
 
 @dataclass(frozen=True)
-class Evidence:
+class Evidence(Misfit):
     """Parts of trials under one drive, F frames in all.
 
     Attributes:
         parts: The parts.
         drive: What feeds the stages.
-        predictor: Predicts.
         floor: The floor under that drive.
         whiteners: One a part.
         starts: First frame of each of B blocks, counted over all parts.
@@ -39,7 +39,6 @@ class Evidence:
 
     parts: tuple[Part, ...]
     drive: Drive
-    predictor: Predictor
     floor: Floor
     whiteners: tuple[Whitener, ...]
     starts: IntArray
@@ -47,9 +46,14 @@ class Evidence:
     block_part: IntArray
 
     @cached_property
+    def frame_count(self) -> FloatArray:
+        """Independent frames that each frame and channel counts as, (F, C)."""
+        return np.concatenate([w.count for w in self.whiteners])
+
+    @cached_property
     def count(self) -> FloatArray:
         """Independent frames of each block and channel, (B, C)."""
-        return self.per_block(np.concatenate([w.count for w in self.whiteners]))
+        return self.per_block(self.frame_count)
 
     @property
     def reach_m(self) -> tuple[float, float]:
@@ -110,8 +114,16 @@ class Evidence:
 
     def excess(self, residual: FloatArray) -> FloatArray:
         """Energy over expectation of each channel, (C,); NaN where nothing was compared."""
-        energy, count = (residual**2).sum(axis=0), self.count.sum(axis=0)
-        return np.where(count > 0, energy / np.where(count > 0, count, 1.0), np.nan)
+        return mean_energy((residual**2).sum(axis=0), self.count.sum(axis=0))
+
+    def mean_excess(self, residual: FloatArray) -> float:
+        """Energy over expectation of all channels together."""
+        return float((residual**2).sum() / self.count.sum())
+
+
+def mean_energy(energy: FloatArray, count: FloatArray) -> FloatArray:
+    """Return energies over so many independent frames; NaN where there is none."""
+    return np.where(count > 0, energy / np.where(count > 0, count, 1.0), np.nan)
 
 
 def robust_score(energy: FloatArray, count: FloatArray) -> FloatArray:
@@ -155,9 +167,11 @@ def evidence_of(
     )
 
 
-def errors(predictor: Predictor, parts: Sequence[Part], drive: Drive) -> list[FloatArray]:
-    """Measured minus predicted by the simulator as it stands, (F, C) a part; NaN where unused."""
-    base = predictor.predict([Wanted(part.trial, (), drive) for part in parts])
+def errors(
+    predictor: Predictor, parts: Sequence[Part], drive: Drive, causes: tuple[Cause, ...] = ()
+) -> list[FloatArray]:
+    """Measured minus predicted, by default as the simulator stands, (F, C) a part; NaN where unused."""
+    base = predictor.predict([Wanted(part.trial, causes, drive) for part in parts])
     return [
         np.where(part.observation.weight > 0, part.observation.values - part.cut(one), np.nan)
         for part, one in zip(parts, base, strict=True)

@@ -11,27 +11,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap.interfaces import Channel
-from gap.residuals.parts import Part
+from gap.residuals.parts import Condition, Part
 from model.values.arrays import BoolArray, FloatArray
 
 HARMONICS = 6
-OTHER_GAIT = 0.4  # how alike misfits of two gaits are
-LOG_FREQUENCY = 0.5  # over which change of frequency (natural log) misfits stay alike
+GAIT_CORRELATION = 0.4  # of the misfits of two gaits
+LOG_FREQUENCY = 0.5  # change of frequency (natural log) over which misfits stay correlated
 RATIOS = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # repeat variance over misfit variance
 FEW_RATIO = 0.1
 FEW = 3
 
 
-@dataclass(frozen=True, slots=True)
-class Condition:
-    """A gait at a frequency."""
-
-    gait: str
-    frequency_hz: float
-
-
 @dataclass(frozen=True, slots=True, eq=False)
-class Misfit:
+class ExpectedMisfit:
     """What a condition is expected to show.
 
     Attributes:
@@ -65,21 +57,21 @@ class Floor:
     power: FloatArray
     ratio: FloatArray
 
-    def expect(self, condition: Condition) -> Misfit:
+    def expect(self, condition: Condition) -> ExpectedMisfit:
         """Return the misfit expected at a condition."""
         count = len(self.conditions)
         if count == 0:
             empty = np.zeros((0, len(self.sigma)))
-            return Misfit(empty, empty)
-        alike = _alike(self.conditions, self.conditions)
-        near = _alike([condition], self.conditions)[0]
+            return ExpectedMisfit(empty, empty)
+        correlation = _correlation(self.conditions, self.conditions)
+        near = _correlation([condition], self.conditions)[0]
         mean, variance = np.empty_like(self.power), np.empty_like(self.power)
         for ratio in np.unique(self.ratio):
             on = self.ratio == ratio
-            solved = np.linalg.solve(alike + ratio * np.eye(count), near)
+            solved = np.linalg.solve(correlation + ratio * np.eye(count), near)
             mean[:, on] = np.einsum("r,rkc->kc", solved, self.coefficients[:, :, on])
             variance[:, on] = self.power[:, on] * (1.0 + ratio - near @ solved)
-        return Misfit(mean, variance * (1.0 + 2.0 / count))
+        return ExpectedMisfit(mean, variance * (1.0 + 2.0 / count))
 
 
 def phase_basis(part: Part) -> FloatArray:
@@ -102,40 +94,26 @@ def make_floor(
     Args:
         channels: C of them.
         references: Each reference with measured minus predicted, (F, C); NaN where unused.
-        trials: The trials to fit to in the same way; they tell their own scatter if there is no reference.
+        trials: The trials to fit to in the same way; their own scatter counts if there is no reference.
     """
-    if references:
-        return _from_references(channels, references)
-    noise = np.median([np.nanmedian(part.observation.noise, axis=0) for part, _ in trials], axis=0)
-    scatter = _pooled([_scatter(part, error) for part, error in trials])
-    rests = [error - _locked(part, error)[0] for part, error in trials]
-    cyclic = any(phase_basis(part).shape[1] > 1 for part, _ in trials)
-    c = len(channels)
-    return Floor(
-        "cycles" if cyclic else "sensors",
-        np.fmax(noise, scatter),
-        dependence_of(rests),
-        (),
-        np.zeros((0, 0, c)),
-        np.zeros((0, c)),
-        np.zeros(c),
-    )
-
-
-def _from_references(
-    channels: Sequence[Channel], references: Sequence[tuple[Part, FloatArray]]
-) -> Floor:
-    widest = min(phase_basis(part).shape[1] for part, _ in references)
-    fits = [_locked(part, error, widest) for part, error in references]
-    rests = [error - locked for (_, error), (locked, _) in zip(references, fits, strict=True)]
+    known = references or trials
+    noise = np.median([np.nanmedian(part.observation.noise, axis=0) for part, _ in known], axis=0)
+    widths = [phase_basis(part).shape[1] for part, _ in known]
+    fits = [_locked(part, error, min(widths) if references else None) for part, error in known]
+    rests = [error - locked for (_, error), (locked, _) in zip(known, fits, strict=True)]
+    dependence, c = dependence_of(rests), len(channels)
+    if not references:
+        sigma = np.fmax(noise, _pooled([_scatter(part, error) for part, error in trials]))
+        source = "cycles" if max(widths) > 1 else "sensors"
+        return Floor(
+            source, sigma, dependence, (), np.zeros((0, 0, c)), np.zeros((0, c)), np.zeros(c)
+        )
+    sigma = np.fmax(_pooled([rms(rest) for rest in rests]), noise * np.ones(c))
     coefficients = np.array([found for _, found in fits])
-    noise = np.median([np.nanmedian(p.observation.noise, axis=0) for p, _ in references], axis=0)
-    sigma = np.fmax(_pooled([_rms(rest) for rest in rests]), noise * np.ones(len(channels)))
-    dependence = dependence_of(rests)
-    frames = np.mean([part.frames for part, _ in references])
-    conditions = tuple(Condition(part.gait, part.frequency_hz) for part, _ in references)
+    conditions = tuple(part.condition for part, _ in references)
     power, ratio = _spread(channels, coefficients, conditions)
     # a coefficient cannot be known better than noise lets it be measured
+    frames = np.mean([part.frames for part, _ in references])
     power = np.fmax(power, sigma**2 * dependence / frames)
     return Floor("references", sigma, dependence, conditions, coefficients, power, ratio)
 
@@ -147,12 +125,12 @@ def _spread(
     count, harmonics, c = coefficients.shape
     names = [channel.name for channel in channels]
     power, ratio = np.empty((harmonics, c)), np.empty(c)
-    alike = _alike(conditions, conditions)
+    correlation = _correlation(conditions, conditions)
     for name in dict.fromkeys(names):
         on = np.array([one == name for one in names])
         best = -np.inf
         for candidate in RATIOS if count >= FEW else (FEW_RATIO,):
-            covariance = alike + candidate * np.eye(count)
+            covariance = correlation + candidate * np.eye(count)
             energy = np.einsum(
                 "rkc,rkc->kc",
                 coefficients[:, :, on],
@@ -171,12 +149,12 @@ def _spread(
     return power, ratio
 
 
-def _alike(some: Sequence[Condition], others: Sequence[Condition]) -> FloatArray:
+def _correlation(some: Sequence[Condition], others: Sequence[Condition]) -> FloatArray:
     """Correlation of the misfits of conditions, (len(some), len(others))."""
     out = np.empty((len(some), len(others)))
     for i, a in enumerate(some):
         for j, b in enumerate(others):
-            same = 1.0 if a.gait == b.gait else OTHER_GAIT
+            same = 1.0 if a.gait == b.gait else GAIT_CORRELATION
             ratio = a.frequency_hz / b.frequency_hz if b.frequency_hz > 0 else np.nan
             far = np.log(ratio) / LOG_FREQUENCY if np.isfinite(ratio) and ratio > 0 else 0.0
             out[i, j] = same * np.exp(-0.5 * far**2)
@@ -205,7 +183,7 @@ def _scatter(part: Part, error: FloatArray) -> FloatArray:
     if np.isfinite(cycle).all() and abs(cycle[-1] - cycle[0]) >= 2 and np.all(np.diff(cycle) > 0):
         at = np.arange(np.ceil(cycle[0] * 64) / 64, cycle[-1], 1 / 64)
         again = np.column_stack([np.interp(at, cycle, column) for column in error.T])
-        return _rms((again[64:] - again[:-64]) / np.sqrt(2))
+        return rms((again[64:] - again[:-64]) / np.sqrt(2))
     # white noise alone: the second difference has six times its variance; steps of a command are none
     second = np.abs(np.diff(error, 2, axis=0)) / np.sqrt(6)
     middle = [np.median(column[np.isfinite(column)]) if np.isfinite(column).any() else 0.0
@@ -213,7 +191,8 @@ def _scatter(part: Part, error: FloatArray) -> FloatArray:
     return 1.4826 * np.array(middle)
 
 
-def _rms(values: FloatArray) -> FloatArray:
+def rms(values: FloatArray) -> FloatArray:
+    """Root mean square of the columns of (F, C) without NaN, (C,); 0 where there is nothing else."""
     known = np.isfinite(values)
     total = np.where(known, values, 0.0)
     return np.asarray(np.sqrt(np.sum(total**2, axis=0) / np.fmax(known.sum(axis=0), 1)))

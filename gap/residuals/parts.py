@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap.interfaces import Observation
+from gap.interfaces import Observation, Simulator
 from model.errors import GapError
 from model.values.arrays import FloatArray, IntArray
 from record.trial.trial import Trial
@@ -18,6 +18,14 @@ HELD_OUT_SHARE = 0.25
 SHORTEST_BLOCK_S = 1.0
 MOST_FOLDS = 6
 FEWEST_FRAMES = 8
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """A gait at a frequency."""
+
+    gait: str
+    frequency_hz: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,14 +53,26 @@ class Part:
         return whole[self.first : self.last]
 
     @property
+    def condition(self) -> Condition:
+        """Its gait and frequency."""
+        return Condition(self.gait, self.frequency_hz)
+
+    @property
     def frames(self) -> int:
         """Number of frames."""
         return self.last - self.first
 
 
-def whole_part(index: int, trial: Trial, observation: Observation) -> Part:
-    """Return a whole trial as a part."""
-    return part_of(index, trial, observation, 0, len(observation.time_s))
+def whole_parts(simulator: Simulator, trials: Sequence[Trial], first: int = 0) -> tuple[Part, ...]:
+    """Return whole trials as parts.
+
+    Args:
+        simulator: Observes the trials.
+        trials: The trials.
+        first: Index of the first one among all trials of the study.
+    """
+    found = [(trial, simulator.observe(trial)) for trial in trials]
+    return tuple(part_of(i, t, o, 0, len(o.time_s)) for i, (t, o) in enumerate(found, first))
 
 
 def part_of(index: int, trial: Trial, observation: Observation, first: int, last: int) -> Part:
@@ -68,18 +88,15 @@ def part_of(index: int, trial: Trial, observation: Observation, first: int, last
 
 
 def split(
-    trials: Sequence[Trial], observations: Sequence[Observation]
+    simulator: Simulator, trials: Sequence[Trial]
 ) -> tuple[tuple[Part, ...], tuple[Part, ...]]:
-    """Return the parts to fit to, and those that judge.
+    """Return the parts to fit to, and those that are held out to judge.
 
     Raises:
         GapError: There are too few frames.
     """
     # a gait that is not known is a gait like any other
-    wholes = [
-        whole_part(i, t, o) for i, (t, o) in enumerate(zip(trials, observations, strict=True))
-    ]
-    wholes = [part for part in wholes if part.frames >= FEWEST_FRAMES]
+    wholes = [part for part in whole_parts(simulator, trials) if part.frames >= FEWEST_FRAMES]
     if not wholes:
         raise GapError("the trials have too few usable samples; record longer ones")
     if len({part.gait for part in wholes}) == len(wholes):

@@ -4,7 +4,6 @@ A pool is made by ``prediction_pool``: its workers inherit the simulator and the
 indices and causes travel.
 """
 
-from collections import OrderedDict
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager
@@ -74,12 +73,10 @@ class Predictor:
         executor: Executor | None = None,
         standing: tuple[Cause, ...] = (),
     ) -> None:
-        self.simulator = simulator
-        self.standing = standing
-        self.trials = tuple(trials)
+        self.simulator, self.trials, self.standing = simulator, tuple(trials), standing
         self.count = 0
         self._executor = executor
-        self._known: OrderedDict[Wanted, FloatArray] = OrderedDict()
+        self._known: dict[Wanted, FloatArray] = {}
 
     def with_standing(self, standing: tuple[Cause, ...]) -> "Predictor":
         """Return the same with these causes behind those that stand."""
@@ -95,10 +92,6 @@ class Predictor:
             chunk = max(1, len(whole) // CHUNKS)
             found = list(self._executor.map(_predict_installed, whole, chunksize=chunk))
         self.count += len(fresh)
-        answers = {**{one: self._known[one] for one in wanted if one in self._known}}
-        answers.update(zip(fresh, found, strict=True))
-        for one, answer in zip(fresh, found, strict=True):
-            self._known[one] = answer
-            if len(self._known) > REMEMBERED:
-                self._known.popitem(last=False)
+        answers = self._known | dict(zip(fresh, found, strict=True))
+        self._known = dict(list(answers.items())[-REMEMBERED:])
         return [answers[one] for one in wanted]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap.interfaces import used
-from gap.residuals.floor import Condition, Floor, Misfit, phase_basis
+from gap.residuals.floor import ExpectedMisfit, Floor, phase_basis
 from gap.residuals.parts import Part
 from model.values.arrays import FloatArray
 
@@ -18,13 +18,13 @@ SMALLEST = 1e-12
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Whitener:
-    """A linear map for one part, and the expected misfit that is taken off first.
+    """A linear map for one part, and the expected misfit that is subtracted first.
 
     Attributes:
         expected: Misfit that references let expect, (F, C).
         gain: Root of the weight over the noise; 0 where nothing is compared, (F, C).
         basis: Orthonormal directions, (F, K).
-        shrink: What is taken off along them, 0 to 1, (K, C).
+        shrink: What is subtracted along them, 0 to 1, (K, C).
         count: Frames that count as independent, of each frame, (F, C).
         unsure: Standard deviation of a frame in the channel's unit, misfit and noise together, (C,).
     """
@@ -61,10 +61,10 @@ def make_whitener(part: Part, floor: Floor, base: FloatArray) -> Whitener:
     weight = np.where(on, part.observation.weight, 0.0)
     sigma = np.fmax(floor.sigma, SMALLEST)
     gain = np.sqrt(weight) / (sigma * np.sqrt(floor.dependence))
-    misfit = floor.expect(Condition(part.gait, part.frequency_hz))
+    misfit = floor.expect(part.condition)
     basis = phase_basis(part)[:, : len(misfit.mean)]
-    if len(misfit.mean) > basis.shape[1]:  # a trial without phase: what is constant can be told
-        misfit = Misfit(misfit.mean[: basis.shape[1]], misfit.variance[: basis.shape[1]])
+    if len(misfit.mean) > basis.shape[1]:  # a trial without phase: only what is constant is known
+        misfit = ExpectedMisfit(misfit.mean[: basis.shape[1]], misfit.variance[: basis.shape[1]])
     across, shrink = _directions(basis, misfit.variance, sigma**2 * floor.dependence)
     variance = sigma**2 + misfit.variance.sum(axis=0)
     return Whitener(

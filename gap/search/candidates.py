@@ -7,7 +7,7 @@ limit that is not reached, a law without a size) the fit begins at several value
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -36,7 +36,7 @@ class Candidate:
 
     @property
     def key(self) -> tuple[str, tuple[str, ...]]:
-        """What tells it from others."""
+        """Its name and place: no other candidate has both."""
         return (self.effect.name, self.joints)
 
     def cause(self, values: Sequence[float]) -> Cause:
@@ -77,6 +77,22 @@ def step_of(parameter: Parameter, value: float, share: float) -> float:
     return -min(step, room_down) if room_down > room_up else max(room_up, 1e-12)
 
 
+def stepped(
+    parameters: Sequence[Parameter], values: Sequence[float], i: int, share: float
+) -> tuple[float, ...]:
+    """Return values with one of them a step away, within its bounds.
+
+    Args:
+        parameters: All parameters.
+        values: One each.
+        i: Which of them moves.
+        share: Of its spread.
+    """
+    p = parameters[i]
+    moved = values[i] + step_of(p, values[i], share)
+    return (*values[:i], min(max(moved, p.lower), p.upper), *values[i + 1 :])
+
+
 def starts_of(
     effect: Effect, silent: Sequence[bool], reach_m: tuple[float, float] = NOWHERE
 ) -> list[tuple[float, ...]]:
@@ -97,16 +113,13 @@ def starts_of(
             for at in quiet
             for values in _ladder(parameters[at], reach_m)
         ]
-    corners = itertools.product((-1.0, 1.0), repeat=min(len(quiet), 2))
     starts = [tuple(p.neutral for p in parameters)]
-    for signs in corners:
-        move = dict(zip(quiet, signs, strict=False))
-        starts.append(
-            tuple(
-                float(np.clip(p.neutral + move.get(i, 0.0) * p.spread, p.lower, p.upper))
-                for i, p in enumerate(parameters)
-            )
-        )
+    for signs in itertools.product((-1.0, 1.0), repeat=min(len(quiet), 2)):
+        values = list(starts[0])
+        for i, sign in zip(quiet, signs, strict=False):
+            p = parameters[i]
+            values[i] = float(np.clip(p.neutral + sign * p.spread, p.lower, p.upper))
+        starts.append(tuple(values))
     return starts
 
 
@@ -129,17 +142,11 @@ def _ladder(p: Parameter, reach_m: tuple[float, float]) -> list[float]:
 
 def off_bounds(causes: tuple[Cause, ...], effects: Mapping[str, Effect]) -> tuple[Cause, ...]:
     """Return causes with every value that lies on a bound moved half way to neutral."""
-    return tuple(
-        Cause(
-            cause.effect,
-            cause.joints,
-            tuple(
-                _half_way(p, v)
-                for p, v in zip(effects[cause.effect].parameters, cause.values, strict=True)
-            ),
-        )
-        for cause in causes
-    )
+    found = []
+    for cause in causes:
+        pairs = zip(effects[cause.effect].parameters, cause.values, strict=True)
+        found.append(replace(cause, values=tuple(_half_way(p, value) for p, value in pairs)))
+    return tuple(found)
 
 
 def _half_way(p: Parameter, value: float) -> float:

@@ -13,6 +13,7 @@ from gap.search.fit import Fitted
 from model.values.arrays import FloatArray, IntArray
 
 FEWEST_FREE = 4
+CLEAR_ERRORS = 2.0  # standard errors from which an advantage is more than scatter
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,28 +29,38 @@ class Advantage:
     error: float
 
 
+def steps_without(
+    evidence: Evidence, fitted: Fitted, group_of_frame: IntArray
+) -> tuple[IntArray, FloatArray]:
+    """Return the groups of frames, (G,), and how far a fit without each moves the values, (G, P) [spreads].
+
+    Args:
+        evidence: What was fitted to.
+        fitted: The fit to all.
+        group_of_frame: Group of each frame, (F,).
+    """
+    weights = evidence.weights(fitted.residual)
+    groups, size = np.unique(group_of_frame), len(fitted.away)
+    grams, pulls = np.empty((len(groups), size, size)), np.empty((len(groups), size))
+    for i, group in enumerate(groups):
+        on = group_of_frame == group
+        weighted = fitted.slopes[:, on] * weights[on]
+        grams[i] = np.einsum("pfc,qfc->pq", weighted, fitted.slopes[:, on])
+        pulls[i] = np.einsum("pfc,fc->p", weighted, fitted.residual[on])
+    gram = grams.sum(axis=0) - grams + np.eye(size)
+    pull = pulls.sum(axis=0) - fitted.away - pulls
+    return groups, np.linalg.solve(gram, pull[:, :, None])[:, :, 0]
+
+
 def unseen_residual(evidence: Evidence, fitted: Fitted) -> FloatArray:
     """Whitened residual of each frame under the fit without its fold, (F, C)."""
     if not len(fitted.away):
         return fitted.residual
-    weights = evidence.weights(fitted.residual)
-    size = len(fitted.away)
     fold_of_frame = evidence.folds[evidence.block_of_frame]
-    folds = np.unique(evidence.folds)
-    grams, pulls = np.empty((len(folds), size, size)), np.empty((len(folds), size))
-    for i, fold in enumerate(folds):
-        on = fold_of_frame == fold
-        slopes = fitted.slopes[:, on]
-        weighted = slopes * weights[on]
-        grams[i] = np.einsum("pfc,qfc->pq", weighted, slopes)
-        pulls[i] = np.einsum("pfc,fc->p", weighted, fitted.residual[on])
-    whole_gram, whole_pull = grams.sum(axis=0), pulls.sum(axis=0) - fitted.away
     out = fitted.residual.copy()
-    for i, fold in enumerate(folds):
-        gram = whole_gram - grams[i] + np.eye(size)
-        step = np.linalg.solve(gram, whole_pull - pulls[i])
+    for fold, step in zip(*steps_without(evidence, fitted, fold_of_frame), strict=True):
         on = fold_of_frame == fold
-        out[on] = fitted.residual[on] - np.einsum("p,pfc->fc", step, fitted.slopes[:, on])
+        out[on] -= np.einsum("p,pfc->fc", step, fitted.slopes[:, on])
     return out
 
 

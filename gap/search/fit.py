@@ -1,23 +1,23 @@
-"""Levenberg-Marquardt on the robust score with a prior and bounds.
+"""The one descent of the diagnosis: Gauss-Newton steps on the values of causes, within their bounds.
 
-Written out here because the loss acts on blocks, not on single residuals, and because the Jacobian at the
-end is what cross-validation needs.
+Fits to trials are damped (Levenberg-Marquardt) and pay a prior; a rival that imitates other causes takes
+plain steps. Written out because the loss of a fit to trials acts on blocks, not on single residuals, and
+because the Jacobian at the end is what cross-validation needs.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gap.interfaces import Cause, Effect, Parameter
-from gap.residuals.evidence import Evidence
+from gap.residuals.misfit import Misfit
 from gap.search.candidates import FINE_STEP, step_of
 from model.values.arrays import FloatArray
 
 ROUNDS = 8
-ENOUGH_NATS = 0.05
-ENOUGH_SHARE = 1e-4
-DAMPING = 1e-3
+# Energy between two predictions from which a likelihood-ratio choice errs once in a hundred times.
+ENOUGH_SEPARATION = 4 * 2.33**2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,96 +40,161 @@ class Fitted:
 
 
 @dataclass(frozen=True, slots=True)
-class _Free:
+class Free:
+    """A value that is fitted: that of a parameter, at a place in a cause's values."""
+
     cause: int
     place: int
     parameter: Parameter
 
 
+@dataclass(frozen=True, slots=True)
+class Rules:
+    """How a descent steps.
+
+    Attributes:
+        shares: Of the step, tried one behind the other until one is good enough.
+        damping: At the first try, as a share of the curvature; 30 times as much after one that failed, a
+            tenth after one that was taken.
+        least_damping: The least after one that failed.
+        worth: A try is taken where the misfit falls below this share of what it was.
+        enough_nats: A step that gains less, and
+        enough_share: less than this share of the misfit, is the last.
+        prior: Whether values away from neutral cost: half a nat at one spread.
+        difference: Over which share of a spread slopes are taken.
+    """
+
+    shares: tuple[float, ...]
+    damping: float
+    least_damping: float
+    worth: float
+    enough_nats: float
+    enough_share: float
+    prior: bool
+    difference: float = FINE_STEP
+
+
+DAMPED = Rules((1.0,) * 4, 1e-3, 0.1, 1.0, 0.05, 1e-4, prior=True)
+PLAIN = Rules((1.0, 0.3), 0.0, 0.0, 0.999, 0.0, 0.0, prior=False)
+
+
 def fit_causes(
-    evidence: Evidence,
+    misfit: Misfit,
     start: Sequence[Cause],
-    effects: Mapping[str, Effect],
     rounds: int = ROUNDS,
+    rules: Rules = DAMPED,
+    only: int | None = None,
 ) -> Fitted:
     """Fit the values of causes together.
 
     Args:
-        evidence: What to fit to.
+        misfit: What to make small.
         start: Causes with the values to begin from.
-        effects: The catalogue by name.
         rounds: Most steps.
+        rules: How to step.
+        only: Number of the one cause whose values are fitted; None fits all.
     """
-    free = [
-        _Free(i, k, p)
-        for i, cause in enumerate(start)
-        for k, p in enumerate(effects[cause.effect].parameters)
-    ]
+    free = free_values(start, misfit.effects, only)
+
+    def nats_of(residual: FloatArray, away: FloatArray) -> float:
+        return float(misfit.score(residual).sum() + rules.prior * 0.5 * away @ away)
+
     causes = tuple(start)
-    residual = evidence.residuals([causes])[0]
-    nats = _nats(evidence, residual, _away(causes, free))
-    damping = DAMPING
-    slopes = _slopes(evidence, causes, free, residual)
+    residual, away = misfit.residuals([causes])[0], _away(causes, free)
+    nats, damping = nats_of(residual, away), rules.damping
+    slopes = slopes_of(misfit, causes, free, residual, rules.difference)
     for _ in range(rounds if free else 0):
-        weights = evidence.weights(residual)
-        weighted = slopes * weights
+        weighted = slopes * misfit.weights(residual)
         gram = np.einsum("pfc,qfc->pq", weighted, slopes) + np.eye(len(free))
-        pull = np.einsum("pfc,fc->p", weighted, residual) - _away(causes, free)
+        pull = np.einsum("pfc,fc->p", weighted, residual) - rules.prior * away
         better = False
-        for _ in range(4):
-            step = np.linalg.solve(gram + damping * np.diag(np.diag(gram)), pull)
-            trial = _stepped(causes, free, step)
+        for share in rules.shares:
+            step = share * np.linalg.solve(gram + damping * np.diag(np.diag(gram)), pull)
+            trial = moved(causes, free, step)
             if trial == causes:
                 break
-            found = evidence.residuals([trial])[0]
-            reached = _nats(evidence, found, _away(trial, free))
-            if reached < nats:
-                better = True
+            there, far = misfit.residuals([trial])[0], _away(trial, free)
+            reached = nats_of(there, far)
+            better = reached < rules.worth * nats
+            if better:
                 break
-            damping = max(damping * 30, 0.1)
+            damping = max(damping * 30, rules.least_damping)
         if not better:
             break
         gained = nats - reached
-        causes, residual, nats, damping = trial, found, reached, damping / 10
-        slopes = _slopes(evidence, causes, free, residual)
-        if gained < ENOUGH_NATS + ENOUGH_SHARE * abs(nats):
+        causes, residual, away, nats, damping = trial, there, far, reached, damping / 10
+        slopes = slopes_of(misfit, causes, free, residual, rules.difference)
+        if gained < rules.enough_nats + rules.enough_share * abs(nats):
             break
-    return Fitted(causes, residual, slopes, _away(causes, free), nats)
+    return Fitted(causes, residual, slopes, away, nats)
 
 
-def _nats(evidence: Evidence, residual: FloatArray, away: FloatArray) -> float:
-    return float(evidence.score(residual).sum() + 0.5 * away @ away)
+def free_values(
+    causes: Sequence[Cause], effects: Mapping[str, Effect], only: int | None = None
+) -> tuple[Free, ...]:
+    """Return the values of causes, or of the one that is named, in their order."""
+    return tuple(
+        Free(i, k, p)
+        for i, cause in enumerate(causes)
+        if only is None or i == only
+        for k, p in enumerate(effects[cause.effect].parameters)
+    )
 
 
-def _away(causes: tuple[Cause, ...], free: Sequence[_Free]) -> FloatArray:
+def moved(
+    causes: tuple[Cause, ...], free: Sequence[Free], step: Sequence[float] | FloatArray
+) -> tuple[Cause, ...]:
+    """Return causes with free values moved by so many spreads, kept within their bounds."""
+    values = [list(cause.values) for cause in causes]
+    for f, size in zip(free, step, strict=True):
+        value = values[f.cause][f.place] + size * f.parameter.spread
+        values[f.cause][f.place] = float(np.clip(value, f.parameter.lower, f.parameter.upper))
+    return tuple(replace(c, values=tuple(v)) for c, v in zip(causes, values, strict=True))
+
+
+def _away(causes: tuple[Cause, ...], free: Sequence[Free]) -> FloatArray:
     return np.array(
         [(causes[f.cause].values[f.place] - f.parameter.neutral) / f.parameter.spread for f in free]
     )
 
 
-def _stepped(
-    causes: tuple[Cause, ...], free: Sequence[_Free], step: FloatArray
-) -> tuple[Cause, ...]:
-    values = [list(cause.values) for cause in causes]
-    for f, size in zip(free, step, strict=True):
-        moved = values[f.cause][f.place] + size * f.parameter.spread
-        values[f.cause][f.place] = float(np.clip(moved, f.parameter.lower, f.parameter.upper))
-    return tuple(
-        Cause(cause.effect, cause.joints, tuple(v)) for cause, v in zip(causes, values, strict=True)
-    )
-
-
-def _slopes(
-    evidence: Evidence, causes: tuple[Cause, ...], free: Sequence[_Free], residual: FloatArray
+def slopes_of(
+    misfit: Misfit,
+    causes: tuple[Cause, ...],
+    free: Sequence[Free],
+    residual: FloatArray,
+    share: float = FINE_STEP,
 ) -> FloatArray:
-    steps = [step_of(f.parameter, causes[f.cause].values[f.place], FINE_STEP) for f in free]
-    moved = []
-    for i, (f, step) in enumerate(zip(free, steps, strict=True)):
-        unit = np.zeros(len(free))
-        unit[i] = step / f.parameter.spread
-        moved.append(_stepped(causes, free, unit))
-    found = evidence.residuals(moved) if moved else []
+    """Return the change of the prediction for one spread of each free value, (P, F, ...).
+
+    Args:
+        misfit: Predicts.
+        causes: Causes about which it is differenced.
+        free: P of their values.
+        residual: Residual with the causes, (F, ...).
+        share: Of a spread, by which a value is moved.
+    """
+    steps = [
+        step_of(f.parameter, causes[f.cause].values[f.place], share) / f.parameter.spread
+        for f in free
+    ]
+    sets = [moved(causes, free, row) for row in np.diag(steps)] if free else []
     slopes = np.zeros((len(free), *residual.shape))
-    for i, (f, step, there) in enumerate(zip(free, steps, found, strict=True)):
-        slopes[i] = (residual - there) * (f.parameter.spread / step)
+    for i, there in enumerate(misfit.residuals(sets) if sets else []):
+        slopes[i] = (residual - there) / steps[i]
     return slopes
+
+
+def energy_left(residual: FloatArray, slopes: FloatArray, prior: float = 0.0) -> float:
+    """Return the energy of a residual that is left when values are adjusted to first order.
+
+    Args:
+        residual: What is to be explained, (F, ...).
+        slopes: What one spread of each of P values changes, (P, F, ...).
+        prior: Energy that a value costs one spread away.
+    """
+    size = len(slopes)
+    rows = np.vstack([slopes.reshape(size, residual.size).T, np.sqrt(prior) * np.eye(size)])
+    goal = np.append(residual.ravel(), np.zeros(size))
+    left = goal - rows @ np.linalg.lstsq(rows, goal, rcond=None)[0] if size else goal
+    return float(left @ left)

@@ -1,27 +1,25 @@
 """One more cause: which candidates are worth a fit, how they fit, and whether that is anything new."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
 
-from gap.interfaces import Cause, Effect
+from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import APART_M, Candidate, off_bounds
-from gap.search.cross_validation import Advantage, advantage, unseen_score
-from gap.search.fit import ROUNDS, Fitted, fit_causes
-from gap.search.novelty import novelty
+from gap.search.cross_validation import CLEAR_ERRORS, Advantage, advantage, unseen_score
+from gap.search.fit import ROUNDS, Fitted, fit_causes, free_values, moved
 from gap.search.screen import Gain
 from model.values.arrays import FloatArray
 
 # Of the misfit that named causes leave: what the simulator has wrong of them may hide as much of a rival.
-MISFIT_SHARE = 0.05
+HIDDEN_SHARE = 0.05
 SHORTLIST = 8
 MOST_OF_AN_EFFECT = 3
-LEAST_NATS = 4.0
+WORTH_NATS = 4.0  # that a cause must gain, and one more for each parameter
 ACTS = 0.1  # of the largest gain of a channel
-ERRORS = 2.0
 NEAR_PLACES = (-1.0, -0.6, -0.3, 0.3, 0.6, 1.0)  # of the distance of places that were tried
 NEAR = 0.2  # a candidate with a smaller share of the best's first-order gain is not fitted
 
@@ -42,6 +40,11 @@ class Option:
     unseen: FloatArray
     over: Advantage
 
+    @property
+    def cause(self) -> Cause:
+        """What it adds, as fitted."""
+        return next(c for c in self.fitted.causes if (c.effect, c.joints) == self.added.key)
+
 
 def share_of(
     evidence: Evidence, option: Option, standing: Fitted, usual: FloatArray | float
@@ -54,12 +57,12 @@ def share_of(
     return float(gain[on].sum() / beyond.sum()) if on.any() else 0.0
 
 
-def on_bound(option: Option, effects: Mapping[str, Effect]) -> bool:
+def on_bound(option: Option) -> bool:
     """Whether what an option adds was fitted to a bound of one of its parameters."""
-    cause = next(c for c in option.fitted.causes if (c.effect, c.joints) == option.added.key)
+    parameters = option.added.effect.parameters
     return any(
         not p.lower < value < p.upper
-        for p, value in zip(effects[cause.effect].parameters, cause.values, strict=True)
+        for p, value in zip(parameters, option.cause.values, strict=True)
     )
 
 
@@ -76,20 +79,10 @@ def nats_beyond(evidence: Evidence, unseen: FloatArray, healthy: Evidence | None
     return float(unseen.sum() - usual.sum())
 
 
-def chance_healthy(option: Option, evidence: Evidence, healthy: Evidence | None) -> float:
-    """Chance of so large a cause in a healthy machine; 0 where there is none to compare with."""
-    if healthy is None:
-        return 0.0
-    causes = option.fitted.causes
-    added = next(c for c in causes if (c.effect, c.joints) == option.added.key)
-    joints = evidence.predictor.simulator.joints
-    return novelty(evidence, healthy, causes, option.fitted.residual, added, joints).p
-
-
-def worth(over: Advantage, parameters: int, threshold: float, blocks: int) -> bool:
-    """Tell whether an advantage is more than scatter."""
-    needed = ERRORS * float(stats.t.ppf(0.977, max(blocks - 1, 1))) / 2.0 * over.error
-    return over.nats > max(needed, LEAST_NATS + parameters, 0.5 * threshold)
+def worth(over: Advantage, parameters: int, blocks: int) -> bool:
+    """Whether an advantage is more than scatter."""
+    needed = CLEAR_ERRORS * float(stats.t.ppf(0.977, max(blocks - 1, 1))) / 2.0 * over.error
+    return over.nats > max(needed, WORTH_NATS + parameters)
 
 
 def fit_option(
@@ -97,44 +90,40 @@ def fit_option(
     added: Candidate,
     start: tuple[Cause, ...],
     standing: FloatArray,
-    effects: Mapping[str, Effect],
     rounds: int = ROUNDS,
 ) -> Option:
-    """Fit a candidate together with what stands, and judge it on blocks that were not fitted to."""
-    fitted = fit_causes(evidence, start, effects, rounds)
-    freed = off_bounds(start, effects)
+    """Fit a candidate together with what stands, and judge it on blocks that were not fitted to.
+
+    Args:
+        evidence: What to fit to.
+        added: The candidate.
+        start: All causes with the values to begin from.
+        standing: Score of each block with what stood before, (B,).
+        rounds: Most steps.
+    """
+    fitted = fit_causes(evidence, start, rounds)
+    freed = off_bounds(start, evidence.effects)
     if freed != start:
         # a cause that took the place of one that was missing may be stuck where it went for that
-        again = fit_causes(evidence, freed, effects)
+        again = fit_causes(evidence, freed)
         fitted = again if again.nats < fitted.nats else fitted
-    fitted = _placed(evidence, fitted, effects, rounds)
+    fitted = _placed(evidence, fitted, rounds)
     unseen = unseen_score(evidence, fitted)
     return Option(added, fitted, unseen, advantage(unseen, standing, evidence.block_part))
 
 
-def _placed(
-    evidence: Evidence, fitted: Fitted, effects: Mapping[str, Effect], rounds: int
-) -> Fitted:
+def _placed(evidence: Evidence, fitted: Fitted, rounds: int) -> Fitted:
     """Move edges in the world a little: feet cross them one by one, so that a descent sticks between."""
-    for number, cause in enumerate(fitted.causes):
-        for at, parameter in enumerate(effects[cause.effect].parameters):
-            if not parameter.located:
-                continue
-            near = [fitted.causes]
-            for share in NEAR_PLACES:
-                values = list(cause.values)
-                moved = values[at] + share * APART_M
-                values[at] = min(max(moved, parameter.lower), parameter.upper)
-                near.append((
-                    *fitted.causes[:number],
-                    replace(cause, values=tuple(values)),
-                    *fitted.causes[number + 1 :],
-                ))  # fmt: skip
-            scores = [float(evidence.score(one).sum()) for one in evidence.residuals(near)]
-            best = min(range(len(near)), key=scores.__getitem__)
-            if best > 0:
-                again = fit_causes(evidence, near[best], effects, rounds)
-                fitted = again if again.nats < fitted.nats else fitted
+    for value in free_values(fitted.causes, evidence.effects):
+        if not value.parameter.located:
+            continue
+        steps = [share * APART_M / value.parameter.spread for share in NEAR_PLACES]
+        near = [fitted.causes, *(moved(fitted.causes, [value], [step]) for step in steps)]
+        scores = [float(evidence.score(one).sum()) for one in evidence.residuals(near)]
+        best = min(range(len(near)), key=scores.__getitem__)
+        if best > 0:
+            again = fit_causes(evidence, near[best], rounds)
+            fitted = again if again.nats < fitted.nats else fitted
     return fitted
 
 

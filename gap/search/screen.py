@@ -1,5 +1,6 @@
 """Signatures of every candidate by finite differences, and how much each would gain to first order."""
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -8,7 +9,7 @@ from numpy.typing import NDArray
 
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
-from gap.search.candidates import STEP, Candidate, starts_of, step_of
+from gap.search.candidates import STEP, Candidate, starts_of, stepped
 from model.values.arrays import FloatArray
 
 SILENT = 1e-6  # share of the independent frames below which a signature is none
@@ -74,135 +75,104 @@ def make_signatures(
         evidence: What is fitted to.
         candidates: Those to look at.
         standing: Causes that are there already.
-        progress: Told the share that is done.
+        progress: Gets the share that is done.
     """
-    base = evidence.residuals([standing])[0]
-    store = _Store(evidence, base, standing)
-    neutral = store.changes(
-        [
-            (one, _moved(one, one.neutral, i))
-            for one in candidates
-            for i in range(len(one.effect.parameters))
-        ],
-        lambda share: progress(0.7 * share),
+    rows = _Rows(evidence, standing)
+    parameters = [(one, i) for one in candidates for i in range(len(one.neutral))]
+    moves = [stepped(one.effect.parameters, one.neutral, i, STEP) for one, i in parameters]
+    at_neutral = iter(
+        rows.add(
+            [(one, values) for (one, _), values in zip(parameters, moves, strict=True)],
+            [
+                _spreads(one, i, values[i] - one.neutral[i])
+                for (one, i), values in zip(parameters, moves, strict=True)
+            ],
+            lambda share: progress(0.7 * share),
+        )
     )
-    # a law that is there or not acts at its neutral values; one joint of each effect tells
+    # a law that is there or not acts at its neutral values; one joint of each effect shows it
     firsts = {one.effect.name: one for one in reversed(candidates)}
     acting = dict(
         zip(
             firsts,
-            store.loud(store.changes([(one, one.neutral) for one in firsts.values()])),
+            map(rows.seen, rows.add([(one, one.neutral) for one in firsts.values()])),
             strict=True,
         )
     )
     found: list[Signature] = []
     later: list[tuple[Candidate, tuple[float, ...], tuple[int, ...]]] = []
-    at = 0
     for one in candidates:
-        size = len(one.effect.parameters)
-        rows = neutral[at : at + size]
-        at += size
-        loud = store.loud(rows)
-        if size and all(loud) and not acting[one.effect.name]:
-            found.append(Signature(one, one.neutral, tuple(range(size)), tuple(rows), -1))
-            continue
-        live = tuple(i for i in range(size) if loud[i])
-        starts = (
-            [one.neutral]
-            if acting[one.effect.name]
-            else starts_of(one.effect, [not x for x in loud], evidence.reach_m)
-        )
-        later += [(one, start, live) for start in starts]
-    found += store.expand(later, progress)
-    return Signatures(tuple(found), store.matrix())
+        own = tuple(itertools.islice(at_neutral, len(one.neutral)))
+        live = tuple(i for i, row in enumerate(own) if rows.seen(row))
+        if acting[one.effect.name]:
+            later.append((one, one.neutral, live))
+        elif own and len(live) == len(own):
+            found.append(Signature(one, one.neutral, live, own, -1))
+        else:
+            silent = [i not in live for i in range(len(own))]
+            starts = starts_of(one.effect, silent, evidence.reach_m)
+            later += [(one, start, live) for start in starts]
+    for number, (one, start, live) in enumerate(later):
+        made = rows.about(one, start, live)
+        if made is not None:
+            found.append(made)
+            progress(0.7 + 0.3 * (number + 1) / len(later))
+    return Signatures(tuple(found), np.array(rows.rows, dtype=np.float32))
 
 
-def _moved(one: Candidate, start: tuple[float, ...], i: int) -> tuple[float, ...]:
-    step = step_of(one.effect.parameters[i], start[i], STEP)
-    return tuple(value + (step if k == i else 0.0) for k, value in enumerate(start))
+def _spreads(one: Candidate, i: int, step: float) -> float:
+    """A step in spreads; 1 where there is no room for one."""
+    return step / one.effect.parameters[i].spread or 1.0
 
 
-class _Store:
-    """Rows as they are made."""
+class _Rows:
+    """Whitened changes of the prediction, as they are made."""
 
-    def __init__(self, evidence: Evidence, base: FloatArray, standing: tuple[Cause, ...]) -> None:
-        self._evidence, self._base, self._standing = evidence, base, standing
-        self._rows: list[NDArray[np.float32]] = []
+    def __init__(self, evidence: Evidence, standing: tuple[Cause, ...]) -> None:
+        self.rows: list[NDArray[np.float32]] = []
+        self._evidence, self._standing = evidence, standing
+        self._base = evidence.residuals([standing])[0]
         self._least = SILENT * max(float(evidence.count.sum()), 1.0)
 
-    def changes(
+    def add(
         self,
         wanted: Sequence[tuple[Candidate, tuple[float, ...]]],
+        steps: Sequence[float] | None = None,
         progress: Callable[[float], None] = lambda share: None,
     ) -> list[int]:
-        """Predict candidates at values and keep the whitened changes; return their rows."""
-        first = len(self._rows)
+        """Predict candidates at values, keep the changes over their steps, and return their rows."""
+        first = len(self.rows)
         for at in range(0, len(wanted), BATCH):
             sets = [(*self._standing, one.cause(v)) for one, v in wanted[at : at + BATCH]]
-            for (one, values), residual in zip(
-                wanted[at : at + BATCH], self._evidence.residuals(sets), strict=True
-            ):
+            for i, residual in enumerate(self._evidence.residuals(sets), at):
                 change = self._base - residual
-                moved = [
-                    (v - p.neutral) / p.spread
-                    for v, p in zip(values, one.effect.parameters, strict=True)
-                    if v != p.neutral
-                ]
-                scale = 1.0 / moved[0] if len(moved) == 1 else 1.0
-                self._rows.append((change * scale).astype(np.float32).ravel())
-            progress(min(1.0, (at + BATCH) / max(len(wanted), 1)))
-        return list(range(first, len(self._rows)))
+                self.rows.append((change / (steps[i] if steps else 1.0)).astype(np.float32).ravel())
+            progress(min(1.0, (at + BATCH) / len(wanted)))
+        return list(range(first, len(self.rows)))
 
-    def loud(self, rows: Sequence[int]) -> list[bool]:
-        """Tell which rows are more than nothing."""
-        return [float(self._rows[r] @ self._rows[r]) > self._least for r in rows]
+    def seen(self, row: int) -> bool:
+        """Whether a row is more than nothing."""
+        return float(self.rows[row] @ self.rows[row]) > self._least
 
-    def expand(
-        self,
-        wanted: Sequence[tuple[Candidate, tuple[float, ...], tuple[int, ...]]],
-        progress: Callable[[float], None],
-    ) -> list[Signature]:
-        """Make signatures about starts away from neutral."""
-        found = []
-        for number, (one, start, live) in enumerate(wanted):
-            offset = self._plain(one, [start])[0]
-            extra = tuple(i for i in range(len(start)) if i not in live)
-            if not live and not self.loud([offset])[0]:
-                continue  # nothing happens here
-            steps = [_moved(one, start, i) for i in (*live, *extra)]
-            rows = self._plain(one, steps)
-            for row, values in zip(rows, steps, strict=True):
-                moved = [i for i in range(len(start)) if values[i] != start[i]]
-                i = moved[0] if moved else 0
-                step = (values[i] - start[i]) / one.effect.parameters[i].spread
-                self._rows[row] = (self._rows[row] - self._rows[offset]) / np.float32(step or 1.0)
-            order = (*live, *extra)
-            loud = self.loud(rows)
-            keep = [k for k in range(len(order)) if loud[k]]
-            made = offset if self.loud([offset])[0] else -1
-            if keep or made >= 0:
-                found.append(
-                    Signature(
-                        one,
-                        start,
-                        tuple(order[k] for k in keep),
-                        tuple(rows[k] for k in keep),
-                        made,
-                    )
-                )
-            progress(0.7 + 0.3 * (number + 1) / len(wanted))
-        return found
-
-    def _plain(self, one: Candidate, values: Sequence[tuple[float, ...]]) -> list[int]:
-        first = len(self._rows)
-        sets = [(*self._standing, one.cause(v)) for v in values]
-        for residual in self._evidence.residuals(sets) if sets else []:
-            self._rows.append((self._base - residual).astype(np.float32).ravel())
-        return list(range(first, len(self._rows)))
-
-    def matrix(self) -> NDArray[np.float32]:
-        """Return all rows."""
-        return np.array(self._rows, dtype=np.float32)
+    def about(
+        self, one: Candidate, start: tuple[float, ...], live: tuple[int, ...]
+    ) -> Signature | None:
+        """Make a signature about a start away from neutral; None where nothing happens."""
+        offset = self.add([(one, start)])[0]
+        acts = self.seen(offset)
+        if not live and not acts:
+            return None
+        order = (*live, *(i for i in range(len(start)) if i not in live))
+        moves = [stepped(one.effect.parameters, start, i, STEP) for i in order]
+        made = self.add([(one, values) for values in moves])
+        for i, row, values in zip(order, made, moves, strict=True):
+            step = _spreads(one, i, values[i] - start[i])
+            self.rows[row] = (self.rows[row] - self.rows[offset]) / np.float32(step)
+        keep = [k for k, row in enumerate(made) if self.seen(row)]
+        if not keep and not acts:
+            return None
+        rows = tuple(made[k] for k in keep)
+        return Signature(one, start, tuple(order[k] for k in keep), rows, offset if acts else -1)
 
 
 def plain_gains(signatures: Signatures, residuals: FloatArray) -> FloatArray:
@@ -271,9 +241,10 @@ def _gain(
         step = np.linalg.solve(gram + np.eye(len(spread)), pull - away)
         low = np.array([parameters[i].lower for i in one.live])
         high = np.array([parameters[i].upper for i in one.live])
-        step = (np.clip(start + step * spread, low, high) - start) / spread
+        reached = np.clip(start + step * spread, low, high)
+        step = (reached - start) / spread
         prior = 0.5 * float((away + step) @ (away + step) - away @ away)
         nats += float(pull @ step - 0.5 * step @ gram @ step) - prior
-        for i, value in zip(one.live, start + step * spread, strict=True):
+        for i, value in zip(one.live, reached, strict=True):
             values[i] = float(value)
     return Gain(one, tuple(values), nats)

@@ -1,6 +1,6 @@
 """Which causes, and how many: forward, judged on unseen blocks, with drops and swaps."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,12 +10,12 @@ from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate
 from gap.search.cross_validation import advantage, unseen_score
 from gap.search.fit import ROUNDS, Fitted, fit_causes
+from gap.search.novelty import chance_healthy
 from gap.search.options import (
-    MISFIT_SHARE,
+    HIDDEN_SHARE,
     NEAR,
     SHORTLIST,
     Option,
-    chance_healthy,
     fit_option,
     nats_beyond,
     on_bound,
@@ -24,27 +24,25 @@ from gap.search.options import (
     usual_score,
     worth,
 )
-from gap.search.screen import Signatures, gains, make_signatures
+from gap.search.screen import Gain, Signatures, gains, make_signatures
 from model.values.arrays import FloatArray
 
 MOST_CAUSES = 5
 # Without references: of the score of the channels in which it acts, what a cause must close.
 LEAST_SHARE = 0.02
 # With references: of the score beyond a healthy machine's, in the channels in which it acts, what one more
-# cause must close. Less is the shape of a cause that is there already, mended with that of another.
+# cause must close. Less is the shape of a cause that is there already, filled in with that of another.
 REST_SHARE = 0.24
-TRIMMED = (
-    0.03  # share of the blocks, those that are explained worst, that a verdict does not hang on
-)
+# Share of the blocks, those that are explained worst, that a verdict does not depend on.
+TRIMMED = 0.03
 # Chance that a healthy machine shows any of the candidates so large. Far below what is wanted of a
 # diagnosis, because scatter pooled over unlike legs has heavier tails than Student's.
-LEVEL = 0.001
+CAUSE_LEVEL = 0.001
 # Of a first and of a second list: share of the best's first-order gain and nats that candidates must have.
 LISTS = ((NEAR, 0.5), (0.0, 10.0))
 IDLE = 1e-6  # of a parameter's spread
-NOTHING_LEFT = (
-    1.2  # energy over expectation, little more than healthy runs', where old signatures do
-)
+# Energy over expectation, little more than that of healthy runs, below which old signatures are kept.
+NOTHING_LEFT = 1.2
 ANEW = 0.3  # share of the score that a law must have closed for all signatures to be made anew
 
 
@@ -69,7 +67,6 @@ class Selection:
         fitted: All of them together.
         unseen: Score of each block without its fold, (B,).
         steps: One a cause, in the order of ``fitted.causes``.
-        refused: The best that was not taken at the end; None if nothing was left to try.
         p: Chance that a healthy machine shows any candidate as large as the best of the first step; 1 if
             there was none.
     """
@@ -77,7 +74,6 @@ class Selection:
     fitted: Fitted
     unseen: FloatArray
     steps: tuple[Step, ...]
-    refused: Option | None
     p: float = 1.0
 
 
@@ -105,8 +101,6 @@ def select(
     evidence: Evidence,
     candidates: Sequence[Candidate],
     signatures: Signatures,
-    effects: Mapping[str, Effect],
-    threshold: float,
     progress: Callable[[float], None],
     healthy: Evidence | None = None,
     search: Search = Search(),
@@ -117,89 +111,135 @@ def select(
         evidence: What to fit to.
         candidates: All candidates.
         signatures: Theirs, about the simulator as it stands.
-        effects: The catalogue by name.
-        threshold: Nats that a cause must gain beyond its scatter, at least.
-        progress: Told the share that is done.
+        progress: Gets the share that is done.
         healthy: References; what helps them as much is nothing new.
         search: How far to look.
     """
-    fitted = fit_causes(evidence, (), effects)
-
-    def chance(option: Option) -> float:
-        """Return its chance in a healthy machine, among all candidates that were tried."""
-        return min(1.0, len(candidates) * chance_healthy(option, evidence, healthy))
-
-    found = Selection(fitted, unseen_score(evidence, fitted), (), None)
+    look = Look(evidence, len(candidates), healthy, search)
+    fitted = fit_causes(evidence, ())
+    found = Selection(fitted, unseen_score(evidence, fitted), ())
     while len(found.steps) < search.most:
-        taken = _look(evidence, found, signatures, effects, chance, threshold, healthy, search)
+        taken = look.one_more(found, signatures)
         if taken is None:
             break
         best, p, others = taken
         if not found.steps:
             found = replace(found, p=p)
-        if p >= LEVEL:
-            found = replace(found, refused=best)
+        if p >= CAUSE_LEVEL:
             break
         share = best.over.nats / max(float(found.unseen.sum()), 1e-9)
-        steps = (*found.steps, Step(best, others))
-        found = Selection(best.fitted, best.unseen, steps, None, found.p)
-        found = _dropped(evidence, found, effects, threshold)
-        left = float((found.fitted.residual**2).sum() / evidence.count.sum())
+        found = Selection(best.fitted, best.unseen, (*found.steps, Step(best, others)), found.p)
+        found = _dropped(evidence, found, len(found.steps) - 1)
+        left = evidence.mean_excess(found.fitted.residual)
         if left > NOTHING_LEFT and (not best.added.effect.parameters or share > ANEW):
             signatures = make_signatures(evidence, candidates, found.fitted.causes, lambda _: None)
         progress(len(found.steps) / search.most)
-    swapped = _swapped(evidence, found, effects, chance)
-    if swapped is found:
-        return found
-    return _dropped(evidence, swapped, effects, threshold, len(swapped.steps))
+    swapped = look.swapped(found)
+    return found if swapped is found else _dropped(evidence, swapped, len(swapped.steps))
 
 
-def _look(
-    evidence: Evidence,
-    found: Selection,
-    signatures: Signatures,
-    effects: Mapping[str, Effect],
-    chance: Callable[[Option], float],
-    threshold: float,
-    healthy: Evidence | None,
-    search: Search,
-) -> tuple[Option, float, tuple[Option, ...]] | None:
-    """Look for one more cause: the best, its chance in a healthy machine (1: not to be taken), its rivals.
+@dataclass(frozen=True, slots=True, eq=False)
+class Look:
+    """Looks for causes that are new.
 
-    With references, what differs most between days may be all of the first list; so there is a second.
+    Attributes:
+        evidence: What is fitted to.
+        count: How many candidates there are.
+        healthy: References; None without.
+        search: How far to look.
     """
-    taken = {(cause.effect, cause.joints) for cause in found.fitted.causes}
-    residual = found.fitted.residual
-    ranked = gains(signatures, residual, evidence.weights(residual))
-    ranked = [gain for gain in ranked if gain.signature.candidate.key not in taken]
-    options: list[Option] = []
-    usual: list[Option] = []
-    least_p = 1.0
-    for near, least in LISTS if healthy is not None else LISTS[:1]:
-        listed = shortlist(ranked, search.shortlist, near, least)
-        ranked = [gain for gain in ranked if gain not in listed]
-        fresh = []
-        for gain in listed:
-            added = gain.signature.candidate
-            start = (*found.fitted.causes, added.cause(gain.values))
-            fresh.append(fit_option(evidence, added, start, found.unseen, effects, search.rounds))
-        fresh.sort(key=_rank)
-        options += fresh
-        for one in fresh:
-            parameters = len(one.added.effect.parameters)
-            if not worth(one.over, parameters, threshold, len(one.unseen)):
+
+    evidence: Evidence
+    count: int
+    healthy: Evidence | None
+    search: Search
+
+    def chance(self, option: Option) -> float:
+        """Return its chance in a healthy machine, among all candidates; 0 without references."""
+        if self.healthy is None:
+            return 0.0
+        one = chance_healthy(self.evidence, self.healthy, option.fitted, option.cause)
+        return min(1.0, self.count * one)
+
+    def one_more(
+        self, found: Selection, signatures: Signatures
+    ) -> tuple[Option, float, tuple[Option, ...]] | None:
+        """Return the best next cause, its chance in a healthy machine (1: not to be taken), its rivals.
+
+        With references, what differs most between days may be all of the first list; so there is a second.
+        """
+        taken = {(cause.effect, cause.joints) for cause in found.fitted.causes}
+        residual = found.fitted.residual
+        ranked = gains(signatures, residual, self.evidence.weights(residual))
+        ranked = [gain for gain in ranked if gain.signature.candidate.key not in taken]
+        options: list[Option] = []
+        usual: list[Option] = []
+        least_p = 1.0
+        for near, least in LISTS if self.healthy is not None else LISTS[:1]:
+            listed = shortlist(ranked, self.search.shortlist, near, least)
+            ranked = [gain for gain in ranked if gain not in listed]
+            fresh = sorted((self._fitted(found, gain) for gain in listed), key=_rank)
+            options += fresh
+            for one in fresh:
+                if not worth(one.over, len(one.added.effect.parameters), len(one.unseen)):
+                    continue
+                p = self.chance(one)
+                if p < CAUSE_LEVEL and self._closes_enough(one, found):
+                    one, p = self.off_bound(one, p, options)
+                    rivals = [other for other in options if other is not one and other not in usual]
+                    return one, p, tuple(sorted(rivals, key=_rank))
+                if self.healthy is None:
+                    return one, 1.0, ()
+                usual.append(one)  # healthy runs show it as well: no rival of what is new
+                least_p = min(least_p, max(p, CAUSE_LEVEL))
+        return (min(options, key=_rank), least_p, ()) if options else None
+
+    def _fitted(self, found: Selection, gain: Gain) -> Option:
+        added = gain.signature.candidate
+        start = (*found.fitted.causes, added.cause(gain.values))
+        return fit_option(self.evidence, added, start, found.unseen, self.search.rounds)
+
+    def _closes_enough(self, one: Option, found: Selection) -> bool:
+        if self.healthy is None:
+            least = self.search.least_gain * float(found.unseen.sum())
+            share = share_of(self.evidence, one, found.fitted, 0.0)
+            return one.over.nats >= least and share >= self.search.least_share
+        if not found.steps:
+            return True
+        usual = usual_score(self.evidence, self.healthy)
+        return share_of(self.evidence, one, found.fitted, usual) >= REST_SHARE
+
+    def off_bound(self, best: Option, p: float, options: Sequence[Option]) -> tuple[Option, float]:
+        """Prefer to one fitted to its bound another that is no farther behind than the misfit hides."""
+        if self.healthy is None or not on_bound(best):
+            return best, p
+        left = nats_beyond(self.evidence, best.unseen, self.healthy)
+        for other in sorted(options, key=lambda o: -o.over.nats):
+            near = best.over.nats - other.over.nats < HIDDEN_SHARE * left
+            if other is best or not near or on_bound(other):
                 continue
-            p = chance(one)
-            if p < LEVEL and _closes_enough(evidence, one, found, healthy, search):
-                one, p = _off_bound(evidence, one, p, options, effects, healthy, chance)
-                rivals = [other for other in options if other is not one and other not in usual]
-                return one, p, tuple(sorted(rivals, key=_rank))
-            if healthy is None:
-                return one, 1.0, ()
-            usual.append(one)  # healthy runs show it as well: no rival of what is new
-            least_p = min(least_p, max(p, LEVEL))
-    options.sort(key=_rank)
-    return (options[0], least_p, ()) if options else None
+            other_p = self.chance(other)
+            if other_p < CAUSE_LEVEL:
+                return other, other_p
+        return best, p
+
+    def swapped(self, found: Selection) -> Selection:
+        """Put a rival in a cause's place where the whole set then predicts better."""
+        for at in range(len(found.steps) if len(found.steps) > 1 else 0):
+            step, causes = found.steps[at], found.fitted.causes
+            others = {(c.effect, c.joints) for c in _without(causes, at)}
+            for rival in step.rivals[:2]:
+                if rival.added.key in others:
+                    continue
+                start = (*causes[:at], rival.cause, *causes[at + 1 :])
+                option = fit_option(self.evidence, rival.added, start, found.unseen)
+                ahead = option.over.nats > max(option.over.error, 2.0)
+                if ahead and self.chance(option) < CAUSE_LEVEL:
+                    rivals = (step.chosen, *(r for r in step.rivals if r is not rival))
+                    steps = (*found.steps[:at], Step(option, rivals), *found.steps[at + 1 :])
+                    found = Selection(option.fitted, option.unseen, steps, found.p)
+                    break
+        return found
 
 
 def _rank(option: Option) -> tuple[float, object]:
@@ -207,108 +247,33 @@ def _rank(option: Option) -> tuple[float, object]:
     return len(option.added.effect.parameters) - option.over.nats, option.added.key
 
 
-def _off_bound(
-    evidence: Evidence,
-    best: Option,
-    p: float,
-    options: Sequence[Option],
-    effects: Mapping[str, Effect],
-    healthy: Evidence | None,
-    chance: Callable[[Option], float],
-) -> tuple[Option, float]:
-    """Prefer to one fitted to its bound another that is no farther behind than the misfit hides."""
-    if healthy is None or not on_bound(best, effects):
-        return best, p
-    left = nats_beyond(evidence, best.unseen, healthy)
-    for other in sorted(options, key=lambda o: -o.over.nats):
-        near = best.over.nats - other.over.nats < MISFIT_SHARE * left
-        if other is best or not near or on_bound(other, effects):
-            continue
-        other_p = chance(other)
-        if other_p < LEVEL:
-            return other, other_p
-    return best, p
-
-
-def _closes_enough(
-    evidence: Evidence, one: Option, found: Selection, healthy: Evidence | None, search: Search
-) -> bool:
-    if healthy is None:
-        gains_enough = one.over.nats >= search.least_gain * float(found.unseen.sum())
-        return gains_enough and share_of(evidence, one, found.fitted, 0.0) >= search.least_share
-    if not found.steps:
-        return True
-    return share_of(evidence, one, found.fitted, usual_score(evidence, healthy)) >= REST_SHARE
-
-
 def _without(causes: tuple[Cause, ...], at: int) -> tuple[Cause, ...]:
     return (*causes[:at], *causes[at + 1 :])
 
 
-def _dropped(
-    evidence: Evidence,
-    found: Selection,
-    effects: Mapping[str, Effect],
-    threshold: float,
-    look_at: int | None = None,
-) -> Selection:
-    """Drop a cause that another has made idle, of the first so many; all but the last, if that is None."""
+def _dropped(evidence: Evidence, found: Selection, count: int) -> Selection:
+    """Drop causes that others have made idle, of the first so many."""
     at = 0
-    count = len(found.steps) - 1 if look_at is None else look_at
     while len(found.steps) > 1 and at < count:
-        fitted = fit_causes(evidence, _without(found.fitted.causes, at), effects)
+        fitted = fit_causes(evidence, _without(found.fitted.causes, at))
         unseen = unseen_score(evidence, fitted)
         loss = advantage(found.unseen, unseen, evidence.block_part)
-        step = found.steps[at]
-        idle = _idle(found.fitted.causes[at], effects)
-        if not idle and worth(
-            loss, len(step.chosen.added.effect.parameters), threshold, len(unseen)
-        ):
+        effect = found.steps[at].chosen.added.effect
+        idle = _idle(effect, found.fitted.causes[at])
+        if not idle and worth(loss, len(effect.parameters), len(unseen)):
             at += 1
             continue
         steps = (*found.steps[:at], *found.steps[at + 1 :])
-        found = Selection(fitted, unseen, steps, found.refused, found.p)
-        count -= 1
+        found, count = Selection(fitted, unseen, steps, found.p), count - 1
     return found
 
 
-def _idle(cause: Cause, effects: Mapping[str, Effect]) -> bool:
-    """Whether a cause was fitted to where it does nothing."""
-    parameters = effects[cause.effect].parameters
-    return bool(parameters) and all(
+def _idle(effect: Effect, cause: Cause) -> bool:
+    """Whether a cause was fitted to where it does nothing; a law never is."""
+    return bool(effect.parameters) and all(
         abs(value - p.neutral) < IDLE * p.spread
-        for p, value in zip(parameters, cause.values, strict=True)
+        for p, value in zip(effect.parameters, cause.values, strict=True)
     )
-
-
-def _swapped(
-    evidence: Evidence,
-    found: Selection,
-    effects: Mapping[str, Effect],
-    chance: Callable[[Option], float],
-) -> Selection:
-    """Put a rival in a cause's place where the whole set then predicts better."""
-    if len(found.steps) < 2:
-        return found
-    for at in range(len(found.steps)):
-        step = found.steps[at]
-        others = {(c.effect, c.joints) for c in _without(found.fitted.causes, at)}
-        for rival in step.rivals[:2]:
-            if rival.added.key in others:
-                continue
-            causes = list(found.fitted.causes)
-            causes[at] = next(
-                c for c in rival.fitted.causes if (c.effect, c.joints) == rival.added.key
-            )
-            option = fit_option(evidence, rival.added, tuple(causes), found.unseen, effects)
-            ahead = option.over.nats > max(option.over.error, 2.0)
-            if ahead and chance(option) < LEVEL:
-                rivals = (step.chosen, *(r for r in step.rivals if r is not rival))
-                swapped = Step(option, tuple(rivals))
-                steps = (*found.steps[:at], swapped, *found.steps[at + 1 :])
-                found = Selection(option.fitted, option.unseen, steps, found.refused, found.p)
-                break
-    return found
 
 
 def closed_share(evidence: Evidence, residual: FloatArray) -> float:

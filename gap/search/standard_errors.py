@@ -1,19 +1,20 @@
 """How sure the fitted numbers are: by noise within runs, and by how much runs differ from each other.
 
-Blocks of a run cannot tell what differs from day to day alike through all of it (a spring that is warm, a
+Blocks of a run cannot show what differs from day to day alike through all of it (a spring that is warm, a
 floor that is damp), so an error from noise alone is far too small. The size of each cause is therefore
 found again in each run by itself, in references too, as ``gap.search.novelty`` does it; their scatter is
 the error of one run. Of causes with several numbers the runs may agree on the size and not on the numbers,
 so all of them are also found without each run in turn (the jackknife, Efron and Stein 1981,
-DOI 10.1214/aos/1176345462). The largest of the three errors is told.
+DOI 10.1214/aos/1176345462). The largest of the three errors is reported.
 """
 
 import numpy as np
 
 from gap.interfaces import Cause
 from gap.residuals.evidence import Evidence
+from gap.search.cross_validation import steps_without
 from gap.search.fit import Fitted
-from gap.search.novelty import amplitudes, sizes_in_trials
+from gap.search.novelty import scatter, sizes_in_references, sizes_in_trials
 from model.values.arrays import FloatArray
 
 
@@ -40,41 +41,26 @@ def _by_noise(evidence: Evidence, fitted: Fitted) -> FloatArray:
     weighted = flat * evidence.weights(fitted.residual).ravel()
     gram = weighted @ flat.T + np.eye(len(flat))
     # in spreads; where misfit is left, it scatters the estimate too
-    left = max(float((fitted.residual**2).sum() / evidence.count.sum()), 1.0)
+    left = max(evidence.mean_excess(fitted.residual), 1.0)
     return np.asarray(np.sqrt(left * np.diag(np.linalg.inv(gram))))
 
 
 def _without_each_run(evidence: Evidence, fitted: Fitted) -> FloatArray:
-    """Jackknife over runs, each fit without one a Newton step from the fit to all; 0 for one run."""
+    """Jackknife over runs; 0 for one run."""
     run_of_frame = evidence.block_part[evidence.block_of_frame]
-    runs = int(run_of_frame.max()) + 1
-    size = len(fitted.away)
-    if runs < 2:
-        return np.zeros(size)
-    weighted = fitted.slopes * evidence.weights(fitted.residual)
-    steps = np.empty((runs, size))
-    for run in range(runs):
-        on = run_of_frame != run
-        gram = np.einsum("pfc,qfc->pq", weighted[:, on], fitted.slopes[:, on]) + np.eye(size)
-        pull = np.einsum("pfc,fc->p", weighted[:, on], fitted.residual[on]) - fitted.away
-        steps[run] = np.linalg.solve(gram, pull)
+    runs, steps = steps_without(evidence, fitted, run_of_frame)
     scatter = ((steps - steps.mean(axis=0)) ** 2).sum(axis=0)
-    return np.asarray(np.sqrt((runs - 1) / runs * scatter))
+    return np.asarray(np.sqrt((len(runs) - 1) / len(runs) * scatter))
 
 
 def _between_runs(
     evidence: Evidence, healthy: Evidence | None, fitted: Fitted, cause: Cause
 ) -> float:
-    """Standard error of a cause's size as a share of it; 0 where there is one run to tell from."""
-    groups = [sizes_in_trials(evidence, fitted.causes, fitted.residual, cause)]
+    """Standard error of a cause's size as a share of it; 0 where there is only one run."""
+    groups = [sizes_in_trials(evidence, fitted, cause)]
     if healthy is not None:
-        changed = healthy.residuals([(cause,)])[0]
-        known, _ = amplitudes(
-            healthy, healthy.base, healthy.base - changed, healthy.weights(healthy.base)
-        )
-        groups.append(known)
-    square = sum(float(((one - one.mean()) ** 2).sum()) for one in groups if len(one))
-    free = sum(len(one) - 1 for one in groups if len(one))
+        groups.append(sizes_in_references(healthy, [cause])[0][0])
+    square, free = scatter(groups)
     if free < 1:
         return 0.0
     runs = sum(1.0 / len(one) for one in groups if len(one))

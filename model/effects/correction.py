@@ -1,6 +1,6 @@
-"""What causes change in a robot file: keys that it has, and effects for what no key can say.
+"""What causes change in a robot file: keys that it has, and effects for what no key can express.
 
-A key is changed where the robot itself is otherwise than drawn: links, mounts, springs, friction. What
+A key is changed where the robot itself differs from its drawing: links, mounts, springs, friction. What
 the world, servos, clocks or sensors do stays an effect, because a robot file's other keys say how devices
 are to be read: changing those would make the file contradict what it recorded.
 """
@@ -57,7 +57,7 @@ class Correction:
 
 
 def correction_of(causes: Sequence[Cause], legs: tuple[str, ...]) -> Correction:
-    """Say what causes change in a robot file.
+    """Return what causes change in a robot file.
 
     Raises:
         GapError: A robot file cannot hold a cause.

@@ -8,7 +8,8 @@ from pathlib import Path
 from gap.check.without import without
 from gap.diagnosis.as_json import diagnosis_json
 from gap.diagnosis.commissioning import standing_of
-from gap.diagnosis.diagnose import diagnose
+from gap.diagnosis.diagnose import diagnose_study
+from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Simulator
 from model.errors import RecordError
 from record.trial.trial import Trial
@@ -46,7 +47,7 @@ def answer_case(asked: Asked) -> None:
     standing = asked.standing
     if standing is not None:
         standing = tuple(one for one in standing if one.effect not in asked.missing)
-    found = diagnose(trials, simulator, references, standing=standing)
+    found = diagnose_study(make_study(trials, simulator, references), standing=standing)
     spent = {"seconds": time.perf_counter() - began_s, "cpu_s": time.process_time() - began_cpu_s}
     keep_json({**diagnosis_json(found), **spent}, asked.out)
 

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 from gap.check.methods import Method, methods
-from gap.check.score import Case, Confusion, Figure, found, named_right
+from gap.check.score import Case, Confusion, Figure, gap_declared, named_right
 from robot.console.table import Column, markdown_lines, table_lines
 
 SCORES = tuple(Column("", form) for form in ("", "s", "s", "", "d", "", ""))
@@ -51,11 +51,17 @@ def score_markdown(
         wrong = [
             c.answer.named[0].effect if c.answer.named else c.answer.verdict
             for c in own
-            if found(c) and not named_right(c)
+            if gap_declared(c) and not named_right(c)
         ]
         right = sum(map(named_right, own))
         effects.append(
-            (f"`{effect}`", str(len(own)), str(sum(map(found, own))), str(right), ", ".join(wrong))
+            (
+                f"`{effect}`",
+                str(len(own)),
+                str(sum(map(gap_declared, own))),
+                str(right),
+                ", ".join(wrong),
+            )
         )
     head = ("effect", "cases", "gap declared", "named first", "named instead")
     lines += ["", *markdown_lines(head, effects)]

@@ -7,8 +7,8 @@ from pathlib import Path
 from gap.diagnosis.as_json import diagnosis_json
 from gap.diagnosis.diagnose import diagnose
 from gap.diagnosis.findings import Diagnosis, Verdict
-from gap.experiments.next_run import Proposer
 from gap.interfaces import Simulator
+from gap.proposals import Proposer
 from gap.residuals.predictions import prediction_pool
 from model.errors import ConfigError, GapError
 from record.trial.header import LEGGED

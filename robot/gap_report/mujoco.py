@@ -9,12 +9,10 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from gap.diagnosis.diagnose import measure_floor
+from gap.diagnosis.study import make_study
 from gap.interfaces import Drive, Simulator
 from gap.machines.legged.simulator import LeggedSimulator, legged_simulator
-from gap.residuals.evidence import make_evidence
-from gap.residuals.parts import split, whole_part
-from gap.residuals.predictions import Predictor
+from gap.residuals.parts import split
 from gap.search.candidates import candidates_of
 from gap.search.screen import gains, make_signatures
 from gap.two_machines import TwoMachines
@@ -82,7 +80,7 @@ def _cost(simulator: Simulator, trials: Sequence[Trial], references: Sequence[Tr
     began_s = time.perf_counter()
     simulator.predict(trials[0], (), Drive.COMMAND)  # remembered
     spent_s = time.perf_counter() - began_s
-    fitted, _ = split(trials, [simulator.observe(one) for one in trials])
+    fitted, _ = split(simulator, trials)
     numbers = sum(max(1, len(one.effect.parameters)) for one in candidates_of(simulator))
     return Cost(len(trials) + len(references) + numbers * len(fitted), spent_s)
 
@@ -109,15 +107,7 @@ def _by_gain(
     chain: Simulator = LeggedSimulator(parse_machine(text))
     if references and references[0].header.robot_text != text:
         chain = TwoMachines(chain, legged_simulator(references[0]), tuple(references))
-    everything = (*trials, *references)
-    observations = [chain.observe(one) for one in everything]
-    predictor = Predictor(chain, everything)
-    fitted, _ = split(trials, observations[: len(trials)])
-    healthy = [
-        whole_part(i, one, observations[i]) for i, one in enumerate(everything) if i >= len(trials)
-    ]
-    floor, _ = measure_floor(predictor, healthy, fitted, Drive.MEASURED)
-    evidence = make_evidence(predictor, fitted, Drive.MEASURED, floor)
+    evidence = make_study(trials, chain, references).evidence(Drive.MEASURED)
     signatures = make_signatures(evidence, candidates_of(chain), (), progress)
     found = gains(signatures, evidence.base, evidence.weights(evidence.base))
     return [one.signature.candidate.effect.name for one in found if one.nats > 0]

@@ -5,15 +5,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from gap.diagnosis.diagnose import diagnose, measure_floor
+from gap.diagnosis.diagnose import diagnose
+from gap.diagnosis.study import make_study
 from gap.effect_file import UserEffect
 from gap.experiments.imitation import imitate
 from gap.experiments.next_run import MOST_RUNS, NextRun, next_runs
 from gap.interfaces import Cause, Drive, Effect, Scope, Simulator
 from gap.machines.legged.catalogue import CATALOGUE
 from gap.residuals.floor import Floor
-from gap.residuals.parts import split, whole_part
-from gap.residuals.predictions import Predictor
 from gap.search.candidates import Candidate
 from model.errors import ConfigError, GapError
 from record.trial.trial import Trial
@@ -144,10 +143,7 @@ def _left_open(
         Cause(one.effect, one.joints, tuple(v.value for v in one.values)) for one in d.causes
     )
     keys = [(cause.effect, cause.joints) for cause in causes]
-    return causes, [
-        (keys.index(of), one.effect, one.joints)
-        for one, of in zip(d.ambiguous, d.ambiguous_of, strict=True)
-    ]
+    return causes, [(keys.index(one.of), one.effect, one.joints) for one in d.ambiguous]
 
 
 def _place(text: str, effects: Mapping[str, Effect], first: Cause) -> tuple[str, tuple[str, ...]]:
@@ -163,14 +159,7 @@ def _place(text: str, effects: Mapping[str, Effect], first: Cause) -> tuple[str,
 
 
 def _floor(trials: Sequence[Trial], references: Sequence[Trial], simulator: Simulator) -> Floor:
-    everything = (*trials, *references)
-    observations = [simulator.observe(one) for one in everything]
-    fitted, _ = split(trials, observations[: len(trials)])
-    healthy = [
-        whole_part(i, one, observations[i]) for i, one in enumerate(everything) if i >= len(trials)
-    ]
-    floor, _ = measure_floor(Predictor(simulator, everything), healthy, fitted, Drive.COMMAND)
-    return floor
+    return make_study(trials, simulator, references).floor(Drive.COMMAND)
 
 
 def _words(causes: Causes, effects: Mapping[str, Effect]) -> str:

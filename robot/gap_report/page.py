@@ -4,7 +4,6 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from gap.diagnosis.ambiguity import why_open
 from gap.diagnosis.findings import Diagnosis, NamedCause, Verdict
 from gap.experiments.next_run import NextRun
 from gap.interfaces import place_words
@@ -60,13 +59,13 @@ def diagnosis_page(d: Diagnosis, subject: Subject) -> str:
         enough=ENOUGH,
         alike=[
             (
-                place_words(*of),
+                place_words(*one.of),
                 place_words(one.effect, one.joints),
                 f"{one.separation:.3g}",
                 value_words(one.behind, one.error),
-                why_open(one),
+                one.why,
             )
-            for one, of in zip(d.ambiguous, d.ambiguous_of, strict=True)
+            for one in d.ambiguous
         ],
         stages=stage_bars(d),
         calm=stage_rows(d),

@@ -4,9 +4,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from gap.diagnosis.ambiguity import why_open
 from gap.diagnosis.findings import Diagnosis, NamedCause, Verdict
-from gap.diagnosis.verdict import cause_words
 from gap.interfaces import place_words
 from gap.rounding import percent_words
 from robot.console.screen_fit import WIDTH, wrapped
@@ -124,14 +122,12 @@ def _causes(d: Diagnosis) -> list[str]:
         return ["which: no effect of the catalogue reduces it"]
     lines = ["which:"]
     for number, one in enumerate(d.causes, 1):
-        lines.append(f"  {number}. {cause_words(one)}")
+        lines.append(f"  {number}. {one.words}")
         lines.append(f"     probability {one.probability:.2f}, stage {one.stage}{_share(one)}")
         lines.append(f"     {one.physics}")
-    for one_alike, (effect, joints) in zip(d.ambiguous, d.ambiguous_of, strict=True):
-        lines.append(
-            f"  cannot be told from {place_words(effect, joints)}: "
-            f"{place_words(one_alike.effect, one_alike.joints)} ({why_open(one_alike)})"
-        )
+    for rival in d.ambiguous:
+        place = place_words(rival.effect, rival.joints)
+        lines.append(f"  cannot be told from {place_words(*rival.of)}: {place} ({rival.why})")
     lines.append(f"  none of the catalogue: probability {d.none:.2f}")
     return lines
 

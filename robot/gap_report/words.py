@@ -4,11 +4,13 @@ import math
 from collections.abc import Mapping, Sequence
 
 from gap.diagnosis.detection import Detectable
-from gap.diagnosis.findings import Diagnosis, RivalCause, Verdict
+from gap.diagnosis.findings import Diagnosis, Verdict
 from gap.diagnosis.how_far import HowFar
-from gap.experiments.next_run import ENOUGH_SEPARATION, NextRun
+from gap.diagnosis.probability import RivalCause
+from gap.experiments.next_run import NextRun
 from gap.interfaces import Cause, Effect, place_words
 from gap.rounding import fixed, percent_words
+from gap.search.fit import ENOUGH_SEPARATION
 from robot.console.table import Column, table_lines
 
 HEADLINES = {

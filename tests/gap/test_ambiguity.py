@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gap.diagnosis.ambiguity import Alike, alike, why_open
+from gap.diagnosis.ambiguity import OpenRival, open_rivals
 from gap.interfaces import Cause
 from gap.search.candidates import Candidate
 from gap.search.fit import fit_causes
@@ -24,15 +24,15 @@ def test_a_rival_that_was_named_itself_later_on_is_no_rival() -> None:
 
     def option(added: str, *start: str) -> Option:
         causes = tuple(Candidate(BY_NAME[name], ()).cause((0.02,)) for name in start)
-        return fit_option(evidence, Candidate(BY_NAME[added], ()), causes, standing, BY_NAME)
+        return fit_option(evidence, Candidate(BY_NAME[added], ()), causes, standing)
 
     delay, lag = option("delay", "delay"), option("lag", "lag")
-    alone = Selection(delay.fitted, delay.unseen, (Step(delay, (lag,)),), None)
-    assert [one.effect for one in alike(evidence, alone, 1e6)] == ["lag"]
-    both = fit_causes(evidence, (*delay.fitted.causes, *lag.fitted.causes), BY_NAME)
+    alone = Selection(delay.fitted, delay.unseen, (Step(delay, (lag,)),))
+    assert [one.effect for one in open_rivals(evidence, alone, 1e6)] == ["lag"]
+    both = fit_causes(evidence, (*delay.fitted.causes, *lag.fitted.causes))
     steps = (Step(delay, (lag,)), Step(option("lag", "delay", "lag"), ()))
     named = replace(alone, fitted=both, steps=steps)
-    assert alike(evidence, named, 1e6) == ()
+    assert open_rivals(evidence, named, 1e6) == ()
 
 
 @pytest.mark.parametrize(
@@ -46,4 +46,4 @@ def test_a_rival_that_was_named_itself_later_on_is_no_rival() -> None:
 def test_why_a_rival_is_open_is_what_left_it_open(
     separation: float, behind: float, error: float, said: str
 ) -> None:
-    assert said in why_open(Alike(0, "lag", (), separation, behind, error))
+    assert said in OpenRival(0, "lag", (), separation, behind, error, ("delay", ())).why

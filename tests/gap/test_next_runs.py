@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from gap.experiments.imitation import imitate
-from gap.experiments.next_run import NextRun, Proposal, next_runs
+from gap.experiments.next_run import NextRun, next_runs
 from gap.interfaces import Cause, Drive, place_words
+from gap.proposals import Proposal
 from gap.residuals.floor import Floor
 from gap.search.candidates import Candidate
 from record.trial.trial import Trial

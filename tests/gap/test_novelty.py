@@ -1,16 +1,18 @@
 """What is new among healthy runs: scatter of days, unseen conditions, what references lack already."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from gap.diagnosis.commissioning import standing_of
 from gap.diagnosis.detection import healthy_runs
-from gap.diagnosis.diagnose import diagnose
+from gap.diagnosis.diagnose import diagnose, diagnose_study
 from gap.diagnosis.findings import Verdict
-from gap.diagnosis.probability import Calibration, Left, none_of_them
+from gap.diagnosis.probability import Fit, none_of_them
+from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Drive
-from gap.residuals.floor import Condition
-from gap.residuals.parts import whole_part
+from gap.residuals.parts import Condition, whole_parts
 from gap.search.candidates import starts_of
 from model.effects.settings import settings_of
 from model.effects.shafts import shafts
@@ -45,14 +47,15 @@ def test_a_law_that_healthy_runs_lack_stands_before_anything_new_is_sought() -> 
     assert law in standing
     # with another law the same bias has another trace on the force
     soft = Cause("stiffness", ("a",), (0.8,))
-    d = diagnose(toy_case([law, soft], seed=9), Toy(), known, standing=standing)
+    study = make_study(toy_case([law, soft], seed=9), Toy(), known)
+    d = diagnose_study(study, standing=standing)
     assert [(c.effect, c.joints) for c in d.causes] == [("stiffness", ("a",))]
     assert d.causes[0].values[0].value == pytest.approx(0.8, rel=0.02)
     assert d.standing == standing
 
 
 def test_an_unseen_frequency_is_judged_by_references_of_other_frequencies() -> None:
-    """References foretell a frequency that none of them has worse than their own: the floor must know."""
+    """References predict a frequency that none of them has worse than their own: the floor must know."""
     toy = Toy()
     runs = [
         toy_trial([Cause("lag", (), (0.05,))], hz, g, seed=i)
@@ -62,10 +65,10 @@ def test_an_unseen_frequency_is_judged_by_references_of_other_frequencies() -> N
         toy_trial([Cause("lag", (), (0.05,))], hz, g, seed=9 + i)
         for i, (hz, g) in enumerate(CONDITIONS)
     ]
-    known = []
-    for i, run in enumerate(runs):
-        part = whole_part(i, run, toy.observe(run))
-        known.append((part, part.observation.values - toy.predict(run, (), Drive.MEASURED)))
+    known = [
+        (part, part.observation.values - toy.predict(run, (), Drive.MEASURED))
+        for run, part in zip(runs, whole_parts(toy, runs), strict=True)
+    ]
     seen = healthy_runs(CHANNELS, known, [Condition("walk", 0.5)])
     unseen = healthy_runs(CHANNELS, known, [Condition("walk", 1.1)])
     angles = [i for i, c in enumerate(CHANNELS) if c.name == "angle"]
@@ -79,10 +82,10 @@ def test_an_unseen_frequency_is_judged_by_references_of_other_frequencies() -> N
 
 
 def test_what_a_healthy_machine_leaves_as_well_is_no_sign_of_something_unknown() -> None:
-    usual = Left(closed=0.4, excess=1.1, worst=1.5, causes=1, referenced=True, p=0.5)
-    odd = Left(closed=0.4, excess=1.1, worst=1.5, causes=1, referenced=True, p=0.001)
-    assert none_of_them(usual, Calibration()) < 0.1
-    assert none_of_them(odd, Calibration()) > 0.5
+    usual = Fit(0.4, 3.0, excess_after=1.1, worst_after=1.5, p_after=0.5, nats_after=0.0)
+    odd = replace(usual, p_after=0.001)
+    assert none_of_them(usual, 1, referenced=True) < 0.1
+    assert none_of_them(odd, 1, referenced=True) > 0.5
 
 
 def test_fits_begin_where_a_place_is_likely() -> None:

@@ -8,17 +8,17 @@ import pytest
 import gap.search.options as options_module
 import gap.search.selection as selection_module
 from gap.diagnosis.commissioning import standing_of
-from gap.diagnosis.diagnose import measure_floor
+from gap.diagnosis.study import Study
 from gap.interfaces import Cause, Simulator, reach_of
-from gap.residuals.evidence import Evidence, evidence_of, local_drive, make_evidence
-from gap.residuals.parts import whole_part
+from gap.residuals.evidence import Evidence
+from gap.residuals.parts import whole_parts
 from gap.residuals.predictions import Predictor
 from gap.search.candidates import Candidate, candidates_of, starts_of
 from gap.search.cross_validation import Advantage
 from gap.search.fit import Fitted, fit_causes
 from gap.search.options import Option, fit_option, on_bound, share_of, shortlist, usual_score
 from gap.search.screen import Gain, gains, make_signatures
-from gap.search.selection import Search, Selection, select
+from gap.search.selection import Look, Search, Selection, select
 from record.trial.trial import Trial
 from tests.gap.toy import CONDITIONS, EFFECTS, Toy, toy_case, toy_references, toy_trial
 from tests.gap.walks import cause, simulator, walk
@@ -27,17 +27,10 @@ from tests.gap.walks import cause, simulator, walk
 def evidences(
     toy: Simulator, trials: list[Trial], references: list[Trial]
 ) -> tuple[Evidence, Evidence | None]:
-    """Trials and references, whitened as a diagnosis does it."""
-    everything = [*trials, *references]
-    parts = [whole_part(i, one, toy.observe(one)) for i, one in enumerate(everything)]
-    predictor = Predictor(toy, everything)
-    own, known = parts[: len(trials)], parts[len(trials) :]
-    drive = local_drive(predictor, own)
-    floor, healthy = measure_floor(predictor, known, own, drive)
-    found = make_evidence(predictor, own, drive, floor)
-    if not known:
-        return found, None
-    return found, evidence_of(predictor, known, drive, floor, [one.whitener for one in healthy])
+    """Trials and references as a diagnosis sees them, all trials fitted to."""
+    parts, known = whole_parts(toy, trials), whole_parts(toy, references, len(trials))
+    study = Study(Predictor(toy, [*trials, *references]), parts, references=known)
+    return study.evidence(study.local), study.healthy_evidence(study.local)
 
 
 def select_all(
@@ -45,8 +38,7 @@ def select_all(
 ) -> Selection:
     candidates = candidates_of(toy)
     signatures = make_signatures(found, candidates, (), lambda share: None)
-    effects = {effect.name: effect for effect in toy.effects}
-    return select(found, candidates, signatures, effects, 0.0, lambda share: None, healthy, search)
+    return select(found, candidates, signatures, lambda share: None, healthy, search)
 
 
 def test_an_edge_is_sought_where_the_feet_went() -> None:
@@ -74,7 +66,7 @@ def test_a_step_in_the_ground_is_found_to_two_centimetres() -> None:
     signatures = make_signatures(found, [step], (), lambda share: None)
     start = gains(signatures, found.base, found.weights(found.base))[0].values
     standing = found.score(found.base).sum(axis=1)
-    option = fit_option(found, step, (step.cause(start),), standing, effects)
+    option = fit_option(found, step, (step.cause(start),), standing)
     height_m, x_m = option.fitted.causes[0].values
     assert height_m == pytest.approx(0.005, rel=0.05)
     assert x_m == pytest.approx(0.27, abs=0.02)
@@ -108,13 +100,13 @@ def test_a_cause_closes_what_is_there_and_another_only_a_share() -> None:
     )
     assert healthy is not None
     effects = {effect.name: effect for effect in toy.effects}
-    standing = fit_causes(found, (), effects)
+    standing = fit_causes(found, ())
     unseen = found.score(found.base).sum(axis=1)
     usual = usual_score(found, healthy)
 
     def share(name: str, joint: str, value: float) -> float:
         one = Candidate(effects[name], (joint,))
-        option = fit_option(found, one, (one.cause((value,)),), unseen, effects)
+        option = fit_option(found, one, (one.cause((value,)),), unseen)
         return share_of(found, option, standing, usual)
 
     assert share("stiffness", "c", 0.9) > 0.95
@@ -146,11 +138,13 @@ def test_a_cause_on_its_bound_gives_way_to_one_that_the_misfit_hides(
     monkeypatch.setattr(options_module, "usual_score", lambda *_: np.array([1000.0]))
     stuck, free = option("lag", 9.0, 500.0, 2000.0), option("tether", 0.3, 460.0, 2040.0)
     far = option("tether", 0.3, 440.0, 2060.0)
-    assert on_bound(stuck, effects)
-    assert not on_bound(free, effects)
+    assert on_bound(stuck)
+    assert not on_bound(free)
+
+    monkeypatch.setattr(selection_module, "chance_healthy", lambda *_: 1e-8)
 
     def choose(best: Option, p: float, options: list[Option], known: Evidence | None) -> object:
-        return selection_module._off_bound(found, best, p, options, effects, known, lambda _: 1e-8)
+        return Look(found, 1, known, Search()).off_bound(best, p, options)
 
     assert choose(stuck, 0.0, [stuck, free], healthy) == (free, 1e-8)
     assert choose(stuck, 0.0, [stuck, far], healthy) == (stuck, 0.0)
@@ -161,7 +155,7 @@ def test_a_cause_on_its_bound_gives_way_to_one_that_the_misfit_hides(
 def test_a_cause_that_is_fitted_to_nothing_is_idle() -> None:
     effects = {effect.name: effect for effect in EFFECTS}
     idle = selection_module._idle
-    assert idle(cause("lag", 0.0), effects)
-    assert idle(cause("stiffness", 1.0, legs=("a",)), effects)
-    assert not idle(cause("lag", 1e-4), effects)
-    assert not idle(cause("square_law"), effects)  # a law is all or nothing
+    assert idle(effects["lag"], cause("lag", 0.0))
+    assert idle(effects["stiffness"], cause("stiffness", 1.0, legs=("a",)))
+    assert not idle(effects["lag"], cause("lag", 1e-4))
+    assert not idle(effects["square_law"], cause("square_law"))  # a law is all or nothing

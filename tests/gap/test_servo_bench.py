@@ -120,3 +120,23 @@ def test_causes_that_do_not_fit_are_refused() -> None:
     for wrong in (cause("winding_resistance", 1.0), cause("play"), Cause("play", ("leg",), (0.1,))):
         with pytest.raises(GapError):
             simulator.predict(trial, [wrong], Drive.COMMAND)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[joint.arm]\ngears = { play = 1 }\n", "joint.arm.gears: is not a known key"),
+        ("[joint.arm]\nload = { mass = 1.0 }\n", "load.mass: is not a known key; did you mean"),
+        ("[joint.arm]\nload = { mass_kg = -1.0 }\n", "load.mass_kg: must be at least 0, not -1"),
+        ("[joint.arm]\nload = { mass_kg = true }\n", "load.mass_kg: must be a number, not True"),
+        (
+            "[joint.arm]\nmotor = { supply_v = 5 }\n",
+            "motor.torque_constant_nm_a: is missing; add it",
+        ),
+        ("[joint.arm]\nmotor = { supply_v = 0.0 }\n", "motor.supply_v: must be above 0, not 0"),
+        ("joint = 3\n", "joint: must be a table"),
+    ],
+)
+def test_a_machine_file_that_does_not_describe_servos_is_refused(text: str, words: str) -> None:
+    with pytest.raises(GapError, match=words):
+        servo_bench([servo_trial(text, WAVE)])

@@ -26,7 +26,7 @@ def _found(seed: int, days: float) -> tuple[float, float]:
         ]  # fmt: skip
 
     evidence, healthy = evidences(Toy(), runs(OFFSET, 4, 0), runs(0.0, 6, 100))
-    fitted = fit_causes(evidence, (Cause("offset", ("a",), (OFFSET,)),), BY_NAME)
+    fitted = fit_causes(evidence, (Cause("offset", ("a",), (OFFSET,)),))
     parameter = BY_NAME["offset"].parameters[0]
     error = float(standard_errors(evidence, healthy, fitted)[0]) * parameter.spread
     return fitted.causes[0].values[0], error
@@ -48,7 +48,7 @@ def test_one_run_alone_is_judged_by_its_noise() -> None:
     trial = toy_trial([Cause("offset", ("a",), (OFFSET,))], *CONDITIONS[0], seed=3)
     evidence, healthy = evidences(Toy(), [trial], [])
     assert healthy is None
-    fitted = fit_causes(evidence, (Cause("offset", ("a",), (OFFSET,)),), BY_NAME)
+    fitted = fit_causes(evidence, (Cause("offset", ("a",), (OFFSET,)),))
     (error,) = standard_errors(evidence, None, fitted)
     assert 0 < error < 0.1
-    assert len(standard_errors(evidence, None, fit_causes(evidence, (), BY_NAME))) == 0
+    assert len(standard_errors(evidence, None, fit_causes(evidence, ()))) == 0

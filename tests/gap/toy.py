@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap.causes import match_causes
+from gap.causes import check_causes
 from gap.interfaces import (
     Cause,
     Channel,
@@ -92,7 +92,7 @@ class Toy:
         )
 
     def predict(self, trial: Trial, causes: Sequence[Cause], drive: Drive) -> FloatArray:
-        match_causes(causes, self.catalogue, JOINTS)
+        check_causes(causes, self)
         measured = trial if drive is Drive.MEASURED else None
         out = chain(trial.time_s, trial.header.frequency_hz, trial.header.gait, causes, measured)
         return np.asarray(out * np.array(self.scale))

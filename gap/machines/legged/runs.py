@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaits.gait import Gait
-from gap.experiments.next_run import Proposal
 from gap.interfaces import Cause
+from gap.proposals import Proposal
 from record.trial.header import LEGGED, TrialHeader, TrialNoise
 from record.trial.table_file import Column
 from record.trial.trial import build_trial
@@ -24,7 +24,7 @@ PLACES = (("the body's middle", 0.0, 0.0), ("its front left", *WEIGHT_M))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LeggedProposer:
-    """Implements ``gap.experiments.next_run.Proposer``.
+    """Implements ``gap.proposals.Proposer``.
 
     Attributes:
         legs: Names of the legs.

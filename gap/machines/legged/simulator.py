@@ -5,7 +5,7 @@ from functools import lru_cache
 
 from gap.data.check import check_trial
 from gap.effect_file import UserEffect
-from gap.interfaces import Cause, Channel, DataFault, Drive, Effect, Observation
+from gap.interfaces import Cause, DataFault, Drive, Observation
 from gap.machines.legged.catalogue import CATALOGUE
 from gap.machines.legged.chain import LeggedChain
 from gap.machines.legged.channels import channels, make_observation, to_channels
@@ -29,37 +29,20 @@ class LeggedSimulator:
         added: Users' effects.
     """
 
+    name = "legged"
+    stages = STAGES
+
     def __init__(self, machine: LeggedMachine, added: tuple[UserEffect, ...] = ()) -> None:
         self.machine = machine
+        self.joints = machine.legs.names
+        self.effects = (
+            *CATALOGUE,
+            *(user.effect for user in added),
+        )
+        self.channels = channels(self.joints)
         self._added = added
         self._chain = LeggedChain(machine)
-        self._channels = channels(machine.legs.names)
         self._inputs = lru_cache(maxsize=TRIALS_REMEMBERED)(self._make_inputs)
-
-    @property
-    def name(self) -> str:
-        """Its name."""
-        return "legged"
-
-    @property
-    def stages(self) -> tuple[str, ...]:
-        """Names of the stages in the order of the chain."""
-        return STAGES
-
-    @property
-    def joints(self) -> tuple[str, ...]:
-        """Names of the legs."""
-        return self.machine.legs.names
-
-    @property
-    def effects(self) -> tuple[Effect, ...]:
-        """The catalogue, with the users' effects behind it."""
-        return (*CATALOGUE, *(user.effect for user in self._added))
-
-    @property
-    def channels(self) -> tuple[Channel, ...]:
-        """What is compared."""
-        return self._channels
 
     def observe(self, trial: Trial) -> Observation:
         """Put the measured data of a trial on the channels.
@@ -68,8 +51,7 @@ class LeggedSimulator:
             GapError: It is another robot's, or too short.
         """
         inputs = self._inputs(trial)
-        drive = Drive.MEASURED
-        base = self._chain.walk(inputs, self._settings(()), drive)
+        base = self._chain.walk(inputs, self._settings(()), Drive.MEASURED)
         return make_observation(inputs, base.standing.load_n, self.machine.length_m)
 
     def predict(self, trial: Trial, causes: Sequence[Cause], drive: Drive) -> FloatArray:
@@ -78,9 +60,8 @@ class LeggedSimulator:
         Raises:
             GapError: A cause is not of the catalogue, or its joints or values do not fit.
         """
-        settings = self._settings(causes)
         inputs = self._inputs(trial)
-        signals = self._chain.read(inputs, settings, drive)
+        signals = self._chain.read(inputs, self._settings(causes), drive)
         predicted: FloatArray = readonly(to_channels(inputs.grid, inputs.command_rad, signals))
         return predicted
 

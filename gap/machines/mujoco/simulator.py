@@ -9,11 +9,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from gap.interfaces import Cause, Channel, DataFault, Drive, Effect, Observation
+from gap.causes import check_causes
+from gap.delegate import Delegate
+from gap.interfaces import Cause, Drive, Effect
 from gap.machines.legged.channels import to_channels
 from gap.machines.legged.inputs import make_inputs
 from gap.machines.legged.simulator import LeggedSimulator
-from model.effects.causes import check_cause
 from model.effects.machine import LeggedMachine
 from model.errors import GapError
 from model.values.arrays import FloatArray, readonly
@@ -26,8 +27,8 @@ FED_BY_COMMANDS = "actuation"
 Rollout = Callable[[Trial, tuple[Cause, ...]], Trial]
 
 
-class RolloutSimulator:
-    """A simulator around a rollout.
+class RolloutSimulator(Delegate):
+    """A simulator around a rollout, on the channels of the legged simulator.
 
     Args:
         name: Its name, for example ``mujoco``.
@@ -41,45 +42,10 @@ class RolloutSimulator:
     def __init__(
         self, name: str, machine: LeggedMachine, effects: tuple[Effect, ...], rollout: Rollout
     ) -> None:
-        self._name = name
-        self._effects = effects
-        self._by_name = {effect.name: effect for effect in effects}
-        self._legged = LeggedSimulator(machine)
+        super().__init__(LeggedSimulator(machine))
+        self.name, self.effects = name, effects
         self._channels_of = lru_cache(maxsize=ROLLOUTS_REMEMBERED)(self._roll)
         self._rollout = rollout
-
-    @property
-    def name(self) -> str:
-        """Its name."""
-        return self._name
-
-    @property
-    def stages(self) -> tuple[str, ...]:
-        """Stages to which channels and effects belong."""
-        return self._legged.stages
-
-    @property
-    def joints(self) -> tuple[str, ...]:
-        """Names of the legs."""
-        return self._legged.joints
-
-    @property
-    def effects(self) -> tuple[Effect, ...]:
-        """What the rollout can add to itself."""
-        return self._effects
-
-    @property
-    def channels(self) -> tuple[Channel, ...]:
-        """What is compared."""
-        return self._legged.channels
-
-    def observe(self, trial: Trial) -> Observation:
-        """Put the measured data of a trial on the channels.
-
-        Raises:
-            GapError: It is another robot's, or too short.
-        """
-        return self._legged.observe(trial)
 
     def predict(self, trial: Trial, causes: Sequence[Cause], drive: Drive) -> FloatArray:
         """Return what the channels would read, (F, C).
@@ -90,11 +56,7 @@ class RolloutSimulator:
         Raises:
             GapError: A cause is not among the effects, or the rollout's trial does not fit.
         """
-        for cause in causes:
-            if cause.effect not in self._by_name:
-                known = ", ".join(self._by_name) or "none"
-                raise GapError(f"{cause.effect!r} is no effect of {self._name}; known are {known}")
-            check_cause(cause, self._by_name[cause.effect], self.joints)
+        check_causes(causes, self, "leg")
         values = self._channels_of(trial, tuple(causes))
         if drive is Drive.COMMAND:
             return values
@@ -102,17 +64,13 @@ class RolloutSimulator:
         known_values: FloatArray = readonly(np.where(own, values, np.nan))
         return known_values
 
-    def check(self, trial: Trial) -> tuple[DataFault, ...]:
-        """Look for faults of the data themselves."""
-        return self._legged.check(trial)
-
     def _roll(self, trial: Trial, causes: tuple[Cause, ...]) -> FloatArray:
         made = self._rollout(trial, causes)
         wanted = make_inputs(trial, self.joints)
         got = make_inputs(made, self.joints)
         if got.grid.frames != wanted.grid.frames or got.grid.period_s != wanted.grid.period_s:
             raise GapError(
-                f"{self._name} answered with {got.grid.frames} frames of {got.grid.period_s:g} s, "
+                f"{self.name} answered with {got.grid.frames} frames of {got.grid.period_s:g} s, "
                 f"the trial has {wanted.grid.frames} of {wanted.grid.period_s:g} s"
             )
         values: FloatArray = readonly(to_channels(wanted.grid, wanted.command_rad, got))

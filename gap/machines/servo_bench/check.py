@@ -1,14 +1,14 @@
 """Faults of servo data that no physics should be blamed for."""
 
+from collections.abc import Iterator
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
-from scipy.ndimage import median_filter
 
+from gap.data.columns import Sign, faults_of, paired, runs, slope, spread_of, standing_out
 from gap.data.time_lag import LATEST_S, SURE, lag
 from gap.interfaces import DataFault
-from model.values.arrays import BoolArray, FloatArray
+from model.values.arrays import FloatArray
 from record.trial.trial import Trial
 
 FULL_TURN = 2 * np.pi
@@ -21,36 +21,28 @@ SPIKE_COUNTS = 20.0
 FLICKER_COUNTS = 2.5  # a lone sample so few steps of its encoder off is no spike
 
 
-def check_bench(trial: Trial) -> tuple[DataFault, ...]:
+def check_bench(trial: Trial) -> Iterator[DataFault]:
     """Look through a servo trial."""
-    found: list[DataFault] = []
-    dt = float(np.median(np.diff(trial.time_s)))
-    longest = float(np.diff(trial.time_s).max())
-    if longest > 5 * dt:
-        found.append(
-            DataFault("gap", "time_s", f"a hole of {longest:.3g} s between samples", False)
-        )
+    steps = np.diff(trial.time_s)
+    if steps.max() > 5 * np.median(steps):
+        yield DataFault("gap", "time_s", f"a hole of {steps.max():.3g} s between samples", False)
     for at, joint in enumerate(trial.joints):
         shaft, command = trial.shaft_rad[:, at], trial.command_rad[:, at]
-        found += _shaft(joint, shaft, command)
-        found += _held(joint, trial.time_s, shaft, command)
         speed = np.gradient(shaft, trial.time_s) if np.isfinite(shaft).sum() > 2 else shaft
-        found += _speed(joint, trial.shaft_rad_s[:, at], speed)
+        yield from faults_of(f"shaft_{joint}_rad", _shaft(shaft, command))
+        yield from faults_of(f"shaft_{joint}_rad", _held(trial.time_s, shaft, command))
+        yield from faults_of(f"shaft_{joint}_rad_s", _speed(trial.shaft_rad_s[:, at], speed))
         for name, values in (
             (f"torque_{joint}_nm", trial.torque_nm[:, at]),
             (f"current_{joint}_a", trial.current_a[:, at]),
         ):
-            found += _magnitude(name, values, speed)
-            found += _spikes(name, values)
-        duty = trial.pwm[:, at]
-        if np.isfinite(duty).any() and np.mean(np.abs(duty) > 0.99) > 0.2:
-            share = np.mean(np.abs(duty) > 0.99)
-            found.append(
-                DataFault(
-                    "saturated", f"pwm_{joint}", f"{share:.0%} of samples at the limit", False
-                )
+            yield from faults_of(name, _magnitude(values, speed))
+            yield from faults_of(name, _spikes(values))
+        share = float(np.mean(np.abs(trial.pwm[:, at]) > 0.99))
+        if share > 0.2:
+            yield DataFault(
+                "saturated", f"pwm_{joint}", f"{share:.0%} of samples at the limit", False
             )
-    return tuple(found)
 
 
 def believable(fault: DataFault, trial: Trial, compared: frozenset[str]) -> DataFault | None:
@@ -80,25 +72,19 @@ def _late_by_itself(trial: Trial) -> bool:
 
     A periodic motion looks as much like itself a period later, and a slow one with play trails by seconds.
     """
-    thirds = (slice(None), slice(0, len(trial.time_s) // 3), slice(-(len(trial.time_s) // 3), None))
-    for part in thirds:
-        one = trial.rows(_rows(trial, part))
+    count = len(trial.time_s)
+    for first, last in ((0, count), (0, count // 3), (count - count // 3, count)):
+        one = trial.rows((np.arange(count) >= first) & (np.arange(count) < last))
         late, sure = lag(one.time_s, one.command_rad, one.shaft_rad)
         speed = np.gradient(one.command_rad, one.time_s, axis=0)
         if not sure > SURE or abs(late) * np.sqrt(np.nanmean(speed**2)) < 0.5 * MOST_PLAY_RAD:
             continue
-        if not _alike_soon(one):
+        if not _follows_soon(one):
             return False
     return True
 
 
-def _rows(trial: Trial, part: slice) -> BoolArray:
-    keep = np.zeros(len(trial.time_s), dtype=np.bool_)
-    keep[part] = True
-    return keep
-
-
-def _alike_soon(trial: Trial) -> bool:
+def _follows_soon(trial: Trial) -> bool:
     """Whether shafts follow their commands well at some lag that a servo has."""
     at_s = np.arange(trial.time_s[0], trial.time_s[-1] - LATEST_S, 0.02)
     best = 0.0
@@ -127,106 +113,74 @@ def _count_of(values: FloatArray) -> float:
 
 def _largest_spike(values: FloatArray) -> float:
     known = values[np.isfinite(values)]
-    if len(known) < 3:
-        return 0.0
-    return float(np.max(np.abs(known - median_filter(known, 7, mode="nearest"))))
+    return float(np.max(standing_out(known)[1])) if len(known) >= 3 else 0.0
 
 
-def _held(
-    joint: str, time_s: FloatArray, shaft: FloatArray, command: FloatArray
-) -> list[DataFault]:
+def _held(time_s: FloatArray, shaft: FloatArray, command: FloatArray) -> Iterator[Sign]:
     """Look for stretches in which the shaft never changes while its command leaves any play."""
-    edges = np.flatnonzero(np.concatenate([[True], shaft[1:] != shaft[:-1], [True]]))
-    total, count = 0.0, 0
-    for first, behind in pairwise(edges.tolist()):
-        span = time_s[behind - 1] - time_s[first]
-        asked = command[first:behind][np.isfinite(command[first:behind])]
-        if span >= FROZEN_S and len(asked) and np.ptp(asked) > MOST_PLAY_RAD:
-            total, count = total + float(span), count + 1
-    if not count:
-        return []
-    words = f"repeats bit for bit for {total:.1f} s in {count} stretches while its command moves on"
-    severe = total > 0.1 * float(time_s[-1] - time_s[0])
-    return [DataFault("frozen", f"shaft_{joint}_rad", words, severe)]
+    spans = []
+    for first, last in runs(shaft[1:] == shaft[:-1]).tolist():
+        wanted = command[first : last + 1]
+        wanted = wanted[np.isfinite(wanted)]
+        span = float(time_s[last] - time_s[first])
+        if span >= FROZEN_S and len(wanted) and np.ptp(wanted) > MOST_PLAY_RAD:
+            spans.append(span)
+    if spans:
+        words = f"repeats bit for bit for {sum(spans):.1f} s in {len(spans)} stretches while its command"
+        yield "frozen", f"{words} moves on", sum(spans) > 0.1 * float(time_s[-1] - time_s[0])
 
 
-def _shaft(joint: str, shaft: FloatArray, command: FloatArray) -> list[DataFault]:
-    name, found = f"shaft_{joint}_rad", []
-    known = np.isfinite(shaft) & np.isfinite(command)
-    if known.sum() < 3:
-        return []
-    steps = np.diff(shaft[known])
-    wraps = int(np.sum(np.abs(np.abs(steps) - FULL_TURN) < 0.3))
+def _shaft(shaft: FloatArray, command: FloatArray) -> Iterator[Sign]:
+    c, s = paired(command, shaft)
+    if len(c) < 3:
+        return
+    wraps = int(np.sum(np.abs(np.abs(np.diff(s)) - FULL_TURN) < 0.3))
     if wraps:
-        found.append(DataFault("wrap", name, f"{wraps} jumps of a full turn", True))
-    moved = np.ptp(command[known])
-    if np.ptp(shaft[known]) < 1e-6:
-        return found
-    if moved > 0.1:
-        c, s = command[known] - command[known].mean(), shaft[known] - shaft[known].mean()
-        slope = float(c @ s / (c @ c))
-        tight = abs(float(np.corrcoef(c, s)[0, 1])) > 0.9
-        if tight and slope < -0.5:
-            found.append(
-                DataFault("sign", name, f"turns against its command (slope {slope:.2f})", True)
-            )
-        elif tight and not 0.2 < slope < 5:
-            found.append(
-                DataFault("unit", name, f"moves {slope:.3g} times as far as its command", True)
-            )
-    return found
+        yield "wrap", f"{wraps} jumps of a full turn", True
+    if np.ptp(s) < 1e-6 or np.ptp(c) <= 0.1 or not abs(float(np.corrcoef(c, s)[0, 1])) > 0.9:
+        return
+    ratio = slope(c, s)
+    if ratio < -0.5:
+        yield "sign", f"turns against its command (slope {ratio:.2f})", True
+    elif not 0.2 < ratio < 5:
+        yield "unit", f"moves {ratio:.3g} times as far as its command", True
 
 
-def _speed(joint: str, reported: FloatArray, derived: FloatArray) -> list[DataFault]:
-    known = np.isfinite(reported) & np.isfinite(derived)
-    moving = known & (np.abs(derived) > 0.05)
+def _speed(reported: FloatArray, derived: FloatArray) -> Iterator[Sign]:
+    there, motion = paired(reported, derived)
+    moving = np.abs(motion) > 0.05
     if moving.sum() < 20:
-        return []
-    zero = float(np.mean(reported[moving] == 0.0))
+        return
+    there, motion = there[moving], motion[moving]
+    zero, ratio = float(np.mean(there == 0.0)), float(there @ motion / (motion @ motion))
     if zero > 0.3:
         words = f"reads 0 in {zero:.0%} of the samples in which the angle moves; not used"
-        return [DataFault("frozen", f"shaft_{joint}_rad_s", words, False)]
-    ratio = float(reported[moving] @ derived[moving] / (derived[moving] @ derived[moving]))
-    if not 0.5 < ratio < 2.0:
+        yield "frozen", words, False
+    elif not 0.5 < ratio < 2.0:
         words = f"is {ratio:.2f} times the derivative of the angle; not used"
-        return [DataFault("sign" if ratio < -0.5 else "unit", f"shaft_{joint}_rad_s", words, False)]
-    return []
+        yield "sign" if ratio < -0.5 else "unit", words, False
 
 
-def _magnitude(name: str, values: FloatArray, speed: FloatArray) -> list[DataFault]:
-    known = np.isfinite(values) & np.isfinite(speed)
-    if known.sum() < 50 or not np.any(values[known] > 0):
-        return []
-    both = min(np.mean(speed[known] > 0.02), np.mean(speed[known] < -0.02))
-    if both > 0.05 and np.min(values[known]) >= 0:
-        return [
-            DataFault(
-                "magnitude_only", name, "never negative although the shaft turns both ways", False
-            )
-        ]
-    return []
+def _magnitude(values: FloatArray, speed: FloatArray) -> Iterator[Sign]:
+    size, turning = paired(values, speed)
+    if len(size) < 50 or not np.any(size > 0):
+        return
+    both = min(np.mean(turning > 0.02), np.mean(turning < -0.02))
+    if both > 0.05 and np.min(size) >= 0:
+        yield "magnitude_only", "never negative although the shaft turns both ways", False
 
 
-def _spikes(name: str, values: FloatArray) -> list[DataFault]:
+def _spikes(values: FloatArray) -> Iterator[Sign]:
     known = values[np.isfinite(values)]
     if len(known) < 50:
-        return []
-    spread = float(np.median(np.abs(known - np.median(known)))) * 1.48
+        return
     lone = np.abs(known[1:-1] - np.median([known[:-2], known[1:-1], known[2:]], axis=0))
-    limit = SPIKE_SPREADS * max(
-        spread, 0.01 * float(np.ptp(np.quantile(known, [0.02, 0.98]))), 1e-12
+    spread = max(
+        spread_of(known - np.median(known)),
+        0.01 * float(np.ptp(np.quantile(known, [0.02, 0.98]))),
+        1e-12,
     )
-    limit = max(
-        limit, SPIKE_COUNTS * _count_of(known)
-    )  # a reading that is 0 most of the time flickers
-    count = int(np.sum(lone > limit))
+    # a reading that is 0 most of the time flickers
+    count = int(np.sum(lone > max(SPIKE_SPREADS * spread, SPIKE_COUNTS * _count_of(known))))
     if count:
-        return [
-            DataFault(
-                "spikes",
-                name,
-                f"{count} lone samples up to {lone.max():.3g} off their neighbours",
-                False,
-            )
-        ]
-    return []
+        yield "spikes", f"{count} lone samples up to {lone.max():.3g} off their neighbours", False

@@ -21,15 +21,10 @@ SUBSTEP_S = 0.002
 @compiled
 def pushed_side(torque_nm: FloatArray, break_nm: float) -> FloatArray:
     """Which flank of its play a pushed shaft lies at, -1 to 1, (F,); it stays where it was left."""
-    out = np.empty_like(torque_nm)
-    side = 0.0
-    for i in range(len(torque_nm)):
-        if torque_nm[i] > break_nm:
-            side = 1.0
-        elif torque_nm[i] < -break_nm:
-            side = -1.0
-        out[i] = side
-    return out
+    side = np.where(np.abs(torque_nm) > break_nm, np.sign(torque_nm), 0.0)
+    last = np.maximum.accumulate(np.where(side != 0.0, np.arange(len(side)), 0))
+    pushed: FloatArray = side[last]
+    return pushed
 
 
 @compiled

@@ -1,13 +1,18 @@
 """The nominal servos of a trial of kind ``servo_bench``, read from the machine's file."""
 
-import tomllib
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
-from model.errors import GapError
+from model.errors import ConfigError, GapError
+from model.parameters.tables import parse_table
+from model.parameters.toml_table import Table
 from record.trial.trial import Trial
 
+# Groups of a joint's table, whose keys are fields of ``ServoJoint``.
+GROUPS = {
+    "controller": ("kp_duty_per_rad", "kd", "ki", "duty_limit", "delay_s"),
+    "load": ("mass_kg", "length_m"),
+    "friction": ("coulomb_nm", "viscous_nm_s"),
+}
 MOTOR_KEYS = ("supply_v", "torque_constant_nm_a", "resistance_ohm", "armature_kg_m2")
 
 
@@ -68,42 +73,26 @@ def servo_machine(trial: Trial) -> ServoMachine:
     Raises:
         GapError: The machine's file does not describe servos.
     """
-    data = tomllib.loads(trial.header.robot_text)
-    tables = data.get("joint", {})
-    if not isinstance(tables, Mapping):
-        raise GapError("joint of the machine's file must hold one table a servo: [joint.NAME]")
-    names = trial.joints or tuple(tables)
-    if not names:
+    try:
+        tables = parse_table(trial.header.robot_text).maybe_table("joint")
+        names = trial.joints or tables.names()
+        joints = tuple(_joint(name, tables.maybe_table(name)) for name in names)
+    except ConfigError as error:
+        raise GapError(f"the machine's file cannot be used: {error}") from error
+    if not joints:
         raise GapError("the trial has no joints; name its columns command_NAME_rad, shaft_NAME_rad")
-    return ServoMachine(tuple(_joint(name, tables.get(name, {})) for name in names))
+    return ServoMachine(joints)
 
 
-def _joint(name: str, table: Mapping[str, Any]) -> ServoJoint:
-    known = {
-        "controller": ("kp_duty_per_rad", "kd", "ki", "duty_limit", "delay_s"),
-        "motor": MOTOR_KEYS,
-        "load": ("mass_kg", "length_m"),
-        "friction": ("coulomb_nm", "viscous_nm_s"),
-    }
+def _joint(name: str, table: Table) -> ServoJoint:
     numbers: dict[str, float] = {}
-    for group, entries in table.items():
-        if group not in known or not isinstance(entries, Mapping):
-            raise GapError(f"joint.{name}.{group} is not known; groups are {', '.join(known)}")
-        for key, value in entries.items():
-            if key not in known[group]:
-                raise GapError(
-                    f"joint.{name}.{group}.{key} is not known; known are {', '.join(known[group])}"
-                )
-            if isinstance(value, bool) or not isinstance(value, int | float) or not value >= 0:
-                raise GapError(f"joint.{name}.{group}.{key} must be a number from 0, not {value!r}")
-            numbers[key] = float(value)
-    motor = table.get("motor", {})
-    missing = [key for key in MOTOR_KEYS if key not in motor]
-    if motor and missing:
-        raise GapError(
-            f"joint.{name}.motor lacks {', '.join(missing)}; give all or leave motor out"
-        )
-    for key in MOTOR_KEYS:
-        if motor and not numbers[key] > 0:
-            raise GapError(f"joint.{name}.motor.{key} must be above 0")
-    return ServoJoint(name, ideal=not motor, **numbers)
+    for group, keys in GROUPS.items():
+        entries = table.maybe_table(group)
+        numbers |= {key: entries.number(key, minimum=0.0) for key in keys if entries.has(key)}
+        entries.done()
+    motor = table.maybe_table("motor")
+    if motor.names():
+        numbers |= {key: motor.number(key, above=0.0) for key in MOTOR_KEYS}
+        motor.done()
+    table.done()
+    return ServoJoint(name, ideal=not motor.names(), **numbers)

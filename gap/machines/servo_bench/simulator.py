@@ -9,10 +9,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from gap.causes import match_causes
+from gap.causes import check_causes
 from gap.data.check import check_trial
 from gap.data.even_grid import EvenTrial, even_trial
-from gap.interfaces import Cause, Channel, DataFault, Drive, Effect, Observation
+from gap.interfaces import Cause, Channel, DataFault, Drive, Observation
 from gap.machines.servo_bench import kernel as k
 from gap.machines.servo_bench.catalogue import ANY, CATALOGUE, IDEAL, MOTOR, STAGES, BenchEffect
 from gap.machines.servo_bench.check import believable, check_bench
@@ -37,6 +37,9 @@ class ServoBench:
         torque_known: Whether the trials have a signed torque at the shafts.
     """
 
+    name = "servo_bench"
+    stages = STAGES
+
     def __init__(self, machine: ServoMachine, torque_known: bool = False) -> None:
         self.machine = machine
         kinds = {IDEAL if joint.ideal else MOTOR for joint in machine.joints} | {ANY}
@@ -48,6 +51,14 @@ class ServoBench:
             and (entry.needs != "torque" or loaded)
             and (entry.needs != "no load" or not loaded)
         )
+        self.joints = machine.names
+        self.effects = tuple(entry.effect for entry in self._catalogue)
+        motors = tuple(joint.name for joint in machine.joints if not joint.ideal)
+        self.channels = (
+            *(Channel("shaft_error", name, "load", "rad") for name in self.joints),
+            *(Channel("duty", name, "controller", "") for name in motors),
+            *(Channel("current", name, "motor", "A") for name in motors),
+        )
         self._compared = frozenset({
             "time_s", "shaft",
             *(f"{what}_{joint.name}_rad" for joint in machine.joints for what in ("command", "shaft")),
@@ -56,36 +67,6 @@ class ServoBench:
               for what, unit in (("pwm", ""), ("current", "_a"))),
         })  # fmt: skip
         self._grid = lru_cache(maxsize=TRIALS_REMEMBERED)(even_trial)
-
-    @property
-    def name(self) -> str:
-        """Its name."""
-        return "servo_bench"
-
-    @property
-    def stages(self) -> tuple[str, ...]:
-        """Names of the stages in the order of the chain."""
-        return STAGES
-
-    @property
-    def joints(self) -> tuple[str, ...]:
-        """Names of the servos."""
-        return self.machine.names
-
-    @property
-    def effects(self) -> tuple[Effect, ...]:
-        """The catalogue, without what means nothing for these servos."""
-        return tuple(entry.effect for entry in self._catalogue)
-
-    @property
-    def channels(self) -> tuple[Channel, ...]:
-        """Shaft behind command of every servo; duty and current where there are motors."""
-        motors = tuple(joint.name for joint in self.machine.joints if not joint.ideal)
-        return (
-            *(Channel("shaft_error", name, "load", "rad") for name in self.joints),
-            *(Channel("duty", name, "controller", "") for name in motors),
-            *(Channel("current", name, "motor", "A") for name in motors),
-        )
 
     def observe(self, trial: Trial) -> Observation:
         """Put the measured data of a trial on the channels.
@@ -128,7 +109,7 @@ class ServoBench:
         Raises:
             GapError: A cause is not of the catalogue, or its joints or values do not fit.
         """
-        match_causes(causes, self.effects, self.joints)
+        check_causes(causes, self)
         even = self._grid(trial)
         shafts, duties, currents = [], [], []
         for at, joint in enumerate(self.machine.joints):
@@ -138,7 +119,7 @@ class ServoBench:
             if joint.ideal:
                 continue
             if drive is Drive.MEASURED:
-                ran = _local(even, at, numbers, ran)
+                ran = _local(even, at, joint, numbers, ran)
             duties.append(ran[:, 1])
             currents.append(ran[:, 2])
         predicted: FloatArray = readonly(np.column_stack([*shafts, *duties, *currents]))
@@ -189,29 +170,31 @@ def _add(p: FloatArray, entry: BenchEffect, values: tuple[float, ...]) -> None:
             p[k.LOAD_INERTIA] += mass * length**2
 
 
-def _run(even: EvenTrial, at: int, joint: ServoJoint, p: FloatArray) -> FloatArray:
-    """Run one servo from its commands, (F, 3): reported shaft angle, duty, current."""
-    command = even.command_rad[:, at]
-    target = at_times(even.time_s, command, even.time_s - p[k.DELAY])
+def _target(even: EvenTrial, at: int, joint: ServoJoint, p: FloatArray, start: float) -> FloatArray:
+    """Where a position loop wants its shaft, (F,): late, lagging, in its play."""
+    target = at_times(even.time_s, even.command_rad[:, at], even.time_s - p[k.DELAY])
     if joint.ideal and p[k.SPEED_LIMIT] < UNLIMITED_RAD_S:
         target = k.speed_limited(target, float(p[k.SPEED_LIMIT]), even.period_s)
-    target = lagged(target, float(p[k.LAG]), even.period_s)
-    first = float(even.shaft_rad[0, at])
-    start = first if np.isfinite(first) else float(target[0])
-    target = play(target, float(p[k.PLAY]), _undrooped(start, float(target[0]), p))
+    return play(lagged(target, float(p[k.LAG]), even.period_s), float(p[k.PLAY]), start)
+
+
+def _run(even: EvenTrial, at: int, joint: ServoJoint, p: FloatArray) -> FloatArray:
+    """Run one servo from its commands, (F, 3): reported shaft angle, duty, current."""
+    first, command = float(even.shaft_rad[0, at]), float(even.command_rad[0, at])
+    start = first if np.isfinite(first) else command
+    target = _target(even, at, joint, p, _undrooped(start, command, p))
     torque = even.torque_nm[:, at]
-    known = np.isfinite(torque)
     if joint.ideal:
         out = np.full((len(target), 3), np.nan)
-        gravity = -p[k.MASS_LENGTH] * k.GRAVITY * np.sin(target)
-        load = np.where(known, torque, gravity)
-        side = k.pushed_side(load, float(p[k.BREAK_TORQUE]))
-        out[:, 0] = target + p[k.DROOP] * load + 0.5 * p[k.BACKLASH] * side
-        out[:, 0] += p[k.DROOP_SIN] * np.sin(target) + p[k.DROOP_COS] * np.cos(target)
+        out[:, 0] = target
     else:
         out = k.run_motor(target, even.period_s, start, 0.0, p)
-        gravity = -p[k.MASS_LENGTH] * k.GRAVITY * np.sin(out[:, 0])
-        out[:, 0] += p[k.DROOP] * np.where(known, torque, gravity)
+    gravity = -p[k.MASS_LENGTH] * k.GRAVITY * np.sin(out[:, 0])
+    load = np.where(np.isfinite(torque), torque, gravity)
+    out[:, 0] += p[k.DROOP] * load
+    if joint.ideal:
+        out[:, 0] += 0.5 * p[k.BACKLASH] * k.pushed_side(load, float(p[k.BREAK_TORQUE]))
+        out[:, 0] += p[k.DROOP_SIN] * np.sin(target) + p[k.DROOP_COS] * np.cos(target)
     out[:, 0] = p[k.ENCODER_SCALE] * out[:, 0] + p[k.ENCODER_OFFSET]
     return out
 
@@ -222,21 +205,19 @@ def _undrooped(reported: float, command: float, p: FloatArray) -> float:
     return float((reported - p[k.ENCODER_OFFSET]) / p[k.ENCODER_SCALE] - bent)
 
 
-def _local(even: EvenTrial, at: int, p: FloatArray, ran: FloatArray) -> FloatArray:
+def _local(
+    even: EvenTrial, at: int, joint: ServoJoint, p: FloatArray, ran: FloatArray
+) -> FloatArray:
     """Duty from the measured shaft, current from the measured duty and speed, where they are known."""
     out = ran.copy()
-    shaft, command = even.shaft_rad[:, at], even.command_rad[:, at]
-    speed = np.gradient(shaft, even.period_s)
+    shaft, first = even.shaft_rad[:, at], float(even.shaft_rad[0, at])
     if p[k.KI] == 0.0:  # an integral's state before the trial is not known
-        late = at_times(even.time_s, command, even.time_s - p[k.DELAY])
-        start = float(shaft[0]) if np.isfinite(shaft[0]) else float(command[0])
-        target = play(lagged(late, float(p[k.LAG]), even.period_s), float(p[k.PLAY]), start)
-        true = (shaft - p[k.ENCODER_OFFSET]) / p[k.ENCODER_SCALE]
-        error = target - true
+        start = first if np.isfinite(first) else float(even.command_rad[0, at])
+        error = _target(even, at, joint, p, start)
+        error = error - (shaft - p[k.ENCODER_OFFSET]) / p[k.ENCODER_SCALE]
         duty = p[k.KP] * error + p[k.KD] * np.gradient(error, even.period_s)
-        limit = p[k.DUTY_LIMIT]
-        out[:, 1] = np.clip(duty, -limit, limit)
-    pwm = even.pwm[:, at]
+        out[:, 1] = np.clip(duty, -p[k.DUTY_LIMIT], p[k.DUTY_LIMIT])
+    pwm, speed = even.pwm[:, at], np.gradient(shaft, even.period_s)
     duty = np.where(np.isfinite(pwm), pwm, out[:, 1])
     out[:, 2] = (duty * p[k.SUPPLY] - p[k.TORQUE_CONSTANT] * speed) / p[k.RESISTANCE]
     return out

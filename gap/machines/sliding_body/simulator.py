@@ -5,21 +5,22 @@ the motion). Stages fed measured inputs get the measured velocity; fed commands,
 the velocity it was first seen with.
 """
 
-import tomllib
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 from scipy.signal import savgol_filter
 
-from gap.causes import match_causes
+from gap.causes import check_causes
+from gap.data.columns import Sign, faults_of
 from gap.data.even_grid import even_times, on_times
-from gap.interfaces import Cause, Channel, DataFault, Drive, Effect, Observation
+from gap.interfaces import Cause, Channel, DataFault, Drive, Observation
 from gap.machines.sliding_body.catalogue import CATALOGUE, STAGES
 from model.compiled import compiled
-from model.errors import GapError
+from model.errors import ConfigError, GapError
 from model.motion.filters import at_times
+from model.parameters.tables import parse_table
 from model.values.arrays import FloatArray, readonly
 from record.trial.trial import Trial
 
@@ -29,6 +30,7 @@ ORDER = 2
 REST_M_S = 0.03  # slower than this a body is about to stick, and a direction means little
 ASSUMED_POSITION_M = 0.0005
 SUBSTEPS = 4
+# Deceleration along the path, acceleration across it, and speed.
 CHANNELS = (
     Channel("deceleration", "", "friction", "m/s^2"),
     Channel("sideways", "", "friction", "m/s^2"),
@@ -103,7 +105,7 @@ def _coast(
             speed = np.sqrt(v[0] * v[0] + v[1] * v[1])
             if coulomb and speed < h * GRAVITY * mu:
                 held = np.sqrt(pull[0] ** 2 + pull[1] ** 2) <= mu * GRAVITY
-                v = v * 0.0 if held else v * 0.0 + h * pull
+                v = 0.0 * pull if held else h * pull
             else:
                 v = v + step
     return out
@@ -116,34 +118,15 @@ class SlidingBody:
         law: The nominal law.
     """
 
+    name = "sliding_body"
+    stages = STAGES
+    joints: tuple[str, ...] = ()
+    effects = CATALOGUE
+    channels = CHANNELS
+
     def __init__(self, law: Law) -> None:
         self.law = law
         self._slide = lru_cache(maxsize=1024)(_slide)
-
-    @property
-    def name(self) -> str:
-        """Its name."""
-        return "sliding_body"
-
-    @property
-    def stages(self) -> tuple[str, ...]:
-        """Names of the stages in the order of the chain."""
-        return STAGES
-
-    @property
-    def joints(self) -> tuple[str, ...]:
-        """None: one body."""
-        return ()
-
-    @property
-    def effects(self) -> tuple[Effect, ...]:
-        """The catalogue."""
-        return CATALOGUE
-
-    @property
-    def channels(self) -> tuple[Channel, ...]:
-        """Deceleration along the path, acceleration across it, and speed."""
-        return CHANNELS
 
     def observe(self, trial: Trial) -> Observation:
         """Put the measured data of a trial on the channels.
@@ -179,7 +162,7 @@ class SlidingBody:
         Raises:
             GapError: A cause is not of the catalogue, or its values do not fit.
         """
-        match_causes(causes, self.effects, ())
+        check_causes(causes, self)
         law = _changed(self.law, causes)
         slide = self._slide(trial)
         slope = np.array([law.slope_x, law.slope_y])
@@ -204,42 +187,40 @@ class SlidingBody:
 
     def check(self, trial: Trial) -> tuple[DataFault, ...]:
         """Look for faults of the data themselves."""
-        found = []
-        xy = trial.body_position_m[:, :2]
-        lost = float(np.mean(~np.isfinite(xy).all(axis=1)))
-        if lost > 0.0:
-            found.append(DataFault("gap", "body", f"{lost:.1%} of poses are missing", lost > 0.2))
-        steps = np.linalg.norm(np.diff(xy, axis=0), axis=1) / np.diff(trial.time_s)
-        typical = float(np.nanmedian(steps)) if np.isfinite(steps).any() else 0.0
-        jumps = int(np.sum(steps > 30 * max(typical, 0.05)))
-        if jumps:
-            found.append(DataFault("spikes", "body", f"{jumps} jumps of the position", True))
-        if len(steps) and np.isfinite(steps).any() and np.nanmax(steps) > 50.0:
-            found.append(
-                DataFault(
-                    "unit", "body", f"speeds up to {np.nanmax(steps):.3g} m/s: millimetres?", True
-                )
-            )
-        return tuple(found)
+        return tuple(faults_of("body", _faults(trial)))
+
+
+def _faults(trial: Trial) -> Iterator[Sign]:
+    xy = trial.body_position_m[:, :2]
+    lost = float(np.mean(~np.isfinite(xy).all(axis=1)))
+    if lost > 0.0:
+        yield "gap", f"{lost:.1%} of poses are missing", lost > 0.2
+    speed = np.linalg.norm(np.diff(xy, axis=0), axis=1) / np.diff(trial.time_s)
+    speed = speed[np.isfinite(speed)]
+    if not len(speed):
+        return
+    jumps = int(np.sum(speed > 30 * max(float(np.median(speed)), 0.05)))
+    if jumps:
+        yield "spikes", f"{jumps} jumps of the position", True
+    if speed.max() > 50.0:
+        yield "unit", f"speeds up to {speed.max():.3g} m/s: millimetres?", True
 
 
 def _changed(law: Law, causes: Sequence[Cause]) -> Law:
-    coulomb, mu, per = law.coulomb, law.mu, law.per_m_s
-    x, y, delay = law.slope_x, law.slope_y, law.delay_s
     level = 1.0
     for cause in causes:
         values = cause.values
         if cause.effect == "coulomb_friction":
-            coulomb, mu = True, values[0]
+            law = replace(law, coulomb=True, mu=values[0])
         elif cause.effect == "speed_dependence":
-            per += values[0]
+            law = replace(law, per_m_s=law.per_m_s + values[0])
         elif cause.effect == "friction_level":
             level *= values[0]
         elif cause.effect == "ground_slope":
-            x, y = x + values[0], y + values[1]
+            law = replace(law, slope_x=law.slope_x + values[0], slope_y=law.slope_y + values[1])
         elif cause.effect == "pose_delay":
-            delay += values[0]
-    return Law(coulomb, mu * level, per, x, y, delay)
+            law = replace(law, delay_s=law.delay_s + values[0])
+    return replace(law, mu=law.mu * level)
 
 
 def _slide(trial: Trial) -> Slide:
@@ -274,11 +255,12 @@ def sliding_body(trials: Sequence[Trial]) -> SlidingBody:
     Raises:
         GapError: Its file cannot be used.
     """
-    data = tomllib.loads(trials[0].header.robot_text)
-    contact = data.get("contact", {})
-    law, mu = contact.get("law", "viscous"), contact.get("mu", 0.2)
+    try:
+        contact = parse_table(trials[0].header.robot_text).maybe_table("contact")
+        law = contact.maybe_text("law") or "viscous"
+        mu = contact.number("mu", minimum=0.0) if contact.has("mu") else 0.2
+    except ConfigError as error:
+        raise GapError(f"the machine's file cannot be used: {error}") from error
     if law not in {"viscous", "coulomb"}:
         raise GapError(f"contact.law must be viscous or coulomb, not {law!r}")
-    if isinstance(mu, bool) or not isinstance(mu, int | float) or not mu >= 0:
-        raise GapError(f"contact.mu must be a number from 0, not {mu!r}")
-    return SlidingBody(Law(law == "coulomb", float(mu)))
+    return SlidingBody(Law(law == "coulomb", mu))

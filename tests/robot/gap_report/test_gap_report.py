@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gap.diagnosis.ambiguity import Alike
+from gap.diagnosis.ambiguity import OpenRival
 from gap.diagnosis.detection import Detectable
 from gap.diagnosis.diagnose import diagnose
-from gap.diagnosis.findings import Diagnosis, RivalCause, Verdict
-from gap.diagnosis.verdict import sentence
+from gap.diagnosis.findings import Diagnosis, Verdict
+from gap.diagnosis.probability import RivalCause
 from gap.experiments.next_run import NextRun
 from gap.machines.servo_bench.simulator import servo_bench
 from record.trial.trial import read_trial
@@ -49,16 +49,14 @@ def two(found: Diagnosis) -> Diagnosis:
     """Two causes, one of which has an open rival."""
     one = found.causes[0]
     causes = (one, replace(one, effect="encoder_scale"))
-    d = replace(
+    return replace(
         found, verdict=Verdict.AMBIGUOUS, causes=causes,
-        ambiguous=(Alike(0, "backlash", ("arm",), 4.0, 1.0, 1.0),),
-        ambiguous_of=(PLAY,),
+        ambiguous=(OpenRival(0, "backlash", ("arm",), 4.0, 1.0, 1.0, PLAY),),
         rivals=(
             RivalCause(0, "backlash", ("arm",), 0.3, 1.0, 1.0, PLAY),
             RivalCause(1, "play", ("arm",), 0.2, 1.0, 1.0, ("encoder_scale", ("arm",))),
         ),
     )  # fmt: skip
-    return replace(d, sentence=sentence(d))
 
 
 def plain(page: str) -> str:
@@ -118,7 +116,6 @@ def test_each_rival_is_said_with_its_cause(two: Diagnosis) -> None:
 
 def test_one_run_judged_by_its_own_end_is_not_called_runs_kept_back(found: Diagnosis) -> None:
     d = replace(found, fitted_trials=(0,), held_out_trials=(0,))
-    d = replace(d, sentence=sentence(d))
     assert "on the last third of the run" in d.sentence
     for text in (plain(diagnosis_page(d, SUBJECT)), "\n".join(summary_lines(d, FILES))):
         assert "the last third of the run (run0.csv)" in text

@@ -1,0 +1,150 @@
+"""Trials and references on a simulator's channels: what is fitted, what judges, and what is expected.
+
+Assembled once and used by the diagnosis, by commissioning, and by what measures a gap again. A drive's
+baseline (noise, repeatability, the references' misfit) is measured when it is first asked for.
+"""
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from gap.diagnosis.detection import Healthy, healthy_runs
+from gap.interfaces import Cause, Drive, Simulator
+from gap.residuals.evidence import Evidence, errors, evidence_of, local_drive, make_evidence
+from gap.residuals.floor import Floor, make_floor, rms
+from gap.residuals.parts import Part, split, whole_parts
+from gap.residuals.predictions import Predictor
+from model.errors import GapError
+from record.trial.trial import Trial
+
+FEWEST_REFERENCES = 3  # from which the scatter of healthy runs is measured
+MOST_INFLATION = 4.0
+ASSUMED_MISFIT = 0.1  # without references: share of the misfit there is that is expected
+
+
+@dataclass(frozen=True)
+class Study:
+    """What a diagnosis works on.
+
+    Attributes:
+        predictor: Predicts trials and references, with the baseline model errors already in it.
+        fitted: Parts that are fitted to.
+        held: Parts that are held out to judge.
+        references: Whole runs of the same machine believed healthy.
+    """
+
+    predictor: Predictor
+    fitted: tuple[Part, ...]
+    held: tuple[Part, ...] = ()
+    references: tuple[Part, ...] = ()
+    _baselines: dict[Drive, tuple[Floor, tuple[Healthy, ...]]] = field(default_factory=dict)
+
+    @property
+    def simulator(self) -> Simulator:
+        """The simulator under diagnosis."""
+        return self.predictor.simulator
+
+    @property
+    def trials(self) -> tuple[Trial, ...]:
+        """The trials without the references."""
+        return self.predictor.trials[: len(self.predictor.trials) - len(self.references)]
+
+    @cached_property
+    def local(self) -> Drive:
+        """What feeds the stages where each is compared by itself."""
+        return local_drive(self.predictor, self.fitted or self.references)
+
+    def with_standing(self, causes: tuple[Cause, ...]) -> "Study":
+        """Return the study of a simulator that has these causes in every prediction."""
+        return Study(self.predictor.with_standing(causes), self.fitted, self.held, self.references)
+
+    def floor(self, drive: Drive) -> Floor:
+        """Return noise and expected misfit under a drive."""
+        return self._baseline(drive)[0]
+
+    def healthy_runs(self, drive: Drive) -> tuple[Healthy, ...]:
+        """Return each reference in units of what the others let expect; none for fewer than two."""
+        return self._baseline(drive)[1]
+
+    def evidence(self, drive: Drive) -> Evidence:
+        """Return what is fitted to."""
+        return make_evidence(self.predictor, self.fitted, drive, self.floor(drive))
+
+    def loose_evidence(self, drive: Drive) -> Evidence:
+        """Return what is fitted to where no reference shows the misfit that is to be expected.
+
+        A share of the misfit there is counts as expected. Against sensor noise alone any model of a real
+        machine is wrong everywhere, and the score would only care for the few blocks that can be made
+        perfect.
+        """
+        floor = self.floor(drive)
+        misfit = rms(np.concatenate(errors(self.predictor, self.fitted, drive)))
+        floor = replace(floor, sigma=np.fmax(floor.sigma, ASSUMED_MISFIT * misfit))
+        return make_evidence(self.predictor, self.fitted, drive, floor)
+
+    def held_evidence(self) -> Evidence:
+        """Return what judges, end to end."""
+        return make_evidence(self.predictor, self.held, Drive.COMMAND, self.floor(Drive.COMMAND))
+
+    def healthy_evidence(self, drive: Drive) -> Evidence | None:
+        """Return the references in the same units; None for too few."""
+        runs = self.healthy_runs(drive)
+        if len(runs) < FEWEST_REFERENCES:
+            return None
+        whiteners = [one.whitener for one in runs]
+        return evidence_of(self.predictor, self.references, drive, self.floor(drive), whiteners)
+
+    def _baseline(self, drive: Drive) -> tuple[Floor, tuple[Healthy, ...]]:
+        if drive not in self._baselines:
+            self._baselines[drive] = self._measure(drive)
+        return self._baselines[drive]
+
+    def _measure(self, drive: Drive) -> tuple[Floor, tuple[Healthy, ...]]:
+        """Where references predict each other worse than the floor has it, it is raised."""
+        channels = self.simulator.channels
+        known = list(
+            zip(self.references, errors(self.predictor, self.references, drive), strict=True)
+        )
+        own = list(zip(self.fitted, errors(self.predictor, self.fitted, drive), strict=True))
+        floor = make_floor(channels, known, own)
+        healthy = healthy_runs(channels, known, [part.condition for part in self.fitted])
+        if not healthy:
+            return floor, healthy
+        excess = np.array([one.excess for one in healthy])
+        factor = np.ones(len(channels))
+        names = [channel.name for channel in channels]
+        for name in set(names):
+            on = np.array([one == name for one in names])
+            seen = excess[:, on][np.isfinite(excess[:, on])]
+            if len(seen):
+                factor[on] = np.clip(np.mean(seen), 1.0, MOST_INFLATION)
+        raised = replace(floor, sigma=floor.sigma * np.sqrt(factor), power=floor.power * factor)
+        return raised, tuple(one.scaled(factor) for one in healthy)
+
+
+def make_study(
+    trials: Sequence[Trial],
+    simulator: Simulator,
+    references: Sequence[Trial] = (),
+    executor: Executor | None = None,
+) -> Study:
+    """Observe trials and references, and hold some of the trials out.
+
+    Args:
+        trials: Measured runs.
+        simulator: The simulator under diagnosis.
+        references: Runs of the same machine believed healthy.
+        executor: Made by ``gap.residuals.predictions.prediction_pool`` with the same trials; None uses this
+        process.
+
+    Raises:
+        GapError: There are no trials, or one cannot be compared with the simulator.
+    """
+    if not trials:
+        raise GapError("there is no trial to diagnose; give at least one")
+    fitted, held = split(simulator, trials)
+    known = whole_parts(simulator, references, len(trials))
+    return Study(Predictor(simulator, (*trials, *references), executor), fitted, held, known)
