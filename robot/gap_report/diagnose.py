@@ -56,15 +56,17 @@ def diagnose_runs(request: DiagnoseRequest) -> ExitCode:
     runs = read_runs(request.trials, request.reference, request.robot, request.joint)
     found = _diagnosis(runs, _simulator(runs, request), request)
     paths = (*request.trials, *request.reference)
-    if not to_stdout(request.json):  # first, so that it is not lost if a file cannot be written
-        print("\n".join(summary_lines(found, paths, terminal_width())), flush=True)
     result = {
         **diagnosis_json(found),
         "files": paths,
         "references": len(request.reference),
         "robot": request.robot,
     }
-    give_json(result, request.json)
+    try:  # printed first, so that it is not lost if a file cannot be written
+        if not to_stdout(request.json):
+            print("\n".join(summary_lines(found, paths, terminal_width())), flush=True)
+    finally:  # written also if nobody reads what is printed, as with `| head`
+        give_json(result, request.json)
     if request.html is not None:
         from robot.gap_report.page import diagnosis_page  # and with it matplotlib
 
