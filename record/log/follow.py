@@ -8,19 +8,23 @@ nothing: no socket, no lock, no thread in the control process.
 
 import struct
 from collections.abc import Iterator
-from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO, Self
 
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Channel, Message, Schema
 from mcap.stream_reader import StreamReader
 
 from model.errors import RecordError
-from record.log.reader import LogContents, StampedTick, note_content, tick_layout
-from record.log.salvage import DAMAGE, LARGEST_CHUNK, MAGIC, read_records
+from record.log.reader import (
+    LogContents,
+    MessageReader,
+    StampedTick,
+    TopicMessage,
+    check_layout,
+)
+from record.log.salvage import DAMAGE, LARGEST_CHUNK, MAGIC
 from record.log.tick_message import decode_tick
 from record.log.writer import LIBRARY, TICK_TOPIC
 
@@ -30,23 +34,6 @@ MOST_HEADER = 256  # bytes of an MCAP header: profile and library
 MOST_BYTES = 4 << 20
 # The library's reader wants an end; a piece of a growing file gets one of its own.
 _END = _FRAME.pack(Opcode.FOOTER, 20) + bytes(20) + MAGIC
-
-
-@dataclass(frozen=True, slots=True)
-class TopicMessage:
-    """One message of a log as it is in the file.
-
-    Attributes:
-        topic: Its topic.
-        kind: Its type, for example ``nav_msgs/msg/Odometry``.
-        unix_ns: UNIX time.
-        data: The message, CDR.
-    """
-
-    topic: str
-    kind: str
-    unix_ns: int
-    data: bytes
 
 
 def is_log_of_run(path: Path) -> bool:
@@ -80,9 +67,7 @@ class LogFollower:
         self.path = path
         self.contents = LogContents()
         self.finished = False
-        self._schemas: dict[int, Schema] = {}
-        self._channels: dict[int, Channel] = {}
-        self._layout: int | None = None
+        self._reader = MessageReader(self.contents)
         self._at = 0
         try:
             self._file: BinaryIO = path.open("rb")
@@ -108,15 +93,7 @@ class LogFollower:
         """
         while piece := self._complete_records():
             try:
-                for record in _records(piece):
-                    if isinstance(record, Message):
-                        yield self._message(record)
-                    elif isinstance(record, Schema):
-                        self._schemas[record.id] = record
-                    elif isinstance(record, Channel):
-                        self._channels[record.id] = record
-                    else:
-                        note_content(record, self.contents)
+                yield from self._reader.messages(_records(piece))
             except (McapError, *DAMAGE) as error:
                 raise RecordError(
                     f"{self.path} is damaged near byte {self._at} ({error}); "
@@ -139,15 +116,8 @@ class LogFollower:
         Raises:
             RecordError: The ticks' layout is not known.
         """
-        if self._layout is None:
-            schema = next((s for s in self._schemas.values() if s.name == message.kind), None)
-            self._layout = tick_layout(self.path, schema, self.contents)
-        return StampedTick(message.unix_ns, decode_tick(message.data, self._layout))
-
-    def _message(self, record: Message) -> TopicMessage:
-        channel = self._channels[record.channel_id]
-        kind = self._schemas[channel.schema_id].name
-        return TopicMessage(channel.topic, kind, record.log_time, record.data)
+        check_layout(self.path, message, self.contents)
+        return StampedTick(message.unix_ns, decode_tick(message.data, message.layout))
 
     def _complete_records(self) -> bytes:
         """Return the complete records behind the last one that was read, b"" if there is none yet."""
@@ -184,28 +154,3 @@ class LogFollower:
 def _records(piece: bytes) -> Iterator[object]:
     reader = StreamReader(BytesIO(piece + _END), skip_magic=True, validate_crcs=True)
     yield from reader.records
-
-
-def stored_messages(path: Path, contents: LogContents) -> Iterator[TopicMessage]:
-    """Yield the messages of a finished log in file order, stepping over damage.
-
-    Args:
-        path: The log.
-        contents: Filled with robot file, metadata and damage on the way.
-
-    Raises:
-        RecordError: The file cannot be opened.
-    """
-    schemas: dict[int, str] = {}
-    channels: dict[int, Channel] = {}
-    for record in read_records(path, contents.progress):
-        if isinstance(record, Message):
-            channel = channels[record.channel_id]
-            kind = schemas.get(channel.schema_id, "")
-            yield TopicMessage(channel.topic, kind, record.log_time, record.data)
-        elif isinstance(record, Schema):
-            schemas[record.id] = record.name
-        elif isinstance(record, Channel):
-            channels[record.id] = record
-        else:
-            note_content(record, contents)

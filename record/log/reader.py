@@ -4,8 +4,9 @@ A log of any length is read in blocks, so that memory does not grow with it.
 """
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from itertools import islice
 from pathlib import Path
 from types import MappingProxyType
@@ -25,7 +26,6 @@ from record.log.writer import (
     NAMES_KEY,
     START_KEY,
     START_UNIX_KEY,
-    TICK_SCHEMA,
     TICK_TOPIC,
 )
 
@@ -128,45 +128,94 @@ def read_stamped_ticks(path: Path, contents: LogContents | None = None) -> Itera
 
 
 @dataclass(frozen=True, slots=True)
-class TickMessage:
-    """A tick as it stands in a log, which a replay need not take apart.
+class TopicMessage:
+    """One message of a log as it is in the file.
 
     Attributes:
+        topic: Its topic.
+        schema: Its type, None where that was lost.
         unix_ns: UNIX time.
-        data: The message.
-        layout: Its layout.
+        sequence: Its number.
+        data: The message, CDR.
     """
 
+    topic: str
+    schema: Schema | None
     unix_ns: int
+    sequence: int
     data: bytes
-    layout: int
+
+    @property
+    def kind(self) -> str:
+        """Name of its type, for example ``nav_msgs/msg/Odometry``."""
+        return self.schema.name if self.schema is not None else ""
+
+    @property
+    def layout(self) -> int:
+        """Layout of a tick, 0 if it is not known."""
+        return _layout_of(self.schema.data) if self.schema is not None else 0
 
 
-def read_tick_messages(path: Path, contents: LogContents) -> Iterator[TickMessage]:
-    """Yield the ticks of a log as messages, in order; damage is stepped over and told in ``contents``.
+@cache
+def _layout_of(definition: bytes) -> int:
+    return TICK_LAYOUTS.get(hashlib.sha256(definition).hexdigest(), 0)
+
+
+class MessageReader:
+    """Makes messages of a log's records.
+
+    Args:
+        contents: Filled with robot file and metadata on the way.
+    """
+
+    def __init__(self, contents: LogContents) -> None:
+        self._contents = contents
+        self._schemas: dict[int, Schema] = {}
+        self._channels: dict[int, Channel] = {}
+
+    def messages(self, records: Iterable[object]) -> Iterator[TopicMessage]:
+        """Yield the messages among more records of the log."""
+        for record in records:
+            if isinstance(record, Message):
+                channel = self._channels[record.channel_id]
+                schema = self._schemas.get(channel.schema_id)
+                yield TopicMessage(
+                    channel.topic, schema, record.log_time, record.sequence, record.data
+                )
+            elif isinstance(record, Schema):
+                self._schemas[record.id] = record
+            elif isinstance(record, Channel):
+                self._channels[record.id] = record
+            else:
+                note_content(record, self._contents)
+
+
+def read_messages(
+    path: Path, contents: LogContents, topics: Collection[str] | None = None
+) -> Iterator[TopicMessage]:
+    """Yield the messages of a log in file order, stepping over damage.
 
     Args:
         path: The log.
         contents: Filled with robot file, metadata and damage on the way.
+        topics: Only these; None for all.
+
+    Raises:
+        RecordError: The file cannot be opened.
+    """
+    records = read_records(path, contents.progress, topics)
+    yield from MessageReader(contents).messages(records)
+
+
+def read_tick_messages(path: Path, contents: LogContents) -> Iterator[TopicMessage]:
+    """Yield the ticks of a log as messages: a replay need not take them apart; see ``read_messages``.
 
     Raises:
         RecordError: The file cannot be opened, or its ticks have a layout that is not known.
     """
-    schemas: dict[int, Schema] = {}
-    channels: dict[int, Schema | None] = {}
-    layouts: dict[int, int] = {}
-    for record in read_records(path, contents.progress, topics={TICK_TOPIC}):
-        if isinstance(record, Message):
-            channel = record.channel_id
-            if channel not in layouts:
-                layouts[channel] = tick_layout(path, channels.get(channel), contents)
-            yield TickMessage(record.log_time, record.data, layouts[channel])
-        elif isinstance(record, Schema):
-            schemas[record.id] = record
-        elif isinstance(record, Channel) and record.topic == TICK_TOPIC:
-            channels[record.id] = schemas.get(record.schema_id)
-        else:
-            note_content(record, contents)
+    for message in read_messages(path, contents, {TICK_TOPIC}):
+        check_layout(path, message, contents)
+        yield message
 
 
 def read_wires(path: Path, contents: LogContents) -> tuple[WireBytes, ...]:
@@ -175,17 +224,11 @@ def read_wires(path: Path, contents: LogContents) -> tuple[WireBytes, ...]:
     Raises:
         RecordError: The file cannot be opened, or holds no traffic.
     """
-    found: list[Message] = []
-    for record in read_records(path, contents.progress, topics=WIRE_TOPICS):
-        if isinstance(record, Message):
-            found.append(record)
-        else:
-            note_content(record, contents)
+    found = sorted(read_messages(path, contents, WIRE_TOPICS), key=lambda message: message.sequence)
     if not found:
         raise RecordError(
             f"{path} holds no bytes of the devices; record them with: bigant drive --record-bytes"
         )
-    found.sort(key=lambda message: message.sequence)
     return tuple(decode_wire(message.data) for message in found)
 
 
@@ -197,21 +240,18 @@ def note_content(record: object, found: LogContents) -> None:
         found.config_text = record.data.decode("utf-8", errors="replace")
 
 
-def tick_layout(path: Path, schema: Schema | None, found: LogContents) -> int:
-    """Return the layout of a log's ticks, which the schema tells.
+def check_layout(path: Path, message: TopicMessage, found: LogContents) -> None:
+    """Refuse a tick of a layout that is not known.
 
     Raises:
-        RecordError: The layout is not known.
+        RecordError: It is not.
     """
-    data = schema.data if schema is not None and schema.name == TICK_SCHEMA else b""
-    layout = TICK_LAYOUTS.get(hashlib.sha256(data).hexdigest())
-    if layout is None:
+    if not message.layout:
         writer = found.metadata.get("software", "another program")
         raise RecordError(
             f"{path} holds ticks of a layout that is not known here (written by {writer}); read it "
             "with the version of bigant that wrote it, or a newer one"
         )
-    return layout
 
 
 def read_blocks(

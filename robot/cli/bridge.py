@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from drivers.clock import Clock
-    from record.log.follow import TopicMessage
+    from record.log.reader import TopicMessage
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -65,8 +65,8 @@ def run(options: argparse.Namespace) -> ExitCode:
 def _messages(
     path: "Path", options: argparse.Namespace, clock: "Clock"
 ) -> "Iterator[TopicMessage]":
-    from record.log.follow import LogFollower, stored_messages
-    from record.log.reader import LogContents
+    from record.log.follow import LogFollower
+    from record.log.reader import LogContents, read_messages
 
     if options.live:
         be_nice()
@@ -74,6 +74,6 @@ def _messages(
             yield from followed(follower, clock)
         return
     contents = LogContents()
-    yield from paced(stored_messages(path, contents), lambda m: m.unix_ns, clock, options.speed)
+    yield from paced(read_messages(path, contents), lambda m: m.unix_ns, clock, options.speed)
     if contents.damage:
         print(f"warning: {path}: {contents.damage}", file=sys.stderr)

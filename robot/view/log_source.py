@@ -16,7 +16,8 @@ from typing import TypeVar
 
 from drivers.clock import Clock
 from model.errors import ConfigError, RecordError
-from record.log.follow import LogFollower, TopicMessage, is_log_of_run
+from record.log.follow import LogFollower, is_log_of_run
+from record.log.reader import TopicMessage
 
 LOG_FOLDER = Path("runs")
 POLL_NS = 100_000_000

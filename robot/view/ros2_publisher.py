@@ -9,7 +9,7 @@ from typing import Any, Self
 
 from model.errors import ConfigError
 from record.log.cdr import CdrWriter
-from record.log.follow import TopicMessage
+from record.log.reader import TopicMessage
 
 QUEUE = 10
 CLOCK_TOPIC, CLOCK_TYPE = "/clock", "rosgraph_msgs/msg/Clock"
