@@ -6,6 +6,7 @@ from pathlib import Path
 
 from model.errors import ConfigError
 from model.quasistatic.frames import FrictionLaw
+from record.whole_file import check_room
 from robot.config.robot_file import RobotConfig, load_robot, parse_robot
 
 TUNE = "tune"
@@ -78,6 +79,7 @@ class OdomRequest:
 
         Raises:
             ConfigError: Options that do not fit each other.
+            RecordError: The file cannot be written.
         """
         live, several = self.live, len(self.logs) > 1
         beside = (self.hardware, self.force_unit, self.duration)
@@ -106,3 +108,4 @@ class OdomRequest:
         for broken, key, reason in rules:
             if broken:
                 raise ConfigError(key, reason)
+        check_room(self.out, "--out")
