@@ -13,11 +13,16 @@ from typing import BinaryIO, Self
 
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Channel, Message, Schema
 from mcap.stream_reader import StreamReader
 
 from model.errors import RecordError
-from record.log.reader import LogContents, StampedTick, TopicMessage, note_content, tick_layout
+from record.log.reader import (
+    LogContents,
+    MessageReader,
+    StampedTick,
+    TopicMessage,
+    check_layout,
+)
 from record.log.salvage import DAMAGE, LARGEST_CHUNK, MAGIC
 from record.log.tick_message import decode_tick
 from record.log.writer import LIBRARY, TICK_TOPIC
@@ -61,9 +66,7 @@ class LogFollower:
         self.path = path
         self.contents = LogContents()
         self.finished = False
-        self._schemas: dict[int, Schema] = {}
-        self._channels: dict[int, Channel] = {}
-        self._layout: int | None = None
+        self._reader = MessageReader(self.contents)
         self._at = 0
         try:
             self._file: BinaryIO = path.open("rb")
@@ -89,15 +92,7 @@ class LogFollower:
         """
         while piece := self._complete_records():
             try:
-                for record in _records(piece):
-                    if isinstance(record, Message):
-                        yield self._message(record)
-                    elif isinstance(record, Schema):
-                        self._schemas[record.id] = record
-                    elif isinstance(record, Channel):
-                        self._channels[record.id] = record
-                    else:
-                        note_content(record, self.contents)
+                yield from self._reader.messages(_records(piece))
             except (McapError, *DAMAGE) as error:
                 raise RecordError(
                     f"{self.path} is damaged near byte {self._at} ({error}); "
@@ -120,15 +115,8 @@ class LogFollower:
         Raises:
             RecordError: The ticks' layout is not known.
         """
-        if self._layout is None:
-            schema = next((s for s in self._schemas.values() if s.name == message.kind), None)
-            self._layout = tick_layout(self.path, schema, self.contents)
-        return StampedTick(message.unix_ns, decode_tick(message.data, self._layout))
-
-    def _message(self, record: Message) -> TopicMessage:
-        channel = self._channels[record.channel_id]
-        kind = self._schemas[channel.schema_id].name
-        return TopicMessage(channel.topic, kind, record.log_time, record.data)
+        check_layout(self.path, message, self.contents)
+        return StampedTick(message.unix_ns, decode_tick(message.data, message.layout))
 
     def _complete_records(self) -> bytes:
         """Return the complete records behind the last one that was read, b"" if there is none yet."""

@@ -4,8 +4,9 @@ A log of any length is read in blocks, so that memory does not grow with it.
 """
 
 import hashlib
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from itertools import islice
 from pathlib import Path
 from types import MappingProxyType
@@ -26,7 +27,6 @@ from record.log.writer import (
     NAMES_KEY,
     START_KEY,
     START_UNIX_KEY,
-    TICK_SCHEMA,
     TICK_TOPIC,
 )
 
@@ -134,76 +134,89 @@ class TopicMessage:
 
     Attributes:
         topic: Its topic.
-        kind: Its type, for example ``nav_msgs/msg/Odometry``.
+        schema: Its type, None where that was lost.
         unix_ns: UNIX time.
+        sequence: Its number.
         data: The message, CDR.
     """
 
     topic: str
-    kind: str
+    schema: Schema | None
     unix_ns: int
+    sequence: int
     data: bytes
 
+    @property
+    def kind(self) -> str:
+        """Name of its type, for example ``nav_msgs/msg/Odometry``."""
+        return self.schema.name if self.schema is not None else ""
 
-@dataclass(frozen=True, slots=True)
-class TickMessage:
-    """A tick as it stands in a log, which a replay need not take apart.
+    @property
+    def layout(self) -> int:
+        """Layout of a tick, 0 if it is not known."""
+        return _layout_of(self.schema.data) if self.schema is not None else 0
 
-    Attributes:
-        unix_ns: UNIX time.
-        data: The message.
-        layout: Its layout.
+
+@cache
+def _layout_of(definition: bytes) -> int:
+    return TICK_LAYOUTS.get(hashlib.sha256(definition).hexdigest(), 0)
+
+
+class MessageReader:
+    """Makes messages of a log's records.
+
+    Args:
+        contents: Filled with robot file and metadata on the way.
     """
 
-    unix_ns: int
-    data: bytes
-    layout: int
+    def __init__(self, contents: LogContents) -> None:
+        self._contents = contents
+        self._schemas: dict[int, Schema] = {}
+        self._channels: dict[int, Channel] = {}
+
+    def messages(self, records: Iterable[object]) -> Iterator[TopicMessage]:
+        """Yield the messages among more records of the log."""
+        for record in records:
+            if isinstance(record, Message):
+                channel = self._channels[record.channel_id]
+                schema = self._schemas.get(channel.schema_id)
+                yield TopicMessage(
+                    channel.topic, schema, record.log_time, record.sequence, record.data
+                )
+            elif isinstance(record, Schema):
+                self._schemas[record.id] = record
+            elif isinstance(record, Channel):
+                self._channels[record.id] = record
+            else:
+                note_content(record, self._contents)
 
 
-def _messages(
+def read_messages(
     path: Path, contents: LogContents, topics: Collection[str] | None = None
-) -> Iterator[tuple[Message, Channel, Schema | None]]:
-    """Yield messages of a log with their channels and schemas, in file order, stepping over damage."""
-    schemas: dict[int, Schema] = {}
-    channels: dict[int, Channel] = {}
-    for record in read_records(path, contents.progress, topics=topics):
-        if isinstance(record, Message):
-            channel = channels[record.channel_id]
-            yield record, channel, schemas.get(channel.schema_id)
-        elif isinstance(record, Schema):
-            schemas[record.id] = record
-        elif isinstance(record, Channel):
-            channels[record.id] = record
-        else:
-            note_content(record, contents)
-
-
-def stored_messages(path: Path, contents: LogContents) -> Iterator[TopicMessage]:
-    """Yield all messages of a finished log in file order, stepping over damage.
+) -> Iterator[TopicMessage]:
+    """Yield the messages of a log in file order, stepping over damage.
 
     Args:
         path: The log.
         contents: Filled with robot file, metadata and damage on the way.
+        topics: Only these; None for all.
 
     Raises:
         RecordError: The file cannot be opened.
     """
-    for message, channel, schema in _messages(path, contents):
-        kind = "" if schema is None else schema.name
-        yield TopicMessage(channel.topic, kind, message.log_time, message.data)
+    records = read_records(path, contents.progress, topics)
+    yield from MessageReader(contents).messages(records)
 
 
-def read_tick_messages(path: Path, contents: LogContents) -> Iterator[TickMessage]:
-    """Yield the ticks of a log as messages; arguments and order as for ``stored_messages``.
+def read_tick_messages(path: Path, contents: LogContents) -> Iterator[TopicMessage]:
+    """Yield the ticks of a log as messages: a replay need not take them apart; see ``read_messages``.
 
     Raises:
         RecordError: The file cannot be opened, or its ticks have a layout that is not known.
     """
-    layouts: dict[int, int] = {}
-    for message, channel, schema in _messages(path, contents, {TICK_TOPIC}):
-        if channel.id not in layouts:
-            layouts[channel.id] = tick_layout(path, schema, contents)
-        yield TickMessage(message.log_time, message.data, layouts[channel.id])
+    for message in read_messages(path, contents, {TICK_TOPIC}):
+        check_layout(path, message, contents)
+        yield message
 
 
 def read_wires(path: Path, contents: LogContents) -> tuple[WireBytes, ...]:
@@ -212,12 +225,11 @@ def read_wires(path: Path, contents: LogContents) -> tuple[WireBytes, ...]:
     Raises:
         RecordError: The file cannot be opened, or holds no traffic.
     """
-    found = [message for message, _, _ in _messages(path, contents, WIRE_TOPICS)]
+    found = sorted(read_messages(path, contents, WIRE_TOPICS), key=lambda message: message.sequence)
     if not found:
         raise RecordError(
             f"{path} holds no bytes of the devices; record them with: bigant drive --record-bytes"
         )
-    found.sort(key=lambda message: message.sequence)
     return tuple(decode_wire(message.data) for message in found)
 
 
@@ -229,21 +241,18 @@ def note_content(record: object, found: LogContents) -> None:
         found.config_text = record.data.decode("utf-8", errors="replace")
 
 
-def tick_layout(path: Path, schema: Schema | None, found: LogContents) -> int:
-    """Return the layout of a log's ticks, which the schema tells.
+def check_layout(path: Path, message: TopicMessage, found: LogContents) -> None:
+    """Refuse a tick of a layout that is not known.
 
     Raises:
-        RecordError: The layout is not known.
+        RecordError: It is not.
     """
-    data = schema.data if schema is not None and schema.name == TICK_SCHEMA else b""
-    layout = TICK_LAYOUTS.get(hashlib.sha256(data).hexdigest())
-    if layout is None:
+    if not message.layout:
         writer = found.metadata.get("software", "another program")
         raise RecordError(
             f"{path} holds ticks of a layout that is not known here (written by {writer}); read it "
             "with the version of bigant that wrote it, or a newer one"
         )
-    return layout
 
 
 def read_blocks(

@@ -31,13 +31,11 @@ class StageMemory:
     Attributes:
         estimator: State of the filter and the ticks of the last moments.
         alignment: x, y [m], yaw [rad] of the outside world in ours, (3,); None before its first pose.
-        estimate: The newest estimate, None before the first.
         effects: What the effects of the robot file remember, None without any.
     """
 
     estimator: EstimatorMemory
     alignment: FloatArray | None = None
-    estimate: Estimate | None = None
     effects: EffectMemory | None = None
 
 
@@ -97,10 +95,10 @@ class EstimatorStage:
                 effects, t_ns, joints.angle_rad, joints.rate_rad_s, forces
             )
             inputs = OdometryInputs(t_ns, tick.answer.feet, tick.forces, added=tick.added)
-        before, alignment, estimate = memory.estimator, memory.alignment, None
+        before, alignment = memory.estimator, memory.alignment
         if poses:
             alignment, late, newest = self._sorted(before, alignment, t_ns, poses)
-            before, estimate = use_late(self._estimator, before, late)
+            before, _ = use_late(self._estimator, before, late)
             if newest is not None:
                 inputs = replace(
                     inputs,
@@ -109,7 +107,7 @@ class EstimatorStage:
                     yaw_sd_rad=newest.yaw_sd_rad,
                 )
         after, estimate = advance(self._estimator, before, inputs, self._memory_s)
-        return StageMemory(after, alignment, estimate, effects), estimate
+        return StageMemory(after, alignment, effects), estimate
 
     def _sorted(
         self,

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from model.errors import ConfigError
 from model.quasistatic.frames import FrictionLaw
+from record.whole_file import check_room
 from robot.config.robot_file import RobotConfig, load_robot, parse_robot
 
 TUNE = "tune"
@@ -14,23 +15,9 @@ SUFFIXES = (".tum", ".mcap", ".png", ".html")
 
 @dataclass(frozen=True, slots=True)
 class OdomRequest:
-    """The options of ``bigant odom``; its help says more. The first four are what to believe.
+    """What ``bigant odom`` was asked for; ``logs`` may begin with the word ``tune``.
 
-    Attributes:
-        robot: Another robot file than the log's.
-        law: Friction law of the process; None for the robot file's.
-        no_sway: Leave out how the body moves as it tilts.
-        no_forces: As if there were no force unit.
-        logs: Logs, behind the word ``tune`` where noise is to be found.
-        compare: Whether other ways are shown beside the estimator.
-        fitted: A walk to fit the open loop to.
-        smooth: Whether the trajectory is smoothed with all of the walk known.
-        out: File to write.
-        live: Whether it goes beside a running robot.
-        hardware: ``virtual``, or the port of the servos to read.
-        force_unit: Address of the force unit.
-        duration: End after so long [s].
-        json: Figures for a program.
+    The first four say what to believe other than the log's own robot file says.
     """
 
     robot: Path | None = None
@@ -78,6 +65,7 @@ class OdomRequest:
 
         Raises:
             ConfigError: Options that do not fit each other.
+            RecordError: The file cannot be written.
         """
         live, several = self.live, len(self.logs) > 1
         beside = (self.hardware, self.force_unit, self.duration)
@@ -106,3 +94,4 @@ class OdomRequest:
         for broken, key, reason in rules:
             if broken:
                 raise ConfigError(key, reason)
+        check_room(self.out, "--out")

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from model.errors import RecordError
 from model.values.tick import Tick
-from record.log.reader import LogContents, TickMessage, read_tick_messages
+from record.log.reader import LogContents, TopicMessage, read_tick_messages
 from record.log.tick_message import TickInputs, decode_inputs, decode_tick, says_the_same
 from robot.config.robot_file import RobotConfig
 from robot.control.controller import Controller
@@ -124,8 +124,8 @@ def replay_log(
 
 
 def step_through(
-    messages: Iterable[TickMessage], controller: Controller, notes: list[str]
-) -> Iterator[tuple[TickMessage, TickInputs, Tick]]:
+    messages: Iterable[TopicMessage], controller: Controller, notes: list[str]
+) -> Iterator[tuple[TopicMessage, TickInputs, Tick]]:
     """Step a controller through recorded inputs.
 
     Args:

@@ -16,7 +16,7 @@ from drivers.clock import MonotonicClock
 from model.errors import ConfigError
 from record.log.cdr import CdrWriter
 from record.log.follow import LogFollower
-from record.log.reader import LogContents, TopicMessage, stored_messages
+from record.log.reader import LogContents, TopicMessage, read_messages
 from robot.console.exit_codes import ExitCode
 from robot.view.log_source import be_nice, followed, log_path, paced
 
@@ -72,7 +72,7 @@ def _messages(path: Path, request: BridgeRequest) -> Iterator[TopicMessage]:
             yield from followed(follower, clock)
         return
     contents = LogContents()
-    yield from paced(stored_messages(path, contents), lambda m: m.unix_ns, clock, request.speed)
+    yield from paced(read_messages(path, contents), lambda m: m.unix_ns, clock, request.speed)
     if contents.damage:
         print(f"warning: {path}: {contents.damage}", file=sys.stderr)
 
