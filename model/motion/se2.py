@@ -55,6 +55,21 @@ def compose(first: FloatArray, then: FloatArray) -> FloatArray:
     )
 
 
+def seen_from(pose: FloatArray, other: FloatArray) -> FloatArray:
+    """Pose ``other`` in the frame of ``pose``, both given in the same frame.
+
+    Args:
+        pose: (..., 3).
+        other: (..., 3).
+
+    Returns:
+        (..., 3).
+    """
+    c, s = np.cos(pose[..., 2]), np.sin(pose[..., 2])
+    x, y = other[..., 0] - pose[..., 0], other[..., 1] - pose[..., 1]
+    return np.stack([c * x + s * y, c * y - s * x, other[..., 2] - pose[..., 2]], axis=-1)
+
+
 def scan(steps: FloatArray) -> FloatArray:
     """All prefix products of poses in a logarithmic number of vectorised rounds.
 

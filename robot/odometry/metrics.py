@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
-from model.motion.se2 import compose
+from model.motion.se2 import seen_from
 from model.values.arrays import FloatArray
 
 LENGTHS_M = (0.25, 0.5, 1.0)
@@ -59,15 +59,6 @@ def relative_error(pose: FloatArray, truth: FloatArray, length_m: float) -> floa
         seen_from(pose[begins], pose[ends])[:, :2] - seen_from(truth[begins], truth[ends])[:, :2]
     )
     return float(100 * np.hypot(*error.T).mean() / length_m)
-
-
-def seen_from(pose: FloatArray, other: FloatArray) -> FloatArray:
-    """Pose ``other`` in the frame of ``pose``, (T, 3) each."""
-    c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
-    back = np.stack(
-        [-c * pose[:, 0] - s * pose[:, 1], s * pose[:, 0] - c * pose[:, 1], -pose[:, 2]]
-    )
-    return compose(back.T, other)
 
 
 def track_errors(

@@ -11,11 +11,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from model.motion.se2 import compose, seen_from
 from model.values.arrays import FloatArray
 from model.values.tick import Mode
 from record.log.recording import Recording
 from robot.control.stop_causes import WISHED
-from robot.report.run_totals import truth_yaw
 from robot.report.summary import planar_pose
 
 TRUE, PREDICTED, DIFFERENCE, ESTIMATED = "#0072B2", "#D55E00", "#555555", "#009E73"
@@ -105,17 +105,11 @@ def _legend_above(ax: Axes) -> None:
 
 def _in_truth_frame(log: Recording, own: FloatArray) -> FloatArray:
     """Poses begun where the truth begins, so that both can be compared; (T, 3)."""
-    pose = own.copy()
     known = np.flatnonzero(np.isfinite(log.truth_position_W[:, 0]))
     if len(known) == 0:
-        return pose
+        return own
     first = known[0]
-    turn = truth_yaw(log)[first] - pose[first, 2]
-    c, s = np.cos(turn), np.sin(turn)
-    moved = pose[:, :2] - pose[first, :2]
-    pose[:, :2] = log.truth_position_W[first, :2] + moved @ np.array([[c, s], [-s, c]])
-    pose[:, 2] += turn
-    return pose
+    return compose(planar_pose(log)[first], seen_from(own[first], own))
 
 
 def _velocity(log: Recording) -> Figure:

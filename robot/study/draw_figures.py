@@ -1,6 +1,7 @@
 """``bigant model figures``: every figure of the catalog, drawn into a folder with an index page."""
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,10 +17,11 @@ from robot.console.table import Column, table_lines
 from robot.report.page import render
 from robot.report.pictures import DOTS_PER_INCH
 from robot.report.plots import STYLE
-from robot.study.figure_catalog import CATALOG, Entry, Material, Sources, choose
+from robot.study.figure_catalog import CATALOG, Drawn, Entry, Material, Sources, choose
 
 INDEX, TABLES = "index.html", "tables.txt"
 TITLE = "Figures of the model of slipping"
+Shown = tuple[Entry, Drawn, str]  # with the name of the picture beside the page; empty for none
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,25 +37,6 @@ class FiguresRequest:
     seed: int
     robot: Path
     benchmark: Path
-
-
-@dataclass(frozen=True, slots=True)
-class Row:
-    """One entry of the index.
-
-    Attributes:
-        title: Heading.
-        label: The paper's label.
-        file_name: Picture beside the page; empty if there is none.
-        caption: Text below it.
-        table: Lines of a table in text.
-    """
-
-    title: str
-    label: str
-    file_name: str
-    caption: str
-    table: tuple[str, ...]
 
 
 def draw_figures(request: FiguresRequest) -> ExitCode:
@@ -95,8 +78,8 @@ def draw_figures(request: FiguresRequest) -> ExitCode:
     return ExitCode.OK
 
 
-def _draw(entry: Entry, material: Material, out: Path) -> tuple[Row, str]:
-    """Draw an entry; return its row of the index, and the file or why there is none."""
+def _draw(entry: Entry, material: Material, out: Path) -> tuple[Shown, str]:
+    """Draw an entry; return its part of the index, and the file or why there is none."""
     drawn = entry.draw(material)
     file_name, done = "", f"no picture: {drawn.caption}"
     if drawn.figure is not None:
@@ -106,7 +89,7 @@ def _draw(entry: Entry, material: Material, out: Path) -> tuple[Row, str]:
     if drawn.table:
         (out / TABLES).write_text("\n".join(drawn.table), encoding="utf-8")
         done = str(out / TABLES)
-    return Row(entry.title, entry.label, file_name, drawn.caption, drawn.table), done
+    return (entry, drawn, file_name), done
 
 
 def _origin(sources: Sources) -> str:
@@ -117,11 +100,11 @@ def _origin(sources: Sources) -> str:
     )
 
 
-def render_index(source: str, rows: list[Row]) -> str:
+def render_index(source: str, entries: Sequence[Shown]) -> str:
     """Return the index page.
 
     Args:
         source: Where the walks come from, one line.
-        rows: Entries in order.
+        entries: Each with what was drawn and the name of its file, in order.
     """
-    return render("figures.html", title=TITLE, source=source, entries=rows)
+    return render("figures.html", title=TITLE, source=source, entries=entries)

@@ -22,7 +22,7 @@ from robot.console.exit_codes import ExitCode
 from robot.console.json_output import json_text
 from robot.odometry.compare import compare_ways, stride_of, walking_part
 from robot.odometry.files import write_mcap, write_tum
-from robot.odometry.metrics import in_band, nees, relative_error, rmse, seen_from
+from robot.odometry.metrics import in_band, nees, relative_error, rmse
 from robot.odometry.table import as_json, table
 from robot.odometry.track import feet_of, inputs_of, weight_of
 from robot.odometry.tune import TuningWalk, tune, whiteness
