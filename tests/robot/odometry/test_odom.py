@@ -13,6 +13,7 @@ from mcap_ros2.decoder import DecoderFactory
 
 from model.errors import RecordError
 from model.estimator.settings import EstimatorSettings
+from model.motion.se2 import seen_from
 from model.values.arrays import FloatArray
 from model.values.tick import Mode
 from record.log.recording import Recording
