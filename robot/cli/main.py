@@ -17,9 +17,9 @@ from robot.cli.commands import HelpFormatter, add_commands, epilog_of, run_comma
 from robot.cli.help_pages import page_hint
 from robot.cli.parser import CommandParser
 from robot.console.arguments import add_robot, add_scenario, positive, seed, steer
-from robot.console.compile_line import show_compiling
 from robot.console.exit_codes import ExitCode
 from robot.console.program_output import complain, stop_output
+from robot.console.progress import show_compiling
 
 EPILOG = "exit codes: 0 good, 1 a verdict failed, 2 wrong usage or file, 3 hardware, 4 log, 130 interrupted"
 

@@ -15,8 +15,7 @@ from robot.bringup.preflight.page import check_page
 from robot.cli import main as cli
 from robot.report.page import Section, render, report_page
 from robot.report.pictures import inline_svg, pictures
-from robot.study.draw_figures import render_index
-from robot.study.figure_catalog import Drawn, Entry
+from robot.study.figure_catalog import Drawn, Entry, render_index
 from tests.robot.browser import DESK_PX, PHONE_PX, Seen, find_browser, look_at, run_browser
 from tests.robot.gap_report.test_gap_diagnose import write_bench
 
