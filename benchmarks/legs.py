@@ -92,7 +92,12 @@ def main() -> None:
         print(
             f"{name}: {LEGS[-1]} legs cost {figures[-1].median / figures[0].median:.1f} x {LEGS[0]}"
         )
-    keep(legs=list(LEGS), ours_us=_columns(ours), mujoco_us=_columns(theirs))
+    keep(
+        legs=list(LEGS),
+        ours_us=_columns(ours),
+        coulomb_us=_columns(coulomb),
+        mujoco_us=_columns(theirs),
+    )
 
 
 def _columns(rows: list[Spread]) -> dict[str, list[float]]:

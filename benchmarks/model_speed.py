@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from benchmarks.timing import each, repeat
+from benchmarks.timing import each, keep_model, repeat
 from model.parameters.robot import ContactParameters
 from model.quasistatic.frame import prepare, solve_frame, solve_frame_reference
 from model.quasistatic.frames import FrictionLaw, solve_frames
@@ -89,6 +89,13 @@ def main() -> None:
     print(f"Coulomb, ours against it        {ratio:.0f} times faster")
     ratio = plain.median / batch[FrictionLaw.VISCOUS].median
     print(f"viscous, compiled against numpy {ratio:.0f} times faster")
+    keep_model(
+        viscous=batch[FrictionLaw.VISCOUS],
+        single=single,
+        numpy=plain,
+        coulomb=batch[FrictionLaw.COULOMB],
+        coulomb_reference=theirs,
+    )
     _first_call()
 
 

@@ -5,7 +5,7 @@ import time
 import numpy as np
 
 from benchmarks.model_processes import ModelProcesses, SharedFrames
-from benchmarks.timing import keep, repeat, spread
+from benchmarks.timing import keep, keep_model, repeat, spread
 from model.motion.se2 import product, scan
 from model.quasistatic.frames import FrictionLaw
 from model.systems.disk import disk, random_disk_poses
@@ -25,6 +25,7 @@ def _scan() -> None:
         f"                             scan        {rounds}   {linear.median / rounds.median:.0f} x"
     )
     print(f"                             largest difference {worst:.1e}")
+    keep_model(scan=rounds, product=linear)
 
 
 def main() -> None:
@@ -37,7 +38,7 @@ def main() -> None:
     room.feet.position_m[:] = np.tile(some.position_m, (repeats, 1, 1))
     room.feet.velocity_m_s[:] = np.tile(some.velocity_m_s, (repeats, 1, 1))
     counts = (1, 2)
-    medians, low, high = [], [], []
+    overheads = {}
     for law in FrictionLaw:
         times: dict[int, list[float]] = {count: [] for count in counts}
         with ModelProcesses(1) as one, ModelProcesses(2) as two:
@@ -49,18 +50,23 @@ def main() -> None:
                         times[pool.count].append((time.perf_counter_ns() - began) / 1e3)
         base = spread(times[1]).median
         print(f"{law.value}: {FRAMES} frames, time x processes / time on one")
+        rows = []
         for count in counts:
             overhead = spread([t * count / base for t in times[count]])
             print(
                 f"  {count} processes: {spread(times[count]).median / 1e3:8.1f} ms, overhead "
                 f"{overhead.median:.2f} (quartiles {overhead.q25:.2f}, {overhead.q75:.2f})"
             )
-            if law is FrictionLaw.VISCOUS:
-                medians.append(overhead.median)
-                low.append(overhead.q25)
-                high.append(overhead.q75)
+            rows.append(overhead)
+        overheads[law] = {
+            key: [round(getattr(row, key), 4) for row in rows] for key in ("median", "q25", "q75")
+        }
     room.close()
-    keep(processes=list(counts), overhead={"median": medians, "q25": low, "q75": high})
+    keep(
+        processes=list(counts),
+        overhead=overheads[FrictionLaw.VISCOUS],
+        overhead_coulomb=overheads[FrictionLaw.COULOMB],
+    )
 
 
 if __name__ == "__main__":

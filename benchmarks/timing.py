@@ -3,7 +3,7 @@
 import json
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -50,6 +50,16 @@ def each(actions: list[Callable[[], object]], rounds: int = 3) -> Spread:
             action()
             best[i] = min(best[i], (time.perf_counter_ns() - began) / 1e3)
     return spread(best.tolist())
+
+
+def keep_model(**figures: Spread) -> None:
+    """Add run times of the model to that file, by name."""
+    known = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.exists() else {}
+    rounded = {
+        name: {key: round(value, 4) for key, value in asdict(one).items()}
+        for name, one in figures.items()
+    }
+    keep(model={**known.get("model", {}), **rounded})
 
 
 def keep(**figures: object) -> None:

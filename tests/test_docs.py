@@ -187,6 +187,18 @@ def test_every_module_says_its_idea_in_one_line() -> None:
         assert re.search(r"[.?`] \|$", row), row
 
 
+def test_the_page_of_the_model_says_what_was_measured() -> None:
+    """make docs-assets measures again; here the page is compared with the figures that are kept."""
+    ran = subprocess.run(
+        [sys.executable, "docs/write_model_page.py", "--check"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert ran.returncode == 0, ran.stderr
+
+
 def test_readme_and_tutorial_show_what_is_printed() -> None:
     """Numbers aside; make docs-assets runs the commands again and keeps what they print."""
     ran = subprocess.run(

@@ -10,9 +10,9 @@ from typing import NoReturn
 from model.errors import BigantError, BusError, ForceStreamError, RecordError
 from robot.cli.commands import CommandParser, add_commands, run_command
 from robot.cli.help_pages import page_hint
-from robot.console.compile_line import show_compiling
 from robot.console.exit_codes import ExitCode
 from robot.console.program_output import complain, stop_output
+from robot.console.progress import show_compiling
 
 EPILOG = "exit codes: 0 good, 1 a verdict failed, 2 wrong usage or file, 3 hardware, 4 log, 130 interrupted"
 

@@ -26,12 +26,7 @@ def run(options: argparse.Namespace) -> ExitCode:
 
 
 def show(options: argparse.Namespace) -> ExitCode:
-    """Summarise a log and draw it.
-
-    Raises:
-        RecordError: The log cannot be read, or the page cannot be written.
-        ConfigError: ``--out`` names no kind of file we write.
-    """
+    """Summarise a log and draw it."""
     from robot.report.show import ShowRequest, show_log
 
     return show_log(parsed(options, ShowRequest))

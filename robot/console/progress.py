@@ -3,10 +3,13 @@
 import sys
 import time
 from types import TracebackType
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
-from record.log.damage import Pass
+from model.compile_notice import tell_of_compiling
 from robot.console.screen_fit import shortened, terminal_size
+
+if TYPE_CHECKING:  # importing it takes 50 ms of every --help
+    from record.log.damage import Pass
 
 FIRST_S = 1.0
 TERMINAL_S = 0.2
@@ -79,7 +82,7 @@ class ProgressLine(StatusLine):
         progress: Filled by the reader.
     """
 
-    def __init__(self, label: str, progress: Pass) -> None:
+    def __init__(self, label: str, progress: "Pass") -> None:
         super().__init__(label)
         self._progress = progress
         progress.tell = self.update
@@ -114,3 +117,34 @@ class ProgressBar(StatusLine):
     def tell(self, words: str, share: float) -> None:
         """Show the share done, as a diagnosis reports it."""
         self.show(share, words)
+
+
+LABEL = "compiling the model, first run only"
+
+
+class CompileLine:
+    """Hears of the compiler and shows how many functions are done; silent where nothing is compiled."""
+
+    def __init__(self) -> None:
+        self._line: StatusLine | None = None
+        self._depth = 0
+        self._done = 0
+
+    def __call__(self, begins: bool) -> None:
+        """Take one piece of news: a compilation begins, or ends."""
+        if self._line is None:
+            self._line = StatusLine()
+        self._depth += 1 if begins else -1
+        self._done += not begins
+        if self._depth == 0:
+            self._line.clear()
+        else:
+            self._line.say(f"{LABEL}: {self._done} functions done")
+
+
+_LINE = CompileLine()
+
+
+def show_compiling() -> None:
+    """From now on, show it on stderr."""
+    tell_of_compiling(_LINE)

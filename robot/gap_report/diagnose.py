@@ -18,9 +18,9 @@ from robot.console.json_output import check_json, give_json, to_stdout
 from robot.console.progress import ProgressBar
 from robot.console.screen_fit import terminal_width
 from robot.gap_report.runs import proposer_of
-from robot.gap_report.subject import subject_of
 from robot.gap_report.summary import summary_lines
 from robot.gap_report.trials import Runs, read_runs
+from robot.gap_report.words import subject_of
 
 CHAIN, MUJOCO = "chain", "mujoco"
 

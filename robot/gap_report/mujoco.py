@@ -7,7 +7,6 @@ would explain most of what the chain leaves unexplained are the ones tried in Mu
 import sys
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 from gap.diagnosis.study import make_study
 from gap.interfaces import Drive, Simulator
@@ -21,27 +20,6 @@ from model.errors import GapError
 from record.trial.trial import Trial
 from robot.console.progress import ProgressBar
 from robot.virtual.twin_rollout import twin_catalogue, twin_simulator
-
-
-@dataclass(frozen=True, slots=True)
-class Cost:
-    """What looking at every candidate once will take.
-
-    Attributes:
-        rollouts: Walks in the simulator.
-        seconds: Of one, on this computer now.
-    """
-
-    rollouts: int
-    seconds: float
-
-    def words(self, jobs: int) -> str:
-        """Say it."""
-        minutes = self.rollouts * self.seconds / jobs / 60
-        return (
-            f"MuJoCo: {self.rollouts} walks of {self.seconds:.1f} s each before the first fit, about "
-            f"{minutes:.1f} min on {jobs} process(es), and some more for the fits"
-        )
 
 
 def mujoco_simulator(
@@ -72,17 +50,24 @@ def mujoco_simulator(
     if other != text:
         simulator = TwoMachines(own, twin_simulator(other, chosen), tuple(references))
     print(f"MuJoCo: effects tried: {', '.join(chosen)}", file=sys.stderr)
-    print(_cost(simulator, trials, references).words(jobs), file=sys.stderr)
+    print(_cost_words(simulator, trials, references, jobs), file=sys.stderr)
     return simulator
 
 
-def _cost(simulator: Simulator, trials: Sequence[Trial], references: Sequence[Trial]) -> Cost:
+def _cost_words(
+    simulator: Simulator, trials: Sequence[Trial], references: Sequence[Trial], jobs: int
+) -> str:
+    """What looking at every candidate once will take, from one walk on this computer now."""
     began_s = time.perf_counter()
     simulator.predict(trials[0], (), Drive.COMMAND)  # remembered
     spent_s = time.perf_counter() - began_s
     fitted, _ = split(simulator, trials)
     numbers = sum(max(1, len(one.effect.parameters)) for one in candidates_of(simulator))
-    return Cost(len(trials) + len(references) + numbers * len(fitted), spent_s)
+    walks = len(trials) + len(references) + numbers * len(fitted)
+    return (
+        f"MuJoCo: {walks} walks of {spent_s:.1f} s each before the first fit, about "
+        f"{walks * spent_s / jobs / 60:.1f} min on {jobs} process(es), and some more for the fits"
+    )
 
 
 def _screened(

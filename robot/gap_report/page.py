@@ -8,16 +8,17 @@ from gap.diagnosis.findings import Diagnosis, NamedCause, Verdict
 from gap.experiments.next_run import NextRun
 from gap.interfaces import place_words
 from gap.rounding import percent_words, value_words
-from robot.gap_report.faults import fault_groups
 from robot.gap_report.figures import draw_traces
 from robot.gap_report.page_map import gap_maps, stage_bars, stage_rows
-from robot.gap_report.subject import Subject, file_words
 from robot.gap_report.words import (
     ENOUGH,
     HEADLINES,
     LEGGED_SIMULATORS,
     NOT_LEGGED,
+    Subject,
     common_pair,
+    fault_groups,
+    file_words,
     headline,
     likely_rivals,
     pair_words,

@@ -9,11 +9,12 @@ from gap.interfaces import place_words
 from gap.rounding import percent_words
 from robot.console.screen_fit import WIDTH, wrapped
 from robot.console.table import Column, table_lines
-from robot.gap_report.faults import fault_groups
 from robot.gap_report.words import (
     LEGGED_SIMULATORS,
     changed_channels,
     common_pair,
+    fault_groups,
+    few,
     pair_words,
     size_words,
     stage_note,
@@ -53,9 +54,7 @@ def summary_lines(d: Diagnosis, paths: Sequence[Path], width: int = WIDTH) -> li
 
 
 def _judged_by(d: Diagnosis, paths: Sequence[Path]) -> str:
-    held = ", ".join(paths[i].name for i in d.held_out_trials[:MOST_CHANNELS])
-    if len(d.held_out_trials) > MOST_CHANNELS:
-        held += f" and {len(d.held_out_trials) - MOST_CHANNELS} more"
+    held = few([paths[i].name for i in d.held_out_trials], MOST_CHANNELS)
     if set(d.fitted_trials) & set(d.held_out_trials):
         return f"kept back to judge: {d.kept_back} ({held})"
     return f"kept back to judge: {held}"

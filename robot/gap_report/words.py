@@ -1,16 +1,22 @@
 """What the page and the terminal both say of a diagnosis."""
 
 import math
+import tomllib
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
 
 from gap.diagnosis.detection import Detectable
-from gap.diagnosis.findings import Diagnosis, Verdict
+from gap.diagnosis.findings import Diagnosis, TrialFaults, Verdict
 from gap.diagnosis.how_far import HowFar
 from gap.diagnosis.probability import RivalCause
 from gap.experiments.next_run import NextRun
-from gap.interfaces import Cause, Effect, place_words
+from gap.interfaces import Cause, DataFault, Effect, place_words
 from gap.rounding import fixed, percent_words
 from gap.search.fit import ENOUGH_SEPARATION
+from record.trial.header import SERVO_BENCH
+from record.trial.trial import Trial
 from robot.console.table import Column, table_lines
 
 HEADLINES = {
@@ -39,9 +45,7 @@ ENOUGH = f"{ENOUGH_SEPARATION:.0f}"
 def headline(d: Diagnosis) -> str:
     """Verdict and causes in few words."""
     places = [place_words(one.effect, one.joints) for one in d.causes]
-    names = " and ".join(places[:SHOWN_CAUSES])
-    if len(places) > SHOWN_CAUSES:
-        names += f" and {len(places) - SHOWN_CAUSES} more"
+    names = few(places, SHOWN_CAUSES, " and ")
     named = names and d.verdict in {Verdict.EXPLAINED, Verdict.AMBIGUOUS}
     return f"{HEADLINES[d.verdict]}: {names}" if named else HEADLINES[d.verdict]
 
@@ -122,3 +126,113 @@ def changed_channels(far: HowFar, most: int) -> list[str]:
         for c in changed[:most]
     ]
     return table_lines(CHANNELS, rows, "  ")
+
+
+@dataclass(frozen=True, slots=True)
+class Subject:
+    """What was diagnosed.
+
+    Attributes:
+        machine: Its name, or that of its file.
+        joints: Names of the joints, where each is a machine of its own; else empty.
+        day: When the diagnosis was made.
+        trials: Files of the trials.
+        references: Files of the healthy runs.
+    """
+
+    machine: str
+    joints: tuple[str, ...]
+    day: date
+    trials: tuple[Path, ...]
+    references: tuple[Path, ...]
+
+    @property
+    def paths(self) -> tuple[Path, ...]:
+        """All files, the references behind the trials."""
+        return (*self.trials, *self.references)
+
+    @property
+    def place(self) -> str:
+        """Machine and joints."""
+        if not self.joints:
+            return self.machine
+        return f"{self.machine}, {'joint' if len(self.joints) == 1 else 'joints'} {', '.join(self.joints)}"
+
+
+def subject_of(
+    first: Trial, trials: Sequence[Path], references: Sequence[Path], day: date
+) -> Subject:
+    """Return what was diagnosed.
+
+    Args:
+        first: The first trial; all are of one machine.
+        trials: Files of the trials.
+        references: Files of the healthy runs.
+        day: When the diagnosis was made.
+    """
+    header = first.header
+    name = tomllib.loads(header.robot_text).get("name")
+    joints = header.joints if header.kind == SERVO_BENCH else ()
+    known = name if isinstance(name, str) else Path(header.robot_file).stem
+    machine = known or header.kind.replace("_", " ")
+    return Subject(machine, joints, day, tuple(trials), tuple(references))
+
+
+def file_words(paths: Sequence[Path]) -> str:
+    """Name the first few files, and say how many more there are."""
+    return few([path.name for path in paths], 3)
+
+
+def few(names: Sequence[str], most: int, joint: str = ", ") -> str:
+    """The first few names, and how many more there are."""
+    shown = joint.join(names[:most])
+    return f"{shown} and {len(names) - most} more" if len(names) > most else shown
+
+
+@dataclass(frozen=True, slots=True)
+class FaultGroup:
+    """One kind of fault in one channel.
+
+    Attributes:
+        kind: As the check of the data calls it.
+        channel: Where.
+        severe: Whether any of them is severe.
+        files: Names of the files that have it, each once, in their order.
+        evidence: What was seen in the first of them, of the severe ones if there are any.
+    """
+
+    kind: str
+    channel: str
+    severe: bool
+    files: tuple[str, ...]
+    evidence: str
+
+    @property
+    def where(self) -> str:
+        """Which files, in few words."""
+        return few(self.files, 2)
+
+
+def fault_groups(faults: Sequence[TrialFaults], paths: Sequence[Path]) -> tuple[FaultGroup, ...]:
+    """Return the groups: severe ones first, then those in most files.
+
+    Args:
+        faults: Of each trial, as a diagnosis holds them.
+        paths: Files of the trials and the references, in their order.
+    """
+    found: dict[tuple[str, str], list[tuple[str, DataFault]]] = {}
+    for one in faults:
+        for fault in one.faults:
+            same = found.setdefault((fault.kind, fault.channel), [])
+            same.append((paths[one.trial].name, fault))
+    groups = [
+        FaultGroup(
+            kind,
+            channel,
+            any(fault.severe for _, fault in same),
+            tuple(dict.fromkeys(name for name, _ in same)),
+            max(same, key=lambda named: named[1].severe)[1].evidence,
+        )
+        for (kind, channel), same in found.items()
+    ]
+    return tuple(sorted(groups, key=lambda group: (not group.severe, -len(group.files))))

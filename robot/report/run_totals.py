@@ -160,10 +160,14 @@ def true_pose(log: Recording) -> FloatArray:
     return np.column_stack([log.truth_position_W[:, :2], yaw])
 
 
-def true_forward_slip(log: Recording) -> FloatArray:
-    """Return the true velocity of loaded feet over the ground along the body's x, (T, N) [m/s]."""
+def true_slip(log: Recording) -> FloatArray:
+    """Return the true velocity of the feet over the ground in the body's heading, (T, N, 2) [m/s]."""
     yaw = yaw_of(log.truth_quaternion_xyzw)[:, None]
-    velocity = log.truth_foot_velocity_W
-    along = np.cos(yaw) * velocity[:, :, 0] + np.sin(yaw) * velocity[:, :, 1]
-    slip: FloatArray = np.where(log.truth_contact, along, np.nan)
-    return slip
+    x, y = log.truth_foot_velocity_W[..., 0], log.truth_foot_velocity_W[..., 1]
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    return np.stack([cos * x + sin * y, cos * y - sin * x], axis=-1)
+
+
+def true_forward_slip(log: Recording) -> FloatArray:
+    """Return the true forward slip of loaded feet, (T, N) [m/s]; NaN in the air."""
+    return np.where(log.truth_contact, true_slip(log)[..., 0], np.nan)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from model.motion.se2 import aligning, compose
+from model.motion.se2 import aligning, compose, seen_from
 from model.values.arrays import FloatArray
 from model.values.faults import StopReason
 from record.log.recording import Recording
@@ -93,13 +93,6 @@ class Summary:
 PERCENTILES = (5, 25, 50, 75, 95)
 
 
-def summarise(log: Recording) -> Summary:
-    """Compute the figures of a log."""
-    totals = RunTotals()
-    totals.add(log)
-    return summarise_totals(totals, log)
-
-
 def summarise_totals(totals: RunTotals, last: Recording) -> Summary:
     """Compute the figures of a log that was read in blocks.
 
@@ -169,11 +162,11 @@ def planar_pose(log: Recording) -> FloatArray:
 
 
 def _way(pose: FloatArray) -> tuple[float, float, float]:
+    """Distance, distance along the first heading, and turn between the ends of a path."""
     if len(pose) < 2:
         return np.nan, np.nan, np.nan
-    step = pose[-1, :2] - pose[0, :2]
-    heading = np.array([np.cos(pose[0, 2]), np.sin(pose[0, 2])])
-    return float(np.hypot(*step)), float(step @ heading), float(pose[-1, 2] - pose[0, 2])
+    ahead, aside, turn = seen_from(pose[0], pose[-1]).tolist()
+    return float(np.hypot(ahead, aside)), ahead, turn
 
 
 def _span(values: FloatArray) -> float:

@@ -9,13 +9,13 @@ from scipy.signal import savgol_filter
 from model.effects.sensing import OF_FORCES
 from model.errors import ConfigError, RecordError
 from model.kinematics.four_bar import Linkage
-from model.motion.se2 import yaw_of
 from model.values.arrays import BoolArray, FloatArray
 from model.values.legs import FootMotion
 from model.values.tick import Mode
 from record.log.recording import Recording
 from robot.config.robot_file import parse_robot
 from robot.control.effect_uses import USES, Use, true_forces_of
+from robot.report.run_totals import true_slip
 
 # The paper's filter for foot velocities: second order, 25 samples at 100 Hz (sec:setup).
 WINDOW, ORDER = 25, 2
@@ -83,21 +83,11 @@ def walk_frames(log: Recording, name: str) -> WalkFrames:
     robot, true_forces = config.parameters, true_forces_of(config)
     force_n = log.force_n if true_forces is None else true_forces(log.force_n, log.t_s)
     feet = Linkage(robot.linkage, robot.legs.shaft_position).feet(log.angle_rad, smooth_rate(log))
-    yaw = yaw_of(log.truth_quaternion_xyzw)[:, None]
-    moving = log.truth_foot_velocity_W
-    cos, sin = np.cos(yaw), np.sin(yaw)
-    slip = np.stack(
-        [
-            cos * moving[..., 0] + sin * moving[..., 1],
-            cos * moving[..., 1] - sin * moving[..., 0],
-        ],
-        axis=2,
-    )
     every = WalkFrames(
         feet=feet.position_m,
         feet_velocity=feet.velocity_m_s,
         force=force_n,
-        slip=slip,
+        slip=true_slip(log),
         velocity=log.truth_velocity_B,
         slope=_slopes(log.truth_quaternion_xyzw),
     )

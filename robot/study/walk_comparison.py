@@ -24,6 +24,7 @@ from model.values.legs import FootMotion
 from model.values.tick import Mode
 from record.log.recording import Recording
 from robot.config.robot_file import RobotConfig, load_robot, parse_robot
+from robot.report.run_totals import true_forward_slip
 
 FILTER_WINDOW, FILTER_ORDER = 25, 2
 TIMED = 5
@@ -133,7 +134,7 @@ def compare_walk(log: Recording) -> WalkComparison:
     # the paper's loss, of magnitudes; a frame at rest has no scale, and no forces either
     sigma = force_scale(bare, force[..., :2], norms=True).scale
     scaled = np.where(np.isfinite(sigma), sigma, 0.0)[:, None, None] * bare
-    slip, ahead = _true_slip(log, walking, tilt[:, 2])
+    loaded = log.truth_contact[walking]
     shafts = config.parameters.legs.shaft_position[:, :2]
     return WalkComparison(
         gait=log.metadata.get("gait", "walk"),
@@ -146,8 +147,10 @@ def compare_walk(log: Recording) -> WalkComparison:
         tilt_rad=tilt,
         velocity_B=log.truth_velocity_B[walking],
         force_n=force,
-        slip_m_s=slip,
-        slip_ahead_m_s=ahead,
+        slip_m_s=np.where(
+            loaded, np.linalg.norm(log.truth_foot_velocity_W[walking, :, :2], axis=-1), np.nan
+        ),
+        slip_ahead_m_s=true_forward_slip(log)[walking],
         support_tilt_rad=np.arctan(frames.pose[:, [1, 0]]),
         sway_B=_sway(frames, t_s),
         load_share=frames.load_n / weight_n,
@@ -202,16 +205,6 @@ def _sway(frames: FrameSolutions, t_s: FloatArray) -> FloatArray:
     )
     sway: FloatArray = height * rate * [1.0, -1.0]
     return sway
-
-
-def _true_slip(
-    log: Recording, walking: np.ndarray, yaw: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    velocity = log.truth_foot_velocity_W[walking]
-    loaded: BoolArray = log.truth_contact[walking]
-    ahead = np.cos(yaw)[:, None] * velocity[..., 0] + np.sin(yaw)[:, None] * velocity[..., 1]
-    speed = np.linalg.norm(velocity[..., :2], axis=-1)
-    return np.where(loaded, speed, np.nan), np.where(loaded, ahead, np.nan)
 
 
 def _prediction(

@@ -1,13 +1,17 @@
 """Root-mean-square errors of a compared walk, component by component, as a table."""
 
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 
 from model.values.arrays import FloatArray, root_mean_square
+from robot.console.table import Column, table_lines
 from robot.study.walk_comparison import WalkComparison
 
-COLUMNS = ("component", "unit", "spread", "viscous", "Coulomb", "support", "laws apart")
+COLUMNS = (
+    Column("component"), Column("unit"),
+    *(Column(name, ".2f") for name in ("spread", "viscous", "Coulomb", "support", "laws apart")),
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,13 +112,7 @@ def error_of(errors: tuple[ComponentError, ...], component: str) -> ComponentErr
 def error_table(walk: WalkComparison) -> tuple[str, ...]:
     """Return the table as lines of text: RMS, a dash where a model says nothing."""
     lines = [f"{walk.gait}, {len(walk.t_s)} frames, {np.ptp(walk.phase):.1f} cycles"]
-    widths = (11, 7, 9, 9, 9, 9, 11)
-    lines.append("".join(f"{c:>{w}}" for c, w in zip(COLUMNS, widths, strict=True)))
-    for row in component_errors(walk):
-        figures = (row.spread, row.viscous, row.coulomb, row.support, row.apart)
-        words = ["-" if np.isnan(value) else f"{value:.2f}" for value in figures]
-        cells = (row.component, row.unit, *words)
-        lines.append("".join(f"{c:>{w}}" for c, w in zip(cells, widths, strict=True)))
+    lines += table_lines(COLUMNS, [astuple(row) for row in component_errors(walk)])
     lines.append(
         f"time a frame, in a batch: viscous {walk.viscous.frame_us:.1f} us, Coulomb "
         f"{walk.coulomb.frame_us:.1f} us (the paper, tripod: {PAPER_VISCOUS_US:.0f} and "

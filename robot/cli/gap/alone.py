@@ -23,11 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> ExitCode:
-    """Fit and judge.
-
-    Raises:
-        BigantError: A trial cannot be read or compared, or an effect is not known.
-    """
+    """Fit and judge."""
     from robot.gap_report.alone import AloneRequest, fit_alone
 
     return fit_alone(parsed(options, AloneRequest))

@@ -27,11 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> ExitCode:
-    """Correct the robot file and measure again.
-
-    Raises:
-        BigantError: There is nothing to apply, or a file cannot be read, used or written.
-    """
+    """Correct the robot file and measure again."""
     from robot.gap_report.apply import ApplyRequest, apply_diagnosis
 
     return apply_diagnosis(parsed(options, ApplyRequest))

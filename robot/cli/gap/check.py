@@ -40,11 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> ExitCode:
-    """Diagnose, open the seal, count.
-
-    Raises:
-        BigantError: The campaign, its labels or an option cannot be used.
-    """
+    """Diagnose, open the seal, count."""
     from robot.campaign.check import CheckRequest, check_campaign
 
     return check_campaign(parsed(options, CheckRequest))

@@ -53,11 +53,7 @@ def _jobs(text: str) -> int:
 
 
 def run(options: argparse.Namespace) -> ExitCode:
-    """Diagnose.
-
-    Raises:
-        BigantError: The trials cannot be read or compared, or a report cannot be written.
-    """
+    """Diagnose."""
     from robot.gap_report.diagnose import DiagnoseRequest, diagnose_runs
 
     return diagnose_runs(parsed(options, DiagnoseRequest))

@@ -20,11 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> ExitCode:
-    """List the catalogue.
-
-    Raises:
-        BigantError: There is no such stage, or the file of effects cannot be used.
-    """
+    """List the catalogue."""
     from robot.gap_report.effects import EffectsRequest, list_effects
 
     return list_effects(parsed(options, EffectsRequest))

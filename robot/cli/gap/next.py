@@ -30,11 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> ExitCode:
-    """Propose runs.
-
-    Raises:
-        BigantError: There is nothing left open, no run can be proposed, or a file cannot be read.
-    """
+    """Propose runs."""
     from robot.gap_report.next import NextRequest, propose_runs
 
     return propose_runs(parsed(options, NextRequest))

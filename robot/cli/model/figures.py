@@ -28,11 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> ExitCode:
-    """Draw the figures asked for.
-
-    Raises:
-        BigantError: A figure that does not exist, or a file that cannot be read or written.
-    """
-    from robot.study.draw_figures import FiguresRequest, draw_figures
+    """Draw the figures asked for."""
+    from robot.study.figure_catalog import FiguresRequest, draw_figures
 
     return draw_figures(parsed(options, FiguresRequest))

@@ -31,11 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> ExitCode:
-    """Predict, print, draw.
-
-    Raises:
-        BigantError: An option or a system that makes no sense, or a picture that cannot be written.
-    """
+    """Predict, print, draw."""
     from robot.study.model_run import ModelRunRequest, run_model
 
     return run_model(parsed(options, ModelRunRequest))

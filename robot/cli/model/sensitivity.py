@@ -33,11 +33,7 @@ def _speed(text: str) -> float:
 
 
 def run(options: argparse.Namespace) -> ExitCode:
-    """Fit, judge, print and draw.
-
-    Raises:
-        BigantError: A log cannot be used, or the picture cannot be written.
-    """
+    """Fit, judge, print and draw."""
     from robot.study.sensitivity import SensitivityRequest, judge_sensitivity
 
     return judge_sensitivity(parsed(options, SensitivityRequest))

@@ -38,11 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> ExitCode:
-    """Make what is missing of a campaign.
-
-    Raises:
-        BigantError: Options or a scenario that make no sense, or labels that do not fit.
-    """
+    """Make what is missing of a campaign."""
     from robot.campaign.make import CampaignRequest, make_campaign
 
     return make_campaign(parsed(options, CampaignRequest))

@@ -21,11 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> ExitCode:
-    """Open the seal.
-
-    Raises:
-        BigantError: The key, the labels or --out cannot be used.
-    """
+    """Open the seal."""
     from robot.campaign.seal import UnsealRequest, open_seal
 
     return open_seal(parsed(options, UnsealRequest))

@@ -8,7 +8,7 @@ import pytest
 
 from model.compiled import COMPILED
 from robot.config.robot_file import load_robot
-from robot.console.compile_line import LABEL, CompileLine
+from robot.console.progress import LABEL, CompileLine
 from robot.control.controller import Controller
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[3]
 FIRST_RUN = """
 import sys
 from robot.console import progress
-from robot.console.compile_line import show_compiling
+from robot.console.progress import show_compiling
 progress.FIRST_S = 0.0
 show_compiling()
 import numpy as np

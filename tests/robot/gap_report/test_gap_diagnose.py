@@ -18,7 +18,7 @@ from robot.cli.gap import check as gap_check
 from robot.cli.gap import diagnose as gap_diagnose
 from robot.cli.main import run
 from robot.console.json_output import check_json, to_stdout
-from robot.gap_report.faults import fault_groups
+from robot.gap_report.words import fault_groups
 from tests.gap.bench_trials import IDEAL, servo_trial
 
 

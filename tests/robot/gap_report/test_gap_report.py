@@ -19,9 +19,8 @@ from record.trial.trial import read_trial
 from robot.gap_report.figures import draw_traces
 from robot.gap_report.page import diagnosis_page
 from robot.gap_report.page_map import BLACK_FROM
-from robot.gap_report.subject import Subject, file_words, subject_of
 from robot.gap_report.summary import summary_lines
-from robot.gap_report.words import size_words, stage_note
+from robot.gap_report.words import Subject, file_words, size_words, stage_note, subject_of
 from tests.robot.gap_report.test_gap_diagnose import write_bench
 
 FILES = tuple(Path(f"run{number}.csv") for number in range(4))

@@ -15,7 +15,7 @@ from robot.bringup.preflight.loop import LoopFigures
 from robot.cli import main as cli
 from robot.report.page import Section, render, report_page
 from robot.report.pictures import inline_svg, pictures
-from robot.study.draw_figures import Row, render_index
+from robot.study.figure_catalog import Drawn, Entry, render_index
 from tests.robot.browser import DESK_PX, PHONE_PX, Seen, find_browser, look_at, run_browser
 from tests.robot.gap_report.test_gap_diagnose import write_bench
 
@@ -52,6 +52,7 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     picture = Figure(figsize=(3, 2))
     picture.subplots().plot([0, 1])
     picture.savefig(folder / "picture.png")
+    drawn = Drawn(picture, "Its caption.", ("a  b",) * 3)
     return {
         "show": written(folder / "show.html", "show", log, "--out"),
         "odom": written(folder / "odom.html", "odom", log, "--compare", "--out"),
@@ -60,7 +61,8 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
                        "--jobs", "1", "--html"),
         "check": check_page("BigANT", "/dev/ttyUSB0", findings, [LOOP], **MADE),
         "figures": render_index("From a walk.", [
-            Row("A picture", "fig. 1", (folder / "picture.png").as_uri(), "Its caption.", ("a  b",) * 3)]),
+            (Entry("picture", "A picture", "fig. 1", lambda _: drawn), drawn,
+             (folder / "picture.png").as_uri())]),
         "matrix": matrix(),
     }  # fmt: skip
 

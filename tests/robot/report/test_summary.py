@@ -11,7 +11,8 @@ from model.values.tick import Mode
 from record.log.reader import read_log
 from record.log.recording import Recording, join_recordings, thin_recording
 from robot.console.table import number_text
-from robot.report.summary import summarise
+from robot.report.run_totals import RunTotals
+from robot.report.summary import Summary, summarise_totals
 from robot.report.summary_text import summary_lines, summary_rows
 
 GOLDEN = Path(__file__).resolve().parents[2] / "replay" / "golden" / "tripod.mcap"
@@ -31,6 +32,12 @@ def walk() -> Recording:
         truth_quaternion_xyzw=np.column_stack([nothing, nothing, np.sin(half), np.cos(half)]),
         truth_velocity_B=log.predicted_velocity_B,
     )
+
+
+def summarise(log: Recording) -> Summary:
+    totals = RunTotals()
+    totals.add(log)
+    return summarise_totals(totals, log)
 
 
 def rows_of(log: Recording) -> dict[str, str]:

@@ -16,7 +16,7 @@ from model.values.legs import FootMotion
 from robot.cli import main as cli
 from robot.console.exit_codes import ExitCode
 from robot.study.model_plots import draw_predictions
-from robot.study.model_summary import prediction_rows
+from robot.study.model_run import prediction_rows
 from robot.study.systems import build_system
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
