@@ -19,6 +19,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> ExitCode:
     """List the devices."""
-    from robot.bringup.devices import DevicesRequest, list_devices
+    from robot.bringup.preflight.devices import DevicesRequest, list_devices
 
     return list_devices(parsed(options, DevicesRequest))

@@ -17,6 +17,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> ExitCode:
     """List the units."""
-    from robot.bringup.devices import list_force_units
+    from robot.bringup.preflight.devices import list_force_units
 
     return list_force_units(options.discover, as_json=options.json)

@@ -17,6 +17,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> ExitCode:
     """Scan."""
-    from robot.bringup.devices import ScanRequest, scan_servos
+    from robot.bringup.preflight.devices import ScanRequest, scan_servos
 
     return scan_servos(parsed(options, ScanRequest))
