@@ -14,11 +14,11 @@ from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
 from scipy.constants import g as standard_gravity
 
 from benchmarks.odometry_walks import GAITS, JUDGED_SEEDS, log_of, plant_of
-from model.estimator import measurements as measure
 from model.estimator import process
 from model.estimator.filter import Estimator
-from model.estimator.neighbourhood import Neighbourhood, neighbourhood
-from model.estimator.settings import EstimatorSettings
+from model.estimator.neighbourhood import Neighbourhood, law_of, neighbourhood
+from model.estimator.settings import EstimatorSettings, numbers_of
+from model.estimator.step_kernel import WalkNoise
 from model.kinematics.four_bar import Linkage
 from model.parameters.robot import ContactParameters
 from model.quasistatic.frames import FrictionLaw, solve_frames
@@ -32,7 +32,7 @@ from robot.odometry.request import OdomRequest
 from robot.odometry.track import TrackedLog, track, track_log
 from robot.study.sensitivity_frames import walk_frames
 from robot.study.sensitivity_table import fit_contact
-from tests.model.estimator_world import CONTACT, PERIOD_NS, WEIGHT_N, simulate
+from tests.model.estimator_world import CONTACT, PERIOD_NS, WEIGHT_N, simulate, slip_of_feet
 
 SLIPPING_CYCLES = 4
 
@@ -198,16 +198,13 @@ def _unscented(
     points = MerweScaledSigmaPoints(size, alpha=0.5, beta=2.0, kappa=0.0)
     filter_ = UnscentedKalmanFilter(size, 1, 0.01, hx=None, fx=None, points=points)
     filter_.x, filter_.P = state.mean.copy(), state.covariance.copy()
-    fixed = replace(settings, parameter_walk=0.0)
+    law = law_of(settings)
+    fixed = numbers_of(WalkNoise, replace(settings, parameter_walk=0.0), weight_n)
 
     def solved(x: FloatArray, known: OdometryInputs) -> Neighbourhood:
-        factors = np.exp(x[FIXED:])
-        here = ContactParameters(
-            contact.stiffness * factors[legs:],
-            contact.mu * np.exp(x[SCALE]) * factors[:legs],
-            contact.anisotropy,
-        )
-        return neighbourhood(known.feet, here, weight_n, settings.law, settings.sway_step_s)
+        answer = neighbourhood(x, known.feet, contact, weight_n, law)
+        assert answer is not None
+        return answer
 
     out = [state.mean[VELOCITY].copy()]
     for i in range(1, len(inputs)):
@@ -215,11 +212,11 @@ def _unscented(
         # the EKF says which feet are used and with what noise; the UKF does the rest its own way
         state, said = estimator.step(state, known)
         model = solved(filter_.x, known)
-        step = process.walking(filter_.x, filter_.P, model, fixed, 0.01, weight_n, 0)
+        step = process.walking(filter_.x, filter_.P, model, fixed, 0.01)
         filter_.Q = symmetric_floor(step.noise)
         filter_.predict(
             fx=lambda x, _dt, known=known: (
-                process.walking(x, filter_.P, solved(x, known), fixed, 0.01, weight_n, 0).mean
+                process.walking(x, filter_.P, solved(x, known), fixed, 0.01).mean
             )
         )
         which = np.isfinite(said.innovation[:, 0])
@@ -231,7 +228,7 @@ def _unscented(
             def heard(x: FloatArray, known: OdometryInputs = known, share: FloatArray = share,
                       which: FloatArray = which, loads: FloatArray = loads) -> FloatArray:  # fmt: skip
                 near = solved(x, known)
-                slip = measure.slip_of_feet(x[VELOCITY], known.feet, near.sway_B)
+                slip = slip_of_feet(x[VELOCITY], known.feet, near.sway_B)
                 length = np.sqrt((slip**2).sum(axis=1) + settings.creep_speed**2)
                 mu = contact.mu * np.exp(x[SCALE] + x[FIXED : FIXED + legs])
                 pull = -(mu * share[:, 2] / length)[:, None] * slip

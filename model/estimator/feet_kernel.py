@@ -1,18 +1,46 @@
-"""What the estimator expects of the forces on its feet, compiled: loads, friction and gauge, one stack."""
+"""The forces on the feet, compiled: what a measured one tells of the state, and which are predicted."""
+
+from typing import NamedTuple
 
 import numpy as np
 
-from model.compiled import COUNT, FLAG, compile_for, compiled, given, out
-from model.values.arrays import BoolArray, FloatArray, IntArray
+from model.compiled import FLAG, compile_for, compiled, given
+from model.estimator.kalman import FORCE, LOAD, NO_STREAK, Stack
+from model.estimator.neighbourhood import Neighbourhood, no_answer
+from model.estimator.settings import EstimatorSettings, numbers_of
+from model.values.arrays import BoolArray, FloatArray
 from model.values.estimate import FIXED, SCALE
 
-# Numbers of the settings that go in, in this order.
-(
-    WEIGHT, SLIP_SPEED, CLEAR_SLIP, LOAD_ON, CREEP_SPEED, LOAD_SD, FORCE_SD, FORCE_SHARE_SD, GATE_LOAD,
-    GATE_PAIR, GAUGE_SD, NUMBERS,
-) = range(12)  # fmt: skip
 VX, VY, TURN = 3, 4, 5  # velocity in the state
-NO_COUNT, LOAD, FORCE = -1, 0, 1  # kinds of block
+MU, MU_SD, STIFFNESS, STIFFNESS_SD, SHARE, SHARE_SD = range(6)  # rows of what is read out
+
+
+class FeetNumbers(NamedTuple):
+    """Numbers of ``EstimatorSettings``, where each of this name is explained, and the weight [N]."""
+
+    slip_speed: float
+    clear_slip: float
+    load_on: float
+    creep_speed: float
+    load_sd: float
+    force_sd: float
+    force_share_sd: float
+    gate_load: float
+    gate_pair: float
+    gauge_sd: float
+    weight_n: float
+
+
+def stack_room(legs: int, size: int) -> Stack:
+    """Room for what the forces on N feet may tell of a state of n numbers."""
+    numbers, blocks = 3 * legs + 1, 2 * legs + 1
+    return Stack(
+        innovation=np.empty(numbers),
+        rows=np.zeros((numbers, size)),
+        variance=np.empty(numbers),
+        gates=np.empty(blocks),
+        blocks=np.empty((blocks, 3), dtype=np.int64),
+    )
 
 
 @compiled
@@ -20,38 +48,35 @@ def _friction(
     mean: FloatArray,
     covariance: FloatArray,
     share: FloatArray,
-    ux: float,
-    uy: float,
-    x: float,
-    y: float,
+    slip: tuple[float, float],
+    place: tuple[float, float],
     k: int,
     mu: float,
     turned: float,
-    numbers: FloatArray,
-    innovation: FloatArray,
-    rows: FloatArray,
-    variance: FloatArray,
+    numbers: FeetNumbers,
+    at: int,
+    stack: Stack,
 ) -> None:
     """Regularised Coulomb friction of one foot at its measured load: two numbers, with derivatives."""
-    place = FIXED + k
-    pull = mu * np.exp(mean[SCALE] + mean[place]) * share[2]
-    length = np.sqrt(ux * ux + uy * uy + numbers[CREEP_SPEED] ** 2)
+    (ux, uy), (x, y) = slip, place
+    own, rows = FIXED + k, stack.rows
+    pull = mu * np.exp(mean[SCALE] + mean[own]) * share[2]
+    length = np.sqrt(ux * ux + uy * uy + numbers.creep_speed**2)
     cube = pull / (length * length * length)
     xx = -pull / length + cube * ux * ux
     xy = cube * ux * uy
     yy = -pull / length + cube * uy * uy
-    rows[0, VX], rows[0, VY], rows[0, TURN] = xx, xy, -y * xx + x * xy
-    rows[1, VX], rows[1, VY], rows[1, TURN] = xy, yy, -y * xy + x * yy
+    rows[at, VX], rows[at, VY], rows[at, TURN] = xx, xy, -y * xx + x * xy
+    rows[at + 1, VX], rows[at + 1, VY], rows[at + 1, TURN] = xy, yy, -y * xy + x * yy
     # what the second derivatives add, by the direction of the slip and by log mu, is noise
-    doubt = covariance[place, place] + covariance[SCALE, SCALE] + 2.0 * covariance[SCALE, place]
+    doubt = covariance[own, own] + covariance[SCALE, SCALE] + 2.0 * covariance[SCALE, own]
     bent = pull**2 * (turned**2 + 0.5 * doubt**2)
     level = share[0] ** 2 + share[1] ** 2
     for i in range(2):
-        expected = -pull * (ux if i == 0 else uy) / length
-        innovation[i] = share[i] - expected
-        rows[i, place] = expected
-        rows[i, SCALE] = expected
-        variance[i] = numbers[FORCE_SD] ** 2 + numbers[FORCE_SHARE_SD] ** 2 * level + bent
+        expected = -pull * slip[i] / length
+        stack.innovation[at + i] = share[i] - expected
+        rows[at + i, own] = rows[at + i, SCALE] = expected
+        stack.variance[at + i] = numbers.force_sd**2 + numbers.force_share_sd**2 * level + bent
 
 
 @compiled
@@ -59,19 +84,13 @@ def feet_stack_kernel(
     mean: FloatArray,
     covariance: FloatArray,
     share: FloatArray,
-    load: FloatArray,
-    load_by_stiffness: FloatArray,
-    sway: FloatArray,
     position: FloatArray,
     velocity: FloatArray,
-    mu: FloatArray,
     usable: BoolArray,
-    numbers: FloatArray,
-    innovation: FloatArray,
-    rows: FloatArray,
-    variance: FloatArray,
-    gates: FloatArray,
-    blocks: IntArray,
+    model: Neighbourhood,
+    mu: FloatArray,
+    numbers: FeetNumbers,
+    stack: Stack,
 ) -> tuple[int, int]:
     """Stack loads of all feet, friction of those that clearly slip, and the gauge.
 
@@ -82,67 +101,166 @@ def feet_stack_kernel(
         mean: State, (n,).
         covariance: P, (n, n).
         share: Measured forces over the weight, (N, 3); NaN where there are none.
-        load: The model's, (N,) [N].
-        load_by_stiffness: Its derivatives by log K, (N, N) [N].
-        sway: Velocity of the body origin as it tilts over its feet, (2,) [m/s].
         position: Feet, (N, 3) [m].
         velocity: Of the feet, (N, 3) [m/s].
-        mu: The robot file's friction coefficients, (N,).
         usable: Feet in contact whose encoders work, (N,).
-        numbers: Of the settings, (NUMBERS,).
-        innovation: Out: measured less expected, (3 N + 1,) or longer.
-        rows: Out: derivatives, as many rows of n, all zero before.
-        variance: Out: of the noise, as many.
-        gates: Out: of each block, (2 N + 1,) or longer.
-        blocks: Out: first number, kind and leg of each, (2 N + 1, 3) or longer.
+        model: The model's answer.
+        mu: The robot file's friction coefficients, (N,).
+        numbers: Of the settings.
+        stack: Out: of ``stack_room``.
 
     Returns:
         How many numbers, and how many blocks.
     """
-    count = load.size
+    count = mu.size
+    gates, blocks = stack.gates, stack.blocks
     at, block = 0, 0
     for k in range(count):
-        if np.isfinite(share[k, 2]) and load[k] > 0.0:
-            innovation[at] = share[k, 2] - load[k] / numbers[WEIGHT]
+        load = model.force_B[k, 2]
+        if np.isfinite(share[k, 2]) and load > 0.0:
+            stack.innovation[at] = share[k, 2] - load / numbers.weight_n
             for j in range(count):
-                rows[at, FIXED + count + j] = load_by_stiffness[k, j] / numbers[WEIGHT]
-            variance[at] = numbers[LOAD_SD] ** 2
-            gates[block] = numbers[GATE_LOAD]
+                by_stiffness = model.slopes[count + j, 8 + 3 * k]
+                stack.rows[at, FIXED + count + j] = by_stiffness / numbers.weight_n
+            stack.variance[at] = numbers.load_sd**2
+            gates[block] = numbers.gate_load
             blocks[block, 0], blocks[block, 1], blocks[block, 2] = at, LOAD, k
             at, block = at + 1, block + 1
     p, turn = covariance, mean[TURN]
     for k in range(count):
-        if not (usable[k] and share[k, 2] > numbers[LOAD_ON] and np.isfinite(share[k].sum())):
+        heard = np.isfinite(share[k, 0] + share[k, 1] + share[k, 2])
+        if not (usable[k] and heard and share[k, 2] > numbers.load_on):
             continue
         x, y = position[k, 0], position[k, 1]
-        ux = mean[VX] - sway[0] - turn * y + velocity[k, 0]
-        uy = mean[VY] - sway[1] + turn * x + velocity[k, 1]
+        ux = mean[VX] - model.sway_B[0] - turn * y + velocity[k, 0]
+        uy = mean[VY] - model.sway_B[1] + turn * x + velocity[k, 1]
         square = ux * ux + uy * uy
         doubt = 0.5 * (
             p[VX, VX] + p[VY, VY] + (x * x + y * y) * p[TURN, TURN]
             + 2.0 * (x * p[VY, TURN] - y * p[VX, TURN])
         )  # fmt: skip
-        if square > max(numbers[SLIP_SPEED] ** 2, numbers[CLEAR_SLIP] ** 2 * doubt):
-            turned = doubt / (square + numbers[CREEP_SPEED] ** 2)
+        if square > max(numbers.slip_speed**2, numbers.clear_slip**2 * doubt):
+            turned = doubt / (square + numbers.creep_speed**2)
             _friction(
-                mean, covariance, share[k], ux, uy, x, y, k, mu[k], turned, numbers,
-                innovation[at:], rows[at:], variance[at:],
-            )  # fmt: skip
-            gates[block] = numbers[GATE_PAIR]
+                mean, covariance, share[k], (ux, uy), (x, y), k, mu[k], turned, numbers, at, stack
+            )
+            gates[block] = numbers.gate_pair
             blocks[block, 0], blocks[block, 1], blocks[block, 2] = at, FORCE, k
             at, block = at + 2, block + 1
     total = 0.0
     for k in range(count):
         total += mean[FIXED + k]
-        rows[at, FIXED + k] = 1.0
-    innovation[at], variance[at], gates[block] = -total, numbers[GAUGE_SD] ** 2, np.inf
-    blocks[block, 0], blocks[block, 1], blocks[block, 2] = at, NO_COUNT, 0
+        stack.rows[at, FIXED + k] = 1.0
+    stack.innovation[at], stack.variance[at] = -total, numbers.gauge_sd**2
+    gates[block] = np.inf
+    blocks[block, 0], blocks[block, 1], blocks[block, 2] = at, NO_STREAK, 0
     return at + 1, block + 1
 
 
+class Readout(NamedTuple):
+    """What is said of N feet after a step.
+
+    Attributes:
+        rows: MU and the sd of its logarithm, STIFFNESS [N/m] and that of its, SHARE of the weight and its
+            own, (6, N).
+        force: Predicted, (N, 3) [N].
+        spread: Its covariance, (N, 3, 3) [N^2].
+        slipping: Feet that clearly slip, (N,).
+    """
+
+    rows: FloatArray
+    force: FloatArray
+    spread: FloatArray
+    slipping: BoolArray
+
+
+def readout_room(legs: int) -> Readout:
+    """Room for what is said of N feet."""
+    flags = np.empty(legs, dtype=np.bool_)
+    return Readout(np.empty((6, legs)), np.empty((legs, 3)), np.empty((legs, 3, 3)), flags)
+
+
+@compiled
+def _spread(
+    model: Neighbourhood, covariance: FloatArray, numbers: FeetNumbers, spread: FloatArray
+) -> None:
+    """Covariance of predicted forces: from that of the parameters, and the noise of a measured one.
+
+    A prediction cannot be better than the model that it is judged by.
+    """
+    count = spread.shape[0]
+    size = covariance.shape[0] - SCALE  # the common friction, the gyro's bias, the parameters
+    by, half = np.zeros((3, size)), np.empty((3, size))
+    for k in range(count):
+        by[0, 0], by[1, 0] = model.force_B[k, 0], model.force_B[k, 1]
+        for i in range(3):
+            for j in range(2 * count):
+                by[i, FIXED - SCALE + j] = model.slopes[j, 6 + 3 * k + i]
+            for j in range(size):
+                total = 0.0
+                for other in range(size):
+                    total += by[i, other] * covariance[SCALE + other, SCALE + j]
+                half[i, j] = total
+        for i in range(3):
+            for j in range(i + 1):
+                total = 0.0
+                for other in range(size):
+                    total += half[i, other] * by[j, other]
+                spread[k, i, j] = spread[k, j, i] = total
+        if model.force_B[k, 2] > 0.0:
+            level = by[0, 0] ** 2 + by[1, 0] ** 2
+            flat = (numbers.force_sd * numbers.weight_n) ** 2 + numbers.force_share_sd**2 * level
+            spread[k, 0, 0] += flat
+            spread[k, 1, 1] += flat
+            spread[k, 2, 2] += (numbers.load_sd * numbers.weight_n) ** 2
+
+
+@compiled
+def readout_kernel(
+    mean: FloatArray,
+    covariance: FloatArray,
+    mu: FloatArray,
+    stiffness: FloatArray,
+    contact: BoolArray,
+    model: Neighbourhood,
+    numbers: FeetNumbers,
+    out: Readout,
+) -> None:
+    """Read out a state. Where the model has no answer it is NaN, and so is what follows from it.
+
+    Args:
+        mean: (n,).
+        covariance: P, (n, n).
+        mu: The robot file's friction coefficients, (N,).
+        stiffness: Its stiffnesses, (N,) [N/m].
+        contact: Loaded feet, (N,).
+        model: The model's answer.
+        numbers: Of the settings.
+        out: Out.
+    """
+    count = mu.size
+    _spread(model, covariance, numbers, out.spread)
+    for k in range(count):
+        grip, spring = FIXED + k, FIXED + count + k
+        out.rows[MU, k] = mu[k] * np.exp(mean[SCALE] + mean[grip])
+        # log of the common friction and log mu of a leg vary together
+        both = covariance[grip, grip] + covariance[SCALE, SCALE] + 2.0 * covariance[SCALE, grip]
+        out.rows[MU_SD, k] = np.sqrt(max(both, 0.0))
+        out.rows[STIFFNESS, k] = stiffness[k] * np.exp(mean[spring])
+        out.rows[STIFFNESS_SD, k] = np.sqrt(covariance[spring, spring])
+        for i in range(3):
+            out.force[k, i] = model.force_B[k, i]
+        out.rows[SHARE, k] = model.force_B[k, 2] / numbers.weight_n
+        out.rows[SHARE_SD, k] = np.sqrt(out.spread[k, 2, 2]) / numbers.weight_n
+        slip = np.sqrt(model.slip_B[k, 0] ** 2 + model.slip_B[k, 1] ** 2)
+        out.slipping[k] = contact[k] and slip > numbers.slip_speed
+
+
 def prepare() -> None:
-    """Compile for arrays in rows, read-only or not, and for nothing else after."""
+    """Load or make the machine code now, so that no tick has to wait for it."""
+    numbers, flags = numbers_of(FeetNumbers, EstimatorSettings(), 1.0), given(1, kind=FLAG)
+    arrays = given(1, 2, 2, 2, 2)
     compile_for(
-        feet_stack_kernel, *given(1, 2, 2, 1, 2, 1, 2, 2, 1), *given(1, kind=FLAG), *given(1),
-        *out(1, 2, 1, 1), *out(2, kind=COUNT),
-    )  # fmt: skip
+        feet_stack_kernel, *arrays, *flags, no_answer(1), *given(1), numbers, stack_room(1, 0)
+    )
+    compile_for(readout_kernel, *given(1, 2, 1, 1), *flags, no_answer(1), numbers, readout_room(1))

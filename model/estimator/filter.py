@@ -10,19 +10,23 @@ from math import isfinite
 import numpy as np
 
 from model.errors import ModelError
+from model.estimator import feet_kernel as estimator_feet_kernel
 from model.estimator import measurements as measure
 from model.estimator import process, senses
-from model.estimator.health import Moment, Trouble, judge
-from model.estimator.kalman import Kalman, Patience, Stack, Updated, mended, sound
-from model.estimator.neighbourhood import Neighbourhood, neighbourhood, prepare
+from model.estimator.feet_kernel import FeetNumbers
+from model.estimator.health import judge
+from model.estimator.kalman import ABSOLUTE, Kalman, Stack, Updated, mended, sound
+from model.estimator.neighbourhood import Neighbourhood, law_of, neighbourhood, prepare
 from model.estimator.output import estimate
-from model.estimator.settings import EstimatorSettings
+from model.estimator.settings import EstimatorSettings, numbers_of
+from model.estimator.step_kernel import Prediction, WalkNoise
 from model.parameters.robot import ContactParameters
 from model.values.arrays import FloatArray
 from model.values.estimate import (
     BIAS,
     FIXED,
     GYRO_BIAS,
+    NEVER,
     POSE,
     SCALE,
     VELOCITY,
@@ -33,7 +37,6 @@ from model.values.estimate import (
 )
 from model.values.legs import FootMotion
 
-NEVER = -1
 START_SD = 1e-4  # of pose [m, rad] and velocity [m/s, rad/s] at the beginning
 NIS_MEMORY_S = 5.0
 
@@ -63,10 +66,15 @@ class Estimator:
         self.weight_n = weight_n
         self.legs = len(contact.mu)
         self.size = FIXED + 2 * self.legs
-        self._kalman = Kalman(self.size)
-        self._feet_numbers = measure.feet_numbers(self.settings, weight_n)
-        self._patience = Patience(self.settings.reject_limit, FIXED, self.settings.parameter_limit)
+        self._kalman = Kalman(
+            self.size, self.settings.reject_limit, FIXED, self.settings.parameter_limit
+        )
+        self._feet_numbers = numbers_of(FeetNumbers, self.settings, weight_n)
+        self._law = law_of(self.settings)
+        self._walk_noise = numbers_of(WalkNoise, self.settings, weight_n)
         prepare()
+        process.prepare()
+        estimator_feet_kernel.prepare()
 
     def initial(self, pose: FloatArray | None = None) -> EstimatorState:
         """Return the state before the first tick.
@@ -92,28 +100,6 @@ class Estimator:
             nis=np.nan, before=(mean, covariance), transition=np.eye(self.size),
         )  # fmt: skip
 
-    def reset(
-        self, state: EstimatorState, pose: FloatArray | None = None, *, keep_parameters: bool = True
-    ) -> EstimatorState:
-        """Begin anew at a pose, with what was learned about the feet or without.
-
-        Args:
-            state: State so far.
-            pose: x, y [m], yaw [rad]; the origin if None.
-            keep_parameters: Keep friction, stiffness and gyro bias with their covariance.
-        """
-        fresh = self.initial(pose)
-        if not keep_parameters:
-            return replace(fresh, t_ns=state.t_ns, feet=state.feet)
-        learned = np.arange(SCALE, self.size)
-        fresh.mean[learned] = state.mean[learned]
-        both = np.ix_(learned, learned)
-        fresh.covariance[both] = state.covariance[both]
-        return replace(
-            fresh, t_ns=state.t_ns, feet=state.feet, force_ns=state.force_ns,
-            used_ns=state.used_ns, share=state.share, contact=state.contact,
-        )  # fmt: skip
-
     def step(
         self, state: EstimatorState, inputs: OdometryInputs
     ) -> tuple[EstimatorState, Estimate]:
@@ -126,68 +112,65 @@ class Estimator:
         """
         self._check(inputs)
         settings = self.settings
-        trouble = Trouble()
+        trouble: list[str] = []
         first = state.t_ns == NEVER
         dt_s = 0.0 if first else (inputs.t_ns - state.t_ns) * 1e-9
         if dt_s < 0:
-            trouble.add(f"time went back by {-dt_s:.3g} s")
+            trouble.append(f"time went back by {-dt_s:.3g} s")
             state = replace(
                 state, force_ns=NEVER, used_ns=NEVER, idle_ns=NEVER, answer_ns=NEVER, fine_ns=NEVER
             )  # they are times of a clock that is no more
         elif dt_s == 0 and not first:
-            trouble.add("a tick came twice")
+            trouble.append("a tick came twice")
         feet, dead = senses.bridged(inputs.feet, state.feet)
-        if dead.any():
-            trouble.add(f"no encoder reading from {int(dead.sum())} of {self.legs} legs")
+        dead_legs = int(np.count_nonzero(dead))
+        if dead_legs:
+            trouble.append(f"no encoder reading from {dead_legs} of {self.legs} legs")
         heard, airborne = senses.hear(state, inputs, self.weight_n, settings)
-        model = _with_effects(self._model(state.mean, feet), inputs.added)
+        model = None
+        if not dead_legs or senses.finite(feet):
+            model = neighbourhood(state.mean, feet, self.contact, self.weight_n, self._law)
+            model = _with_effects(model, inputs.added)
         idle_ns = senses.idle_since(state, inputs.t_ns, feet, heard, settings)
         held = idle_ns != NEVER and (inputs.t_ns - idle_ns) * 1e-9 >= settings.idle_time_s
         held = held and not airborne
         serving = None if airborne else model
-        step = self._predict(
-            state.mean, serving, dt_s, held, int(dead.sum()), trouble, state.covariance
-        )
+        step = self._predict(state, serving, dt_s, held, dead_legs, trouble)
         if airborne:
-            trouble.add("picked up: the feet carry nothing")
+            trouble.append("picked up: the feet carry nothing")
         covariance = self._kalman.predict(step.mean, state.covariance, step.transition, step.noise)
         loaded = senses.contact(state, model, heard, self.weight_n, settings)
         # the model was solved at the parameters that the prediction leaves as they are
         answer = None if held else serving
-        forces = None
+        measured = self._others(step.mean, inputs, answer)
         if answer is not None and heard.use:
             forces = measure.feet_stack(
                 step.mean, covariance, heard.share, feet, loaded & ~dead, answer, self.contact.mu,
                 self._feet_numbers,
             )  # fmt: skip
-        others = self._others(step.mean, inputs, answer)
-        used = self._correct(step.mean, covariance, forces, others, state)
-        mean, after_covariance = (
-            (step.mean, covariance) if used is None else (used.mean, used.covariance)
-        )
-        if not (sound(after_covariance) and isfinite(np.vdot(mean, mean))):
-            trouble.add("the covariance had to be mended")
+            measured.insert(0, forces)
+        used = self._correct(step.mean, covariance, measured, state)
+        mean, believed = used.mean, used.covariance
+        if not (sound(believed) and isfinite(np.vdot(mean, mean))):
+            trouble.append("the covariance had to be mended")
             mean = np.where(np.isfinite(mean), mean, state.mean)
-            after_covariance = mended(
-                np.where(np.isfinite(after_covariance), after_covariance, state.covariance)
-            )
+            believed = mended(np.where(np.isfinite(believed), believed, state.covariance))
         force_ns = inputs.forces.t_ns if heard.fresh and inputs.forces else state.force_ns
         answered = serving is not None or state.answer_ns == NEVER
         answer_ns = inputs.t_ns if answered else state.answer_ns
         nis = _smoothed_nis(state.nis, used, settings.force_period_s)
-        moment = Moment(inputs.t_ns, force_ns, answer_ns, nis, inputs.pose_W is not None)
-        verdict = judge(state, moment, settings, trouble)
+        verdict = judge(state, inputs, force_ns, answer_ns, nis, settings, trouble)
         after = EstimatorState(
             t_ns=inputs.t_ns,
             mean=mean,
-            covariance=after_covariance,
+            covariance=believed,
             feet=feet,
             force_ns=force_ns,
             used_ns=inputs.t_ns if heard.use else state.used_ns,
             share=heard.share[:, 2] if heard.fresh else state.share,
             contact=loaded,
-            rejected=used.streak if used is not None else state.rejected,
-            rejects=state.rejects + (used.rejects if used is not None else 0),
+            rejected=used.streak,
+            rejects=state.rejects + used.rejects,
             idle_ns=idle_ns,
             answer_ns=answer_ns,
             fine_ns=verdict.fine_ns,
@@ -197,53 +180,48 @@ class Estimator:
             before=(step.mean, covariance),
             transition=step.transition,
         )
-        out = estimate(after, self.contact, self.weight_n, settings, model, used, verdict, held)
-        return after, out
+        numbers = self._feet_numbers
+        return after, estimate(after, self.contact, numbers, model, used, verdict, held)
 
     def _predict(
         self,
-        mean: FloatArray,
+        state: EstimatorState,
         model: Neighbourhood | None,
         dt_s: float,
         held: bool,
         dead_legs: int,
-        trouble: Trouble,
-        covariance: FloatArray,
-    ) -> process.Prediction:
+        trouble: list[str],
+    ) -> Prediction:
         """The step of the process that the moment calls for."""
-        settings = self.settings
+        settings, mean = self.settings, state.mean
         if dt_s == 0:
             return process.nothing(mean)
         if dt_s < 0 or dt_s > settings.longest_gap_s:
             if dt_s > 0:
-                trouble.add(f"a gap of {dt_s:.2g} s")
+                trouble.append(f"a gap of {dt_s:.2g} s")
             return process.after_gap(mean, settings, max(dt_s, settings.longest_gap_s))
         if model is None:
-            trouble.add("the feet do not carry the robot")
+            trouble.append("the feet do not carry the robot")
             return process.carried(mean, settings, dt_s)
         if held:
             return process.standing(mean, settings)
-        return process.walking(mean, covariance, model, settings, dt_s, self.weight_n, dead_legs)
+        return process.walking(mean, state.covariance, model, self._walk_noise, dt_s, dead_legs)
 
     def _correct(
         self,
         mean: FloatArray,
         covariance: FloatArray,
-        forces: Stack | None,
-        others: list[measure.Block],
+        measured: list[Stack],
         state: EstimatorState,
-    ) -> Updated | None:
+    ) -> Updated:
         """Use what passes its gate."""
-        for block in others:
-            if block.kind == 2 and state.rejected[2, 0] >= self.settings.reject_limit:
-                # it keeps saying that we are elsewhere: then that is how little we know
-                covariance = covariance + block.rows.T @ (
-                    block.innovation[:, None] ** 2 * block.rows
-                )
-        stack = measure.stacked(forces, others)
-        if stack is None:
-            return None
-        return self._kalman.update(mean, covariance, stack, state.rejected, self._patience)
+        if state.rejected[ABSOLUTE, 0] >= self.settings.reject_limit:
+            for part in measured:
+                if part.blocks[0, 1] == ABSOLUTE:
+                    # it keeps saying that we are elsewhere: then that is how little we know
+                    elsewhere = part.innovation[:, None] ** 2 * part.rows
+                    covariance = covariance + part.rows.T @ elsewhere
+        return self._kalman.update(mean, covariance, measure.stacked(measured), state.rejected)
 
     def _check(self, inputs: OdometryInputs) -> None:
         shape = (self.legs, 3)
@@ -253,38 +231,21 @@ class Estimator:
         if inputs.forces is not None and inputs.forces.force_n.shape != shape:
             raise ModelError(f"forces must be {shape}, not {inputs.forces.force_n.shape}")
 
-    def _model(self, mean: FloatArray, feet: FootMotion) -> Neighbourhood | None:
-        """The model at the parameters of a state; None without an answer."""
-        if not senses.finite(feet):
-            return None
-        factors = np.exp(mean[FIXED:])
-        contact = ContactParameters(
-            stiffness=self.contact.stiffness * factors[self.legs :],
-            mu=self.contact.mu * np.exp(mean[SCALE]) * factors[: self.legs],
-            anisotropy=self.contact.anisotropy,
-        )
-        settings = self.settings
-        step_s = settings.sway_step_s if settings.sway else 0.0
-        found = neighbourhood(
-            feet, contact, self.weight_n, settings.law, step_s, settings.rest_speed
-        )
-        return found if found.reason == 0 else None
-
     def _others(
         self, mean: FloatArray, inputs: OdometryInputs, model: Neighbourhood | None
-    ) -> list[measure.Block]:
+    ) -> list[Stack]:
         """What was measured beside the forces on the feet."""
         settings = self.settings
-        blocks: list[measure.Block] = []
+        stacks: list[Stack] = []
         if model is not None:
             tilt = (inputs.roll_rad, inputs.pitch_rad)
-            blocks += measure.tilt_blocks(tilt, model, settings, self.size)
+            stacks += measure.tilt_stacks(tilt, model, settings)
         if isfinite(inputs.yaw_rate_rad_s):
-            blocks.append(measure.gyro_block(mean, inputs.yaw_rate_rad_s, settings))
-        pose = measure.pose_block(mean, inputs, settings)
+            stacks.append(measure.gyro_stack(mean, inputs.yaw_rate_rad_s, settings))
+        pose = measure.pose_stack(mean, inputs, settings)
         if pose is not None:
-            blocks.append(pose)
-        return blocks
+            stacks.append(pose)
+        return stacks
 
 
 def _with_effects(
@@ -292,15 +253,13 @@ def _with_effects(
 ) -> Neighbourhood | None:
     if model is None or added is None:
         return model
-    return replace(
-        model,
-        velocity_B=model.velocity_B + added.velocity_B,
-        load_n=np.maximum(model.load_n + added.load_n, 0.0),
-    )
+    force = model.force_B.copy()
+    force[:, 2] = np.maximum(model.load_n + added.load_n, 0.0)
+    return model._replace(velocity_B=model.velocity_B + added.velocity_B, force_B=force)
 
 
-def _smoothed_nis(before: float, used: Updated | None, period_s: float) -> float:
-    if used is None or not isfinite(used.nis):
+def _smoothed_nis(before: float, used: Updated, period_s: float) -> float:
+    if not isfinite(used.nis):
         return before
     now = used.nis / used.numbers
     if not isfinite(before):

@@ -3,32 +3,67 @@
 One call solves support and traction at the given parameters and once more for every parameter stepped by
 a little, so that an estimator gets all derivatives for the price of a few dozen frames.
 
-Rows of the answers: 0 the frame itself, then N with log mu of one foot stepped, N with log K stepped,
-N with a foot's speed along x stepped (legs swing fore and aft: that is where a shaft's noise goes).
+Rows of the answers: 0 the frame itself, then N by log mu of one foot, N by log K, N by a foot's speed along
+x (legs swing fore and aft: that is where a shaft's noise goes).
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
-from model.compiled import FLAG, NUMBER, compile_for, compiled, given, out
+from model.compiled import NUMBER, compile_for, compiled, given
 from model.support.kernel import ROWS, support_kernel
 from model.traction.coulomb_frame import coulomb_frame
 from model.traction.kernel import foot_speeds, lay_anisotropy, traction_kernel
 from model.values.arrays import BoolArray, FloatArray
+from model.values.estimate import FIXED, SCALE
 
 NOT_A_NUMBER = 1
 CREEP_SPEED_M_S = (
     1e-3  # as in ``model.quasistatic.frame_kernel``: puts the ansatz' forces on a scale
 )
 FRAME, STIFFNESS, FRICTION, SPEED = 0, 1, 2, 3  # what is stepped
+LOG_STEP = 0.01  # of log mu and log K
+SPEED_STEP_M_S = 1e-4  # of a foot's speed
 CLEAR_M = 1e-3  # beyond how far a foot moves in a moment: what the body's own tilt may add
+
+
+class Law(NamedTuple):
+    """How a frame is solved.
+
+    Attributes:
+        coulomb: Coulomb's law, else the viscous ansatz, whose forces get the scale that brings them nearest
+            to Coulomb's law at the same slips.
+        sway_step: Time either way that slopes are differenced over [s]; 0 leaves sway out.
+        rest_speed: Root mean square slip at which half of Coulomb's forces are taken from the ansatz, for
+            more the more slowly the feet slip [m/s]; 0 asks Coulomb's law alone wherever it has an answer.
+    """
+
+    coulomb: bool
+    sway_step: float
+    rest_speed: float
+
+
+class Answers(NamedTuple):
+    """What the kernel fills in.
+
+    Attributes:
+        rows: Of the frame: vx, vy, yaw rate with sway; slope_x, slope_y, height; each foot's horizontal
+            force and load. Below it their derivatives, (1 + 3 N, 6 + 3 N).
+        slip: Of the frame, (N, 2) [m/s].
+        sway: Of the frame, (2,) [m/s].
+    """
+
+    rows: FloatArray
+    slip: FloatArray
+    sway: FloatArray
 
 
 @compiled
 def _lay(given: FloatArray, out: FloatArray) -> None:
     """Copy rows: what ``out[:] = given`` does, for a tenth of the compiler's time."""
     for k in range(given.shape[0]):
-        for i in range(given.shape[1]):
-            out[k, i] = given[k, i]
+        _lay_row(given[k], out[k])
 
 
 @compiled
@@ -76,7 +111,7 @@ def _aloft(
     feet: FloatArray, feet_velocity: FloatArray, pose: FloatArray, k: int, step_s: float
 ) -> bool:
     """Whether a foot is too high to touch the ground a moment before or after."""
-    clearance = pose[0, 2] + feet[k, 2] - pose[0, 0] * feet[k, 0] + pose[0, 1] * feet[k, 1]
+    clearance = pose[2] + feet[k, 2] - pose[0] * feet[k, 0] + pose[1] * feet[k, 1]
     high: bool = clearance > CLEAR_M + 2.0 * step_s * abs(feet_velocity[k, 2])
     return high
 
@@ -102,90 +137,82 @@ def _slip_share(loads: FloatArray, slip: FloatArray, rested: BoolArray, rest_spe
 
 
 @compiled
-def _blend(
-    work: FloatArray, loads: FloatArray, mu: FloatArray, share: float, force: FloatArray
-) -> None:
-    """Take the rest of the forces from the viscous ansatz, on the scale nearest to Coulomb's law."""
-    count = loads.size
-    twist = np.empty(3)
-    slip = np.empty((count, 2))
-    ansatz = np.empty((count, 2))
-    if share >= 1.0 or traction_kernel(work, loads, mu, twist, slip, ansatz) != 0:
-        return
+def _scale(force: FloatArray, slip: FloatArray) -> float:
+    """What brings the ansatz' forces nearest to Coulomb's law at the same slips."""
     power, aim = 0.0, 0.0
-    for k in range(count):
-        square = ansatz[k, 0] ** 2 + ansatz[k, 1] ** 2
+    for k in range(force.shape[0]):
+        square = force[k, 0] ** 2 + force[k, 1] ** 2
         power += square
         if square > 0.0:
             aim += square / (np.sqrt(slip[k, 0] ** 2 + slip[k, 1] ** 2) + CREEP_SPEED_M_S)
-    scale = aim / power if power > 0.0 else 0.0
-    for k in range(count):
+    return aim / power if power > 0.0 else 0.0
+
+
+@compiled
+def _blend(
+    work: FloatArray,
+    loads: FloatArray,
+    mu: FloatArray,
+    share: float,
+    force: FloatArray,
+    ansatz: tuple[FloatArray, FloatArray, FloatArray],
+) -> None:
+    """Take the rest of the forces from the viscous ansatz, on the scale nearest to Coulomb's law."""
+    twist, slip, viscous = ansatz
+    if share >= 1.0 or traction_kernel(work, loads, mu, twist, slip, viscous) != 0:
+        return
+    rest = (1.0 - share) * _scale(viscous, slip)
+    for k in range(loads.size):
         for i in range(2):
-            force[k, i] = share * force[k, i] + (1.0 - share) * scale * ansatz[k, i]
+            force[k, i] = share * force[k, i] + rest * viscous[k, i]
 
 
 @compiled
 def neighbourhood_kernel(
+    mean: FloatArray,
     feet: FloatArray,
     feet_velocity: FloatArray,
     stiffness: FloatArray,
     mu: FloatArray,
     anisotropy: FloatArray,
     load: float,
-    coulomb: bool,
-    sway_step: float,
-    log_step: float,
-    speed_step: float,
-    rest_speed: float,
-    velocity: FloatArray,
-    loads: FloatArray,
-    pose: FloatArray,
-    sway: FloatArray,
-    slip: FloatArray,
-    force: FloatArray,
-    rested: BoolArray,
+    law: Law,
+    answers: Answers,
 ) -> int:
-    """Solve a frame and its neighbours; a neighbour without an answer repeats the frame's own.
+    """Solve a frame and its neighbours, and take differences; a neighbour without an answer gives none.
 
     Args:
+        mean: State of the estimator, (n,): its parameters are factors of the next two.
         feet: (N, 3) [m], body frame.
         feet_velocity: (N, 3) [m/s].
-        stiffness: (N,) [N/m].
-        mu: (N,).
+        stiffness: Of the robot file, (N,) [N/m].
+        mu: Of the robot file, (N,).
         anisotropy: (N, 2).
         load: [N].
-        coulomb: Coulomb's law, else the viscous ansatz.
-        sway_step: Time either way that slopes are differenced over [s]; 0 leaves sway out.
-        log_step: Step of log mu and log K.
-        speed_step: Step of a foot's speed [m/s].
-        rest_speed: Coulomb's law only: slip at which half of the forces comes from the ansatz [m/s].
-        velocity: Out: vx, vy, yaw rate with sway, (1 + 3 N, 3).
-        loads: Out: of the frame and with K stepped, (1 + N, N) [N].
-        pose: Out: slope_x, slope_y, height of the same, (1 + N, 3).
-        sway: Out: (2,) [m/s].
-        slip: Out: the frame's slips, (N, 2) [m/s].
-        force: Out: horizontal forces of the frame, with mu and with K stepped, (1 + 2 N, N, 2).
-        rested: Out: feet at rest, (N,).
+        law: How.
+        answers: Out: sway and slip zero before.
 
     Returns:
         0, or why the frame has no answer (``model.quasistatic.frames.Reason``).
     """
+    rows, sway = answers.rows, answers.sway
     count = feet.shape[0]
     # All that is handed on may be written: machine code of its own for what may not costs seconds.
-    place, speed = np.empty((count, 3)), np.empty((count, 3))
-    springs, grip = np.empty(count), np.empty(count)
-    _lay(feet, place)
-    _lay(feet_velocity, speed)
-    _lay_row(stiffness, springs)
-    _lay_row(mu, grip)
+    place, speed = feet.copy(), feet_velocity.copy()
+    spring, friction = np.empty(count), np.empty(count)
+    for k in range(count):
+        friction[k] = mu[k] * np.exp(mean[SCALE] + mean[FIXED + k])
+        spring[k] = stiffness[k] * np.exp(mean[FIXED + count + k])
+    springs, grip = spring.copy(), friction.copy()
     ground, moved = np.zeros(count), np.empty((count, 3))
     work, spare, own = np.empty((ROWS, count)), np.empty((ROWS, count)), np.empty((ROWS, count))
     lay_anisotropy(anisotropy, work)
-    stepped = np.exp(log_step)
-    tilt, carried, twist = np.empty(3), np.empty(count), np.empty(3)
+    stepped = np.exp(LOG_STEP)
+    tilt, carried, loads, twist = np.empty(3), np.empty(count), np.empty(count), np.empty(3)
     side, pull = np.zeros((count, 2)), np.zeros((count, 2))
-    rest = np.zeros(count, dtype=np.bool_)
-    share, dx, dy = 1.0, 0.0, 0.0
+    ansatz = np.empty(3), np.empty((count, 2)), np.empty((count, 2))
+    rest, rested = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
+    share, scale, dx, dy = 1.0, 1.0, 0.0, 0.0
     untilted = count < 0
     # the frame, then K, mu and foot speeds stepped: one loop, so that there is one copy of the solvers
     for number in range(1 + 3 * count):
@@ -194,83 +221,84 @@ def neighbourhood_kernel(
         row = number
         if stage == STIFFNESS:
             row = number + count
-            _lay_row(loads[0], loads[number])
-            _lay_row(pose[0], pose[number])
         elif stage == FRICTION:
             row = number - count
         if stage != FRAME:
-            _lay_row(velocity[0], velocity[row])
-            if stage != SPEED:
-                _lay(force[0], force[row])
+            _lay_row(rows[0], rows[row])
             if number == 1 + count:
                 _lay(own, work)
-                _lay_row(pose[0], tilt)
-                _lay_row(loads[0], carried)
+                _lay_row(rows[0, 3:6], tilt)
+                _lay_row(loads, carried)
                 dx, dy = sway[0], sway[1]
             # a foot in the air changes nothing, nor does its spring if it stays there
-            if loads[0, k] <= 0.0 and (
-                stage != STIFFNESS or _aloft(place, speed, pose, k, sway_step)
+            if loads[k] <= 0.0 and (
+                stage != STIFFNESS or _aloft(place, speed, rows[0, 3:6], k, law.sway_step)
             ):
                 continue
         if stage == FRICTION:
-            grip[k] = mu[k] * stepped
+            grip[k] = friction[k] * stepped
         elif stage == SPEED:
-            speed[k, 0] = feet_velocity[k, 0] + speed_step
+            speed[k, 0] = feet_velocity[k, 0] + SPEED_STEP_M_S
         else:
-            springs[k] = stiffness[k] * stepped if stage == STIFFNESS else stiffness[k]
-            found = support_kernel(place, ground, springs, load, tilt, carried, work)
-            if found >= 0 and sway_step > 0.0:
+            springs[k] = spring[k] * stepped if stage == STIFFNESS else spring[k]
+            reason = support_kernel(place, ground, springs, load, tilt, carried, work)
+            if reason >= 0 and law.sway_step > 0.0:
                 dx, dy = _sway(
-                    place, speed, ground, springs, load, sway_step, tilt[2], moved, spare
+                    place, speed, ground, springs, load, law.sway_step, tilt[2], moved, spare
                 )
-            springs[k] = stiffness[k]
-            if found < 0:
+            springs[k] = spring[k]
+            if reason < 0:
                 if stage == FRAME:
-                    return -found
+                    return -reason
                 continue
         if not foot_speeds(speed, tilt, untilted, work):
             return NOT_A_NUMBER
         speed[k, 0] = feet_velocity[k, 0]
-        twist[0], twist[1], twist[2] = (
-            velocity[0, 0] - sway[0],
-            velocity[0, 1] - sway[1],
-            velocity[0, 2],
-        )
+        warm = stage != FRAME
+        if warm:
+            twist[0], twist[1], twist[2] = rows[0, 0] - sway[0], rows[0, 1] - sway[1], rows[0, 2]
         for j in range(count):
             rest[j] = rested[j]
-        warm = stage != FRAME
-        if coulomb:
+        if law.coulomb:
             reason, _ = coulomb_frame(work, carried, grip, warm, twist, side, pull, rest)
         else:
             reason = traction_kernel(work, carried, grip, twist, side, pull)
         if reason != 0:
             if stage == FRAME:
                 return reason
-            grip[k] = mu[k]
+            grip[k] = friction[k]
             continue
         if stage == FRAME:
             sway[0], sway[1] = dx, dy
-            _lay(side, slip)
+            _lay(side, answers.slip)
             for j in range(count):
                 rested[j] = rest[j]
             _lay(work, own)
-            share = _slip_share(carried, slip, rested, rest_speed) if coulomb else 1.0
+            _lay_row(carried, loads)
+            if law.coulomb:
+                share = _slip_share(carried, side, rest, law.rest_speed)
+            else:
+                scale = _scale(pull, side)
         if stage in (FRAME, STIFFNESS):
-            _lay_row(carried, loads[number])
-            _lay_row(tilt, pose[number])
+            _lay_row(tilt, rows[row, 3:6])
+            for j in range(count):
+                rows[row, 8 + 3 * j] = carried[j]
         if stage != SPEED:
-            _blend(work, carried, grip, share, pull)
-            _lay(pull, force[row])
-        grip[k] = mu[k]
-        velocity[row, 0] = twist[0] + dx
-        velocity[row, 1] = twist[1] + dy
-        velocity[row, 2] = twist[2]
+            _blend(work, carried, grip, share, pull, ansatz)
+            for j in range(count):
+                rows[row, 6 + 3 * j] = scale * pull[j, 0]
+                rows[row, 7 + 3 * j] = scale * pull[j, 1]
+        grip[k] = friction[k]
+        rows[row, 0] = twist[0] + dx
+        rows[row, 1] = twist[1] + dy
+        rows[row, 2] = twist[2]
+    for row in range(1, 1 + 3 * count):
+        step = LOG_STEP if row <= 2 * count else SPEED_STEP_M_S
+        for i in range(rows.shape[1]):
+            rows[row, i] = (rows[row, i] - rows[0, i]) / step
     return 0
 
 
-def prepare() -> None:
+def prepare(law: Law, answers: Answers) -> None:
     """Compile for read-only inputs, which writable ones fit too, and for nothing else after."""
-    compile_for(
-        neighbourhood_kernel, *given(2, 2, 1, 1, 2), NUMBER, FLAG, *(NUMBER,) * 4,
-        *out(2, 2, 2, 1, 2, 3), *out(1, kind=FLAG),
-    )  # fmt: skip
+    compile_for(neighbourhood_kernel, *given(1, 2, 2, 1, 1, 2), NUMBER, law, answers)

@@ -1,28 +1,33 @@
-"""The extended Kalman filter of filterpy behind two functions on plain arrays.
+"""filterpy's extended Kalman filter behind two functions on plain arrays.
 
-Nothing else in the program knows filterpy: what it needs of us (a nonlinear prediction, gates) and what
-it leaves to us (a covariance that is symmetric and positive definite) is settled here.
+filterpy's own ``predict`` and ``update`` do the arithmetic. What it needs of us (a nonlinear mean, gates)
+and what it leaves to us (a covariance that is symmetric and positive definite) is settled here; nothing
+else in the program knows it.
 """
 
 from dataclasses import dataclass
+from functools import cache
+from math import inf, isfinite, log, tau
+from typing import NamedTuple
 
 import numpy as np
 
-from model.estimator.step_kernel import sound_kernel
-from model.values.arrays import FloatArray, IntArray
+from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
+
+NO_STREAK, LOAD, FORCE, ABSOLUTE = -1, 0, 1, 2  # kinds of block; the first keeps no count
+LOG_TURN = log(tau)
+FARTHEST = 1e100  # normalised innovation squared of what no noise explains
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Stack:
-    """A measurement in blocks, each of which is believed or not as a whole.
+class Stack(NamedTuple):
+    """A measurement of m numbers in B blocks, each of which is believed or not as a whole.
 
     Attributes:
         innovation: Measured less expected, angles wrapped already, (m,).
         rows: H, (m, n).
-        variance: Of the noise, independent from number to number, (m,); made larger for a block that
-            is believed after many rejections, infinite for one that is not used.
+        variance: Of the noise, independent from number to number, (m,).
         gates: Largest normalised innovation squared of each block, (B,); infinite for none.
-        blocks: Of each block: its first number, kind and leg, (B, 3); kind -1 keeps no count.
+        blocks: Of each block: its first number, kind and leg, (B, 3).
     """
 
     innovation: FloatArray
@@ -30,21 +35,6 @@ class Stack:
     variance: FloatArray
     gates: FloatArray
     blocks: IntArray
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Patience:
-    """What bounds an update.
-
-    Attributes:
-        reject_limit: Rejections in a row after which a block is believed with more noise.
-        first_limited: Place in the state from which on
-        limit: no number gets farther from 0 than this.
-    """
-
-    reject_limit: int
-    first_limited: int
-    limit: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,14 +68,21 @@ class Kalman:
 
     Args:
         size: Number of states n.
+        reject_limit: Rejections in a row after which a block is believed with more noise.
+        first_limited: Place of the first state that is limited; all after it are.
+        limit: Largest size of those states.
     """
 
-    def __init__(self, size: int) -> None:
-        from model.estimator.kalman_filter import (
-            CompiledFilter,  # a second, which not every command needs
-        )
+    def __init__(self, size: int, reject_limit: int, first_limited: int, limit: float) -> None:
+        from filterpy.kalman import ExtendedKalmanFilter  # a second, which not every command needs
 
-        self._filter = CompiledFilter(size)
+        self._reject_limit, self._first_limited, self._limit = reject_limit, first_limited, limit
+        self._filter = ExtendedKalmanFilter(size, 1)
+        # what filterpy says to replace where F x is not the mean after a step
+        self._filter.predict_x = self._take_mean
+
+    def _take_mean(self, mean: FloatArray) -> None:
+        self._filter.x = mean
 
     def predict(
         self, mean: FloatArray, covariance: FloatArray, transition: FloatArray, noise: FloatArray
@@ -100,35 +97,101 @@ class Kalman:
         """
         ekf = self._filter
         ekf.P, ekf.F, ekf.Q = covariance, transition, noise
-        ekf.predict(mean=mean)
-        after: FloatArray = ekf.P
-        return after
+        ekf.predict(mean)
+        return symmetric(ekf.P)
 
     def update(
-        self,
-        mean: FloatArray,
-        covariance: FloatArray,
-        stack: Stack,
-        streak: IntArray,
-        patience: Patience,
+        self, mean: FloatArray, covariance: FloatArray, stack: Stack | None, streak: IntArray
     ) -> Updated:
-        """Gate each block by its own normalised innovation, and use the rest.
+        """Gate each block by its own normalised innovation, and use what passes at once.
+
+        After a row of rejections a block is believed again with as much more noise as brings it to its
+        gate: a filter that never hears its sensors again is worse than one that doubts them.
 
         Args:
             mean: (n,).
             covariance: P, (n, n).
-            stack: The measurement; its variance is changed.
+            stack: The measurement; None for none.
             streak: Rejections in a row by kind and leg, (3, N).
-            patience: When to believe what is rejected, and how far parameters may go.
         """
+        nothing = _not_measured(streak.shape[1])
+        if stack is None:
+            return Updated(mean, covariance, np.nan, np.nan, 0, 0, streak, nothing)
+        streak = streak.copy()
+        spread = stack.rows @ covariance @ stack.rows.T + np.diag(stack.variance)
+        used, more, rejects = _gate(stack, spread, streak, self._reject_limit)
+        if not used.any():
+            return Updated(mean, covariance, np.nan, np.nan, 0, rejects, streak, nothing)
+        variance = (stack.variance + more)[used]
+        sd = np.sqrt((spread.diagonal() + more)[used])
+        over_sd = np.full(len(used), np.nan)
+        over_sd[used] = left = stack.innovation[used] / sd
+        normal = nothing.copy()
+        for first, kind, leg in stack.blocks.tolist():
+            if kind == LOAD:
+                normal[leg, 2] = over_sd[first]
+            elif kind == FORCE:
+                normal[leg, :2] = over_sd[first : first + 2]
+        # Over their sd S is a matrix of correlations: it has an inverse whatever the units. The innovation
+        # is measured against 0: what is expected is out of it already, and angles are wrapped.
+        rows = stack.rows[used] / sd[:, None]
         ekf = self._filter
         ekf.x, ekf.P = mean, covariance
-        streak, normal = streak.copy(), np.full((streak.shape[1], 3), np.nan)
-        nis, log_likelihood, numbers, rejects = ekf.gated_update(
-            stack.innovation, stack.rows, stack.variance, stack.gates, stack.blocks,
-            patience.reject_limit, patience.first_limited, patience.limit, streak, normal,
-        )  # fmt: skip
-        return Updated(ekf.x, ekf.P, nis, log_likelihood, numbers, rejects, streak, normal)
+        ekf.update(left, lambda _: rows, lambda _: 0.0, np.diag(variance / sd**2))
+        after = ekf.x
+        limited = after[self._first_limited :]
+        limited.clip(-self._limit, self._limit, out=limited)
+        nis = float(left @ ekf.SI @ left)
+        volume = np.linalg.slogdet(ekf.S)[1] + 2.0 * np.log(sd).sum() + len(left) * LOG_TURN
+        likelihood = -0.5 * (nis + float(volume))
+        covariance = symmetric(ekf.P)
+        return Updated(
+            after, covariance, nis, likelihood, len(left), rejects, streak, readonly(normal)
+        )
+
+
+@cache
+def _not_measured(legs: int) -> FloatArray:
+    """Normalised innovations of feet none of which was used, (N, 3)."""
+    return readonly(np.full((legs, 3), np.nan))
+
+
+def _gate(
+    stack: Stack, spread: FloatArray, streak: IntArray, reject_limit: int
+) -> tuple[BoolArray, FloatArray, int]:
+    """Which numbers are used, with how much more variance, and how many blocks were rejected.
+
+    Args:
+        stack: The measurement.
+        spread: Covariance of its innovation, (m, m).
+        streak: In and out: rejections in a row by kind and leg, (3, N).
+        reject_limit: Rejections in a row after which a block is believed.
+    """
+    used, more, rejects = np.ones(len(spread), dtype=bool), np.zeros(len(spread)), 0
+    blocks = stack.blocks.tolist()
+    ends = [*(first for first, _, _ in blocks[1:]), len(spread)]
+    left, own = stack.innovation.tolist(), spread.diagonal().tolist()
+    for (first, kind, leg), end, gate in zip(blocks, ends, stack.gates.tolist(), strict=True):
+        part, counted = slice(first, end), kind != NO_STREAK
+        if not all(map(isfinite, own[part])):
+            distance = inf
+        elif end - first == 1:
+            distance = left[first] * left[first] / own[first]
+        else:
+            several = stack.innovation[part]
+            distance = float(np.vdot(several, np.linalg.solve(spread[part, part], several)))
+        passed = distance <= gate
+        if not passed:
+            rejects += 1
+            insists = counted and streak[kind, leg] >= reject_limit
+            if insists and distance < FARTHEST:
+                # brings one number exactly to the gate, a pair near it
+                more[part] = (distance / gate - 1.0) * spread.diagonal()[part]
+            else:
+                used[part] = False
+        if counted:
+            streak[kind, leg] = 0 if passed else streak[kind, leg] + 1
+    return used, more, rejects
 
 
 def symmetric(covariance: FloatArray) -> FloatArray:
@@ -139,7 +202,9 @@ def symmetric(covariance: FloatArray) -> FloatArray:
 
 def sound(covariance: FloatArray) -> bool:
     """Whether a covariance is finite and positive definite."""
-    return bool(sound_kernel(covariance))
+    from scipy.linalg.lapack import dpotrf  # comes with filterpy
+
+    return isfinite(np.vdot(covariance, covariance)) and dpotrf(covariance)[1] == 0
 
 
 def mended(covariance: FloatArray) -> FloatArray:

@@ -1,195 +1,123 @@
 """The model at one frame with its derivatives, by one compiled call over stepped parameters."""
 
-from dataclasses import dataclass
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 
-from model.estimator import (
-    feet_kernel as estimator_feet_kernel,
-)
-from model.estimator import (
-    frame_kernel as estimator_kernel,
-)
-from model.estimator import (
-    readout_kernel as estimator_readout_kernel,
-)
-from model.estimator import (
-    step_kernel as estimator_step_kernel,
-)
-from model.estimator import (
-    update_kernel as estimator_update_kernel,
-)
-from model.estimator.frame_kernel import NOT_A_NUMBER
+from model.estimator import frame_kernel as estimator_kernel
+from model.estimator.frame_kernel import Answers, Law
+from model.estimator.settings import EstimatorSettings
 from model.parameters.robot import ContactParameters
 from model.quasistatic.frames import FrictionLaw
-from model.values.arrays import BoolArray, FloatArray
+from model.values.arrays import FloatArray
 from model.values.legs import FootMotion
 
-LOG_STEP = 0.01
-SPEED_STEP_M_S = 1e-4
+VELOCITY, POSE, FORCES = slice(0, 3), slice(3, 6), slice(6, None)  # of what is differentiated
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Neighbourhood:
-    """The model's answer for N feet and its derivatives; parameters are log mu, then log K.
+class Neighbourhood(NamedTuple):
+    """The model's answer for N feet and its derivatives.
 
     Attributes:
-        reason: 0, or why there is no answer (``model.quasistatic.frames.Reason``); all else is then
-        undefined.
         velocity_B: With sway, (3,).
-        by_parameters: Its derivatives, (3, 2 N).
-        by_speeds: By the feet's speeds along x, (3, N).
-        sway_B: Velocity of the body origin as it tilts, (2,) [m/s].
-        load_n: (N,) [N].
-        load_by_stiffness: By log K, (N, N).
         pose: slope_x, slope_y, height, (3,).
-        pose_by_stiffness: (3, N).
+        force_B: Horizontal force on each foot and its load, (N, 3) [N].
         slip_B: (N, 2) [m/s].
-        force_B: Horizontal forces, (N, 2) [N].
-        force_by_parameters: (N, 2, 2 N).
-        resting: Feet at rest, (N,).
+        sway_B: Velocity of the body origin as it tilts, (2,) [m/s].
+        slopes: The first three, one behind the other, by log mu, by log K and by the feet's speeds along
+            x, (3 N, 6 + 3 N). Speeds change the velocity alone.
     """
 
-    reason: int
     velocity_B: FloatArray  # noqa: N815 - frame suffix
-    by_parameters: FloatArray
-    by_speeds: FloatArray
-    sway_B: FloatArray  # noqa: N815
-    load_n: FloatArray
-    load_by_stiffness: FloatArray
     pose: FloatArray
-    pose_by_stiffness: FloatArray
-    slip_B: FloatArray  # noqa: N815
     force_B: FloatArray  # noqa: N815
-    force_by_parameters: FloatArray
-    resting: BoolArray
+    slip_B: FloatArray  # noqa: N815
+    sway_B: FloatArray  # noqa: N815
+    slopes: FloatArray
+
+    @property
+    def load_n(self) -> FloatArray:
+        """Load of each foot, (N,) [N]."""
+        return self.force_B[:, 2]
+
+    @property
+    def pose_by_stiffness(self) -> FloatArray:
+        """Derivatives of the pose by log K, (3, N)."""
+        legs = len(self.force_B)
+        return self.slopes[legs : 2 * legs, POSE].T
+
+
+@cache
+def no_answer(legs: int) -> Neighbourhood:
+    """All NaN, for N feet: what stands where the model has no answer."""
+    space, plane = np.full(3, np.nan), np.full((legs, 2), np.nan)
+    return Neighbourhood(
+        velocity_B=space,
+        pose=space,
+        force_B=np.full((legs, 3), np.nan),
+        slip_B=plane,
+        sway_B=np.full(2, np.nan),
+        slopes=np.full((3 * legs, 6 + 3 * legs), np.nan),
+    )
+
+
+def _blank(legs: int) -> Answers:
+    """Room for the answers of N feet."""
+    return Answers(
+        rows=np.empty((1 + 3 * legs, 6 + 3 * legs)),
+        slip=np.zeros((legs, 2)),
+        sway=np.zeros(2),
+    )
 
 
 def prepare() -> None:
     """Load or make the machine code now, so that no tick has to wait for it."""
-    estimator_kernel.prepare()
-    estimator_step_kernel.prepare()
-    estimator_update_kernel.prepare()
-    estimator_readout_kernel.prepare()
-    estimator_feet_kernel.prepare()
+    estimator_kernel.prepare(law_of(EstimatorSettings()), _blank(1))
 
 
-@cache
-def no_answer(count: int) -> Neighbourhood:
-    """All NaN, for N feet: what is said where the model says nothing."""
-    row, square = np.full(count, np.nan), np.full((count, count), np.nan)
-    plane, space = np.full((count, 2), np.nan), np.full(3, np.nan)
-    by_three, by_both = np.full((3, count), np.nan), np.full((3, 2 * count), np.nan)
-    of_forces = np.full((count, 2, 2 * count), np.nan)
-    return Neighbourhood(
-        reason=NOT_A_NUMBER,
-        velocity_B=space,
-        by_parameters=by_both,
-        by_speeds=by_three,
-        sway_B=np.full(2, np.nan),
-        load_n=row,
-        load_by_stiffness=square,
-        pose=space,
-        pose_by_stiffness=by_three,
-        slip_B=plane,
-        force_B=plane,
-        force_by_parameters=of_forces,
-        resting=np.zeros(count, dtype=np.bool_),
+def law_of(settings: EstimatorSettings) -> Law:
+    """How the settings have a frame solved."""
+    return Law(
+        coulomb=settings.law is FrictionLaw.COULOMB,
+        sway_step=settings.sway_step_s if settings.sway else 0.0,
+        rest_speed=settings.rest_speed,
     )
 
 
 def neighbourhood(
-    feet: FootMotion,
-    contact: ContactParameters,
-    weight_n: float,
-    law: FrictionLaw,
-    sway_step_s: float,
-    rest_speed: float = 0.0,
-) -> Neighbourhood:
-    """Solve a frame and step each parameter and foot speed by a little.
+    mean: FloatArray, feet: FootMotion, contact: ContactParameters, weight_n: float, law: Law
+) -> Neighbourhood | None:
+    """Solve a frame and step each parameter and foot speed by a little; None where it has no answer.
 
     Args:
+        mean: State, (n,): its parameters are factors of the next.
         feet: (N, 3) each, all finite.
-        contact: Stiffness and friction to solve at.
+        contact: Stiffness and friction of the robot file.
         weight_n: Weight carried [N].
-        law: Friction law. The viscous ansatz' forces get the scale that brings them nearest to
-            Coulomb's law at the same slips.
-        sway_step_s: Time either way over which slopes are differenced [s]; 0 leaves sway out.
-        rest_speed: Root mean square slip at which half of Coulomb's forces are taken from the ansatz, for
-            more the more slowly the feet slip [m/s]; 0 asks Coulomb's law alone wherever it has an answer.
+        law: How, of ``law_of``.
     """
-    count = len(contact.mu)
-    velocity = np.empty((1 + 3 * count, 3))
-    loads = np.empty((1 + count, count))
-    pose = np.empty((1 + count, 3))
-    sway = np.zeros(2)
-    slip = np.zeros((count, 2))
-    force = np.zeros((1 + 2 * count, count, 2))
-    resting = np.zeros(count, dtype=np.bool_)
+    legs = len(contact.mu)
+    answers = _blank(legs)
     reason = estimator_kernel.neighbourhood_kernel(
+        mean,
         np.ascontiguousarray(feet.position_m),
         np.ascontiguousarray(feet.velocity_m_s),
         contact.stiffness,
         contact.mu,
         contact.anisotropy,
         weight_n,
-        law is FrictionLaw.COULOMB,
-        sway_step_s,
-        LOG_STEP,
-        SPEED_STEP_M_S,
-        rest_speed,
-        velocity,
-        loads,
-        pose,
-        sway,
-        slip,
-        force,
-        resting,
+        law,
+        answers,
     )
-    if law is FrictionLaw.VISCOUS and reason == 0:
-        force *= _scale(force[0], slip)
-    by_parameters = np.empty((3, 2 * count))
-    by_speeds = np.empty((3, count))
-    load_by_stiffness = np.empty((count, count))
-    pose_by_stiffness = np.empty((3, count))
-    force_by_parameters = np.empty((count, 2, 2 * count))
-    estimator_step_kernel.slopes_kernel(
-        velocity,
-        loads,
-        pose,
-        force,
-        LOG_STEP,
-        SPEED_STEP_M_S,
-        by_parameters,
-        by_speeds,
-        load_by_stiffness,
-        pose_by_stiffness,
-        force_by_parameters,
-    )
+    if reason != 0:
+        return None
+    rows, slip, sway = answers
     return Neighbourhood(
-        reason=int(reason),
-        velocity_B=velocity[0],
-        by_parameters=by_parameters,
-        by_speeds=by_speeds,
-        sway_B=sway,
-        load_n=loads[0],
-        load_by_stiffness=load_by_stiffness,
-        pose=pose[0],
-        pose_by_stiffness=pose_by_stiffness,
+        velocity_B=rows[0, VELOCITY],
+        pose=rows[0, POSE],
+        force_B=rows[0, FORCES].reshape(legs, 3),
         slip_B=slip,
-        force_B=force[0],
-        force_by_parameters=force_by_parameters,
-        resting=resting,
+        sway_B=sway,
+        slopes=rows[1:],
     )
-
-
-def _scale(force: FloatArray, slip: FloatArray) -> float:
-    square = np.einsum("ki,ki->k", force, force)
-    power = float(square.sum())
-    aim = float(
-        (
-            square / (np.sqrt(np.einsum("ki,ki->k", slip, slip)) + estimator_kernel.CREEP_SPEED_M_S)
-        ).sum()
-    )
-    return aim / power if power > 0 else 0.0

@@ -4,26 +4,26 @@ from math import atan
 
 import numpy as np
 
-from model.estimator.health import NEVER, Verdict
-from model.estimator.kalman import Updated
-from model.estimator.neighbourhood import Neighbourhood, no_answer
-from model.estimator.readout_kernel import (
+from model.estimator.feet_kernel import (
     MU,
     MU_SD,
-    ROWS,
     SHARE,
     SHARE_SD,
     STIFFNESS,
     STIFFNESS_SD,
+    FeetNumbers,
     readout_kernel,
+    readout_room,
 )
-from model.estimator.settings import EstimatorSettings
+from model.estimator.health import Verdict
+from model.estimator.kalman import Updated
+from model.estimator.neighbourhood import Neighbourhood, no_answer
 from model.parameters.robot import ContactParameters
 from model.values.arrays import readonly
 from model.values.estimate import (
     BIAS,
+    NEVER,
     POSE,
-    SCALE,
     VELOCITY,
     YAW,
     Estimate,
@@ -34,77 +34,54 @@ from model.values.estimate import (
 def estimate(
     state: EstimatorState,
     contact: ContactParameters,
-    weight_n: float,
-    settings: EstimatorSettings,
+    numbers: FeetNumbers,
     model: Neighbourhood | None,
-    used: Updated | None,
+    used: Updated,
     verdict: Verdict,
     holding: bool,
 ) -> Estimate:
-    """Read out a state after a step."""
+    """Read out a state after a step; its arrays are not to be written to from then on."""
     legs = len(contact.mu)
-    mean, covariance = state.mean, state.covariance
+    mean, covariance = readonly(state.mean), readonly(state.covariance)
     answer = model if model is not None else no_answer(legs)
-    feet = np.empty((ROWS, legs))
-    slipping = np.empty(legs, dtype=np.bool_)
-    # Beside the parameters' part each foot has the noise that the filter gives a measured force: a
-    # prediction cannot be better than the model that it is judged by.
-    force, force_covariance = np.empty((legs, 3)), np.empty((legs, 3, 3))
+    feet = readout_room(legs)
     readout_kernel(
-        mean,
-        covariance,
-        contact.mu,
-        contact.stiffness,
-        answer.force_B,
-        answer.load_n,
-        answer.force_by_parameters,
-        answer.load_by_stiffness,
-        answer.slip_B,
-        state.contact,
-        SCALE,
-        weight_n,
-        settings.force_sd * weight_n,
-        settings.force_share_sd,
-        settings.load_sd * weight_n,
-        settings.slip_speed,
-        feet,
-        slipping,
-        force,
-        force_covariance,
+        mean, covariance, contact.mu, contact.stiffness, state.contact, answer, numbers, feet
     )
     if state.airborne:
-        force[:], force_covariance[:], feet[SHARE_SD] = np.nan, np.nan, np.nan
+        for gone in (feet.force, feet.spread, feet.rows[SHARE_SD]):
+            gone.fill(np.nan)
+    for array in feet:
+        readonly(array)
     slope_x, slope_y, height = answer.pose.tolist()
-    age_s = np.nan if state.force_ns == NEVER else (state.t_ns - state.force_ns) * 1e-9
-    readonly(feet)
-    # views, not copies: nothing is ever written to a state that was handed out
+    # views, not copies
     return Estimate(
         t_ns=state.t_ns,
-        position_m=readonly(mean[0:2]),
+        position_m=mean[:2],
         yaw_rad=float(mean[YAW]),
-        velocity_B=readonly(mean[VELOCITY]),
-        pose_covariance=readonly(covariance[POSE, POSE]),
-        twist_covariance=readonly(covariance[VELOCITY, VELOCITY]),
-        bias_B=readonly(mean[BIAS]),
-        mu=feet[MU],
-        mu_sd=feet[MU_SD],
-        stiffness=feet[STIFFNESS],
-        stiffness_sd=feet[STIFFNESS_SD],
-        force_B=readonly(force),
-        force_covariance=readonly(force_covariance),
-        load_share=feet[SHARE],
-        load_share_sd=feet[SHARE_SD],
+        velocity_B=mean[VELOCITY],
+        pose_covariance=covariance[POSE, POSE],
+        twist_covariance=covariance[VELOCITY, VELOCITY],
+        bias_B=mean[BIAS],
+        mu=feet.rows[MU],
+        mu_sd=feet.rows[MU_SD],
+        stiffness=feet.rows[STIFFNESS],
+        stiffness_sd=feet.rows[STIFFNESS_SD],
+        force_B=feet.force,
+        force_covariance=feet.spread,
+        load_share=feet.rows[SHARE],
+        load_share_sd=feet.rows[SHARE_SD],
         tilt_rad=readonly(np.array([atan(slope_y), atan(slope_x)])),
         height_m=height,
         contact=readonly(state.contact),
-        slipping=readonly(slipping),
+        slipping=feet.slipping,
         holding=holding,
-        nis=used.nis if used is not None else np.nan,
-        nis_dof=used.numbers if used is not None else 0,
-        log_likelihood=used.log_likelihood if used is not None else np.nan,
-        innovation=readonly(used.innovation if used is not None else np.full((legs, 3), np.nan)),
+        nis=used.nis,
+        nis_dof=used.numbers,
+        log_likelihood=used.log_likelihood,
+        innovation=used.innovation,
         rejects=state.rejects,
-        force_age_s=age_s,
+        force_age_s=np.nan if state.force_ns == NEVER else (state.t_ns - state.force_ns) * 1e-9,
         health=verdict.health,
         reason=verdict.reason,
     )

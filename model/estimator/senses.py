@@ -8,10 +8,8 @@ import numpy as np
 from model.estimator.neighbourhood import Neighbourhood
 from model.estimator.settings import EstimatorSettings
 from model.values.arrays import BoolArray, FloatArray
-from model.values.estimate import EstimatorState, OdometryInputs
+from model.values.estimate import NEVER, EstimatorState, OdometryInputs
 from model.values.legs import FootMotion
-
-NEVER = -1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -20,11 +18,13 @@ class Heard:
 
     Attributes:
         share: Over the weight, (N, 3); NaN where there are none.
+        whole: Whether all feet have a load.
         fresh: Whether the record is a new one.
         use: Whether it is also time to use one.
     """
 
     share: FloatArray
+    whole: bool
     fresh: bool
     use: bool
 
@@ -39,28 +39,29 @@ def hear(
     """
     forces = inputs.forces
     age_ns = inputs.t_ns - forces.t_ns if forces is not None else 0
+    valid = forces.valid.tolist() if forces is not None else []
     if (
         forces is None
         or forces.t_ns == NEVER
         or forces.t_ns <= state.force_ns
         or age_ns * 1e-9 > settings.stale_force_s
-        or not forces.valid.any()
+        or True not in valid
     ):
         stale_s = (inputs.t_ns - state.force_ns) * 1e-9
         believed = state.force_ns != NEVER and stale_s <= settings.stale_force_s
         nothing = np.full((len(state.contact), 3), np.nan)
-        return Heard(nothing, fresh=False, use=False), state.airborne and believed
+        return Heard(nothing, whole=False, fresh=False, use=False), state.airborne and believed
     force = forces.force_n
-    if False in forces.valid.tolist():
+    if False in valid:
         force = np.where(forces.valid[:, None], force, np.nan)
-    total = float(force[:, 2].sum())
+    total = sum(force[:, 2].tolist())
     # with a transducer missing the sum is not the weight's; then the robot file's is taken
-    whole = bool(np.isfinite(total))
+    whole = isfinite(total)
     airborne = whole and total < settings.airborne_share * weight_n
     unit = total if whole and total > 0 else weight_n
     due_s = (inputs.t_ns - state.used_ns) * 1e-9
     due = state.used_ns == NEVER or due_s > settings.force_period_s - 1e-3
-    return Heard(force / unit, fresh=True, use=due and not airborne), airborne
+    return Heard(force / unit, whole, fresh=True, use=due and not airborne), airborne
 
 
 def idle_since(
@@ -90,15 +91,12 @@ def contact(
     settings: EstimatorSettings,
 ) -> BoolArray:
     """Loaded feet, with hysteresis, by the measured share where there is one, else the model's."""
-    measured = heard.share[:, 2]
-    if model is not None:
-        share = np.where(np.isfinite(measured), measured, model.load_n / weight_n)
-    elif heard.fresh:
-        share = measured
-    else:
+    share = heard.share[:, 2]
+    if model is None and not heard.fresh:
         return state.contact
-    least = np.where(state.contact, settings.load_off, settings.load_on)
-    return np.asarray(share > least)
+    if model is not None and not heard.whole:
+        share = np.where(np.isfinite(share), share, model.load_n / weight_n)
+    return np.asarray(share > np.where(state.contact, settings.load_off, settings.load_on))
 
 
 def finite(feet: FootMotion) -> bool:

@@ -1,10 +1,14 @@
 """Noise, gates and limits of the estimator, in SI units; ``docs/odometry.md`` says how they were found."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import isfinite
+from typing import TypeVar
 
 from model.errors import ModelError
 from model.quasistatic.frames import FrictionLaw
+
+Numbers = TypeVar("Numbers")
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,6 +142,13 @@ class EstimatorSettings:
                 )
         if self.load_off > self.load_on:
             raise ModelError("load_off of the estimator must not be above load_on")
+
+
+def numbers_of(kernel: type[Numbers], settings: EstimatorSettings, weight_n: float) -> Numbers:
+    """The settings that a kernel's named tuple has fields for, and the weight carried [N]."""
+    names = [name for name in kernel.__annotations__ if name != "weight_n"]
+    made: Callable[..., Numbers] = kernel
+    return made(**{name: getattr(settings, name) for name in names}, weight_n=weight_n)
 
 
 MAY_BE_ZERO = frozenset({

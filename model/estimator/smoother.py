@@ -1,6 +1,7 @@
 """Rauch, Tung and Striebel's backward pass over an estimator's states: offline, with all of the log known.
 
-Written out here because filterpy keeps F and Q of a linear filter only; ours come with each state.
+Written out here because filterpy's takes F x for the mean before a measurement; ours is not linear, and
+each state keeps it.
 """
 
 from collections.abc import Sequence

@@ -20,55 +20,34 @@ def latest_rate(t_ns: IntArray, angle_rad: FloatArray) -> FloatArray:
         (N,) [rad/s]; NaN where fewer than two samples are there.
     """
     rate: FloatArray = np.empty(angle_rad.shape[1])
-    if _whole_window(np.ascontiguousarray(t_ns), np.ascontiguousarray(angle_rad), rate):
-        return rate
-    t = (t_ns - t_ns[-1]) * 1e-9  # [s]
-    present = np.isfinite(angle_rad)
-    weight = present.astype(np.float64)
-    count = weight.sum(axis=0)
-    angle = np.where(present, angle_rad, 0.0)
-    safe = np.maximum(count, 1.0)
-    t_mean = (weight * t[:, None]).sum(axis=0) / safe
-    angle_mean = angle.sum(axis=0) / safe
-    t_centred = weight * (t[:, None] - t_mean)
-    spread = (t_centred**2).sum(axis=0)  # [s^2]
-    slope = (t_centred * (angle - angle_mean)).sum(axis=0) / np.where(spread > 0, spread, 1.0)
-    rate[:] = np.where((count >= 2) & (spread > 0), slope, np.nan)
+    _slopes(np.ascontiguousarray(t_ns), np.ascontiguousarray(angle_rad), rate)
     return rate
 
 
 @compiled
-def _whole_window(t_ns: IntArray, angle_rad: FloatArray, rate: FloatArray) -> bool:
-    """The same, bit for bit, where nothing is missing; False if something is.
-
-    Args:
-        t_ns: (W,).
-        angle_rad: (W, N).
-        rate: Out: (N,).
-    """
-    window, count = angle_rad.shape
+def _slopes(t_ns: IntArray, angle_rad: FloatArray, rate: FloatArray) -> None:
+    """Fill in the rates, (N,)."""
+    window, legs = angle_rad.shape
     times = np.empty(window)
-    mean, spread = 0.0, 0.0
     for i in range(window):
         times[i] = (t_ns[i] - t_ns[window - 1]) * 1e-9
-        mean += times[i]
-    mean /= window
-    for i in range(window):
-        times[i] -= mean
-        spread += times[i] * times[i]
-    for k in range(count):
-        total, slope = 0.0, 0.0
+    for k in range(legs):
+        count, time, angle = 0, 0.0, 0.0
         for i in range(window):
-            total += angle_rad[i, k]
-        middle = total / window
+            if np.isfinite(angle_rad[i, k]):
+                count += 1
+                time += times[i]
+                angle += angle_rad[i, k]
+        time /= max(count, 1)
+        angle /= max(count, 1)
+        slope, spread = 0.0, 0.0
         for i in range(window):
-            slope += times[i] * (angle_rad[i, k] - middle)
-        if not np.isfinite(total):
-            return False
-        rate[k] = slope / spread if window > 1 and spread > 0.0 else np.nan
-    return True
+            if np.isfinite(angle_rad[i, k]):
+                spread += (times[i] - time) ** 2
+                slope += (times[i] - time) * (angle_rad[i, k] - angle)
+        rate[k] = slope / spread if count > 1 and spread > 0.0 else np.nan
 
 
 def prepare() -> None:
     """Load or make the machine code now, so that no tick has to wait for it."""
-    compile_for(_whole_window, *given(1, kind=COUNT), *given(2), *out(1))
+    compile_for(_slopes, *given(1, kind=COUNT), *given(2), *out(1))

@@ -14,14 +14,33 @@ from model.values.arrays import FloatArray
 
 Number = TypeVar("Number", float, FloatArray)
 
-# Below this turn the series of sin(a)/a and (1 - cos(a))/a is exact to rounding.
-SMALL_TURN_RAD = 1e-4
+
+def sinc(angle: Number) -> Number:
+    """sin(a) / a, and 1 at 0."""
+    zero = angle == 0.0
+    value: Number = (np.sin(angle) + zero) / (angle + zero)
+    return value
 
 
 def turned(x: Number, y: Number, angle: Number) -> tuple[Number, Number]:
     """Components of a vector turned by an angle."""
     c, s = np.cos(angle), np.sin(angle)
     return c * x - s * y, s * x + c * y
+
+
+def arc(x: Number, y: Number, turn: Number) -> tuple[Number, Number]:
+    """End of an arc seen from its beginning, x and y.
+
+    Its chord is sinc(turn / 2) of its length, and points half the turn aside.
+
+    Args:
+        x: Length along the first axis [m].
+        y: Along the second [m].
+        turn: Angle turned on the way [rad].
+    """
+    half = 0.5 * turn
+    chord = sinc(half)
+    return turned(chord * x, chord * y, half)
 
 
 def exponential(twist: FloatArray) -> FloatArray:
@@ -33,14 +52,9 @@ def exponential(twist: FloatArray) -> FloatArray:
     Returns:
         Pose after it, seen from the pose before, (..., 3).
     """
-    turn = twist[..., 2]
-    small = np.abs(turn) < SMALL_TURN_RAD
-    safe = np.where(small, 1.0, turn)
-    ahead = np.where(small, 1.0 - turn**2 / 6.0, np.sin(safe) / safe)
-    # (1 - cos a) / a without the loss of digits of 1 - cos a
-    aside = np.where(small, turn / 2.0 - turn**3 / 24.0, 2.0 * np.sin(safe / 2.0) ** 2 / safe)
-    x, y = twist[..., 0], twist[..., 1]
-    return np.stack([ahead * x - aside * y, aside * x + ahead * y, turn], axis=-1)
+    pose = twist.copy()
+    pose[..., 0], pose[..., 1] = arc(twist[..., 0], twist[..., 1], twist[..., 2])
+    return pose
 
 
 def compose(first: FloatArray, then: FloatArray) -> FloatArray:
@@ -53,16 +67,10 @@ def compose(first: FloatArray, then: FloatArray) -> FloatArray:
     Returns:
         (..., 3), yaw unwrapped.
     """
-    c, s = np.cos(first[..., 2]), np.sin(first[..., 2])
-    x, y = then[..., 0], then[..., 1]
-    return np.stack(
-        [
-            first[..., 0] + c * x - s * y,
-            first[..., 1] + s * x + c * y,
-            first[..., 2] + then[..., 2],
-        ],
-        axis=-1,
-    )
+    pose = first + then
+    x, y = turned(then[..., 0], then[..., 1], first[..., 2])
+    pose[..., 0], pose[..., 1] = first[..., 0] + x, first[..., 1] + y
+    return pose
 
 
 def inverse(pose: FloatArray) -> FloatArray:
@@ -133,23 +141,6 @@ def scan(steps: FloatArray) -> FloatArray:
     out[1::2] = even
     inner = steps[2::2]
     out[2::2] = compose(even[: len(inner)], inner)
-    return out
-
-
-def product(steps: FloatArray) -> FloatArray:
-    """The same as ``scan``, one after the other.
-
-    Args:
-        steps: (F, 3).
-
-    Returns:
-        (F, 3).
-    """
-    out = np.empty_like(steps)
-    pose = np.zeros(3)
-    for i, step in enumerate(steps):
-        pose = compose(pose, step)
-        out[i] = pose
     return out
 
 

@@ -17,16 +17,7 @@ BIAS = slice(6, 9)
 SCALE = 9
 GYRO_BIAS = 10
 FIXED = 11
-
-
-def friction_of(legs: int) -> slice:
-    """Where log mu of all legs stands in the state."""
-    return slice(FIXED, FIXED + legs)
-
-
-def stiffness_of(legs: int) -> slice:
-    """Where log K of all legs stands in the state."""
-    return slice(FIXED + legs, FIXED + 2 * legs)
+NEVER = -1  # a time
 
 
 class Health(enum.Enum):

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from model.estimator.filter import Estimator
-from model.estimator.measurements import slip_of_feet
-from model.estimator.neighbourhood import neighbourhood
+from model.estimator.neighbourhood import law_of, neighbourhood
 from model.estimator.process import walking
-from model.estimator.settings import EstimatorSettings
+from model.estimator.settings import EstimatorSettings, numbers_of
+from model.estimator.step_kernel import WalkNoise
 from model.parameters.robot import ContactParameters
 from model.values.arrays import FloatArray
-from model.values.estimate import FIXED, SCALE, VELOCITY, OdometryInputs, friction_of
+from model.values.estimate import FIXED, SCALE, VELOCITY, OdometryInputs
 from model.values.legs import FootForces, FootMotion
 
 WEIGHT_N = 60.0
@@ -21,6 +21,30 @@ PLACES = np.array([
 ])  # fmt: skip
 CERTAIN = np.zeros((FIXED + 12, FIXED + 12))  # a covariance of what nobody doubts
 CONTACT = ContactParameters(np.full(6, 2500.0), np.full(6, 0.6), np.zeros((6, 2)))
+
+
+def friction_of(legs: int) -> slice:
+    """Where log mu of all legs stands in the state."""
+    return slice(FIXED, FIXED + legs)
+
+
+def stiffness_of(legs: int) -> slice:
+    """Where log K of all legs stands in the state."""
+    return slice(FIXED + legs, FIXED + 2 * legs)
+
+
+def slip_of_feet(velocity: FloatArray, feet: FootMotion, sway: FloatArray) -> FloatArray:
+    """Velocity of each foot over the ground, (N, 2) [m/s].
+
+    Args:
+        velocity: Of the body origin, (3,).
+        feet: (N, 3) each.
+        sway: Part of it that comes from tilting over the feet, (2,).
+    """
+    slip = feet.velocity_m_s[:, :2] + (velocity[:2] - sway)
+    slip[:, 0] -= velocity[2] * feet.position_m[:, 1]
+    slip[:, 1] += velocity[2] * feet.position_m[:, 0]
+    return slip
 
 
 def feet_at(t_s: float) -> FootMotion:
@@ -51,6 +75,7 @@ def simulate(settings: EstimatorSettings, seed: int, ticks: int, *, forces: bool
     draw = np.random.default_rng(seed)
     estimator = Estimator(CONTACT, WEIGHT_N, settings)
     start = estimator.initial()
+    law, walk = law_of(settings), numbers_of(WalkNoise, settings, WEIGHT_N)
     truth = draw.multivariate_normal(start.mean, start.covariance)
     # what the gauge says is so
     truth[friction_of(6)] -= truth[friction_of(6)].mean()
@@ -58,14 +83,10 @@ def simulate(settings: EstimatorSettings, seed: int, ticks: int, *, forces: bool
     for i in range(ticks):
         t_ns = i * PERIOD_NS
         feet = feet_at(t_ns * 1e-9)
-        factors = np.exp(truth[FIXED:])
-        contact = ContactParameters(
-            CONTACT.stiffness * factors[6:], CONTACT.mu * factors[:6], CONTACT.anisotropy
-        )
-        model = neighbourhood(feet, contact, WEIGHT_N, settings.law, settings.sway_step_s)
-        assert model.reason == 0
+        model = neighbourhood(truth, feet, CONTACT, WEIGHT_N, law)
+        assert model is not None
         if i:
-            step = walking(truth, CERTAIN, model, settings, PERIOD_NS * 1e-9, WEIGHT_N, 0)
+            step = walking(truth, CERTAIN, model, walk, PERIOD_NS * 1e-9)
             root = np.linalg.svd(step.noise, hermitian=True)
             truth = step.mean + root[0] @ (np.sqrt(root[1]) * draw.normal(size=len(truth)))
             truth[friction_of(6)] -= truth[friction_of(6)].mean()
@@ -76,7 +97,7 @@ def simulate(settings: EstimatorSettings, seed: int, ticks: int, *, forces: bool
         share[:, 2] = model.load_n / WEIGHT_N + noise - noise.mean()  # the weight is known
         slip = slip_of_feet(truth[VELOCITY], feet, model.sway_B)
         size = np.sqrt((slip**2).sum(axis=1) + settings.creep_speed**2)[:, None]
-        mu = contact.mu * np.exp(truth[SCALE])
+        mu = CONTACT.mu * np.exp(truth[SCALE] + truth[friction_of(6)])
         share[:, :2] = -(mu * share[:, 2])[:, None] * slip / size
         level = (share[:, :2] ** 2).sum(axis=1, keepdims=True)
         sd = np.sqrt(settings.force_sd**2 + settings.force_share_sd**2 * level)

@@ -8,12 +8,14 @@ import pytest
 from model.errors import ModelError
 from model.estimator import measurements as measure
 from model.estimator import process
+from model.estimator.feet_kernel import FeetNumbers
 from model.estimator.filter import Estimator
-from model.estimator.history import EstimatorHistory, LateSample
+from model.estimator.history import EstimatorMemory, LateSample, advance, use_late
 from model.estimator.kalman import Stack, mended, sound
-from model.estimator.neighbourhood import Neighbourhood, neighbourhood
-from model.estimator.settings import EstimatorSettings
+from model.estimator.neighbourhood import Neighbourhood, law_of, neighbourhood
+from model.estimator.settings import EstimatorSettings, numbers_of
 from model.estimator.smoother import smooth
+from model.estimator.step_kernel import Prediction, WalkNoise
 from model.parameters.robot import ContactParameters
 from model.quasistatic.frames import FrictionLaw, solve_frames
 from model.values.arrays import FloatArray
@@ -24,8 +26,6 @@ from model.values.estimate import (
     Estimate,
     EstimatorState,
     OdometryInputs,
-    friction_of,
-    stiffness_of,
 )
 from model.values.legs import FootForces, FootMotion
 from robot.odometry.metrics import in_band, nees
@@ -36,11 +36,15 @@ from tests.model.estimator_world import (
     PLACES,
     WEIGHT_N,
     feet_at,
+    friction_of,
     simulate,
+    slip_of_feet,
+    stiffness_of,
 )
 
 SETTINGS = EstimatorSettings()
-NUMBERS = measure.feet_numbers(SETTINGS, WEIGHT_N)
+NUMBERS = numbers_of(FeetNumbers, SETTINGS, WEIGHT_N)
+MEMORY_S = 0.5
 KNOWN = replace(SETTINGS, parameter_sd=0.05, scale_sd=0.05)
 
 
@@ -62,24 +66,26 @@ def run(
 def solved(
     mean: FloatArray, feet: FootMotion, law: FrictionLaw = FrictionLaw.COULOMB
 ) -> Neighbourhood:
-    contact = ContactParameters(
-        CONTACT.stiffness * np.exp(mean[stiffness_of(6)]),
-        CONTACT.mu * np.exp(mean[friction_of(6)] + mean[SCALE]),
-        CONTACT.anisotropy,
-    )
-    return neighbourhood(feet, contact, WEIGHT_N, law, 0.02)
+    settings = replace(SETTINGS, law=law, rest_speed=0.0)
+    answer = neighbourhood(mean, feet, CONTACT, WEIGHT_N, law_of(settings))
+    assert answer is not None
+    return answer
 
 
 @pytest.mark.parametrize("law", FrictionLaw)
 def test_neighbourhood_is_the_public_model_plus_sway(law: FrictionLaw) -> None:
-    feet = feet_at(1.3)
-    found = neighbourhood(feet, CONTACT, WEIGHT_N, law, 0.0)
+    mean, feet = np.zeros(FIXED + 12), feet_at(1.3)
+    settings = replace(SETTINGS, law=law, rest_speed=0.0, sway_step_s=0.001)
+    without = law_of(replace(settings, sway=False))
+    found = neighbourhood(mean, feet, CONTACT, WEIGHT_N, without)
+    assert found is not None
     one = FootMotion(feet.position_m[None], feet.velocity_m_s[None])
     expected = solve_frames(one, CONTACT, WEIGHT_N, law=law)
     np.testing.assert_allclose(found.velocity_B, expected.velocity_B[0], atol=1e-9)
     np.testing.assert_allclose(found.load_n, expected.load_n[0], atol=1e-9)
     np.testing.assert_allclose(found.slip_B, expected.slip_B[0], atol=1e-9)
-    with_sway = neighbourhood(feet, CONTACT, WEIGHT_N, law, 0.001)
+    with_sway = neighbourhood(mean, feet, CONTACT, WEIGHT_N, law_of(settings))
+    assert with_sway is not None
     slopes = [
         solve_frames(
             FootMotion(one.position_m + h * one.velocity_m_s, one.velocity_m_s), CONTACT, WEIGHT_N
@@ -95,14 +101,14 @@ def test_neighbourhood_is_the_public_model_plus_sway(law: FrictionLaw) -> None:
 
 @pytest.mark.parametrize("law", FrictionLaw)
 def test_process_jacobian_against_differences(law: FrictionLaw) -> None:
-    settings = replace(SETTINGS, law=law)
+    noise = numbers_of(WalkNoise, replace(SETTINGS, law=law), WEIGHT_N)
     draw = np.random.default_rng(1)
     mean = 0.05 * draw.normal(size=FIXED + 12)
     mean[VELOCITY] = [0.02, 0.003, 0.3]
     feet = feet_at(0.7)
 
-    def after(at: FloatArray) -> process.Prediction:
-        return process.walking(at, CERTAIN, solved(at, feet, law), settings, 0.01, WEIGHT_N, 0)
+    def after(at: FloatArray) -> Prediction:
+        return process.walking(at, CERTAIN, solved(at, feet, law), noise, 0.01)
 
     analytic = after(mean).transition
     for i in range(len(mean)):
@@ -123,17 +129,14 @@ def test_measurement_rows_against_differences() -> None:
     absolute = OdometryInputs(0, feet, pose_W=np.array([1.0, 2.0, 0.3]))
 
     def measured(at: FloatArray) -> Stack:
-        model = replace(solved(at, feet), sway_B=solved(mean, feet).sway_B)
-        pose = measure.pose_block(at, absolute, SETTINGS)
+        model = solved(at, feet)._replace(sway_B=solved(mean, feet).sway_B)
+        pose = measure.pose_stack(at, absolute, SETTINGS)
         assert pose is not None
         forces = measure.feet_stack(at, CERTAIN, share, feet, every, model, CONTACT.mu, NUMBERS)
         assert forces.rows.shape == (6 + 2 * 6 + 1, len(at))
-        others = [
-            measure.gyro_block(at, 0.2, SETTINGS),
-            *measure.tilt_blocks((0.01, -0.02), model, SETTINGS, len(at)),
-            pose,
-        ]
-        stack = measure.stacked(forces, others)
+        gyro = measure.gyro_stack(at, 0.2, SETTINGS)
+        tilts = measure.tilt_stacks((0.01, -0.02), model, SETTINGS)
+        stack = measure.stacked([forces, gyro, *tilts, pose])
         assert stack is not None
         return stack
 
@@ -171,7 +174,7 @@ def test_what_is_stacked_of_a_foot_and_with_what_noise() -> None:
         [0, 0, 0], [1, 0, 2], [2, 0, 3], [3, 0, 4], [4, 0, 5],
         [5, 1, 0], [7, 1, 3], [9, 1, 5], [11, -1, 0],
     ]  # fmt: skip
-    slip = measure.slip_of_feet(mean[VELOCITY], feet, model.sway_B)[3]
+    slip = slip_of_feet(mean[VELOCITY], feet, model.sway_B)[3]
     pull = CONTACT.mu[3] / 6
     size = np.sqrt(slip @ slip + SETTINGS.creep_speed**2)
     np.testing.assert_allclose(stack.innovation[7:9], 1 / 6 + pull * slip / size, rtol=1e-12)
@@ -291,18 +294,18 @@ def test_matched_world_is_consistent() -> None:
 def test_a_late_sample_counts_as_if_it_had_come_in_time() -> None:
     world = simulate(SETTINGS, 10, 120)
     estimator = Estimator(CONTACT, WEIGHT_N)
-    straight, delayed = EstimatorHistory(estimator), EstimatorHistory(estimator)
-    for known in world.inputs:
-        straight.step(known)
+    straight = delayed = EstimatorMemory(estimator.initial())
+    for known, pose in zip(world.inputs, world.pose, strict=True):
+        straight, _ = advance(estimator, straight, replace(known, pose_W=pose), MEMORY_S)
     waiting: list[LateSample] = []
-    for i, known in enumerate(world.inputs):
-        assert known.forces is not None
-        delayed.step(replace(known, forces=None))
-        waiting.append(LateSample(known.t_ns, known.forces))
+    for i, (known, pose) in enumerate(zip(world.inputs, world.pose, strict=True)):
+        delayed, _ = advance(estimator, delayed, known, MEMORY_S)
+        waiting.append(LateSample(known.t_ns, pose))
         if i % 20 == 19:  # two at a time out of order, the rest in order
             waiting[0], waiting[1] = waiting[1], waiting[0]
             for sample in waiting:
-                assert delayed.late(sample) is not None
+                delayed, estimate = use_late(estimator, delayed, (sample,))
+                assert estimate is not None
             waiting.clear()
     assert delayed.state.mean.tobytes() == straight.state.mean.tobytes()
     assert delayed.refused == 0
@@ -310,15 +313,19 @@ def test_a_late_sample_counts_as_if_it_had_come_in_time() -> None:
 
 def test_late_samples_that_are_too_old_or_known_are_refused() -> None:
     world = simulate(SETTINGS, 11, 120)
-    history = EstimatorHistory(Estimator(CONTACT, WEIGHT_N))
-    for known in world.inputs:
-        history.step(known)
-    before = history.state.mean.tobytes()
-    for known in (world.inputs[10], world.inputs[-5]):
-        assert history.late(LateSample(known.t_ns, known.forces)) is None
-    assert history.late(LateSample(world.inputs[-1].t_ns + 1, world.inputs[-1].forces)) is None
-    assert history.refused == 3
-    assert history.state.mean.tobytes() == before
+    estimator = Estimator(CONTACT, WEIGHT_N)
+    memory = EstimatorMemory(estimator.initial())
+    late = [
+        LateSample(known.t_ns, pose) for known, pose in zip(world.inputs, world.pose, strict=True)
+    ]
+    for known, sample in zip(world.inputs, late, strict=True):
+        memory, _ = advance(estimator, memory, replace(known, pose_W=sample.pose_W), MEMORY_S)
+    before = memory.state.mean.tobytes()
+    for sample in (late[10], late[-5], replace(late[-1], t_ns=late[-1].t_ns + 1)):
+        memory, estimate = use_late(estimator, memory, (sample,))
+        assert estimate is None
+    assert memory.refused == 3
+    assert memory.state.mean.tobytes() == before
 
 
 def test_an_absolute_pose_holds_the_estimate_also_across_half_a_turn() -> None:
@@ -399,19 +406,6 @@ def test_smoothing_is_better_than_filtering_and_ends_with_it() -> None:
         for i, state in enumerate(states):
             assert (np.diag(covariance[i]) <= np.diag(state.covariance) + 1e-12).all()
     assert error[1] < 0.9 * error[0]
-
-
-def test_reset_keeps_or_forgets_what_was_learned() -> None:
-    world = simulate(SETTINGS, 15, 200)
-    estimator = Estimator(CONTACT, WEIGHT_N)
-    state = run(list(world.inputs))[0][-1]
-    pose = np.array([1.0, 2.0, 0.5])
-    kept = estimator.reset(state, pose)
-    np.testing.assert_array_equal(kept.mean[SCALE:], state.mean[SCALE:])
-    np.testing.assert_array_equal(kept.mean[:3], pose)
-    assert np.diag(kept.covariance)[:3].max() < 1e-6
-    forgotten = estimator.reset(state, pose, keep_parameters=False)
-    assert not forgotten.mean[SCALE:].any()
 
 
 def test_predicted_forces_carry_the_weight_with_and_without_a_sensor() -> None:

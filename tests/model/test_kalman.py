@@ -1,26 +1,22 @@
-"""The compiled filter against filterpy's own methods, and its gates."""
-
-from dataclasses import replace
+"""The filter against filterpy's used at once and in the open, and its gates."""
 
 import numpy as np
 import pytest
 from filterpy.kalman import ExtendedKalmanFilter
 
-from model.estimator.kalman import Kalman, Patience, Stack
-from model.estimator.kalman_filter import CompiledFilter
-from model.estimator.measurements import Block, stacked
+from model.estimator.kalman import NO_STREAK, Kalman, Stack, sound
+from model.estimator.measurements import stacked
 from model.estimator.settings import EstimatorSettings
 from model.values.arrays import FloatArray
 from model.values.estimate import FIXED
 
 SETTINGS = EstimatorSettings()
 SIZE = FIXED + 12
-PATIENCE = Patience(SETTINGS.reject_limit, FIXED, SETTINGS.parameter_limit)
-FREE = Patience(10, FIXED, 1e6)
+PATIENCE = (SETTINGS.reject_limit, FIXED, SETTINGS.parameter_limit)
 
 
-def stack_of(blocks: list[Block]) -> Stack:
-    stack = stacked(None, blocks)
+def stack_of(blocks: list[Stack]) -> Stack:
+    stack = stacked(blocks)
     assert stack is not None
     return stack
 
@@ -38,33 +34,16 @@ def near(one: object, other: object) -> None:
     )
 
 
-def test_compiled_methods_equal_filterpys_own() -> None:
-    draw = np.random.default_rng(3)
-    ours, theirs = CompiledFilter(SIZE), ExtendedKalmanFilter(SIZE, 1)
-    assert isinstance(ours, ExtendedKalmanFilter)
-    theirs.x = np.zeros(SIZE)
-    ours.F, ours.Q = theirs.F, theirs.Q = problem(draw)
-    for _ in range(20):
-        z, rows = draw.normal(size=9), draw.normal(size=(9, SIZE))
-        noise = np.diag(draw.uniform(0.05, 0.3, 9))
-        for one in (ours, theirs):
-            one.predict()
-        for name in ("x", "P", "x_prior", "P_prior"):
-            near(getattr(ours, name), getattr(theirs, name))
-        for one in (ours, theirs):
-            one.update(z, lambda _, rows=rows: rows, lambda x, rows=rows: rows @ x, noise)
-        for name in (
-            "x", "P", "x_prior", "P_prior", "x_post", "P_post", "y", "z", "S", "SI", "K",
-            "log_likelihood", "mahalanobis",
-        ):  # fmt: skip
-            near(getattr(ours, name), getattr(theirs, name))
-        assert ours.likelihood == pytest.approx(theirs.likelihood, rel=1e-8)
-        assert np.array_equal(ours.P, ours.P.T)
+def block(
+    innovation: FloatArray, rows: FloatArray, variance: FloatArray, gate: float = np.inf,
+    kind: int = NO_STREAK, leg: int = 0,
+) -> Stack:  # fmt: skip
+    return Stack(innovation, rows, variance, np.array([gate]), np.array([[0, kind, leg]]))
 
 
-def test_blocks_one_after_the_other_equal_filterpys_update_of_all_at_once() -> None:
+def test_gated_blocks_equal_filterpys_update_of_all_at_once() -> None:
     draw = np.random.default_rng(4)
-    theirs, kalman = ExtendedKalmanFilter(SIZE, 9), Kalman(SIZE)
+    theirs, kalman = ExtendedKalmanFilter(SIZE, 9), Kalman(SIZE, 10, FIXED, 1e6)
     transition, noise = problem(draw)
     theirs.x, theirs.F, theirs.Q = np.zeros(SIZE), transition, noise
     mean, covariance = np.zeros(SIZE), np.eye(SIZE)
@@ -78,16 +57,16 @@ def test_blocks_one_after_the_other_equal_filterpys_update_of_all_at_once() -> N
         near(covariance, theirs.P)
         left = z - rows @ mean
         blocks = [
-            Block(left[:1], rows[:1], variance[:1], 1e9, 0, 2),
-            Block(left[1:3], rows[1:3], variance[1:3], 1e9, 1, 4),
-            Block(left[3:6], rows[3:6], variance[3:6], 1e9, 2, 0),
-            Block(left[6:], rows[6:], variance[6:]),
+            block(left[:1], rows[:1], variance[:1], 1e9, 0, 2),
+            block(left[1:3], rows[1:3], variance[1:3], 1e9, 1, 4),
+            block(left[3:6], rows[3:6], variance[3:6], 1e9, 2, 0),
+            block(left[6:], rows[6:], variance[6:]),
         ]
         inner = rows @ covariance @ rows.T + np.diag(variance)
         theirs.update(
             z, lambda _, rows=rows: rows, lambda x, rows=rows: rows @ x, np.diag(variance)
         )
-        used = kalman.update(mean, covariance, stack_of(blocks), streak, FREE)
+        used = kalman.update(mean, covariance, stack_of(blocks), streak)
         mean, covariance = used.mean, used.covariance
         near(mean, theirs.x)
         near(covariance, theirs.P)
@@ -103,39 +82,62 @@ def test_blocks_one_after_the_other_equal_filterpys_update_of_all_at_once() -> N
 
 @pytest.mark.parametrize("numbers", [1, 2, 3])
 def test_a_block_outside_its_gate_is_left_out_until_it_has_insisted(numbers: int) -> None:
-    kalman = Kalman(SIZE)
+    kalman = Kalman(SIZE, *PATIENCE)
     rows = np.eye(SIZE)[3 : 3 + numbers]
-    far = Block(np.full(numbers, 10.0), rows, np.full(numbers, 0.5), 16.0, 1, 3)
+    far = block(np.full(numbers, 10.0), rows, np.full(numbers, 0.5), 16.0, 1, 3)
     mean, covariance = np.zeros(SIZE), np.eye(SIZE)
     streak = np.zeros((3, 6), dtype=np.int64)
     for times in range(SETTINGS.reject_limit):
-        stack = stack_of([far])
-        used = kalman.update(mean, covariance, stack, streak, PATIENCE)
+        used = kalman.update(mean, covariance, far, streak)
         streak = used.streak
         assert (used.rejects, used.numbers, streak[1, 3]) == (1, 0, times + 1)
         assert np.isnan([used.nis, used.log_likelihood]).all()
         assert not used.mean.any()
         assert np.array_equal(used.covariance, covariance)
-        assert np.isinf(stack.variance).all()
-    used = kalman.update(mean, covariance, stack_of([far]), streak, PATIENCE)
+    used = kalman.update(mean, covariance, far, streak)
     # the noise has grown until the block lies on its gate: each number has 1.5 times the factor
     factor = numbers * 100.0 / 1.5 / 16.0
     assert (used.rejects, used.numbers, used.streak[1, 3]) == (1, numbers, 11)
     near(used.mean[3 : 3 + numbers], np.full(numbers, 10.0 / (1.5 * factor)))
     assert used.nis == pytest.approx(16.0)
-    close = replace(far, innovation=np.full(numbers, 0.1))
-    assert not kalman.update(
-        mean, covariance, stack_of([close]), used.streak, PATIENCE
-    ).streak.any()
+    close = far._replace(innovation=np.full(numbers, 0.1))
+    assert not kalman.update(mean, covariance, close, used.streak).streak.any()
 
 
-def test_what_was_not_used_has_no_gain() -> None:
-    ours = CompiledFilter(3)
-    rows, streak = np.eye(3)[:2], np.zeros((3, 1), dtype=np.int64)
-    ours.gated_update(
-        np.array([9.0, 0.5]), rows, np.full(2, 0.5), np.array([10.0, 10.0]),
-        np.array([[0, 0, 0], [1, 1, 0]]), 5, 3, 1.0, streak, np.full((1, 3), np.nan),
-    )  # fmt: skip
-    assert np.isinf(ours.S[0, 0])
-    near(ours.K, [[0, 0], [0, 1 / 1.5], [0, 0]])
-    near(ours.x, [0, 0.5 / 1.5, 0])
+def test_what_was_not_used_changes_nothing() -> None:
+    far, close = (
+        block(np.array([left]), np.eye(SIZE)[[i]], np.full(1, 0.5), 10.0, 0, i)
+        for i, left in enumerate((9.0, 0.5))
+    )
+    mean, covariance = np.zeros(SIZE), np.eye(SIZE)
+    streak = np.zeros((3, 6), dtype=np.int64)
+    used = Kalman(SIZE, *PATIENCE).update(mean, covariance, stack_of([far, close]), streak)
+    near(used.mean, np.where(np.arange(SIZE) == 1, 0.5 / 1.5, 0.0))
+    near(used.covariance, np.diag(np.where(np.arange(SIZE) == 1, 0.5 / 1.5, 1.0)))
+    assert (used.rejects, used.numbers) == (1, 1)
+    assert np.isnan(used.innovation[0, 2])
+    assert used.streak[0].tolist() == [1, 0, 0, 0, 0, 0]
+
+
+def test_parameters_go_no_farther_than_their_limit() -> None:
+    one = block(np.array([-50.0, 50.0]), np.eye(SIZE)[[3, FIXED]], np.full(2, 0.5))
+    used = Kalman(SIZE, *PATIENCE).update(
+        np.zeros(SIZE), np.eye(SIZE), one, np.zeros((3, 6), dtype=np.int64)
+    )
+    assert used.mean[FIXED] == SETTINGS.parameter_limit
+    assert used.mean[3] == pytest.approx(-50.0 / 1.5)
+
+
+@pytest.mark.parametrize("size", [1e12, 1e160, np.inf, np.nan])
+def test_a_number_beyond_all_measure_harms_no_other(size: float) -> None:
+    """Neither an overflow nor an inverse that fails, however long it insists."""
+    pair = block(np.array([size, 1.0]), np.eye(SIZE)[3:5], np.full(2, 1e-6), 16.0, 1, 3)
+    close = block(np.array([0.1]), np.eye(SIZE)[[7]], np.full(1, 1e-6), 10.0, 0, 1)
+    streak = np.full((3, 6), SETTINGS.reject_limit)
+    used = Kalman(SIZE, *PATIENCE).update(
+        np.zeros(SIZE), np.eye(SIZE), stack_of([pair, close]), streak
+    )
+    assert used.mean[7] == pytest.approx(0.1, rel=1e-5)
+    assert used.numbers == (3 if size == 1e12 else 1)
+    assert np.isfinite(used.mean).all()
+    assert sound(used.covariance)
