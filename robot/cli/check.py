@@ -144,11 +144,11 @@ def _short(path: Path) -> str:
 
 def _target(options: argparse.Namespace, stack: ExitStack) -> Target:
     config = robot_of(options)
-    from robot.bringup.force.unit import check_no_unit, unit_settings
+    from robot.run.force_unit import check_no_unit, unit_settings
 
     if options.hardware == VIRTUAL:
         check_no_unit(options.force_unit)
-        from robot.run.hardware import start_virtual
+        from robot.virtual.open import start_virtual
 
         devices, unit = start_virtual(config, seed=0)
         stack.callback(devices.close)
@@ -194,7 +194,7 @@ def _servo_findings(target: Target) -> Iterator[Finding]:
 def _force_findings(unit: "ForceSensorSettings") -> Iterator[Finding]:
     from drivers.clock import MonotonicClock
     from robot.bringup.preflight.forces import force_findings
-    from robot.run.hardware import open_force_links
+    from robot.run.force_unit import open_force_links
 
     clock = MonotonicClock()
     yield from force_findings(

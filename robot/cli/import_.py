@@ -135,9 +135,8 @@ def _write(one: "Imported", out: Path, tell: "Callable[[float], None]") -> tuple
         ) from error
     if out.suffix == ".mcap":
         from record.log.from_trial import left_out, write_trial_log
-        from robot.cli.drive import software
 
-        write_trial_log(one.trial, out, software(), tell)
+        write_trial_log(one.trial, out, tell)
         return left_out(one.trial)
     from record.trial.trial import write_trial
 

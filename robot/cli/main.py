@@ -13,9 +13,10 @@ from typing import NoReturn
 
 from model.errors import BigantError, BusError, ForceStreamError, RecordError
 from robot.cli.commands import HelpFormatter, add_commands, epilog_of, run_command
+from robot.cli.drive import add_arguments as add_drive_arguments
+from robot.cli.drive import run as run_drive
 from robot.cli.help_pages import page_hint
 from robot.cli.parser import CommandParser
-from robot.console.arguments import GAITS, add_robot, add_scenario, positive, seed, steer
 from robot.console.compile_line import show_compiling
 from robot.console.exit_codes import ExitCode
 from robot.console.program_output import complain, stop_output
@@ -102,9 +103,7 @@ class _Version(argparse.Action):
 
 def _dispatch(options: argparse.Namespace) -> ExitCode:
     if options.command == "drive":
-        from robot.cli.drive import drive
-
-        return drive(options)
+        return run_drive(options)
     if options.command == "show":
         from robot.cli.show import show
 
@@ -136,20 +135,6 @@ def _parser(arguments: Sequence[str] | None) -> argparse.ArgumentParser:
     return parser
 
 
-def _port(text: str) -> int:
-    value = int(text)
-    if not 1 <= value <= 65535:
-        raise argparse.ArgumentTypeError(f"must be a port from 1 to 65535, not {text}")
-    return value
-
-
-def _rate(text: str) -> int:
-    value = int(text)
-    if not 10 <= value <= 200:
-        raise argparse.ArgumentTypeError(f"must be from 10 to 200 Hz, not {text}")
-    return value
-
-
 def _add_drive(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     drive = commands.add_parser(
         "drive",
@@ -160,68 +145,7 @@ def _add_drive(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         epilog=epilog_of(("drive",), EPILOG),
         formatter_class=HelpFormatter,
     )
-    add_robot(drive)
-    drive.add_argument("--gait", choices=GAITS, default="tripod")
-    length = drive.add_mutually_exclusive_group()
-    length.add_argument("--cycles", type=positive, metavar="N", help="gait cycles (default: 3)")
-    length.add_argument(
-        "--duration", type=positive, metavar="S", dest="duration_s", help="seconds of walking"
-    )
-    drive.add_argument(
-        "--frequency-hz", type=positive, metavar="F", help="cycles a second (default: robot file)"
-    )
-    drive.add_argument(
-        "--steer", type=steer, default=0.0, metavar="X", help="-1 (right) to 1 (left)"
-    )
-    drive.add_argument(
-        "--hardware",
-        default="virtual",
-        metavar="virtual|PORT",
-        help="virtual (default), or the serial port of the servo bus, for example /dev/ttyUSB0",
-    )
-    drive.add_argument(
-        "--force-unit",
-        metavar="HOST[:UDP:CONSOLE]|none",
-        help="wireless force-torque unit (default: robot file); none walks without it",
-    )
-    drive.add_argument(
-        "--calibration",
-        type=Path,
-        metavar="FILE",
-        help="calibration of the force sensors (default: the one that the robot file names, if any)",
-    )
-    drive.add_argument("--log", metavar="FILE", help="log file, or none (default: runs/...)")
-    drive.add_argument(
-        "--record-bytes",
-        action="store_true",
-        help="log the raw bytes of both devices as well, so that the drivers can be replayed",
-    )
-    drive.add_argument(
-        "--pose-udp",
-        type=_port,
-        metavar="PORT",
-        help="hear absolute poses on this UDP port of this machine (default: robot file, else none)",
-    )
-    drive.add_argument("--readonly", action="store_true", help="sense and log, never move")
-    drive.add_argument("--armed", action="store_true", help="allow torque on real hardware")
-    drive.add_argument("--teleop", action="store_true", help="drive with the keyboard")
-    drive.add_argument(
-        "--deadman",
-        type=positive,
-        default=5.0,
-        metavar="S",
-        dest="deadman_s",
-        help="with --teleop: stand after so many seconds without a key (default: 5)",
-    )
-    drive.add_argument("--rate-hz", type=_rate, metavar="R", help="loop rate, up to 200")
-    drive.add_argument(
-        "--virtual-time",
-        action="store_true",
-        help="virtual hardware in memory under a virtual clock: as fast as the computer goes, and "
-        "the same log, byte for byte, every time",
-    )
-    drive.add_argument("--seed", type=seed, default=0, metavar="N", help="seed of virtual noise")
-    add_scenario(drive)
+    add_drive_arguments(drive)
 
 
 def _add_show(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:

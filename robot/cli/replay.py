@@ -7,21 +7,11 @@ compared with the old. Exit code 0: equal (--drive: driven); 1: not.
 """
 
 import argparse
-import json
 import math
-from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from model.errors import ConfigError
-from robot.console.arguments import seed
+from robot.console.arguments import parsed, seed
 from robot.console.exit_codes import ExitCode
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from robot.replay.compare import Difference, FieldResult
-    from robot.replay.ticks import Replay
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -67,90 +57,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     Raises:
         BigantError: The log cannot be read or replayed.
     """
-    if options.drive:
-        from robot.replay.drive import drive_again
+    from robot.replay.command import replay
+    from robot.replay.request import ReplayRequest
 
-        return drive_again(options)
-    for name in ("armed", "virtual_time", "log", "out"):
-        if getattr(options, name):
-            raise ConfigError(f"--{name.replace('_', '-')}", "goes with --drive only")
-    if options.bus:
-        from robot.replay.bus import replay_bus_command
-
-        return replay_bus_command(options)
-    from record.log.reader import LogContents
-    from robot.config.robot_file import load_robot
-    from robot.console.progress import ProgressLine
-    from robot.control.effect_uses import say_unused
-    from robot.replay.ticks import replay_log
-
-    contents = LogContents()
-    config = None if options.robot is None else load_robot(options.robot)
-    if config is not None:
-        say_unused(config)
-    with ProgressLine(f"replaying {options.path}", contents.progress):
-        found = replay_log(options.path, scale=options.tolerance, config=config, contents=contents)
-    if options.json:
-        print(json.dumps(as_json(found), indent=2))
-    else:
-        for line in replay_lines(found):
-            print(line)
-    return ExitCode.OK if found.equal else ExitCode.VERDICT_FAILED
-
-
-def replay_table(fields: "Sequence[FieldResult]", *, only_beyond: bool = False) -> list[str]:
-    """Return stages and fields as a table; on wish only those that differ too much."""
-    lines = [
-        f"{'stage':<12}{'field':<17}{'unit':<12}{'tolerance':>10}{'largest':>11}{'ticks beyond':>14}"
-    ]
-    stage = ""
-    for field in fields:
-        if only_beyond and not field.ticks_beyond:
-            continue
-        shown = field.stage if field.stage != stage else ""
-        stage = field.stage
-        lines.append(
-            f"{shown:<12}{field.name:<17}{field.unit:<12}{_tolerance(field.tolerance):>10}"
-            f"{_largest(field.largest):>11}{field.ticks_beyond:>14}"
-        )
-    return lines
-
-
-def replay_lines(found: "Replay", *, only_beyond: bool = False) -> list[str]:
-    """Return the result for a person; on wish only those fields that differ too much."""
-    lines = [
-        *replay_table(found.fields, only_beyond=only_beyond),
-        *(f"note: {note}" for note in found.notes),
-    ]
-    speed = f", {found.duration_s / found.wall_s:.0f} times real time" if found.wall_s > 0 else ""
-    done = f"{found.ticks} ticks, {found.duration_s:.1f} s{speed}"
-    if found.first is not None:
-        return [*lines, first_line(found.first), f"NOT EQUAL: {done}"]
-    same = "all" if found.equal_bits == found.ticks else str(found.equal_bits)
-    return [*lines, f"equal: {done}, {same} of them the same in every bit"]
-
-
-def first_line(first: "Difference") -> str:
-    """Return the first difference in words."""
-    unit = f" {first.unit}" if first.unit else ""
-    element = f" of {first.element}" if first.element else ""
-    return (
-        f"first difference: {first.t_s:.3f} s (tick {first.index}), {first.stage}, "
-        f"{first.name}{element}: recorded {first.recorded}{unit}, today {first.replayed}{unit}"
-    )
-
-
-def _tolerance(value: float) -> str:
-    return "none" if value == 0 else f"{value:.0e}"
-
-
-def _largest(value: float) -> str:
-    """A value against none at all has no difference in numbers."""
-    return f"{value:.2g}" if math.isfinite(value) else "absent"
-
-
-def as_json(found: "Replay") -> object:
-    """Return the result for ``json.dumps``; what is infinite or not a number is null."""
-    from robot.console.plain_json import plain
-
-    return plain({**asdict(found), "equal": found.equal})
+    return replay(parsed(options, ReplayRequest))

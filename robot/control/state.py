@@ -1,16 +1,18 @@
-"""What the controller remembers from one tick to the next."""
+"""What the controller remembers from one tick to the next, and what its blocks hand to each other."""
 
 from dataclasses import dataclass
 
-from model.values.arrays import FloatArray, IntArray
-from model.values.faults import StopReason
-from model.values.legs import FootForces
+from model.values.arrays import BoolArray, FloatArray, IntArray
+from model.values.contact import ContactSolution
+from model.values.faults import Fault, StopReason
+from model.values.legs import FootForces, FootMotion, JointCommand, JointState
+from model.values.readings import ServoReadings
 from model.values.tick import Estimate
 from robot.control.body_watch import BodyMemory
 from robot.control.estimator_stage import OdometryMemory
 from robot.control.modes import Phase
-from robot.control.recovery import RecoveryMemory
-from robot.control.safety import Allowed
+from robot.control.recovery import RecoveryMemory, RecoveryPlan
+from robot.control.safety import Allowed, ServoVerdict
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -20,7 +22,7 @@ class ControllerState:
     Attributes:
         index: Ticks done.
         phase: Mode, plan and stop reason.
-        allowed: The command last let through by the safety gate.
+        allowed: What the safety gate last let through.
         refused: Commands refused in a row.
         late: Late ticks in a row.
         silent_reads: Reads in a row without an answer, (N,).
@@ -55,3 +57,87 @@ class ControllerState:
     def stop_reason(self) -> StopReason:
         """Why the run is ending, NONE while it goes on."""
         return self.phase.stop_reason
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Senses:
+    """What the sensors say in one tick.
+
+    Attributes:
+        servos: Servo readings as they came.
+        joints: The same, calibrated; NaN for servos that are silent or down.
+        forces: Latest measured foot forces; absent after too long a silence.
+        down: Legs whose servos have lost their torque, (N,) bool.
+        last: The last command, dated when the servos had it.
+        times_ns: Times of the latest shaft angles, this tick's last, (W,).
+        angles_rad: Latest shaft angles, (W, N).
+        began_ns: Time of the first tick.
+    """
+
+    servos: ServoReadings
+    joints: JointState
+    forces: FootForces
+    down: BoolArray
+    last: JointCommand
+    times_ns: IntArray
+    angles_rad: FloatArray
+    began_ns: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Estimates:
+    """What model and estimator make of the senses.
+
+    Attributes:
+        feet: Unloaded feet.
+        contact: Support and traction.
+        forces: Foot forces without the sensors' errors that the robot file knows.
+        estimate: Dead-reckoned pose.
+        odometry: What the estimator remembers, its estimate among it; None where it is switched off.
+        faults: What the model found no answer to.
+    """
+
+    feet: FootMotion
+    contact: ContactSolution
+    forces: FootForces
+    estimate: Estimate
+    odometry: OdometryMemory | None
+    faults: tuple[Fault, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Decision:
+    """What is to be done.
+
+    Attributes:
+        phase: Mode, plan and stop reason.
+        recovery: What is done about servos without torque.
+        servos: Verdict on the servos.
+        body: What the watch over the body remembers.
+        late: Late ticks in a row.
+        faults: Faults of the watches, the loop's timing and the recovery.
+    """
+
+    phase: Phase
+    recovery: RecoveryPlan
+    servos: ServoVerdict
+    body: BodyMemory
+    late: int
+    faults: tuple[Fault, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Command:
+    """What goes to the servos.
+
+    Attributes:
+        wished: What the plan asks for.
+        allowed: What the safety gate lets through.
+        refused: Commands refused in a row.
+        faults: The gate's refusal.
+    """
+
+    wished: JointCommand
+    allowed: Allowed
+    refused: int
+    faults: tuple[Fault, ...]

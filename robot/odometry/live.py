@@ -24,17 +24,19 @@ from model.values.legs import FootForces
 from model.values.tick import Tick
 from record.log.follow import LogFollower
 from record.log.reader import LogContents
-from robot.bringup.force.unit import NO_UNIT, check_no_unit, unit_settings
 from robot.config.robot_file import RobotConfig, load_robot, parse_robot
-from robot.console.exit_codes import ExitCode, exit_code_of
+from robot.console.exit_codes import ExitCode
 from robot.console.plain_json import plain
 from robot.control.controller import Controller
 from robot.control.estimator_stage import OdometryStage
 from robot.control.file_model import odometry_stage
-from robot.run.hardware import open_real, open_virtual
+from robot.control.stops import STOPS
+from robot.run.force_unit import NO_UNIT, check_no_unit, unit_settings
+from robot.run.hardware import open_real
 from robot.run.loop import run
 from robot.run.operator import Interrupts, Script, ScriptedOperator
 from robot.view.log_source import newest_log
+from robot.virtual.open import VirtualSettings, open_virtual
 
 VIRTUAL = "virtual"
 LOOK_PERIOD_NS = 200_000_000
@@ -163,7 +165,7 @@ def _beside_hardware(
     with_forces = not options.no_forces and options.force_unit != NO_UNIT
     if options.hardware == VIRTUAL:
         check_no_unit(options.force_unit)
-        rig = open_virtual(config, seed=0, armed=False, with_forces=with_forces)
+        rig = open_virtual(config, VirtualSettings(armed=False, with_forces=with_forces))
     else:
         unit = unit_settings(options.force_unit, config.force_sensor) if with_forces else None
         rig = open_real(config, options.hardware, unit, armed=False)
@@ -175,7 +177,7 @@ def _beside_hardware(
         print(f"{said.count} ticks, torque never asked for")
     if result.reason is StopReason.OPERATOR:
         return ExitCode.OK
-    return exit_code_of(result.reason)
+    return STOPS[result.reason].exit_code
 
 
 def _settings(options: argparse.Namespace, config: RobotConfig) -> EstimatorSettings:

@@ -5,11 +5,9 @@ they do on a robot, the controller runs on what they read, and everything they s
 recorded.
 """
 
-import argparse
-import json
 import time
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 
@@ -18,24 +16,19 @@ from drivers.ati.setup import free_console
 from drivers.wire.words import difference_words, wire_name, wire_words
 from model.errors import BusError, ForceStreamError, RecordError
 from model.values.faults import Fault, FaultKind
-from model.values.readings import BodyTruth
 from model.values.tick import Tick
 from model.values.wire import WireBytes
 from record.log.reader import LogContents, read_ticks
 from record.log.topic_reader import read_wires
-from robot.cli.replay import first_line, replay_table
-from robot.config.robot_file import RobotConfig, load_robot
-from robot.console.exit_codes import ExitCode
-from robot.console.plain_json import plain
-from robot.console.progress import ProgressLine
+from robot.config.robot_file import RobotConfig
 from robot.control.controller import Controller
 from robot.control.safety import Allowed
 from robot.replay.compare import Comparison, Difference, FieldResult
 from robot.replay.fields import FIELDS, WIRE_FIELDS
-from robot.run.hardware import assemble
+from robot.run.hardware import Wires, assemble
 from robot.run.header import FORCE_UNIT_KEY, LATENCY_KEY, Rebuilt, rebuild_controller
-from robot.run.loop import Call, exchange
-from robot.run.rig import Rig, Seen
+from robot.run.loop import TickStart, exchange
+from robot.run.rig import Reading, Rig
 from sim_hw.clock import VirtualClock
 from sim_hw.host.recorded_wire import (
     Diverged,
@@ -73,7 +66,7 @@ class WireDifference:
 
 @dataclass(frozen=True, slots=True)
 class BusReplay:
-    """What a replay of bytes found.
+    """The result of a replay of bytes.
 
     Attributes:
         path: The log.
@@ -114,22 +107,15 @@ class _Replayed:
         self._rig = rig
         self._recorded = recorded
 
-    def read(self) -> Seen:
-        seen, inputs = self._rig.read(), self._recorded.inputs
-        servos, truth = seen.servos, inputs.truth
+    def read(self) -> Reading:
+        reading, inputs = self._rig.read(), self._recorded.inputs
+        servos = reading.servos
         if inputs.servos is not None:
             servos = replace(servos, t_ns=inputs.servos.t_ns, age_ns=inputs.servos.age_ns)
-        return replace(seen, servos=servos, truth=truth, poses=inputs.poses)
+        return replace(reading, servos=servos, truth=inputs.truth, poses=inputs.poses)
 
     def actuate(self, allowed: Allowed) -> tuple[Fault, ...]:
         return self._rig.actuate(allowed)
-
-
-class _NoTruth:
-    """The truth of a replay comes with the ticks."""
-
-    def latest(self) -> BodyTruth | None:
-        return None
 
 
 def replay_bus(
@@ -178,7 +164,7 @@ def replay_bus(
         else:
             wire = _wire_difference(diverged.recorded, diverged.sent, first.t_ns)
     except (BusError, ForceStreamError) as error:
-        raise RecordError(f"today's drivers do not come to terms with {path}: {error}") from error
+        raise RecordError(f"today's drivers cannot use the bytes of {path}: {error}") from error
     if tape.skipped:
         notes.append(f"{len(tape.skipped)} recorded answers came too late for today's drivers")
     if contents.damage:
@@ -208,10 +194,10 @@ def _run(
     for recorded in ticks:
         tape.clock.sleep_until_ns(recorded.t_ns)
         inputs = recorded.inputs
-        beside = (FaultKind.LOG_WRITE, FaultKind.POSE_BAD)  # not from these devices
-        of_the_log = tuple(f for f in inputs.faults if f.kind in beside)
-        call = Call(recorded.t_ns, inputs.request, inputs.timing, (*pending, *of_the_log))
-        state, tick, pending = exchange(_Replayed(rig, recorded), controller, state, call)
+        others = (FaultKind.LOG_WRITE, FaultKind.POSE_BAD)  # not from these devices
+        of_others = tuple(f for f in inputs.faults if f.kind in others)
+        start = TickStart(recorded.t_ns, inputs.request, inputs.timing, (*pending, *of_others))
+        state, tick, pending = exchange(_Replayed(rig, recorded), controller, state, start)
         comparison.add(recorded, tick)
         yield recorded
 
@@ -227,17 +213,9 @@ def _open(tape: Tape, rebuilt: Rebuilt, contents: LogContents) -> Rig:
 
     latency_ms = float(metadata.get(LATENCY_KEY, UNKNOWN_LATENCY_MS))
     with_forces = metadata.get(FORCE_UNIT_KEY, "true") == "true"
-    return assemble(
-        config,
-        clock=tape.clock,
-        port=RecordedPort(tape, config.servo_bus.baud_rate, latency_ms),
-        links=links if with_forces else None,
-        reopen=None,
-        settings=config.force_sensor,
-        truth=_NoTruth(),
-        armed=rebuilt.controller.armed,
-        closers=(),
-    )
+    port = RecordedPort(tape, config.servo_bus.baud_rate, latency_ms)
+    wires = Wires(tape.clock, port, config.force_sensor, links if with_forces else None)
+    return assemble(config, wires, armed=rebuilt.controller.armed)
 
 
 def _left_over(tape: Tape, start_ns: int) -> WireDifference | None:
@@ -267,50 +245,3 @@ def _wire_difference(
 
 def _line(piece: WireBytes | None) -> str:
     return "nothing" if piece is None else "; ".join(words.line for words in wire_words(piece))
-
-
-def replay_bus_command(options: argparse.Namespace) -> ExitCode:
-    """Replay bytes, print what was found.
-
-    Raises:
-        BigantError: The log cannot be replayed.
-    """
-    config = None if options.robot is None else load_robot(options.robot)
-    contents = LogContents()
-    with ProgressLine(f"replaying {options.path}", contents.progress):
-        found = replay_bus(options.path, scale=options.tolerance, config=config, contents=contents)
-    if options.json:
-        print(json.dumps(_as_json(found), indent=2))
-    else:
-        for line in bus_lines(found):
-            print(line)
-    return ExitCode.OK if found.equal else ExitCode.VERDICT_FAILED
-
-
-def bus_lines(found: BusReplay, *, only_beyond: bool = False) -> list[str]:
-    """Return the result for a person; on wish only those fields that differ too much."""
-    lines = replay_table(found.fields, only_beyond=only_beyond)
-    lines += [f"note: {note}" for note in found.notes]
-    speed = f", {found.duration_s / found.wall_s:.0f} times real time" if found.wall_s > 0 else ""
-    done = (
-        f"{found.ticks} ticks, {found.duration_s:.1f} s{speed}; {found.requests} requests of "
-        f"{found.bytes_sent} bytes as recorded, {found.bytes_received} bytes understood"
-    )
-    if found.first is not None:
-        lines.append(first_line(found.first))
-    if found.wire is not None:
-        wire = found.wire
-        lines += [
-            f"first other request: {wire.t_s:.3f} s, {wire.wire}",
-            f"  recorded  {wire.recorded_hex}",
-            f"            {wire.recorded}",
-            f"  today     {wire.sent_hex}",
-            f"            {wire.sent}",
-        ]
-        if wire.differs:
-            lines.append(f"  differs   {wire.differs}")
-    return [*lines, f"{'equal' if found.equal else 'NOT EQUAL'}: {done}"]
-
-
-def _as_json(found: BusReplay) -> object:
-    return plain({**asdict(found), "equal": found.equal})

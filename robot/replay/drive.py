@@ -4,15 +4,14 @@ The wishes go through today's controller and safety gate as any operator's do; r
 sent as they are. Real hardware has to be armed.
 """
 
-import argparse
 import json
 import sys
-import time
 from bisect import bisect_right
 from contextlib import ExitStack, redirect_stdout
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+from matplotlib.figure import Figure
 
 from model.errors import ConfigError, RecordError
 from model.values.faults import StopReason
@@ -20,21 +19,24 @@ from model.values.tick import Intent, Request, Tick
 from record.log.reader import LogContents, read_log
 from record.log.tick_message import decode_inputs
 from record.log.topic_reader import read_tick_messages
-from robot.cli.drive import VIRTUAL, Drive, drive_plan
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.number_text import number_text
 from robot.console.plain_json import plain
 from robot.console.progress import ProgressLine
 from robot.control.controller import Controller
+from robot.drive.access import RobotAccess
+from robot.drive.drive import drive_plan
+from robot.drive.request import DrivePlan, runs_path
 from robot.replay.repeat import Repeat, compare_runs, overlay
+from robot.replay.repeat_plots import draw_repeat
+from robot.replay.request import ReplayRequest
+from robot.report.page import render_page
+from robot.report.plots import save_png
 from robot.report.run_date import date_words
 from robot.report.summary_text import table_lines
 from robot.run.header import rebuild_controller
-from robot.run.operator import Interrupts
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from robot.run.operator import Interrupts, Script
 
 PAGES = (".html", ".png")
 
@@ -104,98 +106,81 @@ def read_wishes(path: Path, contents: LogContents) -> Wishes:
     return Wishes(tuple(times), tuple(requests), now_ns - start_ns)
 
 
-def drive_again(options: argparse.Namespace) -> ExitCode:
+def drive_again(request: ReplayRequest) -> ExitCode:
     """Do a run again, compare, print, draw.
 
     Raises:
         BigantError: The log cannot be read, or something is wrong before the robot moves.
     """
     contents = LogContents()
-    with ProgressLine(f"reading {options.path}", contents.progress):
-        wishes = read_wishes(options.path, contents)
-    plan = _plan(options, wishes, contents)
-    page = _page(options, plan)
-
-    def operator(
-        _plan: Drive, _controller: Controller, interrupts: Interrupts, _stack: ExitStack
-    ) -> RecordedOperator:
-        return RecordedOperator(wishes, interrupts)
-
-    with redirect_stdout(sys.stderr if options.json else sys.stdout):
-        code = drive_plan(plan, operator)
-    assert plan.log_path is not None  # _plan gives one
-    old, new = read_log(options.path), read_log(plan.log_path)
+    with ProgressLine(f"reading {request.path}", contents.progress):
+        wishes = read_wishes(request.path, contents)
+    new_path = request.log if request.log is not None else runs_path(f"{request.path.stem}-again")
+    plan = _plan(request, wishes, contents, new_path)
+    page = _page(request, new_path)
+    with redirect_stdout(sys.stderr if request.json else sys.stdout):
+        code = drive_plan(plan)
+    old, new = read_log(request.path), read_log(new_path)
     both = overlay(old, new)
-    found = compare_runs(old, new, both)
-    from robot.replay.repeat_plots import draw_repeat
-
+    result = compare_runs(old, new, both)
     dates = (date_words(old.metadata), date_words(new.metadata))
-    runs = f"{options.path} (old, {dates[0]}) and {plan.log_path} (new, {dates[1]})"
-    pictures = _save(page, f"{options.path.name} again", runs, found, draw_repeat(both))
-    if options.json:
-        values = {**asdict(found), "old_log": str(options.path), "new_log": str(plan.log_path)}
+    runs = f"{request.path} (old, {dates[0]}) and {new_path} (new, {dates[1]})"
+    pictures = _save(page, f"{request.path.name} again", runs, result, draw_repeat(both))
+    if request.json:
+        values = {**asdict(result), "old_log": str(request.path), "new_log": str(new_path)}
         print(json.dumps(plain({**values, "pictures": [str(p) for p in pictures]}), indent=2))
         return code
-    for line in (*leg_table(found), *table_lines(body_rows(found))):
+    for line in (*leg_table(result), *table_lines(body_rows(result))):
         print(line)
     print("pictures: " + ", ".join(str(path) for path in pictures))
     return code
 
 
-def _plan(options: argparse.Namespace, wishes: Wishes, contents: LogContents) -> Drive:
-    virtual = options.hardware == VIRTUAL
-    config = None if options.robot is None else load_robot(options.robot)
+def _plan(
+    request: ReplayRequest, wishes: Wishes, contents: LogContents, new_path: Path
+) -> DrivePlan:
+    config = None if request.robot is None else load_robot(request.robot)
     then = rebuild_controller(contents, config).controller
     if not then.armed:
-        raise RecordError(f"{options.path} was recorded without torque: it has nothing to repeat")
-    if options.virtual_time and not virtual:
-        raise ConfigError(
-            "--virtual-time", "needs --hardware virtual; real servos live in real time"
-        )
-    if not virtual and not options.armed:
+        raise RecordError(f"{request.path} was recorded without torque: it has nothing to repeat")
+    access = RobotAccess(
+        hardware=request.hardware,
+        armed=True,
+        force_unit=request.force_unit,
+        virtual_time=request.virtual_time,
+        seed=request.seed,
+    )
+    access.check()
+    if not access.virtual and not request.armed:
         raise ConfigError(
             "--hardware",
             "does the run again with torque: put the robot where it can walk, add --armed",
         )
-    first = wishes.requests[0]
-    path = options.log
-    if path is None:
-        stamp = time.strftime("%Y%m%dT%H%M%S")
-        path = Path("runs") / f"{options.path.stem}-again-{stamp}.mcap"
-    if path.resolve() == options.path.resolve():
+    if new_path.resolve() == request.path.resolve():
         raise ConfigError("--log", "is the old log itself; choose another file")
-    more = argparse.Namespace(
-        **{
-            **vars(options),
-            "teleop": False,
-            "pose_udp": None,
-            "record_bytes": False,
-            "scenario": None,
-            "rate_hz": then.rate_hz,
-            "steer": first.steer,
-        }
-    )
-    return Drive(then.config, first.gait, first.frequency_hz, True, path, more)
+
+    def operator(_: Controller, interrupts: Interrupts, __: ExitStack) -> RecordedOperator:
+        return RecordedOperator(wishes, interrupts)
+
+    first = wishes.requests[0]
+    walk = Script(first.gait, first.frequency_hz, first.steer)
+    return DrivePlan(then.config, access, walk, new_path, operator, then.rate_hz)
 
 
-def _page(options: argparse.Namespace, plan: Drive) -> Path:
-    assert plan.log_path is not None
-    page: Path = options.out if options.out is not None else plan.log_path.with_suffix(".html")
+def _page(request: ReplayRequest, new_path: Path) -> Path:
+    page = request.out if request.out is not None else new_path.with_suffix(".html")
     if page.suffix not in PAGES:
         raise ConfigError("--out", f"must end in .html or .png, not {page.suffix or page.name!r}")
     return page
 
 
 def _save(
-    page: Path, title: str, runs: str, found: Repeat, figures: "dict[str, Figure]"
+    page: Path, title: str, runs: str, result: Repeat, figures: dict[str, Figure]
 ) -> tuple[Path, ...]:
-    from robot.report.page import render_page
-    from robot.report.plots import save_png
-
     try:
         if page.suffix == ".png":
             return save_png(figures, page)
-        rows = [*leg_rows(found), *body_rows(found)]
+        rows = [*leg_rows(result), *body_rows(result)]
         page.write_text(render_page(title, runs, rows, figures), encoding="utf-8")
     except OSError as error:
         raise RecordError(
@@ -204,7 +189,7 @@ def _save(
     return (page,)
 
 
-def leg_table(found: Repeat) -> list[str]:
+def leg_table(result: Repeat) -> list[str]:
     """Return the differences of the legs as a table."""
     lines = [
         "RMS of new - old",
@@ -214,12 +199,12 @@ def leg_table(found: Repeat) -> list[str]:
     lines += [
         f"{leg.name:<6}{_shown(leg.sent_rad * 1e3):>11}{_shown(leg.angle_rad * 1e3):>12}"
         f"{_shown(leg.current_a):>11}" + "".join(f"{_shown(f):>9}" for f in leg.force_n)
-        for leg in found.legs
+        for leg in result.legs
     ]
     return lines
 
 
-def leg_rows(found: Repeat) -> list[tuple[str, str]]:
+def leg_rows(result: Repeat) -> list[tuple[str, str]]:
     """Return the differences of the legs as labels and texts, for a page."""
     return [
         (
@@ -229,23 +214,23 @@ def leg_rows(found: Repeat) -> list[tuple[str, str]]:
             + ", ".join(f"{axis} {_shown(f)}" for axis, f in zip("xyz", leg.force_n, strict=True))
             + " N",
         )
-        for leg in found.legs
+        for leg in result.legs
     ]
 
 
-def body_rows(found: Repeat) -> list[tuple[str, str]]:
+def body_rows(result: Repeat) -> list[tuple[str, str]]:
     """Return the body's part of the comparison: label and text."""
     return [
         (
             "compared",
-            f"{found.duration_s:.1f} s of {found.old_s:.1f} s old, {found.new_s:.1f} s new",
+            f"{result.duration_s:.1f} s of {result.old_s:.1f} s old, {result.new_s:.1f} s new",
         ),
-        ("true velocity, RMS of new - old", _velocity(found.true_velocity)),
-        ("predicted velocity, RMS of new - old", _velocity(found.predicted_velocity)),
-        ("way of the old run", _way(found.old_way)),
-        ("way of the new run", _way(found.new_way)),
-        ("dead reckoning, old", _way(found.old_estimated_way)),
-        ("dead reckoning, new", _way(found.new_estimated_way)),
+        ("true velocity, RMS of new - old", _velocity(result.true_velocity)),
+        ("predicted velocity, RMS of new - old", _velocity(result.predicted_velocity)),
+        ("way of the old run", _way(result.old_way)),
+        ("way of the new run", _way(result.new_way)),
+        ("dead reckoning, old", _way(result.old_estimated_way)),
+        ("dead reckoning, new", _way(result.new_estimated_way)),
     ]
 
 

@@ -34,12 +34,13 @@ def assert_replays(request: pytest.FixtureRequest) -> AssertReplays:
 def _differences(path: Path, tolerance: float, bus: bool) -> list[str]:
     """Return what differs, in words; nothing if the log replays equal."""
     if bus:
-        from robot.replay.bus import bus_lines, replay_bus
+        from robot.replay.bus import replay_bus
+        from robot.replay.text import bus_lines
 
-        bytes_found = replay_bus(path, scale=tolerance)
-        return [] if bytes_found.equal else bus_lines(bytes_found, only_beyond=True)
-    from robot.cli.replay import replay_lines
+        of_bytes = replay_bus(path, scale=tolerance)
+        return [] if of_bytes.equal else bus_lines(of_bytes, only_beyond=True)
+    from robot.replay.text import replay_lines
     from robot.replay.ticks import replay_log
 
-    found = replay_log(path, scale=tolerance)
-    return [] if found.equal else replay_lines(found, only_beyond=True)
+    of_ticks = replay_log(path, scale=tolerance)
+    return [] if of_ticks.equal else replay_lines(of_ticks, only_beyond=True)

@@ -4,19 +4,51 @@ Deadlines lie on a fixed grid. A tick that comes late by more than a period coun
 takes the next point of the grid; it never runs a burst to catch up. Torque goes off on every way out.
 """
 
+import gc
 from dataclasses import dataclass
 from typing import Protocol
 
+from drivers.clock import Clock
 from model.errors import RecordError
 from model.values.faults import Fault, FaultKind, StopReason
 from model.values.tick import Inputs, LoopTiming, Mode, Request, Tick
 from robot.control.controller import Controller
 from robot.control.safety import Allowed
 from robot.control.state import ControllerState
-from robot.control.stop_causes import cause_words
-from robot.run.rig import Rig, Seen
+from robot.control.stops import cause_words
+from robot.run.rig import Reading
 
 RESTING = (Mode.IDLE, Mode.HOLD, Mode.LIMP)
+
+
+class Devices(Protocol):
+    """The devices of a robot: what ``exchange`` needs of a rig."""
+
+    def read(self) -> Reading:
+        """Read everything once."""
+        ...
+
+    def actuate(self, allowed: Allowed) -> tuple[Fault, ...]:
+        """Send what the safety gate let through; return the faults met on the way."""
+        ...
+
+
+class Robot(Devices, Protocol):
+    """A robot within reach: ``robot.run.rig.Rig``, or what stands in for it in virtual time."""
+
+    @property
+    def clock(self) -> Clock:
+        """The clock that all of it lives by."""
+        ...
+
+    @property
+    def torque(self) -> bool:
+        """Whether torque has been switched on and not confirmed off."""
+        ...
+
+    def cut_torque(self) -> bool:
+        """Switch all torque off; True if every servo confirmed it."""
+        ...
 
 
 class Operator(Protocol):
@@ -70,22 +102,22 @@ class RunResult:
 
 
 def run(
-    rig: Rig,
+    robot: Robot,
     controller: Controller,
     operator: Operator,
-    sink: TickSink | None,
-    observer: Observer | None,
+    sink: TickSink | None = None,
+    observer: Observer | None = None,
 ) -> RunResult:
     """Run until the operator's wish is done or something stops the robot.
 
     Args:
-        rig: The robot, connected.
+        robot: The robot, connected.
         controller: The pure step.
         operator: Where wishes come from.
         sink: Where ticks go, if anywhere.
         observer: Who watches, if anyone.
     """
-    clock = rig.clock
+    clock = robot.clock
     period_ns = controller.period_ns
     state = controller.initial()
     tick: Tick | None = None
@@ -99,16 +131,16 @@ def run(
             start_ns = clock.now_ns()
             timing = LoopTiming(deadline_ns, start_ns - deadline_ns, missed, busy_ns)
             request = operator.request(tick, start_ns)
-            had_torque = rig.torque
-            call = Call(start_ns, request, timing, (*pending, *_log_fault(sink)))
-            state, tick, pending = exchange(rig, controller, state, call)
+            had_torque = robot.torque
+            start = TickStart(start_ns, request, timing, (*pending, *_log_fault(sink)))
+            state, tick, pending = exchange(robot, controller, state, start)
             switched_on = state.allowed.command.torque and not had_torque
             if sink is not None:
                 sink.write(tick)
             if observer is not None:
                 observer.show(tick)
             if not detail and tick.stop_reason is not StopReason.NONE:
-                detail = explain(tick)
+                detail = cause_words(tick.stop_reason, tick.faults)
             if tick.mode in RESTING and tick.stop_reason is not StopReason.NONE:
                 break
             now_ns = clock.now_ns()
@@ -120,31 +152,35 @@ def run(
             all_missed += missed
             deadline_ns += period_ns * (1 + missed)
     finally:
-        torque_off = rig.cut_torque()
+        torque_off = robot.cut_torque()
     return RunResult(state.stop_reason, state.index, torque_off, tick, detail, all_missed)
 
 
-class Reached(Protocol):
-    """A robot within reach: what ``exchange`` needs of a rig."""
-
-    def read(self) -> Seen:
-        """Read everything once."""
-        ...
-
-    def actuate(self, allowed: Allowed) -> tuple[Fault, ...]:
-        """Send what the safety gate let through; return the faults met on the way."""
-        ...
+def run_undisturbed(
+    robot: Robot,
+    controller: Controller,
+    operator: Operator,
+    sink: TickSink | None,
+    observer: Observer | None,
+) -> RunResult:
+    """Run as ``run`` does, without a full garbage collection on the way: it would cost several periods."""
+    gc.collect()
+    gc.freeze()
+    try:
+        return run(robot, controller, operator, sink, observer)
+    finally:
+        gc.unfreeze()
 
 
 @dataclass(frozen=True, slots=True)
-class Call:
+class TickStart:
     """What a tick knows before it looks at the robot.
 
     Attributes:
         t_ns: Time of the tick.
         request: The operator's wish.
         timing: How the loop is doing.
-        faults: Faults found since the tick before.
+        faults: Faults since the tick before.
     """
 
     t_ns: int
@@ -154,25 +190,26 @@ class Call:
 
 
 def exchange(
-    rig: Reached, controller: Controller, state: ControllerState, call: Call
+    devices: Devices, controller: Controller, state: ControllerState, start: TickStart
 ) -> tuple[ControllerState, Tick, tuple[Fault, ...]]:
     """Read, step, send: what happens once a tick, in the loop and in a replay of recorded bytes.
 
     Returns:
         The new state, the tick, and the faults met while sending, for the next tick.
     """
-    seen = rig.read()
-    faults = (*seen.faults, *call.faults)
+    reading = devices.read()
     inputs = Inputs(
-        seen.servos, seen.forces, call.request, call.timing, seen.truth, faults, seen.poses
+        reading.servos,
+        reading.forces,
+        start.request,
+        start.timing,
+        reading.truth,
+        (*reading.faults, *start.faults),
+        reading.poses,
+        reading.servo_events,
     )
-    state, tick = controller.step(state, inputs, call.t_ns)
-    return state, tick, rig.actuate(state.allowed)
-
-
-def explain(tick: Tick) -> str:
-    """Return the cause of a stop in words, from the tick in which it began."""
-    return cause_words(tick.stop_reason, tick.faults)
+    state, tick = controller.step(state, inputs, start.t_ns)
+    return state, tick, devices.actuate(state.allowed)
 
 
 def _log_fault(sink: TickSink | None) -> tuple[Fault, ...]:

@@ -1,28 +1,61 @@
 """What is measured in a walk, row by row, and the trial that it makes."""
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from typing import TypeAlias
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from model.errors import RecordError
 from model.values.arrays import FloatArray, readonly
 from model.values.legs import FootForces, JointState
+from model.values.readings import BodyTruth
+from model.values.tick import Mode, Tick
 from record.trial.header import LEGGED, TrialHeader, TrialNoise
 from record.trial.trial import Trial
 from robot.config.robot_file import RobotConfig
 from sim_hw.twin.motion_capture import Poses
 
 ROBOT_FILE = "robot.toml"
+# Time [ns], body in the world (3,) [m], body to world x y z w (4,), feet in the world (N, 3) [m].
+Place: TypeAlias = tuple[int, FloatArray, FloatArray, FloatArray]
 
 
-@dataclass(slots=True)
 class TwinRows:
-    """Rows of a walk, appended as they come."""
+    """A sink that keeps what a trial needs of the ticks of walking.
 
-    t_ns: list[int] = field(default_factory=list)
-    command_rad: list[FloatArray] = field(default_factory=list)
-    joints: list[JointState] = field(default_factory=list)
-    forces: list[FootForces] = field(default_factory=list)
+    Args:
+        seconds: Length of the trial, from the first tick of walking on.
+    """
+
+    error: RecordError | None = None
+
+    def __init__(self, seconds: float) -> None:
+        self.first = 0  # ticks before it
+        self.t_ns: list[int] = []
+        self.command_rad: list[FloatArray] = []
+        self.joints: list[JointState] = []
+        self.forces: list[FootForces] = []
+        self.truths: list[BodyTruth | None] = []
+        self._length_ns = round(seconds * 1e9)
+
+    def write(self, tick: Tick) -> None:
+        """Keep a tick if it belongs to the trial."""
+        if tick.mode is not Mode.WALK:
+            self.first += not self.t_ns
+            return
+        if self.t_ns and tick.t_ns - self.t_ns[0] >= self._length_ns:
+            return
+        self.t_ns.append(tick.t_ns)
+        self.command_rad.append(tick.sent.angle_rad)
+        self.joints.append(tick.joints)
+        self.forces.append(tick.forces)
+        self.truths.append(tick.inputs.truth)
+
+
+def poses_of(places: Sequence[Place]) -> Poses:
+    """Return places one behind the other as arrays."""
+    return Poses(*(np.array(column) for column in zip(*places, strict=True)))
 
 
 def trial_header(

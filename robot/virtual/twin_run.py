@@ -1,37 +1,34 @@
 """A walk of a physical twin as a trial: through bus and force unit, or at the same times without bytes."""
 
-from collections.abc import Callable
+from contextlib import ExitStack, closing
 from dataclasses import dataclass, replace
+from pathlib import Path
 
-import numpy as np
-
-from drivers.ati.foot_forces import foot_forces
-from drivers.dynamixel.mx106 import joint_state
 from gaits.catalog import make_gait
 from gaits.limits import check_gait
 from model.errors import ModelError
-from model.values.arrays import readonly
-from model.values.faults import StopReason
-from model.values.legs import JointCommand
-from model.values.tick import Intent, Mode, Request
+from model.values.readings import BodyTruth
+from model.values.tick import Intent
+from record.log.header import RunHeader
+from record.trial.header import TrialHeader
 from record.trial.trial import Trial
 from robot.config.robot_file import RobotConfig
 from robot.control.controller import Controller
-from robot.control.modes import Phase, Situation, advance
-from robot.control.safety import Allowed, Refused, gate
-from robot.run.hardware import open_twin
+from robot.run.log import whole_log
+from robot.run.loop import TickSink
+from robot.run.operator import Script
+from robot.run.rig import Reading, Rig
 from robot.virtual.direct_robot import DirectRobot
 from robot.virtual.file_twin import file_effects
-from robot.virtual.twin_rows import TwinRows, trial_header, trial_of
+from robot.virtual.open import VirtualSettings, open_twin
+from robot.virtual.rehearsal import Progress, rehearse
+from robot.virtual.twin_rows import Place, TwinRows, poses_of, trial_header, trial_of
+from sim_hw.host.virtual_robot import VirtualRobot
 from sim_hw.host.world import World
 from sim_hw.twin.catalog import EFFECTS
 from sim_hw.twin.effects import Effect, apply_effects
 from sim_hw.twin.motion_capture import MotionCapture, Poses
 from sim_hw.twin.twin import Twin, healthy_twin
-
-# The robot stands up and takes its start pose in this time, or never.
-START_LIMIT_S = 60.0
-Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +46,11 @@ class WalkPlan:
     frequency_hz: float
     seconds: float
     steer: float
+
+    @property
+    def script(self) -> Script:
+        """The same for an operator."""
+        return Script(self.gait, self.frequency_hz, self.steer, duration_s=self.seconds)
 
 
 def plan_of(
@@ -83,143 +85,96 @@ def make_twin(config: RobotConfig, effects: tuple[Effect, ...], seed: int) -> Tw
     return apply_effects(healthy_twin(config.parameters, seed), everything, EFFECTS)
 
 
-class _Poses:
-    """Poses of body and feet, appended as they come."""
-
-    def __init__(self) -> None:
-        self.rows: list[tuple[int, np.ndarray, np.ndarray, np.ndarray]] = []
-
-    def add(self, t_ns: int, places: tuple[np.ndarray, np.ndarray, np.ndarray]) -> None:
-        position, quaternion, feet = places
-        self.rows.append((t_ns, position.copy(), quaternion, feet))
-
-    def all(self) -> Poses:
-        return Poses(
-            t_ns=np.array([row[0] for row in self.rows]),
-            position_W=np.array([row[1] for row in self.rows]),
-            quaternion_xyzw=np.array([row[2] for row in self.rows]),
-            foot_position_W=np.array([row[3] for row in self.rows]),
-        )
-
-
-def walk_fast(config: RobotConfig, twin: Twin, plan: WalkPlan, progress: Progress) -> Trial:
-    """Walk without the byte layer, and return the trial.
+def walk_through_bytes(
+    config: RobotConfig, twin: Twin, plan: WalkPlan, log: Path | None, progress: Progress
+) -> Trial:
+    """Walk through the virtual bus and force unit, with the whole controller, and return the trial.
 
     Args:
         config: Robot file: what controller and safety gate believe.
         twin: What walks.
         plan: How.
-        progress: Told the share done, 0 to 1.
+        log: Log that every tick goes to as well; it does not say what is wrong with the twin.
+        progress: Called with the share done, 0 to 1.
+
+    Raises:
+        ModelError: The robot stopped before it was done.
+        RecordError: The log cannot be written.
+    """
+    rows = TwinRows(plan.seconds)
+    header = RunHeader(
+        robot=config.name,
+        hardware="virtual",
+        time="virtual",
+        gait=plan.gait,
+        frequency_hz=plan.frequency_hz,
+        steer=plan.steer,
+    )
+    rig, _ = open_twin(config, twin, VirtualSettings(seed=twin.seed))
+    with closing(rig), ExitStack() as stack:
+        controller = Controller(config, rig.calibrations, armed=True)
+        sinks: list[TickSink] = [rows]
+        if log is not None:
+            sinks.insert(0, stack.enter_context(whole_log(log, header, rig, controller)))
+        rehearse(rig, controller, plan.script, progress, *sinks)
+    return trial_of(rows, poses_of([_seen(t) for t in rows.truths]), _header(config, twin, plan))
+
+
+def _seen(truth: BodyTruth | None) -> Place:
+    if truth is None:
+        raise ModelError("the cameras saw nothing")
+    return truth.t_ns, truth.position_W, truth.quaternion_xyzw, truth.foot_position_W
+
+
+def walk_fast(config: RobotConfig, twin: Twin, plan: WalkPlan, progress: Progress) -> Trial:
+    """Walk without the byte layer and without model and estimator, and return the trial.
+
+    Loop, watches, modes and safety gate are the robot's own; what is left out steers nothing.
+
+    Args:
+        config: Robot file: what controller and safety gate believe.
+        twin: What walks.
+        plan: How.
+        progress: Called with the share done, 0 to 1.
 
     Raises:
         ModelError: The robot stopped before it was done.
     """
-    rig, robot = open_twin(config, twin, seed=twin.seed, armed=True, with_forces=True)
-    walker = _FastWalk(config, DirectRobot(config, rig, robot), plan)
-    poses, rows, first = _Poses(), TwinRows(), 0
-    world = robot.world
-    assert isinstance(world, World), "a twin is no bench"
-    while True:
-        joints_at_ns, mode = walker.tick()
-        poses.add(joints_at_ns, world.plant.places())
-        if mode is Mode.WALK:
-            if not rows.t_ns:
-                first = len(poses.rows) - 1
-            elif walker.t_ns - rows.t_ns[0] >= round(plan.seconds * 1e9):
-                break
-            rows.t_ns.append(walker.t_ns)
-            rows.command_rad.append(walker.allowed.command.angle_rad)
-            rows.joints.append(walker.joints)
-            rows.forces.append(walker.forces)
-            progress(min(1.0, (walker.t_ns - rows.t_ns[0]) * 1e-9 / plan.seconds))
-        walker.act()
+    rows = TwinRows(plan.seconds)
+    rig, virtual = open_twin(config, twin, VirtualSettings(seed=twin.seed))
+    with closing(rig):
+        robot = _Filmed(config, rig, virtual)
+        controller = Controller(config, rig.calibrations, armed=True, model=False)
+        rehearse(robot, controller, replace(plan.script, end=Intent.CUT), progress, rows)
+    # the cameras go on for one tick more than the trial
+    first, count = rows.first, len(rows.t_ns)
+    places = poses_of(robot.places[: first + count + 1])
     # a skewed clock was set when the record begins: what a log of the same run says, too
-    seen = MotionCapture(twin.sensors, twin.seed).see_all(poses.all(), rows.t_ns[0])
-    part = slice(first, first + len(rows.t_ns))
+    seen = MotionCapture(twin.sensors, twin.seed).see_all(places, rows.t_ns[0])
+    part = slice(first, first + count)
     walked = Poses(
         seen.t_ns[part],
         seen.position_W[part],
         seen.quaternion_xyzw[part],
         seen.foot_position_W[part],
     )
-    header = trial_header(config, plan.gait, plan.frequency_hz, twin.sensors.noise)
-    return trial_of(rows, walked, header)
+    return trial_of(rows, walked, _header(config, twin, plan))
 
 
-class _FastWalk:
-    """The loop's ticks without model, estimate and log: modes, plan, safety gate, direct robot."""
+def _header(config: RobotConfig, twin: Twin, plan: WalkPlan) -> TrialHeader:
+    return trial_header(config, plan.gait, plan.frequency_hz, twin.sensors.noise)
 
-    def __init__(self, config: RobotConfig, robot: DirectRobot, plan: WalkPlan) -> None:
-        controller = Controller(config, (None,) * len(config.servo_bus.names), armed=True)
-        self._calibrations = robot.calibrations
-        self._book, self._period_ns = controller.book, controller.period_ns
-        self._config, self._robot = config, robot
-        self._request = Request(
-            Intent.WALK, plan.gait, plan.frequency_hz, plan.steer, StopReason.NONE
-        )
-        nan = readonly(np.full(len(config.servo_bus.names), np.nan))
-        self._nan = nan
-        self._phase = Phase(Mode.IDLE, None, None, StopReason.NONE)
-        self._deadline_ns = robot.clock.now_ns() + self._period_ns
-        self._begin_ns = robot.clock.now_ns()
-        self._walked = False
-        self.allowed = Allowed(JointCommand(0, nan, nan, torque=False))
-        self._no_forces = foot_forces(None, self._calibrations, config.force_sensor, nan)
-        self.forces = self._no_forces
-        self.t_ns = 0
 
-    def tick(self) -> tuple[int, Mode]:
-        """Read and decide; return when the poses of this tick hold, and the mode."""
-        clock = self._robot.clock
-        clock.sleep_until_ns(self._deadline_ns)
-        self.t_ns = clock.now_ns()
-        readings, records = self._robot.read()
-        self.joints = joint_state(readings, self._config.servo_bus)
-        if records:
-            self.forces = foot_forces(
-                records[-1], self._calibrations, self._config.force_sensor, self.joints.angle_rad
-            )
-        elif self.t_ns - self.forces.t_ns > self._config.force_sensor.silent_limit_s * 1e9:
-            self.forces = self._no_forces
-        self._check()
-        now = Situation(self.t_ns, self._request, StopReason.NONE, self.joints.angle_rad, True)
-        self._phase = advance(self._phase, now, self._book)
-        if self._phase.stop_reason is not StopReason.NONE:
-            raise ModelError(f"the walk cannot be done ({self._phase.stop_reason.name})")
-        self._decide()
-        return clock.now_ns(), self._phase.mode
+class _Filmed(DirectRobot):
+    """Keeps where body and feet truly were at each read."""
 
-    def _check(self) -> None:
-        last = self.allowed.command
-        off = np.abs(self.joints.angle_rad - last.angle_rad).max() if last.torque else 0.0
-        if off > self._config.limits.max_following_error_rad:
-            raise ModelError(
-                f"a shaft is {off:.2f} rad from its command: the robot would have stopped; choose a "
-                "smaller effect"
-            )
-        if self._phase.mode is not Mode.WALK and (self.t_ns - self._begin_ns) > START_LIMIT_S * 1e9:
-            raise ModelError(f"the robot did not come to walk within {START_LIMIT_S:g} s")
+    def __init__(self, config: RobotConfig, rig: Rig, robot: VirtualRobot) -> None:
+        super().__init__(config, rig, robot)
+        self.places: list[Place] = []
 
-    def _decide(self) -> None:
-        plan, last = self._phase.plan, self.allowed.command
-        if plan is None:
-            wished = JointCommand(self.t_ns, self._nan, self._nan, torque=False)
-        else:
-            angle, rate = plan.at(self.t_ns)
-            wished = JointCommand(self.t_ns, readonly(angle), readonly(rate), torque=True)
-        if wished.torque and not last.torque:
-            last = replace(wished, torque=False)
-        verdict = gate(wished, last, self._config.limits, self._config.servo_bus)
-        if isinstance(verdict, Refused):
-            raise ModelError(f"the safety gate refused a command: {verdict.reason}")
-        self.allowed = verdict
-
-    def act(self) -> None:
-        """Send, and go on to the next deadline as the loop does."""
-        before = self._robot.torque
-        switched_on = self.allowed.command.torque and not before
-        self._robot.actuate(self.allowed)
-        if switched_on:
-            self._deadline_ns = self._robot.clock.now_ns()
-        missed = max(0, (self._robot.clock.now_ns() - self._deadline_ns) // self._period_ns)
-        self._deadline_ns += self._period_ns * (1 + missed)
+    def read(self) -> Reading:
+        reading = super().read()
+        assert isinstance(self.world, World), "a twin is no bench"
+        position, quaternion, feet = self.world.plant.places()
+        self.places.append((self.clock.now_ns(), position.copy(), quaternion, feet))
+        return reading

@@ -10,7 +10,7 @@ from model.fit.cross_talk import SensorPlaces, StillPoses
 from record.log.reader import LogContents, read_ticks
 from robot.bringup.force.still_poses import find_still_poses, joined, sensor_places
 from robot.config.robot_file import RobotConfig, load_robot, parse_robot
-from robot.run.force_units import units_of
+from robot.run.header import calibrations_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,15 +57,20 @@ def read_pose_logs(
         )
         legs = here.parameters.legs.names
         try:
-            found = units_of(contents.metadata, legs)
+            calibrations = calibrations_of(contents.metadata, legs)
         except RecordError as error:
             raise RecordError(f"{path}: {error}") from error
-        if config is not None and (legs, _serials(found)) != (
+        if calibrations is None:
+            raise RecordError(
+                f"{path}: the log does not say what its force counts mean (it is older than that): "
+                "record anew"
+            )
+        if config is not None and (legs, _serials(calibrations)) != (
             config.parameters.legs.names, _serials(units),
         ):  # fmt: skip
             raise RecordError(f"{path} is of other legs or sensors than the logs before it")
-        config, units = here, found
-        parts.append(find_still_poses(ticks, here, found, hung_up=hung))
+        config, units = here, calibrations
+        parts.append(find_still_poses(ticks, here, calibrations, hung_up=hung))
     assert config is not None  # the command asks for one log or more
     names = config.parameters.legs.names
     return PoseLogs(joined(parts), sensor_places(config), names, _serials(units))

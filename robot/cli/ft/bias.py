@@ -58,10 +58,10 @@ def run(options: argparse.Namespace) -> ExitCode:
     from drivers.clock import MonotonicClock
     from model.fit.force_bias import measure_bias, require_rest
     from model.values.force_calibration import AXES, bias_only
-    from robot.bringup.force.unit import running_stream, unit_settings
     from robot.config.calibration import write_calibration
     from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
     from robot.console.earlier_file import keep_earlier
+    from robot.run.force_unit import running_stream, unit_settings
     from robot.run.operator import Interrupts
 
     if not LEAST_SECONDS <= options.seconds <= 3600:

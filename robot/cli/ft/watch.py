@@ -52,8 +52,8 @@ def run(options: argparse.Namespace) -> ExitCode:
         BigantError: The unit cannot be reached, or a file cannot be used.
     """
     from drivers.clock import MonotonicClock
-    from robot.bringup.force.unit import running_stream, unit_settings
     from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
+    from robot.run.force_unit import running_stream, unit_settings
     from robot.run.operator import Interrupts
 
     if options.seconds is not None and not 0 < options.seconds < float("inf"):

@@ -10,10 +10,9 @@ from hypothesis import strategies as st
 from drivers.dynamixel.mx106 import joint_state
 from model.values.faults import FaultKind
 from model.values.legs import JointCommand
-from model.values.readings import ServoReadings
+from model.values.readings import ServoReadings, silent_readings
 from robot.config.robot_file import load_robot
 from robot.control.safety import PERSISTENCE_READS, Allowed, Refused, gate, watch_servos
-from robot.run.rig import silent_readings
 
 CONFIG = load_robot()
 LIMITS, BUS = CONFIG.limits, CONFIG.servo_bus
@@ -37,14 +36,24 @@ def test_torque_off_always_passes() -> None:
     assert isinstance(gate(off, command(9), LIMITS, BUS), Allowed)
 
 
-@given(leg=st.integers(0, 5), value=st.sampled_from([np.nan, np.inf, -np.inf]))
-def test_what_is_no_number_is_refused(leg: int, value: float) -> None:
-    angle = np.zeros(6)
-    angle[leg] = value
-    wished = JointCommand(PERIOD_NS, angle, np.zeros(6), torque=True)
-    verdict = gate(wished, command(0), LIMITS, BUS)
+@given(leg=st.integers(0, 5), value=st.sampled_from([np.nan, np.inf, -np.inf]), rate=st.booleans())
+def test_what_is_no_number_is_refused(leg: int, value: float, rate: bool) -> None:
+    wrong = np.zeros(6)
+    wrong[leg] = value
+    angle, speed = (np.zeros(6), wrong) if rate else (wrong, np.zeros(6))
+    verdict = gate(JointCommand(PERIOD_NS, angle, speed, torque=True), command(0), LIMITS, BUS)
     assert isinstance(verdict, Refused)
-    assert BUS.names[leg] in verdict.reason
+    assert verdict.reason == f"{BUS.names[leg]}: the command is not a number"
+
+
+def test_only_what_passes_the_gate_brings_a_servo_back() -> None:
+    allowed = gate(command(PERIOD_NS), command(0), LIMITS, BUS, recover=(2,))
+    assert isinstance(allowed, Allowed)
+    assert allowed.recover == (2,)
+    off = gate(command(PERIOD_NS, torque=False), command(0), LIMITS, BUS, recover=(2,))
+    assert isinstance(off, Allowed)
+    assert off.recover == ()
+    assert isinstance(gate(command(0), command(0), LIMITS, BUS, recover=(2,)), Refused)
 
 
 @given(step=st.floats(-3, 3), milliseconds=st.integers(1, 249))

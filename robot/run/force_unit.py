@@ -1,14 +1,16 @@
-"""The force-torque unit by itself, for the commands that need no servos."""
+"""The force-torque unit: where it is, and opening both ways to it."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 
-from drivers.ati.links import TcpTextLink, UdpLink
+from drivers.ati.links import DatagramLink, TcpTextLink, TextLink, UdpLink
 from drivers.ati.setup import free_console
 from drivers.ati.stream import ForceStream
 from drivers.clock import Clock
 from drivers.settings import ForceSensorSettings
+from drivers.wire.tap import TappedDatagrams, TappedText, WireTap
 from model.errors import ConfigError
 
 NO_UNIT = "none"
@@ -46,24 +48,48 @@ def check_no_unit(text: str | None) -> None:
         )
 
 
+def open_force_links(
+    unit: ForceSensorSettings, clock: Clock, tap: WireTap | None = None
+) -> tuple[DatagramLink, TextLink]:
+    """Open both ways to a force-torque unit; its console is freed first.
+
+    Args:
+        unit: Where it is.
+        clock: Clock of both.
+        tap: Listens in on both, None for nobody.
+
+    Raises:
+        ForceStreamError: Nobody answers.
+    """
+    udp = UdpLink(unit.address, unit.udp_port, unit.local_port, clock)
+    datagrams = udp if tap is None else TappedDatagrams(udp, tap, clock)
+    free_console(datagrams, clock)
+    try:
+        console = open_console(unit)
+        return datagrams, console if tap is None else TappedText(console, tap, clock)
+    except BaseException:
+        datagrams.close()
+        raise
+
+
+def open_console(unit: ForceSensorSettings) -> TextLink:
+    """Open the way of text alone.
+
+    Raises:
+        ForceStreamError: Nobody answers.
+    """
+    return TcpTextLink(unit.address, unit.console_port)
+
+
 @contextmanager
-def running_stream(settings: ForceSensorSettings, clock: Clock) -> Iterator[ForceStream]:
-    """Open the unit, start it, and stop it on every way out.
+def running_stream(unit: ForceSensorSettings, clock: Clock) -> Iterator[ForceStream]:
+    """Open the unit by itself, start it, and stop it however the caller leaves.
 
     Raises:
         ForceStreamError: It cannot be reached or set up.
     """
-
-    def console() -> TcpTextLink:
-        return TcpTextLink(settings.address, settings.console_port)
-
-    datagrams = UdpLink(settings.address, settings.udp_port, settings.local_port, clock)
-    try:
-        free_console(datagrams, clock)
-        stream = ForceStream(datagrams, console(), settings, clock, reopen=console)
-    except BaseException:
-        datagrams.close()
-        raise
+    links = open_force_links(unit, clock)
+    stream = ForceStream(*links, unit, clock, reopen=partial(open_console, unit))
     try:
         stream.connect()
         yield stream
