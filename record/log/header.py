@@ -16,8 +16,8 @@ class RunHeader:
         hardware: ``virtual``, the serial port of the servo bus, or ``imported``.
         time: ``virtual`` or ``real``; empty where no loop of ours ran.
         gait: Gait that it began with.
-        frequency_hz: Its frequency; NaN where it is not known.
-        steer: -1 (right) to 1 (left); NaN where it is not known.
+        frequency_hz: Its frequency; None or NaN where it is not known.
+        steer: -1 (right) to 1 (left), None where it is not known.
         seed: Seed of virtual noise, None without any.
         scenario: File of the faults of virtual hardware, empty for none.
         trial: Header of the trial that the log was made from, empty for none.
@@ -27,8 +27,8 @@ class RunHeader:
     hardware: str
     time: str = ""
     gait: str = ""
-    frequency_hz: float = math.nan
-    steer: float = math.nan
+    frequency_hz: float | None = None
+    steer: float | None = None
     seed: int | None = None
     scenario: str = ""
     trial: str = ""
@@ -40,11 +40,15 @@ class RunHeader:
             "hardware": self.hardware,
             "time": self.time,
             "gait": self.gait,
-            "frequency_hz": "" if math.isnan(self.frequency_hz) else f"{self.frequency_hz:g}",
-            "steer": "" if math.isnan(self.steer) else f"{self.steer:g}",
+            "frequency_hz": _text(self.frequency_hz),
+            "steer": _text(self.steer),
             "seed": "" if self.seed is None else str(self.seed),
             "scenario": self.scenario,
             "trial": self.trial,
         }
         known = {key: text for key, text in texts.items() if text}
         return {**known, "software": software(), **software_versions()}
+
+
+def _text(value: float | None) -> str:
+    return "" if value is None or math.isnan(value) else f"{value:g}"

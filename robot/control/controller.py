@@ -32,8 +32,14 @@ from robot.control.body_watch import BodyInputs, BodyMemory, watch_body
 from robot.control.estimator_stage import OdometryStage
 from robot.control.file_model import model_of, odometry_stage
 from robot.control.modes import GaitBook, Phase, Situation, advance
-from robot.control.recovery import RecoveryInputs, RecoveryMemory, legs_down, plan_recovery
-from robot.control.safety import Allowed, Refused, gate, watch_servos
+from robot.control.recovery import (
+    RecoveryInputs,
+    RecoveryMemory,
+    RecoveryPlan,
+    legs_down,
+    plan_recovery,
+)
+from robot.control.safety import Allowed, Refused, ServoVerdict, gate, watch_servos
 from robot.control.state import Command, ControllerState, Decision, Estimates, Senses
 from robot.control.stops import gravest, stop_at_once
 
@@ -101,22 +107,36 @@ class Controller:
         """Return the state before the first tick."""
         count = self.config.parameters.legs.count
         window = max(3, round(RATE_WINDOW_S * self.rate_hz) + 1)
-        return ControllerState(
-            index=0,
-            phase=Phase(Mode.IDLE, None, None, StopReason.NONE),
-            allowed=Allowed(JointCommand(0, self._nothing, self._nothing, torque=False)),
-            refused=0,
-            late=0,
-            silent_reads=np.zeros(count, dtype=np.int64),
-            bad_reads=np.zeros(count, dtype=np.int64),
+        silent = silent_readings(0, count)
+        command = JointCommand(0, self._nothing, self._nothing, torque=False)
+        senses = Senses(
+            servos=silent,
+            joints=joint_state(silent, self.config.servo_bus),
             forces=self._no_forces,
+            down=silent.valid,
+            last=command,
             times_ns=np.zeros(window, dtype=np.int64),
             angles_rad=np.full((window, count), np.nan),
-            estimate=Estimate(0, np.zeros(2), 0.0, np.full(3, np.nan), valid=False),
-            body=BodyMemory.empty(count),
-            recovery=RecoveryMemory.empty(count),
             began_ns=-1,
+        )
+        estimates = Estimates(
+            feet=no_feet(count),
+            contact=no_contact(count, NOT_RUN),
+            forces=self._no_forces,
+            estimate=Estimate(0, np.zeros(2), 0.0, np.full(3, np.nan), valid=False),
             odometry=self._odometry.initial() if self._odometry is not None else None,
+            faults=(),
+        )
+        decision = Decision(
+            phase=Phase(Mode.IDLE, None, None, StopReason.NONE),
+            recovery=RecoveryPlan(RecoveryMemory.empty(count)),
+            servos=ServoVerdict.sound(count),
+            body=BodyMemory.empty(count),
+            late=0,
+            faults=(),
+        )
+        return ControllerState(
+            0, senses, estimates, decision, Command(command, Allowed(command), 0, ())
         )
 
     def step(
@@ -154,24 +174,7 @@ class Controller:
             faults=(*inputs.faults, *decision.faults, *command.faults, *estimates.faults),
             odometry=odometry.estimate if odometry is not None else None,
         )
-        after = ControllerState(
-            index=state.index + 1,
-            phase=phase,
-            allowed=command.allowed,
-            refused=command.refused,
-            late=decision.late,
-            silent_reads=decision.servos.silent_reads,
-            bad_reads=decision.servos.bad_reads,
-            forces=senses.forces,
-            times_ns=senses.times_ns,
-            angles_rad=senses.angles_rad,
-            estimate=estimates.estimate,
-            body=decision.body,
-            recovery=decision.recovery.memory,
-            began_ns=senses.began_ns,
-            odometry=odometry,
-        )
-        return after, tick
+        return ControllerState(state.index + 1, senses, estimates, decision, command), tick
 
     # Sense.
 
@@ -180,21 +183,21 @@ class Controller:
         servos = inputs.servos
         if servos is None:
             servos = silent_readings(t_ns, self.config.parameters.legs.count)
-        down, usable = legs_down(state.recovery, inputs.servo_events), servos
+        down, usable = legs_down(state.decision.recovery.memory, inputs.servo_events), servos
         if True in down.tolist():
             # a servo that started anew has another number for the same angle
             usable = replace(servos, valid=readonly(servos.valid & ~down))
         joints = joint_state(usable, self.config.servo_bus)
-        forces = state.forces
+        before, forces = state.senses, state.senses.forces
         if inputs.forces:
             forces = self._scales.forces(inputs.forces[-1], joints.angle_rad)
         elif t_ns - forces.t_ns > self.config.force_sensor.silent_limit_s * 1e9:
             forces = self._no_forces
-        times_ns, angles_rad = np.empty_like(state.times_ns), np.empty_like(state.angles_rad)
-        times_ns[:-1], angles_rad[:-1] = state.times_ns[1:], state.angles_rad[1:]
+        times_ns, angles_rad = np.empty_like(before.times_ns), np.empty_like(before.angles_rad)
+        times_ns[:-1], angles_rad[:-1] = before.times_ns[1:], before.angles_rad[1:]
         times_ns[-1] = t_ns if state.index == 0 else joints.t_ns
         angles_rad[-1] = joints.angle_rad
-        began_ns = t_ns if state.index == 0 else state.began_ns
+        began_ns = t_ns if state.index == 0 else before.began_ns
         last = self._last_command(state, inputs)
         return Senses(servos, joints, forces, down, last, times_ns, angles_rad, began_ns)
 
@@ -220,14 +223,16 @@ class Controller:
         if self._effects is not None:
             forces = self._effects.true_forces(forces, (t_ns - senses.began_ns) * 1e-9)
         if self._not_run is not None:
-            return Estimates(*self._not_run, forces, state.estimate, None, ())
+            return Estimates(*self._not_run, forces, state.estimates.estimate, None, ())
         feet, contact = self._model(state, senses, t_ns)
         faults: tuple[Fault, ...] = ()
         if not contact.support.converged:
             faults = (Fault(FaultKind.NO_SUPPORT, "support", contact.support.reason),)
-        before = replace(state.estimate, t_ns=t_ns) if state.index == 0 else state.estimate
+        before = state.estimates.estimate
+        if state.index == 0:
+            before = replace(before, t_ns=t_ns)
         estimate = advance_odometry(before, contact.traction.velocity_B, t_ns)
-        odometry = state.odometry
+        odometry = state.estimates.odometry
         if self._odometry is not None and odometry is not None:
             odometry, _ = self._odometry.step(
                 odometry, t_ns, senses.joints, senses.forces, inputs.poses
@@ -243,7 +248,7 @@ class Controller:
         if self._effects is None:
             feet = self._linkage.frame_feet(angle_rad, rate_rad_s)
             return feet, solve_frame(feet, self.config.parameters.contact, self._weight_n)
-        before = state.estimate
+        before = state.estimates.estimate
         dt_s = 0.0 if state.index == 0 else (t_ns - before.t_ns) * 1e-9
         pose = np.array([*before.position_m, before.yaw_rad])
         frame = self._effects.solve(angle_rad, rate_rad_s, pose, before.velocity_B, dt_s)
@@ -261,35 +266,34 @@ class Controller:
     ) -> Decision:
         """Compare everything with its limits; decide on stops, on recovery and on the next mode."""
         config, names = self.config, self.config.servo_bus.names
-        sent, joints = state.allowed.command, senses.joints
+        before, sent, joints = state.decision, state.allowed.command, senses.joints
         servos = watch_servos(
-            senses.servos, joints, sent, state.silent_reads, state.bad_reads, config.limits,
-            config.servo_bus,
-        )  # fmt: skip
-        late, timing_faults = self._timing(state, inputs)
+            senses.servos, joints, sent, before.servos, config.limits, config.servo_bus
+        )
+        late, timing_faults = self._timing(before, inputs)
         shown = BodyInputs(
             t_ns=joints.t_ns,
-            mode=state.phase.mode,
+            mode=before.phase.mode,
             joints=joints,
             sent=sent,
             forces=estimates.forces,
             contact=estimates.contact,
-            estimate=state.estimate,
+            estimate=state.estimates.estimate,
             weight_n=self._weight_n,
             sensors=self._sensors,
             down=senses.down,
         )
-        body, body_faults = watch_body(state.body, shown, config.body_limits, names)
+        body, body_faults = watch_body(before.body, shown, config.body_limits, names)
         asked = RecoveryInputs(
             t_ns=t_ns,
             events=inputs.servo_events,
             verdict=servos,
             valid=senses.servos.valid,
             age_ns=senses.servos.age_ns,
-            holding=state.phase.mode is Mode.HOLD,
+            holding=before.phase.mode is Mode.HOLD,
             torque=sent.torque,
         )
-        recovery = plan_recovery(state.recovery, asked, config.recovery, names)
+        recovery = plan_recovery(before.recovery.memory, asked, config.recovery, names)
         stop = gravest(
             stop_at_once(inputs.faults),
             self._loop_stop(state, senses.last, late, t_ns),
@@ -300,28 +304,30 @@ class Controller:
             t_ns, inputs.request, stop, joints.angle_rad, self.armed, recovery.pause,
             recovery.resume,
         )  # fmt: skip
-        phase = advance(state.phase, situation, self.book)
+        phase = advance(before.phase, situation, self.book)
         faults = (*servos.faults, *timing_faults, *body_faults, *recovery.faults)
         return Decision(phase, recovery, servos, body, late, faults)
 
-    def _timing(self, state: ControllerState, inputs: Inputs) -> tuple[int, tuple[Fault, ...]]:
+    def _timing(self, before: Decision, inputs: Inputs) -> tuple[int, tuple[Fault, ...]]:
         """Return the late ticks in a row, and a fault if this one is late."""
         late_s = inputs.timing.lateness_ns * 1e-9
         stood_still_s = inputs.timing.missed * self.period_ns * 1e-9
         if stood_still_s >= LONG_GAP_S:
             detail = f"the loop stood still for {stood_still_s * 1e3:.0f} ms"
-            return state.late + 1, (Fault(FaultKind.LATE, "loop", detail),)
+            return before.late + 1, (Fault(FaultKind.LATE, "loop", detail),)
         if late_s <= self.config.loop.late_limit_s:
             return 0, ()
-        return state.late + 1, (Fault(FaultKind.LATE, "loop", f"{late_s * 1e3:.1f} ms late"),)
+        return before.late + 1, (Fault(FaultKind.LATE, "loop", f"{late_s * 1e3:.1f} ms late"),)
 
     def _loop_stop(
         self, state: ControllerState, last: JointCommand, late: int, t_ns: int
     ) -> StopReason:
         """Return the stop that comes from the loop itself: refused commands, or too late too often."""
-        if state.refused >= REFUSED_LIMIT:
+        if state.command.refused >= REFUSED_LIMIT:
             return StopReason.COMMAND_REFUSED
-        waited = state.refused or state.allowed.recover  # bringing a servo back takes its time
+        waited = (
+            state.command.refused or state.allowed.recover
+        )  # bringing a servo back takes its time
         silent_s = (t_ns - last.t_ns) * 1e-9 if last.torque and not waited else 0.0
         if late >= self.config.loop.late_ticks or silent_s >= self.config.servo_bus.watchdog_s:
             return StopReason.TIMING
@@ -346,5 +352,7 @@ class Controller:
         verdict = gate(wished, last, self.config.limits, self.config.servo_bus, recovery.ask)
         if isinstance(verdict, Refused):
             fault = Fault(FaultKind.REFUSED, "safety gate", verdict.reason)
-            return Command(wished, Allowed(state.allowed.command), state.refused + 1, (fault,))
+            return Command(
+                wished, Allowed(state.allowed.command), state.command.refused + 1, (fault,)
+            )
         return Command(wished, verdict, 0, ())

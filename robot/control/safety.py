@@ -133,15 +133,11 @@ class ServoVerdict:
     broken_legs: BoolArray
     bad_reads: IntArray
 
-    @property
-    def lost(self) -> bool:
-        """Whether any servo is lost."""
-        return bool(self.lost_legs.any())
-
-    @property
-    def broken(self) -> bool:
-        """Whether any servo is broken."""
-        return bool(self.broken_legs.any())
+    @staticmethod
+    def sound(count: int) -> "ServoVerdict":
+        """Return the verdict on so many servos that are all well."""
+        none, nobody = np.zeros(count, dtype=np.int64), np.zeros(count, dtype=bool)
+        return ServoVerdict((), none, nobody, nobody, none)
 
 
 # Readings beyond a limit must persist: one noisy current sample is no fault worth a stop.
@@ -153,8 +149,7 @@ def watch_servos(
     readings: ServoReadings,
     joints: JointState,
     sent: JointCommand,
-    silent_reads: IntArray,
-    bad_reads: IntArray,
+    before: ServoVerdict,
     limits: SafetyLimits,
     bus: ServoBusSettings,
 ) -> ServoVerdict:
@@ -164,17 +159,14 @@ def watch_servos(
         readings: Raw readings (validity, error bytes).
         joints: The same, calibrated.
         sent: The command the servos were following.
-        silent_reads: Counts of the tick before, (N,).
-        bad_reads: Counts of the tick before, (N,).
+        before: The verdict of the tick before.
         limits: Safety limits.
         bus: Names and the number of silent reads allowed.
     """
     if _all_well(readings, joints, sent, limits):
-        none = np.zeros(len(bus.names), dtype=np.int64)
-        nobody = np.zeros(len(bus.names), dtype=bool)
-        return ServoVerdict((), none, nobody, nobody, none)
+        return ServoVerdict.sound(len(bus.names))
     faults: list[Fault] = []
-    silent = np.where(readings.valid, 0, silent_reads + 1)
+    silent = np.where(readings.valid, 0, before.silent_reads + 1)
     bad = np.zeros(readings.valid.shape, dtype=bool)
     error = np.where(readings.hardware_error > 0, readings.hardware_error, 0)
     alert = readings.valid & (((readings.error_byte & ALERT_BIT) != 0) | (error != 0))
@@ -199,7 +191,8 @@ def watch_servos(
         for leg in np.flatnonzero(beyond).tolist():
             detail = f"{values[leg]:.3g} {unit}, limit {limit:g} {unit}"
             faults.append(Fault(kind, bus.names[leg], detail))
-    bad_now = np.where(bad, bad_reads + 1, np.where(readings.valid, 0, bad_reads))
+    still = np.where(readings.valid, 0, before.bad_reads)
+    bad_now = np.where(bad, before.bad_reads + 1, still)
     return ServoVerdict(
         faults=tuple(faults),
         silent_reads=silent,

@@ -1,4 +1,4 @@
-"""What the controller remembers from one tick to the next, and what its blocks hand to each other."""
+"""What the blocks of a step hand to each other, which is also what is remembered for the next tick."""
 
 from dataclasses import dataclass
 
@@ -11,52 +11,8 @@ from model.values.tick import Estimate
 from robot.control.body_watch import BodyMemory
 from robot.control.estimator_stage import OdometryMemory
 from robot.control.modes import Phase
-from robot.control.recovery import RecoveryMemory, RecoveryPlan
+from robot.control.recovery import RecoveryPlan
 from robot.control.safety import Allowed, ServoVerdict
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ControllerState:
-    """Everything the controller remembers from one tick to the next.
-
-    Attributes:
-        index: Ticks done.
-        phase: Mode, plan and stop reason.
-        allowed: What the safety gate last let through.
-        refused: Commands refused in a row.
-        late: Late ticks in a row.
-        silent_reads: Reads in a row without an answer, (N,).
-        bad_reads: Reads in a row with a value beyond its limit, (N,).
-        forces: Latest measured foot forces.
-        times_ns: Times of the latest shaft angles, (W,).
-        angles_rad: Latest shaft angles, (W, N).
-        estimate: Dead-reckoned pose.
-        body: What the watch over the body remembers.
-        recovery: Servos that are being brought back.
-        began_ns: Time of the first tick.
-        odometry: What the estimator remembers; None where it is switched off.
-    """
-
-    index: int
-    phase: Phase
-    allowed: Allowed
-    refused: int
-    late: int
-    silent_reads: IntArray
-    bad_reads: IntArray
-    forces: FootForces
-    times_ns: IntArray
-    angles_rad: FloatArray
-    estimate: Estimate
-    body: BodyMemory
-    recovery: RecoveryMemory
-    began_ns: int
-    odometry: OdometryMemory | None
-
-    @property
-    def stop_reason(self) -> StopReason:
-        """Why the run is ending, NONE while it goes on."""
-        return self.phase.stop_reason
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -141,3 +97,32 @@ class Command:
     allowed: Allowed
     refused: int
     faults: tuple[Fault, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ControllerState:
+    """Everything the controller remembers from one tick to the next: what its blocks said last.
+
+    Attributes:
+        index: Ticks done.
+        senses: What the sensors said.
+        estimates: What model and estimator made of it.
+        decision: What was to be done.
+        command: What went to the servos.
+    """
+
+    index: int
+    senses: Senses
+    estimates: Estimates
+    decision: Decision
+    command: Command
+
+    @property
+    def allowed(self) -> Allowed:
+        """What goes to the bus: the command that the safety gate last let through."""
+        return self.command.allowed
+
+    @property
+    def stop_reason(self) -> StopReason:
+        """Why the run is ending, NONE while it goes on."""
+        return self.decision.phase.stop_reason

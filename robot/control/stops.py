@@ -1,7 +1,7 @@
 """Why a run stops: one table of all reasons, each with its kind, its words, its causes and the exit code.
 
 A new reason is a member of ``StopReason`` and an entry here, nothing else. Where a stop is found out
-(``Controller._stop``), the gravest of all reasons of a tick counts.
+(``Controller._decide``), the gravest of all reasons of a tick counts.
 """
 
 import enum
@@ -11,8 +11,6 @@ from types import MappingProxyType
 
 from model.values.faults import Fault, FaultKind, StopReason
 from robot.console.exit_codes import ExitCode
-
-_NO_FAULTS: frozenset[FaultKind] = frozenset()
 
 
 class StopKind(enum.IntEnum):
@@ -31,16 +29,21 @@ class Stop:
     Attributes:
         kind: How the run stops.
         words: Why it ended, for a person.
-        causes: Faults that it comes from, after a while or at once; none where somebody wished it.
-        at_once: Those of them that stop the run in the very tick in which they come.
+        at_once: Faults that stop the run in the very tick in which they come.
+        lasting: Faults that stop it after a while.
         exit_code: What a shell sees.
     """
 
     kind: StopKind
     words: str
-    causes: frozenset[FaultKind] = _NO_FAULTS
-    at_once: frozenset[FaultKind] = _NO_FAULTS
+    at_once: tuple[FaultKind, ...] = ()
+    lasting: tuple[FaultKind, ...] = ()
     exit_code: ExitCode = ExitCode.HARDWARE
+
+    @property
+    def causes(self) -> tuple[FaultKind, ...]:
+        """Faults that it comes from; none where the operator caused it."""
+        return self.at_once + self.lasting
 
     @property
     def wished(self) -> bool:
@@ -48,83 +51,64 @@ class Stop:
         return self.exit_code is ExitCode.OK
 
 
-def _at_once(kind: StopKind, fault: FaultKind, words: str) -> Stop:
-    return Stop(kind, words, frozenset({fault}), frozenset({fault}))
-
-
+_GOOD, _SETTLE, _HALT, _CUT = ExitCode.OK, StopKind.SETTLE, StopKind.HALT, StopKind.CUT
 STOPS: Mapping[StopReason, Stop] = MappingProxyType({
     StopReason.NONE: Stop(
-        StopKind.NONE, "the log ends while the run goes on", exit_code=ExitCode.OK
+        StopKind.NONE, "the log ends while the run goes on", exit_code=_GOOD
     ),
-    StopReason.COMPLETED: Stop(
-        StopKind.SETTLE, "what was asked for was done", exit_code=ExitCode.OK
-    ),
-    StopReason.OPERATOR: Stop(StopKind.SETTLE, "the operator ended it", exit_code=ExitCode.OK),
-    StopReason.EMERGENCY: Stop(StopKind.CUT, "the operator cut the torque"),
+    StopReason.COMPLETED: Stop(_SETTLE, "what was asked for was done", exit_code=_GOOD),
+    StopReason.OPERATOR: Stop(_SETTLE, "the operator ended it", exit_code=_GOOD),
+    StopReason.EMERGENCY: Stop(_CUT, "the operator cut the torque"),
     StopReason.COMMAND_REFUSED: Stop(
-        StopKind.HALT, "the safety gate refused commands in a row", frozenset({FaultKind.REFUSED})
+        _HALT, "the safety gate refused commands in a row", lasting=(FaultKind.REFUSED,)
     ),
     StopReason.SERVO_LOST: Stop(
-        StopKind.HALT, "a servo no longer answered", frozenset({FaultKind.SERVO_SILENT})
+        _HALT, "a servo no longer answered", lasting=(FaultKind.SERVO_SILENT,)
     ),
     StopReason.SERVO_FAULT: Stop(
-        StopKind.HALT,
-        "a servo was beyond a limit or reported an error",
-        frozenset({
-            FaultKind.SERVO_CORRUPT, FaultKind.SERVO_ALERT, FaultKind.SERVO_HOT,
-            FaultKind.SERVO_CURRENT, FaultKind.SERVO_VOLTAGE, FaultKind.SERVO_LAG,
-            FaultKind.SERVO_DOWN, FaultKind.RECOVERY_FAILED,
-        }),
-        at_once=frozenset({FaultKind.SERVO_CORRUPT}),
+        _HALT, "a servo was beyond a limit or reported an error", (FaultKind.SERVO_CORRUPT,), (
+            FaultKind.SERVO_ALERT, FaultKind.SERVO_HOT, FaultKind.SERVO_CURRENT,
+            FaultKind.SERVO_VOLTAGE, FaultKind.SERVO_LAG, FaultKind.SERVO_DOWN,
+            FaultKind.RECOVERY_FAILED,
+        ),
     ),
-    StopReason.FORCE_LOST: _at_once(
-        StopKind.SETTLE, FaultKind.FORCE_SILENT, "the force unit sent nothing more"
+    StopReason.FORCE_LOST: Stop(
+        _SETTLE, "the force unit sent nothing more", (FaultKind.FORCE_SILENT,)
     ),
-    StopReason.TIMING: Stop(
-        StopKind.HALT,
-        "the loop was too late too often",
-        frozenset({FaultKind.LATE, FaultKind.REFUSED}),  # the gate says how old its last command is
+    StopReason.TIMING: Stop(  # a refusal says how old the last command is
+        _HALT, "the loop was too late too often", lasting=(FaultKind.LATE, FaultKind.REFUSED)
     ),
     StopReason.LOG_FAILED: Stop(
-        StopKind.SETTLE,
-        "the log could no longer be written",
-        frozenset({FaultKind.LOG_WRITE}),
-        frozenset({FaultKind.LOG_WRITE}),
-        ExitCode.LOG,
+        _SETTLE, "the log could no longer be written", (FaultKind.LOG_WRITE,),
+        exit_code=ExitCode.LOG,
     ),
-    StopReason.LINK_LOST: _at_once(
-        StopKind.CUT, FaultKind.LINK_LOST, "the servo port vanished"
-    ),
+    StopReason.LINK_LOST: Stop(_CUT, "the servo port vanished", (FaultKind.LINK_LOST,)),
     StopReason.GAIT_REFUSED: Stop(
-        StopKind.SETTLE, "the gait asked for cannot be followed", exit_code=ExitCode.USAGE
+        _SETTLE, "the gait asked for cannot be followed", exit_code=ExitCode.USAGE
     ),
-    StopReason.TILTED: _at_once(StopKind.HALT, FaultKind.TILTED, "the body leant too far"),
-    StopReason.SERVO_STALLED: _at_once(
-        StopKind.HALT, FaultKind.SERVO_STALLED, "a shaft did not follow its goal"
+    StopReason.TILTED: Stop(_HALT, "the body leant too far", (FaultKind.TILTED,)),
+    StopReason.SERVO_STALLED: Stop(
+        _HALT, "a shaft did not follow its goal", (FaultKind.SERVO_STALLED,)
     ),
-    StopReason.SLIPPED: _at_once(
-        StopKind.HALT,
-        FaultKind.SLIPPED,
-        "the body moved when it should stand, or was too far from where it began",
+    StopReason.SLIPPED: Stop(
+        _HALT, "the body moved when it should stand, or was too far from where it began",
+        (FaultKind.SLIPPED,),
     ),
-    StopReason.UNLOADED: _at_once(
-        StopKind.HALT, FaultKind.UNLOADED, "the feet carried too little"
-    ),
+    StopReason.UNLOADED: Stop(_HALT, "the feet carried too little", (FaultKind.UNLOADED,)),
 })  # fmt: skip
 _BY_FAULT = {fault: reason for reason, stop in STOPS.items() for fault in stop.at_once}
 
 
 def gravest(*reasons: StopReason) -> StopReason:
-    """Return the gravest of some reasons: a cut before a halt before a settle before none.
-
-    Of several alike the first one counts: what came first stays the reason.
-    """
+    """Return the gravest of some reasons, a cut before a halt before a settle; of equals the first."""
     return max(reasons, key=lambda reason: STOPS[reason].kind)
 
 
 def stop_at_once(faults: Iterable[Fault]) -> StopReason:
     """Return the gravest reason to stop that faults are by themselves, NONE if they are none."""
     kinds = {fault.kind for fault in faults}
+    if not kinds:
+        return StopReason.NONE
     return gravest(
         StopReason.NONE, *(reason for kind, reason in _BY_FAULT.items() if kind in kinds)
     )

@@ -1,154 +1,96 @@
-"""What ``bigant drive`` is asked to do, and the run that comes of it, checked before anything is opened."""
+"""One run as it is asked for, and the robot that it needs."""
 
 import time
-from collections.abc import Callable
-from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeAlias
 
-from gaits.limits import check_gait
+from drivers.pose_udp import PoseListener
+from drivers.wire.tap import WireTap
 from model.errors import ConfigError
-from model.values.tick import Intent
-from robot.config.robot_file import RobotConfig, load_robot
-from robot.control.controller import Controller
-from robot.control.effect_uses import say_unused
-from robot.drive.access import VIRTUAL, RobotAccess
-from robot.run.loop import Operator
-from robot.run.operator import Interrupts, Script, ScriptedOperator
-from robot.run.teleop import HELP, KeyboardOperator, Keys, Wish
+from robot.config.robot_file import DEFAULT_ROBOT_FILE, RobotConfig
+from robot.run.force_unit import NO_UNIT, check_no_unit, unit_settings
+from robot.run.hardware import open_real
+from robot.run.rig import Rig
 
-DEFAULT_CYCLES = 3.0
-NO_LOG = "none"
-# Makes the operator of a run once the robot is open; what it has to give back goes on the stack.
-OperatorOf: TypeAlias = Callable[[Controller, Interrupts, ExitStack], Operator]
+VIRTUAL = "virtual"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class DriveRequest:
-    """The options of ``bigant drive``, under their names; see ``robot.cli.drive``."""
+    """The options of ``bigant drive``, under their names; ``robot.cli.drive`` says what each means."""
 
-    robot: Path
-    calibration: Path | None
-    gait: str
-    cycles: float | None
-    duration_s: float | None
-    frequency_hz: float | None
-    steer: float
-    hardware: str
-    force_unit: str | None
-    log: str | None
-    record_bytes: bool
-    pose_udp: int | None
-    readonly: bool
-    armed: bool
-    teleop: bool
-    deadman_s: float
-    rate_hz: int | None
-    virtual_time: bool
-    seed: int
-    scenario: Path | None
-
-
-@dataclass(frozen=True, slots=True)
-class DrivePlan:
-    """One run that can be done.
-
-    Attributes:
-        config: Robot file.
-        access: Which robot, and how it is reached.
-        walk: Gait to begin with, its frequency and steering.
-        log: Where the log goes, None for no log.
-        operator_of: Makes the operator once the robot is open.
-        rate_hz: Rate of the loop, None for the robot file's.
-        keys: What the keys do, for the screen.
-    """
-
-    config: RobotConfig
-    access: RobotAccess
-    walk: Script
-    log: Path | None
-    operator_of: OperatorOf
+    robot: Path = DEFAULT_ROBOT_FILE
+    calibration: Path | None = None
+    gait: str = "tripod"
+    cycles: float | None = None
+    duration_s: float | None = None
+    frequency_hz: float | None = None
+    steer: float = 0.0
+    hardware: str = VIRTUAL
+    force_unit: str | None = None
+    log: str | None = None
+    record_bytes: bool = False
+    pose_udp: int | None = None
+    readonly: bool = False
+    armed: bool = False
+    teleop: bool = False
+    deadman_s: float = 5.0
     rate_hz: int | None = None
-    keys: str = "Ctrl-C: stop on all feet; twice: cut torque"
+    virtual_time: bool = False
+    seed: int = 0
+    scenario: Path | None = None
+
+    @property
+    def virtual(self) -> bool:
+        """Whether the robot is a virtual one."""
+        return self.hardware == VIRTUAL
+
+    def check_hardware(self) -> None:
+        """Refuse what the robot asked for cannot have.
+
+        Raises:
+            ConfigError: It makes no sense.
+        """
+        if self.virtual_time and not self.virtual:
+            raise ConfigError(
+                "--virtual-time", "needs --hardware virtual; real servos live in real time"
+            )
+        if self.virtual:
+            check_no_unit(self.force_unit)
+        if self.scenario is not None and not self.virtual:
+            raise ConfigError(
+                "--scenario", "needs --hardware virtual; faults are put on virtual devices only"
+            )
 
 
-def plan_of(request: DriveRequest) -> DrivePlan:
-    """Check a request.
+def open_robot(config: RobotConfig, request: DriveRequest, tap: WireTap | None) -> Rig:
+    """Open the robot of a run.
+
+    Args:
+        config: Robot file.
+        request: The run, ``armed`` decided.
+        tap: Listens in on all wires, from the first byte on; None for nobody.
 
     Raises:
-        BigantError: It makes no sense.
+        BigantError: It cannot be opened.
     """
-    config = load_robot(request.robot, request.calibration)
-    say_unused(config)
-    # the first controller of a process compiles; nothing may wait for that once the bus is open
-    book = Controller(config, (), armed=False).book
-    gait = book.gaits[request.gait]
-    frequency_hz = request.frequency_hz if request.frequency_hz is not None else gait.frequency_hz
-    check_gait(gait, frequency_hz, config.parameters.servo)
-    access = RobotAccess(
-        hardware=request.hardware,
-        armed=not request.readonly and (request.hardware == VIRTUAL or request.armed),
-        force_unit=request.force_unit,
-        virtual_time=request.virtual_time,
-        seed=request.seed,
-        scenario=request.scenario,
-        pose_udp=request.pose_udp,
-        record_bytes=request.record_bytes,
-    )
-    access.check()
-    if access.virtual_time and (access.pose_udp or config.estimator.pose_port):
-        raise ConfigError(
-            "--pose-udp", "cannot be received in virtual time; leave --virtual-time out"
-        )
-    if request.readonly and request.armed:
-        raise ConfigError("--armed", "and --readonly exclude each other; choose one")
-    if request.record_bytes and request.log == NO_LOG:
-        raise ConfigError("--record-bytes", "needs a log; leave out --log none")
-    cycles = request.cycles
-    if cycles is None and request.duration_s is None and access.armed:
-        cycles = DEFAULT_CYCLES
-    walk = Script(
-        gait=request.gait,
-        frequency_hz=frequency_hz,
-        steer=request.steer,
-        cycles=cycles,
-        duration_s=request.duration_s,
-        listen=not access.armed,
-    )
-    log = _log_path(request)
-    if not request.teleop:
-        return DrivePlan(config, access, walk, log, scripted(walk), request.rate_hz)
-    by_keys = _keyboard(walk, request.deadman_s)
-    return DrivePlan(config, access, walk, log, by_keys, request.rate_hz, keys=HELP)
+    with_forces = request.force_unit != NO_UNIT
+    if not request.virtual:
+        unit = unit_settings(request.force_unit, config.force_sensor) if with_forces else None
+        return open_real(config, request.hardware, unit, armed=request.armed, tap=tap)
+    # here, so that the simulator is not in the process that drives a real robot
+    from robot.virtual.open import VirtualSettings, open_in_memory, open_virtual
+    from sim_hw.faults.scenario import load_scenario
+
+    scenario = None
+    if request.scenario is not None:
+        scenario = load_scenario(request.scenario, [int(i) for i in config.servo_bus.ids])
+    settings = VirtualSettings(request.seed, request.armed, with_forces, scenario, tap)
+    return (open_in_memory if request.virtual_time else open_virtual)(config, settings)
 
 
-def _log_path(request: DriveRequest) -> Path | None:
-    if request.log == NO_LOG:
-        return None
-    if request.log is not None:
-        return Path(request.log)
-    return runs_path(request.gait)
-
-
-def runs_path(name: str) -> Path:
-    """Return the usual place of a log: in ``runs/``, with the time of day in its name."""
-    return Path("runs") / f"{name}-{time.strftime('%Y%m%dT%H%M%S')}.mcap"
-
-
-def scripted(script: Script) -> OperatorOf:
-    """Return what makes the operator of a script."""
-
-    def operator(_: Controller, interrupts: Interrupts, __: ExitStack) -> Operator:
-        return ScriptedOperator(script, interrupts)
-
-    return operator
-
-
-def _keyboard(walk: Script, deadman_s: float) -> OperatorOf:
-    def operator(controller: Controller, interrupts: Interrupts, stack: ExitStack) -> Operator:
-        keys = stack.enter_context(Keys())
-        start = Wish(Intent.STAND, walk.gait, walk.frequency_hz, walk.steer)
-        return KeyboardOperator(keys, start, controller.book, interrupts, deadman_s)
-
-    return operator
+def listen_for_poses(rig: Rig, config: RobotConfig, request: DriveRequest) -> None:
+    """Receive absolute poses where they are wanted."""
+    port = request.pose_udp or config.estimator.pose_port
+    if port:
+        rig.listen(PoseListener(port, rig.clock, time.time_ns()))

@@ -27,7 +27,7 @@ from robot.replay.compare import Comparison, Difference, FieldResult
 from robot.replay.fields import FIELDS, WIRE_FIELDS
 from robot.run.hardware import Wires, assemble
 from robot.run.header import FORCE_UNIT_KEY, LATENCY_KEY, Rebuilt, rebuild_controller
-from robot.run.loop import TickStart, exchange
+from robot.run.loop import exchange
 from robot.run.rig import Reading, Rig
 from sim_hw.clock import VirtualClock
 from sim_hw.host.recorded_wire import (
@@ -196,8 +196,9 @@ def _run(
         inputs = recorded.inputs
         others = (FaultKind.LOG_WRITE, FaultKind.POSE_BAD)  # not from these devices
         of_others = tuple(f for f in inputs.faults if f.kind in others)
-        start = TickStart(recorded.t_ns, inputs.request, inputs.timing, (*pending, *of_others))
-        state, tick, pending = exchange(_Replayed(rig, recorded), controller, state, start)
+        wanted = replace(inputs, faults=(*pending, *of_others))
+        devices = _Replayed(rig, recorded)
+        state, tick, pending = exchange(devices, controller, state, wanted, recorded.t_ns)
         comparison.add(recorded, tick)
         yield recorded
 

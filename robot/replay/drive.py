@@ -25,9 +25,8 @@ from robot.console.number_text import number_text
 from robot.console.plain_json import plain
 from robot.console.progress import ProgressLine
 from robot.control.controller import Controller
-from robot.drive.access import RobotAccess
-from robot.drive.drive import drive_plan
-from robot.drive.request import DrivePlan, runs_path
+from robot.drive.drive import drive_as, usual_log
+from robot.drive.request import DriveRequest
 from robot.replay.repeat import Repeat, compare_runs, overlay
 from robot.replay.repeat_plots import draw_repeat
 from robot.replay.request import ReplayRequest
@@ -36,7 +35,7 @@ from robot.report.plots import save_png
 from robot.report.run_date import date_words
 from robot.report.summary_text import table_lines
 from robot.run.header import rebuild_controller
-from robot.run.operator import Interrupts, Script
+from robot.run.operator import Interrupts
 
 PAGES = (".html", ".png")
 
@@ -115,63 +114,60 @@ def drive_again(request: ReplayRequest) -> ExitCode:
     contents = LogContents()
     with ProgressLine(f"reading {request.path}", contents.progress):
         wishes = read_wishes(request.path, contents)
-    new_path = request.log if request.log is not None else runs_path(f"{request.path.stem}-again")
-    plan = _plan(request, wishes, contents, new_path)
-    page = _page(request, new_path)
-    with redirect_stdout(sys.stderr if request.json else sys.stdout):
-        code = drive_plan(plan)
-    old, new = read_log(request.path), read_log(new_path)
-    both = overlay(old, new)
-    result = compare_runs(old, new, both)
-    dates = (date_words(old.metadata), date_words(new.metadata))
-    runs = f"{request.path} (old, {dates[0]}) and {new_path} (new, {dates[1]})"
-    pictures = _save(page, f"{request.path.name} again", runs, result, draw_repeat(both))
-    if request.json:
-        values = {**asdict(result), "old_log": str(request.path), "new_log": str(new_path)}
-        print(json.dumps(plain({**values, "pictures": [str(p) for p in pictures]}), indent=2))
-        return code
-    for line in (*leg_table(result), *table_lines(body_rows(result))):
-        print(line)
-    print("pictures: " + ", ".join(str(path) for path in pictures))
-    return code
-
-
-def _plan(
-    request: ReplayRequest, wishes: Wishes, contents: LogContents, new_path: Path
-) -> DrivePlan:
-    config = None if request.robot is None else load_robot(request.robot)
-    then = rebuild_controller(contents, config).controller
+    then = rebuild_controller(
+        contents, None if request.robot is None else load_robot(request.robot)
+    ).controller
     if not then.armed:
         raise RecordError(f"{request.path} was recorded without torque: it has nothing to repeat")
-    access = RobotAccess(
+    first = wishes.requests[0]
+    new = DriveRequest(
+        gait=first.gait,
+        frequency_hz=first.frequency_hz,
+        steer=first.steer,
         hardware=request.hardware,
-        armed=True,
         force_unit=request.force_unit,
+        armed=True,
+        rate_hz=then.rate_hz,
         virtual_time=request.virtual_time,
         seed=request.seed,
     )
-    access.check()
-    if not access.virtual and not request.armed:
+    new.check_hardware()
+    if not new.virtual and not request.armed:
         raise ConfigError(
             "--hardware",
             "does the run again with torque: put the robot where it can walk, add --armed",
         )
-    if new_path.resolve() == request.path.resolve():
+    new_log = request.log if request.log is not None else usual_log(f"{request.path.stem}-again")
+    if new_log.resolve() == request.path.resolve():
         raise ConfigError("--log", "is the old log itself; choose another file")
+    page = request.out if request.out is not None else new_log.with_suffix(".html")
+    if page.suffix not in PAGES:
+        raise ConfigError("--out", f"must end in .html or .png, not {page.suffix or page.name!r}")
 
     def operator(_: Controller, interrupts: Interrupts, __: ExitStack) -> RecordedOperator:
         return RecordedOperator(wishes, interrupts)
 
-    first = wishes.requests[0]
-    walk = Script(first.gait, first.frequency_hz, first.steer)
-    return DrivePlan(then.config, access, walk, new_path, operator, then.rate_hz)
+    with redirect_stdout(sys.stderr if request.json else sys.stdout):
+        code = drive_as(new, then.config, new_log, operator)
+    _compare(request, new_log, page)
+    return code
 
 
-def _page(request: ReplayRequest, new_path: Path) -> Path:
-    page = request.out if request.out is not None else new_path.with_suffix(".html")
-    if page.suffix not in PAGES:
-        raise ConfigError("--out", f"must end in .html or .png, not {page.suffix or page.name!r}")
-    return page
+def _compare(request: ReplayRequest, new_log: Path, page: Path) -> None:
+    """Compare both runs, print and draw."""
+    old, new = read_log(request.path), read_log(new_log)
+    both = overlay(old, new)
+    result = compare_runs(old, new, both)
+    dates = (date_words(old.metadata), date_words(new.metadata))
+    runs = f"{request.path} (old, {dates[0]}) and {new_log} (new, {dates[1]})"
+    pictures = _save(page, f"{request.path.name} again", runs, result, draw_repeat(both))
+    if request.json:
+        values = {**asdict(result), "old_log": str(request.path), "new_log": str(new_log)}
+        print(json.dumps(plain({**values, "pictures": [str(p) for p in pictures]}), indent=2))
+        return
+    for line in (*leg_table(result), *table_lines(body_rows(result))):
+        print(line)
+    print("pictures: " + ", ".join(str(path) for path in pictures))
 
 
 def _save(

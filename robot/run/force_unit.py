@@ -1,6 +1,6 @@
 """The force-torque unit: where it is, and opening both ways to it."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -65,20 +65,16 @@ def open_force_links(
     datagrams = udp if tap is None else TappedDatagrams(udp, tap, clock)
     free_console(datagrams, clock)
     try:
-        console = open_console(unit)
+        console = console_opener(unit)()
         return datagrams, console if tap is None else TappedText(console, tap, clock)
     except BaseException:
         datagrams.close()
         raise
 
 
-def open_console(unit: ForceSensorSettings) -> TextLink:
-    """Open the way of text alone.
-
-    Raises:
-        ForceStreamError: Nobody answers.
-    """
-    return TcpTextLink(unit.address, unit.console_port)
+def console_opener(unit: ForceSensorSettings) -> Callable[[], TextLink]:
+    """Return what opens the way of text alone."""
+    return partial(TcpTextLink, unit.address, unit.console_port)
 
 
 @contextmanager
@@ -89,7 +85,7 @@ def running_stream(unit: ForceSensorSettings, clock: Clock) -> Iterator[ForceStr
         ForceStreamError: It cannot be reached or set up.
     """
     links = open_force_links(unit, clock)
-    stream = ForceStream(*links, unit, clock, reopen=partial(open_console, unit))
+    stream = ForceStream(*links, unit, clock, reopen=console_opener(unit))
     try:
         stream.connect()
         yield stream

@@ -4,7 +4,7 @@ The virtual robots are in ``robot.virtual.open``: nothing of the simulator is lo
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 from drivers.ati.calibration import Calibration
@@ -16,7 +16,7 @@ from drivers.dynamixel.port import BusPort, ClockedPort
 from drivers.settings import ForceSensorSettings
 from drivers.wire.tap import WireTap
 from robot.config.robot_file import RobotConfig
-from robot.run.force_unit import open_console, open_force_links
+from robot.run.force_unit import console_opener, open_force_links
 from robot.run.rig import Rig, TruthSource
 
 
@@ -52,8 +52,10 @@ def open_real(
     *,
     armed: bool,
     tap: WireTap | None = None,
+    truth: TruthSource | None = None,
+    closers: tuple[Callable[[], None], ...] = (),
 ) -> Rig:
-    """Open real ports. Nothing moves unless ``armed``.
+    """Open ports of this computer. Nothing moves unless ``armed``.
 
     Args:
         config: Robot file.
@@ -61,29 +63,16 @@ def open_real(
         unit: Force-torque unit, or None to run without.
         armed: Whether torque may be switched on.
         tap: Listens in on all wires, from the first byte on.
-    """
-    return assemble(config, system_wires(config, port_name, unit, tap), armed=armed)
-
-
-def system_wires(
-    config: RobotConfig, port_name: str, unit: ForceSensorSettings | None, tap: WireTap | None
-) -> Wires:
-    """Return the wires to a serial port and a network address of this computer.
-
-    Args: as for ``open_real``.
+        truth: Source of ground truth, or None.
+        closers: Called last when the rig closes.
     """
     clock = MonotonicClock()
     port = BusPort(port_name, config.servo_bus.baud_rate, clock)
-    if unit is None:
-        return Wires(clock, port, config.force_sensor, links=None, tap=tap)
-    return Wires(
-        clock,
-        port,
-        unit,
-        links=partial(open_force_links, unit, clock, tap),
-        reopen=partial(open_console, unit),
-        tap=tap,
-    )
+    wires = Wires(clock, port, config.force_sensor, None, truth=truth, closers=closers, tap=tap)
+    if unit is not None:
+        links = partial(open_force_links, unit, clock, tap)
+        wires = replace(wires, unit=unit, links=links, reopen=console_opener(unit))
+    return assemble(config, wires, armed=armed)
 
 
 def assemble(config: RobotConfig, wires: Wires, *, armed: bool) -> Rig:

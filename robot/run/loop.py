@@ -26,11 +26,9 @@ class Devices(Protocol):
 
     def read(self) -> Reading:
         """Read everything once."""
-        ...
 
     def actuate(self, allowed: Allowed) -> tuple[Fault, ...]:
         """Send what the safety gate let through; return the faults met on the way."""
-        ...
 
 
 class Robot(Devices, Protocol):
@@ -39,16 +37,13 @@ class Robot(Devices, Protocol):
     @property
     def clock(self) -> Clock:
         """The clock that all of it lives by."""
-        ...
 
     @property
     def torque(self) -> bool:
         """Whether torque has been switched on and not confirmed off."""
-        ...
 
     def cut_torque(self) -> bool:
         """Switch all torque off; True if every servo confirmed it."""
-        ...
 
 
 class Operator(Protocol):
@@ -56,7 +51,6 @@ class Operator(Protocol):
 
     def request(self, tick: Tick | None, t_ns: int) -> Request:
         """Return the wish for the tick at ``t_ns``, knowing the tick before."""
-        ...
 
 
 class TickSink(Protocol):
@@ -64,12 +58,10 @@ class TickSink(Protocol):
 
     def write(self, tick: Tick) -> None:
         """Take one tick; must not block for long."""
-        ...
 
     @property
     def error(self) -> RecordError | None:
         """Why the log can no longer be written, None while it can."""
-        ...
 
 
 class Observer(Protocol):
@@ -77,7 +69,6 @@ class Observer(Protocol):
 
     def show(self, tick: Tick) -> None:
         """Take one tick; must not block."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,8 +123,8 @@ def run(
             timing = LoopTiming(deadline_ns, start_ns - deadline_ns, missed, busy_ns)
             request = operator.request(tick, start_ns)
             had_torque = robot.torque
-            start = TickStart(start_ns, request, timing, (*pending, *_log_fault(sink)))
-            state, tick, pending = exchange(robot, controller, state, start)
+            wanted = Inputs(None, (), request, timing, None, (*pending, *_log_fault(sink)))
+            state, tick, pending = exchange(robot, controller, state, wanted, start_ns)
             switched_on = state.allowed.command.torque and not had_torque
             if sink is not None:
                 sink.write(tick)
@@ -172,43 +163,27 @@ def run_undisturbed(
         gc.unfreeze()
 
 
-@dataclass(frozen=True, slots=True)
-class TickStart:
-    """What a tick knows before it looks at the robot.
-
-    Attributes:
-        t_ns: Time of the tick.
-        request: The operator's wish.
-        timing: How the loop is doing.
-        faults: Faults since the tick before.
-    """
-
-    t_ns: int
-    request: Request
-    timing: LoopTiming
-    faults: tuple[Fault, ...]
-
-
 def exchange(
-    devices: Devices, controller: Controller, state: ControllerState, start: TickStart
+    devices: Devices, controller: Controller, state: ControllerState, wanted: Inputs, t_ns: int
 ) -> tuple[ControllerState, Tick, tuple[Fault, ...]]:
     """Read, step, send: what happens once a tick, in the loop and in a replay of recorded bytes.
+
+    Args:
+        devices: The robot.
+        controller: The pure step.
+        state: State after the tick before.
+        wanted: What is known before the robot is read: the wish, the loop's timing, faults since then.
+        t_ns: Time of the tick.
 
     Returns:
         The new state, the tick, and the faults met while sending, for the next tick.
     """
     reading = devices.read()
     inputs = Inputs(
-        reading.servos,
-        reading.forces,
-        start.request,
-        start.timing,
-        reading.truth,
-        (*reading.faults, *start.faults),
-        reading.poses,
-        reading.servo_events,
-    )
-    state, tick = controller.step(state, inputs, start.t_ns)
+        reading.servos, reading.forces, wanted.request, wanted.timing, reading.truth,
+        (*reading.faults, *wanted.faults), reading.poses, reading.servo_events,
+    )  # fmt: skip
+    state, tick = controller.step(state, inputs, t_ns)
     return state, tick, devices.actuate(state.allowed)
 
 

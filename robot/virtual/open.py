@@ -13,7 +13,7 @@ from drivers.wire.tap import TappedDatagrams, TappedText, WireTap
 from model.values.readings import BodyTruth
 from robot.config.robot_file import RobotConfig
 from robot.console.progress import StatusLine
-from robot.run.hardware import Wires, assemble, system_wires
+from robot.run.hardware import Wires, assemble, open_real
 from robot.run.rig import Rig
 from robot.virtual.file_twin import file_twin
 from sim_hw.ati.memory import MemoryDatagramLink, MemoryTextLink
@@ -177,14 +177,15 @@ def open_virtual(config: RobotConfig, settings: VirtualSettings) -> Rig:
     """Open a virtual robot in a process of its own: pseudo-terminal, sockets, real time."""
     devices, unit = start_virtual(config, seed=settings.seed, scenario=settings.scenario)
     try:
-        wires = system_wires(
+        return open_real(
             config,
             devices.addresses.servo_port,
             unit if settings.with_forces else None,
-            settings.tap,
+            armed=settings.armed,
+            tap=settings.tap,
+            truth=devices.truth,
+            closers=(devices.close,),
         )
-        wires = replace(wires, truth=devices.truth, closers=(devices.close,))
-        return assemble(config, wires, armed=settings.armed)
     except BaseException:
         devices.close()
         raise

@@ -78,10 +78,7 @@ def trial_header(
 def trial_of(rows: TwinRows, poses: Poses, header: TrialHeader) -> Trial:
     """Make a trial of rows and of the poses that the cameras gave for the same times."""
     t_ns = np.array(rows.t_ns)
-    turns = Rotation.from_quat(poses.quaternion_xyzw)
-    yaw, pitch, roll = turns.as_euler("ZYX").T
-    arms = poses.foot_position_W - poses.position_W[:, None, :]
-    feet = np.einsum("tji,tnj->tni", turns.as_matrix(), arms)
+    position, angles, feet = body_of(poses)
 
     def stack(name: str) -> FloatArray:
         return readonly(np.array([getattr(joints, name) for joints in rows.joints]))
@@ -100,6 +97,15 @@ def trial_of(rows: TwinRows, poses: Poses, header: TrialHeader) -> Trial:
         torque_nm=nothing,
         foot_m=readonly(feet),
         force_n=readonly(np.array([forces.force_n for forces in rows.forces])),
-        body_position_m=readonly(poses.position_W),
-        body_angles_rad=readonly(np.stack([roll, pitch, np.unwrap(yaw)], axis=1)),
+        body_position_m=readonly(position),
+        body_angles_rad=readonly(angles),
     )
+
+
+def body_of(poses: Poses) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Position (T, 3), roll, pitch and yaw (T, 3), and feet in the body (T, N, 3), as a trial has them."""
+    turns = Rotation.from_quat(poses.quaternion_xyzw)
+    yaw, pitch, roll = turns.as_euler("ZYX").T
+    arms = poses.foot_position_W - poses.position_W[:, None, :]
+    feet = np.einsum("tji,tnj->tni", turns.as_matrix(), arms)
+    return poses.position_W, np.stack([roll, pitch, np.unwrap(yaw)], axis=1), feet
