@@ -52,12 +52,11 @@ def _scale(text: str) -> float:
 
 
 def run(options: argparse.Namespace) -> ExitCode:
-    """Replay a log.
+    """Replay, or drive again."""
+    if options.drive:
+        from robot.replay.drive import RepeatRequest, drive_again
 
-    Raises:
-        BigantError: The log cannot be read or replayed.
-    """
-    from robot.replay.command import replay
-    from robot.replay.request import ReplayRequest
+        return drive_again(parsed(options, RepeatRequest))
+    from robot.replay.command import ReplayRequest, replay
 
     return replay(parsed(options, ReplayRequest))

@@ -25,10 +25,10 @@ from robot.control.controller import Controller
 from robot.control.safety import Allowed
 from robot.replay.compare import Comparison, Difference, FieldResult
 from robot.replay.fields import FIELDS, WIRE_FIELDS
-from robot.run.hardware import Wires, assemble
+from robot.run.hardware import assemble
 from robot.run.header import FORCE_UNIT_KEY, LATENCY_KEY, Rebuilt, rebuild_controller
 from robot.run.loop import exchange
-from robot.run.rig import Reading, Rig
+from robot.run.rig import Reading, Rig, Wires
 from sim_hw.clock import VirtualClock
 from sim_hw.host.recorded_wire import (
     Diverged,
@@ -164,7 +164,9 @@ def replay_bus(
         else:
             wire = _wire_difference(diverged.recorded, diverged.sent, first.t_ns)
     except (BusError, ForceStreamError) as error:
-        raise RecordError(f"today's drivers cannot use the bytes of {path}: {error}") from error
+        raise RecordError(
+            f"the recorded bytes of {path} cannot be replayed with this version's drivers: {error}"
+        ) from error
     if tape.skipped:
         notes.append(f"{len(tape.skipped)} recorded answers came too late for today's drivers")
     if contents.damage:

@@ -1,7 +1,10 @@
-"""What ``bigant replay`` does: through the step, through the drivers, or on a robot again."""
+"""``bigant replay``: ticks or bytes of a log through this version's code, and the result as lines."""
 
 import json
-from dataclasses import asdict
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
 
 from model.errors import ConfigError
 from record.log.reader import LogContents
@@ -11,35 +14,116 @@ from robot.console.plain_json import plain
 from robot.console.progress import ProgressLine
 from robot.control.effect_uses import say_unused
 from robot.replay.bus import BusReplay, replay_bus
-from robot.replay.request import ReplayRequest
-from robot.replay.text import bus_lines, replay_lines
+from robot.replay.compare import Difference, FieldResult
 from robot.replay.ticks import Replay, replay_log
 
 
+@dataclass(frozen=True, slots=True)
+class ReplayRequest:
+    """Options of ``bigant replay`` without --drive; the last four go with --drive only."""
+
+    path: Path
+    tolerance: float
+    robot: Path | None
+    json: bool
+    bus: bool
+    armed: bool
+    virtual_time: bool
+    log: Path | None
+    out: Path | None
+
+
 def replay(request: ReplayRequest) -> ExitCode:
-    """Replay a log, print the result.
+    """Replay a log.
 
     Raises:
         BigantError: The log cannot be read or replayed.
     """
-    if request.drive:
-        from robot.replay.drive import drive_again  # pictures take their time to load
-
-        return drive_again(request)
     for name in ("armed", "virtual_time", "log", "out"):
         if getattr(request, name):
             raise ConfigError(f"--{name.replace('_', '-')}", "goes with --drive only")
+    contents = LogContents()
     config = None if request.robot is None else load_robot(request.robot)
     if config is not None:
         say_unused(config)
-    contents = LogContents()
-    result: BusReplay | Replay
+    run = replay_bus if request.bus else replay_log
     with ProgressLine(f"replaying {request.path}", contents.progress):
-        method = replay_bus if request.bus else replay_log
-        result = method(request.path, scale=request.tolerance, config=config, contents=contents)
+        result = run(request.path, scale=request.tolerance, config=config, contents=contents)
     if request.json:
         print(json.dumps(plain({**asdict(result), "equal": result.equal}), indent=2))
     else:
-        lines = bus_lines(result) if isinstance(result, BusReplay) else replay_lines(result)
-        print("\n".join(lines))
+        print("\n".join(result_lines(result)))
     return ExitCode.OK if result.equal else ExitCode.VERDICT_FAILED
+
+
+def result_lines(result: Replay | BusReplay, *, only_beyond: bool = False) -> list[str]:
+    """Return a result for a person; on request only those fields that differ too much."""
+    lines = [
+        *field_table(result.fields, only_beyond=only_beyond),
+        *(f"note: {note}" for note in result.notes),
+        *([] if result.first is None else [first_line(result.first)]),
+    ]
+    done = f"{result.ticks} ticks, {result.duration_s:.1f} s"
+    if result.wall_s > 0:
+        done += f", {result.duration_s / result.wall_s:.0f} times real time"
+    if isinstance(result, BusReplay):
+        lines += _wire_lines(result)
+        done += (
+            f"; {result.requests} requests of {result.bytes_sent} bytes as recorded, "
+            f"{result.bytes_received} bytes understood"
+        )
+    elif result.equal:
+        same = "all" if result.equal_bits == result.ticks else str(result.equal_bits)
+        done += f", {same} of them the same in every bit"
+    return [*lines, f"{'equal' if result.equal else 'NOT EQUAL'}: {done}"]
+
+
+def field_table(fields: Sequence[FieldResult], *, only_beyond: bool = False) -> list[str]:
+    """Return stages and fields as a table; on request only those that differ too much."""
+    lines = [
+        f"{'stage':<12}{'field':<17}{'unit':<12}{'tolerance':>10}{'largest':>11}{'ticks beyond':>14}"
+    ]
+    stage = ""
+    for field in fields:
+        if only_beyond and not field.ticks_beyond:
+            continue
+        shown = field.stage if field.stage != stage else ""
+        stage = field.stage
+        lines.append(
+            f"{shown:<12}{field.name:<17}{field.unit:<12}{_tolerance(field.tolerance):>10}"
+            f"{_largest(field.largest):>11}{field.ticks_beyond:>14}"
+        )
+    return lines
+
+
+def first_line(first: Difference) -> str:
+    """Return the first difference in words."""
+    unit = f" {first.unit}" if first.unit else ""
+    element = f" of {first.element}" if first.element else ""
+    return (
+        f"first difference: {first.t_s:.3f} s (tick {first.index}), {first.stage}, "
+        f"{first.name}{element}: recorded {first.recorded}{unit}, today {first.replayed}{unit}"
+    )
+
+
+def _tolerance(value: float) -> str:
+    return "none" if value == 0 else f"{value:.0e}"
+
+
+def _largest(value: float) -> str:
+    """A value against none at all has no difference in numbers."""
+    return f"{value:.2g}" if math.isfinite(value) else "absent"
+
+
+def _wire_lines(result: BusReplay) -> list[str]:
+    wire = result.wire
+    if wire is None:
+        return []
+    return [
+        f"first other request: {wire.t_s:.3f} s, {wire.wire}",
+        f"  recorded  {wire.recorded_hex}",
+        f"            {wire.recorded}",
+        f"  today     {wire.sent_hex}",
+        f"            {wire.sent}",
+        *([f"  differs   {wire.differs}"] if wire.differs else []),
+    ]

@@ -29,7 +29,6 @@ from robot.drive.drive import drive_as, usual_log
 from robot.drive.request import DriveRequest
 from robot.replay.repeat import Repeat, compare_runs, overlay
 from robot.replay.repeat_plots import draw_repeat
-from robot.replay.request import ReplayRequest
 from robot.report.page import render_page
 from robot.report.plots import save_png
 from robot.report.run_date import date_words
@@ -53,6 +52,22 @@ class Wishes:
     times_ns: tuple[int, ...]
     requests: tuple[Request, ...]
     end_ns: int
+
+
+@dataclass(frozen=True, slots=True)
+class RepeatRequest:
+    """Options of ``bigant replay LOG --drive``."""
+
+    path: Path
+    robot: Path | None
+    json: bool
+    hardware: str
+    armed: bool
+    force_unit: str | None
+    virtual_time: bool
+    seed: int
+    log: Path | None
+    out: Path | None
 
 
 class RecordedOperator:
@@ -92,20 +107,20 @@ def read_wishes(path: Path, contents: LogContents) -> Wishes:
     requests: list[Request] = []
     start_ns = now_ns = 0
     for number, message in enumerate(read_tick_messages(path, contents)):
-        seen = decode_inputs(message.data, message.layout)
-        if seen.index != number:
+        recorded = decode_inputs(message.data, message.layout)
+        if recorded.index != number:
             break
-        start_ns = seen.t_ns if number == 0 else start_ns
-        now_ns = seen.t_ns
-        if not requests or seen.inputs.request != requests[-1]:
+        start_ns = recorded.t_ns if number == 0 else start_ns
+        now_ns = recorded.t_ns
+        if not requests or recorded.inputs.request != requests[-1]:
             times.append(now_ns - start_ns)
-            requests.append(seen.inputs.request)
+            requests.append(recorded.inputs.request)
     if not requests:
         raise RecordError(f"{path} holds no tick 0; a run is repeated from its beginning")
     return Wishes(tuple(times), tuple(requests), now_ns - start_ns)
 
 
-def drive_again(request: ReplayRequest) -> ExitCode:
+def drive_again(request: RepeatRequest) -> ExitCode:
     """Do a run again, compare, print, draw.
 
     Raises:
@@ -153,7 +168,7 @@ def drive_again(request: ReplayRequest) -> ExitCode:
     return code
 
 
-def _compare(request: ReplayRequest, new_log: Path, page: Path) -> None:
+def _compare(request: RepeatRequest, new_log: Path, page: Path) -> None:
     """Compare both runs, print and draw."""
     old, new = read_log(request.path), read_log(new_log)
     both = overlay(old, new)

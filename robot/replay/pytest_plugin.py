@@ -33,14 +33,9 @@ def assert_replays(request: pytest.FixtureRequest) -> AssertReplays:
 
 def _differences(path: Path, tolerance: float, bus: bool) -> list[str]:
     """Return what differs, in words; nothing if the log replays equal."""
-    if bus:
-        from robot.replay.bus import replay_bus
-        from robot.replay.text import bus_lines
-
-        of_bytes = replay_bus(path, scale=tolerance)
-        return [] if of_bytes.equal else bus_lines(of_bytes, only_beyond=True)
-    from robot.replay.text import replay_lines
+    from robot.replay.bus import replay_bus
+    from robot.replay.command import result_lines
     from robot.replay.ticks import replay_log
 
-    of_ticks = replay_log(path, scale=tolerance)
-    return [] if of_ticks.equal else replay_lines(of_ticks, only_beyond=True)
+    result = (replay_bus if bus else replay_log)(path, scale=tolerance)
+    return [] if result.equal else result_lines(result, only_beyond=True)

@@ -97,14 +97,16 @@ def replay_log(
     start_ns = now_ns = decode_inputs(first_message.data, first_message.layout).t_ns
     comparison.begin(start_ns)
     equal_bits = 0
-    for message, seen, tick in step_through(chain((first_message,), messages), controller, notes):
+    for message, recorded, tick in step_through(
+        chain((first_message,), messages), controller, notes
+    ):
         now_ns = tick.t_ns
         # the same bits need no second look, and taking a message apart costs more than making one
-        if says_the_same(tick, message.data, seen.end, message.layout):
+        if says_the_same(tick, message.data, recorded.end, message.layout):
             comparison.add_equal()
             equal_bits += 1
         else:
-            comparison.add(decode_tick(message.data, message.layout, seen), tick)
+            comparison.add(decode_tick(message.data, message.layout, recorded), tick)
     if contents.damage:
         notes.append(f"the file is {contents.damage}")
     if comparison.ticks == 0:
@@ -140,14 +142,14 @@ def step_through(
     """
     state = controller.initial()
     for message in messages:
-        seen = decode_inputs(message.data, message.layout)
-        if seen.index != state.index:
-            notes.append(_gap_words(state.index, seen.index))
+        recorded = decode_inputs(message.data, message.layout)
+        if recorded.index != state.index:
+            notes.append(_gap_words(state.index, recorded.index))
             return
-        events = servo_events(seen.inputs.faults, controller.config.servo_bus.names)
-        inputs = replace(seen.inputs, servo_events=events) if events else seen.inputs
-        state, tick = controller.step(state, inputs, seen.t_ns)
-        yield message, seen, tick
+        events = servo_events(recorded.inputs.faults, controller.config.servo_bus.names)
+        inputs = replace(recorded.inputs, servo_events=events) if events else recorded.inputs
+        state, tick = controller.step(state, inputs, recorded.t_ns)
+        yield message, recorded, tick
 
 
 def servo_events(faults: Sequence[Fault], names: Sequence[str]) -> tuple[ServoEvent, ...]:

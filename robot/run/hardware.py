@@ -4,45 +4,18 @@ The virtual robots are in ``robot.virtual.open``: nothing of the simulator is lo
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
-from drivers.ati.calibration import Calibration
-from drivers.ati.links import DatagramLink, TextLink
 from drivers.ati.stream import ForceStream
-from drivers.clock import Clock, MonotonicClock
+from drivers.clock import MonotonicClock
 from drivers.dynamixel.bus import ServoBus
-from drivers.dynamixel.port import BusPort, ClockedPort
+from drivers.dynamixel.port import BusPort
 from drivers.settings import ForceSensorSettings
 from drivers.wire.tap import WireTap
 from robot.config.robot_file import RobotConfig
 from robot.run.force_unit import console_opener, open_force_links
-from robot.run.rig import Rig, TruthSource
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Wires:
-    """What the drivers of one robot are connected to.
-
-    Attributes:
-        clock: Clock of everything.
-        port: Port of the servo bus, not yet open.
-        unit: Force-torque unit.
-        links: Opens both ways to it; None runs without one.
-        reopen: Opens its console again beside the loop, untapped; None never does.
-        truth: Source of ground truth, or None.
-        closers: Called last when the rig closes.
-        tap: Listens to the servo port; whoever makes ``links`` taps those.
-    """
-
-    clock: Clock
-    port: ClockedPort
-    unit: ForceSensorSettings
-    links: Callable[[], tuple[DatagramLink, TextLink]] | None
-    reopen: Callable[[], TextLink] | None = None
-    truth: TruthSource | None = None
-    closers: tuple[Callable[[], None], ...] = ()
-    tap: WireTap | None = None
+from robot.run.rig import Rig, TruthSource, Wires
 
 
 def open_real(
@@ -91,24 +64,13 @@ def assemble(config: RobotConfig, wires: Wires, *, armed: bool) -> Rig:
         bus.connect()
         if armed:
             bus.configure()
-        calibrations: tuple[Calibration | None, ...] = (None,) * len(wires.unit.names)
         if wires.links is not None:
             stream = ForceStream(*wires.links(), wires.unit, wires.clock, reopen=wires.reopen)
             stream.connect()
-            calibrations = stream.calibrations
     except BaseException:
         if stream is not None:
             stream.stop()
             stream.close()
         bus.close()
         raise
-    return Rig(
-        clock=wires.clock,
-        bus=bus,
-        forces=stream,
-        calibrations=calibrations,
-        truth=wires.truth,
-        armed=armed,
-        closers=wires.closers,
-        recovery=config.recovery,
-    )
+    return Rig(wires, bus, stream, armed=armed, recovery=config.recovery)

@@ -9,20 +9,22 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from drivers.ati.calibration import Calibration
+from drivers.ati.links import DatagramLink, TextLink
 from drivers.ati.stream import ForceStream, StreamCounters
 from drivers.clock import Clock
 from drivers.dynamixel.bus import ServoBus
+from drivers.dynamixel.port import ClockedPort
 from drivers.dynamixel.recovery import Incident, RecoveryPolicy, ServoRecovery
 from drivers.dynamixel.setup import BusReport
 from drivers.pose_udp import PoseListener
+from drivers.settings import ForceSensorSettings
+from drivers.wire.tap import WireTap
 from model.errors import BusError, ConnectionLost
 from model.values.faults import Fault, FaultKind, ServoEvent
 from model.values.poses import PoseRecord
 from model.values.readings import BodyTruth, ForceRecord, ServoReadings, silent_readings
 from robot.config.safety import RecoverySettings
 from robot.control.safety import Allowed
-
-NO_RECOVERY = RecoverySettings()
 
 
 class TruthSource(Protocol):
@@ -54,43 +56,64 @@ class Reading:
     servo_events: tuple[ServoEvent, ...] = ()
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Wires:
+    """What the drivers of one robot are connected to.
+
+    Attributes:
+        clock: The clock that all of it lives by.
+        port: Port of the servo bus, not yet open.
+        unit: Force-torque unit.
+        links: Opens both ways to it; None runs without one.
+        reopen: Opens its console again beside the loop, untapped; None never does.
+        truth: Source of ground truth, or None.
+        closers: Called last when the rig closes, in order.
+        tap: Listens to the servo port; whoever makes ``links`` taps those.
+    """
+
+    clock: Clock
+    port: ClockedPort
+    unit: ForceSensorSettings
+    links: Callable[[], tuple[DatagramLink, TextLink]] | None
+    reopen: Callable[[], TextLink] | None = None
+    truth: TruthSource | None = None
+    closers: tuple[Callable[[], None], ...] = ()
+    tap: WireTap | None = None
+
+
 class Rig:
     """Drivers of one robot, opened.
 
     Args:
-        clock: The clock that all of it lives by.
+        wires: What they are connected to.
         bus: Servo bus, connected.
         forces: Force stream, connected and running, or None to run without.
-        calibrations: Calibration of each leg's transducer, None where there is none.
-        truth: Source of ground truth, or None.
         armed: Whether torque may be switched on at all.
-        closers: Called last, in order, to give back what was opened.
         recovery: Whether a servo that lost its torque may be brought back.
     """
 
     def __init__(
         self,
-        *,
-        clock: Clock,
+        wires: Wires,
         bus: ServoBus,
         forces: ForceStream | None,
-        calibrations: tuple[Calibration | None, ...],
-        truth: TruthSource | None,
+        *,
         armed: bool,
-        closers: tuple[Callable[[], None], ...] = (),
-        recovery: RecoverySettings = NO_RECOVERY,
+        recovery: RecoverySettings,
     ) -> None:
-        self.clock = clock
+        self.clock = wires.clock
         self.bus = bus
-        self.calibrations = calibrations
+        self.calibrations: tuple[Calibration | None, ...] = (None,) * len(wires.unit.names)
+        if forces is not None:
+            self.calibrations = forces.calibrations
         self.armed = armed
         self._forces = forces
-        self._truth = truth
-        self._closers = closers
+        self._truth = wires.truth
+        self._closers = wires.closers
         self._poses: PoseListener | None = None
         self._torque = False
         self._link_lost = ""
-        self._recovery = ServoRecovery(bus, clock, policy_of(recovery))
+        self._recovery = ServoRecovery(bus, wires.clock, policy_of(recovery))
         self._down: dict[int, Incident] = {}
         self._events: list[ServoEvent] = []
 

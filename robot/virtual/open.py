@@ -13,8 +13,8 @@ from drivers.wire.tap import TappedDatagrams, TappedText, WireTap
 from model.values.readings import BodyTruth
 from robot.config.robot_file import RobotConfig
 from robot.console.progress import StatusLine
-from robot.run.hardware import Wires, assemble, open_real
-from robot.run.rig import Rig
+from robot.run.hardware import assemble, open_real
+from robot.run.rig import Rig, Wires
 from robot.virtual.file_twin import file_twin
 from sim_hw.ati.memory import MemoryDatagramLink, MemoryTextLink
 from sim_hw.clock import VirtualClock

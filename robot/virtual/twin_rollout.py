@@ -44,7 +44,7 @@ START_NS = 1_000_000_000
 def twin_catalogue() -> tuple[GapEffect, ...]:
     """Return the effects of the catalogue that the MuJoCo robot can have more or less of, in its bounds."""
     kinds = {kind.name: kind for kind in EFFECTS if kind.apply is not None}
-    found = []
+    effects = []
     for entry in CATALOGUE:
         kind = kinds.get(entry.effect.name)
         if kind is None:
@@ -54,8 +54,8 @@ def twin_catalogue() -> tuple[GapEffect, ...]:
             replace(p, lower=max(p.lower, bounds[p.name][0]), upper=min(p.upper, bounds[p.name][1]))
             for p in entry.effect.parameters
         )
-        found.append(replace(entry.effect, parameters=parameters))
-    return tuple(found)
+        effects.append(replace(entry.effect, parameters=parameters))
+    return tuple(effects)
 
 
 def twin_simulator(text: str, only: tuple[str, ...] = ()) -> RolloutSimulator:
@@ -171,8 +171,8 @@ class TwinRollout:
         sensed = foot_wrenches(np.array(wrenches), unit, shaft)
         x, y, z = np.moveaxis(sensed[..., :3], -1, 0)
         c, s = np.cos(unit.yaw_rad), np.sin(unit.yaw_rad)
-        seen = MotionCapture(twin.sensors, SEED).see_all(poses_of(places))
-        body, angles, foot = body_of(seen)
+        measured = MotionCapture(twin.sensors, SEED).see_all(poses_of(places))
+        body, angles, foot = body_of(measured)
         # what the encoder makes of whole turns, it makes of those that were left out, too
         return replace(
             trial,

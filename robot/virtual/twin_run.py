@@ -117,10 +117,12 @@ def walk_through_bytes(
         if log is not None:
             sinks.insert(0, stack.enter_context(whole_log(log, header, rig, controller)))
         rehearse(rig, controller, plan.script, progress, *sinks)
-    return trial_of(rows, poses_of([_seen(t) for t in rows.truths]), _header(config, twin, plan))
+    return trial_of(
+        rows, poses_of([_place_of(t) for t in rows.truths]), _header(config, twin, plan)
+    )
 
 
-def _seen(truth: BodyTruth | None) -> Place:
+def _place_of(truth: BodyTruth | None) -> Place:
     if truth is None:
         raise ModelError("the cameras saw nothing")
     return truth.t_ns, truth.position_W, truth.quaternion_xyzw, truth.foot_position_W
@@ -150,13 +152,13 @@ def walk_fast(config: RobotConfig, twin: Twin, plan: WalkPlan, progress: Progres
     first, count = rows.first, len(rows.t_ns)
     places = poses_of(robot.places[: first + count + 1])
     # a skewed clock was set when the record begins: what a log of the same run says, too
-    seen = MotionCapture(twin.sensors, twin.seed).see_all(places, rows.t_ns[0])
+    measured = MotionCapture(twin.sensors, twin.seed).see_all(places, rows.t_ns[0])
     part = slice(first, first + count)
     walked = Poses(
-        seen.t_ns[part],
-        seen.position_W[part],
-        seen.quaternion_xyzw[part],
-        seen.foot_position_W[part],
+        measured.t_ns[part],
+        measured.position_W[part],
+        measured.quaternion_xyzw[part],
+        measured.foot_position_W[part],
     )
     return trial_of(rows, walked, _header(config, twin, plan))
 
