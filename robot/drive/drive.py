@@ -30,7 +30,7 @@ from robot.control.true_readings import true_forces_of
 from robot.drive.request import DriveRequest, listen_for_poses, open_robot
 from robot.report.long_log import read_summary
 from robot.report.summary_text import summary_lines
-from robot.run.log import TappedLog, open_log
+from robot.run.header import TappedLog, open_log
 from robot.run.loop import Operator, RunResult, run_undisturbed
 from robot.run.operator import Interrupts, Script, ScriptedOperator
 from robot.run.rig import Rig
@@ -94,7 +94,7 @@ def drive_as(
         rig = open_robot(config, request, tap)
         stack.callback(rig.close)
         listen_for_poses(rig, config, request)
-        for warning in rig.report.warnings:
+        for warning in rig.bus.report.warnings:
             print(f"warning: {warning}", file=sys.stderr)
         controller = Controller(
             config, rig.calibrations, armed=request.armed, rate_hz=request.rate_hz

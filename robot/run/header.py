@@ -1,4 +1,4 @@
-"""What a log keeps beside its ticks so that its controller can be built again.
+"""The log of a run, and what it keeps beside its ticks so that its controller can be built again.
 
 The robot file is an attachment of every log. Here are the rest of a controller's arguments, as texts
 of the log's metadata: calibrations of the force sensors, rate of the loop, whether torque was allowed.
@@ -7,17 +7,25 @@ The run in a few words is in ``record.log.header``.
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
+from pathlib import Path
 from typing import Any
 
 from drivers.ati.calibration import Calibration
+from drivers.wire.tap import WireTap
 from model.errors import ConfigError, RecordError
+from model.values.tick import Tick
+from record.log.background import BackgroundWriter
+from record.log.header import RunHeader
 from record.log.reader import LogContents
-from record.log.writer import RATE_KEY
+from record.log.writer import RATE_KEY, LogWriter
 from robot.config.calibration import CALIBRATION_KEY, calibration_text, parse_calibration
 from robot.config.robot_file import RobotConfig, parse_robot
 from robot.control.controller import Controller
+from robot.run.operator import Script
 from robot.run.rig import Rig
 
 CALIBRATIONS_KEY = "calibrations"
@@ -25,6 +33,76 @@ UNITS_KEY = "force_units"  # of older logs: less of each calibration, by leg nam
 ARMED_KEY = "armed"
 LATENCY_KEY = "bus_latency_ms"
 FORCE_UNIT_KEY = "force_unit"
+# Virtual time has no calendar; its logs are stamped from this date so that two runs are the same.
+VIRTUAL_EPOCH_UNIX_NS = 1_767_225_600_000_000_000  # 2026-01-01 00:00:00 UTC
+
+
+def open_log(
+    path: Path, header: RunHeader, rig: Rig, controller: Controller, *, with_bytes: bool = False
+) -> LogWriter:
+    """Open the log of a run that is about to begin.
+
+    Args:
+        path: The log.
+        header: The run in a few words.
+        rig: The robot, open.
+        controller: Its controller.
+        with_bytes: Whether the bytes of both devices are going to be in it.
+
+    Raises:
+        RecordError: It cannot be written.
+    """
+    return LogWriter(
+        path,
+        names=controller.config.parameters.legs.names,
+        config_text=controller.config.text,
+        metadata={
+            **header.metadata(),
+            **controller_metadata(controller, rig.calibrations),
+            **(wire_metadata(rig) if with_bytes else {}),
+        },
+        start_ns=rig.clock.now_ns(),
+        start_unix_ns=VIRTUAL_EPOCH_UNIX_NS if header.time == "virtual" else time.time_ns(),
+    )
+
+
+def virtual_header(config: RobotConfig, script: Script, seed: int | None = None) -> RunHeader:
+    """Return the header of a run in virtual time.
+
+    Args:
+        config: Robot file.
+        script: What is done.
+        seed: Seed of virtual noise, None to leave it unsaid.
+    """
+    return RunHeader(
+        robot=config.name,
+        hardware="virtual",
+        time="virtual",
+        gait=script.gait,
+        frequency_hz=script.frequency_hz,
+        steer=script.steer,
+        seed=seed,
+    )
+
+
+@contextmanager
+def whole_log(
+    path: Path, header: RunHeader, rig: Rig, controller: Controller
+) -> Iterator[LogWriter]:
+    """Open the log of a run, and close it afterwards.
+
+    Args: as for ``open_log``.
+
+    Raises:
+        RecordError: It cannot be written.
+    """
+    writer = open_log(path, header, rig, controller)
+    try:
+        yield writer
+    finally:
+        writer.close()
+    if writer.error is not None:
+        raise writer.error
 
 
 def controller_metadata(
@@ -169,3 +247,31 @@ def _whole(text: str) -> int:
     if not 1 <= rate_hz <= 1000:
         raise RecordError(f"the log says that its loop ran at {text!r} Hz: it is damaged")
     return rate_hz
+
+
+class TappedLog:
+    """A log that takes what the tap received along with every tick.
+
+    Args:
+        log: The log.
+        tap: The tap.
+    """
+
+    def __init__(self, log: LogWriter | BackgroundWriter, tap: WireTap) -> None:
+        self._log = log
+        self._tap = tap
+
+    @property
+    def error(self) -> RecordError | None:
+        """Why the log can no longer be written, None while it can."""
+        return self._log.error
+
+    def write(self, tick: Tick) -> None:
+        """Write what was received up to here, then the tick."""
+        self._log.write_wires(self._tap.take())
+        self._log.write(tick)
+
+    def close(self) -> None:
+        """Write what was received since the last tick (torque going off) and finish."""
+        self._log.write_wires(self._tap.take())
+        self._log.close()

@@ -15,7 +15,6 @@ from drivers.clock import Clock
 from drivers.dynamixel.bus import ServoBus
 from drivers.dynamixel.port import ClockedPort
 from drivers.dynamixel.recovery import Incident, RecoveryPolicy, ServoRecovery
-from drivers.dynamixel.setup import BusReport
 from drivers.pose_udp import PoseListener
 from drivers.settings import ForceSensorSettings
 from drivers.wire.tap import WireTap
@@ -126,11 +125,6 @@ class Rig:
     def force_counters(self) -> StreamCounters | None:
         """What happened on the force stream, None without one."""
         return None if self._forces is None else self._forces.counters
-
-    @property
-    def report(self) -> BusReport:
-        """What connecting found out about the servos."""
-        return self.bus.report
 
     def read(self) -> Reading:
         """Read everything once. A lost link is a fault in the answer, not an exception."""

@@ -5,10 +5,9 @@ from pathlib import Path
 
 from gaits.limits import check_gait
 from gaits.standing_poses import StandingPoses
-from record.log.header import RunHeader
 from robot.config.robot_file import RobotConfig
 from robot.control.controller import Controller
-from robot.run.log import whole_log
+from robot.run.header import virtual_header, whole_log
 from robot.run.operator import Script
 from robot.virtual.open import VirtualSettings, open_in_memory
 from robot.virtual.rehearsal import Progress, rehearse
@@ -35,16 +34,8 @@ def record_poses(
     robot = config.parameters
     gait = StandingPoses(robot.legs.count, rounds=rounds, heights=heights, seed=seed)
     check_gait(gait, gait.frequency_hz, robot.servo)
-    header = RunHeader(
-        robot=config.name,
-        hardware="virtual",
-        time="virtual",
-        gait=gait.name,
-        frequency_hz=gait.frequency_hz,
-        seed=seed,
-    )
+    script = Script(gait.name, gait.frequency_hz, cycles=1.0)
     with closing(open_in_memory(config, VirtualSettings(seed=seed))) as rig:
         controller = Controller(config, rig.calibrations, armed=True, gaits=(gait,))
-        with whole_log(path, header, rig, controller) as log:
-            script = Script(gait.name, gait.frequency_hz, cycles=1.0)
+        with whole_log(path, virtual_header(config, script, seed), rig, controller) as log:
             rehearse(rig, controller, script, progress, log)

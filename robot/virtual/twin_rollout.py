@@ -23,7 +23,7 @@ from record.trial.header import TrialNoise
 from record.trial.trial import Trial
 from robot.config.robot_file import RobotConfig, parse_robot
 from robot.virtual.file_twin import file_effects, twin_effects
-from robot.virtual.twin_rows import body_of, poses_of
+from robot.virtual.twin_run import body_of, poses_of
 from sim_hw.host.virtual_robot import build_virtual_robot
 from sim_hw.host.world import World
 from sim_hw.plant.parameters import PlantParameters

@@ -1,20 +1,26 @@
 """A walk of a physical twin as a trial: through bus and force unit, or at the same times without bytes."""
 
+from collections.abc import Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from scipy.spatial.transform import Rotation
 
 from gaits.catalog import make_gait
 from gaits.limits import check_gait
-from model.errors import ModelError
+from model.errors import ModelError, RecordError
+from model.values.arrays import FloatArray, readonly
+from model.values.legs import FootForces, JointState
 from model.values.readings import BodyTruth
-from model.values.tick import Intent
-from record.log.header import RunHeader
-from record.trial.header import TrialHeader
+from model.values.tick import Intent, Mode, Tick
+from record.trial.header import LEGGED, TrialHeader
 from record.trial.trial import Trial
 from robot.config.robot_file import RobotConfig
 from robot.control.controller import Controller
-from robot.run.log import whole_log
+from robot.run.header import virtual_header, whole_log
 from robot.run.loop import TickSink
 from robot.run.operator import Script
 from robot.run.rig import Reading, Rig
@@ -22,13 +28,16 @@ from robot.virtual.direct_robot import DirectRobot
 from robot.virtual.file_twin import file_effects
 from robot.virtual.open import VirtualSettings, open_twin
 from robot.virtual.rehearsal import Progress, rehearse
-from robot.virtual.twin_rows import Place, TwinRows, poses_of, trial_header, trial_of
 from sim_hw.host.virtual_robot import VirtualRobot
 from sim_hw.host.world import World
 from sim_hw.twin.catalog import EFFECTS
 from sim_hw.twin.effects import Effect, apply_effects
 from sim_hw.twin.motion_capture import MotionCapture, Poses
 from sim_hw.twin.twin import Twin, healthy_twin
+
+ROBOT_FILE = "robot.toml"
+# Time [ns], body in the world (3,) [m], body to world x y z w (4,), feet in the world (N, 3) [m].
+Place: TypeAlias = tuple[int, FloatArray, FloatArray, FloatArray]
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,25 +110,17 @@ def walk_through_bytes(
         ModelError: The robot stopped before it was done.
         RecordError: The log cannot be written.
     """
-    rows = TwinRows(plan.seconds)
-    header = RunHeader(
-        robot=config.name,
-        hardware="virtual",
-        time="virtual",
-        gait=plan.gait,
-        frequency_hz=plan.frequency_hz,
-        steer=plan.steer,
-    )
+    walked = TwinRows(plan.seconds)
     rig, _ = open_twin(config, twin, VirtualSettings(seed=twin.seed))
     with closing(rig), ExitStack() as stack:
         controller = Controller(config, rig.calibrations, armed=True)
-        sinks: list[TickSink] = [rows]
+        sinks: list[TickSink] = [walked]
         if log is not None:
+            header = virtual_header(config, plan.script)
             sinks.insert(0, stack.enter_context(whole_log(log, header, rig, controller)))
         rehearse(rig, controller, plan.script, progress, *sinks)
-    return trial_of(
-        rows, poses_of([_place_of(t) for t in rows.truths]), _header(config, twin, plan)
-    )
+    poses = poses_of([_place_of(row.truth) for row in walked.rows])
+    return trial_of(config, twin, plan, walked.rows, poses)
 
 
 def _place_of(truth: BodyTruth | None) -> Place:
@@ -142,29 +143,24 @@ def walk_fast(config: RobotConfig, twin: Twin, plan: WalkPlan, progress: Progres
     Raises:
         ModelError: The robot stopped before it was done.
     """
-    rows = TwinRows(plan.seconds)
+    walked = TwinRows(plan.seconds)
     rig, virtual = open_twin(config, twin, VirtualSettings(seed=twin.seed))
     with closing(rig):
         robot = _Filmed(config, rig, virtual)
         controller = Controller(config, rig.calibrations, armed=True, model=False)
-        rehearse(robot, controller, replace(plan.script, end=Intent.CUT), progress, rows)
+        rehearse(robot, controller, replace(plan.script, end=Intent.CUT), progress, walked)
     # the cameras go on for one tick more than the trial
-    first, count = rows.first, len(rows.t_ns)
-    places = poses_of(robot.places[: first + count + 1])
+    part = slice(walked.first, walked.first + len(walked.rows))
+    places = poses_of(robot.places[: part.stop + 1])
     # a skewed clock was set when the record begins: what a log of the same run says, too
-    measured = MotionCapture(twin.sensors, twin.seed).see_all(places, rows.t_ns[0])
-    part = slice(first, first + count)
-    walked = Poses(
+    measured = MotionCapture(twin.sensors, twin.seed).see_all(places, walked.rows[0].t_ns)
+    poses = Poses(
         measured.t_ns[part],
         measured.position_W[part],
         measured.quaternion_xyzw[part],
         measured.foot_position_W[part],
     )
-    return trial_of(rows, walked, _header(config, twin, plan))
-
-
-def _header(config: RobotConfig, twin: Twin, plan: WalkPlan) -> TrialHeader:
-    return trial_header(config, plan.gait, plan.frequency_hz, twin.sensors.noise)
+    return trial_of(config, twin, plan, walked.rows, poses)
 
 
 class _Filmed(DirectRobot):
@@ -180,3 +176,98 @@ class _Filmed(DirectRobot):
         position, quaternion, feet = self.world.plant.places()
         self.places.append((self.clock.now_ns(), position.copy(), quaternion, feet))
         return reading
+
+
+class Row(NamedTuple):
+    """What a trial needs of one tick of walking."""
+
+    t_ns: int
+    command_rad: FloatArray
+    joints: JointState
+    forces: FootForces
+    truth: BodyTruth | None
+
+
+class TwinRows:
+    """A sink that keeps what a trial needs of the ticks of walking.
+
+    Args:
+        seconds: Length of the trial, from the first tick of walking on.
+    """
+
+    error: RecordError | None = None
+
+    def __init__(self, seconds: float) -> None:
+        self.first = 0  # ticks before it
+        self.rows: list[Row] = []
+        self._length_ns = round(seconds * 1e9)
+
+    def write(self, tick: Tick) -> None:
+        """Keep a tick if it belongs to the trial."""
+        if tick.mode is not Mode.WALK:
+            self.first += not self.rows
+        elif not self.rows or tick.t_ns - self.rows[0].t_ns < self._length_ns:
+            truth = tick.inputs.truth
+            self.rows.append(Row(tick.t_ns, tick.sent.angle_rad, tick.joints, tick.forces, truth))
+
+
+def poses_of(places: Sequence[Place]) -> Poses:
+    """Return places one behind the other as arrays."""
+    return Poses(*(np.array(column) for column in zip(*places, strict=True)))
+
+
+def trial_of(
+    config: RobotConfig, twin: Twin, plan: WalkPlan, rows: Sequence[Row], poses: Poses
+) -> Trial:
+    """Make a trial; nothing in its header depends on what is wrong with the robot.
+
+    Args:
+        config: Robot file.
+        twin: What walked.
+        plan: How.
+        rows: Ticks of walking.
+        poses: What the cameras measured at the same times.
+    """
+    t_ns = np.array([row.t_ns for row in rows])
+    position, angles, feet = body_of(poses)
+    header = TrialHeader(
+        kind=LEGGED,
+        joints=config.parameters.legs.names,
+        gait=plan.gait,
+        frequency_hz=plan.frequency_hz,
+        sample_rate_hz=float(config.loop.rate_hz),
+        notes="",
+        noise=twin.sensors.noise,
+        robot_file=ROBOT_FILE,
+        robot_text=config.text,
+    )
+
+    def stack(name: str) -> FloatArray:
+        return readonly(np.array([getattr(row.joints, name) for row in rows]))
+
+    nothing = readonly(np.full((len(t_ns), len(header.joints)), np.nan))
+    return Trial(
+        header,
+        time_s=readonly((t_ns - t_ns[0]) * 1e-9),
+        command_rad=readonly(np.array([row.command_rad for row in rows])),
+        shaft_rad=stack("angle_rad"),
+        shaft_rad_s=stack("rate_rad_s"),
+        current_a=stack("current_a"),
+        voltage_v=stack("voltage_v"),
+        temperature_c=stack("temperature_c"),
+        pwm=nothing,
+        torque_nm=nothing,
+        foot_m=readonly(feet),
+        force_n=readonly(np.array([row.forces.force_n for row in rows])),
+        body_position_m=readonly(position),
+        body_angles_rad=readonly(angles),
+    )
+
+
+def body_of(poses: Poses) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Position (T, 3), roll, pitch and yaw (T, 3), and feet in the body (T, N, 3), as a trial has them."""
+    turns = Rotation.from_quat(poses.quaternion_xyzw)
+    yaw, pitch, roll = turns.as_euler("ZYX").T
+    arms = poses.foot_position_W - poses.position_W[:, None, :]
+    feet = np.einsum("tji,tnj->tni", turns.as_matrix(), arms)
+    return poses.position_W, np.stack([roll, pitch, np.unwrap(yaw)], axis=1), feet

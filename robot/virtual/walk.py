@@ -4,11 +4,10 @@ from contextlib import closing
 
 from model.errors import RecordError
 from model.values.tick import Tick
-from record.log.header import RunHeader
 from record.log.recording import Recording, build_recording
 from robot.config.robot_file import RobotConfig
 from robot.control.controller import Controller
-from robot.run.header import controller_metadata
+from robot.run.header import controller_metadata, virtual_header
 from robot.run.operator import Script
 from robot.virtual.open import VirtualSettings, open_in_memory
 from robot.virtual.rehearsal import Progress, rehearse
@@ -46,16 +45,9 @@ def walk_in_memory(
     with closing(open_in_memory(config, VirtualSettings(seed=seed))) as rig:
         start_ns = rig.clock.now_ns()
         controller = Controller(config, rig.calibrations, armed=True)
-        frequency_hz = controller.book.gaits[gait].frequency_hz
-        rehearse(rig, controller, Script(gait, frequency_hz, cycles=cycles), progress, sink)
-    header = RunHeader(
-        robot=config.name,
-        hardware="virtual",
-        time="virtual",
-        gait=gait,
-        frequency_hz=frequency_hz,
-        seed=seed,
-    )
+        script = Script(gait, controller.book.gaits[gait].frequency_hz, cycles=cycles)
+        rehearse(rig, controller, script, progress, sink)
+    header = virtual_header(config, script, seed)
     return build_recording(
         sink.ticks,
         names=config.parameters.legs.names,

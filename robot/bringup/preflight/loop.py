@@ -22,7 +22,7 @@ from robot.bringup.preflight.finding import Finding, failed, passed, warned
 from robot.bringup.preflight.servos import bus_advice, wire_ms
 from robot.config.robot_file import RobotConfig
 from robot.control.controller import Controller
-from robot.run.log import open_log
+from robot.run.header import open_log
 from robot.run.loop import RunResult, run_undisturbed
 from robot.run.operator import Interrupts, Script, ScriptedOperator
 from robot.run.rig import Rig
