@@ -17,9 +17,9 @@ from model.values.tick import Intent, Mode, Request, Tick
 from robot.config.robot_file import DEFAULT_ROBOT_FILE, RobotConfig, parse_robot
 from robot.control.controller import Controller
 from robot.report.page import Section, report_page
-from robot.run.hardware import open_in_memory
 from robot.run.loop import run
 from robot.run.rig import Rig
+from robot.virtual.open import VirtualSettings, open_in_memory
 from sim_hw.dynamixel.firmware import FirmwareBank
 from sim_hw.faults.scenario import parse_scenario
 from sim_hw.host.bench_world import BenchWorld
@@ -316,9 +316,7 @@ def run_case(case: Case) -> Row:
         return BenchWorld(firmware, config.servo_bus.zeros, weight_n)
 
     try:
-        rig = open_in_memory(
-            config, seed=1, armed=True, with_forces=True, scenario=scenario, bench=bench
-        )
+        rig = open_in_memory(config, VirtualSettings(seed=1, scenario=scenario), bench=bench)
     except (BusError, ForceStreamError) as error:
         return Row(case, False, str(error), (), "", StopReason.NONE, (), True, 0.0)
     try:

@@ -18,9 +18,9 @@ from model.values.tick import Tick
 from record.log.writer import LogWriter
 from robot.config.robot_file import load_robot
 from robot.control.controller import Controller
-from robot.run.hardware import open_in_memory
 from robot.run.loop import run
 from robot.run.operator import Interrupts, Script, ScriptedOperator
+from robot.virtual.open import open_in_memory
 
 PERIOD_NS = 10_000_000
 DEFAULT_TICKS = 36_000
@@ -63,7 +63,7 @@ class Collector:
 def walked_ticks() -> list[Tick]:
     """Return the ticks of a short virtual walk."""
     config = load_robot()
-    rig = open_in_memory(config, seed=0, armed=True, with_forces=True)
+    rig = open_in_memory(config)
     controller = Controller(config, rig.calibrations, armed=True)
     script = Script("tripod", 0.2, 0.0, cycles=1.0, duration_s=None)
     sink = Collector()

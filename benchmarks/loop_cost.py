@@ -16,9 +16,9 @@ from record.log.tick_message import decode_tick, encode_tick
 from record.log.writer import LogWriter
 from robot.config.robot_file import load_robot
 from robot.control.controller import Controller
-from robot.run.hardware import open_in_memory
 from robot.run.loop import run
 from robot.run.operator import Interrupts, Script, ScriptedOperator
+from robot.virtual.open import open_in_memory
 
 
 class Collector:
@@ -44,7 +44,7 @@ def median_us(action: Callable[[Tick], object], ticks: list[Tick]) -> float:
 
 def main() -> None:
     config = load_robot()
-    rig = open_in_memory(config, seed=0, armed=True, with_forces=True)
+    rig = open_in_memory(config)
     controller = Controller(config, rig.calibrations, armed=True)
     script = Script("tripod", 0.1, 0.0, cycles=None, duration_s=5.0)
     sink = Collector()

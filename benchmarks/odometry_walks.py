@@ -14,28 +14,23 @@ import re
 from dataclasses import fields, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import cast
 
 import numpy as np
 
 from model.values.arrays import FloatArray
-from model.values.faults import Fault, StopReason
 from model.values.tick import Mode
 from record.log.reader import read_log
 from record.log.recording import Recording
 from record.log.writer import LogWriter
 from robot.config.robot_file import RobotConfig, load_robot, parse_robot
 from robot.control.controller import Controller
-from robot.control.safety import Allowed
-from robot.run.hardware import open_twin
-from robot.run.loop import run
-from robot.run.operator import Interrupts, Script, ScriptedOperator
-from robot.run.rig import Rig, Seen
+from robot.run.operator import Script
+from robot.run.rig import Reading
 from robot.virtual.direct_robot import DirectRobot
 from robot.virtual.file_twin import file_twin
+from robot.virtual.open import VirtualSettings, open_twin
+from robot.virtual.rehearsal import rehearse
 from robot.virtual.walk import walk_in_memory
-from sim_hw.clock import VirtualClock
-from sim_hw.host.virtual_robot import VirtualRobot
 
 SPREAD = 0.25
 CYCLES = 9.0  # half a metre in the slipping gait
@@ -71,29 +66,11 @@ def plant_config(seed: int) -> RobotConfig:
     return parse_robot(text)
 
 
-class _Reached:
-    """What the loop needs of a rig, without the bytes of the bus."""
+class _WithTruth(DirectRobot):
+    """The robot without the bytes of the bus, with ground truth."""
 
-    def __init__(self, config: RobotConfig, rig: Rig, robot: VirtualRobot) -> None:
-        self._rig, self._robot = rig, robot
-        self._direct = DirectRobot(config, rig, robot)
-        assert isinstance(rig.clock, VirtualClock)
-        self.clock = rig.clock
-
-    @property
-    def torque(self) -> bool:
-        return self._rig.torque
-
-    def read(self) -> Seen:
-        servos, forces = self._direct.read()
-        return Seen(servos, forces, self._robot.world.truth(self.clock.now_ns()), ())
-
-    def actuate(self, allowed: Allowed) -> tuple[Fault, ...]:
-        self._direct.actuate(allowed)
-        return ()
-
-    def cut_torque(self) -> bool:
-        return self._rig.cut_torque()
+    def read(self) -> Reading:
+        return replace(super().read(), truth=self.world.truth(self.clock.now_ns()))
 
 
 def walk_without_bytes(
@@ -101,22 +78,18 @@ def walk_without_bytes(
 ) -> None:
     """Log what ``robot.virtual.walk`` records, without its bytes and without the estimator's answers."""
     rig, robot = open_twin(
-        config, file_twin(config, seed), seed=seed, armed=True, with_forces=True, cameras=False
+        config, file_twin(config, seed), VirtualSettings(seed=seed), cameras=False
     )
     start_ns = rig.clock.now_ns()
     quiet = replace(config, estimator=replace(config.estimator, enabled=False))
     controller = Controller(quiet, rig.calibrations, armed=True)
-    script = Script(gait, controller.book.gaits[gait].frequency_hz, 0.0, cycles, None)
+    script = Script(gait, controller.book.gaits[gait].frequency_hz, cycles=cycles)
     writer = LogWriter(
         path, names=config.parameters.legs.names, config_text=config.text,
         metadata={"gait": gait, "hardware": "virtual"}, start_ns=start_ns, start_unix_ns=start_ns,
     )  # fmt: skip
-    reached = cast(Rig, _Reached(config, rig, robot))
-    result = run(reached, controller, ScriptedOperator(script, Interrupts()), writer, None)
+    rehearse(_WithTruth(config, rig, robot), controller, script, lambda _: None, writer)
     writer.close()
-    if result.reason is not StopReason.COMPLETED:
-        path.unlink()
-        raise SystemExit(f"{gait} {seed} stopped early ({result.reason.name}): {result.detail}")
 
 
 def check(gait: str, seed: int, cycles: float) -> list[str]:

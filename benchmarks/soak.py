@@ -31,9 +31,9 @@ from model.values.readings import ForceRecord, ServoReadings
 from model.values.tick import Intent, Request, Tick
 from robot.config.robot_file import DEFAULT_ROBOT_FILE, RobotConfig, parse_robot
 from robot.control.controller import Controller
-from robot.run.hardware import open_in_memory
 from robot.run.loop import run
 from robot.run.rig import Rig
+from robot.virtual.open import VirtualSettings, open_in_memory
 from sim_hw.dynamixel.firmware import FirmwareBank
 from sim_hw.faults.catalog import KINDS
 from sim_hw.faults.kinds import ChanceFault, Fault
@@ -264,9 +264,7 @@ def _one_run(config: RobotConfig, seed: list[int], left_s: float, findings: Find
     began_ns = 1_000_000_000
     rig: Rig | None = None
     try:
-        rig = open_in_memory(
-            config, seed=seed[1], armed=True, with_forces=True, scenario=scenario, bench=make
-        )
+        rig = open_in_memory(config, VirtualSettings(seed=seed[1], scenario=scenario), bench=make)
         controller = Controller(config, rig.calibrations, armed=True)
         result = run(
             rig, controller, _Walker(min(RUN_S, left_s)), Witness(worlds[0], findings), None

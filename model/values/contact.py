@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from model.values.arrays import BoolArray, FloatArray
 
 
@@ -55,3 +57,14 @@ class ContactSolution:
 
     support: Support
     traction: Traction
+
+
+def no_contact(legs: int, reason: str) -> ContactSolution:
+    """Return what is known of ``legs`` feet where the model was not run, and why not."""
+    nan = float("nan")
+    loads, standing = np.full(legs, nan), np.zeros(legs, dtype=bool)
+    support = Support(False, reason, nan, nan, nan, loads, standing, 0)
+    traction = Traction(
+        False, reason, np.full(3, nan), np.full((legs, 2), nan), np.full((legs, 3), nan)
+    )
+    return ContactSolution(support, traction)

@@ -69,3 +69,21 @@ class Fault:
     kind: FaultKind
     source: str
     detail: str
+
+
+@dataclass(frozen=True, slots=True)
+class ServoEvent:
+    """What became of a servo's torque: for the controller, beside the fault that people read.
+
+    Attributes:
+        leg: Leg index.
+        kind: SERVO_DOWN, SERVO_RECOVERED or RECOVERY_FAILED.
+    """
+
+    leg: int
+    kind: FaultKind
+
+
+SERVO_EVENTS = frozenset(
+    {FaultKind.SERVO_DOWN, FaultKind.SERVO_RECOVERED, FaultKind.RECOVERY_FAILED}
+)

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from model.values.arrays import BoolArray, FloatArray
 
 
@@ -73,3 +75,9 @@ class FootMotion:
 
     position_m: FloatArray
     velocity_m_s: FloatArray
+
+
+def no_feet(legs: int) -> FootMotion:
+    """Return what is known of ``legs`` feet where the linkage was not evaluated."""
+    absent = np.full((legs, 3), np.nan)
+    return FootMotion(absent, absent)

@@ -2,7 +2,9 @@
 
 from dataclasses import dataclass
 
-from model.values.arrays import BoolArray, FloatArray, IntArray
+import numpy as np
+
+from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,6 +37,25 @@ class ServoReadings:
     hardware_error: IntArray
     valid: BoolArray
     age_ns: IntArray
+
+
+def silent_readings(t_ns: int, count: int) -> ServoReadings:
+    """Return readings in which none of ``count`` servos answered."""
+    zeros = readonly(np.zeros(count, dtype=np.int64))
+    unknown = readonly(np.full(count, -1, dtype=np.int64))
+    return ServoReadings(
+        t_ns=t_ns,
+        position_ticks=zeros,
+        velocity_counts=zeros,
+        current_counts=zeros,
+        duty_counts=zeros,
+        voltage_counts=zeros,
+        temperature_c=zeros,
+        error_byte=zeros,
+        hardware_error=unknown,
+        valid=readonly(np.zeros(count, dtype=bool)),
+        age_ns=unknown,
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

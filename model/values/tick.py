@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from model.values.arrays import FloatArray
 from model.values.contact import ContactSolution
 from model.values.estimate import Estimate
-from model.values.faults import Fault, StopReason
+from model.values.faults import Fault, ServoEvent, StopReason
 from model.values.legs import FootForces, FootMotion, JointCommand, JointState
 from model.values.poses import PoseRecord
 from model.values.readings import BodyTruth, ForceRecord, ServoReadings
@@ -83,6 +83,8 @@ class Inputs:
         truth: Ground truth if one exists. It is logged and compared, never used for control.
         faults: Faults found by the drivers and the recorder since the last tick.
         poses: Absolute poses received since the last tick, in the order in which they came.
+        servo_events: Servos that lost their torque, were brought back or could not be, since the last
+            tick. Each is among the faults too, which is all that a log keeps of it.
     """
 
     servos: ServoReadings | None
@@ -92,6 +94,7 @@ class Inputs:
     truth: BodyTruth | None
     faults: tuple[Fault, ...]
     poses: tuple[PoseRecord, ...] = ()
+    servo_events: tuple[ServoEvent, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

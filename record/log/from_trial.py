@@ -11,12 +11,12 @@ from scipy.spatial.transform import Rotation
 
 from model.errors import RecordError
 from model.values.arrays import FloatArray, IntArray, readonly
-from model.values.contact import ContactSolution, Support, Traction
+from model.values.contact import no_contact
 from model.values.faults import StopReason
-from model.values.legs import FootForces, FootMotion, JointCommand, JointState
+from model.values.legs import FootForces, JointCommand, JointState, no_feet
 from model.values.readings import BodyTruth
 from model.values.tick import DeadReckoning, Inputs, Intent, LoopTiming, Mode, Request, Tick
-from record.log.versions import software_versions
+from record.log.header import RunHeader
 from record.log.writer import LogWriter
 from record.trial.header import header_text
 from record.trial.trial import Trial
@@ -29,14 +29,13 @@ TELL_TICKS = 500
 
 
 def write_trial_log(
-    trial: Trial, path: Path, software: str, tell: Callable[[float], None] = lambda _: None
+    trial: Trial, path: Path, tell: Callable[[float], None] = lambda _: None
 ) -> None:
     """Write a trial as a log.
 
     Args:
         trial: The trial.
         path: The log.
-        software: Name and version of the program.
         tell: Told now and then which share has been written.
 
     Raises:
@@ -49,15 +48,13 @@ def write_trial_log(
     start_ns = int(t_ns[0]) if trial.time_s[0] > UNIX_TIME_S else max(0, -int(t_ns[0]))
     offset_ns = 0 if trial.time_s[0] > UNIX_TIME_S else start_ns
     header = trial.header
-    metadata = {
-        "robot": Path(header.robot_file).stem,
-        "hardware": "imported",
-        "gait": header.gait,
-        "frequency_hz": "" if np.isnan(header.frequency_hz) else f"{header.frequency_hz:g}",
-        "software": software,
-        "trial": header_text(header),
-        **software_versions(),
-    }
+    metadata = RunHeader(
+        robot=Path(header.robot_file).stem,
+        hardware="imported",
+        gait=header.gait,
+        frequency_hz=header.frequency_hz,
+        trial=header_text(header),
+    ).metadata()
     with whole_file(path) as part:
         writer = LogWriter(
             part,
@@ -117,8 +114,8 @@ def _tick(trial: Trial, at: int, t_ns: int) -> Tick:
         gait_phase=np.nan,
         wished=command,
         sent=command,
-        feet=_no_feet(trial),
-        contact=_no_contact(len(trial.joints)),
+        feet=no_feet(len(trial.joints)),
+        contact=no_contact(len(trial.joints), NOT_RUN),
         dead_reckoning=DeadReckoning(
             t_ns, np.full(2, np.nan), np.nan, np.full(3, np.nan), valid=False
         ),
@@ -158,19 +155,3 @@ def _truth(trial: Trial, at: int, t_ns: int) -> BodyTruth | None:
         foot_force_B=np.full((legs, 3), np.nan),
         contact=np.zeros(legs, dtype=bool),
     )
-
-
-def _no_feet(trial: Trial) -> FootMotion:
-    absent = np.full((len(trial.joints), 3), np.nan)
-    return FootMotion(absent, absent)
-
-
-def _no_contact(legs: int) -> ContactSolution:
-    nan = float("nan")
-    support = Support(
-        False, NOT_RUN, nan, nan, nan, np.full(legs, nan), np.zeros(legs, dtype=bool), 0
-    )
-    traction = Traction(
-        False, NOT_RUN, np.full(3, nan), np.full((legs, 2), nan), np.full((legs, 3), nan)
-    )
-    return ContactSolution(support, traction)

@@ -28,6 +28,11 @@ def version_of(package: str) -> str:
         return NOT_INSTALLED
 
 
+def software() -> str:
+    """Return name and version of this program."""
+    return f"bigant {version_of('bigant')}"
+
+
 def software_versions() -> Mapping[str, str]:
     """Return metadata keys and versions: the same on every run of one installation."""
     versions = {package: version_of(package) for package in PACKAGES}

@@ -4,7 +4,7 @@ Unknown or missing keys, wrong lengths, non-finite and impossible values are a `
 names the key and the reason. Nothing else in the program reads configuration.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
@@ -200,20 +200,22 @@ def _legs(table: Table) -> tuple[LegParameters, _WiringColumns]:
         transducers=table.integers("transducer", count, minimum=0, maximum=6),
     )
     table.done()
-    _no_repeat(table.name("dynamixel_id"), columns.ids, names, "two servos cannot share id")
-    used = columns.transducers[columns.transducers > 0]
-    _no_repeat(table.name("transducer"), used, names, "two legs cannot share transducer")
+    ids = dict(zip(names, columns.ids.tolist(), strict=True))
+    _no_repeat(table.name("dynamixel_id"), ids, "two servos cannot share id")
+    numbers = zip(names, columns.transducers.tolist(), strict=True)
+    used = {name: number for name, number in numbers if number > 0}
+    _no_repeat(table.name("transducer"), used, "two legs cannot share transducer")
     if np.any(columns.signs == 0):
         raise ConfigError(table.name("servo_sign"), "must be 1 or -1, not 0")
     return legs, columns
 
 
-def _no_repeat(key: str, values: np.ndarray, names: tuple[str, ...], words: str) -> None:
-    seen: set[int] = set()
-    for value in values.tolist():
-        if value in seen:
-            raise ConfigError(key, f"{words} {value} (legs {', '.join(names)})")
-        seen.add(value)
+def _no_repeat(key: str, numbers: Mapping[str, int], words: str) -> None:
+    """Refuse a number that several legs have."""
+    for number in numbers.values():
+        legs = [leg for leg, other in numbers.items() if other == number]
+        if len(legs) > 1:
+            raise ConfigError(key, f"{words} {number} (legs {', '.join(legs)})")
 
 
 def _servo(table: Table) -> ServoParameters:

@@ -7,7 +7,6 @@ import math
 from dataclasses import dataclass, fields
 
 from drivers.dynamixel.mx106 import HardwareError
-from drivers.dynamixel.recovery import RecoveryPolicy
 from model.errors import ConfigError
 from model.parameters.toml_table import Table
 
@@ -57,11 +56,6 @@ class RecoverySettings:
     wait: float = 1.0
     causes: HardwareError = HardwareError.OVERLOAD
     after_restart: bool = False
-
-    @property
-    def policy(self) -> RecoveryPolicy:
-        """The same for the driver, which keeps to it on its own account."""
-        return RecoveryPolicy(self.most, self.window, self.causes, self.after_restart)
 
 
 def read_body_limits(table: Table) -> BodyLimits:

@@ -1,8 +1,6 @@
-"""Exit codes of every command, in one place."""
+"""Exit codes of every command, in one place; which one a stopped run has: ``robot.control.stops``."""
 
 import enum
-
-from model.values.faults import StopReason
 
 
 class ExitCode(enum.IntEnum):
@@ -18,16 +16,3 @@ class ExitCode(enum.IntEnum):
     HARDWARE = 3
     LOG = 4
     INTERRUPTED = 130
-
-
-_BY_REASON = {
-    StopReason.COMPLETED: ExitCode.OK,
-    StopReason.OPERATOR: ExitCode.OK,
-    StopReason.LOG_FAILED: ExitCode.LOG,
-    StopReason.GAIT_REFUSED: ExitCode.USAGE,
-}
-
-
-def exit_code_of(reason: StopReason) -> ExitCode:
-    """Return the exit code of a run that ended for a reason."""
-    return _BY_REASON.get(reason, ExitCode.HARDWARE)

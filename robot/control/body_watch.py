@@ -6,28 +6,40 @@ must be exceeded for a while, and nothing is judged from what is absent.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import atan, atan2, dist, hypot, inf
+from math import atan, atan2, dist, exp, hypot, inf, isfinite, nan
+from typing import NamedTuple
 
 import numpy as np
 
 from model.values.arrays import BoolArray, FloatArray, readonly
 from model.values.contact import ContactSolution
-from model.values.faults import Fault, FaultKind, StopReason
+from model.values.faults import Fault, FaultKind
 from model.values.legs import FootForces, JointCommand, JointState
 from model.values.tick import DeadReckoning, Mode
 from robot.config.safety import BodyLimits
-from robot.control.body_watch_kernel import ROWS, way_kernel
 
-# A shaft that goes less than this share of its goal's way does not follow.
+# A shaft that turns less than this share of its goal's travel does not follow.
 FOLLOWING_SHARE = 0.25
 NOWHERE = readonly(np.full(2, np.nan))
 STANDING = frozenset({Mode.ARMED, Mode.HOLD})
-REASONS = (
-    (FaultKind.TILTED, StopReason.TILTED),
-    (FaultKind.SERVO_STALLED, StopReason.SERVO_STALLED),
-    (FaultKind.SLIPPED, StopReason.SLIPPED),
-    (FaultKind.UNLOADED, StopReason.UNLOADED),
-)
+
+
+class Travel(NamedTuple):
+    """How far the goal of one shaft and the shaft itself have turned; all sums fade with the stall time.
+
+    Attributes:
+        goal_rad: Goal of the tick before.
+        angle_rad: Latest known shaft angle.
+        goal_travel_rad: Travel of the goal, either way.
+        shaft_travel_rad: Travel of the shaft in the goal's direction.
+        load_a: Current against which the shaft works.
+    """
+
+    goal_rad: float = nan
+    angle_rad: float = nan
+    goal_travel_rad: float = 0.0
+    shaft_travel_rad: float = 0.0
+    load_a: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,22 +48,14 @@ class BodyMemory:
 
     Attributes:
         t_ns: Time of the tick before, -1 if there was none.
-        goal_rad: Goals of the tick before, (N,).
-        angle_rad: Latest known shaft angles, (N,).
-        goal_way_rad: Way of the goals, fading with the stall time, (N,).
-        shaft_way_rad: Way of the shafts in the goals' direction, fading in the same way, (N,).
-        load_a: Current against which the shaft works, fading in the same way, (N,).
+        travels: Of each leg, N of them.
         tilted_s: How long the body has leaned too far.
         unloaded_s: How long the feet have carried too little.
         standing_at_m: Where dead reckoning was when the robot came to stand, (2,); NaN while it moves.
     """
 
     t_ns: int
-    goal_rad: FloatArray
-    angle_rad: FloatArray
-    goal_way_rad: FloatArray
-    shaft_way_rad: FloatArray
-    load_a: FloatArray
+    travels: tuple[Travel, ...]
     tilted_s: float
     unloaded_s: float
     standing_at_m: FloatArray
@@ -59,12 +63,11 @@ class BodyMemory:
     @staticmethod
     def empty(count: int) -> "BodyMemory":
         """Return the memory before the first tick."""
-        nan, zero = np.full(count, np.nan), np.zeros(count)
-        return BodyMemory(-1, nan, nan, zero, zero, zero, 0.0, 0.0, np.full(2, np.nan))
+        return BodyMemory(-1, (Travel(),) * count, 0.0, 0.0, NOWHERE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class BodySeen:
+class BodyInputs:
     """What the watch looks at in one tick.
 
     Attributes:
@@ -74,7 +77,7 @@ class BodySeen:
         sent: The command that the servos were following.
         forces: Latest measured foot forces.
         contact: The model's answer for this tick.
-        dead_reckoning: That of the tick before; the run began at (0, 0).
+        dead_reckoning: Dead reckoning of the tick before; the run began at (0, 0).
         weight_n: The robot's weight [N].
         sensors: Legs with a force sensor, (N,) bool.
         down: Legs whose servos have lost their torque, (N,) bool.
@@ -93,131 +96,140 @@ class BodySeen:
 
 
 def watch_body(
-    memory: BodyMemory, seen: BodySeen, limits: BodyLimits, names: Sequence[str]
+    memory: BodyMemory, inputs: BodyInputs, limits: BodyLimits, names: Sequence[str]
 ) -> tuple[BodyMemory, tuple[Fault, ...]]:
     """Compare one tick with the limits.
 
     Args:
         memory: What was remembered.
-        seen: What there is to see.
+        inputs: What is known.
         limits: Limits.
         names: Leg names.
 
     Returns:
         What is to be remembered, and the faults.
     """
-    dt_s = 0.0 if memory.t_ns < 0 else max(0.0, (seen.t_ns - memory.t_ns) * 1e-9)
-    if not seen.sent.torque:  # nobody answers for a robot without torque
-        return replace(BodyMemory.empty(len(names)), t_ns=seen.t_ns), ()
-    memory, stalled = _stalled(memory, seen, limits, names, dt_s)
-    summed = _summed(seen)
-    tilt, of = _tilt(seen, summed)
+    dt_s = 0.0 if memory.t_ns < 0 else max(0.0, (inputs.t_ns - memory.t_ns) * 1e-9)
+    if not inputs.sent.torque:  # a robot without torque may lie as it likes
+        return replace(BodyMemory.empty(len(names)), t_ns=inputs.t_ns), ()
+    travels = _travels(memory, inputs, exp(-dt_s / limits.stall_time))
+    total_n = _total_force(inputs)
+    tilt, source = _tilt(inputs, total_n)
     tilted_s = memory.tilted_s + dt_s if tilt > limits.max_tilt else 0.0
-    load_n = hypot(*summed) if summed is not None else inf
-    unloaded_s = memory.unloaded_s + dt_s if load_n < limits.min_load * seen.weight_n else 0.0
-    standing_at_m = _standing_at(memory, seen)
-    faults = [*stalled]
+    load_n = hypot(*total_n) if total_n is not None else inf
+    unloaded_s = memory.unloaded_s + dt_s if load_n < limits.min_load * inputs.weight_n else 0.0
+    standing_at_m = _standing_at(memory, inputs)
+    faults = _stalled(travels, inputs.joints, limits, names)
     if tilted_s >= limits.tilt_time:
-        detail = f"leans {tilt:.2f} rad by {of}, limit {limits.max_tilt:g} rad"
+        detail = f"leans {tilt:.2f} rad by {source}, limit {limits.max_tilt:g} rad"
         faults.append(Fault(FaultKind.TILTED, "body", detail))
-    faults += _slipped(seen, standing_at_m, limits)
+    faults += _slipped(inputs, standing_at_m, limits)
     if unloaded_s >= limits.unloaded_time:
-        share = f"{load_n:.1f} N of {seen.weight_n:.1f} N"
+        share = f"{load_n:.1f} N of {inputs.weight_n:.1f} N"
         detail = f"all feet together carry {share}: lifted, hanging or fallen"
         faults.append(Fault(FaultKind.UNLOADED, "body", detail))
-    after = BodyMemory(
-        seen.t_ns, memory.goal_rad, memory.angle_rad, memory.goal_way_rad, memory.shaft_way_rad,
-        memory.load_a, tilted_s, unloaded_s, standing_at_m,
-    )  # fmt: skip
+    after = BodyMemory(inputs.t_ns, travels, tilted_s, unloaded_s, standing_at_m)
     return after, tuple(faults)
 
 
-def stop_reason_of(faults: Sequence[Fault]) -> StopReason:
-    """Return the reason to stop that is in the watch's faults, NONE if there is none."""
-    kinds = {fault.kind for fault in faults}
-    return next((reason for kind, reason in REASONS if kind in kinds), StopReason.NONE)
+def _travels(memory: BodyMemory, inputs: BodyInputs, fade: float) -> tuple[Travel, ...]:
+    """Add a tick to the travels; half a dozen legs are sooner done one by one than as arrays.
+
+    Args:
+        memory: What was remembered.
+        inputs: What is known. A servo that did not answer waits where it was; one without torque follows
+            nothing and begins anew afterwards.
+        fade: What is left of a sum after the tick.
+    """
+    joints = inputs.joints
+    legs = zip(
+        memory.travels, inputs.sent.angle_rad.tolist(), joints.angle_rad.tolist(),
+        joints.current_a.tolist(), joints.valid.tolist(), inputs.down.tolist(), strict=True,
+    )  # fmt: skip
+    travels = []
+    for before, sent_rad, measured_rad, current_a, known, down in legs:
+        goal_rad = sent_rad if known else before.goal_rad
+        angle_rad = measured_rad if known else before.angle_rad
+        if down:
+            travels.append(Travel(angle_rad=angle_rad))
+            continue
+        load_a = abs(current_a) if known else before.load_a
+        step, turned = goal_rad - before.goal_rad, angle_rad - before.angle_rad
+        # where a goal or an angle is not known there is no travel
+        step = step if isfinite(step) else 0.0
+        turned = turned if isfinite(turned) else 0.0
+        along = turned if step > 0 else -turned if step < 0 else 0.0
+        travels.append(Travel(
+            goal_rad,
+            angle_rad,
+            before.goal_travel_rad * fade + abs(step),
+            before.shaft_travel_rad * fade + along,
+            before.load_a * fade + load_a * (1.0 - fade),
+        ))  # fmt: skip
+    return tuple(travels)
 
 
 def _stalled(
-    memory: BodyMemory, seen: BodySeen, limits: BodyLimits, names: Sequence[str], dt_s: float
-) -> tuple[BodyMemory, list[Fault]]:
-    """Compare the goals' way with the shafts' way over the stall time."""
-    joints, contiguous = seen.joints, np.ascontiguousarray
-    known = joints.valid
-    rows = np.empty((ROWS, len(known)))
-    way_kernel(
-        contiguous(seen.sent.angle_rad), contiguous(joints.angle_rad), contiguous(joints.current_a),
-        contiguous(known), contiguous(seen.down), memory.goal_rad, memory.angle_rad,
-        memory.goal_way_rad, memory.shaft_way_rad, memory.load_a,
-        float(np.exp(-dt_s / limits.stall_time)), rows,
-    )  # fmt: skip
-    goal, angle, goal_way, shaft_way, load_a = rows
-    faults = []
-    if (load_a > limits.stall_current).any():
-        each = zip(
-            names, known.tolist(), goal_way.tolist(), shaft_way.tolist(), load_a.tolist(),
-            strict=True,
-        )  # fmt: skip
-        faults = [
-            Fault(
-                FaultKind.SERVO_STALLED,
-                name,
-                f"its goal moved {wanted:.2f} rad and its shaft {went:.2f} rad at "
-                f"{load:.1f} A, limit {limits.stall_current:g} A",
-            )
-            for name, heard, wanted, went, load in each
-            if heard and wanted > limits.stall_travel and went < FOLLOWING_SHARE * wanted
-            and load > limits.stall_current
-        ]  # fmt: skip
-    after = BodyMemory(
-        memory.t_ns, goal, angle, goal_way, shaft_way, load_a,
-        memory.tilted_s, memory.unloaded_s, memory.standing_at_m,
-    )  # fmt: skip
-    return after, faults
+    travels: Sequence[Travel], joints: JointState, limits: BodyLimits, names: Sequence[str]
+) -> list[Fault]:
+    """Find shafts that did not follow their goals although they worked for it."""
+    return [
+        Fault(
+            FaultKind.SERVO_STALLED,
+            name,
+            f"its goal moved {leg.goal_travel_rad:.2f} rad and its shaft {leg.shaft_travel_rad:.2f} "
+            f"rad at {leg.load_a:.1f} A, limit {limits.stall_current:g} A",
+        )
+        for name, known, leg in zip(names, joints.valid.tolist(), travels, strict=True)
+        if leg.load_a > limits.stall_current
+        and known
+        and leg.goal_travel_rad > limits.stall_travel
+        and leg.shaft_travel_rad < FOLLOWING_SHARE * leg.goal_travel_rad
+    ]
 
 
-def _summed(seen: BodySeen) -> list[float] | None:
+def _total_force(inputs: BodyInputs) -> list[float] | None:
     """Return the sum of the forces on all feet, x, y, z [N]; None where that cannot be known."""
-    if not all(seen.sensors) or False in seen.forces.valid.tolist():
+    if not all(inputs.sensors) or False in inputs.forces.valid.tolist():
         return None
-    summed: list[float] = seen.forces.force_n.sum(axis=0).tolist()
-    return summed
+    total_n: list[float] = inputs.forces.force_n.sum(axis=0).tolist()
+    return total_n
 
 
-def _tilt(seen: BodySeen, summed: list[float] | None) -> tuple[float, str]:
+def _tilt(inputs: BodyInputs, total_n: list[float] | None) -> tuple[float, str]:
     """Return the larger of two leans [rad] and what it comes from; -1 if neither is known.
 
     Args:
-        seen: What there is to see.
-        summed: Forces on all feet together [N], if known.
+        inputs: What is known.
+        total_n: Forces on all feet together [N], if known.
     """
     leans = [(-1.0, "nothing")]
-    support = seen.contact.support
+    support = inputs.contact.support
     if support.converged:
         lean = atan(hypot(support.slope_x, support.slope_y))
         leans.append((lean, "the model's support"))
-    if summed is not None:
+    if total_n is not None:
         # inner forces between the feet cancel: what is left points where gravity does not pull
-        x, y, z = summed
-        if hypot(x, y, z) > 0.5 * seen.weight_n:
+        x, y, z = total_n
+        if hypot(x, y, z) > 0.5 * inputs.weight_n:
             leans.append((atan2(hypot(x, y), z), "the sum of measured forces"))
     return max(leans)
 
 
-def _standing_at(memory: BodyMemory, seen: BodySeen) -> FloatArray:
-    if seen.mode not in STANDING:
+def _standing_at(memory: BodyMemory, inputs: BodyInputs) -> FloatArray:
+    if inputs.mode not in STANDING:
         return NOWHERE
     known = bool(np.isfinite(memory.standing_at_m).all())
-    return memory.standing_at_m if known else seen.dead_reckoning.position_m
+    return memory.standing_at_m if known else inputs.dead_reckoning.position_m
 
 
-def _slipped(seen: BodySeen, standing_at_m: FloatArray, limits: BodyLimits) -> list[Fault]:
+def _slipped(inputs: BodyInputs, standing_at_m: FloatArray, limits: BodyLimits) -> list[Fault]:
     faults = []
-    way_m = dist(seen.dead_reckoning.position_m.tolist(), standing_at_m.tolist())
-    if way_m > limits.max_slip:  # False where it does not stand: NaN
-        detail = f"moved {way_m:.3f} m while it should stand, limit {limits.max_slip:g} m"
+    moved_m = dist(inputs.dead_reckoning.position_m.tolist(), standing_at_m.tolist())
+    if moved_m > limits.max_slip:  # False where it does not stand: NaN
+        detail = f"moved {moved_m:.3f} m while it should stand, limit {limits.max_slip:g} m"
         faults.append(Fault(FaultKind.SLIPPED, "body", detail))
-    distance_m = hypot(*seen.dead_reckoning.position_m.tolist())
+    distance_m = hypot(*inputs.dead_reckoning.position_m.tolist())
     if distance_m > limits.max_distance:
         detail = f"is {distance_m:.2f} m from where it began, limit {limits.max_distance:g} m"
         faults.append(Fault(FaultKind.SLIPPED, "body", detail))

@@ -1,8 +1,11 @@
 """The controller: one pure step from the inputs of a tick to its outputs.
 
-No clock, bus, file or logger. The loop, the replay and the diagnosis call this same function.
+No clock, bus, file or logger. The loop, virtual walks and replays call this same function. Its blocks are
+*sense* (counts to angles and forces), *estimate* (model and pose), *decide* (watches, stops, recovery,
+mode) and *command* (plan and safety gate); what they hand on is in ``robot.control.state``.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,29 +15,34 @@ from drivers.ati.calibration import Calibration
 from drivers.ati.foot_forces import ForceScales, no_forces
 from drivers.dynamixel.mx106 import joint_state
 from gaits.catalog import make_gait
-from gaits.limits import frequency_limit
+from gaits.gait import Gait
 from gaits.names import GAIT_NAMES
 from gaits.plan import Walking
 from model.kinematics.four_bar import Linkage
 from model.motion import differentiate
 from model.motion.dead_reckoning import advance as advance_dead_reckoning
 from model.quasistatic.frame import prepare, solve_frame
-from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
-from model.values.contact import ContactSolution
+from model.values.arrays import readonly
+from model.values.contact import ContactSolution, no_contact
 from model.values.faults import Fault, FaultKind, StopReason
-from model.values.legs import FootForces, FootMotion, JointCommand, JointState
-from model.values.readings import ServoReadings
+from model.values.legs import FootMotion, JointCommand, no_feet
+from model.values.readings import silent_readings
 from model.values.tick import DeadReckoning, Inputs, Mode, Tick
 from robot.config.robot_file import RobotConfig
-from robot.control import body_watch_kernel
-from robot.control.body_watch import BodyMemory, BodySeen, stop_reason_of, watch_body
+from robot.control.body_watch import BodyInputs, BodyMemory, watch_body
 from robot.control.effects import model_of
 from robot.control.estimator_stage import EstimatorStage, estimator_stage
-from robot.control.modes import GaitBook, Phase, Situation, advance, graver
-from robot.control.recovery import Care, CareSeen, RecoveryMemory, care, legs_down
+from robot.control.modes import GaitBook, Phase, Situation, advance
+from robot.control.recovery import (
+    RecoveryInputs,
+    RecoveryMemory,
+    RecoveryPlan,
+    legs_down,
+    plan_recovery,
+)
 from robot.control.safety import Allowed, Refused, ServoVerdict, gate, watch_servos
-from robot.control.state import ControllerState
-from robot.run.rig import silent_readings
+from robot.control.state import Command, ControllerState, Decision, Estimates, Senses
+from robot.control.stops import gravest, stop_at_once
 
 # Shaft speed is the slope over this many seconds of encoder readings.
 RATE_WINDOW_S = 0.1
@@ -42,16 +50,22 @@ RATE_WINDOW_S = 0.1
 REFUSED_LIMIT = 5
 # A gap this long between two ticks is reported even if the next one came on time.
 LONG_GAP_S = 0.05
+NOT_RUN = "the model was not run"
 
 
 class Controller:
     """The step and what it needs to know beforehand.
+
+    Nothing that a tick calls can compile: it is done here, where nothing waits for it.
 
     Args:
         config: Robot file.
         calibrations: Calibration of each leg's transducer, None where there is none.
         armed: Whether torque may be asked for.
         rate_hz: Rate of the loop, or None for the robot file's.
+        gaits: Gaits it can walk, or None for the robot file's.
+        model: Whether to solve the model and estimate the pose. A campaign's walks are recorded without:
+            they give the same commands, as nothing that steers the robot comes from there.
     """
 
     def __init__(
@@ -61,52 +75,70 @@ class Controller:
         *,
         armed: bool,
         rate_hz: int | None = None,
+        gaits: Sequence[Gait] | None = None,
+        model: bool = True,
     ) -> None:
         self.config = config
         self.armed = armed
         self.rate_hz = rate_hz if rate_hz is not None else config.loop.rate_hz
         self.period_ns = round(1e9 / self.rate_hz)
         robot = config.parameters
+        if gaits is None:
+            gaits = tuple(make_gait(name, robot) for name in GAIT_NAMES)
+        self.book = GaitBook.of(gaits, robot.servo)
         self._scales = ForceScales(calibrations, config.force_sensor)
         self._no_forces = no_forces(robot.legs.count)
-        self._linkage = Linkage(robot.linkage, robot.legs.shaft_position)
-        self._estimator: EstimatorStage | None = None
-        if config.estimator.enabled:
-            self._estimator = estimator_stage(config, self._linkage)
         self._weight_n = robot.body.mass * standard_gravity
         self._sensors = tuple(number > 0 for number in config.force_sensor.transducers.tolist())
-        gaits = {name: make_gait(name, robot) for name in GAIT_NAMES}
-        self.book = GaitBook(
-            gaits, {name: frequency_limit(gait, robot.servo) for name, gait in gaits.items()}
-        )
+        self._nothing = readonly(np.full(robot.legs.count, np.nan))
         self._effects = model_of(config)
-        # here, where nothing waits for it
+        self._linkage = Linkage(robot.linkage, robot.legs.shaft_position)
+        self._estimator: EstimatorStage | None = None
+        self._not_run: tuple[FootMotion, ContactSolution] | None = None
+        if not model:
+            self._not_run = no_feet(robot.legs.count), no_contact(robot.legs.count, NOT_RUN)
+            return
+        if config.estimator.enabled:
+            self._estimator = estimator_stage(config, self._linkage)
         prepare()
         differentiate.prepare()
-        body_watch_kernel.prepare()
         self._linkage.prepare()
 
     def initial(self) -> ControllerState:
         """Return the state before the first tick."""
         count = self.config.parameters.legs.count
         window = max(3, round(RATE_WINDOW_S * self.rate_hz) + 1)
-        nan = readonly(np.full(count, np.nan))
-        return ControllerState(
-            index=0,
-            phase=Phase(Mode.IDLE, None, None, StopReason.NONE),
-            allowed=Allowed(JointCommand(0, nan, nan, torque=False)),
-            refused=0,
-            late=0,
-            silent_reads=np.zeros(count, dtype=np.int64),
-            bad_reads=np.zeros(count, dtype=np.int64),
+        silent = silent_readings(0, count)
+        command = JointCommand(0, self._nothing, self._nothing, torque=False)
+        senses = Senses(
+            servos=silent,
+            joints=joint_state(silent, self.config.servo_bus),
             forces=self._no_forces,
+            down=silent.valid,
+            last=command,
             times_ns=np.zeros(window, dtype=np.int64),
             angles_rad=np.full((window, count), np.nan),
-            dead_reckoning=DeadReckoning(0, np.zeros(2), 0.0, np.full(3, np.nan), valid=False),
-            body=BodyMemory.empty(count),
-            recovery=RecoveryMemory.empty(count),
             began_ns=-1,
+        )
+        estimates = Estimates(
+            feet=no_feet(count),
+            contact=no_contact(count, NOT_RUN),
+            forces=self._no_forces,
+            dead_reckoning=DeadReckoning(0, np.zeros(2), 0.0, np.full(3, np.nan), valid=False),
+            estimate=None,
             estimator=self._estimator.initial() if self._estimator is not None else None,
+            faults=(),
+        )
+        decision = Decision(
+            phase=Phase(Mode.IDLE, None, None, StopReason.NONE),
+            recovery=RecoveryPlan(RecoveryMemory.empty(count)),
+            servos=ServoVerdict.sound(count),
+            body=BodyMemory.empty(count),
+            late=0,
+            faults=(),
+        )
+        return ControllerState(
+            0, senses, estimates, decision, Command(command, Allowed(command), 0, ())
         )
 
     def step(
@@ -122,179 +154,60 @@ class Controller:
         Returns:
             The new state and the tick, which holds the inputs, every stage's output and the faults.
         """
-        count = self.config.parameters.legs.count
-        servos = inputs.servos if inputs.servos is not None else silent_readings(t_ns, count)
-        names = self.config.servo_bus.names
-        down = legs_down(state.recovery, inputs.faults, names)
-        # a servo that started anew has another number for the same angle: what it says is not used
-        usable = replace(servos, valid=readonly(servos.valid & ~down)) if down.any() else servos
-        joints = joint_state(usable, self.config.servo_bus)
-        forces = state.forces
-        if inputs.forces:
-            forces = self._scales.forces(inputs.forces[-1], joints.angle_rad)
-        elif t_ns - forces.t_ns > self.config.force_sensor.silent_limit_s * 1e9:
-            forces = self._no_forces
-        verdict = watch_servos(
-            servos,
-            joints,
-            state.allowed.command,
-            state.silent_reads,
-            state.bad_reads,
-            self.config.limits,
-            self.config.servo_bus,
-        )
-        late, timing_faults = self._timing(state, inputs)
-        times_ns, angles_rad = _remember(state, joints, t_ns)
-        began_ns = t_ns if state.index == 0 else state.began_ns
-        rate = differentiate.latest_rate(times_ns, angles_rad)
-        feet, contact, model_faults = self._model(state, joints, rate, t_ns)
-        dead_reckoning = self._dead_reckoning(state, contact, t_ns)
-        truly = forces
-        if self._effects is not None:
-            truly = self._effects.true_forces(forces, (t_ns - began_ns) * 1e-9)
-        estimator, estimate = state.estimator, None
-        if self._estimator is not None and estimator is not None:
-            estimator, estimate = self._estimator.step(
-                estimator, t_ns, joints, forces, inputs.poses
-            )
-        body, body_faults = self._watch_body(state, joints, truly, contact, down)
-        cared = self._care(state, inputs, servos, verdict, t_ns)
-        stop = self._stop_reason(state, inputs, late, t_ns)
-        stop = graver(stop, graver(cared.stop, stop_reason_of(body_faults)))
-        situation = Situation(
-            t_ns, inputs.request, stop, joints.angle_rad, self.armed, cared.pause, cared.resume
-        )
-        phase = advance(state.phase, situation, self.book)
-        wished = self._wish(phase, t_ns, count)
-        seeded = cared.resume is not None or bool(state.allowed.recover)
-        allowed, refused, gate_faults = self._gate(wished, state, inputs, seeded=seeded)
-        allowed = replace(allowed, recover=cared.ask)
-        faults = (
-            *inputs.faults,
-            *verdict.faults,
-            *timing_faults,
-            *body_faults,
-            *cared.faults,
-            *gate_faults,
-            *model_faults,
-        )
+        senses = self._sense(state, inputs, t_ns)
+        estimates = self._estimate(state, inputs, senses, t_ns)
+        decision = self._decide(state, inputs, senses, estimates, t_ns)
+        command = self._command(state, senses, decision, t_ns)
+        phase = decision.phase
         tick = Tick(
             t_ns=t_ns,
             index=state.index,
             mode=phase.mode,
             stop_reason=phase.stop_reason,
             inputs=inputs,
-            joints=joints,
-            forces=forces,
+            joints=senses.joints,
+            forces=senses.forces,
             gait_phase=phase.plan.phase(t_ns) if isinstance(phase.plan, Walking) else np.nan,
-            wished=wished,
-            sent=allowed.command,
-            feet=feet,
-            contact=contact,
-            dead_reckoning=dead_reckoning,
-            faults=faults,
-            estimate=estimate,
+            wished=command.wished,
+            sent=command.allowed.command,
+            feet=estimates.feet,
+            contact=estimates.contact,
+            dead_reckoning=estimates.dead_reckoning,
+            faults=(*inputs.faults, *decision.faults, *command.faults, *estimates.faults),
+            estimate=estimates.estimate,
         )
-        after = ControllerState(
-            index=state.index + 1,
-            phase=phase,
-            allowed=allowed,
-            refused=refused,
-            late=late,
-            silent_reads=verdict.silent_reads,
-            bad_reads=verdict.bad_reads,
-            forces=forces,
-            times_ns=times_ns,
-            angles_rad=angles_rad,
-            dead_reckoning=dead_reckoning,
-            body=body,
-            recovery=cared.memory,
-            began_ns=began_ns,
-            estimator=estimator,
-        )
-        return after, tick
+        return ControllerState(state.index + 1, senses, estimates, decision, command), tick
 
-    def _watch_body(
-        self,
-        state: ControllerState,
-        joints: JointState,
-        forces: FootForces,
-        contact: ContactSolution,
-        down: BoolArray,
-    ) -> tuple[BodyMemory, tuple[Fault, ...]]:
-        seen = BodySeen(
-            t_ns=joints.t_ns,
-            mode=state.phase.mode,
-            joints=joints,
-            sent=state.allowed.command,
-            forces=forces,
-            contact=contact,
-            dead_reckoning=state.dead_reckoning,
-            weight_n=self._weight_n,
-            sensors=self._sensors,
-            down=down,
-        )
-        names = self.config.servo_bus.names
-        return watch_body(state.body, seen, self.config.body_limits, names)
+    # Sense.
 
-    def _care(
-        self,
-        state: ControllerState,
-        inputs: Inputs,
-        servos: ServoReadings,
-        verdict: ServoVerdict,
-        t_ns: int,
-    ) -> Care:
-        seen = CareSeen(
-            t_ns=t_ns,
-            faults=inputs.faults,
-            verdict=verdict,
-            valid=servos.valid,
-            age_ns=servos.age_ns,
-            holding=state.phase.mode is Mode.HOLD,
-            torque=state.allowed.command.torque,
-        )
-        return care(state.recovery, seen, self.config.recovery, self.config.servo_bus.names)
+    def _sense(self, state: ControllerState, inputs: Inputs, t_ns: int) -> Senses:
+        """Turn counts into angles and forces; what is missing or not to be believed is NaN."""
+        servos = inputs.servos
+        if servos is None:
+            servos = silent_readings(t_ns, self.config.parameters.legs.count)
+        down, usable = legs_down(state.decision.recovery.memory, inputs.servo_events), servos
+        if True in down.tolist():
+            # a servo that started anew has another number for the same angle
+            usable = replace(servos, valid=readonly(servos.valid & ~down))
+        joints = joint_state(usable, self.config.servo_bus)
+        before, forces = state.senses, state.senses.forces
+        if inputs.forces:
+            forces = self._scales.forces(inputs.forces[-1], joints.angle_rad)
+        elif t_ns - forces.t_ns > self.config.force_sensor.silent_limit_s * 1e9:
+            forces = self._no_forces
+        times_ns, angles_rad = np.empty_like(before.times_ns), np.empty_like(before.angles_rad)
+        times_ns[:-1], angles_rad[:-1] = before.times_ns[1:], before.angles_rad[1:]
+        times_ns[-1] = t_ns if state.index == 0 else joints.t_ns
+        angles_rad[-1] = joints.angle_rad
+        began_ns = t_ns if state.index == 0 else before.began_ns
+        last = self._last_command(state, inputs)
+        return Senses(servos, joints, forces, down, last, times_ns, angles_rad, began_ns)
 
-    def _timing(self, state: ControllerState, inputs: Inputs) -> tuple[int, tuple[Fault, ...]]:
-        late_s = inputs.timing.lateness_ns * 1e-9
-        stood_still_s = inputs.timing.missed * self.period_ns * 1e-9
-        if stood_still_s >= LONG_GAP_S:
-            detail = f"the loop stood still for {stood_still_s * 1e3:.0f} ms"
-            return state.late + 1, (Fault(FaultKind.LATE, "loop", detail),)
-        if late_s <= self.config.loop.late_limit_s:
-            return 0, ()
-        return state.late + 1, (Fault(FaultKind.LATE, "loop", f"{late_s * 1e3:.1f} ms late"),)
+    def _last_command(self, state: ControllerState, inputs: Inputs) -> JointCommand:
+        """Return the last command, dated when the bus was done with it.
 
-    def _stop_reason(
-        self, state: ControllerState, inputs: Inputs, late: int, t_ns: int
-    ) -> StopReason:
-        kinds = {fault.kind for fault in inputs.faults}
-        last = self._last_heard(state, inputs)
-        waited = state.refused or state.allowed.recover  # bringing a servo back takes its time
-        silent_s = (t_ns - last.t_ns) * 1e-9 if last.torque and not waited else 0.0
-        checks = (
-            (FaultKind.LINK_LOST in kinds, StopReason.LINK_LOST),
-            (FaultKind.SERVO_CORRUPT in kinds, StopReason.SERVO_FAULT),
-            (state.refused >= REFUSED_LIMIT, StopReason.COMMAND_REFUSED),
-            (late >= self.config.loop.late_ticks, StopReason.TIMING),
-            (silent_s >= self.config.servo_bus.watchdog_s, StopReason.TIMING),
-            (FaultKind.FORCE_SILENT in kinds, StopReason.FORCE_LOST),
-            (FaultKind.LOG_WRITE in kinds, StopReason.LOG_FAILED),
-        )
-        return next((reason for found, reason in checks if found), StopReason.NONE)
-
-    def _wish(self, phase: Phase, t_ns: int, count: int) -> JointCommand:
-        if phase.plan is None:
-            nan = readonly(np.full(count, np.nan))
-            return JointCommand(t_ns, nan, nan, torque=False)
-        angle, rate = phase.plan.at(t_ns)
-        return JointCommand(t_ns, readonly(angle), readonly(rate), torque=True)
-
-    def _last_heard(self, state: ControllerState, inputs: Inputs) -> JointCommand:
-        """Return the last command, as new as the bus was busy: switching on takes a dozen transactions.
-
-        The loop begins a new grid of deadlines behind them, so the deadline says when they were done.
+        Switching torque on, or bringing a servo back, takes a dozen transactions. The loop begins a new
+        grid of deadlines behind them (``robot.run.loop.run``), so the deadline says when they were done.
         """
         last, timing = state.allowed.command, inputs.timing
         done_ns = timing.deadline_ns - (1 + timing.missed) * self.period_ns
@@ -302,50 +215,147 @@ class Controller:
             return last
         return replace(last, t_ns=done_ns)
 
-    def _gate(
-        self, wished: JointCommand, state: ControllerState, inputs: Inputs, *, seeded: bool
-    ) -> tuple[Allowed, int, tuple[Fault, ...]]:
-        last = self._last_heard(state, inputs)
-        # switching on, or taking a servo up again: the driver holds where the shafts are
-        if wished.torque and (seeded or not last.torque):
-            last = replace(wished, torque=False)
-        verdict = gate(wished, last, self.config.limits, self.config.servo_bus)
-        if isinstance(verdict, Refused):
-            fault = Fault(FaultKind.REFUSED, "safety gate", verdict.reason)
-            return Allowed(state.allowed.command), state.refused + 1, (fault,)
-        return verdict, 0, ()
+    # Estimate.
 
-    def _model(
-        self, state: ControllerState, joints: JointState, rate_rad_s: FloatArray, t_ns: int
-    ) -> tuple[FootMotion, ContactSolution, tuple[Fault, ...]]:
-        """Feet, support and traction, with what the robot file adds to the nominal model."""
-        if self._effects is None:
-            feet = self._linkage.frame_feet(joints.angle_rad, rate_rad_s)
-            solution = solve_frame(feet, self.config.parameters.contact, self._weight_n)
-        else:
-            was = state.dead_reckoning
-            dt_s = 0.0 if state.index == 0 else (t_ns - was.t_ns) * 1e-9
-            pose = np.array([*was.position_m, was.yaw_rad])
-            found = self._effects.solve(joints.angle_rad, rate_rad_s, pose, was.velocity_B, dt_s)
-            feet, solution = found.feet, found.contact
-        if solution.support.converged:
-            return feet, solution, ()
-        fault = Fault(FaultKind.NO_SUPPORT, "support", solution.support.reason)
-        return feet, solution, (fault,)
-
-    def _dead_reckoning(
-        self, state: ControllerState, contact: ContactSolution, t_ns: int
-    ) -> DeadReckoning:
-        before = state.dead_reckoning
+    def _estimate(
+        self, state: ControllerState, inputs: Inputs, senses: Senses, t_ns: int
+    ) -> Estimates:
+        """Solve the model for the measured shafts, and estimate where the body is."""
+        forces = senses.forces
+        if self._effects is not None:
+            forces = self._effects.true_forces(forces, (t_ns - senses.began_ns) * 1e-9)
+        if self._not_run is not None:
+            before = state.estimates.dead_reckoning
+            return Estimates(*self._not_run, forces, before, None, None, ())
+        feet, contact = self._model(state, senses, t_ns)
+        faults: tuple[Fault, ...] = ()
+        if not contact.support.converged:
+            faults = (Fault(FaultKind.NO_SUPPORT, "support", contact.support.reason),)
+        before = state.estimates.dead_reckoning
         if state.index == 0:
             before = replace(before, t_ns=t_ns)
-        return advance_dead_reckoning(before, contact.traction.velocity_B, t_ns)
+        dead_reckoning = advance_dead_reckoning(before, contact.traction.velocity_B, t_ns)
+        memory, estimate = state.estimates.estimator, None
+        if self._estimator is not None and memory is not None:
+            memory, estimate = self._estimator.step(
+                memory, t_ns, senses.joints, senses.forces, inputs.poses
+            )
+        return Estimates(feet, contact, forces, dead_reckoning, estimate, memory, faults)
 
+    def _model(
+        self, state: ControllerState, senses: Senses, t_ns: int
+    ) -> tuple[FootMotion, ContactSolution]:
+        """Feet, support and traction, with what the robot file adds to the nominal model."""
+        angle_rad = senses.joints.angle_rad
+        rate_rad_s = differentiate.latest_rate(senses.times_ns, senses.angles_rad)
+        if self._effects is None:
+            feet = self._linkage.frame_feet(angle_rad, rate_rad_s)
+            return feet, solve_frame(feet, self.config.parameters.contact, self._weight_n)
+        before = state.estimates.dead_reckoning
+        dt_s = 0.0 if state.index == 0 else (t_ns - before.t_ns) * 1e-9
+        pose = np.array([*before.position_m, before.yaw_rad])
+        frame = self._effects.solve(angle_rad, rate_rad_s, pose, before.velocity_B, dt_s)
+        return frame.feet, frame.contact
 
-def _remember(state: ControllerState, joints: JointState, t_ns: int) -> tuple[IntArray, FloatArray]:
-    """Append the newest angles to the window that shaft speed is taken from."""
-    times, angles = np.empty_like(state.times_ns), np.empty_like(state.angles_rad)
-    times[:-1], angles[:-1] = state.times_ns[1:], state.angles_rad[1:]
-    times[-1] = t_ns if state.index == 0 else joints.t_ns
-    angles[-1] = joints.angle_rad
-    return times, angles
+    # Decide.
+
+    def _decide(
+        self,
+        state: ControllerState,
+        inputs: Inputs,
+        senses: Senses,
+        estimates: Estimates,
+        t_ns: int,
+    ) -> Decision:
+        """Compare everything with its limits; decide on stops, on recovery and on the next mode."""
+        config, names = self.config, self.config.servo_bus.names
+        before, sent, joints = state.decision, state.allowed.command, senses.joints
+        servos = watch_servos(
+            senses.servos, joints, sent, before.servos, config.limits, config.servo_bus
+        )
+        late, timing_faults = self._timing(before, inputs)
+        shown = BodyInputs(
+            t_ns=joints.t_ns,
+            mode=before.phase.mode,
+            joints=joints,
+            sent=sent,
+            forces=estimates.forces,
+            contact=estimates.contact,
+            dead_reckoning=state.estimates.dead_reckoning,
+            weight_n=self._weight_n,
+            sensors=self._sensors,
+            down=senses.down,
+        )
+        body, body_faults = watch_body(before.body, shown, config.body_limits, names)
+        asked = RecoveryInputs(
+            t_ns=t_ns,
+            events=inputs.servo_events,
+            verdict=servos,
+            valid=senses.servos.valid,
+            age_ns=senses.servos.age_ns,
+            holding=before.phase.mode is Mode.HOLD,
+            torque=sent.torque,
+        )
+        recovery = plan_recovery(before.recovery.memory, asked, config.recovery, names)
+        stop = gravest(
+            stop_at_once(inputs.faults),
+            self._loop_stop(state, senses.last, late, t_ns),
+            recovery.stop,
+            stop_at_once(body_faults),
+        )
+        situation = Situation(
+            t_ns, inputs.request, stop, joints.angle_rad, self.armed, recovery.pause,
+            recovery.resume,
+        )  # fmt: skip
+        phase = advance(before.phase, situation, self.book)
+        faults = (*servos.faults, *timing_faults, *body_faults, *recovery.faults)
+        return Decision(phase, recovery, servos, body, late, faults)
+
+    def _timing(self, before: Decision, inputs: Inputs) -> tuple[int, tuple[Fault, ...]]:
+        """Return the late ticks in a row, and a fault if this one is late."""
+        late_s = inputs.timing.lateness_ns * 1e-9
+        stood_still_s = inputs.timing.missed * self.period_ns * 1e-9
+        if stood_still_s >= LONG_GAP_S:
+            detail = f"the loop stood still for {stood_still_s * 1e3:.0f} ms"
+            return before.late + 1, (Fault(FaultKind.LATE, "loop", detail),)
+        if late_s <= self.config.loop.late_limit_s:
+            return 0, ()
+        return before.late + 1, (Fault(FaultKind.LATE, "loop", f"{late_s * 1e3:.1f} ms late"),)
+
+    def _loop_stop(
+        self, state: ControllerState, last: JointCommand, late: int, t_ns: int
+    ) -> StopReason:
+        """Return the stop that comes from the loop itself: refused commands, or too late too often."""
+        if state.command.refused >= REFUSED_LIMIT:
+            return StopReason.COMMAND_REFUSED
+        waited = (
+            state.command.refused or state.allowed.recover
+        )  # bringing a servo back takes its time
+        silent_s = (t_ns - last.t_ns) * 1e-9 if last.torque and not waited else 0.0
+        if late >= self.config.loop.late_ticks or silent_s >= self.config.servo_bus.watchdog_s:
+            return StopReason.TIMING
+        return StopReason.NONE
+
+    # Command.
+
+    def _command(
+        self, state: ControllerState, senses: Senses, decision: Decision, t_ns: int
+    ) -> Command:
+        """Ask the plan for the next goals, and the safety gate whether they may go out."""
+        plan, recovery = decision.phase.plan, decision.recovery
+        wished = JointCommand(t_ns, self._nothing, self._nothing, torque=False)
+        if plan is not None:
+            angle, rate = plan.at(t_ns)
+            wished = JointCommand(t_ns, readonly(angle), readonly(rate), torque=True)
+        last = senses.last
+        # switching on, or taking a servo up again: the driver holds where the shafts are
+        begins = not last.torque or recovery.resume is not None or bool(state.allowed.recover)
+        if wished.torque and begins:
+            last = replace(wished, torque=False)
+        verdict = gate(wished, last, self.config.limits, self.config.servo_bus, recovery.ask)
+        if isinstance(verdict, Refused):
+            fault = Fault(FaultKind.REFUSED, "safety gate", verdict.reason)
+            return Command(
+                wished, Allowed(state.allowed.command), state.command.refused + 1, (fault,)
+            )
+        return Command(wished, verdict, 0, ())

@@ -4,37 +4,27 @@ Pure functions of the situation. The modes are those of ``model.values.tick.Mode
 
     IDLE > ARMED > START > HOLD > START > WALK > SLOW > SETTLE > HOLD        any > LIMP
 
-A stop is one of three kinds. A *cut* goes to LIMP at once. A *halt* (a servo is lost or broken, the
-loop is late, the body leans or slips) slows down and stands where it is, because moving single legs needs
-all of them. A *settle* brings the legs down one at a time until all feet stand. A *pause* is a halt without
-a reason to end: a servo is being brought back, and the robot goes on from ARMED.
+A stop is one of three kinds (``robot.control.stops``). A *cut* goes to LIMP at once. A *halt* slows down
+and stands where it is, because moving single legs needs all of them. A *settle* brings the legs down one at
+a time until all feet stand. A *pause* is a halt without a reason to end: a servo is being brought back, and
+the robot goes on from ARMED.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from gaits.gait import Gait
+from gaits.limits import frequency_limit
 from gaits.moves import LegMoves
 from gaits.plan import Hold, Plan, Walking
+from model.parameters.robot import ServoParameters
 from model.values.arrays import BoolArray, FloatArray
 from model.values.faults import StopReason
 from model.values.tick import Intent, Mode, Request
+from robot.control.stops import STOPS, StopKind, gravest
 
-CUTS = frozenset({StopReason.EMERGENCY, StopReason.LINK_LOST})
-HALTS = frozenset(
-    {
-        StopReason.SERVO_LOST,
-        StopReason.SERVO_FAULT,
-        StopReason.COMMAND_REFUSED,
-        StopReason.TIMING,
-        StopReason.TILTED,
-        StopReason.SERVO_STALLED,
-        StopReason.SLIPPED,
-        StopReason.UNLOADED,
-    }
-)
 # Legs this close to their place need no move.
 IN_PLACE_RAD = 0.03
 
@@ -91,6 +81,12 @@ class GaitBook:
     gaits: Mapping[str, Gait]
     frequency_limits: Mapping[str, float]
 
+    @staticmethod
+    def of(gaits: Sequence[Gait], servo: ServoParameters) -> "GaitBook":
+        """Return the book of some gaits on a robot with these servos."""
+        limits = {gait.name: frequency_limit(gait, servo) for gait in gaits}
+        return GaitBook({gait.name: gait for gait in gaits}, limits)
+
     def refuses(self, request: Request) -> bool:
         """Whether a request to walk cannot be followed."""
         if request.intent is not Intent.WALK:
@@ -104,12 +100,13 @@ class GaitBook:
 def advance(phase: Phase, now: Situation, book: GaitBook) -> Phase:
     """Return the phase for this tick."""
     reason = _reason(phase, now, book)
-    if phase.mode is Mode.LIMP or reason in CUTS:
+    kind = STOPS[reason].kind
+    if phase.mode is Mode.LIMP or kind is StopKind.CUT:
         return Phase(Mode.LIMP, None, None, reason)
     phase = Phase(phase.mode, phase.plan, phase.gait, reason)
     if phase.mode is Mode.IDLE:
         return _from_idle(phase, now)
-    if reason in HALTS or now.pause:
+    if kind is StopKind.HALT or now.pause:
         return _halt(phase, now)
     if now.resume is not None:
         angle = np.where(now.resume, now.angle_rad, _planned(phase, now.t_ns))
@@ -120,7 +117,7 @@ def advance(phase: Phase, now: Situation, book: GaitBook) -> Phase:
 
 
 def _reason(phase: Phase, now: Situation, book: GaitBook) -> StopReason:
-    """Return the most serious reason so far: a cut beats a halt beats a settle beats none."""
+    """Return the gravest reason so far; of equals the one that came first stays."""
     candidates = [phase.stop_reason, now.stop]
     if now.request.intent is Intent.CUT:
         candidates.append(StopReason.EMERGENCY)
@@ -128,20 +125,7 @@ def _reason(phase: Phase, now: Situation, book: GaitBook) -> StopReason:
         candidates.append(now.request.reason)
     if phase.mode is not Mode.IDLE and book.refuses(now.request):
         candidates.append(StopReason.GAIT_REFUSED)
-    return max(candidates, key=_gravity)  # the first of equals stays
-
-
-def graver(one: StopReason, other: StopReason) -> StopReason:
-    """Return the more serious of two reasons, the first of equals."""
-    return max(one, other, key=_gravity)
-
-
-def _gravity(reason: StopReason) -> int:
-    if reason in CUTS:
-        return 3
-    if reason in HALTS:
-        return 2
-    return 0 if reason is StopReason.NONE else 1
+    return gravest(*candidates)
 
 
 def _from_idle(phase: Phase, now: Situation) -> Phase:

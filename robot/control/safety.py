@@ -1,7 +1,12 @@
 """The safety gate: the only producer of what the servo bus sends, and the watch over the servos.
 
 Both are pure. The gate never bends a command: it lets it through whole or refuses it with a reason,
-because a clamp that does not report hides a mistake. The watch turns readings into faults.
+because a clamp that does not report hides a mistake. What is refused does not go out: the bus then gets
+the last command once more. The watch turns readings into faults.
+
+Two things reach the servos that are no command of a plan. Each needs an ``Allowed``, and each holds a
+shaft where it was measured: the first command with torque switches torque on there
+(``ServoBus.torque_on``), and a leg in ``Allowed.recover`` is brought back there (``ServoRecovery``).
 """
 
 from dataclasses import dataclass
@@ -9,7 +14,11 @@ from math import isfinite
 
 import numpy as np
 
-from drivers.dynamixel.mx106 import EXTENDED_POSITION_LIMIT, TICKS_PER_TURN
+from drivers.dynamixel.mx106 import (
+    EXTENDED_POSITION_LIMIT,
+    TICKS_PER_TURN,
+    hardware_error_names,
+)
 from drivers.dynamixel.settings import ServoBusSettings
 from model.values.arrays import BoolArray, IntArray
 from model.values.faults import Fault, FaultKind
@@ -31,8 +40,7 @@ class Allowed:
 
     Attributes:
         command: The command.
-        recover: Legs whose servos may be brought back now, where they stand; see
-        ``robot.control.recovery``.
+        recover: Legs whose servos may be brought back now, where they stand.
     """
 
     command: JointCommand
@@ -55,23 +63,27 @@ def gate(
     last: JointCommand,
     limits: SafetyLimits,
     bus: ServoBusSettings,
+    recover: tuple[int, ...] = (),
 ) -> Allowed | Refused:
     """Decide whether a command may go to the servos.
 
     Args:
         wished: The command asked for.
-        last: The command last let through; its angles are where the servos were told to be.
+        last: The command last let through; its angles are the goals that the servos have.
         limits: Safety limits.
         bus: How the servos are mounted; needed for the range of their counters.
+        recover: Legs whose servos are to be brought back (``robot.control.recovery`` decides which).
 
     Returns:
-        ``Allowed`` with the same command, or ``Refused``. A command without torque is always allowed.
+        ``Allowed`` with the same command, or ``Refused``. A command without torque is always allowed, and
+        brings nothing back.
     """
     if not wished.torque:
         return Allowed(wished)
     angles = wished.angle_rad.tolist()
     if not (all(map(isfinite, angles)) and all(map(isfinite, wished.rate_rad_s.tolist()))):
-        return Refused(f"{_legs(bus, ~np.isfinite(wished.angle_rad))}: the command is not a number")
+        known = np.isfinite(wished.angle_rad) & np.isfinite(wished.rate_rad_s)
+        return Refused(f"{_legs(bus, ~known)}: the command is not a number")
     elapsed_ns = wished.t_ns - last.t_ns
     if elapsed_ns <= 0 and last.torque:
         return Refused("the command is not newer than the one before")
@@ -95,7 +107,7 @@ def gate(
             f"{_legs(bus, beyond)}: the servo's turn counter is used up (256 turns); "
             "stop, cut torque and start again to set it back"
         )
-    return Allowed(wished)
+    return Allowed(wished, recover)
 
 
 def _legs(bus: ServoBusSettings, where: BoolArray) -> str:
@@ -104,7 +116,7 @@ def _legs(bus: ServoBusSettings, where: BoolArray) -> str:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ServoVerdict:
-    """What the watch found in one tick.
+    """What the watch over the servos makes of one tick.
 
     Attributes:
         faults: Faults, in words.
@@ -121,15 +133,11 @@ class ServoVerdict:
     broken_legs: BoolArray
     bad_reads: IntArray
 
-    @property
-    def lost(self) -> bool:
-        """Whether any servo is lost."""
-        return bool(self.lost_legs.any())
-
-    @property
-    def broken(self) -> bool:
-        """Whether any servo is broken."""
-        return bool(self.broken_legs.any())
+    @staticmethod
+    def sound(count: int) -> "ServoVerdict":
+        """Return the verdict on so many servos that are all well."""
+        none, nobody = np.zeros(count, dtype=np.int64), np.zeros(count, dtype=bool)
+        return ServoVerdict((), none, nobody, nobody, none)
 
 
 # Readings beyond a limit must persist: one noisy current sample is no fault worth a stop.
@@ -141,8 +149,7 @@ def watch_servos(
     readings: ServoReadings,
     joints: JointState,
     sent: JointCommand,
-    silent_reads: IntArray,
-    bad_reads: IntArray,
+    before: ServoVerdict,
     limits: SafetyLimits,
     bus: ServoBusSettings,
 ) -> ServoVerdict:
@@ -152,17 +159,14 @@ def watch_servos(
         readings: Raw readings (validity, error bytes).
         joints: The same, calibrated.
         sent: The command the servos were following.
-        silent_reads: Counts of the tick before, (N,).
-        bad_reads: Counts of the tick before, (N,).
+        before: The verdict of the tick before.
         limits: Safety limits.
         bus: Names and the number of silent reads allowed.
     """
     if _all_well(readings, joints, sent, limits):
-        none = np.zeros(len(bus.names), dtype=np.int64)
-        nobody = np.zeros(len(bus.names), dtype=bool)
-        return ServoVerdict((), none, nobody, nobody, none)
+        return ServoVerdict.sound(len(bus.names))
     faults: list[Fault] = []
-    silent = np.where(readings.valid, 0, silent_reads + 1)
+    silent = np.where(readings.valid, 0, before.silent_reads + 1)
     bad = np.zeros(readings.valid.shape, dtype=bool)
     error = np.where(readings.hardware_error > 0, readings.hardware_error, 0)
     alert = readings.valid & (((readings.error_byte & ALERT_BIT) != 0) | (error != 0))
@@ -187,7 +191,8 @@ def watch_servos(
         for leg in np.flatnonzero(beyond).tolist():
             detail = f"{values[leg]:.3g} {unit}, limit {limit:g} {unit}"
             faults.append(Fault(kind, bus.names[leg], detail))
-    bad_now = np.where(bad, bad_reads + 1, np.where(readings.valid, 0, bad_reads))
+    still = np.where(readings.valid, 0, before.bad_reads)
+    bad_now = np.where(bad, before.bad_reads + 1, still)
     return ServoVerdict(
         faults=tuple(faults),
         silent_reads=silent,
@@ -200,9 +205,9 @@ def watch_servos(
 def _all_well(
     readings: ServoReadings, joints: JointState, sent: JointCommand, limits: SafetyLimits
 ) -> bool:
-    """Whether every servo has answered and nothing is beyond its limit: so it is in nearly every tick.
+    """Whether every servo has answered and nothing is beyond its limit, as in nearly every tick.
 
-    Six numbers are looked through sooner as a list; where one is no number the answer is no.
+    Six numbers are checked sooner as a list; where one is NaN the answer is no.
     """
     lags = joints.angle_rad - sent.angle_rad if sent.torque else np.zeros(1)
     return (
@@ -217,7 +222,5 @@ def _all_well(
 
 
 def _hardware_error_words(error: int) -> str:
-    from drivers.dynamixel.mx106 import hardware_error_names
-
     names = hardware_error_names(int(error))
     return "hardware error: " + (", ".join(names) if names else "alert bit set, cause not read yet")

@@ -11,7 +11,6 @@ import numpy as np
 from gap.interfaces import DataFault, Simulator
 from model.errors import BigantError, ConfigError, RecordError
 from record.log.from_trial import left_out, write_trial_log
-from record.log.versions import version_of
 from record.trial.column_map import ColumnMap, find_map, map_names, read_column_map
 from record.trial.header import TrialHeader
 from record.trial.import_table import Imported, ImportReport, import_tables
@@ -131,7 +130,7 @@ def _write(
     if out.suffix != ".mcap":
         write_trial(trial, out)
         return ()
-    write_trial_log(trial, out, f"bigant {version_of('bigant')}", tell)
+    write_trial_log(trial, out, tell)
     return left_out(trial)
 
 

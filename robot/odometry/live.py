@@ -19,16 +19,18 @@ from model.values.faults import StopReason
 from model.values.tick import Tick
 from record.log.follow import LogFollower
 from record.log.tum import TumFile
-from robot.bringup.force.unit import NO_UNIT, check_no_unit, unit_settings
-from robot.console.exit_codes import ExitCode, exit_code_of
+from robot.console.exit_codes import ExitCode
 from robot.console.json_output import plain
 from robot.control.controller import Controller
+from robot.control.stops import STOPS
 from robot.odometry.request import OdomRequest
 from robot.odometry.track import Tracker
-from robot.run.hardware import open_real, open_virtual
+from robot.run.force_unit import NO_UNIT, check_no_unit, unit_settings
+from robot.run.hardware import open_real
 from robot.run.loop import run
 from robot.run.operator import Interrupts, Script, ScriptedOperator
 from robot.view.log_source import newest_log
+from robot.virtual.open import VirtualSettings, open_virtual
 
 VIRTUAL = "virtual"
 LOOK_PERIOD_NS = 200_000_000
@@ -131,7 +133,7 @@ def _beside_hardware(
     with_forces = not request.no_forces and request.force_unit != NO_UNIT
     if request.hardware == VIRTUAL:
         check_no_unit(request.force_unit)
-        rig = open_virtual(config, seed=0, armed=False, with_forces=with_forces)
+        rig = open_virtual(config, VirtualSettings(armed=False, with_forces=with_forces))
     else:
         assert request.hardware is not None  # asked only with one
         unit = unit_settings(request.force_unit, config.force_sensor) if with_forces else None
@@ -145,7 +147,7 @@ def _beside_hardware(
         print(f"{lines.count} ticks, torque never asked for")
     if result.reason is StopReason.OPERATOR:
         return ExitCode.OK
-    return exit_code_of(result.reason)
+    return STOPS[result.reason].exit_code
 
 
 def _line(estimate: Estimate, seconds: float) -> str:

@@ -16,7 +16,6 @@ from drivers.ati.setup import free_console
 from drivers.wire.words import difference_words, wire_name, wire_words
 from model.errors import BusError, ForceStreamError, RecordError
 from model.values.faults import Fault, FaultKind
-from model.values.readings import BodyTruth
 from model.values.tick import Tick
 from model.values.wire import WireBytes
 from record.log.reader import LogContents, read_ticks, read_wires
@@ -27,8 +26,8 @@ from robot.replay.compare import Comparison, Difference, FieldResult
 from robot.replay.fields import FIELDS, WIRE_FIELDS
 from robot.run.hardware import assemble
 from robot.run.header import FORCE_UNIT_KEY, LATENCY_KEY, Rebuilt, rebuild_controller
-from robot.run.loop import Call, exchange
-from robot.run.rig import Rig, Seen
+from robot.run.loop import exchange
+from robot.run.rig import Reading, Rig, Wires
 from sim_hw.clock import VirtualClock
 from sim_hw.host.recorded_wire import (
     Diverged,
@@ -66,7 +65,7 @@ class WireDifference:
 
 @dataclass(frozen=True, slots=True)
 class BusReplay:
-    """What a replay of bytes found.
+    """The result of a replay of bytes.
 
     Attributes:
         path: The log.
@@ -107,22 +106,15 @@ class _Replayed:
         self._rig = rig
         self._recorded = recorded
 
-    def read(self) -> Seen:
-        seen, inputs = self._rig.read(), self._recorded.inputs
-        servos, truth = seen.servos, inputs.truth
+    def read(self) -> Reading:
+        reading, inputs = self._rig.read(), self._recorded.inputs
+        servos = reading.servos
         if inputs.servos is not None:
             servos = replace(servos, t_ns=inputs.servos.t_ns, age_ns=inputs.servos.age_ns)
-        return replace(seen, servos=servos, truth=truth, poses=inputs.poses)
+        return replace(reading, servos=servos, truth=inputs.truth, poses=inputs.poses)
 
     def actuate(self, allowed: Allowed) -> tuple[Fault, ...]:
         return self._rig.actuate(allowed)
-
-
-class _NoTruth:
-    """The truth of a replay comes with the ticks."""
-
-    def latest(self) -> BodyTruth | None:
-        return None
 
 
 def replay_bus(
@@ -203,10 +195,11 @@ def _run(
     for recorded in ticks:
         tape.clock.sleep_until_ns(recorded.t_ns)
         inputs = recorded.inputs
-        beside = (FaultKind.LOG_WRITE, FaultKind.POSE_BAD)  # not from these devices
-        of_the_log = tuple(f for f in inputs.faults if f.kind in beside)
-        call = Call(recorded.t_ns, inputs.request, inputs.timing, (*pending, *of_the_log))
-        state, tick, pending = exchange(_Replayed(rig, recorded), controller, state, call)
+        others = (FaultKind.LOG_WRITE, FaultKind.POSE_BAD)  # not from these devices
+        of_others = tuple(f for f in inputs.faults if f.kind in others)
+        wanted = replace(inputs, faults=(*pending, *of_others))
+        devices = _Replayed(rig, recorded)
+        state, tick, pending = exchange(devices, controller, state, wanted, recorded.t_ns)
         comparison.add(recorded, tick)
         yield recorded
 
@@ -222,17 +215,9 @@ def _open(tape: Tape, rebuilt: Rebuilt, contents: LogContents) -> Rig:
 
     latency_ms = float(metadata.get(LATENCY_KEY, UNKNOWN_LATENCY_MS))
     with_forces = metadata.get(FORCE_UNIT_KEY, "true") == "true"
-    return assemble(
-        config,
-        clock=tape.clock,
-        port=RecordedPort(tape, config.servo_bus.baud_rate, latency_ms),
-        links=links if with_forces else None,
-        reopen=None,
-        settings=config.force_sensor,
-        truth=_NoTruth(),
-        armed=rebuilt.controller.armed,
-        closers=(),
-    )
+    port = RecordedPort(tape, config.servo_bus.baud_rate, latency_ms)
+    wires = Wires(tape.clock, port, config.force_sensor, links if with_forces else None)
+    return assemble(config, wires, armed=rebuilt.controller.armed)
 
 
 def _left_over(tape: Tape, start_ns: int) -> WireDifference | None:

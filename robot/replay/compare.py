@@ -122,7 +122,7 @@ class Comparison:
         pairs, self._pairs = self._pairs, []
         if not pairs:
             return
-        found: list[tuple[int, int]] = []  # place in the block, number of the field
+        beyond: list[tuple[int, int]] = []  # place in the block, number of the field
         for number, field in enumerate(self._fields):
             size, bad = differences(
                 [field.take(one) for one, _ in pairs],
@@ -132,9 +132,9 @@ class Comparison:
             self._largest[number] = max(self._largest[number], size)
             self._beyond[number] += int(bad.sum())
             if bad.any():
-                found.append((int(np.argmax(bad)), number))
-        if found and self.first is None:
-            place, number = min(found)
+                beyond.append((int(np.argmax(bad)), number))
+        if beyond and self.first is None:
+            place, number = min(beyond)
             self.first = self._describe(self._fields[number], *pairs[place])
 
     def _describe(self, field: Field, recorded: Tick, replayed: Tick) -> Difference:

@@ -4,10 +4,8 @@ The wishes go through today's controller and safety gate as any operator's do; r
 sent as they are. Real hardware has to be armed.
 """
 
-import argparse
 import json
 import sys
-import time
 from bisect import bisect_right
 from contextlib import ExitStack, redirect_stdout
 from dataclasses import asdict, dataclass
@@ -18,13 +16,14 @@ from model.values.faults import StopReason
 from model.values.tick import Intent, Request, Tick
 from record.log.reader import LogContents, read_log, read_tick_messages
 from record.log.tick_message import decode_inputs
-from robot.cli.drive import VIRTUAL, Drive, drive_plan
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import plain
 from robot.console.progress import ProgressLine
 from robot.console.table import number_text, row_lines
 from robot.control.controller import Controller
+from robot.drive.drive import drive_as, usual_log
+from robot.drive.request import DriveRequest
 from robot.replay.repeat import Repeat, compare_runs, overlay
 from robot.replay.repeat_plots import draw_repeat
 from robot.report.pictures import write_report
@@ -103,14 +102,14 @@ def read_wishes(path: Path, contents: LogContents) -> Wishes:
     requests: list[Request] = []
     start_ns = now_ns = 0
     for number, message in enumerate(read_tick_messages(path, contents)):
-        seen = decode_inputs(message.data, message.layout)
-        if seen.index != number:
+        recorded = decode_inputs(message.data, message.layout)
+        if recorded.index != number:
             break
-        start_ns = seen.t_ns if number == 0 else start_ns
-        now_ns = seen.t_ns
-        if not requests or seen.inputs.request != requests[-1]:
+        start_ns = recorded.t_ns if number == 0 else start_ns
+        now_ns = recorded.t_ns
+        if not requests or recorded.inputs.request != requests[-1]:
             times.append(now_ns - start_ns)
-            requests.append(seen.inputs.request)
+            requests.append(recorded.inputs.request)
     if not requests:
         raise RecordError(f"{path} holds no tick 0; a run is repeated from its beginning")
     return Wishes(tuple(times), tuple(requests), now_ns - start_ns)
@@ -125,79 +124,64 @@ def drive_again(request: RepeatRequest) -> ExitCode:
     contents = LogContents()
     with ProgressLine(f"reading {request.path}", contents.progress):
         wishes = read_wishes(request.path, contents)
-    plan = _plan(request, wishes, contents)
-    page = _page(request, plan)
-
-    def operator(
-        _plan: Drive, _controller: Controller, interrupts: Interrupts, _stack: ExitStack
-    ) -> RecordedOperator:
-        return RecordedOperator(wishes, interrupts)
-
-    with redirect_stdout(sys.stderr if request.json else sys.stdout):
-        code = drive_plan(plan, operator)
-    assert plan.log_path is not None  # _plan gives one
-    old, new = read_log(request.path), read_log(plan.log_path)
-    both = overlay(old, new)
-    found = compare_runs(old, new, both)
-    dates = (date_words(old.metadata), date_words(new.metadata))
-    runs = f"{request.path} (old, {dates[0]}) and {plan.log_path} (new, {dates[1]})"
-    rows = [*leg_rows(found), *body_rows(found)]
-    pictures = write_report(page, f"{request.path.name} again", runs, rows, draw_repeat(both))
-    if request.json:
-        values = {**asdict(found), "old_log": str(request.path), "new_log": str(plan.log_path)}
-        print(json.dumps(plain({**values, "pictures": [str(p) for p in pictures]}), indent=2))
-        return code
-    for line in (*leg_table(found), *row_lines(body_rows(found))):
-        print(line)
-    print("pictures: " + ", ".join(str(path) for path in pictures))
-    return code
-
-
-def _plan(request: RepeatRequest, wishes: Wishes, contents: LogContents) -> Drive:
-    virtual = request.hardware == VIRTUAL
-    config = None if request.robot is None else load_robot(request.robot)
-    then = rebuild_controller(contents, config).controller
+    then = rebuild_controller(
+        contents, None if request.robot is None else load_robot(request.robot)
+    ).controller
     if not then.armed:
         raise RecordError(f"{request.path} was recorded without torque: it has nothing to repeat")
-    if request.virtual_time and not virtual:
-        raise ConfigError(
-            "--virtual-time", "needs --hardware virtual; real servos live in real time"
-        )
-    if not virtual and not request.armed:
+    first = wishes.requests[0]
+    new = DriveRequest(
+        gait=first.gait,
+        frequency_hz=first.frequency_hz,
+        steer=first.steer,
+        hardware=request.hardware,
+        force_unit=request.force_unit,
+        armed=True,
+        rate_hz=then.rate_hz,
+        virtual_time=request.virtual_time,
+        seed=request.seed,
+    )
+    new.check_hardware()
+    if not new.virtual and not request.armed:
         raise ConfigError(
             "--hardware",
             "does the run again with torque: put the robot where it can walk, add --armed",
         )
-    first = wishes.requests[0]
-    path = request.log
-    if path is None:
-        stamp = time.strftime("%Y%m%dT%H%M%S")
-        path = Path("runs") / f"{request.path.stem}-again-{stamp}.mcap"
-    if path.resolve() == request.path.resolve():
+    new_log = request.log if request.log is not None else usual_log(f"{request.path.stem}-again")
+    if new_log.resolve() == request.path.resolve():
         raise ConfigError("--log", "is the old log itself; choose another file")
-    more = argparse.Namespace(
-        **{
-            **asdict(request),
-            "teleop": False,
-            "pose_udp": None,
-            "record_bytes": False,
-            "scenario": None,
-            "rate_hz": then.rate_hz,
-            "steer": first.steer,
-        }
-    )
-    return Drive(then.config, first.gait, first.frequency_hz, True, path, more)
-
-
-def _page(request: RepeatRequest, plan: Drive) -> Path:
-    assert plan.log_path is not None
-    page: Path = request.out if request.out is not None else plan.log_path.with_suffix(".html")
+    page = request.out if request.out is not None else new_log.with_suffix(".html")
     if page.suffix not in PAGES:
         raise ConfigError("--out", f"must end in .html or .png, not {page.suffix or page.name!r}")
-    return page
+
+    def operator(_: Controller, interrupts: Interrupts, __: ExitStack) -> RecordedOperator:
+        return RecordedOperator(wishes, interrupts)
+
+    with redirect_stdout(sys.stderr if request.json else sys.stdout):
+        code = drive_as(new, then.config, new_log, operator)
+    _compare(request, new_log, page)
+    return code
 
 
-def leg_table(found: Repeat) -> list[str]:
+def _compare(request: RepeatRequest, new_log: Path, page: Path) -> None:
+    """Compare both runs, print and draw."""
+    old, new = read_log(request.path), read_log(new_log)
+    both = overlay(old, new)
+    result = compare_runs(old, new, both)
+    dates = (date_words(old.metadata), date_words(new.metadata))
+    runs = f"{request.path} (old, {dates[0]}) and {new_log} (new, {dates[1]})"
+    rows = [*leg_rows(result), *body_rows(result)]
+    pictures = write_report(page, f"{request.path.name} again", runs, rows, draw_repeat(both))
+    if request.json:
+        values = {**asdict(result), "old_log": str(request.path), "new_log": str(new_log)}
+        print(json.dumps(plain({**values, "pictures": [str(p) for p in pictures]}), indent=2))
+        return
+    for line in (*leg_table(result), *row_lines(body_rows(result))):
+        print(line)
+    print("pictures: " + ", ".join(str(path) for path in pictures))
+
+
+def leg_table(result: Repeat) -> list[str]:
     """Return the differences of the legs as a table."""
     lines = [
         "RMS of new - old",
@@ -207,12 +191,12 @@ def leg_table(found: Repeat) -> list[str]:
     lines += [
         f"{leg.name:<6}{_shown(leg.sent_rad * 1e3):>11}{_shown(leg.angle_rad * 1e3):>12}"
         f"{_shown(leg.current_a):>11}" + "".join(f"{_shown(f):>9}" for f in leg.force_n)
-        for leg in found.legs
+        for leg in result.legs
     ]
     return lines
 
 
-def leg_rows(found: Repeat) -> list[tuple[str, str]]:
+def leg_rows(result: Repeat) -> list[tuple[str, str]]:
     """Return the differences of the legs as labels and texts, for a page."""
     return [
         (
@@ -222,23 +206,23 @@ def leg_rows(found: Repeat) -> list[tuple[str, str]]:
             + ", ".join(f"{axis} {_shown(f)}" for axis, f in zip("xyz", leg.force_n, strict=True))
             + " N",
         )
-        for leg in found.legs
+        for leg in result.legs
     ]
 
 
-def body_rows(found: Repeat) -> list[tuple[str, str]]:
+def body_rows(result: Repeat) -> list[tuple[str, str]]:
     """Return the body's part of the comparison: label and text."""
     return [
         (
             "compared",
-            f"{found.duration_s:.1f} s of {found.old_s:.1f} s old, {found.new_s:.1f} s new",
+            f"{result.duration_s:.1f} s of {result.old_s:.1f} s old, {result.new_s:.1f} s new",
         ),
-        ("true velocity, RMS of new - old", _velocity(found.true_velocity)),
-        ("predicted velocity, RMS of new - old", _velocity(found.predicted_velocity)),
-        ("way of the old run", _way(found.old_way)),
-        ("way of the new run", _way(found.new_way)),
-        ("dead reckoning, old", _way(found.old_reckoned_way)),
-        ("dead reckoning, new", _way(found.new_reckoned_way)),
+        ("true velocity, RMS of new - old", _velocity(result.true_velocity)),
+        ("predicted velocity, RMS of new - old", _velocity(result.predicted_velocity)),
+        ("way of the old run", _way(result.old_way)),
+        ("way of the new run", _way(result.new_way)),
+        ("dead reckoning, old", _way(result.old_reckoned_way)),
+        ("dead reckoning, new", _way(result.new_reckoned_way)),
     ]
 
 

@@ -98,13 +98,13 @@ def _force_counts(tick: Tick) -> ArrayLike:
 def _estimate(take: Callable[[Estimate], ArrayLike], *shape: int) -> Take:
     """A field of the estimate, absent where there is none; its first axis may be that of the legs."""
 
-    def found(tick: Tick) -> ArrayLike:
+    def value(tick: Tick) -> ArrayLike:
         if tick.estimate is not None:
             return take(tick.estimate)
         legs = len(tick.joints.angle_rad)
         return np.full([legs if size == LEGS else size for size in shape], np.nan)
 
-    return found
+    return value
 
 
 # What the drivers make of recorded bytes; in a replay of inputs they are the inputs themselves.

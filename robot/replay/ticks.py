@@ -4,12 +4,13 @@ This is the step that the loop calls, and nothing beside it: a log is replayed b
 """
 
 import time
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 
 from model.errors import RecordError
+from model.values.faults import SERVO_EVENTS, Fault, FaultKind, ServoEvent
 from model.values.tick import Tick
 from record.log.reader import LogContents, TopicMessage, read_tick_messages
 from record.log.tick_message import TickInputs, decode_inputs, decode_tick, says_the_same
@@ -25,7 +26,7 @@ IMPORTED = "imported"
 
 @dataclass(frozen=True, slots=True)
 class Replay:
-    """What a replay found.
+    """The result of a replay.
 
     Attributes:
         path: The log.
@@ -95,14 +96,16 @@ def replay_log(
     start_ns = now_ns = decode_inputs(first_message.data, first_message.layout).t_ns
     comparison.begin(start_ns)
     equal_bits = 0
-    for message, seen, tick in step_through(chain((first_message,), messages), controller, notes):
+    for message, recorded, tick in step_through(
+        chain((first_message,), messages), controller, notes
+    ):
         now_ns = tick.t_ns
         # the same bits need no second look, and taking a message apart costs more than making one
-        if says_the_same(tick, message.data, seen.end, message.layout):
+        if says_the_same(tick, message.data, recorded.end, message.layout):
             comparison.add_equal()
             equal_bits += 1
         else:
-            comparison.add(decode_tick(message.data, message.layout, seen), tick)
+            comparison.add(decode_tick(message.data, message.layout, recorded), tick)
     if contents.damage:
         notes.append(f"the file is {contents.damage}")
     if comparison.ticks == 0:
@@ -131,25 +134,43 @@ def step_through(
     Args:
         messages: Ticks of a log as messages, from the first one on.
         controller: The controller.
-        notes: Told in words where the log has a gap; the replay ends there.
+        notes: Gets a line where the log has a gap; the replay ends there.
 
     Yields:
         The message, the inputs in it, and today's tick.
     """
     state = controller.initial()
     for message in messages:
-        seen = decode_inputs(message.data, message.layout)
-        if seen.index != state.index:
-            notes.append(_gap_words(state.index, seen.index))
+        recorded = decode_inputs(message.data, message.layout)
+        if recorded.index != state.index:
+            notes.append(_gap_words(state.index, recorded.index))
             return
-        state, tick = controller.step(state, seen.inputs, seen.t_ns)
-        yield message, seen, tick
+        events = servo_events(recorded.inputs.faults, controller.config.servo_bus.names)
+        inputs = replace(recorded.inputs, servo_events=events) if events else recorded.inputs
+        state, tick = controller.step(state, inputs, recorded.t_ns)
+        yield message, recorded, tick
 
 
-def _gap_words(expected: int, found: int) -> str:
-    if found < expected:
+def servo_events(faults: Sequence[Fault], names: Sequence[str]) -> tuple[ServoEvent, ...]:
+    """Return the servo events of a tick from a log, which keeps only the faults that go with them.
+
+    Args:
+        faults: Faults among the tick's inputs.
+        names: Leg names.
+    """
+    events = [
+        ServoEvent(names.index(fault.source), fault.kind)
+        for fault in faults
+        if fault.kind in SERVO_EVENTS and fault.source in names
+    ]
+    # what came of a recovery was known before the servos were read
+    return tuple(sorted(events, key=lambda event: event.kind is FaultKind.SERVO_DOWN))
+
+
+def _gap_words(expected: int, index: int) -> str:
+    if index < expected:
         return "another run begins here (the log is merged): only the first is replayed"
     return (
-        f"ticks {expected} to {found - 1} are missing from the log: only what is before them is "
+        f"ticks {expected} to {index - 1} are missing from the log: only what is before them is "
         "replayed"
     )

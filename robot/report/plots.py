@@ -15,7 +15,7 @@ from model.motion.se2 import aligning, compose
 from model.values.arrays import FloatArray
 from model.values.tick import Mode
 from record.log.recording import Recording
-from robot.control.stop_causes import WISHED
+from robot.control.stops import STOPS
 from robot.report.run_totals import true_pose
 from robot.report.summary import planar_pose
 
@@ -215,7 +215,9 @@ def _mark_faults(ax: Axes, log: Recording) -> None:
         edge = ax.get_xaxis_transform()
         ax.plot(log.t_s[rows], np.full(len(rows), 0.96), ls="", marker="|", ms=5, mew=0.8,
                 color=FAULT, transform=edge, label="fault")  # fmt: skip
-    unwished = ~np.isin(log.stop_reason, [reason.value for reason in WISHED])
+    unwished = ~np.isin(
+        log.stop_reason, [reason.value for reason, stop in STOPS.items() if stop.wished]
+    )
     if unwished.any():
         begin = log.t_s[int(np.argmax(unwished))]
         ax.axvline(begin, color=FAULT, lw=1, ls=":", label="stop begins")

@@ -10,7 +10,7 @@ from model.values.arrays import BoolArray, FloatArray, IntArray
 from model.values.faults import StopReason
 from model.values.tick import Mode
 from record.log.recording import Recording
-from robot.control.stop_causes import cause_words
+from robot.control.stops import cause_words
 
 
 @dataclass(slots=True)

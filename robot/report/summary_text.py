@@ -4,7 +4,7 @@ import math
 
 from model.values.faults import StopReason
 from robot.console.table import number_text, row_lines
-from robot.control.stop_causes import WISHED, WORDS
+from robot.control.stops import STOPS
 from robot.report.summary import PERCENTILES, Summary, reason_of
 
 Row = tuple[str, str]
@@ -50,12 +50,12 @@ def _ticks(count: int) -> str:
 def _stop_rows(s: Summary) -> list[Row]:
     """Why a run stopped that nobody ended, when, and what went wrong last."""
     reason = reason_of(s.stop_reason)
-    if reason in WISHED:
+    if STOPS[reason].wished:
         return []
     cause = f" ({s.stop_cause})" if s.stop_cause else ""
     when = f", from {number_text(s.stop_s, 2)} s on"
     last = [f"{words} at {t_s:.2f} s" for t_s, words in s.last_faults[:MOST_LAST_FAULTS]]
-    rows = [("stopped because", f"{WORDS[reason]}{cause}{when}")]
+    rows = [("stopped because", f"{STOPS[reason].words}{cause}{when}")]
     return rows + ([("last faults", "; ".join(last))] if last else [])
 
 

@@ -1,27 +1,108 @@
-"""What a log has to say beside its ticks so that its controller can be built again.
+"""The log of a run, and what it keeps beside its ticks so that its controller can be built again.
 
 The robot file is an attachment of every log. Here are the rest of a controller's arguments, as texts
 of the log's metadata: calibrations of the force sensors, rate of the loop, whether torque was allowed.
+The run in a few words is in ``record.log.header``.
 """
 
 import json
 import math
-from collections.abc import Mapping
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
 
 from drivers.ati.calibration import Calibration
+from drivers.wire.tap import WireTap
 from model.errors import ConfigError, RecordError
+from model.values.tick import Tick
+from record.log.background import BackgroundWriter
+from record.log.header import RunHeader
 from record.log.reader import LogContents
-from record.log.writer import RATE_KEY
+from record.log.writer import RATE_KEY, LogWriter
 from robot.config.calibration import CALIBRATION_KEY, calibration_text, parse_calibration
 from robot.config.robot_file import RobotConfig, parse_robot
 from robot.control.controller import Controller
+from robot.run.operator import Script
 from robot.run.rig import Rig
 
 CALIBRATIONS_KEY = "calibrations"
+UNITS_KEY = "force_units"  # of older logs: less of each calibration, by leg name
 ARMED_KEY = "armed"
 LATENCY_KEY = "bus_latency_ms"
 FORCE_UNIT_KEY = "force_unit"
+# Virtual time has no calendar; its logs are stamped from this date so that two runs are the same.
+VIRTUAL_EPOCH_UNIX_NS = 1_767_225_600_000_000_000  # 2026-01-01 00:00:00 UTC
+
+
+def open_log(
+    path: Path, header: RunHeader, rig: Rig, controller: Controller, *, with_bytes: bool = False
+) -> LogWriter:
+    """Open the log of a run that is about to begin.
+
+    Args:
+        path: The log.
+        header: The run in a few words.
+        rig: The robot, open.
+        controller: Its controller.
+        with_bytes: Whether the bytes of both devices are going to be in it.
+
+    Raises:
+        RecordError: It cannot be written.
+    """
+    return LogWriter(
+        path,
+        names=controller.config.parameters.legs.names,
+        config_text=controller.config.text,
+        metadata={
+            **header.metadata(),
+            **controller_metadata(controller, rig.calibrations),
+            **(wire_metadata(rig) if with_bytes else {}),
+        },
+        start_ns=rig.clock.now_ns(),
+        start_unix_ns=VIRTUAL_EPOCH_UNIX_NS if header.time == "virtual" else time.time_ns(),
+    )
+
+
+def virtual_header(config: RobotConfig, script: Script, seed: int | None = None) -> RunHeader:
+    """Return the header of a run in virtual time.
+
+    Args:
+        config: Robot file.
+        script: What is done.
+        seed: Seed of virtual noise, None to leave it unsaid.
+    """
+    return RunHeader(
+        robot=config.name,
+        hardware="virtual",
+        time="virtual",
+        gait=script.gait,
+        frequency_hz=script.frequency_hz,
+        steer=script.steer,
+        seed=seed,
+    )
+
+
+@contextmanager
+def whole_log(
+    path: Path, header: RunHeader, rig: Rig, controller: Controller
+) -> Iterator[LogWriter]:
+    """Open the log of a run, and close it afterwards.
+
+    Args: as for ``open_log``.
+
+    Raises:
+        RecordError: It cannot be written.
+    """
+    writer = open_log(path, header, rig, controller)
+    try:
+        yield writer
+    finally:
+        writer.close()
+    if writer.error is not None:
+        raise writer.error
 
 
 def controller_metadata(
@@ -41,15 +122,8 @@ def controller_metadata(
     }
 
 
-def wire_metadata(rig: Rig, *, recorded: bool) -> Mapping[str, str]:
-    """Return what a log with recorded bytes needs to know of the wires, nothing for one without.
-
-    Args:
-        rig: The robot, open.
-        recorded: Whether the log holds the bytes.
-    """
-    if not recorded:
-        return {}
+def wire_metadata(rig: Rig) -> Mapping[str, str]:
+    """Return what a log that holds the bytes of both devices needs to know of their wires."""
     with_forces = any(calibration is not None for calibration in rig.calibrations)
     return {LATENCY_KEY: repr(rig.bus.latency_ms), FORCE_UNIT_KEY: str(with_forces).lower()}
 
@@ -63,25 +137,36 @@ def _as_json(calibration: Calibration | None) -> dict[str, object] | None:
     return values
 
 
-def _calibrations(text: str) -> tuple[Calibration | None, ...]:
+def calibrations_of(
+    metadata: Mapping[str, str], names: Sequence[str]
+) -> tuple[Calibration | None, ...] | None:
+    """Return what the counts of a log's force records mean, for each leg; None if it does not say.
+
+    Args:
+        metadata: The log's metadata.
+        names: Leg names.
+
+    Raises:
+        RecordError: It cannot be read.
+    """
+    key = CALIBRATIONS_KEY if CALIBRATIONS_KEY in metadata else UNITS_KEY
+    if not metadata.get(key):
+        return None
     try:
-        found = json.loads(text)
-        return tuple(
-            None
-            if values is None
-            else Calibration(
-                **{
-                    **values,
-                    "max_rating": tuple(math.nan if r is None else r for r in values["max_rating"]),
-                }
-            )
-            for values in found
-        )
-    except (ValueError, TypeError, KeyError) as error:
+        texts = json.loads(metadata[key])
+        if key == UNITS_KEY:
+            texts = [texts.get(name) for name in names]
+        return tuple(None if values is None else _calibration(values) for values in texts)
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
         raise RecordError(
-            f"the log's calibrations cannot be read ({error}): it is damaged, or newer than this "
-            "software"
+            f"the log's {key} cannot be read ({error}): it is damaged, or newer than this software"
         ) from error
+
+
+def _calibration(values: Mapping[str, Any]) -> Calibration:
+    ratings = values.get("max_rating", (None,) * 6)
+    rating = tuple(math.nan if value is None else value for value in ratings)
+    return Calibration(**{"mult_on": True, **values, "max_rating": rating})
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,11 +200,9 @@ def rebuild_controller(contents: LogContents, config: RobotConfig | None = None)
     used = _config(contents, config)
     metadata, notes = contents.metadata, []
     names = used.parameters.legs.names
-    calibrations: tuple[Calibration | None, ...] = (None,) * len(names)
-    forces_known = CALIBRATIONS_KEY in metadata
-    if forces_known:
-        calibrations = _calibrations(metadata[CALIBRATIONS_KEY])
-    else:
+    recorded = calibrations_of(metadata, names)
+    calibrations = (None,) * len(names) if recorded is None else recorded
+    if recorded is None:
         notes.append("the log is older than recorded calibrations: forces are not compared")
     rate_hz = used.loop.rate_hz
     if RATE_KEY in metadata:
@@ -132,7 +215,7 @@ def rebuild_controller(contents: LogContents, config: RobotConfig | None = None)
             "--robot", f"has {len(names)} legs, the log {len(calibrations)}; choose another file"
         )
     controller = Controller(used, calibrations, armed=armed, rate_hz=rate_hz)
-    return Rebuilt(controller, calibrations, forces_known, tuple(notes))
+    return Rebuilt(controller, calibrations, recorded is not None, tuple(notes))
 
 
 def _config(contents: LogContents, config: RobotConfig | None) -> RobotConfig:
@@ -141,8 +224,8 @@ def _config(contents: LogContents, config: RobotConfig | None) -> RobotConfig:
     text = contents.metadata.get(CALIBRATION_KEY, "")
     if not text or (config is not None and config.force_sensor.calibration is not None):
         return used
-    found = parse_calibration(text, used.parameters.legs.names)
-    return replace(used, force_sensor=replace(used.force_sensor, calibration=found))
+    calibration = parse_calibration(text, used.parameters.legs.names)
+    return replace(used, force_sensor=replace(used.force_sensor, calibration=calibration))
 
 
 def _own_config(contents: LogContents) -> RobotConfig:
@@ -164,3 +247,31 @@ def _whole(text: str) -> int:
     if not 1 <= rate_hz <= 1000:
         raise RecordError(f"the log says that its loop ran at {text!r} Hz: it is damaged")
     return rate_hz
+
+
+class TappedLog:
+    """A log that takes what the tap received along with every tick.
+
+    Args:
+        log: The log.
+        tap: The tap.
+    """
+
+    def __init__(self, log: LogWriter | BackgroundWriter, tap: WireTap) -> None:
+        self._log = log
+        self._tap = tap
+
+    @property
+    def error(self) -> RecordError | None:
+        """Why the log can no longer be written, None while it can."""
+        return self._log.error
+
+    def write(self, tick: Tick) -> None:
+        """Write what was received up to here, then the tick."""
+        self._log.write_wires(self._tap.take())
+        self._log.write(tick)
+
+    def close(self) -> None:
+        """Write what was received since the last tick (torque going off) and finish."""
+        self._log.write_wires(self._tap.take())
+        self._log.close()

@@ -4,19 +4,46 @@ Deadlines lie on a fixed grid. A tick that comes late by more than a period coun
 takes the next point of the grid; it never runs a burst to catch up. Torque goes off on every way out.
 """
 
+import gc
 from dataclasses import dataclass
 from typing import Protocol
 
+from drivers.clock import Clock
 from model.errors import RecordError
 from model.values.faults import Fault, FaultKind, StopReason
 from model.values.tick import Inputs, LoopTiming, Mode, Request, Tick
 from robot.control.controller import Controller
 from robot.control.safety import Allowed
 from robot.control.state import ControllerState
-from robot.control.stop_causes import cause_words
-from robot.run.rig import Rig, Seen
+from robot.control.stops import cause_words
+from robot.run.rig import Reading
 
 RESTING = (Mode.IDLE, Mode.HOLD, Mode.LIMP)
+
+
+class Devices(Protocol):
+    """The devices of a robot: what ``exchange`` needs of a rig."""
+
+    def read(self) -> Reading:
+        """Read everything once."""
+
+    def actuate(self, allowed: Allowed) -> tuple[Fault, ...]:
+        """Send what the safety gate let through; return the faults met on the way."""
+
+
+class Robot(Devices, Protocol):
+    """A robot within reach: ``robot.run.rig.Rig``, or what stands in for it in virtual time."""
+
+    @property
+    def clock(self) -> Clock:
+        """The clock that all of it lives by."""
+
+    @property
+    def torque(self) -> bool:
+        """Whether torque has been switched on and not confirmed off."""
+
+    def cut_torque(self) -> bool:
+        """Switch all torque off; True if every servo confirmed it."""
 
 
 class Operator(Protocol):
@@ -24,7 +51,6 @@ class Operator(Protocol):
 
     def request(self, tick: Tick | None, t_ns: int) -> Request:
         """Return the wish for the tick at ``t_ns``, knowing the tick before."""
-        ...
 
 
 class TickSink(Protocol):
@@ -32,12 +58,10 @@ class TickSink(Protocol):
 
     def write(self, tick: Tick) -> None:
         """Take one tick; must not block for long."""
-        ...
 
     @property
     def error(self) -> RecordError | None:
         """Why the log can no longer be written, None while it can."""
-        ...
 
 
 class Observer(Protocol):
@@ -45,7 +69,6 @@ class Observer(Protocol):
 
     def show(self, tick: Tick) -> None:
         """Take one tick; must not block."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,22 +93,22 @@ class RunResult:
 
 
 def run(
-    rig: Rig,
+    robot: Robot,
     controller: Controller,
     operator: Operator,
-    sink: TickSink | None,
-    observer: Observer | None,
+    sink: TickSink | None = None,
+    observer: Observer | None = None,
 ) -> RunResult:
     """Run until the operator's wish is done or something stops the robot.
 
     Args:
-        rig: The robot, connected.
+        robot: The robot, connected.
         controller: The pure step.
         operator: Where wishes come from.
         sink: Where ticks go, if anywhere.
         observer: Who watches, if anyone.
     """
-    clock = rig.clock
+    clock = robot.clock
     period_ns = controller.period_ns
     state = controller.initial()
     tick: Tick | None = None
@@ -99,16 +122,16 @@ def run(
             start_ns = clock.now_ns()
             timing = LoopTiming(deadline_ns, start_ns - deadline_ns, missed, busy_ns)
             request = operator.request(tick, start_ns)
-            had_torque = rig.torque
-            call = Call(start_ns, request, timing, (*pending, *_log_fault(sink)))
-            state, tick, pending = exchange(rig, controller, state, call)
+            had_torque = robot.torque
+            wanted = Inputs(None, (), request, timing, None, (*pending, *_log_fault(sink)))
+            state, tick, pending = exchange(robot, controller, state, wanted, start_ns)
             switched_on = state.allowed.command.torque and not had_torque
             if sink is not None:
                 sink.write(tick)
             if observer is not None:
                 observer.show(tick)
             if not detail and tick.stop_reason is not StopReason.NONE:
-                detail = explain(tick)
+                detail = cause_words(tick.stop_reason, tick.faults)
             if tick.mode in RESTING and tick.stop_reason is not StopReason.NONE:
                 break
             now_ns = clock.now_ns()
@@ -120,59 +143,48 @@ def run(
             all_missed += missed
             deadline_ns += period_ns * (1 + missed)
     finally:
-        torque_off = rig.cut_torque()
+        torque_off = robot.cut_torque()
     return RunResult(state.stop_reason, state.index, torque_off, tick, detail, all_missed)
 
 
-class Reached(Protocol):
-    """A robot within reach: what ``exchange`` needs of a rig."""
-
-    def read(self) -> Seen:
-        """Read everything once."""
-        ...
-
-    def actuate(self, allowed: Allowed) -> tuple[Fault, ...]:
-        """Send what the safety gate let through; return the faults met on the way."""
-        ...
-
-
-@dataclass(frozen=True, slots=True)
-class Call:
-    """What a tick knows before it looks at the robot.
-
-    Attributes:
-        t_ns: Time of the tick.
-        request: The operator's wish.
-        timing: How the loop is doing.
-        faults: Faults found since the tick before.
-    """
-
-    t_ns: int
-    request: Request
-    timing: LoopTiming
-    faults: tuple[Fault, ...]
+def run_undisturbed(
+    robot: Robot,
+    controller: Controller,
+    operator: Operator,
+    sink: TickSink | None,
+    observer: Observer | None,
+) -> RunResult:
+    """Run as ``run`` does, without a full garbage collection on the way: it would cost several periods."""
+    gc.collect()
+    gc.freeze()
+    try:
+        return run(robot, controller, operator, sink, observer)
+    finally:
+        gc.unfreeze()
 
 
 def exchange(
-    rig: Reached, controller: Controller, state: ControllerState, call: Call
+    devices: Devices, controller: Controller, state: ControllerState, wanted: Inputs, t_ns: int
 ) -> tuple[ControllerState, Tick, tuple[Fault, ...]]:
     """Read, step, send: what happens once a tick, in the loop and in a replay of recorded bytes.
+
+    Args:
+        devices: The robot.
+        controller: The pure step.
+        state: State after the tick before.
+        wanted: What is known before the robot is read: the wish, the loop's timing, faults since then.
+        t_ns: Time of the tick.
 
     Returns:
         The new state, the tick, and the faults met while sending, for the next tick.
     """
-    seen = rig.read()
-    faults = (*seen.faults, *call.faults)
+    reading = devices.read()
     inputs = Inputs(
-        seen.servos, seen.forces, call.request, call.timing, seen.truth, faults, seen.poses
-    )
-    state, tick = controller.step(state, inputs, call.t_ns)
-    return state, tick, rig.actuate(state.allowed)
-
-
-def explain(tick: Tick) -> str:
-    """Return the cause of a stop in words, from the tick in which it began."""
-    return cause_words(tick.stop_reason, tick.faults)
+        reading.servos, reading.forces, wanted.request, wanted.timing, reading.truth,
+        (*reading.faults, *wanted.faults), reading.poses, reading.servo_events,
+    )  # fmt: skip
+    state, tick = controller.step(state, inputs, t_ns)
+    return state, tick, devices.actuate(state.allowed)
 
 
 def _log_fault(sink: TickSink | None) -> tuple[Fault, ...]:

@@ -22,12 +22,12 @@ class Interrupts:
         self.count = 0
         self._before: list[tuple[signal.Signals, object]] = []
 
-    def _heard(self, _number: int, _frame: FrameType | None) -> None:
+    def _count(self, _number: int, _frame: FrameType | None) -> None:
         self.count += 1
 
     def __enter__(self) -> Self:
         for number in self.SIGNALS:
-            self._before.append((number, signal.signal(number, self._heard)))
+            self._before.append((number, signal.signal(number, self._count)))
         return self
 
     def __exit__(
@@ -63,18 +63,20 @@ class Script:
         cycles: Cycles to walk, or None.
         duration_s: Seconds to walk (or to listen), or None; with both None it goes on until stopped.
         listen: True never asks for torque.
+        end: STOP comes to rest on all feet when it is done, CUT cuts torque there and then.
     """
 
     gait: str
     frequency_hz: float
-    steer: float
-    cycles: float | None
-    duration_s: float | None
+    steer: float = 0.0
+    cycles: float | None = None
+    duration_s: float | None = None
     listen: bool = False
+    end: Intent = Intent.STOP
 
 
 class ScriptedOperator:
-    """Walks a script, then stops on all feet."""
+    """Walks a script to its end."""
 
     def __init__(self, script: Script, interrupts: Interrupts) -> None:
         self._script = script
@@ -90,7 +92,7 @@ class ScriptedOperator:
         reason = StopReason.NONE
         self._done = self._done or self._finished(tick, t_ns)
         if self._done:
-            intent, reason = Intent.STOP, StopReason.COMPLETED
+            intent, reason = script.end, StopReason.COMPLETED
         wish = Request(intent, script.gait, script.frequency_hz, script.steer, reason)
         return self._interrupts.override(wish)
 

@@ -8,24 +8,22 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-import numpy as np
-
 from drivers.ati.calibration import Calibration
+from drivers.ati.links import DatagramLink, TextLink
+from drivers.ati.settings import ForceSensorSettings
 from drivers.ati.stream import ForceStream, StreamCounters
 from drivers.clock import Clock
 from drivers.dynamixel.bus import ServoBus
-from drivers.dynamixel.recovery import Incident, ServoRecovery
-from drivers.dynamixel.setup import BusReport
+from drivers.dynamixel.port import ClockedPort
+from drivers.dynamixel.recovery import Incident, RecoveryPolicy, ServoRecovery
 from drivers.pose_udp import PoseListener
+from drivers.wire.tap import WireTap
 from model.errors import BusError, ConnectionLost
-from model.values.arrays import readonly
-from model.values.faults import Fault, FaultKind
+from model.values.faults import Fault, FaultKind, ServoEvent
 from model.values.poses import PoseRecord
-from model.values.readings import BodyTruth, ForceRecord, ServoReadings
+from model.values.readings import BodyTruth, ForceRecord, ServoReadings, silent_readings
 from robot.config.safety import RecoverySettings
 from robot.control.safety import Allowed
-
-NO_RECOVERY = RecoverySettings()
 
 
 class TruthSource(Protocol):
@@ -37,7 +35,7 @@ class TruthSource(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class Reading:
     """What one read brought in.
 
     Attributes:
@@ -46,53 +44,77 @@ class Seen:
         truth: Ground truth, None where there is none.
         faults: Faults the drivers found.
         poses: Absolute poses since the last read.
+        servo_events: Servos that lost their torque or were brought back since then; each is a fault too.
     """
 
     servos: ServoReadings
     forces: tuple[ForceRecord, ...]
-    truth: BodyTruth | None
-    faults: tuple[Fault, ...]
+    truth: BodyTruth | None = None
+    faults: tuple[Fault, ...] = ()
     poses: tuple[PoseRecord, ...] = ()
+    servo_events: tuple[ServoEvent, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Wires:
+    """What the drivers of one robot are connected to.
+
+    Attributes:
+        clock: The clock that all of it lives by.
+        port: Port of the servo bus, not yet open.
+        unit: Force-torque unit.
+        links: Opens both ways to it; None runs without one.
+        reopen: Opens its console again beside the loop, untapped; None never does.
+        truth: Source of ground truth, or None.
+        closers: Called last when the rig closes, in order.
+        tap: Listens to the servo port; whoever makes ``links`` taps those.
+    """
+
+    clock: Clock
+    port: ClockedPort
+    unit: ForceSensorSettings
+    links: Callable[[], tuple[DatagramLink, TextLink]] | None
+    reopen: Callable[[], TextLink] | None = None
+    truth: TruthSource | None = None
+    closers: tuple[Callable[[], None], ...] = ()
+    tap: WireTap | None = None
 
 
 class Rig:
     """Drivers of one robot, opened.
 
     Args:
-        clock: The clock that all of it lives by.
+        wires: What they are connected to.
         bus: Servo bus, connected.
         forces: Force stream, connected and running, or None to run without.
-        calibrations: Calibration of each leg's transducer, None where there is none.
-        truth: Source of ground truth, or None.
         armed: Whether torque may be switched on at all.
-        closers: Called last, in order, to give back what was opened.
         recovery: Whether a servo that lost its torque may be brought back.
     """
 
     def __init__(
         self,
-        *,
-        clock: Clock,
+        wires: Wires,
         bus: ServoBus,
         forces: ForceStream | None,
-        calibrations: tuple[Calibration | None, ...],
-        truth: TruthSource | None,
+        *,
         armed: bool,
-        closers: tuple[Callable[[], None], ...] = (),
-        recovery: RecoverySettings = NO_RECOVERY,
+        recovery: RecoverySettings,
     ) -> None:
-        self.clock = clock
+        self.clock = wires.clock
         self.bus = bus
-        self.calibrations = calibrations
+        self.calibrations: tuple[Calibration | None, ...] = (None,) * len(wires.unit.names)
+        if forces is not None:
+            self.calibrations = forces.calibrations
         self.armed = armed
         self._forces = forces
-        self._truth = truth
-        self._closers = closers
+        self._truth = wires.truth
+        self._closers = wires.closers
         self._poses: PoseListener | None = None
         self._torque = False
         self._link_lost = ""
-        self._recovery = ServoRecovery(bus, clock, recovery.policy)
+        self._recovery = ServoRecovery(bus, wires.clock, policy_of(recovery))
         self._down: dict[int, Incident] = {}
+        self._events: list[ServoEvent] = []
 
     @property
     def torque(self) -> bool:
@@ -104,12 +126,7 @@ class Rig:
         """What happened on the force stream, None without one."""
         return None if self._forces is None else self._forces.counters
 
-    @property
-    def report(self) -> BusReport:
-        """What connecting found out about the servos."""
-        return self.bus.report
-
-    def read(self) -> Seen:
+    def read(self) -> Reading:
         """Read everything once. A lost link is a fault in the answer, not an exception."""
         faults: list[Fault] = []
         servos = self._read_servos(faults)
@@ -122,10 +139,11 @@ class Rig:
         if self._poses is not None:
             poses, bad = self._poses.read()
             faults.extend(bad)
-        return Seen(servos, records, truth, tuple(faults), poses)
+        events, self._events = tuple(self._events), []
+        return Reading(servos, records, truth, tuple(faults), poses, events)
 
     def listen(self, poses: PoseListener) -> None:
-        """Hear absolute poses too; the rig closes the listener."""
+        """Receive absolute poses too; the rig closes the listener."""
         self._poses = poses
 
     def _read_servos(self, faults: list[Fault]) -> ServoReadings:
@@ -134,12 +152,17 @@ class Rig:
                 readings = self.bus.read()
                 for incident in self._recovery.look(readings):
                     self._down[incident.index] = incident
-                    faults.append(Fault(FaultKind.SERVO_DOWN, incident.leg, incident.words))
+                    faults.append(self._note(FaultKind.SERVO_DOWN, incident, incident.words))
                 return readings
             except ConnectionLost as error:
                 self._link_lost = str(error)
         faults.append(Fault(FaultKind.LINK_LOST, "servo bus", self._link_lost))
         return silent_readings(self.clock.now_ns(), len(self.bus.settings.names))
+
+    def _note(self, kind: FaultKind, incident: Incident, detail: str) -> Fault:
+        """Keep an event for the controller's next tick; return the fault that goes with it."""
+        self._events.append(ServoEvent(incident.index, kind))
+        return Fault(kind, incident.leg, detail)
 
     def actuate(self, allowed: Allowed) -> tuple[Fault, ...]:
         """Send what the safety gate let through; nothing else reaches the servos.
@@ -168,16 +191,16 @@ class Rig:
         return ()
 
     def _bring_back(self, leg: int) -> Fault:
-        """Bring one servo back where it stands; say what came of it. Blocks while it reboots."""
+        """Bring one servo back where it stands, and report the result. Blocks while it reboots."""
         incident = self._down[leg]
         result = self._recovery.recover(incident)
         if not result.recovered:
             off = "" if result.torque_off else "; its torque is not confirmed off"
             detail = f"{incident.words}, not brought back: {result.reason}{off}"
-            return Fault(FaultKind.RECOVERY_FAILED, incident.leg, detail)
+            return self._note(FaultKind.RECOVERY_FAILED, incident, detail)
         del self._down[leg]
         detail = f"{incident.words}, holds again at {result.goal_ticks} ticks"
-        return Fault(FaultKind.SERVO_RECOVERED, incident.leg, detail)
+        return self._note(FaultKind.SERVO_RECOVERED, incident, detail)
 
     def cut_torque(self) -> bool:
         """Switch all torque off.
@@ -206,20 +229,6 @@ class Rig:
                 closer()
 
 
-def silent_readings(t_ns: int, count: int) -> ServoReadings:
-    """Return readings in which no servo answered."""
-    zeros = readonly(np.zeros(count, dtype=np.int64))
-    unknown = readonly(np.full(count, -1, dtype=np.int64))
-    return ServoReadings(
-        t_ns=t_ns,
-        position_ticks=zeros,
-        velocity_counts=zeros,
-        current_counts=zeros,
-        duty_counts=zeros,
-        voltage_counts=zeros,
-        temperature_c=zeros,
-        error_byte=zeros,
-        hardware_error=unknown,
-        valid=readonly(np.zeros(count, dtype=bool)),
-        age_ns=unknown,
-    )
+def policy_of(recovery: RecoverySettings) -> RecoveryPolicy:
+    """Return the settings of a robot file for the driver, which keeps to them on its own account."""
+    return RecoveryPolicy(recovery.most, recovery.window, recovery.causes, recovery.after_restart)

@@ -10,7 +10,7 @@ import select
 import sys
 import termios
 import tty
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import TracebackType
 from typing import Self, TextIO
 
@@ -78,24 +78,7 @@ class Keys:
         return list(text)
 
 
-@dataclass(frozen=True, slots=True)
-class Wish:
-    """What the keys have asked for so far.
-
-    Attributes:
-        intent: Stand, walk, stop or cut.
-        gait: Gait to walk.
-        frequency_hz: Cycles a second.
-        steer: -1 (right) to 1 (left).
-    """
-
-    intent: Intent
-    gait: str
-    frequency_hz: float
-    steer: float
-
-
-def press(wish: Wish, key: str, book: GaitBook) -> Wish:
+def press(wish: Request, key: str, book: GaitBook) -> Request:
     """Return the wish after one key. A key that means nothing changes nothing.
 
     Args:
@@ -119,14 +102,18 @@ def press(wish: Wish, key: str, book: GaitBook) -> Wish:
         case "1" | "2":
             return _retuned(replace(wish, gait=GAIT_KEYS[key]), wish.frequency_hz, book)
         case "q":
-            return replace(wish, intent=Intent.STOP)
+            return _stop(wish)
         case "x":
-            return replace(wish, intent=Intent.CUT)
+            return replace(wish, intent=Intent.CUT, reason=StopReason.EMERGENCY)
         case _:
             return wish
 
 
-def _retuned(wish: Wish, frequency_hz: float, book: GaitBook) -> Wish:
+def _stop(wish: Request) -> Request:
+    return replace(wish, intent=Intent.STOP, reason=StopReason.OPERATOR)
+
+
+def _retuned(wish: Request, frequency_hz: float, book: GaitBook) -> Request:
     highest = book.frequency_limits[wish.gait]
     bounded = min(highest, max(FREQUENCY_STEP_HZ, frequency_hz))
     return replace(wish, frequency_hz=bounded)
@@ -144,7 +131,7 @@ class KeyboardOperator:
     """
 
     def __init__(
-        self, keys: Keys, start: Wish, book: GaitBook, interrupts: Interrupts, deadman_s: float
+        self, keys: Keys, start: Request, book: GaitBook, interrupts: Interrupts, deadman_s: float
     ) -> None:
         self._keys = keys
         self._wish = start
@@ -154,7 +141,7 @@ class KeyboardOperator:
         self._last_key_ns: int | None = None
 
     @property
-    def wish(self) -> Wish:
+    def wish(self) -> Request:
         """The wish as it stands."""
         return self._wish
 
@@ -165,16 +152,8 @@ class KeyboardOperator:
             if self._wish.intent not in {Intent.STOP, Intent.CUT} or key.lower() == "x":
                 self._wish = press(self._wish, key, self._book)
         if self._keys.ended and self._wish.intent is not Intent.CUT:
-            self._wish = replace(self._wish, intent=Intent.STOP)
+            self._wish = _stop(self._wish)
         quiet_ns = t_ns - (self._last_key_ns if self._last_key_ns is not None else t_ns)
         if self._wish.intent is Intent.WALK and quiet_ns > self._deadman_ns:
             self._wish = replace(self._wish, intent=Intent.STAND)
-        return self._interrupts.override(self._as_request())
-
-    def _as_request(self) -> Request:
-        wish = self._wish
-        reason = {
-            Intent.STOP: StopReason.OPERATOR,
-            Intent.CUT: StopReason.EMERGENCY,
-        }.get(wish.intent, StopReason.NONE)
-        return Request(wish.intent, wish.gait, wish.frequency_hz, wish.steer, reason)
+        return self._interrupts.override(self._wish)

@@ -29,7 +29,8 @@ from robot.study import (
 from robot.study.figures_runtime import draw_parallel, draw_runtime, read_benchmark
 from robot.study.walk_comparison import WalkComparison, compare_walk
 from robot.study.walk_errors import error_table
-from robot.virtual.walk import Progress, walk_in_memory
+from robot.virtual.rehearsal import Progress
+from robot.virtual.walk import walk_in_memory
 
 TABLE_NOTE = (
     "RMS over all walking frames. Spread: the true values about their mean. Laws apart: viscous "

@@ -5,6 +5,8 @@ times are learned from the virtual clock. From then on the registers are taken a
 their counts are. So a run is the same as through the bus, at a fraction of the cost.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from drivers.dynamixel.mx106 import (
@@ -15,11 +17,11 @@ from drivers.dynamixel.mx106 import (
 )
 from drivers.dynamixel.port import BITS_PER_BYTE
 from model.values.arrays import IntArray, readonly
-from model.values.legs import JointCommand
-from model.values.readings import ForceRecord, ServoReadings
+from model.values.faults import Fault
+from model.values.readings import ServoReadings
 from robot.config.robot_file import RobotConfig
 from robot.control.safety import Allowed
-from robot.run.rig import Rig
+from robot.run.rig import Reading, Rig
 from sim_hw.clock import VirtualClock
 from sim_hw.host.virtual_robot import VirtualRobot
 
@@ -30,7 +32,7 @@ SYNC_READ_BYTES = 14
 
 
 class DirectRobot:
-    """A rig whose bus is bypassed once its times are known.
+    """A rig whose bus is bypassed once its times are known; implements ``robot.run.loop.Robot``.
 
     Args:
         config: Robot file.
@@ -40,9 +42,11 @@ class DirectRobot:
 
     def __init__(self, config: RobotConfig, rig: Rig, robot: VirtualRobot) -> None:
         if not isinstance(rig.clock, VirtualClock):
-            raise TypeError("only a virtual clock can be told what time the bytes would take")
+            raise TypeError(
+                "only a virtual clock can be advanced by the time that bytes would take"
+            )
         self.clock = rig.clock
-        self.calibrations = rig.calibrations
+        self.world = robot.world
         self._rig, self._robot = rig, robot
         self._bus = config.servo_bus
         wire_s = (SYNC_READ_BYTES + len(self._bus.ids)) * BITS_PER_BYTE / self._bus.baud_rate
@@ -68,15 +72,15 @@ class DirectRobot:
             and writes[-1] == writes[-2]
         )
 
-    def read(self) -> tuple[ServoReadings, tuple[ForceRecord, ...]]:
-        """Read the servos, and the force records that have come since."""
+    def read(self) -> Reading:
+        """Read the servos, and the force records that have come since; no truth."""
         start_ns = self.clock.now_ns()
         if not self.direct:
             # forces come through the link, which parses what the unit sent
-            seen = self._rig.read()
+            reading = self._rig.read()
             self._reads.append(self.clock.now_ns() - start_ns)
-            return seen.servos, seen.forces
-        world = self._robot.world
+            return replace(reading, truth=None)
+        world = self.world
         world.advance_to(start_ns + self._ask_ns)
         counts = self._counts()
         self._reads.append(self._reads[-PATTERN])
@@ -96,10 +100,10 @@ class DirectRobot:
             valid=self._valid,
             age_ns=self._plain,
         )
-        return readings, tuple(self._robot.wnet.due(self.clock.now_ns()))
+        return Reading(readings, tuple(self._robot.wnet.due(self.clock.now_ns())))
 
     def _counts(self) -> tuple[IntArray, ...]:
-        world = self._robot.world
+        world = self.world
         values = (
             world.encoder_ticks,
             world.encoder_rate / VELOCITY_UNIT_RAD_S,
@@ -109,19 +113,21 @@ class DirectRobot:
         )
         return tuple(np.rint(value).astype(np.int64) for value in values)
 
-    def actuate(self, allowed: Allowed) -> None:
+    def actuate(self, allowed: Allowed) -> tuple[Fault, ...]:
         """Send what the safety gate let through."""
-        start_ns = self.clock.now_ns()
-        if not self.direct:
+        start_ns, command = self.clock.now_ns(), allowed.command
+        if not (self.direct and command.torque):
             had_torque = self._rig.torque
-            self._rig.actuate(allowed)
-            if had_torque and allowed.command.torque:
+            faults = self._rig.actuate(allowed)
+            if had_torque and command.torque:
                 self._writes.append(self.clock.now_ns() - start_ns)
-            return
-        self._write(allowed.command)
-
-    def _write(self, command: JointCommand) -> None:
+            return faults
         self.clock.advance(self._writes[-1])
-        self._robot.world.advance_to(self.clock.now_ns())
+        self.world.advance_to(self.clock.now_ns())
         ticks = angle_to_ticks(command.angle_rad, self._bus.signs, self._bus.zeros)
         self._robot.firmware.goal_position[:] = ticks
+        return ()
+
+    def cut_torque(self) -> bool:
+        """Switch all torque off, through the bus."""
+        return self._rig.cut_torque()

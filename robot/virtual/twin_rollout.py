@@ -23,11 +23,12 @@ from record.trial.header import TrialNoise
 from record.trial.trial import Trial
 from robot.config.robot_file import RobotConfig, parse_robot
 from robot.virtual.file_twin import file_effects, nominal_twin, twin_effects
+from robot.virtual.twin_run import body_of, poses_of
 from sim_hw.host.virtual_robot import build_virtual_robot
 from sim_hw.host.world import World
 from sim_hw.twin.catalog import EFFECTS
 from sim_hw.twin.effects import apply_effects
-from sim_hw.twin.motion_capture import MotionCapture, Poses
+from sim_hw.twin.motion_capture import MotionCapture
 from sim_hw.twin.twin import Twin
 
 NAME = "mujoco"
@@ -41,7 +42,7 @@ START_NS = 1_000_000_000
 def twin_catalogue() -> tuple[GapEffect, ...]:
     """Return the effects of the catalogue that the MuJoCo robot can have more or less of, in its bounds."""
     kinds = {kind.name: kind for kind in EFFECTS if kind.apply is not None}
-    found = []
+    effects = []
     for effect in CATALOGUE:
         kind = kinds.get(effect.name)
         if kind is None:
@@ -51,8 +52,8 @@ def twin_catalogue() -> tuple[GapEffect, ...]:
             replace(p, lower=max(p.lower, bounds[p.name][0]), upper=min(p.upper, bounds[p.name][1]))
             for p in effect.parameters
         )
-        found.append(replace(effect, parameters=parameters))
-    return tuple(found)
+        effects.append(replace(effect, parameters=parameters))
+    return tuple(effects)
 
 
 def twin_simulator(text: str, only: tuple[str, ...] = ()) -> RolloutSimulator:
@@ -150,22 +151,20 @@ class TwinRollout:
     ) -> Trial:
         bus, unit = self.config.servo_bus, self.config.force_sensor
         times = now_ns + np.rint((trial.time_s - trial.time_s[0]) * 1e9).astype(np.int64)
-        shafts, wrenches, poses = [], [], []
+        shafts, wrenches, places = [], [], []
         for t_ns, command in zip(times.tolist(), commands, strict=True):
             world.advance_to(t_ns)
             shafts.append(ticks_to_angle(world.encoder_ticks, bus.signs, bus.zeros))
             wrenches.append(world.wrench(t_ns))
             position, quaternion, feet = world.plant.places()
-            poses.append((position.copy(), quaternion, feet.copy()))
+            places.append((t_ns, position.copy(), quaternion, feet))
             goal[:] = self._ticks(command)
         shaft = np.array(shafts)
         sensed = foot_wrenches(np.array(wrenches), unit, shaft)
         x, y, z = np.moveaxis(sensed[..., :3], -1, 0)
         c, s = np.cos(unit.yaw_rad), np.sin(unit.yaw_rad)
-        seen = MotionCapture(twin.sensors, SEED).see_all(
-            Poses(times, *(np.array(column) for column in zip(*poses, strict=True)))
-        )
-        body, angles, foot = _body(seen)
+        measured = MotionCapture(twin.sensors, SEED).see_all(poses_of(places))
+        body, angles, foot = body_of(measured)
         # what the encoder makes of whole turns, it makes of those that were left out, too
         return replace(
             trial,
@@ -202,12 +201,3 @@ def _begin_at(world: World, trial: Trial) -> None:
     state[0:2] = start[:2]
     state[3:7] = np.roll((Rotation.from_euler("z", start[2] - yaw) * turned).as_quat(), 1)
     world.plant.refresh()
-
-
-def _body(seen: Poses) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Position, angles and feet as a trial has them."""
-    turns = Rotation.from_quat(seen.quaternion_xyzw)
-    yaw, pitch, roll = turns.as_euler("ZYX").T
-    arms = seen.foot_position_W - seen.position_W[:, None, :]
-    feet = np.einsum("tji,tnj->tni", turns.as_matrix(), arms)
-    return seen.position_W, np.stack([roll, pitch, np.unwrap(yaw)], axis=1), feet

@@ -1,37 +1,43 @@
 """A walk of a physical twin as a trial: through bus and force unit, or at the same times without bytes."""
 
-from collections.abc import Callable
+from collections.abc import Sequence
+from contextlib import ExitStack, closing
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from drivers.ati.foot_forces import foot_forces
-from drivers.dynamixel.mx106 import joint_state
 from gaits.catalog import make_gait
 from gaits.limits import check_gait
-from model.errors import ModelError
-from model.values.arrays import readonly
-from model.values.faults import StopReason
-from model.values.legs import JointCommand
-from model.values.tick import Intent, Mode, Request
+from model.errors import ModelError, RecordError
+from model.values.arrays import FloatArray, readonly
+from model.values.legs import FootForces, JointState
+from model.values.readings import BodyTruth
+from model.values.tick import Intent, Mode, Tick
+from record.trial.header import LEGGED, TrialHeader
 from record.trial.trial import Trial
 from robot.config.robot_file import RobotConfig
 from robot.control.controller import Controller
-from robot.control.modes import Phase, Situation, advance
-from robot.control.safety import Allowed, Refused, gate
-from robot.run.hardware import open_twin
+from robot.run.header import virtual_header, whole_log
+from robot.run.loop import TickSink
+from robot.run.operator import Script
+from robot.run.rig import Reading, Rig
 from robot.virtual.direct_robot import DirectRobot
 from robot.virtual.file_twin import file_effects
-from robot.virtual.twin_rows import TwinRows, trial_header, trial_of
+from robot.virtual.open import VirtualSettings, open_twin
+from robot.virtual.rehearsal import Progress, rehearse
+from sim_hw.host.virtual_robot import VirtualRobot
 from sim_hw.host.world import World
 from sim_hw.twin.catalog import EFFECTS
 from sim_hw.twin.effects import Effect, apply_effects
 from sim_hw.twin.motion_capture import MotionCapture, Poses
 from sim_hw.twin.twin import Twin, healthy_twin
 
-# The robot stands up and takes its start pose in this time, or never.
-START_LIMIT_S = 60.0
-Progress = Callable[[float], None]
+ROBOT_FILE = "robot.toml"
+# Time [ns], body in the world (3,) [m], body to world x y z w (4,), feet in the world (N, 3) [m].
+Place: TypeAlias = tuple[int, FloatArray, FloatArray, FloatArray]
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +55,11 @@ class WalkPlan:
     frequency_hz: float
     seconds: float
     steer: float
+
+    @property
+    def script(self) -> Script:
+        """The same for an operator."""
+        return Script(self.gait, self.frequency_hz, self.steer, duration_s=self.seconds)
 
 
 def plan_of(
@@ -83,143 +94,180 @@ def make_twin(config: RobotConfig, effects: tuple[Effect, ...], seed: int) -> Tw
     return apply_effects(healthy_twin(config.parameters, seed), everything, EFFECTS)
 
 
-class _Poses:
-    """Poses of body and feet, appended as they come."""
-
-    def __init__(self) -> None:
-        self.rows: list[tuple[int, np.ndarray, np.ndarray, np.ndarray]] = []
-
-    def add(self, t_ns: int, places: tuple[np.ndarray, np.ndarray, np.ndarray]) -> None:
-        position, quaternion, feet = places
-        self.rows.append((t_ns, position.copy(), quaternion, feet))
-
-    def all(self) -> Poses:
-        return Poses(
-            t_ns=np.array([row[0] for row in self.rows]),
-            position_W=np.array([row[1] for row in self.rows]),
-            quaternion_xyzw=np.array([row[2] for row in self.rows]),
-            foot_position_W=np.array([row[3] for row in self.rows]),
-        )
-
-
-def walk_fast(config: RobotConfig, twin: Twin, plan: WalkPlan, progress: Progress) -> Trial:
-    """Walk without the byte layer, and return the trial.
+def walk_through_bytes(
+    config: RobotConfig, twin: Twin, plan: WalkPlan, log: Path | None, progress: Progress
+) -> Trial:
+    """Walk through the virtual bus and force unit, with the whole controller, and return the trial.
 
     Args:
         config: Robot file: what controller and safety gate believe.
         twin: What walks.
         plan: How.
-        progress: Told the share done, 0 to 1.
+        log: Log that every tick goes to as well; it does not say what is wrong with the twin.
+        progress: Called with the share done, 0 to 1.
+
+    Raises:
+        ModelError: The robot stopped before it was done.
+        RecordError: The log cannot be written.
+    """
+    walked = TwinRows(plan.seconds)
+    rig, _ = open_twin(config, twin, VirtualSettings(seed=twin.seed))
+    with closing(rig), ExitStack() as stack:
+        controller = Controller(config, rig.calibrations, armed=True)
+        sinks: list[TickSink] = [walked]
+        if log is not None:
+            header = virtual_header(config, plan.script)
+            sinks.insert(0, stack.enter_context(whole_log(log, header, rig, controller)))
+        rehearse(rig, controller, plan.script, progress, *sinks)
+    poses = poses_of([_place_of(row.truth) for row in walked.rows])
+    return trial_of(config, twin, plan, walked.rows, poses)
+
+
+def _place_of(truth: BodyTruth | None) -> Place:
+    if truth is None:
+        raise ModelError("the cameras saw nothing")
+    return truth.t_ns, truth.position_W, truth.quaternion_xyzw, truth.foot_position_W
+
+
+def walk_fast(config: RobotConfig, twin: Twin, plan: WalkPlan, progress: Progress) -> Trial:
+    """Walk without the byte layer and without model and estimator, and return the trial.
+
+    Loop, watches, modes and safety gate are the robot's own; what is left out steers nothing.
+
+    Args:
+        config: Robot file: what controller and safety gate believe.
+        twin: What walks.
+        plan: How.
+        progress: Called with the share done, 0 to 1.
 
     Raises:
         ModelError: The robot stopped before it was done.
     """
-    rig, robot = open_twin(config, twin, seed=twin.seed, armed=True, with_forces=True)
-    walker = _FastWalk(config, DirectRobot(config, rig, robot), plan)
-    poses, rows, first = _Poses(), TwinRows(), 0
-    world = robot.world
-    assert isinstance(world, World), "a twin is no bench"
-    while True:
-        joints_at_ns, mode = walker.tick()
-        poses.add(joints_at_ns, world.plant.places())
-        if mode is Mode.WALK:
-            if not rows.t_ns:
-                first = len(poses.rows) - 1
-            elif walker.t_ns - rows.t_ns[0] >= round(plan.seconds * 1e9):
-                break
-            rows.t_ns.append(walker.t_ns)
-            rows.command_rad.append(walker.allowed.command.angle_rad)
-            rows.joints.append(walker.joints)
-            rows.forces.append(walker.forces)
-            progress(min(1.0, (walker.t_ns - rows.t_ns[0]) * 1e-9 / plan.seconds))
-        walker.act()
+    walked = TwinRows(plan.seconds)
+    rig, virtual = open_twin(config, twin, VirtualSettings(seed=twin.seed))
+    with closing(rig):
+        robot = _Filmed(config, rig, virtual)
+        controller = Controller(config, rig.calibrations, armed=True, model=False)
+        rehearse(robot, controller, replace(plan.script, end=Intent.CUT), progress, walked)
+    # the cameras go on for one tick more than the trial
+    part = slice(walked.first, walked.first + len(walked.rows))
+    places = poses_of(robot.places[: part.stop + 1])
     # a skewed clock was set when the record begins: what a log of the same run says, too
-    seen = MotionCapture(twin.sensors, twin.seed).see_all(poses.all(), rows.t_ns[0])
-    part = slice(first, first + len(rows.t_ns))
-    walked = Poses(
-        seen.t_ns[part],
-        seen.position_W[part],
-        seen.quaternion_xyzw[part],
-        seen.foot_position_W[part],
+    measured = MotionCapture(twin.sensors, twin.seed).see_all(places, walked.rows[0].t_ns)
+    poses = Poses(
+        measured.t_ns[part],
+        measured.position_W[part],
+        measured.quaternion_xyzw[part],
+        measured.foot_position_W[part],
     )
-    header = trial_header(config, plan.gait, plan.frequency_hz, twin.sensors.noise)
-    return trial_of(rows, walked, header)
+    return trial_of(config, twin, plan, walked.rows, poses)
 
 
-class _FastWalk:
-    """The loop's ticks without model, estimate and log: modes, plan, safety gate, direct robot."""
+class _Filmed(DirectRobot):
+    """Keeps where body and feet truly were at each read."""
 
-    def __init__(self, config: RobotConfig, robot: DirectRobot, plan: WalkPlan) -> None:
-        controller = Controller(config, (None,) * len(config.servo_bus.names), armed=True)
-        self._calibrations = robot.calibrations
-        self._book, self._period_ns = controller.book, controller.period_ns
-        self._config, self._robot = config, robot
-        self._request = Request(
-            Intent.WALK, plan.gait, plan.frequency_hz, plan.steer, StopReason.NONE
-        )
-        nan = readonly(np.full(len(config.servo_bus.names), np.nan))
-        self._nan = nan
-        self._phase = Phase(Mode.IDLE, None, None, StopReason.NONE)
-        self._deadline_ns = robot.clock.now_ns() + self._period_ns
-        self._begin_ns = robot.clock.now_ns()
-        self._walked = False
-        self.allowed = Allowed(JointCommand(0, nan, nan, torque=False))
-        self._no_forces = foot_forces(None, self._calibrations, config.force_sensor, nan)
-        self.forces = self._no_forces
-        self.t_ns = 0
+    def __init__(self, config: RobotConfig, rig: Rig, robot: VirtualRobot) -> None:
+        super().__init__(config, rig, robot)
+        self.places: list[Place] = []
 
-    def tick(self) -> tuple[int, Mode]:
-        """Read and decide; return when the poses of this tick hold, and the mode."""
-        clock = self._robot.clock
-        clock.sleep_until_ns(self._deadline_ns)
-        self.t_ns = clock.now_ns()
-        readings, records = self._robot.read()
-        self.joints = joint_state(readings, self._config.servo_bus)
-        if records:
-            self.forces = foot_forces(
-                records[-1], self._calibrations, self._config.force_sensor, self.joints.angle_rad
-            )
-        elif self.t_ns - self.forces.t_ns > self._config.force_sensor.silent_limit_s * 1e9:
-            self.forces = self._no_forces
-        self._check()
-        now = Situation(self.t_ns, self._request, StopReason.NONE, self.joints.angle_rad, True)
-        self._phase = advance(self._phase, now, self._book)
-        if self._phase.stop_reason is not StopReason.NONE:
-            raise ModelError(f"the walk cannot be done ({self._phase.stop_reason.name})")
-        self._decide()
-        return clock.now_ns(), self._phase.mode
+    def read(self) -> Reading:
+        reading = super().read()
+        assert isinstance(self.world, World), "a twin is no bench"
+        position, quaternion, feet = self.world.plant.places()
+        self.places.append((self.clock.now_ns(), position.copy(), quaternion, feet))
+        return reading
 
-    def _check(self) -> None:
-        last = self.allowed.command
-        off = np.abs(self.joints.angle_rad - last.angle_rad).max() if last.torque else 0.0
-        if off > self._config.limits.max_following_error_rad:
-            raise ModelError(
-                f"a shaft is {off:.2f} rad from its command: the robot would have stopped; choose a "
-                "smaller effect"
-            )
-        if self._phase.mode is not Mode.WALK and (self.t_ns - self._begin_ns) > START_LIMIT_S * 1e9:
-            raise ModelError(f"the robot did not come to walk within {START_LIMIT_S:g} s")
 
-    def _decide(self) -> None:
-        plan, last = self._phase.plan, self.allowed.command
-        if plan is None:
-            wished = JointCommand(self.t_ns, self._nan, self._nan, torque=False)
-        else:
-            angle, rate = plan.at(self.t_ns)
-            wished = JointCommand(self.t_ns, readonly(angle), readonly(rate), torque=True)
-        if wished.torque and not last.torque:
-            last = replace(wished, torque=False)
-        verdict = gate(wished, last, self._config.limits, self._config.servo_bus)
-        if isinstance(verdict, Refused):
-            raise ModelError(f"the safety gate refused a command: {verdict.reason}")
-        self.allowed = verdict
+class Row(NamedTuple):
+    """What a trial needs of one tick of walking."""
 
-    def act(self) -> None:
-        """Send, and go on to the next deadline as the loop does."""
-        before = self._robot.torque
-        switched_on = self.allowed.command.torque and not before
-        self._robot.actuate(self.allowed)
-        if switched_on:
-            self._deadline_ns = self._robot.clock.now_ns()
-        missed = max(0, (self._robot.clock.now_ns() - self._deadline_ns) // self._period_ns)
-        self._deadline_ns += self._period_ns * (1 + missed)
+    t_ns: int
+    command_rad: FloatArray
+    joints: JointState
+    forces: FootForces
+    truth: BodyTruth | None
+
+
+class TwinRows:
+    """A sink that keeps what a trial needs of the ticks of walking.
+
+    Args:
+        seconds: Length of the trial, from the first tick of walking on.
+    """
+
+    error: RecordError | None = None
+
+    def __init__(self, seconds: float) -> None:
+        self.first = 0  # ticks before it
+        self.rows: list[Row] = []
+        self._length_ns = round(seconds * 1e9)
+
+    def write(self, tick: Tick) -> None:
+        """Keep a tick if it belongs to the trial."""
+        if tick.mode is not Mode.WALK:
+            self.first += not self.rows
+        elif not self.rows or tick.t_ns - self.rows[0].t_ns < self._length_ns:
+            truth = tick.inputs.truth
+            self.rows.append(Row(tick.t_ns, tick.sent.angle_rad, tick.joints, tick.forces, truth))
+
+
+def poses_of(places: Sequence[Place]) -> Poses:
+    """Return places one behind the other as arrays."""
+    return Poses(*(np.array(column) for column in zip(*places, strict=True)))
+
+
+def trial_of(
+    config: RobotConfig, twin: Twin, plan: WalkPlan, rows: Sequence[Row], poses: Poses
+) -> Trial:
+    """Make a trial; nothing in its header depends on what is wrong with the robot.
+
+    Args:
+        config: Robot file.
+        twin: What walked.
+        plan: How.
+        rows: Ticks of walking.
+        poses: What the cameras measured at the same times.
+    """
+    t_ns = np.array([row.t_ns for row in rows])
+    position, angles, feet = body_of(poses)
+    header = TrialHeader(
+        kind=LEGGED,
+        joints=config.parameters.legs.names,
+        gait=plan.gait,
+        frequency_hz=plan.frequency_hz,
+        sample_rate_hz=float(config.loop.rate_hz),
+        notes="",
+        noise=twin.sensors.noise,
+        robot_file=ROBOT_FILE,
+        robot_text=config.text,
+    )
+
+    def stack(name: str) -> FloatArray:
+        return readonly(np.array([getattr(row.joints, name) for row in rows]))
+
+    nothing = readonly(np.full((len(t_ns), len(header.joints)), np.nan))
+    return Trial(
+        header,
+        time_s=readonly((t_ns - t_ns[0]) * 1e-9),
+        command_rad=readonly(np.array([row.command_rad for row in rows])),
+        shaft_rad=stack("angle_rad"),
+        shaft_rad_s=stack("rate_rad_s"),
+        current_a=stack("current_a"),
+        voltage_v=stack("voltage_v"),
+        temperature_c=stack("temperature_c"),
+        pwm=nothing,
+        torque_nm=nothing,
+        foot_m=readonly(feet),
+        force_n=readonly(np.array([row.forces.force_n for row in rows])),
+        body_position_m=readonly(position),
+        body_angles_rad=readonly(angles),
+    )
+
+
+def body_of(poses: Poses) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Position (T, 3), roll, pitch and yaw (T, 3), and feet in the body (T, N, 3), as a trial has them."""
+    turns = Rotation.from_quat(poses.quaternion_xyzw)
+    yaw, pitch, roll = turns.as_euler("ZYX").T
+    arms = poses.foot_position_W - poses.position_W[:, None, :]
+    feet = np.einsum("tji,tnj->tni", turns.as_matrix(), arms)
+    return poses.position_W, np.stack([roll, pitch, np.unwrap(yaw)], axis=1), feet

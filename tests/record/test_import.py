@@ -244,7 +244,7 @@ def smooth_trial(header_text: str, count: int = 40) -> Trial:
 def test_a_trial_goes_through_a_log_and_back(tmp_path: Path) -> None:
     trial = smooth_trial(HEXAPOD)
     assert left_out(trial) == ()
-    write_trial_log(trial, tmp_path / "t.mcap", "bigant test")
+    write_trial_log(trial, tmp_path / "t.mcap")
     export_trial(tmp_path / "t.mcap", tmp_path / "back.parquet", LogContents())
     back = read_trial(tmp_path / "back.parquet")
     assert repr(back.header) == repr(trial.header)
@@ -261,7 +261,7 @@ def test_what_was_not_measured_is_not_made_up(tmp_path: Path) -> None:
         Column("time_s", np.array([0.0, 0.1])),
         Column("shaft_HL_rad", np.array([1, np.nan])),
     )
-    write_trial_log(build_trial(make_header(HEXAPOD), columns), tmp_path / "t.mcap", "bigant test")
+    write_trial_log(build_trial(make_header(HEXAPOD), columns), tmp_path / "t.mcap")
     contents = LogContents()
     first, second = read_ticks(tmp_path / "t.mcap", contents)
     assert contents.metadata["hardware"] == "imported"
@@ -287,7 +287,7 @@ def test_other_machines_make_logs_too(
     trial = build_trial(trial.header, tuple(
         Column(c.name, 0.2 * np.nan_to_num(c.values)) for c in trial.columns() if "torque" not in c.name
     ))  # fmt: skip
-    write_trial_log(trial, tmp_path / "t.mcap", "bigant test")
+    write_trial_log(trial, tmp_path / "t.mcap")
     export_trial(tmp_path / "t.mcap", tmp_path / "back.csv", LogContents())
     back = read_trial(tmp_path / "back.csv")
     assert (back.header.kind, back.joints) == (kind, joints)
@@ -299,7 +299,7 @@ def test_other_machines_make_logs_too(
 def test_times_before_zero_and_unix_times_fit_in_a_log(tmp_path: Path, start_s: float) -> None:
     times = start_s + np.arange(5) / 4
     columns = (Column("time_s", times), Column("pwm_HL", np.arange(5) / 10))
-    write_trial_log(build_trial(make_header(), columns), tmp_path / "t.mcap", "bigant test")
+    write_trial_log(build_trial(make_header(), columns), tmp_path / "t.mcap")
     ticks = list(read_ticks(tmp_path / "t.mcap"))
     assert set(np.diff([t.t_ns for t in ticks]).tolist()) == {250_000_000}
     assert ticks[0].t_ns >= 0
@@ -318,5 +318,5 @@ def test_what_a_log_has_no_place_for_is_named() -> None:
 def test_samples_closer_than_a_nanosecond_make_no_log(tmp_path: Path) -> None:
     columns = (Column("time_s", np.array([0.0, 1e-10])), Column("pwm_HL", np.zeros(2)))
     with pytest.raises(RecordError, match="counts nanoseconds"):
-        write_trial_log(build_trial(make_header(joints=LEGS), columns), tmp_path / "t.mcap", "x")
+        write_trial_log(build_trial(make_header(joints=LEGS), columns), tmp_path / "t.mcap")
     assert list(tmp_path.iterdir()) == []

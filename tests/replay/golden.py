@@ -37,10 +37,10 @@ from record.log.writer import (
 from robot.config.robot_file import load_robot
 from robot.control.controller import Controller
 from robot.replay.ticks import replay_log, step_through
-from robot.run.hardware import open_in_memory
 from robot.run.header import controller_metadata, rebuild_controller
 from robot.run.loop import run
 from robot.run.rig import Rig
+from robot.virtual.open import VirtualSettings, open_in_memory
 from tests.robot.runs import Kept, Told, wish
 
 FOLDER = Path(__file__).resolve().parent / "golden"
@@ -93,7 +93,7 @@ RECIPES: dict[str, tuple[Callable[[], Told], Disturb]] = {
 def record(name: str) -> None:
     operator, disturb = RECIPES[name]
     config = load_robot()
-    rig = open_in_memory(config, seed=SEED, armed=True, with_forces=True)
+    rig = open_in_memory(config, VirtualSettings(seed=SEED))
     controller = Controller(config, rig.calibrations, armed=True, rate_hz=RATE_HZ)
 
     class Disturber:

@@ -7,8 +7,8 @@ from model.values.faults import FaultKind, StopReason
 from model.values.tick import Intent, Mode, Tick
 from robot.config.robot_file import RobotConfig, parse_robot
 from robot.control.controller import Controller
-from robot.run.hardware import open_in_memory
 from robot.run.loop import RunResult, run
+from robot.virtual.open import VirtualSettings, open_in_memory
 from sim_hw.faults.scenario import parse_scenario
 from sim_hw.host.bench_world import BenchWorld
 from tests.robot.runs import CONFIG, Kept, Told, modes_of, wish
@@ -61,10 +61,7 @@ def bench_run(
     scenario = parse_scenario(f'seed = {seed}\nbegins = "{begins}"\n{faults}', range(1, 7))
     rig = open_in_memory(
         config,
-        seed=seed,
-        armed=True,
-        with_forces=True,
-        scenario=scenario,
+        VirtualSettings(seed=seed, scenario=scenario),
         bench=lambda firmware: BenchWorld(firmware, config.servo_bus.zeros, weight_n),
     )
     kept = Kept()

@@ -8,9 +8,9 @@ from model.values.faults import StopReason
 from model.values.tick import Intent, Mode, Request, Tick
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.control.controller import Controller
-from robot.run.hardware import open_in_memory
 from robot.run.loop import RunResult, run
 from robot.run.rig import Rig
+from robot.virtual.open import VirtualSettings, open_in_memory
 
 CONFIG = load_robot()
 
@@ -66,7 +66,7 @@ def drive(
     kept: Kept | None = None,
 ) -> tuple[RunResult, list[Tick], Rig]:
     """Run to the end; ``disturb`` is called with the rig after every tick."""
-    rig = open_in_memory(config, seed=seed, armed=armed, with_forces=True)
+    rig = open_in_memory(config, VirtualSettings(seed=seed, armed=armed))
     controller = Controller(config, rig.calibrations, armed=armed)
     sink = kept if kept is not None else Kept()
 

@@ -7,7 +7,7 @@ import pytest
 
 from model.errors import ConfigError
 from robot.config.robot_file import load_robot
-from robot.run.hardware import open_in_memory
+from robot.virtual.open import VirtualSettings, open_in_memory
 from sim_hw.faults.catalog import KINDS
 from sim_hw.faults.reference import COMMON, common_settings, kinds_of_fault, tables
 from sim_hw.faults.scenario import Scenario, load_scenario, parse_scenario
@@ -207,7 +207,7 @@ def bytes_of_a_session(seed: int) -> tuple[bytes, list[object]]:
     """What passes the servo port while the real drivers connect and read, and what they make of it."""
     config = load_robot()
     scenario = parse_scenario(BOTH.format(seed=seed), IDS)
-    rig = open_in_memory(config, seed=3, armed=False, with_forces=True, scenario=scenario)
+    rig = open_in_memory(config, VirtualSettings(seed=3, armed=False, scenario=scenario))
     heard = bytearray()
     port = rig.bus._port
     note = port.note

@@ -17,13 +17,13 @@ from model.errors import ConfigError, ModelError
 from model.fit.force_bias import Bias, measure_bias, require_rest
 from model.values.arrays import FloatArray
 from model.values.force_calibration import AXES, bias_only
-from robot.bringup.force.unit import running_stream, unit_settings
 from robot.config.calibration import write_calibration
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import plain
 from robot.console.program_output import keep_earlier
 from robot.console.progress import StatusLine
+from robot.run.force_unit import running_stream, unit_settings
 from robot.run.operator import Interrupts
 
 LOOK_NS = 10_000_000

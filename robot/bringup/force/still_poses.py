@@ -21,7 +21,7 @@ from model.values.arrays import BoolArray, FloatArray
 from model.values.tick import Tick
 from record.log.reader import LogContents, read_ticks
 from robot.config.robot_file import RobotConfig, load_robot, parse_robot
-from robot.run.force_units import units_of
+from robot.run.header import calibrations_of
 
 # All shafts within this of where the pose began [rad]; an encoder count is 0.0015.
 STILL_RAD = 0.012
@@ -80,10 +80,12 @@ def read_pose_logs(
             load_robot(robot_file) if robot_file is not None else parse_robot(contents.config_text)
         )
         legs = here.parameters.legs.names
-        try:
-            units = units_of(contents.metadata, legs)
-        except RecordError as error:
-            raise RecordError(f"{path}: {error}") from error
+        units = calibrations_of(contents.metadata, legs)
+        if units is None:
+            raise RecordError(
+                f"{path}: the log does not say what its force counts mean (it is older than that): "
+                "record anew"
+            )
         serials = tuple("" if unit is None else unit.serial for unit in units)
         if logs and (legs, serials) != (logs[-1].legs, logs[-1].serials):
             raise RecordError(f"{path} is of other legs or sensors than the logs before it")

@@ -24,10 +24,10 @@ from robot.bringup.force.table import (
     stream_lines,
     table_lines,
 )
-from robot.bringup.force.unit import running_stream, unit_settings
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.screen_fit import Screen
+from robot.run.force_unit import running_stream, unit_settings
 from robot.run.operator import Interrupts
 
 LOOK_NS = 10_000_000

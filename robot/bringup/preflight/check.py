@@ -12,7 +12,6 @@ from drivers.clock import MonotonicClock
 from drivers.dynamixel.bus import ServoBus
 from model.errors import BigantError, ConfigError, ConnectionLost
 from record.whole_file import write_text
-from robot.bringup.force.unit import NO_UNIT, check_no_unit, unit_settings
 from robot.bringup.preflight.computer import host_settings, software_findings
 from robot.bringup.preflight.finding import (
     Finding,
@@ -35,7 +34,9 @@ from robot.console.installed import version_lines
 from robot.console.progress import StatusLine
 from robot.report.page import Section, report_page
 from robot.report.run_date import utc_words
-from robot.run.hardware import open_force_links, open_real, start_virtual
+from robot.run.force_unit import NO_UNIT, check_no_unit, open_force_links, unit_settings
+from robot.run.hardware import open_real
+from robot.virtual.open import start_virtual
 
 LISTEN_S = 3.0
 VIRTUAL = "virtual"

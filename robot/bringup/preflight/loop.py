@@ -4,10 +4,9 @@ It is the loop of ``bigant drive``: same rig, controller, background log. The ad
 figures: what does not show in them is not advised.
 """
 
-import gc
 import tempfile
-import time
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,13 +15,14 @@ import numpy as np
 from model.values.faults import StopReason
 from model.values.tick import Tick
 from record.log.background import BackgroundWriter
-from record.log.writer import LogWriter
+from record.log.header import RunHeader
 from robot.bringup.preflight.computer import HostSettings
 from robot.bringup.preflight.finding import Finding, failed, passed, warned
 from robot.bringup.preflight.servos import bus_advice, wire_ms
 from robot.config.robot_file import RobotConfig
 from robot.control.controller import Controller
-from robot.run.loop import RunResult, run
+from robot.run.header import open_log
+from robot.run.loop import RunResult, run_undisturbed
 from robot.run.operator import Interrupts, Script, ScriptedOperator
 from robot.run.rig import Rig
 
@@ -98,27 +98,14 @@ def run_loop(
     controller = Controller(config, rig.calibrations, armed=False)
     lateness = Lateness(progress)
     with tempfile.TemporaryDirectory() as folder, Interrupts() as interrupts:
-        script = Script("tripod", 0.1, 0.0, None, seconds, listen=True)
-        sink = BackgroundWriter(_log(Path(folder) / "check.mcap", rig, config))
-        gc.collect()
-        gc.freeze()
-        try:
-            result = run(rig, controller, ScriptedOperator(script, interrupts), sink, lateness)
-        finally:
-            gc.unfreeze()
-            sink.close()
+        operator = ScriptedOperator(
+            Script("tripod", 0.1, duration_s=seconds, listen=True), interrupts
+        )
+        header = RunHeader(robot=config.name, hardware="check")
+        sink = BackgroundWriter(open_log(Path(folder) / "check.mcap", header, rig, controller))
+        with closing(sink):
+            result = run_undisturbed(rig, controller, operator, sink, lateness)
     return figures_of(lateness, result, rig, config, controller.period_ns)
-
-
-def _log(path: Path, rig: Rig, config: RobotConfig) -> LogWriter:
-    return LogWriter(
-        path,
-        names=config.parameters.legs.names,
-        config_text=config.text,
-        metadata={"robot": config.name, "armed": "false"},
-        start_ns=rig.clock.now_ns(),
-        start_unix_ns=time.time_ns(),
-    )
 
 
 def figures_of(

@@ -48,7 +48,7 @@ from robot.bringup.servo.access import open_port, servo_at
 from robot.cli import main as cli
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
-from robot.run.hardware import open_in_memory
+from robot.virtual.open import VirtualSettings, open_in_memory
 from sim_hw.ati.memory import MemoryDatagramLink, MemoryTextLink
 from sim_hw.ati.unit import VirtualWnet
 from sim_hw.clock import VirtualClock
@@ -420,7 +420,7 @@ def test_a_loop_that_is_late_or_stops_fails() -> None:
 
 def test_the_real_loop_runs_without_torque() -> None:
     """In virtual time nothing is ever late, and the second is over when its ticks are."""
-    rig = open_in_memory(CONFIG, seed=0, armed=False, with_forces=True)
+    rig = open_in_memory(CONFIG, VirtualSettings(armed=False))
     said: list[int] = []
     figures = run_loop(rig, CONFIG, 1.0, said.append)
     rig.close()

@@ -17,12 +17,12 @@ from model.values.readings import ForceRecord
 from model.values.tick import Intent, Tick
 from record.log.reader import LogContents, read_ticks
 from record.log.writer import NAMES_KEY, START_KEY, START_UNIX_KEY, LogWriter
-from robot.bringup.force.still_poses import find_still_poses, joined
+from robot.bringup.force.still_poses import find_still_poses, joined, read_pose_logs
 from robot.cli import main as cli
 from robot.config.calibration import read_calibration
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
-from robot.run.force_units import UNITS_KEY, units_of, units_text
+from robot.run.header import CALIBRATIONS_KEY, UNITS_KEY, calibrations_of
 from robot.virtual.poses import record_poses
 from tests.model.standing import true_faults
 from tests.robot.runs import STOP, Told, drive, wish
@@ -110,7 +110,8 @@ def test_known_faults_of_the_sensors_are_found_and_taken_out(
     assert found.logs == ("spoiled.mcap",)
     contents = LogContents()
     ticks = list(read_ticks(spoiled, contents))
-    units = units_of(contents.metadata, LEGS)
+    units = calibrations_of(contents.metadata, LEGS)
+    assert units is not None
     offsets = replace(
         found, unloaded=faults.unloaded[:, :, :1].copy(), correction=np.zeros((6, 6, 6))
     )
@@ -124,7 +125,8 @@ def test_sound_sensors_stay_as_they_are(poses: Path, tmp_path: Path) -> None:
     found = read_calibration(out, LEGS)
     contents = LogContents()
     ticks = list(read_ticks(poses, contents))
-    units = units_of(contents.metadata, LEGS)
+    units = calibrations_of(contents.metadata, LEGS)
+    assert units is not None
     none = replace(found, unloaded=np.zeros((6, 6, 1)), correction=np.zeros((6, 6, 6)))
     noise = force_error(ticks, units, none)
     assert noise < 0.035, "all that is left is the sensors' own noise"
@@ -150,18 +152,37 @@ def test_a_robot_at_rest_is_one_pose_and_a_hung_one_has_no_foot_on_the_ground() 
     assert both.standing.tolist() == [True, False]
 
 
-def test_a_log_that_does_not_say_what_its_counts_mean_is_refused() -> None:
-    with pytest.raises(RecordError, match="does not say what its force counts mean"):
-        units_of({}, ("A",))
-    with pytest.raises(RecordError, match="cannot be read"):
-        units_of({UNITS_KEY: '{"A": 3}'}, ("A",))
-
-
-def test_units_travel_with_the_log() -> None:
-    unit = Calibration(
-        3, "FT3", "2023/5/1", "SI-130-10", 1e6, 1e9, mult_on=True, max_rating=(1.0,) * 6
+def test_a_log_that_does_not_say_what_its_counts_mean_is_refused(tmp_path: Path) -> None:
+    assert calibrations_of({}, ("A",)) is None
+    for key, text in ((UNITS_KEY, '{"A": 3}'), (CALIBRATIONS_KEY, "[3]")):
+        with pytest.raises(RecordError, match="cannot be read"):
+            calibrations_of({key: text}, ("A",))
+    path = tmp_path / "silent.mcap"
+    writer = LogWriter(
+        path, names=LEGS, config_text=CONFIG.text, metadata={}, start_ns=0, start_unix_ns=0
     )
-    back = units_of({UNITS_KEY: units_text(("A", "B"), (None, unit))}, ("A", "B"))
+    listen = Told(lambda t, _: STOP if t > 0.1 else wish(Intent.LISTEN))
+    for tick in drive(listen, armed=False)[1]:
+        writer.write(tick)
+    writer.close()
+    with pytest.raises(RecordError, match="does not say what its force counts mean"):
+        read_pose_logs([path], [], None)
+
+
+OLDER = (
+    '{"B": {"transducer": 3, "serial": "FT3", "date": "2023/5/1", "part": "SI-130-10", '
+    '"counts_per_n": 1e6, "counts_per_nm": 1e9}}'
+)
+TODAY = (
+    '[null,{"transducer":3,"serial":"FT3","date":"2023/5/1","part":"SI-130-10","counts_per_n":1e6,'
+    '"counts_per_nm":1e9,"mult_on":true,"max_rating":[1,1,1,1,1,null]}]'
+)
+
+
+@pytest.mark.parametrize(("key", "text"), [(UNITS_KEY, OLDER), (CALIBRATIONS_KEY, TODAY)])
+def test_units_travel_with_the_log(key: str, text: str) -> None:
+    back = calibrations_of({key: text}, ("A", "B"))
+    assert back is not None
     assert back[0] is None
     assert back[1] is not None
     assert (back[1].transducer, back[1].serial, back[1].counts_per_nm) == (3, "FT3", 1e9)

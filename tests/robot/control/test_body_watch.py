@@ -11,7 +11,8 @@ from model.values.faults import Fault, FaultKind, StopReason
 from model.values.legs import FootForces, JointCommand, JointState
 from model.values.tick import DeadReckoning, Mode
 from robot.config.safety import BodyLimits
-from robot.control.body_watch import BodyMemory, BodySeen, stop_reason_of, watch_body
+from robot.control.body_watch import BodyInputs, BodyMemory, watch_body
+from robot.control.stops import stop_at_once
 from tests.robot.bench_runs import bench_run, changed
 from tests.robot.runs import CONFIG
 
@@ -22,11 +23,11 @@ NO_FAULTS: tuple[Fault, ...] = ()
 STUCK = '[[fault]]\nkind = "stuck_shaft"\nservo = 1\nstart_s = 5.5\n'
 
 
-def seen(t_ns: int = PERIOD_NS, **more: object) -> BodySeen:
+def known(t_ns: int = PERIOD_NS, **more: object) -> BodyInputs:
     angle = np.zeros(6)
     nan3, nan62, nan63 = np.full(3, np.nan), np.full((6, 2), np.nan), np.full((6, 3), np.nan)
     force = np.tile([0.0, 0.0, 10.0], (6, 1))
-    usual = BodySeen(
+    usual = BodyInputs(
         t_ns=t_ns,
         mode=Mode.WALK,
         joints=JointState(t_ns, angle, angle, angle, angle, angle, angle, np.ones(6, dtype=bool)),
@@ -44,7 +45,7 @@ def seen(t_ns: int = PERIOD_NS, **more: object) -> BodySeen:
     return replace(usual, **more)  # type: ignore[arg-type]
 
 
-def watch(shown: BodySeen, seconds: float, limits: BodyLimits = LIMITS) -> set[FaultKind]:
+def watch(shown: BodyInputs, seconds: float, limits: BodyLimits = LIMITS) -> set[FaultKind]:
     """Show the same thing for so long."""
     memory, faults = BodyMemory.empty(6), NO_FAULTS
     for n in range(1 + round(seconds / 0.01)):
@@ -53,13 +54,13 @@ def watch(shown: BodySeen, seconds: float, limits: BodyLimits = LIMITS) -> set[F
     return {fault.kind for fault in faults}
 
 
-def leaning(slope: float) -> BodySeen:
-    whole = seen().contact
-    return seen(contact=replace(whole, support=replace(whole.support, slope_x=slope)))
+def leaning(slope: float) -> BodyInputs:
+    whole = known().contact
+    return known(contact=replace(whole, support=replace(whole.support, slope_x=slope)))
 
 
 def test_a_sound_robot_has_no_fault() -> None:
-    assert watch(seen(), 2.0) == set()
+    assert watch(known(), 2.0) == set()
 
 
 @pytest.mark.parametrize(
@@ -72,27 +73,27 @@ def test_a_lean_by_the_model_must_last(slope: float, seconds: float, found: bool
 def test_a_lean_by_the_measured_forces() -> None:
     force = np.tile([4.0, 0.0, 9.0], (6, 1))
     forces = FootForces(0, force, np.ones(6, dtype=bool))
-    assert watch(seen(forces=forces), 0.3) == {FaultKind.TILTED}
+    assert watch(known(forces=forces), 0.3) == {FaultKind.TILTED}
     one_missing = FootForces(0, force, np.array([True] * 5 + [False]))
-    assert watch(seen(forces=one_missing), 0.3) == set(), "nothing is judged from what is absent"
+    assert watch(known(forces=one_missing), 0.3) == set(), "nothing is judged from what is absent"
 
 
 def test_feet_that_carry_nothing() -> None:
     forces = FootForces(0, np.full((6, 3), 0.5), np.ones(6, dtype=bool))
-    assert watch(seen(forces=forces), 0.2) == set()
-    assert watch(seen(forces=forces), 0.4) == {FaultKind.UNLOADED}
-    assert watch(seen(forces=forces, sensors=(True,) * 5 + (False,)), 0.4) == set()
+    assert watch(known(forces=forces), 0.2) == set()
+    assert watch(known(forces=forces), 0.4) == {FaultKind.UNLOADED}
+    assert watch(known(forces=forces, sensors=(True,) * 5 + (False,)), 0.4) == set()
 
 
 def stalled(current_a: float, follows: float) -> set[FaultKind]:
-    """A goal at 0.35 rad/s for a second, and a shaft that goes a share of its way."""
+    """A goal at 0.35 rad/s for a second, and a shaft that turns a share of it."""
     memory, faults = BodyMemory.empty(6), NO_FAULTS
     for n in range(100):
         angle = np.zeros(6)
         angle[2] = 0.0035 * n
         shaft, amps = follows * angle, np.zeros(6)
         amps[2] = current_a
-        base = seen((n + 1) * PERIOD_NS)
+        base = known((n + 1) * PERIOD_NS)
         now = replace(
             base,
             joints=replace(base.joints, angle_rad=shaft, current_a=amps),
@@ -105,16 +106,17 @@ def stalled(current_a: float, follows: float) -> set[FaultKind]:
 @pytest.mark.parametrize(
     ("current_a", "follows", "found"), [(3.0, 0.05, True), (3.0, 0.9, False), (0.3, 0.05, False)]
 )
-def test_a_stall_is_no_way_with_much_current(current_a: float, follows: float, found: bool) -> None:
+def test_a_stall_is_no_travel_with_much_current(
+    current_a: float, follows: float, found: bool
+) -> None:
     assert (FaultKind.SERVO_STALLED in stalled(current_a, follows)) is found
 
 
-def moved(mode: Mode, way_m: float, limits: BodyLimits = LIMITS) -> set[FaultKind]:
-    memory, _ = watch_body(BodyMemory.empty(6), seen(mode=mode), limits, NAMES)
-    there = DeadReckoning(0, np.array([way_m, 0.0]), 0.0, np.zeros(3), valid=True)
-    _, faults = watch_body(
-        memory, seen(2 * PERIOD_NS, mode=mode, dead_reckoning=there), limits, NAMES
-    )
+def moved(mode: Mode, moved_m: float, limits: BodyLimits = LIMITS) -> set[FaultKind]:
+    memory, _ = watch_body(BodyMemory.empty(6), known(mode=mode), limits, NAMES)
+    there = DeadReckoning(0, np.array([moved_m, 0.0]), 0.0, np.zeros(3), valid=True)
+    now = known(2 * PERIOD_NS, mode=mode, dead_reckoning=there)
+    _, faults = watch_body(memory, now, limits, NAMES)
     return {fault.kind for fault in faults}
 
 
@@ -129,19 +131,19 @@ def test_too_far_from_where_it_began() -> None:
 
 
 def test_without_torque_nothing_is_judged() -> None:
-    limp = replace(leaning(1.0), sent=replace(seen().sent, torque=False))
+    limp = replace(leaning(1.0), sent=replace(known().sent, torque=False))
     assert watch(limp, 1.0) == set()
 
 
 def test_every_fault_has_its_reason() -> None:
     _, faults = watch_body(
         replace(BodyMemory.empty(6), t_ns=0, unloaded_s=1.0),
-        seen(forces=FootForces(0, np.zeros((6, 3)), np.ones(6, dtype=bool))),
+        known(forces=FootForces(0, np.zeros((6, 3)), np.ones(6, dtype=bool))),
         LIMITS,
         NAMES,
     )
-    assert stop_reason_of(faults) is StopReason.UNLOADED
-    assert stop_reason_of(()) is StopReason.NONE
+    assert stop_at_once(faults) is StopReason.UNLOADED
+    assert stop_at_once(()) is StopReason.NONE
 
 
 # On the whole loop.

@@ -18,8 +18,8 @@ from model.values.tick import Intent, Tick
 from robot.config.robot_file import load_robot, parse_robot
 from robot.control.controller import Controller
 from robot.control.estimator_stage import estimator_stage, planar
-from robot.run.hardware import open_in_memory
 from robot.run.loop import run
+from robot.virtual.open import VirtualSettings, open_in_memory
 from tests.robot.runs import Kept, Told, wish
 
 TEXT = load_robot().text
@@ -35,7 +35,7 @@ def pose(t_ns: int, at: FloatArray, sd_m: float = 0.002) -> PoseRecord:
 def walked() -> list[Tick]:
     """Two seconds of the virtual robot getting up, with forces."""
     config = load_robot()
-    rig = open_in_memory(config, seed=1, armed=True, with_forces=True)
+    rig = open_in_memory(config, VirtualSettings(seed=1))
     controller = Controller(config, rig.calibrations, armed=True)
     kept = Kept()
     operator = Told(

@@ -6,27 +6,28 @@ import numpy as np
 import pytest
 
 from drivers.dynamixel.mx106 import HardwareError
-from model.values.faults import Fault, FaultKind, StopReason
+from model.values.faults import FaultKind, ServoEvent, StopReason
 from model.values.tick import Mode
 from robot.config.safety import RecoverySettings
-from robot.control.recovery import Care, CareSeen, RecoveryMemory, care
+from robot.control.recovery import RecoveryInputs, RecoveryMemory, RecoveryPlan, plan_recovery
 from robot.control.safety import ServoVerdict
+from robot.run.rig import policy_of
 from tests.robot.bench_runs import BenchRun, bench_run, changed
 from tests.robot.runs import CONFIG
 
 NAMES = CONFIG.servo_bus.names
 SETTINGS = RecoverySettings(most=2, window=300.0, wait=1.0)
 NONE = np.zeros(6, dtype=bool)
-DOWN = Fault(FaultKind.SERVO_DOWN, "FL", "FL (id 3) shut itself down: overload")
-BACK = Fault(FaultKind.SERVO_RECOVERED, "FL", "holds again")
-FAILED = Fault(FaultKind.RECOVERY_FAILED, "FL", "still reports overload")
+DOWN = ServoEvent(2, FaultKind.SERVO_DOWN)
+BACK = ServoEvent(2, FaultKind.SERVO_RECOVERED)
+FAILED = ServoEvent(2, FaultKind.RECOVERY_FAILED)
 FL = np.array([False, False, True, False, False, False])
 
 
-def seen(*faults: Fault, t_ns: int = 0, **more: object) -> CareSeen:
+def known(*events: ServoEvent, t_ns: int = 0, **more: object) -> RecoveryInputs:
     verdict = ServoVerdict((), NONE.astype(np.int64), NONE, NONE, NONE.astype(np.int64))
-    usual = CareSeen(
-        t_ns, faults, verdict, ~NONE, np.zeros(6, dtype=np.int64), holding=False, torque=True
+    usual = RecoveryInputs(
+        t_ns, events, verdict, ~NONE, np.zeros(6, dtype=np.int64), holding=False, torque=True
     )
     return replace(usual, **more)  # type: ignore[arg-type]
 
@@ -35,11 +36,11 @@ def lost(legs: np.ndarray) -> ServoVerdict:
     return ServoVerdict((), NONE.astype(np.int64), legs, NONE, NONE.astype(np.int64))
 
 
-def step(memory: RecoveryMemory, *faults: Fault, **more: object) -> Care:
-    return care(memory, seen(*faults, **more), SETTINGS, NAMES)  # type: ignore[arg-type]
+def step(memory: RecoveryMemory, *events: ServoEvent, **more: object) -> RecoveryPlan:
+    return plan_recovery(memory, known(*events, **more), SETTINGS, NAMES)  # type: ignore[arg-type]
 
 
-def asked() -> Care:
+def asked() -> RecoveryPlan:
     paused = step(RecoveryMemory.empty(6), DOWN)
     return step(paused.memory, holding=True)
 
@@ -79,10 +80,11 @@ def test_a_failure_stops() -> None:
 
 
 def test_without_the_table_it_stops_at_once() -> None:
-    found = care(RecoveryMemory.empty(6), seen(DOWN), RecoverySettings(), NAMES)
+    found = plan_recovery(RecoveryMemory.empty(6), known(DOWN), RecoverySettings(), NAMES)
     assert found.stop is StopReason.SERVO_FAULT
     assert not found.pause
-    gone = care(RecoveryMemory.empty(6), seen(verdict=lost(FL)), RecoverySettings(), NAMES)
+    silent = known(verdict=lost(FL))
+    gone = plan_recovery(RecoveryMemory.empty(6), silent, RecoverySettings(), NAMES)
     assert gone.stop is StopReason.SERVO_LOST
 
 
@@ -173,11 +175,11 @@ def test_the_same_inputs_give_the_same_ticks() -> None:
     """The recovery is in the inputs: stepping through them again asks for the same and gives the same."""
     from record.log.tick_message import encode_tick
     from robot.control.controller import Controller
-    from robot.run.hardware import open_in_memory
+    from robot.virtual.open import VirtualSettings, open_in_memory
 
     done = turns_and_brownouts(1)
     config = changed(more=RECOVERY)
-    calibrations = open_in_memory(config, seed=0, armed=False, with_forces=True).calibrations
+    calibrations = open_in_memory(config, VirtualSettings(armed=False)).calibrations
     controller = Controller(config, calibrations, armed=True)
     state = controller.initial()
     asks: list[int] = []
@@ -192,5 +194,5 @@ def test_the_same_inputs_give_the_same_ticks() -> None:
 def test_the_driver_keeps_to_the_same_policy(cause: HardwareError) -> None:
     name = str(cause.name).lower()
     settings = changed(more=f'[safety.recovery]\nmost = 1\ncauses = ["{name}"]').recovery
-    assert settings.policy.causes == cause
-    assert settings.policy.most == 1
+    assert policy_of(settings).causes == cause
+    assert policy_of(settings).most == 1

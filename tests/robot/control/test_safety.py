@@ -10,10 +10,16 @@ from hypothesis import strategies as st
 from drivers.dynamixel.mx106 import joint_state
 from model.values.faults import FaultKind
 from model.values.legs import JointCommand
-from model.values.readings import ServoReadings
+from model.values.readings import ServoReadings, silent_readings
 from robot.config.robot_file import load_robot
-from robot.control.safety import PERSISTENCE_READS, Allowed, Refused, gate, watch_servos
-from robot.run.rig import silent_readings
+from robot.control.safety import (
+    PERSISTENCE_READS,
+    Allowed,
+    Refused,
+    ServoVerdict,
+    gate,
+    watch_servos,
+)
 
 CONFIG = load_robot()
 LIMITS, BUS = CONFIG.limits, CONFIG.servo_bus
@@ -37,14 +43,24 @@ def test_torque_off_always_passes() -> None:
     assert isinstance(gate(off, command(9), LIMITS, BUS), Allowed)
 
 
-@given(leg=st.integers(0, 5), value=st.sampled_from([np.nan, np.inf, -np.inf]))
-def test_what_is_no_number_is_refused(leg: int, value: float) -> None:
-    angle = np.zeros(6)
-    angle[leg] = value
-    wished = JointCommand(PERIOD_NS, angle, np.zeros(6), torque=True)
-    verdict = gate(wished, command(0), LIMITS, BUS)
+@given(leg=st.integers(0, 5), value=st.sampled_from([np.nan, np.inf, -np.inf]), rate=st.booleans())
+def test_what_is_no_number_is_refused(leg: int, value: float, rate: bool) -> None:
+    wrong = np.zeros(6)
+    wrong[leg] = value
+    angle, speed = (np.zeros(6), wrong) if rate else (wrong, np.zeros(6))
+    verdict = gate(JointCommand(PERIOD_NS, angle, speed, torque=True), command(0), LIMITS, BUS)
     assert isinstance(verdict, Refused)
-    assert BUS.names[leg] in verdict.reason
+    assert verdict.reason == f"{BUS.names[leg]}: the command is not a number"
+
+
+def test_only_what_passes_the_gate_brings_a_servo_back() -> None:
+    allowed = gate(command(PERIOD_NS), command(0), LIMITS, BUS, recover=(2,))
+    assert isinstance(allowed, Allowed)
+    assert allowed.recover == (2,)
+    off = gate(command(PERIOD_NS, torque=False), command(0), LIMITS, BUS, recover=(2,))
+    assert isinstance(off, Allowed)
+    assert off.recover == ()
+    assert isinstance(gate(command(0), command(0), LIMITS, BUS, recover=(2,)), Refused)
 
 
 @given(step=st.floats(-3, 3), milliseconds=st.integers(1, 249))
@@ -92,15 +108,17 @@ def healthy() -> ServoReadings:
 
 
 def watch(readings: ServoReadings, silent: int = 0, bad: int = 0):  # type: ignore[no-untyped-def]
-    counts = np.full(6, silent), np.full(6, bad)
-    return watch_servos(readings, joint_state(readings, BUS), command(0), *counts, LIMITS, BUS)
+    before = replace(
+        ServoVerdict.sound(6), silent_reads=np.full(6, silent), bad_reads=np.full(6, bad)
+    )
+    return watch_servos(readings, joint_state(readings, BUS), command(0), before, LIMITS, BUS)
 
 
 def test_healthy_servos_give_no_fault() -> None:
     verdict = watch(healthy())
     assert verdict.faults == ()
-    assert not verdict.lost
-    assert not verdict.broken
+    assert not verdict.lost_legs.any()
+    assert not verdict.broken_legs.any()
 
 
 def test_one_silent_servo_is_a_fault_then_a_loss() -> None:
@@ -108,15 +126,15 @@ def test_one_silent_servo_is_a_fault_then_a_loss() -> None:
     readings = replace(healthy(), valid=valid)
     first = watch(readings)
     assert [(f.kind, f.source) for f in first.faults] == [(FaultKind.SERVO_SILENT, "FL")]
-    assert not first.lost
-    assert watch(readings, silent=BUS.silent_limit - 1).lost
+    assert not first.lost_legs.any()
+    assert watch(readings, silent=BUS.silent_limit - 1).lost_legs.any()
 
 
 def test_alert_bit_stops_at_once_and_names_the_cause() -> None:
     error = np.array([0, 0x80, 0, 0, 0, 0])
     hardware = np.array([0, 0x20, 0, 0, 0, 0])
     verdict = watch(replace(healthy(), error_byte=error, hardware_error=hardware))
-    assert verdict.broken
+    assert verdict.broken_legs.any()
     assert verdict.faults[0].source == "ML"
     assert "overload" in verdict.faults[0].detail
 
@@ -136,5 +154,5 @@ def test_limits_must_be_exceeded_for_a_while(
     readings = replace(healthy(), **change)  # type: ignore[arg-type]
     once = watch(readings)
     assert [(f.kind, f.source) for f in once.faults] == [(kind, "FR")]
-    assert not once.broken
-    assert watch(readings, bad=PERSISTENCE_READS - 1).broken
+    assert not once.broken_legs.any()
+    assert watch(readings, bad=PERSISTENCE_READS - 1).broken_legs.any()

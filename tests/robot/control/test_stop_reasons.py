@@ -8,10 +8,9 @@ import pytest
 from model.values.faults import Fault, FaultKind, StopReason
 from model.values.tick import Intent, Mode
 from record.log.tick_message import decode_tick, encode_tick
-from robot.console.exit_codes import ExitCode, exit_code_of
-from robot.control.modes import CUTS, HALTS, GaitBook, Phase, Situation, advance
-from robot.control.stop_causes import CAUSES, WORDS
-from robot.run.loop import explain
+from robot.console.exit_codes import ExitCode
+from robot.control.modes import GaitBook, Phase, Situation, advance
+from robot.control.stops import STOPS, StopKind, cause_words, gravest, stop_at_once
 from tests.record.ticks import make_tick
 from tests.robot.bench_runs import bench_run, changed
 from tests.robot.runs import wish
@@ -23,21 +22,22 @@ ASKED = {
     StopReason.EMERGENCY,
     StopReason.GAIT_REFUSED,
 }
-STOPS = [reason for reason in StopReason if reason is not StopReason.NONE]
+REASONS = [reason for reason in StopReason if reason is not StopReason.NONE]
 
 
 def test_every_stop_that_nobody_asked_for_has_faults_as_its_cause() -> None:
-    assert set(CAUSES) == set(STOPS) - ASKED
-    assert set(WORDS) == set(StopReason)
+    assert set(STOPS) == set(StopReason)
+    assert {reason for reason, stop in STOPS.items() if stop.causes} == set(REASONS) - ASKED
+    assert all(stop.words for stop in STOPS.values())
 
 
-@pytest.mark.parametrize("reason", [r for r in STOPS if r in CAUSES])
+@pytest.mark.parametrize("reason", [r for r in REASONS if STOPS[r].causes])
 def test_the_cause_is_told_in_words_and_the_exit_code_is_not_0(reason: StopReason) -> None:
-    kind = next(iter(CAUSES[reason]))
+    kind = next(iter(STOPS[reason].causes))
     faults = (Fault(kind, "FL", "what happened"), Fault(FaultKind.NO_SUPPORT, "x", "no cause"))
     tick = replace(make_tick(0), stop_reason=reason, faults=faults)
-    assert explain(tick) == "FL: what happened"
-    assert exit_code_of(reason) is not ExitCode.OK
+    assert cause_words(tick.stop_reason, tick.faults) == "FL: what happened"
+    assert STOPS[reason].exit_code is not ExitCode.OK
     again = decode_tick(encode_tick(tick))
     assert (again.stop_reason, again.faults) == (reason, faults), "and it is in the log"
 
@@ -45,10 +45,13 @@ def test_the_cause_is_told_in_words_and_the_exit_code_is_not_0(reason: StopReaso
 def test_a_loop_that_stood_still_while_torque_went_on_says_for_how_long() -> None:
     refused = Fault(FaultKind.REFUSED, "safety gate", "the command before is 302 ms old")
     tick = replace(make_tick(0), stop_reason=StopReason.TIMING, faults=(refused,))
-    assert explain(tick) == "safety gate: the command before is 302 ms old"
+    assert (
+        cause_words(tick.stop_reason, tick.faults)
+        == "safety gate: the command before is 302 ms old"
+    )
 
 
-@pytest.mark.parametrize("reason", STOPS)
+@pytest.mark.parametrize("reason", REASONS)
 def test_an_emergency_stop_is_latched(reason: StopReason) -> None:
     limp = Phase(Mode.LIMP, None, None, StopReason.EMERGENCY)
     book = GaitBook({}, {})
@@ -57,11 +60,21 @@ def test_an_emergency_stop_is_latched(reason: StopReason) -> None:
         after = advance(limp, now, book)
         assert after.mode is Mode.LIMP
         assert after.plan is None
-        assert after.stop_reason in CUTS
+        assert STOPS[after.stop_reason].kind is StopKind.CUT
 
 
-def test_no_stop_is_both_a_cut_and_a_halt() -> None:
-    assert not CUTS & HALTS
+def test_the_gravest_stop_counts_and_of_equals_the_first() -> None:
+    assert gravest(StopReason.COMPLETED, StopReason.TILTED, StopReason.NONE) is StopReason.TILTED
+    assert gravest(StopReason.TILTED, StopReason.EMERGENCY) is StopReason.EMERGENCY
+    assert gravest(StopReason.TIMING, StopReason.TILTED) is StopReason.TIMING
+
+
+def test_a_fault_that_stops_at_once_and_one_that_must_last() -> None:
+    gone, silent = (Fault(kind, "", "") for kind in (FaultKind.LINK_LOST, FaultKind.SERVO_SILENT))
+    unwritten = Fault(FaultKind.LOG_WRITE, "log", "")
+    assert stop_at_once((unwritten, gone)) is StopReason.LINK_LOST
+    assert stop_at_once((silent,)) is StopReason.NONE
+    assert stop_at_once(()) is StopReason.NONE
 
 
 def test_a_servo_that_cannot_confirm_is_told_of() -> None:

@@ -20,9 +20,9 @@ from robot.config.robot_file import load_robot
 from robot.control.controller import Controller
 from robot.odometry.track import Tracker, track_log
 from robot.replay.ticks import replay_log
-from robot.run.hardware import open_in_memory
 from robot.run.header import controller_metadata
 from robot.run.loop import run
+from robot.virtual.open import VirtualSettings, open_in_memory
 from tests.robot.runs import Kept, Told, wish
 
 UNIX_NS = 1_767_225_600_000_000_000
@@ -56,7 +56,7 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Tick]]:
     """Three seconds of the virtual robot with poses from a socket, and its log."""
     path = tmp_path_factory.mktemp("live") / "run.mcap"
     config = load_robot()
-    rig = open_in_memory(config, seed=2, armed=True, with_forces=True)
+    rig = open_in_memory(config, VirtualSettings(seed=2))
     listener = PoseListener(0, rig.clock, UNIX_NS)
     rig.listen(listener)
     controller = Controller(config, rig.calibrations, armed=True)

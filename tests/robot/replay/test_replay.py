@@ -12,7 +12,7 @@ import pytest
 
 from model.errors import RecordError
 from model.values.arrays import readonly
-from model.values.faults import StopReason
+from model.values.faults import Fault, FaultKind, ServoEvent, StopReason
 from model.values.force_calibration import METHODS, ForceCalibration
 from model.values.tick import Intent, Mode, Tick
 from model.values.wire import Wire
@@ -23,10 +23,13 @@ from robot.control.controller import Controller
 from robot.replay.bus import replay_bus
 from robot.replay.drive import RecordedOperator, Wishes, read_wishes
 from robot.replay.repeat import turned
-from robot.replay.ticks import replay_log
+from robot.replay.ticks import replay_log, servo_events
 from robot.run.header import controller_metadata, rebuild_controller
 from robot.run.operator import Interrupts
+from robot.virtual.open import open_in_memory
 from tests.replay.golden import log_of, replayed, write
+from tests.robot.bench_runs import bench_run
+from tests.robot.bench_runs import changed as changed_file
 from tests.robot.runs import wish
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -109,6 +112,29 @@ def test_timing_is_not_compared_but_a_gap_ends_the_replay(tmp_path: Path) -> Non
     write(tmp_path / "late.mcap", ticks[5:], controller, calibrations)
     with pytest.raises(RecordError, match="does not begin with tick 0"):
         replay_log(tmp_path / "late.mcap")
+
+
+def test_a_run_with_recoveries_replays_from_its_faults_alone(tmp_path: Path) -> None:
+    """A log keeps the faults; which servo went down and came back is read from them."""
+    brownout = '[[fault]]\nkind = "brownout"\nservo = 4\nstart_s = 4.0\nduration_s = 0.1\n'
+    config = changed_file(more="[safety.recovery]\nmost = 2\nafter_restart = true\n")
+    done = bench_run(brownout, config=config, seconds=8.0)
+    calibrations = open_in_memory(config).calibrations
+    path = tmp_path / "recovered.mcap"
+    write(path, done.ticks, Controller(config, calibrations, armed=True), calibrations)
+    result = replay_log(path, scale=0.0)
+    assert result.equal
+    assert result.equal_bits == result.ticks == len(done.ticks)
+    both = [
+        Fault(FaultKind.SERVO_DOWN, "HR", ""),
+        Fault(FaultKind.SERVO_RECOVERED, "HR", ""),
+        Fault(FaultKind.LATE, "loop", ""),
+    ]
+    names = config.servo_bus.names
+    assert servo_events(both, names) == (
+        ServoEvent(3, FaultKind.SERVO_RECOVERED),
+        ServoEvent(3, FaultKind.SERVO_DOWN),
+    ), "it came back before the servos were read"
 
 
 def test_another_robot_file_shows_what_it_changes() -> None:

@@ -14,9 +14,9 @@ from model.values.faults import FaultKind, StopReason
 from model.values.tick import Intent, Mode, Tick
 from robot.config.robot_file import load_robot, parse_robot
 from robot.control.controller import Controller
-from robot.run.hardware import open_in_memory
 from robot.run.loop import run
 from robot.run.rig import Rig
+from robot.virtual.open import VirtualSettings, open_in_memory
 from tests.robot.runs import CONFIG, STOP, Kept, Told, drive, modes_of, walk_then_stop, wish
 
 ORDINARY = [Mode.ARMED, Mode.START, Mode.WALK, Mode.SLOW, Mode.SETTLE, Mode.HOLD]
@@ -306,7 +306,7 @@ def test_the_loop_keeps_its_grid() -> None:
 
 
 def test_the_loop_runs_at_200_hz() -> None:
-    rig = open_in_memory(CONFIG, seed=0, armed=True, with_forces=True)
+    rig = open_in_memory(CONFIG)
     kept = Kept()
     controller = Controller(CONFIG, rig.calibrations, armed=True, rate_hz=200)
     result = run(rig, controller, walk_then_stop(4.0), kept, None)
@@ -341,7 +341,7 @@ def test_another_robot_walks_too() -> None:
 
 
 def test_without_forces_it_walks_and_says_nothing_of_forces() -> None:
-    rig = open_in_memory(CONFIG, seed=0, armed=True, with_forces=False)
+    rig = open_in_memory(CONFIG, VirtualSettings(with_forces=False))
     kept = Kept()
     run(rig, Controller(CONFIG, rig.calibrations, armed=True), walk_then_stop(6.0), kept, None)
     assert all(not t.forces.valid.any() for t in kept.ticks)

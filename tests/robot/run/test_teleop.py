@@ -14,18 +14,18 @@ import pyte
 import pytest
 
 from model.values.faults import StopReason
-from model.values.tick import Intent
+from model.values.tick import Intent, Request
 from robot.control.controller import Controller
 from robot.run.operator import Interrupts
-from robot.run.teleop import KeyboardOperator, Keys, Wish, press
+from robot.run.teleop import KeyboardOperator, Keys, press
 from tests.robot.runs import CONFIG
 
 BOOK = Controller(CONFIG, (), armed=False).book
-START = Wish(Intent.STAND, "tripod", 0.1, 0.0)
+START = Request(Intent.STAND, "tripod", 0.1, 0.0, StopReason.NONE)
 ROOT = Path(__file__).resolve().parents[3]
 
 
-def typed(text: str, wish: Wish = START) -> Wish:
+def typed(text: str, wish: Request = START) -> Request:
     for key in text:
         wish = press(wish, key, BOOK)
     return wish
@@ -46,17 +46,10 @@ def test_what_the_keys_mean() -> None:
 
 
 def test_no_key_asks_for_more_than_the_servos_can_do() -> None:
-    assert not BOOK.refuses(typed_request("g" + "w" * 200))
-    assert not BOOK.refuses(typed_request("g" + "w" * 200 + "2"))
-    assert not BOOK.refuses(typed_request("g" + "s" * 200))
+    assert not BOOK.refuses(typed("g" + "w" * 200))
+    assert not BOOK.refuses(typed("g" + "w" * 200 + "2"))
+    assert not BOOK.refuses(typed("g" + "s" * 200))
     assert typed("a" * 50).steer == 1.0
-
-
-def typed_request(text: str):  # type: ignore[no-untyped-def]
-    wish = typed(text)
-    from model.values.tick import Request
-
-    return Request(wish.intent, wish.gait, wish.frequency_hz, wish.steer, StopReason.NONE)
 
 
 class Typed:

@@ -17,9 +17,8 @@ from robot.campaign.run import Job, campaign_jobs, drop_cases, run_jobs
 from robot.campaign.seal import labels_of, make_key, read_key, seal, unseal
 from robot.cli.main import run as command
 from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
-from robot.run.hardware import open_twin
-from robot.virtual.twin_run import WalkPlan, make_twin, plan_of, walk_fast
-from robot.virtual.twin_stack import walk_through_bytes
+from robot.virtual.open import VirtualSettings, open_twin
+from robot.virtual.twin_run import WalkPlan, make_twin, plan_of, walk_fast, walk_through_bytes
 from sim_hw.faults.scenario import parse_scenario
 from sim_hw.host.world import World
 from sim_hw.twin.catalog import EFFECTS
@@ -81,7 +80,7 @@ def test_faults_of_a_scenario_come_on_top_of_a_twin() -> None:
         """,
         (1, 2, 3, 4, 5, 6),
     )
-    rig, robot = open_twin(CONFIG, twin, seed=0, armed=False, with_forces=True, scenario=scenario)
+    rig, robot = open_twin(CONFIG, twin, VirtualSettings(armed=False, scenario=scenario))
     try:
         seen = rig.read().servos
         assert isinstance(robot.world, World)

@@ -1,0 +1,215 @@
+"""One run: open the robot, run the loop, keep the log, say how it went."""
+
+import sys
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TypeAlias
+
+from drivers.wire.tap import WireTap
+from gaits.limits import check_gait
+from model.errors import ConfigError, RecordError
+from model.values.faults import StopReason
+from model.values.tick import Intent, Request, Tick
+from record.log.background import BackgroundWriter
+from record.log.header import RunHeader
+from record.log.writer import LogWriter
+from robot.config.robot_file import RobotConfig, load_robot
+from robot.console.exit_codes import ExitCode
+from robot.console.program_output import complain, keep_earlier, stop_output
+from robot.console.screen_fit import columns_of
+from robot.control.controller import Controller
+from robot.control.effect_uses import true_forces_of, unused_notes
+from robot.control.stops import STOPS
+from robot.drive.request import DriveRequest, listen_for_poses, open_robot
+from robot.report.long_log import read_summary
+from robot.report.summary_text import busy_words, summary_lines
+from robot.run.header import TappedLog, open_log
+from robot.run.loop import Operator, RunResult, run_undisturbed
+from robot.run.operator import Interrupts, Script, ScriptedOperator
+from robot.run.rig import Rig
+from robot.run.teleop import HELP, KeyboardOperator, Keys
+from robot.view.screen import open_view
+
+DEFAULT_CYCLES = 3.0
+NO_LOG = "none"
+KEYS = "Ctrl-C: stop on all feet; twice: cut torque"
+# Makes the operator of a run once the robot is open; what it has to give back goes on the stack.
+OperatorOf: TypeAlias = Callable[[Controller, Interrupts, ExitStack], Operator]
+
+
+def drive(request: DriveRequest) -> ExitCode:
+    """Run ``bigant drive``.
+
+    Raises:
+        BigantError: Something is wrong before the robot moves.
+    """
+    config = load_robot(request.robot, request.calibration)
+    for note in unused_notes(config.effects):
+        complain(note)
+    # the first controller of a process compiles; nothing may wait for that once the bus is open
+    gait = Controller(config, (), armed=False).book.gaits[request.gait]
+    frequency_hz = request.frequency_hz if request.frequency_hz is not None else gait.frequency_hz
+    check_gait(gait, frequency_hz, config.parameters.servo)
+    request.check_hardware()
+    if request.virtual_time and (request.pose_udp or config.estimator.pose_port):
+        raise ConfigError("--pose-udp", "cannot be heard in virtual time; leave --virtual-time out")
+    if request.readonly and request.armed:
+        raise ConfigError("--armed", "and --readonly exclude each other; choose one")
+    if request.record_bytes and request.log == NO_LOG:
+        raise ConfigError("--record-bytes", "needs a log; leave out --log none")
+    armed = not request.readonly and (request.virtual or request.armed)
+    log = None if request.log == NO_LOG else Path(request.log or usual_log(request.gait))
+    decided = replace(request, frequency_hz=frequency_hz, armed=armed)
+    return drive_as(decided, config, log, partial(_operator, decided, frequency_hz))
+
+
+def usual_log(name: str) -> Path:
+    """Return the usual place of a log: in ``runs/``, with the time of day in its name."""
+    return Path("runs") / f"{name}-{time.strftime('%Y%m%dT%H%M%S')}.mcap"
+
+
+def drive_as(
+    request: DriveRequest, config: RobotConfig, log_path: Path | None, operator_of: OperatorOf
+) -> ExitCode:
+    """Open the robot of a run, run it, keep its log and say how it went.
+
+    Args:
+        request: The run, with ``armed`` and ``frequency_hz`` decided.
+        config: Robot file.
+        log_path: Where the log goes, None for no log.
+        operator_of: Makes the operator once the robot is open.
+
+    Raises:
+        BigantError: Something is wrong before the robot moves.
+    """
+    tap = WireTap() if request.record_bytes else None
+    with ExitStack() as stack:
+        interrupts = stack.enter_context(Interrupts())
+        rig = open_robot(config, request, tap)
+        stack.callback(rig.close)
+        listen_for_poses(rig, config, request)
+        for warning in rig.bus.report.warnings:
+            print(f"warning: {warning}", file=sys.stderr)
+        controller = Controller(
+            config, rig.calibrations, armed=request.armed, rate_hz=request.rate_hz
+        )
+        operator = operator_of(controller, interrupts, stack)
+        log = None if log_path is None else _open_log(log_path, request, rig, controller)
+        sink = log if log is None or tap is None else TappedLog(log, tap)
+        title = f"{config.name}  {request.hardware}" + ("" if request.armed else "  (readonly)")
+        view = open_view(
+            config.parameters.legs.names,
+            title,
+            HELP if request.teleop else KEYS,
+            true_forces=true_forces_of(config),
+        )
+        stack.callback(view.close)
+        try:
+            result = run_undisturbed(rig, controller, operator, sink, view)
+        finally:
+            log_error = _close_log(sink)
+    code = _say(log_path, result, log_error)
+    busy = busy_words(result.missed, result.ticks, virtual=request.virtual)
+    if busy and not request.virtual_time:
+        print(busy, file=sys.stderr)
+    return code
+
+
+def _operator(
+    request: DriveRequest,
+    frequency_hz: float,
+    controller: Controller,
+    interrupts: Interrupts,
+    stack: ExitStack,
+) -> Operator:
+    if request.teleop:
+        keys = stack.enter_context(Keys())
+        start = Request(Intent.STAND, request.gait, frequency_hz, request.steer, StopReason.NONE)
+        return KeyboardOperator(keys, start, controller.book, interrupts, request.deadman_s)
+    cycles = request.cycles
+    if cycles is None and request.duration_s is None and request.armed:
+        cycles = DEFAULT_CYCLES
+    script = Script(
+        gait=request.gait,
+        frequency_hz=frequency_hz,
+        steer=request.steer,
+        cycles=cycles,
+        duration_s=request.duration_s,
+        listen=not request.armed,
+    )
+    return ScriptedOperator(script, interrupts)
+
+
+def _open_log(
+    path: Path, request: DriveRequest, rig: Rig, controller: Controller
+) -> LogWriter | BackgroundWriter:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RecordError(
+            f"the folder {path.parent} cannot be made: {error.strerror}; choose another --log"
+        ) from error
+    keep_earlier(path)
+    header = RunHeader(
+        robot=controller.config.name,
+        hardware=request.hardware,
+        time="virtual" if request.virtual_time else "real",
+        gait=request.gait,
+        frequency_hz=request.frequency_hz,
+        steer=request.steer,
+        seed=request.seed if request.virtual else None,
+        scenario=request.scenario.name if request.scenario is not None else "",
+    )
+    writer = open_log(path, header, rig, controller, with_bytes=request.record_bytes)
+    return writer if request.virtual_time else BackgroundWriter(writer)
+
+
+def _close_log(sink: LogWriter | BackgroundWriter | TappedLog | None) -> str:
+    """Close the log; return what went wrong with it, empty if nothing did."""
+    if sink is None:
+        return ""
+    try:
+        sink.close()
+    except RecordError as error:
+        return str(error)
+    return "" if sink.error is None else str(sink.error)
+
+
+def _say(log: Path | None, result: RunResult, log_error: str) -> ExitCode:
+    """Say how the run went; return the exit code."""
+    code = ended_as = STOPS[result.reason].exit_code
+    words = result.reason.name.lower().replace("_", " ")
+    torque = "torque off" if result.torque_off else "TORQUE NOT CONFIRMED OFF: cut the power"
+    why = f": {result.detail}" if result.detail else ""
+    if ended_as is not ExitCode.OK:
+        complain(f"bigant drive: stopped ({words}){why}; {torque}")
+    if not result.torque_off:
+        code = ExitCode.HARDWARE
+    if log_error:
+        complain(f"bigant drive: {log_error}")
+        code = ExitCode.LOG if code is ExitCode.OK else code
+    try:
+        if ended_as is ExitCode.OK:
+            print(f"done ({words}), {torque}", flush=True)
+        if log is not None and not log_error:
+            summary, _ = read_summary(log)
+            for line in summary_lines(summary, columns_of(sys.stdout)):
+                print(line)
+            print(f"log: {log}   (bigant show {log})")
+        elif result.last is not None:
+            _print_pose(result.last)
+        sys.stdout.flush()
+    except OSError:  # whoever read our output went away; how the run ended is not lost
+        complain(f"bigant drive: {words}, {torque}; log: {log or 'none'}")
+        stop_output()
+    return code
+
+
+def _print_pose(tick: Tick) -> None:
+    pose = tick.estimate if tick.estimate is not None else tick.dead_reckoning
+    x, y = pose.position_m
+    print(f"odometry: x {x:.3f} m, y {y:.3f} m, yaw {pose.yaw_rad:.3f} rad")

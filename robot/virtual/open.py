@@ -1,0 +1,191 @@
+"""Opening a virtual robot: in memory under a virtual clock, or in real time in a process of its own.
+
+The loop cannot tell it from a real one (``robot.run.hardware``): each of these returns a ``Rig``.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from drivers.ati.links import DatagramLink, TextLink
+from drivers.ati.settings import ForceSensorSettings
+from drivers.clock import Clock
+from drivers.wire.tap import TappedDatagrams, TappedText, WireTap
+from model.values.readings import BodyTruth
+from robot.config.robot_file import RobotConfig
+from robot.console.progress import StatusLine
+from robot.run.hardware import assemble, open_real
+from robot.run.rig import Rig, Wires
+from robot.virtual.file_twin import file_twin
+from sim_hw.ati.memory import MemoryDatagramLink, MemoryTextLink
+from sim_hw.clock import VirtualClock
+from sim_hw.dynamixel.firmware import FirmwareBank
+from sim_hw.dynamixel.port import MemoryPort
+from sim_hw.faults.scenario import Scenario
+from sim_hw.host.server import DeviceProcess, VirtualSetup
+from sim_hw.host.virtual_robot import VirtualRobot, build_virtual_robot, put_devices
+from sim_hw.interfaces import HostedWorld
+from sim_hw.twin.twin import Twin
+
+MakeWorld = Callable[[FirmwareBank], HostedWorld]
+LOOPBACK = "127.0.0.1"
+START_NS = 1_000_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class VirtualSettings:
+    """How a virtual robot is opened.
+
+    Attributes:
+        seed: Seed of its noise.
+        armed: Whether torque may be switched on.
+        with_forces: Whether to use the force-torque unit.
+        scenario: What goes wrong, None for sound devices.
+        tap: Listens in on all wires, from the first byte on; None for nobody.
+    """
+
+    seed: int = 0
+    armed: bool = True
+    with_forces: bool = True
+    scenario: Scenario | None = None
+    tap: WireTap | None = None
+
+
+USUAL = VirtualSettings()
+
+
+@dataclass(frozen=True, slots=True)
+class _WorldTruth:
+    """Truth straight from a world in this process."""
+
+    robot: VirtualRobot
+    clock: Clock
+
+    def latest(self) -> BodyTruth | None:
+        """Return the truth now, or what the cameras measure of it; None on a bench without a body.
+
+        The servos live on even when nobody can talk to them any more.
+        """
+        self.robot.servo_wire.poll(self.clock.now_ns())
+        truth = self.robot.world.truth(self.clock.now_ns())
+        cameras = self.robot.cameras
+        return truth if cameras is None or truth is None else cameras.see(truth)
+
+
+def open_in_memory(
+    config: RobotConfig, settings: VirtualSettings = USUAL, *, bench: MakeWorld | None = None
+) -> Rig:
+    """Open a virtual robot in memory under a virtual clock: no waiting, same bytes every time.
+
+    Args:
+        config: Robot file.
+        settings: How.
+        bench: Makes the world that the devices stand in, None for the plant of the robot file.
+    """
+    if bench is None:
+        return open_twin(config, file_twin(config, settings.seed), settings, cameras=False)[0]
+    firmware = FirmwareBank(len(config.servo_bus.ids))
+    robot = put_devices(
+        bench(firmware),
+        firmware,
+        config.servo_bus,
+        config.force_sensor,
+        settings.seed,
+        scenario=settings.scenario,
+    )
+    return _in_memory(config, robot, settings)
+
+
+def open_twin(
+    config: RobotConfig,
+    twin: Twin | None,
+    settings: VirtualSettings = USUAL,
+    *,
+    cameras: bool = True,
+) -> tuple[Rig, VirtualRobot]:
+    """Open a twin of the robot in memory under a virtual clock; also return what is behind the devices.
+
+    Args:
+        config: Robot file.
+        twin: What the robot really is, None for the nominal one.
+        settings: How.
+        cameras: Whether a twin's motion takes the place of the truth as its cameras see it.
+    """
+    robot = build_virtual_robot(
+        config.parameters,
+        config.servo_bus,
+        config.force_sensor,
+        settings.seed,
+        twin,
+        settings.scenario,
+    )
+    robot = robot if cameras else replace(robot, cameras=None)
+    return _in_memory(config, robot, settings), robot
+
+
+def _in_memory(config: RobotConfig, robot: VirtualRobot, settings: VirtualSettings) -> Rig:
+    clock = VirtualClock(start_ns=START_NS)
+    scenario, tap = settings.scenario, settings.tap
+    timer_s = scenario.adapter.latency_timer_s if scenario is not None else 0.0
+
+    def links() -> tuple[DatagramLink, TextLink]:
+        datagrams = MemoryDatagramLink(robot.wnet_wire, clock)
+        console = MemoryTextLink(robot.wnet_wire, clock)
+        if tap is None:
+            return datagrams, console
+        return TappedDatagrams(datagrams, tap, clock), TappedText(console, tap, clock)
+
+    wires = Wires(
+        clock,
+        MemoryPort(robot.servo_wire, clock, config.servo_bus.baud_rate, timer_s),
+        config.force_sensor,
+        links=links if settings.with_forces else None,
+        truth=_WorldTruth(robot, clock),
+        tap=tap,
+    )
+    return assemble(config, wires, armed=settings.armed)
+
+
+def start_virtual(
+    config: RobotConfig, *, seed: int, scenario: Scenario | None = None
+) -> tuple[DeviceProcess, ForceSensorSettings]:
+    """Start virtual devices in a process of their own.
+
+    Returns:
+        The process, to be closed, and where its force-torque unit is.
+    """
+    setup = VirtualSetup(
+        config.parameters,
+        config.servo_bus,
+        config.force_sensor,
+        seed,
+        scenario=scenario,
+        twin=file_twin(config, seed),
+    )
+    with StatusLine() as line:
+        devices = DeviceProcess(setup, lambda: line.say("starting the virtual robot"))
+    unit = replace(
+        config.force_sensor,
+        address=LOOPBACK,
+        udp_port=devices.addresses.udp_port,
+        console_port=devices.addresses.console_port,
+        local_port=0,
+    )
+    return devices, unit
+
+
+def open_virtual(config: RobotConfig, settings: VirtualSettings) -> Rig:
+    """Open a virtual robot in a process of its own: pseudo-terminal, sockets, real time."""
+    devices, unit = start_virtual(config, seed=settings.seed, scenario=settings.scenario)
+    try:
+        return open_real(
+            config,
+            devices.addresses.servo_port,
+            unit if settings.with_forces else None,
+            armed=settings.armed,
+            tap=settings.tap,
+            truth=devices.truth,
+            closers=(devices.close,),
+        )
+    except BaseException:
+        devices.close()
+        raise

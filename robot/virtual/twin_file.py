@@ -1,0 +1,82 @@
+"""What ``bigant sim run`` does: a walk of a twin into a trial or a log."""
+
+import json
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from model.errors import ConfigError
+from record.trial.trial import Trial, write_trial
+from record.whole_file import whole_file
+from robot.config.robot_file import RobotConfig, load_robot
+from robot.console.exit_codes import ExitCode
+from robot.console.progress import ProgressBar
+from robot.virtual.rehearsal import Progress
+from robot.virtual.twin_run import WalkPlan, make_twin, plan_of, walk_fast, walk_through_bytes
+from sim_hw.twin.catalog import EFFECTS
+from sim_hw.twin.effects import parse_effect
+from sim_hw.twin.twin import Twin
+
+
+@dataclass(frozen=True, slots=True)
+class TwinFileRequest:
+    """The options of ``bigant sim run``, under their names; see ``robot.cli.sim.run``."""
+
+    robot: Path
+    gait: str
+    frequency_hz: float | None
+    seconds: float
+    steer: float
+    effect: list[str]
+    seed: int
+    out: Path
+    fast: bool
+    json: bool
+
+
+def twin_file(request: TwinFileRequest) -> ExitCode:
+    """Walk and write.
+
+    Raises:
+        ConfigError: Options or effects that make no sense.
+        ModelError: The robot stopped before it was done.
+        RecordError: A file cannot be written.
+    """
+    out = request.out
+    if out.suffix not in {".parquet", ".csv", ".mcap"}:
+        raise ConfigError("--out", f"must end in .parquet, .csv or .mcap, not {out}")
+    if out.suffix == ".mcap" and request.fast:
+        raise ConfigError("--fast", "gives trials, not logs; choose .parquet, or leave --fast out")
+    if not out.parent.is_dir():
+        raise ConfigError("--out", f"there is no folder {out.parent}; make it first")
+    config = load_robot(request.robot)
+    effects = tuple(parse_effect(text, EFFECTS) for text in request.effect)
+    twin = make_twin(config, effects, request.seed)
+    plan = plan_of(config, request.gait, request.frequency_hz, request.seconds, request.steer)
+    begin_s = time.perf_counter()
+    with ProgressBar("walking") as bar:
+        trial = _walk(config, twin, plan, request, bar.show)
+    if out.suffix != ".mcap":
+        write_trial(trial, out)
+    wall_s = time.perf_counter() - begin_s
+    forward_m = float(trial.body_position_m[-1, 0] - trial.body_position_m[0, 0])
+    samples = len(trial.time_s)
+    if request.json:
+        values = {"file": str(out), "samples": samples, "way_x_m": forward_m, "wall_s": wall_s}
+        print(json.dumps(values, indent=2))
+    else:
+        words = ", ".join(request.effect) if effects else "nothing wrong"
+        print(f"{out}: {samples} samples of {plan.gait}, {words}")
+        print(f"way along x {forward_m:.3f} m; {plan.seconds:g} s walked in {wall_s:.1f} s")
+    return ExitCode.OK
+
+
+def _walk(
+    config: RobotConfig, twin: Twin, plan: WalkPlan, request: TwinFileRequest, progress: Progress
+) -> Trial:
+    if request.fast:
+        return walk_fast(config, twin, plan, progress)
+    if request.out.suffix != ".mcap":
+        return walk_through_bytes(config, twin, plan, None, progress)
+    with whole_file(request.out) as part:
+        return walk_through_bytes(config, twin, plan, part, progress)
