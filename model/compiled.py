@@ -71,8 +71,10 @@ def _compile(function: Function, fastmath: Any) -> Function:
             keep = False
         else:
             if keep:
-                # the compiler's own stamp is that of one file, and knows nothing of those it calls
-                made._cache._cache_file._source_stamp = _stamp(function.__module__.split(".")[0])
+                # the compiler's own stamp is that of one file, and knows nothing of those it calls; as part
+                # of the version it is looked at before types are read, which may be gone
+                file, stamp = made._cache._cache_file, _stamp(function.__module__.split(".")[0])
+                file._source_stamp, file._version = stamp, f"{file._version} {stamp}"
             typed: Function = made
             return typed
 
@@ -116,20 +118,23 @@ def out(*axes: int, kind: str = NUMBER) -> tuple[Rows, ...]:
     return tuple(Rows(count, kind) for count in axes)
 
 
-def compile_for(function: Callable[..., Any], *arguments: Rows | str) -> None:
+def compile_for(function: Callable[..., Any], *arguments: Rows | str | tuple[Any, ...]) -> None:
     """Load or make the machine code for one set of types, and close the function to all others.
 
     It is closed in every case, also if another kernel that calls it has had it compiled before: a call
-    with other types is then an error at once, and never a compiler's second in a tick.
+    with other types is then an error at once, and never a compiler's second in a tick. The type of a
+    named tuple is that of an example: each array in it has to be in rows and writable as it is there.
     """
     if not COMPILED:
         return
     from numba import types
 
     dispatcher: Any = function  # has no types
+    typeof: Any = numba.typeof
     if dispatcher._can_compile:
         dispatcher.compile(tuple(
             getattr(types, of) if isinstance(of, str)
+            else typeof(of) if isinstance(of, tuple)
             else types.Array(getattr(types, of.kind), of.axes, "C", readonly=of.given)
             for of in arguments
         ))  # fmt: skip

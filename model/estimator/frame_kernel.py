@@ -16,9 +16,7 @@ from model.traction.kernel import foot_speeds, lay_anisotropy, traction_kernel
 from model.values.arrays import BoolArray, FloatArray
 
 NOT_A_NUMBER = 1
-CREEP_SPEED_M_S = (
-    1e-3  # as in ``model.quasistatic.frame_kernel``: puts the ansatz' forces on a scale
-)
+CREEP_SPEED_M_S = 1e-3  # as in ``model.frame_kernel``: puts the ansatz' forces on a scale
 FRAME, STIFFNESS, FRICTION, SPEED = 0, 1, 2, 3  # what is stepped
 CLEAR_M = 1e-3  # beyond how far a foot moves in a moment: what the body's own tilt may add
 

@@ -317,7 +317,7 @@ class Controller:
     ) -> tuple[FootMotion, ContactSolution, tuple[Fault, ...]]:
         """Feet, support and traction, with what the robot file adds to the nominal model."""
         if self._effects is None:
-            feet = self._linkage.frame_feet(joints.angle_rad, rate_rad_s)
+            feet = self._linkage.feet(joints.angle_rad, rate_rad_s)
             solution = solve_frame(feet, self.config.parameters.contact, self._weight_n)
         else:
             was = state.estimate

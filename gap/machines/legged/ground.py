@@ -16,9 +16,9 @@ from gap.machines.legged.pushes import (
 from gap.machines.legged.settings import GroundSettings, Settings
 from gap.machines.legged.shafts import Feet
 from gap.machines.legged.signals import FrictionSignals, MotionSignals, SupportSignals
-from model.quasistatic.frames import FrictionLaw
 from model.support.frames import SupportSolutions, solve_support_frames
-from model.traction.frames import FootLaw, solve_traction_frames
+from model.traction.coulomb_kernel import FootLaw
+from model.traction.frames import REST_SPEED_M_S, solve_traction_frames
 from model.values.arrays import BoolArray, FloatArray, IntArray
 
 EDGE_M = 0.004  # over which an edge in the floor is rounded, so that fits can move it
@@ -249,11 +249,7 @@ def slide(
     for stage in ("friction", "external"):
         for added in settings.at(stage):
             signals = added.act(signals, added.values, added.legs)
-    law = FootLaw(
-        FrictionLaw.COULOMB if own.coulomb else FrictionLaw.VISCOUS,
-        own.static_ratio,
-        own.static_speed_m_s,
-    )
+    law = FootLaw(own.coulomb, REST_SPEED_M_S, own.static_ratio, own.static_speed_m_s)
     found = solve_traction_frames(
         signals.feet_m,
         signals.speed_m_s,
