@@ -21,11 +21,10 @@ from numpy.typing import NDArray
 from gap.worker_pool import worker_pool
 from model.errors import ModelError
 from model.parameters.robot import ContactParameters
-from model.quasistatic.frames import FrameSolutions, FrictionLaw
-from model.quasistatic.frames_kernel import frames_kernel, prepare
+from model.quasistatic.frames import FrameSolutions, FrictionLaw, fill_frames
 from model.values.legs import FootMotion
 
-# type, and numbers a frame or a foot (0: one a foot) of each output, in the kernel's order
+# type, and numbers a frame or a foot (0: one a foot) of each output, in the order of ``FrameSolutions``
 _PER_FRAME, _PER_FOOT = True, False
 OUTPUTS = (
     (np.float64, _PER_FRAME, 3),  # pose
@@ -112,7 +111,7 @@ class _Job:
     last: int
     contact: ContactParameters
     weight_n: float
-    coulomb: bool
+    law: FrictionLaw
 
 
 class ModelProcesses:
@@ -163,9 +162,8 @@ class ModelProcesses:
             ``room.answer``.
         """
         ends = np.linspace(0, room.frames, self.count + 1).astype(int).tolist()
-        coulomb = law is FrictionLaw.COULOMB
         jobs = [
-            _Job(room.name, room.frames, room.legs, first, last, contact, weight_n, coulomb)
+            _Job(room.name, room.frames, room.legs, first, last, contact, weight_n, law)
             for first, last in pairwise(ends)
         ]
         list(self._pool.map(_run, jobs))
@@ -196,17 +194,9 @@ def _run(job: _Job) -> None:
             _rooms.pop(old).close()
         _rooms[job.name] = SharedFrames(job.frames, job.legs, job.name)
     room, part, contact = _rooms[job.name], slice(job.first, job.last), job.contact
-    found = [getattr(room.answer, field)[part] for field in FrameSolutions.__slots__]
-    prepare()
-    frames_kernel(
-        room.feet.position_m[part],
-        room.feet.velocity_m_s[part],
-        np.zeros((1, job.legs)),
-        np.array(contact.stiffness),
-        np.array(contact.mu),
-        np.array(contact.anisotropy[None]),
-        float(job.weight_n),
-        job.coulomb,
-        False,
-        *found,
+    answer = FrameSolutions(
+        *(getattr(room.answer, name)[part] for name in FrameSolutions.__slots__)
     )
+    feet = FootMotion(room.feet.position_m[part], room.feet.velocity_m_s[part])
+    ground, anisotropy = np.zeros((1, job.legs)), contact.anisotropy[None]
+    fill_frames(answer, feet, contact, job.weight_n, job.law, ground, anisotropy)

@@ -8,14 +8,15 @@ import numpy as np
 
 from benchmarks.timing import each, keep_model, repeat
 from model.parameters.robot import ContactParameters
-from model.quasistatic.frame import prepare, solve_frame, solve_frame_reference
+from model.quasistatic.frame import prepare, solve_frame
 from model.quasistatic.frames import FrictionLaw, solve_frames
 from model.systems.disk import disk, random_disk_poses
 from model.systems.system import System
-from model.traction.coulomb_reference import solve_coulomb_reference
 from model.values.arrays import readonly
 from model.values.contact import ContactSolution
 from model.values.legs import FootMotion
+from tests.model.oracles.coulomb import solve_coulomb_reference
+from tests.model.oracles.traction import solve_frame_reference
 
 FRAMES = 20_000
 SINGLES = 2000

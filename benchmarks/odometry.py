@@ -178,7 +178,7 @@ def ukf(folder: Path, seed: int = 901, ticks: int = 600) -> None:
         assert truth is not None
         inputs = []
         for tick in (item.tick for item in walked):
-            feet = linkage.frame_feet(tick.joints.angle_rad, tick.joints.rate_rad_s)
+            feet = linkage.feet(tick.joints.angle_rad, tick.joints.rate_rad_s)
             inputs.append(OdometryInputs(tick.t_ns, feet, tick.forces))
         ekf = track(walked, config).velocity_B
         unscented = _unscented(inputs, robot.contact, weight_n, np.zeros(3))

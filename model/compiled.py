@@ -72,8 +72,10 @@ def _compile(function: Function, fastmath: Any) -> Function:
             keep = False
         else:
             if keep:
-                # the compiler's own stamp is that of one file, and knows nothing of those it calls
-                made._cache._cache_file._source_stamp = _stamp(function.__module__.split(".")[0])
+                # the compiler's own stamp is that of one file, and knows nothing of those it calls; as part
+                # of the version it is looked at before types are read, which may be gone
+                file, stamp = made._cache._cache_file, _stamp(function.__module__.split(".")[0])
+                file._source_stamp, file._version = stamp, f"{file._version} {stamp}"
             typed: Function = made
             return typed
 

@@ -19,9 +19,9 @@ from model.effects.settings import Settings
 from model.effects.shafts import Feet
 from model.effects.signals import FrictionSignals, MotionSignals, SupportSignals
 from model.motion.se2 import turned
-from model.quasistatic.frames import FrictionLaw
 from model.support.frames import SupportSolutions, solve_support_frames
-from model.traction.frames import FootLaw, solve_traction_frames
+from model.traction.coulomb_kernel import FootLaw
+from model.traction.frames import REST_SPEED_M_S, solve_traction_frames
 from model.values.arrays import BoolArray, FloatArray, IntArray
 
 EDGE_M = 0.004  # over which an edge in the floor is rounded, so that fits can move it
@@ -244,9 +244,7 @@ def slide(
     )
     signals = settings.acted("external", settings.acted("friction", signals))
     coulomb = settings.has("coulomb_friction")
-    law = FootLaw(
-        FrictionLaw.COULOMB if coulomb else FrictionLaw.VISCOUS, *settings.whole("stiction")
-    )
+    law = FootLaw(coulomb, REST_SPEED_M_S, *settings.whole("stiction"))
     found = solve_traction_frames(
         signals.feet_m,
         signals.speed_m_s,

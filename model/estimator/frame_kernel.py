@@ -19,9 +19,7 @@ from model.values.arrays import BoolArray, FloatArray
 from model.values.estimate import FIXED, SCALE
 
 NOT_A_NUMBER = 1
-CREEP_SPEED_M_S = (
-    1e-3  # as in ``model.quasistatic.frame_kernel``: puts the ansatz' forces on a scale
-)
+CREEP_SPEED_M_S = 1e-3  # as in ``model.frame_kernel``: puts the ansatz' forces on a scale
 FRAME, STIFFNESS, FRICTION, SPEED = 0, 1, 2, 3  # what is stepped
 LOG_STEP = 0.01  # of log mu and log K
 SPEED_STEP_M_S = 1e-4  # of a foot's speed

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from model.errors import ConfigError
-from model.kinematics.four_bar_kernel import feet_kernel, prepare
+from model.kinematics.four_bar_kernel import feet_kernel, poses_kernel, prepare
 from model.parameters.robot import LinkageParameters
 from model.values.arrays import FloatArray
 from model.values.legs import FootMotion
@@ -34,14 +34,12 @@ class LinkagePose:
         rocker_pin: B, (..., 2) [m].
         foot: (..., 2) [m], relative to the crank shaft.
         foot_slope: d foot / d shaft angle, (..., 2) [m/rad].
-        transmission_sine: Sine of the angle between coupler and rocker, (...); 0 is a dead centre.
     """
 
     crank_pin: FloatArray
     rocker_pin: FloatArray
     foot: FloatArray
     foot_slope: FloatArray
-    transmission_sine: FloatArray
 
 
 def linkage_pose(linkage: LinkageParameters, angle_rad: FloatArray) -> LinkagePose:
@@ -51,39 +49,18 @@ def linkage_pose(linkage: LinkageParameters, angle_rad: FloatArray) -> LinkagePo
         linkage: Dimensions; must be able to turn (``check_linkage``).
         angle_rad: Shaft angles, any shape [rad].
     """
-    phi = linkage.mid_stance - np.asarray(angle_rad, dtype=np.float64)
-    direction = _direction(phi)
-    crank_pin = linkage.crank * direction
-    to_pivot = linkage.ground_pivot - crank_pin
-    distance = np.linalg.norm(to_pivot, axis=-1)  # [m]
-    along = (linkage.coupler**2 - linkage.rocker**2 + distance**2) / (2 * distance)
-    # beyond a dead centre there is no pose; check_linkage has excluded that, rounding has not
-    across = linkage.branch * np.sqrt(np.maximum(linkage.coupler**2 - along**2, 0.0))
-    e = to_pivot / distance[..., None]
-    rocker_pin = crank_pin + along[..., None] * e + across[..., None] * _left(e)
-    u = (rocker_pin - crank_pin) / linkage.coupler
-    v = (rocker_pin - linkage.ground_pivot) / linkage.rocker
-    foot = crank_pin + linkage.foot[0] * u + linkage.foot[1] * _left(u)
-    # closure differentiated by phi, times v:  (dA + coupler du) . v = 0,  du = left(u) dpsi
-    crank_pin_slope = linkage.crank * _left(direction)
-    sine = np.sum(_left(u) * v, axis=-1)
-    coupler_turn = -np.sum(crank_pin_slope * v, axis=-1) / (linkage.coupler * sine)
-    foot_by_phi = crank_pin_slope + coupler_turn[..., None] * _left(foot - crank_pin)
-    return LinkagePose(
-        crank_pin=crank_pin,
-        rocker_pin=rocker_pin,
-        foot=foot,
-        foot_slope=-foot_by_phi,
-        transmission_sine=sine,
-    )
+    angle = np.asarray(angle_rad, dtype=np.float64)
+    out = np.empty((angle.size, 8))
+    prepare()
+    poses_kernel(np.ascontiguousarray(angle.ravel()), _numbers(linkage), out)
+    return LinkagePose(*(out[:, i : i + 2].reshape(*angle.shape, 2) for i in (0, 2, 4, 6)))
 
 
-def _direction(angle: FloatArray) -> FloatArray:
-    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-
-
-def _left(vector: FloatArray) -> FloatArray:
-    return np.stack([-vector[..., 1], vector[..., 0]], axis=-1)
+def _numbers(linkage: LinkageParameters) -> FloatArray:
+    return np.array([
+        linkage.crank, *linkage.ground_pivot, linkage.coupler, linkage.rocker, *linkage.foot,
+        linkage.branch, linkage.mid_stance,
+    ])  # fmt: skip
 
 
 def check_linkage(linkage: LinkageParameters) -> None:
@@ -128,12 +105,10 @@ class Linkage:
 
     def __init__(self, linkage: LinkageParameters, shaft_position: FloatArray) -> None:
         check_linkage(linkage)
-        self.parameters = linkage
-        self._shaft_position = shaft_position
-        self._numbers = np.array([
-            linkage.crank, *linkage.ground_pivot, linkage.coupler, linkage.rocker, *linkage.foot,
-            linkage.branch, linkage.mid_stance,
-        ])  # fmt: skip
+        self._numbers, self._shaft_position = (
+            _numbers(linkage),
+            np.ascontiguousarray(shaft_position),
+        )
 
     def feet(self, angle_rad: FloatArray, rate_rad_s: FloatArray) -> FootMotion:
         """Return unloaded feet in the body frame.
@@ -145,32 +120,20 @@ class Linkage:
         Returns:
             Positions and velocities, (..., N, 3).
         """
-        pose = linkage_pose(self.parameters, angle_rad)
-        position = self._shaft_position + _in_body(pose.foot)
-        velocity = _in_body(pose.foot_slope * np.asarray(rate_rad_s)[..., None])
+        angle = np.ascontiguousarray(angle_rad, dtype=np.float64)
+        rate = np.ascontiguousarray(rate_rad_s, dtype=np.float64)
+        position, velocity = np.empty((2, *angle.shape, 3))
+        frames = angle.reshape(-1, angle.shape[-1]), rate.reshape(-1, angle.shape[-1])
+        rows = (-1, angle.shape[-1], 3)
+        feet_kernel(
+            *frames,
+            self._numbers,
+            self._shaft_position,
+            position.reshape(rows),
+            velocity.reshape(rows),
+        )
         return FootMotion(position, velocity)
 
     def prepare(self) -> None:
-        """Load or make the machine code of ``frame_feet`` now, so that no tick has to wait for it."""
+        """Load or make the machine code of ``feet`` now, so that no tick has to wait for it."""
         prepare()
-
-    def frame_feet(self, angle_rad: FloatArray, rate_rad_s: FloatArray) -> FootMotion:
-        """As ``feet``, for one frame and an order of magnitude faster.
-
-        Args:
-            angle_rad: (N,) [rad]; NaN gives NaN.
-            rate_rad_s: (N,) [rad/s].
-
-        Returns:
-            Positions and velocities, (N, 3).
-        """
-        position, velocity = np.empty((len(angle_rad), 3)), np.empty((len(angle_rad), 3))
-        angle, rate = np.ascontiguousarray(angle_rad), np.ascontiguousarray(rate_rad_s)
-        feet_kernel(angle, rate, self._numbers, self._shaft_position, position, velocity)
-        return FootMotion(position, velocity)
-
-
-def _in_body(plane: FloatArray) -> FloatArray:
-    """(x, z) of the leg's plane to (x, y, z) of the body: legs move fore and aft, never sideways."""
-    x, z = plane[..., 0], plane[..., 1]
-    return np.stack([x, np.zeros_like(x), z], axis=-1)

@@ -1,27 +1,32 @@
 """One frame of the whole model: support, then traction (the paper's steps A and B).
 
-Called once a tick. The compiled path answers in microseconds; without numba the numpy functions of
-``model.support.search`` and ``model.traction.viscous`` do the same work, and the tests hold the two
-together.
+Called once a tick: one compiled call in, one array of numbers out, in microseconds.
 """
 
 import numpy as np
 
-from model.compiled import COMPILED
+from model.compiled import FLAG, NUMBER, compile_for, compiled, given, out
 from model.errors import ModelError
 from model.parameters.robot import ContactParameters
-from model.quasistatic import frame_kernel
-from model.support.search import solve_support
-from model.traction.viscous import solve_traction
+from model.support.kernel import ROWS, support_kernel
+from model.traction.kernel import (
+    CREEP_SPEED_M_S,
+    coulomb_scale,
+    foot_speeds,
+    lay_anisotropy,
+    traction_kernel,
+)
+from model.values.arrays import BoolArray, FloatArray
 from model.values.contact import ContactSolution, Support, Traction
 from model.values.legs import FootMotion
 
-TIPS_WORDS = "the centre of mass is not above the feet: the robot tips"
+NOT_A_NUMBER = 1
+NEGATIVE = 7
 WORDS = (
     "",
     "a foot position, velocity, stiffness or the load is not a number",
     "there are no feet",
-    TIPS_WORDS,
+    "the centre of mass is not above the feet: the robot tips",
     "the search for the contact set did not end; report the pose",
     "fewer than two feet are loaded",
     "the loaded feet stand in one point: turning is not determined",
@@ -31,12 +36,16 @@ WORDS = (
 
 def prepare() -> None:
     """Load or make the machine code now, so that no tick has to wait for it."""
-    if COMPILED:
-        frame_kernel.prepare()
+    # for read-only inputs, which writable ones fit too, and for nothing else after
+    compile_for(frame_kernel, *given(2, 2, 1, 1, 2), NUMBER, *out(1), *out(1, kind=FLAG))
 
 
 def solve_frame(feet: FootMotion, contact: ContactParameters, weight_n: float) -> ContactSolution:
     """Predict loads, body velocity, slip and foot forces from the feet.
+
+    The viscous ansatz knows forces up to one scale a frame. They are put in newtons by the scale that
+    brings the horizontal forces nearest, in least squares, to Coulomb's law at the same slips; the balance
+    holds for any scale. A robot at rest has no horizontal forces, not undefined ones.
 
     Args:
         feet: Unloaded feet of one frame in the body frame, (N, 3) each.
@@ -46,17 +55,15 @@ def solve_frame(feet: FootMotion, contact: ContactParameters, weight_n: float) -
     Raises:
         ModelError: Shapes do not fit.
     """
-    if not COMPILED:
-        return solve_frame_reference(feet, contact, weight_n)
     position, velocity = feet.position_m, feet.velocity_m_s
     count = position.shape[0]
     if position.shape != (count, 3) or velocity.shape != (count, 3) or count == 0:
         raise ModelError(f"feet must be (N, 3), not {position.shape} and {velocity.shape}")
     if contact.stiffness.shape != (count,) or contact.anisotropy.shape != (count, 2):
         raise ModelError(f"the contact parameters are not those of {count} legs")
-    numbers = np.empty(7 + 6 * count)
+    numbers = np.empty(6 + 6 * count)
     loaded = np.empty(count, dtype=np.bool_)
-    found, reason = frame_kernel.solve(
+    found, reason = frame_kernel(
         position, velocity, contact.stiffness, contact.mu, contact.anisotropy, weight_n, numbers,
         loaded,
     )  # fmt: skip
@@ -70,7 +77,7 @@ def solve_frame(feet: FootMotion, contact: ContactParameters, weight_n: float) -
         height,
         slope_x,
         slope_y,
-        numbers[7 : 7 + count],
+        numbers[6 : 6 + count],
         loaded,
         max(found, 0),
     )
@@ -78,18 +85,70 @@ def solve_frame(feet: FootMotion, contact: ContactParameters, weight_n: float) -
         reason == 0,
         words if found >= 0 else f"no support: {words}",
         numbers[3:6],
-        numbers[7 + count : 7 + 3 * count].reshape(count, 2),
-        numbers[7 + 3 * count :].reshape(count, 3),
+        numbers[6 + count : 6 + 3 * count].reshape(count, 2),
+        numbers[6 + 3 * count :].reshape(count, 3),
     )
     return ContactSolution(support, traction)
 
 
-def solve_frame_reference(
-    feet: FootMotion, contact: ContactParameters, weight_n: float
-) -> ContactSolution:
-    """The same in numpy: slower, plainer, and what the compiled path is tested against."""
-    support = solve_support(feet.position_m, contact.stiffness, weight_n)
-    traction = solve_traction(
-        feet.position_m, feet.velocity_m_s, support, contact.mu, contact.anisotropy
-    )
-    return ContactSolution(support, traction)
+@compiled
+def frame_kernel(
+    feet: FloatArray, feet_velocity: FloatArray, stiffness: FloatArray, mu: FloatArray,
+    anisotropy: FloatArray, load: float, numbers: FloatArray, loaded: BoolArray,
+) -> tuple[int, int]:  # fmt: skip
+    """Support and viscous-Coulomb traction of one frame.
+
+    Args:
+        feet: (N, 3) [m], body frame.
+        feet_velocity: (N, 3) [m/s].
+        stiffness: (N,) [N/m].
+        mu: (N,).
+        anisotropy: (N, 2).
+        load: [N].
+        numbers: Out: slope_x, slope_y, height, vx, vy, yaw rate, then N loads, N x 2 slips (NaN in the
+            air), N x 3 forces; NaN where there is no answer.
+        loaded: Out: (N,).
+
+    Returns:
+        Steps of the contact search (negative: none found), and the reason (0 is fine).
+    """
+    count = feet.shape[0]
+    numbers[:] = np.nan
+    loaded[:] = False
+    proper = load > 0.0
+    # copies that may be written, as the estimator has them: one set of machine code serves both
+    place, speed = np.empty((count, 3)), np.empty((count, 3))
+    springs, grip = np.empty(count), np.empty(count)
+    for k in range(count):
+        proper = proper and stiffness[k] > 0.0
+        springs[k], grip[k] = stiffness[k], mu[k]
+        for i in range(3):
+            place[k, i], speed[k, i] = feet[k, i], feet_velocity[k, i]
+    if not proper:
+        return -NEGATIVE, NEGATIVE
+    work, ansatz = np.empty((ROWS, count)), np.empty((count, 2))
+    lay_anisotropy(anisotropy, work)
+    pose, velocity, loads = numbers[:3], numbers[3:6], numbers[6 : 6 + count]
+    slip = numbers[6 + count : 6 + 3 * count].reshape(count, 2)
+    force = numbers[6 + 3 * count :].reshape(count, 3)
+    found = support_kernel(place, np.zeros(count), springs, load, pose, loads, work)
+    if found < 0:
+        return found, -found
+    for k in range(count):
+        loaded[k] = loads[k] > 0.0
+    untilted = count < 0
+    if not foot_speeds(speed, pose, untilted, work):
+        return found, NOT_A_NUMBER
+    reason = traction_kernel(work, loads, grip, velocity, slip, ansatz)
+    if reason != 0:
+        velocity[:] = np.nan
+        slip[:] = np.nan
+        return found, reason
+    scale = coulomb_scale(slip, ansatz, CREEP_SPEED_M_S)
+    for k in range(count):
+        force[k, 0] = scale * ansatz[k, 0]
+        force[k, 1] = scale * ansatz[k, 1]
+        force[k, 2] = loads[k]
+        if not loaded[k]:
+            slip[k, 0] = slip[k, 1] = np.nan
+    return found, 0

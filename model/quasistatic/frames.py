@@ -11,7 +11,9 @@ import numpy as np
 
 from model.errors import ModelError
 from model.parameters.robot import ContactParameters
-from model.quasistatic import frames_kernel
+from model.support.frames import SupportSolutions, support_frames
+from model.traction.coulomb_kernel import FootLaw
+from model.traction.frames_kernel import TractionSolutions, balance_frames, given_alone
 from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
 from model.values.legs import FootMotion
 
@@ -113,28 +115,34 @@ def solve_frames(
     trouble = _parameter_trouble(contact, weight_n, count)
     if trouble is not Reason.FINE:
         return _without_answer(out, trouble)
-    frames_kernel.prepare()
-    frames_kernel.frames_kernel(
-        _rows(position),
-        _rows(velocity),
-        _ground(ground_m, frames, count),
-        _rows(contact.stiffness),
-        _rows(contact.mu),
-        _anisotropy(contact, anisotropy_B, frames),
-        float(weight_n),
-        law is FrictionLaw.COULOMB,
-        tilt_coupling,
-        out.pose,
-        out.load_n,
-        out.switches,
-        out.velocity_B,
-        out.slip_B,
-        out.force_xy_B,
-        out.sticking,
-        out.unique,
-        out.reason,
-    )
+    ground, w = _ground(ground_m, frames, count), _anisotropy(contact, anisotropy_B, frames)
+    fill_frames(out, feet, contact, weight_n, law, ground, w, tilt_coupling=tilt_coupling)
     return _frozen(out)
+
+
+def fill_frames(
+    out: FrameSolutions,
+    feet: FootMotion,
+    contact: ContactParameters,
+    weight_n: float,
+    law: FrictionLaw,
+    ground_m: FloatArray,
+    anisotropy_B: FloatArray,  # noqa: N803
+    *,
+    tilt_coupling: bool = False,
+) -> None:
+    """As ``solve_frames``, of what is known to fit, into arrays at hand; a row may stand for all frames."""
+    loads = SupportSolutions(out.pose, out.load_n, out.switches, out.reason)
+    support_frames(feet.position_m, ground_m, contact.stiffness, weight_n, loads)
+    speed = feet.velocity_m_s
+    if tilt_coupling:
+        speed = speed.copy()
+        speed[..., :2] += out.pose[:, None, :2] * [1.0, -1.0] * speed[..., 2:]
+    given = given_alone(feet.position_m, speed, contact.mu * out.load_n, anisotropy_B)
+    answers = TractionSolutions(
+        out.velocity_B, out.slip_B, out.force_xy_B, out.sticking, out.unique, out.reason
+    )
+    balance_frames(given, FootLaw(law is FrictionLaw.COULOMB), answers, newtons=False)
 
 
 def _anisotropy(
@@ -143,12 +151,12 @@ def _anisotropy(
     frames: int,
 ) -> FloatArray:
     if anisotropy_B is None:
-        return _rows(contact.anisotropy[None])
+        return contact.anisotropy[None]
     if anisotropy_B.shape != (frames, len(contact.mu), 2) or not np.isfinite(anisotropy_B).all():
         raise ModelError(
             f"anisotropy must be {(frames, len(contact.mu), 2)} numbers, not {anisotropy_B.shape}"
         )
-    return _rows(anisotropy_B)
+    return anisotropy_B
 
 
 def _ground(ground_m: FloatArray | None, frames: int, count: int) -> FloatArray:
@@ -157,11 +165,7 @@ def _ground(ground_m: FloatArray | None, frames: int, count: int) -> FloatArray:
         return np.zeros((1, count))
     if ground_m.shape not in {(count,), (frames, count)}:
         raise ModelError(f"the ground must be (legs,) or (frames, legs), not {ground_m.shape}")
-    return _rows(ground_m.reshape(-1, count))
-
-
-def _rows(values: FloatArray) -> FloatArray:
-    return np.ascontiguousarray(values, dtype=np.float64)
+    return ground_m.reshape(-1, count)
 
 
 def _parameter_trouble(contact: ContactParameters, weight_n: float, count: int) -> Reason:

@@ -1,28 +1,35 @@
 """Support alone over many frames: the loads and the pose of the body on its leg springs."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from model.compiled import FLAG, NUMBER, compile_for, compiled, given, out
+from model.compiled import COUNT, NUMBER, compile_for, compiled, given, out
 from model.errors import ModelError
 from model.support.kernel import ROWS, support_kernel
-from model.values.arrays import BoolArray, FloatArray, readonly
+from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SupportSolutions:
-    """F frames of N feet; NaN where ``valid`` is False (the robot tips, or a number is missing).
+class SupportSolutions(NamedTuple):
+    """F frames of N feet; NaN where there is no answer (the robot tips, or a number is missing).
 
     Attributes:
         pose: slope_x, slope_y, height [m], (F, 3).
         load_n: Ground's vertical force on each foot, (F, N).
-        valid: (F,).
+        switches: Steps of the contact search, (F,).
+        reason: ``model.quasistatic.frames.Reason`` of each frame, (F,).
     """
 
     pose: FloatArray
     load_n: FloatArray
-    valid: BoolArray
+    switches: IntArray
+    reason: IntArray
+
+    @property
+    def valid(self) -> BoolArray:
+        """(F,) whether the frame has an answer."""
+        fine: BoolArray = self.reason == 0
+        return fine
 
 
 def solve_support_frames(
@@ -32,7 +39,7 @@ def solve_support_frames(
 
     Args:
         feet_m: Unloaded feet, seen from the centre of mass, (F, N, 3).
-        ground_m: Height of the ground under each foot, (F, N).
+        ground_m: Height of the ground under each foot, (F or 1, N).
         stiffness_n_m: Leg springs, (N,), positive.
         weight_n: Weight carried, positive.
 
@@ -40,37 +47,47 @@ def solve_support_frames(
         ModelError: Shapes do not fit, or a stiffness or the weight is not positive.
     """
     frames, count, _ = feet_m.shape
-    if ground_m.shape != (frames, count) or stiffness_n_m.shape != (count,):
+    if ground_m.shape not in {(frames, count), (1, count)} or stiffness_n_m.shape != (count,):
         raise ModelError(f"{frames} frames of {count} feet do not fit ground or stiffness")
     if not (weight_n > 0 and (stiffness_n_m > 0).all()):
         raise ModelError("weight and stiffness must be positive")
     out = SupportSolutions(
-        np.empty((frames, 3)), np.empty((frames, count)), np.zeros(frames, dtype=np.bool_)
+        np.empty((frames, 3)), np.empty((frames, count)), *np.zeros((2, frames), dtype=np.int64)
     )
+    support_frames(feet_m, ground_m, stiffness_n_m, weight_n, out)
+    for values in out:
+        readonly(values)
+    return out
+
+
+def support_frames(
+    feet: FloatArray,
+    ground: FloatArray,
+    stiffness: FloatArray,
+    weight: float,
+    out: SupportSolutions,
+) -> None:
+    """As ``solve_support_frames``, of what is known to fit, into arrays at hand."""
     prepare()
     _solve(
-        np.ascontiguousarray(feet_m, dtype=np.float64),
-        np.ascontiguousarray(ground_m, dtype=np.float64),
-        np.ascontiguousarray(stiffness_n_m, dtype=np.float64),
-        float(weight_n),
-        out.pose,
-        out.load_n,
-        out.valid,
+        np.ascontiguousarray(feet, dtype=np.float64),
+        np.ascontiguousarray(ground, dtype=np.float64),
+        np.ascontiguousarray(stiffness, dtype=np.float64),
+        float(weight),
+        *out,
     )
-    for name in SupportSolutions.__slots__:
-        readonly(getattr(out, name))
-    return out
 
 
 @compiled
 def _solve(
     feet: FloatArray, ground: FloatArray, stiffness: FloatArray, weight: float,
-    pose: FloatArray, loads: FloatArray, valid: BoolArray,
+    pose: FloatArray, loads: FloatArray, switches: IntArray, reason: IntArray,
 ) -> None:  # fmt: skip
     work = np.empty((ROWS, feet.shape[1]))
     for f in range(feet.shape[0]):
-        found = support_kernel(feet[f], ground[f], stiffness, weight, pose[f], loads[f], work)
-        valid[f] = found >= 0
+        level = ground[f if ground.shape[0] > 1 else 0]
+        found = support_kernel(feet[f], level, stiffness, weight, pose[f], loads[f], work)
+        switches[f], reason[f] = max(found, 0), max(-found, 0)
         if found < 0:
             pose[f, :] = np.nan
             loads[f, :] = np.nan
@@ -78,4 +95,4 @@ def _solve(
 
 def prepare() -> None:
     """Compile for read-only inputs, which writable ones fit too, and for nothing else after."""
-    compile_for(_solve, *given(3, 2, 1), NUMBER, *out(2, 2), *out(1, kind=FLAG))
+    compile_for(_solve, *given(3, 2, 1), NUMBER, *out(2, 2), *out(1, 1, kind=COUNT))

@@ -1,4 +1,4 @@
-"""The contact search of ``model.support.search`` for one frame, written for the compiler.
+"""The contact search of ``model.support`` for one frame, written for the compiler.
 
 Same idea, other arithmetic: three unknowns need no linear algebra library. The energy
 E(s) = sum K/2 min(p, 0)^2 + load z is convex and piecewise quadratic; each step goes to the balance of

@@ -11,10 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from model.parameters.robot import ContactParameters
-from model.quasistatic.frames import FrameSolutions, solve_frames
+from model.support.frames import SupportSolutions, solve_support_frames
 from model.values.arrays import FloatArray
-from model.values.legs import FootMotion
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,7 +25,7 @@ class LoadDerivatives:
         pose_slope: d (slope_x, slope_y, height) / d log K_j, (F, 3, N) [rad, rad, m].
     """
 
-    solved: FrameSolutions
+    solved: SupportSolutions
     load_slope: FloatArray
     pose_slope: FloatArray
 
@@ -49,8 +47,7 @@ def load_derivatives(
         carry the body, the derivative along the balance alone.
     """
     frames, legs = feet_B.shape[:2]
-    contact = ContactParameters(stiffness, np.ones(legs), np.zeros((legs, 2)))
-    solved = solve_frames(FootMotion(feet_B, np.zeros_like(feet_B)), contact, weight_n)
+    solved = solve_support_frames(feet_B, np.zeros((1, legs)), stiffness, weight_n)
     load = np.nan_to_num(solved.load_n)
     rows = np.stack([-feet_B[..., 0], feet_B[..., 1], np.ones((frames, legs))], axis=2)
     rows = np.where(np.isfinite(rows), rows, 0.0)

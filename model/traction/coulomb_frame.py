@@ -1,4 +1,4 @@
-"""One frame under Coulomb's law, from feet and loads to velocity and forces, compiled.
+"""One frame of feet with given loads: velocity and forces at which friction balances what acts on the body.
 
 Scales the problem (slips by their size, lengths by the feet's spread, forces by the sum of mu N), tries
 the feet that rested in the frame before, and otherwise minimises the dissipation from scratch.
@@ -8,7 +8,22 @@ import numpy as np
 
 from model.compiled import compiled
 from model.support.kernel import DRAG, SPEED_X, SPEED_Y, W_X, W_Y, X, Y
-from model.traction.coulomb_kernel import descend
+from model.traction.coulomb_kernel import (
+    BODY_ROWS,
+    COLUMNS,
+    DUAL,
+    GIVE,
+    LEVER,
+    LIMIT,
+    OFFSET,
+    PUSH,
+    SLIP,
+    SYSTEM_ROWS,
+    TWIST,
+    FootLaw,
+    W,
+    descend,
+)
 from model.traction.coulomb_polish import (
     NOT_SOLVED,
     SOLVED_FLAT,
@@ -16,7 +31,7 @@ from model.traction.coulomb_polish import (
     forces_unique,
     polish,
 )
-from model.traction.kernel import FINE, traction_kernel
+from model.traction.kernel import CREEP_SPEED_M_S, FINE, coulomb_scale, traction_kernel
 from model.values.arrays import BoolArray, FloatArray
 
 NO_CONVERGENCE = 4
@@ -26,42 +41,60 @@ LOOSE = 1e-9  # gap at which an unpolished answer is still taken for one
 
 @compiled
 def coulomb_frame(
-    work: FloatArray,
-    loads: FloatArray,
-    mu: FloatArray,
-    warm: bool,
-    velocity: FloatArray,
-    slip: FloatArray,
-    force: FloatArray,
+    work: FloatArray, loads: FloatArray, mu: FloatArray, warm: bool, velocity: FloatArray,
+    slip: FloatArray, force: FloatArray, sticking: BoolArray,
+) -> tuple[int, bool]:  # fmt: skip
+    """``balance_frame`` of exact Coulomb friction, on a body that nothing else pushes."""
+    apart = loads.size < 0
+    law = FootLaw(not apart, 0.0, 1.0, 1.0, 1.0)
+    return balance_frame(
+        work, loads, mu, law, velocity[:0], slip[:0], warm, velocity, slip, force, sticking
+    )
+
+
+@compiled
+def balance_frame(
+    work: FloatArray, loads: FloatArray, mu: FloatArray, law: FootLaw, outside: FloatArray,
+    elastic: FloatArray, warm: bool, velocity: FloatArray, slip: FloatArray, force: FloatArray,
     sticking: BoolArray,
-) -> tuple[int, bool]:
+) -> tuple[int, bool]:  # fmt: skip
     """Balance of one frame.
 
     Args:
-        work: As in ``traction_kernel``. The law is F = -mu N L (L slip) / |L slip|, L = I + w w^T,
+        work: As in ``traction_kernel``. Coulomb's law is F = -mu N L (L slip) / |L slip|, L = I + w w^T,
             which has the paper's traction along and across w and, unlike its formula, is the
             gradient of a power.
         loads: (N,) [N].
         mu: (N,).
+        law: How feet answer slip, in m/s.
+        outside: What acts besides friction, body axes: force x, y [N], moment about z through the origin
+            [N m], resistance to the body's velocity along the ground [N s/m] and about z [N m s], (5,);
+            empty where nothing does.
+        elastic: How far feet give along body x and y, over the time step [m/(N s)], and their horizontal
+            forces one time step ago [N], (N, 4); no rows: they do not give.
         warm: Whether ``velocity`` and ``sticking`` hold the frame before.
         velocity: Out: vx, vy [m/s], yaw rate [rad/s], (3,).
         slip: Out: (N, 2) [m/s], exactly 0 for feet at rest.
         force: Out: (N, 2) [N].
-        sticking: Out: loaded feet at rest, (N,).
+        sticking: Out: loaded feet at rest under the exact law, (N,).
 
     Returns:
         A reason (0 is fine), and whether velocity and forces are the only ones that balance.
     """
     count = loads.size
     before0, before1, before2 = velocity[0], velocity[1], velocity[2]
+    warm = warm and np.isfinite(before2)
     reason = traction_kernel(work, loads, mu, velocity, slip, force)
     if reason != FINE:
         for k in range(count):
             sticking[k] = False
         return reason, False
-    total = 0.0
-    cx, cy = 0.0, 0.0
-    loaded = 0
+    gives = elastic.shape[0] > 0
+    exact = law.coulomb and law.rest == 0.0 and law.static_ratio == 1.0 and not gives
+    pushed = False
+    for i in range(outside.size):
+        pushed = pushed or outside[i] != 0.0
+    total, cx, cy, loaded = 0.0, 0.0, 0.0, 0
     for k in range(count):
         c = work[DRAG, k]
         if c > 0:
@@ -71,15 +104,15 @@ def coulomb_frame(
             loaded += 1
     cx /= total
     cy /= total
-    spread = 0.0
-    top = 0.0
-    fastest = 0.0
+    spread, top, fastest = 0.0, 0.0, 0.0
     for k in range(count):
         if work[DRAG, k] > 0:
             spread = max(spread, abs(work[X, k] - cx), abs(work[Y, k] - cy))
             top = max(top, abs(slip[k, 0]), abs(slip[k, 1]))
             fastest = max(fastest, abs(work[SPEED_X, k]), abs(work[SPEED_Y, k]))
-    if top <= REST * fastest or top < 1e-150:  # all rest: any balanced forces will do, so none
+    if pushed or not exact:
+        top = max(top, CREEP_SPEED_M_S)
+    elif top <= REST * fastest or top < 1e-150:  # all rest: any balanced forces will do, so none
         for k in range(count):
             force[k, 0] = force[k, 1] = 0.0
             sticking[k] = work[DRAG, k] > 0
@@ -87,12 +120,8 @@ def coulomb_frame(
                 slip[k, 0] = slip[k, 1] = 0.0
         return FINE, False
     # few pieces of memory: each costs as much as a dozen sums
-    levers = np.empty((loaded, 2, 3))
-    room = np.zeros((5, loaded, 2))
-    offset, dual, gone, way, trial = room[0], room[1], room[2], room[3], room[4]
-    limit = np.empty(loaded)
-    twist = np.zeros(3)
-    rest = np.zeros(loaded, dtype=np.bool_)
+    feet, rest = np.zeros((loaded, COLUMNS)), np.zeros(loaded, dtype=np.bool_)
+    body, system = np.zeros((BODY_ROWS, 3)), np.empty((SYSTEM_ROWS, 3))
     resting = 0
     i = 0
     for k in range(count):
@@ -102,58 +131,94 @@ def coulomb_frame(
             continue
         ax, ay = work[W_X, k], work[W_Y, k]
         gx, gy = -(work[Y, k] - cy) / spread, (work[X, k] - cx) / spread
-        lxx, lxy, lyy = 1.0 + ax * ax, ax * ay, 1.0 + ay * ay
-        levers[i, 0, 0], levers[i, 0, 1], levers[i, 0, 2] = lxx, lxy, lxx * gx + lxy * gy
-        levers[i, 1, 0], levers[i, 1, 1], levers[i, 1, 2] = lxy, lyy, lxy * gx + lyy * gy
-        offset[i, 0] = (lxx * slip[k, 0] + lxy * slip[k, 1]) / top
-        offset[i, 1] = (lxy * slip[k, 0] + lyy * slip[k, 1]) / top
-        limit[i] = c / total
+        lxx, lxy, lyy = 1.0, 0.0, 1.0
+        if law.coulomb:
+            lxx, lxy, lyy = 1.0 + ax * ax, ax * ay, 1.0 + ay * ay
+        sx, sy = slip[k, 0], slip[k, 1]
+        if gives:
+            px, py = elastic[k, 0], elastic[k, 1]
+            sx -= px * elastic[k, 2]
+            sy -= py * elastic[k, 3]
+            px, py = px * total / top, py * total / top
+            feet[i, GIVE] = lxx * px * lxx + lxy * py * lxy
+            feet[i, GIVE + 1] = lxx * px * lxy + lxy * py * lyy
+            feet[i, GIVE + 2] = lxy * px * lxy + lyy * py * lyy
+        feet[i, LEVER], feet[i, LEVER + 1], feet[i, LEVER + 2] = lxx, lxy, lxx * gx + lxy * gy
+        feet[i, LEVER + 3], feet[i, LEVER + 4], feet[i, LEVER + 5] = lxy, lyy, lxy * gx + lyy * gy
+        feet[i, OFFSET] = (lxx * sx + lxy * sy) / top
+        feet[i, OFFSET + 1] = (lxy * sx + lyy * sy) / top
+        feet[i, LIMIT], feet[i, W], feet[i, W + 1] = c / total, ax, ay
         rest[i] = sticking[k]
         resting += sticking[k]
         i += 1
     # from the drag's centre and the viscous answer, in units of top and spread
-    v0, v1, w = velocity[0], velocity[1], velocity[2]
+    v0, v1, turn = velocity[0], velocity[1], velocity[2]
+    if pushed:
+        _lay_body(outside, velocity, cx / spread, cy / spread, spread, top, total, body)
     state = NOT_SOLVED
-    for attempt in range(2):
-        if attempt == 0:
-            if not warm or not np.isfinite(before2):
-                continue
-            dw = before2 - w
-            twist[0] = (before0 - v0 - dw * cy) / top
-            twist[1] = (before1 - v1 + dw * cx) / top
-            twist[2] = dw * spread / top
-            gap = np.inf
-        else:
-            twist[0], twist[1], twist[2] = 0.0, 0.0, 0.0
-            gap, _ = descend(levers, offset, limit, twist, dual, gone, way, trial)
-            resting = classify(limit, dual, gone, rest)
-        state = polish(levers, offset, limit, twist, dual, gone, rest, resting)
-        if state != NOT_SOLVED:
-            break
-        if attempt == 1 and not gap <= LOOSE:
-            for k in range(count):
-                sticking[k] = False
-            return NO_CONVERGENCE, False
-    unique = state != SOLVED_FLAT and forces_unique(limit, dual, rest)
-    rate = twist[2] * top / spread
-    velocity[0] = v0 + twist[0] * top + rate * cy
-    velocity[1] = v1 + twist[1] * top - rate * cx
-    velocity[2] = w + rate
+    if warm:
+        dw = before2 - turn
+        body[TWIST, 0] = (before0 - v0 - dw * cy) / top
+        body[TWIST, 1] = (before1 - v1 + dw * cx) / top
+        body[TWIST, 2] = dw * spread / top
+        if exact:
+            state = polish(feet, body, rest, resting)
+    if state == NOT_SOLVED:
+        if exact or not warm:
+            body[TWIST, 0] = body[TWIST, 1] = body[TWIST, 2] = 0.0
+        start = 0.0 if warm and law.rest > 0.0 else np.inf
+        if not law.coulomb:
+            start = coulomb_scale(slip, force, CREEP_SPEED_M_S) * top
+        scaled = FootLaw(
+            law.coulomb, law.rest / top, law.static_ratio, law.static_speed / top, law.creep / top
+        )
+        gap, _ = descend(feet, body, scaled, gives, start, system)
+        if exact:
+            resting = classify(feet, rest)
+            state = polish(feet, body, rest, resting)
+            if state == NOT_SOLVED and not gap <= LOOSE:
+                for k in range(count):
+                    sticking[k] = False
+                return NO_CONVERGENCE, False
+    rate = body[TWIST, 2] * top / spread
+    velocity[0] = v0 + body[TWIST, 0] * top + rate * cy
+    velocity[1] = v1 + body[TWIST, 1] * top - rate * cx
+    velocity[2] = turn + rate
     i = 0
     for k in range(count):
         if work[DRAG, k] > 0:
             ax, ay = work[W_X, k], work[W_Y, k]
-            along = ax * dual[i, 0] + ay * dual[i, 1]
-            force[k, 0] = -total * (dual[i, 0] + ax * along)
-            force[k, 1] = -total * (dual[i, 1] + ay * along)
-            sticking[k] = rest[i]
-            # back from L slip; the sum velocity + speed would lose the digits of a small slip
-            along = (ax * gone[i, 0] + ay * gone[i, 1]) / (1.0 + ax * ax + ay * ay)
-            slip[k, 0] = 0.0 if rest[i] else top * (gone[i, 0] - ax * along)
-            slip[k, 1] = 0.0 if rest[i] else top * (gone[i, 1] - ay * along)
+            y0, y1, z0, z1 = feet[i, DUAL], feet[i, DUAL + 1], feet[i, SLIP], feet[i, SLIP + 1]
+            if law.coulomb:
+                along = ax * y0 + ay * y1
+                y0, y1 = y0 + ax * along, y1 + ay * along
+                # back from L slip; the sum velocity + speed would lose the digits of a small slip
+                along = (ax * z0 + ay * z1) / (1.0 + ax * ax + ay * ay)
+                z0, z1 = z0 - ax * along, z1 - ay * along
+            force[k, 0], force[k, 1] = -total * y0, -total * y1
+            sticking[k] = exact and rest[i]
+            slip[k, 0] = 0.0 if sticking[k] else top * z0
+            slip[k, 1] = 0.0 if sticking[k] else top * z1
             i += 1
         else:
             force[k, 0] = force[k, 1] = 0.0
             slip[k, 0] = velocity[0] - velocity[2] * work[Y, k] + work[SPEED_X, k]
             slip[k, 1] = velocity[1] + velocity[2] * work[X, k] + work[SPEED_Y, k]
-    return FINE, unique
+    return FINE, not exact or (state != SOLVED_FLAT and forces_unique(feet, rest))
+
+
+@compiled
+def _lay_body(
+    outside: FloatArray, velocity: FloatArray, gx: float, gy: float, spread: float, top: float,
+    total: float, body: FloatArray,
+) -> None:  # fmt: skip
+    """What acts at a velocity and how it changes, about (gx, gy) in units of the spread."""
+    along = outside[3] * top / total
+    px = (outside[0] - outside[3] * velocity[0]) / total
+    py = (outside[1] - outside[3] * velocity[1]) / total
+    moment = (outside[2] - outside[4] * velocity[2]) / (total * spread)
+    body[PUSH, 0], body[PUSH, 1], body[PUSH, 2] = px, py, moment + gy * px - gx * py
+    body[0, 0] = body[1, 1] = along
+    body[0, 2] = body[2, 0] = along * gy
+    body[1, 2] = body[2, 1] = -along * gx
+    body[2, 2] = along * (gx * gx + gy * gy) + outside[4] * top / (total * spread * spread)

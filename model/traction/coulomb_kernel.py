@@ -1,186 +1,324 @@
-"""Coulomb's law for one frame: the least dissipation, with feet that stick held exactly.
+"""The balance of one frame: feet that slide, creep or give, against what pushes and resists the body.
 
-The power lost to friction, sum c_k |L_k (v + w S q_k + q'_k)| with c = mu N and L = I + a a^T, is a
-convex function of the body velocity, and its minimum is the balance. Its dual variables y, |y_k| <= c_k,
-sum A_k^T y_k = 0, are minus the foot forces: set-valued inside the cone for a foot at rest. A point and
-its duals prove themselves: sum c |slip| - y . slip >= 0 is how far they are from the minimum.
+With the slip s = v + w S q + q' + C (F - F_before) / dt of each foot and A = [I, S q], the body's velocity
+u = (v, w) is that at which forces and moments balance::
 
-Method: primal-dual Newton steps on sqrt(slip^2 + s^2) with s driven to 0 (Andersen, Christiansen, Conn,
-Overton, SIAM J. Sci. Comput. 22(1), 2000, doi:10.1137/S1064827598343954), which starts inside both
-feasible sets and cannot leave them; then the feet at rest are told from the sliding ones and the smooth
-problem that remains is solved exactly (``model.traction.coulomb_polish``).
+    sum A^T F + push - R u = 0
+
+Coulomb's law is F = -c L z / sqrt(|z|^2 + rest^2), z = L s, c = mu N, L = I + w w^T. As ``rest`` vanishes
+it is the exact law, under which feet at rest hold by any force in their cones. The balance is the saddle
+
+    min over u, max over |y| <= c of  sum y . z + u R u / 2 - push u,      F = -L y,
+
+and a point and its duals y prove themselves: sum c |z| - y . z >= 0 is how far they are from the least
+dissipation. The viscous ansatz F = -sigma c L s has no cones, only a scale sigma, which follows the slips.
+
+Method: primal-dual Newton steps on r y = c z, r = sqrt(|z|^2 + s^2), with s driven to ``rest`` (Andersen,
+Christiansen, Conn, Overton, SIAM J. Sci. Comput. 22(1), 2000, doi:10.1137/S1064827598343954). Under the
+exact law the duals start inside their cones and cannot leave them. Those of feet that creep may, on the
+way; the slope is then that of the edge (Hintermueller and Kunisch, SIAM J. Appl. Math. 64(4), 2004,
+doi:10.1137/S0036139903422784). Neither needs a line search.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
 from model.compiled import compiled
+from model.traction.kernel import CREEP_SPEED_M_S
 from model.values.arrays import FloatArray
 
-GAP = 1e-13  # accepted distance from the minimum, share of the scale
+# Columns of the table of feet, (n, COLUMNS), all in units of the frame. Given: K [I, S q] in rows of three,
+# with K = L under Coulomb's law and I under the viscous one; K times the slip at body velocity 0 and no
+# force; c, positive, summing to 1; K C K / dt (xx, xy, yy); w. Found: y, z. Work: c at the present slip, a
+# step, slips of a trial.
+LEVER, OFFSET, LIMIT, GIVE, W, DUAL, SLIP, GRIP, STEP, NEW = 0, 6, 8, 9, 12, 14, 16, 18, 19, 21
+COLUMNS = 23
+# Rows of what else acts on the body, (5, 3): R in three rows, the push, and the velocity that is found.
+PUSH, TWIST, BODY_ROWS = 3, 4, 5
+# Rows of a linear system, (5, 3): the matrix in three rows, its right side, the solution.
+RIGHT, SOLUTION, SYSTEM_ROWS = 3, 4, 5
+
+GAP = 1e-13  # accepted distance from the least dissipation, share of the scale
+SETTLED = 1e-11  # accepted change of a slip that creeps or gives, share of the largest
+LOOSER = (
+    1e3  # times that where sigma or Stribeck's grip follows the slips, which closes in linearly
+)
 STEPS = 80
+FOLLOWING_STEPS = 400
 STAY_INSIDE = 0.98  # share of the way to the edge of the cone taken by a step of the forces
-HALVINGS = 30
+RUNAWAY = 1e8  # slip in units of the frame from which on nothing balances the push
 SMALL = 1e-300
 
 
+class FootLaw(NamedTuple):
+    """How feet answer slip; speeds in m/s, or in units of the frame.
+
+    Attributes:
+        coulomb: Coulomb's law, else the viscous ansatz.
+        rest: Slip below which a foot under Coulomb's law creeps; 0 is the exact law.
+        static_ratio: Friction at rest over friction when sliding fast (Stribeck); not 1 needs a ``rest``.
+        static_speed: Slip at which most of the difference is gone.
+        creep: Slip below which a foot is taken to rest when the ansatz' forces are put on a scale.
+    """
+
+    coulomb: bool
+    rest: float = 0.0
+    static_ratio: float = 1.0
+    static_speed: float = 1.0
+    creep: float = CREEP_SPEED_M_S
+
+
 @compiled
-def slips(levers: FloatArray, offset: FloatArray, twist: FloatArray, out: FloatArray) -> None:
-    """Slip of each foot, scaled: out = levers @ twist + offset; (N, 2, 3), (N, 2), (3,), (N, 2)."""
-    for k in range(offset.shape[0]):
+def slips(feet: FloatArray, rows: FloatArray, row: int, column: int) -> None:
+    """Slip of each foot that does not give, from the velocity in a row, into two columns."""
+    for k in range(feet.shape[0]):
         for i in range(2):
-            out[k, i] = (
-                levers[k, i, 0] * twist[0]
-                + levers[k, i, 1] * twist[1]
-                + levers[k, i, 2] * twist[2]
-                + offset[k, i]
+            feet[k, column + i] = (
+                feet[k, LEVER + 3 * i] * rows[row, 0]
+                + feet[k, LEVER + 3 * i + 1] * rows[row, 1]
+                + feet[k, LEVER + 3 * i + 2] * rows[row, 2]
+                + feet[k, OFFSET + i]
             )
 
 
 @compiled
-def solve3(matrix: FloatArray, right: FloatArray, out: FloatArray) -> bool:
-    """Solve a 3 x 3 system by elimination with row exchanges; matrix and right are overwritten."""
+def solve3(system: FloatArray) -> bool:
+    """Solve a 3 x 3 system by elimination with row exchanges; matrix and right side are overwritten."""
     for i in range(3):
         best = i
         for j in range(i + 1, 3):
-            if abs(matrix[j, i]) > abs(matrix[best, i]):
+            if abs(system[j, i]) > abs(system[best, i]):
                 best = j
-        if not abs(matrix[best, i]) > SMALL:
+        if not abs(system[best, i]) > SMALL:
             return False
         if best != i:
             for j in range(3):
-                matrix[i, j], matrix[best, j] = matrix[best, j], matrix[i, j]
-            right[i], right[best] = right[best], right[i]
+                system[i, j], system[best, j] = system[best, j], system[i, j]
+            system[RIGHT, i], system[RIGHT, best] = system[RIGHT, best], system[RIGHT, i]
         for j in range(i + 1, 3):
-            share = matrix[j, i] / matrix[i, i]
+            share = system[j, i] / system[i, i]
             for m in range(i, 3):
-                matrix[j, m] -= share * matrix[i, m]
-            right[j] -= share * right[i]
+                system[j, m] -= share * system[i, m]
+            system[RIGHT, j] -= share * system[RIGHT, i]
     for i in range(2, -1, -1):
-        rest = right[i]
+        rest = system[RIGHT, i]
         for j in range(i + 1, 3):
-            rest -= matrix[i, j] * out[j]
-        out[i] = rest / matrix[i, i]
+            rest -= system[i, j] * system[SOLUTION, j]
+        system[SOLUTION, i] = rest / system[i, i]
     return True
 
 
 @compiled
-def _smooth_power(limit: FloatArray, slip: FloatArray, s: float) -> float:
-    power = 0.0
-    for k in range(limit.size):
-        power += limit[k] * np.sqrt(slip[k, 0] ** 2 + slip[k, 1] ** 2 + s * s)
-    return power
+def _weaken(feet: FloatArray, law: FootLaw) -> None:
+    """Set the grip of each foot: less the faster it slips (Stribeck)."""
+    for k in range(feet.shape[0]):
+        z0, z1 = feet[k, SLIP], feet[k, SLIP + 1]
+        if law.coulomb:  # back from L slip
+            w0, w1 = feet[k, W], feet[k, W + 1]
+            along = (w0 * z0 + w1 * z1) / (1.0 + w0 * w0 + w1 * w1)
+            z0, z1 = z0 - w0 * along, z1 - w1 * along
+        more = np.exp(-(z0 * z0 + z1 * z1) / law.static_speed**2)
+        feet[k, GRIP] = feet[k, LIMIT] * (1.0 + (law.static_ratio - 1.0) * more)
 
 
 @compiled
-def descend(
-    levers: FloatArray,
-    offset: FloatArray,
-    limit: FloatArray,
-    twist: FloatArray,
-    dual: FloatArray,
-    slip: FloatArray,
-    way: FloatArray,
-    trial: FloatArray,
-) -> tuple[float, int]:
-    """Minimise the dissipation.
+def _follow(feet: FloatArray, creep: float) -> float:
+    """Scale sigma that brings the duals nearest to Coulomb's at the present slips."""
+    power, aim = 0.0, 0.0
+    for k in range(feet.shape[0]):
+        square = feet[k, DUAL] ** 2 + feet[k, DUAL + 1] ** 2
+        power += square
+        aim += square / (np.sqrt(feet[k, SLIP] ** 2 + feet[k, SLIP + 1] ** 2) + creep)
+    return aim / power if power > 0.0 else 1.0 / creep
 
-    Args:
-        levers: A_k, (N, 2, 3), lengths in units of the spread.
-        offset: Slip at twist 0, (N, 2), of order 1.
-        limit: c_k, positive, summing to 1, (N,).
-        twist: In: a start; out: the body velocity, scaled, (3,).
-        dual: Out: y, (N, 2).
-        slip: Out: (N, 2).
-        way: Work space, (N, 2).
-        trial: Work space, (N, 2).
 
-    Returns:
-        The gap that is left, and the steps taken.
+@compiled
+def _answer(
+    feet: FloatArray, k: int, coulomb: bool
+) -> tuple[float, float, float, float, float, float]:
+    """How a foot's dual follows its slip: the change of y is b + M (change of z); b and M.
+
+    With h and bend in STEP: M = h I - bend y z^T, h = c / r under Coulomb's law, M = h L, h = sigma c else.
     """
-    count = limit.size
-    matrix = np.empty((3, 3))
-    right = np.empty(3)
-    step = np.empty(3)
-    for k in range(count):
-        dual[k, 0] = dual[k, 1] = 0.0
-    slips(levers, offset, twist, slip)
-    s = 0.0
-    for k in range(count):
-        s += limit[k] * np.sqrt(slip[k, 0] ** 2 + slip[k, 1] ** 2)
-    gap = s
-    for iteration in range(STEPS):
-        if gap <= GAP:
-            return gap, iteration
+    h, bend = feet[k, STEP], feet[k, STEP + 1]
+    y0, y1, z0, z1 = feet[k, DUAL], feet[k, DUAL + 1], feet[k, SLIP], feet[k, SLIP + 1]
+    if coulomb:
+        v0, v1 = bend * y0, bend * y1
+        return h * z0 - y0, h * z1 - y1, h - v0 * z0, -v0 * z1, -v1 * z0, h - v1 * z1
+    w0, w1 = feet[k, W], feet[k, W + 1]
+    m00, m01, m11 = h * (1.0 + w0 * w0), h * w0 * w1, h * (1.0 + w1 * w1)
+    return m00 * z0 + m01 * z1 - y0, m01 * z0 + m11 * z1 - y1, m00, m01, m01, m11
+
+
+@compiled
+def _yielding(
+    feet: FloatArray, k: int, m00: float, m01: float, m10: float, m11: float
+) -> tuple[float, float, float, float]:
+    """(I + D M)^-1 of a foot that gives: the share of a rigid change of z that is left."""
+    gxx, gxy, gyy = feet[k, GIVE], feet[k, GIVE + 1], feet[k, GIVE + 2]
+    n00, n01 = 1.0 + gxx * m00 + gxy * m10, gxx * m01 + gxy * m11
+    n10, n11 = gxy * m00 + gyy * m10, 1.0 + gxy * m01 + gyy * m11
+    det = n00 * n11 - n01 * n10
+    return n11 / det, -n01 / det, -n10 / det, n00 / det
+
+
+@compiled
+def _lay_system(
+    feet: FloatArray, body: FloatArray, coulomb: bool, elastic: bool, s: float, system: FloatArray
+) -> None:
+    """Matrix and right side of the step of the velocity; feet's STEP holds h and bend afterwards."""
+    for i in range(3):
+        system[RIGHT, i] = body[PUSH, i]
+        for j in range(3):
+            system[i, j] = body[i, j]
+            system[RIGHT, i] -= body[i, j] * body[TWIST, j]
+    for k in range(feet.shape[0]):
+        c = feet[k, GRIP]
+        if coulomb:
+            y0, y1 = feet[k, DUAL], feet[k, DUAL + 1]
+            square = feet[k, SLIP] ** 2 + feet[k, SLIP + 1] ** 2 + s * s
+            length = y0 * y0 + y1 * y1
+            feet[k, STEP], feet[k, STEP + 1] = c / np.sqrt(square), 1.0 / square
+            if length > c * c:
+                feet[k, STEP + 1] *= c / np.sqrt(length)
+        else:
+            feet[k, STEP] = s * c  # s is sigma
+        b0, b1, m00, m01, m10, m11 = _answer(feet, k, coulomb)
+        y0, y1 = feet[k, DUAL] + b0, feet[k, DUAL + 1] + b1
+        if elastic:
+            e00, e01, e10, e11 = _yielding(feet, k, m00, m01, m10, m11)
+            r0 = feet[k, GIVE] * b0 + feet[k, GIVE + 1] * b1
+            r1 = feet[k, GIVE + 1] * b0 + feet[k, GIVE + 2] * b1
+            m00, m01, m10, m11 = (
+                m00 * e00 + m01 * e10, m00 * e01 + m01 * e11,
+                m10 * e00 + m11 * e10, m10 * e01 + m11 * e11,
+            )  # fmt: skip
+            y0, y1 = y0 - m00 * r0 - m01 * r1, y1 - m10 * r0 - m11 * r1
         for i in range(3):
-            right[i] = 0.0
+            a0, a1 = feet[k, LEVER + i], feet[k, LEVER + 3 + i]
+            system[RIGHT, i] -= a0 * y0 + a1 * y1
+            left0, left1 = a0 * m00 + a1 * m10, a0 * m01 + a1 * m11
             for j in range(3):
-                matrix[i, j] = 0.0
-        for k in range(count):
-            v0, v1 = slip[k, 0], slip[k, 1]
-            r = np.sqrt(v0 * v0 + v1 * v1 + s * s)
-            c = limit[k] / r
-            y0, y1 = dual[k, 0] / (r * r), dual[k, 1] / (r * r)
-            m00 = c - y0 * v0
-            m01 = -y0 * v1
-            m10 = -y1 * v0
-            m11 = c - y1 * v1
-            for i in range(3):
-                a0, a1 = levers[k, 0, i], levers[k, 1, i]
-                right[i] -= c * (a0 * v0 + a1 * v1)
-                left0 = a0 * m00 + a1 * m10
-                left1 = a0 * m01 + a1 * m11
-                for j in range(3):
-                    matrix[i, j] += left0 * levers[k, 0, j] + left1 * levers[k, 1, j]
-        fall = 0.0
-        g0, g1, g2 = right[0], right[1], right[2]
-        if not solve3(matrix, right, step):
-            return gap, iteration
-        fall = -(g0 * step[0] + g1 * step[1] + g2 * step[2])
-        # the forces' step, and how much of it stays inside the cones
-        inside = 1.0
-        for k in range(count):
-            v0, v1 = slip[k, 0], slip[k, 1]
-            r = np.sqrt(v0 * v0 + v1 * v1 + s * s)
-            d0 = levers[k, 0, 0] * step[0] + levers[k, 0, 1] * step[1] + levers[k, 0, 2] * step[2]
-            d1 = levers[k, 1, 0] * step[0] + levers[k, 1, 1] * step[1] + levers[k, 1, 2] * step[2]
-            turn = (v0 * d0 + v1 * d1) / (r * r)
-            c = limit[k] / r
-            w0 = c * (v0 + d0) - dual[k, 0] * turn - dual[k, 0]
-            w1 = c * (v1 + d1) - dual[k, 1] * turn - dual[k, 1]
-            way[k, 0], way[k, 1] = w0, w1
-            trial[k, 0], trial[k, 1] = d0, d1
+                system[i, j] += left0 * feet[k, LEVER + j] + left1 * feet[k, LEVER + 3 + j]
+
+
+@compiled
+def _lay_steps(
+    feet: FloatArray, coulomb: bool, elastic: bool, exact: bool, system: FloatArray
+) -> float:
+    """Steps of the duals for a step of the velocity; how much of them stays inside the cones."""
+    inside = 1.0
+    for k in range(feet.shape[0]):
+        b0, b1, m00, m01, m10, m11 = _answer(feet, k, coulomb)
+        d0, d1 = 0.0, 0.0
+        for i in range(3):
+            d0 += feet[k, LEVER + i] * system[SOLUTION, i]
+            d1 += feet[k, LEVER + 3 + i] * system[SOLUTION, i]
+        if elastic:
+            e00, e01, e10, e11 = _yielding(feet, k, m00, m01, m10, m11)
+            d0 -= feet[k, GIVE] * b0 + feet[k, GIVE + 1] * b1
+            d1 -= feet[k, GIVE + 1] * b0 + feet[k, GIVE + 2] * b1
+            d0, d1 = e00 * d0 + e01 * d1, e10 * d0 + e11 * d1
+        w0, w1 = b0 + m00 * d0 + m01 * d1, b1 + m10 * d0 + m11 * d1
+        feet[k, STEP], feet[k, STEP + 1] = w0, w1
+        if exact:
             # |y + t w| = c: the positive root
-            aa = w0 * w0 + w1 * w1
-            bb = dual[k, 0] * w0 + dual[k, 1] * w1
-            cc = dual[k, 0] ** 2 + dual[k, 1] ** 2 - limit[k] ** 2
+            y0, y1 = feet[k, DUAL], feet[k, DUAL + 1]
+            aa, bb = w0 * w0 + w1 * w1, y0 * w0 + y1 * w1
+            cc = y0 * y0 + y1 * y1 - feet[k, GRIP] ** 2
             if aa > 0.0 and aa + 2.0 * bb + cc > 0.0:
                 root = np.sqrt(max(bb * bb - aa * cc, 0.0))
                 reach = (root - bb) / aa if bb <= 0.0 else -cc / (root + bb)
                 inside = min(inside, STAY_INSIDE * max(reach, 0.0))
-        for k in range(count):
-            dual[k, 0] += inside * way[k, 0]
-            dual[k, 1] += inside * way[k, 1]
-        # the velocity's step, shortened until the smoothed power falls
-        power = _smooth_power(limit, slip, s)
-        share = 1.0
-        for _ in range(HALVINGS):
-            new = 0.0
-            for k in range(count):
-                n0 = slip[k, 0] + share * trial[k, 0]
-                n1 = slip[k, 1] + share * trial[k, 1]
-                new += limit[k] * np.sqrt(n0 * n0 + n1 * n1 + s * s)
-            if new <= power + 1e-4 * share * fall + 1e-15 * power:
-                break
-            share *= 0.5
+    return inside
+
+
+@compiled
+def _left_over(feet: FloatArray, body: FloatArray) -> float:
+    """What the duals leave of the push; without one they balance from the start."""
+    total = 0.0
+    for i in range(3):
+        left = body[PUSH, i]
+        for j in range(3):
+            left -= body[i, j] * body[TWIST, j]
+        for k in range(feet.shape[0]):
+            left -= feet[k, LEVER + i] * feet[k, DUAL] + feet[k, LEVER + 3 + i] * feet[k, DUAL + 1]
+        total += abs(left)
+    return total
+
+
+@compiled
+def descend(
+    feet: FloatArray, body: FloatArray, law: FootLaw, elastic: bool, start: float, system: FloatArray
+) -> tuple[float, bool]:  # fmt: skip
+    """Find the balance.
+
+    Args:
+        feet: The table of feet; columns DUAL and SLIP are written.
+        body: What else acts; row TWIST is the velocity, in: a start, out: the one found.
+        law: How feet answer slip, in units of the frame.
+        elastic: Whether feet give.
+        start: Where s begins (``rest`` if that is more, the mean slip if that is less); of the viscous
+            ansatz, where sigma begins.
+        system: Work space, (SYSTEM_ROWS, 3).
+
+    Returns:
+        How far the answer is from the least dissipation (exact law), and whether it has settled.
+    """
+    coulomb, rest = law.coulomb, law.rest
+    pushed = False
+    for i in range(PUSH + 1):
+        for j in range(3):
+            pushed = pushed or body[i, j] != 0.0
+    exact, weakens = coulomb and rest == 0.0, law.static_ratio != 1.0
+    follows = weakens or not coulomb
+    tolerance = SETTLED * (LOOSER if follows else 1.0)
+    slips(feet, body, TWIST, SLIP)
+    gap = 0.0
+    for k in range(feet.shape[0]):
+        feet[k, DUAL] = feet[k, DUAL + 1] = 0.0
+        feet[k, GRIP] = feet[k, LIMIT]
+        gap += feet[k, LIMIT] * np.sqrt(feet[k, SLIP] ** 2 + feet[k, SLIP + 1] ** 2)
+    s = max(min(start, gap), rest) if coulomb else start
+    for _ in range(FOLLOWING_STEPS if follows else STEPS):
+        if exact and gap <= GAP:
+            return gap, True
+        if weakens:
+            _weaken(feet, law)
+        _lay_system(feet, body, coulomb, elastic, s, system)
+        if not solve3(system):
+            return gap, False
+        inside = _lay_steps(feet, coulomb, elastic, exact, system)
         for i in range(3):
-            twist[i] += share * step[i]
-        slips(levers, offset, twist, slip)
-        gap = 0.0
-        for k in range(count):
-            v0, v1 = slip[k, 0], slip[k, 1]
-            gap += limit[k] * np.sqrt(v0 * v0 + v1 * v1) - dual[k, 0] * v0 - dual[k, 1] * v1
-        # s follows the gap down: faster the more of both steps was taken
-        done = min(inside, share)
-        s = min(s, gap) * (0.1 if done > 0.9 else 0.3 if done > 0.5 else 0.8)
-        s = max(s, 1e-16)
-    return gap, STEPS
+            body[TWIST, i] += system[SOLUTION, i]
+        gap, moved, size = 0.0, 0.0, 0.0
+        for k in range(feet.shape[0]):
+            y0 = feet[k, DUAL] + inside * feet[k, STEP]
+            y1 = feet[k, DUAL + 1] + inside * feet[k, STEP + 1]
+            z0, z1 = feet[k, OFFSET], feet[k, OFFSET + 1]
+            for i in range(3):
+                z0 += feet[k, LEVER + i] * body[TWIST, i]
+                z1 += feet[k, LEVER + 3 + i] * body[TWIST, i]
+            if elastic:
+                z0 -= feet[k, GIVE] * y0 + feet[k, GIVE + 1] * y1
+                z1 -= feet[k, GIVE + 1] * y0 + feet[k, GIVE + 2] * y1
+            moved = max(moved, abs(z0 - feet[k, SLIP]), abs(z1 - feet[k, SLIP + 1]))
+            size = max(size, abs(z0), abs(z1))
+            feet[k, DUAL], feet[k, DUAL + 1] = y0, y1
+            feet[k, SLIP], feet[k, SLIP + 1] = z0, z1
+            gap += feet[k, GRIP] * np.sqrt(z0 * z0 + z1 * z1) - y0 * z0 - y1 * z1
+        if exact and pushed:
+            gap += _left_over(feet, body)
+        if not (np.isfinite(gap) and size <= RUNAWAY):
+            return gap, False
+        if not coulomb:
+            last, s = s, _follow(feet, law.creep)
+            moved = max(moved, size * abs(s / last - 1.0))
+        if not exact and (s <= rest or not coulomb) and moved <= tolerance * (size + rest):
+            return gap, True
+        if coulomb:
+            # s follows the gap down: faster the more of the step was taken
+            s = min(s, gap) * (0.1 if inside > 0.9 else 0.3 if inside > 0.5 else 0.8)
+            s = max(s, rest, 1e-16)
+    return gap, False

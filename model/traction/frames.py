@@ -1,19 +1,25 @@
-"""Traction over many frames with given loads, and what ``model.quasistatic.frames`` leaves out.
+"""Traction over many frames with given loads.
 
-For the diagnosis of measured runs: loads may be measured ones, the body may be pushed or dragged, feet
-may give sideways, friction may fall with speed. Without any of these the answers are those of
-``model.quasistatic.frames``, but for the creep of feet at rest (see ``model.traction.frames_kernel``).
+For the diagnosis of measured runs: loads may be measured ones, the body may be pushed or dragged, feet may
+give sideways, friction may fall with speed, feet at rest may creep. The solver is that of
+``model.quasistatic.frames``: without any of these the answers are the same, and as the creep vanishes they
+come to them.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from model.compiled import FLAG, NUMBER, compile_for, given, out
 from model.errors import ModelError
-from model.quasistatic.frames import FrictionLaw
-from model.traction import frames_kernel as kernel
-from model.values.arrays import BoolArray, FloatArray, readonly
+from model.traction.coulomb_kernel import FootLaw
+from model.traction.frames_kernel import (
+    Given,
+    TractionSolutions,
+    answers_for,
+    balance_frames,
+    rows,
+)
+from model.values.arrays import FloatArray, readonly
 
 # Slip below which a foot creeps instead of sliding: far below what motion capture can tell.
 REST_SPEED_M_S = 5e-5
@@ -53,40 +59,6 @@ class Pushes:
     inertia: Inertia | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class FootLaw:
-    """How a foot answers slip.
-
-    Attributes:
-        friction: The law.
-        static_ratio: Friction at rest over friction when sliding fast.
-        static_speed_m_s: Slip at which most of the difference is gone.
-        rest_speed_m_s: Slip below which a foot under Coulomb's law creeps.
-    """
-
-    friction: FrictionLaw = FrictionLaw.VISCOUS
-    static_ratio: float = 1.0
-    static_speed_m_s: float = 0.01
-    rest_speed_m_s: float = REST_SPEED_M_S
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class TractionSolutions:
-    """Velocities and forces of F frames of N feet; NaN where ``valid`` is False.
-
-    Attributes:
-        velocity_B: vx, vy [m/s], yaw rate [rad/s] in body axes, (F, 3).
-        slip_B: Velocity of each foot over the ground, (F, N, 2) [m/s].
-        force_xy_B: Ground's horizontal force on each foot, (F, N, 2) [N].
-        valid: (F,) False with fewer than two loaded feet or numbers missing.
-    """
-
-    velocity_B: FloatArray  # noqa: N815
-    slip_B: FloatArray  # noqa: N815
-    force_xy_B: FloatArray  # noqa: N815
-    valid: BoolArray
-
-
 def solve_traction_frames(
     feet_xy_m: FloatArray,
     feet_speed_m_s: FloatArray,
@@ -104,7 +76,7 @@ def solve_traction_frames(
         feet_speed_m_s: Their velocities in the body frame, (F, N, 2).
         limit_n: mu N of each foot, 0 in the air, (F, N).
         anisotropy_B: w of each foot, (F or 1, N, 2).
-        law: How feet answer slip.
+        law: How feet answer slip, in m/s.
         pushes: What else acts.
         period_s: Time between frames; feet that give remember the frame before.
         give_m_n: How far a foot gives under a horizontal force, along body x and y, (F or 1, N, 2).
@@ -117,57 +89,28 @@ def solve_traction_frames(
     shapes = (feet_xy_m.shape, feet_speed_m_s.shape, pushes.wrench_B.shape)
     if shapes != (two, two, (frames, 3)) or anisotropy_B.shape not in {two, (1, count, 2)}:
         raise ModelError(f"{frames} frames of {count} feet do not fit shapes {shapes}")
-    give = np.zeros((1, count, 2)) if give_m_n is None else give_m_n
-    if give.shape not in {two, (1, count, 2)}:
+    give = np.zeros((0, count, 2)) if give_m_n is None else give_m_n / period_s
+    if give.shape not in {(0, count, 2), (1, count, 2), two}:
         raise ModelError(f"how feet give must be (frames or 1, {count}, 2), not {give.shape}")
-    out = TractionSolutions(
-        velocity_B=np.empty((frames, 3)),
-        slip_B=np.empty(two),
-        force_xy_B=np.empty(two),
-        valid=np.zeros(frames, dtype=np.bool_),
-    )
-    prepare()
-    kernel.traction_frames_kernel(
-        _rows(feet_xy_m),
-        _rows(feet_speed_m_s),
-        _rows(limit_n),
-        _rows(anisotropy_B),
-        _rows(pushes.wrench_B),
-        np.array([pushes.drag_n_s_m, pushes.drag_nm_s], dtype=np.float64),
-        *_kept(pushes.inertia, period_s),
-        law.friction is FrictionLaw.COULOMB,
-        law.rest_speed_m_s,
-        _rows(give),
-        period_s,
-        law.static_ratio,
-        law.static_speed_m_s,
-        out.velocity_B,
-        out.slip_B,
-        out.force_xy_B,
-        out.valid,
-    )
-    for name in TractionSolutions.__slots__:
-        readonly(getattr(out, name))
+    drag = np.tile([pushes.drag_n_s_m, pushes.drag_nm_s], (frames, 1))
+    given = Given(
+        rows(feet_xy_m), rows(feet_speed_m_s), rows(limit_n), rows(anisotropy_B),
+        rows(np.concatenate([pushes.wrench_B, drag], axis=1)),
+        rows(give if give.any() else give[:0]),
+        rows(_kept(pushes.inertia, period_s)),
+    )  # fmt: skip
+    out = answers_for(frames, count)
+    balance_frames(given, law, out, newtons=True)
+    for values in out:
+        readonly(values)
     return out
 
 
-def _kept(inertia: Inertia | None, period_s: float) -> tuple[FloatArray, FloatArray, bool]:
-    """Inertia over its time step, (2,), the velocity at first, and whether it is that of a walk."""
+def _kept(inertia: Inertia | None, period_s: float) -> FloatArray:
     if inertia is None:
-        return np.zeros(2), np.full(3, np.nan), False
+        return np.zeros(6)
+    walk = inertia.since_s is None
     step = period_s if inertia.since_s is None else inertia.since_s
-    size = np.array([inertia.mass_kg, inertia.about_z_kg_m2]) / step
-    return size, _rows(inertia.last_B), inertia.since_s is None
-
-
-def _rows(values: FloatArray) -> FloatArray:
-    return np.ascontiguousarray(values, dtype=np.float64)
-
-
-def prepare() -> None:
-    """Compile for read-only inputs, which writable ones fit too, and for nothing else after."""
-    compile_for(
-        kernel.traction_frames_kernel, *given(3, 3, 2, 3, 2, 1, 1, 1), FLAG, FLAG,
-        NUMBER, *given(3),
-        *(NUMBER,) * 3, *out(2, 3, 3), *out(1, kind=FLAG),
-    )  # fmt: skip
+    return np.array([
+        inertia.mass_kg / step, inertia.about_z_kg_m2 / step, *inertia.last_B, period_s * walk,
+    ])  # fmt: skip

@@ -1,4 +1,4 @@
-"""The viscous-Coulomb balance of ``model.traction.viscous`` for one frame, written for the compiler."""
+"""The viscous-Coulomb balance of ``model.traction`` for one frame, written for the compiler."""
 
 import numpy as np
 
@@ -8,6 +8,8 @@ from model.values.arrays import FloatArray
 
 # Smallest ratio of the pivots of the balance, lengths scaled by the feet's spread.
 CONDITION = 1e-9
+# Slip below which a foot is taken to rest when forces are put on a scale [m/s].
+CREEP_SPEED_M_S = 1e-3
 FINE = 0
 TOO_FEW_FEET = 5
 ONE_POINT = 6
@@ -140,6 +142,22 @@ def traction_kernel(
     velocity[2] = rate
     _spread_out(work, vx, vy, rate, cx, cy, slip, force)
     return FINE
+
+
+@compiled
+def coulomb_scale(slip: FloatArray, force: FloatArray, creep: float) -> float:
+    """Scale sigma of the viscous ansatz' forces that brings them nearest to Coulomb's at the same slips.
+
+    The least squares fit of sigma D s to D s / |s|, both (N, 2): forces are D s up to a common factor, and
+    ``creep`` keeps feet at rest from deciding it. 0 without forces.
+    """
+    power, aim = 0.0, 0.0
+    for k in range(slip.shape[0]):
+        square = force[k, 0] ** 2 + force[k, 1] ** 2
+        power += square
+        if square > 0.0:
+            aim += square / (np.sqrt(slip[k, 0] ** 2 + slip[k, 1] ** 2) + creep)
+    return aim / power if power > 0.0 else 0.0
 
 
 @compiled_sums

@@ -249,7 +249,7 @@ class Controller:
         angle_rad = senses.joints.angle_rad
         rate_rad_s = differentiate.latest_rate(senses.times_ns, senses.angles_rad)
         if self._effects is None:
-            feet = self._linkage.frame_feet(angle_rad, rate_rad_s)
+            feet = self._linkage.feet(angle_rad, rate_rad_s)
             return feet, solve_frame(feet, self.config.parameters.contact, self._weight_n)
         before = state.estimates.dead_reckoning
         dt_s = 0.0 if state.index == 0 else (t_ns - before.t_ns) * 1e-9

@@ -88,7 +88,7 @@ class EstimatorStage:
         """
         effects = memory.effects
         if self._effects is None:
-            feet = self._linkage.frame_feet(joints.angle_rad, joints.rate_rad_s)
+            feet = self._linkage.feet(joints.angle_rad, joints.rate_rad_s)
             inputs = OdometryInputs(t_ns, feet, forces)
         else:
             effects, tick = self._effects.step(

@@ -7,10 +7,10 @@ import pytest
 
 from model.parameters.robot import ContactParameters
 from model.quasistatic.frames import Reason, solve_frames
-from model.support.search import solve_support
 from model.values.arrays import FloatArray
 from model.values.legs import FootMotion
 from tests.model.contact_oracle import oracle_loads
+from tests.model.oracles.support import solve_support
 from tests.model.poses import KINDS, poses
 
 WEIGHT_N = 60.0

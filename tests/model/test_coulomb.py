@@ -5,10 +5,10 @@ import pytest
 
 from model.parameters.robot import ContactParameters
 from model.quasistatic.frames import FrameSolutions, FrictionLaw, Reason, solve_frames
-from model.traction.coulomb_reference import solve_coulomb_reference
 from model.values.arrays import FloatArray
 from model.values.legs import FootMotion
 from tests.model.coulomb_frames import KINDS, frames, trouble
+from tests.model.oracles.coulomb import solve_coulomb_reference
 
 WEIGHT_N = 60.0
 LEGS = (3, 4, 6, 12, 50)

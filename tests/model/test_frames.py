@@ -10,11 +10,12 @@ import pytest
 from model import compiled
 from model.errors import ModelError
 from model.parameters.robot import ContactParameters
-from model.quasistatic.frame import solve_frame, solve_frame_reference
+from model.quasistatic.frame import solve_frame
 from model.quasistatic.frames import FrictionLaw, Reason, solve_frames
 from model.values.arrays import FloatArray
 from model.values.legs import FootMotion
 from tests.model.coulomb_frames import frames
+from tests.model.oracles.traction import solve_frame_reference
 
 WEIGHT_N = 60.0
 ROOT = Path(__file__).resolve().parents[2]
@@ -184,9 +185,10 @@ def test_without_a_compiler_it_gives_the_same(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(not compiled.COMPILED, reason="numba is not installed")
 def test_machine_code_does_not_outlive_any_source_of_the_model() -> None:
-    from model.quasistatic.frames_kernel import frames_kernel
+    from model.traction.coulomb_frame import coulomb_frame
 
-    kept = frames_kernel._cache._cache_file  # type: ignore[attr-defined]
+    kept = coulomb_frame._cache._cache_file  # type: ignore[attr-defined]
     assert kept._source_stamp == compiled._stamp("model")
+    assert kept._version.endswith(compiled._stamp("model")), "looked at before any type is read"
     assert compiled._stamp("gap") != compiled._stamp("model")
     assert len(compiled._stamp("model")) == 64

@@ -7,9 +7,10 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from model.errors import ModelError
+from model.parameters.robot import ContactParameters
+from model.quasistatic.frame import solve_frame
 from model.quasistatic.frames import FrictionLaw
 from model.support.path import search_path
-from model.support.search import solve_support
 from model.traction.force_field import balance_velocity, total_force
 from model.traction.friction_family import ansatz_error, drag, force_share
 from model.traction.line_example import (
@@ -19,6 +20,7 @@ from model.traction.line_example import (
     viscous_force,
 )
 from model.values.arrays import FloatArray
+from model.values.legs import FootMotion
 
 SPEEDS = st.lists(st.integers(-1000, 1000).map(lambda n: n / 1000), min_size=1, max_size=15)
 
@@ -139,7 +141,8 @@ def test_the_path_of_the_search_ends_at_the_support() -> None:
         count = int(rng.integers(3, 13))
         feet = rng.uniform(-1, 1, (count, 3)) * [1, 1, rng.choice([1e-3, 0.01, 0.3])]
         stiffness = rng.uniform(0.5, 2, count) * 1000
-        support = solve_support(feet, stiffness, 60.0)
+        contact = ContactParameters(stiffness, np.ones(count), np.zeros((count, 2)))
+        support = solve_frame(FootMotion(feet, np.zeros_like(feet)), contact, 60.0).support
         if not support.converged:
             with pytest.raises(ModelError, match="tips"):
                 search_path(feet, stiffness, 60.0)

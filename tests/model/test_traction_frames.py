@@ -7,13 +7,9 @@ from model.errors import ModelError
 from model.parameters.robot import ContactParameters
 from model.quasistatic.frames import FrameSolutions, FrictionLaw, solve_frames
 from model.support.frames import solve_support_frames
-from model.traction.frames import (
-    FootLaw,
-    Inertia,
-    Pushes,
-    TractionSolutions,
-    solve_traction_frames,
-)
+from model.traction.coulomb_kernel import FootLaw
+from model.traction.frames import REST_SPEED_M_S, Inertia, Pushes, solve_traction_frames
+from model.traction.frames_kernel import TractionSolutions
 from model.values.arrays import FloatArray
 from model.values.legs import FootMotion
 
@@ -26,6 +22,10 @@ SPEED = RNG.normal(0, [0.05, 0.02, 0.01], (FRAMES, LEGS, 3))
 W = RNG.normal(0, 0.4, (LEGS, 2))
 CONTACT = ContactParameters(np.full(LEGS, 2500.0), np.full(LEGS, 0.6), W)
 WEIGHT = 64.0
+
+
+VISCOUS = FootLaw(False)
+CREEPING = FootLaw(True, REST_SPEED_M_S)
 
 
 def exact(law: FrictionLaw) -> FrameSolutions:
@@ -60,7 +60,7 @@ def test_support_is_that_of_the_batch_solver() -> None:
 
 
 def test_viscous_is_that_of_the_batch_solver() -> None:
-    found, theirs = ours(FootLaw()), exact(FrictionLaw.VISCOUS)
+    found, theirs = ours(VISCOUS), exact(FrictionLaw.VISCOUS)
     assert np.allclose(found.velocity_B, theirs.velocity_B, atol=1e-13)
     scale = found.force_xy_B[..., 0] / np.where(
         theirs.load_n > 0, theirs.force_xy_B[..., 0], np.nan
@@ -73,15 +73,7 @@ def test_viscous_is_that_of_the_batch_solver() -> None:
 def test_coulomb_comes_to_the_exact_one_as_creep_vanishes() -> None:
     theirs = exact(FrictionLaw.COULOMB)
     errors = [
-        np.sqrt(
-            np.mean(
-                (
-                    ours(FootLaw(FrictionLaw.COULOMB, rest_speed_m_s=rest)).velocity_B
-                    - theirs.velocity_B
-                )
-                ** 2
-            )
-        )
+        np.sqrt(np.mean((ours(FootLaw(True, rest)).velocity_B - theirs.velocity_B) ** 2))
         for rest in (1e-3, 1e-4, 1e-5)
     ]
     assert errors[0] > errors[1] > errors[2]
@@ -95,7 +87,8 @@ def test_forces_balance_push_and_drag(
     law: FrictionLaw, static_ratio: float, flexible: bool
 ) -> None:
     give = np.full((1, LEGS, 2), 5e-5) if flexible else None
-    found = ours(FootLaw(law, static_ratio), push=(3.0, -2.0, 0.4), drag=20.0, give=give)
+    foot_law = FootLaw(law is FrictionLaw.COULOMB, REST_SPEED_M_S, static_ratio, 0.01)
+    found = ours(foot_law, push=(3.0, -2.0, 0.4), drag=20.0, give=give)
     force, (x, y) = found.force_xy_B, np.moveaxis(POSITION[..., :2], -1, 0)
     assert found.valid.all()
     assert np.allclose(force[..., 0].sum(axis=1), -3.0 + 20 * found.velocity_B[:, 0], atol=1e-5)
@@ -110,9 +103,10 @@ def test_what_forces_leave_over_moves_the_mass(law: FrictionLaw, flexible: bool)
     give = np.full((1, LEGS, 2), 5e-5) if flexible else None
     load = exact(FrictionLaw.VISCOUS).load_n
     inertia = Inertia(mass, about_z, np.full(3, np.nan))
+    foot_law = FootLaw(law is FrictionLaw.COULOMB, REST_SPEED_M_S)
     pushes = Pushes(np.zeros((FRAMES, 3)), 5.0, 0.1, inertia)
     found = solve_traction_frames(
-        POSITION[..., :2], SPEED[..., :2], 0.6 * load, W[None], FootLaw(law), pushes, period, give
+        POSITION[..., :2], SPEED[..., :2], 0.6 * load, W[None], foot_law, pushes, period, give
     )
     v, (x, y) = found.velocity_B, np.moveaxis(POSITION[..., :2], -1, 0)
     force = found.force_xy_B
@@ -131,7 +125,7 @@ def test_a_sliding_mass_slows_by_friction_alone() -> None:
     feet = np.tile(np.array([[0.3, 0.0], [-0.15, 0.2], [-0.15, -0.2]]), (20, 1, 1))
     limit = np.full((20, 3), 10.0)
     first = np.array([0.2, 0.0, 0.0])
-    law = FootLaw(FrictionLaw.COULOMB, rest_speed_m_s=1e-7)
+    law = FootLaw(True, 1e-7)
     walk = Pushes(np.zeros((20, 3)), inertia=Inertia(60.0, 5.0, first))
     found = solve_traction_frames(
         feet, np.zeros((20, 3, 2)), limit, np.zeros((1, 3, 2)), law, walk, 0.02
@@ -151,7 +145,7 @@ def test_a_foot_that_gives_springs_before_it_slides() -> None:
     speed = np.zeros((50, 3, 2))
     speed[:, 0, 0], speed[:, 1:, 0] = -0.002, 0.001  # balanced: feet pull against each other
     limit = np.full((50, 3), 10.0)
-    law = FootLaw(FrictionLaw.COULOMB, rest_speed_m_s=1e-7)
+    law = FootLaw(True, 1e-7)
     give = np.full((1, 3, 2), 1e-4)
     still = Pushes(np.zeros((50, 3)))
     found = solve_traction_frames(feet, speed, limit, np.zeros((1, 3, 2)), law, still, 0.02, give)
@@ -164,14 +158,14 @@ def test_a_foot_that_gives_springs_before_it_slides() -> None:
 
 
 def test_frames_without_answer_leave_the_others_alone() -> None:
-    whole = ours(FootLaw(FrictionLaw.COULOMB))
+    whole = ours(CREEPING)
     load = exact(FrictionLaw.VISCOUS).load_n.copy()
     load[100, 1:] = 0.0
     speed = SPEED[..., :2].copy()
     speed[150, 0, 0] = np.nan
     still = Pushes(np.zeros((FRAMES, 3)))
     found = solve_traction_frames(
-        POSITION[..., :2], speed, 0.6 * load, W[None], FootLaw(FrictionLaw.COULOMB), still, 0.02
+        POSITION[..., :2], speed, 0.6 * load, W[None], CREEPING, still, 0.02
     )
     assert np.flatnonzero(~found.valid).tolist() == [100, 150]
     assert np.isnan(found.velocity_B[[100, 150]]).all()
@@ -183,5 +177,5 @@ def test_shapes_that_do_not_fit_are_refused() -> None:
     still = Pushes(np.zeros((FRAMES, 3)))
     with pytest.raises(ModelError, match="do not fit"):
         solve_traction_frames(
-            POSITION, SPEED, np.ones((FRAMES, LEGS)), W[None], FootLaw(), still, 0.02
+            POSITION, SPEED, np.ones((FRAMES, LEGS)), W[None], VISCOUS, still, 0.02
         )

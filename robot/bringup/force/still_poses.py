@@ -16,7 +16,7 @@ from drivers.ati.foot_forces import sensed_wrenches
 from model.errors import RecordError
 from model.fit.cross_talk import SensorPlaces, StillPoses
 from model.kinematics.four_bar import Linkage
-from model.support.search import solve_support
+from model.support.frames import solve_support_frames
 from model.values.arrays import BoolArray, FloatArray
 from model.values.tick import Tick
 from record.log.reader import LogContents, read_ticks
@@ -192,15 +192,17 @@ def _contact(
     count = len(feet)
     if hung_up:
         return np.ones(count, dtype=bool), np.array([0.0, 0.0, 1.0]), np.full((count, 3), np.nan)
-    support = solve_support(feet, config.parameters.contact.stiffness, places.weight_n)
-    if not support.converged:
+    level, stiffness = np.zeros((1, count)), config.parameters.contact.stiffness
+    support = solve_support_frames(feet[None], level, stiffness, places.weight_n)
+    if not support.valid[0]:
         return None
-    above = feet @ [-support.slope_x, support.slope_y, 1.0] + support.height_m
+    slope_x, slope_y, height_m = support.pose[0]
+    up = np.array([-slope_x, slope_y, 1.0])
+    above = feet @ up + height_m
     if ((above > 0) & (above < CLEAR_M)).any():
         return None
     in_air = above >= CLEAR_M
     feet[:, 2] -= np.minimum(above, 0.0)  # springs give way until the foot is on the ground
-    up = np.array([-support.slope_x, support.slope_y, 1.0])
     x, y, z = (feet - places.origin_B).T
     c, s = np.cos(places.yaw_rad), np.sin(places.yaw_rad)
     lever = np.stack([c * x + s * y, c * y - s * x, z], axis=1)

@@ -1,4 +1,4 @@
-"""Height, slopes and foot loads: the spring support model (sec:contact, sec:app-normal).
+"""Spring support in numpy, as the paper searches it: what the compiled search is tested against.
 
 The pose is s = (slope_x, slope_y, height). A foot at q in the body frame stands at height
 p(s) = -slope_x q_x + slope_y q_y + q_z + height (eqn:zpj) and carries K max(-p, 0). Balance of force

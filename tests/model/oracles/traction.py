@@ -1,4 +1,4 @@
-"""Body velocity and foot forces: the viscous-Coulomb local connection (sec:planar, sec:app-planar).
+"""The viscous-Coulomb local connection in numpy: what the compiled balance is tested against.
 
 In body axes a foot at q moves over the ground with slip = v + w S q + q', where q' is its velocity in
 the body, (v, w) the body's and S the quarter turn. The ansatz is F = -D slip with D = mu N (I + a a^T),
@@ -15,8 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from model.errors import ModelError
+from model.parameters.robot import ContactParameters
 from model.values.arrays import BoolArray, FloatArray, readonly
-from model.values.contact import Support, Traction
+from model.values.contact import ContactSolution, Support, Traction
+from model.values.legs import FootMotion
+from tests.model.oracles.support import solve_support
 
 # Smallest ratio of the eigenvalues of the balance (lengths scaled by the feet's spread).
 CONDITION_LIMIT = 1e-9
@@ -149,3 +152,14 @@ def _none(count: int, reason: str) -> Traction:
         slip_B=readonly(np.full((count, 2), np.nan)),
         force_B=readonly(np.full((count, 3), np.nan)),
     )
+
+
+def solve_frame_reference(
+    feet: FootMotion, contact: ContactParameters, weight_n: float
+) -> ContactSolution:
+    """One frame of the whole model: support, then traction."""
+    support = solve_support(feet.position_m, contact.stiffness, weight_n)
+    traction = solve_traction(
+        feet.position_m, feet.velocity_m_s, support, contact.mu, contact.anisotropy
+    )
+    return ContactSolution(support, traction)
