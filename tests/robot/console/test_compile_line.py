@@ -72,12 +72,12 @@ def test_no_tick_can_wait_for_the_compiler() -> None:
     from model.estimator import (
         update_kernel as estimator_update_kernel,
     )
-    from model.kinematics import four_bar_kernel as linkage_kernel
+    from model.kinematics import four_bar as linkage
     from model.quasistatic import frame as quasistatic
 
     Controller(load_robot(), (), armed=False)
     called = [
-        quasistatic.frame_kernel, linkage_kernel.feet_kernel, estimator_kernel.neighbourhood_kernel,
+        quasistatic.frame_kernel, linkage.feet_kernel, estimator_kernel.neighbourhood_kernel,
         *(getattr(estimator_step_kernel, name) for name in (
             "slopes_kernel", "walk_kernel", "carry_kernel", "sound_kernel",
         )),
