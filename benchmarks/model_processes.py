@@ -21,22 +21,9 @@ from numpy.typing import NDArray
 from gap.worker_pool import worker_pool
 from model.errors import ModelError
 from model.parameters.robot import ContactParameters
-from model.quasistatic.frames import FrameSolutions, FrictionLaw, fill_frames
+from model.quasistatic.frames import FrameSolutions, FrictionLaw, fill_frames, layout
 from model.values.legs import FootMotion
 
-# type, and numbers a frame or a foot (0: one a foot) of each output, in the order of ``FrameSolutions``
-_PER_FRAME, _PER_FOOT = True, False
-OUTPUTS = (
-    (np.float64, _PER_FRAME, 3),  # pose
-    (np.float64, _PER_FOOT, 1),  # load_n
-    (np.int64, _PER_FRAME, 1),  # switches
-    (np.float64, _PER_FRAME, 3),  # velocity_B
-    (np.float64, _PER_FOOT, 2),  # slip_B
-    (np.float64, _PER_FOOT, 2),  # force_xy_B
-    (np.bool_, _PER_FOOT, 1),  # sticking
-    (np.bool_, _PER_FRAME, 1),  # unique
-    (np.int64, _PER_FRAME, 1),  # reason
-)
 ALIGNMENT = 64
 SHARED = Path("/dev/shm")
 
@@ -60,8 +47,9 @@ class SharedFrames:
     def __init__(self, frames: int, legs: int, name: str | None = None) -> None:
         self.frames, self.legs = frames, legs
         self._made = name is None
-        layout = _layout(frames, legs)
-        size = sum(_bytes(shape, kind) for shape, kind in layout)
+        places = ((frames, legs, 3), np.float64)
+        rows = (places, places, *layout(frames, legs))
+        size = sum(_bytes(shape, kind) for shape, kind in rows)
         if self._made and SHARED.is_dir() and size > shutil.disk_usage(SHARED).free:
             raise ModelError(
                 f"{size / 1e6:.0f} MB of shared memory cannot be had; solve fewer frames at a time"
@@ -69,7 +57,7 @@ class SharedFrames:
         self._memory = SharedMemory(name, create=self._made, size=size if self._made else 0)
         views: list[NDArray[Any]] = []
         start = 0
-        for shape, kind in layout:
+        for shape, kind in rows:
             views.append(np.ndarray(shape, kind, self._memory.buf, start))
             start += _bytes(shape, kind)
         self.feet = FootMotion(*views[:2])
@@ -170,15 +158,6 @@ class ModelProcesses:
         return room.answer
 
 
-def _layout(frames: int, legs: int) -> list[tuple[tuple[int, ...], type]]:
-    """Shapes and types of inputs and outputs, in the order in which they lie in memory."""
-    shapes: list[tuple[tuple[int, ...], type]] = [((frames, legs, 3), np.float64)] * 2
-    for kind, per_frame, numbers in OUTPUTS:
-        shape = (frames,) if per_frame else (frames, legs)
-        shapes.append((shape if numbers == 1 else (*shape, numbers), kind))
-    return shapes
-
-
 def _bytes(shape: tuple[int, ...], kind: type) -> int:
     size = int(np.prod(shape)) * np.dtype(kind).itemsize
     return size + -size % ALIGNMENT
@@ -194,9 +173,7 @@ def _run(job: _Job) -> None:
             _rooms.pop(old).close()
         _rooms[job.name] = SharedFrames(job.frames, job.legs, job.name)
     room, part, contact = _rooms[job.name], slice(job.first, job.last), job.contact
-    answer = FrameSolutions(
-        *(getattr(room.answer, name)[part] for name in FrameSolutions.__slots__)
-    )
+    own: list[Any] = [values[part] for values in room.answer]
     feet = FootMotion(room.feet.position_m[part], room.feet.velocity_m_s[part])
     ground, anisotropy = np.zeros((1, job.legs)), contact.anisotropy[None]
-    fill_frames(answer, feet, contact, job.weight_n, job.law, ground, anisotropy)
+    fill_frames(FrameSolutions(*own), feet, contact, job.weight_n, job.law, ground, anisotropy)

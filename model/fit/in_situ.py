@@ -17,7 +17,7 @@ from model.fit.cross_talk import (
 )
 from model.fit.unloaded import UnloadedFit, fit_unloaded
 from model.values.arrays import BoolArray, FloatArray, readonly
-from model.values.force_calibration import AXES, ForceCalibration
+from model.values.force_calibration import AXES, ForceCalibration, bias_only
 
 HELD_OUT_EVERY = 4
 # Less of an unknown than this decided by the data: it is said to be unknown.
@@ -104,12 +104,16 @@ def calibrate_in_situ(
     out = folds(poses.angle_rad, HELD_OUT_EVERY) == 0
     kept, left_out = poses.part(~out), poses.part(out)
     _check(kept, legs)
-    names = _Names(legs, serials or ("",) * len(legs), date, logs)
+    nothing = np.zeros((len(legs), 6))
+    blank = replace(
+        bias_only(legs, serials or ("",) * len(legs), nothing, nothing, date=date, logs=logs),
+        method="in-situ",
+    )
     depth = _Depth(max_harmonics, cross_talk, point_feet)
-    constant = _fit(kept, places, names, _Depth(0, cross_talk=False, point_feet=False))[0]
-    gravity = _fit(kept, places, names, replace(depth, cross_talk=False))[0]
-    whole = _fit(kept, places, names, depth)[0]
-    final, unloaded, fit = _fit(poses, places, names, depth)
+    constant = _fit(kept, places, blank, _Depth(0, cross_talk=False, point_feet=False))[0]
+    gravity = _fit(kept, places, blank, replace(depth, cross_talk=False))[0]
+    whole = _fit(kept, places, blank, depth)[0]
+    final, unloaded, fit = _fit(poses, places, blank, depth)
     return InSituResult(
         calibration=final,
         unloaded=unloaded,
@@ -129,14 +133,6 @@ class _Depth:
     point_feet: bool
 
 
-@dataclass(frozen=True, slots=True)
-class _Names:
-    legs: tuple[str, ...]
-    serials: tuple[str, ...]
-    date: str
-    logs: tuple[str, ...]
-
-
 def _check(poses: StillPoses, legs: tuple[str, ...]) -> None:
     known = np.isfinite(poses.sensed).all(axis=2)  # (P, N)
     has_sensor = known.any(axis=0)
@@ -152,9 +148,9 @@ def _check(poses: StillPoses, legs: tuple[str, ...]) -> None:
 
 
 def _fit(
-    poses: StillPoses, places: SensorPlaces, names: _Names, depth: _Depth
+    poses: StillPoses, places: SensorPlaces, blank: ForceCalibration, depth: _Depth
 ) -> tuple[ForceCalibration, tuple[UnloadedFit | None, ...], CrossTalkFit | None]:
-    count = len(names.legs)
+    count = len(blank.legs)
     fits: list[UnloadedFit | None] = []
     for leg in range(count):
         air = poses.in_air[:, leg] & np.isfinite(poses.sensed[:, leg]).all(axis=1)
@@ -171,30 +167,14 @@ def _fit(
             coefficients[leg] = 0.0
             coefficients[leg, :, : fit.coefficients.shape[1]] = fit.coefficients
             error[leg] = fit.standard_error(0.0)
-    correction = np.zeros((count, 6, 6))
-    calibration = _calibration(names, coefficients, correction, error)
+    calibration = replace(blank, unloaded=readonly(coefficients), standard_error=readonly(error))
     found = None
     if depth.cross_talk:
         standing = poses.part(usable(poses))
         free = standing.sensed - calibration.unloaded_wrench(standing.angle_rad)
         found = fit_cross_talk(free, standing, places, point_feet=depth.point_feet)
-        calibration = _calibration(names, coefficients, found.correction, error)
+        calibration = replace(calibration, correction=found.correction)
     return calibration, tuple(fits), found
-
-
-def _calibration(
-    names: _Names, unloaded: FloatArray, correction: FloatArray, error: FloatArray
-) -> ForceCalibration:
-    return ForceCalibration(
-        legs=names.legs,
-        serials=names.serials,
-        unloaded=readonly(unloaded),
-        correction=readonly(correction),
-        standard_error=readonly(error),
-        method="in-situ",
-        date=names.date,
-        logs=names.logs,
-    )
 
 
 def residuals(

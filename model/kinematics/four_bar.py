@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from model.compiled import compile_for, compiled, given, out
 from model.errors import ConfigError
-from model.kinematics.four_bar_kernel import feet_kernel, poses_kernel, prepare
 from model.parameters.robot import LinkageParameters
 from model.values.arrays import FloatArray
 from model.values.legs import FootMotion
@@ -105,10 +105,8 @@ class Linkage:
 
     def __init__(self, linkage: LinkageParameters, shaft_position: FloatArray) -> None:
         check_linkage(linkage)
-        self._numbers, self._shaft_position = (
-            _numbers(linkage),
-            np.ascontiguousarray(shaft_position),
-        )
+        self._numbers = _numbers(linkage)
+        self._shaft_position = np.ascontiguousarray(shaft_position)
 
     def feet(self, angle_rad: FloatArray, rate_rad_s: FloatArray) -> FootMotion:
         """Return unloaded feet in the body frame.
@@ -120,20 +118,91 @@ class Linkage:
         Returns:
             Positions and velocities, (..., N, 3).
         """
-        angle = np.ascontiguousarray(angle_rad, dtype=np.float64)
-        rate = np.ascontiguousarray(rate_rad_s, dtype=np.float64)
+        legs, shape = len(self._shaft_position), np.shape(angle_rad)
+        angle = np.ascontiguousarray(angle_rad, dtype=np.float64).reshape(-1, legs)
+        rate = np.ascontiguousarray(rate_rad_s, dtype=np.float64).reshape(-1, legs)
         position, velocity = np.empty((2, *angle.shape, 3))
-        frames = angle.reshape(-1, angle.shape[-1]), rate.reshape(-1, angle.shape[-1])
-        rows = (-1, angle.shape[-1], 3)
-        feet_kernel(
-            *frames,
-            self._numbers,
-            self._shaft_position,
-            position.reshape(rows),
-            velocity.reshape(rows),
-        )
-        return FootMotion(position, velocity)
+        feet_kernel(angle, rate, self._numbers, self._shaft_position, position, velocity)
+        return FootMotion(position.reshape(*shape, 3), velocity.reshape(*shape, 3))
 
     def prepare(self) -> None:
         """Load or make the machine code of ``feet`` now, so that no tick has to wait for it."""
         prepare()
+
+
+@compiled
+def _pose(
+    angle: float, numbers: FloatArray
+) -> tuple[float, float, float, float, float, float, float, float]:
+    """Crank pin, rocker pin, foot and d foot / d shaft angle, x and z each [m], [m/rad]."""
+    crank, pivot_x, pivot_z, coupler, rocker = (
+        numbers[0], numbers[1], numbers[2], numbers[3], numbers[4],
+    )  # fmt: skip
+    along_foot, across_foot, branch = numbers[5], numbers[6], numbers[7]
+    phi = numbers[8] - angle
+    c, s = np.cos(phi), np.sin(phi)
+    ax, az = crank * c, crank * s
+    ex, ez = pivot_x - ax, pivot_z - az
+    distance = np.sqrt(ex * ex + ez * ez)
+    along = (coupler**2 - rocker**2 + distance**2) / (2.0 * distance)
+    # beyond a dead centre there is no pose; check_linkage has excluded that, rounding has not
+    across = branch * np.sqrt(max(coupler**2 - along**2, 0.0))
+    ex, ez = ex / distance, ez / distance
+    bx, bz = ax + along * ex - across * ez, az + along * ez + across * ex
+    ux, uz = (bx - ax) / coupler, (bz - az) / coupler
+    vx, vz = (bx - pivot_x) / rocker, (bz - pivot_z) / rocker
+    fx = ax + along_foot * ux - across_foot * uz
+    fz = az + along_foot * uz + across_foot * ux
+    # closure differentiated by phi, times v:  (dA + coupler du) . v = 0,  du = left(u) dpsi
+    sine = ux * vz - uz * vx
+    turn = -(-crank * s * vx + crank * c * vz) / (coupler * sine)
+    return ax, az, bx, bz, fx, fz, crank * s + turn * (fz - az), -crank * c - turn * (fx - ax)
+
+
+@compiled
+def poses_kernel(angle: FloatArray, numbers: FloatArray, out: FloatArray) -> None:
+    """Poses at many angles.
+
+    Args:
+        angle: Shaft angles, (M,) [rad].
+        numbers: crank, ground pivot x and z, coupler, rocker, foot along and across [m], branch,
+            mid-stance [rad], (9,).
+        out: Out: as ``_pose`` has them, (M, 8).
+    """
+    for m in range(angle.size):
+        (
+            out[m, 0], out[m, 1], out[m, 2], out[m, 3],
+            out[m, 4], out[m, 5], out[m, 6], out[m, 7],
+        ) = _pose(angle[m], numbers)  # fmt: skip
+
+
+@compiled
+def feet_kernel(
+    angle: FloatArray, rate: FloatArray, numbers: FloatArray, shaft: FloatArray,
+    position: FloatArray, velocity: FloatArray,
+) -> None:  # fmt: skip
+    """Feet in the body frame.
+
+    Args:
+        angle: Shaft angles, (F, N) [rad].
+        rate: Shaft speeds, (F, N) [rad/s].
+        numbers: As for ``poses_kernel``.
+        shaft: Crank shafts, (N, 3) [m].
+        position: Out: (F, N, 3) [m].
+        velocity: Out: (F, N, 3) [m/s].
+    """
+    for f in range(angle.shape[0]):
+        for k in range(angle.shape[1]):
+            _, _, _, _, x, z, x_slope, z_slope = _pose(angle[f, k], numbers)
+            position[f, k, 0] = shaft[k, 0] + x
+            position[f, k, 1] = shaft[k, 1]
+            position[f, k, 2] = shaft[k, 2] + z
+            velocity[f, k, 0] = x_slope * rate[f, k]
+            velocity[f, k, 1] = 0.0
+            velocity[f, k, 2] = z_slope * rate[f, k]
+
+
+def prepare() -> None:
+    """Compile for arrays in rows, read-only or not, and for nothing else after."""
+    compile_for(poses_kernel, *given(1, 1), *out(2))
+    compile_for(feet_kernel, *given(2, 2, 1, 2), *out(3, 3))

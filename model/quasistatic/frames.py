@@ -5,7 +5,7 @@ A frame without an answer (the robot tips, nothing is loaded, the input is no nu
 """
 
 import enum
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from model.errors import ModelError
 from model.parameters.robot import ContactParameters
 from model.support.frames import SupportSolutions, support_frames
 from model.traction.coulomb_kernel import FootLaw
-from model.traction.frames_kernel import TractionSolutions, balance_frames, given_alone
+from model.traction.frames import TractionSolutions, balance_frames, given_alone
 from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
 from model.values.legs import FootMotion
 
@@ -38,8 +38,7 @@ class Reason(enum.IntEnum):
     NEGATIVE = 7  # load or a stiffness not positive, or a friction coefficient below 0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FrameSolutions:
+class FrameSolutions(NamedTuple):
     """The model's answer for F frames of N feet.
 
     Attributes:
@@ -111,13 +110,29 @@ def solve_frames(
             f"feet must be two arrays (frames, legs, 3), not {position.shape} and {velocity.shape}"
         )
     frames, count, _ = position.shape
-    out = _room(frames, count)
+    out = FrameSolutions(*(np.zeros(shape, kind) for shape, kind in layout(frames, count)))
     trouble = _parameter_trouble(contact, weight_n, count)
-    if trouble is not Reason.FINE:
-        return _without_answer(out, trouble)
-    ground, w = _ground(ground_m, frames, count), _anisotropy(contact, anisotropy_B, frames)
-    fill_frames(out, feet, contact, weight_n, law, ground, w, tilt_coupling=tilt_coupling)
-    return _frozen(out)
+    if trouble is Reason.FINE:
+        ground, w = _ground(ground_m, frames, count), _anisotropy(contact, anisotropy_B, frames)
+        fill_frames(out, feet, contact, weight_n, law, ground, w, tilt_coupling=tilt_coupling)
+    else:
+        for values in (out.pose, out.load_n, out.velocity_B, out.slip_B, out.force_xy_B):
+            values.fill(np.nan)
+        out.reason.fill(trouble)
+    for array in out:
+        readonly(array)
+    return out
+
+
+def layout(frames: int, count: int) -> tuple[tuple[tuple[int, ...], type], ...]:
+    """Return shape and type of each array of ``FrameSolutions``."""
+    number, flag, integer = np.float64, np.bool_, np.int64
+    per_foot = (frames, count)
+    return (
+        ((frames, 3), number), (per_foot, number), ((frames,), integer),
+        ((frames, 3), number), ((*per_foot, 2), number), ((*per_foot, 2), number),
+        (per_foot, flag), ((frames,), flag), ((frames,), integer),
+    )  # fmt: skip
 
 
 def fill_frames(
@@ -132,17 +147,15 @@ def fill_frames(
     tilt_coupling: bool = False,
 ) -> None:
     """As ``solve_frames``, of what is known to fit, into arrays at hand; a row may stand for all frames."""
-    loads = SupportSolutions(out.pose, out.load_n, out.switches, out.reason)
+    loads = SupportSolutions(*out[:3], out.reason)
     support_frames(feet.position_m, ground_m, contact.stiffness, weight_n, loads)
     speed = feet.velocity_m_s
     if tilt_coupling:
         speed = speed.copy()
         speed[..., :2] += out.pose[:, None, :2] * [1.0, -1.0] * speed[..., 2:]
     given = given_alone(feet.position_m, speed, contact.mu * out.load_n, anisotropy_B)
-    answers = TractionSolutions(
-        out.velocity_B, out.slip_B, out.force_xy_B, out.sticking, out.unique, out.reason
-    )
-    balance_frames(given, FootLaw(law is FrictionLaw.COULOMB), answers, newtons=False)
+    sliding = TractionSolutions(*out[3:])
+    balance_frames(given, FootLaw(law is FrictionLaw.COULOMB), sliding, newtons=False)
 
 
 def _anisotropy(
@@ -182,30 +195,3 @@ def _parameter_trouble(contact: ContactParameters, weight_n: float, count: int) 
     if weight_n <= 0 or (contact.stiffness <= 0).any() or (contact.mu < 0).any():
         return Reason.NEGATIVE
     return Reason.FINE
-
-
-def _room(frames: int, count: int) -> FrameSolutions:
-    return FrameSolutions(
-        pose=np.empty((frames, 3)),
-        load_n=np.empty((frames, count)),
-        switches=np.zeros(frames, dtype=np.int64),
-        velocity_B=np.empty((frames, 3)),
-        slip_B=np.empty((frames, count, 2)),
-        force_xy_B=np.empty((frames, count, 2)),
-        sticking=np.zeros((frames, count), dtype=np.bool_),
-        unique=np.zeros(frames, dtype=np.bool_),
-        reason=np.zeros(frames, dtype=np.int64),
-    )
-
-
-def _without_answer(out: FrameSolutions, reason: Reason) -> FrameSolutions:
-    for values in (out.pose, out.load_n, out.velocity_B, out.slip_B, out.force_xy_B):
-        values.fill(np.nan)
-    out.reason.fill(reason)
-    return _frozen(out)
-
-
-def _frozen(out: FrameSolutions) -> FrameSolutions:
-    for name in FrameSolutions.__slots__:
-        readonly(getattr(out, name))
-    return out

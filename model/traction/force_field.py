@@ -8,10 +8,9 @@ geometric median. Where the body's velocity brings a foot to rest the Coulomb fi
 import numpy as np
 
 from model.quasistatic.frames import FrictionLaw
+from model.traction.coulomb_kernel import FootLaw
+from model.traction.frames import answers_for, balance_frames, given_alone
 from model.values.arrays import FloatArray
-
-NEWTON_STEPS = 100
-SPEED_TOLERANCE = 1e-13
 
 
 def total_force(
@@ -48,46 +47,12 @@ def balance_velocity(foot_velocity: FloatArray, grip: FloatArray, law: FrictionL
     Returns:
         (2,) [m/s].
     """
-    rest = -foot_velocity  # body velocities that bring each foot to rest
-    mean: FloatArray = grip @ rest / grip.sum()
-    if law is FrictionLaw.VISCOUS:
-        return mean
-    return _geometric_median(rest, grip)
-
-
-def _geometric_median(points: FloatArray, weight: FloatArray) -> FloatArray:
-    """Minimum of the cost sum weight |v - point|.
-
-    If the best of the points is not the minimum, a step down from it leaves all points above for
-    good, so the cost is smooth wherever a descent may go: Newton, halved while it does not descend.
-    """
-
-    def cost(at: FloatArray) -> float:
-        return float(weight @ np.linalg.norm(at - points, axis=1))
-
-    best = int(np.argmin([cost(point) for point in points]))
-    v: FloatArray = points[best].copy()
-    pull = total_force(v, -points, weight, FrictionLaw.COULOMB)
-    if np.hypot(*pull) <= weight[best]:  # the foot at rest holds what the others pull
-        return v
-    size = float(np.linalg.norm(points - v, axis=1).max()) / np.hypot(*pull)
-    while cost(v + size * pull) >= cost(v) and size > SPEED_TOLERANCE:
-        size /= 2
-    v = v + size * pull
-    for _ in range(NEWTON_STEPS):
-        away = v - points
-        distance = np.maximum(np.linalg.norm(away, axis=1), SPEED_TOLERANCE)
-        unit = away / distance[:, None]
-        gradient = weight @ unit
-        across = np.eye(2) - unit[:, :, None] * unit[:, None, :]
-        hessian = np.sum((weight / distance)[:, None, None] * across, axis=0)
-        # a trace of damping for feet on a line, where the cost is flat along it
-        hessian += 1e-12 * np.trace(hessian) * np.eye(2)
-        step = -np.linalg.solve(hessian, gradient)
-        here, size = cost(v), 1.0
-        while cost(v + size * step) > here and size > SPEED_TOLERANCE:
-            size /= 2
-        v = v + size * step
-        if np.hypot(*(size * step)) < SPEED_TOLERANCE:
-            break
-    return v
+    # each foot stands half on either side of the body, so that nothing turns it
+    count = len(grip)
+    feet = np.zeros((1, 2 * count, 2))
+    feet[0, :count, 1], feet[0, count:, 1] = 1.0, -1.0
+    speed, limit = np.tile(foot_velocity, (2, 1))[None], np.tile(grip / 2, 2)[None]
+    out = answers_for(1, 2 * count)
+    given = given_alone(feet, speed, limit, np.zeros((1, 2 * count, 2)))
+    balance_frames(given, FootLaw(law is FrictionLaw.COULOMB), out, newtons=False)
+    return out.velocity_B[0, :2]

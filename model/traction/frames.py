@@ -7,20 +7,25 @@ come to them.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from model.compiled import FLAG, compile_for, compiled, compiled_sums
 from model.errors import ModelError
+from model.support.kernel import ROWS, SPEED_X, SPEED_Y, W_X, W_Y, X, Y
+from model.traction.coulomb_frame import balance_frame
 from model.traction.coulomb_kernel import FootLaw
-from model.traction.frames_kernel import (
-    Given,
-    TractionSolutions,
-    answers_for,
-    balance_frames,
-    rows,
+from model.traction.kernel import (
+    CREEP_SPEED_M_S,
+    FINE,
+    TOO_FEW_FEET,
+    coulomb_scale,
+    traction_kernel,
 )
-from model.values.arrays import FloatArray, readonly
+from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
 
+NOT_A_NUMBER = 1
 # Slip below which a foot creeps instead of sliding: far below what motion capture can tell.
 REST_SPEED_M_S = 5e-5
 
@@ -59,6 +64,56 @@ class Pushes:
     inertia: Inertia | None = None
 
 
+class Given(NamedTuple):
+    """F frames of N feet, as ``rows`` makes them; what says (1 or F) may be the same for all.
+
+    Attributes:
+        feet: Places of the feet, body axes, (F, N, 2 or 3) [m].
+        speed: Their velocities, the same [m/s].
+        limit: mu N, (F, N) [N].
+        w: Anisotropy, (1 or F, N, 2).
+        outside: What else acts, as in ``model.traction.coulomb_frame.balance_frame``, (F, 5); no rows:
+        nothing.
+        give: How far feet give over the time between frames, (1 or F, N, 2) [m/(N s)]; no rows: not at all.
+        kept: Mass and moment of inertia over their time step, the velocity before the first frame, (3), and
+            the time between the frames of a walk [s], 0 for frames that do not follow each other, (6,).
+    """
+
+    feet: FloatArray
+    speed: FloatArray
+    limit: FloatArray
+    w: FloatArray
+    outside: FloatArray
+    give: FloatArray
+    kept: FloatArray
+
+
+class TractionSolutions(NamedTuple):
+    """Velocities and forces of F frames of N feet; NaN where there is no answer.
+
+    Attributes:
+        velocity_B: vx, vy [m/s], yaw rate [rad/s] in body axes, (F, 3).
+        slip_B: Velocity of each foot over the ground, (F, N, 2) [m/s].
+        force_xy_B: Ground's horizontal force on each foot, (F, N, 2) [N].
+        sticking: Feet at rest under the exact law, (F, N).
+        unique: Whether velocity and forces are the only ones that balance, (F,).
+        reason: ``model.quasistatic.frames.Reason`` of each frame, (F,); in: why a frame has no loads.
+    """
+
+    velocity_B: FloatArray  # noqa: N815 - frame suffix
+    slip_B: FloatArray  # noqa: N815
+    force_xy_B: FloatArray  # noqa: N815
+    sticking: BoolArray
+    unique: BoolArray
+    reason: IntArray
+
+    @property
+    def valid(self) -> BoolArray:
+        """(F,) whether the frame has an answer."""
+        fine: BoolArray = self.reason == FINE
+        return fine
+
+
 def solve_traction_frames(
     feet_xy_m: FloatArray,
     feet_speed_m_s: FloatArray,
@@ -93,12 +148,11 @@ def solve_traction_frames(
     if give.shape not in {(0, count, 2), (1, count, 2), two}:
         raise ModelError(f"how feet give must be (frames or 1, {count}, 2), not {give.shape}")
     drag = np.tile([pushes.drag_n_s_m, pushes.drag_nm_s], (frames, 1))
-    given = Given(
-        rows(feet_xy_m), rows(feet_speed_m_s), rows(limit_n), rows(anisotropy_B),
-        rows(np.concatenate([pushes.wrench_B, drag], axis=1)),
-        rows(give if give.any() else give[:0]),
-        rows(_kept(pushes.inertia, period_s)),
-    )  # fmt: skip
+    given = given_alone(feet_xy_m, feet_speed_m_s, limit_n, anisotropy_B)._replace(
+        outside=rows(np.concatenate([pushes.wrench_B, drag], axis=1)),
+        give=rows(give if give.any() else give[:0]),
+        kept=rows(_kept(pushes.inertia, period_s)),
+    )
     out = answers_for(frames, count)
     balance_frames(given, law, out, newtons=True)
     for values in out:
@@ -114,3 +168,131 @@ def _kept(inertia: Inertia | None, period_s: float) -> FloatArray:
     return np.array([
         inertia.mass_kg / step, inertia.about_z_kg_m2 / step, *inertia.last_B, period_s * walk,
     ])  # fmt: skip
+
+
+def rows(values: FloatArray) -> FloatArray:
+    """Return numbers in rows that nobody may write, which is what the kernel is compiled for."""
+    return readonly(np.ascontiguousarray(values, dtype=np.float64).view())
+
+
+def answers_for(frames: int, count: int) -> TractionSolutions:
+    """Return room for the answers of so many frames of so many feet."""
+    return TractionSolutions(
+        np.empty((frames, 3)),
+        np.empty((frames, count, 2)),
+        np.empty((frames, count, 2)),
+        np.zeros((frames, count), dtype=np.bool_),
+        np.zeros(frames, dtype=np.bool_),
+        np.zeros(frames, dtype=np.int64),
+    )
+
+
+def given_alone(feet: FloatArray, speed: FloatArray, limit: FloatArray, w: FloatArray) -> Given:
+    """Return frames in which nothing but stiff feet acts on a body without mass."""
+    given = (feet, speed, limit, w, np.zeros((0, 5)), np.zeros((0, limit.shape[1], 2)), np.zeros(6))
+    return Given(*map(rows, given))
+
+
+def balance_frames(given: Given, law: FootLaw, out: TractionSolutions, *, newtons: bool) -> None:
+    """Solve frames in order.
+
+    Args:
+        given: The frames.
+        law: How feet answer slip.
+        out: Written.
+        newtons: Whether to put the viscous ansatz in newtons or to leave it as -mu N (I + w w^T) slip.
+    """
+    prepare()
+    _balance(given, FootLaw(law.coulomb, *map(float, law[1:])), newtons, out)
+
+
+@compiled_sums
+def _lay(
+    f: int, feet: FloatArray, speed: FloatArray, limit: FloatArray, w: FloatArray, give: FloatArray,
+    work: FloatArray, loads: FloatArray, elastic: FloatArray,
+) -> int:  # fmt: skip
+    """Lay out a frame; the reason why it has no answer, or FINE."""
+    loaded, check = 0, 0.0
+    for k in range(loads.size):
+        c, x, y = limit[f, k], feet[f, k, 0], feet[f, k, 1]
+        loads[k], work[X, k], work[Y, k] = c, x, y
+        work[SPEED_X, k], work[SPEED_Y, k] = speed[f, k, 0], speed[f, k, 1]
+        loaded += c > 0.0
+        check += 0.0 * c + 0.0 * x + 0.0 * y
+        for i in range(speed.shape[2]):
+            check += 0.0 * speed[f, k, i]
+        if f == 0 or w.shape[0] > 1:
+            work[W_X, k], work[W_Y, k] = w[f, k, 0], w[f, k, 1]
+        if elastic.shape[0] > 0 and (f == 0 or give.shape[0] > 1):
+            elastic[k, 0], elastic[k, 1] = give[f, k, 0], give[f, k, 1]
+    if check != 0.0:
+        return NOT_A_NUMBER
+    return FINE if loaded >= 2 else TOO_FEW_FEET
+
+
+@compiled
+def _balance(given: Given, law: FootLaw, newtons: bool, out: TractionSolutions) -> None:
+    feet, speed, limit, w, others, give, kept = given
+    velocity, slip, force, sticking, unique, reason = out
+    frames, count = limit.shape
+    work, loads, mu = np.zeros((ROWS, count)), np.empty(count), np.ones(count)
+    twist, before, rest = np.zeros(3), kept[2:5].copy(), np.zeros(count, dtype=np.bool_)
+    outside = np.zeros(5 if others.shape[0] > 0 else 0)
+    elastic = np.zeros((count if give.shape[0] > 0 else 0, 4))
+    heavy = kept[0] > 0.0 or kept[1] > 0.0
+    plain = not law.coulomb and law.static_ratio == 1.0 and give.shape[0] == 0
+    warm = False
+    for f in range(frames):
+        if reason[f] == FINE:
+            reason[f] = _lay(f, feet, speed, limit, w, give, work, loads, elastic)
+        if reason[f] == FINE:
+            pushed = False
+            for i in range(outside.size):
+                outside[i] = others[f, i]
+            if heavy and np.isfinite(before[0] + before[1] + before[2]):
+                # kept in the world while the body turns
+                turned = before[2] * kept[5]
+                outside[0] += kept[0] * (before[0] + turned * before[1])
+                outside[1] += kept[0] * (before[1] - turned * before[0])
+                outside[2] += kept[1] * before[2]
+                outside[3] += kept[0]
+                outside[4] += kept[1]
+            for i in range(outside.size):
+                pushed = pushed or outside[i] != 0.0
+            if plain and not pushed:
+                reason[f] = traction_kernel(work, loads, mu, twist, slip[f], force[f])
+                unique[f] = True
+                if newtons and reason[f] == FINE:
+                    scale = coulomb_scale(slip[f], force[f], CREEP_SPEED_M_S)
+                    for k in range(count):
+                        force[f, k, 0] *= scale
+                        force[f, k, 1] *= scale
+            else:
+                reason[f], unique[f] = balance_frame(
+                    work, loads, mu, law, outside, elastic, warm, twist, slip[f], force[f], rest
+                )
+        warm = reason[f] == FINE
+        if warm:
+            for i in range(3):
+                velocity[f, i] = twist[i]
+                if kept[5] > 0.0:
+                    before[i] = twist[i]
+            for k in range(count):
+                sticking[f, k] = rest[k]
+            for k in range(elastic.shape[0]):
+                elastic[k, 2], elastic[k, 3] = force[f, k, 0], force[f, k, 1]
+        else:
+            velocity[f, :] = np.nan
+            slip[f, :, :] = np.nan
+            force[f, :, :] = np.nan
+            sticking[f, :] = False
+            unique[f] = False
+
+
+def prepare() -> None:
+    """Compile for the arrays of ``rows`` and ``answers_for``, and for nothing else after."""
+    none = np.zeros((1, 1))
+    compile_for(
+        _balance, given_alone(none[None], none[None], none, none[None]),
+        FootLaw(False, 0.0, 1.0, 1.0), FLAG, answers_for(1, 1),
+    )  # fmt: skip

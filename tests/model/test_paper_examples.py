@@ -8,7 +8,7 @@ from scipy.optimize import minimize
 
 from model.errors import ModelError
 from model.parameters.robot import ContactParameters
-from model.quasistatic.frame import solve_frame
+from model.quasistatic.frame import prepare, solve_frame
 from model.quasistatic.frames import FrictionLaw
 from model.support.path import search_path
 from model.traction.force_field import balance_velocity, total_force
@@ -21,6 +21,13 @@ from model.traction.line_example import (
 )
 from model.values.arrays import FloatArray
 from model.values.legs import FootMotion
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _compiled() -> None:
+    prepare()
+    balance_velocity(np.eye(2), np.ones(2), FrictionLaw.COULOMB)
+
 
 SPEEDS = st.lists(st.integers(-1000, 1000).map(lambda n: n / 1000), min_size=1, max_size=15)
 

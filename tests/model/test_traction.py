@@ -11,8 +11,7 @@ from model.parameters.robot import ContactParameters
 from model.quasistatic.frame import solve_frame
 from model.quasistatic.frames import Reason
 from model.traction.coulomb_kernel import FootLaw
-from model.traction.frames import Pushes, solve_traction_frames
-from model.traction.frames_kernel import TractionSolutions, prepare
+from model.traction.frames import Pushes, TractionSolutions, prepare, solve_traction_frames
 from model.values.arrays import FloatArray
 from model.values.contact import Support
 from model.values.legs import FootMotion

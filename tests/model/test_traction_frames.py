@@ -8,8 +8,13 @@ from model.parameters.robot import ContactParameters
 from model.quasistatic.frames import FrameSolutions, FrictionLaw, solve_frames
 from model.support.frames import solve_support_frames
 from model.traction.coulomb_kernel import FootLaw
-from model.traction.frames import REST_SPEED_M_S, Inertia, Pushes, solve_traction_frames
-from model.traction.frames_kernel import TractionSolutions
+from model.traction.frames import (
+    REST_SPEED_M_S,
+    Inertia,
+    Pushes,
+    TractionSolutions,
+    solve_traction_frames,
+)
 from model.values.arrays import FloatArray
 from model.values.legs import FootMotion
 

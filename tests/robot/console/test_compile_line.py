@@ -70,12 +70,12 @@ def test_no_tick_can_wait_for_the_compiler() -> None:
     from model.estimator import (
         step_kernel as estimator_step_kernel,
     )
-    from model.kinematics import four_bar_kernel as linkage_kernel
+    from model.kinematics import four_bar as linkage
     from model.quasistatic import frame as quasistatic
 
     Controller(load_robot(), (), armed=False)
     called: list[Any] = [
-        quasistatic.frame_kernel, linkage_kernel.feet_kernel, estimator_kernel.neighbourhood_kernel,
+        quasistatic.frame_kernel, linkage.feet_kernel, estimator_kernel.neighbourhood_kernel,
         estimator_step_kernel.walk_kernel, estimator_step_kernel.carry_kernel,
         estimator_feet_kernel.feet_stack_kernel, estimator_feet_kernel.readout_kernel,
     ]  # fmt: skip

@@ -18,7 +18,7 @@ def test_processes_give_what_one_gives() -> None:
         for law in FrictionLaw:
             expected = solve_frames(room.feet, system.contact, system.weight_n, law=law)
             found = pool.solve(room, system.contact, system.weight_n, law=law)
-            for field in FrameSolutions.__slots__:
+            for field in FrameSolutions._fields:
                 np.testing.assert_allclose(
                     getattr(found, field), getattr(expected, field), rtol=0, atol=1e-11
                 )
