@@ -168,7 +168,9 @@ def balance_frame(
             body[TWIST, 0] = body[TWIST, 1] = body[TWIST, 2] = 0.0
         start = 0.0 if warm and law.rest > 0.0 else np.inf
         if not law.coulomb:
-            start = coulomb_scale(slip, force, CREEP_SPEED_M_S) * top
+            sigma = coulomb_scale(slip, force, CREEP_SPEED_M_S)
+            # feet that move as one rigid body slip only once something pushes them
+            start = (sigma if sigma > 0.0 else 1.0 / CREEP_SPEED_M_S) * top
         scaled = FootLaw(
             law.coulomb, law.rest / top, law.static_ratio, law.static_speed / top, law.creep / top
         )

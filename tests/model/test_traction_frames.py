@@ -184,3 +184,15 @@ def test_shapes_that_do_not_fit_are_refused() -> None:
         solve_traction_frames(
             POSITION, SPEED, np.ones((FRAMES, LEGS)), W[None], VISCOUS, still, 0.02
         )
+
+
+def test_feet_of_one_rigid_motion_slip_under_a_push() -> None:
+    """Nothing slips until it is pushed: the ansatz has no forces of its own to begin its scale from."""
+    feet = np.array([[[0.0, 0.25], [-0.2, -0.25], [0.2, -0.25]]])
+    speed = np.tile([-0.0256, 0.0], (1, 3, 1))
+    push = Pushes(np.array([[-3.0, 2.0, 0.0]]))
+    w = np.zeros((1, 3, 2))
+    found = solve_traction_frames(
+        feet, speed, np.array([[19.0, 8.0, 11.0]]), w, FootLaw(False, 5e-5), push, 0.02
+    )
+    assert np.allclose(found.force_xy_B.sum(axis=1), [3.0, -2.0], atol=0.02)
