@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 
 from gap.worker_pool import worker_pool
 from model.errors import ModelError
-from model.parameters.robot import ContactParameters
 from model.quasistatic.frames import FrameSolutions, FrictionLaw, fill_frames, layout
 from model.values.legs import FootMotion
+from model.values.parameters import ContactParameters
 
 ALIGNMENT = 64
 SHARED = Path("/dev/shm")

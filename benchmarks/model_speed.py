@@ -7,7 +7,6 @@ from collections.abc import Callable
 import numpy as np
 
 from benchmarks.timing import each, keep_model, repeat
-from model.parameters.robot import ContactParameters
 from model.quasistatic.frame import prepare, solve_frame
 from model.quasistatic.frames import FrictionLaw, solve_frames
 from model.systems.disk import disk, random_disk_poses
@@ -15,6 +14,7 @@ from model.systems.system import System
 from model.values.arrays import readonly
 from model.values.contact import ContactSolution
 from model.values.legs import FootMotion
+from model.values.parameters import ContactParameters
 from tests.model.oracles.coulomb import solve_coulomb_reference
 from tests.model.oracles.traction import solve_frame_reference
 

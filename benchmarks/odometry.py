@@ -20,18 +20,18 @@ from model.estimator.neighbourhood import Neighbourhood, law_of, neighbourhood
 from model.estimator.settings import EstimatorSettings, numbers_of
 from model.estimator.step_kernel import WalkNoise
 from model.kinematics.four_bar import Linkage
-from model.parameters.robot import ContactParameters
 from model.quasistatic.frames import FrictionLaw, solve_frames
 from model.values.arrays import FloatArray, root_mean_square
 from model.values.estimate import BIAS, FIXED, SCALE, VELOCITY, OdometryInputs
+from model.values.parameters import ContactParameters
 from record.log.reader import read_log, read_stamped_ticks
 from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
 from robot.odometry.compare import compare_ways, true_motion, walking_part
 from robot.odometry.metrics import in_band, mean_of, nees
 from robot.odometry.request import OdomRequest
 from robot.odometry.track import TrackedLog, track, track_log
-from robot.study.sensitivity_frames import walk_frames
-from robot.study.sensitivity_table import fit_contact
+from robot.report.contact_fit import fit_contact
+from robot.report.walk_frames import walk_frames
 from tests.model.estimator_world import CONTACT, PERIOD_NS, WEIGHT_N, simulate, slip_of_feet
 
 SLIPPING_CYCLES = 4

@@ -19,8 +19,8 @@ from gaits.gait import (
     middle_of_most_support,
 )
 from model.errors import ConfigError
-from model.parameters.robot import LegParameters, TripodParameters
 from model.values.arrays import BoolArray, FloatArray
+from model.values.parameters import LegParameters, TripodParameters
 
 SAMPLES = 720
 

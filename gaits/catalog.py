@@ -5,7 +5,7 @@ from gaits.gait import Gait
 from gaits.metachronal import Metachronal
 from gaits.names import GAIT_NAMES, METACHRONAL, TRIPOD
 from model.errors import ConfigError
-from model.parameters.robot import RobotParameters
+from model.values.parameters import RobotParameters
 
 
 def make_gait(name: str, robot: RobotParameters) -> Gait:

@@ -10,8 +10,8 @@ from typing import Protocol
 import numpy as np
 
 from model.errors import ConfigError
-from model.parameters.robot import LegParameters
 from model.values.arrays import BoolArray, FloatArray
+from model.values.parameters import LegParameters
 
 TURN = 2 * np.pi
 # Full steering shortens the stance sweep on the inner side and lengthens it outside by this share.

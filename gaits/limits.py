@@ -4,7 +4,7 @@ import numpy as np
 
 from gaits.gait import Gait
 from model.errors import GaitRefused
-from model.parameters.robot import ServoParameters
+from model.values.parameters import ServoParameters
 
 STEERING = (-1.0, 0.0, 1.0)  # slope and curvature are monotone in between
 

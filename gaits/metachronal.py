@@ -21,8 +21,8 @@ from gaits.gait import (
     middle_of_most_support,
 )
 from model.errors import ConfigError
-from model.parameters.robot import LegParameters, MetachronalParameters
 from model.values.arrays import BoolArray, FloatArray
+from model.values.parameters import LegParameters, MetachronalParameters
 
 SAMPLES = 720
 # Stance includes its beginning and not its end, to a rounding of the phase.

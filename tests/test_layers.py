@@ -4,6 +4,8 @@ import ast
 import re
 import subprocess
 import sys
+from collections.abc import Mapping, Set
+from graphlib import TopologicalSorter
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
@@ -86,3 +88,41 @@ def test_a_notebook_gets_what_it_asks_for_and_nothing_before() -> None:
         [sys.executable, "-c", loaded], cwd=ROOT, capture_output=True, text=True, check=True
     )
     assert done.stdout.strip() == "set()"
+
+
+def test_modules_import_each_other_without_circles() -> None:
+    names = {_name(path): path for path in SOURCES}
+    graph = {name: _imports(path, names.keys() - {name}) for name, path in names.items()}
+    TopologicalSorter(graph).prepare()  # raises CycleError and names the circle
+
+
+def test_rooms_import_each_other_without_circles() -> None:
+    """A folder above and its own rooms are one: what is at the top of it serves them all."""
+    names = {_name(path): path for path in SOURCES}
+    graph: dict[str, set[str]] = {}
+    for name, path in names.items():
+        room = _name(path.parent)
+        others = {_room(other, names) for other in _imports(path, names.keys() - {name})}
+        graph.setdefault(room, set()).update(others - {room})
+    TopologicalSorter(graph).prepare()
+
+
+def _name(path: Path) -> str:
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+
+
+def _room(name: str, names: Mapping[str, Path]) -> str:
+    return _name(names[name].parent)
+
+
+def _imports(path: Path, known: Set[str]) -> set[str]:
+    """Modules of ours that a module imports anywhere: at its top, in functions, and for types only."""
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            for alias in node.names:
+                inner = f"{node.module}.{alias.name}"
+                found.add(inner if inner in known else node.module)
+        elif isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+    return found & known

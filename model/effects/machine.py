@@ -8,7 +8,6 @@ from scipy.constants import g as standard_gravity
 from model.effects.causes import Cause
 from model.effects.written import causes_of
 from model.errors import ConfigError, GapError
-from model.parameters.robot import ContactParameters, LegParameters, LinkageParameters
 from model.parameters.tables import (
     parse_table,
     read_body,
@@ -16,6 +15,7 @@ from model.parameters.tables import (
     read_legs,
     read_linkage,
 )
+from model.values.parameters import ContactParameters, LegParameters, LinkageParameters
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -20,7 +20,6 @@ from model.estimator.neighbourhood import Neighbourhood, law_of, neighbourhood, 
 from model.estimator.output import estimate
 from model.estimator.settings import EstimatorSettings, numbers_of
 from model.estimator.step_kernel import Prediction, WalkNoise
-from model.parameters.robot import ContactParameters
 from model.values.arrays import FloatArray
 from model.values.estimate import (
     BIAS,
@@ -36,6 +35,7 @@ from model.values.estimate import (
     OdometryInputs,
 )
 from model.values.legs import FootMotion
+from model.values.parameters import ContactParameters
 
 START_SD = 1e-4  # of pose [m, rad] and velocity [m/s, rad/s] at the beginning
 NIS_MEMORY_S = 5.0

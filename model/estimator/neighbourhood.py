@@ -8,10 +8,10 @@ import numpy as np
 from model.estimator import frame_kernel as estimator_kernel
 from model.estimator.frame_kernel import Answers, Law
 from model.estimator.settings import EstimatorSettings
-from model.parameters.robot import ContactParameters
 from model.quasistatic.frames import FrictionLaw
 from model.values.arrays import FloatArray
 from model.values.legs import FootMotion
+from model.values.parameters import ContactParameters
 
 VELOCITY, POSE, FORCES = slice(0, 3), slice(3, 6), slice(6, None)  # of what is differentiated
 

@@ -18,7 +18,6 @@ from model.estimator.feet_kernel import (
 from model.estimator.health import Verdict
 from model.estimator.kalman import Updated
 from model.estimator.neighbourhood import Neighbourhood, no_answer
-from model.parameters.robot import ContactParameters
 from model.values.arrays import readonly
 from model.values.estimate import (
     BIAS,
@@ -29,6 +28,7 @@ from model.values.estimate import (
     Estimate,
     EstimatorState,
 )
+from model.values.parameters import ContactParameters
 
 
 def estimate(

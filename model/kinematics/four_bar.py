@@ -17,9 +17,9 @@ import numpy as np
 
 from model.compiled import compile_for, compiled, given, out
 from model.errors import ConfigError
-from model.parameters.robot import LinkageParameters
 from model.values.arrays import FloatArray
 from model.values.legs import FootMotion
+from model.values.parameters import LinkageParameters
 
 # Pins must keep this share of the rocker and coupler lengths away from a dead centre.
 DEAD_CENTRE_MARGIN = 1e-3

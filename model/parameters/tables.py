@@ -10,13 +10,13 @@ import numpy as np
 
 from model.errors import ConfigError
 from model.kinematics.four_bar import check_linkage
-from model.parameters.robot import (
+from model.parameters.toml_table import Table
+from model.values.parameters import (
     BodyParameters,
     ContactParameters,
     LegParameters,
     LinkageParameters,
 )
-from model.parameters.toml_table import Table
 
 FEWEST_LEGS = 3
 

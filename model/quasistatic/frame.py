@@ -7,7 +7,6 @@ import numpy as np
 
 from model.compiled import FLAG, NUMBER, compile_for, compiled, given, out
 from model.errors import ModelError
-from model.parameters.robot import ContactParameters
 from model.support.kernel import ROWS, support_kernel
 from model.traction.kernel import (
     CREEP_SPEED_M_S,
@@ -19,6 +18,7 @@ from model.traction.kernel import (
 from model.values.arrays import BoolArray, FloatArray
 from model.values.contact import ContactSolution, Support, Traction
 from model.values.legs import FootMotion
+from model.values.parameters import ContactParameters
 
 NOT_A_NUMBER = 1
 NEGATIVE = 7

@@ -10,12 +10,12 @@ from typing import NamedTuple
 import numpy as np
 
 from model.errors import ModelError
-from model.parameters.robot import ContactParameters
 from model.support.frames import SupportSolutions, support_frames
 from model.traction.coulomb_kernel import FootLaw
 from model.traction.frames import TractionSolutions, balance_frames, given_alone
 from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
 from model.values.legs import FootMotion
+from model.values.parameters import ContactParameters
 
 
 class FrictionLaw(enum.Enum):

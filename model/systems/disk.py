@@ -7,11 +7,11 @@ inside its own sector of the disk, at most ``WORKSPACE_SHARE`` of the way to the
 import numpy as np
 
 from model.errors import ModelError
-from model.parameters.robot import ContactParameters
 from model.systems.system import System, equal_contacts, even_times
 from model.systems.two_axis import LegAngles, swing
 from model.values.arrays import FloatArray
 from model.values.legs import FootMotion
+from model.values.parameters import ContactParameters
 
 FEWEST_LEGS, MOST_LEGS = 3, 50
 WORKSPACE_SHARE = 0.9

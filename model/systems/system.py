@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from model.errors import ModelError
-from model.parameters.robot import ContactParameters
 from model.values.arrays import FloatArray, readonly
 from model.values.legs import FootMotion
+from model.values.parameters import ContactParameters
 
 FEWEST_FRAMES = 2
 EVENNESS = 1e-6  # of the time step

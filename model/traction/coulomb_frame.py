@@ -90,7 +90,7 @@ def balance_frame(
             sticking[k] = False
         return reason, False
     gives = elastic.shape[0] > 0
-    exact = law.coulomb and law.rest == 0.0 and law.static_ratio == 1.0 and not gives
+    exact = law.coulomb and law.rest == 0.0
     pushed = False
     for i in range(outside.size):
         pushed = pushed or outside[i] != 0.0

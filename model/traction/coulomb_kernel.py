@@ -10,8 +10,9 @@ it is the exact law, under which feet at rest hold by any force in their cones. 
 
     min over u, max over |y| <= c of  sum y . z + u R u / 2 - push u,      F = -L y,
 
-and a point and its duals y prove themselves: sum c |z| - y . z >= 0 is how far they are from the least
-dissipation. The viscous ansatz F = -sigma c L s has no cones, only a scale sigma, which follows the slips.
+and where nothing pushes a point and its duals y prove themselves: sum c |z| - y . z >= 0 is how far they
+are from the least dissipation. The viscous ansatz F = -sigma c L s has no cones, only a scale sigma, which
+follows the slips.
 
 Method: primal-dual Newton steps on r y = c z, r = sqrt(|z|^2 + s^2), with s driven to ``rest`` (Andersen,
 Christiansen, Conn, Overton, SIAM J. Sci. Comput. 22(1), 2000, doi:10.1137/S1064827598343954). Under the
@@ -56,7 +57,8 @@ class FootLaw(NamedTuple):
 
     Attributes:
         coulomb: Coulomb's law, else the viscous ansatz.
-        rest: Slip below which a foot under Coulomb's law creeps; 0 is the exact law.
+        rest: Slip below which a foot under Coulomb's law creeps; 0 is the exact law, for stiff feet of a
+            body that nothing pushes.
         static_ratio: Friction at rest over friction when sliding fast (Stribeck); not 1 needs a ``rest``.
         static_speed: Slip at which most of the difference is gone.
         creep: Slip below which a foot is taken to rest when the ansatz' forces are put on a scale.
@@ -235,20 +237,6 @@ def _lay_steps(
 
 
 @compiled
-def _left_over(feet: FloatArray, body: FloatArray) -> float:
-    """What the duals leave of the push; without one they balance from the start."""
-    total = 0.0
-    for i in range(3):
-        left = body[PUSH, i]
-        for j in range(3):
-            left -= body[i, j] * body[TWIST, j]
-        for k in range(feet.shape[0]):
-            left -= feet[k, LEVER + i] * feet[k, DUAL] + feet[k, LEVER + 3 + i] * feet[k, DUAL + 1]
-        total += abs(left)
-    return total
-
-
-@compiled
 def descend(
     feet: FloatArray, body: FloatArray, law: FootLaw, elastic: bool, start: float, system: FloatArray
 ) -> tuple[float, bool]:  # fmt: skip
@@ -267,10 +255,6 @@ def descend(
         How far the answer is from the least dissipation (exact law), and whether it has settled.
     """
     coulomb, rest = law.coulomb, law.rest
-    pushed = False
-    for i in range(PUSH + 1):
-        for j in range(3):
-            pushed = pushed or body[i, j] != 0.0
     exact, weakens = coulomb and rest == 0.0, law.static_ratio != 1.0
     follows = weakens or not coulomb
     tolerance = SETTLED * (LOOSER if follows else 1.0)
@@ -308,8 +292,6 @@ def descend(
             feet[k, DUAL], feet[k, DUAL + 1] = y0, y1
             feet[k, SLIP], feet[k, SLIP + 1] = z0, z1
             gap += feet[k, GRIP] * np.sqrt(z0 * z0 + z1 * z1) - y0 * z0 - y1 * z1
-        if exact and pushed:
-            gap += _left_over(feet, body)
         if not (np.isfinite(gap) and size <= RUNAWAY):
             return gap, False
         if not coulomb:

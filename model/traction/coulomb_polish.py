@@ -64,7 +64,7 @@ def polish(feet: FloatArray, body: FloatArray, sticking: BoolArray, resting: int
     Args:
         feet: The table of feet of ``model.traction.coulomb_kernel``: DUAL and SLIP are written, the slip of
             feet at rest is exactly 0.
-        body: What else acts; row TWIST is where the search starts, and the answer.
+        body: Row TWIST is where the search starts, and the answer.
         sticking: Feet at rest, (n,).
         resting: How many they are.
 
@@ -79,19 +79,13 @@ def polish(feet: FloatArray, body: FloatArray, sticking: BoolArray, resting: int
 
 
 @compiled
-def _gradient(
-    feet: FloatArray, body: FloatArray, at: FloatArray, sticking: BoolArray, system: FloatArray
-) -> bool:
+def _gradient(feet: FloatArray, at: FloatArray, sticking: BoolArray, system: FloatArray) -> bool:
     """Hessian and gradient of the power but for feet at rest; False if another foot does not slide.
 
     ``at`` holds the velocity in row 0, ``system`` gets both; NEW are the slips.
     """
     slips(feet, at, 0, NEW)
-    for i in range(3):
-        system[RIGHT, i] = -body[PUSH, i]
-        for j in range(3):
-            system[i, j] = body[i, j]
-            system[RIGHT, i] += body[i, j] * at[0, j]
+    system[:, :] = 0.0
     for k in range(feet.shape[0]):
         if sticking[k]:
             continue
@@ -137,7 +131,7 @@ def _all_slide(feet: FloatArray, body: FloatArray, none: BoolArray) -> int:
     for i in range(3):
         at[0, i] = body[TWIST, i]
     for last in range(NEWTON_STEPS + 1):
-        if not _gradient(feet, body, at, none, system):
+        if not _gradient(feet, at, none, system):
             return NOT_SOLVED
         if last == NEWTON_STEPS or _largest(system) <= 0.01 * BALANCED:
             break
@@ -192,7 +186,7 @@ def _about_one_foot(feet: FloatArray, body: FloatArray, sticking: BoolArray) -> 
     slope, flat = 0.0, False
     for last in range(NEWTON_STEPS + 1):
         at[0, 0], at[0, 1], at[0, 2] = -h0 - turn * e0, -h1 - turn * e1, turn
-        if not _gradient(feet, body, at, sticking, system):
+        if not _gradient(feet, at, sticking, system):
             return NOT_SOLVED
         # along (-e0, -e1, 1)
         slope = system[RIGHT, 2] - e0 * system[RIGHT, 0] - e1 * system[RIGHT, 1]
@@ -235,7 +229,7 @@ def _several_rest(feet: FloatArray, body: FloatArray, sticking: BoolArray) -> in
     for k in range(count):
         if sticking[k] and max(abs(feet[k, NEW]), abs(feet[k, NEW + 1])) > RIGID:
             return NOT_SOLVED
-    if not _gradient(feet, body, at, sticking, system):
+    if not _gradient(feet, at, sticking, system):
         return NOT_SOLVED
     # they creep under what the others leave to them
     creeping, load = np.zeros((count, COLUMNS)), np.zeros((BODY_ROWS, 3))

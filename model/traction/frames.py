@@ -137,7 +137,7 @@ def solve_traction_frames(
         give_m_n: How far a foot gives under a horizontal force, along body x and y, (F or 1, N, 2).
 
     Raises:
-        ModelError: Shapes do not fit.
+        ModelError: Shapes do not fit, or the exact law is asked for more than stiff feet.
     """
     frames, count = limit_n.shape
     two = (frames, count, 2)
@@ -147,6 +147,15 @@ def solve_traction_frames(
     give = np.zeros((0, count, 2)) if give_m_n is None else give_m_n / period_s
     if give.shape not in {(0, count, 2), (1, count, 2), two}:
         raise ModelError(f"how feet give must be (frames or 1, {count}, 2), not {give.shape}")
+    plain = not pushes.wrench_B.any() and pushes.drag_n_s_m == pushes.drag_nm_s == 0.0
+    if (
+        law.coulomb
+        and law.rest == 0.0
+        and not (plain and pushes.inertia is None and not give.any())
+    ):
+        raise ModelError(
+            "feet that give or a body that is pushed need feet that creep: give a rest speed"
+        )
     drag = np.tile([pushes.drag_n_s_m, pushes.drag_nm_s], (frames, 1))
     given = given_alone(feet_xy_m, feet_speed_m_s, limit_n, anisotropy_B)._replace(
         outside=rows(np.concatenate([pushes.wrench_B, drag], axis=1)),

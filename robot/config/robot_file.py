@@ -18,13 +18,6 @@ from gaits.names import GAIT_NAMES
 from model.effects.causes import Cause
 from model.effects.written import causes_of
 from model.errors import ConfigError
-from model.parameters.robot import (
-    LegParameters,
-    MetachronalParameters,
-    RobotParameters,
-    ServoParameters,
-    TripodParameters,
-)
 from model.parameters.tables import (
     parse_table,
     read_body,
@@ -33,6 +26,13 @@ from model.parameters.tables import (
     read_linkage,
 )
 from model.parameters.toml_table import Table
+from model.values.parameters import (
+    LegParameters,
+    MetachronalParameters,
+    RobotParameters,
+    ServoParameters,
+    TripodParameters,
+)
 from record.toml_file import reading
 from robot.config.calibration import read_calibration
 from robot.config.estimator import EstimatorConfig, read_estimator

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from model.errors import ConfigError
-from model.parameters.robot import RobotParameters
+from model.values.parameters import RobotParameters
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
 from sim_hw.plant.four_bar import four_bar_point, leg_geometry

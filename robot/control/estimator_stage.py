@@ -12,10 +12,10 @@ from model.estimator.filter import Estimator
 from model.estimator.history import EstimatorMemory, LateSample, advance, use_late
 from model.kinematics.four_bar import Linkage
 from model.motion.se2 import aligning, compose, yaw_of
-from model.parameters.robot import RobotParameters
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import POSE, Estimate, OdometryInputs
 from model.values.legs import FootForces, JointState
+from model.values.parameters import RobotParameters
 from model.values.poses import PoseRecord
 from robot.config.estimator import EstimatorConfig
 from robot.config.robot_file import RobotConfig

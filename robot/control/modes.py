@@ -19,9 +19,9 @@ from gaits.gait import Gait
 from gaits.limits import frequency_limit
 from gaits.moves import LegMoves
 from gaits.plan import Hold, Plan, Walking
-from model.parameters.robot import ServoParameters
 from model.values.arrays import BoolArray, FloatArray
 from model.values.faults import StopReason
+from model.values.parameters import ServoParameters
 from model.values.tick import Intent, Mode, Request
 from robot.control.stops import STOPS, StopKind, gravest
 

@@ -9,10 +9,10 @@ from model.errors import RecordError
 from model.kinematics.four_bar import Linkage
 from model.motion.dead_reckoning import advance
 from model.motion.se2 import aligning, compose, integrate
-from model.parameters.robot import ContactParameters
 from model.quasistatic.frame import solve_frame
 from model.values.arrays import BoolArray, FloatArray
 from model.values.legs import FootMotion
+from model.values.parameters import ContactParameters
 from model.values.tick import DeadReckoning, Mode
 from record.log.recording import Recording
 from robot.config.robot_file import RobotConfig

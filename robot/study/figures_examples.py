@@ -5,11 +5,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from model.quasistatic.frames import FrictionLaw
-from model.traction.force_field import balance_velocity, total_force
-from model.traction.friction_family import ansatz_error, force_share
-from model.traction.line_example import (
+from model.systems.paper_examples import (
+    ansatz_error,
+    balance_velocity,
     coulomb_balance,
     coulomb_force,
+    force_share,
+    total_force,
     viscous_balance,
     viscous_force,
 )

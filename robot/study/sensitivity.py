@@ -16,19 +16,11 @@ from record.whole_file import check_room, writing
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json
 from robot.console.table import Column, table_lines
+from robot.report.contact_fit import NAIVE_STIFFNESS, Fits, fit_contact
 from robot.report.pictures import DOTS_PER_INCH
 from robot.report.plots import PREDICTED, STYLE, TRUE
-from robot.study.sensitivity_frames import WalkFrames, halves, joined, walk_frames
-from robot.study.sensitivity_table import (
-    NAIVE_STIFFNESS,
-    PAPER_CHANGE,
-    QUANTITIES,
-    UNITS,
-    Fits,
-    Sensitivity,
-    compare,
-    fit_contact,
-)
+from robot.report.walk_frames import WalkFrames, halves, joined, walk_frames
+from robot.study.sensitivity_table import PAPER_CHANGE, QUANTITIES, UNITS, Sensitivity, compare
 
 TABLE = (
     Column("RMSE"), Column(""), Column("fitted", ".3f", 8), Column("naive", ".3f", 8),

@@ -8,10 +8,10 @@ from scipy.constants import g as standard_gravity
 from gaits.catalog import make_gait
 from model.errors import ConfigError
 from model.kinematics.four_bar import Linkage
-from model.parameters.robot import RobotParameters
 from model.quasistatic.frames import FrictionLaw
 from model.systems import disk, multipod, quadruped, slither, stairs
 from model.systems.system import System, even_times
+from model.values.parameters import RobotParameters
 from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
 
 RATE_HZ = 100.0

@@ -16,11 +16,11 @@ from scipy.spatial.transform import Rotation
 from model.errors import ModelError
 from model.kinematics.four_bar import Linkage
 from model.motion.se2 import integrate
-from model.parameters.robot import ContactParameters
 from model.quasistatic.frames import FrameSolutions, FrictionLaw, solve_frames
 from model.traction.force_scale import force_scale
 from model.values.arrays import BoolArray, FloatArray
 from model.values.legs import FootMotion
+from model.values.parameters import ContactParameters
 from model.values.tick import Mode
 from record.log.recording import Recording
 from robot.config.robot_file import RobotConfig, load_robot, parse_robot

@@ -32,8 +32,8 @@ from foxglove.messages import (
 )
 
 from model.errors import ConfigError, RecordError
-from model.parameters.robot import RobotParameters
 from model.values.arrays import FloatArray
+from model.values.parameters import RobotParameters
 from model.values.tick import Tick
 from robot.view.frames import (
     BODY_FRAME,

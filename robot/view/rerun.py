@@ -12,8 +12,8 @@ import rerun.blueprint as rrb
 from matplotlib.colors import to_rgb
 
 from model.errors import RecordError
-from model.parameters.robot import RobotParameters
 from model.values.arrays import FloatArray
+from model.values.parameters import RobotParameters
 from model.values.tick import Tick
 from robot.report.figure_style import leg_colour
 from robot.view.frames import BODY_FRAME, MAP_FRAME, ODOM_FRAME, TRUE_FRAME, FrameTracker

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from model.kinematics.four_bar import linkage_pose
-from model.parameters.robot import RobotParameters
 from model.values.arrays import FloatArray
+from model.values.parameters import RobotParameters
 from model.values.tick import Tick
 
 Colour = tuple[float, float, float]

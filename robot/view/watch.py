@@ -10,7 +10,7 @@ from typing import Protocol
 
 from drivers.clock import Clock, MonotonicClock
 from model.errors import ConfigError, RecordError
-from model.parameters.robot import RobotParameters
+from model.values.parameters import RobotParameters
 from model.values.tick import Tick
 from record.log.follow import LogFollower
 from record.log.reader import LogContents, StampedTick, read_stamped_ticks

@@ -21,7 +21,7 @@ from drivers.ati.settings import ForceSensorSettings
 from drivers.clock import Clock, MonotonicClock
 from drivers.dynamixel.settings import ServoBusSettings
 from model.errors import BusError
-from model.parameters.robot import RobotParameters
+from model.values.parameters import RobotParameters
 from sim_hw.ati.sockets import WnetSockets
 from sim_hw.dynamixel.pty import PtyServoBus
 from sim_hw.faults.scenario import Scenario

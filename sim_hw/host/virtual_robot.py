@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from drivers.ati.settings import ForceSensorSettings
 from drivers.dynamixel.settings import ServoBusSettings
-from model.parameters.robot import RobotParameters
+from model.values.parameters import RobotParameters
 from sim_hw.ati.unit import NOISE, VirtualWnet
 from sim_hw.ati.wire import WnetWire
 from sim_hw.dynamixel.bus import VirtualServoBus

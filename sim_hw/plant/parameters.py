@@ -9,8 +9,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from model.parameters.robot import RobotParameters
 from model.values.arrays import FloatArray
+from model.values.parameters import RobotParameters
 
 # Trial-to-trial spread of a healthy robot, one standard deviation; assumed, a few per cent as in
 # rubber feet and hand-set legs.

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from model.parameters.robot import RobotParameters
+from model.values.parameters import RobotParameters
 from sim_hw.plant.parameters import PlantParameters
 from sim_hw.twin.sensing import SensorParameters
 

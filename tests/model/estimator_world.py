@@ -9,10 +9,10 @@ from model.estimator.neighbourhood import law_of, neighbourhood
 from model.estimator.process import walking
 from model.estimator.settings import EstimatorSettings, numbers_of
 from model.estimator.step_kernel import WalkNoise
-from model.parameters.robot import ContactParameters
 from model.values.arrays import FloatArray
 from model.values.estimate import FIXED, SCALE, VELOCITY, OdometryInputs
 from model.values.legs import FootForces, FootMotion
+from model.values.parameters import ContactParameters
 
 WEIGHT_N = 60.0
 PERIOD_NS = 10_000_000

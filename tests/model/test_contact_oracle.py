@@ -5,10 +5,10 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from model.parameters.robot import ContactParameters
 from model.quasistatic.frames import Reason, solve_frames
 from model.values.arrays import FloatArray
 from model.values.legs import FootMotion
+from model.values.parameters import ContactParameters
 from tests.model.contact_oracle import oracle_loads
 from tests.model.oracles.support import solve_support
 from tests.model.poses import KINDS, poses

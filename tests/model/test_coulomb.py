@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from model.parameters.robot import ContactParameters
 from model.quasistatic.frames import FrameSolutions, FrictionLaw, Reason, solve_frames
 from model.values.arrays import FloatArray
 from model.values.legs import FootMotion
+from model.values.parameters import ContactParameters
 from tests.model.coulomb_frames import KINDS, frames, trouble
 from tests.model.oracles.coulomb import solve_coulomb_reference
 

@@ -16,7 +16,6 @@ from model.estimator.neighbourhood import Neighbourhood, law_of, neighbourhood
 from model.estimator.settings import EstimatorSettings, numbers_of
 from model.estimator.smoother import smooth
 from model.estimator.step_kernel import Prediction, WalkNoise
-from model.parameters.robot import ContactParameters
 from model.quasistatic.frames import FrictionLaw, solve_frames
 from model.values.arrays import FloatArray
 from model.values.estimate import (
@@ -28,6 +27,7 @@ from model.values.estimate import (
     OdometryInputs,
 )
 from model.values.legs import FootForces, FootMotion
+from model.values.parameters import ContactParameters
 from robot.odometry.metrics import in_band, nees
 from tests.model.estimator_world import (
     CERTAIN,

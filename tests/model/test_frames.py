@@ -9,11 +9,11 @@ import pytest
 
 from model import compiled
 from model.errors import ModelError
-from model.parameters.robot import ContactParameters
 from model.quasistatic.frame import solve_frame
 from model.quasistatic.frames import FrictionLaw, Reason, solve_frames
 from model.values.arrays import FloatArray
 from model.values.legs import FootMotion
+from model.values.parameters import ContactParameters
 from tests.model.coulomb_frames import frames
 from tests.model.oracles.traction import solve_frame_reference
 

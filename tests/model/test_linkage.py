@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from model.errors import ConfigError
 from model.kinematics.four_bar import Linkage, LinkagePose, check_linkage, linkage_pose
-from model.parameters.robot import LinkageParameters
 from model.values.arrays import FloatArray
+from model.values.parameters import LinkageParameters
 from robot.config.robot_file import load_robot
 from sim_hw.plant.four_bar import foot_path
 from sim_hw.plant.parameters import PlantParameters

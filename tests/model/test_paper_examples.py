@@ -7,20 +7,23 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from model.errors import ModelError
-from model.parameters.robot import ContactParameters
 from model.quasistatic.frame import prepare, solve_frame
 from model.quasistatic.frames import FrictionLaw
 from model.support.path import search_path
-from model.traction.force_field import balance_velocity, total_force
-from model.traction.friction_family import ansatz_error, drag, force_share
-from model.traction.line_example import (
+from model.systems.paper_examples import (
+    ansatz_error,
+    balance_velocity,
     coulomb_balance,
     coulomb_force,
+    drag,
+    force_share,
+    total_force,
     viscous_balance,
     viscous_force,
 )
 from model.values.arrays import FloatArray
 from model.values.legs import FootMotion
+from model.values.parameters import ContactParameters
 
 
 @pytest.fixture(autouse=True, scope="module")

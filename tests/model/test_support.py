@@ -8,11 +8,11 @@ from scipy.optimize import linprog, minimize
 from scipy.spatial import ConvexHull
 
 from model.errors import ModelError
-from model.parameters.robot import ContactParameters
 from model.quasistatic.frame import prepare, solve_frame
 from model.values.arrays import FloatArray
 from model.values.contact import Support
 from model.values.legs import FootMotion
+from model.values.parameters import ContactParameters
 
 
 @pytest.fixture(autouse=True, scope="module")

@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from model.errors import ModelError
-from model.parameters.robot import ContactParameters
 from model.quasistatic.frame import solve_frame
 from model.quasistatic.frames import Reason
 from model.traction.coulomb_kernel import FootLaw
@@ -15,6 +14,7 @@ from model.traction.frames import Pushes, TractionSolutions, prepare, solve_trac
 from model.values.arrays import FloatArray
 from model.values.contact import Support
 from model.values.legs import FootMotion
+from model.values.parameters import ContactParameters
 from tests.model.oracles.traction import connection, solve_traction
 
 

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from model.errors import ModelError
-from model.parameters.robot import ContactParameters
 from model.quasistatic.frames import FrameSolutions, FrictionLaw, solve_frames
 from model.support.frames import solve_support_frames
 from model.traction.coulomb_kernel import FootLaw
@@ -17,6 +16,8 @@ from model.traction.frames import (
 )
 from model.values.arrays import FloatArray
 from model.values.legs import FootMotion
+from model.values.parameters import ContactParameters
+from tests.model.coulomb_frames import frames
 
 LEGS, FRAMES = 6, 300
 RNG = np.random.default_rng(4)
@@ -83,6 +84,64 @@ def test_coulomb_comes_to_the_exact_one_as_creep_vanishes() -> None:
     ]
     assert errors[0] > errors[1] > errors[2]
     assert errors[2] < 2e-5  # some frames are nearly flat there
+
+
+@pytest.mark.parametrize("kind", ["mixed", "one", "turning"])
+def test_feet_at_rest_hold_with_the_forces_of_slowest_creep(kind: str) -> None:
+    """Where several feet rest the balance leaves forces open: both laws choose the same ones."""
+    feet = frames(kind, 300, LEGS, np.random.default_rng(2))
+    contact = ContactParameters(CONTACT.stiffness, np.linspace(0.4, 0.9, LEGS), W)
+    whole = solve_frames(feet, contact, WEIGHT, law=FrictionLaw.COULOMB)
+    still = Pushes(np.zeros((300, 3)))
+    xy, speed = feet.position_m[..., :2], feet.velocity_m_s[..., :2]
+    creep = [
+        solve_traction_frames(
+            xy, speed, contact.mu * whole.load_n, W[None], FootLaw(True, rest), still, 0.02
+        )
+        for rest in (1e-6, 1e-8)
+    ]
+    several = whole.sticking.sum(axis=1) > 1
+    assert several.sum() > 30
+    apart = [np.abs(c.force_xy_B - whole.force_xy_B)[several].max(axis=(1, 2)) for c in creep]
+    assert np.median(apart[1]) < 1e-5
+    assert (apart[1] < apart[0] + 1e-6).mean() > 0.95
+    close = [np.abs(c.velocity_B - whole.velocity_B)[several].max() for c in creep]
+    assert close[1] < 1e-6
+
+
+@pytest.mark.parametrize("static_ratio", [1.0, 1.4])
+@pytest.mark.parametrize("flexible", [False, True])
+@pytest.mark.parametrize("pushed", [False, True])
+def test_every_foot_obeys_its_law(static_ratio: float, flexible: bool, pushed: bool) -> None:
+    period, law = 0.02, FootLaw(True, REST_SPEED_M_S, static_ratio, 0.01)
+    give = np.full((1, LEGS, 2), [2e-5, 0.0]) if flexible else None
+    limit = 0.6 * exact(FrictionLaw.VISCOUS).load_n
+    push = Pushes(np.tile([3.0, -2.0, 0.4] if pushed else [0.0, 0.0, 0.0], (FRAMES, 1)), 20.0)
+    xy, speed = POSITION[..., :2], SPEED[..., :2]
+    found = solve_traction_frames(xy, speed, limit, W[None], law, push, period, give)
+    v, force = found.velocity_B[:, None], found.force_xy_B
+    across = np.stack([-xy[..., 1], xy[..., 0]], axis=-1)
+    slip = v[..., :2] + v[..., 2:] * across + speed
+    if give is not None:
+        slip = slip + give * np.diff(force, axis=0, prepend=0.0) / period
+    down = limit > 0
+    assert np.abs(slip - found.slip_B)[down].max() < 1e-10
+    size = np.eye(2) + W[:, :, None] * W[:, None, :]
+    pulled = np.einsum("kij,fkj->fki", size, slip)
+    weaker = 1 + (static_ratio - 1) * np.exp(-(slip**2).sum(axis=2) / law.static_speed**2)
+    h = limit * weaker / np.sqrt((pulled**2).sum(axis=2) + law.rest**2)
+    wanted = -h[..., None] * np.einsum("kij,fkj->fki", size, pulled)
+    assert np.abs(force - wanted).max() < (1e-10 if static_ratio == 1.0 else 1e-5)
+
+
+def test_the_exact_law_is_for_stiff_feet_alone() -> None:
+    for push, give in ((Pushes(np.ones((FRAMES, 3))), None), (None, np.full((1, LEGS, 2), 1e-5))):
+        still = Pushes(np.zeros((FRAMES, 3))) if push is None else push
+        with pytest.raises(ModelError, match="give a rest speed"):
+            solve_traction_frames(
+                POSITION[..., :2], SPEED[..., :2], np.ones((FRAMES, LEGS)), W[None],
+                FootLaw(True), still, 0.02, give,
+            )  # fmt: skip
 
 
 @pytest.mark.parametrize("law", FrictionLaw, ids=lambda e: e.value)

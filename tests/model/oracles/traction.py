@@ -15,10 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from model.errors import ModelError
-from model.parameters.robot import ContactParameters
 from model.values.arrays import BoolArray, FloatArray, readonly
 from model.values.contact import ContactSolution, Support, Traction
 from model.values.legs import FootMotion
+from model.values.parameters import ContactParameters
 from tests.model.oracles.support import solve_support
 
 # Smallest ratio of the eigenvalues of the balance (lengths scaled by the feet's spread).

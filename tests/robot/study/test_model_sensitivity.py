@@ -10,18 +10,19 @@ import pytest
 
 from model.errors import ConfigError
 from model.kinematics.four_bar import Linkage
-from model.parameters.robot import ContactParameters
 from model.quasistatic.frames import FrictionLaw, solve_frames
 from model.values.arrays import FloatArray
 from model.values.faults import StopReason
+from model.values.parameters import ContactParameters
 from model.values.tick import Intent, Mode
 from record.log.recording import Recording, build_recording
 from robot.cli import main as cli
 from robot.cli.model import sensitivity as model_sensitivity
 from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
 from robot.console.exit_codes import ExitCode
-from robot.study.sensitivity_frames import halves, joined, smooth_rate, walk_frames
-from robot.study.sensitivity_table import compare, fit_contact
+from robot.report.contact_fit import fit_contact
+from robot.report.walk_frames import halves, joined, smooth_rate, walk_frames
+from robot.study.sensitivity_table import compare
 from tests.gap.test_correction import corrected
 from tests.gap.walks import cause
 from tests.robot.runs import Told, drive, wish
