@@ -9,6 +9,7 @@ from pathlib import Path
 from gap.check.score import REMOVED, SINGLE, Case, confusions, figures
 from gap.worker_pool import worker_pool
 from model.errors import ConfigError, GapError, RecordError
+from record.trial.header import read_text
 from record.whole_file import write_text
 from robot.campaign.case import Asked, answer_case, commission_case, neutral_values
 from robot.campaign.folder import CaseFiles, Label, campaign_cases, parse_labels, read_answer
@@ -131,10 +132,7 @@ def _labels(request: CheckRequest, files: Sequence[CaseFiles]) -> dict[str, Labe
             )
         labels = parse_labels(unseal(folder, read_key(request.key)).text, SEALED_NAME)
     else:
-        try:
-            labels = parse_labels(plain.read_text(encoding="utf-8"), str(plain))
-        except OSError as error:
-            raise RecordError(f"{plain} cannot be read: {error.strerror}") from error
+        labels = parse_labels(read_text(plain), str(plain))
     unknown = [one.name for one in files if one.name not in labels]
     if unknown:
         raise RecordError(f"{', '.join(unknown)}: no label; the labels are of another campaign")

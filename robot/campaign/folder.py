@@ -9,6 +9,7 @@ from typing import Any
 
 from gap.check.score import Answer, Named, Truth
 from model.errors import RecordError
+from record.trial.header import read_text
 from record.whole_file import whole_file
 from robot.console.json_output import json_text
 
@@ -125,10 +126,9 @@ def read_answer(path: Path) -> Answer:
     Raises:
         RecordError: It cannot be read.
     """
+    text = read_text(path)
     try:
-        return answer_of(json.loads(path.read_text(encoding="utf-8")))
-    except OSError as error:
-        raise RecordError(f"{path} cannot be read: {error.strerror}") from error
+        return answer_of(json.loads(text))
     except (ValueError, KeyError, TypeError) as error:
         raise RecordError(
             f"{path}: no diagnosis ({error!r}); delete it to diagnose again"

@@ -7,22 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from gap.interfaces import Cause, Effect
-from model.errors import GapError, RecordError
-
-
-@dataclass(frozen=True, slots=True)
-class ReadCause:
-    """A cause as a diagnosis gave it.
-
-    Attributes:
-        cause: Effect, place and numbers.
-        probability: Of it.
-        on_bound: Parameters that lie on their bound.
-    """
-
-    cause: Cause
-    probability: float
-    on_bound: tuple[str, ...]
+from model.errors import GapError
+from record.trial.header import read_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,21 +18,22 @@ class ReadDiagnosis:
     Attributes:
         path: Its file.
         verdict: The answer.
-        sentence: The same in words.
         simulator: Simulator that was diagnosed.
         causes: Causes.
-        rivals: What the runs could not tell from a cause: the cause's effect, the rival's effect and legs.
+        on_bound: Effects of those that have a number on its bound.
+        rivals: What the runs could not distinguish from a cause: the cause's effect, the rival's effect and
+            legs.
         shrink: Share of the gap that the causes close; NaN if not measured.
         trials: Runs, as far as their files are still there; all or none.
         references: Healthy runs.
-        robot: Robot file that was believed instead of the one beside the runs; None for that.
+        robot: Robot file that was used instead of the one beside the runs; None for that.
     """
 
     path: Path
     verdict: str
-    sentence: str
     simulator: str
-    causes: tuple[ReadCause, ...]
+    causes: tuple[Cause, ...]
+    on_bound: tuple[str, ...]
     rivals: tuple[tuple[str, str, tuple[str, ...]], ...]
     shrink: float
     trials: tuple[Path, ...]
@@ -65,10 +52,9 @@ def read_diagnosis(path: Path, effects: tuple[Effect, ...]) -> ReadDiagnosis:
         RecordError: It cannot be read.
         GapError: It is no diagnosis, or names an effect that the catalogue does not have.
     """
+    text = read_text(path)
     try:
-        told = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise RecordError(f"{path} cannot be read: {error.strerror}") from error
+        told = json.loads(text)
     except ValueError as error:
         raise GapError(
             f"{path} is no JSON ({error}); give the file of: bigant gap diagnose --json"
@@ -83,7 +69,6 @@ def read_diagnosis(path: Path, effects: tuple[Effect, ...]) -> ReadDiagnosis:
 
 
 def _read(told: dict[str, Any], path: Path, effects: dict[str, Effect]) -> ReadDiagnosis:
-    causes = tuple(_cause(one, path, effects) for one in told["causes"])
     files = [_file(str(name), path) for name in told.get("files", ())]
     judged = told.get("trials", {})
     numbers = [*judged.get("fitted", ()), *judged.get("held_out", ())]
@@ -95,9 +80,9 @@ def _read(told: dict[str, Any], path: Path, effects: dict[str, Effect]) -> ReadD
     return ReadDiagnosis(
         path=path,
         verdict=str(told["verdict"]),
-        sentence=str(told.get("sentence", "")),
         simulator=str(told.get("simulator", "legged")),
-        causes=causes,
+        causes=tuple(_cause(one, path, effects) for one in told["causes"]),
+        on_bound=tuple(str(one["effect"]) for one in told["causes"] if one.get("on_bound")),
         rivals=tuple(_rival(told, a, b) for a, b in told.get("ambiguous_with", ())),
         shrink=math.nan if shrink is None else float(shrink),
         trials=tuple(files[:count]) if there else (),
@@ -121,7 +106,7 @@ def _file(name: str, beside: Path) -> Path:
     return own if own.exists() or not (beside.parent / own).exists() else beside.parent / own
 
 
-def _cause(one: dict[str, Any], path: Path, effects: dict[str, Effect]) -> ReadCause:
+def _cause(one: dict[str, Any], path: Path, effects: dict[str, Effect]) -> Cause:
     name = str(one["effect"])
     if name not in effects:
         raise GapError(
@@ -130,9 +115,4 @@ def _cause(one: dict[str, Any], path: Path, effects: dict[str, Effect]) -> ReadC
         )
     given = one.get("parameters", {})
     values = tuple(float(given.get(p.name, p.neutral)) for p in effects[name].parameters)
-    probability = one.get("probability")
-    return ReadCause(
-        Cause(name, tuple(one.get("legs", ())), values),
-        math.nan if probability is None else float(probability),
-        tuple(one.get("on_bound", ())),
-    )
+    return Cause(name, tuple(one.get("legs", ())), values)

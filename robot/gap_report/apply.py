@@ -57,7 +57,7 @@ def apply_diagnosis(request: ApplyRequest) -> ExitCode:
     runs = read_runs(found.trials, found.references, robot) if found.trials else None
     text = _robot_text(found, runs, robot)
     legs = read_legs(parse_table(text).table("legs")).names
-    correction = correction_of([one.cause for one in found.causes], legs)
+    correction = correction_of(found.causes, legs)
     edited = edit_robot(text, correction, request.diagnosis.name)
     check_edited(edited.text, text)
     write_text(out, edited.text)
@@ -81,11 +81,10 @@ def _check(found: ReadDiagnosis, *, anyway: bool) -> None:
         raise GapError(
             f"{path} names no cause (verdict {found.verdict}): there is nothing to apply"
         )
-    bound = [one.cause.effect for one in found.causes if one.on_bound]
-    if bound and not anyway:
+    if found.on_bound and not anyway:
         raise GapError(
-            f"{', '.join(bound)} is on its bound, so it is not an effect of this form; look for another "
-            "cause, or add --anyway"
+            f"{', '.join(found.on_bound)} is on its bound, so it is not an effect of this form; look for "
+            "another cause, or add --anyway"
         )
     if found.verdict == Verdict.UNEXPLAINED.value and not anyway:
         raise GapError(

@@ -130,9 +130,8 @@ def _left_open(
 ) -> tuple[Causes, list[Open]]:
     """Causes, and what the runs could not distinguish from each."""
     if found is not None:
-        causes = tuple(one.cause for one in found.causes)
-        names = [cause.effect for cause in causes]
-        return causes, [
+        names = [cause.effect for cause in found.causes]
+        return found.causes, [
             (names.index(named), effect, legs)
             for named, effect, legs in found.rivals
             if named in names

@@ -1,6 +1,7 @@
 """Run time against legs, and parallel overhead, from a file of benchmark figures."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,23 +18,8 @@ HOW_TO = "Make the file of benchmark figures first: python -m benchmarks"
 PAPER_OURS, PAPER_MUJOCO, PAPER_OVERHEAD = 3.0, 13.0, 1.5
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Ribbon:
-    """Median and percentiles over some abscissa, (M,) each; percentiles not given are None."""
-
-    median: FloatArray
-    q25: FloatArray | None
-    q75: FloatArray | None
-    q025: FloatArray | None
-    q975: FloatArray | None
-
-    def over(self, unit: float) -> "Ribbon":
-        """Return it in another unit."""
-        scaled = [
-            None if values is None else values / unit
-            for values in (self.q25, self.q75, self.q025, self.q975)
-        ]
-        return Ribbon(self.median / unit, *scaled)
+# Median over some abscissa, (M,), and the percentiles that were kept, by name: q25, q75, q025, q975.
+Ribbon = Mapping[str, FloatArray]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,11 +67,8 @@ def read_benchmark(path: Path) -> Benchmark | None:
 def _ribbon(table: Any) -> Ribbon | None:  # JSON: anything until it is read
     if table is None:
         return None
-    columns = {
-        name: None if table.get(name) is None else np.array(table[name], dtype=np.float64)
-        for name in ("q25", "q75", "q025", "q975")
-    }
-    return Ribbon(np.array(table["median"], dtype=np.float64), **columns)
+    _ = table["median"]
+    return {name: np.array(values, dtype=np.float64) for name, values in table.items()}
 
 
 def draw_runtime(benchmark: Benchmark | None) -> tuple[Figure | None, str]:
@@ -101,12 +84,13 @@ def draw_runtime(benchmark: Benchmark | None) -> tuple[Figure | None, str]:
     for name, ribbon, colour, paper in series:
         if ribbon is None:
             continue
-        relative = ribbon.over(float(ribbon.median[0]))
+        median = ribbon["median"]
+        relative = {key: values / median[0] for key, values in ribbon.items()}
         _draw_ribbon(ax, legs, relative, colour, name)
         ax.plot(legs[-1], paper, "x", color=colour, ms=9, mew=2)
         words.append(
-            f"{name} x{relative.median[-1]:.1f} from {legs[0]:.0f} to {legs[-1]:.0f} legs (median "
-            f"{ribbon.median[0]:.1f} to {ribbon.median[-1]:.1f} us; the paper: "
+            f"{name} x{relative['median'][-1]:.1f} from {legs[0]:.0f} to {legs[-1]:.0f} legs (median "
+            f"{median[0]:.1f} to {median[-1]:.1f} us; the paper: "
             f"{'less than ' if paper == PAPER_OURS else ''}x{paper:.0f} from 3 to 50)"
         )
     ax.plot([], [], "x", color=NEUTRAL, ms=9, mew=2, label="the paper, 50 legs")
@@ -130,13 +114,13 @@ def draw_parallel(benchmark: Benchmark | None) -> tuple[Figure | None, str]:
     ax.set_ylim(bottom=0)
     ax.legend(loc="lower right")
     return figure, (
-        f"Parallel overhead: {overhead.median[-1]:.2f} on {processes[-1]:.0f} processes (1 is "
+        f"Parallel overhead: {overhead['median'][-1]:.2f} on {processes[-1]:.0f} processes (1 is "
         f"perfect). The paper: below {PAPER_OVERHEAD:g} on 4 processors."
     )
 
 
 def _draw_ribbon(ax: Axes, x: FloatArray, ribbon: Ribbon, colour: str, name: str) -> None:
-    for low, high, alpha in ((ribbon.q025, ribbon.q975, 0.15), (ribbon.q25, ribbon.q75, 0.3)):
-        if low is not None and high is not None:
-            ax.fill_between(x, low, high, color=colour, alpha=alpha, lw=0)
-    ax.plot(x, ribbon.median, color=colour, lw=1.6, marker=".", ls=":", label=name)
+    for low, high, alpha in (("q025", "q975", 0.15), ("q25", "q75", 0.3)):
+        if low in ribbon and high in ribbon:
+            ax.fill_between(x, ribbon[low], ribbon[high], color=colour, alpha=alpha, lw=0)
+    ax.plot(x, ribbon["median"], color=colour, lw=1.6, marker=".", ls=":", label=name)
