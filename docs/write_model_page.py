@@ -25,11 +25,11 @@ SHOWN_PARAMETERS = 5
 def measure() -> dict[str, Any]:
     """Draw all figures from new walks, fit to longer ones, and return what the page needs."""
     from robot.config.robot_file import load_robot
-    from robot.study.figure_catalog import CATALOG, Material, Sources
+    from robot.study.figure_catalog import CATALOG, Material
     from robot.study.walk_errors import component_errors
 
     found: dict[str, Any] = {"walks": {}, "sensitivity": {}}
-    material = Material(Sources(load_robot(), 3.0, 0, (), SPEED), lambda _: None)
+    material = Material(load_robot(), 3.0, 0, (), SPEED, lambda _: None)
     found["captions"] = {
         one.name: one.draw(material).caption
         for one in CATALOG

@@ -40,9 +40,9 @@ TABLE_NOTE = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Sources:
-    """Where the figures get their material.
+@dataclass(slots=True)
+class Material:
+    """What the figures are made of; walks are made or read when a figure first asks for them.
 
     Attributes:
         config: Robot file of the virtual walks.
@@ -50,6 +50,7 @@ class Sources:
         seed: Its seed.
         logs: Gait and log to use in place of that gait's virtual walk.
         benchmark: File of benchmark figures; it need not exist.
+        progress: Told the share of a virtual walk done.
     """
 
     config: RobotConfig
@@ -57,18 +58,6 @@ class Sources:
     seed: int
     logs: tuple[tuple[str, Path], ...]
     benchmark: Path
-
-
-@dataclass(slots=True)
-class Material:
-    """Walks, made or read when a figure first asks for them.
-
-    Attributes:
-        sources: Where they come from.
-        progress: Told the share of a virtual walk done.
-    """
-
-    sources: Sources
     progress: Progress
     _walks: dict[str, WalkComparison] = field(default_factory=dict)
 
@@ -80,16 +69,12 @@ class Material:
             ModelError: It holds no walk, or the virtual robot stopped.
         """
         if gait not in self._walks:
-            path = dict(self.sources.logs).get(gait)
+            path = dict(self.logs).get(gait)
             log = (
                 read_log(path)
                 if path is not None
                 else walk_in_memory(
-                    self.sources.config,
-                    gait,
-                    cycles=self.sources.cycles,
-                    seed=self.sources.seed,
-                    progress=self.progress,
+                    self.config, gait, cycles=self.cycles, seed=self.seed, progress=self.progress
                 )
             )
             self._walks[gait] = compare_walk(log)
@@ -172,9 +157,9 @@ CATALOG = (
           "fig:slipping_err", _of_walk(figures_errors.draw_planar_force_errors, METACHRONAL)),
     Entry("tables", "Errors, both laws and both gaits", "sec:results", _tables),
     Entry("runtime", "Run time against legs", "fig:run_time",
-          lambda material: Drawn(*draw_runtime(read_benchmark(material.sources.benchmark)))),
+          lambda material: Drawn(*draw_runtime(read_benchmark(material.benchmark)))),
     Entry("parallel", "Parallel overhead", "fig:parallel",
-          lambda material: Drawn(*draw_parallel(read_benchmark(material.sources.benchmark)))),
+          lambda material: Drawn(*draw_parallel(read_benchmark(material.benchmark)))),
 )  # fmt: skip
 
 
@@ -230,12 +215,15 @@ def draw_figures(request: FiguresRequest) -> ExitCode:
         raise ConfigError("--cycles", f"must be a positive number, not {request.cycles:g}")
     given = ((TRIPOD, request.tripod), (METACHRONAL, request.metachronal))
     logs = tuple((gait, path) for gait, path in given if path is not None)
-    robot = load_robot(request.robot)
-    sources = Sources(robot, request.cycles, request.seed, logs, request.benchmark)
     with StatusLine() as line, writing(out), rc_context(STYLE):
         out.mkdir(parents=True, exist_ok=True)
         material = Material(
-            sources, lambda share: line.say(f"the virtual robot walks: {100 * share:.0f} %")
+            load_robot(request.robot),
+            request.cycles,
+            request.seed,
+            logs,
+            request.benchmark,
+            lambda share: line.say(f"the virtual robot walks: {100 * share:.0f} %"),
         )
         rows = []
         for number, entry in enumerate(chosen, start=1):
@@ -245,7 +233,7 @@ def draw_figures(request: FiguresRequest) -> ExitCode:
             spent_s = time.monotonic() - began
             print(f"[{number}/{len(chosen)}] {entry.name}: {done} ({spent_s:.1f} s)")
             rows.append(row)
-        (out / INDEX).write_text(render_index(_origin(sources), rows), encoding="utf-8")
+        (out / INDEX).write_text(render_index(_origin(material), rows), encoding="utf-8")
     print(f"index: {out / INDEX}")
     return ExitCode.OK
 
@@ -264,11 +252,11 @@ def _draw(entry: Entry, material: Material, out: Path) -> tuple[Shown, str]:
     return (entry, drawn, file_name), done
 
 
-def _origin(sources: Sources) -> str:
-    logs = "".join(f"The {gait} walk is the log {path.name}. " for gait, path in sources.logs)
+def _origin(made: Material) -> str:
+    logs = "".join(f"The {gait} walk is the log {path.name}. " for gait, path in made.logs)
     return (
-        f"{logs}{'Other walks' if logs else 'Walks'} are those of the virtual {sources.config.name}, "
-        f"{sources.cycles:g} cycles, seed {sources.seed}, true values from its plant."
+        f"{logs}{'Other walks' if logs else 'Walks'} are those of the virtual {made.config.name}, "
+        f"{made.cycles:g} cycles, seed {made.seed}, true values from its plant."
     )
 
 

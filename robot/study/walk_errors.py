@@ -43,39 +43,31 @@ PAPER_VISCOUS_US, PAPER_COULOMB_US = 190.0, 10_400.0
 def component_errors(walk: WalkComparison) -> tuple[ComponentError, ...]:
     """Return the errors of body velocity, tilt and forces; forces over all feet together."""
     none = np.full(1, np.nan)
-    rows = []
-    velocity = (("vx", "mm/s"), ("vy", "mm/s"), ("yaw rate", "mrad/s"))
-    for axis, (name, unit) in enumerate(velocity):
-        true, viscous, coulomb = (
-            1e3 * array[:, axis]
-            for array in (walk.velocity_B, walk.viscous.velocity_B, walk.coulomb.velocity_B)
+    true, viscous, coulomb, sway = (
+        1e3 * array
+        for array in (
+            walk.velocity_B, walk.viscous.velocity_B, walk.coulomb.velocity_B, walk.sway_B
         )
-        rows.append(_row(name, unit, true, viscous, coulomb, none))
-    for axis, (name, unit) in enumerate(velocity[:2]):
-        true, viscous, coulomb, sway = (
-            1e3 * array[:, axis]
-            for array in (
-                walk.velocity_B,
-                walk.viscous.velocity_B,
-                walk.coulomb.velocity_B,
-                walk.sway_B,
-            )
-        )
-        rows.append(_row(f"{name} + sway", unit, true, viscous + sway, coulomb + sway, none))
-    for axis, name in enumerate(("roll", "pitch")):
-        true, support = 1e3 * walk.tilt_rad[:, axis], 1e3 * walk.support_tilt_rad[:, axis]
-        rows.append(_row(name, "mrad", true, none, none, support))
-    for axis, name in enumerate(("Fx", "Fy")):
-        rows.append(
-            _row(
-                name,
-                "N",
-                walk.force_n[..., axis],
-                walk.viscous.force_xy_B[..., axis],
-                walk.coulomb.force_xy_B[..., axis],
-                none,
-            )
-        )
+    )  # fmt: skip
+    velocity = tuple(enumerate((("vx", "mm/s"), ("vy", "mm/s"), ("yaw rate", "mrad/s"))))
+    rows = [
+        _row(name, unit, true[:, k], viscous[:, k], coulomb[:, k], none)
+        for k, (name, unit) in velocity
+    ]
+    rows += [
+        _row(f"{name} + sway", unit, true[:, k], viscous[:, k] + sway[:, k],
+             coulomb[:, k] + sway[:, k], none)
+        for k, (name, unit) in velocity[:2]
+    ]  # fmt: skip
+    rows += [
+        _row(name, "mrad", 1e3 * walk.tilt_rad[:, k], none, none, 1e3 * walk.support_tilt_rad[:, k])
+        for k, name in enumerate(("roll", "pitch"))
+    ]
+    viscous, coulomb = walk.viscous.force_xy_B, walk.coulomb.force_xy_B
+    rows += [
+        _row(name, "N", walk.force_n[..., k], viscous[..., k], coulomb[..., k], none)
+        for k, name in enumerate(("Fx", "Fy"))
+    ]
     rows.append(_row("Fz share", "%", 1e2 * walk.true_share, none, none, 1e2 * walk.load_share))
     return tuple(rows)
 
