@@ -175,7 +175,7 @@ def _lines(
 ) -> list[str]:
     if len(sets) == 1:
         return [
-            f"nothing is left open beside {_words(sets[0], effects)}: no run is needed",
+            f"nothing is left open besides {_words(sets[0], effects)}: no run is needed",
             "to compare with an alternative all the same: --against EFFECT[@LEG]",
         ]
     lines = ["indistinguishable so far, each at its best fit to the runs:"]

@@ -72,7 +72,7 @@ def diagnosis_page(d: Diagnosis, subject: Subject) -> str:
         calm=stage_rows(d),
         stage_note=stage_note(d),
         maps=gap_maps(d),
-        judged="a run kept back" if d.kept_back == "runs kept back" else d.kept_back,
+        judged="a held-out run" if d.kept_back == "runs kept back" else d.kept_back,
         traces=[
             (name, inline_svg(figure, str(number)))
             for number, (name, figure) in enumerate(draw_traces(d).items())
@@ -121,7 +121,7 @@ def _facts(d: Diagnosis) -> list[tuple[str, str]]:
         facts.append((str(count), f"{of}: fitted to the first two thirds, judged by the last"))
     else:
         facts.append((str(count), "runs fitted"))
-        facts.append((str(len(d.held_out_trials)), "runs kept back to judge"))
+        facts.append((str(len(d.held_out_trials)), "held-out runs, which judge"))
     return facts
 
 
@@ -139,7 +139,7 @@ def _card(one: NamedCause) -> dict[str, object]:
         "evidence": (
             f"Stage {one.stage}. Closes {percent_words(one.shrink)} of the gap (by itself "
             f"{percent_words(one.alone)}, on top of the others {percent_words(one.last)}; energy above the "
-            f"floor); predicts unseen blocks better by {one.nats:.0f} ± {one.nats_error:.0f} nats."
+            f"floor); predicts held-out blocks better by {one.nats:.0f} ± {one.nats_error:.0f} nats."
         ),
     }
 
@@ -156,9 +156,9 @@ def _next(d: Diagnosis) -> dict[str, object]:
         return [one, *between, *figures, *([one.limits or "-"] if limits else [])]
 
     return {
-        "lead": (f"Each tells {pair}. " if pair else "")
-        + f"How far apart it shows them is for one run; {ENOUGH} is enough. The best is first.",
-        "head": ("run", *(() if pair else ("tells",)), "how far apart", "runs", "minutes",
+        "lead": (f"Each distinguishes {pair}. " if pair else "")
+        + f"The separation is that of one run; {ENOUGH} is enough. The best is first.",
+        "head": ("run", *(() if pair else ("distinguishes",)), "separation", "runs", "minutes",
                  *(("caution",) if limits else ())),
         "rows": [row(one) for one in shown],
         "more": len(d.next) - len(shown),

@@ -21,7 +21,7 @@ from robot.console.table import Column, table_lines
 
 HEADLINES = {
     Verdict.EXPLAINED: "Explained",
-    Verdict.AMBIGUOUS: "Found, but not told apart",
+    Verdict.AMBIGUOUS: "Found, but ambiguous",
     Verdict.UNEXPLAINED: "Not explained",
     Verdict.NO_GAP: "No gap",
 }
