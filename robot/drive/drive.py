@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import TypeAlias
 
+from drivers.pose_udp import PoseListener
 from drivers.wire.tap import WireTap
 from gaits.limits import check_gait
 from model.errors import ConfigError, RecordError
@@ -27,7 +28,7 @@ from robot.control.controller import Controller
 from robot.control.effect_uses import say_unused
 from robot.control.stops import STOPS
 from robot.control.true_readings import true_forces_of
-from robot.drive.request import DriveRequest, listen_for_poses, open_robot
+from robot.drive.request import DriveRequest, open_robot
 from robot.report.long_log import read_summary
 from robot.report.summary_text import summary_lines
 from robot.run.header import TappedLog, open_log
@@ -93,7 +94,9 @@ def drive_as(
         interrupts = stack.enter_context(Interrupts())
         rig = open_robot(config, request, tap)
         stack.callback(rig.close)
-        listen_for_poses(rig, config, request)
+        pose_port = request.pose_udp or config.estimator.pose_port
+        if pose_port:
+            rig.listen(PoseListener(pose_port, rig.clock, time.time_ns()))
         for warning in rig.bus.report.warnings:
             print(f"warning: {warning}", file=sys.stderr)
         controller = Controller(

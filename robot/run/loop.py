@@ -1,7 +1,7 @@
 """The loop: the only place that waits. Read, step, send, record, once a period.
 
 Deadlines lie on a fixed grid. A tick that comes late by more than a period counts what it missed and
-takes the next point of the grid; it never runs a burst to catch up. Torque goes off on every way out.
+takes the next point of the grid; it never runs a burst to catch up. Torque is always switched off on exit.
 """
 
 import gc
@@ -47,7 +47,7 @@ class Robot(Devices, Protocol):
 
 
 class Operator(Protocol):
-    """Whoever decides what the robot should do: a script, the keyboard, a replay."""
+    """Decides what the robot should do: a script, the keyboard, a replay."""
 
     def request(self, tick: Tick | None, t_ns: int) -> Request:
         """Return the wish for the tick at ``t_ns``, knowing the tick before."""
@@ -65,7 +65,7 @@ class TickSink(Protocol):
 
 
 class Observer(Protocol):
-    """Whoever watches: the live view."""
+    """Watches the ticks: the live view."""
 
     def show(self, tick: Tick) -> None:
         """Take one tick; must not block."""
