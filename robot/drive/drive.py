@@ -32,7 +32,7 @@ from robot.drive.request import DriveRequest, open_robot
 from robot.report.long_log import read_summary
 from robot.report.summary_text import summary_lines
 from robot.run.header import TappedLog, open_log
-from robot.run.loop import Operator, RunResult, run_undisturbed
+from robot.run.loop import Operator, RunResult, no_full_collection, run
 from robot.run.operator import Interrupts, Script, ScriptedOperator
 from robot.run.rig import Rig
 from robot.run.teleop import HELP, KeyboardOperator, Keys
@@ -114,7 +114,8 @@ def drive_as(
         )
         stack.callback(view.close)
         try:
-            result = run_undisturbed(rig, controller, operator, sink, view)
+            with no_full_collection():
+                result = run(rig, controller, operator, sink, view)
         finally:
             log_error = _close_log(sink)
     code = _say(log_path, result, log_error)

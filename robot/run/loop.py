@@ -5,6 +5,8 @@ takes the next point of the grid; it never runs a burst to catch up. Torque is a
 """
 
 import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -147,18 +149,13 @@ def run(
     return RunResult(state.stop_reason, state.index, torque_off, tick, detail, all_missed)
 
 
-def run_undisturbed(
-    robot: Robot,
-    controller: Controller,
-    operator: Operator,
-    sink: TickSink | None,
-    observer: Observer | None,
-) -> RunResult:
-    """Run as ``run`` does, without a full garbage collection on the way: it would cost several periods."""
+@contextmanager
+def no_full_collection() -> Iterator[None]:
+    """Keep Python from a full garbage collection meanwhile: one costs several periods."""
     gc.collect()
     gc.freeze()
     try:
-        return run(robot, controller, operator, sink, observer)
+        yield
     finally:
         gc.unfreeze()
 
