@@ -1,4 +1,4 @@
-"""What a log says of its run as a whole, beside the ticks: one value for everybody who writes a log."""
+"""A run as a whole in a log's metadata: one value, whoever writes the log."""
 
 import math
 from collections.abc import Mapping

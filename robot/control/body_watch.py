@@ -138,7 +138,7 @@ def _travels(memory: BodyMemory, inputs: BodyInputs, fade: float) -> tuple[Trave
     Args:
         memory: What was remembered.
         inputs: What is known. A servo that did not answer waits where it was; one without torque follows
-            nothing and begins anew afterwards.
+            nothing and starts from zero afterwards.
         fade: What is left of a sum after the tick.
     """
     joints = inputs.joints

@@ -187,7 +187,7 @@ class Controller:
             servos = silent_readings(t_ns, self.config.parameters.legs.count)
         down, usable = legs_down(state.decision.recovery.memory, inputs.servo_events), servos
         if True in down.tolist():
-            # a servo that started anew has another number for the same angle
+            # after a restart a servo has another number for the same angle
             usable = replace(servos, valid=readonly(servos.valid & ~down))
         joints = joint_state(usable, self.config.servo_bus)
         before, forces = state.senses, state.senses.forces

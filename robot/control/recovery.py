@@ -79,7 +79,7 @@ class RecoveryInputs:
     Attributes:
         t_ns: Time of the tick.
         events: What became of servos since the last tick.
-        verdict: What the watch over the servos says.
+        verdict: Of the watch over the servos.
         valid: Servos that answered, (N,) bool.
         age_ns: Time since each servo's last answer, (N,); -1 if there never was one.
         holding: Whether the robot stands where it was stopped.

@@ -28,7 +28,7 @@ from robot.config.robot_file import SafetyLimits
 
 # A command may be this much faster than the limit: the grid of ticks and encoder counts is coarse.
 SPEED_SLACK = 1.05
-# A command older than the servos' watchdog and this says nothing about the next one: they have stopped.
+# A command older than the servos' watchdog and this is no basis for the next one: they have stopped.
 STALE_SLACK_NS = 10_000_000
 # Keep clear of the end of the servo's extended position range (+-256 turns).
 RANGE_MARGIN_TICKS = 2 * TICKS_PER_TURN
@@ -116,7 +116,7 @@ def _legs(bus: ServoBusSettings, where: BoolArray) -> str:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ServoVerdict:
-    """What the watch over the servos makes of one tick.
+    """The verdict of the watch over the servos in one tick.
 
     Attributes:
         faults: Faults, in words.

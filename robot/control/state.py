@@ -1,4 +1,4 @@
-"""What the blocks of a step hand to each other, which is also what is remembered for the next tick."""
+"""What the blocks of a step hand to each other, and what is remembered for the next tick: the same."""
 
 from dataclasses import dataclass
 
@@ -18,7 +18,7 @@ from robot.control.safety import Allowed, ServoVerdict
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Senses:
-    """What the sensors say in one tick.
+    """What the sensors measured in one tick.
 
     Attributes:
         servos: Servo readings as they came.
@@ -104,11 +104,11 @@ class Command:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ControllerState:
-    """Everything the controller remembers from one tick to the next: what its blocks said last.
+    """Everything the controller remembers from one tick to the next: the last output of its blocks.
 
     Attributes:
         index: Ticks done.
-        senses: What the sensors said.
+        senses: What the sensors measured.
         estimates: What model and estimator made of it.
         decision: What was to be done.
         command: What went to the servos.

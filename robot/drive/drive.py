@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import TypeAlias
 
+from drivers.pose_udp import PoseListener
 from drivers.wire.tap import WireTap
 from gaits.limits import check_gait
 from model.errors import ConfigError, RecordError
@@ -24,11 +25,11 @@ from robot.console.screen_fit import columns_of
 from robot.control.controller import Controller
 from robot.control.effect_uses import true_forces_of, unused_notes
 from robot.control.stops import STOPS
-from robot.drive.request import DriveRequest, listen_for_poses, open_robot
+from robot.drive.request import DriveRequest, open_robot
 from robot.report.long_log import read_summary
 from robot.report.summary_text import busy_words, summary_lines
 from robot.run.header import TappedLog, open_log
-from robot.run.loop import Operator, RunResult, run_undisturbed
+from robot.run.loop import Operator, RunResult, no_full_collection, run
 from robot.run.operator import Interrupts, Script, ScriptedOperator
 from robot.run.rig import Rig
 from robot.run.teleop import HELP, KeyboardOperator, Keys
@@ -91,7 +92,9 @@ def drive_as(
         interrupts = stack.enter_context(Interrupts())
         rig = open_robot(config, request, tap)
         stack.callback(rig.close)
-        listen_for_poses(rig, config, request)
+        pose_port = request.pose_udp or config.estimator.pose_port
+        if pose_port:
+            rig.listen(PoseListener(pose_port, rig.clock, time.time_ns()))
         for warning in rig.bus.report.warnings:
             print(f"warning: {warning}", file=sys.stderr)
         controller = Controller(
@@ -109,7 +112,8 @@ def drive_as(
         )
         stack.callback(view.close)
         try:
-            result = run_undisturbed(rig, controller, operator, sink, view)
+            with no_full_collection():
+                result = run(rig, controller, operator, sink, view)
         finally:
             log_error = _close_log(sink)
     code = _say(log_path, result, log_error)

@@ -1,10 +1,8 @@
 """One run as it is asked for, and the robot that it needs."""
 
-import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from drivers.pose_udp import PoseListener
 from drivers.wire.tap import WireTap
 from model.errors import ConfigError
 from robot.config.robot_file import DEFAULT_ROBOT_FILE, RobotConfig
@@ -87,10 +85,3 @@ def open_robot(config: RobotConfig, request: DriveRequest, tap: WireTap | None) 
         scenario = load_scenario(request.scenario, [int(i) for i in config.servo_bus.ids])
     settings = VirtualSettings(request.seed, request.armed, with_forces, scenario, tap)
     return (open_in_memory if request.virtual_time else open_virtual)(config, settings)
-
-
-def listen_for_poses(rig: Rig, config: RobotConfig, request: DriveRequest) -> None:
-    """Receive absolute poses where they are wanted."""
-    port = request.pose_udp or config.estimator.pose_port
-    if port:
-        rig.listen(PoseListener(port, rig.clock, time.time_ns()))

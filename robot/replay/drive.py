@@ -66,7 +66,7 @@ class RepeatRequest:
 
 
 class RecordedOperator:
-    """An operator that wishes what was wished then; stops at the end, and at any Ctrl-C.
+    """An operator that repeats the recorded wishes; stops at the end, and at any Ctrl-C.
 
     Args:
         wishes: The recorded wishes.

@@ -163,7 +163,7 @@ def servo_events(faults: Sequence[Fault], names: Sequence[str]) -> tuple[ServoEv
         for fault in faults
         if fault.kind in SERVO_EVENTS and fault.source in names
     ]
-    # what came of a recovery was known before the servos were read
+    # the result of a recovery was known before the servos were read
     return tuple(sorted(events, key=lambda event: event.kind is FaultKind.SERVO_DOWN))
 
 

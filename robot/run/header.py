@@ -1,4 +1,4 @@
-"""The log of a run, and what it keeps beside its ticks so that its controller can be built again.
+"""The log of a run, and what it holds besides the ticks so that its controller can be built again.
 
 The robot file is an attachment of every log. Here are the rest of a controller's arguments, as texts
 of the log's metadata: calibrations of the force sensors, rate of the loop, whether torque was allowed.

@@ -1,10 +1,12 @@
 """The loop: the only place that waits. Read, step, send, record, once a period.
 
 Deadlines lie on a fixed grid. A tick that comes late by more than a period counts what it missed and
-takes the next point of the grid; it never runs a burst to catch up. Torque goes off on every way out.
+takes the next point of the grid; it never runs a burst to catch up. Torque is always switched off on exit.
 """
 
 import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -47,7 +49,7 @@ class Robot(Devices, Protocol):
 
 
 class Operator(Protocol):
-    """Whoever decides what the robot should do: a script, the keyboard, a replay."""
+    """Decides what the robot should do: a script, the keyboard, a replay."""
 
     def request(self, tick: Tick | None, t_ns: int) -> Request:
         """Return the wish for the tick at ``t_ns``, knowing the tick before."""
@@ -65,7 +67,7 @@ class TickSink(Protocol):
 
 
 class Observer(Protocol):
-    """Whoever watches: the live view."""
+    """Watches the ticks: the live view."""
 
     def show(self, tick: Tick) -> None:
         """Take one tick; must not block."""
@@ -147,18 +149,13 @@ def run(
     return RunResult(state.stop_reason, state.index, torque_off, tick, detail, all_missed)
 
 
-def run_undisturbed(
-    robot: Robot,
-    controller: Controller,
-    operator: Operator,
-    sink: TickSink | None,
-    observer: Observer | None,
-) -> RunResult:
-    """Run as ``run`` does, without a full garbage collection on the way: it would cost several periods."""
+@contextmanager
+def no_full_collection() -> Iterator[None]:
+    """Keep Python from a full garbage collection meanwhile: one costs several periods."""
     gc.collect()
     gc.freeze()
     try:
-        return run(robot, controller, operator, sink, observer)
+        yield
     finally:
         gc.unfreeze()
 

@@ -6,7 +6,7 @@ from model.errors import ModelError, RecordError
 from model.values.faults import StopReason
 from model.values.tick import Intent, Mode, Tick
 from robot.control.controller import Controller
-from robot.control.stops import cause_words
+from robot.control.stops import STOPS, cause_words
 from robot.run.loop import Robot, TickSink, run
 from robot.run.operator import Interrupts, Script, ScriptedOperator
 
@@ -44,8 +44,8 @@ def rehearse(
 
 def _stopped(script: Script, reason: StopReason, detail: str) -> ModelError:
     return ModelError(
-        f"{script.gait} cannot be walked: the robot would have stopped ({reason.name}): {detail}; "
-        "choose a lower frequency or smaller effects"
+        f"{script.gait} cannot be walked: the robot would have stopped ({reason.name}): "
+        f"{detail or STOPS[reason].words}; choose a lower frequency or smaller effects"
     )
 
 

@@ -165,7 +165,7 @@ class TwinRollout:
         c, s = np.cos(unit.yaw_rad), np.sin(unit.yaw_rad)
         measured = MotionCapture(twin.sensors, SEED).see_all(poses_of(places))
         body, angles, foot = body_of(measured)
-        # what the encoder makes of whole turns, it makes of those that were left out, too
+        # the encoder scales the turns that were left out as it scales the others
         return replace(
             trial,
             shaft_rad=readonly(shaft + turns * twin.sensors.encoder_scale),

@@ -152,7 +152,7 @@ def walk_fast(config: RobotConfig, twin: Twin, plan: WalkPlan, progress: Progres
     # the cameras go on for one tick more than the trial
     part = slice(walked.first, walked.first + len(walked.rows))
     places = poses_of(robot.places[: part.stop + 1])
-    # a skewed clock was set when the record begins: what a log of the same run says, too
+    # the clock of the cameras is right when the trial begins, as in a log of the same run
     measured = MotionCapture(twin.sensors, twin.seed).see_all(places, walked.rows[0].t_ns)
     poses = Poses(
         measured.t_ns[part],

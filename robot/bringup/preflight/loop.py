@@ -22,7 +22,7 @@ from robot.bringup.preflight.servos import bus_advice, wire_ms
 from robot.config.robot_file import RobotConfig
 from robot.control.controller import Controller
 from robot.run.header import open_log
-from robot.run.loop import RunResult, run_undisturbed
+from robot.run.loop import RunResult, no_full_collection, run
 from robot.run.operator import Interrupts, Script, ScriptedOperator
 from robot.run.rig import Rig
 
@@ -103,8 +103,8 @@ def run_loop(
         )
         header = RunHeader(robot=config.name, hardware="check")
         sink = BackgroundWriter(open_log(Path(folder) / "check.mcap", header, rig, controller))
-        with closing(sink):
-            result = run_undisturbed(rig, controller, operator, sink, lateness)
+        with closing(sink), no_full_collection():
+            result = run(rig, controller, operator, sink, lateness)
     return figures_of(lateness, result, rig, config, controller.period_ns)
 
 
