@@ -83,12 +83,17 @@ def _row(
     return ComponentError(
         name,
         unit,
-        spread=float(root_mean_square(true - _mean(true))),
-        viscous=float(root_mean_square(viscous - true)),
-        coulomb=float(root_mean_square(coulomb - true)),
-        support=float(root_mean_square(support - true)),
-        apart=float(root_mean_square(viscous - coulomb)),
+        spread=_rms(true - _mean(true)),
+        viscous=_rms(viscous - true),
+        coulomb=_rms(coulomb - true),
+        support=_rms(support - true),
+        apart=_rms(viscous - coulomb),
     )
+
+
+def _rms(values: FloatArray) -> float:
+    """Over frames and feet together."""
+    return float(root_mean_square(values.ravel()))
 
 
 def _mean(values: FloatArray) -> float:

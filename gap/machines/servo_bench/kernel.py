@@ -18,7 +18,6 @@ NUMBERS = 26
 SUBSTEP_S = 0.002
 
 
-@compiled
 def pushed_side(torque_nm: FloatArray, break_nm: float) -> FloatArray:
     """Which flank of its play a pushed shaft lies at, -1 to 1, (F,); it stays where it was left."""
     side = np.where(np.abs(torque_nm) > break_nm, np.sign(torque_nm), 0.0)
