@@ -98,7 +98,7 @@ def fit_friction(
     contacts, left_out = choose_contacts(force_xy_B, load_n, slip_B, law, rest_m_s)
     unit = None if direction is None else direction / np.linalg.norm(direction, axis=1)[:, None]
     search = FrictionSearch(contacts, unit, frame_scale=scaled)
-    theta, ended = _search(search, loss, loss_scale)
+    theta, converged = _search(search, loss, loss_scale)
     if unit is None:
         theta = _one_sign(theta, legs)
     residual = search.residual(theta)
@@ -140,7 +140,7 @@ def fit_friction(
         warnings=_warnings(
             names, known, isotropic, contacts, load_n, conventional=scaled and mean_mu is None
         ),
-        converged=ended,
+        converged=converged,
     )
     return FrictionFit(readonly(mu), readonly(w), result)
 

@@ -94,20 +94,20 @@ class FrictionSearch:
                 [_symmetric(scale[:, None] * pressed[:, k], data.force[:, k]) for k in range(legs)]
             )
         values, vectors = np.linalg.eigh(traction)
-        told = (values[:, 1] > 0) & data.used.any(axis=0)
-        high = np.where(told, values[:, 1], 1.0)
+        determined = (values[:, 1] > 0) & data.used.any(axis=0)
+        high = np.where(determined, values[:, 1], 1.0)
         if self.direction is None:
-            low = _sound(np.where(told, values[:, 0], 1.0), high)
+            low = _sound(np.where(determined, values[:, 0], 1.0), high)
             w = np.maximum(np.sqrt(high / low - 1), START_W)[:, None] * vectors[:, :, 1]
         else:
             across = np.stack([-self.direction[:, 1], self.direction[:, 0]], axis=1)
             low = np.einsum("ki,kij,kj->k", across, traction, across)
             along = np.einsum("ki,kij,kj->k", self.direction, traction, self.direction)
-            low = _sound(np.where(told, low, 1.0), high)
+            low = _sound(np.where(determined, low, 1.0), high)
             w = np.log(np.maximum(along / low, 1 + START_W**2))[:, None]
-        if told.any():
-            low = np.where(told, low, np.exp(np.mean(np.log(low[told]))))
-        return np.concatenate([np.log(low), np.where(told[:, None], w, 0.0).ravel()])
+        if determined.any():
+            low = np.where(determined, low, np.exp(np.mean(np.log(low[determined]))))
+        return np.concatenate([np.log(low), np.where(determined[:, None], w, 0.0).ravel()])
 
     def _scale(self, bare: FloatArray) -> FloatArray:
         if not self.frame_scale:

@@ -168,13 +168,13 @@ def _fit(
             coefficients[leg, :, : fit.coefficients.shape[1]] = fit.coefficients
             error[leg] = fit.standard_error(0.0)
     calibration = replace(blank, unloaded=readonly(coefficients), standard_error=readonly(error))
-    found = None
+    cross_talk = None
     if depth.cross_talk:
         standing = poses.part(usable(poses))
         free = standing.sensed - calibration.unloaded_wrench(standing.angle_rad)
-        found = fit_cross_talk(free, standing, places, point_feet=depth.point_feet)
-        calibration = replace(calibration, correction=found.correction)
-    return calibration, tuple(fits), found
+        cross_talk = fit_cross_talk(free, standing, places, point_feet=depth.point_feet)
+        calibration = replace(calibration, correction=cross_talk.correction)
+    return calibration, tuple(fits), cross_talk
 
 
 def residuals(
@@ -185,18 +185,18 @@ def residuals(
     chosen = usable(poses)
     left = balance_residual(wrench[chosen], poses.part(chosen), places)
     seen = np.einsum("nij,pj->pni", np.linalg.inv(wrench_maps(places)), left)
-    found = []
+    out = []
     for leg in range(len(calibration.legs)):
         loaded = ~poses.in_air[chosen, leg]
         air = wrench[poses.in_air[:, leg], leg]
         air = air[np.isfinite(air).all(axis=1)]
-        found.append(
+        out.append(
             SensorResidual(
                 *_force_and_moment(seen[loaded, leg]),
                 *_force_and_moment(air),
             )
         )
-    return tuple(found)
+    return tuple(out)
 
 
 def _force_and_moment(wrench: FloatArray) -> tuple[float, float]:
@@ -216,12 +216,12 @@ def _warnings(
     *,
     point_feet: bool,
 ) -> tuple[str, ...]:
-    said = []
+    warnings = []
     for name, stage in zip(legs, unloaded, strict=True):
         if stage is None:
-            said.append(f"{name}: no sensor readings; not calibrated")
+            warnings.append(f"{name}: no sensor readings; not calibrated")
         elif stage.widest_gap_rad > LONG_GAP_RAD:
-            said.append(
+            warnings.append(
                 f"{name}: no sample in the air within {np.degrees(stage.widest_gap_rad) / 2:.0f} deg "
                 f"of shaft angle {np.degrees(stage.gap_centre_rad):.0f} deg; leg gravity there is "
                 "extrapolated (hang the robot up and turn the leg to see it)"
@@ -230,13 +230,13 @@ def _warnings(
         for name, known in zip(legs, weak_axes(fit.resolution), strict=True):
             if known.any():
                 axes = ", ".join(axis for axis, weak in zip(AXES, known, strict=True) if weak)
-                said.append(
+                warnings.append(
                     f"{name}: the poses do not tell how a load in {axes} shows in the six readings; "
                     "those corrections stay near zero"
                 )
         if not point_feet:
-            said.append(SHARED)
-    return tuple(said)
+            warnings.append(SHARED)
+    return tuple(warnings)
 
 
 def weak_axes(resolution: FloatArray) -> BoolArray:

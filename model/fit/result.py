@@ -123,10 +123,10 @@ def spread(
     normal = np.diag(values[known])
     if penalty is not None:
         normal = normal + basis.T @ penalty @ basis
-    told = to_scaled @ basis
+    scaled_basis = to_scaled @ basis
     covariance = np.full((count, count), np.nan)
     if known.any():
-        covariance = variance * told @ np.linalg.solve(normal, told.T)
+        covariance = variance * scaled_basis @ np.linalg.solve(normal, scaled_basis.T)
     covariance[undetermined] = covariance[:, undetermined] = np.nan
     return Spread(readonly(covariance), readonly(undetermined), readonly(reference))
 
@@ -151,10 +151,10 @@ def _best_reference(null: FloatArray, scaled: BoolArray) -> tuple[BoolArray, Boo
         single = np.zeros(len(scaled))
         single[one] = 1.0
         unknown = _in_null_space(_scaling(scaled, single) @ null)
-        told = scaled & ~unknown
+        determined = scaled & ~unknown
         # next to itself a parameter is always told: one alone is no reference unless it is the only one
-        if told.sum() > max(best[0].sum(), min(1, scaled.sum() - 1)):
-            best = told, unknown
+        if determined.sum() > max(best[0].sum(), min(1, scaled.sum() - 1)):
+            best = determined, unknown
     return best
 
 

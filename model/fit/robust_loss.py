@@ -94,7 +94,7 @@ def minimise(
             values[:, -penalties:] = rho("linear", z[-penalties:])
         return values
 
-    ended = least_squares(
+    result = least_squares(
         residual,
         start,
         jac=jacobian,
@@ -106,7 +106,7 @@ def minimise(
         gtol=TOLERANCE,
         max_nfev=MOST_EVALUATIONS,
     )
-    return np.asarray(ended.x, dtype=np.float64), bool(ended.status > 0)
+    return np.asarray(result.x, dtype=np.float64), bool(result.status > 0)
 
 
 def influence(loss: Loss, residual: FloatArray, scale: float) -> tuple[FloatArray, FloatArray]:

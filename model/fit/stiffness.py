@@ -78,27 +78,27 @@ def fit_stiffness(
     frames = choose_share_frames(feet_B, vertical_n, weight_n, start, pose)
     names = tuple(leg_names) or tuple(str(leg) for leg in range(len(start)))
     search = _Search(frames, weight_n, spread_weight, loss, loss_scale)
-    found, ended = search.run(np.log(start))
-    known = search.spread(found, relative=False)
-    relative = search.spread(found, relative=True)
+    theta, converged = search.run(np.log(start))
+    known = search.spread(theta, relative=False)
+    relative = search.spread(theta, relative=True)
     if mean_stiffness is not None:
         # the mean is over legs that the data tell next to each other, or over all if they tell none
         reference = relative.reference if relative.reference.any() else np.ones_like(start, bool)
         search.hold_mean(mean_stiffness, reference)
-        found, ended = search.run(np.log(start))
-        known = relative = search.spread(found, relative=True)
-    stiffness = search.stiffness(found)
+        theta, converged = search.run(np.log(start))
+        known = relative = search.spread(theta, relative=True)
+    stiffness = search.stiffness(theta)
     undetermined = tuple(f"K {n}" for n, u in zip(names, known.undetermined, strict=True) if u)
     result = FitResult(
         names=tuple(f"K {name}" for name in names),
         values=readonly(stiffness),
         covariance=readonly(known.covariance * stiffness[:, None] * stiffness),
-        residual_rms=float(np.sqrt(np.mean(search.residual(found)[: search.shares] ** 2))),
+        residual_rms=float(np.sqrt(np.mean(search.residual(theta)[: search.shares] ** 2))),
         frames_used=len(frames.feet),
         left_out=frames.left_out,
         undetermined=undetermined,
         warnings=_warnings(names, known, relative, np.any(frames.contact, axis=0)),
-        converged=ended,
+        converged=converged,
     )
     return StiffnessFit(readonly(stiffness), result)
 
@@ -143,7 +143,7 @@ class _Search:
         return held
 
     def run(self, theta: FloatArray) -> tuple[FloatArray, bool]:
-        """Search from ``theta``; return where it ended and whether it ended by itself."""
+        """Search from ``theta``; return where it ended and whether it converged."""
         hold = self._tether * np.eye(len(theta))
         return minimise(
             lambda at: np.append(self.residual(at), hold @ (at - theta)),

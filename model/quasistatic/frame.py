@@ -63,7 +63,7 @@ def solve_frame(feet: FootMotion, contact: ContactParameters, weight_n: float) -
         raise ModelError(f"the contact parameters are not those of {count} legs")
     numbers = np.empty(6 + 6 * count)
     loaded = np.empty(count, dtype=np.bool_)
-    found, reason = frame_kernel(
+    status, reason = frame_kernel(
         position, velocity, contact.stiffness, contact.mu, contact.anisotropy, weight_n, numbers,
         loaded,
     )  # fmt: skip
@@ -72,18 +72,18 @@ def solve_frame(feet: FootMotion, contact: ContactParameters, weight_n: float) -
     slope_x, slope_y, height = numbers[:3].tolist()
     words = WORDS[reason]
     support = Support(
-        found >= 0,
-        "" if found >= 0 else words,
+        status >= 0,
+        "" if status >= 0 else words,
         height,
         slope_x,
         slope_y,
         numbers[6 : 6 + count],
         loaded,
-        max(found, 0),
+        max(status, 0),
     )
     traction = Traction(
         reason == 0,
-        words if found >= 0 else f"no support: {words}",
+        words if status >= 0 else f"no support: {words}",
         numbers[3:6],
         numbers[6 + count : 6 + 3 * count].reshape(count, 2),
         numbers[6 + 3 * count :].reshape(count, 3),
@@ -131,19 +131,19 @@ def frame_kernel(
     pose, velocity, loads = numbers[:3], numbers[3:6], numbers[6 : 6 + count]
     slip = numbers[6 + count : 6 + 3 * count].reshape(count, 2)
     force = numbers[6 + 3 * count :].reshape(count, 3)
-    found = support_kernel(place, np.zeros(count), springs, load, pose, loads, work)
-    if found < 0:
-        return found, -found
+    status = support_kernel(place, np.zeros(count), springs, load, pose, loads, work)
+    if status < 0:
+        return status, -status
     for k in range(count):
         loaded[k] = loads[k] > 0.0
     untilted = count < 0
     if not foot_speeds(speed, pose, untilted, work):
-        return found, NOT_A_NUMBER
+        return status, NOT_A_NUMBER
     reason = traction_kernel(work, loads, grip, velocity, slip, ansatz)
     if reason != 0:
         velocity[:] = np.nan
         slip[:] = np.nan
-        return found, reason
+        return status, reason
     scale = coulomb_scale(slip, ansatz, CREEP_SPEED_M_S)
     for k in range(count):
         force[k, 0] = scale * ansatz[k, 0]
@@ -151,4 +151,4 @@ def frame_kernel(
         force[k, 2] = loads[k]
         if not loaded[k]:
             slip[k, 0] = slip[k, 1] = np.nan
-    return found, 0
+    return status, 0

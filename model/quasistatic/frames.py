@@ -111,14 +111,14 @@ def solve_frames(
         )
     frames, count, _ = position.shape
     out = FrameSolutions(*(np.zeros(shape, kind) for shape, kind in layout(frames, count)))
-    trouble = _parameter_trouble(contact, weight_n, count)
-    if trouble is Reason.FINE:
+    problem = _parameter_problem(contact, weight_n, count)
+    if problem is Reason.FINE:
         ground, w = _ground(ground_m, frames, count), _anisotropy(contact, anisotropy_B, frames)
         fill_frames(out, feet, contact, weight_n, law, ground, w, tilt_coupling=tilt_coupling)
     else:
         for values in (out.pose, out.load_n, out.velocity_B, out.slip_B, out.force_xy_B):
             values.fill(np.nan)
-        out.reason.fill(trouble)
+        out.reason.fill(problem)
     for array in out:
         readonly(array)
     return out
@@ -181,7 +181,7 @@ def _ground(ground_m: FloatArray | None, frames: int, count: int) -> FloatArray:
     return ground_m.reshape(-1, count)
 
 
-def _parameter_trouble(contact: ContactParameters, weight_n: float, count: int) -> Reason:
+def _parameter_problem(contact: ContactParameters, weight_n: float, count: int) -> Reason:
     shapes = (contact.stiffness.shape, contact.mu.shape, contact.anisotropy.shape)
     if shapes != ((count,), (count,), (count, 2)):
         raise ModelError(

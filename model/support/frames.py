@@ -86,9 +86,9 @@ def _solve(
     work = np.empty((ROWS, feet.shape[1]))
     for f in range(feet.shape[0]):
         level = ground[f if ground.shape[0] > 1 else 0]
-        found = support_kernel(feet[f], level, stiffness, weight, pose[f], loads[f], work)
-        switches[f], reason[f] = max(found, 0), max(-found, 0)
-        if found < 0:
+        status = support_kernel(feet[f], level, stiffness, weight, pose[f], loads[f], work)
+        switches[f], reason[f] = max(status, 0), max(-status, 0)
+        if status < 0:
             pose[f, :] = np.nan
             loads[f, :] = np.nan
 

@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from model.compiled import compiled
-from model.traction.kernel import CREEP_SPEED_M_S
+from model.traction.kernel import CREEP_SPEED_M_S, coulomb_scale
 from model.values.arrays import FloatArray
 
 # Columns of the table of feet, (n, COLUMNS), all in units of the frame. Given: K [I, S q] in rows of three,
@@ -127,12 +127,8 @@ def _weaken(feet: FloatArray, law: FootLaw) -> None:
 @compiled
 def _follow(feet: FloatArray, creep: float) -> float:
     """Scale sigma that brings the duals nearest to Coulomb's at the present slips."""
-    power, aim = 0.0, 0.0
-    for k in range(feet.shape[0]):
-        square = feet[k, DUAL] ** 2 + feet[k, DUAL + 1] ** 2
-        power += square
-        aim += square / (np.sqrt(feet[k, SLIP] ** 2 + feet[k, SLIP + 1] ** 2) + creep)
-    return aim / power if power > 0.0 else 1.0 / creep
+    scale = coulomb_scale(feet[:, SLIP : SLIP + 2], feet[:, DUAL : DUAL + 2], creep)
+    return scale if scale > 0.0 else 1.0 / creep
 
 
 @compiled
@@ -264,7 +260,7 @@ def descend(
         feet[k, DUAL] = feet[k, DUAL + 1] = 0.0
         feet[k, GRIP] = feet[k, LIMIT]
         gap += feet[k, LIMIT] * np.sqrt(feet[k, SLIP] ** 2 + feet[k, SLIP + 1] ** 2)
-    s = max(min(start, gap), rest) if coulomb else start
+    s = max(min(start, gap), rest) if coulomb else start if start > 0.0 else 1.0 / law.creep
     for _ in range(FOLLOWING_STEPS if follows else STEPS):
         if exact and gap <= GAP:
             return gap, True

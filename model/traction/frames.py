@@ -11,16 +11,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from model.compiled import FLAG, compile_for, compiled, compiled_sums
+from model.compiled import FLAG, compile_for, compiled
 from model.errors import ModelError
-from model.support.kernel import ROWS, SPEED_X, SPEED_Y, W_X, W_Y, X, Y
+from model.support.kernel import ROWS, SPEED_X, SPEED_Y, X, Y
 from model.traction.coulomb_frame import balance_frame
 from model.traction.coulomb_kernel import FootLaw
 from model.traction.kernel import (
     CREEP_SPEED_M_S,
     FINE,
-    TOO_FEW_FEET,
     coulomb_scale,
+    lay_anisotropy,
     traction_kernel,
 )
 from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
@@ -215,30 +215,6 @@ def balance_frames(given: Given, law: FootLaw, out: TractionSolutions, *, newton
     _balance(given, FootLaw(law.coulomb, *map(float, law[1:])), newtons, out)
 
 
-@compiled_sums
-def _lay(
-    f: int, feet: FloatArray, speed: FloatArray, limit: FloatArray, w: FloatArray, give: FloatArray,
-    work: FloatArray, loads: FloatArray, elastic: FloatArray,
-) -> int:  # fmt: skip
-    """Lay out a frame; the reason why it has no answer, or FINE."""
-    loaded, check = 0, 0.0
-    for k in range(loads.size):
-        c, x, y = limit[f, k], feet[f, k, 0], feet[f, k, 1]
-        loads[k], work[X, k], work[Y, k] = c, x, y
-        work[SPEED_X, k], work[SPEED_Y, k] = speed[f, k, 0], speed[f, k, 1]
-        loaded += c > 0.0
-        check += 0.0 * c + 0.0 * x + 0.0 * y
-        for i in range(speed.shape[2]):
-            check += 0.0 * speed[f, k, i]
-        if f == 0 or w.shape[0] > 1:
-            work[W_X, k], work[W_Y, k] = w[f, k, 0], w[f, k, 1]
-        if elastic.shape[0] > 0 and (f == 0 or give.shape[0] > 1):
-            elastic[k, 0], elastic[k, 1] = give[f, k, 0], give[f, k, 1]
-    if check != 0.0:
-        return NOT_A_NUMBER
-    return FINE if loaded >= 2 else TOO_FEW_FEET
-
-
 @compiled
 def _balance(given: Given, law: FootLaw, newtons: bool, out: TractionSolutions) -> None:
     feet, speed, limit, w, others, give, kept = given
@@ -250,10 +226,22 @@ def _balance(given: Given, law: FootLaw, newtons: bool, out: TractionSolutions) 
     elastic = np.zeros((count if give.shape[0] > 0 else 0, 4))
     heavy = kept[0] > 0.0 or kept[1] > 0.0
     plain = not law.coulomb and law.static_ratio == 1.0 and give.shape[0] == 0
-    warm = False
+    warm, last = False, speed.shape[2] - 1
     for f in range(frames):
-        if reason[f] == FINE:
-            reason[f] = _lay(f, feet, speed, limit, w, give, work, loads, elastic)
+        check = 0.0
+        for k in range(count):
+            c, x, y = limit[f, k], feet[f, k, 0], feet[f, k, 1]
+            x_speed, y_speed = speed[f, k, 0], speed[f, k, 1]
+            loads[k], work[X, k], work[Y, k] = c, x, y
+            work[SPEED_X, k], work[SPEED_Y, k] = x_speed, y_speed
+            check += 0.0 * (c + x + y + x_speed + y_speed + speed[f, k, last])
+        if f == 0 or w.shape[0] > 1:
+            lay_anisotropy(w[f], work)
+        for k in range(elastic.shape[0]):
+            if f == 0 or give.shape[0] > 1:
+                elastic[k, 0], elastic[k, 1] = give[f, k, 0], give[f, k, 1]
+        if reason[f] == FINE and check != 0.0:
+            reason[f] = NOT_A_NUMBER
         if reason[f] == FINE:
             pushed = False
             for i in range(outside.size):

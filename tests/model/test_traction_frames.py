@@ -203,6 +203,18 @@ def test_a_sliding_mass_slows_by_friction_alone() -> None:
     assert np.allclose(alone.velocity_B[:, 0], 0.2 - 30.0 / 60.0 * 0.1, atol=1e-6)
 
 
+@pytest.mark.parametrize("law", [VISCOUS, FootLaw(True, 1e-3)])
+def test_a_push_moves_a_body_at_rest(law: FootLaw) -> None:
+    """Half of what friction holds: either law creeps, on the scale of its rest."""
+    feet = np.tile(np.array([[0.3, 0.0], [-0.15, 0.2], [-0.15, -0.2]]), (2, 1, 1))
+    still, limit = np.zeros((2, 3, 2)), np.full((2, 3), 10.0)
+    push = Pushes(np.tile([15.0, 0.0, 0.0], (2, 1)))
+    found = solve_traction_frames(feet, still, limit, np.zeros((1, 3, 2)), law, push, 0.02)
+    assert np.allclose(found.force_xy_B, [-5.0, 0.0])
+    creep = 1e-3 / np.sqrt(3.0) if law.coulomb else 1e-3
+    assert np.allclose(found.velocity_B, [creep, 0.0, 0.0])
+
+
 def test_a_foot_that_gives_springs_before_it_slides() -> None:
     """Three feet, one alone pulled along x at a steady speed: its force grows by speed / compliance."""
     feet = np.tile(np.array([[0.3, 0.0], [-0.2, 0.2], [-0.2, -0.2]]), (50, 1, 1))
