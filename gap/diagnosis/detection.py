@@ -1,7 +1,7 @@
 """Whether there is a gap above what references show, and what size of a cause would have shown.
 
 Energies of the trials are compared with those of references by Student's t. The size that would have shown
-comes from a null of synthetic runs: each reference in units of what the others let expect is cut into
+comes from a null of synthetic runs: each reference in units of what the others predict is cut into
 blocks, blocks are laid over the trials with random signs, and the largest first-order gain of any candidate
 on them (all weights 1, no bounds) is what a cause must exceed.
 """
@@ -33,7 +33,7 @@ LEAST_SCATTER = 0.05  # of a mean logarithm between runs
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Healthy:
-    """One reference in units of what the others let expect.
+    """One reference in units of what the others predict.
 
     Attributes:
         part: The reference.

@@ -1,6 +1,6 @@
 """How far the gap shrinks on trials that no fit and no selection has seen.
 
-End to end (``Drive.COMMAND``), with what references let expect subtracted, in units of the floor.
+End to end (``Drive.COMMAND``), with what references predict subtracted, in units of the floor.
 """
 
 from collections.abc import Iterator, Sequence

@@ -40,7 +40,7 @@ def remeasure(
 ) -> HowFar:
     """Measure the gap with both simulators on the trials that a diagnosis holds out.
 
-    What references let expect is subtracted from both, as in the diagnosis. They are of the robot before it
+    What references predict is subtracted from both, as in the diagnosis. They are of the robot before it
     changed, so only the simulator before is compared with them.
 
     Args:

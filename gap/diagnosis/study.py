@@ -66,7 +66,7 @@ class Study:
         return self._baseline(drive)[0]
 
     def healthy_runs(self, drive: Drive) -> tuple[Healthy, ...]:
-        """Return each reference in units of what the others let expect; none for fewer than two."""
+        """Return each reference in units of what the others predict; none for fewer than two."""
         return self._baseline(drive)[1]
 
     def evidence(self, drive: Drive) -> Evidence:

@@ -21,7 +21,7 @@ class Whitener:
     """A linear map for one part, and the expected misfit that is subtracted first.
 
     Attributes:
-        expected: Misfit that references let expect, (F, C).
+        expected: Misfit that references predict, (F, C).
         gain: Root of the weight over the noise; 0 where nothing is compared, (F, C).
         basis: Orthonormal directions, (F, K).
         shrink: What is subtracted along them, 0 to 1, (K, C).

@@ -26,7 +26,7 @@ def chance_healthy(evidence: Evidence, healthy: Evidence, fitted: Fitted, added:
 
     Args:
         evidence: The trials.
-        healthy: The references, each whitened by what others let expect.
+        healthy: The references, each whitened by what others predict.
         fitted: All causes, ``added`` among them.
         added: The cause in question.
     """

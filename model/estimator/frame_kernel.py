@@ -14,12 +14,17 @@ import numpy as np
 from model.compiled import NUMBER, compile_for, compiled, given
 from model.support.kernel import ROWS, support_kernel
 from model.traction.coulomb_frame import coulomb_frame
-from model.traction.kernel import foot_speeds, lay_anisotropy, traction_kernel
+from model.traction.kernel import (
+    CREEP_SPEED_M_S,
+    coulomb_scale,
+    foot_speeds,
+    lay_anisotropy,
+    traction_kernel,
+)
 from model.values.arrays import BoolArray, FloatArray
 from model.values.estimate import FIXED, SCALE
 
 NOT_A_NUMBER = 1
-CREEP_SPEED_M_S = 1e-3  # as in ``model.frame_kernel``: puts the ansatz' forces on a scale
 FRAME, STIFFNESS, FRICTION, SPEED = 0, 1, 2, 3  # what is stepped
 LOG_STEP = 0.01  # of log mu and log K
 SPEED_STEP_M_S = 1e-4  # of a foot's speed
@@ -135,18 +140,6 @@ def _slip_share(loads: FloatArray, slip: FloatArray, rested: BoolArray, rest_spe
 
 
 @compiled
-def _scale(force: FloatArray, slip: FloatArray) -> float:
-    """What brings the ansatz' forces nearest to Coulomb's law at the same slips."""
-    power, aim = 0.0, 0.0
-    for k in range(force.shape[0]):
-        square = force[k, 0] ** 2 + force[k, 1] ** 2
-        power += square
-        if square > 0.0:
-            aim += square / (np.sqrt(slip[k, 0] ** 2 + slip[k, 1] ** 2) + CREEP_SPEED_M_S)
-    return aim / power if power > 0.0 else 0.0
-
-
-@compiled
 def _blend(
     work: FloatArray,
     loads: FloatArray,
@@ -159,7 +152,7 @@ def _blend(
     twist, slip, viscous = ansatz
     if share >= 1.0 or traction_kernel(work, loads, mu, twist, slip, viscous) != 0:
         return
-    rest = (1.0 - share) * _scale(viscous, slip)
+    rest = (1.0 - share) * coulomb_scale(slip, viscous, CREEP_SPEED_M_S)
     for k in range(loads.size):
         for i in range(2):
             force[k, i] = share * force[k, i] + rest * viscous[k, i]
@@ -276,7 +269,7 @@ def neighbourhood_kernel(
             if law.coulomb:
                 share = _slip_share(carried, side, rest, law.rest_speed)
             else:
-                scale = _scale(pull, side)
+                scale = coulomb_scale(side, pull, CREEP_SPEED_M_S)
         if stage in (FRAME, STIFFNESS):
             _lay_row(tilt, rows[row, 3:6])
             for j in range(count):

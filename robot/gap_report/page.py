@@ -145,7 +145,7 @@ def _card(one: NamedCause) -> dict[str, object]:
 
 
 def _next(d: Diagnosis) -> dict[str, object]:
-    """The best runs that would tell."""
+    """The best discriminating runs."""
     shown = d.next[:MOST_NEXT]
     pair = common_pair(shown)
     limits = any(one.limits for one in shown)

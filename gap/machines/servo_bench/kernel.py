@@ -5,11 +5,11 @@ stays stable), and dry friction takes at most what would stop the shaft within t
 """
 
 import numpy as np
+from scipy.constants import g as standard_gravity
 
 from model.compiled import compiled
 from model.values.arrays import FloatArray
 
-GRAVITY = 9.80665
 # Places in the array of numbers.
 (DELAY, LAG, PLAY, KP, KD, KI, DUTY_LIMIT, SUPPLY, TORQUE_CONSTANT, RESISTANCE, ARMATURE, MASS_LENGTH,
  LOAD_INERTIA, COULOMB, VISCOUS, STRIBECK, STRIBECK_SPEED, LOAD_FRICTION, BACKLASH, DROOP, BREAK_TORQUE,
@@ -78,7 +78,7 @@ def run_motor(
                 out[i, 0] = shaft
                 out[i, 1] = duty
                 out[i, 2] = (duty * p[SUPPLY] - kt * speed) / resistance
-            load = -p[MASS_LENGTH] * GRAVITY * np.sin(shaft)
+            load = -p[MASS_LENGTH] * standard_gravity * np.sin(shaft)
             motor = kt * duty * p[SUPPLY] / resistance
             free = (speed + dt / inertia * (motor + load)) / (1.0 + dt / inertia * damping)
             dry = p[COULOMB] + p[LOAD_FRICTION] * abs(load)

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
+from scipy.constants import g as standard_gravity
 
 from gap.causes import check_causes
 from gap.data.check import check_trial
@@ -189,7 +190,7 @@ def _run(even: EvenTrial, at: int, joint: ServoJoint, p: FloatArray) -> FloatArr
         out[:, 0] = target
     else:
         out = k.run_motor(target, even.period_s, start, 0.0, p)
-    gravity = -p[k.MASS_LENGTH] * k.GRAVITY * np.sin(out[:, 0])
+    gravity = -p[k.MASS_LENGTH] * standard_gravity * np.sin(out[:, 0])
     load = np.where(np.isfinite(torque), torque, gravity)
     out[:, 0] += p[k.DROOP] * load
     if joint.ideal:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
+from scipy.constants import g as standard_gravity
 from scipy.signal import savgol_filter
 
 from gap.causes import check_causes
@@ -24,7 +25,6 @@ from model.parameters.tables import parse_table
 from model.values.arrays import FloatArray, readonly
 from record.trial.trial import Trial
 
-GRAVITY = 9.80665
 WINDOW_S = 0.08
 ORDER = 2
 REST_M_S = 0.03  # slower than this a body is about to stick, and a direction means little
@@ -81,7 +81,7 @@ class Slide:
 @compiled
 def _friction(v: FloatArray, coulomb: bool, mu: float, per_m_s: float) -> FloatArray:
     speed = np.sqrt(v[0] * v[0] + v[1] * v[1])
-    level = mu * max(1.0 + per_m_s * speed, 0.0) * GRAVITY
+    level = mu * max(1.0 + per_m_s * speed, 0.0) * standard_gravity
     if coulomb:
         level = level / max(speed, 1e-9)
     pull: FloatArray = -level * v
@@ -100,11 +100,11 @@ def _coast(
     for i in range(frames):
         out[i] = v
         for _ in range(SUBSTEPS):
-            pull = -GRAVITY * slope
+            pull = -standard_gravity * slope
             step = h * (_friction(v, coulomb, mu, per_m_s) + pull)
             speed = np.sqrt(v[0] * v[0] + v[1] * v[1])
-            if coulomb and speed < h * GRAVITY * mu:
-                held = np.sqrt(pull[0] ** 2 + pull[1] ** 2) <= mu * GRAVITY
+            if coulomb and speed < h * standard_gravity * mu:
+                held = np.sqrt(pull[0] ** 2 + pull[1] ** 2) <= mu * standard_gravity
                 v = 0.0 * pull if held else h * pull
             else:
                 v = v + step
@@ -177,7 +177,7 @@ class SlidingBody:
             rate = np.array(
                 [_friction(v, law.coulomb, law.mu, law.per_m_s) for v in slide.velocity_m_s]
             )
-            rate = rate - GRAVITY * slope
+            rate = rate - standard_gravity * slope
             steps = 0.5 * (rate[1:] + rate[:-1]) * slide.period_s
             grown = np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
             velocity = start + grown - grown[edge]
