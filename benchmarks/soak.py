@@ -35,10 +35,8 @@ from robot.run.loop import run
 from robot.run.rig import Rig
 from robot.virtual.open import VirtualSettings, open_in_memory
 from sim_hw.dynamixel.firmware import FirmwareBank
-from sim_hw.faults.catalog import KINDS
-from sim_hw.faults.kinds import ChanceFault, Fault
+from sim_hw.faults.kinds import KINDS, STALL_CURRENT_A, ChanceFault, Fault
 from sim_hw.faults.scenario import Course, Scenario
-from sim_hw.faults.servo_kinds import STALL_CURRENT_A
 from sim_hw.host.bench_world import BenchWorld
 
 RUN_S = 60.0

@@ -2,9 +2,8 @@
 
 from collections.abc import Sequence
 
-from sim_hw.faults.kinds import Fault
+from sim_hw.faults.kinds import ConsoleStall, Fault, SplitConsole
 from sim_hw.faults.time import ScenarioTime
-from sim_hw.faults.wnet_kinds import ConsoleStall, SplitConsole
 from sim_hw.interfaces import ConsoleEnd
 
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from model.values.arrays import FloatArray
 from sim_hw.dynamixel.bus import VirtualServoBus
-from sim_hw.faults.kinds import Fault
-from sim_hw.faults.servo_kinds import (
+from sim_hw.faults.kinds import (
     Brownout,
+    Fault,
     Overheating,
     Overload,
     SilentServo,

@@ -9,18 +9,18 @@ from collections.abc import Sequence
 from drivers.ati.packets import Command, parse_command
 from sim_hw.ati.unit import VirtualWnet
 from sim_hw.faults.console import FaultyConsole
-from sim_hw.faults.kinds import Fault
-from sim_hw.faults.records import RecordFaults
-from sim_hw.faults.time import Dice, ScenarioTime
-from sim_hw.faults.wnet_kinds import (
+from sim_hw.faults.kinds import (
     Batching,
     DuplicatePacket,
+    Fault,
     PacketLoss,
     PortChangeStall,
     ReorderedPacket,
     SampleRate,
     SilentStop,
 )
+from sim_hw.faults.records import RecordFaults
+from sim_hw.faults.time import Dice, ScenarioTime
 from sim_hw.interfaces import ConsoleEnd
 
 SMALLEST_RECORD = 18

@@ -24,8 +24,8 @@ from model.errors import BusError
 from model.values.parameters import RobotParameters
 from sim_hw.ati.sockets import WnetSockets
 from sim_hw.dynamixel.pty import PtyServoBus
+from sim_hw.faults.kinds import Unplug
 from sim_hw.faults.scenario import Scenario
-from sim_hw.faults.servo_kinds import Unplug
 from sim_hw.host.truth_link import TruthReceiver, TruthSender
 from sim_hw.host.virtual_robot import VirtualRobot, build_virtual_robot
 from sim_hw.interfaces import Served
