@@ -112,7 +112,7 @@ class TwinRollout:
         for index, ticks in enumerate(world.encoder_ticks):
             firmware.restart(index, float(ticks))
         firmware.goal_position[:] = world.encoder_ticks
-        firmware.torque[:] = True
+        firmware.servos["torque"] = True
         now_ns = self._stand_up(world, firmware.goal_position, commands[0])
         _begin_at(world, trial)
         return self._walk(trial, twin, world, firmware.goal_position, commands, turns, now_ns)

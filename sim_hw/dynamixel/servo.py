@@ -13,6 +13,7 @@ from drivers.dynamixel.frames import Instruction, StatusError
 from drivers.dynamixel.mx106 import (
     CURRENT_UNIT_A,
     REGISTER,
+    TICK_RAD,
     TICKS_PER_TURN,
     VELOCITY_UNIT_RAD_S,
     VOLTAGE_UNIT_V,
@@ -21,7 +22,7 @@ from drivers.dynamixel.mx106 import (
 )
 from sim_hw.assumed import SERVO_ASSUMED, ServoAssumed
 from sim_hw.dynamixel.control_table import ControlTable
-from sim_hw.dynamixel.firmware import POSITION_MODES, FirmwareBank
+from sim_hw.dynamixel.firmware import COPIED, POSITION_MODES, TURNED, FirmwareBank
 from sim_hw.dynamixel.protection import Protection
 from sim_hw.interfaces import MotorWorld
 
@@ -29,6 +30,7 @@ CLEAR_MULTI_TURN = bytes.fromhex("01 44 58 4C 22")
 RAM_ONLY_FROM = REGISTER["torque_enable"].address
 REVERSE = 0x01  # bit of Drive Mode
 LARGEST_OFFSET_IN_POSITION_MODE = 1024
+PROFILE_ONGOING_TICKS = 0.5  # the trajectory is farther than this from its goal
 NO_PROFILE, RECTANGULAR, TRAPEZOIDAL = 0x00, 0x10, 0x30  # bits of Moving Status
 # What a mode change sets (e-manual: gains of that mode; the same ones in all modes are assumed).
 MODE_DEFAULTS = tuple(
@@ -77,6 +79,7 @@ class VirtualServo:
         self._index = index
         self._world = world
         self._firmware = firmware
+        self._loop = firmware.servos[index]  # a view: what is written here is what the loop runs on
         self._rebase_ticks = 0  # turns taken off the continuous encoder by reboot or Clear
         self._heard_ns = 0
         self._registered: tuple[int, bytes] | None = None
@@ -134,10 +137,8 @@ class VirtualServo:
         self.table.set("profile_velocity", 0)
         self.table.set("profile_acceleration", 0)
         self._sync_firmware()
-        ticks = self._shaft()
-        self._firmware.trajectory[self._index] = ticks
-        self._firmware.goal_position[self._index] = ticks
-        self._firmware.stopped[self._index] = True
+        self._loop.trajectory = self._loop.goal_position = self._shaft()
+        self._loop.stopped = True
 
     # Instructions.
 
@@ -202,7 +203,7 @@ class VirtualServo:
             elif wanted != torque_before:
                 self._set_torque(on=wanted)
         if "bus_watchdog" in touched:
-            self._firmware.stopped[self._index] = False
+            self._loop.stopped = False
             self._heard_ns = t_ns
         self._sync_firmware()
         return StatusError.NONE
@@ -246,7 +247,7 @@ class VirtualServo:
             return StatusError.RESULT_FAIL, b""
         self._into_one_turn()
         self._goal_is_here()
-        self._firmware.trajectory[self._index] = self._shaft()
+        self._loop.trajectory = self._shaft()
         self._sync_firmware()
         return 0, b""
 
@@ -266,7 +267,7 @@ class VirtualServo:
 
     @property
     def _torque(self) -> bool:
-        return bool(self._firmware.torque[self._index])
+        return bool(self._loop.torque)
 
     @property
     def _shut_down(self) -> bool:
@@ -298,14 +299,12 @@ class VirtualServo:
         self._rebase_ticks = int(np.floor(self._encoder() / TICKS_PER_TURN)) * TICKS_PER_TURN
 
     def _set_torque(self, *, on: bool) -> None:
-        i = self._index
         self.table.set("torque_enable", int(on))
         if on:
             if self.table.get("operating_mode") == OperatingMode.POSITION:
                 self._into_one_turn()
-            self._firmware.restart(i, self._shaft())
-        self._firmware.torque[i] = on
-        self._firmware.stopped[i] = False
+            self._firmware.restart(self._index, self._shaft())
+        self._loop.torque, self._loop.stopped = on, False
 
     def _changed_mode(self) -> None:
         mode = self.table.get("operating_mode")
@@ -324,23 +323,15 @@ class VirtualServo:
 
     def _sync_firmware(self) -> None:
         """Copy the registers the control loop works from."""
-        bank, i, get, sense = self._firmware, self._index, self.table.get, self._sense
-        bank.mode[i] = get("operating_mode")
-        if not bank.stopped[i]:
-            bank.goal_position[i] = sense * (get("goal_position") - self._offset)
+        loop, get, sense = self._loop, self.table.get, self._sense
+        if not loop.stopped:
+            loop.goal_position = sense * (get("goal_position") - self._offset)
         if not self._torque:
-            bank.goal_position[i] = bank.trajectory[i] = self._shaft()
-        bank.goal_velocity[i] = sense * get("goal_velocity")
-        bank.goal_current[i] = sense * get("goal_current")
-        bank.goal_pwm[i] = sense * get("goal_pwm")
-        bank.pwm_limit[i] = get("pwm_limit")
-        bank.position_p[i], bank.position_i[i] = get("position_p_gain"), get("position_i_gain")
-        bank.position_d[i] = get("position_d_gain")
-        bank.velocity_p[i], bank.velocity_i[i] = get("velocity_p_gain"), get("velocity_i_gain")
-        bank.feedforward_1[i] = get("feedforward_1st_gain")
-        bank.feedforward_2[i] = get("feedforward_2nd_gain")
-        bank.profile_velocity[i] = get("profile_velocity")
-        bank.profile_acceleration[i] = get("profile_acceleration")
+            loop.goal_position = loop.trajectory = self._shaft()
+        for name in COPIED:
+            setattr(loop, name, get(name))
+        for name in TURNED:
+            setattr(loop, name, sense * get(name))
 
     def _is_moving(self) -> bool:
         threshold = self.table.get("moving_threshold") * VELOCITY_UNIT_RAD_S
@@ -348,25 +339,32 @@ class VirtualServo:
 
     def _measure(self, t_ns: int) -> None:
         """Fill the registers of what is measured."""
-        world, bank, i, put = self._world, self._firmware, self._index, self.table.set
+        world, loop, i, put = self._world, self._loop, self._index, self.table.set
         put("realtime_tick", (t_ns // 1_000_000) % 32768)
         sense = self._sense
         rate = sense * float(world.encoder_rate[i])
         put("moving", int(self._is_moving()))
         put("moving_status", self._moving_status())
-        put("present_pwm", round(sense * float(bank.pwm[i])))
+        put("present_pwm", round(sense * float(loop.pwm)))
         put("present_current", round(sense * float(world.current_a[i]) / CURRENT_UNIT_A))
         put("present_velocity", round(rate / VELOCITY_UNIT_RAD_S))
         put("present_position", round(self._encoder()) + self._offset)
-        put("velocity_trajectory", round(sense * bank.planned_velocity(i)))
-        put("position_trajectory", round(sense * float(bank.trajectory[i])) + self._offset)
+        put("velocity_trajectory", round(sense * self._planned_velocity()))
+        put("position_trajectory", round(sense * float(loop.trajectory)) + self._offset)
         put("present_input_voltage", round(float(world.supply_v[i]) / VOLTAGE_UNIT_V))
         put("present_temperature", max(0, round(float(world.temperature_c[i]))))
 
+    def _planned_velocity(self) -> float:
+        """What the profile asks for now [counts]."""
+        if self._loop.operating_mode == OperatingMode.VELOCITY:
+            return float(self._loop.ramp_velocity)
+        return float(self._loop.trajectory_rate) * TICK_RAD / VELOCITY_UNIT_RAD_S
+
     def _moving_status(self) -> int:
-        bank, i = self._firmware, self._index
-        if not self._torque or bank.mode[i] not in POSITION_MODES or not bank.profile_ongoing()[i]:
+        loop = self._loop
+        ongoing = abs(loop.goal_position - loop.trajectory) > PROFILE_ONGOING_TICKS
+        if not self._torque or loop.operating_mode not in POSITION_MODES or not ongoing:
             return 0x01
-        if not bank.profile_velocity[i]:
+        if not loop.profile_velocity:
             return 0x02 | NO_PROFILE
-        return 0x02 | (TRAPEZOIDAL if bank.profile_acceleration[i] else RECTANGULAR)
+        return 0x02 | (TRAPEZOIDAL if loop.profile_acceleration else RECTANGULAR)
