@@ -280,7 +280,7 @@ class VirtualServo:
 
     def _shaft(self) -> float:
         """The continuous encoder in the world's own sense, before rounding [ticks]."""
-        return float(self._world.encoder_ticks[self._index])
+        return float(self._world.motors().ticks[self._index])
 
     def _encoder(self) -> float:
         """The same in the sense that Drive Mode asks for."""
@@ -335,24 +335,23 @@ class VirtualServo:
 
     def _is_moving(self) -> bool:
         threshold = self.table.get("moving_threshold") * VELOCITY_UNIT_RAD_S
-        return bool(abs(self._world.encoder_rate[self._index]) > threshold)
+        return bool(abs(self._world.motors().rate_rad_s[self._index]) > threshold)
 
     def _measure(self, t_ns: int) -> None:
         """Fill the registers of what is measured."""
-        world, loop, i, put = self._world, self._loop, self._index, self.table.set
+        motors, loop, i, put = self._world.motors(), self._loop, self._index, self.table.set
         put("realtime_tick", (t_ns // 1_000_000) % 32768)
         sense = self._sense
-        rate = sense * float(world.encoder_rate[i])
         put("moving", int(self._is_moving()))
         put("moving_status", self._moving_status())
         put("present_pwm", round(sense * float(loop.pwm)))
-        put("present_current", round(sense * float(world.current_a[i]) / CURRENT_UNIT_A))
-        put("present_velocity", round(rate / VELOCITY_UNIT_RAD_S))
+        put("present_current", round(sense * float(motors.current_a[i]) / CURRENT_UNIT_A))
+        put("present_velocity", round(sense * float(motors.rate_rad_s[i]) / VELOCITY_UNIT_RAD_S))
         put("present_position", round(self._encoder()) + self._offset)
         put("velocity_trajectory", round(sense * self._planned_velocity()))
         put("position_trajectory", round(sense * float(loop.trajectory)) + self._offset)
-        put("present_input_voltage", round(float(world.supply_v[i]) / VOLTAGE_UNIT_V))
-        put("present_temperature", max(0, round(float(world.temperature_c[i]))))
+        put("present_input_voltage", round(float(motors.supply_v[i]) / VOLTAGE_UNIT_V))
+        put("present_temperature", max(0, round(float(motors.temperature_c[i]))))
 
     def _planned_velocity(self) -> float:
         """What the profile asks for now [counts]."""

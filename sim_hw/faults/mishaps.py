@@ -3,7 +3,6 @@
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -19,18 +18,10 @@ from sim_hw.faults.kinds import (
     Unplug,
 )
 from sim_hw.faults.time import ScenarioTime
-from sim_hw.interfaces import FirmwareControl, MotorWorld
+from sim_hw.interfaces import FirmwareControl, MotorReadings, MotorWorld
 
 FOREVER_NS = 2**62
 MISHAPS = (SilentServo, Brownout, Overheating, Overload, StuckShaft, Unplug)
-
-
-class Jammable(MotorWorld, Protocol):
-    """Motors whose shafts can be jammed."""
-
-    def jam(self, index: int, torque_n_m: float) -> None:
-        """Give a shaft so much dry friction on top of its own; 0 frees it."""
-        ...
 
 
 class DisturbedMotors:
@@ -51,31 +42,18 @@ class DisturbedMotors:
         """Let the world run."""
         self._world.advance_to(t_ns)
 
-    @property
-    def encoder_ticks(self) -> FloatArray:
-        """Output position."""
-        return self._world.encoder_ticks
+    def motors(self) -> MotorReadings:
+        """Return what the sensors give; an overload's current flows only while the motor is driven."""
+        now, driven = self._world.motors(), self._firmware.driven
+        loaded = {i: a for i, a in self.loaded.items() if driven[i]}
+        return now._replace(
+            current_a=_replaced(now.current_a, loaded),
+            temperature_c=_replaced(now.temperature_c, self.hot),
+        )
 
-    @property
-    def encoder_rate(self) -> FloatArray:
-        """Output speed."""
-        return self._world.encoder_rate
-
-    @property
-    def current_a(self) -> FloatArray:
-        """Motor current; that of an overload flows only while the motor is driven."""
-        driven = self._firmware.driven
-        return _replaced(self._world.current_a, {i: a for i, a in self.loaded.items() if driven[i]})
-
-    @property
-    def supply_v(self) -> FloatArray:
-        """Voltage at each servo."""
-        return self._world.supply_v
-
-    @property
-    def temperature_c(self) -> FloatArray:
-        """Motor temperature."""
-        return _replaced(self._world.temperature_c, self.hot)
+    def jam(self, index: int, torque_n_m: float) -> None:
+        """Jam a shaft, or free it."""
+        self._world.jam(index, torque_n_m)
 
 
 def _replaced(values: FloatArray, others: dict[int, float]) -> FloatArray:
@@ -97,7 +75,6 @@ class ServoMishaps:
     Args:
         bus: The servos.
         motors: What their sensors see; the bus was built on it.
-        world: The motors themselves.
         faults: All faults of the scenario.
         time: The scenario's time.
     """
@@ -106,13 +83,11 @@ class ServoMishaps:
         self,
         bus: VirtualServoBus,
         motors: DisturbedMotors,
-        world: Jammable,
         faults: Sequence[Fault],
         time: ScenarioTime,
     ) -> None:
         self._bus = bus
         self._motors = motors
-        self._world = world
         self._time = time
         self._watched = [_Watched(fault) for fault in faults if isinstance(fault, MISHAPS)]
         self._index = {servo.servo_id: i for i, servo in enumerate(bus.servos)}
@@ -185,7 +160,7 @@ class ServoMishaps:
         self.plugged = not any(isinstance(fault, Unplug) for fault in active)
         self._silence(silent)
         for i, torque_n_m in jammed.items():
-            self._world.jam(i, torque_n_m)
+            self._motors.jam(i, torque_n_m)
 
     def _silence(self, silent: dict[int, bool]) -> None:
         """Take servos off the wire; put back only those that we took."""

@@ -78,7 +78,7 @@ def build_virtual_robot(
         sensors=twin.sensors if twin is not None else None,
     )
     if twin is not None and GoalPath.needed(twin.plant.drive):
-        firmware.goal_path = GoalPath(twin.plant.drive, world.encoder_ticks, plant.dt_s, seed)
+        firmware.goal_path = GoalPath(twin.plant.drive, world.motors().ticks, plant.dt_s, seed)
     return put_devices(world, firmware, servo_bus, force_sensor, seed, scenario, twin)
 
 
@@ -116,7 +116,7 @@ def put_devices(
     )
     wnet = VirtualWnet(world, transducers, seed=seed, noise=noise, assumed=scenario.force_unit)
     time = ScenarioTime(scenario.course.begins)
-    mishaps = ServoMishaps(servos, motors, world, scenario.faults, time)
+    mishaps = ServoMishaps(servos, motors, scenario.faults, time)
     return VirtualRobot(
         world=world,
         servos=servos,
