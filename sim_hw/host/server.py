@@ -5,7 +5,9 @@ Python's interpreter lock, and so that a control program can be killed while its
 existing, which is the case the servos' watchdog is for.
 """
 
+import contextlib
 import os
+import pickle
 import select
 import socket
 from collections.abc import Callable
@@ -22,11 +24,11 @@ from drivers.clock import Clock, MonotonicClock
 from drivers.dynamixel.settings import ServoBusSettings
 from model.errors import BusError
 from model.values.parameters import RobotParameters
+from model.values.readings import BodyTruth
 from sim_hw.ati.sockets import WnetSockets
 from sim_hw.dynamixel.pty import PtyServoBus
 from sim_hw.faults.kinds import Unplug
 from sim_hw.faults.scenario import Scenario
-from sim_hw.host.truth_link import TruthReceiver, TruthSender
 from sim_hw.host.virtual_robot import VirtualRobot, build_virtual_robot
 from sim_hw.interfaces import Served
 from sim_hw.twin.twin import Twin
@@ -85,7 +87,7 @@ def serve(
     robot: VirtualRobot,
     devices: list[Served],
     clock: Clock,
-    truth: TruthSender | None,
+    truth: socket.socket | None,
     control: Connection | None,
 ) -> None:
     """Serve devices until the control connection says stop or closes.
@@ -94,7 +96,7 @@ def serve(
         robot: The virtual robot behind the devices.
         devices: The devices to serve.
         clock: Clock of the world.
-        truth: Where ground truth goes, if anywhere.
+        truth: Where ground truth goes, if anywhere; what its receiver does not take is lost.
         control: Any message or its end stops the process; None serves for ever.
     """
     truth_due_ns = clock.now_ns()
@@ -107,7 +109,8 @@ def serve(
         if truth is not None and now_ns >= truth_due_ns:
             where = robot.world.truth(now_ns)
             if where is not None:
-                truth.send(where)
+                with contextlib.suppress(OSError):
+                    truth.send(pickle.dumps(where))
             truth_due_ns = now_ns - now_ns % TRUTH_PERIOD_NS + TRUTH_PERIOD_NS
         due = [t for device in devices if (t := device.next_due_ns()) is not None]
         next_ns = min([*due, now_ns + IDLE_PERIOD_NS])
@@ -139,7 +142,8 @@ def _device_process(setup: VirtualSetup, control: Connection, truth_end: socket.
             devices.append(sockets)
             udp_port, console_port = sockets.udp_port, sockets.console_port
         control.send(Addresses(pty.device_name, udp_port, console_port))
-        serve(robot, devices, clock, TruthSender(truth_end), control)
+        truth_end.setblocking(False)
+        serve(robot, devices, clock, truth_end, control)
 
 
 def open_servo_pty(robot: VirtualRobot, scenario: Scenario | None, stack: ExitStack) -> PtyServoBus:
@@ -157,6 +161,33 @@ def open_servo_pty(robot: VirtualRobot, scenario: Scenario | None, stack: ExitSt
 
 def _nobody() -> None:
     """Nobody is told that it takes a while."""
+
+
+class TruthReceiver:
+    """Keeps the newest ground truth that the device process has sent.
+
+    It comes as a motion-capture system's would on the real robot: on a path of its own, never through the
+    robot's devices.
+    """
+
+    def __init__(self, end: socket.socket) -> None:
+        self._end = end
+        self._end.setblocking(False)
+        self._latest: BodyTruth | None = None
+
+    def latest(self) -> BodyTruth | None:
+        """Return the newest truth, None if none ever came."""
+        newest = b""
+        with contextlib.suppress(BlockingIOError, ConnectionError):
+            while True:
+                newest = self._end.recv(65536) or newest
+        if newest:
+            self._latest = pickle.loads(newest)
+        return self._latest
+
+    def close(self) -> None:
+        """Give back the socket."""
+        self._end.close()
 
 
 class DeviceProcess:
