@@ -3,22 +3,20 @@
 from drivers.dynamixel.frames import Instruction
 from drivers.dynamixel.mx106 import REGISTER
 from drivers.dynamixel.packets import PacketHandler
-from drivers.dynamixel.port import ClockedPort
 
 PROBES = 6
 # One damaged answer happens on any wire; of colliding ones nearly all are damaged.
 DAMAGED_LIMIT = 2
 
 
-def id_is_shared(port: ClockedPort, packets: PacketHandler, servo_id: int) -> bool:
+def id_is_shared(packets: PacketHandler, servo_id: int) -> bool:
     """Return whether more than one servo seems to answer to an id.
 
     What is asked for differs between any two servos (clock, position, current, temperature), so two
     answers at the same time damage each other, and two in a row are one too many.
 
     Args:
-        port: Open port.
-        packets: How to ask.
+        packets: How to ask, over an open port.
         servo_id: The id; at least one servo answers to it.
     """
     first, last = REGISTER["realtime_tick"], REGISTER["present_temperature"]
@@ -27,7 +25,7 @@ def id_is_shared(port: ClockedPort, packets: PacketHandler, servo_id: int) -> bo
     damaged, answered = 0, False
     for _ in range(PROBES):
         bad, late = _damage(packets), packets.counters.late_replies
-        answer = packets.request(port, servo_id, Instruction.READ, parameters, length)
+        answer = packets.request(servo_id, Instruction.READ, parameters, length)
         # what this request found waiting came behind a sound answer; behind a timeout it is just late
         second = answered and packets.counters.late_replies > late
         damaged += second or _damage(packets) > bad

@@ -189,6 +189,13 @@ REGISTERS: tuple[Register, ...] = (
 )
 REGISTER = MappingProxyType({register.name: register for register in REGISTERS})
 
+
+def registers_between(first: str, last: str) -> list[Register]:
+    """Return the registers from one to another, both included, by address."""
+    low, high = REGISTER[first].address, REGISTER[last].address
+    return [register for register in REGISTERS if low <= register.address <= high]
+
+
 # One sync read of everything measured: PWM to temperature.
 READ_ADDRESS = REGISTER["present_pwm"].address
 READ_LENGTH = REGISTER["present_temperature"].address + 1 - READ_ADDRESS

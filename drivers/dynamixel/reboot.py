@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from drivers.clock import Clock
 from drivers.dynamixel.checked_servo import CheckedServo
 from drivers.dynamixel.mx106 import TICKS_PER_TURN, hardware_error_names
-from model.errors import BusError
 
 # A servo takes a few tenths of a second to start.
 REBOOT_LIMIT_S = 3.0
@@ -83,11 +82,7 @@ def _tell(servo: CheckedServo, clock: Clock) -> None:
         if servo.reboot():
             return
         clock.sleep_until_ns(clock.now_ns() + round(LOOK_AGAIN_S * 1e9))
-    raise BusError(
-        f"{servo.leg} (id {servo.servo_id}) did not answer to its reboot: check its cable",
-        port=servo.port.name,
-        ids=(servo.servo_id,),
-    )
+    raise servo.error("did not answer to its reboot: check its cable")
 
 
 def _wait_until_back(servo: CheckedServo, clock: Clock, began_ns: int) -> None:
@@ -96,9 +91,6 @@ def _wait_until_back(servo: CheckedServo, clock: Clock, began_ns: int) -> None:
         clock.sleep_until_ns(clock.now_ns() + round(LOOK_AGAIN_S * 1e9))
         if servo.answers():
             return
-    raise BusError(
-        f"{servo.leg} (id {servo.servo_id}) did not come back within {REBOOT_LIMIT_S:g} s of its "
-        "reboot: switch its power off and on",
-        port=servo.port.name,
-        ids=(servo.servo_id,),
+    raise servo.error(
+        f"did not come back within {REBOOT_LIMIT_S:g} s of its reboot: switch its power off and on"
     )

@@ -260,11 +260,8 @@ class ServoRecovery:
             error = reboot_servo(servo, self._clock).error_after
             if error:
                 names = ", ".join(hardware_error_names(error))
-                raise BusError(
-                    f"{servo.leg} (id {servo.servo_id}) still reports {names} after its reboot",
-                    port=servo.port.name,
-                    ids=(servo.servo_id,),
-                    register="hardware_error_status",
+                raise servo.error(
+                    f"still reports {names} after its reboot", "hardware_error_status"
                 )
         configure_servo(servo)
         ticks = servo.read("present_position")

@@ -8,7 +8,7 @@ from tests.drivers.scripted_servos import Replies, ScriptedPort, ScriptedServos,
 
 def shared(servos: ScriptedServos) -> bool:
     port = ScriptedPort(servos.respond)
-    return id_is_shared(port, ServoRequests(), 1)
+    return id_is_shared(ServoRequests(port), 1)
 
 
 def test_one_servo_is_one() -> None:

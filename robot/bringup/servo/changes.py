@@ -93,7 +93,7 @@ class Writing:
     def _read(self, task: Task) -> tuple[Change, ...]:
         number = task.servo.servo_id
         with open_port(self.port, task.servo.baud_rate) as (port, packets):
-            if id_is_shared(port, packets, number):
+            if id_is_shared(packets, number):
                 refuse_shared(number, self.port)
             servo = servo_at(port, packets, number, self.config)
             require_torque_off(servo)
