@@ -5,8 +5,6 @@ its moving threshold, and a homing offset beyond a quarter turn is cut to it in 
 modelled: dual joint (slave) mode and time-based profiles. Protections: ``sim_hw.dynamixel.protection``.
 """
 
-from collections.abc import Callable
-
 import numpy as np
 
 from drivers.dynamixel.frames import Instruction, StatusError
@@ -146,46 +144,40 @@ class VirtualServo:
         self, instruction: int, parameters: bytes, t_ns: int, *, broadcast: bool
     ) -> tuple[int, bytes]:
         """Do one instruction; return error number and data of the answer."""
-        actions: dict[int, Callable[[], tuple[int, bytes]]] = {
-            Instruction.PING: lambda: (0, self.identity()),
-            Instruction.READ: lambda: self._read_instruction(parameters, t_ns),
-            Instruction.WRITE: lambda: self._write_instruction(parameters, t_ns),
-            Instruction.REG_WRITE: lambda: self._register_write(parameters),
-            Instruction.ACTION: lambda: self._action(t_ns),
-            Instruction.REBOOT: self._reboot_instruction,
-            Instruction.CLEAR: lambda: self._clear(parameters),
-            Instruction.FACTORY_RESET: lambda: self._factory_reset(parameters, broadcast),
-        }
-        action = actions.get(instruction)
-        return action() if action is not None else (StatusError.INSTRUCTION, b"")
-
-    def obey_as_shadow(self, instruction: int, parameters: bytes, t_ns: int) -> None:
-        """Do a write addressed to the secondary id: RAM only, never answered."""
-        if instruction == Instruction.WRITE and len(parameters) >= 3:
-            self.write_as_shadow(int.from_bytes(parameters[:2], "little"), parameters[2:], t_ns)
+        address, data = int.from_bytes(parameters[:2], "little"), parameters[2:]
+        match instruction:
+            case Instruction.PING:
+                return 0, self.identity()
+            case Instruction.READ if len(data) == 2:
+                return self.read(address, int.from_bytes(data, "little"), t_ns)
+            case Instruction.WRITE if data:
+                return int(self.write(address, data, t_ns)), b""
+            case Instruction.REG_WRITE if data:
+                return int(self._register_write(address, data)), b""
+            case Instruction.READ | Instruction.WRITE | Instruction.REG_WRITE:
+                return StatusError.DATA_LENGTH, b""
+            case Instruction.ACTION:
+                return int(self._action(t_ns)), b""
+            case Instruction.REBOOT:
+                self.restart()
+                return 0, b""
+            case Instruction.CLEAR:
+                return int(self._clear(parameters)), b""
+            case Instruction.FACTORY_RESET:
+                return int(self._factory_reset(parameters, broadcast)), b""
+            case _:
+                return StatusError.INSTRUCTION, b""
 
     def write_as_shadow(self, address: int, data: bytes, t_ns: int) -> None:
-        """Write RAM because the secondary id was meant."""
-        if address >= RAM_ONLY_FROM:
+        """Write because the secondary id was meant: RAM only, never answered."""
+        if address >= RAM_ONLY_FROM and data:
             self.write(address, data, t_ns)
-
-    def _read_instruction(self, parameters: bytes, t_ns: int) -> tuple[int, bytes]:
-        if len(parameters) != 4:
-            return StatusError.DATA_LENGTH, b""
-        address = int.from_bytes(parameters[:2], "little")
-        return self.read(address, int.from_bytes(parameters[2:], "little"), t_ns)
 
     def read(self, address: int, length: int, t_ns: int) -> tuple[int, bytes]:
         """Return error number and bytes; measured registers are taken from the world now."""
         self._measure(t_ns)
         data = self.table.read(address, length)
         return (int(data), b"") if isinstance(data, StatusError) else (0, data)
-
-    def _write_instruction(self, parameters: bytes, t_ns: int) -> tuple[int, bytes]:
-        if len(parameters) < 3:
-            return StatusError.DATA_LENGTH, b""
-        address = int.from_bytes(parameters[:2], "little")
-        return int(self.write(address, parameters[2:], t_ns)), b""
 
     def write(self, address: int, data: bytes, t_ns: int) -> StatusError:
         """Write registers if the rules allow it; what depends on them follows."""
@@ -208,27 +200,20 @@ class VirtualServo:
         self._sync_firmware()
         return StatusError.NONE
 
-    def _register_write(self, parameters: bytes) -> tuple[int, bytes]:
-        if len(parameters) < 3:
-            return StatusError.DATA_LENGTH, b""
-        address, data = int.from_bytes(parameters[:2], "little"), parameters[2:]
+    def _register_write(self, address: int, data: bytes) -> StatusError:
         error = self.table.check_write(address, data)
         if error is StatusError.NONE:
             self._registered = (address, data)
             self.table.set("registered_instruction", 1)
-        return int(error), b""
+        return error
 
-    def _action(self, t_ns: int) -> tuple[int, bytes]:
+    def _action(self, t_ns: int) -> StatusError:
         if self._registered is None:
-            return StatusError.RESULT_FAIL, b""
+            return StatusError.RESULT_FAIL
         address, data = self._registered
         self._registered = None
         self.table.set("registered_instruction", 0)
-        return int(self.write(address, data, t_ns)), b""
-
-    def _reboot_instruction(self) -> tuple[int, bytes]:
-        self.restart()
-        return 0, b""
+        return self.write(address, data, t_ns)
 
     def restart(self) -> None:
         """Begin as after power-up: RAM, turns and torque are lost, EEPROM is kept."""
@@ -240,28 +225,28 @@ class VirtualServo:
         self._goal_is_here()
         self._sync_firmware()
 
-    def _clear(self, parameters: bytes) -> tuple[int, bytes]:
+    def _clear(self, parameters: bytes) -> StatusError:
         if parameters != CLEAR_MULTI_TURN:
-            return StatusError.DATA_RANGE, b""
+            return StatusError.DATA_RANGE
         if self._is_moving():
-            return StatusError.RESULT_FAIL, b""
+            return StatusError.RESULT_FAIL
         self._into_one_turn()
         self._goal_is_here()
         self._loop.trajectory = self._shaft()
         self._sync_firmware()
-        return 0, b""
+        return StatusError.NONE
 
-    def _factory_reset(self, parameters: bytes, broadcast: bool) -> tuple[int, bytes]:
+    def _factory_reset(self, parameters: bytes, broadcast: bool) -> StatusError:
         if len(parameters) != 1 or parameters[0] not in {0xFF, 0x01, 0x02}:
-            return StatusError.DATA_RANGE, b""
+            return StatusError.DATA_RANGE
         if broadcast and parameters[0] == 0xFF:
-            return StatusError.RESULT_FAIL, b""  # refused from firmware 42 on
+            return StatusError.RESULT_FAIL  # refused from firmware 42 on
         keep_id, keep_baud = parameters[0] in {0x01, 0x02}, parameters[0] == 0x02
         servo_id = self.servo_id if keep_id else 1
         baud = self.table.get("baud_rate") if keep_baud else 1
         self.table = ControlTable(servo_id, baud, 250, self._assumed)
         self.restart()
-        return 0, b""
+        return StatusError.NONE
 
     # State.
 
