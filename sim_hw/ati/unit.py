@@ -116,14 +116,7 @@ class VirtualWnet:
         return end
 
     def command(self, data: bytes, t_ns: int, host_port: int) -> bool:
-        """Take a command sent from a port; see ``handle_datagram``."""
-        receiver = self.handle_datagram(data, t_ns)
-        if receiver:
-            self.host_port = host_port
-        return receiver
-
-    def handle_datagram(self, data: bytes, t_ns: int) -> bool:
-        """Take a command; return whether its sender becomes the receiver of records."""
+        """Take a command sent from a port; return whether that becomes the receiver of records."""
         command = parse_command(data)
         if command is None:
             self.ignored += 1
@@ -135,6 +128,7 @@ class VirtualWnet:
             self._next_ns = t_ns + self._period_ns
             if self.assumed.sequence_restarts:
                 self._sequence = 0
+            self.host_port = host_port
             return True
         if command.command == Command.STOP:
             self._left = 0

@@ -100,7 +100,7 @@ def test_saturation_is_a_fault_and_no_force(memory: Memory) -> None:
 
 
 def test_silence_is_a_fault_and_the_stream_is_started_again(memory: Memory) -> None:
-    memory.unit.handle_datagram(build_command(Command.STOP), memory.clock.now_ns())
+    memory.unit.command(build_command(Command.STOP), memory.clock.now_ns(), 0)
     heard: list[ForceRecord] = []
     for _ in range(100):
         memory.wait(0.01)
@@ -377,14 +377,18 @@ def test_what_writes_to_the_sensor_is_never_sent(command: str) -> None:
 def test_the_virtual_console_speaks_like_the_real_one() -> None:
     unit = VirtualWnet(SteadyLoad(), (1, 2, 3, 4, 5, 6))
     session = ConsoleSession(unit)
-    assert session.receive(b"\r\n") == b"\r\n>"
-    assert session.receive(b"rate 125 16\r\n") == (
+    session.take(0)  # its greeting
+
+    def printed(sent: bytes) -> bytes:
+        session.give(sent, 0)
+        return session.take(0)
+
+    assert printed(b"\r\n") == b"\r\n>"
+    assert printed(b"rate 125 16\r\n") == (
         b"rate 125 16\r\nPacket rate =  125 Hz\r\nADC    rate = 2000 Hz\r\nOversample  =   16\r\n>"
     )
-    assert session.receive(b"trans 2\r\n") == (
-        b"trans 2\r\nActive: Transducer = 2 Calibration = 1\r\n>"
-    )
-    assert b"must not exceed 4000" in session.receive(b"rate 1000 32\r\n")
+    assert printed(b"trans 2\r\n") == (b"trans 2\r\nActive: Transducer = 2 Calibration = 1\r\n>")
+    assert b"must not exceed 4000" in printed(b"rate 1000 32\r\n")
 
 
 # Discovery.
