@@ -4,7 +4,7 @@ For backups, for setting a servo up, and for putting a replaced one into the pla
 needs torque off, because the servo locks its EEPROM while torque is on.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from drivers.dynamixel.checked_servo import CheckedServo
@@ -29,19 +29,6 @@ TALK_TRIES = 5
 
 
 @dataclass(frozen=True, slots=True)
-class RegisterValue:
-    """One register and its value.
-
-    Attributes:
-        name: Register name.
-        value: Its value in counts.
-    """
-
-    name: str
-    value: int
-
-
-@dataclass(frozen=True, slots=True)
 class ServoImage:
     """Everything one servo keeps, and its gains.
 
@@ -49,20 +36,13 @@ class ServoImage:
         servo_id: Dynamixel id.
         model: Model number.
         firmware: Firmware version.
-        values: All writable EEPROM registers and the gains (RAM), by address.
+        values: Value of every writable EEPROM register and of the gains (RAM), by name [counts].
     """
 
     servo_id: int
     model: int
     firmware: int
-    values: tuple[RegisterValue, ...]
-
-    def value(self, name: str) -> int:
-        """Return one register's value; KeyError if it is not in the image."""
-        for item in self.values:
-            if item.name == name:
-                return item.value
-        raise KeyError(name)
+    values: Mapping[str, int]
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,16 +79,16 @@ def read_image(servo: CheckedServo) -> ServoImage:
         servo_id=servo.servo_id,
         model=found["model_number"],
         firmware=found["firmware_version"],
-        values=tuple(RegisterValue(name, found[name]) for name in (*KEPT, *GAINS)),
+        values={name: found[name] for name in (*KEPT, *GAINS)},
     )
 
 
-def changes_to(image: ServoImage, wanted: Sequence[RegisterValue]) -> tuple[Change, ...]:
-    """Return what has to be written so that a servo has the values wanted."""
+def changes_to(image: ServoImage, wanted: Mapping[str, int]) -> tuple[Change, ...]:
+    """Return what has to be written so that a servo has the values wanted, by register."""
     return tuple(
-        Change(item.name, image.value(item.name), item.value)
-        for item in wanted
-        if image.value(item.name) != item.value
+        Change(name, image.values[name], value)
+        for name, value in wanted.items()
+        if image.values[name] != value
     )
 
 

@@ -28,7 +28,6 @@ from sim_hw.faults.time import Dice, ScenarioTime
 from sim_hw.interfaces import ServoWire
 
 FOREVER_NS = 2**62
-NOBODY = -1
 
 
 class ServoLine(ServoWire, Protocol):

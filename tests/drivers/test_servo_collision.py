@@ -1,8 +1,8 @@
 """Two servos with one id: both answer at once, and neither is understood."""
 
-from drivers.dynamixel.collision import id_is_shared
 from drivers.dynamixel.frames import Frame
 from drivers.dynamixel.requests import ServoRequests
+from drivers.dynamixel.scan import id_is_shared
 from tests.drivers.scripted_servos import Replies, ScriptedPort, ScriptedServos, Servo
 
 
