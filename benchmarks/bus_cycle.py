@@ -98,7 +98,7 @@ def armed_bus(
     servos = VirtualServoBus(world, firmware, ids, baud, assumed=assumed)
     for servo in servos.servos:
         servo.table.set("return_delay_time", 0)
-    bus = ServoBus(port(servos, clock, baud), settings, clock)
+    bus = ServoBus(port(servos, clock, baud), settings)
     bus.connect()
     bus.configure()
     bus.torque_on()

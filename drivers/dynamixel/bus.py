@@ -57,14 +57,12 @@ class ServoBus:
     Args:
         port: Port, not yet open.
         settings: Ids and mounting of the servos.
-        clock: The clock of the port.
     """
 
-    def __init__(self, port: ClockedPort, settings: ServoBusSettings, clock: Clock) -> None:
+    def __init__(self, port: ClockedPort, settings: ServoBusSettings) -> None:
         self.settings = settings
         self.report = BusReport((), ())
         self._port = port
-        self._clock = clock
         self._packets = ServoRequests(port)
         self._ids = [int(i) for i in settings.ids]
         self._configured = False
@@ -94,7 +92,7 @@ class ServoBus:
     @property
     def clock(self) -> Clock:
         """The clock of the port."""
-        return self._clock
+        return self._port.clock
 
     @property
     def latency_timer_ms(self) -> float | None:
@@ -152,7 +150,7 @@ class ServoBus:
             ConnectionLost: The port is gone.
         """
         answers = self._sync_read()
-        now_ns = self._clock.now_ns()
+        now_ns = self._port.clock.now_ns()
         valid: BoolArray = np.array([answer.data is not None for answer in answers])
         self._seen_ns = np.where(valid, now_ns, self._seen_ns)
         self._poll_hardware_error(answers)

@@ -35,7 +35,7 @@ class Bench:
         port = MemoryPort(robot.servo_wire, self.clock, 1_000_000)
         self.sent: list[bytes] = []
         port.tap = lambda way, data, _t: self.sent.append(data) if way == "tx" else None
-        self.bus = ServoBus(port, CONFIG.servo_bus, self.clock)
+        self.bus = ServoBus(port, CONFIG.servo_bus)
         self.bus.open()
         for _ in range(2):  # the pattern begins with the first step
             self.world.advance_to(self.clock.now_ns())

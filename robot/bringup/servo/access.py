@@ -30,7 +30,7 @@ def bus_of(name: str, baud: int | None, config: RobotConfig) -> ServoBus:
     if baud is not None:
         settings = replace(settings, baud_rate=baud)
     port = new_port(name, settings.baud_rate)
-    return ServoBus(port, settings, port.clock)
+    return ServoBus(port, settings)
 
 
 def scan_port(name: str, baud: int | None) -> list[FoundServo]:
