@@ -16,7 +16,6 @@ from sim_hw.plant.leg_kernel import (
     CURRENT,
     JAM,
     MOTOR,
-    MOTOR_RATE,
     SHAFT,
     SHAFT_RATE,
     SUPPLY,
@@ -119,13 +118,6 @@ class Plant:
         return rotation
 
     @property
-    def foot_force_W(self) -> FloatArray:  # noqa: N802 - frame suffix
-        """Ground's force on each foot in the last step, world axes, (N, 3) [N]."""
-        self.refresh()
-        force: FloatArray = self.foot_force_B @ self.torso_rotation.T
-        return force
-
-    @property
     def feet_B(self) -> FloatArray:  # noqa: N802 - frame suffix
         """Feet in the body frame, (N, 3) [m]."""
         self.refresh()
@@ -220,22 +212,6 @@ class Plant:
         pull = self.parameters.disturbance
         self.data.xfrc_applied[self._torso] = self._push
         self.data.xfrc_applied[self._torso, :2] += [pull.pull_x + gust[0], pull.pull_y + gust[1]]
-
-    def energy_j(self) -> float:
-        """Kinetic, gravitational and spring energy, the motors' rotors included."""
-        p, data = self.parameters, self.data
-        mujoco.mj_fwdPosition(self.model, data)
-        mujoco.mj_fwdVelocity(self.model, data)
-        mujoco.mj_energyVel(self.model, data)
-        heights = data.xipos[:, 2]
-        potential = p.gravity * float(self.model.body_mass @ heights)
-        x, z, _, _ = foot_path(p, self.shaft_angle_rad + p.drive.crank_offset)
-        ends = np.stack([x, np.zeros(p.legs), z - p.leg_offset], axis=1)
-        stretch = self._qpos[self._foot_q] - ends
-        stiffness = np.column_stack([p.side_stiffness, p.stiffness])
-        springs = 0.5 * float((stiffness * stretch**2).sum())
-        rotors = 0.5 * p.motor.armature * float((self._state[:, MOTOR_RATE] ** 2).sum())
-        return float(data.energy[1]) + potential + springs + rotors
 
     def _foot_velocity(self) -> FloatArray:
         """Velocities of the feet, world axes, (N, 3)."""
