@@ -7,6 +7,7 @@ model files. Everything here is pure.
 import enum
 import math
 from dataclasses import dataclass
+from functools import partial
 from types import MappingProxyType
 
 import numpy as np
@@ -109,16 +110,13 @@ class Register:
         return value.to_bytes(self.size, "little", signed=self.signed)
 
 
-def _kept(
-    name: str, address: int, size: int, initial: int | None, minimum: int, maximum: int
+def _writable(
+    name: str, address: int, size: int, initial: int, minimum: int, maximum: int, *, eeprom: bool
 ) -> Register:
-    return Register(name, address, size, True, True, initial, minimum, maximum, minimum < 0)
+    return Register(name, address, size, True, eeprom, initial, minimum, maximum, minimum < 0)
 
 
-def _volatile(
-    name: str, address: int, size: int, initial: int | None, minimum: int, maximum: int
-) -> Register:
-    return Register(name, address, size, True, False, initial, minimum, maximum, minimum < 0)
+_kept, _volatile = partial(_writable, eeprom=True), partial(_writable, eeprom=False)
 
 
 def _read_only(
@@ -164,7 +162,7 @@ REGISTERS: tuple[Register, ...] = (
     _volatile("position_p_gain", 84, 2, 850, 0, 16383),
     _volatile("feedforward_2nd_gain", 88, 2, 0, 0, 16383),
     _volatile("feedforward_1st_gain", 90, 2, 0, 0, 16383),
-    Register("bus_watchdog", 98, 1, True, False, 0, -1, 127, True),
+    _volatile("bus_watchdog", 98, 1, 0, -1, 127),
     _volatile("goal_pwm", 100, 2, 885, -885, 885),
     _volatile("goal_current", 102, 2, 2047, -2047, 2047),
     _volatile("goal_velocity", 104, 4, 0, -1023, 1023),

@@ -8,8 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from drivers.ati.calibration import AXES
-from sim_hw.ati.unit import COUNTS_PER_UNIT, MAX_RATING, VirtualWnet
-from sim_hw.ati.wire import WnetWire
+from sim_hw.ati.unit import COUNTS_PER_UNIT, MAX_RATING, VirtualWnet, WnetWire
 from sim_hw.interfaces import ConsoleEnd
 
 PROMPT = b">"

@@ -1,7 +1,7 @@
 """The virtual unit in memory: the real stream driver under a virtual clock, no sockets."""
 
 from sim_hw.ati.console import open_console
-from sim_hw.ati.wire import WnetWire
+from sim_hw.ati.unit import WnetWire
 from sim_hw.clock import VirtualClock
 
 LOCAL_PORT = 49152

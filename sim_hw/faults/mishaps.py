@@ -2,7 +2,6 @@
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -63,12 +62,6 @@ def _replaced(values: FloatArray, others: dict[int, float]) -> FloatArray:
     return changed
 
 
-@dataclass(slots=True)
-class _Watched:
-    fault: Fault
-    on: bool = False
-
-
 class ServoMishaps:
     """Brings mishaps about at their time and puts things right at their end.
 
@@ -89,7 +82,8 @@ class ServoMishaps:
         self._bus = bus
         self._motors = motors
         self._time = time
-        self._watched = [_Watched(fault) for fault in faults if isinstance(fault, MISHAPS)]
+        self._faults = [fault for fault in faults if isinstance(fault, MISHAPS)]
+        self._active: list[Fault] = []
         self._index = {servo.servo_id: i for i, servo in enumerate(bus.servos)}
         self._silent: set[int] = set()
         self._applied_ns = -1
@@ -111,8 +105,7 @@ class ServoMishaps:
         if self._times is None:
             if not self._time.begun:
                 return []
-            faults = [watched.fault for watched in self._watched]
-            self._times = self._time.changes(faults, -1, FOREVER_NS)
+            self._times = self._time.changes(self._faults, -1, FOREVER_NS)
         return self._times
 
     def apply(self, t_ns: int) -> None:
@@ -121,15 +114,13 @@ class ServoMishaps:
             self._applied_ns = t_ns
             return
         self._applied_ns, self._up_to_date = t_ns, self._time.begun
-        changed = False
-        for watched in self._watched:
-            on = self._time.active(watched.fault, t_ns)
-            if on != watched.on:
-                watched.on, changed = on, True
-                if isinstance(watched.fault, Brownout):
-                    self._lose_power(watched.fault)
-        if changed:
-            self._set_all([watched.fault for watched in self._watched if watched.on])
+        before = self._active
+        self._active = [fault for fault in self._faults if self._time.active(fault, t_ns)]
+        for fault in self._faults:
+            if isinstance(fault, Brownout) and (fault in before) != (fault in self._active):
+                self._lose_power(fault)
+        if self._active != before:
+            self._set_all(self._active)
 
     def _lose_power(self, fault: Brownout) -> None:
         """RAM goes when the power goes; turns made without it are not counted when it comes back."""

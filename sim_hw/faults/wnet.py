@@ -28,7 +28,7 @@ Datagrams = list[tuple[int, bytes]]
 
 
 class FaultyWnet:
-    """``sim_hw.ati.wire.WnetWire`` with a scenario's faults.
+    """``sim_hw.ati.unit.WnetWire`` with a scenario's faults.
 
     Args:
         unit: The sound unit.

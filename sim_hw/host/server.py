@@ -159,10 +159,6 @@ def open_servo_pty(robot: VirtualRobot, scenario: Scenario | None, stack: ExitSt
     return pty
 
 
-def _nobody() -> None:
-    """Nobody is told that it takes a while."""
-
-
 class TruthReceiver:
     """Keeps the newest ground truth that the device process has sent.
 
@@ -198,7 +194,7 @@ class DeviceProcess:
         waiting: Called now and then until it is ready; its very first start compiles the plant.
     """
 
-    def __init__(self, setup: VirtualSetup, waiting: Callable[[], None] = _nobody) -> None:
+    def __init__(self, setup: VirtualSetup, waiting: Callable[[], None] = lambda: None) -> None:
         context = get_context("spawn")
         self._control, far = context.Pipe()
         near_truth, far_truth = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
