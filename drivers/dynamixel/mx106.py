@@ -29,18 +29,9 @@ VOLTAGE_UNIT_V = 0.1
 WATCHDOG_UNIT_S = 0.02
 RETURN_DELAY_UNIT_S = 2e-6
 EXTENDED_POSITION_LIMIT = 1_048_575
-BAUD_CODES = MappingProxyType(
-    {
-        9_600: 0,
-        57_600: 1,
-        115_200: 2,
-        1_000_000: 3,
-        2_000_000: 4,
-        3_000_000: 5,
-        4_000_000: 6,
-        4_500_000: 7,
-    }
-)
+# Rates in the order of their codes, from 0.
+_BAUD_RATES = (9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000)
+BAUD_CODES = MappingProxyType({rate: code for code, rate in enumerate(_BAUD_RATES)})
 
 
 class OperatingMode(enum.IntEnum):

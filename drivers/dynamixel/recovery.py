@@ -30,7 +30,6 @@ from model.values.readings import ServoReadings
 POLL_EVERY_LOOKS = 10
 # A shaft cannot turn half a turn from one read to the next: its turn count has changed.
 JUMP_TICKS = TICKS_PER_TURN // 2
-INCIDENTS_KEPT = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,18 +122,12 @@ class ServoRecovery:
         self.policy = policy
         self._bus = bus
         self._attempts: deque[int] = deque(maxlen=max(1, policy.most))
-        self._incidents: deque[Incident] = deque(maxlen=INCIDENTS_KEPT)
         self._looks = 0
         self._known: BoolArray = np.zeros(len(bus.settings.names), dtype=bool)
         self._ticks: IntArray = np.zeros(len(bus.settings.names), dtype=np.int64)
         self._was_valid: BoolArray = np.ones(len(bus.settings.names), dtype=bool)
         self._alerted: BoolArray = np.zeros(len(bus.settings.names), dtype=bool)
         self._open: set[int] = set()
-
-    @property
-    def incidents(self) -> tuple[Incident, ...]:
-        """The latest incidents, oldest first, whatever became of them."""
-        return tuple(self._incidents)
 
     # Finding out.
 
@@ -160,7 +153,6 @@ class ServoRecovery:
             if incident is not None:
                 found.append(incident)
                 self._open.add(incident.index)
-        self._incidents.extend(found)
         self._remember(readings)
         return tuple(found)
 

@@ -31,7 +31,6 @@ BITS_PER_BYTE = 10
 LARGEST_ID = 252
 # A longer pause inside a packet makes the servo drop it (e-manual, "Protocol 2.0").
 LARGEST_BYTE_GAP_NS = 1_500_000
-DEFAULT_RETURN_DELAY = 0
 # How often watchdogs and protections are looked after.
 CHECK_PERIOD_NS = 2_000_000
 
@@ -59,7 +58,6 @@ class VirtualServoBus:
         firmware: The control loops, shared with the world.
         ids: Dynamixel ids, in the world's order.
         baud_rate: Baud rate they are set to.
-        return_delay: Return delay they are set to, in units of 2 us.
         assumed: What is assumed about them.
     """
 
@@ -69,14 +67,13 @@ class VirtualServoBus:
         firmware: FirmwareBank,
         ids: tuple[int, ...],
         baud_rate: int,
-        return_delay: int = DEFAULT_RETURN_DELAY,
         assumed: ServoAssumed = SERVO_ASSUMED,
     ) -> None:
         self._world = world
         self._assumed = assumed
         code = BAUD_CODES[baud_rate]
         self.servos = tuple(
-            VirtualServo(index, servo_id, code, return_delay, world, firmware, assumed)
+            VirtualServo(index, servo_id, code, world, firmware, assumed)
             for index, servo_id in enumerate(ids)
         )
         self._parser = FrameParser()

@@ -17,6 +17,7 @@ from drivers.dynamixel.mx106 import (
     VOLTAGE_UNIT_V,
     WATCHDOG_UNIT_S,
     OperatingMode,
+    registers_between,
 )
 from sim_hw.assumed import SERVO_ASSUMED, ServoAssumed
 from sim_hw.dynamixel.control_table import ControlTable
@@ -26,25 +27,15 @@ from sim_hw.interfaces import MotorWorld
 
 CLEAR_MULTI_TURN = bytes.fromhex("01 44 58 4C 22")
 RAM_ONLY_FROM = REGISTER["torque_enable"].address
+RETURN_DELAY = 0  # set up as recommended; 250 when new
 REVERSE = 0x01  # bit of Drive Mode
 LARGEST_OFFSET_IN_POSITION_MODE = 1024
 PROFILE_ONGOING_TICKS = 0.5  # the trajectory is farther than this from its goal
 NO_PROFILE, RECTANGULAR, TRAPEZOIDAL = 0x00, 0x10, 0x30  # bits of Moving Status
 # What a mode change sets (e-manual: gains of that mode; the same ones in all modes are assumed).
-MODE_DEFAULTS = tuple(
-    (name, REGISTER[name].initial or 0)
-    for name in (
-        "velocity_i_gain",
-        "velocity_p_gain",
-        "position_d_gain",
-        "position_i_gain",
-        "position_p_gain",
-        "feedforward_2nd_gain",
-        "feedforward_1st_gain",
-        "profile_acceleration",
-        "profile_velocity",
-        "goal_velocity",
-    )
+MODE_DEFAULTS = (
+    *registers_between("velocity_i_gain", "feedforward_1st_gain"),
+    *registers_between("goal_velocity", "profile_velocity"),
 )
 
 
@@ -55,7 +46,6 @@ class VirtualServo:
         index: Its place in the world and in the firmware bank.
         servo_id: Dynamixel id.
         baud_code: Value of the baud rate register.
-        return_delay: Value of the return delay register.
         world: The motors.
         firmware: The control loops.
         assumed: What is assumed about it.
@@ -66,12 +56,11 @@ class VirtualServo:
         index: int,
         servo_id: int,
         baud_code: int,
-        return_delay: int,
         world: MotorWorld,
         firmware: FirmwareBank,
         assumed: ServoAssumed = SERVO_ASSUMED,
     ) -> None:
-        self.table = ControlTable(servo_id, baud_code, return_delay, assumed)
+        self.table = ControlTable(servo_id, baud_code, RETURN_DELAY, assumed)
         self._assumed = assumed
         self._protection = Protection(index, world, assumed)
         self._index = index
@@ -293,8 +282,8 @@ class VirtualServo:
 
     def _changed_mode(self) -> None:
         mode = self.table.get("operating_mode")
-        for name, value in MODE_DEFAULTS:
-            self.table.set(name, value)
+        for register in MODE_DEFAULTS:
+            self.table.set(register.name, register.initial or 0)
         self.table.set("goal_pwm", self.table.get("pwm_limit"))
         self.table.set("goal_current", self.table.get("current_limit"))
         if mode == OperatingMode.POSITION:

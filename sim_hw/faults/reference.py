@@ -120,11 +120,7 @@ def _kind(name: str, fault: type[Fault]) -> KindOfFault:
 
 
 def _summary(kind: type) -> str:
-    return _plain((inspect.getdoc(kind) or "").split("\n\nAttributes:")[0])
-
-
-def _plain(text: str) -> str:
-    return " ".join(text.replace("``", "").split())
+    return " ".join((inspect.getdoc(kind) or "").replace("``", "").split())
 
 
 def _settings(kind: type) -> tuple[Setting, ...]:

@@ -208,24 +208,16 @@ class DeviceProcess:
         self.addresses = self._await_addresses(waiting)
 
     def _await_addresses(self, waiting: Callable[[], None]) -> Addresses:
-        limit = round(START_LIMIT_S / START_LOOK_S)
-        try:
-            if any(self._looked(waiting) for _ in range(limit)):
-                answer = self._control.recv()
-                if isinstance(answer, Addresses):
-                    return answer
-        except EOFError:
-            pass
+        with contextlib.suppress(EOFError):
+            for _ in range(round(START_LIMIT_S / START_LOOK_S)):
+                if self._control.poll(START_LOOK_S):
+                    addresses: Addresses = self._control.recv()
+                    return addresses
+                waiting()
         self.close()
         raise BusError(
             "the virtual hardware did not start; run with --virtual-time to see the error itself"
         )
-
-    def _looked(self, waiting: Callable[[], None]) -> bool:
-        if self._control.poll(START_LOOK_S):
-            return True
-        waiting()
-        return False
 
     def close(self) -> None:
         """Stop the process and wait for it."""

@@ -216,15 +216,15 @@ class Plant:
 
     def truth(self, t_ns: int) -> BodyTruth:
         """Return where everything is."""
-        self.refresh()
-        data, rotation = self.data, self.torso_rotation
+        position, quaternion, feet = self.places()
+        rotation = self.torso_rotation
         return BodyTruth(
             t_ns=t_ns,
-            position_W=readonly(data.xpos[self._torso].copy()),
-            quaternion_xyzw=readonly(np.roll(data.xquat[self._torso], -1)),
+            position_W=readonly(position.copy()),
+            quaternion_xyzw=readonly(quaternion),
             velocity_B=readonly(self._qvel[0:3] @ rotation),
             angular_velocity_B=readonly(self._qvel[3:6].copy()),
-            foot_position_W=readonly(data.xpos[self._foot_body].copy()),
+            foot_position_W=readonly(feet.copy()),
             foot_velocity_W=readonly(self._foot_velocity()),
             foot_force_B=readonly(self.foot_force_B.copy()),
             contact=readonly(self.foot_force_B[:, 2] > CONTACT_FORCE_N),
