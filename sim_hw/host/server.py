@@ -7,9 +7,7 @@ existing, which is the case the servos' watchdog is for.
 
 import contextlib
 import os
-import pickle
 import select
-import socket
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -87,7 +85,7 @@ def serve(
     robot: VirtualRobot,
     devices: list[Served],
     clock: Clock,
-    truth: socket.socket | None,
+    truth: Connection | None,
     control: Connection | None,
 ) -> None:
     """Serve devices until the control connection says stop or closes.
@@ -108,9 +106,9 @@ def serve(
             device.service(now_ns)
         if truth is not None and now_ns >= truth_due_ns:
             where = robot.world.truth(now_ns)
-            if where is not None:
+            if where is not None and select.select([], [truth], [], 0)[1]:
                 with contextlib.suppress(OSError):
-                    truth.send(pickle.dumps(where))
+                    truth.send(where)
             truth_due_ns = now_ns - now_ns % TRUTH_PERIOD_NS + TRUTH_PERIOD_NS
         due = [t for device in devices if (t := device.next_due_ns()) is not None]
         next_ns = min([*due, now_ns + IDLE_PERIOD_NS])
@@ -122,7 +120,7 @@ def serve(
             return
 
 
-def _device_process(setup: VirtualSetup, control: Connection, truth_end: socket.socket) -> None:
+def _device_process(setup: VirtualSetup, control: Connection, truth_end: Connection) -> None:
     # Ctrl-C, a closed terminal and `timeout` reach the whole process group, but are for the controller to
     # act on: the robot has to be there until it has stopped.
     os.setpgid(0, 0)
@@ -142,7 +140,6 @@ def _device_process(setup: VirtualSetup, control: Connection, truth_end: socket.
             devices.append(sockets)
             udp_port, console_port = sockets.udp_port, sockets.console_port
         control.send(Addresses(pty.device_name, udp_port, console_port))
-        truth_end.setblocking(False)
         serve(robot, devices, clock, truth_end, control)
 
 
@@ -166,23 +163,19 @@ class TruthReceiver:
     robot's devices.
     """
 
-    def __init__(self, end: socket.socket) -> None:
+    def __init__(self, end: Connection) -> None:
         self._end = end
-        self._end.setblocking(False)
         self._latest: BodyTruth | None = None
 
     def latest(self) -> BodyTruth | None:
         """Return the newest truth, None if none ever came."""
-        newest = b""
-        with contextlib.suppress(BlockingIOError, ConnectionError):
-            while True:
-                newest = self._end.recv(65536) or newest
-        if newest:
-            self._latest = pickle.loads(newest)
+        with contextlib.suppress(EOFError, OSError):
+            while self._end.poll():
+                self._latest = self._end.recv()
         return self._latest
 
     def close(self) -> None:
-        """Give back the socket."""
+        """Close its end."""
         self._end.close()
 
 
@@ -197,7 +190,7 @@ class DeviceProcess:
     def __init__(self, setup: VirtualSetup, waiting: Callable[[], None] = lambda: None) -> None:
         context = get_context("spawn")
         self._control, far = context.Pipe()
-        near_truth, far_truth = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
+        near_truth, far_truth = context.Pipe(duplex=False)
         self._process: BaseProcess = context.Process(
             target=_device_process, args=(setup, far, far_truth), daemon=True
         )
