@@ -20,6 +20,8 @@ class ServoAssumed:
         overload_current_a: Motor current that counts as overload [A]; assumed, 80 % of stall current.
         overload_s: How long it must last [s]; assumed.
         processing_s: The servo's own work before it answers [s]; measured by others at about 50 us.
+        restart_s: How long it is deaf after a reboot or when its supply is back [s]; 0.1 to 0.8 are seen,
+            0.25 is assumed.
         watchdog_hears: Whether the bus watchdog counts instruction packets to ``all`` ids or ``own`` ones;
             the e-manual says "any", read as all.
         answers_bad_crc: Whether an instruction with a wrong CRC is answered with a CRC error; assumed not.
@@ -31,6 +33,7 @@ class ServoAssumed:
     overload_current_a: float = within(4.2, 0.0, 20.0)
     overload_s: float = within(2.0, 0.0, 1e3)
     processing_s: float = within(50e-6, 0.0, 0.1)
+    restart_s: float = within(0.25, 0.0, 3.0)
     watchdog_hears: str = among("all", "own")
     answers_bad_crc: bool = False
     old_firmware: tuple[int, ...] = within((), 0, 252)

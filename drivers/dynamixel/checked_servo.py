@@ -63,6 +63,16 @@ class CheckedServo:
             raise self._refused(f"did not give {first} to {last}", answer, first)
         return answer.data
 
+    def read_first(self, first: str, last: str) -> int:
+        """Return the first register of a run; see ``read_run``."""
+        register = REGISTER[first]
+        return register.decode(self.read_run(first, last)[: register.size])
+
+    def read_last(self, first: str, last: str) -> int:
+        """Return the last register of a run; see ``read_run``."""
+        register = REGISTER[last]
+        return register.decode(self.read_run(first, last)[-register.size :])
+
     def _read_bytes(self, address: int, length: int) -> Answer:
         for _ in range(TRIES):  # only the wire is given another chance, not a servo's no
             if length == 1:
@@ -118,7 +128,8 @@ class CheckedServo:
         """
         level = REGISTER["status_return_level"]
         if self.read(level.name) != 2:
-            self.packets.write_unanswered(self.port, self.servo_id, level.address, level.encode(2))
+            # waits for the answer that may come: another request over it would destroy both
+            self.packets.write(self.port, self.servo_id, level.address, level.encode(2))
             self.write_verified(level.name, 2)
 
     def clear_turns(self) -> None:

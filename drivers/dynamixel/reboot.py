@@ -1,5 +1,6 @@
 """Rebooting a servo without forgetting why: its cause and its turns are read first."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from drivers.clock import Clock
@@ -48,12 +49,15 @@ class Reboot:
         return hardware_error_names(self.cause)
 
 
-def reboot_servo(servo: CheckedServo, clock: Clock) -> Reboot:
+def reboot_servo(
+    servo: CheckedServo, clock: Clock, meanwhile: Callable[[], None] = lambda: None
+) -> Reboot:
     """Read cause and turns, reboot, wait until it is back, and see that torque is off.
 
     Args:
         servo: The servo.
         clock: Where time comes from.
+        meanwhile: Called again and again while it starts: what other servos must hear.
 
     Raises:
         BusError: It does not answer, does not come back, or comes back with torque on.
@@ -62,8 +66,8 @@ def reboot_servo(servo: CheckedServo, clock: Clock) -> Reboot:
     torque = bool(servo.read("torque_enable"))
     ticks_before = servo.read("present_position")
     began_ns = clock.now_ns()
-    _tell(servo, clock)
-    _wait_until_back(servo, clock, began_ns)
+    _tell(servo, clock, meanwhile)
+    _wait_until_back(servo, clock, began_ns, meanwhile)
     servo.write_verified("torque_enable", 0)
     return Reboot(
         leg=servo.leg,
@@ -77,11 +81,12 @@ def reboot_servo(servo: CheckedServo, clock: Clock) -> Reboot:
     )
 
 
-def _tell(servo: CheckedServo, clock: Clock) -> None:
+def _tell(servo: CheckedServo, clock: Clock, meanwhile: Callable[[], None]) -> None:
     """Tell it until it says that it will: twice does no harm, and a lost answer proves nothing."""
     for _ in range(TELL_TRIES):
         if servo.reboot():
             return
+        meanwhile()
         clock.sleep_until_ns(clock.now_ns() + round(LOOK_AGAIN_S * 1e9))
     raise BusError(
         f"{servo.leg} (id {servo.servo_id}) did not answer to its reboot: check its cable",
@@ -90,9 +95,12 @@ def _tell(servo: CheckedServo, clock: Clock) -> None:
     )
 
 
-def _wait_until_back(servo: CheckedServo, clock: Clock, began_ns: int) -> None:
+def _wait_until_back(
+    servo: CheckedServo, clock: Clock, began_ns: int, meanwhile: Callable[[], None]
+) -> None:
     while clock.now_ns() - began_ns < REBOOT_LIMIT_S * 1e9:
         # its word that it will reboot comes before it does: look only after a pause
+        meanwhile()
         clock.sleep_until_ns(clock.now_ns() + round(LOOK_AGAIN_S * 1e9))
         if servo.answers():
             return

@@ -79,6 +79,7 @@ class VirtualServo:
         self._firmware = firmware
         self._rebase_ticks = 0  # turns taken off the continuous encoder by reboot or Clear
         self._heard_ns = 0
+        self._awake_ns = 0  # deaf before: it is starting
         self._registered: tuple[int, bytes] | None = None
         self._goal_is_here()
         self._sync_firmware()
@@ -151,9 +152,9 @@ class VirtualServo:
             Instruction.WRITE: lambda: self._write_instruction(parameters, t_ns),
             Instruction.REG_WRITE: lambda: self._register_write(parameters),
             Instruction.ACTION: lambda: self._action(t_ns),
-            Instruction.REBOOT: self._reboot_instruction,
+            Instruction.REBOOT: lambda: self._reboot_instruction(t_ns),
             Instruction.CLEAR: lambda: self._clear(parameters),
-            Instruction.FACTORY_RESET: lambda: self._factory_reset(parameters, broadcast),
+            Instruction.FACTORY_RESET: lambda: self._factory_reset(parameters, t_ns, broadcast),
         }
         action = actions.get(instruction)
         return action() if action is not None else (StatusError.INSTRUCTION, b"")
@@ -225,12 +226,17 @@ class VirtualServo:
         self.table.set("registered_instruction", 0)
         return int(self.write(address, data, t_ns)), b""
 
-    def _reboot_instruction(self) -> tuple[int, bytes]:
-        self.restart()
+    def _reboot_instruction(self, t_ns: int) -> tuple[int, bytes]:
+        self.restart(t_ns)
         return 0, b""
 
-    def restart(self) -> None:
-        """Begin as after power-up: RAM, turns and torque are lost, EEPROM is kept."""
+    def awake(self, t_ns: int) -> bool:
+        """Whether it has started and hears the wire."""
+        return t_ns >= self._awake_ns
+
+    def restart(self, t_ns: int) -> None:
+        """Begin as after power-up: RAM, turns and torque are lost, EEPROM is kept; deaf for a while."""
+        self._awake_ns = t_ns + round(self._assumed.restart_s * 1e9)
         self._set_torque(on=False)
         self.table.reset_ram()
         self._registered = None
@@ -250,7 +256,7 @@ class VirtualServo:
         self._sync_firmware()
         return 0, b""
 
-    def _factory_reset(self, parameters: bytes, broadcast: bool) -> tuple[int, bytes]:
+    def _factory_reset(self, parameters: bytes, t_ns: int, broadcast: bool) -> tuple[int, bytes]:
         if len(parameters) != 1 or parameters[0] not in {0xFF, 0x01, 0x02}:
             return StatusError.DATA_RANGE, b""
         if broadcast and parameters[0] == 0xFF:
@@ -259,7 +265,7 @@ class VirtualServo:
         servo_id = self.servo_id if keep_id else 1
         baud = self.table.get("baud_rate") if keep_baud else 1
         self.table = ControlTable(servo_id, baud, 250, self._assumed)
-        self.restart()
+        self.restart(t_ns)
         return 0, b""
 
     # State.

@@ -152,14 +152,14 @@ class ServoMishaps:
             if on != watched.on:
                 watched.on, changed = on, True
                 if isinstance(watched.fault, Brownout):
-                    self._lose_power(watched.fault)
+                    self._lose_power(watched.fault, t_ns)
         if changed:
             self._set_all([watched.fault for watched in self._watched if watched.on])
 
-    def _lose_power(self, fault: Brownout) -> None:
+    def _lose_power(self, fault: Brownout, t_ns: int) -> None:
         """RAM goes when the power goes; turns made without it are not counted when it comes back."""
         for i in self._targets(fault.servo):
-            self._bus.servos[i].restart()
+            self._bus.servos[i].restart(t_ns)
 
     def _targets(self, servo_id: int | None) -> list[int]:
         return [self._index[servo_id]] if servo_id is not None else list(self._index.values())
