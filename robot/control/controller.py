@@ -352,7 +352,10 @@ class Controller:
         begins = not last.torque or recovery.resume is not None or bool(state.allowed.recover)
         if wished.torque and begins:
             last = replace(wished, torque=False)
-        verdict = gate(wished, last, self.config.limits, self.config.servo_bus, recovery.ask)
+        refused_ns = state.command.wished.t_ns if state.command.refused and not begins else None
+        verdict = gate(
+            wished, last, self.config.limits, self.config.servo_bus, recovery.ask, refused_ns
+        )
         if isinstance(verdict, Refused):
             fault = Fault(FaultKind.REFUSED, "safety gate", verdict.reason)
             return Command(

@@ -112,6 +112,7 @@ def drive_as(
         )
         stack.callback(view.close)
         try:
+            interrupts.begin()
             with no_full_collection():
                 result = run(rig, controller, operator, sink, view)
         finally:

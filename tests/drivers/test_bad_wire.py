@@ -53,9 +53,9 @@ class Wire:
             return
         self.servos.receive(data, t_ns, baud_rate)
         delay_ns = round(self.delay_s(frame) * 1e9)
-        for reply in self.servos.due(2**62):
+        for sent in self.servos.due(2**62):
             self._order += 1
-            heapq.heappush(self._under_way, (reply.t_ns + delay_ns, self._order, reply.data))
+            heapq.heappush(self._under_way, (sent.t_ns + delay_ns, self._order, sent.data))
 
     def next_reply_ns(self) -> int | None:
         return self._under_way[0][0] if self._under_way else None
