@@ -5,8 +5,8 @@ A datagram holds one or more lines of text, UTF-8::
     t_unix_s x y z qx qy qz qw [sd_position [sd_angle]]
 
 in s, m, rad; the quaternion turns body axes into the world's, scalar last. ``nan nan nan nan`` for it says
-that only the place is known. Lines that begin with ``#`` are for people. A sender on another machine has
-to share our UNIX time (NTP, PTP).
+that only the place is known. Lines that begin with ``#`` are for people. The port is heard on this machine
+only, unless another address is asked for; a sender elsewhere has to share our UNIX time (NTP, PTP).
 """
 
 import socket
@@ -22,8 +22,12 @@ from model.values.faults import Fault, FaultKind
 from model.values.poses import PoseRecord
 
 LOOPBACK = "127.0.0.1"
-LARGEST = 65535
-MOST_DATAGRAMS = 64  # in one read: a sender gone mad must not hold the loop
+# In one read: a sender gone mad must hold neither the loop nor the estimator nor the log.
+LARGEST = 4096
+MOST_DATAGRAMS = 64
+MOST_LINES = 16
+# A pose that is older or newer than this is of no use; its stamp is in ms or ns, or a clock is wrong.
+MOST_AWAY_S = 30.0
 UNIT_TOLERANCE = 0.01  # of a quaternion's length
 SHORT, LONG = 8, 10
 
@@ -76,6 +80,7 @@ class PoseListener:
     """
 
     def __init__(self, port: int, clock: Clock, unix_ns: int, address: str = LOOPBACK) -> None:
+        self._clock = clock
         self._offset_ns = unix_ns - clock.now_ns()
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
@@ -97,6 +102,7 @@ class PoseListener:
         """Return what has come since the last read, and faults."""
         records: list[PoseRecord] = []
         faults: list[Fault] = []
+        lines = 0
         for _ in range(MOST_DATAGRAMS):
             try:
                 data = self._socket.recv(LARGEST)
@@ -108,15 +114,28 @@ class PoseListener:
             for line in data.decode("utf-8", errors="replace").splitlines():
                 if not line.strip() or line.lstrip().startswith("#"):
                     continue
+                if lines == MOST_LINES:
+                    detail = f"more than {MOST_LINES} poses in one period; the rest is left out"
+                    faults.append(Fault(FaultKind.POSE_BAD, "pose udp", detail))
+                    break
+                lines += 1
                 try:
-                    records.append(parse_pose(line, self._offset_ns))
-                except (ValueError, OverflowError) as error:
+                    records.append(self._timely(parse_pose(line, self._offset_ns)))
+                except (ValueError, ArithmeticError) as error:
                     faults.append(
                         Fault(
                             FaultKind.POSE_BAD, "pose udp", f"{line[:60]!r} makes no sense: {error}"
                         )
                     )
         return tuple(records), tuple(faults[:1])
+
+    def _timely(self, record: PoseRecord) -> PoseRecord:
+        away_s = (record.t_ns - self._clock.now_ns()) * 1e-9
+        if abs(away_s) > MOST_AWAY_S:
+            raise ValueError(
+                f"its time is {away_s:.3g} s from now; it has to be UNIX time in seconds"
+            )
+        return record
 
     def close(self) -> None:
         """Give the port back."""

@@ -27,6 +27,13 @@ class ServoAssumed:
     processing_s: float = within(
         50e-6, 0.0, 0.1, "Its own work before it answers [s]; others measured about 50 us."
     )
+    # 0.1 to 0.8 s are seen
+    restart_s: float = within(
+        0.25,
+        0.0,
+        3.0,
+        "How long it is deaf after a reboot or when its supply is back [s]; assumed.",
+    )
     # the e-manual says "any", read as all
     watchdog_hears: str = among(
         "all",

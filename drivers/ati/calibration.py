@@ -89,9 +89,9 @@ def parse_cal(text: str, transducer: int) -> Calibration:
 
 def _scale(text: str, units: dict[str, float], label: str, transducer: int) -> tuple[float, float]:
     match = _SCALE.match(text)
-    counts = float(match.group(1)) if match else 0.0
+    counts = _number(match.group(1)) if match else 0.0
     unit = match.group(2).strip() if match else text
-    if counts <= 0 or not math.isfinite(counts) or unit not in units:
+    if not 0 < counts < math.inf or unit not in units:
         raise ForceStreamError(
             f"transducer {transducer} reports {label} as {text!r}, which is no scale we know "
             f"(units {', '.join(units)}); choose another calibration with CALIB on its console"
@@ -105,5 +105,13 @@ def _ratings(text: str) -> list[float]:
         if "MaxRatings" in line:
             values = lines[number + 1].split()[-len(AXES) :]
             if len(values) == len(AXES):
-                return [float(value) for value in values]
+                return [_number(value) for value in values]
     return [math.nan] * len(AXES)
+
+
+def _number(text: str) -> float:
+    """Return a number as printed; NaN for a garbled one."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan

@@ -43,9 +43,9 @@ class Console:
         """
         if FORBIDDEN.match(command):
             raise ForceStreamError(f"{command.split()[0]} writes to the sensor; not sent")
-        self._wake()
-        self._link.write(command.encode("ascii") + b"\r\n")
         deadline_ns = self._clock.now_ns() + round(ANSWER_LIMIT_S * 1e9)
+        chatters = self._wake(deadline_ns)
+        self._link.write(command.encode("ascii") + b"\r\n")
         received = b""
         while True:
             answer = _answer(received, command)
@@ -56,14 +56,23 @@ class Console:
                 raise ForceStreamError(
                     f"the force-torque unit did not answer {command!r} in {ANSWER_LIMIT_S:g} s: "
                     "switch it off and on"
+                    + "; its console prints all the time (DUMP or NET DEBUG is on)"
+                    * chatters
                 )
             received += self._link.read(left_s)
 
-    def _wake(self) -> None:
-        """An empty line first, as ATI's own program does; whatever it brings is dropped."""
+    def _wake(self, deadline_ns: int) -> bool:
+        """An empty line first, as ATI's own program does; whatever it brings is dropped.
+
+        Returns:
+            Whether it never stopped bringing something; half the time is left for the answer then.
+        """
         self._link.write(b"\r\n")
+        until_ns = (self._clock.now_ns() + deadline_ns) // 2
         while self._link.read(DRAIN_S):
-            pass
+            if self._clock.now_ns() >= until_ns:
+                return True
+        return False
 
     def close(self) -> None:
         """Hang up."""

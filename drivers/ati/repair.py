@@ -83,6 +83,9 @@ class Repair:
         except ForceStreamError as error:
             self._done.put(error)
             return
+        except Exception as error:  # noqa: BLE001 - an attempt that says nothing would be the last
+            self._done.put(ForceStreamError(f"{type(error).__name__}: {error}"))
+            return
         self._done.put(repaired)
         if self._closed:
             repaired.console.close()

@@ -14,13 +14,14 @@ from dynamixel_sdk import COMM_SUCCESS
 
 from drivers.clock import Clock
 from drivers.dynamixel.checked_servo import CheckedServo
-from drivers.dynamixel.frames import ALERT, BROADCAST_ID
+from drivers.dynamixel.frames import ALERT
 from drivers.dynamixel.mx106 import (
     EXTENDED_POSITION_LIMIT,
     READ_ADDRESS,
     READ_LENGTH,
     REGISTER,
     RETURN_DELAY_UNIT_S,
+    TICKS_PER_TURN,
     WATCHDOG_UNIT_S,
     angle_to_ticks,
 )
@@ -32,7 +33,7 @@ from drivers.dynamixel.setup import (
     BusReport,
     configure_servos,
     find_servos,
-    hold_at,
+    hold_here,
 )
 from drivers.dynamixel.stats import BusStats
 from model.errors import BusError
@@ -47,6 +48,8 @@ TORQUE_ON_READS = 5
 # While an answer is owed, reads begin up to so many bytes early (goal position and what is between are
 # neighbours), each with another length than those before: an old answer cannot pass for a new one.
 LONGEST_LEAD = 8
+# Twice what a servo's goal can reach: still a number of ticks, and refused as one.
+BEYOND_ALL_TURNS_RAD = 2 * EXTENDED_POSITION_LIMIT / TICKS_PER_TURN * 2 * np.pi
 # Register 70 of one servo is read once in so many reads; a new alert is looked into at once.
 POLL_EVERY_READS = 10
 
@@ -71,6 +74,7 @@ class ServoBus:
         self._hardware_error: IntArray = np.full(len(self._ids), NEVER, dtype=np.int64)
         # A servo that starts anew forgets its turns; positions are given and taken as if it had not.
         self._lost_ticks: IntArray = np.zeros(len(self._ids), dtype=np.int64)
+        self._goal_ticks: list[int] = []  # as sent last, in the servos' own count
         self._reads = 0
         self._lead = 0
 
@@ -243,10 +247,7 @@ class ServoBus:
                 ids=tuple(int(i) for i in self.settings.ids[~readings.valid]),
             )
         try:
-            for servo, ticks in zip(
-                self.servos(), readings.position_ticks + self._lost_ticks, strict=True
-            ):
-                hold_at(servo, int(ticks))
+            self._goal_ticks = [hold_here(servo) for servo in self.servos()]
             for servo in self.servos():
                 servo.write_verified("bus_watchdog", self.watchdog_units)
         except BusError:
@@ -272,21 +273,42 @@ class ServoBus:
                 "a command without torque has no goals; call torque_off", port=self._port.name
             )
         self._refuse(~np.isfinite(command.angle_rad), "has a goal angle that is not a number")
-        ticks = angle_to_ticks(command.angle_rad, self.settings.signs, self.settings.zeros)
+        angle_rad = np.clip(command.angle_rad, -BEYOND_ALL_TURNS_RAD, BEYOND_ALL_TURNS_RAD)
+        ticks = angle_to_ticks(angle_rad, self.settings.signs, self.settings.zeros)
         ticks = ticks + self._lost_ticks
         self._refuse(
             np.abs(ticks) > EXTENDED_POSITION_LIMIT,
             "has a goal beyond 256 turns; set the turn counter back at standstill",
         )
+        self._goal_ticks = ticks.tolist()
+        self._send_goals(self._ids)
+
+    def repeat_goals(self, without: int) -> None:
+        """Send the last goals again, so that watchdogs hear something while one servo is looked after.
+
+        Args:
+            without: Index of the leg that is left out: its servo starts anew or has no torque.
+
+        Raises:
+            BusError: They could not be sent.
+            ConnectionLost: The port is gone.
+        """
+        self._send_goals([i for index, i in enumerate(self._ids) if index != without])
+
+    def _send_goals(self, ids: Sequence[int]) -> None:
         goal = REGISTER["goal_position"]
-        items = [(i, goal.encode(int(t))) for i, t in zip(self._ids, ticks, strict=True)]
-        self._packets.sync_write(goal.address, items)
+        goals = dict(zip(self._ids, self._goal_ticks, strict=True))
+        items = [(i, goal.encode(goals[i])) for i in ids]
+        if items and self._packets.sync_write(goal.address, items) != COMM_SUCCESS:
+            raise BusError("the goals could not be sent whole", port=self._port.name)
 
     def torque_off(self) -> bool:
         """Switch all torque off and read it back.
 
         The watchdog stays armed until torque is known to be off: it stops a servo that did not
-        hear us. One that heard us and kept its torque is told again with its watchdog clear.
+        hear us. One that heard us and kept its torque is asked again with its watchdog clear, in
+        requests that wait for their answers (a servo that answers into the next request destroys
+        both); if it still keeps its torque, its watchdog is armed again.
 
         Returns:
             True only if every servo says that its torque is off. Never raises: it is on every way
@@ -295,21 +317,30 @@ class ServoBus:
         self._torque_on = False
         left = list(self._ids)
         for _ in range(TORQUE_OFF_TRIES):
-            self._tell(BROADCAST_ID, "torque_enable", 0)
+            self._tell_all("torque_enable", 0)
             torque = {servo_id: self._torque_of(servo_id) for servo_id in left}
             left = [servo_id for servo_id in left if torque[servo_id] != 0]
             if not left:
-                self._tell(BROADCAST_ID, "bus_watchdog", 0)
+                self._tell_all("bus_watchdog", 0)
                 return True
             for servo_id in [i for i in left if torque[i] is not None]:
-                self._tell(servo_id, "bus_watchdog", 0)
+                self._ask(servo_id, "bus_watchdog", 0)
+                self._ask(servo_id, "torque_enable", 0)
+        for servo_id in left:
+            self._ask(servo_id, "bus_watchdog", self.watchdog_units)
         return False
 
-    def _tell(self, servo_id: int, name: str, value: int) -> None:
-        """Write a register as well as the port can."""
+    def _ask(self, servo_id: int, name: str, value: int) -> None:
+        """Write a register of one servo as well as the port can, and wait for the answer."""
         register = REGISTER[name]
         with contextlib.suppress(BusError, OSError):
-            self._packets.write_unanswered(servo_id, register.address, register.encode(value))
+            self._packets.write(servo_id, register.address, register.encode(value))
+
+    def _tell_all(self, name: str, value: int) -> None:
+        """Write a register of every servo as well as the port can; nobody answers a broadcast."""
+        register = REGISTER[name]
+        with contextlib.suppress(BusError, OSError):
+            self._packets.broadcast(register.address, register.encode(value))
 
     def _torque_of(self, servo_id: int) -> int | None:
         """Return Torque Enable as the servo says it, None if it says nothing."""

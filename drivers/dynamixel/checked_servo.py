@@ -134,7 +134,8 @@ class CheckedServo:
         """
         level = REGISTER["status_return_level"]
         if self.read(level.name) != 2:
-            self.packets.write_unanswered(self.servo_id, level.address, level.encode(2))
+            # waits for the answer that may come: another request over it would destroy both
+            self.packets.write(self.servo_id, level.address, level.encode(2))
             self.write_verified(level.name, 2)
 
     def clear_turns(self) -> None:

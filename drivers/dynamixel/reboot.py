@@ -1,5 +1,6 @@
 """Rebooting a servo without forgetting why: its cause and its turns are read first."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from drivers.clock import Clock
@@ -47,8 +48,12 @@ class Reboot:
         return hardware_error_names(self.cause)
 
 
-def reboot_servo(servo: CheckedServo) -> Reboot:
+def reboot_servo(servo: CheckedServo, meanwhile: Callable[[], None] = lambda: None) -> Reboot:
     """Read cause and turns, reboot, wait until it is back, and see that torque is off.
+
+    Args:
+        servo: The servo.
+        meanwhile: Called again and again while it starts: what other servos must hear.
 
     Raises:
         BusError: It does not answer, does not come back, or comes back with torque on.
@@ -58,8 +63,8 @@ def reboot_servo(servo: CheckedServo) -> Reboot:
     torque = bool(servo.read("torque_enable"))
     ticks_before = servo.read("present_position")
     began_ns = clock.now_ns()
-    _request(servo)
-    _wait_until_back(servo, began_ns + round(REBOOT_LIMIT_S * 1e9))
+    _request(servo, meanwhile)
+    _wait_until_back(servo, began_ns + round(REBOOT_LIMIT_S * 1e9), meanwhile)
     servo.write_verified("torque_enable", 0)
     return Reboot(
         leg=servo.leg,
@@ -73,18 +78,20 @@ def reboot_servo(servo: CheckedServo) -> Reboot:
     )
 
 
-def _request(servo: CheckedServo) -> None:
+def _request(servo: CheckedServo, meanwhile: Callable[[], None]) -> None:
     """Request a reboot until it is acknowledged: twice does no harm, and a lost answer proves nothing."""
     for _ in range(REQUEST_TRIES):
         if servo.reboot():
             return
+        meanwhile()
         _pause(servo.port.clock)
     raise servo.error("did not answer to its reboot: check its cable")
 
 
-def _wait_until_back(servo: CheckedServo, until_ns: int) -> None:
+def _wait_until_back(servo: CheckedServo, until_ns: int, meanwhile: Callable[[], None]) -> None:
     clock = servo.port.clock
     while clock.now_ns() < until_ns:
+        meanwhile()
         _pause(clock)  # it acknowledges before it reboots: look only after a pause
         if servo.answers():
             return

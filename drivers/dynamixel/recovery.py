@@ -13,6 +13,7 @@ bus is told, and gives and takes positions as if nothing had happened.
 import enum
 from collections import deque
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -21,7 +22,8 @@ from drivers.dynamixel.checked_servo import CheckedServo
 from drivers.dynamixel.frames import ALERT
 from drivers.dynamixel.mx106 import TICKS_PER_TURN, HardwareError, hardware_error_names
 from drivers.dynamixel.reboot import reboot_servo
-from drivers.dynamixel.setup import configure_servo, hold_at
+from drivers.dynamixel.setup import configure_servo, hold_here
+from drivers.dynamixel.watchdog import TRIPPED
 from model.errors import BusError, ConnectionLost
 from model.values.arrays import BoolArray, IntArray
 from model.values.readings import ServoReadings
@@ -55,6 +57,7 @@ class IncidentKind(enum.Enum):
     SHUT_DOWN = "shut itself down"
     RESTARTED = "started anew"
     TORQUE_LOST = "lost its torque"
+    TRIPPED = "heard nothing for its watchdog's time and takes no goals"
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,6 +131,7 @@ class ServoRecovery:
         self._was_valid: BoolArray = np.ones(len(bus.settings.names), dtype=bool)
         self._alerted: BoolArray = np.zeros(len(bus.settings.names), dtype=bool)
         self._open: set[int] = set()
+        self._examine_all = False
 
     # Finding out.
 
@@ -166,6 +170,8 @@ class ServoRecovery:
         turn, rest = divmod(self._looks, POLL_EVERY_LOOKS)
         if not rest:
             suspects[turn % len(suspects)] = True
+        suspects |= self._examine_all
+        self._examine_all = False
         suspects[list(self._open)] = False
         judged: BoolArray = suspects & readings.valid
         return judged
@@ -178,10 +184,11 @@ class ServoRecovery:
         self._alerted = np.where(valid, (readings.error_byte & ALERT) != 0, self._alerted)
 
     def _examine(self, index: int, readings: ServoReadings) -> Incident | None:
-        """Ask one servo for its torque, and if it has none, for the cause."""
+        """Ask one servo for its torque and its watchdog; if there is none or it tripped, for the cause."""
         servo = self._bus.servos()[index]
         try:
-            if servo.read("torque_enable"):
+            torque = servo.read("torque_enable")
+            if torque and servo.read("bus_watchdog") != TRIPPED:
                 return None
             cause = servo.read("hardware_error_status")
             mask = servo.read("shutdown")
@@ -191,7 +198,9 @@ class ServoRecovery:
             return None  # silent again: the loop counts that, and we look when it is back
         after = int(readings.position_ticks[index])
         before = int(self._ticks[index]) if self._known[index] else after
-        if cause & mask:
+        if torque:
+            kind = IncidentKind.TRIPPED
+        elif cause & mask:
             kind = IncidentKind.SHUT_DOWN
         elif abs(after - before) > JUMP_TICKS or not self._was_valid[index]:
             kind = IncidentKind.RESTARTED
@@ -209,7 +218,8 @@ class ServoRecovery:
         if incident.cause & ~int(policy.causes):
             names = ", ".join(hardware_error_names(incident.cause & ~int(policy.causes)))
             return f"recovery from {names} is not allowed"
-        if incident.kind is not IncidentKind.SHUT_DOWN and not policy.after_restart:
+        lost = (IncidentKind.RESTARTED, IncidentKind.TORQUE_LOST)
+        if incident.kind in lost and not policy.after_restart:
             return f"recovery of a servo that {incident.kind.value} is not allowed"
         now_ns = self._bus.clock.now_ns()
         recent = [t for t in self._attempts if now_ns - t < policy.window_s * 1e9]
@@ -218,10 +228,11 @@ class ServoRecovery:
         return ""
 
     def recover(self, incident: Incident) -> Recovery:
-        """Bring one servo back where it stands, if the policy allows it. Blocks for about 0.1 s.
+        """Bring one servo back where it stands, if the policy allows it. Blocks while it restarts.
 
-        The other servos hear traffic all the while, so their watchdogs stay quiet. A failed attempt
-        counts; torque of that servo is off afterwards.
+        The others get their last goals again all the while: whether a watchdog hears requests to other
+        ids is not known. The next look asks each of them all the same. A failed attempt counts; torque
+        of that servo is off afterwards.
 
         Raises:
             ConnectionLost: The port is gone.
@@ -237,6 +248,8 @@ class ServoRecovery:
             raise
         except BusError as error:
             return _failed(incident, str(error), torque_off=_switch_off(servo))
+        finally:
+            self._examine_all = True
         self._open.discard(incident.index)
         self._bus.note_restart(incident.index, shift)
         self._ticks[incident.index] = ticks - shift
@@ -245,17 +258,21 @@ class ServoRecovery:
 
     def _bring_back(self, servo: CheckedServo, incident: Incident) -> tuple[int, int]:
         """Return where the servo holds now and by how much its zero has shifted [ticks]."""
+        feed = partial(self._bus.repeat_goals, incident.index)
+        feed()
         if incident.kind is IncidentKind.SHUT_DOWN:
-            error = reboot_servo(servo).error_after
+            error = reboot_servo(servo, feed).error_after
             if error:
                 names = ", ".join(hardware_error_names(error))
                 raise servo.error(
                     f"still reports {names} after its reboot", "hardware_error_status"
                 )
-        configure_servo(servo)
-        ticks = servo.read("present_position")
-        hold_at(servo, ticks)
+        if incident.kind is not IncidentKind.TRIPPED:  # that one has kept torque and settings
+            configure_servo(servo)
+        feed()
+        ticks = hold_here(servo)
         servo.write_verified("bus_watchdog", self._bus.watchdog_units)
+        feed()
         turns = round((ticks - incident.ticks_before) / TICKS_PER_TURN)
         return ticks, turns * TICKS_PER_TURN
 

@@ -44,9 +44,9 @@ class ServoRequests(PacketHandler):
         """Write bytes to one servo and wait for its word that it took them."""
         return self.request(servo_id, Instruction.WRITE, _word(address) + data, 0)
 
-    def write_unanswered(self, servo_id: int, address: int, data: bytes) -> int:
-        """Write bytes to one servo, or to all by ``BROADCAST_ID``, and wait for nothing."""
-        frame = build_instruction(servo_id, Instruction.WRITE, _word(address) + data)
+    def broadcast(self, address: int, data: bytes) -> int:
+        """Write bytes to all servos; nobody answers it."""
+        frame = build_instruction(BROADCAST_ID, Instruction.WRITE, _word(address) + data)
         return self.send(frame)
 
     def ask(self, servo_id: int, instruction: int, data: bytes = b"") -> Answer:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from dynamixel_sdk import COMM_SUCCESS, Protocol1PacketHandler
 
-from drivers.dynamixel.checked_servo import CheckedServo
+from drivers.dynamixel.checked_servo import TRIES, CheckedServo
 from drivers.dynamixel.frames import Instruction
 from drivers.dynamixel.mx106 import (
     MODEL_NUMBER,
@@ -127,19 +127,34 @@ def configure_servo(servo: CheckedServo) -> None:
     servo.write("profile_acceleration", 0)
 
 
-def hold_at(servo: CheckedServo, ticks: int) -> None:
-    """Switch one servo's torque on with its goal where it stands.
+def hold_here(servo: CheckedServo) -> int:
+    """Switch one servo's torque on with its goal where the shaft stands.
+
+    Position and goal are read right before, each as a run of bytes of a length of its own: an answer that
+    comes late cannot pass for either, and a goal that was lost on the way is written again. With an old
+    goal in its register the shaft would turn the moment torque goes on.
 
     Args:
         servo: The servo, configured.
-        ticks: Its present position [ticks].
+
+    Returns:
+        Where it holds [ticks].
 
     Raises:
-        BusError: It does not do it.
+        BusError: It does not do it; its torque has not been switched on then.
     """
-    servo.write("bus_watchdog", 0)  # a tripped one takes no goal
-    servo.write("goal_position", ticks)
-    servo.write_verified("torque_enable", 1)
+    servo.write_verified("bus_watchdog", 0)  # a tripped one takes no goal
+    for _ in range(TRIES):
+        ticks = servo.read_run("present_velocity", "present_position")["present_position"]
+        servo.write("goal_position", ticks)
+        kept = servo.read_run("goal_position", "realtime_tick")["goal_position"]
+        if kept == ticks:
+            servo.write_verified("torque_enable", 1)
+            return ticks
+    raise servo.error(
+        f"has goal_position {kept} instead of {ticks} where it stands; torque stays off: check its cable",
+        "goal_position",
+    )
 
 
 def _ping(servo: CheckedServo) -> Answer:

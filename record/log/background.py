@@ -16,6 +16,7 @@ from record.log.writer import LogWriter
 # Twenty seconds at 100 Hz. When it is full, the disk has been stuck for that long.
 QUEUE_TICKS = 2000
 SYNC_EVERY_TICKS = 500
+CLOSE_LIMIT_S = 30.0  # for what is left in the queue, and for the disk to take it
 
 
 class BackgroundWriter:
@@ -29,14 +30,14 @@ class BackgroundWriter:
         self.dropped = 0
         self._writer = writer
         self._queue: queue.Queue[Tick | tuple[WireBytes, ...] | None] = queue.Queue(QUEUE_TICKS)
-        self._overflow: RecordError | None = None
+        self._failure: RecordError | None = None
         self._thread = threading.Thread(target=self._work, name="log", daemon=True)
         self._thread.start()
 
     @property
     def error(self) -> RecordError | None:
         """Why the log can no longer be written, None while it can."""
-        return self._writer.error or self._overflow
+        return self._writer.error or self._failure
 
     def write(self, tick: Tick) -> None:
         """Hand over one tick; never waits."""
@@ -52,11 +53,24 @@ class BackgroundWriter:
             self._queue.put_nowait(item)
         except queue.Full:
             self.dropped += 1
-            self._overflow = RecordError(
+            self._failure = RecordError(
                 f"the disk of {self._writer.path} does not keep up: {self.dropped} ticks lost"
             )
 
     def _work(self) -> None:
+        """Write until told to close; after an error what comes is dropped, so that nobody waits for us."""
+        try:
+            self._write_all()
+        except Exception as error:  # noqa: BLE001 - a thread that dies silently leaves no log
+            self._failure = RecordError(
+                f"the log {self._writer.path} can no longer be written: "
+                f"{type(error).__name__}: {error}"
+            )
+            while self._queue.get() is not None:
+                self.dropped += 1
+        self._writer.close()
+
+    def _write_all(self) -> None:
         written = 0
         while (item := self._queue.get()) is not None:
             if isinstance(item, tuple):
@@ -67,9 +81,14 @@ class BackgroundWriter:
             if written % SYNC_EVERY_TICKS == 0:
                 with contextlib.suppress(OSError):  # a pipe or device has nothing to sync
                     os.fsync(self._writer.fileno())
-        self._writer.close()
 
     def close(self) -> None:
-        """Write what is left and finish the file."""
-        self._queue.put(None)
-        self._thread.join()
+        """Write what is left and finish the file; gives up on a disk that takes nothing any more."""
+        with contextlib.suppress(queue.Full):
+            self._queue.put(None, timeout=CLOSE_LIMIT_S)
+        self._thread.join(CLOSE_LIMIT_S)
+        if self._thread.is_alive():
+            self._failure = RecordError(
+                f"the disk of {self._writer.path} takes nothing any more; the log is cut, "
+                f"bigant log repair {self._writer.path} keeps what is there"
+            )

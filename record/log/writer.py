@@ -5,6 +5,7 @@ Nothing of the wall clock, the machine or the path goes in by itself, so that th
 bytes.
 """
 
+import struct
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -131,6 +132,10 @@ class LogWriter:
             self._error = RecordError(
                 f"the log {self.path} can no longer be written: {error.strerror}; "
                 "make room or choose another --log"
+            )
+        except (ValueError, TypeError, ArithmeticError, struct.error) as error:
+            self._error = RecordError(
+                f"the log {self.path} takes no tick any more: {error}; please report it"
             )
 
     def _begin(self, config_text: str, details: Mapping[str, str], unix_ns: int) -> None:

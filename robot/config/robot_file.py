@@ -12,6 +12,7 @@ from typing import TypeVar
 import numpy as np
 
 from drivers.ati.settings import ForceSensorSettings
+from drivers.dynamixel.mx106 import CURRENT_UNIT_A, VELOCITY_UNIT_RAD_S
 from drivers.dynamixel.settings import ServoBusSettings
 from gaits.catalog import make_gait
 from gaits.names import GAIT_NAMES
@@ -39,6 +40,10 @@ from robot.config.estimator import EstimatorConfig, read_estimator
 from robot.config.safety import BodyLimits, RecoverySettings, read_body_limits, read_recovery
 
 DEFAULT_ROBOT_FILE = Path(__file__).resolve().parent.parent.parent / "config" / "bigant.toml"
+# A limit beyond what a servo can do or measure is none.
+HIGHEST_SPEED_RAD_S = 1023 * VELOCITY_UNIT_RAD_S
+HIGHEST_CURRENT_A = 2047 * CURRENT_UNIT_A
+LONGEST_LATE_S = 0.1
 WATCHDOG_STEP_S = 0.02
 FULL_TURN = 2 * np.pi
 Part = TypeVar("Part")
@@ -222,7 +227,7 @@ def _servo(table: Table) -> ServoParameters:
     return ServoParameters(
         supply_voltage=table.number("supply_voltage", minimum=9.5, maximum=16.0),
         rated_torque_limit=table.number("rated_torque_limit", above=0),
-        max_speed=table.number("max_speed", above=0),
+        max_speed=table.number("max_speed", above=0, maximum=HIGHEST_SPEED_RAD_S),
         max_acceleration=table.number("max_acceleration", above=0),
     )
 
@@ -232,8 +237,8 @@ def _limits(table: Table, servo: ServoParameters) -> SafetyLimits:
         max_speed_rad_s=servo.max_speed,
         max_temperature_c=table.number("max_temperature", above=0, maximum=100),
         min_voltage_v=table.number("min_voltage", above=0, below=servo.supply_voltage),
-        max_current_a=table.number("max_current", above=0),
-        max_following_error_rad=table.number("max_following_error", above=0),
+        max_current_a=table.number("max_current", above=0, maximum=HIGHEST_CURRENT_A),
+        max_following_error_rad=table.number("max_following_error", above=0, maximum=np.pi),
     )
 
 
@@ -271,8 +276,8 @@ def _metachronal(table: Table) -> MetachronalParameters:
 def _loop(table: Table) -> LoopSettings:
     loop = LoopSettings(
         rate_hz=table.integer("rate", minimum=1, maximum=200),
-        late_limit_s=table.number("late_limit", above=0),
-        late_ticks=table.integer("late_ticks", minimum=1, maximum=100000),
+        late_limit_s=table.number("late_limit", above=0, maximum=LONGEST_LATE_S),
+        late_ticks=table.integer("late_ticks", minimum=1, maximum=1000),
     )
     table.done()
     return loop
@@ -298,7 +303,7 @@ def _servo_bus(
         zeros=columns.zeros,
         baud_rate=table.integer("baud_rate", minimum=9600, maximum=4_500_000),
         watchdog_s=watchdog,
-        silent_limit=table.integer("silent_limit", minimum=1, maximum=1000),
+        silent_limit=table.integer("silent_limit", minimum=1, maximum=200),
     )
     table.done()
     return settings
@@ -323,7 +328,7 @@ def _force_sensor(
         local_port=table.integer("local_port", minimum=0, maximum=65535),
         rate_hz=rate,
         oversampling=oversampling,
-        silent_limit_s=table.number("silent_limit", above=0),
+        silent_limit_s=table.number("silent_limit", above=0, maximum=60),
         offset_m=table.numbers("offset", (legs.count, 3)),
         yaw_rad=table.numbers("yaw", (legs.count,)),
         bias_n=table.numbers("bias", (legs.count, 3)),

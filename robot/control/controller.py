@@ -64,8 +64,9 @@ class Controller:
         armed: Whether torque may be asked for.
         rate_hz: Rate of the loop, or None for the robot file's.
         gaits: Gaits it can walk, or None for the robot file's.
-        model: Whether to solve the model and estimate the pose. A campaign's walks are recorded without:
-            they give the same commands, as nothing that steers the robot comes from there.
+        estimate: Whether to run the estimator, if the robot file wants it. A campaign's walks go without:
+            no limit and no command depends on it. The model and dead reckoning run in any case, as limits
+            on tilt, slip and distance need them.
     """
 
     def __init__(
@@ -76,7 +77,7 @@ class Controller:
         armed: bool,
         rate_hz: int | None = None,
         gaits: Sequence[Gait] | None = None,
-        model: bool = True,
+        estimate: bool = True,
     ) -> None:
         self.config = config
         self.armed = armed
@@ -94,11 +95,7 @@ class Controller:
         self._effects = model_of(config)
         self._linkage = Linkage(robot.linkage, robot.legs.shaft_position)
         self._estimator: EstimatorStage | None = None
-        self._not_run: tuple[FootMotion, ContactSolution] | None = None
-        if not model:
-            self._not_run = no_feet(robot.legs.count), no_contact(robot.legs.count, NOT_RUN)
-            return
-        if config.estimator.enabled:
+        if config.estimator.enabled and estimate:
             self._estimator = estimator_stage(config, self._linkage)
         prepare()
         differentiate.prepare()
@@ -224,9 +221,6 @@ class Controller:
         forces = senses.forces
         if self._effects is not None:
             forces = self._effects.true_forces(forces, (t_ns - senses.began_ns) * 1e-9)
-        if self._not_run is not None:
-            before = state.estimates.dead_reckoning
-            return Estimates(*self._not_run, forces, before, None, None, ())
         feet, contact = self._model(state, senses, t_ns)
         faults: tuple[Fault, ...] = ()
         if not contact.support.converged:
@@ -352,7 +346,10 @@ class Controller:
         begins = not last.torque or recovery.resume is not None or bool(state.allowed.recover)
         if wished.torque and begins:
             last = replace(wished, torque=False)
-        verdict = gate(wished, last, self.config.limits, self.config.servo_bus, recovery.ask)
+        refused_ns = state.command.wished.t_ns if state.command.refused and not begins else None
+        verdict = gate(
+            wished, last, self.config.limits, self.config.servo_bus, recovery.ask, refused_ns
+        )
         if isinstance(verdict, Refused):
             fault = Fault(FaultKind.REFUSED, "safety gate", verdict.reason)
             return Command(

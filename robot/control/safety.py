@@ -64,6 +64,7 @@ def gate(
     limits: SafetyLimits,
     bus: ServoBusSettings,
     recover: tuple[int, ...] = (),
+    refused_ns: int | None = None,
 ) -> Allowed | Refused:
     """Decide whether a command may go to the servos.
 
@@ -73,6 +74,8 @@ def gate(
         limits: Safety limits.
         bus: How the servos are mounted; needed for the range of their counters.
         recover: Legs whose servos are to be brought back (``robot.control.recovery`` decides which).
+        refused_ns: If the command before was refused: when. A jump that was refused does not become
+            slow enough by being asked for again and again.
 
     Returns:
         ``Allowed`` with the same command, or ``Refused``. A command without torque is always allowed, and
@@ -91,6 +94,8 @@ def gate(
         return Refused(
             f"the command before is {elapsed_ns * 1e-6:.0f} ms old; the loop stood still"
         )
+    if refused_ns is not None:
+        elapsed_ns = wished.t_ns - refused_ns
     allowed_rad = limits.max_speed_rad_s * SPEED_SLACK * elapsed_ns * 1e-9
     allowed_rad += 2 * np.pi / TICKS_PER_TURN
     step_rad = [abs(to - at) for to, at in zip(angles, last.angle_rad.tolist(), strict=True)]

@@ -58,6 +58,12 @@ def drive(request: DriveRequest) -> ExitCode:
     request.check_hardware()
     if request.virtual_time and (request.pose_udp or config.estimator.pose_port):
         raise ConfigError("--pose-udp", "cannot be heard in virtual time; leave --virtual-time out")
+    if request.rate_hz is not None and config.servo_bus.watchdog_s < 3 / request.rate_hz:
+        raise ConfigError(
+            "--rate-hz",
+            f"{request.rate_hz} is too slow for the servos' watchdog of "
+            f"{config.servo_bus.watchdog_s:g} s, which has to last three periods",
+        )
     if request.readonly and request.armed:
         raise ConfigError("--armed", "and --readonly exclude each other; choose one")
     if request.record_bytes and request.log == NO_LOG:
@@ -112,6 +118,7 @@ def drive_as(
         )
         stack.callback(view.close)
         try:
+            interrupts.begin()
             with no_full_collection():
                 result = run(rig, controller, operator, sink, view)
         finally:

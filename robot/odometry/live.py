@@ -112,6 +112,7 @@ def _beside_log(
     clock = MonotonicClock()
     end_ns = None if request.duration is None else clock.now_ns() + round(request.duration * 1e9)
     tracker: Tracker | None = None
+    interrupts.begin()
     with LogFollower(path) as follower:
         while True:
             for stamped in follower.new_ticks():
@@ -142,6 +143,7 @@ def _beside_hardware(
     lines.offset_ns = time.time_ns() - rig.clock.now_ns()
     controller = Controller(config, rig.calibrations, armed=False)
     script = Script("tripod", 0.1, 0.0, None, request.duration, listen=True)
+    interrupts.begin()
     result = run(rig, controller, ScriptedOperator(script, interrupts), lines, None)
     if not request.json:
         print(f"{lines.count} ticks, torque never asked for")

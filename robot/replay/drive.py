@@ -1,29 +1,34 @@
 """``bigant replay LOG --drive``: the recorded wishes again on a robot, and what it measures now.
 
 The wishes go through today's controller and safety gate as any operator's do; recorded angles are never
-sent as they are. Real hardware has to be armed.
+sent as they are. Real hardware has to be armed, and its ids, zeros, limits and rate come from the robot
+file of this computer (or --robot), never from the log.
 """
 
 import json
 import sys
+import tomllib
 from bisect import bisect_right
+from collections.abc import Mapping
 from contextlib import ExitStack, redirect_stdout
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from model.errors import ConfigError, RecordError
 from model.values.faults import StopReason
 from model.values.tick import Intent, Request, Tick
 from record.log.reader import LogContents, read_log, read_tick_messages
 from record.log.tick_message import decode_inputs
-from robot.config.robot_file import load_robot
+from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import plain
+from robot.console.program_output import complain
 from robot.console.progress import ProgressLine
 from robot.console.table import number_text, row_lines
 from robot.control.controller import Controller
 from robot.drive.drive import drive_as, usual_log
-from robot.drive.request import DriveRequest
+from robot.drive.request import VIRTUAL, DriveRequest
 from robot.replay.repeat import Repeat, compare_runs, overlay
 from robot.replay.repeat_plots import draw_repeat
 from robot.report.pictures import write_report
@@ -124,9 +129,13 @@ def drive_again(request: RepeatRequest) -> ExitCode:
     contents = LogContents()
     with ProgressLine(f"reading {request.path}", contents.progress):
         wishes = read_wishes(request.path, contents)
-    then = rebuild_controller(
-        contents, None if request.robot is None else load_robot(request.robot)
-    ).controller
+    real = request.hardware != VIRTUAL
+    # ids, zeros, limits, rate and watchdog of real servos are not taken from a log, whose ever it is
+    own = load_robot(request.robot or DEFAULT_ROBOT_FILE) if real or request.robot else None
+    then = rebuild_controller(contents, own).controller
+    if real:
+        for line in differences(contents.config_text, (request.robot or DEFAULT_ROBOT_FILE)):
+            complain(f"bigant replay: {line}")
     if not then.armed:
         raise RecordError(f"{request.path} was recorded without torque: it has nothing to repeat")
     first = wishes.requests[0]
@@ -137,7 +146,7 @@ def drive_again(request: RepeatRequest) -> ExitCode:
         hardware=request.hardware,
         force_unit=request.force_unit,
         armed=True,
-        rate_hz=then.rate_hz,
+        rate_hz=then.config.loop.rate_hz if real else then.rate_hz,
         virtual_time=request.virtual_time,
         seed=request.seed,
     )
@@ -161,6 +170,26 @@ def drive_again(request: RepeatRequest) -> ExitCode:
         code = drive_as(new, then.config, new_log, operator)
     _compare(request, new_log, page)
     return code
+
+
+def differences(recorded: str, path: Path) -> list[str]:
+    """Return where the robot file to be used differs from the one in the log, a line each."""
+    then, now = flat(tomllib.loads(recorded)), flat(tomllib.loads(path.read_text(encoding="utf-8")))
+    return [
+        f"{key} is {now.get(key, 'not given')} in {path}, and was {then.get(key, 'not given')} in the run"
+        for key in sorted({*then, *now})
+        if then.get(key) != now.get(key)
+    ]
+
+
+def flat(table: Mapping[str, Any], above: str = "") -> dict[str, Any]:
+    """Return a TOML table with dotted keys."""
+    values: dict[str, Any] = {}
+    for key, value in table.items():
+        values |= (
+            flat(value, f"{above}{key}.") if isinstance(value, dict) else {f"{above}{key}": value}
+        )
+    return values
 
 
 def _compare(request: RepeatRequest, new_log: Path, page: Path) -> None:

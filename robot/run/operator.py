@@ -14,16 +14,29 @@ from model.values.tick import Intent, Mode, Request, Tick
 
 
 class Interrupts:
-    """Counts Ctrl-C, SIGTERM and a hang-up while active; handlers are put back afterwards."""
+    """Counts Ctrl-C, SIGTERM and a hang-up while active; handlers are put back afterwards.
+
+    Until ``begin`` a signal ends the program as usual: nothing counts it while devices are being opened.
+    """
 
     SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
     def __init__(self) -> None:
         self.count = 0
+        self._begun = False
         self._before: list[tuple[signal.Signals, object]] = []
 
-    def _count(self, _number: int, _frame: FrameType | None) -> None:
+    def _count(self, number: int, frame: FrameType | None) -> None:
         self.count += 1
+        if not self._begun:
+            before = dict(self._before).get(signal.Signals(number))
+            if callable(before):
+                before(number, frame)
+            raise KeyboardInterrupt
+
+    def begin(self) -> None:
+        """From now on somebody looks at ``count`` or ``override``."""
+        self._begun = True
 
     def __enter__(self) -> Self:
         for number in self.SIGNALS:

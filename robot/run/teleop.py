@@ -6,6 +6,7 @@ come for a while (``deadman_s``), the robot comes to stand on all feet and waits
 
 import contextlib
 import os
+import re
 import select
 import sys
 import termios
@@ -27,7 +28,19 @@ HELP = (
     "g walk  h stand  w/s faster/slower  a/d left/right  c straight  1 tripod  2 metachronal  "
     "q stop and quit  x EMERGENCY: cut torque"
 )
-ARROWS = {"\x1b[A": "w", "\x1b[B": "s", "\x1b[D": "a", "\x1b[C": "d"}
+ESC = "\x1b"
+# Arrow keys, in the usual and in the application cursor mode of terminals.
+ARROWS = {
+    f"{ESC}{mode}{letter}": key
+    for mode in "[O"
+    for letter, key in (("A", "w"), ("B", "s"), ("D", "a"), ("C", "d"))
+}
+# A whole escape sequence (ECMA-48: CSI, SS3, or a character with Alt), and the beginning of one.
+SEQUENCE = re.compile(r"\x1b(?:\[\[?[0-?]*[ -/]*[@-~]|O[0-?]*[@-~]|[^\[O\x1b])")
+BEGUN = re.compile(r"\x1b(?:\[\[?[0-?]*[ -/]*|O[0-?]*)?$")
+PASTE_BEGINS, PASTE_ENDS = f"{ESC}[200~", f"{ESC}[201~"
+BRACKETED_PASTE = "\x1b[?2004"  # h: the terminal marks what is pasted; l: it does not
+MOST_KEYS = 16  # at once from fingers; more is a paste in a terminal that does not mark it
 GAIT_KEYS = {"1": TRIPOD, "2": METACHRONAL}
 
 
@@ -47,10 +60,12 @@ class Keys:
             raise BigantError("--teleop needs a terminal to read keys from; run it in one")
         self._fd = source.fileno()
         self._before = termios.tcgetattr(self._fd)
+        self._parser = KeyParser()
         self.ended = False
 
     def __enter__(self) -> Self:
         tty.setcbreak(self._fd)  # Ctrl-C still is an interrupt
+        self._ask_terminal(f"{BRACKETED_PASTE}h")
         return self
 
     def __exit__(
@@ -59,11 +74,15 @@ class Keys:
         _error: BaseException | None,
         _trace: TracebackType | None,
     ) -> None:
+        self._ask_terminal(f"{BRACKETED_PASTE}l")
         with contextlib.suppress(termios.error):  # the terminal is gone
             termios.tcsetattr(self._fd, termios.TCSADRAIN, self._before)
 
     def read(self) -> list[str]:
-        """Return the keys pressed since the last call; arrows come as w, s, a, d."""
+        """Return the keys pressed since the last call; arrows come as w, s, a, d.
+
+        What is no key of ours does nothing: other escape sequences, keys with Alt, pasted text.
+        """
         text = ""
         while not self.ended and select.select([self._fd], [], [], 0)[0]:
             try:
@@ -73,9 +92,40 @@ class Keys:
             if not chunk:
                 self.ended = True
             text += chunk.decode("ascii", errors="ignore")
-        for arrow, key in ARROWS.items():
-            text = text.replace(arrow, key)
-        return list(text)
+        return self._parser.keys(text)
+
+    def _ask_terminal(self, text: str) -> None:
+        with contextlib.suppress(OSError):  # read-only, or gone
+            os.write(self._fd, text.encode("ascii"))
+
+
+class KeyParser:
+    """Keys from what a terminal sends, which may come in pieces."""
+
+    def __init__(self) -> None:
+        self._begun = ""
+        self._pasting = False
+
+    def keys(self, text: str) -> list[str]:
+        """Return the keys in a piece of text; what it leaves unfinished is kept for the next."""
+        if self._begun == ESC and text and text[0] not in f"[O{ESC}":
+            self._begun = ""  # the key Esc by itself; with Alt, both would have come at once
+        text, self._begun = self._begun + text, ""
+        keys: list[str] = []
+        while text:
+            if text[0] != ESC:
+                keys += [] if self._pasting else [text[0]]
+                text = text[1:]
+            elif (sequence := SEQUENCE.match(text)) is not None:
+                whole = sequence.group()
+                self._pasting = (self._pasting or whole == PASTE_BEGINS) and whole != PASTE_ENDS
+                keys += [ARROWS[whole]] if whole in ARROWS and not self._pasting else []
+                text = text[len(whole) :]
+            elif BEGUN.match(text):
+                self._begun, text = text, ""
+            else:
+                text = text[1:]
+        return keys if len(keys) <= MOST_KEYS else []
 
 
 def press(wish: Request, key: str, book: GaitBook) -> Request:

@@ -130,9 +130,9 @@ def _place_of(truth: BodyTruth | None) -> Place:
 
 
 def walk_fast(config: RobotConfig, twin: Twin, plan: WalkPlan, progress: Progress) -> Trial:
-    """Walk without the byte layer and without model and estimator, and return the trial.
+    """Walk without the byte layer and without the estimator, and return the trial.
 
-    Loop, watches, modes and safety gate are the robot's own; what is left out steers nothing.
+    Loop, model, watches, modes and safety gate are the robot's own: it stops where the robot would.
 
     Args:
         config: Robot file: what controller and safety gate believe.
@@ -147,7 +147,7 @@ def walk_fast(config: RobotConfig, twin: Twin, plan: WalkPlan, progress: Progres
     rig, virtual = open_twin(config, twin, VirtualSettings(seed=twin.seed))
     with closing(rig):
         robot = _Filmed(config, rig, virtual)
-        controller = Controller(config, rig.calibrations, armed=True, model=False)
+        controller = Controller(config, rig.calibrations, armed=True, estimate=False)
         rehearse(robot, controller, replace(plan.script, end=Intent.CUT), progress, walked)
     # the cameras go on for one tick more than the trial
     part = slice(walked.first, walked.first + len(walked.rows))

@@ -119,7 +119,11 @@ class VirtualServoBus:
             self._parser.clear()
         self._last_byte_ns = t_ns
         code = BAUD_CODES.get(baud_rate)
-        listening = [s for s in self.servos if s.table.get("baud_rate") == code]
+        listening = [
+            s
+            for s in self.servos
+            if s.table.get("baud_rate") == code and s.awake(t_ns) and s.servo_id not in self._silent
+        ]
         for item in self._parser.feed(data):
             self._wire_free_ns = max(self._wire_free_ns, t_ns)
             if isinstance(item, BadFrame):
@@ -132,14 +136,14 @@ class VirtualServoBus:
         """Let the watchdogs know of an instruction packet."""
         every = self._assumed.watchdog_hears == "all" or frame.servo_id == BROADCAST_ID
         for servo in listening:
-            if servo.servo_id not in self._silent and (every or servo.servo_id == frame.servo_id):
+            if every or servo.servo_id == frame.servo_id:
                 servo.heard_traffic(t_ns)
 
     def _answer_damage(self, bad: BadFrame, listening: list[VirtualServo], baud_rate: int) -> None:
         if not self._assumed.answers_bad_crc or bad.reason != WRONG_CRC:
             return
         for servo in listening:
-            if servo.servo_id == bad.raw[4] and servo.servo_id not in self._silent:
+            if servo.servo_id == bad.raw[4]:
                 self._send(servo, servo.servo_id, StatusError.CRC, b"", baud_rate)
 
     def next_reply_ns(self) -> int | None:
@@ -169,7 +173,7 @@ class VirtualServoBus:
     # What the servos do.
 
     def _obey(self, frame: Frame, t_ns: int, baud_rate: int, listening: list[VirtualServo]) -> None:
-        by_id = {s.servo_id: s for s in listening if s.servo_id not in self._silent}
+        by_id = {s.servo_id: s for s in listening}
         match frame.instruction:
             case Instruction.SYNC_READ | Instruction.BULK_READ:
                 self._answer_reads(frame, t_ns, baud_rate, by_id)

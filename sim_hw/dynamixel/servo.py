@@ -69,6 +69,7 @@ class VirtualServo:
         self._loop = firmware.servos[index]  # a view: what is written here is what the loop runs on
         self._rebase_ticks = 0  # turns taken off the continuous encoder by reboot or Clear
         self._heard_ns = 0
+        self._awake_ns = 0  # deaf before: it is starting
         self._registered: tuple[int, bytes] | None = None
         self._goal_is_here()
         self._sync_firmware()
@@ -148,12 +149,12 @@ class VirtualServo:
             case Instruction.ACTION:
                 return int(self._action(t_ns)), b""
             case Instruction.REBOOT:
-                self.restart()
+                self.restart(t_ns)
                 return 0, b""
             case Instruction.CLEAR:
                 return int(self._clear(parameters)), b""
             case Instruction.FACTORY_RESET:
-                return int(self._factory_reset(parameters, broadcast)), b""
+                return int(self._factory_reset(parameters, t_ns, broadcast)), b""
             case _:
                 return StatusError.INSTRUCTION, b""
 
@@ -204,8 +205,13 @@ class VirtualServo:
         self.table.set("registered_instruction", 0)
         return self.write(address, data, t_ns)
 
-    def restart(self) -> None:
-        """Begin as after power-up: RAM, turns and torque are lost, EEPROM is kept."""
+    def awake(self, t_ns: int) -> bool:
+        """Whether it has started and hears the wire."""
+        return t_ns >= self._awake_ns
+
+    def restart(self, t_ns: int) -> None:
+        """Begin as after power-up: RAM, turns and torque are lost, EEPROM is kept; deaf for a while."""
+        self._awake_ns = t_ns + round(self._assumed.restart_s * 1e9)
         self._set_torque(on=False)
         self.table.reset_ram()
         self._registered = None
@@ -225,7 +231,7 @@ class VirtualServo:
         self._sync_firmware()
         return StatusError.NONE
 
-    def _factory_reset(self, parameters: bytes, broadcast: bool) -> StatusError:
+    def _factory_reset(self, parameters: bytes, t_ns: int, broadcast: bool) -> StatusError:
         if len(parameters) != 1 or parameters[0] not in {0xFF, 0x01, 0x02}:
             return StatusError.DATA_RANGE
         if broadcast and parameters[0] == 0xFF:
@@ -234,7 +240,7 @@ class VirtualServo:
         servo_id = self.servo_id if keep_id else 1
         baud = self.table.get("baud_rate") if keep_baud else 1
         self.table = ControlTable(servo_id, baud, 250, self._assumed)
-        self.restart()
+        self.restart(t_ns)
         return StatusError.NONE
 
     # State.

@@ -118,14 +118,14 @@ class ServoMishaps:
         self._active = [fault for fault in self._faults if self._time.active(fault, t_ns)]
         for fault in self._faults:
             if isinstance(fault, Brownout) and (fault in before) != (fault in self._active):
-                self._lose_power(fault)
+                self._lose_power(fault, t_ns)
         if self._active != before:
             self._set_all(self._active)
 
-    def _lose_power(self, fault: Brownout) -> None:
+    def _lose_power(self, fault: Brownout, t_ns: int) -> None:
         """RAM goes when the power goes; turns made without it are not counted when it comes back."""
         for i in self._targets(fault.servo):
-            self._bus.servos[i].restart()
+            self._bus.servos[i].restart(t_ns)
 
     def _targets(self, servo_id: int | None) -> list[int]:
         return [self._index[servo_id]] if servo_id is not None else list(self._index.values())

@@ -14,6 +14,7 @@ from drivers.ati.discovery import FoundUnit, answer, discover, parse_answer, que
 from drivers.ati.foot_forces import ForceScales, no_forces
 from drivers.ati.links import TcpTextLink, UdpLink
 from drivers.ati.packets import Command, build_command
+from drivers.ati.repair import Repair, Repaired
 from drivers.ati.setup import free_console
 from drivers.ati.stream import ForceStream
 from drivers.clock import MonotonicClock
@@ -468,3 +469,47 @@ def test_nobody_there_is_said() -> None:
     loopback.close()
     with pytest.raises(ForceStreamError, match=r"no force-torque unit answers at 127\.0\.0\.1"):
         TcpTextLink("127.0.0.1", port, timeout_s=1.0)
+
+
+class Chatter:
+    """A console that prints all the time, as with DUMP ON."""
+
+    def __init__(self, clock: VirtualClock) -> None:
+        self._clock = clock
+
+    def write(self, data: bytes) -> None:
+        pass
+
+    def read(self, _timeout_s: float) -> bytes:
+        self._clock.advance(10_000_000)
+        return b"4e886762 0004085e 00150aaa 01050009 07 1f\r\n"
+
+    def close(self) -> None:
+        pass
+
+
+def test_a_console_that_never_stops_printing_is_an_error_in_time() -> None:
+    clock = VirtualClock()
+    with pytest.raises(ForceStreamError, match="prints all the time"):
+        Console(Chatter(clock), clock).query("RATE 100 32")
+    assert clock.now_ns() < 3_100_000_000
+
+
+def test_garbled_numbers_of_a_calibration_are_no_scale_and_no_rating() -> None:
+    text = REAL.format(force="1.000.000 counts/N", torque="1 counts/N-m")
+    with pytest.raises(ForceStreamError, match="no scale we know"):
+        parse_cal(text, 1)
+    text = REAL.format(force="1 counts/N", torque="1 counts/N-m").replace("130   ", "1x0   ", 1)
+    assert np.isnan(parse_cal(text, 1).max_rating[0])
+
+
+def test_an_attempt_that_fails_in_any_way_is_not_the_last() -> None:
+    def attempt() -> Repaired:
+        raise KeyError("T")
+
+    repair = Repair(attempt, lambda work: work())
+    for second in range(0, 100, 5):
+        repair.begin(second * 10**9)
+        assert repair.take(second * 10**9) is None
+    assert repair.attempts > 3
+    assert repair.last_error == "KeyError: 'T'"

@@ -5,7 +5,7 @@ import socket
 import numpy as np
 import pytest
 
-from drivers.pose_udp import LOOPBACK, PoseListener, parse_pose
+from drivers.pose_udp import LOOPBACK, MOST_LINES, PoseListener, parse_pose
 from model.errors import ConfigError
 from model.values.faults import FaultKind
 from sim_hw.clock import VirtualClock
@@ -63,3 +63,28 @@ def test_lines_through_a_socket() -> None:
     finally:
         sender.close()
         listener.close()
+
+
+@pytest.mark.parametrize("factor", [10**3, 10**6, 10**9, 10**30])
+def test_a_stamp_in_another_unit_is_refused_and_says_so(factor: int) -> None:
+    clock = VirtualClock(start_ns=5_000_000_000)
+    listener = PoseListener(0, clock, UNIX_NS)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        line = f"{UNIX_NS // 10**9 * factor} 0.1 0.2 0 0 0 0 1"
+        sender.sendto(line.encode(), (LOOPBACK, listener.port))
+        poses, (fault,) = listener.read()
+    listener.close()
+    assert poses == ()
+    assert "UNIX time in seconds" in fault.detail
+
+
+def test_a_flood_holds_nobody_up() -> None:
+    clock = VirtualClock(start_ns=5_000_000_000)
+    listener = PoseListener(0, clock, UNIX_NS)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        for _ in range(40):
+            sender.sendto(f"{LINE}\n".encode() * 50, (LOOPBACK, listener.port))
+        poses, (fault,) = listener.read()
+    listener.close()
+    assert len(poses) == MOST_LINES
+    assert "the rest is left out" in fault.detail

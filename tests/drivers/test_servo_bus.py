@@ -59,8 +59,8 @@ def make_bench(
     return Bench(clock, motors, servos, ServoBus(port, SETTINGS), sent)
 
 
-def armed() -> Bench:
-    bench = make_bench()
+def armed(scenario: str = "") -> Bench:
+    bench = make_bench(scenario=scenario)
     bench.bus.connect()
     bench.bus.configure()
     bench.bus.torque_on()
@@ -314,3 +314,17 @@ def test_settings_that_are_right_are_not_written_again() -> None:
     bench.bus.configure()
     eeprom = [f for f in bench.sent if f[7] == 0x03 and int.from_bytes(f[8:10], "little") < 64]
     assert eeprom == []
+
+
+@pytest.mark.parametrize("angle", [1e17, -1e17, 2000.0])
+def test_goals_beyond_all_turns_are_refused_as_such(angle: float) -> None:
+    bench = armed()
+    with pytest.raises(BusError, match="beyond 256 turns"):
+        bench.bus.write_goals(bench.command(angle))
+
+
+def test_goals_that_cannot_be_sent_are_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = armed()
+    monkeypatch.setattr(bench.bus._port, "writePort", lambda packet: len(packet) - 1)
+    with pytest.raises(BusError, match="could not be sent whole"):
+        bench.bus.write_goals(bench.command(0.0))

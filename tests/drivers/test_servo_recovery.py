@@ -11,6 +11,7 @@ from tests.drivers.test_servo_bus import SETTINGS, Bench, armed
 TURN = 4096
 OVERLOAD = RecoveryPolicy(most=2, window_s=300.0)
 SERVO = 2  # FL, id 3
+AT_ONCE = "[servo]\nrestart_s = 0.0\n"
 
 
 def tick(bench: Bench, recovery: ServoRecovery, count: int = 1) -> list[Incident]:
@@ -128,7 +129,7 @@ def power_cut(bench: Bench) -> None:
 
 @pytest.mark.parametrize("allowed", [False, True])
 def test_a_servo_that_started_anew_is_found_by_its_turns(allowed: bool) -> None:
-    bench = armed()
+    bench = armed(AT_ONCE)
     bench.motors.ticks[SERVO] += 2 * TURN
     recovery = ServoRecovery(bench.bus, RecoveryPolicy(most=1, after_restart=allowed))
     bench.bus.torque_off()
@@ -149,7 +150,7 @@ def test_a_servo_that_started_anew_is_found_by_its_turns(allowed: bool) -> None:
 
 
 def test_torque_that_vanished_without_a_trace_is_found_in_turn() -> None:
-    bench = armed()
+    bench = armed(AT_ONCE)
     recovery = ServoRecovery(bench.bus, OVERLOAD)
     tick(bench, recovery, 5)
     power_cut(bench)  # within its first turn: the position does not change
@@ -158,7 +159,7 @@ def test_torque_that_vanished_without_a_trace_is_found_in_turn() -> None:
 
 
 def test_a_servo_back_from_silence_is_looked_at() -> None:
-    bench = armed()
+    bench = armed(AT_ONCE)
     recovery = ServoRecovery(bench.bus, OVERLOAD)
     tick(bench, recovery, 5)
     bench.servos.silence(3)
@@ -188,3 +189,64 @@ def test_a_failed_attempt_counts(monkeypatch: pytest.MonkeyPatch) -> None:
     bench.servos.silence(3, on=False)
     assert "that is the limit" in recovery.refusal(incident)
     assert SETTINGS.names[incident.index] == "FL"
+
+
+def test_a_tripped_watchdog_is_found_although_torque_is_on() -> None:
+    bench = armed()
+    recovery = ServoRecovery(bench.bus, OVERLOAD)
+    tick(bench, recovery, 3)
+    bench.servos.silence(3)
+    assert tick(bench, recovery, 100) == []
+    assert register(bench, "bus_watchdog") == -1
+    bench.servos.silence(3, on=False)
+    bench.wait(0.6)  # answers still under way are no answers to what is asked now
+    (incident,) = tick(bench, recovery, 3)
+    assert register(bench, "torque_enable") == 1, "nothing else shows it"
+    assert incident.kind is IncidentKind.TRIPPED
+    assert "watchdog" in incident.words
+
+
+def test_a_tripped_servo_takes_goals_again_after_its_recovery() -> None:
+    bench = armed()
+    recovery = ServoRecovery(bench.bus, OVERLOAD)
+    tick(bench, recovery, 3)
+    bench.servos.servos[SERVO].table.set("bus_watchdog", -1)
+    (incident,) = tick(bench, recovery, 70)
+    result = recovery.recover(incident)
+    assert result.recovered
+    assert register(bench, "bus_watchdog") == bench.bus.watchdog_units
+    for _ in range(60):
+        bench.wait(0.01)
+        bench.bus.write_goals(bench.command(0.2))
+        assert recovery.look(bench.bus.read()) == ()
+    assert abs(bench.motors.ticks[SERVO] - (2048 + 0.2 * TURN / 2 / np.pi)) < 5
+
+
+def test_a_tripped_servo_without_permission_stays_an_incident() -> None:
+    bench = armed()
+    recovery = ServoRecovery(bench.bus, RecoveryPolicy())
+    bench.servos.servos[SERVO].table.set("bus_watchdog", -1)
+    (incident,) = tick(bench, recovery, 70)
+    assert recovery.refusal(incident) == "recovery is not allowed"
+
+
+@pytest.mark.parametrize("restart_s", [0.1, 0.5, 0.8])
+@pytest.mark.parametrize("hears", ["all", "own"])
+def test_the_others_hear_enough_while_one_starts(restart_s: float, hears: str) -> None:
+    scenario = f'[servo]\nrestart_s = {restart_s}\nwatchdog_hears = "{hears}"\n'
+    bench = armed(scenario)
+    recovery = ServoRecovery(bench.bus, OVERLOAD)
+    result = recovery.recover(overload(bench, recovery))
+    assert result.recovered
+    watchdogs = [register(bench, "bus_watchdog", i) for i in range(6)]
+    assert watchdogs == [bench.bus.watchdog_units] * 6
+
+
+def test_after_a_recovery_every_servo_is_asked() -> None:
+    bench = armed()
+    recovery = ServoRecovery(bench.bus, OVERLOAD)
+    incident = overload(bench, recovery)
+    bench.servos.servos[5].table.set("bus_watchdog", -1)
+    assert recovery.recover(incident).recovered
+    (other,) = recovery.look(bench.bus.read())
+    assert (other.index, other.kind) == (5, IncidentKind.TRIPPED)

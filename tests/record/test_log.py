@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -20,7 +21,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from model.errors import RecordError
 from model.values.tick import Tick
-from record.log.background import BackgroundWriter
+from record.log.background import QUEUE_TICKS, BackgroundWriter
 from record.log.definitions import DEFINITIONS
 from record.log.reader import LogContents, read_log, read_ticks
 from record.log.rewrite import repair
@@ -325,3 +326,46 @@ def test_a_disk_that_does_not_keep_up_is_an_error_and_never_blocks() -> None:
     assert background.dropped > 0
     assert background.error is not None
     assert "does not keep up" in str(background.error)
+
+
+class BrokenFile(StuckFile):
+    """A writer that meets what nobody thought of."""
+
+    def write(self, _tick: Tick) -> None:
+        raise KeyError("unheard of")
+
+
+def test_whatever_the_thread_meets_is_an_error_at_once_and_closing_ends() -> None:
+    background = BackgroundWriter(BrokenFile())  # type: ignore[arg-type]
+    background.write(make_tick(0))
+    background.close()
+    assert "KeyError: 'unheard of'" in str(background.error)
+    for _ in range(QUEUE_TICKS + 10):  # the loop goes on until it stands
+        background.write(make_tick(1))
+
+
+def test_closing_gives_up_on_a_disk_that_takes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("record.log.background.CLOSE_LIMIT_S", 0.05)
+    stuck = threading.Event()
+    file = StuckFile()
+    monkeypatch.setattr(file, "write", lambda _tick: stuck.wait())
+    background = BackgroundWriter(file)  # type: ignore[arg-type]
+    background.write(make_tick(0))
+    background.close()
+    stuck.set()
+    assert "takes nothing any more" in str(background.error)
+
+
+def test_a_tick_that_cannot_be_written_is_an_error_of_the_log(tmp_path: Path) -> None:
+    tick = make_tick(0)
+    writer = LogWriter(
+        tmp_path / "a.mcap",
+        names=NAMES,
+        config_text="",
+        metadata={},
+        start_ns=tick.t_ns,
+        start_unix_ns=START_UNIX_NS,
+    )
+    writer.write(dataclasses.replace(tick, index=2**70))
+    assert "takes no tick any more" in str(writer.error)
+    writer.close()

@@ -65,7 +65,7 @@ def fault(kind: str, *more: str) -> str:
     ids=lambda value: value.split('"')[1] if "kind" in value else "",
 )
 def test_a_fault_starts_and_ends_when_told(text: str, heard: str) -> None:
-    bus = FaultyBus(text)
+    bus = FaultyBus(text + "\n[servo]\nrestart_s = 0.0\n")
     assert bus.at(0.97).say(PING) == PONG
     assert bus.at(1.0).say(PING) == bytes.fromhex(heard)
     assert bus.at(1.97).say(PING) == bytes.fromhex(heard)
@@ -137,7 +137,8 @@ def test_a_brownout_loses_ram_and_turns_and_keeps_eeprom() -> None:
     assert bus.read("present_position") == 3 * 4096 + 5
     bus.at(1.5)
     bus.motors.ticks[0] += 4096  # a turn by hand while it has no power
-    bus.at(2.0)
+    assert bus.at(2.2).say(PING) == b"", "it is starting"
+    bus.at(2.3)
     registers = ("present_position", "torque_enable", "led", "operating_mode")
     assert [bus.read(name) for name in registers] == [5, 0, 0, 4]
 

@@ -162,6 +162,8 @@ def test_reboot_loses_turns_and_torque() -> None:
     wire.write("torque_enable", 1)
     assert wire.read("present_position") == 3 * 4096 + 5
     wire.ask(1, Instruction.REBOOT)
+    assert wire.ask(1, Instruction.PING) == [], "it is starting"
+    wire.t_ns += 250 * MS
     assert (wire.read("present_position"), wire.read("torque_enable")) == (5, 0)
     assert wire.read("operating_mode") == 4, "EEPROM stays"
 
@@ -190,6 +192,7 @@ def test_a_shut_down_servo_needs_a_reboot() -> None:
     assert wire.read("torque_enable") == 0
     wire.motors.temperature_c[0] = 30.0
     wire.ask(1, Instruction.REBOOT)
+    wire.t_ns += 250 * MS
     wire.write("torque_enable", 1)
     assert wire.read("torque_enable") == 1
 

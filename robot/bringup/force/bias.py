@@ -56,6 +56,7 @@ def measure(request: BiasRequest) -> ExitCode:
     settings = unit_settings(request.force_unit, config.force_sensor)
     names, clock = settings.names, MonotonicClock()
     with Interrupts() as interrupts, running_stream(settings, clock) as stream:
+        interrupts.begin()
         serials = tuple("" if c is None else c.serial for c in stream.calibrations)
         for with_device_bias in (False, True) if request.device else (False,):
             if with_device_bias:

@@ -73,6 +73,7 @@ def watch_forces(request: WatchRequest) -> ExitCode:
         _sample_rows(request.csv) as write_row,
         running_stream(settings, clock) as stream,
     ):
+        interrupts.begin()
         next_ns = start_ns = clock.now_ns()
         watch = Watch(stream, settings, write_row, start_ns)
         end_ns = None if request.seconds is None else start_ns + request.seconds * 1e9

@@ -98,6 +98,7 @@ def run_loop(
     controller = Controller(config, rig.calibrations, armed=False)
     lateness = Lateness(progress)
     with tempfile.TemporaryDirectory() as folder, Interrupts() as interrupts:
+        interrupts.begin()
         operator = ScriptedOperator(
             Script("tripod", 0.1, duration_s=seconds, listen=True), interrupts
         )

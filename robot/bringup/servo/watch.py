@@ -53,6 +53,7 @@ def watch_servos(request: WatchRequest) -> ExitCode:
     try:
         with Interrupts() as interrupts:
             _introduce(bus)
+            interrupts.begin()
             last = watch(
                 bus,
                 None if request.json else sys.stdout,

@@ -159,8 +159,8 @@ def test_a_robot_that_hangs_stops_and_says_so() -> None:
 
 def test_a_jammed_shaft_is_a_stall() -> None:
     """Limits on current and lag put away, so that the stall is what is left."""
-    config = changed({"max_current = 4.0 ": "max_current = 9.0 ",
-                      "max_following_error = 0.6 ": "max_following_error = 9.0 "})  # fmt: skip
+    config = changed({"max_current = 4.0 ": "max_current = 6.8 ",
+                      "max_following_error = 0.6 ": "max_following_error = 3.1 "})  # fmt: skip
     done = bench_run(STUCK, config=config)
     assert done.result.reason is StopReason.SERVO_STALLED
     assert done.result.detail.startswith("HL: its goal moved")

@@ -110,7 +110,7 @@ def test_another_broken_servo_stops_while_one_is_down() -> None:
 # On the whole loop.
 
 RECOVERY = "[safety.recovery]\nmost = 2\nafter_restart = true\n"
-OVERLOAD_LIMITS = {"max_current = 4.0 ": "max_current = 9.0 "}
+OVERLOAD_LIMITS = {"max_current = 4.0 ": "max_current = 6.8 "}
 
 
 def turns_and_brownouts(count: int, more: str = RECOVERY) -> BenchRun:

@@ -156,3 +156,17 @@ def test_limits_must_be_exceeded_for_a_while(
     assert [(f.kind, f.source) for f in once.faults] == [(kind, "FR")]
     assert not once.broken_legs.any()
     assert watch(readings, bad=PERSISTENCE_READS - 1).broken_legs.any()
+
+
+@given(jump=st.floats(0.1, 3.0), sense=st.sampled_from([-1, 1]))
+def test_a_jump_stays_refused_however_often_it_is_asked_for(jump: float, sense: int) -> None:
+    last, refused_ns = command(0), None
+    for tick in range(1, 24):
+        wished = command(tick * PERIOD_NS, sense * jump)
+        assert isinstance(gate(wished, last, LIMITS, BUS, refused_ns=refused_ns), Refused)
+        refused_ns = wished.t_ns
+
+
+def test_after_a_refusal_an_ordinary_command_passes_again() -> None:
+    wished = command(2 * PERIOD_NS, 0.01)
+    assert isinstance(gate(wished, command(0), LIMITS, BUS, refused_ns=PERIOD_NS), Allowed)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from model.errors import RecordError
+from model.errors import ConfigError, RecordError
 from model.values.arrays import readonly
 from model.values.faults import Fault, FaultKind, ServoEvent, StopReason
 from model.values.force_calibration import METHODS, ForceCalibration
@@ -18,8 +18,10 @@ from model.values.tick import Intent, Mode, Tick
 from model.values.wire import Wire
 from record.log.reader import LogContents, read_log, read_ticks, read_wires
 from robot.cli.main import run
-from robot.config.robot_file import DEFAULT_ROBOT_FILE, parse_robot
+from robot.config.robot_file import DEFAULT_ROBOT_FILE, RobotConfig, parse_robot
+from robot.console.exit_codes import ExitCode
 from robot.control.controller import Controller
+from robot.drive.request import DriveRequest
 from robot.replay.bus import replay_bus
 from robot.replay.drive import RecordedOperator, Wishes, read_wishes
 from robot.replay.repeat import turned
@@ -231,6 +233,31 @@ def test_another_seed_is_another_measurement(
 def test_real_hardware_has_to_be_armed(walk: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["replay", str(walk), "--drive", "--hardware", "/dev/nonexistent"]) == 2
     assert "--armed" in capsys.readouterr().err
+
+
+def test_real_servos_take_their_limits_from_here_and_not_from_the_log(
+    walk: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    foreign = tmp_path / "foreign.toml"
+    text = DEFAULT_ROBOT_FILE.read_text().replace("watchdog = 0.24 ", "watchdog = 0.20 ")
+    foreign.write_text(text.replace("late_ticks = 20 ", "late_ticks = 900 "))
+    log = tmp_path / "foreign.mcap"
+    drive = ["drive", "--virtual-time", "--cycles", "1", "--robot", str(foreign)]
+    assert run([*drive, "--log", str(log), "--force-unit", "none", "--rate-hz", "50"]) == 0
+    asked: list[tuple[RobotConfig, int | None]] = []
+
+    def seen(request: DriveRequest, config: RobotConfig, *_: object) -> ExitCode:
+        asked.append((config, request.rate_hz))
+        raise ConfigError("the test", "has seen enough")
+
+    monkeypatch.setattr("robot.replay.drive.drive_as", seen)
+    again = ["replay", str(log), "--drive", "--hardware", "/dev/ttyUSB9", "--armed"]
+    assert run(again) == 2
+    ((config, rate_hz),) = asked
+    assert (config.loop.late_ticks, config.servo_bus.watchdog_s, rate_hz) == (20, 0.24, 100)
+    said = capsys.readouterr().err
+    assert "loop.late_ticks is 20" in said
+    assert "was 900 in the run" in said
 
 
 def test_recorded_wishes_come_at_their_times_and_ctrl_c_comes_first(walk: Path) -> None:

@@ -5,6 +5,7 @@ import pytest
 from benchmarks.fault_matrix import (
     CASES,
     COUNTED,
+    FLIPPED,
     STREAM_COUNTED,
     Case,
     Row,
@@ -46,6 +47,7 @@ def test_the_robot_does_what_it_should_and_the_page_says_so(case: Case) -> None:
     else:
         assert row.reason is case.reason, row.words
         assert case.reported <= {FaultKind[name] for name in row.reported}
+        assert row.left_behind == (), "it walks on without a leg"
         _check_stop(row)
     cells = committed()[CASES.index(case)]
     assert (cells[0], cells[1], cells[3], cells[4]) == row.decisions, "make reliability"
@@ -57,3 +59,14 @@ def _check_stop(row: Row) -> None:
     assert row.words, "every stop has a cause in words"
     assert row.path[-1] == ("LIMP" if row.reason is StopReason.LINK_LOST else "HOLD")
     assert row.safe_s < SOON_S.get(row.reason, 15.0)
+
+
+@pytest.mark.parametrize("flip", FLIPPED)
+@pytest.mark.parametrize("case", [c for c in CASES if c.recovery], ids=names)
+def test_under_other_assumptions_it_walks_on_with_all_legs_or_stands(case: Case, flip: str) -> None:
+    row = run_case(case, FLIPPED[flip])
+    assert row.begun
+    assert row.left_behind == (), "it walks on without a leg"
+    if row.reason is not case.reason:
+        _check_stop(row)
+        assert row.reason is not StopReason.COMPLETED

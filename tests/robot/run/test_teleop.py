@@ -12,12 +12,14 @@ from pathlib import Path
 
 import pyte
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 
 from model.values.faults import StopReason
 from model.values.tick import Intent, Request
 from robot.control.controller import Controller
 from robot.run.operator import Interrupts
-from robot.run.teleop import KeyboardOperator, Keys, press
+from robot.run.teleop import KeyboardOperator, KeyParser, Keys, press
 from tests.robot.runs import CONFIG
 
 BOOK = Controller(CONFIG, (), armed=False).book
@@ -185,3 +187,48 @@ def test_teleop_without_a_terminal_says_so() -> None:
     )
     assert done.returncode == 2
     assert "needs a terminal" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("pieces", "keys"),
+    [
+        (["\x1b[A\x1b[B\x1b[D\x1b[C"], "wsad"),
+        (["\x1bOA\x1bOB\x1bOD\x1bOC"], "wsad"),  # application cursor mode
+        (["\x1b[", "D"], "a"),  # split on the way
+        (["\x1b", "[", "D"], "a"),
+        (["\x1b", "OD"], "a"),
+        (["\x1b[1;5D"], ""),  # Ctrl+Left
+        (["\x1b[1;2D", "\x1b[2~", "\x1b[3~", "\x1bOP", "\x1b[[A", "\x1b[15~"], ""),
+        (["\x1b[1", ";5", "D"], ""),
+        (["\x1bd", "\x1b1"], ""),  # with Alt
+        (["\x1b", "x"], "x"),  # Esc, and then the emergency key
+        (["\x1b", "\x1b", "q"], "q"),
+        (["\x1b[200~www.goo", "gle\x1b[201~h"], "h"),
+        (["www.google.com/search"], ""),  # pasted into a terminal that does not mark it
+        (["gww"], "gww"),
+    ],
+)
+def test_only_whole_sequences_that_are_known_are_keys(pieces: list[str], keys: str) -> None:
+    parser = KeyParser()
+    assert "".join(key for piece in pieces for key in parser.keys(piece)) == keys
+
+
+@given(st.text(alphabet="\x1b[O;15~ABCD", max_size=12), st.integers(0, 12))
+def test_where_a_sequence_is_split_makes_no_difference(text: str, at: int) -> None:
+    assume(not text[:at].endswith("\x1b"))  # Esc by itself, or the beginning of something
+    whole, pieces = KeyParser(), KeyParser()
+    assert whole.keys(text) == pieces.keys(text[:at]) + pieces.keys(text[at:])
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_ends_the_program_while_devices_are_being_opened(number: signal.Signals) -> None:
+    before = signal.signal(number, signal.default_int_handler)
+    try:
+        with Interrupts(), pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(number)
+        with Interrupts() as interrupts:
+            interrupts.begin()
+            signal.raise_signal(number)
+            assert interrupts.count == 1
+    finally:
+        signal.signal(number, before)

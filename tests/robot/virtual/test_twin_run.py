@@ -1,7 +1,9 @@
 """Walks of a twin: with and without bytes the same, the same for the same seed; campaigns and seals."""
 
 import json
+from collections.abc import Callable
 from concurrent.futures import Executor, Future
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +13,12 @@ import pytest
 
 from model.errors import ConfigError, ModelError, RecordError
 from record.log.reader import LogContents, read_ticks
-from record.trial.trial import read_trial
+from record.trial.trial import Trial, read_trial
 from robot.campaign.plan import draw_cases, read_scenario
 from robot.campaign.run import Job, campaign_jobs, drop_cases, run_jobs
 from robot.campaign.seal import labels_of, make_key, read_key, seal, unseal
 from robot.cli.main import run as command
-from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
+from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot, parse_robot
 from robot.virtual.open import VirtualSettings, open_twin
 from robot.virtual.twin_run import WalkPlan, make_twin, plan_of, walk_fast, walk_through_bytes
 from sim_hw.faults.scenario import parse_scenario
@@ -109,6 +111,15 @@ def test_a_robot_that_would_stop_is_an_error_not_a_shorter_trial() -> None:
     twin = make_twin(CONFIG, (parse_effect("servo_speed_limit:limit_rad_s=0.2", EFFECTS),), seed=0)
     with pytest.raises(ModelError, match="would have stopped"):
         walk_fast(CONFIG, twin, plan_of(CONFIG, "tripod", 0.2, 5.0, 0.0), lambda _: None)
+
+
+@pytest.mark.parametrize("limit", ["max_distance = 0.03", "max_tilt = 0.001\ntilt_time = 0.02"])
+@pytest.mark.parametrize("walk", [walk_fast, partial(walk_through_bytes, log=None)])
+def test_limits_on_the_body_stop_either_walk(walk: Callable[..., Trial], limit: str) -> None:
+    config = parse_robot(f"{DEFAULT_ROBOT_FILE.read_text()}\n[safety]\n{limit}\n")
+    twin = make_twin(config, (), seed=0)
+    with pytest.raises(ModelError, match="would have stopped"):
+        walk(config, twin, plan_of(config, "tripod", 0.2, 5.0, 0.0), progress=lambda _: None)
 
 
 @pytest.mark.parametrize(
