@@ -132,7 +132,7 @@ class ConsoleSession:
                 f"UDPout 49152 -> {self._unit.host_port}",
             ],
             "TECHNICIAN": lambda _: ["USER"],
-            "FILTER": lambda _: self._filter(),
+            "FILTER": self._filter,
             "NTP": lambda _: ["Parameter Value", "--------- -----", "Enable    0"],
             "SAVEALL": lambda _: ["Saved"],
             "HELP": lambda _: ["TRANS CALIB CAL RATE XPWR BIAS FILTER T VERSIONS NTP DEVIP HELP"],
@@ -199,8 +199,14 @@ class ConsoleSession:
             lines.append(f"{i:2d} {word:<6} {word}")
         return [*lines, "Analog power = ON in AUTO mode"]
 
-    def _filter(self) -> list[str]:
-        rows = [f"{i:2d} MEAN      8" for i in range(1, len(self._unit.state) + 1)]
+    def _filter(self, words: list[str]) -> list[str]:
+        number = self._number(words)
+        if number is not None and len(words) == 3 and words[2].isdecimal():
+            self._unit.state[number - 1].filter = (words[1], int(words[2]))
+        rows = [
+            f"{i:2d} {state.filter[0]:<6} {state.filter[1]:4d}"
+            for i, state in enumerate(self._unit.state, start=1)
+        ]
         return ["Tr Filter  Taps", "-- ------  ----", *rows]
 
     def _bias(self, words: list[str]) -> list[str]:
