@@ -5,6 +5,7 @@ from drivers.ati.console import Console
 from drivers.ati.links import DatagramLink
 from drivers.ati.packets import Command, build_command
 from drivers.ati.settings import ForceSensorSettings
+from drivers.ati.unit_state import set_rate
 from drivers.clock import Clock
 from model.errors import ForceStreamError
 
@@ -39,7 +40,7 @@ def set_up(
             that we do not know, or it is not the transducer that the in-situ calibration was made of
             or that was there before.
     """
-    console.query(f"RATE {settings.rate_hz} {settings.oversampling}")
+    set_rate(console, settings.rate_hz, settings.oversampling)
     console.query("T OFF")
     found: list[Calibration | None] = []
     for leg, number in zip(settings.names, settings.transducers.tolist(), strict=True):

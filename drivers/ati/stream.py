@@ -26,6 +26,7 @@ from drivers.ati.repair import Background, Repair, Repaired, in_thread
 from drivers.ati.sequence import Arrival, SequenceWatch
 from drivers.ati.settings import ForceSensorSettings
 from drivers.ati.setup import free_console, set_up
+from drivers.ati.unit_state import UnitState, read_unit_state
 from drivers.clock import Clock
 from model.errors import ForceStreamError
 from model.values.arrays import IntArray, readonly
@@ -93,6 +94,7 @@ class ForceStream:
     ) -> None:
         self.counters = StreamCounters()
         self.calibrations: tuple[Calibration | None, ...] = (None,) * len(settings.names)
+        self.unit_state: UnitState | None = None  # as it was at the start
         self._datagrams = datagrams
         self._console = Console(console, clock)
         self._settings = settings
@@ -115,6 +117,7 @@ class ForceStream:
             ForceStreamError: It does not answer, sends gage counts, or sends nothing.
         """
         self.calibrations = set_up(self._console, self._settings)
+        self.unit_state = read_unit_state(self._console)
         for _ in range(START_TRIES):  # a start packet may be lost in the air
             self._datagrams.send(build_command(Command.START, 0))
             if self._wait_for_record(START_WAIT_S):
@@ -262,15 +265,15 @@ class ForceStream:
         """Return the host time at which a recent record was sampled, plus the shortest delay."""
         return self._device_clock.host_ns(record.device_ticks)
 
-    def set_device_bias(self) -> None:
-        """Let the unit itself take the present readings of our transducers as zero.
+    def set_device_bias(self, *, on: bool) -> None:
+        """Let the unit itself take the present readings of our transducers as zero, or no longer.
 
         Raises:
             ForceStreamError: Its console does not answer.
         """
         for number in self._settings.transducers.tolist():
             if number:
-                self._console.query(f"BIAS {number} ON")
+                self._console.query(f"BIAS {number} {'ON' if on else 'OFF'}")
 
     def stop(self) -> None:
         """Tell the unit to stop sending; never fails. It remembers us until it is told."""

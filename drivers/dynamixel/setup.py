@@ -32,6 +32,9 @@ LONGEST_QUIET_RETURN_DELAY = 1  # 2 us
 WARN_LATENCY_MS = 4.0
 # Beyond this many turns the turn counter is set back before walking: the range ends at 256.
 TURNS_TO_CLEAR = 200
+REVERSE = 0x01  # of drive_mode
+LARGEST_ID = 252
+SHUTDOWN = 0x34  # overload, electrical shock, overheating: the factory's choice
 
 
 @dataclass(frozen=True, slots=True)
@@ -239,12 +242,39 @@ def _check_state(servo: CheckedServo, firmware: int) -> list[str]:
             "into servo_zero (with an offset, a tripped watchdog can leave the motor running)",
             "homing_offset",
         )
+    drive_mode = servo.read("drive_mode")
+    if drive_mode:
+        sense = "turns backwards" if drive_mode & REVERSE else "takes profiles for times"
+        raise servo.error(
+            f"{sense} (drive_mode is {drive_mode}): set it to 0 with bigant servo setup; "
+            "servo_sign in the robot file turns the sense",
+            "drive_mode",
+        )
+    shadow = servo.read("secondary_id")
+    if shadow <= LARGEST_ID:
+        raise servo.error(
+            f"also obeys id {shadow} (secondary_id): set it to 255 with bigant servo setup",
+            "secondary_id",
+        )
+    warnings += _limit_warnings(servo)
     if firmware < FIRST_FIRMWARE_WITH_WATCHDOG:
         warnings.append(
             f"{servo.who} has firmware {firmware}, which has no bus watchdog: update it with "
             "Dynamixel Wizard"
         )
     return warnings
+
+
+def _limit_warnings(servo: CheckedServo) -> list[str]:
+    """Return what in the servo's own limits keeps it from its full strength, or from shutting down."""
+    lines = []
+    for name, usual in (("pwm_limit", 885), ("shutdown", SHUTDOWN)):
+        there = servo.read(name)
+        if there != usual:
+            lines.append(
+                f"{servo.who} has {name} {there} and not {usual}: compare with bigant servo setup"
+            )
+    return lines
 
 
 def _bus_warnings(port: ClockedPort, servos: Sequence[ServoFound]) -> list[str]:

@@ -101,7 +101,7 @@ def drive_as(
         pose_port = request.pose_udp or config.estimator.pose_port
         if pose_port:
             rig.listen(PoseListener(pose_port, rig.clock, time.time_ns()))
-        for warning in rig.bus.report.warnings:
+        for warning in rig.warnings:
             print(f"warning: {warning}", file=sys.stderr)
         controller = Controller(
             config, rig.calibrations, armed=request.armed, rate_hz=request.rate_hz

@@ -33,6 +33,7 @@ UNITS_KEY = "force_units"  # of older logs: less of each calibration, by leg nam
 ARMED_KEY = "armed"
 LATENCY_KEY = "bus_latency_ms"
 FORCE_UNIT_KEY = "force_unit"
+UNIT_STATE_KEY = "force_unit_state"
 # Virtual time has no calendar; its logs are stamped from this date so that two runs are the same.
 VIRTUAL_EPOCH_UNIX_NS = 1_767_225_600_000_000_000  # 2026-01-01 00:00:00 UTC
 
@@ -59,6 +60,7 @@ def open_log(
         metadata={
             **header.metadata(),
             **controller_metadata(controller, rig.calibrations),
+            **({UNIT_STATE_KEY: rig.unit_state} if rig.unit_state else {}),
             **(wire_metadata(rig) if with_bytes else {}),
         },
         start_ns=rig.clock.now_ns(),

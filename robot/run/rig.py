@@ -105,6 +105,11 @@ class Rig:
         self.calibrations: tuple[Calibration | None, ...] = (None,) * len(wires.unit.names)
         if forces is not None:
             self.calibrations = forces.calibrations
+        self.unit_state = ""  # what changes the forces and is in no record, for the log
+        self.warnings = bus.report.warnings
+        if forces is not None and forces.unit_state is not None:
+            self.unit_state = forces.unit_state.text
+            self.warnings += forces.unit_state.warnings(wires.unit)
         self.armed = armed
         self._forces = forces
         self._truth = wires.truth

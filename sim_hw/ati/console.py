@@ -140,7 +140,7 @@ class ConsoleSession:
             "BIAS": self._bias,
             "T": self._transmit,
             "IP": lambda _: [*FIXED["DEVIP"], f"UDPout 49152 -> {self._unit.host_port}"],
-            "FILTER": lambda _: self._filter(),
+            "FILTER": self._filter,
         }
         name = words[0].upper()
         if name in FIXED:
@@ -207,8 +207,14 @@ class ConsoleSession:
             lines.append(f"{i:2d} {word:<6} {word}")
         return [*lines, "Analog power = ON in AUTO mode"]
 
-    def _filter(self) -> list[str]:
-        rows = [f"{i:2d} MEAN      8" for i in range(1, len(self._unit.state) + 1)]
+    def _filter(self, words: list[str]) -> list[str]:
+        number = self._number(words)
+        if number is not None and len(words) == 3 and words[2].isdecimal():
+            self._unit.state[number - 1].filter = (words[1], int(words[2]))
+        rows = [
+            f"{i:2d} {state.filter[0]:<6} {state.filter[1]:4d}"
+            for i, state in enumerate(self._unit.state, start=1)
+        ]
         return ["Tr Filter  Taps", "-- ------  ----", *rows]
 
     def _bias(self, words: list[str]) -> list[str]:

@@ -5,6 +5,7 @@ source tells (does a start reset the sequence number? are commands acknowledged?
 ``sim_hw.assumed.WnetAssumed``.
 """
 
+import math
 from collections import deque
 from dataclasses import dataclass
 from typing import Protocol
@@ -20,7 +21,7 @@ from drivers.ati.packets import (
     device_ticks,
     parse_command,
 )
-from model.values.arrays import IntArray
+from model.values.arrays import FloatArray, IntArray
 from model.values.readings import ForceRecord
 from sim_hw.assumed import WNET_ASSUMED, WnetAssumed
 from sim_hw.interfaces import ConsoleEnd, WrenchSource
@@ -38,6 +39,10 @@ LED_GREEN = 0b10
 NOISE = (0.02, 0.02, 0.04, 0.001, 0.001, 0.001)
 
 
+# The factory's; what it does at 100 Hz is in the noise of the sensor.
+USUAL_FILTER = ("MEAN", 8)
+
+
 @dataclass(slots=True)
 class TransducerState:
     """One transducer as its owner has set it up.
@@ -47,12 +52,16 @@ class TransducerState:
         mult: Whether it sends forces or raw gage counts.
         calibration: Number of the active calibration.
         bias: Counts subtracted by the unit itself.
+        filter: Kind of the unit's own filter, and its taps or constant.
+        filtered: What a filter other than the usual one gave last; None before the first sample.
     """
 
     powered: bool
     mult: bool = True
     calibration: int = 1
     bias: IntArray | None = None
+    filter: tuple[str, int] = USUAL_FILTER
+    filtered: FloatArray | None = None
 
 
 class WnetWire(Protocol):
@@ -206,6 +215,8 @@ class VirtualWnet:
         noise = self._random.standard_normal((TRANSDUCERS, AXES)) * self._noise
         sensed = wrench[self._used] + noise[self._slots]
         saturated[self._slots] = (np.abs(sensed) > RATING).any(axis=1)
+        for row, slot in enumerate(self._slots):
+            sensed[row] = self._filtered(self.state[slot], sensed[row])
         bounded = np.minimum(np.maximum(sensed, -RATING), RATING)
         counts[self._slots] = np.rint(bounded * COUNTS_PER_UNIT)
         for slot in self._slots:
@@ -227,6 +238,18 @@ class VirtualWnet:
         )
         self._recent_counts.append(counts)
         return record
+
+    def _filtered(self, state: TransducerState, sensed: FloatArray) -> FloatArray:
+        """What the transducer's filter makes of a sample: a first-order lag of the filter's mean delay."""
+        kind, taps = state.filter
+        if state.filter == USUAL_FILTER:
+            return sensed
+        adc_hz = self.rate_hz * self.oversampling
+        delay_s = (taps if kind == "IIR" else (taps - 1) / 2) / adc_hz
+        share = 1.0 - math.exp(-1.0 / (self.rate_hz * delay_s)) if delay_s > 0 else 1.0
+        before = sensed if state.filtered is None else state.filtered
+        state.filtered = before + share * (sensed - before)
+        return state.filtered
 
     def set_bias(self, number: int, *, on: bool) -> None:
         """Take the last counts of a transducer as its zero, or forget that zero."""

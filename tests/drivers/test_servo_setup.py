@@ -285,3 +285,28 @@ def test_a_baud_rate_in_the_settings_is_in_the_advice() -> None:
     bus = ServoBus(port, replace(SETTINGS, baud_rate=57_600))
     with pytest.raises(BusError, match="at 57600 baud"):
         bus.connect()
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        ("drive_mode", 1, "turns backwards"),
+        ("drive_mode", 4, "takes profiles for times"),
+        ("secondary_id", 6, "also obeys id 6"),
+    ],
+)
+def test_a_servo_that_would_not_do_as_told_is_refused(name: str, value: int, words: str) -> None:
+    scripted = three()
+    one(name, value)(scripted)
+    bus, _ = bus_of(scripted)
+    with pytest.raises(BusError, match=words):
+        bus.connect()
+
+
+def test_limits_that_hold_a_servo_back_are_a_warning() -> None:
+    scripted = three()
+    both(one("pwm_limit", 500), one("shutdown", 0))(scripted)
+    bus, _ = bus_of(scripted)
+    first, second = bus.connect().warnings
+    assert "pwm_limit 500" in first
+    assert "shutdown 0" in second

@@ -40,6 +40,7 @@ class BiasRequest:
     seconds: float
     out: Path
     device: bool
+    device_off: bool
     json: bool
 
 
@@ -58,9 +59,11 @@ def measure(request: BiasRequest) -> ExitCode:
     with Interrupts() as interrupts, running_stream(settings, clock) as stream:
         interrupts.begin()
         serials = tuple("" if c is None else c.serial for c in stream.calibrations)
+        if request.device_off:
+            stream.set_device_bias(on=False)
         for with_device_bias in (False, True) if request.device else (False,):
             if with_device_bias:
-                stream.set_device_bias()
+                stream.set_device_bias(on=True)
             bias = measure_bias(_collect(stream, settings, clock, interrupts, request.seconds))
             require_rest(bias, names)
     date = time.strftime("%Y-%m-%dT%H:%M:%S%z")

@@ -11,6 +11,7 @@ from drivers.ati.links import DatagramLink, TextLink
 from drivers.ati.packets import Led, battery_led, unix_ns
 from drivers.ati.settings import ForceSensorSettings
 from drivers.ati.stream import ForceStream, StreamCounters
+from drivers.ati.unit_state import UnitState
 from drivers.clock import Clock
 from model.errors import ForceStreamError
 from model.values.readings import ForceRecord
@@ -73,6 +74,8 @@ def force_findings(
             yield skipped("force stream", "put right what failed above first")
             return
         stream.connect()
+        if stream.unit_state is not None:
+            yield unit_finding(stream.unit_state, settings)
         yield from stream_findings(_listen(stream, clock, seconds), settings, unix_offset_ns)
     except ForceStreamError as error:
         yield failed("force stream", str(error), "switch the unit off and on")
@@ -125,6 +128,14 @@ def _units(good: list[Calibration], bad: dict[str, list[str]]) -> Finding:
         )
     scales = sorted({f"{c.counts_per_n:.10g} per N, {c.counts_per_nm:.10g} per N m" for c in good})
     return passed("force units", f"counts: {'; '.join(scales)}" if scales else "no transducer")
+
+
+def unit_finding(state: UnitState, settings: ForceSensorSettings) -> Finding:
+    """Judge what in the unit changes forces and is in no record. Pure."""
+    lines = state.warnings(settings)
+    if lines:
+        return warned("unit settings", f"{state.text}. {'; '.join(lines)}", "set the unit as usual")
+    return passed("unit settings", state.text)
 
 
 def _listen(stream: ForceStream, clock: Clock, seconds: float) -> Received:

@@ -17,13 +17,13 @@ from drivers.dynamixel.mx106 import (
     OperatingMode,
 )
 from drivers.dynamixel.scan import FoundServo
+from drivers.dynamixel.setup import SHUTDOWN
 from model.errors import BusError, ConfigError
 from robot.bringup.servo.access import leg_of, require_answers, scan_port
 from robot.bringup.servo.changes import Task, Writing, refuse_shared
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.console.exit_codes import ExitCode
 
-SHUTDOWN = 0x34  # overload, electrical shock, overheating: the factory's choice
 HEADROOM = 1.1  # a supply ten per cent above nominal must not be an error
 
 

@@ -24,7 +24,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="calibration file to write (default: force-bias.toml)",
     )
-    parser.add_argument(
+    device = parser.add_mutually_exclusive_group()
+    device.add_argument(
+        "--device-off",
+        action="store_true",
+        help="first switch the unit's own BIAS off, which somebody may have left on",
+    )
+    device.add_argument(
         "--device",
         action="store_true",
         help="also switch the unit's own BIAS on for every transducer (it then counts from zero, so "
