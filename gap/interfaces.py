@@ -13,13 +13,14 @@ from typing import Protocol
 
 import numpy as np
 
-from model.effects.causes import Cause, EffectNumbers, Parameter, Scope
+from model.effects.causes import Cause, Effect, Parameter, Scope, check_cause
+from model.errors import GapError
 from model.values.arrays import BoolArray, FloatArray
 from record.trial.trial import Trial
 
 __all__ = (
     "NOWHERE", "Cause", "Channel", "DataFault", "Drive", "Effect", "Observation", "Parameter", "Scope",
-    "Simulator", "place_words", "reach_of", "used",
+    "Simulator", "check_causes", "place_words", "reach_of", "used",
 )  # fmt: skip
 
 NOWHERE = (math.nan, math.nan)  # between which places: not known
@@ -34,19 +35,6 @@ class Drive(Enum):
     COMMAND = (
         "command"  # the commands alone; every stage is fed by the one before: the end-to-end gap
     )
-
-
-@dataclass(frozen=True, slots=True)
-class Effect(EffectNumbers):
-    """One thing that a simulator may lack.
-
-    Attributes:
-        physics: One sentence: what happens in the world.
-        remedy: One sentence: what a person would check or change.
-    """
-
-    physics: str
-    remedy: str
 
 
 def place_words(effect: str, joints: Sequence[str]) -> str:
@@ -171,3 +159,22 @@ def reach_of(observations: Sequence[Observation]) -> tuple[float, float]:
 def used(observation: Observation) -> BoolArray:
     """Return which values take part in the comparison, (F, C)."""
     return np.asarray((observation.weight > 0.0) & np.isfinite(observation.values))
+
+
+def check_causes(causes: Sequence[Cause], simulator: Simulator, part: str = "joint") -> None:
+    """Check causes against a simulator's catalogue.
+
+    Args:
+        causes: The causes.
+        simulator: The simulator.
+        part: What its joints are called in messages.
+
+    Raises:
+        GapError: A cause is not of the catalogue, or its joints or values do not fit.
+    """
+    known = {effect.name: effect for effect in simulator.effects}
+    for cause in causes:
+        if cause.effect not in known:
+            names = ", ".join(known) or "none"
+            raise GapError(f"{cause.effect!r} is no effect of {simulator.name}; known are {names}")
+        check_cause(cause, known[cause.effect], simulator.joints, part)

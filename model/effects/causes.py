@@ -39,20 +39,24 @@ class Parameter:
 
 
 @dataclass(frozen=True, slots=True)
-class EffectNumbers:
-    """One thing that a model may lack, as far as a machine needs to know it.
+class Effect:
+    """One thing that a model may lack.
 
     Attributes:
         name: Its name.
         stage: The stage in which it acts.
         parameters: Its numbers; none for a law that is there or not.
         scopes: What it can touch.
+        physics: One sentence: what happens in the world.
+        remedy: One sentence: what a person would check or change.
     """
 
     name: str
     stage: str
     parameters: tuple[Parameter, ...]
     scopes: tuple[Scope, ...]
+    physics: str
+    remedy: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +75,7 @@ class Cause:
 
 
 def check_cause(
-    cause: Cause, effect: EffectNumbers, joints: Sequence[str], part: str = "leg"
+    cause: Cause, effect: Effect, joints: Sequence[str], part: str = "leg"
 ) -> tuple[bool, ...]:
     """Return which joints a cause touches, (N,).
 

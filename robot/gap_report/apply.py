@@ -7,8 +7,8 @@ from pathlib import Path
 from gap.diagnosis.findings import Verdict
 from gap.diagnosis.how_far import HowFar
 from gap.diagnosis.remeasured import remeasure
-from gap.machines.legged.catalogue import CATALOGUE
 from gap.machines.legged.simulator import LeggedSimulator
+from model.effects.catalogue import CATALOGUE
 from model.effects.correction import correction_of
 from model.effects.machine import parse_machine
 from model.errors import ConfigError, GapError

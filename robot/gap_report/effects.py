@@ -7,8 +7,7 @@ from pathlib import Path
 
 from gap.effect_file import read_effects
 from gap.interfaces import Effect, Parameter, Scope
-from gap.machines.legged.catalogue import CATALOGUE
-from model.effects.catalogue import STAGES
+from model.effects.catalogue import CATALOGUE, STAGES
 from model.errors import ConfigError
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json
@@ -31,7 +30,7 @@ def list_effects(request: EffectsRequest) -> ExitCode:
         ConfigError: There is no such stage.
         GapError: The file of effects cannot be used.
     """
-    effects = list(CATALOGUE)
+    effects: list[Effect] = list(CATALOGUE)
     if request.effects is not None:
         taken = tuple(effect.name for effect in effects)
         effects += [user.effect for user in read_effects(request.effects, STAGES, taken)]

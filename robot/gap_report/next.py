@@ -11,9 +11,9 @@ from gap.effect_file import UserEffect
 from gap.experiments.imitation import imitate
 from gap.experiments.next_run import MOST_RUNS, NextRun, next_runs
 from gap.interfaces import Cause, Drive, Effect, Scope, Simulator
-from gap.machines.legged.catalogue import CATALOGUE
 from gap.residuals.floor import Floor
 from gap.search.candidates import Candidate
+from model.effects.catalogue import CATALOGUE
 from model.errors import ConfigError, GapError
 from record.trial.trial import Trial
 from robot.console.exit_codes import ExitCode

@@ -7,9 +7,9 @@ import pytest
 
 from gap.diagnosis.remeasured import remeasure
 from gap.interfaces import Cause, Drive, Scope
-from gap.machines.legged.catalogue import CATALOGUE
 from gap.machines.legged.simulator import LeggedSimulator
 from gap.two_machines import TwoMachines
+from model.effects.catalogue import CATALOGUE
 from model.effects.correction import correction_of, merged
 from model.effects.machine import parse_machine
 from model.effects.written import WrittenEffect

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from gap.interfaces import Cause, DataFault, Scope
-from gap.machines.legged.catalogue import CATALOGUE
 from gap.machines.legged.simulator import legged_simulator
+from model.effects.catalogue import CATALOGUE
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial, read_trial
 from tests.gap.predictions import COULOMB

@@ -87,7 +87,7 @@ class LeggedChain:
             drive: What feeds the stages.
         """
         acting = tuple(one for one in settings.acting if EFFECTS[one[0]].stage != "sensing")
-        added = tuple(one for one in settings.added if one.stage != "sensing")
+        added = tuple(one for one in settings.added if one.user.effect.stage != "sensing")
         return self._plain_walk(known, Settings(settings.legs, acting, added), drive)
 
     def _walk(self, known: LeggedInputs, settings: Settings, drive: Drive) -> Walk:

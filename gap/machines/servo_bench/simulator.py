@@ -10,10 +10,9 @@ from functools import lru_cache
 import numpy as np
 from scipy.constants import g as standard_gravity
 
-from gap.causes import check_causes
 from gap.data.check import check_trial
 from gap.data.even_grid import EvenTrial, even_trial
-from gap.interfaces import Cause, Channel, DataFault, Drive, Observation
+from gap.interfaces import Cause, Channel, DataFault, Drive, Observation, check_causes
 from gap.machines.servo_bench import kernel as k
 from gap.machines.servo_bench.catalogue import ANY, CATALOGUE, IDEAL, MOTOR, STAGES, BenchEffect
 from gap.machines.servo_bench.check import believable, check_bench

@@ -13,10 +13,9 @@ import numpy as np
 from scipy.constants import g as standard_gravity
 from scipy.signal import savgol_filter
 
-from gap.causes import check_causes
 from gap.data.columns import Sign, faults_of
 from gap.data.even_grid import even_times, on_times
-from gap.interfaces import Cause, Channel, DataFault, Drive, Observation
+from gap.interfaces import Cause, Channel, DataFault, Drive, Observation, check_causes
 from gap.machines.sliding_body.catalogue import CATALOGUE, STAGES
 from model.compiled import compiled
 from model.errors import ConfigError, GapError
