@@ -58,6 +58,10 @@ class Effect:
     physics: str
     remedy: str
 
+    def named(self, values: Sequence[float]) -> dict[str, float]:
+        """Return values, one a parameter, by the names of their parameters."""
+        return dict(zip((p.name for p in self.parameters), values, strict=True))
+
 
 @dataclass(frozen=True, slots=True)
 class Cause:

@@ -8,9 +8,10 @@ from gap.diagnosis.findings import Verdict
 from gap.diagnosis.how_far import HowFar
 from gap.diagnosis.remeasured import remeasure
 from gap.machines.legged.simulator import LeggedSimulator
-from model.effects.catalogue import CATALOGUE
+from model.effects.catalogue import CATALOGUE, EFFECTS
 from model.effects.correction import correction_of
 from model.effects.machine import parse_machine
+from model.effects.written import table_name
 from model.errors import ConfigError, GapError
 from model.parameters.tables import parse_table, read_legs
 from record.whole_file import check_room, write_text
@@ -116,9 +117,10 @@ def _lines(out: Path, found: ReadDiagnosis, edited: Edited, far: HowFar | None) 
     keys = [(e.key, e.before, "->", e.after, e.why) for e in edited.edits]
     lines = [f"written: {out}", *table_lines(KEYS, keys, "  ")]
     for one in edited.effects:
-        numbers = ", ".join(f"{name} = {value:.4g}" for name, value in one.values) or "a law"
-        lines.append(f"  [{one.key}]  {numbers}")
-        lines.append(f"      drive, odom, replay: {USES[one.name].value}")
+        named = EFFECTS[one.effect].named(one.values)
+        numbers = ", ".join(f"{name} = {value:.4g}" for name, value in named.items()) or "a law"
+        lines.append(f"  [{table_name(one.effect, one.joints)}]  {numbers}")
+        lines.append(f"      drive, odom, replay: {USES[one.effect].value}")
     if found.verdict == Verdict.AMBIGUOUS.value:
         others = ", ".join(dict.fromkeys(other for _, other, _ in found.rivals))
         lines.append(f"note: these runs also allow {others} instead; see bigant gap next")
@@ -145,10 +147,10 @@ def _as_json(out: Path, edited: Edited, far: HowFar | None) -> dict[str, object]
         "keys": edited.edits,
         "effects": [
             {
-                "effect": e.name,
-                "leg": e.leg,
-                "parameters": dict(e.values),
-                "use": USES[e.name].value,
+                "effect": e.effect,
+                "leg": "".join(e.joints),
+                "parameters": EFFECTS[e.effect].named(e.values),
+                "use": USES[e.effect].value,
             }
             for e in edited.effects
         ],

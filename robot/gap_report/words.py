@@ -113,8 +113,7 @@ def parameters_of(cause: Cause, effects: Mapping[str, Effect]) -> dict[str, floa
         cause: The cause.
         effects: The catalogue, by name.
     """
-    names = [parameter.name for parameter in effects[cause.effect].parameters]
-    return dict(zip(names, cause.values, strict=True))
+    return effects[cause.effect].named(cause.values)
 
 
 def changed_channels(far: HowFar, most: int) -> list[str]:
