@@ -19,8 +19,8 @@ from model.values.arrays import BoolArray, FloatArray
 from record.trial.trial import Trial
 
 __all__ = (
-    "NOWHERE", "Cause", "Channel", "DataFault", "Drive", "Effect", "Observation", "Parameter", "Scope",
-    "Simulator", "check_causes", "place_words", "reach_of", "used",
+    "NOWHERE", "Cause", "Channel", "DataFault", "Drive", "Effect", "Observation", "Parameter", "Proposal",
+    "Scope", "Simulator", "check_causes", "place_words", "reach_of", "used",
 )  # fmt: skip
 
 NOWHERE = (math.nan, math.nan)  # between which places: not known
@@ -78,6 +78,27 @@ class Observation:
     noise: FloatArray
     weight: FloatArray
     reach_m: tuple[float, float] = NOWHERE
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Proposal:
+    """A run that could be made.
+
+    Attributes:
+        name: What to do, in words.
+        trial: Its commands; nothing measured.
+        minutes: How long it takes.
+        limits: What to mind, in words; empty if nothing.
+        known: What is done to the machine on purpose, such as a weight put on it.
+        command: Command line that makes it; empty if there is none.
+    """
+
+    name: str
+    trial: Trial
+    minutes: float
+    limits: str
+    known: tuple[Cause, ...] = ()
+    command: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap.experiments.imitation import Imitation, noise_of
-from gap.interfaces import Cause, Simulator, place_words
-from gap.proposals import Proposal
+from gap.interfaces import Cause, Proposal, Simulator, place_words
 from gap.residuals.floor import Floor
 from gap.residuals.predictions import Predictor
 from gap.search.fit import ENOUGH_SEPARATION, energy_left, free_values, slopes_of

@@ -5,7 +5,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from gap.check.without import without
+from gap.delegate import Without
 from gap.diagnosis.as_json import diagnosis_json
 from gap.diagnosis.commissioning import standing_of
 from gap.diagnosis.diagnose import diagnose_study
@@ -56,13 +56,10 @@ def read_case(asked: Asked) -> tuple[tuple[Trial, ...], tuple[Trial, ...], Simul
     """Return its trials, its references, and the simulator that their machine calls for.
 
     Raises:
-        BigantError: A trial cannot be read, or an effect is not known.
+        BigantError: A trial cannot be read.
     """
     runs = read_runs(asked.trials, asked.references)
-    simulator = runs.simulator()
-    known = {effect.name for effect in simulator.effects}
-    simulator = without(simulator, [name for name in asked.missing if name in known])
-    return runs.trials, runs.references, simulator
+    return runs.trials, runs.references, Without(runs.simulator(), asked.missing)
 
 
 def commission_case(asked: Asked, kept: Path) -> tuple[Cause, ...]:

@@ -5,10 +5,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from gap.diagnosis.as_json import diagnosis_json
-from gap.diagnosis.diagnose import diagnose
+from gap.diagnosis.diagnose import Proposer, diagnose
 from gap.diagnosis.findings import Diagnosis, Verdict
 from gap.interfaces import Simulator
-from gap.proposals import Proposer
 from gap.residuals.predictions import prediction_pool
 from model.errors import ConfigError, GapError
 from record.trial.header import LEGGED
@@ -124,6 +123,6 @@ def _proposer(runs: Runs, simulator: Simulator) -> Proposer | None:
     if simulator.name != "legged":
         return None
     try:
-        return proposer_of(runs.robot_text, runs.robot)[0]
+        return proposer_of(runs.robot_text, runs.robot)[0].proposals
     except GapError:
         return None  # a robot of other legs without gaits: it can be diagnosed, not sent walking

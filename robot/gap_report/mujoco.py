@@ -8,13 +8,13 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 
+from gap.delegate import TwoMachines
 from gap.diagnosis.study import make_study
 from gap.interfaces import Drive, Simulator
 from gap.machines.legged.simulator import LeggedSimulator, legged_simulator
 from gap.residuals.parts import split
 from gap.search.candidates import candidates_of
 from gap.search.screen import gains, make_signatures
-from gap.two_machines import TwoMachines
 from model.effects.machine import parse_machine
 from model.errors import GapError
 from record.trial.trial import Trial

@@ -63,7 +63,7 @@ def diagnosis_page(d: Diagnosis, subject: Subject) -> str:
                 place_words(*one.of),
                 place_words(one.effect, one.joints),
                 f"{one.separation:.3g}",
-                value_words(one.behind, one.error),
+                value_words(one.behind, one.behind_error),
                 one.why,
             )
             for one in d.ambiguous

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from gap.delegate import TwoMachines
 from gap.effect_file import UserEffect, read_effects
 from gap.interfaces import Simulator
 from gap.machines.legged.simulator import LeggedSimulator, legged_simulator
 from gap.machines.servo_bench.simulator import servo_bench
 from gap.machines.sliding_body.simulator import sliding_body
-from gap.two_machines import TwoMachines
 from model.effects.catalogue import EFFECTS, STAGES
 from model.effects.machine import parse_machine
 from model.errors import ConfigError, GapError

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gap.delegate import TwoMachines
 from gap.diagnosis.remeasured import remeasure
 from gap.interfaces import Cause, Drive, Scope
 from gap.machines.legged.simulator import LeggedSimulator
-from gap.two_machines import TwoMachines
 from model.effects.catalogue import CATALOGUE
 from model.effects.correction import correction_of, merged
 from model.effects.machine import parse_machine

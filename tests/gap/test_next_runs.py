@@ -7,8 +7,7 @@ import pytest
 
 from gap.experiments.imitation import imitate
 from gap.experiments.next_run import NextRun, next_runs
-from gap.interfaces import Cause, Drive, place_words
-from gap.proposals import Proposal
+from gap.interfaces import Cause, Drive, Proposal, place_words
 from gap.residuals.floor import Floor
 from gap.search.candidates import Candidate
 from record.trial.trial import Trial

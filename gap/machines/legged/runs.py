@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaits.gait import Gait
-from gap.interfaces import Cause
-from gap.proposals import Proposal
+from gap.interfaces import Cause, Proposal
 from record.trial.header import LEGGED, TrialHeader, TrialNoise
 from record.trial.table_file import Column
 from record.trial.trial import build_trial
@@ -24,7 +23,7 @@ PLACES = (("the body's middle", 0.0, 0.0), ("its front left", *WEIGHT_M))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LeggedProposer:
-    """Implements ``gap.proposals.Proposer``.
+    """Makes the proposals of a robot.
 
     Attributes:
         legs: Names of the legs.
