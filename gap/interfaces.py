@@ -50,7 +50,6 @@ class Channel:
         name: As reports print it, for example ``force_z`` or ``body_vx``.
         joint: Joint or leg; empty for the body.
         stage: The stage whose output it is.
-        unit: SI unit.
     """
 
     name: str
@@ -87,7 +86,6 @@ class Proposal:
     Attributes:
         name: What to do, in words.
         trial: Its commands; nothing measured.
-        minutes: How long it takes.
         limits: What to mind, in words; empty if nothing.
         known: What is done to the machine on purpose, such as a weight put on it.
         command: Command line that makes it; empty if there is none.

@@ -31,13 +31,7 @@ RULES = Rules((1.0,) * 6, 1e-3, 0.1, 1.0, 0.0, 1e-8, prior=False, difference=0.0
 
 @dataclass(frozen=True, slots=True)
 class Alone:
-    """A set of effects by itself.
-
-    Attributes:
-        effects: Their names.
-        causes: With the values that fit the other runs best.
-        channels: Every channel that was compared.
-    """
+    """A set of effects by itself, with the values that fit best, and every channel that was compared."""
 
     effects: tuple[str, ...]
     causes: tuple[Cause, ...]

@@ -36,7 +36,6 @@ class Healthy:
     """One reference in units of what the others predict.
 
     Attributes:
-        part: The reference.
         whitener: The map into these units.
         residual: Whitened, (F, C).
         excess: Energy over expectation of each channel, (C,); NaN where unused.
@@ -61,10 +60,7 @@ class Detectable:
     """Smallest size of a parameter that would have shown.
 
     Attributes:
-        effect: Effect.
-        parameter: Its parameter.
         size: Distance from neutral, in the parameter's unit; infinite if these runs cannot show it.
-        unit: Unit.
         neutral: Value at which nothing happens.
         lower: Smallest value that makes sense.
         upper: Largest value that makes sense.
@@ -90,7 +86,6 @@ class Detection:
     """Whether there is a gap.
 
     Attributes:
-        found: True if there is.
         p: Chance of so much without one; NaN without references.
         p_cause: The same by the best candidate alone, among all that were tried.
         p_energy: By the mean energy alone.

@@ -51,11 +51,8 @@ class RivalCause:
 
     Attributes:
         cause: Number of the cause it was a rival of.
-        effect: Its name.
-        joints: Where.
         probability: That it is this one instead.
         behind: Nats by which it predicts unseen blocks worse.
-        behind_error: Standard error of that.
         of: Effect and joints of the cause it was a rival of.
     """
 

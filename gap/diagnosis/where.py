@@ -23,7 +23,6 @@ class StageGap:
     """One stage.
 
     Attributes:
-        stage: Its name.
         own: Energy over expectation of its channels when fed what was measured (1 is none); NaN if unseen.
         end_to_end: The same when all stages are fed commands.
         share: Its own energy above expectation over that of all stages, 0 to 1.
@@ -40,9 +39,7 @@ class Cell:
     """A channel in a part of the gait.
 
     Attributes:
-        channel: Name of the channel.
         joint: Its joint, empty for the body.
-        stage: Its stage.
         phase: Middle of the phase bin, 0 to 1; NaN where there are no cycles.
         mean: Mean difference, measured minus predicted, in units of the noise.
         statistic: Mean over its standard error.
@@ -63,9 +60,6 @@ class ChannelGap:
     """A channel of one joint.
 
     Attributes:
-        channel: Name.
-        joint: Its joint.
-        stage: Its stage.
         excess: Energy over expectation; NaN where nothing was compared.
         bands: Shares of its energy: drift, harmonics 1 to 3, 4 to 10, above; NaN without cycles.
         thirds: Energy over expectation in each third of the trials.
@@ -83,13 +77,9 @@ class ChannelGap:
 
 @dataclass(frozen=True, slots=True)
 class Where:
-    """The map.
+    """The map: stages in the order of the chain, every channel, the largest differences.
 
-    Attributes:
-        stages: In the order of the chain.
-        channels: Every channel.
-        cells: The largest differences.
-        testable: False if there are too few blocks to test a cell.
+    ``testable`` is False if there are too few blocks to test a cell.
     """
 
     stages: tuple[StageGap, ...]

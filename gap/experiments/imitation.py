@@ -20,11 +20,9 @@ STEPS = 4
 
 @dataclass(frozen=True, eq=False)
 class Imitation(Misfit):
-    """What causes predict end to end, against what others do; of each trial only its commands count.
+    """What causes predict end to end, against what a goal does; of each trial only its commands count.
 
-    Attributes:
-        noise: Standard deviation of each trial's channels, (F, C).
-        goal: Causes to be imitated.
+    The noise is the standard deviation of each trial's channels, (F, C).
     """
 
     noise: Sequence[FloatArray]

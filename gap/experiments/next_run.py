@@ -24,12 +24,10 @@ class NextRun:
     """How well a run separates candidates.
 
     Attributes:
-        name: What to do.
         pair: The two candidates that it separates least.
         separation: Energy between them, in units of noise.
         runs: How many runs make the choice sure to one in a hundred.
         minutes: Of all of them.
-        limits: What to mind.
         command: Command line that makes one; empty if there is none.
     """
 

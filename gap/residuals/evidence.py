@@ -28,9 +28,6 @@ class Evidence(Misfit):
     """Parts of trials under one drive, F frames in all.
 
     Attributes:
-        parts: The parts.
-        drive: What feeds the stages.
-        floor: The floor under that drive.
         whiteners: One a part.
         starts: First frame of each of B blocks, counted over all parts.
         folds: Fold of each block, (B,).

@@ -24,12 +24,7 @@ FEW = 3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ExpectedMisfit:
-    """What a condition is expected to show.
-
-    Attributes:
-        mean: Expected coefficients, (K, C).
-        variance: Their variance, (K, C).
-    """
+    """Coefficients that a condition is expected to show, and their variance, (K, C) each."""
 
     mean: FloatArray
     variance: FloatArray

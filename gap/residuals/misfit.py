@@ -13,11 +13,7 @@ from model.values.arrays import FloatArray
 
 @dataclass(frozen=True)
 class Misfit:
-    """Plain squares of a residual; subclasses say which, and may weigh it.
-
-    Attributes:
-        predictor: Predicts.
-    """
+    """Plain squares of a residual; subclasses say which, and may weigh it."""
 
     predictor: Predictor
 

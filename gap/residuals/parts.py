@@ -36,7 +36,6 @@ class Part:
         trial: Index of the trial.
         first: First frame.
         last: Frame behind the last.
-        gait: Gait of the trial.
         frequency_hz: Its cycles a second; NaN if not known.
         observation: What was measured there.
     """

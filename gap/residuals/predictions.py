@@ -23,13 +23,7 @@ _installed: list[tuple[Simulator, tuple[Trial, ...]]] = []
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """One prediction.
-
-    Attributes:
-        trial: Index of the trial.
-        causes: What is added to the simulator.
-        drive: What feeds its stages.
-    """
+    """One prediction: of a trial by its index, with causes added, under a drive."""
 
     trial: int
     causes: tuple[Cause, ...]

@@ -24,12 +24,7 @@ LOG_RANGE = 20.0  # a range wider than this from a positive end is walked by rat
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """An effect at a place.
-
-    Attributes:
-        effect: The effect.
-        joints: The joint, or none for the whole machine.
-    """
+    """An effect at a joint, or at none: on the whole machine."""
 
     effect: Effect
     joints: tuple[str, ...]

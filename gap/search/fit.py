@@ -25,7 +25,6 @@ class Fitted:
     """Causes with fitted values.
 
     Attributes:
-        causes: The causes.
         residual: Whitened, (F, C).
         slopes: Change of the prediction for one spread of each of P parameters, (P, F, C).
         away: Distance from neutral in spreads, (P,).

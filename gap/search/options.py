@@ -30,7 +30,6 @@ class Option:
 
     Attributes:
         added: The candidate that it adds to what stood.
-        fitted: The fit.
         unseen: Score of each block without its fold, (B,).
         over: How much better than what stood.
     """

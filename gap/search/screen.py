@@ -21,7 +21,6 @@ class Signature:
     """A candidate to first order about a start.
 
     Attributes:
-        candidate: The candidate.
         start: Values there.
         live: Indices of the parameters that leave a trace.
         rows: Rows of ``Signatures.matrix``: one a live parameter, for a change of one spread.
@@ -37,12 +36,7 @@ class Signature:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Signatures:
-    """All of them.
-
-    Attributes:
-        found: The signatures.
-        matrix: Whitened changes of the prediction, (rows, F C).
-    """
+    """Signatures, and the whitened changes of the prediction that they name rows of, (rows, F C)."""
 
     found: tuple[Signature, ...]
     matrix: NDArray[np.float32]
@@ -50,13 +44,7 @@ class Signatures:
 
 @dataclass(frozen=True, slots=True)
 class Gain:
-    """What a candidate would gain to first order.
-
-    Attributes:
-        signature: The candidate and its start.
-        values: Fitted values.
-        nats: Gain in the score's quadratic.
-    """
+    """What a candidate would gain to first order in the score's quadratic, at which values."""
 
     signature: Signature
     values: tuple[float, ...]

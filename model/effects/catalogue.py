@@ -38,11 +38,7 @@ TOGETHER: MappingProxyType[Combine, Callable[[float, float], float]] = MappingPr
 
 @dataclass(frozen=True, slots=True)
 class ChainEffect(Effect):
-    """An effect of the chain.
-
-    Attributes:
-        combine: How each of its parameters combines.
-    """
+    """An effect of the chain, and how each of its parameters combines with that of another cause."""
 
     combine: tuple[Combine, ...]
 

@@ -43,7 +43,6 @@ class Effect:
     """One thing that a model may lack.
 
     Attributes:
-        name: Its name.
         stage: The stage in which it acts.
         parameters: Its numbers; none for a law that is there or not.
         scopes: What it can touch.
@@ -68,7 +67,6 @@ class Cause:
     """An effect with its numbers, at its place.
 
     Attributes:
-        effect: Name of the effect.
         joints: The joints that it touches; empty for the whole machine.
         values: In the order of the effect's parameters.
     """

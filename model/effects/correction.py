@@ -24,16 +24,7 @@ SUMMANDS = {
 
 @dataclass(frozen=True, slots=True)
 class KeyChange:
-    """One number of a robot file: new = factor times old plus ``plus``.
-
-    Attributes:
-        table: Its table.
-        key: Its key.
-        index: Where in an array; empty for a number by itself.
-        factor: Factor.
-        plus: Summand.
-        cause: Why.
-    """
+    """One number of a robot file, by itself or in an array: new = factor times old plus ``plus``."""
 
     table: str
     key: str
@@ -45,12 +36,7 @@ class KeyChange:
 
 @dataclass(frozen=True, slots=True)
 class Correction:
-    """What is to be done to a robot file.
-
-    Attributes:
-        changes: Numbers of its keys.
-        effects: What its table of effects is to hold besides, a cause for each leg.
-    """
+    """Numbers to change in a robot file, and what its table of effects is to hold besides, a cause a leg."""
 
     changes: tuple[KeyChange, ...]
     effects: tuple[Cause, ...]

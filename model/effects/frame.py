@@ -39,12 +39,7 @@ class _Moment(Grid):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrameAnswer:
-    """The model of one frame.
-
-    Attributes:
-        feet: Unloaded feet as the robot file with its effects has them.
-        contact: Support and traction.
-    """
+    """The model of one frame: unloaded feet as the robot file with its effects has them, and contact."""
 
     feet: FootMotion
     contact: ContactSolution

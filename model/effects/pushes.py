@@ -23,11 +23,7 @@ DEVIATION_S = 1.0
 class Scene:
     """W frames of a robot on its ground.
 
-    Attributes:
-        machine: The robot.
-        grid: Times.
-        settings: What is added.
-        world: x, y, yaw of the body, (W, 3); only effects that are bound to a place need it.
+    Only effects that are bound to a place need the world: x, y, yaw of the body, (W, 3).
     """
 
     machine: LeggedMachine

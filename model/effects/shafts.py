@@ -26,7 +26,6 @@ class Feet:
     """Kinematics of W frames: the signals, and how far the foot link has turned since mid-stance.
 
     Attributes:
-        signals: Feet and their slopes.
         rate_m_s: Velocity of the feet in the body frame, (W, N, 3).
         turn_rad: Angle of the coupler from its angle at shaft angle 0, from +x to +z, (W, N).
     """

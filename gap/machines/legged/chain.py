@@ -44,12 +44,7 @@ BOUND_TO_PLACES = ("ground_step", "friction_patch", "ground_slope", "tether_forc
 class Walk:
     """The truth of W frames as the chain has it.
 
-    Attributes:
-        shaft_rad: Shafts as commands and loads put them, (W, N).
-        feet: Unloaded feet.
-        standing: Support.
-        sliding: Friction.
-        world: x, y, yaw of the body, (W, 3).
+    Shafts, (W, N), are where commands and loads put them; the world holds x, y, yaw of the body, (W, 3).
     """
 
     shaft_rad: FloatArray

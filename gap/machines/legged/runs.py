@@ -25,13 +25,8 @@ PLACES = (("the body's middle", 0.0, 0.0), ("its front left", *WEIGHT_M))
 class LeggedProposer:
     """Makes the proposals of a robot.
 
-    Attributes:
-        legs: Names of the legs.
-        gaits: Gaits by name.
-        limits_hz: Highest frequency of each that the servos follow.
-        mass_kg: Of the robot.
-        robot_text: Robot file.
-        robot_option: What the command line needs to name that file; empty for the default one.
+    ``limits_hz`` are the highest frequencies of gaits that the servos follow; ``robot_option`` is what the
+    command line needs to name the robot file, empty for the default one.
     """
 
     legs: tuple[str, ...]

@@ -19,13 +19,7 @@ MOTOR_KEYS = ("supply_v", "torque_constant_nm_a", "resistance_ohm", "armature_kg
 
 @dataclass(frozen=True, slots=True)
 class ServoJoint:
-    """One nominal servo.
-
-    Attributes:
-        name: Its joint.
-        ideal: True where no motor data are given: the shaft goes where it is commanded.
-        numbers: The servo.
-    """
+    """One nominal servo; an ideal one has no motor data: its shaft goes where it is commanded."""
 
     name: str
     ideal: bool

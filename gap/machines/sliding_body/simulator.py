@@ -39,16 +39,7 @@ CHANNELS = (
 
 @dataclass(frozen=True, slots=True)
 class Law:
-    """Friction and ground.
-
-    Attributes:
-        coulomb: Coulomb's law instead of the viscous one.
-        mu: Coefficient.
-        per_m_s: Its change with speed.
-        slope_x: Rise of the ground along x.
-        slope_y: Along y.
-        delay_s: Delay of poses.
-    """
+    """Friction (Coulomb's law or the viscous one, mu and its change with speed), slope, delay of poses."""
 
     coulomb: bool
     mu: float
