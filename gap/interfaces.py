@@ -123,34 +123,28 @@ class Simulator(Protocol):
     @property
     def name(self) -> str:
         """Name, for example ``legged``."""
-        ...
 
     @property
     def stages(self) -> tuple[str, ...]:
         """Names of the stages in the order of the chain."""
-        ...
 
     @property
     def joints(self) -> tuple[str, ...]:
         """Names of joints or legs."""
-        ...
 
     @property
     def effects(self) -> tuple[Effect, ...]:
         """The catalogue: every effect that the simulator can add to itself."""
-        ...
 
     @property
     def channels(self) -> tuple[Channel, ...]:
         """What is compared, C channels. The same for both drives."""
-        ...
 
     def observe(self, trial: Trial) -> Observation:
         """Put the measured data of a trial on the simulator's channels and grid.
 
         Filters and decimation here are exactly those of ``predict``.
         """
-        ...
 
     def predict(self, trial: Trial, causes: Sequence[Cause], drive: Drive) -> FloatArray:
         """Return what the channels would read with these causes added, (F, C); NaN where unknown.
@@ -160,11 +154,9 @@ class Simulator(Protocol):
         Raises:
             GapError: A cause is not of the catalogue, or its joints or values do not fit.
         """
-        ...
 
     def check(self, trial: Trial) -> tuple[DataFault, ...]:
         """Look for faults of the data themselves."""
-        ...
 
 
 def reach_of(observations: Sequence[Observation]) -> tuple[float, float]:

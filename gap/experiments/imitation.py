@@ -8,8 +8,7 @@ import numpy as np
 
 from gap.interfaces import Cause, Drive, Simulator, reach_of
 from gap.residuals.floor import Floor
-from gap.residuals.misfit import Misfit
-from gap.residuals.predictions import Predictor, Wanted
+from gap.residuals.predictions import Misfit, Predictor, Wanted
 from gap.search.candidates import Candidate, starts_of, stepped
 from gap.search.fit import PLAIN, fit_causes
 from model.values.arrays import FloatArray

@@ -203,7 +203,8 @@ def dependence_of(errors: Sequence[FloatArray]) -> FloatArray:
     for error in errors:
         frames = len(error)
         known = np.isfinite(error)
-        centred = np.where(known, error - _mean(error, known), 0.0)
+        mean = np.where(known, error, 0.0).sum(axis=0) / np.fmax(known.sum(axis=0), 1)
+        centred = np.where(known, error - mean, 0.0)
         size = 2 ** int(np.ceil(np.log2(2 * frames)))
         spectrum = np.abs(np.fft.rfft(centred, size, axis=0)) ** 2
         lags = np.fft.irfft(spectrum, size, axis=0)[: max(frames // 4, 2)]
@@ -214,7 +215,3 @@ def dependence_of(errors: Sequence[FloatArray]) -> FloatArray:
         before: BoolArray = np.arange(len(lags))[:, None] < end
         times.append(np.clip(2 * np.sum(lags * before, axis=0) - 1, 1.0, max(frames / 8, 1.0)))
     return np.asarray(np.median(times, axis=0))
-
-
-def _mean(error: FloatArray, known: BoolArray) -> FloatArray:
-    return np.asarray(np.where(known, error, 0.0).sum(axis=0) / np.fmax(known.sum(axis=0), 1))

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gap.interfaces import Cause, Effect, Parameter
-from gap.residuals.misfit import Misfit
+from gap.residuals.predictions import Misfit
 from gap.search.candidates import FINE_STEP, step_of
 from model.values.arrays import FloatArray
 

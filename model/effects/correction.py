@@ -36,7 +36,7 @@ class KeyChange:
 
 @dataclass(frozen=True, slots=True)
 class Correction:
-    """Numbers to change in a robot file, and what its table of effects is to hold besides, a cause a leg."""
+    """Numbers to change in a robot file, and what its table of effects is to hold besides, each a leg's."""
 
     changes: tuple[KeyChange, ...]
     effects: tuple[Cause, ...]

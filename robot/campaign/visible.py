@@ -16,8 +16,9 @@ from pathlib import Path
 
 import numpy as np
 
-from gap.check.reachable import shrink_of
 from gap.check.score import CONTROL, PAIR, SINGLE
+from gap.diagnosis.how_far import how_far
+from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Simulator
 from gap.worker_pool import worker_pool
 from model.errors import GapError
@@ -171,7 +172,8 @@ def _ask_oracle(
     if causes:
         # a truth beyond the bounds of the catalogue cannot be reached, and is counted without
         with contextlib.suppress(GapError):
-            reachable = shrink_of(trials, simulator, references, causes, standing)
+            study = make_study(trials, simulator, references).with_standing(standing)
+            reachable = how_far(study.held_evidence(), causes, seed=0).shrink
     return _Oracle(files.name, np.array(change), tuple(healthy), reachable)
 
 
