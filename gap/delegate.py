@@ -9,11 +9,7 @@ from record.trial.trial import Trial
 
 
 class Delegate:
-    """Implements ``gap.interfaces.Simulator`` by asking another simulator.
-
-    Args:
-        inner: The simulator that answers.
-    """
+    """Implements ``gap.interfaces.Simulator`` by asking another simulator."""
 
     def __init__(self, inner: Simulator) -> None:
         self.inner = inner
@@ -39,15 +35,10 @@ class Delegate:
 
 
 class TwoMachines(Delegate):
-    """One robot file for the trials and another for the references.
+    """One robot file for the trials, whose catalogue and channels are the pair's, another for references.
 
     References are runs of the robot before it changed: their simulator is that of the file recorded with
     them, also where the trials are compared with a corrected one.
-
-    Args:
-        own: Simulator of the trials; its name, catalogue and channels are those of the pair.
-        other: Simulator of the references.
-        references: The references.
 
     Raises:
         GapError: The two have different legs.
@@ -68,12 +59,7 @@ class TwoMachines(Delegate):
 
 
 class Without(Delegate):
-    """A simulator that does not know some effects: what is diagnosed when the cause has no name?
-
-    Args:
-        whole: The simulator.
-        missing: Names of the effects taken away.
-    """
+    """A simulator that lacks some effects, by name: what is diagnosed when the cause has no name?"""
 
     def __init__(self, whole: Simulator, missing: Sequence[str]) -> None:
         super().__init__(whole)

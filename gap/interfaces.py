@@ -173,12 +173,7 @@ def used(observation: Observation) -> BoolArray:
 
 
 def check_causes(causes: Sequence[Cause], simulator: Simulator, part: str = "joint") -> None:
-    """Check causes against a simulator's catalogue.
-
-    Args:
-        causes: The causes.
-        simulator: The simulator.
-        part: What its joints are called in messages.
+    """Check causes against a simulator's catalogue; ``part`` is what its joints are called in messages.
 
     Raises:
         GapError: A cause is not of the catalogue, or its joints or values do not fit.

@@ -58,11 +58,8 @@ def open_rivals(
 ) -> tuple[OpenRival, ...]:
     """Return every rival that these runs leave open, nearest first.
 
-    Args:
-        evidence: What was fitted to.
-        selection: The causes.
-        rivals: Those of each step, as ``gap.diagnosis.probability.chances`` has them.
-        left_nats: What the causes leave beyond what a healthy machine does.
+    Rivals are those of each step, as ``gap.diagnosis.probability.chances`` has them; ``left_nats`` is what
+    the causes leave beyond what a healthy machine does.
     """
     found: list[OpenRival] = []
     named = {step.chosen.added.key for step in selection.steps}
@@ -85,12 +82,9 @@ def open_rivals(
 
 
 def separation(of: Fitted, by: Fitted, weights: FloatArray) -> float:
-    """Energy that is left between two predictions when one is adjusted to the other.
+    """Energy that is left between two predictions when ``by`` is adjusted to ``of`` to first order.
 
-    Args:
-        of: What is to be imitated.
-        by: What is adjusted, to first order.
-        weights: Weight of each residual, (F, C).
+    Weights of the residuals are (F, C).
     """
     root = np.sqrt(weights)
     return energy_left((by.residual - of.residual) * root, by.slopes * root, prior=1.0)

@@ -118,7 +118,7 @@ def healthy_runs(
     other gaits or frequencies alone: so what is not known there is measured and not assumed.
 
     Args:
-        channels: Channels.
+        channels: C of them.
         references: Each with measured minus predicted, (F, C).
         conditions: Those of the trials.
     """
@@ -164,12 +164,7 @@ def detect(
 ) -> Detection:
     """Decide with references.
 
-    Args:
-        evidence: The trials.
-        signatures: What candidates would do.
-        healthy: References.
-        p_cause: Chance that a healthy machine shows any candidate as large as the best found.
-        seed: Of random draws.
+    ``p_cause`` is the chance that a healthy machine shows any candidate as large as the best one.
     """
     rng = np.random.default_rng(seed)
     edges = [np.append(block_starts(p.observation), p.frames) for p in evidence.parts]
@@ -215,10 +210,7 @@ def energies(
 ) -> tuple[float, float]:
     """Chance of the mean energy and of the worst channel's, by Student's t over references.
 
-    Args:
-        evidence: The trials.
-        residual: Their whitened residual, (F, C), with or without causes.
-        healthy: References.
+    The residual of the trials is whitened, (F, C), with or without causes.
     """
     energy = evidence.per_block(residual**2)
     blocks = [evidence.block_part == i for i in range(len(evidence.parts))]

@@ -50,7 +50,7 @@ def diagnose(
         simulator: The simulator under diagnosis.
         references: Runs of the same machine believed healthy; what they show is subtracted.
         executor: Made by ``gap.residuals.predictions.prediction_pool`` with the same trials; None uses this
-        process.
+            process.
         progress: Gets what is being done, and the share of the whole that is done.
         seed: Of every random draw; the same seed gives the same diagnosis.
         proposer: Makes the runs among which the next one is chosen.
@@ -69,15 +69,9 @@ def diagnose_study(
     proposer: Proposer | None = None,
     standing: tuple[Cause, ...] | None = None,
 ) -> Diagnosis:
-    """Diagnose trials and references that are assembled already.
+    """Diagnose trials and references that are assembled already, as ``diagnose`` does.
 
-    Args:
-        study: Trials and references on the simulator's channels.
-        progress: Gets what is being done, and the share of the whole that is done.
-        seed: Of every random draw.
-        proposer: Makes the runs among which the next one is chosen.
-        standing: What the references show already, if it is known (``gap.diagnosis.commissioning``); None
-        finds out.
+    ``standing`` is what the references show already (``gap.diagnosis.commissioning``); None finds out.
 
     Raises:
         GapError: Nothing can be compared.

@@ -91,13 +91,7 @@ class HowFar:
 
 
 def how_far(held: Evidence, causes: tuple[Cause, ...], seed: int) -> HowFar:
-    """Measure it.
-
-    Args:
-        held: The trials that were held out, under ``Drive.COMMAND``.
-        causes: What is added.
-        seed: Of the resampling.
-    """
+    """Measure what causes do to held-out trials under ``Drive.COMMAND``; the seed is of the resampling."""
     alone = [(cause,) for cause in causes]
     rest = [(*causes[:i], *causes[i + 1 :]) for i in range(len(causes))]
     predicted = held.predictions([(), causes, *alone, *rest])
@@ -183,12 +177,8 @@ def channel_rms(
 ) -> Iterator[tuple[int, ChannelRms]]:
     """Return every channel that was compared, with its number.
 
-    Args:
-        channels: C of them.
-        before: Squared differences summed over each block, (B, C).
-        after: The same with causes added.
-        weight: Frames of each block that are compared, (B, C).
-        seed: Of the resampling.
+    Squared differences without causes and with them are summed over each block, (B, C); the weight is the
+    frames of each block that are compared, (B, C); the seed is of the resampling.
     """
     frames = weight.sum(axis=0)
     for i, c in enumerate(channels):

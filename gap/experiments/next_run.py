@@ -56,7 +56,7 @@ def next_runs(
         simulator: The simulator.
         rivals: Sets of causes to discriminate between.
         floor: Its noise under ``Drive.COMMAND``.
-        progress: Told the share that is done.
+        progress: Gets the share that is done.
     """
     found = []
     for number, one in enumerate(proposals):

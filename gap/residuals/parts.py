@@ -63,13 +63,7 @@ class Part:
 
 
 def whole_parts(simulator: Simulator, trials: Sequence[Trial], first: int = 0) -> tuple[Part, ...]:
-    """Return whole trials as parts.
-
-    Args:
-        simulator: Observes the trials.
-        trials: The trials.
-        first: Index of the first one among all trials of the study.
-    """
+    """Return whole trials as parts; the first one has the index ``first`` among all trials of the study."""
     found = [(trial, simulator.observe(trial)) for trial in trials]
     return tuple(part_of(i, t, o, 0, len(o.time_s)) for i, (t, o) in enumerate(found, first))
 

@@ -49,10 +49,7 @@ class Whitener:
 def make_whitener(part: Part, floor: Floor, base: FloatArray) -> Whitener:
     """Make the map.
 
-    Args:
-        part: The part.
-        floor: The floor.
-        base: What the simulator predicts as it stands, (F, C); it is compared where it has an answer.
+    The simulator as it stands, ``base`` (F, C), is compared where it has an answer.
     """
     on = used(part.observation) & np.isfinite(base)
     weight = np.where(on, part.observation.weight, 0.0)

@@ -47,9 +47,7 @@ class Candidate:
 def candidates_of(simulator: Simulator, standing: Sequence[Cause] = ()) -> tuple[Candidate, ...]:
     """Return every candidate, in an order that does not depend on the catalogue's.
 
-    Args:
-        simulator: The simulator.
-        standing: Causes that are there already: a law among them cannot be added again.
+    A law among the causes that are there already cannot be added again.
     """
     there = {cause.effect for cause in standing if not cause.values}
     found = []
@@ -75,14 +73,7 @@ def step_of(parameter: Parameter, value: float, share: float) -> float:
 def stepped(
     parameters: Sequence[Parameter], values: Sequence[float], i: int, share: float
 ) -> tuple[float, ...]:
-    """Return values with one of them a step away, within its bounds.
-
-    Args:
-        parameters: All parameters.
-        values: One each.
-        i: Which of them moves.
-        share: Of its spread.
-    """
+    """Return values, one a parameter, with number i a share of its spread away, within its bounds."""
     p = parameters[i]
     moved = values[i] + step_of(p, values[i], share)
     return (*values[:i], min(max(moved, p.lower), p.upper), *values[i + 1 :])
@@ -93,10 +84,7 @@ def starts_of(
 ) -> list[tuple[float, ...]]:
     """Return where fits may begin, given which parameters leave no trace at neutral.
 
-    Args:
-        effect: The effect.
-        silent: One a parameter.
-        reach_m: Between which places the machine touched its world; NaN if unknown.
+    The reach is between which places the machine touched its world; NaN if unknown.
     """
     parameters = effect.parameters
     if not any(silent):

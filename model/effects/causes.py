@@ -79,13 +79,7 @@ class Cause:
 def check_cause(
     cause: Cause, effect: Effect, joints: Sequence[str], part: str = "leg"
 ) -> tuple[bool, ...]:
-    """Return which joints a cause touches, (N,).
-
-    Args:
-        cause: The cause.
-        effect: Its effect.
-        joints: Names of all N joints.
-        part: What they are called in messages.
+    """Return which of N joints a cause touches, (N,); ``part`` is what they are called in messages.
 
     Raises:
         GapError: Its joints or values do not fit the effect.

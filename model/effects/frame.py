@@ -46,11 +46,7 @@ class FrameAnswer:
 
 
 class FrameModel:
-    """The model of a robot file with effects, frame by frame.
-
-    Args:
-        machine: The robot.
-    """
+    """The model of a robot file with effects, frame by frame."""
 
     def __init__(self, machine: LeggedMachine) -> None:
         self._machine = machine

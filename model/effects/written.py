@@ -27,11 +27,7 @@ def table_name(effect: str, joints: tuple[str, ...]) -> str:
 
 
 def causes_of(top: Table, legs: tuple[str, ...]) -> tuple[Cause, ...]:
-    """Return the causes that a robot file holds, in its order; a number that is left out is neutral.
-
-    Args:
-        top: The whole robot file.
-        legs: Names of its legs.
+    """Return the causes that a whole robot file holds, in its order; a number that is left out is neutral.
 
     Raises:
         ConfigError: An effect, a place or a number is not known, or out of its bounds.

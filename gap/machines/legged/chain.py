@@ -55,11 +55,7 @@ class Walk:
 
 
 class LeggedChain:
-    """The chain of one machine; stages that several predictions share are solved once.
-
-    Args:
-        machine: The robot.
-    """
+    """The chain of one machine; stages that several predictions share are solved once."""
 
     def __init__(self, machine: LeggedMachine) -> None:
         self._machine = machine
@@ -74,13 +70,7 @@ class LeggedChain:
         return read_sensors(inputs.grid, self._truth(known, walk, settings, drive), settings)
 
     def walk(self, known: LeggedInputs, settings: Settings, drive: Drive) -> Walk:
-        """Run all stages before the sensors, or remember them.
-
-        Args:
-            known: Inputs, with perfect sensors.
-            settings: What is added.
-            drive: What feeds the stages.
-        """
+        """Run all stages before the sensors, or remember them; the inputs are those of perfect sensors."""
         acting = tuple(one for one in settings.acting if EFFECTS[one[0]].stage != "sensing")
         added = tuple(one for one in settings.added if one.user.effect.stage != "sensing")
         return self._plain_walk(known, Settings(settings.legs, acting, added), drive)

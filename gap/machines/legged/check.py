@@ -25,13 +25,7 @@ AXES = "xyz"
 def check_legged(
     inputs: LeggedInputs, walk: SensorSignals, weight_n: float
 ) -> tuple[DataFault, ...]:
-    """Compare measured streams with what the simulator reads from measured shafts.
-
-    Args:
-        inputs: Measured data.
-        walk: What the simulator as it stands would read.
-        weight_n: The robot's weight.
-    """
+    """Compare measured streams with what the simulator as it stands reads from measured shafts."""
     axes = tuple(faults_of("force", _forces(inputs, weight_n)))
     swapped = any(fault.kind == "swapped" for fault in axes)
     return (

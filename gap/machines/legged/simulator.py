@@ -20,12 +20,7 @@ TRIALS_REMEMBERED = 16
 
 
 class LeggedSimulator:
-    """Implements ``gap.interfaces.Simulator`` for robots with a four-bar a leg.
-
-    Args:
-        machine: The robot.
-        added: Users' effects.
-    """
+    """Implements ``gap.interfaces.Simulator`` for robots with a four-bar a leg; a user may add effects."""
 
     name = "legged"
     stages = STAGES

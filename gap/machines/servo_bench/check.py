@@ -46,12 +46,9 @@ def check_bench(trial: Trial) -> Iterator[DataFault]:
 
 
 def believable(fault: DataFault, trial: Trial, compared: frozenset[str]) -> DataFault | None:
-    """Return a fault as it counts for servos: None where a servo does that by itself.
+    """Return a fault of any machine's check as it counts for servos; None where a servo does it by itself.
 
-    Args:
-        fault: What any machine's check found.
-        trial: Where.
-        compared: Columns that the simulator compares or is driven by; a fault of another is not severe.
+    A fault of a column that the simulator neither compares nor is driven by is not severe.
     """
     joint = next((j for j in trial.joints if fault.channel == f"shaft_{j}_rad"), "")
     if joint and fault.kind == "frozen":

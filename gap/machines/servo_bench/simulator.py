@@ -31,11 +31,9 @@ SETTLE_S = 0.1  # the servo's state before the trial is not known
 
 
 class ServoBench:
-    """Implements ``gap.interfaces.Simulator`` for servos.
+    """Implements ``gap.interfaces.Simulator`` for nominal servos.
 
-    Args:
-        servos: The nominal servos.
-        torque_known: Whether the trials have a signed torque at the shafts.
+    ``torque_known`` is whether the trials have a signed torque at the shafts.
     """
 
     name = "servo_bench"

@@ -102,11 +102,7 @@ def _coast(
 
 
 class SlidingBody:
-    """Implements ``gap.interfaces.Simulator`` for one sliding body.
-
-    Args:
-        law: The nominal law.
-    """
+    """Implements ``gap.interfaces.Simulator`` for one sliding body with its nominal law."""
 
     name = "sliding_body"
     stages = STAGES
