@@ -136,7 +136,7 @@ def group_of(case: Case) -> frozenset[str]:
 
 
 def figures(cases: Sequence[Case], neutral: dict[tuple[str, str], float]) -> tuple[Figure, ...]:
-    """Return every figure of the protocol; ``neutral`` is the value of (effect, parameter) at rest."""
+    """Return every figure of the protocol; ``neutral`` is by (effect, parameter)."""
     single = [c for c in cases if c.kind == SINGLE]
     visible = [c for c in single if not c.visible < VISIBLE]
     detected = [c for c in single if gap_declared(c)]

@@ -33,7 +33,7 @@ class OpenRival(RivalCause):
 
     @property
     def predicts_as_well(self) -> bool:
-        """Whether it predicts unseen blocks as well within the scatter of blocks."""
+        """Whether it predicts held-out blocks as well within the scatter of blocks."""
         return self.behind < CLEAR_ERRORS * self.behind_error and self.behind < ENOUGH_SEPARATION
 
     @property

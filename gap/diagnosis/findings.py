@@ -46,7 +46,7 @@ class NamedCause:
 
     Attributes:
         joints: Where; empty for the whole machine.
-        nats: How much better unseen blocks are predicted with it.
+        nats: How much better held-out blocks are predicted with it.
         shrink: Its part of what the causes close together on held-out trials; NaN if not measured.
         alone: What it closes by itself.
         last: What it adds to the others.

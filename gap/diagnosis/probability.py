@@ -34,7 +34,7 @@ class RivalCause:
     Attributes:
         cause: Number of the cause it was a rival of.
         probability: That it is this one instead.
-        behind: Nats by which it predicts unseen blocks worse.
+        behind: Nats by which it predicts held-out blocks worse.
         of: Effect and joints of the cause it was a rival of.
     """
 

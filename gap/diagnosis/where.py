@@ -77,15 +77,11 @@ class ChannelGap:
 
 @dataclass(frozen=True, slots=True)
 class Where:
-    """The map: stages in the order of the chain, every channel, the largest differences.
-
-    ``testable`` is False if there are too few blocks to test a cell.
-    """
+    """The map: stages in the order of the chain, every channel, the largest differences."""
 
     stages: tuple[StageGap, ...]
     channels: tuple[ChannelGap, ...]
     cells: tuple[Cell, ...]
-    testable: bool
 
     @property
     def stage(self) -> str:
@@ -105,12 +101,10 @@ def where(local: Evidence, end_to_end: Evidence, residual: FloatArray, seed: int
     """
     excess = local.excess(residual)
     bins = _phase_bins(local)
-    cells, testable = _cells(local, residual, bins, seed)
     return Where(
         _stages(local, end_to_end, excess),
         _channels(local, residual, excess, bins),
-        cells,
-        testable,
+        _cells(local, residual, bins, seed),
     )
 
 
@@ -148,9 +142,8 @@ def _phase_bins(evidence: Evidence) -> IntArray:
     return np.concatenate(bins).astype(np.int64)
 
 
-def _cells(
-    evidence: Evidence, residual: FloatArray, bins: IntArray, seed: int
-) -> tuple[tuple[Cell, ...], bool]:
+def _cells(evidence: Evidence, residual: FloatArray, bins: IntArray, seed: int) -> tuple[Cell, ...]:
+    """The largest differences that are above chance; none where there are too few blocks to test them."""
     channels = evidence.simulator.channels
     cyclic = bool(bins.any())
     means, roots = [], []
@@ -167,7 +160,7 @@ def _cells(
     flat = value.reshape(blocks, -1)
     known = (count > 0).all(axis=0).ravel()
     if blocks < FEWEST_BLOCKS or not known.any():
-        return (), False
+        return ()
     flat = flat[:, known]
     mean, own = flat.mean(axis=0), flat.var(axis=0, ddof=1)
     error = np.sqrt((own + np.median(own) + 1e-30) / (2 * blocks))
@@ -192,7 +185,7 @@ def _cells(
             cells.append(
                 Cell(c.name, c.joint, c.stage, middle, float(mean[i]), float(statistic[i]), p)
             )
-    return tuple(cells), True
+    return tuple(cells)
 
 
 def _channels(

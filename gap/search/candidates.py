@@ -87,23 +87,23 @@ def starts_of(
     The reach is between which places the machine touched its world; NaN if unknown.
     """
     parameters = effect.parameters
-    if not any(silent):
-        return [tuple(p.neutral for p in parameters)]
+    neutral = tuple(p.neutral for p in parameters)
     quiet = [i for i, one in enumerate(silent) if one]
-    if len(quiet) == 1 or all(silent):
-        return [
-            tuple(values if i == at else p.neutral for i, p in enumerate(parameters))
+    if len(quiet) == 1 or (quiet and all(silent)):
+        starts = [
+            (*neutral[:at], value, *neutral[at + 1 :])
             for at in quiet
-            for values in _ladder(parameters[at], reach_m)
+            for value in _ladder(parameters[at], reach_m)
         ]
-    starts = [tuple(p.neutral for p in parameters)]
-    for signs in itertools.product((-1.0, 1.0), repeat=min(len(quiet), 2)):
-        values = list(starts[0])
-        for i, sign in zip(quiet, signs, strict=False):
-            p = parameters[i]
-            values[i] = float(np.clip(p.neutral + sign * p.spread, p.lower, p.upper))
-        starts.append(tuple(values))
-    return starts
+    else:
+        starts = [neutral]
+        for signs in itertools.product((-1.0, 1.0), repeat=min(len(quiet), 2)):
+            values = list(neutral)
+            for i, sign in zip(quiet, signs, strict=False):
+                p = parameters[i]
+                values[i] = float(np.clip(p.neutral + sign * p.spread, p.lower, p.upper))
+            starts.append(tuple(values))
+    return list(dict.fromkeys(starts))  # a bound may cut several of them to one
 
 
 def _ladder(p: Parameter, reach_m: tuple[float, float]) -> list[float]:

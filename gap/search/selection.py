@@ -1,4 +1,4 @@
-"""Which causes, and how many: forward, judged on unseen blocks, with drops and swaps."""
+"""Which causes, and how many: forward, judged on held-out blocks, with drops and swaps."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

@@ -83,7 +83,7 @@ class LeggedChain:
             velocity = body_velocity(known.grid, world)
         flank = None
         if not measured and settings.has("gear_backlash"):
-            # which flank a shaft lies against is told by the loads of a walk without the play
+            # the loads of a walk without the play decide against which flank a shaft lies
             tight = tuple(one for one in settings.acting if one[0] != "gear_backlash")
             flank = foot_forces(self._plain_walk(known, replace(settings, acting=tight), drive))
         place = np.tile(known.start_pose, (known.grid.frames, 1)) if world is None else world

@@ -49,9 +49,9 @@ class LeggedProposer:
         return found
 
     def _plain(self, gait: Gait, frequency_hz: float, steer: float) -> Proposal:
-        way = "straight" if steer == 0 else f"steering {steer:g}"
+        course = "straight" if steer == 0 else f"steering {steer:g}"
         return self._proposal(
-            gait, frequency_hz, steer, f"{gait.name} at {frequency_hz:g} Hz, {way}"
+            gait, frequency_hz, steer, f"{gait.name} at {frequency_hz:g} Hz, {course}"
         )
 
     def _loaded(self, gait: Gait, where: str, x_m: float, y_m: float) -> Proposal:

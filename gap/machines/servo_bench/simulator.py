@@ -1,7 +1,7 @@
 """Position-controlled servos, each on its own, as a simulator under diagnosis.
 
 Where the machine's file gives motor data, each servo is a firmware position loop, a DC motor, gearbox
-friction and a pendulum; where it does not, the shaft goes where it is told.
+friction and a pendulum; where it does not, the shaft goes where it is commanded.
 """
 
 from collections.abc import Sequence
