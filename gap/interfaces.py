@@ -29,12 +29,10 @@ NOWHERE = (math.nan, math.nan)  # between which places: not known
 class Drive(Enum):
     """What feeds the stages of a simulator."""
 
-    MEASURED = (
-        "measured"  # each stage is fed what was measured before it: residuals are local to a stage
-    )
-    COMMAND = (
-        "command"  # the commands alone; every stage is fed by the one before: the end-to-end gap
-    )
+    # each stage is fed what was measured before it: residuals are local to a stage
+    MEASURED = "measured"
+    # the commands alone; every stage is fed by the one before: the end-to-end gap
+    COMMAND = "command"
 
 
 def place_words(effect: str, joints: Sequence[str]) -> str:

@@ -146,9 +146,7 @@ def _apart(a: Condition, b: Condition) -> int:
     """How far two conditions are apart: the same, another frequency, another gait."""
     if a.gait != b.gait:
         return NEW_GAIT
-    ratio = a.frequency_hz / b.frequency_hz if b.frequency_hz > 0 else 1.0
-    near = not np.isfinite(ratio) or ratio <= 0 or abs(np.log(ratio)) < SAME_FREQUENCY
-    return SAME_CONDITION if near else NEW_FREQUENCY
+    return SAME_CONDITION if abs(a.log_ratio(b)) < SAME_FREQUENCY else NEW_FREQUENCY
 
 
 def _distance(one: Condition, known: Sequence[Condition]) -> int:

@@ -150,9 +150,7 @@ def _correlation(some: Sequence[Condition], others: Sequence[Condition]) -> Floa
     for i, a in enumerate(some):
         for j, b in enumerate(others):
             same = 1.0 if a.gait == b.gait else GAIT_CORRELATION
-            ratio = a.frequency_hz / b.frequency_hz if b.frequency_hz > 0 else np.nan
-            far = np.log(ratio) / LOG_FREQUENCY if np.isfinite(ratio) and ratio > 0 else 0.0
-            out[i, j] = same * np.exp(-0.5 * far**2)
+            out[i, j] = same * np.exp(-0.5 * (a.log_ratio(b) / LOG_FREQUENCY) ** 2)
     return out
 
 

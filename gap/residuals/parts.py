@@ -27,6 +27,11 @@ class Condition:
     gait: str
     frequency_hz: float
 
+    def log_ratio(self, other: "Condition") -> float:
+        """Natural logarithm of the ratio of the frequencies; 0 where one is not known."""
+        ratio = self.frequency_hz / other.frequency_hz if other.frequency_hz > 0 else 1.0
+        return float(np.log(ratio)) if np.isfinite(ratio) and ratio > 0 else 0.0
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
