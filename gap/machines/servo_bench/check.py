@@ -24,6 +24,8 @@ FLICKER_COUNTS = 2.5  # a lone sample so few steps of its encoder off is no spik
 def check_bench(trial: Trial) -> Iterator[DataFault]:
     """Look through a servo trial."""
     steps = np.diff(trial.time_s)
+    if not len(steps):
+        return
     if steps.max() > 5 * np.median(steps):
         yield DataFault("gap", "time_s", f"a hole of {steps.max():.3g} s between samples", False)
     for at, joint in enumerate(trial.joints):

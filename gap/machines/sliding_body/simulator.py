@@ -171,6 +171,8 @@ class SlidingBody:
 
 def _faults(trial: Trial) -> Iterator[Sign]:
     xy = trial.body_position_m[:, :2]
+    if not len(xy):
+        return
     lost = float(np.mean(~np.isfinite(xy).all(axis=1)))
     if lost > 0.0:
         yield "gap", f"{lost:.1%} of poses are missing", lost > 0.2
