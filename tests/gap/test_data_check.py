@@ -148,6 +148,13 @@ def test_healthy_trials_have_none(gait: str) -> None:
     assert simulator().check(walk(gait, 0.1, 25.0, noise_seed=2, steer=0.5)) == ()
 
 
+@pytest.mark.parametrize("field", ["force_n", "foot_m", "body_position_m", "shaft_rad"])
+def test_a_trial_without_some_of_its_sensors_has_no_faults(field: str) -> None:
+    trial = healthy()
+    bare = replace(trial, **{field: np.full_like(getattr(trial, field), np.nan)})
+    assert simulator().check(bare) == ()
+
+
 @pytest.mark.parametrize("entry", CATALOGUE, ids=lambda e: e.name)
 def test_effects_are_no_data_faults(entry: object) -> None:
     effect = next(e for e in CATALOGUE if e is entry)
