@@ -12,64 +12,65 @@ from gap.diagnosis.diagnose import diagnose_study
 from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Simulator
 from model.errors import RecordError
-from record.trial.trial import Trial
-from robot.campaign.folder import CaseFiles, keep_json
-from robot.gap_report.trials import read_runs
+from robot.campaign.folder import keep_json
+from robot.gap_report.trials import Runs, read_runs
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class CaseRequest:
     """A diagnosis to be made.
 
     Attributes:
         trials: The runs.
         references: Healthy runs.
-        missing: Effects to be taken out of the catalogue.
         out: Where the answer goes.
+        missing: Effects to be taken out of the catalogue.
         standing: What the references show already; None to find out.
     """
 
     trials: tuple[Path, ...]
     references: tuple[Path, ...]
-    missing: tuple[str, ...]
     out: Path
+    missing: tuple[str, ...] = ()
     standing: tuple[Cause, ...] | None = None
 
 
-def answer_case(asked: Asked) -> None:
+def answer_case(request: CaseRequest) -> None:
     """Diagnose a case and keep its answer, which appears when it is whole.
 
     Raises:
         BigantError: A trial cannot be read or compared.
     """
     began_s, began_cpu_s = time.perf_counter(), time.process_time()
-    trials, references, simulator = read_case(asked)
-    standing = asked.standing
+    runs, simulator = read_case(request.trials, request.references, request.missing)
+    standing = request.standing
     if standing is not None:
-        standing = tuple(one for one in standing if one.effect not in asked.missing)
-    found = diagnose_study(make_study(trials, simulator, references), standing=standing)
+        standing = tuple(one for one in standing if one.effect not in request.missing)
+    study = make_study(runs.trials, simulator, runs.references)
+    found = diagnose_study(study, standing=standing)
     spent = {"seconds": time.perf_counter() - began_s, "cpu_s": time.process_time() - began_cpu_s}
-    keep_json({**diagnosis_json(found), **spent}, asked.out)
+    keep_json({**diagnosis_json(found), **spent}, request.out)
 
 
-def read_case(asked: Asked) -> tuple[tuple[Trial, ...], tuple[Trial, ...], Simulator]:
-    """Return its trials, its references, and the simulator that their machine calls for.
+def read_case(
+    trials: tuple[Path, ...], references: tuple[Path, ...] = (), missing: tuple[str, ...] = ()
+) -> tuple[Runs, Simulator]:
+    """Return the runs of a case, and the simulator of their machine without the ``missing`` effects.
 
     Raises:
-        BigantError: A trial cannot be read, or an effect is not known.
+        BigantError: A trial cannot be read.
     """
-    runs = read_runs(asked.trials, asked.references)
+    runs = read_runs(trials, references)
     simulator = runs.simulator()
     known = {effect.name for effect in simulator.effects}
-    simulator = without(simulator, [name for name in asked.missing if name in known])
-    return runs.trials, runs.references, simulator
+    return runs, without(simulator, [name for name in missing if name in known])
 
 
-def commission_case(asked: Asked, kept: Path) -> tuple[Cause, ...]:
+def commission_case(request: CaseRequest, kept: Path) -> tuple[Cause, ...]:
     """Find what the references of a campaign show already, once for all its cases.
 
     Args:
-        asked: Any of its cases.
+        request: Any of its cases.
         kept: JSON file in which the answer is kept.
 
     Raises:
@@ -83,13 +84,7 @@ def commission_case(asked: Asked, kept: Path) -> tuple[Cause, ...]:
             )
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise RecordError(f"{kept}: {error!r}; delete it to commission again") from error
-    _, references, simulator = read_case(asked)
-    found = standing_of(references, simulator)
+    runs, simulator = read_case(request.trials, request.references, request.missing)
+    found = standing_of(runs.references, simulator)
     keep_json(found, kept)
     return found
-
-
-def neutral_values(files: CaseFiles) -> dict[tuple[str, str], float]:
-    """Return the value of each (effect, parameter) at which nothing happens."""
-    _, _, simulator = read_case(Asked(files.trials[:1], (), (), Path()))
-    return {(e.name, p.name): p.neutral for e in simulator.effects for p in e.parameters}

@@ -75,64 +75,56 @@ def parse_labels(text: str, source: str) -> dict[str, Label]:
         RecordError: The text holds no labels.
     """
     try:
-        cases = json.loads(text)["cases"]
-        return {name: _label(case) for name, case in cases.items()}
+        return {name: _label(case) for name, case in json.loads(text)["cases"].items()}
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise RecordError(f"{source}: no labels of a campaign ({error!r})") from error
 
 
 def _label(case: Mapping[str, Any]) -> Label:
     truths = tuple(
-        Truth(
-            e["name"],
-            e["stage"],
-            e["leg"],
-            tuple((k, float(v)) for k, v in e["parameters"].items()),
-        )
+        Truth(e["name"], e["stage"], e["leg"], tuple((k, float(v)) for k, v in e["parameters"].items()))
         for e in case["effects"]
-    )
+    )  # fmt: skip
     return Label(case["kind"], truths, int(case["robot"]), tuple(map(int, case["seeds"])))
 
 
-def answer_of(told: Mapping[str, Any]) -> Answer:
-    """Return what a diagnosis said, from its JSON; any that has the shape will do."""
-    causes = tuple(
-        Named(
-            one["effect"],
-            tuple(one.get("legs", ())),
-            tuple((k, _number(v)) for k, v in one.get("parameters", {}).items()),
-            _number(one.get("probability")),
-        )
-        for one in told["causes"]
-    )
-    return Answer(
-        verdict=told["verdict"],
-        stage=told["where"]["stage"] or "",
-        named=causes,
-        alike=tuple((a, b) for a, b in told.get("ambiguous_with", ())),
-        none=_number(told.get("none_of_these")),
-        shrink=_number(told["gap"].get("shrink")),
-        seconds=_number(told.get("seconds")),
-        simpler=tuple(
-            (one["method"], tuple(cause["effect"] for cause in one["causes"]))
-            for one in told.get("baselines", ())
-        ),
-    )
-
-
 def read_answer(path: Path) -> Answer:
-    """Read the diagnosis of a case.
+    """Read the diagnosis of a case; any JSON that has the shape will do.
 
     Raises:
         RecordError: It cannot be read.
     """
     text = read_text(path)
     try:
-        return answer_of(json.loads(text))
+        return _answer(json.loads(text))
     except (ValueError, KeyError, TypeError) as error:
         raise RecordError(
             f"{path}: no diagnosis ({error!r}); delete it to diagnose again"
         ) from error
+
+
+def _answer(diagnosis: Mapping[str, Any]) -> Answer:
+    return Answer(
+        verdict=diagnosis["verdict"],
+        stage=diagnosis["where"]["stage"] or "",
+        named=tuple(
+            Named(
+                one["effect"],
+                tuple(one.get("legs", ())),
+                tuple((k, _number(v)) for k, v in one.get("parameters", {}).items()),
+                _number(one.get("probability")),
+            )
+            for one in diagnosis["causes"]
+        ),
+        alike=tuple((a, b) for a, b in diagnosis.get("ambiguous_with", ())),
+        none=_number(diagnosis.get("none_of_these")),
+        shrink=_number(diagnosis["gap"].get("shrink")),
+        seconds=_number(diagnosis.get("seconds")),
+        simpler=tuple(
+            (one["method"], tuple(cause["effect"] for cause in one["causes"]))
+            for one in diagnosis.get("baselines", ())
+        ),
+    )
 
 
 def _number(value: object) -> float:

@@ -70,18 +70,6 @@ def score_markdown(
     return "\n".join(lines) + "\n"
 
 
-def score_json(
-    figures: Sequence[Figure], confusions: Sequence[Confusion], cases: Sequence[Case]
-) -> dict[str, object]:
-    """Return everything, for JSON."""
-    return {
-        "figures": figures,
-        "confusions": confusions,
-        "methods": methods(cases),
-        "cases": cases,
-    }
-
-
 def _shares(m: Method) -> tuple[str, str, str, str]:
     return (
         _share(m.first, m.singles),
