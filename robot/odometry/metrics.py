@@ -104,12 +104,6 @@ def nees(error: FloatArray, covariance: FloatArray) -> FloatArray:
     return found
 
 
-def mean_of(values: FloatArray) -> float:
-    """Mean of what is known; NaN where nothing is."""
-    known = values[np.isfinite(values)]
-    return float(known.mean()) if len(known) else np.nan
-
-
 def in_band(values: FloatArray, freedom: float, runs: int = 1) -> float:
     """Share of values (means over ``runs`` runs) in the 95 % band of chi-squared."""
     low, high = (float(chi2.ppf(share, freedom * runs)) / runs for share in (0.025, 0.975))

@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from model.values.arrays import FloatArray
+from model.values.arrays import FloatArray, known_mean
 from robot.console.json_output import plain
 from robot.console.table import number_text
 from robot.odometry.compare import Comparison
-from robot.odometry.metrics import LENGTHS_M, TrackErrors, in_band, mean_of, path_length
+from robot.odometry.metrics import LENGTHS_M, TrackErrors, in_band, path_length
 
 NAME_LETTERS, LEG_LETTERS = 19, 6
 PLACE_COLUMNS = len(LENGTHS_M) + 2
@@ -176,12 +176,12 @@ def consistency_rows(found: Comparison) -> list[tuple[str, str]]:
     """Whether the estimator's covariances are as large as its errors: label and words."""
     run = found.track
     rows = [
-        ("NEES (3 is ideal)", f"velocity {mean_of(found.twist_nees):.2f}, "
+        ("NEES (3 is ideal)", f"velocity {known_mean(found.twist_nees):.2f}, "
          f"{100 * in_band(found.twist_nees, 3):.0f} % in the 95 % band; "
-         f"pose {mean_of(found.pose_nees):.2f}, {100 * in_band(found.pose_nees, 3):.0f} %")
+         f"pose {known_mean(found.pose_nees):.2f}, {100 * in_band(found.pose_nees, 3):.0f} %")
     ]  # fmt: skip
     if len(run.nis_over_dof):
-        words = f"{mean_of(run.nis_over_dof):.2f}; {run.rejected} measurements rejected"
+        words = f"{known_mean(run.nis_over_dof):.2f}; {run.rejected} measurements rejected"
         rows.append(("NIS over its numbers (1 is ideal)", words))
     return rows
 
@@ -218,8 +218,8 @@ def as_json(found: Comparison, names: tuple[str, ...]) -> object:
             }
             for e in found.errors
         ],
-        "nees_velocity": mean_of(found.twist_nees),
-        "nees_pose": mean_of(found.pose_nees),
-        "nis_over_dof": mean_of(run.nis_over_dof),
+        "nees_velocity": known_mean(found.twist_nees),
+        "nees_pose": known_mean(found.pose_nees),
+        "nis_over_dof": known_mean(run.nis_over_dof),
         "rejects": run.rejected,
     })  # fmt: skip

@@ -2,9 +2,8 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -22,8 +21,7 @@ PAPER_OURS, PAPER_MUJOCO, PAPER_OVERHEAD = 3.0, 13.0, 1.5
 Ribbon = Mapping[str, FloatArray]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Benchmark:
+class Benchmark(NamedTuple):
     """The benchmark file; what it does not hold is None.
 
     Attributes:

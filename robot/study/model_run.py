@@ -10,6 +10,7 @@ import numpy as np
 from model.errors import ModelError
 from model.quasistatic.frames import FrictionLaw, Reason
 from model.systems.predict import Prediction, predict
+from model.values.arrays import FloatArray
 from record.whole_file import check_room, write_text, writing
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json
@@ -51,14 +52,9 @@ def run_model(request: ModelRunRequest) -> ExitCode:
     predictions = []
     for law in laws:
         system = build_system(
-            request.system,
-            legs=request.legs,
-            gait=request.gait,
-            cycles=request.cycles,
-            robot_file=request.robot,
-            law=law,
-            tilt_coupling=request.tilt_coupling,
-        )
+            request.system, legs=request.legs, gait=request.gait, cycles=request.cycles,
+            robot_file=request.robot, law=law, tilt_coupling=request.tilt_coupling,
+        )  # fmt: skip
         predictions.append(predict(system, law=law, tilt_coupling=request.tilt_coupling))
     rows = prediction_rows(predictions)
     out = request.out
@@ -93,7 +89,7 @@ REASON_WORDS = {
 }
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class PredictionSummary:
     """Figures of one prediction.
 
@@ -119,7 +115,7 @@ class PredictionSummary:
     forward_m: float
     mean_speed_m_s: float
     turn_rad: float
-    slip_percentiles_m_s: tuple[float, ...]
+    slip_percentiles_m_s: FloatArray
     loaded_feet: float
     climb_m: float
     without_answer: tuple[tuple[str, int], ...]
@@ -140,19 +136,18 @@ def summarise_prediction(prediction: Prediction) -> PredictionSummary:
         words = "; ".join(reason for reason, _ in missing)
         raise ModelError(f"{system.name}: no frame has an answer: {words}")
     duration = system.frames * system.step_s
-    way = prediction.poses[-1] - prediction.poses[0]
+    x, y, turn = (prediction.poses[-1] - prediction.poses[0]).tolist()
     loaded = solutions.contact & valid[:, None]
-    slip = np.percentile(solutions.slip_B[..., 0][loaded], SLIP_PERCENTILES)
     height = solutions.pose[valid, 2]
     return PredictionSummary(
         law=prediction.law.value,
         frames=system.frames,
         duration_s=duration,
-        distance_m=float(np.hypot(way[0], way[1])),
-        forward_m=float(way[0]),
-        mean_speed_m_s=float(way[0]) / duration,
-        turn_rad=float(way[2]),
-        slip_percentiles_m_s=tuple(float(value) for value in slip),
+        distance_m=float(np.hypot(x, y)),
+        forward_m=x,
+        mean_speed_m_s=x / duration,
+        turn_rad=turn,
+        slip_percentiles_m_s=np.percentile(solutions.slip_B[..., 0][loaded], SLIP_PERCENTILES),
         loaded_feet=float(loaded.sum() / valid.sum()),
         climb_m=float(height[-1] - height[0]),
         without_answer=missing,

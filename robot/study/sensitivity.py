@@ -20,7 +20,7 @@ from robot.report.contact_fit import NAIVE_STIFFNESS, Fits, fit_contact
 from robot.report.pictures import DOTS_PER_INCH
 from robot.report.plots import PREDICTED, STYLE, TRUE
 from robot.report.walk_frames import WalkFrames, halves, joined, walk_frames
-from robot.study.sensitivity_table import PAPER_CHANGE, QUANTITIES, UNITS, Sensitivity, compare
+from robot.study.sensitivity_table import PAPER_CHANGE, QUANTITIES, Sensitivity, compare
 
 TABLE = (
     Column("RMSE"), Column(""), Column("fitted", ".3f", 8), Column("naive", ".3f", 8),
@@ -53,10 +53,8 @@ def judge_sensitivity(request: SensitivityRequest) -> ExitCode:
     first = len(walks) // 2
     if first:
         fitted_to, judged_by = joined(walks[:first]), joined(walks[first:])
-        parts = [
-            ", ".join(path.name for path in some)
-            for some in (request.logs[:first], request.logs[first:])
-        ]
+        file_names = [path.name for path in request.logs]
+        parts = [", ".join(file_names[:first]), ", ".join(file_names[first:])]
     else:
         fitted_to, judged_by = halves(walks[0])
         parts = [f"earlier half of {request.logs[0].name}", "its later half"]
@@ -69,7 +67,7 @@ def judge_sensitivity(request: SensitivityRequest) -> ExitCode:
     )
     found = compare(judged_by, fits)
     if request.json:
-        print_json(as_json(fits, found, fitted_to.count, parts))
+        print_json(_as_json(fits, found, fitted_to.count, parts))
     else:
         print(f"fitted to {parts[0]}, {fitted_to.count} frames; weight {fits.weight_n:.2f} N")
         print(f"judged by {parts[1]}, {found.frames} frames; none of them fitted to")
@@ -90,19 +88,15 @@ def _read(paths: Sequence[Path]) -> tuple[tuple[str, ...], list[WalkFrames]]:
     for path in paths:
         log = read_log(path)
         if names and log.names != names:
-            raise ConfigError(
-                "LOG", f"{path.name} has legs {log.names}, {paths[0].name} has {names}"
-            )
+            words = f"{path.name} has legs {log.names}, {paths[0].name} has {names}"
+            raise ConfigError("LOG", words)
         names = log.names
         walks.append(walk_frames(log, path.name))
     return names, walks
 
 
 def _table(found: Sensitivity) -> list[str]:
-    rows = zip(
-        QUANTITIES, UNITS, found.fitted, found.naive, found.change, PAPER_CHANGE, strict=True
-    )
-    lines = table_lines(TABLE, list(rows))
+    lines = table_lines(TABLE, found.rows)
     lines.append("change: from fitted to naive; + means that fitting helped")
     if found.without_answer:
         lines.append(f"{found.without_answer} frames left out: the model has no answer there")
@@ -121,9 +115,7 @@ def _parameters(fits: Fits) -> list[str]:
     rows = [
         (name, value, f"+- {error:.2g}" if np.isfinite(error) else "not determined by these data")
         for _, result in results
-        for name, value, error in zip(
-            result.names, result.values, result.standard_errors, strict=True
-        )
+        for name, value, error in _values(result)
     ]
     lines += table_lines((Column(""), Column("", ".4g"), Column("")), rows, "  ")
     lines.append("standard errors take frames for independent; those of a log are not")
@@ -139,20 +131,9 @@ def _parameters(fits: Fits) -> list[str]:
     return lines
 
 
-def as_json(
+def _as_json(
     fits: Fits, found: Sensitivity, fitted_to: int, parts: Sequence[str]
 ) -> dict[str, object]:
-    """Return everything the command found, for ``print_json``.
-
-    Args:
-        fits: Fitted parameters.
-        found: Errors of both.
-        fitted_to: Number of frames fitted to.
-        parts: Names of what was fitted to and what was judged by.
-    """
-    rows = zip(
-        QUANTITIES, UNITS, found.fitted, found.naive, found.change, PAPER_CHANGE, strict=True
-    )
     keys = ("quantity", "unit", "fitted", "naive", "change_percent", "paper_change_percent")
     return {
         "law": fits.law.value,
@@ -162,7 +143,7 @@ def as_json(
             "frames": found.frames,
             "without_answer": found.without_answer,
         },
-        "rmse": [dict(zip(keys, row, strict=True)) for row in rows],
+        "rmse": [dict(zip(keys, row, strict=True)) for row in found.rows],
         "stiffness": _result(fits.stiffness),
         "friction": _result(fits.friction),
     }
@@ -170,9 +151,8 @@ def as_json(
 
 def _result(result: FitResult) -> dict[str, object]:
     keys = ("name", "value", "standard_error")
-    values = zip(result.names, result.values, result.standard_errors, strict=True)
     return {
-        "parameters": [dict(zip(keys, row, strict=True)) for row in values],
+        "parameters": [dict(zip(keys, row, strict=True)) for row in _values(result)],
         "residual_rms": result.residual_rms,
         "frames_used": result.frames_used,
         "left_out": [{"why": why, "count": count} for why, count in result.left_out],
@@ -180,6 +160,11 @@ def _result(result: FitResult) -> dict[str, object]:
         "warnings": result.warnings,
         "converged": result.converged,
     }
+
+
+def _values(result: FitResult) -> list[tuple[str, float, float]]:
+    """Name, value and standard error of each parameter."""
+    return list(zip(result.names, result.values, result.standard_errors, strict=True))
 
 
 def _drawing(found: Sensitivity) -> Figure:

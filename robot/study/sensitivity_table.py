@@ -45,6 +45,12 @@ class Sensitivity:
         percent: FloatArray = 100 * (ratio - 1)
         return percent
 
+    @property
+    def rows(self) -> list[tuple[object, ...]]:
+        """Each quantity: its name, unit, fitted and naive RMSE, change and the paper's change [%]."""
+        columns = (QUANTITIES, UNITS, self.fitted, self.naive, self.change, PAPER_CHANGE)
+        return list(zip(*columns, strict=True))
+
 
 def compare(walk: WalkFrames, fits: Fits) -> Sensitivity:
     """Judge fitted and naive parameters on the same frames.
@@ -58,20 +64,22 @@ def compare(walk: WalkFrames, fits: Fits) -> Sensitivity:
         np.full(legs, NAIVE_MU),
         np.zeros((legs, 2)),
     )
-    results = [_errors(walk, contact, fits) for contact in (fits.contact, naive)]
-    both = results[0][1] & results[1][1]
+    (fitted, known, fitted_clamped), (poor, known_too, naive_clamped) = (
+        _errors(walk, contact, fits) for contact in (fits.contact, naive)
+    )
+    both = known & known_too
     if not both.any():
         raise ModelError("the model has no answer for any of the frames to judge by")
     rmse = [
-        np.array([np.sqrt(np.mean(error[both] ** 2)) for error in errors]) * TO_UNITS
-        for errors, _, _ in results
+        TO_UNITS * [np.sqrt(np.mean(error[both] ** 2)) for error in errors]
+        for errors in (fitted, poor)
     ]
     return Sensitivity(
         fitted=rmse[0],
         naive=rmse[1],
         frames=int(both.sum()),
         without_answer=int((~both).sum()),
-        clamped=(int(results[0][2][both].sum()), int(results[1][2][both].sum())),
+        clamped=(int(fitted_clamped[both].sum()), int(naive_clamped[both].sum())),
     )
 
 
@@ -87,14 +95,7 @@ def _errors(
         scale, clamped = np.ones(walk.count), np.zeros(walk.count, dtype=bool)
     velocity = solved.velocity_B - walk.velocity
     horizontal = scale[:, None, None] * solved.force_xy_B - walk.force[..., :2]
-    errors = [
-        velocity[:, 0],
-        velocity[:, 1],
-        velocity[:, 2],
-        solved.pose[:, 1] - walk.slope[:, 0],
-        solved.pose[:, 0] - walk.slope[:, 1],
-        horizontal[..., 0],
-        horizontal[..., 1],
-        solved.load_n - walk.force[..., 2],
-    ]
+    tilt = solved.pose[:, 1::-1] - walk.slope
+    vertical = solved.load_n - walk.force[..., 2]
+    errors = [*velocity.T, *tilt.T, horizontal[..., 0], horizontal[..., 1], vertical]
     return errors, solved.valid & np.isfinite(scale), clamped

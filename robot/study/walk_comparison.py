@@ -24,7 +24,7 @@ from model.values.parameters import ContactParameters
 from model.values.tick import Mode
 from record.log.recording import Recording
 from robot.config.robot_file import RobotConfig, load_robot, parse_robot
-from robot.report.run_totals import true_forward_slip
+from robot.report.run_totals import true_forward_slip, unwrap_known
 
 FILTER_WINDOW, FILTER_ORDER = 25, 2
 TIMED = 5
@@ -179,9 +179,7 @@ def _feet(log: Recording, config: RobotConfig) -> FootMotion:
     linkage = Linkage(parameters.linkage, parameters.legs.shaft_position)
     position = linkage.feet(log.angle_rad, np.zeros_like(log.angle_rad)).position_m
     period_s = float(np.median(np.diff(log.t_s)))
-    velocity = savgol_filter(
-        position, FILTER_WINDOW, FILTER_ORDER, deriv=1, delta=period_s, axis=0
-    )  # fmt: skip
+    velocity = savgol_filter(position, FILTER_WINDOW, FILTER_ORDER, deriv=1, delta=period_s, axis=0)
     return FootMotion(position, velocity)
 
 
@@ -192,7 +190,7 @@ def _tilt(log: Recording) -> FloatArray:
     if known.any():
         turned = Rotation.from_quat(log.truth_quaternion_xyzw[known])
         tilt[known] = turned.as_euler("ZYX")[:, ::-1]
-        tilt[known, 2] = np.unwrap(tilt[known, 2])
+    tilt[:, 2] = unwrap_known(tilt[:, 2])
     return tilt
 
 
