@@ -1,12 +1,12 @@
 """``bigant odom LOG``: the estimator over a log, judged against the truth if there is one."""
 
-import json
 import sys
 
 import numpy as np
 
 from record.log.reader import LogContents, read_log
 from robot.console.exit_codes import ExitCode
+from robot.console.json_output import print_json
 from robot.console.program_output import complain
 from robot.console.progress import ProgressLine
 from robot.console.screen_fit import columns_of
@@ -42,7 +42,7 @@ def odom(request: OdomRequest) -> ExitCode:
         stride_m, source = stride_of(log), "this log's own truth, so it ends well by itself"
     found = compare_ways(tracked, fitted=fitted, stride_m=stride_m)
     if request.json:
-        print(json.dumps(as_json(found, log.names), indent=2))
+        print_json(as_json(found, log.names))
     else:
         width = columns_of(sys.stdout)
         print(*table(found, log.names, everything=request.compare, width=width), sep="\n")

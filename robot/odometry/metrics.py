@@ -21,7 +21,7 @@ class TrackErrors:
         end_percent: Distance between the ends over the path's length [%].
         yaw_deg_m: Error of the yaw at the end over the path's length [deg/m].
         velocity_rmse: Of vx, vy [m/s], yaw rate [rad/s], (3,).
-        force_rmse: Of each foot's force, (N, 3) [N], over ticks where it is known.
+        force_rmse_n: Of each foot's force, (N, 3) [N], over ticks where it is known.
     """
 
     name: str
@@ -29,7 +29,7 @@ class TrackErrors:
     end_percent: float
     yaw_deg_m: float
     velocity_rmse: FloatArray
-    force_rmse: FloatArray
+    force_rmse_n: FloatArray
 
 
 def path_length(pose: FloatArray) -> FloatArray:
@@ -86,7 +86,7 @@ def track_errors(
         end_percent=float(100 * np.hypot(last[0], last[1]) / length) if length > 0 else np.nan,
         yaw_deg_m=float(np.degrees(last[2]) / length) if length > 0 else np.nan,
         velocity_rmse=root_mean_square(velocity - true_velocity),
-        force_rmse=root_mean_square(force - true_force),
+        force_rmse_n=root_mean_square(force - true_force),
     )
 
 

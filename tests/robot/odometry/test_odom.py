@@ -23,6 +23,7 @@ from record.log.tum import TumFile
 from robot.cli import main as cli
 from robot.config.robot_file import load_robot, parse_robot
 from robot.console.exit_codes import ExitCode
+from robot.console.json_output import json_text
 from robot.odometry.compare import compare_ways, stride_of, walking_part
 from robot.odometry.files import write_mcap
 from robot.odometry.metrics import in_band, nees, relative_error
@@ -95,7 +96,7 @@ def test_the_estimator_beats_what_it_is_compared_with(walk: TrackedLog) -> None:
     lines = "\n".join(table(found, walk.log.names, everything=True))
     assert "rigid stance" in lines
     assert "NEES" in lines
-    found_json = json.loads(json.dumps(as_json(found, walk.log.names), allow_nan=False))
+    found_json = json.loads(json_text(as_json(found, walk.log.names)))
     assert found_json["ways"][0]["name"] == "estimator"
 
 

@@ -10,8 +10,8 @@ import pytest
 from model.values.estimate import Health
 from robot.odometry.compare import Comparison, compare_ways
 from robot.odometry.figure import drawing
+from robot.odometry.files import odometry_page
 from robot.odometry.metrics import TrackErrors
-from robot.odometry.page import odometry_page
 from robot.odometry.table import health_rows, table
 from robot.odometry.track import track_log
 from robot.report.run_date import date_words
