@@ -26,7 +26,7 @@ from robot.control.controller import Controller
 from robot.control.effect_uses import true_forces_of, unused_notes
 from robot.control.stops import STOPS
 from robot.drive.request import DriveRequest, open_robot
-from robot.report.long_log import read_summary
+from robot.report.summary import read_summary
 from robot.report.summary_text import busy_words, summary_lines
 from robot.run.header import TappedLog, open_log
 from robot.run.loop import Operator, RunResult, no_full_collection, run

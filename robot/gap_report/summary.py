@@ -14,7 +14,7 @@ from robot.gap_report.words import (
     changed_channels,
     common_pair,
     fault_groups,
-    few,
+    held_out_words,
     pair_words,
     size_words,
     stage_note,
@@ -36,7 +36,7 @@ def summary_lines(d: Diagnosis, paths: Sequence[Path], width: int = WIDTH) -> li
         paths: Files of the trials and the references, in their order.
         width: Longest line, besides command lines, which are there to be copied.
     """
-    lines = [f"{d.verdict.value.upper().replace('_', ' ')}", d.sentence]
+    lines = [d.verdict.value.upper().replace("_", " "), d.sentence]
     lines += [*_to_do(d), "", *_faults(d, paths)]
     if d.verdict is not Verdict.NO_GAP:
         lines += [*_where(d, width), "", *_causes(d), "", *_how_far(d)]
@@ -48,16 +48,10 @@ def summary_lines(d: Diagnosis, paths: Sequence[Path], width: int = WIDTH) -> li
     if d.standing:
         lacks = ", ".join(place_words(one.effect, one.joints) for one in d.standing)
         lines.append(f"what healthy runs show already, and is no news: {lacks}")
-    lines.append(f"{_judged_by(d, paths)}; floor from {d.floor_source}")
+    judges = held_out_words(d, paths, MOST_CHANNELS)
+    lines.append(f"kept back to judge: {judges}; floor from {d.floor_source}")
     spaced = [line for i, line in enumerate(lines) if line or (i and lines[i - 1])]
     return [piece for line in spaced for piece in wrapped(line, width)]
-
-
-def _judged_by(d: Diagnosis, paths: Sequence[Path]) -> str:
-    held = few([paths[i].name for i in d.held_out_trials], MOST_CHANNELS)
-    if set(d.fitted_trials) & set(d.held_out_trials):
-        return f"kept back to judge: {d.kept_back} ({held})"
-    return f"kept back to judge: {held}"
 
 
 def _to_do(d: Diagnosis) -> list[str]:

@@ -5,8 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from gaits.catalog import make_gait
+from gaits.limits import frequency_limit
+from gaits.names import GAIT_NAMES
 from gap.effect_file import UserEffect, read_effects
 from gap.interfaces import Simulator
+from gap.machines.legged.runs import LeggedProposer
 from gap.machines.legged.simulator import LeggedSimulator, legged_simulator
 from gap.machines.servo_bench.simulator import servo_bench
 from gap.machines.sliding_body.simulator import sliding_body
@@ -20,7 +24,9 @@ from record.log.reader import LogContents
 from record.toml_file import reading
 from record.trial.header import LEGGED, SERVO_BENCH
 from record.trial.trial import Trial, read_trial
-from robot.config.robot_file import parse_robot
+from robot.config.robot_file import load_robot, parse_robot
+
+NO_GAITS = "gaits and servo limits are those of config/bigant.toml: the runs' robot file has none"
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,3 +174,36 @@ def robot_text(path: Path) -> str:
         except GapError as error:
             raise ConfigError("machine", str(error)) from error
         return text
+
+
+def proposer_of(text: str, file: Path | None) -> tuple[LeggedProposer, str]:
+    """Return the runs of a robot, and a note in words if something had to be assumed.
+
+    Args:
+        text: Its robot file.
+        file: Where that is, for command lines; None for the default one.
+
+    Raises:
+        GapError: The file has other legs than the gaits that must stand in for its own.
+    """
+    machine = parse_machine(text)
+    note = ""
+    try:
+        own = parse_robot(text).parameters
+    except ConfigError:
+        own, note = load_robot().parameters, NO_GAITS
+    if own.legs.names != machine.legs.names:
+        raise GapError(
+            f"the robot file of the runs has no gaits, and those of {', '.join(own.legs.names)} do not "
+            "fit its legs; add [gait] and [servo] to it"
+        )
+    gaits = {name: make_gait(name, own) for name in GAIT_NAMES}
+    proposer = LeggedProposer(
+        legs=machine.legs.names,
+        gaits=gaits,
+        limits_hz={name: frequency_limit(gait, own.servo) for name, gait in gaits.items()},
+        mass_kg=machine.mass_kg,
+        robot_text=text,
+        robot_option="" if file is None else f" --robot {file}",
+    )
+    return proposer, note

@@ -45,14 +45,8 @@ def cut(request: CutRequest) -> ExitCode:
     Raises:
         RecordError: The span is empty, or a file cannot be read or written.
     """
-    path, out = request.path, request.out
-    _written(
-        f"reading {path}",
-        out,
-        path,
-        lambda p: cut_log(path, out, from_s=request.from_s, to_s=request.to_s, progress=p),
-    )
-    return ExitCode.OK
+    path, out, span = request.path, request.out, {"from_s": request.from_s, "to_s": request.to_s}
+    return _write(f"reading {path}", out, path, lambda p: cut_log(path, out, **span, progress=p))
 
 
 def merge(paths: tuple[Path, ...], out: Path) -> ExitCode:
@@ -61,10 +55,8 @@ def merge(paths: tuple[Path, ...], out: Path) -> ExitCode:
     Raises:
         RecordError: They do not fit, or a file cannot be read or written.
     """
-    _written(
-        f"writing {out}", out, out, lambda p: merge_logs(paths, out, p), f" of {len(paths)} logs"
-    )
-    return ExitCode.OK
+    note = f" of {len(paths)} logs"
+    return _write(f"writing {out}", out, out, lambda p: merge_logs(paths, out, p), note)
 
 
 def repair(path: Path, out: Path | None) -> ExitCode:
@@ -76,13 +68,12 @@ def repair(path: Path, out: Path | None) -> ExitCode:
     target = out if out is not None else path.with_suffix(".repaired.mcap")
     if out is None and target.exists():
         raise RecordError(f"{target} is there already; name another file with --out")
-    _written(f"reading {path}", target, path, lambda p: repair_log(path, target, p))
-    return ExitCode.OK
+    return _write(f"reading {path}", target, path, lambda p: repair_log(path, target, p))
 
 
-def _written(
+def _write(
     label: str, out: Path, source: Path, write: Callable[[Pass], Rewritten], note: str = ""
-) -> None:
+) -> ExitCode:
     """Write a log with a line of progress; print what could not be read, and how much is in it."""
     progress = Pass()
     with ProgressLine(label, progress):
@@ -91,6 +82,7 @@ def _written(
     for damage in done.damages:
         print(f"{'lost' if damage.content else 'note'}: {damage.words(start_ns)}")
     print(f"{out}: {done.kept} messages{note}")
+    return ExitCode.OK
 
 
 def export(request: ExportRequest) -> ExitCode:
@@ -112,8 +104,8 @@ def export(request: ExportRequest) -> ExitCode:
             written = export_tum(path, out, contents)
         else:
             all_but_raw = ",".join(name for name in GROUPS if name != "raw")
-            groups = check_groups(request.what if request.what is not None else all_but_raw)
-            written = export_table(path, out, groups, contents)
+            what = all_but_raw if request.what is None else request.what
+            written = export_table(path, out, check_groups(what), contents)
     if contents.damage:
         print(f"{path}: {contents.damage}")
     for file in written:

@@ -1,16 +1,15 @@
 """``bigant log info``: what a log holds, as a table and as JSON."""
 
-import json
-import time
 from pathlib import Path
 
 from record.log.damage import Pass, damage_words
 from record.log.survey import LogSurvey, survey_log
 from record.log.versions import PREFIX
 from robot.console.exit_codes import ExitCode
-from robot.console.json_output import plain
+from robot.console.json_output import print_json
 from robot.console.progress import ProgressLine
 from robot.console.table import row_lines
+from robot.report.run_date import utc_words
 
 
 def info(path: Path, *, as_json: bool) -> ExitCode:
@@ -23,7 +22,7 @@ def info(path: Path, *, as_json: bool) -> ExitCode:
     with ProgressLine(f"reading {path}", progress):
         survey = survey_log(path, progress)
     if as_json:
-        print(json.dumps(_as_json(survey), indent=2))
+        print_json(_as_json(survey))
     else:
         print("\n".join(row_lines(_rows(survey))))
     return ExitCode.VERDICT_FAILED if survey.damages or not survey.finished else ExitCode.OK
@@ -35,28 +34,18 @@ def _rate_hz(survey: LogSurvey) -> float:
 
 def _rows(survey: LogSurvey) -> list[tuple[str, str]]:
     m = survey.metadata
-    begun = time.strftime("%Y-%m-%d %H:%M:%S UTC", time.gmtime(survey.first_unix_ns // 10**9))
     versions = [f"{k.removeprefix(PREFIX)} {v}" for k, v in m.items() if k.startswith(PREFIX)]
     rows = [
         ("file", f"{survey.path}, {survey.size / 1e6:.2f} MB"),
         ("robot", f"{m.get('robot', '?')}, legs {m.get('leg_names', '?')}"),
-        (
-            "run",
-            f"{m.get('gait', '?')} at {m.get('frequency_hz', '?')} Hz on {m.get('hardware', '?')}",
-        ),
-        ("begun", begun),
+        ("run", f"{m.get('gait', '?')} at {m.get('frequency_hz', '?')} Hz on {m.get('hardware', '?')}"),
+        ("begun", utc_words(survey.first_unix_ns)),
         ("duration", f"{survey.duration_s:.3f} s"),
         ("ticks", f"{survey.ticks} at {_rate_hz(survey):.4g} Hz"),
-        (
-            "missing",
-            f"{survey.lost} ticks lost from the file, {survey.skipped} periods without a tick",
-        ),
-        (
-            "robot file",
-            f"{len(survey.config_text.encode())} bytes" if survey.config_text else "none",
-        ),
+        ("missing", f"{survey.lost} ticks lost from the file, {survey.skipped} periods without a tick"),
+        ("robot file", f"{len(survey.config_text.encode())} bytes" if survey.config_text else "none"),
         ("software", m.get("software", "?") + (f" ({', '.join(versions)})" if versions else "")),
-    ]
+    ]  # fmt: skip
     if "merged" in m:
         rows.append(("merged from", m["merged"]))
     rows += [
@@ -73,13 +62,13 @@ def _rows(survey: LogSurvey) -> list[tuple[str, str]]:
     return rows
 
 
-def _as_json(survey: LogSurvey) -> object:
+def _as_json(survey: LogSurvey) -> dict[str, object]:
     start_ns = survey.start_unix_ns
 
     def seconds(unix_ns: int) -> float | None:
         return (unix_ns - start_ns) * 1e-9 if unix_ns >= 0 else None
 
-    return plain({
+    return {
         "path": survey.path,
         "size_bytes": survey.size,
         "finished": survey.finished,
@@ -98,4 +87,4 @@ def _as_json(survey: LogSurvey) -> object:
              "to_s": seconds(d.to_ns), "reason": d.reason}
             for d in survey.damages
         ],
-    })  # fmt: skip
+    }  # fmt: skip

@@ -9,10 +9,10 @@ from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json
 from robot.console.screen_fit import columns_of
 from robot.console.table import row_lines
-from robot.report.long_log import read_summary
 from robot.report.pictures import write_report
 from robot.report.plots import draw_log
 from robot.report.run_date import run_words, software_words
+from robot.report.summary import read_summary
 from robot.report.summary_text import summary_rows
 
 
