@@ -11,6 +11,7 @@ from robot.console.screen_fit import WIDTH, wrapped
 from robot.console.table import Column, table_lines
 from robot.gap_report.words import (
     LEGGED_SIMULATORS,
+    NOT_LEGGED,
     changed_channels,
     common_pair,
     fault_groups,
@@ -18,7 +19,6 @@ from robot.gap_report.words import (
     pair_words,
     size_words,
     stage_note,
-    which_run,
 )
 
 BAR = 20
@@ -58,14 +58,14 @@ def _to_do(d: Diagnosis) -> list[str]:
     """What a person does now, before any figures."""
     if d.verdict is Verdict.NO_GAP:
         return []
-    words = [(place_words(one.effect, one.joints), one.remedy) for one in d.causes]
-    lines = []
-    for place, remedy in words:
-        lead = "what to do: " if len(words) == 1 else f"what to do about {place}: "
-        lines.append(lead + remedy)
+    legged, lines = d.simulator in LEGGED_SIMULATORS, []
+    for one in d.causes:
+        about = "" if len(d.causes) == 1 else f" about {place_words(one.effect, one.joints)}"
+        lines.append(f"what to do{about}: {one.remedy}")
     if d.verdict is Verdict.AMBIGUOUS:
-        lines.append(f"which run would tell: {which_run(d, 'bigant gap next')}")
-    if d.simulator in LEGGED_SIMULATORS and d.causes and d.verdict is not Verdict.UNEXPLAINED:
+        run = "bigant gap next" if legged else NOT_LEGGED
+        lines.append(f"which run would tell: {run}")
+    if legged and d.causes and d.verdict is not Verdict.UNEXPLAINED:
         lines.append("into the simulator: bigant gap apply (of the --json of this diagnosis)")
     return lines
 

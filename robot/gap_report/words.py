@@ -68,11 +68,6 @@ def stage_note(d: Diagnosis) -> str:
     return "; ".join(found)
 
 
-def which_run(d: Diagnosis, command: str) -> str:
-    """Say how to come by the run that tells: only of legged robots the runs are known."""
-    return command if d.simulator in LEGGED_SIMULATORS else NOT_LEGGED
-
-
 def size_words(one: Detectable) -> str:
     """Say at which values an effect would have shown."""
     unit = f" {one.unit}" if one.unit else ""

@@ -41,17 +41,17 @@ def odom(request: OdomRequest) -> ExitCode:
     elif request.compare and log.has_truth:
         stride_m, source = stride_of(log), "this log's own truth, so it ends well by itself"
     found = compare_ways(tracked, fitted=fitted, stride_m=stride_m)
+    shown = found if request.compare else found.of_estimator()
     if request.json:
-        print_json(as_json(found, log.names))
+        print_json(as_json(found))
     else:
-        width = columns_of(sys.stdout)
-        print(*table(found, log.names, everything=request.compare, width=width), sep="\n")
+        print(*table(shown, columns_of(sys.stdout)), sep="\n")
         if source:
             print(f"distance a stride: {1e3 * stride_m:.1f} mm a cycle, from {source}")
     if request.out is not None:
         from robot.odometry.files import write  # pictures and pages take a second to load
 
-        write(found, log, path, request.out, everything=request.compare)
+        write(shown, log, path, request.out)
         if not request.json:
             print(f"written: {request.out}")
     return ExitCode.OK

@@ -1,6 +1,6 @@
 """The estimator beside simpler ways of dead reckoning over the walking part of a log, and the truth."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.constants import g as standard_gravity
@@ -37,6 +37,7 @@ class Comparison:
     """All ways over the walking part of a recording, T ticks; all begin at the estimator's pose.
 
     Attributes:
+        names: Legs.
         track: The estimator's.
         log_ticks: Ticks of all of the recording.
         ways: All, the estimator first; the truth is no way.
@@ -46,6 +47,7 @@ class Comparison:
         pose_nees: Of the way since the first of these ticks, (T,).
     """
 
+    names: tuple[str, ...]
     track: Track
     log_ticks: int
     ways: tuple[Way, ...]
@@ -53,6 +55,10 @@ class Comparison:
     errors: tuple[TrackErrors, ...]
     twist_nees: FloatArray
     pose_nees: FloatArray
+
+    def of_estimator(self) -> "Comparison":
+        """Return the same without the simpler ways."""
+        return replace(self, ways=self.ways[:1], errors=self.errors[:1])
 
 
 def walking_part(log: Recording) -> slice:
@@ -99,10 +105,11 @@ def compare_ways(
     ways.append(_reckoned("rigid stance", velocity, t_s, start))
     truth = true_motion(log, span)
     if truth is None:
-        nothing = np.full(len(t_s), np.nan)
-        return Comparison(run, len(log.t_s), tuple(ways), None, (), nothing, nothing)
+        unknown = np.full(len(t_s), np.nan)
+        return Comparison(log.names, run, len(log.t_s), tuple(ways), None, (), unknown, unknown)
     truth = compose(aligning(start, truth[0][0]), truth[0]), *truth[1:]
     return Comparison(
+        names=log.names,
         track=run,
         log_ticks=len(log.t_s),
         ways=tuple(ways),

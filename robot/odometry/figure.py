@@ -1,7 +1,5 @@
 """Ways of dead reckoning beside each other: path, error along the way, velocity; friction of each leg."""
 
-from collections.abc import Sequence
-
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
@@ -19,23 +17,16 @@ LEG_COLOURS = ("#7570B3", "#A6761D", "#66A61E", "#17A2B8")
 LEAST_STRETCH = 1.5
 
 
-def drawing(found: Comparison, names: Sequence[str], *, everything: bool) -> Figure:
-    """Return the picture.
-
-    Args:
-        found: What was found.
-        names: Legs.
-        everything: Whether the other ways are drawn beside the estimator.
-    """
-    ways = found.ways if everything else found.ways[:1]
+def drawing(found: Comparison) -> Figure:
+    """Return the picture."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(11, 7), layout="constrained")
         (path, error), (speed, friction) = figure.subplots(2, 2)
-        for way, colour in zip(ways, WAY_COLOURS, strict=False):
+        for way, colour in zip(found.ways, WAY_COLOURS, strict=False):
             _way(found, way, colour, (path, error, speed))
         if found.truth is not None:
             _truth(found, (path, error, speed))
-        _friction(found, names, friction)
+        _friction(found, friction)
         for ax, title, across, up in (
             (path, "path", "x, m", "y, m"),
             (error, "distance from the truth", "true path, m", "mm"),
@@ -75,7 +66,8 @@ def _truth(found: Comparison, axes: tuple[Axes, Axes, Axes]) -> None:
     error.plot(path_length(found.truth[0]), two_sd, color=TRUTH, ls=":", lw=1, label=label)
 
 
-def _friction(found: Comparison, names: Sequence[str], ax: Axes) -> None:
+def _friction(found: Comparison, ax: Axes) -> None:
+    names = found.names
     half, mu = (len(names) + 1) // 2, found.track.column(lambda e: e.mu)
     for k, name in enumerate(names):
         colour = LEG_COLOURS[k % half % len(LEG_COLOURS)]

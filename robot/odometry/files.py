@@ -36,26 +36,18 @@ from robot.report.run_date import date_words
 KIND = "nav_msgs/msg/Odometry"
 
 
-def write(found: Comparison, log: Recording, name: Path, out: Path, *, everything: bool) -> None:
-    """Write a comparison to a file of the kind that its suffix names.
+def write(found: Comparison, log: Recording, path: Path, out: Path) -> None:
+    """Write a comparison over the log of ``path`` to a .tum, .mcap, .png or .html file.
 
     A trajectory is that of the walking part in the estimator's own frame, smoothed if states were kept;
     the truth goes beside it, begun at the same pose.
-
-    Args:
-        found: What was found.
-        log: The log.
-        name: Its file.
-        out: A .tum, .mcap, .png or .html file.
-        everything: Whether the other ways are shown beside the estimator.
 
     Raises:
         RecordError: It cannot be written.
     """
     run = found.track
     if out.suffix == ".html":
-        date = date_words(log.metadata)
-        write_text(out, odometry_page(found, log.names, name, date, everything=everything))
+        write_text(out, odometry_page(found, path, date_words(log.metadata)))
     elif out.suffix == ".tum":
         _write_tum(out, run, smooth(run.states)[0][:, :3] if run.states else run.pose)
         if found.truth is not None:
@@ -65,7 +57,7 @@ def write(found: Comparison, log: Recording, name: Path, out: Path, *, everythin
             if out.suffix == ".mcap":
                 write_mcap(out, run)
             else:
-                drawing(found, log.names, everything=everything).savefig(out, dpi=120)
+                drawing(found).savefig(out, dpi=120)
 
 
 def _write_tum(path: Path, run: Track, pose: FloatArray) -> None:
@@ -91,18 +83,8 @@ def write_mcap(path: Path, run: Track) -> None:
         writer.finish()  # type: ignore[no-untyped-call]
 
 
-def odometry_page(
-    found: Comparison, names: Sequence[str], log: Path, date: str, *, everything: bool
-) -> str:  # fmt: skip
-    """Return the page.
-
-    Args:
-        found: What was found.
-        names: Legs.
-        log: The log, to name it.
-        date: When it was recorded, in words.
-        everything: Whether the other ways are shown beside the estimator.
-    """
+def odometry_page(found: Comparison, log: Path, date: str) -> str:
+    """Return the page of a log that was recorded on a ``date``, in words."""
     way, sd = way_and_sd(found)
     rows = [
         ("walking part", walking_words(found)),
@@ -114,20 +96,17 @@ def odometry_page(
         *(("RPE", words) for words in short_walk(found)),
     ]
     judged = "judged against the truth in the log" if found.truth else "no truth in this log"
-    errors = found.errors if everything else found.errors[:1]
-    ways = [one.name for one in errors]
+    ways = [one.name for one in found.errors]
     title = "Each leg, as estimated at the end; RMSE of its force"
     return report_page(
         f"{log.name}: odometry",
         f"{log}, {date}; {judged}; the walking part only",
         [
             Section("", rows),
-            _grid("Errors of each way", "way", ways, error_columns(errors)),
-            _grid(title, "leg", names, leg_columns(found)),
+            _grid("Errors of each way", "way", ways, error_columns(found.errors)),
+            _grid(title, "leg", found.names, leg_columns(found)),
             Section("What the words mean", NOTES),
-            *pictures(
-                {"Path, error, velocity, friction": drawing(found, names, everything=everything)}
-            ),
+            *pictures({"Path, error, velocity, friction": drawing(found)}),
         ],
     )
 

@@ -31,17 +31,8 @@ NOTES = (
 SHORT_NOTE = "RPE: relative pose error, mu: friction, K: leg stiffness; see docs/odometry.md"
 
 
-def table(
-    found: Comparison, names: Sequence[str], *, everything: bool, width: int | None = None
-) -> list[str]:
-    """Lines of text; ``everything`` adds the other ways and the forces leg by leg.
-
-    Args:
-        found: What was found.
-        names: Legs.
-        everything: Whether the other ways are shown beside the estimator.
-        width: Letters of a line of the terminal; a wider table is set as two. None: as wide as it is.
-    """
+def table(found: Comparison, width: int | None = None) -> list[str]:
+    """Lines of text; a table wider than ``width`` letters is set as two. None: as wide as it is."""
     run = found.track
     way, sd = way_and_sd(found)
     lines = [
@@ -54,8 +45,7 @@ def table(
         *(f"{'  ' * (label != 'health')}{label}: {words}" for label, words in health_rows(found)),
     ]
     if found.errors:
-        errors = found.errors if everything else found.errors[:1]
-        columns, ways = error_columns(errors), [e.name for e in errors]
+        columns, ways = error_columns(found.errors), [e.name for e in found.errors]
         head = Column("", width=NAME_LETTERS)
         whole = _figure_lines(head, ways, columns)
         if width is not None and max(map(len, whole)) > width:
@@ -64,13 +54,10 @@ def table(
         lines += whole
         lines += [f"{label}: {words}" for label, words in consistency_rows(found)]
         lines += [f"RPE: {words}" for words in short_walk(found)]
-    elif everything:
+    elif len(found.ways) > 1:
         lines.append("no truth in this log: the ways are drawn beside each other (--out FILE.png)")
-    return [
-        *lines,
-        *_figure_lines(Column("leg", width=LEG_LETTERS), names, leg_columns(found)),
-        SHORT_NOTE,
-    ]
+    lines += _figure_lines(Column("leg", width=LEG_LETTERS), found.names, leg_columns(found))
+    return [*lines, SHORT_NOTE]
 
 
 class Figures(NamedTuple):
@@ -181,7 +168,7 @@ def consistency_rows(found: Comparison) -> list[tuple[str, str]]:
     return rows
 
 
-def as_json(found: Comparison, names: Sequence[str]) -> dict[str, object]:
+def as_json(found: Comparison) -> dict[str, object]:
     """The same for ``print_json``."""
     run = found.track
     last, (way, sd) = run.estimates[-1], way_and_sd(found)
@@ -194,7 +181,7 @@ def as_json(found: Comparison, names: Sequence[str]) -> dict[str, object]:
         "health": last.health.value,
         "reason": last.reason,
         "step_us": {"median": np.median(run.step_us), "p99": np.percentile(run.step_us, 99)},
-        "legs": names,
+        "legs": found.names,
         "mu": last.mu,
         "mu_sd": last.mu_sd,
         "stiffness_n_m": last.stiffness,

@@ -8,20 +8,27 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from model.errors import ConfigError
+from model.errors import ConfigError, ModelError
 from model.fit.result import FitResult
-from model.quasistatic.frames import FrictionLaw
+from model.quasistatic.frames import FrictionLaw, solve_frames
+from model.traction.force_scale import force_scale
+from model.values.arrays import BoolArray, FloatArray
+from model.values.parameters import ContactParameters
 from record.log.reader import read_log
 from record.whole_file import check_room, writing
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json
 from robot.console.table import Column, table_lines
-from robot.report.contact_fit import NAIVE_STIFFNESS, Fits, fit_contact
+from robot.report.contact_fit import NAIVE_MU, NAIVE_STIFFNESS, Fits, fit_contact
 from robot.report.pictures import DOTS_PER_INCH
 from robot.report.plots import PREDICTED, STYLE, TRUE
 from robot.report.walk_frames import WalkFrames, halves, joined, walk_frames
-from robot.study.sensitivity_table import PAPER_CHANGE, QUANTITIES, Sensitivity, compare
 
+QUANTITIES = ("heading", "side", "turning", "roll", "pitch", "Fx", "Fy", "Fz")
+UNITS = ("mm/s", "mm/s", "mrad/s", "mrad", "mrad", "N", "N", "N")
+TO_UNITS = np.array([1e3, 1e3, 1e3, 1e3, 1e3, 1.0, 1.0, 1.0])
+# How the paper's errors changed from fitted to naive parameters [%] (sec:tripod).
+PAPER_CHANGE = (14.0, -5.5, 1.5, -22.0, 24.0, 4.0, 3.0, 2.0)
 TABLE = (
     Column("RMSE"), Column(""), Column("fitted", ".3f", 8), Column("naive", ".3f", 8),
     Column("change, %", "+.1f"), Column("paper, %", "+.1f"),
@@ -38,6 +45,39 @@ class SensitivityRequest:
     rest_mm_s: float
     out: Path | None
     json: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sensitivity:
+    """Errors of the model on frames that it was not fitted to, in the units of ``UNITS``.
+
+    Attributes:
+        fitted: RMSE under fitted parameters, (8,), in the order of ``QUANTITIES``.
+        naive: Under naive parameters, (8,).
+        frames: Frames judged.
+        without_answer: Frames left out because either model had none.
+        clamped: Frames whose force scale would have been negative, fitted and naive.
+    """
+
+    fitted: FloatArray
+    naive: FloatArray
+    frames: int
+    without_answer: int
+    clamped: tuple[int, int]
+
+    @property
+    def change(self) -> FloatArray:
+        """Change from fitted to naive, (8,) [%]; NaN where the fitted error is 0."""
+        there = self.fitted > 0
+        ratio = np.divide(self.naive, self.fitted, out=np.full(8, np.nan), where=there)
+        percent: FloatArray = 100 * (ratio - 1)
+        return percent
+
+    @property
+    def rows(self) -> list[tuple[object, ...]]:
+        """Each quantity: its name, unit, fitted and naive RMSE, change and the paper's change [%]."""
+        columns = (QUANTITIES, UNITS, self.fitted, self.naive, self.change, PAPER_CHANGE)
+        return list(zip(*columns, strict=True))
 
 
 def judge_sensitivity(request: SensitivityRequest) -> ExitCode:
@@ -193,3 +233,52 @@ def _drawing(found: Sensitivity) -> Figure:
         ax.set_title("naive against fitted parameters, on frames not fitted to", loc="left")
         ax.legend()
     return figure
+
+
+def compare(walk: WalkFrames, fits: Fits) -> Sensitivity:
+    """Judge fitted and naive parameters on the same frames.
+
+    Raises:
+        ModelError: The model has an answer for none of them.
+    """
+    legs = walk.feet.shape[1]
+    naive = ContactParameters(
+        np.full(legs, NAIVE_STIFFNESS * fits.weight_n),
+        np.full(legs, NAIVE_MU),
+        np.zeros((legs, 2)),
+    )
+    (fitted, known, fitted_clamped), (poor, known_too, naive_clamped) = (
+        _errors(walk, contact, fits) for contact in (fits.contact, naive)
+    )
+    both = known & known_too
+    if not both.any():
+        raise ModelError("the model has no answer for any of the frames to judge by")
+    rmse = [
+        TO_UNITS * [np.sqrt(np.mean(error[both] ** 2)) for error in errors]
+        for errors in (fitted, poor)
+    ]
+    return Sensitivity(
+        fitted=rmse[0],
+        naive=rmse[1],
+        frames=int(both.sum()),
+        without_answer=int((~both).sum()),
+        clamped=(int(fitted_clamped[both].sum()), int(naive_clamped[both].sum())),
+    )
+
+
+def _errors(
+    walk: WalkFrames, contact: ContactParameters, fits: Fits
+) -> tuple[list[FloatArray], BoolArray, BoolArray]:
+    """Error of each quantity by frame (or frame and foot), which frames have one, which were clamped."""
+    solved = solve_frames(walk.motion, contact, fits.weight_n, law=fits.law)
+    if fits.law is FrictionLaw.VISCOUS:
+        fitted = force_scale(solved.force_xy_B, walk.force[..., :2])
+        scale, clamped = fitted.scale, fitted.clamped
+    else:  # Coulomb's forces are in newtons
+        scale, clamped = np.ones(walk.count), np.zeros(walk.count, dtype=bool)
+    velocity = solved.velocity_B - walk.velocity
+    horizontal = scale[:, None, None] * solved.force_xy_B - walk.force[..., :2]
+    tilt = solved.pose[:, 1::-1] - walk.slope
+    vertical = solved.load_n - walk.force[..., 2]
+    errors = [*velocity.T, *tilt.T, horizontal[..., 0], horizontal[..., 1], vertical]
+    return errors, solved.valid & np.isfinite(scale), clamped

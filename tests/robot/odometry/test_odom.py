@@ -93,10 +93,10 @@ def test_the_estimator_beats_what_it_is_compared_with(walk: TrackedLog) -> None:
     ]  # fmt: skip
     assert (mine.velocity_rmse < 0.7 * naive.velocity_rmse).all()
     assert mine.end_percent < 10 < naive.end_percent
-    lines = "\n".join(table(found, walk.log.names, everything=True))
+    lines = "\n".join(table(found))
     assert "rigid stance" in lines
     assert "NEES" in lines
-    found_json = json.loads(json_text(as_json(found, walk.log.names)))
+    found_json = json.loads(json_text(as_json(found)))
     assert found_json["ways"][0]["name"] == "estimator"
 
 
@@ -109,7 +109,7 @@ def test_without_truth_and_forces_it_still_estimates(slipping: Path) -> None:
     assert found.errors == ()
     assert np.isfinite(found.track.pose).all()
     assert found.track.force_B[-1, :, 2].sum() == pytest.approx(WEIGHT_N)
-    assert "no truth" in "\n".join(table(found, deaf.log.names, everything=True))
+    assert "no truth" in "\n".join(table(found))
 
 
 def test_it_says_what_the_loop_s_own_said_to_the_last_bit(slipping: Path, walk: TrackedLog) -> None:
