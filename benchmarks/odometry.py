@@ -184,7 +184,7 @@ def ukf(folder: Path, seed: int = 901, ticks: int = 600) -> None:
         ekf = track(walked, config).velocity_B
         unscented = _unscented(inputs, robot.contact, weight_n, np.zeros(3))
         for name, velocity in (("EKF", ekf), ("UKF", unscented)):
-            error = 1e3 * root_mean_square(velocity - truth[1])
+            error = 1e3 * root_mean_square(velocity - truth.velocity_B)
             print(f"{gait} {name}: RMSE {error[0]:.3f} {error[1]:.3f} mm/s, {error[2]:.3f} mrad/s")
         print(f"  apart: {1e3 * root_mean_square(unscented - ekf)}", flush=True)
 

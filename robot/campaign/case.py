@@ -18,14 +18,10 @@ from robot.gap_report.trials import Runs, read_runs
 
 @dataclass(frozen=True, slots=True)
 class CaseRequest:
-    """A diagnosis to be made.
+    """A diagnosis to be made, and where its answer goes.
 
-    Attributes:
-        trials: The runs.
-        references: Healthy runs.
-        out: Where the answer goes.
-        missing: Effects to be taken out of the catalogue.
-        standing: What the references show already; None to find out.
+    ``missing`` effects are taken out of the catalogue; ``standing`` is what the references show already,
+    None to find out.
     """
 
     trials: tuple[Path, ...]
@@ -67,11 +63,7 @@ def read_case(
 
 
 def commission_case(request: CaseRequest, kept: Path) -> tuple[Cause, ...]:
-    """Find what the references of a campaign show already, once for all its cases.
-
-    Args:
-        request: Any of its cases.
-        kept: JSON file in which the answer is kept.
+    """Find what the references of any case of a campaign show already, and keep it for the others.
 
     Raises:
         BigantError: A reference cannot be read or compared, or the file holds something else.

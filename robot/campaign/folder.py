@@ -18,13 +18,7 @@ CASES, REFERENCES = "cases", "references"
 
 @dataclass(frozen=True, slots=True)
 class CaseFiles:
-    """Trials of one case.
-
-    Attributes:
-        name: Name of the case.
-        trials: Its trials.
-        references: Healthy runs of its robot.
-    """
+    """Trials of one case, and healthy runs of its robot."""
 
     name: str
     trials: tuple[Path, ...]
@@ -33,13 +27,9 @@ class CaseFiles:
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """What was wrong in a case.
+    """What was wrong in a case of a kind (control, single, pair, outside) of a robot, by its number.
 
-    Attributes:
-        kind: control, single, pair or outside.
-        truths: The effects.
-        robot: Number of its robot.
-        seeds: Of the days on which its trials were walked.
+    The seeds are those of the days on which its trials were walked.
     """
 
     kind: str

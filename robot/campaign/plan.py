@@ -42,20 +42,7 @@ ID_LETTERS = 10
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """A scenario file, read.
-
-    Attributes:
-        seed: Of everything, unless sealed.
-        robots: Robot files.
-        plans: Trials of a case for each robot, in order; their robot is known by place.
-        references: Reference runs of each robot.
-        controls: Cases with nothing wrong.
-        effects: Effects of the single cases.
-        severities: Ranges of size, 0 mild to 1 strong.
-        repeats: Cases an effect and range.
-        pairs: Cases with two effects.
-        outside: Cases with an effect outside the catalogue.
-    """
+    """A scenario file, read: its keys as above, with the walks of a case and of the references planned."""
 
     seed: int
     robots: tuple[Path, ...]
@@ -71,14 +58,10 @@ class Scenario:
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """One case.
+    """One case of a kind: control, single, pair or outside.
 
-    Attributes:
-        name: Its folder; says nothing.
-        robot: Number of its robot file.
-        kind: control, single, pair or outside.
-        effects: What is wrong.
-        seeds: One a trial: day and noise.
+    Its name, that of its folder, says nothing; its robot is the number of the file; a seed a trial stands
+    for day and noise.
     """
 
     name: str
@@ -179,12 +162,7 @@ def _severities(table: Table) -> tuple[tuple[float, float], ...]:
 
 
 def draw_cases(scenario: Scenario, entropy: bytes) -> tuple[Case, ...]:
-    """Draw the cases, sorted by their names.
-
-    Args:
-        scenario: The scenario.
-        entropy: What everything random follows from.
-    """
+    """Draw the cases, sorted by their names; everything random follows from the entropy."""
     random = np.random.default_rng(list(entropy))
     legs = load_robot(scenario.robots[0]).parameters.legs.names
     inside = [find_kind(name, EFFECTS) for name in scenario.effects]

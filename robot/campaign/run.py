@@ -30,15 +30,7 @@ STAMP_UNIX_S = 1_700_000_000
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """One trial to be made.
-
-    Attributes:
-        robot: Robot file.
-        effects: What is wrong.
-        plan: The walk.
-        seed: Day and noise.
-        out: NAME.parquet.
-    """
+    """One trial to be made: a robot file, what is wrong, the walk, the seed of day and noise, the file."""
 
     robot: Path
     effects: tuple[Effect, ...]
@@ -115,12 +107,9 @@ def _stamped(path: Path) -> Iterator[Path]:
 def run_jobs(
     jobs: Sequence[Job], executor: Executor, tell: Callable[[int], None]
 ) -> tuple[Failure, ...]:
-    """Make the trials that are not there yet.
+    """Make the trials that are not there yet; ``tell`` is told how many there are, now and then.
 
-    Args:
-        jobs: All of them.
-        executor: Processes here or elsewhere; they must see the same folders.
-        tell: Told the number of trials there are, now and then.
+    The processes of the executor, here or elsewhere, must see the same folders.
     """
     todo = [job for job in jobs if not job.done]
     ready = len(jobs) - len(todo)

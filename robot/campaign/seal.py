@@ -27,12 +27,7 @@ ENTROPY_BYTES = 32
 
 @dataclass(frozen=True, slots=True)
 class Labels:
-    """Labels of a campaign.
-
-    Attributes:
-        entropy: What everything random followed from.
-        text: The labels as JSON.
-    """
+    """Labels of a campaign as JSON, and the entropy that everything random followed from."""
 
     entropy: bytes
     text: str

@@ -78,16 +78,10 @@ def measure_visibility(
     jobs: int,
     standing: tuple[Cause, ...],
 ) -> dict[str, Visibility]:
-    """Measure every case with something wrong.
+    """Measure every case with something wrong, in several processes, and keep the figures in ``out``.
 
-    Args:
-        files: Cases.
-        labels: Their labels.
-        scenario: Scenario file of the campaign; None: compare with its controls, and measure nothing if
-            there are fewer than ``FEWEST_CONTROLS``.
-        out: Where the figures are kept.
-        jobs: Processes.
-        standing: What the references show already.
+    Without the scenario file of the campaign it is compared with its controls, and nothing is measured if
+    there are fewer than ``FEWEST_CONTROLS``. ``standing`` is what the references show already.
 
     Raises:
         ConfigError: The scenario file cannot be used.

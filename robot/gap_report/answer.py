@@ -13,13 +13,9 @@ from record.trial.header import read_text
 
 @dataclass(frozen=True, slots=True)
 class ReadDiagnosis:
-    """What is needed of a diagnosis to act on it.
+    """What is needed of the diagnosis in a file to act on it.
 
     Attributes:
-        path: Its file.
-        verdict: The answer.
-        simulator: Simulator that was diagnosed.
-        causes: Causes.
         on_bound: Effects of those that have a number on its bound.
         rivals: What the runs could not distinguish from a cause: the cause's effect, the rival's effect and
             legs.
@@ -44,9 +40,7 @@ class ReadDiagnosis:
 def read_diagnosis(path: Path, effects: tuple[Effect, ...]) -> ReadDiagnosis:
     """Read the JSON of ``bigant gap diagnose``, or of any program that writes its shape.
 
-    Args:
-        path: The file.
-        effects: The catalogue, for the order of the parameters.
+    The effects are those of the catalogue, which gives the order of the parameters.
 
     Raises:
         RecordError: It cannot be read.

@@ -23,13 +23,9 @@ from robot.virtual.twin_rollout import twin_catalogue, twin_simulator
 
 
 def mujoco_simulator(runs: Runs, only: tuple[str, ...], screen: int, jobs: int) -> Simulator:
-    """Return the MuJoCo robot as a simulator, and say on stderr what it will cost.
+    """Return the MuJoCo robot as a simulator, and say on stderr what it will cost with so many ``jobs``.
 
-    Args:
-        runs: To be diagnosed; the references keep the robot file beside them.
-        only: Effects to try; screened by the chain where there are none.
-        screen: How many effects pass the screen.
-        jobs: Processes that will walk.
+    It tries the effects of ``only``; where there are none, the chain lets ``screen`` of them through.
 
     Raises:
         GapError: The robot file cannot be used, or an effect is not the MuJoCo robot's.

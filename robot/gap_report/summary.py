@@ -29,12 +29,9 @@ MOST_NEXT = 3
 
 
 def summary_lines(d: Diagnosis, paths: Sequence[Path], width: int = WIDTH) -> list[str]:
-    """Return the lines.
+    """Return the lines, none longer than ``width`` but command lines, which are there to be copied.
 
-    Args:
-        d: The diagnosis.
-        paths: Files of the trials and the references, in their order.
-        width: Longest line, besides command lines, which are there to be copied.
+    The paths are those of the trials and the references, in their order.
     """
     lines = [d.verdict.value.upper().replace("_", " "), d.sentence]
     lines += [*_to_do(d), "", *_faults(d, paths)]

@@ -31,12 +31,9 @@ NO_GAITS = "gaits and servo limits are those of config/bigant.toml: the runs' ro
 
 @dataclass(frozen=True, slots=True)
 class Runs:
-    """Runs of one machine.
+    """Runs of one machine: trials to be diagnosed, and healthy references.
 
-    Attributes:
-        trials: Runs to be diagnosed.
-        references: Healthy runs; they keep the robot file beside them.
-        robot: Robot file to use for the trials instead of the one beside them; None for that.
+    ``robot`` replaces the robot file beside the trials; references keep theirs.
     """
 
     trials: tuple[Trial, ...]
@@ -74,10 +71,7 @@ def read_runs(
 def read_trials(paths: Sequence[Path], joints: tuple[str, ...] = ()) -> tuple[Trial, ...]:
     """Read trials: .parquet, .csv, NAME.toml, or a log (.mcap).
 
-    Args:
-        paths: Files.
-        joints: Only these joints of a bench of servos, each of which is a machine of its own; all if
-            empty.
+    Of a bench of servos, only ``joints``, each of which is a machine of its own; all if there are none.
 
     Raises:
         RecordError: A file cannot be read.
@@ -128,7 +122,13 @@ def simulator_for(
     """
     kind = trials[0].header.kind
     if kind == LEGGED:
-        return _legged(trials[0], users_effects(effects), robot, references)
+        added = users_effects(effects)
+        if robot is None:
+            return legged_simulator(trials[0], added)
+        own = LeggedSimulator(parse_machine(robot_text(robot)), added)
+        if not references:
+            return own
+        return TwoMachines(own, legged_simulator(references[0], added), tuple(references))
     for option, given in (("--effects", effects), ("--robot", robot)):
         if given is not None:
             raise GapError(f"{option} is for legged robots; the trials are of kind {kind}")
@@ -146,17 +146,6 @@ def users_effects(path: Path | None) -> tuple[UserEffect, ...]:
     if path is None:
         return ()
     return read_effects(path, STAGES, tuple(EFFECTS))
-
-
-def _legged(
-    first: Trial, added: tuple[UserEffect, ...], robot: Path | None, references: Sequence[Trial]
-) -> Simulator:
-    if robot is None:
-        return legged_simulator(first, added)
-    own = LeggedSimulator(parse_machine(robot_text(robot)), added)
-    if not references:
-        return own
-    return TwoMachines(own, legged_simulator(references[0], added), tuple(references))
 
 
 def robot_text(path: Path) -> str:
@@ -177,11 +166,9 @@ def robot_text(path: Path) -> str:
 
 
 def proposer_of(text: str, file: Path | None) -> tuple[LeggedProposer, str]:
-    """Return the runs of a robot, and a note in words if something had to be assumed.
+    """Return the runs that a robot can make by its file's text, and a note if something was assumed.
 
-    Args:
-        text: Its robot file.
-        file: Where that is, for command lines; None for the default one.
+    Command lines name the file; None stands for the default one.
 
     Raises:
         GapError: The file has other legs than the gaits that must stand in for its own.

@@ -153,15 +153,7 @@ def few(names: Sequence[str], most: int, joint: str = ", ") -> str:
 
 
 class FaultGroup(NamedTuple):
-    """One kind of fault in one channel.
-
-    Attributes:
-        kind: As the check of the data calls it.
-        channel: Where.
-        severe: Whether any of them is severe.
-        files: Names of the files that have it, each once, in their order.
-        evidence: What was seen in the first of them, of the severe ones if there are any.
-    """
+    """One kind of fault in one channel: in which files, and the evidence in the first (severe) one."""
 
     kind: str
     channel: str

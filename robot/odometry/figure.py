@@ -5,8 +5,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from robot.odometry.compare import Comparison, Way
-from robot.odometry.metrics import path_length
+from robot.odometry.compare import Comparison
+from robot.odometry.metrics import Motion, path_length
 from robot.report.plots import STYLE
 
 LAST_S = 20.0  # of velocity that are drawn
@@ -43,15 +43,15 @@ def drawing(found: Comparison) -> Figure:
     return figure
 
 
-def _way(found: Comparison, way: Way, colour: str, axes: tuple[Axes, Axes, Axes]) -> None:
+def _way(found: Comparison, way: Motion, colour: str, axes: tuple[Axes, Axes, Axes]) -> None:
     path, error, speed = axes
     t_s = found.track.t_s
     late = t_s > t_s[-1] - LAST_S
     path.plot(*way.pose[:, :2].T, label=way.name, lw=1, color=colour)
     speed.plot(t_s[late], 1e3 * way.velocity_B[late, 0], lw=0.8, color=colour)
     if found.truth is not None:
-        off = np.hypot(*(way.pose - found.truth[0])[:, :2].T)
-        error.plot(path_length(found.truth[0]), 1e3 * off, lw=1, label=way.name, color=colour)
+        off = np.hypot(*(way.pose - found.truth.pose)[:, :2].T)
+        error.plot(path_length(found.truth.pose), 1e3 * off, lw=1, label=way.name, color=colour)
 
 
 def _truth(found: Comparison, axes: tuple[Axes, Axes, Axes]) -> None:
@@ -59,11 +59,11 @@ def _truth(found: Comparison, axes: tuple[Axes, Axes, Axes]) -> None:
     run = found.track
     assert found.truth is not None  # asked only where there is one
     late = run.t_s > run.t_s[-1] - LAST_S
-    path.plot(*found.truth[0][:, :2].T, color=TRUTH, ls="--", lw=1, label="truth")
-    speed.plot(run.t_s[late], 1e3 * found.truth[1][late, 0], color=TRUTH, ls="--", lw=0.8)
+    path.plot(*found.truth.pose[:, :2].T, color=TRUTH, ls="--", lw=1, label="truth")
+    speed.plot(run.t_s[late], 1e3 * found.truth.velocity_B[late, 0], color=TRUTH, ls="--", lw=0.8)
     two_sd = 2e3 * np.sqrt(run.way_covariance[:, 0, 0] + run.way_covariance[:, 1, 1])
     label = "two sd, as the estimator says"
-    error.plot(path_length(found.truth[0]), two_sd, color=TRUTH, ls=":", lw=1, label=label)
+    error.plot(path_length(found.truth.pose), two_sd, color=TRUTH, ls=":", lw=1, label=label)
 
 
 def _friction(found: Comparison, ax: Axes) -> None:

@@ -51,7 +51,7 @@ def write(found: Comparison, log: Recording, path: Path, out: Path) -> None:
     elif out.suffix == ".tum":
         _write_tum(out, run, smooth(run.states)[0][:, :3] if run.states else run.pose)
         if found.truth is not None:
-            _write_tum(out.with_suffix(".truth.tum"), run, found.truth[0])
+            _write_tum(out.with_suffix(".truth.tum"), run, found.truth.pose)
     else:
         with writing(out):
             if out.suffix == ".mcap":
@@ -95,7 +95,7 @@ def odometry_page(found: Comparison, log: Path, date: str) -> str:
         *(consistency_rows(found) if found.errors else []),
         *(("RPE", words) for words in short_walk(found)),
     ]
-    judged = "judged against the truth in the log" if found.truth else "no truth in this log"
+    judged = "judged against the truth in the log" if found.errors else "no truth in this log"
     ways = [one.name for one in found.errors]
     title = "Each leg, as estimated at the end; RMSE of its force"
     return report_page(

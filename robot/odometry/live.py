@@ -37,11 +37,7 @@ LINE_PERIOD_NS = 1_000_000_000
 
 
 class EstimateLines:
-    """Takes estimates: a line a second, and every one of them into a trajectory.
-
-    Args:
-        out: The trajectory, None for none.
-        as_json: Lines as JSON.
+    """Prints a line of text or JSON a second, and writes every estimate into a trajectory, if any.
 
     Attributes:
         offset_ns: UNIX time less the loop's clock, for estimates that come with their tick alone.

@@ -150,7 +150,7 @@ def short_walk(found: Comparison) -> list[str]:
     """Why there is no relative error over a length, if the walk is too short for all of them."""
     if np.isfinite([e.rpe_percent for e in found.errors]).any() or found.truth is None:
         return []
-    length_m = path_length(found.truth[0])[-1]
+    length_m = path_length(found.truth.pose)[-1]
     return [f"none: the walk is {length_m:.2f} m long, the shortest piece is {LENGTHS_M[0]:g} m"]
 
 

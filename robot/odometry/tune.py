@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from itertools import dropwhile, takewhile
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize
@@ -36,8 +37,7 @@ LONGEST_S = 30.0  # of each log
 EVALUATIONS = 60
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class TuningWalk:
+class TuningWalk(NamedTuple):
     """What a walk gives to tune by: ticks from the first one of walking on, and the robot to believe in."""
 
     ticks: tuple[StampedTick, ...]
@@ -68,13 +68,7 @@ class Whiteness:
 def tune(
     walks: list[TuningWalk], start: EstimatorSettings, progress: Callable[[float], None]
 ) -> EstimatorSettings:
-    """Search the settings of ``NAMES`` from ``start``.
-
-    Args:
-        walks: At least one.
-        start: Where the search begins; everything else stays.
-        progress: Told the share done.
-    """
+    """Search the settings of ``NAMES`` from ``start`` by at least one walk; everything else stays."""
     begin = np.log([getattr(start, name) for name in NAMES])
     spent = 0
 

@@ -36,15 +36,11 @@ def fit_contact(
     rest_m_s: float,
     law: FrictionLaw = FrictionLaw.VISCOUS,
 ) -> Fits:
-    """Fit stiffness and friction.
+    """Fit stiffness and friction of the named legs to frames of a walk.
 
-    Args:
-        walk: Frames to fit to.
-        names: Leg names.
-        free_w: 24 parameters instead of 18, whose w lies fore and aft.
-        rest_m_s: Feet no faster than this rest. What holds them is statics, not the friction law: they
-            tell nothing of it, and lead the fit astray.
-        law: Friction law to fit; the viscous ansatz is the paper's.
+    With ``free_w`` there are 24 parameters instead of 18, whose w lies fore and aft. Feet no faster than
+    ``rest_m_s`` rest: what holds them is statics, not the friction law, so they would lead the fit astray.
+    The viscous ansatz is the paper's law.
 
     Raises:
         ModelError: These frames cannot be fitted to.

@@ -125,10 +125,7 @@ def _velocity_words(values: tuple[float, ...]) -> str:
 def busy_words(missed: int, ticks: int, *, virtual: bool) -> str:
     """Return one line for a run in real time that missed many periods; empty where it kept up.
 
-    Args:
-        missed: Periods that never ran.
-        ticks: Periods that ran.
-        virtual: Whether the devices are virtual, so that the run can leave real time.
+    A run on virtual devices can leave real time.
     """
     periods = ticks + missed
     if missed <= MISSED_LIMIT * periods:

@@ -49,17 +49,22 @@ class WalkFrames:
         return len(self.feet)
 
     @property
+    def arrays(self) -> list[FloatArray]:
+        """All of them, in their order."""
+        return [getattr(self, field.name) for field in fields(self)]
+
+    def part(self, rows: slice | BoolArray) -> "WalkFrames":
+        """Return some of the frames."""
+        return WalkFrames(*(values[rows] for values in self.arrays))
+
+    @property
     def motion(self) -> FootMotion:
         """Feet for the model."""
         return FootMotion(self.feet, self.feet_velocity)
 
 
 def walk_frames(log: Recording, name: str) -> WalkFrames:
-    """Take the complete walking frames of a log.
-
-    Args:
-        log: The log.
-        name: What to call it in a complaint.
+    """Take the complete walking frames of a log, called ``name`` in a complaint.
 
     Raises:
         RecordError: It has no truth, no forces, or no walking.
@@ -92,27 +97,22 @@ def walk_frames(log: Recording, name: str) -> WalkFrames:
         slope=_slopes(log.truth_quaternion_xyzw),
     )
     whole: BoolArray = log.mode == Mode.WALK.value
-    for values in _arrays(every):
+    for values in every.arrays:
         whole = whole & np.isfinite(values.reshape(len(values), -1)).all(axis=1)
     if not whole.any():
         raise RecordError(f"{name} has no frame of walking with feet, forces and true motion")
-    return WalkFrames(*(values[whole] for values in _arrays(every)))
+    return every.part(whole)
 
 
 def halves(walk: WalkFrames) -> tuple[WalkFrames, WalkFrames]:
     """Cut in two in time: the earlier and the later half."""
     middle = walk.count // 2
-    return (
-        WalkFrames(*(values[:middle] for values in _arrays(walk))),
-        WalkFrames(*(values[middle:] for values in _arrays(walk))),
-    )
+    return walk.part(slice(middle)), walk.part(slice(middle, None))
 
 
 def joined(walks: Sequence[WalkFrames]) -> WalkFrames:
     """One behind the other."""
-    return WalkFrames(
-        *(np.concatenate(parts) for parts in zip(*(_arrays(w) for w in walks), strict=True))
-    )
+    return WalkFrames(*map(np.concatenate, zip(*(walk.arrays for walk in walks), strict=True)))
 
 
 def smooth_rate(log: Recording) -> FloatArray:
@@ -133,7 +133,3 @@ def _slopes(quaternion: FloatArray) -> FloatArray:
     x, y, z, w = quaternion.T
     # last row of the rotation: height of a point is -slope_x q_x + slope_y q_y + q_z (eqn:zpj)
     return np.stack([2 * (y * z + w * x), -2 * (x * z - w * y)], axis=1)
-
-
-def _arrays(walk: WalkFrames) -> list[FloatArray]:
-    return [getattr(walk, field.name) for field in fields(walk)]

@@ -43,15 +43,9 @@ TABLE_NOTE = (
 
 @dataclass(slots=True)
 class Material:
-    """What the figures are made of; walks are made or read when a figure first asks for them.
+    """What the figures are made of: virtual walks, or the logs in their place, and a benchmark file.
 
-    Attributes:
-        config: Robot file of the virtual walks.
-        cycles: Cycles of each virtual walk.
-        seed: Its seed.
-        logs: Of each gait whose virtual walk a log replaces.
-        benchmark: File of benchmark figures; it need not exist.
-        progress: Told the share of a virtual walk done.
+    Walks are made or read when a figure first asks for them. The benchmark file need not exist.
     """
 
     config: RobotConfig
@@ -81,12 +75,9 @@ class Material:
 
 
 class Drawn(NamedTuple):
-    """What is drawn for an entry of the index.
+    """What is drawn for an entry of the index: a figure with our numbers beside the paper's, or a table.
 
-    Attributes:
-        figure: The picture; None if there is none (a table, or its data are missing).
-        caption: Our figures beside the paper's.
-        table: Lines of text, empty unless the entry is a table.
+    There is no figure where the entry is a table or its data are missing.
     """
 
     figure: Figure | None
@@ -151,19 +142,6 @@ CATALOG = (
 )  # fmt: skip
 
 
-def choose(names: list[str]) -> tuple[Entry, ...]:
-    """Return the entries asked for, in the catalog's order; all if none is named.
-
-    Raises:
-        ConfigError: A name is not in the catalog.
-    """
-    known = [entry.name for entry in CATALOG]
-    for name in names:
-        if name not in known:
-            raise ConfigError("--only", f"{name!r} is no figure; choose from {', '.join(known)}")
-    return tuple(entry for entry in CATALOG if not names or entry.name in names)
-
-
 INDEX, TABLES = "index.html", "tables.txt"
 TITLE = "Figures of the model of slipping"
 
@@ -194,7 +172,11 @@ def draw_figures(request: FiguresRequest) -> ExitCode:
         names = [(entry.name, f"{entry.title} ({entry.label})") for entry in CATALOG]
         print(*table_lines((Column(""), Column("")), names), sep="\n")
         return ExitCode.OK
-    chosen = choose(request.only)
+    known = [entry.name for entry in CATALOG]
+    for name in request.only:
+        if name not in known:
+            raise ConfigError("--only", f"{name!r} is no figure; choose from {', '.join(known)}")
+    chosen = [entry for entry in CATALOG if not request.only or entry.name in request.only]
     out = request.out
     if out is None:
         raise ConfigError("--out", "is needed: the folder for the pictures")

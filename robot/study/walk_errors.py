@@ -33,16 +33,10 @@ class Component(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class ComponentError:
-    """Errors of one component over a walk; NaN where a model does not predict it.
+    """RMS errors of one component over a walk, in ``unit``; NaN where a model does not predict it.
 
-    Attributes:
-        component: Its name.
-        unit: Unit of all figures.
-        spread: RMS of the true values about their mean: what predicting a constant would miss.
-        viscous: RMS error of the viscous-Coulomb ansatz.
-        coulomb: RMS error of Coulomb's law.
-        support: RMS error of the spring support model.
-        apart: RMS difference of the two laws.
+    ``spread`` is that of the true values about their mean: what predicting a constant would miss; ``apart``
+    is that of one law against the other.
     """
 
     component: str

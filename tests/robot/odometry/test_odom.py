@@ -188,7 +188,7 @@ def test_mcap_holds_pose_twist_and_covariance(walk: TrackedLog, tmp_path: Path) 
 
 def test_tuning_raises_the_likelihood(slipping: Path) -> None:
     walk = read_walk(slipping, OdomRequest())
-    some = replace(walk, ticks=walk.ticks[:150])
+    some = walk._replace(ticks=walk.ticks[:150])
     start = EstimatorSettings(force_share_sd=0.5, load_sd=0.2)
     told: list[float] = []
     found = tune([some], start, told.append)

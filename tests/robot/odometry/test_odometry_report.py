@@ -11,7 +11,7 @@ from model.values.estimate import Health
 from robot.odometry.compare import Comparison, compare_ways
 from robot.odometry.figure import drawing
 from robot.odometry.files import odometry_page
-from robot.odometry.metrics import TrackErrors
+from robot.odometry.metrics import Motion, TrackErrors
 from robot.odometry.table import health_rows, table
 from robot.odometry.track import track_log
 from robot.report.run_date import date_words
@@ -26,7 +26,7 @@ def found() -> Comparison:
     """A walk, with a truth and errors that are made up: the log has none."""
     told = compare_ways(track_log(GOLDEN))
     ticks = len(told.track.t_s)
-    truth = (told.track.pose, told.track.velocity_B, told.track.force_B)
+    truth = Motion("truth", told.track.pose, told.track.velocity_B, told.track.force_B)
     nothing = np.full(3, np.nan)
     errors = tuple(
         TrackErrors(w.name, nothing, 0.5, -1e-9, np.full(3, -1e-9), np.full((6, 3), np.nan))
