@@ -30,8 +30,7 @@ from robot.odometry.compare import compare_ways, true_motion, walking_part
 from robot.odometry.metrics import in_band, nees
 from robot.odometry.request import OdomRequest
 from robot.odometry.track import TrackedLog, track, track_log
-from robot.report.contact_fit import fit_contact
-from robot.report.walk_frames import walk_frames
+from robot.report.walk_frames import fit_contact, walk_frames
 from tests.model.estimator_world import CONTACT, PERIOD_NS, WEIGHT_N, simulate, slip_of_feet
 
 SLIPPING_CYCLES = 4

@@ -47,13 +47,9 @@ class Visibility(NamedTuple):
 
 
 class _Change(NamedTuple):
-    """What the effects of one case change.
+    """What the effects of one case change: mean squares of each trial and channel, (R, C).
 
-    Attributes:
-        name: Of the case.
-        squares: Mean square change of each trial and channel, (R, C).
-        healthy: Healthy values of each trial, (F, C) each; none where controls show them.
-        reachable: See ``Visibility``.
+    With the healthy values of each trial, (F, C) each, where the twin walked them.
     """
 
     name: str

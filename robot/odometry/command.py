@@ -15,8 +15,7 @@ from robot.odometry.compare import compare_ways, stride_of
 from robot.odometry.request import OdomRequest
 from robot.odometry.table import as_json, table
 from robot.odometry.track import track_log
-from robot.report.contact_fit import fit_contact
-from robot.report.walk_frames import walk_frames
+from robot.report.walk_frames import fit_contact, walk_frames
 
 
 def odom(request: OdomRequest) -> ExitCode:

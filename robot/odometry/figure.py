@@ -22,10 +22,15 @@ def drawing(found: Comparison) -> Figure:
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(11, 7), layout="constrained")
         (path, error), (speed, friction) = figure.subplots(2, 2)
-        for way, colour in zip(found.ways, WAY_COLOURS, strict=False):
-            _way(found, way, colour, (path, error, speed))
+        curves = [(*pair, "-") for pair in zip(found.ways, WAY_COLOURS, strict=False)]
         if found.truth is not None:
-            _truth(found, (path, error, speed))
+            curves.append((found.truth, TRUTH, "--"))
+            _errors(found, found.truth, error)
+        t_s = found.track.t_s
+        late = t_s > t_s[-1] - LAST_S
+        for way, colour, style in curves:
+            path.plot(*way.pose[:, :2].T, label=way.name, lw=1, color=colour, ls=style)
+            speed.plot(t_s[late], 1e3 * way.velocity_B[late, 0], lw=0.8, color=colour, ls=style)
         _friction(found, friction)
         for ax, title, across, up in (
             (path, "path", "x, m", "y, m"),
@@ -34,8 +39,7 @@ def drawing(found: Comparison) -> Figure:
             (friction, "friction coefficient of each leg, estimated", "time, s", "mu"),
         ):
             ax.set_title(title, loc="left")
-            ax.set_xlabel(across)
-            ax.set_ylabel(up)
+            ax.set(xlabel=across, ylabel=up)
         for ax in (path, error, friction):
             if ax.lines:
                 ax.legend(fontsize=7, ncols=2 if ax is friction else 1)
@@ -43,27 +47,15 @@ def drawing(found: Comparison) -> Figure:
     return figure
 
 
-def _way(found: Comparison, way: Motion, colour: str, axes: tuple[Axes, Axes, Axes]) -> None:
-    path, error, speed = axes
-    t_s = found.track.t_s
-    late = t_s > t_s[-1] - LAST_S
-    path.plot(*way.pose[:, :2].T, label=way.name, lw=1, color=colour)
-    speed.plot(t_s[late], 1e3 * way.velocity_B[late, 0], lw=0.8, color=colour)
-    if found.truth is not None:
-        off = np.hypot(*(way.pose - found.truth.pose)[:, :2].T)
-        error.plot(path_length(found.truth.pose), 1e3 * off, lw=1, label=way.name, color=colour)
-
-
-def _truth(found: Comparison, axes: tuple[Axes, Axes, Axes]) -> None:
-    path, error, speed = axes
-    run = found.track
-    assert found.truth is not None  # asked only where there is one
-    late = run.t_s > run.t_s[-1] - LAST_S
-    path.plot(*found.truth.pose[:, :2].T, color=TRUTH, ls="--", lw=1, label="truth")
-    speed.plot(run.t_s[late], 1e3 * found.truth.velocity_B[late, 0], color=TRUTH, ls="--", lw=0.8)
-    two_sd = 2e3 * np.sqrt(run.way_covariance[:, 0, 0] + run.way_covariance[:, 1, 1])
+def _errors(found: Comparison, truth: Motion, ax: Axes) -> None:
+    """Distance of each way from the truth, and the deviation that the estimator expects."""
+    along = path_length(truth.pose)
+    for way, colour in zip(found.ways, WAY_COLOURS, strict=False):
+        off = np.hypot(*(way.pose - truth.pose)[:, :2].T)
+        ax.plot(along, 1e3 * off, lw=1, label=way.name, color=colour)
+    variance = found.track.way_covariance[:, [0, 1], [0, 1]].sum(axis=1)
     label = "two sd, as the estimator says"
-    error.plot(path_length(found.truth.pose), two_sd, color=TRUTH, ls=":", lw=1, label=label)
+    ax.plot(along, 2e3 * np.sqrt(variance), color=TRUTH, ls=":", lw=1, label=label)
 
 
 def _friction(found: Comparison, ax: Axes) -> None:

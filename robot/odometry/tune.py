@@ -96,8 +96,8 @@ def _with(start: EstimatorSettings, values: Iterable[float]) -> EstimatorSetting
 
 def _likelihood(walk: TuningWalk, settings: EstimatorSettings) -> float:
     open_gates = replace(settings, gate_load=1e12, gate_pair=1e12)
-    told = _track(walk, open_gates).column(lambda e: e.log_likelihood)
-    return float(told[np.isfinite(told)].sum())
+    likelihood = _track(walk, open_gates).column(lambda e: e.log_likelihood)
+    return float(likelihood[np.isfinite(likelihood)].sum())
 
 
 def _track(walk: TuningWalk, settings: EstimatorSettings) -> Track:

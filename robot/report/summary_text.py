@@ -113,8 +113,8 @@ def _drift_words(walk_m: float, run_m: float) -> str:
 
 
 def _force_words(values: tuple[float, ...]) -> str:
-    told = (f"{axis} {number_text(v, 2)}" for axis, v in zip("xyz", values, strict=True))
-    return ", ".join(told) + " N (walking)"
+    words = (f"{axis} {number_text(v, 2)}" for axis, v in zip("xyz", values, strict=True))
+    return ", ".join(words) + " N (walking)"
 
 
 def _velocity_words(values: tuple[float, ...]) -> str:

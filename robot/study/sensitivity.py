@@ -19,10 +19,18 @@ from record.whole_file import check_room, writing
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json
 from robot.console.table import Column, table_lines
-from robot.report.contact_fit import NAIVE_MU, NAIVE_STIFFNESS, Fits, fit_contact
 from robot.report.pictures import DOTS_PER_INCH
 from robot.report.plots import PREDICTED, STYLE, TRUE
-from robot.report.walk_frames import WalkFrames, halves, joined, walk_frames
+from robot.report.walk_frames import (
+    NAIVE_MU,
+    NAIVE_STIFFNESS,
+    Fits,
+    WalkFrames,
+    fit_contact,
+    halves,
+    joined,
+    walk_frames,
+)
 
 QUANTITIES = ("heading", "side", "turning", "roll", "pitch", "Fx", "Fy", "Fz")
 UNITS = ("mm/s", "mm/s", "mrad/s", "mrad", "mrad", "N", "N", "N")

@@ -105,10 +105,7 @@ class WalkComparison:
 
 
 def compare_walk(log: Recording) -> WalkComparison:
-    """Run both laws over the walking part of a recording.
-
-    Args:
-        log: A walk, virtual or real.
+    """Run both laws over the walking part of a recording, virtual or real.
 
     Raises:
         ModelError: There is no walking in it, or too little to filter.
