@@ -12,8 +12,17 @@ from gap.worker_pool import worker_pool
 from model.errors import ConfigError, GapError, RecordError
 from record.trial.header import read_text
 from record.whole_file import write_text
-from robot.campaign.case import CaseRequest, answer_case, commission_case, read_case
-from robot.campaign.folder import CaseFiles, Label, campaign_cases, parse_labels, read_answer
+from robot.campaign.case import (
+    CaseFiles,
+    CaseRequest,
+    Label,
+    answer_case,
+    campaign_cases,
+    commission_case,
+    parse_labels,
+    read_answer,
+    read_case,
+)
 from robot.campaign.score_text import score_lines, score_markdown
 from robot.campaign.seal import OPEN_NAME, SEALED_NAME, read_key, unseal
 from robot.campaign.visible import Visibility, measure_visibility

@@ -24,8 +24,7 @@ from gap.worker_pool import worker_pool
 from model.errors import GapError
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial
-from robot.campaign.case import read_case
-from robot.campaign.folder import CaseFiles, Label, keep_json
+from robot.campaign.case import CaseFiles, Label, keep_json, read_case
 from robot.campaign.plan import Scenario, read_scenario
 from robot.config.robot_file import load_robot
 from robot.console.progress import ProgressBar

@@ -61,15 +61,16 @@ def _trajectory(log: Recording) -> Figure:
     figure = Figure(figsize=(9, 3.6), layout="constrained")
     ax: Axes = figure.subplots()
     thin = _thin(log)
-    reckoned = _in_truth_frame(log, log.dead_reckoning_pose)[thin]
+    curves = [
+        ("dead reckoning", _in_truth_frame(log, log.dead_reckoning_pose), PREDICTED, 1.5, "--"),
+        ("estimator", _in_truth_frame(log, log.estimate_pose), ESTIMATED, 1.5, "-."),
+    ]
     if log.has_truth:
-        true = planar_pose(log)[thin]
-        ax.plot(*true[:, :2].T, color=TRUE, lw=2.5, label="true")
-    ax.plot(*reckoned[:, :2].T, color=PREDICTED, lw=1.5, ls="--", label="dead reckoning")
-    if np.isfinite(log.estimate_pose).any():
-        estimate = _in_truth_frame(log, log.estimate_pose)[thin]
-        ax.plot(*estimate[:, :2].T, color=ESTIMATED, lw=1.5, ls="-.", label="estimator")
-    _headings(ax, true if log.has_truth else reckoned)
+        curves.insert(0, ("true", planar_pose(log), TRUE, 2.5, "-"))
+    for name, pose, colour, width, style in curves:
+        if name != "estimator" or np.isfinite(pose).any():
+            ax.plot(*pose[thin, :2].T, color=colour, lw=width, ls=style, label=name)
+    _headings(ax, curves[0][1][thin])
     _widen(ax, LEAST_M)
     ax.set_aspect("equal", adjustable="datalim")
     ax.set(xlabel="x [m]", ylabel="y [m]")

@@ -13,24 +13,6 @@ from record.log.recording import Recording
 from robot.control.stops import cause_words
 
 
-class SquareMean:
-    """Mean squares along x, y, z (or vx, vy, yaw rate), over the rows in which all three are known."""
-
-    def __init__(self) -> None:
-        self._total = np.zeros(3)
-        self._count = 0
-
-    def add(self, rows: FloatArray) -> None:
-        """Add rows, (..., 3)."""
-        known = rows[np.isfinite(rows).all(axis=-1)]
-        self._total += np.sum(known**2, axis=0)
-        self._count += len(known)
-
-    def root(self) -> tuple[float, ...]:
-        """Return the RMS of each, NaN where no row is known."""
-        return tuple(np.sqrt(self._total / (self._count or np.nan)).tolist())
-
-
 class RunTotals:
     """Sums and thin columns over all blocks of a log so far.
 
@@ -48,7 +30,6 @@ class RunTotals:
         self.stop_s = float("nan")
         self.stop_cause = ""
         self.estimate_sd = np.full(3, np.nan)
-        self._squares: defaultdict[str, SquareMean] = defaultdict(SquareMean)
         self._columns: defaultdict[str, list[Any]] = defaultdict(list)
 
     def add(self, block: Recording) -> None:
@@ -57,14 +38,6 @@ class RunTotals:
         self.estimate_sd = block.estimate_pose_sd[-1]
         walking = block.mode == Mode.WALK.value
         predicted, estimate = block.predicted_velocity_B, block.estimate_velocity_B
-        for name, rows in {
-            "velocity_rmse": predicted - block.truth_velocity_B,
-            "velocity_rms": block.truth_velocity_B,
-            "force_rmse_n": block.predicted_force_n - block.force_n,
-            "estimate_rmse": estimate - block.truth_velocity_B,
-            "estimate_force_rmse_n": block.estimate_force_n - block.force_n,
-        }.items():
-            self._squares[name].add(rows[walking])
         for name, values in {
             "t_s": block.t_s,
             "walking": walking,
@@ -81,6 +54,11 @@ class RunTotals:
             "forces": [np.isfinite(block.force_n).any()],
             "true_slip": _known(true_forward_slip(block)[walking]),
             "predicted_slip": _known(block.predicted_slip_B[walking, :, 0]),
+            "velocity_rmse": _squares((predicted - block.truth_velocity_B)[walking]),
+            "velocity_rms": _squares(block.truth_velocity_B[walking]),
+            "force_rmse_n": _squares((block.predicted_force_n - block.force_n)[walking]),
+            "estimate_rmse": _squares((estimate - block.truth_velocity_B)[walking]),
+            "estimate_force_rmse_n": _squares((block.estimate_force_n - block.force_n)[walking]),
         }.items():
             self._columns[name].append(values)
 
@@ -103,8 +81,9 @@ class RunTotals:
         return np.concatenate(self._columns[name])
 
     def rms(self, name: str) -> tuple[float, ...]:
-        """Return the RMS while walking of what a field of ``Summary`` is of, NaN where nothing is known."""
-        return self._squares[name].root()
+        """Return the RMS of x, y, z (or vx, vy, yaw rate) that was kept under a name while walking."""
+        *total, count = self.column(name).sum(axis=0)
+        return tuple(np.sqrt(np.array(total) / (count or np.nan)).tolist())
 
     @property
     def truth(self) -> bool:
@@ -114,6 +93,12 @@ class RunTotals:
     def true_pose(self) -> FloatArray:
         """Return true x, y [m] and yaw [rad, unwrapped], (T, 3)."""
         return np.column_stack([self.column("place"), unwrap_known(self.column("yaw"))])
+
+
+def _squares(rows: FloatArray) -> FloatArray:
+    """Sum of squares of each column over the rows, (..., 3), that are known, and their number, (1, 4)."""
+    known = rows[np.isfinite(rows).all(axis=-1)]
+    return np.array([[*np.sum(known**2, axis=0), len(known)]])
 
 
 def _known(values: FloatArray) -> FloatArray:

@@ -3,18 +3,13 @@
 import math
 
 from model.values.faults import StopReason
-from robot.console.table import number_text, row_lines
+from robot.console.table import number_text
 from robot.control.stops import STOPS
 from robot.report.summary import PERCENTILES, Summary, reason_of
 
 Row = tuple[str, str]
 MOST_LAST_FAULTS = 3
 MISSED_LIMIT = 0.02  # of the periods of a run
-
-
-def summary_lines(summary: Summary, columns: int | None = None) -> list[str]:
-    """Return the summary as lines of text for a person, broken at words to so many columns."""
-    return row_lines(summary_rows(summary), columns)
 
 
 def summary_rows(summary: Summary) -> list[Row]:

@@ -5,7 +5,7 @@ from pathlib import Path
 from gap.check.score import CONTROL, SINGLE, Truth
 from gap.interfaces import Cause
 from record.trial.trial import write_trial
-from robot.campaign.folder import CaseFiles, Label
+from robot.campaign.case import CaseFiles, Label
 from robot.campaign.visible import FEWEST_CONTROLS, measure_visibility
 from tests.gap.walks import cause, walk
 
