@@ -77,11 +77,11 @@ def check_campaign(request: CheckRequest) -> ExitCode:
     answer_all(without_effect, request.jobs, "without their effect")
     standing = commission_case(blind[0], out / STANDING) if blind[0].references else ()
     visible = measure_visibility(files, labels, request.scenario, out, request.jobs, standing)
-    cases = []
-    for name, kind, answer in (*to_score, *removed):
-        known = visible.get(name, Visibility(nan, nan))
-        truths = labels[name].truths
-        cases.append(Case(name, kind, truths, read_answer(answer), known.visible, known.reachable))
+    unknown = Visibility(nan, nan)
+    cases = [
+        Case(name, kind, labels[name].truths, read_answer(answer), *visible.get(name, unknown))
+        for name, kind, answer in (*to_score, *removed)
+    ]
     _, simulator = read_case(files[0].trials[:1])
     neutral = {(e.name, p.name): p.neutral for e in simulator.effects for p in e.parameters}
     counted, confused = figures(cases, neutral), confusions(cases)

@@ -20,7 +20,6 @@ from robot.report.pictures import pictures
 from robot.study.model_plots import draw_predictions
 from robot.study.systems import build_system
 
-BOTH = "both"
 DOTS_PER_INCH = 80
 
 
@@ -48,7 +47,7 @@ def run_model(request: ModelRunRequest) -> ExitCode:
         RecordError: A picture that cannot be written.
     """
     check_room(request.out, "--out", ".html", ".png")
-    laws = tuple(FrictionLaw) if request.law == BOTH else (FrictionLaw(request.law),)
+    laws = tuple(FrictionLaw) if request.law == "both" else (FrictionLaw(request.law),)
     predictions = []
     for law in laws:
         system = build_system(

@@ -116,8 +116,7 @@ def compare_walk(log: Recording) -> WalkComparison:
         raise ModelError(
             f"the recording holds {len(walking)} walking ticks; at least {FILTER_WINDOW} are needed"
         )
-    feet = _feet(log, config)
-    feet = FootMotion(feet.position_m[walking], feet.velocity_m_s[walking])
+    feet = FootMotion(*(values[walking] for values in _feet(log, config)))
     tilt = _tilt(log)[walking]
     t_s = log.t_s[walking]
     start = np.array([*log.truth_position_W[walking[0], :2], tilt[0, 2]])
@@ -170,14 +169,14 @@ def _solve(
     return solved, 1e6 * float(np.median(times_s)) / len(feet.position_m)
 
 
-def _feet(log: Recording, config: RobotConfig) -> FootMotion:
-    """Feet in the body from the shaft angles, velocities as in the paper's setup."""
+def _feet(log: Recording, config: RobotConfig) -> tuple[FloatArray, FloatArray]:
+    """Positions of the feet in the body from the shaft angles, velocities as in the paper's setup."""
     parameters = config.parameters
     linkage = Linkage(parameters.linkage, parameters.legs.shaft_position)
     position = linkage.feet(log.angle_rad, np.zeros_like(log.angle_rad)).position_m
     period_s = float(np.median(np.diff(log.t_s)))
     velocity = savgol_filter(position, FILTER_WINDOW, FILTER_ORDER, deriv=1, delta=period_s, axis=0)
-    return FootMotion(position, velocity)
+    return position, velocity
 
 
 def _tilt(log: Recording) -> FloatArray:
