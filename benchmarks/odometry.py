@@ -21,17 +21,16 @@ from model.estimator.settings import EstimatorSettings, numbers_of
 from model.estimator.step_kernel import WalkNoise
 from model.kinematics.four_bar import Linkage
 from model.quasistatic.frames import FrictionLaw, solve_frames
-from model.values.arrays import FloatArray, root_mean_square
+from model.values.arrays import FloatArray, known_mean, root_mean_square
 from model.values.estimate import BIAS, FIXED, SCALE, VELOCITY, OdometryInputs
 from model.values.parameters import ContactParameters
 from record.log.reader import read_log, read_stamped_ticks
 from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
 from robot.odometry.compare import compare_ways, true_motion, walking_part
-from robot.odometry.metrics import in_band, mean_of, nees
+from robot.odometry.metrics import in_band, nees
 from robot.odometry.request import OdomRequest
 from robot.odometry.track import TrackedLog, track, track_log
-from robot.report.contact_fit import fit_contact
-from robot.report.walk_frames import walk_frames
+from robot.report.walk_frames import fit_contact, walk_frames
 from tests.model.estimator_world import CONTACT, PERIOD_NS, WEIGHT_N, simulate, slip_of_feet
 
 SLIPPING_CYCLES = 4
@@ -66,7 +65,8 @@ def judge(gait: str, seed: int, folder: Path) -> Row:
     return Row((
         *ratio.tolist(), 1e3 * mine.velocity_rmse[0], 1e3 * naive.velocity_rmse[0],
         mine.rpe_percent[1], naive.rpe_percent[1], mine.end_percent, naive.end_percent,
-        *forces, mean_of(found.twist_nees), mean_of(found.pose_nees), mean_of(run.nis_over_dof),
+        *forces,
+        *map(known_mean, (found.twist_nees, found.pose_nees, run.nis_over_dof)),
         float(np.corrcoef(after.mu, mu)[0, 1]),
         float(np.corrcoef(after.stiffness, stiffness)[0, 1]),
         *np.percentile(run.step_us, [50, 99]).tolist(),
@@ -183,7 +183,7 @@ def ukf(folder: Path, seed: int = 901, ticks: int = 600) -> None:
         ekf = track(walked, config).velocity_B
         unscented = _unscented(inputs, robot.contact, weight_n, np.zeros(3))
         for name, velocity in (("EKF", ekf), ("UKF", unscented)):
-            error = 1e3 * root_mean_square(velocity - truth[1])
+            error = 1e3 * root_mean_square(velocity - truth.velocity_B)
             print(f"{gait} {name}: RMSE {error[0]:.3f} {error[1]:.3f} mm/s, {error[2]:.3f} mrad/s")
         print(f"  apart: {1e3 * root_mean_square(unscented - ekf)}", flush=True)
 

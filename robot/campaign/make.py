@@ -18,11 +18,11 @@ from robot.campaign.seal import (
     ENTROPY_BYTES,
     OPEN_NAME,
     SEALED_NAME,
+    Labels,
     labels_of,
     make_key,
     seal,
     unseal,
-    write_open,
 )
 from robot.console.exit_codes import ExitCode
 from robot.console.installed import how_to_install
@@ -104,7 +104,7 @@ def _labels(request: CampaignRequest, scenario: Scenario) -> tuple[bytes, str]:
         if sealed.exists():
             there = unseal(folder, key)
             drawn = labels_of(draw_cases(scenario, there.entropy), there.entropy)
-            _check_same(drawn.text, there.text, folder)
+            _check_same(drawn, there.text, folder)
             return there.entropy, hashlib.sha256(sealed.read_bytes()).hexdigest()
         entropy = secrets.token_bytes(ENTROPY_BYTES)
         return entropy, seal(labels_of(draw_cases(scenario, entropy), entropy), folder, key)
@@ -113,13 +113,13 @@ def _labels(request: CampaignRequest, scenario: Scenario) -> tuple[bytes, str]:
     entropy = hashlib.sha256(f"campaign {scenario.seed}".encode()).digest()
     labels = labels_of(draw_cases(scenario, entropy), entropy)
     if opened.exists():
-        _check_same(labels.text, opened.read_text(encoding="utf-8"), folder)
-    write_open(labels, folder)
+        _check_same(labels, opened.read_text(encoding="utf-8"), folder)
+    opened.write_text(labels.text, encoding="utf-8")
     return entropy, ""
 
 
-def _check_same(now: str, before: str, folder: Path) -> None:
-    if now != before:
+def _check_same(now: Labels, before: str, folder: Path) -> None:
+    if now.text != before:
         raise RecordError(f"{folder} holds another scenario's campaign; choose another --out")
 
 

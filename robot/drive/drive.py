@@ -22,12 +22,13 @@ from robot.config.robot_file import RobotConfig, load_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.program_output import complain, keep_earlier, stop_output
 from robot.console.screen_fit import columns_of
+from robot.console.table import row_lines
 from robot.control.controller import Controller
 from robot.control.effect_uses import true_forces_of, unused_notes
 from robot.control.stops import STOPS
 from robot.drive.request import DriveRequest, open_robot
-from robot.report.long_log import read_summary
-from robot.report.summary_text import busy_words, summary_lines
+from robot.report.summary import read_summary
+from robot.report.summary_text import busy_words, summary_rows
 from robot.run.header import TappedLog, open_log
 from robot.run.loop import Operator, RunResult, no_full_collection, run
 from robot.run.operator import Interrupts, Script, ScriptedOperator
@@ -201,7 +202,7 @@ def _say(log: Path | None, result: RunResult, log_error: str) -> ExitCode:
             print(f"done ({words}), {torque}", flush=True)
         if log is not None and not log_error:
             summary, _ = read_summary(log)
-            for line in summary_lines(summary, columns_of(sys.stdout)):
+            for line in row_lines(summary_rows(summary), columns_of(sys.stdout)):
                 print(line)
             print(f"log: {log}   (bigant show {log})")
         elif result.last is not None:

@@ -1,7 +1,7 @@
 """``bigant gap apply``: a diagnosis into a corrected robot file, and the gap measured again through it."""
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 from gap.diagnosis.findings import Verdict
@@ -72,25 +72,23 @@ def apply_diagnosis(request: ApplyRequest) -> ExitCode:
 
 
 def _check(found: ReadDiagnosis, *, anyway: bool) -> None:
-    path = found.path
+    path, why = found.path, ""
     if found.simulator not in LEGGED_SIMULATORS:
-        raise GapError(
-            f"{path} is of the {found.simulator} simulator, whose machine is no robot of ours; apply its "
-            "numbers to your own file"
+        why = (
+            f"is of the {found.simulator} simulator, whose machine is no robot of ours; apply its numbers "
+            "to your own file"
         )
-    if not found.causes:
-        raise GapError(
-            f"{path} names no cause (verdict {found.verdict}): there is nothing to apply"
+    elif not found.causes:
+        why = f"names no cause (verdict {found.verdict}): there is nothing to apply"
+    elif found.on_bound and not anyway:
+        why = (
+            f"says that {', '.join(found.on_bound)} is on its bound, so it is no effect of this form; look "
+            "for another cause, or add --anyway"
         )
-    if found.on_bound and not anyway:
-        raise GapError(
-            f"{', '.join(found.on_bound)} is on its bound, so it is not an effect of this form; look for "
-            "another cause, or add --anyway"
-        )
-    if found.verdict == Verdict.UNEXPLAINED.value and not anyway:
-        raise GapError(
-            f"{path} says that its causes do not explain the gap; apply them all the same with --anyway"
-        )
+    elif found.verdict == Verdict.UNEXPLAINED.value and not anyway:
+        why = "says that its causes do not explain the gap; apply them all the same with --anyway"
+    if why:
+        raise GapError(f"{path} {why}")
 
 
 def _robot_text(found: ReadDiagnosis, runs: Runs | None, robot: Path | None) -> str:
@@ -142,25 +140,20 @@ def _lines(out: Path, found: ReadDiagnosis, edited: Edited, far: HowFar | None) 
 
 
 def _as_json(out: Path, edited: Edited, far: HowFar | None) -> dict[str, object]:
-    return {
-        "file": out,
-        "keys": edited.edits,
-        "effects": [
-            {
-                "effect": e.effect,
-                "leg": "".join(e.joints),
-                "parameters": EFFECTS[e.effect].named(e.values),
-                "use": USES[e.effect].value,
-            }
-            for e in edited.effects
-        ],
-        "gap": None
-        if far is None
-        else {
-            "before": far.before,
-            "after": far.after,
-            "shrink": far.shrink,
-            "shrink_interval": [far.low, far.high],
-            "channels": [asdict(one) for one in far.channels],
-        },
-    }
+    effects = [
+        {
+            "effect": e.effect,
+            "leg": "".join(e.joints),
+            "parameters": EFFECTS[e.effect].named(e.values),
+            "use": USES[e.effect].value,
+        }
+        for e in edited.effects
+    ]
+    gap = None if far is None else {
+        "before": far.before,
+        "after": far.after,
+        "shrink": far.shrink,
+        "shrink_interval": [far.low, far.high],
+        "channels": far.channels,
+    }  # fmt: skip
+    return {"file": out, "keys": edited.edits, "effects": effects, "gap": gap}

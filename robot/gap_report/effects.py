@@ -36,9 +36,8 @@ def list_effects(request: EffectsRequest) -> ExitCode:
         effects += [user.effect for user in read_effects(request.effects, STAGES, taken)]
     if request.stage is not None:
         if request.stage not in STAGES:
-            raise ConfigError(
-                "--stage", f"{request.stage!r} is none; stages are {', '.join(STAGES)}"
-            )
+            words = f"{request.stage!r} is none; stages are {', '.join(STAGES)}"
+            raise ConfigError("--stage", words)
         effects = [effect for effect in effects if effect.stage == request.stage]
     if request.json:
         print_json([_as_json(effect) for effect in effects])
@@ -64,10 +63,8 @@ def _lines(effects: Sequence[Effect]) -> list[str]:
         here = [effect for effect in effects if effect.stage == stage]
         lines += [stage.upper()] if here else []
         for effect in here:
-            scopes = ", ".join(
-                "whole robot" if scope is Scope.ALL else "single legs" for scope in effect.scopes
-            )
-            lines.append(f"  {effect.name}  ({scopes})")
+            scopes = ("whole robot" if s is Scope.ALL else "single legs" for s in effect.scopes)
+            lines.append(f"  {effect.name}  ({', '.join(scopes)})")
             lines += [f"      {_words(parameter)}" for parameter in effect.parameters]
             for text in (effect.physics, f"To do: {effect.remedy}"):
                 lines += textwrap.wrap(

@@ -1,12 +1,12 @@
 """``bigant odom LOG``: the estimator over a log, judged against the truth if there is one."""
 
-import json
 import sys
 
 import numpy as np
 
 from record.log.reader import LogContents, read_log
 from robot.console.exit_codes import ExitCode
+from robot.console.json_output import print_json
 from robot.console.program_output import complain
 from robot.console.progress import ProgressLine
 from robot.console.screen_fit import columns_of
@@ -15,8 +15,7 @@ from robot.odometry.compare import compare_ways, stride_of
 from robot.odometry.request import OdomRequest
 from robot.odometry.table import as_json, table
 from robot.odometry.track import track_log
-from robot.report.contact_fit import fit_contact
-from robot.report.walk_frames import walk_frames
+from robot.report.walk_frames import fit_contact, walk_frames
 
 
 def odom(request: OdomRequest) -> ExitCode:
@@ -41,17 +40,17 @@ def odom(request: OdomRequest) -> ExitCode:
     elif request.compare and log.has_truth:
         stride_m, source = stride_of(log), "this log's own truth, so it ends well by itself"
     found = compare_ways(tracked, fitted=fitted, stride_m=stride_m)
+    shown = found if request.compare else found.of_estimator()
     if request.json:
-        print(json.dumps(as_json(found, log.names), indent=2))
+        print_json(as_json(found))
     else:
-        width = columns_of(sys.stdout)
-        print(*table(found, log.names, everything=request.compare, width=width), sep="\n")
+        print(*table(shown, columns_of(sys.stdout)), sep="\n")
         if source:
             print(f"distance a stride: {1e3 * stride_m:.1f} mm a cycle, from {source}")
     if request.out is not None:
         from robot.odometry.files import write  # pictures and pages take a second to load
 
-        write(found, log, path, request.out, everything=request.compare)
+        write(shown, log, path, request.out)
         if not request.json:
             print(f"written: {request.out}")
     return ExitCode.OK

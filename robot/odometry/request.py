@@ -36,10 +36,7 @@ class OdomRequest:
     json: bool = False
 
     def config(self, own: str = "") -> RobotConfig:
-        """Return the robot to believe in.
-
-        Args:
-            own: The robot file in the log; without one the usual robot.
+        """Return the robot to believe in; ``own`` is the robot file in the log, if there is one.
 
         Raises:
             ConfigError: The robot file is none.

@@ -19,6 +19,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> ExitCode:
     """List what a log holds."""
-    from robot.report.log_info import info
+    from robot.report.log_files import info
 
     return info(options.path, as_json=options.json)

@@ -14,7 +14,7 @@ from record.log.reader import LogContents, read_log, read_stamped_ticks
 from robot.cli.main import run
 from robot.config.robot_file import load_robot, parse_robot
 from robot.control.effect_uses import true_forces_of, true_forces_of_log
-from robot.report.long_log import read_summary
+from robot.report.summary import read_summary
 from robot.view.numbers import numbers_of
 from robot.view.screen import ScreenView
 from robot.view.true_ticks import ticks_with_true_forces

@@ -20,9 +20,8 @@ from robot.cli import main as cli
 from robot.cli.model import sensitivity as model_sensitivity
 from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
 from robot.console.exit_codes import ExitCode
-from robot.report.contact_fit import fit_contact
-from robot.report.walk_frames import halves, joined, smooth_rate, walk_frames
-from robot.study.sensitivity_table import compare
+from robot.report.walk_frames import fit_contact, halves, joined, smooth_rate, walk_frames
+from robot.study.sensitivity import compare
 from tests.gap.test_correction import corrected
 from tests.gap.walks import cause
 from tests.robot.runs import Told, drive, wish
