@@ -1,7 +1,7 @@
 """An hour of virtual time with random faults of every kind: nothing wrong may pass for right.
 
 ``python -m benchmarks soak`` runs the whole loop (real drivers and SDK, controller, safety gate) at 100 Hz
-on virtual devices on a bench (``sim_hw.host.bench_world``). Each reply and datagram is hit by each kind of
+on virtual devices on a bench (``benchmarks.bench_world``). Each reply and datagram is hit by each kind of
 fault with probability 1 %, and each kind that lasts is on for 1 % of the time. A run that stops is
 followed by the next, until the hour is over.
 
@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 from scipy.constants import g as standard_gravity
 
+from benchmarks.bench_world import BenchWorld
 from drivers.dynamixel.mx106 import CURRENT_UNIT_A
 from model.errors import BusError, ForceStreamError, RecordError
 from model.values.arrays import FloatArray, IntArray
@@ -35,11 +36,9 @@ from robot.run.loop import run
 from robot.run.rig import Rig
 from robot.virtual.open import VirtualSettings, open_in_memory
 from sim_hw.dynamixel.firmware import FirmwareBank
-from sim_hw.faults.catalog import KINDS
-from sim_hw.faults.kinds import ChanceFault, Fault
+from sim_hw.faults.kinds import KINDS, STALL_CURRENT_A, ChanceFault, Fault
 from sim_hw.faults.scenario import Course, Scenario
-from sim_hw.faults.servo_kinds import STALL_CURRENT_A
-from sim_hw.host.bench_world import BenchWorld
+from sim_hw.interfaces import MotorReadings
 
 RUN_S = 60.0
 SHARE = 0.01
@@ -88,13 +87,13 @@ class MarkedBench(BenchWorld):
     def stepped(self, t_ns: int) -> None:
         """Mark this step and keep what it was."""
         self._mark = self._random.uniform(-PATTERN_A, PATTERN_A, len(self._mark))
-        self.past.append((t_ns, self.encoder_ticks.copy(), self.current_a.copy()))
+        now = self.motors()
+        self.past.append((t_ns, now.ticks.copy(), now.current_a))
 
-    @property
-    def current_a(self) -> FloatArray:
-        """Motor current with the mark of this step."""
-        marked: FloatArray = super().current_a + self._mark
-        return marked
+    def motors(self) -> MotorReadings:
+        """The motors, their currents with the mark of this step."""
+        now = super().motors()
+        return now._replace(current_a=now.current_a + self._mark)
 
     def wrench(self, t_ns: int) -> FloatArray:
         """Wrench with a mark of its own."""

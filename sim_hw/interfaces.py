@@ -5,10 +5,28 @@ whoever hosts them (the device process, a test) sees a device only as something 
 """
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from model.values.arrays import BoolArray, FloatArray
 from model.values.readings import BodyTruth
+
+
+class MotorReadings(NamedTuple):
+    """The motors as the servos' sensors see them, each in its servo's own sense.
+
+    Attributes:
+        ticks: Output position, continuous, before quantisation, (N,) [ticks, 4096 a turn].
+        rate_rad_s: Output speed, (N,) [rad/s].
+        current_a: Motor current, signed, (N,) [A].
+        supply_v: Voltage at each servo, (N,) [V].
+        temperature_c: Motor temperature, (N,) [degC].
+    """
+
+    ticks: FloatArray
+    rate_rad_s: FloatArray
+    current_a: FloatArray
+    supply_v: FloatArray
+    temperature_c: FloatArray
 
 
 class MotorWorld(Protocol):
@@ -18,29 +36,12 @@ class MotorWorld(Protocol):
         """Let the world run until ``t_ns``; nothing happens if it is already there."""
         ...
 
-    @property
-    def encoder_ticks(self) -> FloatArray:
-        """Output position, continuous, before quantisation, (N,) [ticks, 4096 a turn]."""
+    def motors(self) -> MotorReadings:
+        """Return what the sensors give now."""
         ...
 
-    @property
-    def encoder_rate(self) -> FloatArray:
-        """Output speed in the servo's own sense, (N,) [rad/s]."""
-        ...
-
-    @property
-    def current_a(self) -> FloatArray:
-        """Motor current, signed in the servo's own sense, (N,) [A]."""
-        ...
-
-    @property
-    def supply_v(self) -> FloatArray:
-        """Voltage at each servo, (N,) [V]."""
-        ...
-
-    @property
-    def temperature_c(self) -> FloatArray:
-        """Motor temperature, (N,) [degC]."""
+    def jam(self, index: int, torque_n_m: float) -> None:
+        """Give a shaft so much dry friction on top of its own; 0 frees it."""
         ...
 
 
@@ -72,11 +73,7 @@ class WrenchSource(Protocol):
 
 
 class HostedWorld(MotorWorld, WrenchSource, Protocol):
-    """A world that virtual devices stand in: motors that can be jammed, transducers, perhaps a body."""
-
-    def jam(self, index: int, torque_n_m: float) -> None:
-        """Give a shaft so much dry friction on top of its own; 0 frees it."""
-        ...
+    """A world that virtual devices stand in: motors, transducers, perhaps a body."""
 
     def stand_still_until(self, t_ns: int) -> None:
         """Skip the time until ``t_ns``, in which nothing happens."""

@@ -11,19 +11,24 @@ from model.errors import ConfigError
 T = TypeVar("T")
 
 
-def within(default: Any, low: float, high: float) -> Any:
-    """A number (or list of numbers) with bounds, both included."""
-    return dataclasses.field(default=default, metadata={"low": low, "high": high})
+def within(default: Any, low: float, high: float, text: str) -> Any:
+    """A number (or list of numbers) with bounds, both included, and what it means."""
+    return dataclasses.field(default=default, metadata={"low": low, "high": high, "text": text})
 
 
-def needed(low: float, high: float) -> Any:
-    """A number with bounds that the file must give."""
-    return dataclasses.field(metadata={"low": low, "high": high})
+def needed(low: float, high: float, text: str) -> Any:
+    """The same, of a number that the file must give."""
+    return dataclasses.field(metadata={"low": low, "high": high, "text": text})
 
 
-def among(*choices: str) -> Any:
+def among(*choices: str, text: str) -> Any:
     """A word out of some; the first is the default."""
-    return dataclasses.field(default=choices[0], metadata={"choices": choices})
+    return dataclasses.field(default=choices[0], metadata={"choices": choices, "text": text})
+
+
+def value(default: Any, text: str) -> Any:
+    """True or false, or any text."""
+    return dataclasses.field(default=default, metadata={"text": text})
 
 
 def read_table(kind: type[T], table: Any, path: str, also: tuple[str, ...] = ()) -> T:

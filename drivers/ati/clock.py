@@ -106,7 +106,14 @@ class DeviceClock:
         if reached // U32 > self._ticks // U32:
             self.rollovers += 1
         self._ticks = reached
-        return (reached - self._first_ticks) * 1_000_000_000 // TICKS_PER_SECOND
+        return self._since_first_ns(reached)
+
+    def _since_first_ns(self, ticks: int) -> int:
+        return (ticks - self._first_ticks) * 1_000_000_000 // TICKS_PER_SECOND
+
+    def _host_ns(self, ticks: int) -> int:
+        device_ns = self._since_first_ns(ticks)
+        return self._first_host_ns + device_ns + round(self._level(device_ns))
 
     def _stepped(self, excess_ns: float, host_ns: int) -> bool:
         if excess_ns < -EARLY_NS:
@@ -142,9 +149,7 @@ class DeviceClock:
         if self._ticks is None or not self._records:
             return None
         step = (device_ticks - self._ticks + U32 // 2) % U32 - U32 // 2
-        ticks = self._ticks + step - self._first_ticks
-        device_ns = ticks * 1_000_000_000 // TICKS_PER_SECOND
-        return self._first_host_ns + device_ns + round(self._level(device_ns))
+        return self._host_ns(self._ticks + step)
 
     def estimate(self) -> ClockEstimate | None:
         """Return offset and drift as known now; None before the first record."""
@@ -152,10 +157,8 @@ class DeviceClock:
             return None
         span_ns = self._lowest[-1][0] - self._lowest[0][0]
         stamp_ns = self._ticks * 1_000_000_000 // TICKS_PER_SECOND
-        newest_ns = (self._ticks - self._first_ticks) * 1_000_000_000 // TICKS_PER_SECOND
-        host_ns = self._first_host_ns + newest_ns + round(self._level(newest_ns))
         return ClockEstimate(
-            offset_ns=host_ns - stamp_ns,
+            offset_ns=self._host_ns(self._ticks) - stamp_ns,
             drift_ppm=self._line[2] * 1e6 if span_ns >= DRIFT_SPAN_NS else float("nan"),
             jitter_ns=self._jitter_ns,
             records=self._records,

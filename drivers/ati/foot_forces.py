@@ -67,29 +67,6 @@ def foot_wrenches(
     return wrench
 
 
-def foot_forces(
-    record: ForceRecord | None,
-    calibrations: Sequence[Calibration | None],
-    settings: ForceSensorSettings,
-    angle_rad: FloatArray,
-) -> FootForces:
-    """Calibrate one record.
-
-    Args:
-        record: The record, None if there never was one.
-        calibrations: Calibration of each leg's transducer, None where unknown, N of them.
-        settings: Transducer number, rotation, bias and in-situ calibration of each leg.
-        angle_rad: Shaft angles, (N,), NaN where unknown.
-
-    Returns:
-        Forces in body axes. NaN and ``valid`` False where a leg has no transducer, no calibration, is
-        not in the record, is saturated, or is not in the calibration file that is in use.
-    """
-    if record is None:
-        return no_forces(len(settings.names))
-    return ForceScales(calibrations, settings).forces(record, angle_rad)
-
-
 def no_forces(count: int) -> FootForces:
     """What is known of the forces on so many feet before the first record."""
     nothing = np.full((count, 3), np.nan)
@@ -97,7 +74,7 @@ def no_forces(count: int) -> FootForces:
 
 
 class ForceScales:
-    """Calibration of records, with what never changes worked out beforehand.
+    """Calibrates records, one a tick, with what never changes worked out beforehand.
 
     Args:
         calibrations: Calibration of each leg's transducer, None where unknown, N of them.
@@ -115,39 +92,26 @@ class ForceScales:
         self._mounting = tuple(
             zip(np.cos(yaw).tolist(), np.sin(yaw).tolist(), bias_n.tolist(), strict=True)
         )
-        numbers = settings.transducers.tolist()
-        # of each leg: place in a record, -1 without a sensor that is known; counts a newton
-        self._scales = tuple(
-            (-1, 1.0) if scale is None or number < 1 else (number - 1, scale.counts_per_n)
-            for number, scale in zip(numbers, calibrations, strict=False)
-        )
 
     def forces(self, record: ForceRecord, angle_rad: FloatArray) -> FootForces:
-        """Calibrate one record, as ``foot_forces``."""
-        settings = self._settings
-        if settings.calibration is None:
-            sensed = self._sensed(record)
-        else:
-            rows = np.array(_rows(record, self._calibrations, settings))
-            sensed = foot_wrenches(rows, settings, angle_rad)[:, :3].tolist()
+        """Calibrate one record.
+
+        Args:
+            record: The record.
+            angle_rad: Shaft angles, (N,), NaN where unknown.
+
+        Returns:
+            Forces in body axes. NaN and ``valid`` False where a leg has no transducer, no calibration, is
+            not in the record, is saturated, or is not in the calibration file that is in use.
+        """
+        sensed = _rows(record, self._calibrations, self._settings)
+        if self._settings.calibration is not None:
+            sensed = foot_wrenches(np.array(sensed), self._settings, angle_rad).tolist()
         found, valid = [], []
-        for (fx, fy, fz), (c, s, (bx, by, bz)) in zip(sensed, self._mounting, strict=True):
+        for (fx, fy, fz, *_), (c, s, (bx, by, bz)) in zip(sensed, self._mounting, strict=True):
             x, y = fx - bx, fy - by
             force = (c * x - s * y, s * x + c * y, fz - bz)
             whole = isfinite(force[0] + force[1] + force[2])
             found.append(force if whole else NO_FORCE)
             valid.append(whole)
         return FootForces(record.t_ns, readonly(np.array(found)), readonly(np.array(valid)))
-
-    def _sensed(self, record: ForceRecord) -> list[tuple[float, float, float]]:
-        """What the transducers read of the forces alone, a row a leg, [N]."""
-        counts: list[list[int]] = record.counts.tolist()
-        heard = (record.present & ~record.saturated).tolist()
-        sensed: list[tuple[float, float, float]] = []
-        for place, n in self._scales:
-            if place < 0 or not heard[place]:
-                sensed.append(NO_FORCE)
-                continue
-            row = counts[place]
-            sensed.append((row[0] / n, row[1] / n, row[2] / n))
-        return sensed

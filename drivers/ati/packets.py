@@ -23,8 +23,6 @@ WRAP_S = 2**20
 U32 = 2**32
 _HEADER = struct.Struct(">4IBB")
 _BLOCK = AXES * 4
-# A jump of the sequence number further than this is a device that started anew.
-RESTART_JUMP = 100_000
 
 
 class Command(enum.IntEnum):
@@ -181,29 +179,3 @@ def device_ticks(unix_time_ns: int) -> int:
     """Return the device stamp of a UNIX time."""
     ticks = unix_time_ns * TICKS_PER_SECOND // 1_000_000_000 + NTP_TO_UNIX_S * TICKS_PER_SECOND
     return ticks % U32
-
-
-class Arrival(enum.Enum):
-    """What the sequence number of a record says about it."""
-
-    NEXT = 0
-    AFTER_GAP = 1
-    DUPLICATE = 2
-    LATE = 3
-    RESTART = 4
-
-
-def classify(sequence: int, last: int) -> tuple[Arrival, int]:
-    """Compare a sequence number with the highest one so far; both wrap at 2^32.
-
-    Returns:
-        What it is, and how many samples are missing before it.
-    """
-    step = (sequence - last + U32 // 2) % U32 - U32 // 2
-    if abs(step) > RESTART_JUMP:
-        return Arrival.RESTART, 0
-    if step == 1:
-        return Arrival.NEXT, 0
-    if step > 1:
-        return Arrival.AFTER_GAP, step - 1
-    return (Arrival.DUPLICATE if step == 0 else Arrival.LATE), 0

@@ -5,30 +5,45 @@ the beginning, which looks like late records for as long as it had counted: so w
 order behind the newest, they are the new stream.
 """
 
-from dataclasses import dataclass
+import enum
 
-from drivers.ati.packets import U32, Arrival, classify
+from drivers.ati.packets import U32
 
+# A jump of the sequence number further than this is a unit that started anew.
+RESTART_JUMP = 100_000
 # So many records in order, behind the newest: the unit has started anew. A network delivers no such run.
 RESTART_RUN = 5
 
 
-@dataclass(frozen=True, slots=True)
-class Verdict:
-    """What a sequence number says.
+class Arrival(enum.Enum):
+    """What the sequence number of a record says about it."""
 
-    Attributes:
-        arrival: What the record is. Only NEXT, AFTER_GAP and RESTART are fresh.
-        missing: Samples lost before it.
-    """
-
-    arrival: Arrival
-    missing: int
+    NEXT = 0
+    AFTER_GAP = 1
+    DUPLICATE = 2
+    LATE = 3
+    RESTART = 4
 
     @property
     def fresh(self) -> bool:
         """Whether the record is newer than everything before."""
-        return self.arrival in {Arrival.NEXT, Arrival.AFTER_GAP, Arrival.RESTART}
+        return self in {Arrival.NEXT, Arrival.AFTER_GAP, Arrival.RESTART}
+
+
+def classify(sequence: int, last: int) -> tuple[Arrival, int]:
+    """Compare a sequence number with the highest one so far; both wrap at 2^32.
+
+    Returns:
+        What it is, and how many samples are missing before it.
+    """
+    step = (sequence - last + U32 // 2) % U32 - U32 // 2
+    if abs(step) > RESTART_JUMP:
+        return Arrival.RESTART, 0
+    if step == 1:
+        return Arrival.NEXT, 0
+    if step > 1:
+        return Arrival.AFTER_GAP, step - 1
+    return (Arrival.DUPLICATE if step == 0 else Arrival.LATE), 0
 
 
 class SequenceWatch:
@@ -39,23 +54,18 @@ class SequenceWatch:
         self._behind: int | None = None
         self._run = 0
 
-    def judge(self, sequence: int) -> Verdict:
-        """Judge one sequence number, u32."""
-        if self._newest is None:
-            return self._take(sequence, Arrival.NEXT, 0)
-        arrival, missing = classify(sequence, self._newest)
+    def judge(self, sequence: int) -> tuple[Arrival, int]:
+        """Return what a record is by its number (u32), and how many samples are missing before it."""
+        arrival, missing = Arrival.NEXT, 0
+        if self._newest is not None:
+            arrival, missing = classify(sequence, self._newest)
         if arrival is Arrival.LATE:
             in_order = self._behind is not None and (sequence - self._behind) % U32 == 1
             self._run = self._run + 1 if in_order else 1
             self._behind = sequence
             if self._run >= RESTART_RUN:
-                return self._take(sequence, Arrival.RESTART, 0)
-            return Verdict(arrival, 0)
-        if arrival is Arrival.DUPLICATE:
-            return Verdict(arrival, 0)
-        return self._take(sequence, arrival, missing)
-
-    def _take(self, sequence: int, arrival: Arrival, missing: int) -> Verdict:
-        self._newest = sequence
-        self._behind, self._run = None, 0
-        return Verdict(arrival, missing)
+                arrival = Arrival.RESTART
+        if arrival.fresh:
+            self._newest = sequence
+            self._behind, self._run = None, 0
+        return arrival, missing

@@ -15,7 +15,6 @@ from drivers.ati.clock import ClockEstimate, DeviceClock
 from drivers.ati.console import Console
 from drivers.ati.links import DatagramLink, TextLink
 from drivers.ati.packets import (
-    Arrival,
     Command,
     Led,
     Malformed,
@@ -24,7 +23,7 @@ from drivers.ati.packets import (
     parse_datagram,
 )
 from drivers.ati.repair import Background, Repair, Repaired, in_thread
-from drivers.ati.sequence import SequenceWatch
+from drivers.ati.sequence import Arrival, SequenceWatch
 from drivers.ati.settings import ForceSensorSettings
 from drivers.ati.setup import free_console, set_up
 from drivers.clock import Clock
@@ -164,17 +163,17 @@ class ForceStream:
         """Count what the sequence number says; return whether the record is to be used."""
         counters = self.counters
         counters.records += 1
-        verdict = self._sequence.judge(record.sequence)
-        if not verdict.fresh:
-            counters.duplicate += verdict.arrival is Arrival.DUPLICATE
-            counters.late += verdict.arrival is Arrival.LATE
+        arrival, missing = self._sequence.judge(record.sequence)
+        if not arrival.fresh:
+            counters.duplicate += arrival is Arrival.DUPLICATE
+            counters.late += arrival is Arrival.LATE
             return False
-        if verdict.arrival is Arrival.RESTART:
+        if arrival is Arrival.RESTART:
             counters.unit_restarts += 1
             self._device_clock.restart()
-        if verdict.missing:
-            counters.missing += verdict.missing
-            detail = f"{verdict.missing} samples lost"
+        if missing:
+            counters.missing += missing
+            detail = f"{missing} samples lost"
             self._faults.append(Fault(FaultKind.FORCE_GAP, "force unit", detail))
         self._device_clock.add(record.device_ticks, record.t_ns)
         self._note_sensors(record)

@@ -30,7 +30,6 @@ from drivers.dynamixel.requests import ServoRequests
 from drivers.dynamixel.settings import ServoBusSettings
 from drivers.dynamixel.setup import (
     BusReport,
-    checked_servos,
     configure_servos,
     find_servos,
     hold_at,
@@ -58,15 +57,13 @@ class ServoBus:
     Args:
         port: Port, not yet open.
         settings: Ids and mounting of the servos.
-        clock: The clock of the port.
     """
 
-    def __init__(self, port: ClockedPort, settings: ServoBusSettings, clock: Clock) -> None:
+    def __init__(self, port: ClockedPort, settings: ServoBusSettings) -> None:
         self.settings = settings
         self.report = BusReport((), ())
         self._port = port
-        self._clock = clock
-        self._packets = ServoRequests()
+        self._packets = ServoRequests(port)
         self._ids = [int(i) for i in settings.ids]
         self._configured = False
         self._torque_on = False
@@ -95,7 +92,7 @@ class ServoBus:
     @property
     def clock(self) -> Clock:
         """The clock of the port."""
-        return self._clock
+        return self._port.clock
 
     @property
     def latency_timer_ms(self) -> float | None:
@@ -125,7 +122,7 @@ class ServoBus:
             BusError: The port cannot be opened, or a servo is missing, of another kind or unusable.
         """
         self.open()
-        self.report = find_servos(self._port, self._packets, self.settings)
+        self.report = find_servos(self._port, self.servos(), self.settings)
         return self.report
 
     def configure(self) -> None:
@@ -134,7 +131,7 @@ class ServoBus:
         Raises:
             BusError: A servo does not take a setting.
         """
-        configure_servos(self._port, self._packets, self.settings)
+        configure_servos(self.servos())
         self._configured = True
 
     def close(self) -> None:
@@ -153,7 +150,7 @@ class ServoBus:
             ConnectionLost: The port is gone.
         """
         answers = self._sync_read()
-        now_ns = self._clock.now_ns()
+        now_ns = self._port.clock.now_ns()
         valid: BoolArray = np.array([answer.data is not None for answer in answers])
         self._seen_ns = np.where(valid, now_ns, self._seen_ns)
         self._poll_hardware_error(answers)
@@ -174,10 +171,10 @@ class ServoBus:
 
     def _sync_read(self) -> list[Answer]:
         """Read the registers of the loop, so that no answer still owed can be taken for a new one."""
-        self._lead = self._lead % LONGEST_LEAD + 1 if self._packets.owed(self._port) else 0
+        self._lead = self._lead % LONGEST_LEAD + 1 if self._packets.owed() else 0
         lead = self._lead
         answers = self._packets.sync_read(
-            self._port, self._ids, READ_ADDRESS - lead, READ_LENGTH + lead, self._return_delay_ms()
+            self._ids, READ_ADDRESS - lead, READ_LENGTH + lead, self._return_delay_ms()
         )
         if not lead:
             return answers
@@ -221,7 +218,7 @@ class ServoBus:
         if answers[index].code != COMM_SUCCESS:
             return  # it is silent just now, and would cost a second timeout
         register = REGISTER["hardware_error_status"]
-        answer = self._packets.read_byte(self._port, self._ids[index], register.address)
+        answer = self._packets.read_byte(self._ids[index], register.address)
         if answer.data is not None:
             self._hardware_error[index] = register.decode(answer.data)
 
@@ -283,7 +280,7 @@ class ServoBus:
         )
         goal = REGISTER["goal_position"]
         items = [(i, goal.encode(int(t))) for i, t in zip(self._ids, ticks, strict=True)]
-        self._packets.sync_write(self._port, goal.address, items)
+        self._packets.sync_write(goal.address, items)
 
     def torque_off(self) -> bool:
         """Switch all torque off and read it back.
@@ -312,15 +309,13 @@ class ServoBus:
         """Write a register as well as the port can."""
         register = REGISTER[name]
         with contextlib.suppress(BusError, OSError):
-            self._packets.write_unanswered(
-                self._port, servo_id, register.address, register.encode(value)
-            )
+            self._packets.write_unanswered(servo_id, register.address, register.encode(value))
 
     def _torque_of(self, servo_id: int) -> int | None:
         """Return Torque Enable as the servo says it, None if it says nothing."""
         register = REGISTER["torque_enable"]
         with contextlib.suppress(BusError, OSError):
-            answer = self._packets.read_byte(self._port, servo_id, register.address)
+            answer = self._packets.read_byte(servo_id, register.address)
             if answer.data is not None:
                 return register.decode(answer.data)
         return None
@@ -344,7 +339,8 @@ class ServoBus:
 
     def servos(self) -> list[CheckedServo]:
         """Return the servos in leg order, to be read and written by register name."""
-        return checked_servos(self._port, self._packets, self.settings)
+        legs = zip(self.settings.names, self._ids, strict=True)
+        return [CheckedServo(self._packets, leg, servo_id) for leg, servo_id in legs]
 
     def _legs(self, where: BoolArray) -> str:
         return ", ".join(leg for leg, here in zip(self.settings.names, where, strict=True) if here)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from drivers.dynamixel.frames import Instruction
-from drivers.dynamixel.mx106 import REGISTER
+from drivers.dynamixel.mx106 import REGISTER, registers_between
 from drivers.dynamixel.packets import Answer
 from drivers.dynamixel.port import ClockedPort
 from drivers.dynamixel.requests import ServoRequests
@@ -19,16 +19,37 @@ class CheckedServo:
     """Reads and writes of one servo that raise a ``BusError`` when they fail.
 
     Attributes:
-        port: Open port.
-        packets: How to ask.
+        packets: How to ask, over an open port.
         leg: Leg name, for the error.
         servo_id: Dynamixel id.
     """
 
-    port: ClockedPort
     packets: ServoRequests
     leg: str
     servo_id: int
+
+    @property
+    def port(self) -> ClockedPort:
+        """The port."""
+        return self.packets.port
+
+    @property
+    def who(self) -> str:
+        """Leg and id, for a person."""
+        return f"{self.leg} (id {self.servo_id})"
+
+    def error(self, what: str, register: str = "", code: int | None = None) -> BusError:
+        """Return an error about this servo.
+
+        Args:
+            what: What is wrong with it and what to do, after its name.
+            register: Register concerned, if one is.
+            code: Result code, if there is one.
+        """
+        ids = (self.servo_id,)
+        return BusError(
+            f"{self.who} {what}", port=self.port.name, ids=ids, register=register, code=code
+        )
 
     def read(self, name: str) -> int:
         """Return a register's value; asks again if an answer is lost on the way.
@@ -44,31 +65,31 @@ class CheckedServo:
 
     def answers_reads(self) -> bool:
         """Return whether it answers a read at all, if only with an error."""
-        register = REGISTER["hardware_error_status"]
-        answer = self._read_bytes(register.address, register.size)
+        answer = self._read_bytes(REGISTER["hardware_error_status"].address, 1)
         return answer.data is not None or answer.error != 0
 
-    def read_run(self, first: str, last: str) -> bytes:
-        """Return the bytes from one register to another; asks again if an answer is lost.
+    def read_run(self, first: str, last: str) -> dict[str, int]:
+        """Return the values of all registers from one to another, in one request.
 
         Only for neighbours: what a read across a gap of the table returns is not documented.
 
         Raises:
             BusError: No sound answer.
         """
-        start, end = REGISTER[first], REGISTER[last]
-        length = end.address + end.size - start.address
-        answer = self._read_bytes(start.address, length)
-        if answer.data is None:
+        registers = registers_between(first, last)
+        start = registers[0].address
+        answer = self._read_bytes(start, registers[-1].address + registers[-1].size - start)
+        data = answer.data
+        if data is None:
             raise self._refused(f"did not give {first} to {last}", answer, first)
-        return answer.data
+        return {r.name: r.decode(data[r.address - start :][: r.size]) for r in registers}
 
     def _read_bytes(self, address: int, length: int) -> Answer:
-        for _ in range(TRIES):  # only the wire is given another chance, not a servo's no
+        for _ in range(TRIES):  # again if the answer is lost or damaged, not if the servo refuses
             if length == 1:
-                answer = self.packets.read_byte(self.port, self.servo_id, address)
+                answer = self.packets.read_byte(self.servo_id, address)
             else:
-                answer = self.packets.read(self.port, self.servo_id, address, length)
+                answer = self.packets.read(self.servo_id, address, length)
             if answer.data is not None or answer.error:
                 break
         return answer
@@ -82,7 +103,7 @@ class CheckedServo:
         register = REGISTER[name]
         data = register.encode(value)
         for _ in range(TRIES):
-            answer = self.packets.write(self.port, self.servo_id, register.address, data)
+            answer = self.packets.write(self.servo_id, register.address, data)
             if answer.ok or answer.error:
                 break
         if not answer.ok:
@@ -97,13 +118,8 @@ class CheckedServo:
         self.write(name, value)
         kept = self.read(name)
         if kept != value:
-            raise BusError(
-                f"{self.leg} (id {self.servo_id}) took {name} = {value} and has {kept}: switch its "
-                "power off and on",
-                port=self.port.name,
-                ids=(self.servo_id,),
-                register=name,
-            )
+            what = f"took {name} = {value} and has {kept}: switch its power off and on"
+            raise self.error(what, name)
 
     def ensure(self, name: str, value: int) -> None:
         """Write only what differs: an EEPROM cell bears a limited number of writes."""
@@ -118,7 +134,7 @@ class CheckedServo:
         """
         level = REGISTER["status_return_level"]
         if self.read(level.name) != 2:
-            self.packets.write_unanswered(self.port, self.servo_id, level.address, level.encode(2))
+            self.packets.write_unanswered(self.servo_id, level.address, level.encode(2))
             self.write_verified(level.name, 2)
 
     def clear_turns(self) -> None:
@@ -127,7 +143,7 @@ class CheckedServo:
         Raises:
             BusError: It moves, or its firmware (before 42) cannot.
         """
-        answer = self.packets.ask(self.port, self.servo_id, Instruction.CLEAR, CLEAR_MULTI_TURN)
+        answer = self.packets.ask(self.servo_id, Instruction.CLEAR, CLEAR_MULTI_TURN)
         if not answer.ok:
             raise self._refused("did not set its turn counter back", answer, "present_position")
 
@@ -140,20 +156,14 @@ class CheckedServo:
         Raises:
             BusError: It said that it will not.
         """
-        answer = self.packets.ask(self.port, self.servo_id, Instruction.REBOOT)
+        answer = self.packets.ask(self.servo_id, Instruction.REBOOT)
         if answer.error and not answer.ok:
             raise self._refused("did not reboot", answer, "hardware_error_status")
         return answer.ok
 
     def answers(self) -> bool:
         """Return whether it answers a ping."""
-        return self.packets.ask(self.port, self.servo_id, Instruction.PING).data is not None
+        return self.packets.ask(self.servo_id, Instruction.PING).data is not None
 
     def _refused(self, what: str, answer: Answer, register: str) -> BusError:
-        return BusError(
-            f"{self.leg} (id {self.servo_id}) {what}: {answer.words}",
-            port=self.port.name,
-            ids=(self.servo_id,),
-            register=register,
-            code=answer.code,
-        )
+        return self.error(f"{what}: {answer.words}", register, answer.code)

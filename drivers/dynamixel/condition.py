@@ -3,13 +3,7 @@
 from dataclasses import dataclass
 
 from drivers.dynamixel.checked_servo import CheckedServo
-from drivers.dynamixel.mx106 import (
-    REGISTER,
-    REGISTERS,
-    RETURN_DELAY_UNIT_S,
-    VOLTAGE_UNIT_V,
-    hardware_error_names,
-)
+from drivers.dynamixel.mx106 import RETURN_DELAY_UNIT_S, VOLTAGE_UNIT_V, hardware_error_names
 
 # Neighbours without a gap, of 14, 4, 2, 1 and 3 bytes.
 RUNS = (
@@ -85,12 +79,7 @@ def read_condition(servo: CheckedServo) -> ServoCondition:
     """
     found: dict[str, int] = {}
     for first, last in RUNS:
-        data = servo.read_run(first, last)
-        start, end = REGISTER[first].address, REGISTER[last].address
-        for register in REGISTERS:
-            if start <= register.address <= end:
-                at = register.address - start
-                found[register.name] = register.decode(data[at : at + register.size])
+        found |= servo.read_run(first, last)
     return ServoCondition(
         leg=servo.leg,
         servo_id=servo.servo_id,

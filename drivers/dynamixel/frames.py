@@ -16,7 +16,7 @@ HEADER = b"\xff\xff\xfd\x00"
 STUFFING_MARK = b"\xff\xff\xfd"
 BROADCAST_ID = 0xFE
 ALERT = 0x80
-# A sync write to six servos is 37 bytes; anything near this is no frame of ours.
+# A sync write of goals to six servos is 44 bytes; anything near this is no frame of ours.
 LARGEST_LENGTH = 4096
 _FIXED = 7  # header, id, length
 # Reasons of a ``BadFrame`` that callers tell apart: noise on the line is not a damaged answer.

@@ -4,11 +4,11 @@ For backups, for setting a servo up, and for putting a replaced one into the pla
 needs torque off, because the servo locks its EEPROM while torque is on.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from drivers.dynamixel.checked_servo import CheckedServo
-from drivers.dynamixel.mx106 import BAUD_CODES, REGISTER, REGISTERS, Register
+from drivers.dynamixel.mx106 import BAUD_CODES, REGISTER, registers_between
 from model.errors import BusError
 
 # Neighbours without a gap: one request each.
@@ -29,19 +29,6 @@ TALK_TRIES = 5
 
 
 @dataclass(frozen=True, slots=True)
-class RegisterValue:
-    """One register and its value.
-
-    Attributes:
-        name: Register name.
-        value: Its value in counts.
-    """
-
-    name: str
-    value: int
-
-
-@dataclass(frozen=True, slots=True)
 class ServoImage:
     """Everything one servo keeps, and its gains.
 
@@ -49,20 +36,13 @@ class ServoImage:
         servo_id: Dynamixel id.
         model: Model number.
         firmware: Firmware version.
-        values: All writable EEPROM registers and the gains (RAM), by address.
+        values: Value of every writable EEPROM register and of the gains (RAM), by name [counts].
     """
 
     servo_id: int
     model: int
     firmware: int
-    values: tuple[RegisterValue, ...]
-
-    def value(self, name: str) -> int:
-        """Return one register's value; KeyError if it is not in the image."""
-        for item in self.values:
-            if item.name == name:
-                return item.value
-        raise KeyError(name)
+    values: Mapping[str, int]
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,13 +62,8 @@ class Change:
     why: str = ""
 
 
-def _between(first: str, last: str) -> list[Register]:
-    low, high = REGISTER[first].address, REGISTER[last].address
-    return [register for register in REGISTERS if low <= register.address <= high]
-
-
-KEPT = tuple(r.name for run in EEPROM_RUNS for r in _between(*run) if r.writable)
-GAINS = tuple(r.name for run in GAIN_RUNS for r in _between(*run))
+KEPT = tuple(r.name for run in EEPROM_RUNS for r in registers_between(*run) if r.writable)
+GAINS = tuple(r.name for run in GAIN_RUNS for r in registers_between(*run))
 
 
 def read_image(servo: CheckedServo) -> ServoImage:
@@ -99,25 +74,21 @@ def read_image(servo: CheckedServo) -> ServoImage:
     """
     found: dict[str, int] = {}
     for first, last in (*EEPROM_RUNS, *GAIN_RUNS):
-        data = servo.read_run(first, last)
-        start = REGISTER[first].address
-        for register in _between(first, last):
-            at = register.address - start
-            found[register.name] = register.decode(data[at : at + register.size])
+        found |= servo.read_run(first, last)
     return ServoImage(
         servo_id=servo.servo_id,
         model=found["model_number"],
         firmware=found["firmware_version"],
-        values=tuple(RegisterValue(name, found[name]) for name in (*KEPT, *GAINS)),
+        values={name: found[name] for name in (*KEPT, *GAINS)},
     )
 
 
-def changes_to(image: ServoImage, wanted: Sequence[RegisterValue]) -> tuple[Change, ...]:
-    """Return what has to be written so that a servo has the values wanted."""
+def changes_to(image: ServoImage, wanted: Mapping[str, int]) -> tuple[Change, ...]:
+    """Return what has to be written so that a servo has the values wanted, by register."""
     return tuple(
-        Change(item.name, image.value(item.name), item.value)
-        for item in wanted
-        if image.value(item.name) != item.value
+        Change(name, image.values[name], value)
+        for name, value in wanted.items()
+        if image.values[name] != value
     )
 
 
@@ -128,13 +99,10 @@ def require_torque_off(servo: CheckedServo) -> None:
         BusError: Torque is on, or it does not answer.
     """
     if servo.read("torque_enable"):
-        raise BusError(
-            f"{servo.leg} (id {servo.servo_id}) has its torque on: support what it carries, switch "
-            f"torque off (bigant servo reboot --port {servo.port.name} --id {servo.servo_id} --yes) "
-            "and try again",
-            port=servo.port.name,
-            ids=(servo.servo_id,),
-            register="torque_enable",
+        raise servo.error(
+            "has its torque on: support what it carries, switch torque off (bigant servo reboot "
+            f"--port {servo.port.name} --id {servo.servo_id} --yes) and try again",
+            "torque_enable",
         )
 
 
@@ -169,10 +137,9 @@ def write_changes(servo: CheckedServo, changes: Sequence[Change]) -> CheckedServ
 def _change_id(servo: CheckedServo, new_id: int) -> CheckedServo:
     """Set an id, and prove it; the answer to this write may come under either, so nobody looks."""
     register = REGISTER["id"]
-    data = register.encode(new_id)
-    servo.packets.write(servo.port, servo.servo_id, register.address, data)
-    renamed = CheckedServo(servo.port, servo.packets, servo.leg, new_id)
-    if not _knocks(renamed) or servo.answers():
+    servo.packets.write(servo.servo_id, register.address, register.encode(new_id))
+    renamed = replace(servo, servo_id=new_id)
+    if not any(renamed.answers() for _ in range(TALK_TRIES)) or servo.answers():
         raise BusError(
             f"{servo.leg} was told to take id {new_id} and does not go by it alone; is there a second "
             f"servo with id {servo.servo_id} or {new_id}? Connect one at a time",
@@ -190,30 +157,23 @@ def _change_baud_rate(servo: CheckedServo, baud_rate: int) -> None:
     """
     port, before = servo.port, int(servo.port.baudrate)
     register = REGISTER["baud_rate"]
-    data = register.encode(BAUD_CODES[baud_rate])
-    servo.packets.write(port, servo.servo_id, register.address, data)
+    servo.packets.write(servo.servo_id, register.address, register.encode(BAUD_CODES[baud_rate]))
     port.setBaudRate(baud_rate)
     if _talks(servo):
         return
     port.setBaudRate(before)
     still = f"it still answers at {before}" if _talks(servo) else f"nor does it at {before}"
-    raise BusError(
-        f"{servo.leg} (id {servo.servo_id}) does not answer at its new rate of {baud_rate} baud, "
-        f"{still}: find it with bigant servo scan --port {port.name}",
-        port=port.name,
-        ids=(servo.servo_id,),
-        register="baud_rate",
+    raise servo.error(
+        f"does not answer at its new rate of {baud_rate} baud, {still}: find it with bigant servo "
+        f"scan --port {port.name}",
+        "baud_rate",
     )
-
-
-def _knocks(servo: CheckedServo) -> bool:
-    return any(servo.answers() for _ in range(TALK_TRIES))
 
 
 def _talks(servo: CheckedServo) -> bool:
     register = REGISTER["baud_rate"]
     for _ in range(TALK_TRIES):
-        answer = servo.packets.read(servo.port, servo.servo_id, register.address, register.size)
+        answer = servo.packets.read(servo.servo_id, register.address, register.size)
         if answer.data is not None:
             return BAUD_OF_CODE.get(register.decode(answer.data)) == servo.port.baudrate
     return False

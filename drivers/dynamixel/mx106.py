@@ -7,6 +7,7 @@ model files. Everything here is pure.
 import enum
 import math
 from dataclasses import dataclass
+from functools import partial
 from types import MappingProxyType
 
 import numpy as np
@@ -28,18 +29,9 @@ VOLTAGE_UNIT_V = 0.1
 WATCHDOG_UNIT_S = 0.02
 RETURN_DELAY_UNIT_S = 2e-6
 EXTENDED_POSITION_LIMIT = 1_048_575
-BAUD_CODES = MappingProxyType(
-    {
-        9_600: 0,
-        57_600: 1,
-        115_200: 2,
-        1_000_000: 3,
-        2_000_000: 4,
-        3_000_000: 5,
-        4_000_000: 6,
-        4_500_000: 7,
-    }
-)
+# Rates in the order of their codes, from 0.
+_BAUD_RATES = (9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000)
+BAUD_CODES = MappingProxyType({rate: code for code, rate in enumerate(_BAUD_RATES)})
 
 
 class OperatingMode(enum.IntEnum):
@@ -109,16 +101,13 @@ class Register:
         return value.to_bytes(self.size, "little", signed=self.signed)
 
 
-def _kept(
-    name: str, address: int, size: int, initial: int | None, minimum: int, maximum: int
+def _writable(
+    name: str, address: int, size: int, initial: int, minimum: int, maximum: int, *, eeprom: bool
 ) -> Register:
-    return Register(name, address, size, True, True, initial, minimum, maximum, minimum < 0)
+    return Register(name, address, size, True, eeprom, initial, minimum, maximum, minimum < 0)
 
 
-def _volatile(
-    name: str, address: int, size: int, initial: int | None, minimum: int, maximum: int
-) -> Register:
-    return Register(name, address, size, True, False, initial, minimum, maximum, minimum < 0)
+_kept, _volatile = partial(_writable, eeprom=True), partial(_writable, eeprom=False)
 
 
 def _read_only(
@@ -164,7 +153,7 @@ REGISTERS: tuple[Register, ...] = (
     _volatile("position_p_gain", 84, 2, 850, 0, 16383),
     _volatile("feedforward_2nd_gain", 88, 2, 0, 0, 16383),
     _volatile("feedforward_1st_gain", 90, 2, 0, 0, 16383),
-    Register("bus_watchdog", 98, 1, True, False, 0, -1, 127, True),
+    _volatile("bus_watchdog", 98, 1, 0, -1, 127),
     _volatile("goal_pwm", 100, 2, 885, -885, 885),
     _volatile("goal_current", 102, 2, 2047, -2047, 2047),
     _volatile("goal_velocity", 104, 4, 0, -1023, 1023),
@@ -188,6 +177,13 @@ REGISTERS: tuple[Register, ...] = (
     *(_volatile(f"indirect_data_{i + 29}", 634 + i, 1, 0, 0, 255) for i in range(28)),
 )
 REGISTER = MappingProxyType({register.name: register for register in REGISTERS})
+
+
+def registers_between(first: str, last: str) -> list[Register]:
+    """Return the registers from one to another, both included, by address."""
+    low, high = REGISTER[first].address, REGISTER[last].address
+    return [register for register in REGISTERS if low <= register.address <= high]
+
 
 # One sync read of everything measured: PWM to temperature.
 READ_ADDRESS = REGISTER["present_pwm"].address

@@ -70,9 +70,14 @@ class Answer:
 
 
 class PacketHandler:
-    """Protocol 2.0 over one port. Not for two threads at once."""
+    """Protocol 2.0 over one port. Not for two threads at once.
 
-    def __init__(self) -> None:
+    Args:
+        port: The port; it may be opened later.
+    """
+
+    def __init__(self, port: ClockedPort) -> None:
+        self.port = port
         self.counters = BusCounters()
         self._parser = FrameParser()
         self._frames: deque[Frame | BadFrame] = deque()
@@ -80,33 +85,31 @@ class PacketHandler:
         self.suspect_late = False
         self._owed_until_ns = 0
 
-    def owed(self, port: ClockedPort) -> bool:
+    def owed(self) -> bool:
         """Whether an answer that failed to come may still do so: the next one may not be what it seems."""
-        return port.clock.now_ns() < self._owed_until_ns
+        return self.port.clock.now_ns() < self._owed_until_ns
 
-    def note_missing(self, port: ClockedPort) -> None:
+    def note_missing(self) -> None:
         """Take note that an answer has failed to come."""
-        self._owed_until_ns = port.clock.now_ns() + OWED_NS
+        self._owed_until_ns = self.port.clock.now_ns() + OWED_NS
 
-    def request(
-        self, port: ClockedPort, servo_id: int, instruction: int, parameters: bytes, length: int
-    ) -> Answer:
+    def request(self, servo_id: int, instruction: int, parameters: bytes, length: int) -> Answer:
         """Send one servo an instruction and wait for its answer of ``length`` data bytes."""
         frame = build_instruction(servo_id, instruction, parameters)
-        code = self.send(port, frame)
+        code = self.send(frame)
         if code != COMM_SUCCESS:
             return Answer(None, 0, code)
-        port.setPacketTimeout(len(frame) + STATUS_BYTES + length)
-        return self.answer(port, servo_id, length)
+        self.port.setPacketTimeout(len(frame) + STATUS_BYTES + length)
+        return self.answer(servo_id, length)
 
-    def answer(self, port: ClockedPort, servo_id: int, length: int) -> Answer:
+    def answer(self, servo_id: int, length: int) -> Answer:
         """Wait for one servo's answer; others, and answers of another length, are dropped."""
         while True:
-            frame, code = self.next_status(port)
+            frame, code = self.next_status()
             if frame is None:
                 self.counters.timeouts += code == COMM_RX_TIMEOUT
                 self.suspect_late = True
-                self.note_missing(port)
+                self.note_missing()
                 return Answer(None, 0, code)
             answer = self.checked(frame, length) if frame.servo_id == servo_id else None
             if answer is not None:
@@ -123,23 +126,23 @@ class PacketHandler:
             return None
         return Answer(frame.parameters, error, COMM_SUCCESS)
 
-    def send(self, port: ClockedPort, frame: bytes) -> int:
-        """Send a frame to a port that has been emptied before; return the SDK's result code."""
-        port.is_using = True
+    def send(self, frame: bytes) -> int:
+        """Empty the port, send a frame; return the SDK's result code."""
+        self.port.is_using = True
         try:
-            self._drain(port)
+            self._drain()
             self.counters.requests += 1
-            whole = port.writePort(frame) == len(frame)
+            whole = self.port.writePort(frame) == len(frame)
             return int(COMM_SUCCESS if whole else COMM_TX_FAIL)
         finally:
-            port.is_using = False
+            self.port.is_using = False
 
-    def _drain(self, port: ClockedPort) -> None:
+    def _drain(self) -> None:
         """Empty the port, so that nobody takes an old answer for a new one.
 
         After a timeout the answer may still be under way: it is given one latency period.
         """
-        waited = self.suspect_late
+        port, waited = self.port, self.suspect_late
         self.suspect_late = False
         stale = [*self._frames]
         self._frames.clear()
@@ -153,9 +156,9 @@ class PacketHandler:
         self._parser.clear()
         port.clearPort()
 
-    def next_status(self, port: ClockedPort) -> tuple[Frame | None, int]:
+    def next_status(self) -> tuple[Frame | None, int]:
         """Wait for one status frame until the port's timeout."""
-        damaged = False
+        port, damaged = self.port, False
         while True:
             while self._frames:
                 item = self._frames.popleft()

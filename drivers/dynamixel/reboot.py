@@ -5,12 +5,11 @@ from dataclasses import dataclass
 from drivers.clock import Clock
 from drivers.dynamixel.checked_servo import CheckedServo
 from drivers.dynamixel.mx106 import TICKS_PER_TURN, hardware_error_names
-from model.errors import BusError
 
 # A servo takes a few tenths of a second to start.
 REBOOT_LIMIT_S = 3.0
 LOOK_AGAIN_S = 0.05
-TELL_TRIES = 10  # longer together than a reboot whose answer was lost
+REQUEST_TRIES = 10  # longer together than a reboot whose answer was lost
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,22 +47,19 @@ class Reboot:
         return hardware_error_names(self.cause)
 
 
-def reboot_servo(servo: CheckedServo, clock: Clock) -> Reboot:
+def reboot_servo(servo: CheckedServo) -> Reboot:
     """Read cause and turns, reboot, wait until it is back, and see that torque is off.
-
-    Args:
-        servo: The servo.
-        clock: Where time comes from.
 
     Raises:
         BusError: It does not answer, does not come back, or comes back with torque on.
     """
+    clock = servo.port.clock
     cause = servo.read("hardware_error_status")
     torque = bool(servo.read("torque_enable"))
     ticks_before = servo.read("present_position")
     began_ns = clock.now_ns()
-    _tell(servo, clock)
-    _wait_until_back(servo, clock, began_ns)
+    _request(servo)
+    _wait_until_back(servo, began_ns + round(REBOOT_LIMIT_S * 1e9))
     servo.write_verified("torque_enable", 0)
     return Reboot(
         leg=servo.leg,
@@ -77,28 +73,25 @@ def reboot_servo(servo: CheckedServo, clock: Clock) -> Reboot:
     )
 
 
-def _tell(servo: CheckedServo, clock: Clock) -> None:
-    """Tell it until it says that it will: twice does no harm, and a lost answer proves nothing."""
-    for _ in range(TELL_TRIES):
+def _request(servo: CheckedServo) -> None:
+    """Request a reboot until it is acknowledged: twice does no harm, and a lost answer proves nothing."""
+    for _ in range(REQUEST_TRIES):
         if servo.reboot():
             return
-        clock.sleep_until_ns(clock.now_ns() + round(LOOK_AGAIN_S * 1e9))
-    raise BusError(
-        f"{servo.leg} (id {servo.servo_id}) did not answer to its reboot: check its cable",
-        port=servo.port.name,
-        ids=(servo.servo_id,),
-    )
+        _pause(servo.port.clock)
+    raise servo.error("did not answer to its reboot: check its cable")
 
 
-def _wait_until_back(servo: CheckedServo, clock: Clock, began_ns: int) -> None:
-    while clock.now_ns() - began_ns < REBOOT_LIMIT_S * 1e9:
-        # its word that it will reboot comes before it does: look only after a pause
-        clock.sleep_until_ns(clock.now_ns() + round(LOOK_AGAIN_S * 1e9))
+def _wait_until_back(servo: CheckedServo, until_ns: int) -> None:
+    clock = servo.port.clock
+    while clock.now_ns() < until_ns:
+        _pause(clock)  # it acknowledges before it reboots: look only after a pause
         if servo.answers():
             return
-    raise BusError(
-        f"{servo.leg} (id {servo.servo_id}) did not come back within {REBOOT_LIMIT_S:g} s of its "
-        "reboot: switch its power off and on",
-        port=servo.port.name,
-        ids=(servo.servo_id,),
+    raise servo.error(
+        f"did not come back within {REBOOT_LIMIT_S:g} s of its reboot: switch its power off and on"
     )
+
+
+def _pause(clock: Clock) -> None:
+    clock.sleep_until_ns(clock.now_ns() + round(LOOK_AGAIN_S * 1e9))

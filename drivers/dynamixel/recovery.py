@@ -16,7 +16,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drivers.clock import Clock
 from drivers.dynamixel.bus import ServoBus
 from drivers.dynamixel.checked_servo import CheckedServo
 from drivers.dynamixel.frames import ALERT
@@ -31,7 +30,6 @@ from model.values.readings import ServoReadings
 POLL_EVERY_LOOKS = 10
 # A shaft cannot turn half a turn from one read to the next: its turn count has changed.
 JUMP_TICKS = TICKS_PER_TURN // 2
-INCIDENTS_KEPT = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,27 +115,19 @@ class ServoRecovery:
 
     Args:
         bus: The bus, with torque switched on by ``torque_on``.
-        clock: Where time comes from.
         policy: What is allowed.
     """
 
-    def __init__(self, bus: ServoBus, clock: Clock, policy: RecoveryPolicy) -> None:
+    def __init__(self, bus: ServoBus, policy: RecoveryPolicy) -> None:
         self.policy = policy
         self._bus = bus
-        self._clock = clock
         self._attempts: deque[int] = deque(maxlen=max(1, policy.most))
-        self._incidents: deque[Incident] = deque(maxlen=INCIDENTS_KEPT)
         self._looks = 0
         self._known: BoolArray = np.zeros(len(bus.settings.names), dtype=bool)
         self._ticks: IntArray = np.zeros(len(bus.settings.names), dtype=np.int64)
         self._was_valid: BoolArray = np.ones(len(bus.settings.names), dtype=bool)
         self._alerted: BoolArray = np.zeros(len(bus.settings.names), dtype=bool)
         self._open: set[int] = set()
-
-    @property
-    def incidents(self) -> tuple[Incident, ...]:
-        """The latest incidents, oldest first, whatever became of them."""
-        return tuple(self._incidents)
 
     # Finding out.
 
@@ -163,7 +153,6 @@ class ServoRecovery:
             if incident is not None:
                 found.append(incident)
                 self._open.add(incident.index)
-        self._incidents.extend(found)
         self._remember(readings)
         return tuple(found)
 
@@ -222,7 +211,7 @@ class ServoRecovery:
             return f"recovery from {names} is not allowed"
         if incident.kind is not IncidentKind.SHUT_DOWN and not policy.after_restart:
             return f"recovery of a servo that {incident.kind.value} is not allowed"
-        now_ns = self._clock.now_ns()
+        now_ns = self._bus.clock.now_ns()
         recent = [t for t in self._attempts if now_ns - t < policy.window_s * 1e9]
         if len(recent) >= policy.most:
             return f"{len(recent)} recoveries within {policy.window_s:g} s, and that is the limit"
@@ -241,7 +230,7 @@ class ServoRecovery:
         servo = self._bus.servos()[incident.index]
         if reason:
             return _failed(incident, reason, torque_off=_torque_is_off(servo))
-        self._attempts.append(self._clock.now_ns())
+        self._attempts.append(self._bus.clock.now_ns())
         try:
             ticks, shift = self._bring_back(servo, incident)
         except ConnectionLost:
@@ -257,14 +246,11 @@ class ServoRecovery:
     def _bring_back(self, servo: CheckedServo, incident: Incident) -> tuple[int, int]:
         """Return where the servo holds now and by how much its zero has shifted [ticks]."""
         if incident.kind is IncidentKind.SHUT_DOWN:
-            error = reboot_servo(servo, self._clock).error_after
+            error = reboot_servo(servo).error_after
             if error:
                 names = ", ".join(hardware_error_names(error))
-                raise BusError(
-                    f"{servo.leg} (id {servo.servo_id}) still reports {names} after its reboot",
-                    port=servo.port.name,
-                    ids=(servo.servo_id,),
-                    register="hardware_error_status",
+                raise servo.error(
+                    f"still reports {names} after its reboot", "hardware_error_status"
                 )
         configure_servo(servo)
         ticks = servo.read("present_position")

@@ -9,7 +9,6 @@ from dynamixel_sdk import COMM_RX_CORRUPT, COMM_RX_TIMEOUT, COMM_SUCCESS
 
 from drivers.dynamixel.frames import BROADCAST_ID, Instruction, build_instruction
 from drivers.dynamixel.packets import STATUS_BYTES, Answer, PacketHandler
-from drivers.dynamixel.port import ClockedPort
 
 IDENTITY_BYTES = 3  # what a ping is answered with: model number and firmware version
 # What a servo takes to begin its answer, on top of its return delay setting [ms].
@@ -21,47 +20,44 @@ AGREE_TRIES = 4
 class ServoRequests(PacketHandler):
     """Typed requests to servos. Not for two threads at once."""
 
-    def read(self, port: ClockedPort, servo_id: int, address: int, length: int) -> Answer:
+    def read(self, servo_id: int, address: int, length: int) -> Answer:
         """Read ``length`` bytes of one servo."""
-        return self.request(port, servo_id, Instruction.READ, _span(address, length), length)
+        return self.request(servo_id, Instruction.READ, _span(address, length), length)
 
-    def read_byte(self, port: ClockedPort, servo_id: int, address: int) -> Answer:
+    def read_byte(self, servo_id: int, address: int) -> Answer:
         """Read one byte, and again while an older answer may still come, until two in a row agree.
 
         All one-byte answers look alike, so one that comes late would pass for the answer to another
         question: a torque that is on for a voltage error.
         """
-        answer = self.read(port, servo_id, address, 1)
+        answer = self.read(servo_id, address, 1)
         for _ in range(AGREE_TRIES):
-            if not self.owed(port):
+            if not self.owed():
                 return answer
-            again = self.read(port, servo_id, address, 1)
+            again = self.read(servo_id, address, 1)
             if again == answer:
                 return again
             answer = again
         return Answer(None, 0, COMM_RX_CORRUPT)
 
-    def write(self, port: ClockedPort, servo_id: int, address: int, data: bytes) -> Answer:
+    def write(self, servo_id: int, address: int, data: bytes) -> Answer:
         """Write bytes to one servo and wait for its word that it took them."""
-        return self.request(port, servo_id, Instruction.WRITE, _word(address) + data, 0)
+        return self.request(servo_id, Instruction.WRITE, _word(address) + data, 0)
 
-    def write_unanswered(self, port: ClockedPort, servo_id: int, address: int, data: bytes) -> int:
+    def write_unanswered(self, servo_id: int, address: int, data: bytes) -> int:
         """Write bytes to one servo, or to all by ``BROADCAST_ID``, and wait for nothing."""
         frame = build_instruction(servo_id, Instruction.WRITE, _word(address) + data)
-        return self.send(port, frame)
+        return self.send(frame)
 
-    def ask(self, port: ClockedPort, servo_id: int, instruction: int, data: bytes = b"") -> Answer:
+    def ask(self, servo_id: int, instruction: int, data: bytes = b"") -> Answer:
         """Send any other instruction to one servo (ping answers three bytes, the rest none)."""
         length = IDENTITY_BYTES if instruction == Instruction.PING else 0
-        return self.request(port, servo_id, instruction, data, length)
+        return self.request(servo_id, instruction, data, length)
 
-    def sync_write(
-        self, port: ClockedPort, address: int, items: Sequence[tuple[int, bytes]]
-    ) -> int:
+    def sync_write(self, address: int, items: Sequence[tuple[int, bytes]]) -> int:
         """Write to several servos at once; nobody answers it.
 
         Args:
-            port: The port.
             address: First byte.
             items: Servo id and data of each; all data of one length, each id once.
 
@@ -75,11 +71,10 @@ class ServoRequests(PacketHandler):
         parameters = _span(address, len(items[0][1]))
         parameters += b"".join(bytes([servo_id]) + data for servo_id, data in items)
         frame = build_instruction(BROADCAST_ID, Instruction.SYNC_WRITE, parameters)
-        return self.send(port, frame)
+        return self.send(frame)
 
     def sync_read(
         self,
-        port: ClockedPort,
         ids: Sequence[int],
         address: int,
         length: int,
@@ -91,7 +86,6 @@ class ServoRequests(PacketHandler):
         and the wait ends as soon as all have answered.
 
         Args:
-            port: The port.
             ids: Servo ids, each once; they answer in this order.
             address: First byte.
             length: Bytes of each servo.
@@ -100,18 +94,19 @@ class ServoRequests(PacketHandler):
         Returns:
             One answer per id, in the order of ``ids``.
         """
+        port = self.port
         began_ns = port.clock.now_ns()
         parameters = _span(address, length) + bytes(ids)
         frame = build_instruction(BROADCAST_ID, Instruction.SYNC_READ, parameters)
         self.counters.reads += 1
         self.counters.note_begin(began_ns)
-        code = self.send(port, frame)
+        code = self.send(frame)
         if code != COMM_SUCCESS:
             return [Answer(None, 0, code)] * len(ids)
         port.setPacketTimeout(len(frame) + (STATUS_BYTES + length) * len(ids))
         port.packet_timeout += (return_delay_ms + PROCESSING_MS) * len(ids)
         damaged_before = self.counters.crc_errors
-        answers = self._collect(port, ids, length)
+        answers = self._collect(ids, length)
         silent = len(ids) - len(answers)
         damaged = self.counters.crc_errors - damaged_before
         # whose answer was damaged cannot be known: it is said of all who are missing
@@ -119,16 +114,16 @@ class ServoRequests(PacketHandler):
         self.counters.timeouts += max(0, silent - damaged)
         self.suspect_late = silent > 0
         if silent:
-            self.note_missing(port)
+            self.note_missing()
         if not silent:
             self.counters.note_round_trip(port.clock.now_ns() - began_ns)
         return [answers.get(servo_id, Answer(None, 0, code)) for servo_id in ids]
 
-    def _collect(self, port: ClockedPort, ids: Sequence[int], length: int) -> dict[int, Answer]:
+    def _collect(self, ids: Sequence[int], length: int) -> dict[int, Answer]:
         """Gather the answers to a sync read until all are there or the time is over."""
         answers: dict[int, Answer] = {}
         while len(answers) < len(ids):
-            frame, _ = self.next_status(port)
+            frame, _ = self.next_status()
             if frame is None:
                 break
             answer = self.checked(frame, length)

@@ -1,4 +1,4 @@
-"""What is plugged in: serial ports, and the servos that answer at each baud rate. Only asks."""
+"""What is plugged in: serial ports, servos at each baud rate, two servos with one id. Only asks."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,6 +13,8 @@ from drivers.dynamixel.frames import (
     Instruction,
     build_instruction,
 )
+from drivers.dynamixel.mx106 import REGISTER
+from drivers.dynamixel.packets import PacketHandler
 from drivers.dynamixel.port import BusPort, ClockedPort
 
 PING_ANSWER_BYTES = 14
@@ -20,6 +22,10 @@ PING_ANSWER_BYTES = 14
 # what the SDK allows for, and ids end at 252. Together 0.8 s, at any baud rate.
 SLOT_MS = 3.0
 IDS = 253
+# Requests that tell whether two servos share an id.
+PROBES = 6
+# One damaged answer happens on any wire; of colliding ones nearly all are damaged.
+DAMAGED_LIMIT = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,3 +116,33 @@ def broadcast_ping(port: ClockedPort) -> list[FoundServo]:
                 found[item.servo_id] = servo
                 port.packet_timeout += port.tx_time_per_byte * PING_ANSWER_BYTES
     return [found[servo_id] for servo_id in sorted(found)]
+
+
+def id_is_shared(packets: PacketHandler, servo_id: int) -> bool:
+    """Return whether more than one servo seems to answer to an id.
+
+    What is asked for differs between any two servos (clock, position, current, temperature), so two
+    answers at the same time damage each other, and two in a row are one too many.
+
+    Args:
+        packets: How to ask, over an open port.
+        servo_id: The id; at least one servo answers to it.
+    """
+    first, last = REGISTER["realtime_tick"], REGISTER["present_temperature"]
+    length = last.address + last.size - first.address
+    parameters = first.address.to_bytes(2, "little") + length.to_bytes(2, "little")
+    damaged, answered = 0, False
+    for _ in range(PROBES):
+        bad, late = _damage(packets), packets.counters.late_replies
+        answer = packets.request(servo_id, Instruction.READ, parameters, length)
+        # what this request found waiting came behind a sound answer; behind a timeout it is just late
+        second = answered and packets.counters.late_replies > late
+        damaged += second or _damage(packets) > bad
+        answered = answer.data is not None
+        packets.suspect_late = True  # the next request first listens for a second answer
+    return damaged >= DAMAGED_LIMIT
+
+
+def _damage(packets: PacketHandler) -> int:
+    counters = packets.counters
+    return counters.crc_errors + counters.foreign_replies + counters.noise_bytes

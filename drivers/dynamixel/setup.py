@@ -22,7 +22,6 @@ from drivers.dynamixel.mx106 import (
 )
 from drivers.dynamixel.packets import Answer
 from drivers.dynamixel.port import ClockedPort
-from drivers.dynamixel.requests import ServoRequests
 from drivers.dynamixel.settings import ServoBusSettings
 from model.errors import BusError
 
@@ -69,23 +68,14 @@ class BusReport:
     warnings: tuple[str, ...]
 
 
-def checked_servos(
-    port: ClockedPort, packets: ServoRequests, settings: ServoBusSettings
-) -> list[CheckedServo]:
-    """Return the servos of a robot in leg order, to be read and written by register name."""
-    return [
-        CheckedServo(port, packets, leg, int(servo_id))
-        for leg, servo_id in zip(settings.names, settings.ids, strict=True)
-    ]
-
-
-def find_servos(port: ClockedPort, packets: ServoRequests, settings: ServoBusSettings) -> BusReport:
+def find_servos(
+    port: ClockedPort, servos: Sequence[CheckedServo], settings: ServoBusSettings
+) -> BusReport:
     """Ask every servo who it is. Writes nothing.
 
     Raises:
         BusError: One is missing, of another kind, or in a state that cannot be worked with.
     """
-    servos = checked_servos(port, packets, settings)
     identities = [_ping(servo).data for servo in servos]
     missing = [s for s, identity in zip(servos, identities, strict=True) if identity is None]
     if missing:
@@ -111,13 +101,13 @@ def find_servos(port: ClockedPort, packets: ServoRequests, settings: ServoBusSet
     return BusReport(tuple(found), (*_bus_warnings(port, found), *warnings))
 
 
-def configure_servos(port: ClockedPort, packets: ServoRequests, settings: ServoBusSettings) -> None:
+def configure_servos(servos: Sequence[CheckedServo]) -> None:
     """Torque off, watchdog clear, extended position mode, every request answered, few turns.
 
     Raises:
         BusError: A servo does not take a setting.
     """
-    for servo in checked_servos(port, packets, settings):
+    for servo in servos:
         configure_servo(servo)
         if abs(servo.read("present_position")) > TURNS_TO_CLEAR * TICKS_PER_TURN:
             servo.clear_turns()
@@ -153,11 +143,11 @@ def hold_at(servo: CheckedServo, ticks: int) -> None:
 
 
 def _ping(servo: CheckedServo) -> Answer:
-    answer = servo.packets.ask(servo.port, servo.servo_id, Instruction.PING)
+    answer = servo.packets.ask(servo.servo_id, Instruction.PING)
     for _ in range(PING_TRIES - 1):
         if answer.data is not None:
             break
-        answer = servo.packets.ask(servo.port, servo.servo_id, Instruction.PING)
+        answer = servo.packets.ask(servo.servo_id, Instruction.PING)
     return answer
 
 
@@ -183,7 +173,7 @@ def _missing_words(
 
 
 def _who(servos: Sequence[CheckedServo]) -> str:
-    return ", ".join(f"{servo.leg} (id {servo.servo_id})" for servo in servos)
+    return ", ".join(servo.who for servo in servos)
 
 
 def _speaks_protocol_1(servo: CheckedServo) -> bool:
@@ -206,14 +196,13 @@ def _check_model(servo: CheckedServo, model: int) -> None:
         if model == MODEL_NUMBER_PROTOCOL_1
         else f"is model {model}, no MX-106(2.0): check the ids in the robot file"
     )
-    raise _unusable(servo, what, "model_number")
+    raise servo.error(what, "model_number")
 
 
 def _check_state(servo: CheckedServo, firmware: int) -> list[str]:
     """Return warnings about one servo; raise for what cannot be worked with."""
     if not servo.answers_reads():
-        raise _unusable(
-            servo,
+        raise servo.error(
             f"answers a ping and no read on {servo.port.name}: its status return level may be 0, "
             "so switch its power off and on",
             "status_return_level",
@@ -222,33 +211,25 @@ def _check_state(servo: CheckedServo, firmware: int) -> list[str]:
     error = servo.read("hardware_error_status")
     names = ", ".join(hardware_error_names(error))
     if error & servo.read("shutdown"):
-        raise _unusable(
-            servo,
+        raise servo.error(
             f"has shut down ({names}): remove the cause, then switch its power off and on",
             "hardware_error_status",
         )
     if error:
-        warnings.append(f"{_who([servo])} reports {names}: look for the cause before it walks")
+        warnings.append(f"{servo.who} reports {names}: look for the cause before it walks")
     offset = servo.read("homing_offset")
     if offset != 0:
-        raise _unusable(
-            servo,
+        raise servo.error(
             f"has a homing offset of {offset}: set it to 0 with Dynamixel Wizard and put it "
             "into servo_zero (with an offset, a tripped watchdog can leave the motor running)",
             "homing_offset",
         )
     if firmware < FIRST_FIRMWARE_WITH_WATCHDOG:
         warnings.append(
-            f"{_who([servo])} has firmware {firmware}, which has no bus watchdog: update it with "
+            f"{servo.who} has firmware {firmware}, which has no bus watchdog: update it with "
             "Dynamixel Wizard"
         )
     return warnings
-
-
-def _unusable(servo: CheckedServo, what: str, register: str) -> BusError:
-    return BusError(
-        f"{_who([servo])} {what}", port=servo.port.name, ids=(servo.servo_id,), register=register
-    )
 
 
 def _bus_warnings(port: ClockedPort, servos: Sequence[ServoFound]) -> list[str]:

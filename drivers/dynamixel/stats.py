@@ -2,7 +2,7 @@
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 # Upper edges of the round trip histogram [us]; one more class holds what is beyond the last.
 ROUND_TRIP_EDGES_US = (500, 1000, 2000, 3000, 5000, 10_000, 20_000, 50_000)
@@ -85,8 +85,8 @@ class BusCounters:
     noise_bytes: int = 0
     longest_round_trip_us: int = 0
     largest_jitter_us: int = 0
-    _round_trips: list[int] = field(default_factory=lambda: [0] * (len(ROUND_TRIP_EDGES_US) + 1))
-    _jitters: list[int] = field(default_factory=lambda: [0] * (len(JITTER_EDGES_US) + 1))
+    round_trips: list[int] = field(default_factory=lambda: [0] * (len(ROUND_TRIP_EDGES_US) + 1))
+    jitters: list[int] = field(default_factory=lambda: [0] * (len(JITTER_EDGES_US) + 1))
     _began_ns: int | None = None
     _interval_ns: int | None = None
 
@@ -96,7 +96,7 @@ class BusCounters:
             interval_ns = t_ns - self._began_ns
             if self._interval_ns is not None:
                 jitter_us = abs(interval_ns - self._interval_ns) // 1000
-                self._jitters[bisect_right(JITTER_EDGES_US, jitter_us)] += 1
+                self.jitters[bisect_right(JITTER_EDGES_US, jitter_us)] += 1
                 self.largest_jitter_us = max(self.largest_jitter_us, jitter_us)
             self._interval_ns = interval_ns
         self._began_ns = t_ns
@@ -104,22 +104,11 @@ class BusCounters:
     def note_round_trip(self, duration_ns: int) -> None:
         """Count one complete sync read."""
         duration_us = duration_ns // 1000
-        self._round_trips[bisect_right(ROUND_TRIP_EDGES_US, duration_us)] += 1
+        self.round_trips[bisect_right(ROUND_TRIP_EDGES_US, duration_us)] += 1
         self.longest_round_trip_us = max(self.longest_round_trip_us, duration_us)
 
     def snapshot(self) -> BusStats:
         """Return the counts as they are now."""
-        return BusStats(
-            requests=self.requests,
-            reads=self.reads,
-            timeouts=self.timeouts,
-            crc_errors=self.crc_errors,
-            late_replies=self.late_replies,
-            foreign_replies=self.foreign_replies,
-            status_errors=self.status_errors,
-            noise_bytes=self.noise_bytes,
-            round_trips=tuple(self._round_trips),
-            longest_round_trip_us=self.longest_round_trip_us,
-            jitters=tuple(self._jitters),
-            largest_jitter_us=self.largest_jitter_us,
-        )
+        counts = {one.name: getattr(self, one.name) for one in fields(BusStats)}
+        histograms = {"round_trips": tuple(self.round_trips), "jitters": tuple(self.jitters)}
+        return BusStats(**counts | histograms)

@@ -5,7 +5,6 @@ This needs torque on, at the measured positions; nothing is told to move.
 
 from dataclasses import dataclass
 
-from drivers.clock import Clock
 from drivers.dynamixel.bus import ServoBus
 
 TRIPPED = -1
@@ -30,12 +29,11 @@ class WatchdogProof:
     torque_off: bool
 
 
-def prove_watchdog(bus: ServoBus, clock: Clock) -> WatchdogProof:
+def prove_watchdog(bus: ServoBus) -> WatchdogProof:
     """Switch torque on where the shafts stand, say nothing for longer than the watchdog, look.
 
     Args:
         bus: The bus, connected and configured; torque is off again afterwards, whatever happens.
-        clock: Where time comes from.
 
     Raises:
         BusError: Torque does not go on, or a servo does not answer.
@@ -46,7 +44,7 @@ def prove_watchdog(bus: ServoBus, clock: Clock) -> WatchdogProof:
     off = False
     try:
         bus.torque_on()
-        clock.sleep_until_ns(clock.now_ns() + round(silent_s * 1e9))
+        bus.clock.sleep_until_ns(bus.clock.now_ns() + round(silent_s * 1e9))
         for servo in bus.servos():
             state = servo.read("bus_watchdog")
             (tripped if state == TRIPPED else asleep).append(servo.leg)

@@ -5,6 +5,7 @@ tap only appends to a list, so it costs a microsecond a piece and changes nothin
 """
 
 from collections import deque
+from typing import Generic, TypeVar
 
 from drivers.ati.links import DatagramLink, TextLink
 from drivers.clock import Clock
@@ -34,23 +35,37 @@ class WireTap:
         return tuple(self._heard.popleft() for _ in range(len(self._heard)))
 
 
-class TappedDatagrams:
-    """A ``DatagramLink`` with a tap on it.
+Link = TypeVar("Link", DatagramLink, TextLink)
+
+
+class _Tapped(Generic[Link]):
+    """A link with a tap on it.
 
     Args:
         link: The link.
         tap: Where its traffic is noted.
-        clock: Clock that stamps what is sent; what arrives carries its stamp.
+        clock: Clock that stamps it, except for datagrams that arrive: those carry their stamp.
     """
 
-    def __init__(self, link: DatagramLink, tap: WireTap, clock: Clock) -> None:
-        self._link = link
+    def __init__(self, link: Link, tap: WireTap, clock: Clock) -> None:
+        self._link: Link = link
         self._tap = tap
         self._clock = clock
 
+    def _note(self, wire: Wire, sent: bool, data: bytes) -> None:
+        self._tap.note(WireBytes(self._clock.now_ns(), wire, sent, data))
+
+    def close(self) -> None:
+        """Close the link."""
+        self._link.close()
+
+
+class TappedDatagrams(_Tapped[DatagramLink]):
+    """A ``DatagramLink`` with a tap on it."""
+
     def send(self, data: bytes) -> None:
         """Send one datagram."""
-        self._tap.note(WireBytes(self._clock.now_ns(), Wire.FORCE_DATAGRAMS, True, data))
+        self._note(Wire.FORCE_DATAGRAMS, True, data)
         self._link.send(data)
 
     def receive(self) -> list[tuple[int, bytes]]:
@@ -60,30 +75,17 @@ class TappedDatagrams:
             self._tap.note(WireBytes(t_ns, Wire.FORCE_DATAGRAMS, False, data))
         return arrived
 
-    def close(self) -> None:
-        """Give back what it holds."""
-        self._link.close()
 
-
-class TappedText:
-    """A ``TextLink`` with a tap on it; arguments as for ``TappedDatagrams``."""
-
-    def __init__(self, link: TextLink, tap: WireTap, clock: Clock) -> None:
-        self._link = link
-        self._tap = tap
-        self._clock = clock
+class TappedText(_Tapped[TextLink]):
+    """A ``TextLink`` with a tap on it."""
 
     def write(self, data: bytes) -> None:
         """Send bytes."""
-        self._tap.note(WireBytes(self._clock.now_ns(), Wire.FORCE_CONSOLE, True, data))
+        self._note(Wire.FORCE_CONSOLE, True, data)
         self._link.write(data)
 
     def read(self, timeout_s: float) -> bytes:
         """Return what has arrived."""
         data = self._link.read(timeout_s)
-        self._tap.note(WireBytes(self._clock.now_ns(), Wire.FORCE_CONSOLE, False, data))
+        self._note(Wire.FORCE_CONSOLE, False, data)
         return data
-
-    def close(self) -> None:
-        """Hang up."""
-        self._link.close()

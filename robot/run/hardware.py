@@ -58,7 +58,7 @@ def assemble(config: RobotConfig, wires: Wires, *, armed: bool) -> Rig:
     """
     if wires.tap is not None:
         wires.tap.listen(wires.port)
-    bus = ServoBus(wires.port, config.servo_bus, wires.clock)
+    bus = ServoBus(wires.port, config.servo_bus)
     stream: ForceStream | None = None
     try:
         bus.connect()

@@ -112,7 +112,7 @@ class Rig:
         self._poses: PoseListener | None = None
         self._torque = False
         self._link_lost = ""
-        self._recovery = ServoRecovery(bus, wires.clock, policy_of(recovery))
+        self._recovery = ServoRecovery(bus, policy_of(recovery))
         self._down: dict[int, Incident] = {}
         self._events: list[ServoEvent] = []
 

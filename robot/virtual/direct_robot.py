@@ -103,13 +103,13 @@ class DirectRobot:
         return Reading(readings, tuple(self._robot.wnet.due(self.clock.now_ns())))
 
     def _counts(self) -> tuple[IntArray, ...]:
-        world = self.world
+        motors = self.world.motors()
         values = (
-            world.encoder_ticks,
-            world.encoder_rate / VELOCITY_UNIT_RAD_S,
-            world.current_a / CURRENT_UNIT_A,
-            world.supply_v / VOLTAGE_UNIT_V,
-            world.temperature_c,
+            motors.ticks,
+            motors.rate_rad_s / VELOCITY_UNIT_RAD_S,
+            motors.current_a / CURRENT_UNIT_A,
+            motors.supply_v / VOLTAGE_UNIT_V,
+            motors.temperature_c,
         )
         return tuple(np.rint(value).astype(np.int64) for value in values)
 

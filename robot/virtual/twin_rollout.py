@@ -109,10 +109,10 @@ class TwinRollout:
         commands = commands - turns
         world.advance_to(START_NS)
         firmware.mode[:] = int(OperatingMode.EXTENDED_POSITION)
-        for index, ticks in enumerate(world.encoder_ticks):
+        for index, ticks in enumerate(world.motors().ticks):
             firmware.restart(index, float(ticks))
-        firmware.goal_position[:] = world.encoder_ticks
-        firmware.torque[:] = True
+        firmware.goal_position[:] = world.motors().ticks
+        firmware.servos["torque"] = True
         now_ns = self._stand_up(world, firmware.goal_position, commands[0])
         _begin_at(world, trial)
         return self._walk(trial, twin, world, firmware.goal_position, commands, turns, now_ns)
@@ -154,7 +154,7 @@ class TwinRollout:
         shafts, wrenches, places = [], [], []
         for t_ns, command in zip(times.tolist(), commands, strict=True):
             world.advance_to(t_ns)
-            shafts.append(ticks_to_angle(world.encoder_ticks, bus.signs, bus.zeros))
+            shafts.append(ticks_to_angle(world.motors().ticks, bus.signs, bus.zeros))
             wrenches.append(world.wrench(t_ns))
             position, quaternion, feet = world.plant.places()
             places.append((t_ns, position.copy(), quaternion, feet))

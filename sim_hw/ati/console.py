@@ -8,21 +8,28 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from drivers.ati.calibration import AXES
-from sim_hw.ati.unit import COUNTS_PER_UNIT, MAX_RATING, VirtualWnet
-from sim_hw.ati.wire import WnetWire
+from sim_hw.ati.unit import COUNTS_PER_UNIT, MAX_RATING, VirtualWnet, WnetWire
 from sim_hw.interfaces import ConsoleEnd
 
 PROMPT = b">"
 BANNER = b"WLAN:  2026 Jan  1 00:00:00 Telnet connection opened by client\r\n\r\n>"
 LARGEST_ADC_RATE = 4000
-VERSIONS = (
-    "Component   Version",
-    "---------   -------",
-    "Firmware    2.1.27 - virtual",
-    "WLAN Module 2.6.2.1.7.7",
-    "CPLD 0      04",
-    "CPLD 1      04",
-)
+# What some commands print, whatever the unit's state.
+FIXED = {
+    "VERSIONS": (
+        "Component   Version",
+        "---------   -------",
+        "Firmware    2.1.27 - virtual",
+        "WLAN Module 2.6.2.1.7.7",
+        "CPLD 0      04",
+        "CPLD 1      04",
+    ),
+    "DEVIP": ("Device IP = 127.0.0.1",),
+    "TECHNICIAN": ("USER",),
+    "NTP": ("Parameter Value", "--------- -----", "Enable    0"),
+    "SAVEALL": ("Saved",),
+    "HELP": ("TRANS CALIB CAL RATE XPWR BIAS FILTER T VERSIONS NTP DEVIP HELP",),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +89,7 @@ def format_cal(table: CalTable) -> list[str]:
 
 
 class ConsoleSession:
-    """One console session.
+    """``sim_hw.interfaces.ConsoleEnd``: one console session, whose answers are there at once.
 
     Args:
         unit: The unit.
@@ -93,22 +100,29 @@ class ConsoleSession:
         self._unit = unit
         self._active = 1
         self._line = bytearray()
-        self._greeting = BANNER if unit.assumed.banner else b""
+        self._printed = bytearray(BANNER if unit.assumed.banner else b"")
+        self._printed_ns = 0
 
-    def greeting(self) -> bytes:
-        """Return what the unit says first."""
-        return self._greeting
-
-    def receive(self, data: bytes) -> bytes:
-        """Take bytes; return what the unit prints."""
-        printed = bytearray()
+    def give(self, data: bytes, t_ns: int) -> None:
+        """Send bytes to the unit."""
+        self._printed_ns = t_ns
         for byte in data:
             if byte == 0x0D or (byte == 0x0A and self._line):
-                printed += self._obey(self._line.decode("ascii", errors="replace"))
+                self._printed += self._obey(self._line.decode("ascii", errors="replace"))
                 self._line.clear()
             elif byte != 0x0A:
                 self._line.append(byte)
-        return bytes(printed)
+
+    def take(self, t_ns: int) -> bytes:
+        """Return what has been printed."""
+        del t_ns
+        data = bytes(self._printed)
+        self._printed.clear()
+        return data
+
+    def next_due_ns(self) -> int | None:
+        """When there is something to take."""
+        return self._printed_ns if self._printed else None
 
     def _obey(self, line: str) -> bytes:
         if not line.strip():
@@ -125,19 +139,13 @@ class ConsoleSession:
             "XPWR": self._xpwr,
             "BIAS": self._bias,
             "T": self._transmit,
-            "VERSIONS": lambda _: list(VERSIONS),
-            "DEVIP": lambda _: ["Device IP = 127.0.0.1"],
-            "IP": lambda _: [
-                "Device IP = 127.0.0.1",
-                f"UDPout 49152 -> {self._unit.host_port}",
-            ],
-            "TECHNICIAN": lambda _: ["USER"],
+            "IP": lambda _: [*FIXED["DEVIP"], f"UDPout 49152 -> {self._unit.host_port}"],
             "FILTER": lambda _: self._filter(),
-            "NTP": lambda _: ["Parameter Value", "--------- -----", "Enable    0"],
-            "SAVEALL": lambda _: ["Saved"],
-            "HELP": lambda _: ["TRANS CALIB CAL RATE XPWR BIAS FILTER T VERSIONS NTP DEVIP HELP"],
         }
-        action = actions.get(words[0].upper())
+        name = words[0].upper()
+        if name in FIXED:
+            return list(FIXED[name])
+        action = actions.get(name)
         if action is None:
             return [f"{self._assumed.unknown_command}{words[0]}"]
         return action([word.upper() for word in words[1:]])
@@ -220,38 +228,9 @@ class ConsoleSession:
         return []
 
 
-class PlainConsole:
-    """``sim_hw.interfaces.ConsoleEnd`` of a session: what is printed is there at once.
-
-    Args:
-        session: The session.
-    """
-
-    def __init__(self, session: ConsoleSession) -> None:
-        self._session = session
-        self._printed = bytearray(session.greeting())
-        self._printed_ns = 0
-
-    def give(self, data: bytes, t_ns: int) -> None:
-        """Send bytes to the unit."""
-        self._printed += self._session.receive(data)
-        self._printed_ns = t_ns
-
-    def take(self, t_ns: int) -> bytes:
-        """Return what has been printed."""
-        del t_ns
-        data = bytes(self._printed)
-        self._printed.clear()
-        return data
-
-    def next_due_ns(self) -> int | None:
-        """When there is something to take."""
-        return self._printed_ns if self._printed else None
-
-
 def open_console(wire: WnetWire) -> ConsoleEnd:
     """Return a new console session of the unit at the other end of a wire."""
-    return wire.wrap_console(PlainConsole(ConsoleSession(wire.unit)))
+    return wire.wrap_console(ConsoleSession(wire.unit))
 
 
 def nominal_cal(number: int, calibration: int, *, mult: bool) -> CalTable:

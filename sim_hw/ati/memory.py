@@ -1,10 +1,10 @@
 """The virtual unit in memory: the real stream driver under a virtual clock, no sockets."""
 
 from sim_hw.ati.console import open_console
-from sim_hw.ati.wire import WnetWire
+from sim_hw.ati.unit import WnetWire
 from sim_hw.clock import VirtualClock
 
-LOCAL_PORT = 49152
+LOCAL_PORT = 49152  # that the unit sees commands come from
 
 
 class MemoryDatagramLink:
@@ -13,18 +13,16 @@ class MemoryDatagramLink:
     Args:
         unit: The unit, or the wire to it.
         clock: The virtual clock that both live by.
-        local_port: The port that the unit sees commands come from.
     """
 
-    def __init__(self, unit: WnetWire, clock: VirtualClock, local_port: int = LOCAL_PORT) -> None:
+    def __init__(self, unit: WnetWire, clock: VirtualClock) -> None:
         self._unit = unit
         self._clock = clock
-        self._local_port = local_port
         self._receiving = False
 
     def send(self, data: bytes) -> None:
         """Send one datagram."""
-        if self._unit.command(data, self._clock.now_ns(), self._local_port):
+        if self._unit.command(data, self._clock.now_ns(), LOCAL_PORT):
             self._receiving = True
 
     def receive(self) -> list[tuple[int, bytes]]:

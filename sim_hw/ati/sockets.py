@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from drivers.ati.discovery import FoundUnit, answer, question
 from sim_hw.ati.console import open_console
-from sim_hw.ati.wire import WnetWire
+from sim_hw.ati.unit import WnetWire
 from sim_hw.interfaces import ConsoleEnd
 
 LOOPBACK = "127.0.0.1"
@@ -19,41 +19,22 @@ class WnetSockets:
 
     Args:
         unit: The unit, or the wire to it.
-        udp_port: Port of commands and data, 0 to let the system choose.
-        console_port: Port of the console, 0 to let the system choose.
-        discovery_port: Port asked by discovery, 0 to let the system choose.
+
+    Attributes:
+        udp_port: Port of commands and data; the system chooses all three.
+        console_port: Port of the console.
+        discovery_port: Port asked by discovery.
     """
 
-    def __init__(
-        self,
-        unit: WnetWire,
-        udp_port: int = 0,
-        console_port: int = 0,
-        discovery_port: int = 0,
-    ) -> None:
+    def __init__(self, unit: WnetWire) -> None:
         self._unit = unit
-        self._data = _bound(socket.SOCK_DGRAM, udp_port)
-        self._discovery = _bound(socket.SOCK_DGRAM, discovery_port)
-        self._listener = _bound(socket.SOCK_STREAM, console_port)
+        self._data, self.udp_port = _bound(socket.SOCK_DGRAM)
+        self._discovery, self.discovery_port = _bound(socket.SOCK_DGRAM)
+        self._listener, self.console_port = _bound(socket.SOCK_STREAM)
         self._listener.listen(1)
         self._client: socket.socket | None = None
         self._console: ConsoleEnd | None = None
         self._receiver: tuple[str, int] | None = None
-
-    @property
-    def udp_port(self) -> int:
-        """Port of commands and data."""
-        return int(self._data.getsockname()[1])
-
-    @property
-    def console_port(self) -> int:
-        """Port of the console."""
-        return int(self._listener.getsockname()[1])
-
-    @property
-    def discovery_port(self) -> int:
-        """Port asked by discovery."""
-        return int(self._discovery.getsockname()[1])
 
     def filenos(self) -> Sequence[int]:
         """File descriptors to watch."""
@@ -139,10 +120,9 @@ class WnetSockets:
             each.close()
 
 
-def _bound(kind: socket.SocketKind, port: int) -> socket.socket:
+def _bound(kind: socket.SocketKind) -> tuple[socket.socket, int]:
+    """Return a socket on a port that the system chooses, and the port."""
     made = socket.socket(socket.AF_INET, kind)
-    if kind == socket.SOCK_STREAM:
-        made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    made.bind((LOOPBACK, port))
+    made.bind((LOOPBACK, 0))
     made.setblocking(False)
-    return made
+    return made, int(made.getsockname()[1])

@@ -7,6 +7,7 @@ source tells (does a start reset the sequence number? are commands acknowledged?
 
 from collections import deque
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -52,6 +53,31 @@ class TransducerState:
     mult: bool = True
     calibration: int = 1
     bias: IntArray | None = None
+
+
+class WnetWire(Protocol):
+    """The force-torque unit as the host's end sees it: commands in, datagrams out, a console beside."""
+
+    @property
+    def unit(self) -> "VirtualWnet":
+        """The unit itself."""
+        ...
+
+    def command(self, data: bytes, t_ns: int, host_port: int) -> bool:
+        """Take a command sent from a port; return whether that is where datagrams go from now on."""
+        ...
+
+    def poll(self, t_ns: int) -> list[tuple[int, bytes]]:
+        """Return the datagrams that have arrived by a time: when each did, and its bytes."""
+        ...
+
+    def next_due_ns(self) -> int | None:
+        """When the next datagram may be due, None if none is."""
+        ...
+
+    def wrap_console(self, end: ConsoleEnd) -> ConsoleEnd:
+        """Return a console session as this wire carries it."""
+        ...
 
 
 class VirtualWnet:
@@ -108,7 +134,7 @@ class VirtualWnet:
 
     @property
     def unit(self) -> "VirtualWnet":
-        """The unit itself; see ``sim_hw.ati.wire.WnetWire``."""
+        """The unit itself; see ``WnetWire``."""
         return self
 
     def wrap_console(self, end: ConsoleEnd) -> ConsoleEnd:
@@ -116,14 +142,7 @@ class VirtualWnet:
         return end
 
     def command(self, data: bytes, t_ns: int, host_port: int) -> bool:
-        """Take a command sent from a port; see ``handle_datagram``."""
-        receiver = self.handle_datagram(data, t_ns)
-        if receiver:
-            self.host_port = host_port
-        return receiver
-
-    def handle_datagram(self, data: bytes, t_ns: int) -> bool:
-        """Take a command; return whether its sender becomes the receiver of records."""
+        """Take a command sent from a port; return whether that becomes the receiver of records."""
         command = parse_command(data)
         if command is None:
             self.ignored += 1
@@ -135,6 +154,7 @@ class VirtualWnet:
             self._next_ns = t_ns + self._period_ns
             if self.assumed.sequence_restarts:
                 self._sequence = 0
+            self.host_port = host_port
             return True
         if command.command == Command.STOP:
             self._left = 0

@@ -7,6 +7,7 @@ marked where it is decided. That the answer to a write of the id comes from the 
 """
 
 from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from drivers.dynamixel.frames import (
@@ -30,7 +31,6 @@ BITS_PER_BYTE = 10
 LARGEST_ID = 252
 # A longer pause inside a packet makes the servo drop it (e-manual, "Protocol 2.0").
 LARGEST_BYTE_GAP_NS = 1_500_000
-DEFAULT_RETURN_DELAY = 0
 # How often watchdogs and protections are looked after.
 CHECK_PERIOD_NS = 2_000_000
 
@@ -58,7 +58,6 @@ class VirtualServoBus:
         firmware: The control loops, shared with the world.
         ids: Dynamixel ids, in the world's order.
         baud_rate: Baud rate they are set to.
-        return_delay: Return delay they are set to, in units of 2 us.
         assumed: What is assumed about them.
     """
 
@@ -68,14 +67,13 @@ class VirtualServoBus:
         firmware: FirmwareBank,
         ids: tuple[int, ...],
         baud_rate: int,
-        return_delay: int = DEFAULT_RETURN_DELAY,
         assumed: ServoAssumed = SERVO_ASSUMED,
     ) -> None:
         self._world = world
         self._assumed = assumed
         code = BAUD_CODES[baud_rate]
         self.servos = tuple(
-            VirtualServo(index, servo_id, code, return_delay, world, firmware, assumed)
+            VirtualServo(index, servo_id, code, world, firmware, assumed)
             for index, servo_id in enumerate(ids)
         )
         self._parser = FrameParser()
@@ -173,108 +171,83 @@ class VirtualServoBus:
     def _obey(self, frame: Frame, t_ns: int, baud_rate: int, listening: list[VirtualServo]) -> None:
         by_id = {s.servo_id: s for s in listening if s.servo_id not in self._silent}
         match frame.instruction:
-            case Instruction.SYNC_READ:
-                self._sync_read(frame.parameters, t_ns, baud_rate, by_id)
-            case Instruction.BULK_READ:
-                self._bulk_read(frame.parameters, t_ns, baud_rate, by_id)
-            case Instruction.SYNC_WRITE:
-                _sync_write(frame.parameters, t_ns, by_id)
-            case Instruction.BULK_WRITE:
-                _bulk_write(frame.parameters, t_ns, by_id)
+            case Instruction.SYNC_READ | Instruction.BULK_READ:
+                self._answer_reads(frame, t_ns, baud_rate, by_id)
+            case Instruction.SYNC_WRITE | Instruction.BULK_WRITE:
+                for servo_id, address, data in _writes(frame):
+                    if servo_id in by_id:
+                        by_id[servo_id].write(address, data, t_ns)
+                    for shadow in _shadows(by_id, servo_id):
+                        shadow.write_as_shadow(address, data, t_ns)
             case Instruction.FAST_SYNC_READ | Instruction.FAST_BULK_READ:
                 return  # MX firmware does not know them; they go to everybody, so it is silent
             case Instruction.PING if frame.servo_id == BROADCAST_ID:
                 for servo in sorted(by_id.values(), key=lambda s: s.servo_id):
                     self._send(servo, servo.servo_id, 0, servo.identity(), baud_rate)
+            case _ if frame.servo_id == BROADCAST_ID:
+                for servo in by_id.values():
+                    servo.obey(frame.instruction, frame.parameters, t_ns, broadcast=True)
             case _:
                 self._single(frame, t_ns, baud_rate, by_id)
 
     def _single(
         self, frame: Frame, t_ns: int, baud_rate: int, by_id: dict[int, VirtualServo]
     ) -> None:
-        broadcast = frame.servo_id == BROADCAST_ID
-        if broadcast:
-            for servo in by_id.values():
-                servo.obey(frame.instruction, frame.parameters, t_ns, broadcast=True)
-            return
-        for servo in _shadows(by_id, frame.servo_id):
-            servo.obey_as_shadow(frame.instruction, frame.parameters, t_ns)
-        servo_or_none = by_id.get(frame.servo_id)
-        if servo_or_none is None:
-            return
-        answers = servo_or_none.answers(frame.instruction)
-        error, data = servo_or_none.obey(frame.instruction, frame.parameters, t_ns, broadcast=False)
-        if answers:
-            self._send(servo_or_none, frame.servo_id, error, data, baud_rate)
-
-    def _sync_read(
-        self, parameters: bytes, t_ns: int, baud_rate: int, by_id: dict[int, VirtualServo]
-    ) -> None:
-        if len(parameters) < 5:
-            return
-        address, length = _pair(parameters)
-        for servo_id in parameters[4:]:
-            if self._answer_read(by_id, servo_id, address, length, t_ns, baud_rate):
-                break
-
-    def _bulk_read(
-        self, parameters: bytes, t_ns: int, baud_rate: int, by_id: dict[int, VirtualServo]
-    ) -> None:
-        for start in range(0, len(parameters) - 4, 5):
-            address, length = _pair(parameters[start + 1 :])
-            if self._answer_read(by_id, parameters[start], address, length, t_ns, baud_rate):
-                break
-
-    def _answer_read(
-        self,
-        by_id: dict[int, VirtualServo],
-        servo_id: int,
-        address: int,
-        length: int,
-        t_ns: int,
-        baud_rate: int,
-    ) -> bool:
-        """Answer for one servo; return whether the chain of answers breaks here."""
-        servo = by_id.get(servo_id)
+        parameters = frame.parameters
+        if frame.instruction == Instruction.WRITE:
+            for shadow in _shadows(by_id, frame.servo_id):
+                shadow.write_as_shadow(_number(parameters), parameters[2:], t_ns)
+        servo = by_id.get(frame.servo_id)
         if servo is None:
-            return self._silent.get(servo_id, False)
-        if servo.table.get("status_return_level") >= 1:
-            error, data = servo.read(address, length, t_ns)
-            self._send(servo, servo_id, error, data, baud_rate)
-        return False
+            return
+        answers = servo.answers(frame.instruction)
+        error, data = servo.obey(frame.instruction, parameters, t_ns, broadcast=False)
+        if answers:
+            self._send(servo, frame.servo_id, error, data, baud_rate)
+
+    def _answer_reads(
+        self, frame: Frame, t_ns: int, baud_rate: int, by_id: dict[int, VirtualServo]
+    ) -> None:
+        """Answer a sync or bulk read in its order, up to where the chain of answers breaks."""
+        for servo_id, address, length in _reads(frame):
+            servo = by_id.get(servo_id)
+            if servo is None:
+                if self._silent.get(servo_id, False):
+                    return
+            elif servo.table.get("status_return_level") >= 1:
+                error, data = servo.read(address, length, t_ns)
+                self._send(servo, servo_id, error, data, baud_rate)
 
 
-def _pair(parameters: bytes) -> tuple[int, int]:
-    return int.from_bytes(parameters[:2], "little"), int.from_bytes(parameters[2:4], "little")
+def _number(data: bytes) -> int:
+    return int.from_bytes(data[:2], "little")
 
 
-def _sync_write(parameters: bytes, t_ns: int, by_id: dict[int, VirtualServo]) -> None:
-    if len(parameters) < 5:
+def _reads(frame: Frame) -> Iterator[tuple[int, int, int]]:
+    """Id, address and length of every part of a sync or bulk read."""
+    data = frame.parameters
+    if frame.instruction == Instruction.SYNC_READ:
+        for servo_id in data[4:]:
+            yield servo_id, _number(data), _number(data[2:])
+    else:
+        for at in range(0, len(data) - 4, 5):
+            yield data[at], _number(data[at + 1 :]), _number(data[at + 3 :])
+
+
+def _writes(frame: Frame) -> Iterator[tuple[int, int, bytes]]:
+    """Id, address and data of every part of a sync or bulk write; what is cut short is left out."""
+    data = frame.parameters
+    if frame.instruction == Instruction.SYNC_WRITE:
+        address, length = _number(data), _number(data[2:])
+        for at in range(4, len(data) - length, length + 1):
+            yield data[at], address, data[at + 1 : at + 1 + length]
         return
-    address, length = _pair(parameters)
-    for start in range(4, len(parameters) - length, length + 1):
-        _write(by_id, parameters[start], address, parameters[start + 1 : start + 1 + length], t_ns)
-
-
-def _bulk_write(parameters: bytes, t_ns: int, by_id: dict[int, VirtualServo]) -> None:
-    start = 0
-    while start + 5 <= len(parameters):
-        address, length = _pair(parameters[start + 1 :])
-        data = parameters[start + 5 : start + 5 + length]
-        if len(data) == length:
-            _write(by_id, parameters[start], address, data, t_ns)
-        start += 5 + length
-
-
-def _write(
-    by_id: dict[int, VirtualServo], servo_id: int, address: int, data: bytes, t_ns: int
-) -> None:
-    """Write to the servo of an id, and to those that listen to it as their secondary id."""
-    servo = by_id.get(servo_id)
-    if servo is not None:
-        servo.write(address, data, t_ns)
-    for shadow in _shadows(by_id, servo_id):
-        shadow.write_as_shadow(address, data, t_ns)
+    at = 0
+    while at + 5 <= len(data):
+        address, length = _number(data[at + 1 :]), _number(data[at + 3 :])
+        if at + 5 + length <= len(data):
+            yield data[at], address, data[at + 5 : at + 5 + length]
+        at += 5 + length
 
 
 def _shadows(by_id: dict[int, VirtualServo], servo_id: int) -> list[VirtualServo]:

@@ -131,7 +131,8 @@ class ControlTable:
         limit = LIMITED_BY.get(register.name)
         if limit is not None and abs(value) > self.get(limit):
             return StatusError.DATA_LIMIT
-        if not self._lowest(register) <= value <= self._highest(register):
+        lowest = 0 if register.name == "bus_watchdog" else register.minimum
+        if not lowest <= value <= register.maximum:
             return StatusError.DATA_RANGE
         if register.name == "operating_mode" and value not in OPERATING_MODES:
             return StatusError.DATA_RANGE
@@ -141,14 +142,6 @@ class ControlTable:
             low, high = self.get("min_position_limit"), self.get("max_position_limit")
             return StatusError.NONE if low <= value <= high else StatusError.DATA_LIMIT
         return StatusError.NONE
-
-    @staticmethod
-    def _lowest(register: Register) -> int:
-        return 0 if register.name == "bus_watchdog" else register.minimum
-
-    @staticmethod
-    def _highest(register: Register) -> int:
-        return register.maximum
 
     def write(self, address: int, data: bytes) -> list[str]:
         """Do a write that has been checked; return the names of the registers it touched."""

@@ -1,10 +1,13 @@
-"""The control loop in the servos' firmware, for all servos at once.
+"""The control loop in the servos' firmware, for all servos at once. Compiled.
 
 Source: ROBOTIS e-manual, MX-106(2.0), "Operating Mode", gains and profiles: position mode is a PID with
 feedforward on the difference between trajectory and encoder, in PWM counts; K_P = n/128,
 K_I = n/65536, K_D = n/16, feedforward n/4. The loop's own rate is not published ("much faster than
 1 kHz"); here it runs once a physics step. Units inside: ticks, ticks/s, PWM counts (885 = 100 %).
 """
+
+import math
+from typing import Any
 
 import numpy as np
 
@@ -16,132 +19,168 @@ from drivers.dynamixel.mx106 import (
     OperatingMode,
 )
 from model.compiled import compiled
-from model.values.arrays import BoolArray, FloatArray, IntArray
+from model.values.arrays import BoolArray, FloatArray
 from sim_hw.dynamixel.goal_path import GoalPath
 
-# Acceleration unit: 1 count of velocity in 64 ms.
-ACCELERATION_UNIT_RAD_S2 = VELOCITY_UNIT_RAD_S / 0.064
-FIRST_POSITION_MODE = int(OperatingMode.POSITION)
-LAST_POSITION_MODE = int(OperatingMode.CURRENT_BASED_POSITION)
+CURRENT, VELOCITY, PWM = (
+    int(OperatingMode.CURRENT), int(OperatingMode.VELOCITY), int(OperatingMode.PWM),
+)  # fmt: skip
 POSITION_MODES = (
     OperatingMode.POSITION,
     OperatingMode.EXTENDED_POSITION,
     OperatingMode.CURRENT_BASED_POSITION,
 )
+# Registers that the loop works from, as the control table has them, and those that turn with Drive Mode.
+COPIED = (
+    "operating_mode", "pwm_limit", "position_p_gain", "position_i_gain", "position_d_gain",
+    "velocity_p_gain", "velocity_i_gain", "feedforward_1st_gain", "profile_velocity",
+    "profile_acceleration",
+)  # fmt: skip
+TURNED = ("goal_velocity", "goal_current", "goal_pwm")
+# What the loop keeps: trajectory [ticks], its rate [ticks/s], goal of the velocity loop on its ramp
+# [counts], integrals [PWM counts], last error [ticks].
+STATE = (
+    "trajectory", "trajectory_rate", "ramp_velocity", "position_integral", "velocity_integral",
+    "current_integral", "last_error",
+)  # fmt: skip
+# ``pwm`` is the last output; ``stopped``: held by a tripped watchdog.
+_NUMBERS = [(name, np.float64) for name in ("goal_position", *COPIED, *TURNED, *STATE, "pwm")]
+_SWITCHES = [("torque", np.bool_), ("stopped", np.bool_)]
+SERVO = np.dtype((np.record, np.dtype([*_NUMBERS, *_SWITCHES], align=True)))
 
 
 @compiled
-def _plain_duty(
-    ticks: FloatArray,
-    steps_ms: float,
-    goal: FloatArray,
-    mode: IntArray,
-    flags: BoolArray,
-    loop: FloatArray,
-    gains: FloatArray,
-    duty: FloatArray,
-) -> bool:
-    """Position loops of all servos, goals followed at once; False, and nothing done, if any is otherwise.
+def _bounded(value: float, most: float) -> float:
+    return min(max(value, -most), most)
 
-    Args:
-        ticks: Encoders, (N,).
-        steps_ms: Step [ms].
-        goal: Goals, (N,) [ticks].
-        mode: Operating modes, (N,).
-        flags: Torque on, held by a tripped watchdog, (2, N).
-        loop: Trajectory, its rate, integral, last error, PWM, (5, N); changed.
-        gains: P, I, D, first feedforward, PWM limit, goal PWM, profile velocity, (7, N).
-        duty: Written, (N,).
-    """
+
+@compiled
+def _advance_trajectory(servo: Any, goal: float, dt_s: float) -> None:
+    """Step, rectangular or trapezoidal approach of the trajectory to the goal."""
+    if servo.stopped or servo.profile_velocity == 0.0:
+        servo.trajectory_rate = 0.0
+        if not servo.stopped:
+            servo.trajectory = goal
+        return
+    to_go = goal - servo.trajectory
+    speed = servo.profile_velocity * VELOCITY_UNIT_RAD_S * (1.0 / TICK_RAD)  # ticks/s
+    # 1 count of acceleration is 1 count of velocity in 64 ms; ticks/s^2
+    ramp = servo.profile_acceleration * (VELOCITY_UNIT_RAD_S / 0.064) * (1.0 / TICK_RAD)
+    if ramp > 0:  # no faster than the ramp can still stop at the goal
+        speed = min(speed, math.sqrt(2 * ramp * abs(to_go)))
+    change = math.copysign(speed, to_go) - servo.trajectory_rate
+    if to_go == 0.0:
+        change = -servo.trajectory_rate
+    if ramp > 0:
+        change = _bounded(change, ramp * dt_s)
+    rate = servo.trajectory_rate + change
+    servo.trajectory += _bounded(rate * dt_s, abs(to_go))
+    servo.trajectory_rate = 0.0 if abs(goal - servo.trajectory) < 1e-9 else rate
+
+
+@compiled
+def _position_loop(servo: Any, ticks: float, steps_ms: float) -> float:
+    error = servo.trajectory - np.rint(ticks)  # the encoder counts whole ticks
+    # the D gain's time base is undisclosed; per millisecond gives the order of magnitude
+    derivative = (error - servo.last_error) / steps_ms
+    servo.last_error = error
+    step = servo.position_i_gain / 65536 * error * steps_ms
+    servo.position_integral = _bounded(servo.position_integral + step, DUTY_FULL)
+    pwm: float = (
+        servo.position_p_gain / 128 * error
+        + servo.position_integral
+        + servo.position_d_gain / 16 * derivative
+        + servo.feedforward_1st_gain / 4 * servo.trajectory_rate * 1e-3
+    )
+    return pwm
+
+
+@compiled
+def _velocity_loop(servo: Any, rate_rad_s: float, steps_ms: float) -> float:
+    change = (0.0 if servo.stopped else servo.goal_velocity) - servo.ramp_velocity
+    if servo.profile_acceleration > 0 and not servo.stopped:  # 0 does not limit it
+        change = _bounded(change, servo.profile_acceleration * (steps_ms * 1e-3 / 0.064))
+    servo.ramp_velocity += change
+    error = servo.ramp_velocity - rate_rad_s / VELOCITY_UNIT_RAD_S  # counts
+    step = servo.velocity_i_gain / 65536 * error * steps_ms
+    servo.velocity_integral = _bounded(servo.velocity_integral + step, DUTY_FULL)
+    pwm: float = servo.velocity_p_gain / 128 * error + servo.velocity_integral
+    return pwm
+
+
+@compiled
+def _current_loop(servo: Any, current_a: float, steps_ms: float) -> float:
+    """An integrating current loop; the firmware's own is undisclosed."""
+    error = (0.0 if servo.stopped else servo.goal_current * CURRENT_UNIT_A) - current_a
+    integral: float = _bounded(servo.current_integral + 50.0 * error * steps_ms, DUTY_FULL)
+    servo.current_integral = integral
+    return integral
+
+
+@compiled
+def _duties(
+    servos: Any, goal: FloatArray, ticks: FloatArray, rate_rad_s: FloatArray, current_a: FloatArray,
+    dt_s: float, duty: FloatArray,
+) -> None:  # fmt: skip
+    """Run the loop of every servo's mode once; ``duty`` is written, (N,)."""
+    steps_ms = dt_s / 1e-3
     for k in range(len(ticks)):
-        if mode[k] < 3 or mode[k] > 5 or gains[6, k] != 0.0:
-            return False
-    for k in range(len(ticks)):
-        if not flags[1, k]:
-            loop[0, k] = goal[k]
-        loop[1, k] = 0.0
-        error = loop[0, k] - np.rint(ticks[k])  # the encoder counts whole ticks
-        # the D gain's time base is undisclosed; per millisecond gives the order of magnitude
-        derivative = (error - loop[3, k]) / steps_ms
-        loop[3, k] = error
-        loop[2, k] = min(max(loop[2, k] + gains[1, k] / 65536 * error * steps_ms, -885.0), 885.0)
-        pwm = gains[0, k] / 128 * error + loop[2, k] + gains[2, k] / 16 * derivative
-        most = min(gains[4, k], abs(gains[5, k]))
-        loop[4, k] = min(max(pwm, -most), most) if flags[0, k] else 0.0
-        duty[k] = loop[4, k] / 885.0
-    return True
+        servo = servos[k]
+        mode = servo.operating_mode
+        _advance_trajectory(servo, goal[k], dt_s)
+        most = min(servo.pwm_limit, abs(servo.goal_pwm))
+        if mode == VELOCITY:
+            pwm = _velocity_loop(servo, rate_rad_s[k], steps_ms)
+        elif mode == CURRENT:
+            pwm = _current_loop(servo, current_a[k], steps_ms)
+        elif mode == PWM:
+            pwm, most = servo.goal_pwm, servo.pwm_limit
+        else:
+            pwm = _position_loop(servo, ticks[k], steps_ms)
+        servo.pwm = _bounded(pwm, most) if servo.torque else 0.0
+        duty[k] = servo.pwm / DUTY_FULL
 
 
 class FirmwareBank:
-    """Registers of the control loop and its state, one entry a servo.
+    """Registers of the control loop and its state, a record a servo.
 
     The virtual servos write the registers; the world calls ``duty`` once a physics step.
 
     Args:
         count: Number of servos.
+
+    Attributes:
+        servos: Records of ``SERVO``, (N,).
+        mode: Operating modes, a view of them.
+        goal_position: Goals in ticks, a view of them.
+        goal_path: What lies between goals and loops, None for nothing.
     """
 
     def __init__(self, count: int) -> None:
-        self.count = count
-        self.mode = np.full(count, int(OperatingMode.POSITION))
-        self._flags = np.zeros((2, count), dtype=bool)
-        self._loop = np.zeros((5, count))
-        self._gains = np.zeros((7, count))
-        # views: the virtual servos write single registers, the compiled loop takes them in rows
-        self.torque: BoolArray = self._flags[0]
-        self.stopped: BoolArray = self._flags[1]  # held by a tripped watchdog
-        self.trajectory, self.trajectory_rate = self._loop[0], self._loop[1]  # ticks, ticks/s
-        self._integral, self._last_error = self._loop[2], self._loop[3]  # PWM counts, ticks
-        self.pwm: FloatArray = self._loop[4]  # last output, counts
-        self.position_p, self.position_i, self.position_d = self._gains[0:3]
-        self.feedforward_1 = self._gains[3]
-        self.pwm_limit, self.goal_pwm = self._gains[4], self._gains[5]  # counts
-        self.profile_velocity = self._gains[6]  # counts, 0 = step
-        self.position_p[:] = 850.0
-        self.pwm_limit[:] = self.goal_pwm[:] = DUTY_FULL
-        self.goal_position = np.zeros(count)  # ticks
-        self.goal_velocity = np.zeros(count)  # counts
-        self.goal_current = np.zeros(count)  # counts
-        self.velocity_p = np.full(count, 100.0)
-        self.velocity_i = np.full(count, 1920.0)
-        self.feedforward_2 = np.zeros(count)
-        self.profile_acceleration = np.zeros(count)  # counts, 0 = rectangular
-        self.ramp_velocity = np.zeros(count)  # counts; goal of the velocity loop on its ramp
-        self._velocity_integral = np.zeros(count)
-        self._current_integral = np.zeros(count)
+        self.servos: Any = np.zeros(count, dtype=SERVO)
+        self.mode: FloatArray = self.servos["operating_mode"]
+        self.goal_position: FloatArray = self.servos["goal_position"]
+        self.mode[:] = OperatingMode.POSITION
+        self.servos["position_p_gain"] = 850.0
+        self.servos["pwm_limit"] = self.servos["goal_pwm"] = DUTY_FULL
         self.goal_path: GoalPath | None = None
-        # machine code is loaded here, in mode 0 nothing is done: a servo that is asked must not wait for it
-        empty = np.zeros(count)
-        mode = np.zeros_like(self.mode)
-        _plain_duty(empty, 1.0, empty, mode, self._flags, self._loop, self._gains, empty)
+        # machine code is loaded here: a servo that is asked must not wait for it
+        none = np.zeros(0)
+        _duties(self.servos[:0], none, none, none, none, 1e-3, none)
 
     @property
     def driven(self) -> BoolArray:
         """True where the output stage is on."""
-        driven: BoolArray = self.torque
+        driven: BoolArray = self.servos["torque"].copy()
         return driven
 
     def restart(self, index: int, ticks: float) -> None:
         """Begin anew at a position: torque switched on, mode changed, power came back."""
-        self.trajectory[index] = ticks
-        self.trajectory_rate[index] = 0.0
-        self.ramp_velocity[index] = 0.0
-        for integral in (self._integral, self._velocity_integral, self._current_integral):
-            integral[index] = 0.0
-        self._last_error[index] = 0.0
+        for name in STATE:
+            self.servos[name][index] = 0.0
+        self.servos["trajectory"][index] = ticks
         if self.goal_path is not None:
             self.goal_path.restart(index, ticks)
-
-    def profile_ongoing(self) -> BoolArray:
-        """True where the trajectory has not reached its goal."""
-        ongoing: BoolArray = np.abs(self.goal_position - self.trajectory) > 0.5
-        return ongoing
-
-    def planned_velocity(self, index: int) -> float:
-        """Return the velocity that the profile asks for now [counts]."""
-        if self.mode[index] == OperatingMode.VELOCITY:
-            return float(self.ramp_velocity[index])
-        return float(self.trajectory_rate[index]) * TICK_RAD / VELOCITY_UNIT_RAD_S
 
     def duty(
         self, ticks: FloatArray, rate_rad_s: FloatArray, current_a: FloatArray, dt_s: float
@@ -150,97 +189,6 @@ class FirmwareBank:
         goal = self.goal_position
         if self.goal_path is not None:
             goal = self.goal_path.advance(goal)
-        output = np.empty(self.count)
-        if _plain_duty(
-            ticks, dt_s / 1e-3, goal, self.mode, self._flags, self._loop, self._gains, output
-        ):
-            return output
-        self._advance_trajectory(goal, dt_s)
-        pwm = self._position_loop(ticks, dt_s)
-        ceiling = np.minimum(self.pwm_limit, np.abs(self.goal_pwm))
-        pwm, ceiling = self._other_loops(pwm, ceiling, rate_rad_s, current_a, dt_s)
-        self.pwm[:] = np.where(self.torque, np.clip(pwm, -ceiling, ceiling), 0.0)
-        output[:] = self.pwm / DUTY_FULL
+        output = np.empty(len(ticks))
+        _duties(self.servos, goal, ticks, rate_rad_s, current_a, dt_s, output)
         return output
-
-    def _other_loops(
-        self,
-        pwm: FloatArray,
-        ceiling: FloatArray,
-        rate_rad_s: FloatArray,
-        current_a: FloatArray,
-        dt_s: float,
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return PWM and its bound where some servos are in velocity, current or PWM mode."""
-        position = (self.mode >= FIRST_POSITION_MODE) & (self.mode <= LAST_POSITION_MODE)
-        pwm = np.where(position, pwm, 0.0)
-        pwm = np.where(
-            self.mode == OperatingMode.VELOCITY, self._velocity_loop(rate_rad_s, dt_s), pwm
-        )
-        pwm = np.where(self.mode == OperatingMode.PWM, self.goal_pwm, pwm)
-        current_goal = self.goal_current * CURRENT_UNIT_A
-        wanted = self._current_loop(current_goal, current_a, dt_s)
-        pwm = np.where(self.mode == OperatingMode.CURRENT, wanted, pwm)
-        return pwm, np.where(self.mode == OperatingMode.PWM, self.pwm_limit, ceiling)
-
-    def _advance_trajectory(self, goal: FloatArray, dt_s: float) -> None:
-        """Rectangular or trapezoidal approach of the trajectory to the goal."""
-        moving = ~self.stopped
-        to_go = goal - self.trajectory
-        to_ticks = 1.0 / TICK_RAD
-        top = self.profile_velocity * VELOCITY_UNIT_RAD_S * to_ticks  # ticks/s
-        ramp = self.profile_acceleration * ACCELERATION_UNIT_RAD_S2 * to_ticks  # ticks/s^2
-        # fastest speed from which the ramp can still stop at the goal
-        braking = np.sqrt(2 * np.maximum(ramp, 0.0) * np.abs(to_go))
-        speed = np.where(ramp > 0, np.minimum(top, braking), top)
-        wanted = np.sign(to_go) * speed
-        step = np.where(ramp > 0, ramp * dt_s, np.inf)
-        change = np.clip(wanted - self.trajectory_rate, -step, step)
-        rate = self.trajectory_rate + change
-        way = np.clip(rate * dt_s, -np.abs(to_go), np.abs(to_go))
-        free = top == 0
-        self.trajectory[:] = np.where(
-            moving, np.where(free, goal, self.trajectory + way), self.trajectory
-        )
-        arrived = np.abs(goal - self.trajectory) < 1e-9
-        self.trajectory_rate[:] = np.where(free | arrived | ~moving, 0.0, rate)
-
-    def _position_loop(self, ticks: FloatArray, dt_s: float) -> FloatArray:
-        """The same as in ``_plain_duty``, and feedforward, which only a profile gives anything to."""
-        error = self.trajectory - np.rint(ticks)
-        derivative = (error - self._last_error) * (1e-3 / dt_s)
-        self._last_error[:] = error
-        self._integral[:] = np.clip(
-            self._integral + self.position_i / 65536 * error * (dt_s / 1e-3), -DUTY_FULL, DUTY_FULL
-        )
-        pwm: FloatArray = (
-            self.position_p / 128 * error
-            + self._integral
-            + self.position_d / 16 * derivative
-            + self.feedforward_1 / 4 * self.trajectory_rate * 1e-3
-        )
-        return pwm
-
-    def _velocity_loop(self, rate_rad_s: FloatArray, dt_s: float) -> FloatArray:
-        goal = np.where(self.stopped, 0.0, self.goal_velocity)
-        # one count of acceleration is one count of velocity in 64 ms; 0 does not limit it
-        unlimited = (self.profile_acceleration <= 0) | self.stopped
-        step = np.where(unlimited, np.inf, self.profile_acceleration * (dt_s / 0.064))
-        self.ramp_velocity = self.ramp_velocity + np.clip(goal - self.ramp_velocity, -step, step)
-        error = self.ramp_velocity - rate_rad_s / VELOCITY_UNIT_RAD_S  # counts
-        self._velocity_integral = np.clip(
-            self._velocity_integral + self.velocity_i / 65536 * error * (dt_s / 1e-3),
-            -DUTY_FULL,
-            DUTY_FULL,
-        )
-        pwm: FloatArray = self.velocity_p / 128 * error + self._velocity_integral
-        return pwm
-
-    def _current_loop(self, goal_a: FloatArray, current_a: FloatArray, dt_s: float) -> FloatArray:
-        """An integrating current loop; the firmware's own is undisclosed."""
-        error = np.where(self.stopped, 0.0, goal_a) - current_a
-        self._current_integral = np.clip(
-            self._current_integral + 50.0 * error * (dt_s / 1e-3), -885.0, 885.0
-        )
-        pwm: FloatArray = self._current_integral
-        return pwm

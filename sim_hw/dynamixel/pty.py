@@ -90,10 +90,11 @@ class PtyServoBus:
     def _read(self) -> bytes:
         try:
             return os.read(self._master, READ_CHUNK)
-        except BlockingIOError:
-            return b""
         except OSError as error:
-            if error.errno == errno.EIO:
+            if error.errno in {
+                errno.EAGAIN,
+                errno.EIO,
+            }:  # nothing there, or nobody at the other end
                 return b""
             raise
 

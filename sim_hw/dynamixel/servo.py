@@ -5,46 +5,37 @@ its moving threshold, and a homing offset beyond a quarter turn is cut to it in 
 modelled: dual joint (slave) mode and time-based profiles. Protections: ``sim_hw.dynamixel.protection``.
 """
 
-from collections.abc import Callable
-
 import numpy as np
 
 from drivers.dynamixel.frames import Instruction, StatusError
 from drivers.dynamixel.mx106 import (
     CURRENT_UNIT_A,
     REGISTER,
+    TICK_RAD,
     TICKS_PER_TURN,
     VELOCITY_UNIT_RAD_S,
     VOLTAGE_UNIT_V,
     WATCHDOG_UNIT_S,
     OperatingMode,
+    registers_between,
 )
 from sim_hw.assumed import SERVO_ASSUMED, ServoAssumed
 from sim_hw.dynamixel.control_table import ControlTable
-from sim_hw.dynamixel.firmware import POSITION_MODES, FirmwareBank
+from sim_hw.dynamixel.firmware import COPIED, POSITION_MODES, TURNED, FirmwareBank
 from sim_hw.dynamixel.protection import Protection
 from sim_hw.interfaces import MotorWorld
 
 CLEAR_MULTI_TURN = bytes.fromhex("01 44 58 4C 22")
 RAM_ONLY_FROM = REGISTER["torque_enable"].address
+RETURN_DELAY = 0  # set up as recommended; 250 when new
 REVERSE = 0x01  # bit of Drive Mode
 LARGEST_OFFSET_IN_POSITION_MODE = 1024
+PROFILE_ONGOING_TICKS = 0.5  # the trajectory is farther than this from its goal
 NO_PROFILE, RECTANGULAR, TRAPEZOIDAL = 0x00, 0x10, 0x30  # bits of Moving Status
 # What a mode change sets (e-manual: gains of that mode; the same ones in all modes are assumed).
-MODE_DEFAULTS = tuple(
-    (name, REGISTER[name].initial or 0)
-    for name in (
-        "velocity_i_gain",
-        "velocity_p_gain",
-        "position_d_gain",
-        "position_i_gain",
-        "position_p_gain",
-        "feedforward_2nd_gain",
-        "feedforward_1st_gain",
-        "profile_acceleration",
-        "profile_velocity",
-        "goal_velocity",
-    )
+MODE_DEFAULTS = (
+    *registers_between("velocity_i_gain", "feedforward_1st_gain"),
+    *registers_between("goal_velocity", "profile_velocity"),
 )
 
 
@@ -55,7 +46,6 @@ class VirtualServo:
         index: Its place in the world and in the firmware bank.
         servo_id: Dynamixel id.
         baud_code: Value of the baud rate register.
-        return_delay: Value of the return delay register.
         world: The motors.
         firmware: The control loops.
         assumed: What is assumed about it.
@@ -66,17 +56,17 @@ class VirtualServo:
         index: int,
         servo_id: int,
         baud_code: int,
-        return_delay: int,
         world: MotorWorld,
         firmware: FirmwareBank,
         assumed: ServoAssumed = SERVO_ASSUMED,
     ) -> None:
-        self.table = ControlTable(servo_id, baud_code, return_delay, assumed)
+        self.table = ControlTable(servo_id, baud_code, RETURN_DELAY, assumed)
         self._assumed = assumed
         self._protection = Protection(index, world, assumed)
         self._index = index
         self._world = world
         self._firmware = firmware
+        self._loop = firmware.servos[index]  # a view: what is written here is what the loop runs on
         self._rebase_ticks = 0  # turns taken off the continuous encoder by reboot or Clear
         self._heard_ns = 0
         self._registered: tuple[int, bytes] | None = None
@@ -134,10 +124,8 @@ class VirtualServo:
         self.table.set("profile_velocity", 0)
         self.table.set("profile_acceleration", 0)
         self._sync_firmware()
-        ticks = self._shaft()
-        self._firmware.trajectory[self._index] = ticks
-        self._firmware.goal_position[self._index] = ticks
-        self._firmware.stopped[self._index] = True
+        self._loop.trajectory = self._loop.goal_position = self._shaft()
+        self._loop.stopped = True
 
     # Instructions.
 
@@ -145,46 +133,40 @@ class VirtualServo:
         self, instruction: int, parameters: bytes, t_ns: int, *, broadcast: bool
     ) -> tuple[int, bytes]:
         """Do one instruction; return error number and data of the answer."""
-        actions: dict[int, Callable[[], tuple[int, bytes]]] = {
-            Instruction.PING: lambda: (0, self.identity()),
-            Instruction.READ: lambda: self._read_instruction(parameters, t_ns),
-            Instruction.WRITE: lambda: self._write_instruction(parameters, t_ns),
-            Instruction.REG_WRITE: lambda: self._register_write(parameters),
-            Instruction.ACTION: lambda: self._action(t_ns),
-            Instruction.REBOOT: self._reboot_instruction,
-            Instruction.CLEAR: lambda: self._clear(parameters),
-            Instruction.FACTORY_RESET: lambda: self._factory_reset(parameters, broadcast),
-        }
-        action = actions.get(instruction)
-        return action() if action is not None else (StatusError.INSTRUCTION, b"")
-
-    def obey_as_shadow(self, instruction: int, parameters: bytes, t_ns: int) -> None:
-        """Do a write addressed to the secondary id: RAM only, never answered."""
-        if instruction == Instruction.WRITE and len(parameters) >= 3:
-            self.write_as_shadow(int.from_bytes(parameters[:2], "little"), parameters[2:], t_ns)
+        address, data = int.from_bytes(parameters[:2], "little"), parameters[2:]
+        match instruction:
+            case Instruction.PING:
+                return 0, self.identity()
+            case Instruction.READ if len(data) == 2:
+                return self.read(address, int.from_bytes(data, "little"), t_ns)
+            case Instruction.WRITE if data:
+                return int(self.write(address, data, t_ns)), b""
+            case Instruction.REG_WRITE if data:
+                return int(self._register_write(address, data)), b""
+            case Instruction.READ | Instruction.WRITE | Instruction.REG_WRITE:
+                return StatusError.DATA_LENGTH, b""
+            case Instruction.ACTION:
+                return int(self._action(t_ns)), b""
+            case Instruction.REBOOT:
+                self.restart()
+                return 0, b""
+            case Instruction.CLEAR:
+                return int(self._clear(parameters)), b""
+            case Instruction.FACTORY_RESET:
+                return int(self._factory_reset(parameters, broadcast)), b""
+            case _:
+                return StatusError.INSTRUCTION, b""
 
     def write_as_shadow(self, address: int, data: bytes, t_ns: int) -> None:
-        """Write RAM because the secondary id was meant."""
-        if address >= RAM_ONLY_FROM:
+        """Write because the secondary id was meant: RAM only, never answered."""
+        if address >= RAM_ONLY_FROM and data:
             self.write(address, data, t_ns)
-
-    def _read_instruction(self, parameters: bytes, t_ns: int) -> tuple[int, bytes]:
-        if len(parameters) != 4:
-            return StatusError.DATA_LENGTH, b""
-        address = int.from_bytes(parameters[:2], "little")
-        return self.read(address, int.from_bytes(parameters[2:], "little"), t_ns)
 
     def read(self, address: int, length: int, t_ns: int) -> tuple[int, bytes]:
         """Return error number and bytes; measured registers are taken from the world now."""
         self._measure(t_ns)
         data = self.table.read(address, length)
         return (int(data), b"") if isinstance(data, StatusError) else (0, data)
-
-    def _write_instruction(self, parameters: bytes, t_ns: int) -> tuple[int, bytes]:
-        if len(parameters) < 3:
-            return StatusError.DATA_LENGTH, b""
-        address = int.from_bytes(parameters[:2], "little")
-        return int(self.write(address, parameters[2:], t_ns)), b""
 
     def write(self, address: int, data: bytes, t_ns: int) -> StatusError:
         """Write registers if the rules allow it; what depends on them follows."""
@@ -202,32 +184,25 @@ class VirtualServo:
             elif wanted != torque_before:
                 self._set_torque(on=wanted)
         if "bus_watchdog" in touched:
-            self._firmware.stopped[self._index] = False
+            self._loop.stopped = False
             self._heard_ns = t_ns
         self._sync_firmware()
         return StatusError.NONE
 
-    def _register_write(self, parameters: bytes) -> tuple[int, bytes]:
-        if len(parameters) < 3:
-            return StatusError.DATA_LENGTH, b""
-        address, data = int.from_bytes(parameters[:2], "little"), parameters[2:]
+    def _register_write(self, address: int, data: bytes) -> StatusError:
         error = self.table.check_write(address, data)
         if error is StatusError.NONE:
             self._registered = (address, data)
             self.table.set("registered_instruction", 1)
-        return int(error), b""
+        return error
 
-    def _action(self, t_ns: int) -> tuple[int, bytes]:
+    def _action(self, t_ns: int) -> StatusError:
         if self._registered is None:
-            return StatusError.RESULT_FAIL, b""
+            return StatusError.RESULT_FAIL
         address, data = self._registered
         self._registered = None
         self.table.set("registered_instruction", 0)
-        return int(self.write(address, data, t_ns)), b""
-
-    def _reboot_instruction(self) -> tuple[int, bytes]:
-        self.restart()
-        return 0, b""
+        return self.write(address, data, t_ns)
 
     def restart(self) -> None:
         """Begin as after power-up: RAM, turns and torque are lost, EEPROM is kept."""
@@ -239,34 +214,34 @@ class VirtualServo:
         self._goal_is_here()
         self._sync_firmware()
 
-    def _clear(self, parameters: bytes) -> tuple[int, bytes]:
+    def _clear(self, parameters: bytes) -> StatusError:
         if parameters != CLEAR_MULTI_TURN:
-            return StatusError.DATA_RANGE, b""
+            return StatusError.DATA_RANGE
         if self._is_moving():
-            return StatusError.RESULT_FAIL, b""
+            return StatusError.RESULT_FAIL
         self._into_one_turn()
         self._goal_is_here()
-        self._firmware.trajectory[self._index] = self._shaft()
+        self._loop.trajectory = self._shaft()
         self._sync_firmware()
-        return 0, b""
+        return StatusError.NONE
 
-    def _factory_reset(self, parameters: bytes, broadcast: bool) -> tuple[int, bytes]:
+    def _factory_reset(self, parameters: bytes, broadcast: bool) -> StatusError:
         if len(parameters) != 1 or parameters[0] not in {0xFF, 0x01, 0x02}:
-            return StatusError.DATA_RANGE, b""
+            return StatusError.DATA_RANGE
         if broadcast and parameters[0] == 0xFF:
-            return StatusError.RESULT_FAIL, b""  # refused from firmware 42 on
+            return StatusError.RESULT_FAIL  # refused from firmware 42 on
         keep_id, keep_baud = parameters[0] in {0x01, 0x02}, parameters[0] == 0x02
         servo_id = self.servo_id if keep_id else 1
         baud = self.table.get("baud_rate") if keep_baud else 1
         self.table = ControlTable(servo_id, baud, 250, self._assumed)
         self.restart()
-        return 0, b""
+        return StatusError.NONE
 
     # State.
 
     @property
     def _torque(self) -> bool:
-        return bool(self._firmware.torque[self._index])
+        return bool(self._loop.torque)
 
     @property
     def _shut_down(self) -> bool:
@@ -279,7 +254,7 @@ class VirtualServo:
 
     def _shaft(self) -> float:
         """The continuous encoder in the world's own sense, before rounding [ticks]."""
-        return float(self._world.encoder_ticks[self._index])
+        return float(self._world.motors().ticks[self._index])
 
     def _encoder(self) -> float:
         """The same in the sense that Drive Mode asks for."""
@@ -298,19 +273,17 @@ class VirtualServo:
         self._rebase_ticks = int(np.floor(self._encoder() / TICKS_PER_TURN)) * TICKS_PER_TURN
 
     def _set_torque(self, *, on: bool) -> None:
-        i = self._index
         self.table.set("torque_enable", int(on))
         if on:
             if self.table.get("operating_mode") == OperatingMode.POSITION:
                 self._into_one_turn()
-            self._firmware.restart(i, self._shaft())
-        self._firmware.torque[i] = on
-        self._firmware.stopped[i] = False
+            self._firmware.restart(self._index, self._shaft())
+        self._loop.torque, self._loop.stopped = on, False
 
     def _changed_mode(self) -> None:
         mode = self.table.get("operating_mode")
-        for name, value in MODE_DEFAULTS:
-            self.table.set(name, value)
+        for register in MODE_DEFAULTS:
+            self.table.set(register.name, register.initial or 0)
         self.table.set("goal_pwm", self.table.get("pwm_limit"))
         self.table.set("goal_current", self.table.get("current_limit"))
         if mode == OperatingMode.POSITION:
@@ -324,49 +297,47 @@ class VirtualServo:
 
     def _sync_firmware(self) -> None:
         """Copy the registers the control loop works from."""
-        bank, i, get, sense = self._firmware, self._index, self.table.get, self._sense
-        bank.mode[i] = get("operating_mode")
-        if not bank.stopped[i]:
-            bank.goal_position[i] = sense * (get("goal_position") - self._offset)
+        loop, get, sense = self._loop, self.table.get, self._sense
+        if not loop.stopped:
+            loop.goal_position = sense * (get("goal_position") - self._offset)
         if not self._torque:
-            bank.goal_position[i] = bank.trajectory[i] = self._shaft()
-        bank.goal_velocity[i] = sense * get("goal_velocity")
-        bank.goal_current[i] = sense * get("goal_current")
-        bank.goal_pwm[i] = sense * get("goal_pwm")
-        bank.pwm_limit[i] = get("pwm_limit")
-        bank.position_p[i], bank.position_i[i] = get("position_p_gain"), get("position_i_gain")
-        bank.position_d[i] = get("position_d_gain")
-        bank.velocity_p[i], bank.velocity_i[i] = get("velocity_p_gain"), get("velocity_i_gain")
-        bank.feedforward_1[i] = get("feedforward_1st_gain")
-        bank.feedforward_2[i] = get("feedforward_2nd_gain")
-        bank.profile_velocity[i] = get("profile_velocity")
-        bank.profile_acceleration[i] = get("profile_acceleration")
+            loop.goal_position = loop.trajectory = self._shaft()
+        for name in COPIED:
+            setattr(loop, name, get(name))
+        for name in TURNED:
+            setattr(loop, name, sense * get(name))
 
     def _is_moving(self) -> bool:
         threshold = self.table.get("moving_threshold") * VELOCITY_UNIT_RAD_S
-        return bool(abs(self._world.encoder_rate[self._index]) > threshold)
+        return bool(abs(self._world.motors().rate_rad_s[self._index]) > threshold)
 
     def _measure(self, t_ns: int) -> None:
         """Fill the registers of what is measured."""
-        world, bank, i, put = self._world, self._firmware, self._index, self.table.set
+        motors, loop, i, put = self._world.motors(), self._loop, self._index, self.table.set
         put("realtime_tick", (t_ns // 1_000_000) % 32768)
         sense = self._sense
-        rate = sense * float(world.encoder_rate[i])
         put("moving", int(self._is_moving()))
         put("moving_status", self._moving_status())
-        put("present_pwm", round(sense * float(bank.pwm[i])))
-        put("present_current", round(sense * float(world.current_a[i]) / CURRENT_UNIT_A))
-        put("present_velocity", round(rate / VELOCITY_UNIT_RAD_S))
+        put("present_pwm", round(sense * float(loop.pwm)))
+        put("present_current", round(sense * float(motors.current_a[i]) / CURRENT_UNIT_A))
+        put("present_velocity", round(sense * float(motors.rate_rad_s[i]) / VELOCITY_UNIT_RAD_S))
         put("present_position", round(self._encoder()) + self._offset)
-        put("velocity_trajectory", round(sense * bank.planned_velocity(i)))
-        put("position_trajectory", round(sense * float(bank.trajectory[i])) + self._offset)
-        put("present_input_voltage", round(float(world.supply_v[i]) / VOLTAGE_UNIT_V))
-        put("present_temperature", max(0, round(float(world.temperature_c[i]))))
+        put("velocity_trajectory", round(sense * self._planned_velocity()))
+        put("position_trajectory", round(sense * float(loop.trajectory)) + self._offset)
+        put("present_input_voltage", round(float(motors.supply_v[i]) / VOLTAGE_UNIT_V))
+        put("present_temperature", max(0, round(float(motors.temperature_c[i]))))
+
+    def _planned_velocity(self) -> float:
+        """What the profile asks for now [counts]."""
+        if self._loop.operating_mode == OperatingMode.VELOCITY:
+            return float(self._loop.ramp_velocity)
+        return float(self._loop.trajectory_rate) * TICK_RAD / VELOCITY_UNIT_RAD_S
 
     def _moving_status(self) -> int:
-        bank, i = self._firmware, self._index
-        if not self._torque or bank.mode[i] not in POSITION_MODES or not bank.profile_ongoing()[i]:
+        loop = self._loop
+        ongoing = abs(loop.goal_position - loop.trajectory) > PROFILE_ONGOING_TICKS
+        if not self._torque or loop.operating_mode not in POSITION_MODES or not ongoing:
             return 0x01
-        if not bank.profile_velocity[i]:
+        if not loop.profile_velocity:
             return 0x02 | NO_PROFILE
-        return 0x02 | (TRAPEZOIDAL if bank.profile_acceleration[i] else RECTANGULAR)
+        return 0x02 | (TRAPEZOIDAL if loop.profile_acceleration else RECTANGULAR)

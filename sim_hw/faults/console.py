@@ -2,9 +2,8 @@
 
 from collections.abc import Sequence
 
-from sim_hw.faults.kinds import Fault
+from sim_hw.faults.kinds import ConsoleStall, Fault, SplitConsole
 from sim_hw.faults.time import ScenarioTime
-from sim_hw.faults.wnet_kinds import ConsoleStall, SplitConsole
 from sim_hw.interfaces import ConsoleEnd
 
 
@@ -35,7 +34,7 @@ class FaultyConsole:
         """Return what has been printed by a time: nothing, a piece, or all of it."""
         self._looked_ns = t_ns
         self._time.look(t_ns, torque=False)
-        if self._stalled(t_ns):
+        if any(self._time.active(fault, t_ns) for fault in self._stalls):
             return b""
         self._waiting += self._end.take(t_ns)
         split = next((f for f in self._splits if self._time.active(f, t_ns)), None)
@@ -47,9 +46,6 @@ class FaultyConsole:
         if split is not None:
             self._next_piece_ns = t_ns + round(split.gap_s * 1e9)
         return piece
-
-    def _stalled(self, t_ns: int) -> bool:
-        return any(self._time.active(fault, t_ns) for fault in self._stalls)
 
     def next_due_ns(self) -> int | None:
         """When there may be something to take."""

@@ -2,16 +2,14 @@
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
 from model.values.arrays import FloatArray
 from sim_hw.dynamixel.bus import VirtualServoBus
-from sim_hw.faults.kinds import Fault
-from sim_hw.faults.servo_kinds import (
+from sim_hw.faults.kinds import (
     Brownout,
+    Fault,
     Overheating,
     Overload,
     SilentServo,
@@ -19,18 +17,10 @@ from sim_hw.faults.servo_kinds import (
     Unplug,
 )
 from sim_hw.faults.time import ScenarioTime
-from sim_hw.interfaces import FirmwareControl, MotorWorld
+from sim_hw.interfaces import FirmwareControl, MotorReadings, MotorWorld
 
 FOREVER_NS = 2**62
 MISHAPS = (SilentServo, Brownout, Overheating, Overload, StuckShaft, Unplug)
-
-
-class Jammable(MotorWorld, Protocol):
-    """Motors whose shafts can be jammed."""
-
-    def jam(self, index: int, torque_n_m: float) -> None:
-        """Give a shaft so much dry friction on top of its own; 0 frees it."""
-        ...
 
 
 class DisturbedMotors:
@@ -51,31 +41,18 @@ class DisturbedMotors:
         """Let the world run."""
         self._world.advance_to(t_ns)
 
-    @property
-    def encoder_ticks(self) -> FloatArray:
-        """Output position."""
-        return self._world.encoder_ticks
+    def motors(self) -> MotorReadings:
+        """Return what the sensors give; an overload's current flows only while the motor is driven."""
+        now, driven = self._world.motors(), self._firmware.driven
+        loaded = {i: a for i, a in self.loaded.items() if driven[i]}
+        return now._replace(
+            current_a=_replaced(now.current_a, loaded),
+            temperature_c=_replaced(now.temperature_c, self.hot),
+        )
 
-    @property
-    def encoder_rate(self) -> FloatArray:
-        """Output speed."""
-        return self._world.encoder_rate
-
-    @property
-    def current_a(self) -> FloatArray:
-        """Motor current; that of an overload flows only while the motor is driven."""
-        driven = self._firmware.driven
-        return _replaced(self._world.current_a, {i: a for i, a in self.loaded.items() if driven[i]})
-
-    @property
-    def supply_v(self) -> FloatArray:
-        """Voltage at each servo."""
-        return self._world.supply_v
-
-    @property
-    def temperature_c(self) -> FloatArray:
-        """Motor temperature."""
-        return _replaced(self._world.temperature_c, self.hot)
+    def jam(self, index: int, torque_n_m: float) -> None:
+        """Jam a shaft, or free it."""
+        self._world.jam(index, torque_n_m)
 
 
 def _replaced(values: FloatArray, others: dict[int, float]) -> FloatArray:
@@ -85,19 +62,12 @@ def _replaced(values: FloatArray, others: dict[int, float]) -> FloatArray:
     return changed
 
 
-@dataclass(slots=True)
-class _Watched:
-    fault: Fault
-    on: bool = False
-
-
 class ServoMishaps:
     """Brings mishaps about at their time and puts things right at their end.
 
     Args:
         bus: The servos.
         motors: What their sensors see; the bus was built on it.
-        world: The motors themselves.
         faults: All faults of the scenario.
         time: The scenario's time.
     """
@@ -106,15 +76,14 @@ class ServoMishaps:
         self,
         bus: VirtualServoBus,
         motors: DisturbedMotors,
-        world: Jammable,
         faults: Sequence[Fault],
         time: ScenarioTime,
     ) -> None:
         self._bus = bus
         self._motors = motors
-        self._world = world
         self._time = time
-        self._watched = [_Watched(fault) for fault in faults if isinstance(fault, MISHAPS)]
+        self._faults = [fault for fault in faults if isinstance(fault, MISHAPS)]
+        self._active: list[Fault] = []
         self._index = {servo.servo_id: i for i, servo in enumerate(bus.servos)}
         self._silent: set[int] = set()
         self._applied_ns = -1
@@ -136,8 +105,7 @@ class ServoMishaps:
         if self._times is None:
             if not self._time.begun:
                 return []
-            faults = [watched.fault for watched in self._watched]
-            self._times = self._time.changes(faults, -1, FOREVER_NS)
+            self._times = self._time.changes(self._faults, -1, FOREVER_NS)
         return self._times
 
     def apply(self, t_ns: int) -> None:
@@ -146,15 +114,13 @@ class ServoMishaps:
             self._applied_ns = t_ns
             return
         self._applied_ns, self._up_to_date = t_ns, self._time.begun
-        changed = False
-        for watched in self._watched:
-            on = self._time.active(watched.fault, t_ns)
-            if on != watched.on:
-                watched.on, changed = on, True
-                if isinstance(watched.fault, Brownout):
-                    self._lose_power(watched.fault)
-        if changed:
-            self._set_all([watched.fault for watched in self._watched if watched.on])
+        before = self._active
+        self._active = [fault for fault in self._faults if self._time.active(fault, t_ns)]
+        for fault in self._faults:
+            if isinstance(fault, Brownout) and (fault in before) != (fault in self._active):
+                self._lose_power(fault)
+        if self._active != before:
+            self._set_all(self._active)
 
     def _lose_power(self, fault: Brownout) -> None:
         """RAM goes when the power goes; turns made without it are not counted when it comes back."""
@@ -185,7 +151,7 @@ class ServoMishaps:
         self.plugged = not any(isinstance(fault, Unplug) for fault in active)
         self._silence(silent)
         for i, torque_n_m in jammed.items():
-            self._world.jam(i, torque_n_m)
+            self._motors.jam(i, torque_n_m)
 
     def _silence(self, silent: dict[int, bool]) -> None:
         """Take servos off the wire; put back only those that we took."""

@@ -5,9 +5,8 @@ from dataclasses import replace
 
 from drivers.ati.packets import TICKS_PER_SECOND, U32, Malformed, build_record, parse_datagram
 from model.values.readings import ForceRecord
-from sim_hw.faults.kinds import Fault
+from sim_hw.faults.kinds import ClockStep, Fault, LowBattery, MaskChange, Rollover, Saturation
 from sim_hw.faults.time import ScenarioTime
-from sim_hw.faults.wnet_kinds import ClockStep, LowBattery, MaskChange, Rollover, Saturation
 
 LED_CODES = {"off": 0, "red": 1, "green": 2, "orange": 3}
 BATTERY_LED_SHIFT = 10

@@ -7,14 +7,12 @@ they do.
 import dataclasses
 import inspect
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, get_type_hints
 
 from sim_hw.assumed import AdapterAssumed, ServoAssumed, WnetAssumed
-from sim_hw.faults.catalog import KINDS
-from sim_hw.faults.kinds import Fault
+from sim_hw.faults.kinds import KINDS, Fault
 from sim_hw.faults.scenario import Course
 
 # What the ending of a name says about its unit.
@@ -30,7 +28,6 @@ UNITS = (
     ("counts", "counts"),
 )
 NO_UNIT = ""
-_ENTRY = re.compile(r"^ {4}(\w+): (.*(?:\n {8}.*)*)", re.MULTILINE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,34 +120,21 @@ def _kind(name: str, fault: type[Fault]) -> KindOfFault:
 
 
 def _summary(kind: type) -> str:
-    return _plain((inspect.getdoc(kind) or "").split("\n\nAttributes:")[0])
-
-
-def _plain(text: str) -> str:
-    return " ".join(text.replace("``", "").split())
+    return " ".join((inspect.getdoc(kind) or "").replace("``", "").split())
 
 
 def _settings(kind: type) -> tuple[Setting, ...]:
     types = get_type_hints(kind)
-    texts = _texts(kind)
     return tuple(
         Setting(
             name=field.name,
             unit=_unit(field.name),
             default=_default(field.default),
             allowed=_allowed(types[field.name], field.metadata),
-            text=texts.get(field.name, ""),
+            text=field.metadata["text"].replace("``", ""),
         )
         for field in dataclasses.fields(kind)
     )
-
-
-def _texts(kind: type) -> dict[str, str]:
-    """Return what docstrings say about each attribute; a subclass's own word counts."""
-    texts: dict[str, str] = {}
-    for each in reversed(kind.__mro__[:-1]):
-        texts |= {m[1]: _plain(m[2]) for m in _ENTRY.finditer(inspect.getdoc(each) or "")}
-    return texts
 
 
 def _unit(name: str) -> str:

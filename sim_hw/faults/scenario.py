@@ -2,7 +2,7 @@
 
 Keys: ``seed``, ``begins`` (``power``: when the devices are first used; ``torque``: when a servo's torque is
 first switched on), the tables ``servo``, ``force_unit`` and ``adapter`` of ``sim_hw.assumed``, and any
-number of ``[[fault]]`` tables with a ``kind`` of ``sim_hw.faults.catalog``. See examples/faults_servo.toml.
+number of ``[[fault]]`` tables with a ``kind`` of ``sim_hw.faults.kinds``. See examples/faults_servo.toml.
 """
 
 import tomllib
@@ -14,8 +14,7 @@ from typing import Any
 from model.errors import ConfigError
 from record.toml_file import reading
 from sim_hw.assumed import AdapterAssumed, ServoAssumed, WnetAssumed
-from sim_hw.faults.catalog import KINDS
-from sim_hw.faults.kinds import Fault
+from sim_hw.faults.kinds import KINDS, Fault
 from sim_hw.typed_table import among, read_table, suggestion, within
 
 TABLES = ("servo", "force_unit", "adapter", "fault")
@@ -23,15 +22,12 @@ TABLES = ("servo", "force_unit", "adapter", "fault")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Course:
-    """How a scenario runs.
+    """How a scenario runs."""
 
-    Attributes:
-        seed: Seed of every chance in it; the same seed gives the same bytes.
-        begins: What its times count from: ``power`` or ``torque``.
-    """
-
-    seed: int = within(0, 0, 2**32 - 1)
-    begins: str = among("power", "torque")
+    seed: int = within(
+        0, 0, 2**32 - 1, "Of every chance in it; the same seed gives the same bytes."
+    )
+    begins: str = among("power", "torque", text="What its times count from.")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -11,23 +11,23 @@ from typing import Protocol
 from drivers.dynamixel.frames import build_status
 from model.errors import ConnectionLost
 from sim_hw.dynamixel.bus import Reply, wire_ns
-from sim_hw.faults.kinds import ChanceFault, Fault
-from sim_hw.faults.mishaps import ServoMishaps
-from sim_hw.faults.servo_kinds import (
+from sim_hw.faults.kinds import (
     BitFlip,
+    ChanceFault,
     DuplicatedReply,
     Echo,
+    Fault,
     ForeignReply,
     LateReply,
     LostReply,
     ReplyFault,
     TruncatedReply,
 )
+from sim_hw.faults.mishaps import ServoMishaps
 from sim_hw.faults.time import Dice, ScenarioTime
 from sim_hw.interfaces import ServoWire
 
 FOREVER_NS = 2**62
-NOBODY = -1
 
 
 class ServoLine(ServoWire, Protocol):

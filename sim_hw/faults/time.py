@@ -30,10 +30,6 @@ class ScenarioTime:
         """Whether second 0 is known."""
         return self._zero_ns is not None
 
-    def start_ns(self, fault: Fault) -> int | None:
-        """When a fault starts, None while that is not known."""
-        return self._span(fault)[1]
-
     def end_ns(self, fault: Fault) -> int | None:
         """When a fault ends, None if that is not known or never."""
         return self._span(fault)[2]
@@ -59,8 +55,8 @@ class ScenarioTime:
 
     def changes(self, faults: Sequence[Fault], after_ns: int, until_ns: int) -> list[int]:
         """Return the times in (after, until] at which a fault starts or ends, in order."""
-        times = [t for f in faults for t in (self.start_ns(f), self.end_ns(f)) if t is not None]
-        return sorted({t for t in times if after_ns < t <= until_ns})
+        times = {t for fault in faults for t in self._span(fault)[1:]}
+        return sorted(t for t in times if t is not None and after_ns < t <= until_ns)
 
 
 class Dice:

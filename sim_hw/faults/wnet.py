@@ -9,18 +9,18 @@ from collections.abc import Sequence
 from drivers.ati.packets import Command, parse_command
 from sim_hw.ati.unit import VirtualWnet
 from sim_hw.faults.console import FaultyConsole
-from sim_hw.faults.kinds import Fault
-from sim_hw.faults.records import RecordFaults
-from sim_hw.faults.time import Dice, ScenarioTime
-from sim_hw.faults.wnet_kinds import (
+from sim_hw.faults.kinds import (
     Batching,
     DuplicatePacket,
+    Fault,
     PacketLoss,
     PortChangeStall,
     ReorderedPacket,
     SampleRate,
     SilentStop,
 )
+from sim_hw.faults.records import RecordFaults
+from sim_hw.faults.time import Dice, ScenarioTime
 from sim_hw.interfaces import ConsoleEnd
 
 SMALLEST_RECORD = 18
@@ -28,7 +28,7 @@ Datagrams = list[tuple[int, bytes]]
 
 
 class FaultyWnet:
-    """``sim_hw.ati.wire.WnetWire`` with a scenario's faults.
+    """``sim_hw.ati.unit.WnetWire`` with a scenario's faults.
 
     Args:
         unit: The sound unit.
@@ -53,7 +53,7 @@ class FaultyWnet:
         self._crystals = [fault for fault in faults if isinstance(fault, SampleRate)]
         self._stops = [_Stop(f, time) for f in faults if isinstance(f, SilentStop)]
         self._ports = [_PortStall(f, time) for f in faults if isinstance(f, PortChangeStall)]
-        self._batch: Datagrams = []
+        self._batch: list[bytes] = []
         self._held: list[bytes] = []
         self._polled_ns = -1
 
@@ -114,16 +114,13 @@ class FaultyWnet:
         wanted = max((f.records for f in self._batches if self._time.active(f, t_ns)), default=1)
         ready: Datagrams = []
         if self._batch and wanted == 1:  # batching is over: what was kept goes first
-            ready.append(self._take_batch(t_ns))
-        self._batch.append((t_ns, record))
+            ready.append((t_ns, b"".join(self._batch)))
+            self._batch.clear()
+        self._batch.append(record)
         if len(self._batch) >= wanted:
-            ready.append(self._take_batch(t_ns))
+            ready.append((t_ns, b"".join(self._batch)))
+            self._batch.clear()
         return ready
-
-    def _take_batch(self, t_ns: int) -> tuple[int, bytes]:
-        data = b"".join(record for _, record in self._batch)
-        self._batch.clear()
-        return t_ns, data
 
     def _in_the_air(self, t_ns: int, data: bytes) -> Datagrams:
         """Return what of a datagram arrives now: it, behind it the one that it has overtaken."""

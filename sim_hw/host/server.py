@@ -5,9 +5,9 @@ Python's interpreter lock, and so that a control program can be killed while its
 existing, which is the case the servos' watchdog is for.
 """
 
+import contextlib
 import os
 import select
-import socket
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -22,11 +22,11 @@ from drivers.clock import Clock, MonotonicClock
 from drivers.dynamixel.settings import ServoBusSettings
 from model.errors import BusError
 from model.values.parameters import RobotParameters
+from model.values.readings import BodyTruth
 from sim_hw.ati.sockets import WnetSockets
 from sim_hw.dynamixel.pty import PtyServoBus
+from sim_hw.faults.kinds import Unplug
 from sim_hw.faults.scenario import Scenario
-from sim_hw.faults.servo_kinds import Unplug
-from sim_hw.host.truth_link import TruthReceiver, TruthSender
 from sim_hw.host.virtual_robot import VirtualRobot, build_virtual_robot
 from sim_hw.interfaces import Served
 from sim_hw.twin.twin import Twin
@@ -85,7 +85,7 @@ def serve(
     robot: VirtualRobot,
     devices: list[Served],
     clock: Clock,
-    truth: TruthSender | None,
+    truth: Connection | None,
     control: Connection | None,
 ) -> None:
     """Serve devices until the control connection says stop or closes.
@@ -94,7 +94,7 @@ def serve(
         robot: The virtual robot behind the devices.
         devices: The devices to serve.
         clock: Clock of the world.
-        truth: Where ground truth goes, if anywhere.
+        truth: Where ground truth goes, if anywhere; what its receiver does not take is lost.
         control: Any message or its end stops the process; None serves for ever.
     """
     truth_due_ns = clock.now_ns()
@@ -106,8 +106,9 @@ def serve(
             device.service(now_ns)
         if truth is not None and now_ns >= truth_due_ns:
             where = robot.world.truth(now_ns)
-            if where is not None:
-                truth.send(where)
+            if where is not None and select.select([], [truth], [], 0)[1]:
+                with contextlib.suppress(OSError):
+                    truth.send(where)
             truth_due_ns = now_ns - now_ns % TRUTH_PERIOD_NS + TRUTH_PERIOD_NS
         due = [t for device in devices if (t := device.next_due_ns()) is not None]
         next_ns = min([*due, now_ns + IDLE_PERIOD_NS])
@@ -119,7 +120,7 @@ def serve(
             return
 
 
-def _device_process(setup: VirtualSetup, control: Connection, truth_end: socket.socket) -> None:
+def _device_process(setup: VirtualSetup, control: Connection, truth_end: Connection) -> None:
     # Ctrl-C, a closed terminal and `timeout` reach the whole process group, but are for the controller to
     # act on: the robot has to be there until it has stopped.
     os.setpgid(0, 0)
@@ -139,7 +140,7 @@ def _device_process(setup: VirtualSetup, control: Connection, truth_end: socket.
             devices.append(sockets)
             udp_port, console_port = sockets.udp_port, sockets.console_port
         control.send(Addresses(pty.device_name, udp_port, console_port))
-        serve(robot, devices, clock, TruthSender(truth_end), control)
+        serve(robot, devices, clock, truth_end, control)
 
 
 def open_servo_pty(robot: VirtualRobot, scenario: Scenario | None, stack: ExitStack) -> PtyServoBus:
@@ -155,8 +156,27 @@ def open_servo_pty(robot: VirtualRobot, scenario: Scenario | None, stack: ExitSt
     return pty
 
 
-def _nobody() -> None:
-    """Nobody is told that it takes a while."""
+class TruthReceiver:
+    """Keeps the newest ground truth that the device process has sent.
+
+    It comes as a motion-capture system's would on the real robot: on a path of its own, never through the
+    robot's devices.
+    """
+
+    def __init__(self, end: Connection) -> None:
+        self._end = end
+        self._latest: BodyTruth | None = None
+
+    def latest(self) -> BodyTruth | None:
+        """Return the newest truth, None if none ever came."""
+        with contextlib.suppress(EOFError, OSError):
+            while self._end.poll():
+                self._latest = self._end.recv()
+        return self._latest
+
+    def close(self) -> None:
+        """Close its end."""
+        self._end.close()
 
 
 class DeviceProcess:
@@ -167,10 +187,10 @@ class DeviceProcess:
         waiting: Called now and then until it is ready; its very first start compiles the plant.
     """
 
-    def __init__(self, setup: VirtualSetup, waiting: Callable[[], None] = _nobody) -> None:
+    def __init__(self, setup: VirtualSetup, waiting: Callable[[], None] = lambda: None) -> None:
         context = get_context("spawn")
         self._control, far = context.Pipe()
-        near_truth, far_truth = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
+        near_truth, far_truth = context.Pipe(duplex=False)
         self._process: BaseProcess = context.Process(
             target=_device_process, args=(setup, far, far_truth), daemon=True
         )
@@ -181,24 +201,16 @@ class DeviceProcess:
         self.addresses = self._await_addresses(waiting)
 
     def _await_addresses(self, waiting: Callable[[], None]) -> Addresses:
-        limit = round(START_LIMIT_S / START_LOOK_S)
-        try:
-            if any(self._looked(waiting) for _ in range(limit)):
-                answer = self._control.recv()
-                if isinstance(answer, Addresses):
-                    return answer
-        except EOFError:
-            pass
+        with contextlib.suppress(EOFError):
+            for _ in range(round(START_LIMIT_S / START_LOOK_S)):
+                if self._control.poll(START_LOOK_S):
+                    addresses: Addresses = self._control.recv()
+                    return addresses
+                waiting()
         self.close()
         raise BusError(
             "the virtual hardware did not start; run with --virtual-time to see the error itself"
         )
-
-    def _looked(self, waiting: Callable[[], None]) -> bool:
-        if self._control.poll(START_LOOK_S):
-            return True
-        waiting()
-        return False
 
     def close(self) -> None:
         """Stop the process and wait for it."""

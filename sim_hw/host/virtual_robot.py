@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from drivers.ati.settings import ForceSensorSettings
 from drivers.dynamixel.settings import ServoBusSettings
 from model.values.parameters import RobotParameters
-from sim_hw.ati.unit import NOISE, VirtualWnet
-from sim_hw.ati.wire import WnetWire
+from sim_hw.ati.unit import NOISE, VirtualWnet, WnetWire
 from sim_hw.dynamixel.bus import VirtualServoBus
 from sim_hw.dynamixel.firmware import FirmwareBank
 from sim_hw.dynamixel.goal_path import GoalPath
@@ -78,7 +77,7 @@ def build_virtual_robot(
         sensors=twin.sensors if twin is not None else None,
     )
     if twin is not None and GoalPath.needed(twin.plant.drive):
-        firmware.goal_path = GoalPath(twin.plant.drive, world.encoder_ticks, plant.dt_s, seed)
+        firmware.goal_path = GoalPath(twin.plant.drive, world.motors().ticks, plant.dt_s, seed)
     return put_devices(world, firmware, servo_bus, force_sensor, seed, scenario, twin)
 
 
@@ -106,17 +105,15 @@ def put_devices(
     transducers = tuple(int(t) for t in force_sensor.transducers)
     noise = NOISE if twin is None else (*[twin.sensors.noise.force_n] * 3, *NOISE[3:])
     cameras = MotionCapture(twin.sensors, seed) if twin is not None else None
-    if scenario is None:
-        servos = VirtualServoBus(world, firmware, ids, baud_rate=servo_bus.baud_rate)
-        wnet = VirtualWnet(world, transducers, seed=seed, noise=noise)
-        return VirtualRobot(world, servos, wnet, firmware, servos, wnet, cameras)
+    assumed = scenario if scenario is not None else Scenario()
     motors = DisturbedMotors(world, firmware)
-    servos = VirtualServoBus(
-        motors, firmware, ids, baud_rate=servo_bus.baud_rate, assumed=scenario.servo
-    )
-    wnet = VirtualWnet(world, transducers, seed=seed, noise=noise, assumed=scenario.force_unit)
+    seen = world if scenario is None else motors
+    servos = VirtualServoBus(seen, firmware, ids, servo_bus.baud_rate, assumed=assumed.servo)
+    wnet = VirtualWnet(world, transducers, seed=seed, noise=noise, assumed=assumed.force_unit)
+    if scenario is None:
+        return VirtualRobot(world, servos, wnet, firmware, servos, wnet, cameras)
     time = ScenarioTime(scenario.course.begins)
-    mishaps = ServoMishaps(servos, motors, world, scenario.faults, time)
+    mishaps = ServoMishaps(servos, motors, scenario.faults, time)
     return VirtualRobot(
         world=world,
         servos=servos,

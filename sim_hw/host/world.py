@@ -8,7 +8,7 @@ import numpy as np
 from drivers.dynamixel.mx106 import TICK_RAD
 from model.values.arrays import FloatArray, IntArray
 from model.values.readings import BodyTruth
-from sim_hw.interfaces import FirmwareControl
+from sim_hw.interfaces import FirmwareControl, MotorReadings
 from sim_hw.plant.plant import Plant
 from sim_hw.twin.sensing import ForceChannel, SensorParameters
 
@@ -75,51 +75,28 @@ class World:
         plant = self.plant
         duty = self._firmware.duty(
             self._zeros + self._ticks_a_rad * plant.motor_angle_rad,
-            self.encoder_rate,
-            self.current_a,
+            self._signs * (self._scale * plant.shaft_rate_rad_s),
+            self._signs * plant.current_a,
             plant.dt_s,
         )
         plant.step(duty * self._signs, self._firmware.driven)
         self._steps += 1
         self._forces[self._steps % KEPT_STEPS] = plant.foot_force_B
 
-    # As the servos see it.
-
-    @property
-    def encoder_ticks(self) -> FloatArray:
-        """Output position, continuous, (N,) [ticks]."""
-        ticks: FloatArray = self._zeros + self._ticks_a_rad * (
-            self._scale * self.plant.shaft_angle_rad
+    def motors(self) -> MotorReadings:
+        """Return the motors as the servos see them."""
+        plant = self.plant
+        return MotorReadings(
+            ticks=self._zeros + self._ticks_a_rad * (self._scale * plant.shaft_angle_rad),
+            rate_rad_s=self._signs * (self._scale * plant.shaft_rate_rad_s),
+            current_a=self._signs * plant.current_a,
+            supply_v=plant.supply_v,
+            temperature_c=plant.temperature_c,
         )
-        return ticks
-
-    @property
-    def encoder_rate(self) -> FloatArray:
-        """Output speed in the servo's own sense, (N,) [rad/s]."""
-        rate: FloatArray = self._signs * (self._scale * self.plant.shaft_rate_rad_s)
-        return rate
-
-    @property
-    def current_a(self) -> FloatArray:
-        """Motor current in the servo's own sense, (N,) [A]."""
-        current: FloatArray = self._signs * self.plant.current_a
-        return current
-
-    @property
-    def supply_v(self) -> FloatArray:
-        """Voltage at each servo, (N,) [V]."""
-        return self.plant.supply_v
-
-    @property
-    def temperature_c(self) -> FloatArray:
-        """Motor temperature, (N,) [degC]."""
-        return self.plant.temperature_c
 
     def jam(self, index: int, torque_n_m: float) -> None:
         """Give a shaft so much dry friction on top of its own; 0 frees it."""
         self.plant.jam_n_m[index] = torque_n_m
-
-    # As the transducers see it.
 
     def wrench(self, t_ns: int) -> FloatArray:
         """Mean wrench on each transducer between the last call's time and this one.

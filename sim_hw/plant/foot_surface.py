@@ -55,7 +55,7 @@ def surface(
             value *= 1.0 + (settings[0] - 1.0) * math.exp(-speed / settings[1])
         friction[k] = value
         height = place[k, 0] * normal[0] + place[k, 1] * normal[1] + place[k, 2] * normal[2]
-        cling[k] = -adhesion[k] if height < 0.001 else 0.0
+        cling[k] = -adhesion[k] if height < CLING_M else 0.0
 
 
 def surface_settings(plant: PlantParameters) -> FloatArray:

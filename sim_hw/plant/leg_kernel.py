@@ -12,7 +12,17 @@ import numpy as np
 from model.compiled import compiled
 from model.values.arrays import BoolArray, FloatArray, IntArray
 from sim_hw.plant.four_bar import four_bar_point
-from sim_hw.plant.motor import current_of, slowed, turned, warmed
+from sim_hw.plant.motor import (
+    BATTERY_RESISTANCE,
+    BATTERY_V,
+    DUTY_LIMIT,
+    RESISTANCE,
+    TORQUE_CONSTANT,
+    current_of,
+    slowed,
+    turned,
+    warmed,
+)
 from sim_hw.plant.parameters import PlantParameters
 
 # State of a leg, a row: motor and shaft (the encoder's side of the gear), the motor's condition.
@@ -60,13 +70,12 @@ def _gear_torque(row: FloatArray, twist: float, rate: float) -> float:
     Physics of its own: the diagnosis has its play from ``model.motion.filters``, and is tested against
     this.
     """
-    half = row[8] / 2
+    half = row[BACKLASH] / 2
     if abs(twist) <= half:
         return 0.0
-    stiffness = 1500.0
-    if row[7] > 0:
-        stiffness = 1.0 / (row[7] + 1.0 / 1500.0)
-    return stiffness * (twist - math.copysign(half, twist)) + 0.5 * rate
+    stiffness = 1.0 / (row[COMPLIANCE] + 1.0 / TOOTH_STIFFNESS)
+    torque: float = stiffness * (twist - math.copysign(half, twist)) + TOOTH_DAMPING * rate
+    return torque
 
 
 @compiled
@@ -106,48 +115,52 @@ def turn_legs(
     """
     h = dt_s / substeps
     drawn = 0.0
+    kt, resistance, limit = motor[TORQUE_CONSTANT], motor[RESISTANCE], motor[DUTY_LIMIT]
     for k in range(len(duty)):
         row, leg = rows[k], state[k]
-        level = min(max(duty[k], -motor[3]), motor[3]) if driven[k] else 0.0
-        voltage = level * leg[6]
-        emf = motor[0] * motor[0] / motor[1] if driven[k] else 0.0
-        stall = motor[0] * voltage / motor[1]
+        level = min(max(duty[k], -limit), limit) if driven[k] else 0.0
+        voltage = level * leg[SUPPLY]
+        emf = kt * kt / resistance if driven[k] else 0.0
+        stall = kt * voltage / resistance
         qx, qz = qpos[foot_q[k, 0]], qpos[foot_q[k, 2]]
         vx, vz = qvel[foot_v[k, 0]], qvel[foot_v[k, 2]]
-        elastic = row[7] > 0 or row[8] > 0
+        elastic = row[COMPLIANCE] > 0 or row[BACKLASH] > 0
         push_x = push_z = push_roll = 0.0
         for _ in range(substeps):
-            x, z, dx, dz, coupler, turn = four_bar_point(geometry[k], leg[2] + row[6])
-            rate = leg[3]
-            gap = z - row[4] - qz  # the leg's play lies between its spring and its end
-            free = min(max(gap, -row[5] / 2), row[5] / 2)
-            fx = row[2] * (x - qx) + row[3] * (dx * rate - vx)
-            fz = row[0] * (gap - free) + row[1] * (dz * rate - vz)
+            crank = leg[SHAFT] + row[CRANK_OFFSET]
+            x, z, dx, dz, coupler, turn = four_bar_point(geometry[k], crank)
+            rate = leg[SHAFT_RATE]
+            gap = z - row[LEG_OFFSET] - qz  # the leg's play lies between its spring and its end
+            free = min(max(gap, -row[LEG_PLAY] / 2), row[LEG_PLAY] / 2)
+            fx = row[SIDE_STIFFNESS] * (x - qx) + row[SIDE_DAMPING] * (dx * rate - vx)
+            fz = row[STIFFNESS] * (gap - free) + row[DAMPING] * (dz * rate - vz)
             load = -(fx * dx + fz * dz)
-            push_x += row[2] * x + row[3] * dx * rate
-            push_z += row[0] * (z - row[4] - free) + row[1] * dz * rate
+            push_x += row[SIDE_STIFFNESS] * x + row[SIDE_DAMPING] * dx * rate
+            push_z += row[STIFFNESS] * (z - row[LEG_OFFSET] - free) + row[DAMPING] * dz * rate
             if roll_v[k] >= 0:
-                wanted = row[11] - coupler  # a turn from +x towards +z is negative about y
+                wanted = row[ROLL_ZERO] - coupler  # a turn from +x towards +z is negative about y
                 at, speed = qpos[roll_v[k] + 1], qvel[roll_v[k]]
-                load += turn * (row[9] * (wanted - at) + row[10] * (-turn * rate - speed))
-                push_roll += row[9] * wanted - row[10] * turn * rate
+                k_roll, d_roll = row[ROLL_STIFFNESS], row[ROLL_DAMPING]
+                load += turn * (k_roll * (wanted - at) + d_roll * (-turn * rate - speed))
+                push_roll += k_roll * wanted - d_roll * turn * rate
             if elastic:
-                torque = _gear_torque(row, leg[0] - leg[2], leg[1] - rate)
-                leg[1] = turned(motor, leg[1], stall, emf, -torque, 0.0, h)
-                leg[0] += h * leg[1]
-                leg[3] = slowed(0.002 * rate + h * (torque + load), h * row[12]) / 0.002
-                leg[2] += h * leg[3]
+                torque = _gear_torque(row, leg[MOTOR] - leg[SHAFT], leg[MOTOR_RATE] - rate)
+                leg[MOTOR_RATE] = turned(motor, leg[MOTOR_RATE], stall, emf, -torque, 0.0, h)
+                leg[MOTOR] += h * leg[MOTOR_RATE]
+                momentum = SHAFT_INERTIA * rate + h * (torque + load)
+                leg[SHAFT_RATE] = slowed(momentum, h * row[JAM]) / SHAFT_INERTIA
+                leg[SHAFT] += h * leg[SHAFT_RATE]
             else:
-                leg[3] = turned(motor, rate, stall, emf, load, row[12], h)
-                leg[2] += h * leg[3]
-                leg[0], leg[1] = leg[2], leg[3]
+                leg[SHAFT_RATE] = turned(motor, rate, stall, emf, load, row[JAM], h)
+                leg[SHAFT] += h * leg[SHAFT_RATE]
+                leg[MOTOR], leg[MOTOR_RATE] = leg[SHAFT], leg[SHAFT_RATE]
         applied[foot_v[k, 0]] = push_x / substeps
         applied[foot_v[k, 2]] = push_z / substeps
         if roll_v[k] >= 0:
             applied[roll_v[k]] = push_roll / substeps
-        leg[4] = current_of(motor, voltage, leg[1]) if driven[k] else 0.0
-        leg[5] = warmed(motor, leg[5], leg[4], dt_s)
-        leg[7] = level
-        drawn += abs(level * leg[4])
+        leg[CURRENT] = current_of(motor, voltage, leg[MOTOR_RATE]) if driven[k] else 0.0
+        leg[TEMPERATURE] = warmed(motor, leg[TEMPERATURE], leg[CURRENT], dt_s)
+        leg[DUTY] = level
+        drawn += abs(level * leg[CURRENT])
     for k in range(len(duty)):
-        state[k, 6] = motor[12] - motor[13] * drawn
+        state[k, SUPPLY] = motor[BATTERY_V] - motor[BATTERY_RESISTANCE] * drawn

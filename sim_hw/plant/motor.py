@@ -35,8 +35,9 @@ def friction_budget(
     Reference: Rhoban/bam, model m4 (Stribeck and load-dependent).
     """
     carried = abs(motor_torque - load_torque)
-    decay = math.exp(-(abs(rate / motor[7]) ** motor[8]))
-    budget: float = motor[5] * carried + decay * (motor[4] + motor[6] * carried)
+    decay = math.exp(-(abs(rate / motor[STRIBECK_SPEED]) ** motor[STRIBECK_POWER]))
+    at_rest = motor[STRIBECK] + motor[LOAD_STRIBECK] * carried
+    budget: float = motor[LOAD] * carried + decay * at_rest
     return budget
 
 
@@ -72,22 +73,22 @@ def turned(
         dt_s: Step.
     """
     budget = friction_budget(motor, rate, stall_torque - damping * rate, load_torque)
-    momentum = motor[2] * rate + dt_s * (stall_torque + load_torque)
+    momentum = motor[ARMATURE] * rate + dt_s * (stall_torque + load_torque)
     left = slowed(momentum, dt_s * (budget + jam_torque))
-    speed: float = left / (motor[2] + dt_s * (motor[9] + damping))
+    speed: float = left / (motor[ARMATURE] + dt_s * (motor[VISCOUS] + damping))
     return speed
 
 
 @compiled
 def current_of(motor: FloatArray, applied_v: float, rate: float) -> float:
     """Return the current through the winding [A]."""
-    current: float = (applied_v - motor[0] * rate) / motor[1]
+    current: float = (applied_v - motor[TORQUE_CONSTANT] * rate) / motor[RESISTANCE]
     return current
 
 
 @compiled
 def warmed(motor: FloatArray, temperature_c: float, current_a: float, dt_s: float) -> float:
     """Return the temperature a step later [degC]."""
-    final = motor[14] + motor[10] * motor[1] * current_a**2
-    warmer: float = temperature_c + (final - temperature_c) * (dt_s / motor[11])
+    final = motor[AMBIENT_C] + motor[THERMAL_RESISTANCE] * motor[RESISTANCE] * current_a**2
+    warmer: float = temperature_c + (final - temperature_c) * (dt_s / motor[THERMAL_TIME])
     return warmer

@@ -5,6 +5,8 @@ three springs, stiff fore-aft and sideways, soft along z, as three slides in the
 couples the legs but the body and the ground, there are no constraints but contacts, and a step is cheap.
 """
 
+from collections.abc import Sequence
+
 import mujoco
 import numpy as np
 
@@ -28,6 +30,7 @@ ROW_DAMPING = 0.5
 PAD_MASS = 0.02
 PAD_DAMPING_RATIO = 0.5
 STEP_LENGTH_M = 5.0
+HINGE, SLIDE = mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE
 
 
 def build_model(plant: PlantParameters) -> mujoco.MjModel:
@@ -106,10 +109,8 @@ def _shape_torso(spec: "mujoco.MjSpec", torso: "mujoco.MjsBody", plant: PlantPar
         inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2],
     ]  # fmt: skip
     if plant.payload > 0:
-        load = torso.add_body()
-        load.name, load.mass, load.inertia = "payload", plant.payload, [1e-4 * plant.payload] * 3
+        load = _part(torso, "payload", plant.payload, [1e-4 * plant.payload] * 3)
         load.pos = [*plant.payload_position, 0.0]
-        load.ipos, load.explicitinertial = [0, 0, 0], True
     half = np.abs(plant.shaft_position[:, :2]).max(axis=0)
     belly = torso.add_geom()
     belly.name, belly.type = "belly", mujoco.mjtGeom.mjGEOM_BOX
@@ -138,57 +139,57 @@ def _chassis(torso: "mujoco.MjsBody", plant: PlantParameters) -> list["mujoco.Mj
         for place in sorted(
             (p for p in places if (p - places[0]) * direction > 0), key=lambda p: p * direction
         ):
-            row = bodies[before].add_body()
-            row.name, row.mass, row.inertia = f"row_{place:g}", ROW_MASS, ROW_INERTIA
-            row.ipos, row.explicitinertial = [place, 0, 0], True
-            hinge = row.add_joint()
-            hinge.name, hinge.type = f"twist_{place:g}", mujoco.mjtJoint.mjJNT_HINGE
-            hinge.axis, hinge.pos = [1, 0, 0], [(place + before) / 2, 0, 0]
-            hinge.stiffness[0] = max(1, len(places) - 1) / plant.twist
-            hinge.damping[0] = ROW_DAMPING
+            row = _part(bodies[before], f"row_{place:g}", ROW_MASS, ROW_INERTIA)
+            row.ipos = [place, 0, 0]
+            stiffness = max(1, len(places) - 1) / plant.twist
+            hinge = _sprung(row, HINGE, f"twist_{place:g}", [1, 0, 0], stiffness, ROW_DAMPING)
+            hinge.pos = [(place + before) / 2, 0, 0]
             bodies[place], before = row, place
     return [bodies[float(x)] for x in plant.shaft_position[:, 0]]
+
+
+def _part(
+    parent: "mujoco.MjsBody", name: str, mass: float, inertia: Sequence[float]
+) -> "mujoco.MjsBody":
+    """Add a body with its centre of mass at its origin."""
+    part = parent.add_body()
+    part.name, part.mass, part.inertia = name, mass, inertia
+    part.ipos, part.explicitinertial = [0, 0, 0], True
+    return part
+
+
+def _sprung(
+    body: "mujoco.MjsBody", kind: int, name: str, axis: list[int], stiffness: float, damping: float
+) -> "mujoco.MjsJoint":
+    """Add a joint with a spring and a damper."""
+    joint = body.add_joint()
+    joint.name, joint.type, joint.axis = name, kind, axis
+    joint.stiffness[0], joint.damping[0] = stiffness, damping
+    return joint
 
 
 def _add_foot(
     spec: "mujoco.MjSpec", parent: "mujoco.MjsBody", plant: PlantParameters, leg: int
 ) -> None:
-    foot = parent.add_body()
-    foot.name, foot.pos = f"foot_{leg}", plant.shaft_position[leg]
-    foot.mass, foot.inertia = plant.foot_mass, [TOKEN_INERTIA] * 3
-    foot.ipos, foot.explicitinertial = [0, 0, 0], True
-    side = side_damping(plant)[leg]
-    springs = (
-        ("x", [1, 0, 0], plant.side_stiffness[leg, 0], side[0]),
-        ("y", [0, 1, 0], plant.side_stiffness[leg, 1], side[1]),
-        ("z", [0, 0, 1], plant.stiffness[leg], plant.damping[leg]),
-    )
-    for name, axis, stiffness, damping in springs:
-        slide = foot.add_joint()
-        slide.name, slide.type, slide.axis = f"{name}_{leg}", mujoco.mjtJoint.mjJNT_SLIDE, axis
-        slide.stiffness[0], slide.damping[0] = stiffness, damping
+    foot = _part(parent, f"foot_{leg}", plant.foot_mass, [TOKEN_INERTIA] * 3)
+    foot.pos = plant.shaft_position[leg]
+    stiffness, damping = plant.side_stiffness[leg], side_damping(plant)[leg]
+    _sprung(foot, SLIDE, f"x_{leg}", [1, 0, 0], stiffness[0], damping[0])
+    _sprung(foot, SLIDE, f"y_{leg}", [0, 1, 0], stiffness[1], damping[1])
+    _sprung(foot, SLIDE, f"z_{leg}", [0, 0, 1], plant.stiffness[leg], plant.damping[leg])
     radius = plant.rolling_radius if plant.rolling_radius > 0 else plant.foot_radius
     if plant.rolling_radius > 0:
-        roll = foot.add_joint()
-        roll.name, roll.type, roll.axis = f"roll_{leg}", mujoco.mjtJoint.mjJNT_HINGE, [0, 1, 0]
+        roll = _sprung(foot, HINGE, f"roll_{leg}", [0, 1, 0], *ROLLING)
         roll.pos, roll.armature = [0, 0, radius], ROLL_INERTIA
-        roll.stiffness[0], roll.damping[0] = ROLLING
     carrier = foot
     if np.isfinite(plant.ground.stiffness[leg]):
-        carrier = foot.add_body()
-        carrier.name, carrier.mass, carrier.inertia = f"pad_{leg}", PAD_MASS, [TOKEN_INERTIA] * 3
-        carrier.ipos, carrier.explicitinertial = [0, 0, 0], True
-        give = carrier.add_joint()
-        give.name, give.type, give.axis = f"pad_{leg}", mujoco.mjtJoint.mjJNT_SLIDE, [0, 0, 1]
-        give.stiffness[0] = plant.ground.stiffness[leg]
-        give.damping[0] = 2 * PAD_DAMPING_RATIO * np.sqrt(plant.ground.stiffness[leg] * PAD_MASS)
+        carrier = _part(foot, f"pad_{leg}", PAD_MASS, [TOKEN_INERTIA] * 3)
+        give = plant.ground.stiffness[leg]
+        critical = 2 * np.sqrt(give * PAD_MASS)
+        _sprung(carrier, SLIDE, f"pad_{leg}", [0, 0, 1], give, PAD_DAMPING_RATIO * critical)
     sole = carrier.add_geom()
     sole.name, sole.type = f"foot_{leg}", mujoco.mjtGeom.mjGEOM_SPHERE
-    sole.size, sole.pos, sole.mass = (
-        [radius, 0, 0],
-        [0, 0, radius],
-        0.0,
-    )  # its lowest point is the foot
-    sole.condim = 3
+    # its lowest point is the foot
+    sole.size, sole.pos, sole.mass, sole.condim = [radius, 0, 0], [0, 0, radius], 0.0, 3
     _touch(sole, plant, float(plant.mu[leg]))
     sole.contype, sole.conaffinity = 0, 1

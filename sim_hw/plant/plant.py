@@ -11,12 +11,10 @@ from model.values.arrays import BoolArray, FloatArray, readonly
 from model.values.readings import BodyTruth
 from sim_hw.plant.foot_surface import DirectedContacts, surface, surface_settings, varies
 from sim_hw.plant.four_bar import foot_path, four_bar_point, leg_geometry
-from sim_hw.plant.gusts import Gusts
 from sim_hw.plant.leg_kernel import (
     CURRENT,
     JAM,
     MOTOR,
-    MOTOR_RATE,
     SHAFT,
     SHAFT_RATE,
     SUPPLY,
@@ -26,7 +24,7 @@ from sim_hw.plant.leg_kernel import (
 )
 from sim_hw.plant.motor import motor_row
 from sim_hw.plant.mujoco_model import build_model, ground_axes
-from sim_hw.plant.parameters import PlantParameters
+from sim_hw.plant.parameters import Disturbance, PlantParameters
 
 SETTLING_S = 1.5
 # A foot that carries less than this is in the air.
@@ -39,6 +37,16 @@ class Plant:
     Args:
         parameters: What it is made of.
         seed: Seed of what is random in the plant: gusts. The sensors have their own.
+
+    Attributes:
+        shaft_angle_rad: Shaft angles as the encoders have them, unwrapped, (N,); all views of what is now.
+        shaft_rate_rad_s: Shaft speeds, (N,).
+        motor_angle_rad: Motor angles, seen at the output; the shafts' own unless gears twist or have play.
+        current_a: Motor currents, (N,).
+        temperature_c: Motor temperatures, (N,).
+        supply_v: Voltage at each servo, (N,).
+        jam_n_m: Dry friction of each shaft on top of its motor's own: what is caught in a leg, (N,).
+        foot_force_B: Ground's force on each foot in the last step, body axes, (N, 3) [N].
     """
 
     def __init__(self, parameters: PlantParameters, seed: int = 0) -> None:
@@ -65,9 +73,14 @@ class Plant:
         self._geometry = leg_geometry(p)
         zero = np.array([four_bar_point(g, 0.0)[4] for g in self._geometry])
         self._rows, self._motor = leg_rows(p, zero), motor_row(p.motor)
-        # dry friction of each shaft on top of its motor's own: what is caught in a leg [N m]
         self.jam_n_m: FloatArray = self._rows[:, JAM]
-        self._state = np.zeros((p.legs, 8))
+        state = self._state = np.zeros((p.legs, 8))
+        self.shaft_angle_rad: FloatArray = state[:, SHAFT]
+        self.shaft_rate_rad_s: FloatArray = state[:, SHAFT_RATE]
+        self.motor_angle_rad: FloatArray = state[:, MOTOR]
+        self.current_a: FloatArray = state[:, CURRENT]
+        self.temperature_c: FloatArray = state[:, TEMPERATURE]
+        self.supply_v: FloatArray = state[:, SUPPLY]
         self._directed = DirectedContacts(p, leg_of_geom)
         self._varies, self._has_direction = varies(p), self._directed.any
         self._settings, self._normal = surface_settings(p), ground_axes(p)[:, 2].copy()
@@ -83,47 +96,10 @@ class Plant:
         return self.parameters.time_step_s
 
     @property
-    def shaft_angle_rad(self) -> FloatArray:
-        """Shaft angles as the encoders have them, unwrapped, (N,)."""
-        return self._state[:, SHAFT]
-
-    @property
-    def shaft_rate_rad_s(self) -> FloatArray:
-        """Shaft speeds, (N,)."""
-        return self._state[:, SHAFT_RATE]
-
-    @property
-    def motor_angle_rad(self) -> FloatArray:
-        """Motor angles, seen at the output; the shafts' own unless gears twist or have play, (N,)."""
-        return self._state[:, MOTOR]
-
-    @property
-    def current_a(self) -> FloatArray:
-        """Motor currents, (N,)."""
-        return self._state[:, CURRENT]
-
-    @property
-    def temperature_c(self) -> FloatArray:
-        """Motor temperatures, (N,)."""
-        return self._state[:, TEMPERATURE]
-
-    @property
-    def supply_v(self) -> FloatArray:
-        """Voltage at each servo, (N,)."""
-        return self._state[:, SUPPLY]
-
-    @property
     def torso_rotation(self) -> FloatArray:
         """Body to world, (3, 3), as of the last call of ``refresh`` or ``truth``."""
         rotation: FloatArray = self.data.xmat[self._torso].reshape(3, 3)
         return rotation
-
-    @property
-    def foot_force_W(self) -> FloatArray:  # noqa: N802 - frame suffix
-        """Ground's force on each foot in the last step, world axes, (N, 3) [N]."""
-        self.refresh()
-        force: FloatArray = self.foot_force_B @ self.torso_rotation.T
-        return force
 
     @property
     def feet_B(self) -> FloatArray:  # noqa: N802 - frame suffix
@@ -163,8 +139,8 @@ class Plant:
         self._qpos[0:3] = axes[:, 2] * height_m
         mujoco.mju_mat2Quat(self._qpos[3:7], axes.ravel())
         self._state[:] = 0.0
-        self._state[:, MOTOR] = self._state[:, SHAFT] = angle_rad
-        self._state[:, TEMPERATURE], self._state[:, SUPPLY] = p.motor.ambient_c, p.motor.battery_v
+        self.motor_angle_rad[:] = self.shaft_angle_rad[:] = angle_rad
+        self.temperature_c[:], self.supply_v[:] = p.motor.ambient_c, p.motor.battery_v
         x, z, _, _ = foot_path(p, angle_rad + p.drive.crank_offset)
         self._qpos[self._foot_q[:, 0]], self._qpos[self._foot_q[:, 2]] = x, z - p.leg_offset
         self.push(np.zeros(3), np.zeros(3))
@@ -221,22 +197,6 @@ class Plant:
         self.data.xfrc_applied[self._torso] = self._push
         self.data.xfrc_applied[self._torso, :2] += [pull.pull_x + gust[0], pull.pull_y + gust[1]]
 
-    def energy_j(self) -> float:
-        """Kinetic, gravitational and spring energy, the motors' rotors included."""
-        p, data = self.parameters, self.data
-        mujoco.mj_fwdPosition(self.model, data)
-        mujoco.mj_fwdVelocity(self.model, data)
-        mujoco.mj_energyVel(self.model, data)
-        heights = data.xipos[:, 2]
-        potential = p.gravity * float(self.model.body_mass @ heights)
-        x, z, _, _ = foot_path(p, self.shaft_angle_rad + p.drive.crank_offset)
-        ends = np.stack([x, np.zeros(p.legs), z - p.leg_offset], axis=1)
-        stretch = self._qpos[self._foot_q] - ends
-        stiffness = np.column_stack([p.side_stiffness, p.stiffness])
-        springs = 0.5 * float((stiffness * stretch**2).sum())
-        rotors = 0.5 * p.motor.armature * float((self._state[:, MOTOR_RATE] ** 2).sum())
-        return float(data.energy[1]) + potential + springs + rotors
-
     def _foot_velocity(self) -> FloatArray:
         """Velocities of the feet, world axes, (N, 3)."""
         rotation = self.torso_rotation
@@ -256,16 +216,38 @@ class Plant:
 
     def truth(self, t_ns: int) -> BodyTruth:
         """Return where everything is."""
-        self.refresh()
-        data, rotation = self.data, self.torso_rotation
+        position, quaternion, feet = self.places()
+        rotation = self.torso_rotation
         return BodyTruth(
             t_ns=t_ns,
-            position_W=readonly(data.xpos[self._torso].copy()),
-            quaternion_xyzw=readonly(np.roll(data.xquat[self._torso], -1)),
+            position_W=readonly(position.copy()),
+            quaternion_xyzw=readonly(quaternion),
             velocity_B=readonly(self._qvel[0:3] @ rotation),
             angular_velocity_B=readonly(self._qvel[3:6].copy()),
-            foot_position_W=readonly(data.xpos[self._foot_body].copy()),
+            foot_position_W=readonly(feet.copy()),
             foot_velocity_W=readonly(self._foot_velocity()),
             foot_force_B=readonly(self.foot_force_B.copy()),
             contact=readonly(self.foot_force_B[:, 2] > CONTACT_FORCE_N),
         )
+
+
+class Gusts:
+    """A horizontal force that wanders: a first-order random process, the same for the same seed.
+
+    Args:
+        disturbance: Its size and correlation time.
+        dt_s: Step.
+        seed: Seed.
+    """
+
+    def __init__(self, disturbance: Disturbance, dt_s: float, seed: int) -> None:
+        self.blow = disturbance.gust > 0
+        self._keep = np.exp(-dt_s / disturbance.gust_time)
+        self._kick = disturbance.gust * np.sqrt(1 - self._keep**2)
+        self._random = np.random.default_rng([seed, 0x67])
+        self._force = np.zeros(2)
+
+    def next(self) -> FloatArray:
+        """Return the force in the next step, world x and y, (2,) [N]."""
+        self._force = self._keep * self._force + self._kick * self._random.standard_normal(2)
+        return self._force

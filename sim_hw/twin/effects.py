@@ -6,9 +6,11 @@ diagnosis; the others are there to see what a diagnosis says about what it has n
 
 import difflib
 import math
+import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from operator import attrgetter
+from typing import Any
 
 import numpy as np
 
@@ -96,17 +98,35 @@ def changed(twin: Twin, place: str, value: object) -> Twin:
     return replace(twin, **{owner: changed(getattr(twin, owner), rest, value)})  # type: ignore[arg-type]
 
 
-def sets(*places: str) -> Apply:
-    """Set one attribute a parameter: at the legs concerned where it is leg-wise, else the number."""
+def _each(places: Sequence[str], combine: Callable[[Any, Any], Any]) -> Apply:
+    """Combine one attribute a parameter with it: at the legs concerned where it is leg-wise."""
 
     def apply(twin: Twin, legs: IntArray, values: FloatArray) -> Twin:
         for place, value in zip(places, values, strict=True):
             now = attrgetter(place)(twin)
-            new = at(now, legs, value) if isinstance(now, np.ndarray) else float(value)
+            leg_wise = isinstance(now, np.ndarray)
+            new = (
+                at(now, legs, combine(now[legs], value)) if leg_wise else combine(now, float(value))
+            )
             twin = changed(twin, place, new)
         return twin
 
     return apply
+
+
+def sets(*places: str) -> Apply:
+    """Set one attribute a parameter."""
+    return _each(places, lambda _, value: value)
+
+
+def adds(*places: str) -> Apply:
+    """Add one parameter to each attribute."""
+    return _each(places, operator.add)
+
+
+def scales(place: str) -> Apply:
+    """Multiply an attribute."""
+    return _each((place,), operator.mul)
 
 
 def sets_vector(place: str, *, leg_wise: bool = False) -> Apply:
@@ -119,31 +139,9 @@ def sets_vector(place: str, *, leg_wise: bool = False) -> Apply:
     return apply
 
 
-def adds(*places: str) -> Apply:
-    """Add one parameter to each leg-wise attribute, at the legs concerned."""
-
-    def apply(twin: Twin, legs: IntArray, values: FloatArray) -> Twin:
-        for place, value in zip(places, values, strict=True):
-            now = attrgetter(place)(twin)
-            twin = changed(twin, place, at(now, legs, now[legs] + value))
-        return twin
-
-    return apply
-
-
 def adds_vector(place: str) -> Apply:
     """Add all parameters to one attribute."""
     return lambda twin, _legs, values: changed(twin, place, attrgetter(place)(twin) + values)
-
-
-def scales(place: str) -> Apply:
-    """Multiply a leg-wise attribute, at the legs concerned."""
-
-    def apply(twin: Twin, legs: IntArray, values: FloatArray) -> Twin:
-        now = attrgetter(place)(twin)
-        return changed(twin, place, at(now, legs, now[legs] * values[0]))
-
-    return apply
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,13 +22,13 @@ class SdkRequests(ServoRequests, Protocol2PacketHandler):  # type: ignore[misc] 
         """Send a request that the SDK has laid out: header and CRC are made here, stuffing too."""
         length = txpacket[5] | txpacket[6] << 8
         payload = bytes(txpacket[7 : 7 + length - 2])
-        return self.send(port, build_instruction(txpacket[4], payload[0], payload[1:]))
+        return self.send(build_instruction(txpacket[4], payload[0], payload[1:]))
 
     def rxPacket(  # noqa: N802
         self, port: ClockedPort, _fast_option: bool = False
     ) -> tuple[list[int], int]:
         """Return the next status frame, unstuffed, laid out as the SDK expects it."""
-        frame, code = self.next_status(port)
+        frame, code = self.next_status()
         if frame is None:
             return [], code
         head = build_status(frame.servo_id, frame.error or 0)[: STATUS_BYTES - 2]
@@ -43,13 +43,13 @@ class SdkRequests(ServoRequests, Protocol2PacketHandler):  # type: ignore[misc] 
         if dxl_id >= BROADCAST_ID:
             return [], COMM_NOT_AVAILABLE, 0
         parameters = address.to_bytes(2, "little") + length.to_bytes(2, "little")
-        return _as_sdk(self.request(port, dxl_id, Instruction.READ, parameters, length))
+        return _as_sdk(self.request(dxl_id, Instruction.READ, parameters, length))
 
     def readRx(  # noqa: N802
         self, port: ClockedPort, dxl_id: int, length: int
     ) -> tuple[list[int], int, int]:
         """Take the answer to a read sent before; see ``readTxRx``."""
-        return _as_sdk(self.answer(port, dxl_id, length))
+        return _as_sdk(self.answer(dxl_id, length))
 
 
 def _as_sdk(answer: Answer) -> tuple[list[int], int, int]:

@@ -8,21 +8,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.ati.packets import (
-    RESTART_JUMP,
     U32,
-    Arrival,
     Command,
     Malformed,
     ParsedCommand,
     build_command,
     build_record,
-    classify,
     crc16,
     device_ticks,
     parse_command,
     parse_datagram,
     unix_ns,
 )
+from drivers.ati.sequence import RESTART_JUMP, Arrival, classify
 from model.values.readings import ForceRecord
 
 V0 = bytes.fromhex("4e886762 0004085e 00150aaa 01050009 07 1f")

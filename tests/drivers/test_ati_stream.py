@@ -11,7 +11,7 @@ import pytest
 from drivers.ati.calibration import parse_cal
 from drivers.ati.console import Console
 from drivers.ati.discovery import FoundUnit, answer, discover, parse_answer, question
-from drivers.ati.foot_forces import foot_forces
+from drivers.ati.foot_forces import ForceScales, no_forces
 from drivers.ati.links import TcpTextLink, UdpLink
 from drivers.ati.packets import Command, build_command
 from drivers.ati.setup import free_console
@@ -71,7 +71,7 @@ def test_forces_arrive_at_the_rate_asked_for(memory: Memory) -> None:
     assert len(records) == 100
     steps = np.diff([r.device_ticks for r in records])
     assert set(steps.tolist()) == {40, 41}, "1/4096 s at 100 Hz"
-    forces = foot_forces(records[-1], memory.stream.calibrations, SETTINGS, UNKNOWN)
+    forces = ForceScales(memory.stream.calibrations, SETTINGS).forces(records[-1], UNKNOWN)
     assert forces.force_n == pytest.approx(memory.load.force[:, :3], abs=1e-6)
     assert memory.stream.take_faults() == ()
 
@@ -92,7 +92,7 @@ def test_saturation_is_a_fault_and_no_force(memory: Memory) -> None:
     memory.load.force[2, 0] = 500.0
     memory.wait(0.01)
     record = memory.stream.read()[-1]
-    forces = foot_forces(record, memory.stream.calibrations, SETTINGS, UNKNOWN)
+    forces = ForceScales(memory.stream.calibrations, SETTINGS).forces(record, UNKNOWN)
     assert np.isnan(forces.force_n[2]).all()
     assert forces.valid.tolist() == [True, True, False, True, True, True]
     faults = memory.stream.take_faults()
@@ -100,7 +100,7 @@ def test_saturation_is_a_fault_and_no_force(memory: Memory) -> None:
 
 
 def test_silence_is_a_fault_and_the_stream_is_started_again(memory: Memory) -> None:
-    memory.unit.handle_datagram(build_command(Command.STOP), memory.clock.now_ns())
+    memory.unit.command(build_command(Command.STOP), memory.clock.now_ns(), 0)
     heard: list[ForceRecord] = []
     for _ in range(100):
         memory.wait(0.01)
@@ -272,7 +272,7 @@ def test_legs_without_transducer_are_nan() -> None:
     stream = ForceStream(made.link, console, settings, made.clock)
     stream.connect()
     made.wait(0.01)
-    forces = foot_forces(stream.read()[-1], stream.calibrations, settings, UNKNOWN)
+    forces = ForceScales(stream.calibrations, settings).forces(stream.read()[-1], UNKNOWN)
     assert forces.valid.tolist() == [True, False, True, True, True, True]
 
 
@@ -281,9 +281,9 @@ def test_bias_and_rotation() -> None:
     made.stream.connect()
     made.wait(0.02)
     settings = replace(SETTINGS, yaw_rad=np.full(6, np.pi / 2), bias_n=np.full((6, 3), 0.5))
-    forces = foot_forces(made.stream.read()[-1], made.stream.calibrations, settings, UNKNOWN)
+    forces = ForceScales(made.stream.calibrations, settings).forces(made.stream.read()[-1], UNKNOWN)
     assert forces.force_n[1] == pytest.approx([-1.5, 1.5, 1.5])
-    nothing = foot_forces(None, made.stream.calibrations, settings, UNKNOWN)
+    nothing = no_forces(len(settings.names))
     assert nothing.t_ns == -1
     assert not nothing.valid.any()
 
@@ -377,14 +377,18 @@ def test_what_writes_to_the_sensor_is_never_sent(command: str) -> None:
 def test_the_virtual_console_speaks_like_the_real_one() -> None:
     unit = VirtualWnet(SteadyLoad(), (1, 2, 3, 4, 5, 6))
     session = ConsoleSession(unit)
-    assert session.receive(b"\r\n") == b"\r\n>"
-    assert session.receive(b"rate 125 16\r\n") == (
+    session.take(0)  # its greeting
+
+    def printed(sent: bytes) -> bytes:
+        session.give(sent, 0)
+        return session.take(0)
+
+    assert printed(b"\r\n") == b"\r\n>"
+    assert printed(b"rate 125 16\r\n") == (
         b"rate 125 16\r\nPacket rate =  125 Hz\r\nADC    rate = 2000 Hz\r\nOversample  =   16\r\n>"
     )
-    assert session.receive(b"trans 2\r\n") == (
-        b"trans 2\r\nActive: Transducer = 2 Calibration = 1\r\n>"
-    )
-    assert b"must not exceed 4000" in session.receive(b"rate 1000 32\r\n")
+    assert printed(b"trans 2\r\n") == (b"trans 2\r\nActive: Transducer = 2 Calibration = 1\r\n>")
+    assert b"must not exceed 4000" in printed(b"rate 1000 32\r\n")
 
 
 # Discovery.
@@ -447,7 +451,7 @@ def test_end_to_end_over_sockets() -> None:
         stream = ForceStream(datagrams, console, settings, clock)
         stream.connect()
         records = stream.read()
-        forces = foot_forces(records[-1], stream.calibrations, settings, UNKNOWN)
+        forces = ForceScales(stream.calibrations, settings).forces(records[-1], UNKNOWN)
         assert forces.force_n[5] == pytest.approx([6, 6, 6], abs=1e-6)
         stream.stop()
         stream.close()

@@ -35,7 +35,7 @@ class Bench:
         port = MemoryPort(robot.servo_wire, self.clock, 1_000_000)
         self.sent: list[bytes] = []
         port.tap = lambda way, data, _t: self.sent.append(data) if way == "tx" else None
-        self.bus = ServoBus(port, CONFIG.servo_bus, self.clock)
+        self.bus = ServoBus(port, CONFIG.servo_bus)
         self.bus.open()
         for _ in range(2):  # the pattern begins with the first step
             self.world.advance_to(self.clock.now_ns())
@@ -64,7 +64,7 @@ def test_nothing_late_is_taken_for_new() -> None:
 
 
 def test_the_same_without_the_precaution_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ServoRequests, "owed", lambda _self, _port: False)
+    monkeypatch.setattr(ServoRequests, "owed", lambda _self: False)
     _, wrong = Bench(LATE).wrong(400)
     assert wrong > 10
 
@@ -91,17 +91,17 @@ def test_one_byte_is_read_until_two_answers_agree() -> None:
 
     class Scripted(ServoRequests):
         def __init__(self, *values: int) -> None:
-            super().__init__()
+            super().__init__(port)
             self.left = list(values)
 
-        def owed(self, port: Any) -> bool:
+        def owed(self) -> bool:
             return True
 
-        def read(self, port: Any, servo_id: int, address: int, length: int) -> Answer:
+        def read(self, servo_id: int, address: int, length: int) -> Answer:
             return Answer(bytes([self.left.pop(0)]), 0, 0)
 
     port: Any = None
     asked = Scripted(1, 0, 0, 9)
-    assert asked.read_byte(port, 3, 70).data == b"\x00", "the first was another question's answer"
+    assert asked.read_byte(3, 70).data == b"\x00", "the first was another question's answer"
     assert asked.left == [9]
-    assert Scripted(1, 2, 3, 4, 5).read_byte(port, 3, 70).data is None
+    assert Scripted(1, 2, 3, 4, 5).read_byte(3, 70).data is None

@@ -56,7 +56,7 @@ def make_bench(
     port = MemoryPort(wire, clock, SETTINGS.baud_rate)
     sent: list[bytes] = []
     port.tap = lambda direction, data, _t: sent.append(data) if direction == "tx" else None
-    return Bench(clock, motors, servos, ServoBus(port, SETTINGS, clock), sent)
+    return Bench(clock, motors, servos, ServoBus(port, SETTINGS), sent)
 
 
 def armed() -> Bench:

@@ -1,14 +1,14 @@
 """Two servos with one id: both answer at once, and neither is understood."""
 
-from drivers.dynamixel.collision import id_is_shared
 from drivers.dynamixel.frames import Frame
 from drivers.dynamixel.requests import ServoRequests
+from drivers.dynamixel.scan import id_is_shared
 from tests.drivers.scripted_servos import Replies, ScriptedPort, ScriptedServos, Servo
 
 
 def shared(servos: ScriptedServos) -> bool:
     port = ScriptedPort(servos.respond)
-    return id_is_shared(port, ServoRequests(), 1)
+    return id_is_shared(ServoRequests(port), 1)
 
 
 def test_one_servo_is_one() -> None:

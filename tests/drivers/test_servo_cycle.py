@@ -34,7 +34,7 @@ class Rig:
     def __init__(self, *, armed: bool = True, **values: int) -> None:
         self.scripted = ScriptedServos(*(Servo(i, dict(values)) for i in IDS))
         self.port = ScriptedPort(self.scripted.respond)
-        self.bus = ServoBus(self.port, SETTINGS, self.port.clock)
+        self.bus = ServoBus(self.port, SETTINGS)
         self.bus.connect()
         if armed:
             self.bus.configure()

@@ -29,13 +29,15 @@ STUFFED_STATUS = bytes.fromhex("FF FF FD 00 01 0F 00 55 00 00 00 FF FF FF FF FD 
 
 def bus(*servos: Servo) -> tuple[ScriptedServos, ScriptedPort, SdkRequests]:
     scripted = ScriptedServos(*servos)
-    return scripted, ScriptedPort(scripted.respond), SdkRequests()
+    port = ScriptedPort(scripted.respond)
+    return scripted, port, SdkRequests(port)
 
 
 def answering(*replies: bytes) -> tuple[ScriptedPort, SdkRequests]:
     """A port on which each request gets the next of these replies."""
     left = list(replies)
-    return ScriptedPort(lambda _: [(1000, left.pop(0))] if left else []), SdkRequests()
+    port = ScriptedPort(lambda _: [(1000, left.pop(0))] if left else [])
+    return port, SdkRequests(port)
 
 
 # Row 1: what the SDK sends.
@@ -55,7 +57,7 @@ def test_what_the_sdk_lays_out_is_sent_stuffed() -> None:
 
 def test_our_own_write_is_stuffed_too() -> None:
     port, packets = answering(build_status(1, 0))
-    assert packets.write(port, 1, 108, b"\xff\xff\xfd\x00").ok
+    assert packets.write(1, 108, b"\xff\xff\xfd\x00").ok
     assert port.sent == [STUFFED_WRITE]
 
 
@@ -63,8 +65,8 @@ def test_our_own_write_is_stuffed_too() -> None:
 
 
 def test_a_stuffed_status_is_read_as_it_was_meant() -> None:
-    port, packets = answering(STUFFED_STATUS)
-    answer = packets.read(port, 1, 126, 10)
+    _port, packets = answering(STUFFED_STATUS)
+    answer = packets.read(1, 126, 10)
     assert answer == Answer(bytes.fromhex("00 00 FF FF FF FF FD 00 00 00"), 0, COMM_SUCCESS)
 
 
@@ -87,8 +89,8 @@ def test_an_error_is_no_data_for_the_sdk_helpers(size: int) -> None:
 
 
 def test_an_error_is_no_data_for_us() -> None:
-    port, packets = answering(bytes.fromhex("FF FF FD 00 01 04 00 55 07 B0 8C"))
-    answer = packets.read(port, 1, 600, 2)
+    _port, packets = answering(bytes.fromhex("FF FF FD 00 01 04 00 55 07 B0 8C"))
+    answer = packets.read(1, 600, 2)
     assert answer.data is None
     assert not answer.ok
     assert answer.words == "error: access"
@@ -96,8 +98,8 @@ def test_an_error_is_no_data_for_us() -> None:
 
 
 def test_data_of_another_length_is_not_used() -> None:
-    port, packets = answering(build_status(1, 0, b"\x01\x02"))
-    assert packets.read(port, 1, 132, 4) == Answer(None, 0, COMM_RX_TIMEOUT)
+    _port, packets = answering(build_status(1, 0, b"\x01\x02"))
+    assert packets.read(1, 132, 4) == Answer(None, 0, COMM_RX_TIMEOUT)
     assert packets.counters.snapshot().foreign_replies == 1
 
 
@@ -120,7 +122,8 @@ class _Broken(ScriptedPort):
 
 @pytest.mark.parametrize("where", ["broken_read", "broken_write"])
 def test_the_port_is_not_busy_after_an_exception(where: str) -> None:
-    port, packets = _Broken(ScriptedServos(Servo(1)).respond), SdkRequests()
+    port = _Broken(ScriptedServos(Servo(1)).respond)
+    packets = SdkRequests(port)
     setattr(port, where, True)
     with pytest.raises(ConnectionLost):
         packets.ping(port, 1)
@@ -135,11 +138,11 @@ class _Choking(ScriptedPort):
 
 
 def test_a_request_that_was_not_sent_whole_is_no_request() -> None:
-    port, packets = _Choking(lambda _: []), ServoRequests()
-    answer = packets.read(port, 1, 132, 4)
+    packets = ServoRequests(_Choking(lambda _: []))
+    answer = packets.read(1, 132, 4)
     assert answer.code == COMM_TX_FAIL
     assert answer.words == "the request could not be sent"
-    assert [a.code for a in packets.sync_read(port, [1, 2], 132, 4, 0.0)] == [COMM_TX_FAIL] * 2
+    assert [a.code for a in packets.sync_read([1, 2], 132, 4, 0.0)] == [COMM_TX_FAIL] * 2
 
 
 # Row 8: how long a silent servo costs.
@@ -148,7 +151,7 @@ def test_a_request_that_was_not_sent_whole_is_no_request() -> None:
 def test_a_missing_servo_costs_latency_and_wire_time_and_no_more() -> None:
     port, packets = answering()
     began_ns = port.clock.now_ns()
-    assert packets.read(port, 1, 132, 4).code == COMM_RX_TIMEOUT
+    assert packets.read(1, 132, 4).code == COMM_RX_TIMEOUT
     assert 2e6 < port.clock.now_ns() - began_ns < 5e6  # virtual; the SDK takes 34 ms
 
 
@@ -165,20 +168,20 @@ def late(scripted: ScriptedServos, delays_ns: list[int]) -> None:
 
 
 def test_an_answer_after_its_time_is_not_the_next_one() -> None:
-    scripted, port, packets = bus(Servo(1, {"present_position": 1234, "present_velocity": -7}))
+    scripted, _port, packets = bus(Servo(1, {"present_position": 1234, "present_velocity": -7}))
     late(scripted, [4_700_000])  # the read of 4 bytes is given up after 4.3 ms
-    assert packets.read(port, 1, 132, 4).code == COMM_RX_TIMEOUT
-    answer = packets.read(port, 1, 128, 4)
+    assert packets.read(1, 132, 4).code == COMM_RX_TIMEOUT
+    answer = packets.read(1, 128, 4)
     assert answer.data == (-7).to_bytes(4, "little", signed=True)
     assert packets.counters.snapshot().late_replies == 1
 
 
 def test_a_sync_read_after_a_timeout_waits_for_what_is_late() -> None:
-    scripted, port, packets = bus(Servo(1, {"present_position": 1}))
+    scripted, _port, packets = bus(Servo(1, {"present_position": 1}))
     late(scripted, [4_700_000])
-    assert packets.sync_read(port, [1], PRESENT_POSITION, 4, 0.0)[0].words == "no answer"
+    assert packets.sync_read([1], PRESENT_POSITION, 4, 0.0)[0].words == "no answer"
     scripted.servos[1].values["present_position"] = 2
-    assert packets.sync_read(port, [1], PRESENT_POSITION, 4, 0.0)[0].data == b"\x02\0\0\0"
+    assert packets.sync_read([1], PRESENT_POSITION, 4, 0.0)[0].data == b"\x02\0\0\0"
     assert packets.counters.snapshot().late_replies == 1
 
 
@@ -186,10 +189,10 @@ def test_a_late_answer_that_is_there_already_is_dropped_without_waiting() -> Non
     scripted, port, packets = bus(Servo(1, {"present_position": 1}), Servo(2))
     twice = build_status(1, 0, (999).to_bytes(4, "little"))
     scripted.edit = lambda _, __, at, data: [(at, data), (at + 1000, twice)]
-    assert packets.read(port, 1, 132, 4).data == (1).to_bytes(4, "little")
+    assert packets.read(1, 132, 4).data == (1).to_bytes(4, "little")
     port.virtual.advance(2000)
     began_ns = port.clock.now_ns()
-    assert packets.read(port, 1, 132, 4).data == (1).to_bytes(4, "little")
+    assert packets.read(1, 132, 4).data == (1).to_bytes(4, "little")
     assert port.clock.now_ns() - began_ns < 500_000
     assert packets.counters.snapshot().late_replies == 1
 
@@ -201,7 +204,7 @@ def test_an_old_answer_within_a_sync_read_gives_way_to_the_new_one(place: int) -
     old = build_status(ids[place], 0, (9999).to_bytes(4, "little"))
     respond = port.respond
     port.respond = lambda request: [(1000, old), *respond(request)]
-    answers = packets.sync_read(port, ids, PRESENT_POSITION, 4, 0.0)
+    answers = packets.sync_read(ids, PRESENT_POSITION, 4, 0.0)
     assert [int.from_bytes(a.data or b"", "little") for a in answers] == [10 * i for i in ids]
     assert packets.counters.snapshot().late_replies == 1
 
@@ -231,7 +234,7 @@ def test_the_sdk_group_write_works_over_the_repaired_handler() -> None:
 def test_six_speeds_in_one_sync_write() -> None:
     port, packets = answering()
     speed = (50).to_bytes(4, "little")
-    packets.sync_write(port, 104, [(i, speed) for i in range(1, 7)])
+    packets.sync_write(104, [(i, speed) for i in range(1, 7)])
     assert port.sent == [
         bytes.fromhex(
             "FF FF FD 00 FE 25 00 83 68 00 04 00 01 32 00 00 00 02 32 00 00 00"
@@ -246,7 +249,7 @@ def test_six_speeds_in_one_sync_write() -> None:
 def test_a_sync_write_that_makes_no_sense_is_not_sent(items: list[tuple[int, bytes]]) -> None:
     port, packets = answering()
     with pytest.raises(ValueError, match="sync write"):
-        packets.sync_write(port, 104, items)
+        packets.sync_write(104, items)
     assert port.sent == []
     assert not port.is_using
 
@@ -256,7 +259,7 @@ def test_a_foreign_servo_and_an_echo_are_passed_over() -> None:
     respond = port.respond
     stranger = build_status(9, 0, (7).to_bytes(4, "little"))
     port.respond = lambda request: [(0, request), (10, stranger), *respond(request)]
-    answers = packets.sync_read(port, [1, 2], PRESENT_POSITION, 4, 0.0)
+    answers = packets.sync_read([1, 2], PRESENT_POSITION, 4, 0.0)
     assert [a.ok for a in answers] == [True, True]
     assert packets.counters.snapshot().foreign_replies == 1
     assert len(scripted.requests) == 1
@@ -265,8 +268,8 @@ def test_a_foreign_servo_and_an_echo_are_passed_over() -> None:
 @pytest.mark.parametrize("silent", [1, 3, 6])
 def test_one_silent_servo_hides_nobody(silent: int) -> None:
     ids = [1, 2, 3, 4, 5, 6]
-    _, port, packets = bus(*(Servo(i, silent=i == silent) for i in ids))
-    answers = packets.sync_read(port, ids, PRESENT_POSITION, 4, 0.0)
+    _, _port, packets = bus(*(Servo(i, silent=i == silent) for i in ids))
+    answers = packets.sync_read(ids, PRESENT_POSITION, 4, 0.0)
     assert [a.data is None for a in answers] == [i == silent for i in ids]
     assert answers[silent - 1].words == "no answer"
     assert packets.counters.snapshot().timeouts == 1
@@ -276,7 +279,7 @@ def test_one_silent_servo_hides_nobody(silent: int) -> None:
 def test_one_damaged_answer_hides_nobody(hit: int) -> None:
     """Wherever the bit flips behind the header, also in the length of the frame."""
     ids = [1, 2, 3]
-    scripted, port, packets = bus(*(Servo(i) for i in ids))
+    scripted, _port, packets = bus(*(Servo(i) for i in ids))
 
     def edit(servo_id: int, _frame: Frame, at_ns: int, data: bytes) -> Replies:
         if servo_id != 2:
@@ -284,7 +287,7 @@ def test_one_damaged_answer_hides_nobody(hit: int) -> None:
         return [(at_ns, data[:hit] + bytes([data[hit] ^ 0x10]) + data[hit + 1 :])]
 
     scripted.edit = edit
-    answers = packets.sync_read(port, ids, PRESENT_POSITION, 4, 0.0)
+    answers = packets.sync_read(ids, PRESENT_POSITION, 4, 0.0)
     assert [a.data is not None for a in answers] == [True, False, True]
     assert answers[1].words == "a damaged answer"
     stats = packets.counters.snapshot()
@@ -293,9 +296,9 @@ def test_one_damaged_answer_hides_nobody(hit: int) -> None:
 
 
 def test_noise_on_the_line_is_counted_and_harms_nobody() -> None:
-    scripted, port, packets = bus(Servo(1))
+    scripted, _port, packets = bus(Servo(1))
     scripted.edit = lambda _, __, at, data: [(at, b"\x00\xff" + data[:5]), (at + 900, data[5:])]
-    assert packets.read(port, 1, 132, 4).ok
+    assert packets.read(1, 132, 4).ok
     stats = packets.counters.snapshot()
     assert (stats.noise_bytes, stats.crc_errors) == (2, 0)
 
@@ -304,7 +307,7 @@ def test_the_wait_ends_with_the_last_answer() -> None:
     ids = [1, 2, 3, 4, 5, 6]
     _, port, packets = bus(*(Servo(i) for i in ids))
     began_ns = port.clock.now_ns()
-    packets.sync_read(port, ids, 124, 23, 0.0)
+    packets.sync_read(ids, 124, 23, 0.0)
     wire_ns = (20 + 6 * 34) * 10_000
     assert port.clock.now_ns() - began_ns == wire_ns + 6 * 50_000
     stats = packets.counters.snapshot()
@@ -317,8 +320,8 @@ def test_the_wait_ends_with_the_last_answer() -> None:
 
 
 def test_an_alert_is_kept_and_the_data_is_used() -> None:
-    port, packets = answering(bytes.fromhex("FF FF FD 00 01 08 00 55 80 00 08 00 00 1F 84"))
-    answer = packets.read(port, 1, 132, 4)
+    _port, packets = answering(bytes.fromhex("FF FF FD 00 01 08 00 55 80 00 08 00 00 1F 84"))
+    answer = packets.read(1, 132, 4)
     assert answer.ok
     assert (answer.data, answer.error) == ((2048).to_bytes(4, "little"), 0x80)
 
@@ -334,13 +337,13 @@ def test_a_broadcast_read_is_refused() -> None:
 
 
 def test_a_truncated_answer_is_damage_not_silence() -> None:
-    port, packets = answering(STUFFED_STATUS[:-3])
-    assert packets.read(port, 1, 126, 10) == Answer(None, 0, COMM_RX_CORRUPT)
+    _port, packets = answering(STUFFED_STATUS[:-3])
+    assert packets.read(1, 126, 10) == Answer(None, 0, COMM_RX_CORRUPT)
 
 
 def test_ask_sends_any_instruction() -> None:
     scripted, port, packets = bus(Servo(1, {"present_position": 5000}))
-    assert packets.ask(port, 1, Instruction.PING).data == bytes.fromhex("41 01 2C")
-    assert packets.ask(port, 1, Instruction.CLEAR, bytes.fromhex("01 44 58 4C 22")).ok
+    assert packets.ask(1, Instruction.PING).data == bytes.fromhex("41 01 2C")
+    assert packets.ask(1, Instruction.CLEAR, bytes.fromhex("01 44 58 4C 22")).ok
     assert scripted.servos[1].values["present_position"] == 904
     assert packets.clearMultiTurn(port, 1) == (COMM_SUCCESS, 0)

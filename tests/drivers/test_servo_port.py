@@ -130,7 +130,7 @@ def test_bytes_are_counted_and_tapped(wire: PtyServos) -> None:
         times.append(t_ns)
 
     port.tap = tap
-    assert SdkRequests().ping(port, 1) == (321, COMM_SUCCESS, 0)
+    assert SdkRequests(port).ping(port, 1) == (321, COMM_SUCCESS, 0)
     assert seen[0] == ("tx", PING)
     assert b"".join(data for direction, data in seen if direction == "rx") == PING_STATUS
     assert times == sorted(times)
@@ -152,7 +152,7 @@ def test_a_silent_wait_sleeps_in_the_kernel(
         return original(readable, writable, other, wait_s)
 
     monkeypatch.setattr(select, "select", note)
-    answer = ServoRequests().read(port, 1, 132, 4)
+    answer = ServoRequests(port).read(1, 132, 4)
     assert answer.code == COMM_RX_TIMEOUT
     assert len(waits) <= 3  # the SDK looks thousands of times
     assert all(wait_s <= 0.0123 for wait_s in waits)  # 29 bytes, twice 5 ms, 2 ms
@@ -169,7 +169,7 @@ def test_a_silent_wait_sleeps_in_the_kernel(
         lambda port: port.getBytesAvailable(),
         lambda port: port.writePort(PING),
         lambda port: port.readPort(1),
-        lambda port: SdkRequests().ping(port, 1),
+        lambda port: SdkRequests(port).ping(port, 1),
     ],
     ids=["clear", "available", "write", "read", "ping"],
 )

@@ -32,7 +32,7 @@ def three() -> ScriptedServos:
 
 def bus_of(scripted: ScriptedServos) -> tuple[ServoBus, ScriptedPort]:
     port = ScriptedPort(scripted.respond)
-    return ServoBus(port, SETTINGS, port.clock), port
+    return ServoBus(port, SETTINGS), port
 
 
 def test_everybody_introduces_himself() -> None:
@@ -176,7 +176,7 @@ class _Shut(ScriptedPort):
 def test_a_port_that_does_not_open_in_the_way_of_the_sdk() -> None:
     port = _Shut(lambda _: [])
     with pytest.raises(BusError, match="scripted cannot be opened at 1000000 baud"):
-        ServoBus(port, SETTINGS, port.clock).connect()
+        ServoBus(port, SETTINGS).connect()
 
 
 # Configuring.
@@ -282,6 +282,6 @@ def test_a_baud_rate_in_the_settings_is_in_the_advice() -> None:
     scripted = three()
     silence(1, 2, 6)(scripted)
     port = ScriptedPort(scripted.respond, 57_600)
-    bus = ServoBus(port, replace(SETTINGS, baud_rate=57_600), port.clock)
+    bus = ServoBus(port, replace(SETTINGS, baud_rate=57_600))
     with pytest.raises(BusError, match="at 57600 baud"):
         bus.connect()

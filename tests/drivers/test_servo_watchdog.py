@@ -14,7 +14,7 @@ def test_every_watchdog_trips_and_torque_is_off_afterwards() -> None:
     bench.bus.connect()
     bench.bus.configure()
     before = bench.motors.ticks.copy()
-    proof = prove_watchdog(bench.bus, bench.clock)
+    proof = prove_watchdog(bench.bus)
     assert proof.tripped == SETTINGS.names
     assert proof.asleep == ()
     assert proof.torque_off
@@ -30,7 +30,7 @@ def test_a_watchdog_that_sleeps_is_named() -> None:
     deaf = bench.servos.servos[4]
     check = deaf.check
     deaf.check = lambda t_ns: None  # type: ignore[method-assign]  # never looks at the time
-    proof = prove_watchdog(bench.bus, bench.clock)
+    proof = prove_watchdog(bench.bus)
     deaf.check = check  # type: ignore[method-assign]
     assert proof.asleep == ("MR",)
     assert len(proof.tripped) == 5
@@ -41,7 +41,7 @@ def test_the_proof_needs_an_armed_bus() -> None:
     bench = make_bench()
     bench.bus.connect()
     with pytest.raises(BusError, match="--armed"):
-        prove_watchdog(bench.bus, bench.clock)
+        prove_watchdog(bench.bus)
 
 
 def test_a_servo_that_falls_silent_in_the_proof_leaves_no_torque() -> None:
@@ -59,6 +59,6 @@ def test_a_servo_that_falls_silent_in_the_proof_leaves_no_torque() -> None:
 
     bench.clock.sleep_until_ns = lose_one  # type: ignore[method-assign]
     with pytest.raises(BusError, match="FR"):
-        prove_watchdog(bench.bus, bench.clock)
+        prove_watchdog(bench.bus)
     assert [s.table.get("torque_enable") for s in bench.servos.servos[:5]] == [0] * 5
     assert REGISTER["torque_enable"].address == 64

@@ -8,7 +8,7 @@ from model.values.arrays import FloatArray
 from sim_hw.ati.unit import VirtualWnet
 from sim_hw.dynamixel.bus import VirtualServoBus
 from sim_hw.dynamixel.firmware import FirmwareBank
-from sim_hw.faults.mishaps import DisturbedMotors, Jammable, ServoMishaps
+from sim_hw.faults.mishaps import DisturbedMotors, ServoMishaps
 from sim_hw.faults.scenario import parse_scenario
 from sim_hw.faults.time import ScenarioTime
 from sim_hw.faults.wnet import FaultyWnet
@@ -22,7 +22,7 @@ START_NS = 1_000_000_000
 
 
 def scenario_on(
-    text: str, motors: Jammable, firmware: FirmwareBank, ids: tuple[int, ...], baud: int
+    text: str, motors: MotorWorld, firmware: FirmwareBank, ids: tuple[int, ...], baud: int
 ) -> tuple[VirtualServoBus, ServoWire]:
     """Return servos, and the wire to them with a scenario on it."""
     scenario = parse_scenario(text, ids)
@@ -30,7 +30,7 @@ def scenario_on(
     world: MotorWorld = seen
     bus = VirtualServoBus(world, firmware, ids, baud, assumed=scenario.servo)
     time = ScenarioTime(scenario.course.begins)
-    mishaps = ServoMishaps(bus, seen, motors, scenario.faults, time)
+    mishaps = ServoMishaps(bus, seen, scenario.faults, time)
     return bus, faulty_wire(bus, mishaps, scenario, time, baud)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from model.values.arrays import FloatArray
-from sim_hw.interfaces import FirmwareControl
+from sim_hw.interfaces import FirmwareControl, MotorReadings
 
 STEP_NS = 1_000_000
 NO_LOAD_RAD_S = 4.7
@@ -39,18 +39,5 @@ class SimpleMotors:
     def jam(self, index: int, torque_n_m: float) -> None:
         self.jammed[index] = torque_n_m
 
-    @property
-    def encoder_ticks(self) -> FloatArray:
-        return self.ticks
-
-    @property
-    def encoder_rate(self) -> FloatArray:
-        return self.rate
-
-    @property
-    def current_a(self) -> FloatArray:
-        return self.currents
-
-    @property
-    def supply_v(self) -> FloatArray:
-        return self.volts
+    def motors(self) -> MotorReadings:
+        return MotorReadings(self.ticks, self.rate, self.currents, self.volts, self.temperature_c)

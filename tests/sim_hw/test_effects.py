@@ -9,7 +9,18 @@ from sim_hw.plant.four_bar import foot_path
 from sim_hw.plant.plant import Plant
 from sim_hw.twin.catalog import EFFECTS
 from sim_hw.twin.effects import LEG, STAGES, Effect, EffectKind, parse_effect
-from tests.sim_hw.twins import GAIN, NOMINAL, ON, ROBOT, WEIGHT, hold, plant, sliding_ratio, twin
+from tests.sim_hw.twins import (
+    GAIN,
+    NOMINAL,
+    ON,
+    ROBOT,
+    WEIGHT,
+    force_W,
+    hold,
+    plant,
+    sliding_ratio,
+    twin,
+)
 
 ML, FL = 1, 2
 
@@ -206,7 +217,7 @@ def test_loads_balance_weight_where_it_is(
 ) -> None:
     robot = plant(text)
     hold(robot, 1.0)
-    load, feet = robot.foot_force_W[:, 2], robot.truth(0)
+    load, feet = force_W(robot)[:, 2], robot.truth(0)
     assert load.sum() == pytest.approx(WEIGHT + extra, rel=2e-3)
     arm = feet.foot_position_W[:, :2] - feet.position_W[:2]
     lean = robot.torso_rotation[:2, 2] * 0.0
@@ -291,7 +302,7 @@ def test_a_fading_side_and_a_patch_change_friction_where_and_when_they_say() -> 
 def test_the_ground_holds_against_a_tether() -> None:
     robot = plant("tether_force:x_n=4,y_n=-2")
     hold(robot, 1.0)
-    assert robot.foot_force_W[:, :2].sum(axis=0) == pytest.approx([-4.0, 2.0], abs=0.02)
+    assert force_W(robot)[:, :2].sum(axis=0) == pytest.approx([-4.0, 2.0], abs=0.02)
 
 
 def test_drag_and_added_inertia_slow_a_slide() -> None:
@@ -309,7 +320,7 @@ def test_drag_and_added_inertia_slow_a_slide() -> None:
 def test_a_sticking_foot_is_held_down() -> None:
     robot = plant("sticking_foot@ML:force_n=6")
     hold(robot, 0.5)
-    assert robot.foot_force_W[:, 2].sum() == pytest.approx(WEIGHT + 6, rel=3e-3)
+    assert force_W(robot)[:, 2].sum() == pytest.approx(WEIGHT + 6, rel=3e-3)
 
 
 def test_a_leg_with_play_carries_less() -> None:

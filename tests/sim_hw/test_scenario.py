@@ -8,12 +8,10 @@ import pytest
 from model.errors import ConfigError
 from robot.config.robot_file import load_robot
 from robot.virtual.open import VirtualSettings, open_in_memory
-from sim_hw.faults.catalog import KINDS
+from sim_hw.faults.kinds import KINDS, MaskChange, Overheating, SilentServo
 from sim_hw.faults.reference import COMMON, common_settings, kinds_of_fault, tables
 from sim_hw.faults.scenario import Scenario, load_scenario, parse_scenario
-from sim_hw.faults.servo_kinds import Overheating, SilentServo
 from sim_hw.faults.time import ScenarioTime
-from sim_hw.faults.wnet_kinds import MaskChange
 
 IDS = (1, 2, 3, 4, 5, 6)
 EXAMPLES = sorted((Path(__file__).resolve().parents[2] / "examples").glob("faults_*.toml"))

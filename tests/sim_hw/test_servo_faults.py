@@ -256,7 +256,7 @@ def test_the_driver_sees_the_latency_timer_and_waits_for_it() -> None:
     robot = load_robot().servo_bus
     bus = FaultyBus("[adapter]\nlatency_timer_s = 0.016", ids=(1, 2, 3, 4, 5, 6))
     clock = VirtualClock(START_NS)
-    servos = ServoBus(MemoryPort(bus.wire, clock, BAUD, 0.016), robot, clock)
+    servos = ServoBus(MemoryPort(bus.wire, clock, BAUD, 0.016), robot)
     report = servos.connect()
     assert any("16 ms" in warning for warning in report.warnings)
     began_ns = clock.now_ns()
@@ -282,7 +282,7 @@ def test_old_firmware_answers_protocol_1_only() -> None:
 def test_old_firmware_is_recognised_and_refused_with_advice() -> None:
     bus = FaultyBus("[servo]\nold_firmware = [2]", ids=(1, 2, 3, 4, 5, 6))
     clock = VirtualClock(START_NS)
-    servos = ServoBus(MemoryPort(bus.wire, clock, BAUD), load_robot().servo_bus, clock)
+    servos = ServoBus(MemoryPort(bus.wire, clock, BAUD), load_robot().servo_bus)
     with pytest.raises(BusError, match=r"ML \(id 2\): protocol 1.0 firmware.*Dynamixel Wizard"):
         servos.connect()
 

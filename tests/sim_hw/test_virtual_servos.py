@@ -269,7 +269,7 @@ def test_velocity_mode_turns_at_its_goal() -> None:
 def test_the_default_position_gain_is_the_manuals() -> None:
     firmware = FirmwareBank(1)
     firmware.mode[:] = 4
-    firmware.torque[:] = True
+    firmware.servos["torque"] = True
     firmware.goal_position[:] = 100.0
     duty = firmware.duty(np.zeros(1), np.zeros(1), np.zeros(1), 1e-3)
     assert duty[0] * 885 == pytest.approx(6.64 * 100, rel=1e-3)

@@ -301,7 +301,7 @@ def _watchdog_finding(bus: ServoBus, *, armed: bool) -> Finding:
             "watchdog", "its proof needs torque (holding still): lift the robot and add --armed"
         )
     bus.configure()
-    proof = prove_watchdog(bus, bus.clock)
+    proof = prove_watchdog(bus)
     if not proof.torque_off:
         return failed("watchdog", "TORQUE NOT CONFIRMED OFF", "cut the power")
     if proof.asleep:

@@ -30,7 +30,7 @@ def bus_of(name: str, baud: int | None, config: RobotConfig) -> ServoBus:
     if baud is not None:
         settings = replace(settings, baud_rate=baud)
     port = new_port(name, settings.baud_rate)
-    return ServoBus(port, settings, port.clock)
+    return ServoBus(port, settings)
 
 
 def scan_port(name: str, baud: int | None) -> list[FoundServo]:
@@ -79,7 +79,7 @@ def open_port(name: str, baud: int) -> Iterator[tuple[ClockedPort, ServoRequests
     port = new_port(name, baud)
     port.openPort()
     try:
-        yield port, ServoRequests()
+        yield port, ServoRequests(port)
     finally:
         port.closePort()
 
@@ -88,7 +88,7 @@ def servo_at(
     port: ClockedPort, packets: ServoRequests, number: int, config: RobotConfig | None = None
 ) -> CheckedServo:
     """Return one servo, under its leg's name if it is one of a robot."""
-    return CheckedServo(port, packets, leg_of(number, config), number)
+    return CheckedServo(packets, leg_of(number, config), number)
 
 
 def leg_of(number: int, config: RobotConfig | None) -> str:

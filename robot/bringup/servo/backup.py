@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from drivers.dynamixel.image import GAINS, KEPT, RegisterValue, ServoImage, changes_to, read_image
+from drivers.dynamixel.image import GAINS, KEPT, ServoImage, changes_to, read_image
 from drivers.dynamixel.mx106 import MODEL_NUMBER, REGISTER
 from drivers.dynamixel.scan import FoundServo
 from model.errors import BusError, ConfigError
@@ -142,8 +142,8 @@ def backup_text(backup: Backup) -> str:
                 "id": servo.servo_id,
                 "model": servo.model,
                 "firmware": servo.firmware,
-                "eeprom": {name: servo.value(name) for name in KEPT},
-                "gains": {name: servo.value(name) for name in GAINS},
+                "eeprom": {name: servo.values[name] for name in KEPT},
+                "gains": {name: servo.values[name] for name in GAINS},
             }
             for servo in backup.servos
         ],
@@ -188,19 +188,18 @@ def _servo(table: Table) -> ServoImage:
         servo_id=table.integer("id", minimum=0, maximum=252),
         model=table.integer("model", minimum=0, maximum=65535),
         firmware=table.integer("firmware", minimum=0, maximum=255),
-        values=(*_values(eeprom, KEPT), *_values(gains, GAINS)),
+        values=_values(eeprom, KEPT) | _values(gains, GAINS),
     )
     for part in (table, eeprom, gains):
         part.done()
-    if image.value("id") != image.servo_id:
+    if image.values["id"] != image.servo_id:
         raise ConfigError(table.name("id"), "has two different ids, here and in its eeprom table")
     return image
 
 
-def _values(table: Table, names: Sequence[str]) -> tuple[RegisterValue, ...]:
-    values = []
+def _values(table: Table, names: Sequence[str]) -> dict[str, int]:
+    values = {}
     for name in names:
         register = REGISTER[name]
-        number = table.integer(name, minimum=register.minimum, maximum=register.maximum)
-        values.append(RegisterValue(name, number))
-    return tuple(values)
+        values[name] = table.integer(name, minimum=register.minimum, maximum=register.maximum)
+    return values

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from drivers.dynamixel.collision import id_is_shared
 from drivers.dynamixel.image import (
     BAUD_OF_CODE,
     Change,
@@ -19,7 +18,7 @@ from drivers.dynamixel.mx106 import (
     OperatingMode,
     hardware_error_names,
 )
-from drivers.dynamixel.scan import FoundServo
+from drivers.dynamixel.scan import FoundServo, id_is_shared
 from model.errors import BusError
 from robot.bringup.servo.access import confirmed, open_port, servo_at
 from robot.config.robot_file import RobotConfig
@@ -93,7 +92,7 @@ class Writing:
     def _read(self, task: Task) -> tuple[Change, ...]:
         number = task.servo.servo_id
         with open_port(self.port, task.servo.baud_rate) as (port, packets):
-            if id_is_shared(port, packets, number):
+            if id_is_shared(packets, number):
                 refuse_shared(number, self.port)
             servo = servo_at(port, packets, number, self.config)
             require_torque_off(servo)

@@ -44,7 +44,7 @@ def reboot(request: RebootRequest) -> ExitCode:
             question = f"{', '.join(holding)} will drop what they carry; reboot?"
             if not confirmed(question, yes=False):
                 return ExitCode.VERDICT_FAILED
-        reboots = [reboot_servo(servo, port.clock) for servo in servos]
+        reboots = [reboot_servo(servo) for servo in servos]
     if request.json:
         print(json.dumps([_as_json(one) for one in reboots], indent=2))
     else:

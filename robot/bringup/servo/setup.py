@@ -97,7 +97,7 @@ def differences(image: ServoImage, wanted: Sequence[Wanted], new_id: int) -> tup
     """Return what has to change in one servo, its id first."""
     changes = [Change("id", image.servo_id, new_id, "legs.dynamixel_id")]
     for item in wanted:
-        present = image.value(item.name)
+        present = image.values[item.name]
         stays = item.lowest <= present <= item.highest
         changes.append(Change(item.name, present, present if stays else item.value, item.why))
     return tuple(change for change in changes if change.present != change.wanted)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from drivers.ati.calibration import Calibration
-from drivers.ati.foot_forces import foot_forces
+from drivers.ati.foot_forces import ForceScales
 from model.errors import RecordError
 from model.values.arrays import FloatArray
 from model.values.force_calibration import ForceCalibration, fourier_rows
@@ -81,7 +81,7 @@ def force_error(
         still = np.abs(tick.joints.rate_rad_s).max() < 0.01
         if truth is not None and tick.inputs.forces and still:
             record = tick.inputs.forces[-1]
-            forces = foot_forces(record, units, settings, tick.joints.angle_rad)
+            forces = ForceScales(units, settings).forces(record, tick.joints.angle_rad)
             errors.append(forces.force_n - truth.foot_force_B)
     assert len(errors) > 100
     return float(np.sqrt((np.array(errors) ** 2).mean()))

@@ -359,7 +359,8 @@ def test_when_the_host_dies_the_servos_stop_by_themselves(tmp_path: Path) -> Non
         read_until(process, "WALK")
         process.kill()
         process.communicate()
-        port, packets = BusPort(sim.port, 1_000_000, MonotonicClock()), ServoRequests()
+        port = BusPort(sim.port, 1_000_000, MonotonicClock())
+        packets = ServoRequests(port)
         for _ in range(50):
             try:
                 port.openPort()
@@ -368,12 +369,9 @@ def test_when_the_host_dies_the_servos_stop_by_themselves(tmp_path: Path) -> Non
                 time.sleep(0.1)
         time.sleep(2 * WATCHDOG_S)  # a busy machine's virtual servos may be slow themselves
         watchdog = REGISTER["bus_watchdog"]
-        answers = [packets.read(port, i, watchdog.address, 1).data for i in range(1, 7)]
+        answers = [packets.read(i, watchdog.address, 1).data for i in range(1, 7)]
         here, later = (
-            [
-                packets.read(port, i, REGISTER["present_position"].address, 4).data
-                for i in range(1, 7)
-            ]
+            [packets.read(i, REGISTER["present_position"].address, 4).data for i in range(1, 7)]
             for _ in range(2)
         )
         port.closePort()

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from drivers.ati.calibration import Calibration
-from drivers.ati.foot_forces import foot_forces
+from drivers.ati.foot_forces import ForceScales
 from drivers.ati.setup import check_serials
 from model.errors import ConfigError, ForceStreamError
 from model.values.force_calibration import ForceCalibration
@@ -115,14 +115,14 @@ def test_forces_are_the_corrected_wrenches_turned_into_the_body() -> None:
     random = np.random.default_rng(3)
     counts = random.integers(-(10**7), 10**7, (6, 6))
     angle = random.uniform(-9, 9, 6)
-    forces = foot_forces(record(counts), (UNIT,) * 6, settings, angle)
+    forces = ForceScales((UNIT,) * 6, settings).forces(record(counts), angle)
     q = angle[2]
     in_air = calibration.unloaded[2] @ [1, np.cos(q), np.sin(q), np.cos(2 * q), np.sin(2 * q)]
     wrench = (np.eye(6) + calibration.correction[2]) @ (counts[2] * 1e-6 - in_air)
     assert forces.force_n[2] == pytest.approx([-wrench[1], wrench[0], wrench[2]])
     assert forces.valid.tolist() == [True, True, True, True, False, True], "MR has none"
     angle[0] = np.nan
-    unknown = foot_forces(record(counts), (UNIT,) * 6, settings, angle)
+    unknown = ForceScales((UNIT,) * 6, settings).forces(record(counts), angle)
     assert unknown.valid.tolist() == [False, True, True, True, False, True]
     assert np.isnan(unknown.force_n[0]).all()
 

@@ -14,7 +14,7 @@ from benchmarks.fault_matrix import (
     run_case,
 )
 from model.values.faults import FaultKind, StopReason
-from sim_hw.faults.catalog import KINDS
+from sim_hw.faults.kinds import KINDS
 
 # A stop that needs no settling on all feet is over within so long of its cause.
 SOON_S = {StopReason.LINK_LOST: 0.05, StopReason.SERVO_LOST: 2.5, StopReason.SERVO_FAULT: 2.5}

@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.soak import RUN_S, Findings, MarkedBench, Witness, random_faults, soak
 from sim_hw.dynamixel.firmware import FirmwareBank
-from sim_hw.faults.catalog import KINDS
+from sim_hw.faults.kinds import KINDS
 from tests.record.ticks import make_tick
 
 

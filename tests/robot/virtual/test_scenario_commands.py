@@ -10,7 +10,7 @@ import serial
 from drivers.ati.packets import Command, build_command
 from drivers.dynamixel.frames import build_status
 from robot.console.exit_codes import ExitCode
-from sim_hw.faults.catalog import KINDS
+from sim_hw.faults.kinds import KINDS
 from tests.robot.cli.test_cli import ROOT, SHORT, bigant
 from tests.robot.sim_serve import Sim
 

@@ -2,8 +2,7 @@
 
 Each shaft is a first-order lag behind its motor's voltage and stops where it is jammed. The transducers
 feel a body of a given weight spread evenly over all feet, whatever the legs do, so nothing can be learned
-here about walking; for that there is ``sim_hw.host.world``. Figures of the motor: MX-106 data sheet at 12
-V.
+here about walking; for that there is ``sim_hw.host.world``. Figures of the motor: MX-106 data sheet, 12 V.
 """
 
 import math
@@ -12,7 +11,7 @@ import numpy as np
 
 from drivers.dynamixel.mx106 import TICK_RAD
 from model.values.arrays import FloatArray, IntArray
-from sim_hw.interfaces import FirmwareControl
+from sim_hw.interfaces import FirmwareControl, MotorReadings
 
 STEP_NS = 2_500_000
 NO_LOAD_RAD_S = 4.71
@@ -76,30 +75,11 @@ class BenchWorld:
         """Hold a shaft fast; 0 frees it."""
         self._jammed[index] = torque_n_m > 0
 
-    @property
-    def encoder_ticks(self) -> FloatArray:
-        """Output position, continuous, (N,) [ticks]."""
-        return self._ticks
-
-    @property
-    def encoder_rate(self) -> FloatArray:
-        """Output speed in the servo's own sense, (N,) [rad/s]."""
-        return self._rate
-
-    @property
-    def current_a(self) -> FloatArray:
-        """Motor current, (N,) [A]."""
-        return self._current
-
-    @property
-    def supply_v(self) -> FloatArray:
-        """Voltage at each servo, (N,) [V]."""
-        return self._supply
-
-    @property
-    def temperature_c(self) -> FloatArray:
-        """Motor temperature, (N,) [degC]."""
-        return self._temperature
+    def motors(self) -> MotorReadings:
+        """Return what the servos' sensors give."""
+        return MotorReadings(
+            self._ticks, self._rate, self._current, self._supply, self._temperature
+        )
 
     def wrench(self, t_ns: int) -> FloatArray:
         """Wrench on each transducer, (N, 6) [N, N m], sensor axes."""
