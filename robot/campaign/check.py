@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import as_completed
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import nan
 from pathlib import Path
 
@@ -19,27 +19,13 @@ from robot.campaign.visible import Seen, seen_of
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import check_json, give_json, to_stdout
 from robot.console.progress import ProgressBar
+from robot.requests.gap import GapCheckRequest
 
 STANDING = "standing.json"
 NOT_SEEN = Seen(nan, nan)
 
 
-@dataclass(frozen=True, slots=True)
-class CheckRequest:
-    """What ``bigant gap check`` was asked for."""
-
-    campaign: Path
-    key: Path | None
-    scenario: Path | None
-    out: Path | None
-    removed: int
-    no_references: bool
-    jobs: int
-    json: Path | None
-    markdown: Path | None
-
-
-def check_campaign(request: CheckRequest) -> ExitCode:
+def check_campaign(request: GapCheckRequest) -> ExitCode:
     """Diagnose, open the seal, count.
 
     Raises:
@@ -123,7 +109,7 @@ def answer_all(asked: Sequence[Asked], jobs: int, words: str) -> None:
         )
 
 
-def _labels(request: CheckRequest, files: Sequence[CaseFiles]) -> dict[str, Label]:
+def _labels(request: GapCheckRequest, files: Sequence[CaseFiles]) -> dict[str, Label]:
     folder, plain = request.campaign, request.campaign / OPEN_NAME
     if (folder / SEALED_NAME).exists():
         if request.key is None:

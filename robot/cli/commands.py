@@ -1,8 +1,8 @@
 """The table of all commands and their parsers: ``bigant COMMAND`` and ``bigant GROUP ACTION``.
 
-The path of a module is the command: ``bigant servo zero`` is ``robot/cli/servo/zero.py``. A module has a
-docstring (what its help says), ``add_arguments(parser)`` and ``run(options)``, and imports nothing heavy at
-its top. Only the module of the command that was typed is imported, so ``bigant --help`` answers at once.
+What a command is asked for is a request (``robot.requests``): its class is named after the command, its
+fields are the options, its docstring is the help. Only the module of the group that was typed is imported,
+so ``bigant --help`` answers at once.
 """
 
 import argparse
@@ -14,12 +14,14 @@ from dataclasses import dataclass
 from typing import Any, NoReturn, TypeAlias
 
 from robot.cli.examples import EXAMPLES
+from robot.console.arguments import WORK, add_arguments, parsed
 from robot.console.exit_codes import ExitCode
 
 EXAMPLES_HEAD = "examples:"
-OWN = "_parser"  # of parsed arguments: the parser of the command that was typed
+# Of parsed arguments: the parser of the command that was typed, and its request.
+OWN, REQUEST = "_parser", "_request"
 _Parsers: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"  # has no public name
-PYTHON_WORDS = {"import": "import_"}  # commands that cannot be names of modules
+SINGLE = "single"  # the module of the commands of one word
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,10 +36,12 @@ class Command:
     words: tuple[str, ...]
     help: str
 
-    @property
-    def module(self) -> str:
-        """The module of the command."""
-        return ".".join(("robot.cli", *(PYTHON_WORDS.get(word, word) for word in self.words)))
+    def request(self) -> type[Any]:
+        """Import the class of what the command is asked for."""
+        group = self.words[0] if len(self.words) > 1 else SINGLE
+        name = "".join(word.capitalize() for word in self.words) + "Request"
+        kind: type[Any] = getattr(importlib.import_module(f"robot.requests.{group}"), name)
+        return kind
 
 
 GROUP_HELP = (
@@ -172,11 +176,11 @@ def add_commands(
             epilog=f"{EXAMPLES_HEAD}\n{examples}\n\n{epilog}",
             formatter_class=HelpFormatter,
         )
-        own.set_defaults(module=command.module)
         if arguments is None or tuple(arguments[: len(command.words)]) == command.words:
-            module = importlib.import_module(command.module)
-            own.description = module.__doc__.split("\n\n", 1)[-1] if module.__doc__ else None
-            module.add_arguments(own)
+            request = command.request()
+            own.set_defaults(**{REQUEST: request})
+            own.description = (request.__doc__ or "").split("\n\n", 1)[-1]
+            add_arguments(own, request)
 
 
 def _add_group(commands: _Parsers, parents: dict[str, _Parsers], name: str) -> _Parsers:
@@ -187,6 +191,9 @@ def _add_group(commands: _Parsers, parents: dict[str, _Parsers], name: str) -> _
 
 
 def run_command(options: argparse.Namespace) -> ExitCode:
-    """Run the command that was typed."""
-    code: ExitCode = importlib.import_module(options.module).run(options)
+    """Do what the command that was typed was asked for."""
+    request = getattr(options, REQUEST)
+    module, _, function = getattr(request, WORK).partition(":")
+    work = getattr(importlib.import_module(f"robot.{module}"), function)
+    code: ExitCode = work(parsed(options, request))
     return code

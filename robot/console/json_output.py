@@ -1,6 +1,5 @@
 """``--json``: values as JSON can hold them, printed or written."""
 
-import argparse
 import dataclasses
 import json
 import math
@@ -8,8 +7,8 @@ from pathlib import Path
 
 from model.errors import ConfigError
 from record.whole_file import check_room, write_text
+from robot.console.arguments import STDOUT
 
-STDOUT = Path("-")
 FIRST_BYTES = 64
 
 
@@ -36,19 +35,6 @@ def json_text(value: object, indent: int | None = 2) -> str:
 def print_json(value: object, indent: int | None = 2) -> None:
     """Print a value as JSON."""
     print(json_text(value, indent))
-
-
-def add_json(parser: argparse.ArgumentParser, what: str) -> None:
-    """Add ``--json [FILE]``: alone it prints, with FILE it writes.
-
-    Args:
-        parser: Of the command.
-        what: What is written, as in "the diagnosis".
-    """
-    parser.add_argument(
-        "--json", type=Path, nargs="?", const=STDOUT, metavar="FILE",
-        help=f"{what} as JSON into FILE; without FILE (or with -) printed, and nothing else",
-    )  # fmt: skip
 
 
 def to_stdout(path: Path | None) -> bool:

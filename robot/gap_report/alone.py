@@ -1,8 +1,7 @@
 """``bigant gap alone``: how much of the gap effects explain by themselves, for example a delay."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from dataclasses import asdict
 
 from gap.diagnosis.alone import Alone, each_alone
 from gap.interfaces import Cause, Effect
@@ -12,21 +11,12 @@ from robot.console.progress import ProgressBar
 from robot.console.table import Column, table_lines
 from robot.gap_report.trials import read_trials, simulator_for
 from robot.gap_report.words import parameters_of
+from robot.requests.gap import GapAloneRequest
 
 TABLE = (Column("", width=40), Column("", ".4g", 9), Column(""), Column(""), Column(""))
 
 
-@dataclass(frozen=True, slots=True)
-class AloneRequest:
-    """What ``bigant gap alone`` was asked for."""
-
-    trials: list[Path]
-    effect: list[str]
-    joint: list[str]
-    json: bool
-
-
-def fit_alone(request: AloneRequest) -> ExitCode:
+def fit_alone(request: GapAloneRequest) -> ExitCode:
     """Fit each effect by itself, or several joined with +, and judge it on the held-out runs.
 
     Raises:

@@ -1,8 +1,6 @@
 """``bigant gap diagnose``: where a simulator differs from measured runs, why, how far it shrinks."""
 
-from dataclasses import dataclass
 from datetime import UTC, datetime
-from pathlib import Path
 
 from gap.diagnosis.as_json import diagnosis_json
 from gap.diagnosis.diagnose import diagnose
@@ -21,29 +19,10 @@ from robot.gap_report.runs import proposer_of
 from robot.gap_report.summary import summary_lines
 from robot.gap_report.trials import Runs, read_runs
 from robot.gap_report.words import subject_of
-
-CHAIN, MUJOCO = "chain", "mujoco"
-
-
-@dataclass(frozen=True, slots=True)
-class DiagnoseRequest:
-    """What ``bigant gap diagnose`` was asked for."""
-
-    trials: list[Path]
-    reference: list[Path]
-    joint: list[str]
-    robot: Path | None
-    json: Path | None
-    html: Path | None
-    effects: Path | None
-    sim: str
-    effects_only: tuple[str, ...]
-    screen: int
-    jobs: int
-    seed: int
+from robot.requests.gap import MUJOCO, GapDiagnoseRequest
 
 
-def diagnose_runs(request: DiagnoseRequest) -> ExitCode:
+def diagnose_runs(request: GapDiagnoseRequest) -> ExitCode:
     """Diagnose, print and write what was asked for.
 
     Raises:
@@ -78,7 +57,7 @@ def diagnose_runs(request: DiagnoseRequest) -> ExitCode:
     return ExitCode.VERDICT_FAILED if found.verdict is Verdict.UNEXPLAINED else ExitCode.OK
 
 
-def _simulator(runs: Runs, request: DiagnoseRequest) -> Simulator:
+def _simulator(runs: Runs, request: GapDiagnoseRequest) -> Simulator:
     if request.sim != MUJOCO:
         if request.effects_only:
             raise ConfigError(
@@ -104,7 +83,7 @@ def _simulator(runs: Runs, request: DiagnoseRequest) -> Simulator:
     )
 
 
-def _diagnosis(runs: Runs, simulator: Simulator, request: DiagnoseRequest) -> Diagnosis:
+def _diagnosis(runs: Runs, simulator: Simulator, request: GapDiagnoseRequest) -> Diagnosis:
     trials, references, proposer = runs.trials, runs.references, _proposer(runs, simulator)
     with ProgressBar("diagnosis") as bar:
         if request.jobs == 1:

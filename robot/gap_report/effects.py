@@ -2,8 +2,6 @@
 
 import textwrap
 from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
 
 from gap.effect_file import read_effects
 from gap.interfaces import Effect, Parameter, Scope
@@ -13,18 +11,10 @@ from model.errors import ConfigError
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json
 from robot.console.screen_fit import WIDTH
+from robot.requests.gap import GapEffectsRequest
 
 
-@dataclass(frozen=True, slots=True)
-class EffectsRequest:
-    """What ``bigant gap effects`` was asked for."""
-
-    effects: Path | None
-    stage: str | None
-    json: bool
-
-
-def list_effects(request: EffectsRequest) -> ExitCode:
+def list_effects(request: GapEffectsRequest) -> ExitCode:
     """List the catalogue, with a user's own effects behind it.
 
     Raises:

@@ -20,25 +20,10 @@ from robot.console.exit_codes import ExitCode
 from robot.console.json_output import plain
 from robot.console.progress import ProgressBar
 from robot.gap_report.trials import simulator_for
+from robot.requests.single import ImportRequest
 
 SUFFIXES = (".mcap", ".parquet", ".csv")
 SHOWN_ROWS = 10
-
-
-@dataclass(frozen=True, slots=True)
-class ImportRequest:
-    """Options of ``bigant import``."""
-
-    paths: list[Path]
-    map: str | None
-    out: Path | None
-    report: Path | None
-    json: bool
-
-    @property
-    def folder(self) -> bool:
-        """Whether ``out`` is a folder, for a trial of each table."""
-        return self.out is not None and not self.out.suffix
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,12 +42,14 @@ class TableReport:
 
 
 def bring_in(request: ImportRequest) -> ExitCode:
-    """Import tables.
+    """Import tables, or list the maps that come with the program.
 
     Raises:
         ConfigError: ``--out`` names no kind of file we write, or there is nothing to import.
         RecordError: A file cannot be read or written, or nothing in the table is known.
     """
+    if request.maps:
+        return _list_maps(as_json=request.json)
     out = request.out
     if not request.paths:
         raise ConfigError("TABLE", "name a table to import, or --maps to list the maps")
@@ -143,7 +130,7 @@ def _written(reports: Sequence[TableReport], out: Path, *, folder: bool) -> str:
     return f"{out}: {samples} samples{lost}"
 
 
-def list_maps(*, as_json: bool) -> ExitCode:
+def _list_maps(*, as_json: bool) -> ExitCode:
     """List the maps that come with the program."""
     maps = [(name, read_column_map(find_map(name)).about) for name in map_names()]
     if as_json:

@@ -3,8 +3,7 @@
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from dataclasses import asdict
 
 from model.errors import ConfigError
 from record.log.reader import LogContents
@@ -17,29 +16,19 @@ from robot.control.effect_uses import unused_notes
 from robot.replay.bus import BusReplay, replay_bus
 from robot.replay.compare import Difference, FieldResult
 from robot.replay.ticks import Replay, replay_log
-
-
-@dataclass(frozen=True, slots=True)
-class ReplayRequest:
-    """Options of ``bigant replay`` without --drive; the last four go with --drive only."""
-
-    path: Path
-    tolerance: float
-    robot: Path | None
-    json: bool
-    bus: bool
-    armed: bool
-    virtual_time: bool
-    log: Path | None
-    out: Path | None
+from robot.requests.single import ReplayRequest
 
 
 def replay(request: ReplayRequest) -> ExitCode:
-    """Replay a log.
+    """Replay a log, or do its run again.
 
     Raises:
-        BigantError: The log cannot be read or replayed.
+        BigantError: The log cannot be read or replayed, or something is wrong before the robot moves.
     """
+    if request.drive:
+        from robot.replay.drive import drive_again  # and with it all that a run needs
+
+        return drive_again(request)
     for name in ("armed", "virtual_time", "log", "out"):
         if getattr(request, name):
             raise ConfigError(f"--{name.replace('_', '-')}", "goes with --drive only")

@@ -1,7 +1,6 @@
 """``bigant log cut``, ``merge``, ``repair`` and ``export``: files made of logs, and a line about each."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 from model.errors import ConfigError, RecordError
@@ -15,31 +14,12 @@ from record.log.splice import cut_log, merge_logs
 from record.log.survey import survey_log
 from robot.console.exit_codes import ExitCode
 from robot.console.progress import ProgressLine
+from robot.requests.log import LogCutRequest, LogExportRequest, LogMergeRequest, LogRepairRequest
 
 SUFFIXES = {"trial": (".parquet", ".csv"), "csv": (".csv",), "parquet": (".parquet",)}
 
 
-@dataclass(frozen=True, slots=True)
-class CutRequest:
-    """Options of ``bigant log cut``."""
-
-    path: Path
-    from_s: float
-    to_s: float
-    out: Path
-
-
-@dataclass(frozen=True, slots=True)
-class ExportRequest:
-    """Options of ``bigant log export``."""
-
-    path: Path
-    format: str
-    out: Path | None
-    what: str | None
-
-
-def cut(request: CutRequest) -> ExitCode:
+def cut(request: LogCutRequest) -> ExitCode:
     """Cut a piece out of a log.
 
     Raises:
@@ -55,24 +35,26 @@ def cut(request: CutRequest) -> ExitCode:
     return ExitCode.OK
 
 
-def merge(paths: tuple[Path, ...], out: Path) -> ExitCode:
+def merge(request: LogMergeRequest) -> ExitCode:
     """Merge logs.
 
     Raises:
         RecordError: They do not fit, or a file cannot be read or written.
     """
+    paths, out = request.paths, request.out
     _written(
         f"writing {out}", out, out, lambda p: merge_logs(paths, out, p), f" of {len(paths)} logs"
     )
     return ExitCode.OK
 
 
-def repair(path: Path, out: Path | None) -> ExitCode:
+def repair(request: LogRepairRequest) -> ExitCode:
     """Repair a log.
 
     Raises:
         RecordError: Nothing can be read, or the new file cannot be written.
     """
+    path, out = request.path, request.out
     target = out if out is not None else path.with_suffix(".repaired.mcap")
     if out is None and target.exists():
         raise RecordError(f"{target} is there already; name another file with --out")
@@ -93,7 +75,7 @@ def _written(
     print(f"{out}: {done.kept} messages{note}")
 
 
-def export(request: ExportRequest) -> ExitCode:
+def export(request: LogExportRequest) -> ExitCode:
     """Export a log.
 
     Raises:

@@ -2,7 +2,6 @@
 
 import json
 import time
-from pathlib import Path
 
 from record.log.damage import Pass, damage_words
 from record.log.survey import LogSurvey, survey_log
@@ -11,18 +10,19 @@ from robot.console.exit_codes import ExitCode
 from robot.console.json_output import plain
 from robot.console.progress import ProgressLine
 from robot.console.table import row_lines
+from robot.requests.log import LogInfoRequest
 
 
-def info(path: Path, *, as_json: bool) -> ExitCode:
+def info(request: LogInfoRequest) -> ExitCode:
     """Look through a log and list what it holds.
 
     Raises:
         RecordError: It cannot be read.
     """
     progress = Pass()
-    with ProgressLine(f"reading {path}", progress):
-        survey = survey_log(path, progress)
-    if as_json:
+    with ProgressLine(f"reading {request.path}", progress):
+        survey = survey_log(request.path, progress)
+    if request.json:
         print(json.dumps(_as_json(survey), indent=2))
     else:
         print("\n".join(row_lines(_rows(survey))))

@@ -19,6 +19,7 @@ from robot.console.table import Column, table_lines
 from robot.report.page import render
 from robot.report.pictures import DOTS_PER_INCH
 from robot.report.plots import STYLE
+from robot.requests.model import ModelFiguresRequest
 from robot.study import (
     figures_errors,
     figures_examples,
@@ -163,7 +164,7 @@ CATALOG = (
 )  # fmt: skip
 
 
-def choose(names: list[str]) -> tuple[Entry, ...]:
+def choose(names: Sequence[str]) -> tuple[Entry, ...]:
     """Return the entries asked for, in the catalog's order; all if none is named.
 
     Raises:
@@ -181,22 +182,7 @@ TITLE = "Figures of the model of slipping"
 Shown = tuple[Entry, Drawn, str]  # with the name of the picture beside the page; empty for none
 
 
-@dataclass(frozen=True, slots=True)
-class FiguresRequest:
-    """What ``bigant model figures`` was asked for."""
-
-    out: Path | None
-    only: list[str]
-    list: bool
-    tripod: Path | None
-    metachronal: Path | None
-    cycles: float
-    seed: int
-    robot: Path
-    benchmark: Path
-
-
-def draw_figures(request: FiguresRequest) -> ExitCode:
+def draw_figures(request: ModelFiguresRequest) -> ExitCode:
     """List the figures, or draw those asked for.
 
     Raises:

@@ -1,7 +1,6 @@
 """``bigant model sensitivity``: naive against fitted parameters on logs (the paper's sec:tripod)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib as mpl
@@ -20,6 +19,7 @@ from robot.report.contact_fit import NAIVE_STIFFNESS, Fits, fit_contact
 from robot.report.pictures import DOTS_PER_INCH
 from robot.report.plots import PREDICTED, STYLE, TRUE
 from robot.report.walk_frames import WalkFrames, halves, joined, walk_frames
+from robot.requests.model import ModelSensitivityRequest
 from robot.study.sensitivity_table import PAPER_CHANGE, QUANTITIES, UNITS, Sensitivity, compare
 
 TABLE = (
@@ -28,19 +28,7 @@ TABLE = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
-class SensitivityRequest:
-    """What ``bigant model sensitivity`` was asked for."""
-
-    logs: list[Path]
-    form: int
-    law: str
-    rest_mm_s: float
-    out: Path | None
-    json: bool
-
-
-def judge_sensitivity(request: SensitivityRequest) -> ExitCode:
+def judge_sensitivity(request: ModelSensitivityRequest) -> ExitCode:
     """Fit to the first half, judge on the rest, print and draw.
 
     Raises:

@@ -5,6 +5,7 @@ from dataclasses import asdict
 from textwrap import fill
 
 from robot.console.exit_codes import ExitCode
+from robot.requests.sim import SimEffectsRequest, SimFaultsRequest
 from sim_hw.faults.reference import Setting, common_settings, kinds_of_fault, tables
 from sim_hw.twin.catalog import EFFECTS
 from sim_hw.twin.effects import EffectKind
@@ -13,9 +14,9 @@ WIDTH = 100
 SCOPES = {"leg": "@LEG", "all": "", "all, leg": "[@LEG]"}
 
 
-def list_faults(*, as_json: bool) -> ExitCode:
+def list_faults(request: SimFaultsRequest) -> ExitCode:
     """Print every fault and setting of a scenario file."""
-    if as_json:
+    if request.json:
         listed = {
             "tables": [asdict(table) for table in tables()],
             "every_fault": [asdict(setting) for setting in common_settings()],
@@ -56,9 +57,9 @@ def _setting_line(setting: Setting) -> str:
     return fill(text, WIDTH, initial_indent=" " * 6, subsequent_indent=" " * 33)
 
 
-def list_effects(*, as_json: bool) -> ExitCode:
+def list_effects(request: SimEffectsRequest) -> ExitCode:
     """Print every effect that the virtual robot can have."""
-    if as_json:
+    if request.json:
         print(json.dumps([_plain_effect(kind) for kind in EFFECTS], indent=2))
         return ExitCode.OK
     stage = ""

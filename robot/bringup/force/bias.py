@@ -3,7 +3,6 @@
 import json
 import sys
 import time
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +22,7 @@ from robot.console.exit_codes import ExitCode
 from robot.console.json_output import plain
 from robot.console.program_output import keep_earlier
 from robot.console.progress import StatusLine
+from robot.requests.ft import FtBiasRequest
 from robot.run.force_unit import running_stream, unit_settings
 from robot.run.operator import Interrupts
 
@@ -31,19 +31,7 @@ LEAST_SECONDS = 1.0
 STANDING_SHARE = 0.5  # of the weight; transducers unloaded are seldom off by that much together
 
 
-@dataclass(frozen=True, slots=True)
-class BiasRequest:
-    """Options of ``bigant ft bias``."""
-
-    robot: Path
-    force_unit: str | None
-    seconds: float
-    out: Path
-    device: bool
-    json: bool
-
-
-def measure(request: BiasRequest) -> ExitCode:
+def measure(request: FtBiasRequest) -> ExitCode:
     """Measure, judge, write.
 
     Raises:

@@ -3,7 +3,7 @@
 import json
 import sys
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +18,7 @@ from robot.console.exit_codes import ExitCode
 from robot.console.json_output import plain
 from robot.console.program_output import keep_earlier
 from robot.console.progress import ProgressBar
+from robot.requests.ft import FtCalibrateRequest
 from robot.virtual.poses import record_poses
 
 # Left-out poses are few: sensors that need no correction come out a few per cent better or worse.
@@ -32,26 +33,7 @@ KINDS = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class CalibrateRequest:
-    """Options of ``bigant ft calibrate``."""
-
-    logs: list[Path]
-    hung: list[Path]
-    hardware: str | None
-    rounds: int
-    seed: int
-    log: Path
-    robot: Path | None
-    harmonics: int
-    no_cross_talk: bool
-    no_point_feet: bool
-    out: Path
-    report: Path | None
-    json: bool
-
-
-def calibrate(request: CalibrateRequest) -> ExitCode:
+def calibrate(request: FtCalibrateRequest) -> ExitCode:
     """Calibrate.
 
     Returns:
@@ -98,7 +80,7 @@ def calibrate(request: CalibrateRequest) -> ExitCode:
     return ExitCode.OK
 
 
-def _check(request: CalibrateRequest) -> None:
+def _check(request: FtCalibrateRequest) -> None:
     if not request.logs and request.hardware is None:
         raise ConfigError("LOG", "name one or more logs, or --hardware virtual")
     if request.report is not None and request.report.suffix != ".png":
@@ -109,7 +91,7 @@ def _check(request: CalibrateRequest) -> None:
         raise ConfigError("--harmonics", f"must be from 0 to 8, not {request.harmonics}")
 
 
-def _record(request: CalibrateRequest) -> None:
+def _record(request: FtCalibrateRequest) -> None:
     config = load_robot(request.robot or DEFAULT_ROBOT_FILE)
     with ProgressBar("recording poses") as bar:
         record_poses(

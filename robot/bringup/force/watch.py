@@ -5,7 +5,6 @@ import json
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +26,7 @@ from robot.bringup.force.table import (
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.screen_fit import Screen
+from robot.requests.ft import FtWatchRequest
 from robot.run.force_unit import running_stream, unit_settings
 from robot.run.operator import Interrupts
 
@@ -41,19 +41,7 @@ CSV_HEAD = (
 WriteRow = Callable[[Sequence[object]], object]
 
 
-@dataclass(frozen=True, slots=True)
-class WatchRequest:
-    """Options of ``bigant ft watch``."""
-
-    robot: Path
-    force_unit: str | None
-    seconds: float | None
-    calibration: Path | None
-    csv: Path | None
-    json: bool
-
-
-def watch_forces(request: WatchRequest) -> ExitCode:
+def watch_forces(request: FtWatchRequest) -> ExitCode:
     """Watch.
 
     Returns:

@@ -34,6 +34,7 @@ from robot.console.installed import version_lines
 from robot.console.progress import StatusLine
 from robot.report.page import Section, report_page
 from robot.report.run_date import utc_words
+from robot.requests.single import CheckRequest
 from robot.run.force_unit import NO_UNIT, check_no_unit, open_force_links, unit_settings
 from robot.run.hardware import open_real
 from robot.virtual.open import start_virtual
@@ -42,19 +43,6 @@ LISTEN_S = 3.0
 VIRTUAL = "virtual"
 PERCENTILES = ("p50", "p95", "p99", "max")
 PERCENTILE_WORDS = ("half of the ticks", "95 %", "99 %", "the latest")
-
-
-@dataclass(frozen=True, slots=True)
-class CheckRequest:
-    """Options of ``bigant check``."""
-
-    hardware: str
-    force_unit: str | None
-    robot: Path
-    armed: bool
-    loop: float | None
-    json: bool
-    html: Path | None
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,25 +2,18 @@
 
 import json
 import sys
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 
 from drivers.ati.discovery import DISCOVERY_PORT, FoundUnit, discover
 from drivers.dynamixel.scan import FoundServo, SerialPort, serial_ports
 from model.errors import BusError, ConfigError
 from robot.bringup.servo.access import scan_port
 from robot.console.exit_codes import ExitCode
+from robot.requests.ft import FtScanRequest
+from robot.requests.servo import ServoScanRequest
+from robot.requests.single import DevicesRequest
 
 KINDS = {321: "MX-106 (protocol 2.0)", 320: "MX-106 (protocol 1.0)"}
-
-
-@dataclass(frozen=True, slots=True)
-class DevicesRequest:
-    """Options of ``bigant devices``."""
-
-    port: str | None
-    baud: int | None
-    discover: str
-    json: bool
 
 
 def list_devices(request: DevicesRequest) -> ExitCode:
@@ -61,16 +54,7 @@ def list_devices(request: DevicesRequest) -> ExitCode:
     return ExitCode.OK if servos or units else ExitCode.VERDICT_FAILED
 
 
-@dataclass(frozen=True, slots=True)
-class ScanRequest:
-    """Options of ``bigant servo scan``."""
-
-    port: str | None
-    baud: int | None
-    json: bool
-
-
-def scan_servos(request: ScanRequest) -> ExitCode:
+def scan_servos(request: ServoScanRequest) -> ExitCode:
     """Scan and print.
 
     Returns:
@@ -98,20 +82,16 @@ def servo_line(servo: FoundServo) -> str:
     return f"{servo.baud_rate:>8} baud  id {servo.servo_id:>3}  {kind}  firmware {servo.firmware}"
 
 
-def list_force_units(target: str, *, as_json: bool) -> ExitCode:
+def list_force_units(request: FtScanRequest) -> ExitCode:
     """List the force-torque units that answer; otherwise as ``list_devices``.
-
-    Args:
-        target: ADDRESS, ADDRESS:PORT or none.
-        as_json: Whether to print JSON.
 
     Raises:
         ConfigError: The address makes no sense.
         ForceStreamError: The question cannot be sent.
     """
-    address, port = discovery_target(target)
+    address, port = discovery_target(request.discover)
     units = discover(address, port) if address else ()
-    if as_json:
+    if request.json:
         print(json.dumps({"force_units": [asdict(unit) for unit in units]}, indent=2))
     elif not units:
         print("no force-torque unit answered: check that it is on and on this network")

@@ -30,17 +30,18 @@ from robot.bringup.preflight.finding import (
 from robot.bringup.preflight.servos import latency_finding
 from robot.console.exit_codes import ExitCode
 from robot.console.progress import StatusLine
+from robot.requests.single import DoctorRequest
 
 
-def examine(*, as_json: bool) -> ExitCode:
+def examine(request: DoctorRequest) -> ExitCode:
     """Look at the computer and print the list.
 
     Returns:
         OK, or VERDICT_FAILED when something failed.
     """
     with StatusLine() as status:
-        findings = listed(_findings(), status, quiet=as_json)
-    if as_json:
+        findings = listed(_findings(), status, quiet=request.json)
+    if request.json:
         print(json.dumps({"findings": plain_findings(findings), "fit": fit(findings)}, indent=2))
     else:
         print(count_line(findings))

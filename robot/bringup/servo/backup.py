@@ -17,28 +17,10 @@ from robot.bringup.servo.access import open_port, require_answers, scan_port, se
 from robot.bringup.servo.changes import Task, Writing
 from robot.console.exit_codes import ExitCode
 from robot.console.progress import StatusLine
+from robot.requests.servo import ServoBackupRequest, ServoRestoreRequest
 
 KIND = "bigant servo backup"
 VERSION = 1
-
-
-@dataclass(frozen=True, slots=True)
-class BackupRequest:
-    """Options of ``bigant servo backup``."""
-
-    port: str
-    baud: int | None
-    out: Path
-
-
-@dataclass(frozen=True, slots=True)
-class RestoreRequest:
-    """Options of ``bigant servo restore``."""
-
-    path: Path
-    port: str
-    baud: int | None
-    yes: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +38,7 @@ class Backup:
     servos: tuple[ServoImage, ...]
 
 
-def back_up(request: BackupRequest) -> ExitCode:
+def back_up(request: ServoBackupRequest) -> ExitCode:
     """Read the servos and write the file.
 
     Raises:
@@ -84,7 +66,7 @@ def back_up(request: BackupRequest) -> ExitCode:
     return ExitCode.OK
 
 
-def restore(request: RestoreRequest) -> ExitCode:
+def restore(request: ServoRestoreRequest) -> ExitCode:
     """Show, ask, write, read back.
 
     Returns:

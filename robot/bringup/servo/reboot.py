@@ -2,29 +2,17 @@
 
 import json
 import sys
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from dataclasses import asdict
 
 from drivers.dynamixel.mx106 import hardware_error_names
 from drivers.dynamixel.reboot import Reboot, reboot_servo
 from robot.bringup.servo.access import confirmed, open_port, require_answers, scan_port, servo_at
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
+from robot.requests.servo import ServoRebootRequest
 
 
-@dataclass(frozen=True, slots=True)
-class RebootRequest:
-    """Options of ``bigant servo reboot``."""
-
-    port: str
-    baud: int | None
-    id: int | None
-    robot: Path
-    yes: bool
-    json: bool
-
-
-def reboot(request: RebootRequest) -> ExitCode:
+def reboot(request: ServoRebootRequest) -> ExitCode:
     """Reboot one servo, or all that answer.
 
     Returns:

@@ -3,8 +3,7 @@
 import json
 import sys
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from dataclasses import asdict
 from typing import TextIO
 
 import numpy as np
@@ -20,6 +19,7 @@ from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.screen_fit import Screen
 from robot.console.table import number_text
+from robot.requests.servo import ServoWatchRequest
 from robot.run.operator import Interrupts
 
 SCREEN_PERIOD_NS = 250_000_000
@@ -27,19 +27,7 @@ LINES_PERIOD_NS = 1_000_000_000
 BAR = 40
 
 
-@dataclass(frozen=True, slots=True)
-class WatchRequest:
-    """Options of ``bigant servo watch``."""
-
-    port: str
-    baud: int | None
-    robot: Path
-    seconds: float | None
-    rate_hz: int
-    json: bool
-
-
-def watch_servos(request: WatchRequest) -> ExitCode:
+def watch_servos(request: ServoWatchRequest) -> ExitCode:
     """Watch.
 
     Returns:

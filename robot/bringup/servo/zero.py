@@ -3,7 +3,6 @@
 import json
 import time
 from dataclasses import asdict, dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -16,24 +15,13 @@ from robot.bringup.servo.access import bus_of, write_new
 from robot.config.edit import with_servo_zeros
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
+from robot.requests.servo import ServoZeroRequest
 
 READS = 25
 TRIES = 75  # a read with a lost answer is made again, so often at most
 READ_PERIOD_S = 0.02
 # Two counts of noise are usual; more is a shaft that moves.
 LARGEST_SPREAD_TICKS = 8
-
-
-@dataclass(frozen=True, slots=True)
-class ZeroRequest:
-    """Options of ``bigant servo zero``."""
-
-    port: str
-    baud: int | None
-    robot: Path
-    robot_out: Path | None
-    write: Path | None
-    json: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +45,7 @@ class ServoZero:
     spread_ticks: int
 
 
-def zero(request: ZeroRequest) -> ExitCode:
+def zero(request: ServoZeroRequest) -> ExitCode:
     """Read and print.
 
     Raises:
