@@ -95,9 +95,7 @@ def parse_calibration(text: str, legs: tuple[str, ...]) -> ForceCalibration:
     """
     top = parse_table(text, "calibration file")
     top.integer("format", minimum=FORMAT, maximum=FORMAT)
-    method = top.text("method")
-    if method not in METHODS:
-        raise ConfigError("method", f"must be {' or '.join(METHODS)}, not {method!r}")
+    method = top.word("method", METHODS)
     named = top.texts("legs")
     if named != legs:
         raise ConfigError(
@@ -119,8 +117,6 @@ def parse_calibration(text: str, legs: tuple[str, ...]) -> ForceCalibration:
                 correction[leg] = table.numbers("correction", (6, 6))
                 if table.has("standard_error"):
                     spread[leg] = table.numbers("standard_error", (6,))
-                table.done()
-        sensors.done()
     calibration = ForceCalibration(
         legs=legs,
         serials=tuple(serials),

@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import math
+from collections.abc import Iterable
 from pathlib import Path
 
 from model.errors import ConfigError
@@ -35,6 +36,11 @@ def json_text(value: object, indent: int | None = 2) -> str:
 def print_json(value: object, indent: int | None = 2) -> None:
     """Print a value as JSON."""
     print(json_text(value, indent))
+
+
+def print_result(value: object, lines: Iterable[str], *, as_json: bool) -> None:
+    """Print a result: as JSON for a program, or as lines for a person."""
+    print(json_text(value) if as_json else "\n".join(lines))
 
 
 def to_stdout(path: Path | None) -> bool:

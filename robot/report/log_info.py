@@ -1,13 +1,12 @@
 """``bigant log info``: what a log holds, as a table and as JSON."""
 
-import json
 import time
 
 from record.log.damage import Pass, damage_words
 from record.log.survey import LogSurvey, survey_log
 from record.log.versions import PREFIX
 from robot.console.exit_codes import ExitCode
-from robot.console.json_output import plain
+from robot.console.json_output import print_result
 from robot.console.progress import ProgressLine
 from robot.console.table import row_lines
 from robot.requests.log import LogInfoRequest
@@ -22,10 +21,7 @@ def info(request: LogInfoRequest) -> ExitCode:
     progress = Pass()
     with ProgressLine(f"reading {request.path}", progress):
         survey = survey_log(request.path, progress)
-    if request.json:
-        print(json.dumps(_as_json(survey), indent=2))
-    else:
-        print("\n".join(row_lines(_rows(survey))))
+    print_result(_as_json(survey), row_lines(_rows(survey)), as_json=request.json)
     return ExitCode.VERDICT_FAILED if survey.damages or not survey.finished else ExitCode.OK
 
 
@@ -79,7 +75,7 @@ def _as_json(survey: LogSurvey) -> object:
     def seconds(unix_ns: int) -> float | None:
         return (unix_ns - start_ns) * 1e-9 if unix_ns >= 0 else None
 
-    return plain({
+    return {
         "path": survey.path,
         "size_bytes": survey.size,
         "finished": survey.finished,
@@ -98,4 +94,4 @@ def _as_json(survey: LogSurvey) -> object:
              "to_s": seconds(d.to_ns), "reason": d.reason}
             for d in survey.damages
         ],
-    })  # fmt: skip
+    }  # fmt: skip

@@ -5,8 +5,10 @@ from pathlib import Path
 from robot.console.arguments import (
     argument,
     as_json,
+    between,
     flag,
     option,
+    positive,
     random_seed,
     request,
     robot_file,
@@ -45,7 +47,7 @@ class FtWatchRequest:
 
     robot: Path = robot_file()
     force_unit: str | None = option("(default: robot file)", ADDRESS)
-    seconds: float | None = option("end by itself after so long", "S")
+    seconds: float | None = option("end by itself after so long", "S", type=positive)
     calibration: Path | None = option("calibration file to use", "FILE")
     csv: Path | None = option("write every sample", "FILE")
     json: bool = as_json("only what was read last, as JSON")
@@ -62,7 +64,7 @@ class FtBiasRequest:
 
     robot: Path = robot_file()
     force_unit: str | None = option("(default: robot file)", ADDRESS)
-    seconds: float = option("(default: 5)", "S", default=5.0)
+    seconds: float = option("(default: 5)", "S", default=5.0, type=between(1, 3600))
     out: Path = option(
         "calibration file to write (default: force-bias.toml)",
         "FILE",
@@ -90,7 +92,12 @@ class FtCalibrateRequest:
         "logs of the robot hung up, no foot on the ground", "LOG", nargs="+", default=()
     )
     hardware: str | None = option("record poses first", choices=("virtual",))
-    rounds: int = option("with --hardware: how often each leg is lifted (4)", "N", default=4)
+    rounds: int = option(
+        "with --hardware: how often each leg is lifted (4)",
+        "N",
+        default=4,
+        type=between(1, 50, whole=True),
+    )
     seed: int = random_seed("with --hardware")
     log: Path = option(
         "with --hardware: the log to write (ft-poses.mcap)", "FILE", default=Path("ft-poses.mcap")
@@ -98,7 +105,9 @@ class FtCalibrateRequest:
     robot: Path | None = option(
         "robot file (default: with --hardware config/bigant.toml, else the one in the logs)", "FILE"
     )
-    harmonics: int = option("most harmonics of leg gravity (3)", "H", default=3)
+    harmonics: int = option(
+        "most harmonics of leg gravity (3)", "H", default=3, type=between(0, 8, whole=True)
+    )
     no_cross_talk: bool = flag("stage one only")
     no_point_feet: bool = flag("do not assume that feet touch at a point")
     out: Path = option(

@@ -1,21 +1,20 @@
 """``bigant ft calibrate``: poses of logs through the fit, its residuals as lines and as a picture."""
 
-import json
 import sys
 import time
-from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from model.errors import ConfigError, RecordError
+from model.errors import ConfigError
 from model.fit.in_situ import InSituResult, SensorResidual, calibrate_in_situ
+from record.whole_file import writing
 from robot.bringup.force.still_poses import read_pose_logs
 from robot.config.calibration import write_calibration
 from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
 from robot.console.exit_codes import ExitCode
-from robot.console.json_output import plain
+from robot.console.json_output import print_result
 from robot.console.program_output import keep_earlier
 from robot.console.progress import ProgressBar
 from robot.requests.ft import FtCalibrateRequest
@@ -64,16 +63,12 @@ def calibrate(request: FtCalibrateRequest) -> ExitCode:
         keep_earlier(request.out)
         write_calibration(request.out, result.calibration)
     if request.report is not None:
-        try:
+        with writing(request.report, "--report"):
             draw_report(result).savefig(request.report, dpi=100)
-        except OSError as error:
-            raise RecordError(f"{request.report} cannot be written: {error.strerror}") from error
-    if request.json:
-        print(json.dumps(_as_json(result, None if worse else request.out), indent=2))
-    else:
-        print("\n".join(report_lines(result)))
-        if not worse:
-            print(f"calibration: {request.out}   (bigant drive --calibration {request.out})")
+    lines = report_lines(result)
+    if not worse:
+        lines.append(f"calibration: {request.out}   (bigant drive --calibration {request.out})")
+    print_result(_as_json(result, None if worse else request.out), lines, as_json=request.json)
     if worse:
         print("bigant ft calibrate: left-out poses got worse; nothing written", file=sys.stderr)
         return ExitCode.VERDICT_FAILED
@@ -85,10 +80,6 @@ def _check(request: FtCalibrateRequest) -> None:
         raise ConfigError("LOG", "name one or more logs, or --hardware virtual")
     if request.report is not None and request.report.suffix != ".png":
         raise ConfigError("--report", f"must end in .png, not {request.report.name!r}")
-    if not 1 <= request.rounds <= 50:
-        raise ConfigError("--rounds", f"must be from 1 to 50, not {request.rounds}")
-    if not 0 <= request.harmonics <= 8:
-        raise ConfigError("--harmonics", f"must be from 0 to 8, not {request.harmonics}")
 
 
 def _record(request: FtCalibrateRequest) -> None:
@@ -106,15 +97,12 @@ def _record(request: FtCalibrateRequest) -> None:
 
 def _as_json(result: InSituResult, out: Path | None) -> dict[str, object]:
     legs = result.calibration.legs
-    parts = {"before": result.before, "stage_one": result.stage_one, "after": result.after}
+    parts = dict(zip(("before", "stage_one", "after"), stages(result), strict=True))
     return {
         "held_out_poses": result.held_out,
-        "residuals": {
-            name: {leg: plain(asdict(r)) for leg, r in zip(legs, part, strict=True)}
-            for name, part in parts.items()
-        },
-        "warnings": list(result.warnings),
-        "calibration": None if out is None else str(out),
+        "residuals": {name: dict(zip(legs, part, strict=True)) for name, part in parts.items()},
+        "warnings": result.warnings,
+        "calibration": out,
     }
 
 

@@ -1,7 +1,7 @@
 """``bigant servo zero``: the position of every servo at shaft angle 0, for the robot file."""
 
-import json
 import time
+from contextlib import closing
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -15,6 +15,7 @@ from robot.bringup.servo.access import bus_of, write_new
 from robot.config.edit import with_servo_zeros
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
+from robot.console.json_output import print_result
 from robot.requests.servo import ServoZeroRequest
 
 READS = 25
@@ -56,12 +57,9 @@ def zero(request: ServoZeroRequest) -> ExitCode:
     for option, path in (("--write", request.write), ("--robot-out", request.robot_out)):
         if path is not None and path.exists():
             raise ConfigError(option, f"{path} exists; choose another name")
-    bus = bus_of(request.port, request.baud, config)
-    try:
+    with closing(bus_of(request.port, request.baud, config)) as bus:
         bus.connect()
         zeros = measure_zeros(bus)
-    finally:
-        bus.close()
     line = zero_line(zeros)
     lines = [
         *(
@@ -77,10 +75,7 @@ def zero(request: ServoZeroRequest) -> ExitCode:
         text = with_servo_zeros(config.text, [one.zero_ticks for one in zeros])
         write_new(request.robot_out, text, "--robot-out")
         lines.append(f"robot file with these zeros: {request.robot_out}")
-    if request.json:
-        print(json.dumps({"servos": [asdict(z) for z in zeros], "line": line}, indent=2))
-    else:
-        print("\n".join(lines))
+    print_result({"servos": zeros, "line": line}, lines, as_json=request.json)
     return ExitCode.OK
 
 
@@ -134,14 +129,7 @@ def calibration_text(zeros: list[ServoZero], robot: str) -> str:
         "robot": robot,
         "date": time.strftime("%Y-%m-%dT%H:%M:%S%z"),
         "servo": [
-            {
-                "leg": one.leg,
-                "id": one.servo_id,
-                "model": one.model,
-                "firmware": one.firmware,
-                "zero_ticks": one.zero_ticks,
-                "spread_ticks": one.spread_ticks,
-            }
+            {name.removeprefix("servo_"): value for name, value in asdict(one).items()}
             for one in zeros
         ],
     }
