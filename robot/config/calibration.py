@@ -68,9 +68,8 @@ def write_calibration(path: Path, calibration: ForceCalibration) -> None:
     Raises:
         ConfigError: It cannot be written.
     """
-    text = format_calibration(calibration)
     try:
-        path.write_text(text, encoding="utf-8")
+        path.write_text(format_calibration(calibration), encoding="utf-8")
     except OSError as error:
         raise ConfigError(
             str(path), f"the calibration cannot be written: {error.strerror}; choose another --out"

@@ -6,7 +6,7 @@ from dataclasses import asdict
 from gap.diagnosis.alone import Alone, each_alone
 from gap.interfaces import Cause, Effect
 from robot.console.exit_codes import ExitCode
-from robot.console.json_output import print_json
+from robot.console.json_output import print_result
 from robot.console.progress import ProgressBar
 from robot.console.table import Column, table_lines
 from robot.gap_report.trials import read_trials, simulator_for
@@ -29,10 +29,8 @@ def fit_alone(request: GapAloneRequest) -> ExitCode:
     sets = [tuple(text.split("+")) for text in request.effect] or [(name,) for name in effects]
     with ProgressBar("alone") as bar:
         found = each_alone(trials, simulator, sets, bar.tell)
-    if request.json:
-        print_json([_as_json(one, effects) for one in found])
-    else:
-        print("\n".join(_lines(found, effects)))
+    result = [_as_json(one, effects) for one in found]
+    print_result(result, _lines(found, effects), as_json=request.json)
     return ExitCode.OK
 
 

@@ -9,7 +9,7 @@ from gap.machines.legged.catalogue import CATALOGUE
 from model.effects.catalogue import STAGES
 from model.errors import ConfigError
 from robot.console.exit_codes import ExitCode
-from robot.console.json_output import print_json
+from robot.console.json_output import print_result
 from robot.console.screen_fit import WIDTH
 from robot.requests.gap import GapEffectsRequest
 
@@ -31,10 +31,8 @@ def list_effects(request: GapEffectsRequest) -> ExitCode:
                 "--stage", f"{request.stage!r} is none; stages are {', '.join(STAGES)}"
             )
         effects = [effect for effect in effects if effect.stage == request.stage]
-    if request.json:
-        print_json([_as_json(effect) for effect in effects])
-    else:
-        print("\n".join(_lines(effects)))
+    result = [_as_json(effect) for effect in effects]
+    print_result(result, _lines(effects), as_json=request.json)
     return ExitCode.OK
 
 

@@ -17,7 +17,7 @@ from record.trial.import_table import Imported, ImportReport, import_tables
 from record.trial.table_file import Column
 from record.trial.trial import Trial, build_trial, write_trial
 from robot.console.exit_codes import ExitCode
-from robot.console.json_output import plain
+from robot.console.json_output import plain, print_result
 from robot.console.progress import ProgressBar
 from robot.gap_report.trials import simulator_for
 from robot.requests.single import ImportRequest
@@ -133,11 +133,10 @@ def _written(reports: Sequence[TableReport], out: Path, *, folder: bool) -> str:
 def _list_maps(*, as_json: bool) -> ExitCode:
     """List the maps that come with the program."""
     maps = [(name, read_column_map(find_map(name)).about) for name in map_names()]
-    if as_json:
-        print(json.dumps([{"name": name, **asdict(about)} for name, about in maps], indent=2))
-    else:
-        for name, about in maps:
-            print(f"{name:<16} {about.what}\n{'':<16} {about.source}; {about.licence}")
+    lines = [
+        f"{name:<16} {about.what}\n{'':<16} {about.source}; {about.licence}" for name, about in maps
+    ]
+    print_result([{"name": name, **asdict(about)} for name, about in maps], lines, as_json=as_json)
     return ExitCode.OK
 
 

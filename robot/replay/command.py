@@ -1,6 +1,5 @@
 """``bigant replay``: ticks or bytes of a log through this version's code, and the result as lines."""
 
-import json
 import math
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -9,7 +8,7 @@ from model.errors import ConfigError
 from record.log.reader import LogContents
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
-from robot.console.json_output import plain
+from robot.console.json_output import print_result
 from robot.console.program_output import complain
 from robot.console.progress import ProgressLine
 from robot.control.effect_uses import unused_notes
@@ -40,10 +39,8 @@ def replay(request: ReplayRequest) -> ExitCode:
     run = replay_bus if request.bus else replay_log
     with ProgressLine(f"replaying {request.path}", contents.progress):
         result = run(request.path, scale=request.tolerance, config=config, contents=contents)
-    if request.json:
-        print(json.dumps(plain({**asdict(result), "equal": result.equal}), indent=2))
-    else:
-        print("\n".join(result_lines(result)))
+    fields = {**asdict(result), "equal": result.equal}
+    print_result(fields, result_lines(result), as_json=request.json)
     return ExitCode.OK if result.equal else ExitCode.VERDICT_FAILED
 
 

@@ -124,13 +124,11 @@ def report_lines(result: InSituResult) -> list[str]:
         f"residuals on {result.held_out} left-out standing poses, RMS, seen from each sensor",
         f"{'leg':<5}{'':20}" + "".join(f"{stage:>18}" for stage in STAGES),
     ]
-    for leg, name in enumerate(result.calibration.legs):
+    sensors = [(name, slice(at, at + 1)) for at, name in enumerate(result.calibration.legs)]
+    for name, which in (*sensors, ("all", slice(None))):
         for kind, words, unit in KINDS:
-            values = "".join(f"{getattr(part[leg], kind):18.4f}" for part in stages(result))
+            values = "".join(f"{overall(part[which], kind):18.4f}" for part in stages(result))
             lines.append(f"{name:<5}{words:<20}{values} {unit}")
-    for kind, words, unit in KINDS:
-        values = "".join(f"{overall(part, kind):18.4f}" for part in stages(result))
-        lines.append(f"{'all':<5}{words:<20}{values} {unit}")
     for name, fit in zip(result.calibration.legs, result.unloaded, strict=True):
         if fit is not None:
             lines.append(

@@ -9,16 +9,8 @@ from drivers.ati.packets import Led
 from drivers.ati.stream import StreamCounters
 from model.values.arrays import FloatArray, IntArray
 from model.values.readings import ForceRecord
-from robot.console.table import Column, number_text, table_lines
+from robot.console.table import number_text
 
-COLUMNS = (
-    Column("leg"),
-    Column("T", "d"),
-    *(Column(f"{axis} N", ".2f", 6) for axis in ("Fx", "Fy", "Fz")),
-    *(Column(f"{axis} N m", ".3f", 6) for axis in ("Tx", "Ty", "Tz")),
-    Column("age ms", ".0f"),
-    Column("state"),
-)
 UNIT_LEDS = (("WLAN", 6), ("power", 8), ("battery", 10))
 
 
@@ -91,15 +83,16 @@ def bridge_low(status: IntArray, number: int) -> bool:
 
 
 def leg_lines(shot: Snapshot) -> list[str]:
-    """Return a heading and a line a leg."""
-    rows = []
+    """Return a heading and a line a leg, narrow enough for 80 columns."""
+    heads = ("Fx N", "Fy N", "Fz N", "Tx N m", "Ty N m", "Tz N m")
+    lines = ["leg T" + "".join(f"{head:>8}" for head in heads) + " age ms  state"]
     for leg, name in enumerate(shot.names):
         number = int(shot.transducers[leg])
-        age_ms = shot.age_ns[leg] * 1e-6 if shot.age_ns[leg] >= 0 else None
-        rows.append(
-            (name, number or None, *map(float, shot.wrench[leg]), age_ms, _state(shot, number))
-        )
-    return table_lines(COLUMNS, rows)
+        digits = (2, 2, 2, 3, 3, 3)
+        cells = [number_text(v, d, 8) for v, d in zip(shot.wrench[leg], digits, strict=True)]
+        age = number_text(shot.age_ns[leg] * 1e-6 if shot.age_ns[leg] >= 0 else np.nan, 0, 7)
+        lines.append(f"{name:<3} {number or '-'}{''.join(cells)}{age}  {_state(shot, number)}")
+    return lines
 
 
 def _state(shot: Snapshot, number: int) -> str:
