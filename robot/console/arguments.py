@@ -100,6 +100,11 @@ def servo_port() -> Any:
     return needed("serial port, for example /dev/ttyUSB0", "PORT")
 
 
+def any_port() -> Any:
+    """``--port`` of a command that looks at every port without it."""
+    return option("serial port, for example /dev/ttyUSB0 (every USB port)", "PORT")
+
+
 def baud_now(text: str = "baud rate now (all eight)") -> Any:
     """``--baud``."""
     return option(text, "B", type=baud_rate)
@@ -116,6 +121,18 @@ def random_seed(
 ) -> Any:
     """``--seed`` of a random generator."""
     return option(text, metavar, default=0, type=between(0, whole=True), **words)
+
+
+def discovery() -> Any:
+    """``--discover`` force-torque units."""
+    text = "where to ask for force-torque units (default: broadcast on the local network)"
+    return option(text, "ADDRESS[:PORT]|none", default="255.255.255.255")
+
+
+def scenario_file() -> Any:
+    """``--scenario``."""
+    example = "for example examples/faults_servo.toml; what it may say: bigant sim faults"
+    return option(f"faults of the virtual hardware, {example}", "FILE")
 
 
 def as_json(text: str = "the result as JSON") -> Any:

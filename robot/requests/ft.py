@@ -6,6 +6,7 @@ from robot.console.arguments import (
     argument,
     as_json,
     between,
+    discovery,
     flag,
     option,
     positive,
@@ -15,14 +16,6 @@ from robot.console.arguments import (
 )
 
 ADDRESS = "HOST[:UDP:CONSOLE]"
-BROADCAST = "255.255.255.255"
-
-
-def discovery() -> str:
-    """``--discover``."""
-    text = "where to ask for force-torque units (default: broadcast on the local network)"
-    asked: str = option(text, "ADDRESS[:PORT]|none", default=BROADCAST)
-    return asked
 
 
 @request("bringup.preflight.devices:list_force_units")

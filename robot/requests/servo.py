@@ -4,6 +4,7 @@ from pathlib import Path
 
 from robot.console.arguments import (
     SERVO_ID,
+    any_port,
     argument,
     as_json,
     baud_now,
@@ -20,7 +21,6 @@ from robot.console.arguments import (
 )
 
 BAUD_OF_ROBOT = "baud rate (robot file)"
-EVERY_PORT = "serial port, for example /dev/ttyUSB0 (every USB port)"
 
 
 @request("bringup.preflight.devices:scan_servos")
@@ -30,7 +30,7 @@ class ServoScanRequest:
     Pings everybody at every baud rate (0.8 s each) and lists model and firmware. Writes nothing.
     """
 
-    port: str | None = option(EVERY_PORT, "PORT")
+    port: str | None = any_port()
     baud: int | None = baud_now()
     json: bool = as_json()
 

@@ -16,12 +16,8 @@ from robot.console.arguments import (
     random_seed,
     request,
     robot_file,
+    scenario_file,
     several,
-)
-
-FAULTS_FILE = (
-    "faults of the virtual hardware, for example examples/faults_servo.toml; what it may say: bigant sim "
-    "faults"
 )
 
 
@@ -38,7 +34,7 @@ class SimServeRequest:
     baud: int | None = baud_now("baud rate of the servos")
     absent: tuple[int, ...] = several("a servo to leave out", "ID")
     no_force_unit: bool = flag("leave out the force unit")
-    scenario: Path | None = option(FAULTS_FILE, "FILE")
+    scenario: Path | None = scenario_file()
 
 
 @request("virtual.listing:list_faults")

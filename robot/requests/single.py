@@ -7,10 +7,12 @@ from typing import Any
 from gaits.names import GAIT_NAMES
 from robot.console.arguments import (
     EITHER,
+    any_port,
     argument,
     as_json,
     baud_now,
     between,
+    discovery,
     flag,
     hardware_port,
     option,
@@ -18,10 +20,8 @@ from robot.console.arguments import (
     random_seed,
     request,
     robot_file,
+    scenario_file,
 )
-from robot.requests.ft import discovery
-from robot.requests.servo import EVERY_PORT
-from robot.requests.sim import FAULTS_FILE
 
 VIRTUAL = "virtual"
 TUNE = Path("tune")
@@ -89,7 +89,7 @@ class DriveRequest:
         "byte for byte, every time"
     )
     seed: int = random_seed()
-    scenario: Path | None = option(FAULTS_FILE, "FILE")
+    scenario: Path | None = scenario_file()
 
     @property
     def virtual(self) -> bool:
@@ -118,7 +118,7 @@ class DevicesRequest:
     discovery. Nothing is written and nothing moves.
     """
 
-    port: str | None = option(EVERY_PORT, "PORT")
+    port: str | None = any_port()
     baud: int | None = baud_now()
     discover: str = discovery()
     json: bool = as_json()
