@@ -28,9 +28,9 @@ from record.log.reader import read_log, read_stamped_ticks
 from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
 from robot.odometry.compare import compare_ways, true_motion, walking_part
 from robot.odometry.metrics import in_band, nees
-from robot.odometry.request import OdomRequest
 from robot.odometry.track import TrackedLog, track, track_log
 from robot.report.walk_frames import fit_contact, walk_frames
+from robot.requests.single import OdomRequest
 from tests.model.estimator_world import CONTACT, PERIOD_NS, WEIGHT_N, simulate, slip_of_feet
 
 SLIPPING_CYCLES = 4

@@ -2,7 +2,7 @@
 
 import difflib
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,7 @@ class Table:
         self._data = data
         self._path = path
         self._taken: set[str] = set()
+        self._inner: dict[str, Table] = {}
 
     def name(self, key: str) -> str:
         """Return the dotted name of a key of this table."""
@@ -80,20 +81,30 @@ class Table:
 
     def table(self, key: str) -> "Table":
         """Return a sub-table."""
-        return as_table(self._take(key), self.name(key))
+        return self._as_inner(self._take(key), self.name(key))
 
     def tables(self, key: str) -> "list[Table]":
         """Return a list of tables, an empty one where the key is left out."""
         value = self._take(key) if self.has(key) else []
         if not isinstance(value, list):
             raise ConfigError(self.name(key), f"must be a list of tables, not {value!r}")
-        return [as_table(one, f"{self.name(key)}[{i}]") for i, one in enumerate(value)]
+        return [self._as_inner(one, f"{self.name(key)}[{i}]") for i, one in enumerate(value)]
+
+    def _as_inner(self, value: Any, name: str) -> "Table":
+        return self._inner.setdefault(name, as_table(value, name))
 
     def text(self, key: str) -> str:
         """Return a non-empty string."""
         value = self._take(key)
         if not isinstance(value, str) or not value:
             raise ConfigError(self.name(key), f"must be a non-empty text, not {value!r}")
+        return value
+
+    def word(self, key: str, known: Sequence[str]) -> str:
+        """Return a string that is one of those known."""
+        value = self.text(key)
+        if value not in known:
+            raise ConfigError(self.name(key), f"must be one of {', '.join(known)}, not {value!r}")
         return value
 
     def texts(self, key: str) -> tuple[str, ...]:
@@ -156,12 +167,14 @@ class Table:
         return readonly(np.array([item for _, item in flat], dtype=np.float64).reshape(shape))
 
     def done(self) -> None:
-        """Refuse keys that nobody asked for, with a suggestion."""
+        """Refuse keys that nobody asked for, here and in the tables inside, with a suggestion."""
         for key in self._data:
             if key not in self._taken:
                 near = difflib.get_close_matches(key, sorted(self._taken), n=1)
                 hint = f"; did you mean {near[0]!r}?" if near else "; remove it"
                 raise ConfigError(self.name(key), f"is not a known key{hint}")
+        for inner in self._inner.values():
+            inner.done()
 
 
 def as_table(value: Any, name: str) -> Table:

@@ -2,9 +2,8 @@
 
 from collections.abc import Sequence
 from concurrent.futures import as_completed
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import nan
-from pathlib import Path
 
 from gap.check.methods import methods
 from gap.check.score import REMOVED, SINGLE, Case, confusions, figures
@@ -29,26 +28,12 @@ from robot.campaign.visible import Visibility, measure_visibility
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import check_json, give_json, to_stdout
 from robot.console.progress import ProgressBar
+from robot.requests.gap import GapCheckRequest
 
 STANDING = "standing.json"
 
 
-@dataclass(frozen=True, slots=True)
-class CheckRequest:
-    """What ``bigant gap check`` was asked for."""
-
-    campaign: Path
-    key: Path | None
-    scenario: Path | None
-    out: Path | None
-    removed: int
-    no_references: bool
-    jobs: int
-    json: Path | None
-    markdown: Path | None
-
-
-def check_campaign(request: CheckRequest) -> ExitCode:
+def check_campaign(request: GapCheckRequest) -> ExitCode:
     """Diagnose, open the seal, count.
 
     Raises:
@@ -126,7 +111,7 @@ def answer_all(requests: Sequence[CaseRequest], jobs: int, words: str) -> None:
         )
 
 
-def _labels(request: CheckRequest, files: Sequence[CaseFiles]) -> dict[str, Label]:
+def _labels(request: GapCheckRequest, files: Sequence[CaseFiles]) -> dict[str, Label]:
     folder, plain = request.campaign, request.campaign / OPEN_NAME
     if (folder / SEALED_NAME).exists():
         if request.key is None:

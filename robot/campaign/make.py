@@ -6,7 +6,6 @@ import time
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 from gap.worker_pool import worker_pool
@@ -28,24 +27,12 @@ from robot.console.exit_codes import ExitCode
 from robot.console.installed import how_to_install
 from robot.console.json_output import print_json
 from robot.console.progress import ProgressBar
+from robot.requests.sim import SimCampaignRequest
 
 CONNECT_S = 10.0  # how long a scheduler may take to answer
 
 
-@dataclass(frozen=True, slots=True)
-class CampaignRequest:
-    """What ``bigant sim campaign`` was asked for."""
-
-    scenario: Path
-    out: Path
-    jobs: int
-    dask: str | None
-    sealed: bool
-    key: Path | None
-    json: bool
-
-
-def make_campaign(request: CampaignRequest) -> ExitCode:
+def make_campaign(request: SimCampaignRequest) -> ExitCode:
     """Make what is missing of a campaign.
 
     Raises:
@@ -89,7 +76,7 @@ def make_campaign(request: CampaignRequest) -> ExitCode:
     return ExitCode.VERDICT_FAILED if failures else ExitCode.OK
 
 
-def _labels(request: CampaignRequest, scenario: Scenario) -> tuple[bytes, str]:
+def _labels(request: SimCampaignRequest, scenario: Scenario) -> tuple[bytes, str]:
     """Write the labels before any trial; return what everything follows from, and the seal's hash."""
     folder = request.out
     with writing(folder):
@@ -124,7 +111,7 @@ def _check_same(now: Labels, before: str, folder: Path) -> None:
 
 
 @contextmanager
-def _executor(request: CampaignRequest) -> Iterator[Executor]:
+def _executor(request: SimCampaignRequest) -> Iterator[Executor]:
     if request.dask is None:
         with worker_pool(request.jobs) as local:
             yield local

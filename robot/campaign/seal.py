@@ -18,6 +18,7 @@ from record.whole_file import check_room, write_text
 from robot.campaign.plan import Case
 from robot.console.exit_codes import ExitCode
 from robot.console.installed import how_to_install
+from robot.requests.sim import SimUnsealRequest
 from sim_hw.twin.catalog import EFFECTS
 from sim_hw.twin.effects import find_kind
 
@@ -122,17 +123,7 @@ def unseal(folder: Path, key: bytes) -> Labels:
     return Labels(bytes.fromhex(json.loads(text)["entropy"]), text)
 
 
-@dataclass(frozen=True, slots=True)
-class UnsealRequest:
-    """What ``bigant sim unseal`` was asked for."""
-
-    folder: Path
-    key: Path
-    out: Path | None
-    json: bool
-
-
-def open_seal(request: UnsealRequest) -> ExitCode:
+def open_seal(request: SimUnsealRequest) -> ExitCode:
     """Print the labels of a sealed campaign, or write them.
 
     Raises:

@@ -67,10 +67,7 @@ def edit_robot(text: str, correction: Correction, origin: str) -> Edited:
     top = parse_table(text)
     legs = read_legs(top.table("legs")).names
     there = causes_of(top, legs)
-    try:
-        document = tomlkit.parse(text)
-    except TOMLKitError as error:
-        raise ConfigError("robot file", f"is not valid TOML: {error}") from error
+    document = _document(text)
     edits = tuple(_change(document, change, legs) for change in correction.changes)
     old = {(one.effect, one.joints) for one in there}
     effects = tuple(one for one in merged(there, correction.effects) if one not in there)
@@ -99,15 +96,13 @@ def with_servo_zeros(text: str, zeros: Sequence[int]) -> str:
     Raises:
         ConfigError: The file is no TOML, or has not one zero a leg.
     """
+    document = _document(text)
     try:
-        document: Any = tomlkit.parse(text)
         there = document["legs"]["servo_zero"]
         if len(there) != len(zeros):
             raise IndexError
         for leg, zero in enumerate(zeros):
             there[leg] = int(zero)
-    except TOMLKitError as error:
-        raise ConfigError("robot file", f"is not valid TOML: {error}") from error
     except (KeyError, IndexError, TypeError) as error:
         raise ConfigError("legs.servo_zero", f"must be a list of {len(zeros)} zeros") from error
     return tomlkit.dumps(document)
@@ -123,12 +118,16 @@ def with_estimator(text: str, values: Mapping[str, float | str]) -> str:
     Raises:
         ConfigError: The file is no TOML.
     """
-    try:
-        document: Any = tomlkit.parse(text)
-    except TOMLKitError as error:
-        raise ConfigError("robot file", f"is not valid TOML: {error}") from error
+    document = _document(text)
     document.setdefault("estimator", tomlkit.table()).update(values)
     return tomlkit.dumps(document)
+
+
+def _document(text: str) -> Any:  # tables and values are indexed alike
+    try:
+        return tomlkit.parse(text)
+    except TOMLKitError as error:
+        raise ConfigError("robot file", f"is not valid TOML: {error}") from error
 
 
 def _change(document: Any, change: KeyChange, legs: Sequence[str]) -> Edit:

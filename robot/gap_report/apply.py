@@ -1,7 +1,6 @@
 """``bigant gap apply``: a diagnosis into a corrected robot file, and the gap measured again through it."""
 
 import math
-from dataclasses import dataclass
 from pathlib import Path
 
 from gap.diagnosis.findings import Verdict
@@ -24,23 +23,13 @@ from robot.control.effect_uses import USES
 from robot.gap_report.answer import ReadDiagnosis, read_diagnosis
 from robot.gap_report.trials import Runs, read_runs, robot_text
 from robot.gap_report.words import LEGGED_SIMULATORS, changed_channels
+from robot.requests.gap import GapApplyRequest
 
 MOST_CHANNELS = 8
 KEYS = (Column("", width=28), Column("", ".4g", 10), Column(""), Column("", ".4g"), Column(""))
 
 
-@dataclass(frozen=True, slots=True)
-class ApplyRequest:
-    """What ``bigant gap apply`` was asked for."""
-
-    diagnosis: Path
-    robot: Path | None
-    out: Path
-    anyway: bool
-    json: bool
-
-
-def apply_diagnosis(request: ApplyRequest) -> ExitCode:
+def apply_diagnosis(request: GapApplyRequest) -> ExitCode:
     """Correct the robot file and measure again.
 
     Raises:

@@ -1,9 +1,7 @@
 """``bigant gap diagnose``: where a simulator differs from measured runs, why, how far it shrinks."""
 
 from contextlib import nullcontext
-from dataclasses import dataclass
 from datetime import UTC, datetime
-from pathlib import Path
 
 from gap.diagnosis.as_json import diagnosis_json
 from gap.diagnosis.diagnose import Proposer, diagnose
@@ -20,29 +18,10 @@ from robot.console.screen_fit import terminal_width
 from robot.gap_report.summary import summary_lines
 from robot.gap_report.trials import Runs, proposer_of, read_runs
 from robot.gap_report.words import machine_words
-
-MUJOCO = "mujoco"
-
-
-@dataclass(frozen=True, slots=True)
-class DiagnoseRequest:
-    """What ``bigant gap diagnose`` was asked for."""
-
-    trials: list[Path]
-    reference: list[Path]
-    joint: list[str]
-    robot: Path | None
-    json: Path | None
-    html: Path | None
-    effects: Path | None
-    sim: str
-    effects_only: tuple[str, ...]
-    screen: int
-    jobs: int
-    seed: int
+from robot.requests.gap import MUJOCO, GapDiagnoseRequest
 
 
-def diagnose_runs(request: DiagnoseRequest) -> ExitCode:
+def diagnose_runs(request: GapDiagnoseRequest) -> ExitCode:
     """Diagnose, print and write what was asked for.
 
     Raises:
@@ -78,7 +57,7 @@ def diagnose_runs(request: DiagnoseRequest) -> ExitCode:
     return ExitCode.VERDICT_FAILED if found.verdict is Verdict.UNEXPLAINED else ExitCode.OK
 
 
-def _simulator(runs: Runs, request: DiagnoseRequest) -> Simulator:
+def _simulator(runs: Runs, request: GapDiagnoseRequest) -> Simulator:
     if request.sim != MUJOCO:
         if request.effects_only:
             raise ConfigError("--effects-only", "goes with --sim mujoco; the chain tries them all")
@@ -94,7 +73,7 @@ def _simulator(runs: Runs, request: DiagnoseRequest) -> Simulator:
     return mujoco_simulator(runs, request.effects_only, request.screen, request.jobs)
 
 
-def _diagnosis(runs: Runs, simulator: Simulator, request: DiagnoseRequest) -> Diagnosis:
+def _diagnosis(runs: Runs, simulator: Simulator, request: GapDiagnoseRequest) -> Diagnosis:
     trials, references, jobs = runs.trials, runs.references, request.jobs
     pool = nullcontext() if jobs == 1 else prediction_pool(simulator, trials, references, jobs)
     with ProgressBar("diagnosis") as bar, pool as executor:

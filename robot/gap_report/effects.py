@@ -2,28 +2,18 @@
 
 import textwrap
 from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
 
 from gap.effect_file import read_effects
 from gap.interfaces import Effect, Parameter, Scope
 from model.effects.catalogue import CATALOGUE, STAGES
 from model.errors import ConfigError
 from robot.console.exit_codes import ExitCode
-from robot.console.json_output import print_json
+from robot.console.json_output import print_result
 from robot.console.screen_fit import WIDTH
+from robot.requests.gap import GapEffectsRequest
 
 
-@dataclass(frozen=True, slots=True)
-class EffectsRequest:
-    """What ``bigant gap effects`` was asked for."""
-
-    effects: Path | None
-    stage: str | None
-    json: bool
-
-
-def list_effects(request: EffectsRequest) -> ExitCode:
+def list_effects(request: GapEffectsRequest) -> ExitCode:
     """List the catalogue, with a user's own effects behind it.
 
     Raises:
@@ -39,10 +29,8 @@ def list_effects(request: EffectsRequest) -> ExitCode:
             words = f"{request.stage!r} is none; stages are {', '.join(STAGES)}"
             raise ConfigError("--stage", words)
         effects = [effect for effect in effects if effect.stage == request.stage]
-    if request.json:
-        print_json([_as_json(effect) for effect in effects])
-    else:
-        print("\n".join(_lines(effects)))
+    result = [_as_json(effect) for effect in effects]
+    print_result(result, _lines(effects), as_json=request.json)
     return ExitCode.OK
 
 

@@ -1,7 +1,7 @@
 """``bigant import``: measured tables checked, written as logs or trials; what is odd there, in words."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
@@ -18,28 +18,13 @@ from record.trial.table_file import Column
 from record.trial.trial import Trial, build_trial, write_trial
 from record.whole_file import write_text, writing
 from robot.console.exit_codes import ExitCode
-from robot.console.json_output import json_text, print_json
+from robot.console.json_output import json_text, print_result
 from robot.console.progress import ProgressBar
 from robot.gap_report.trials import simulator_for
+from robot.requests.single import ImportRequest
 
 SUFFIXES = (".mcap", ".parquet", ".csv")
 SHOWN_ROWS = 10
-
-
-@dataclass(frozen=True, slots=True)
-class ImportRequest:
-    """Options of ``bigant import``."""
-
-    paths: list[Path]
-    map: str | None
-    out: Path | None
-    report: Path | None
-    json: bool
-
-    @property
-    def folder(self) -> bool:
-        """Whether ``out`` is a folder, for a trial of each table."""
-        return self.out is not None and not self.out.suffix
 
 
 class TableReport(NamedTuple):
@@ -51,12 +36,14 @@ class TableReport(NamedTuple):
 
 
 def bring_in(request: ImportRequest) -> ExitCode:
-    """Import tables.
+    """Import tables, or list the maps that come with the program.
 
     Raises:
         ConfigError: ``--out`` names no kind of file we write, or there is nothing to import.
         RecordError: A file cannot be read or written, or nothing in the table is known.
     """
+    if request.maps:
+        return _list_maps(as_json=request.json)
     out = request.out
     if not request.paths:
         raise ConfigError("TABLE", "name a table to import, or --maps to list the maps")
@@ -129,14 +116,13 @@ def _written(reports: Sequence[TableReport], out: Path, *, folder: bool) -> str:
     return f"{out}: {samples} samples{lost}"
 
 
-def list_maps(*, as_json: bool) -> ExitCode:
+def _list_maps(*, as_json: bool) -> ExitCode:
     """List the maps that come with the program."""
     maps = [(name, read_column_map(find_map(name)).about) for name in map_names()]
-    if as_json:
-        print_json([{"name": name, **asdict(about)} for name, about in maps])
-    else:
-        for name, about in maps:
-            print(f"{name:<16} {about.what}\n{'':<16} {about.source}; {about.licence}")
+    lines = [
+        f"{name:<16} {about.what}\n{'':<16} {about.source}; {about.licence}" for name, about in maps
+    ]
+    print_result([{"name": name, **asdict(about)} for name, about in maps], lines, as_json=as_json)
     return ExitCode.OK
 
 

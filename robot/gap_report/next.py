@@ -2,8 +2,6 @@
 
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
 
 from gap.diagnosis.diagnose import diagnose
 from gap.diagnosis.study import make_study
@@ -22,6 +20,7 @@ from robot.console.table import Column, table_lines
 from robot.gap_report.answer import ReadDiagnosis, read_diagnosis
 from robot.gap_report.trials import Runs, proposer_of, read_runs, users_effects
 from robot.gap_report.words import ENOUGH, common_pair, pair_words, parameters_of
+from robot.requests.gap import GapNextRequest
 
 SHOWN = 5
 NAME, FIGURES = 56, 32  # columns of the name of a run, and of its figures
@@ -29,20 +28,7 @@ Causes = tuple[Cause, ...]
 Open = tuple[int, str, tuple[str, ...]]  # a rival: number of its cause, its effect, its legs
 
 
-@dataclass(frozen=True, slots=True)
-class NextRequest:
-    """What ``bigant gap next`` was asked for."""
-
-    paths: list[Path]
-    reference: list[Path]
-    against: list[str]
-    robot: Path | None
-    effects: Path | None
-    all: bool
-    json: bool
-
-
-def propose_runs(request: NextRequest) -> ExitCode:
+def propose_runs(request: GapNextRequest) -> ExitCode:
     """Propose runs.
 
     Raises:
@@ -90,7 +76,7 @@ def propose_runs(request: NextRequest) -> ExitCode:
     return ExitCode.OK if ranked or not rivals else ExitCode.VERDICT_FAILED
 
 
-def _read(request: NextRequest, users: tuple[UserEffect, ...]) -> ReadDiagnosis | None:
+def _read(request: GapNextRequest, users: tuple[UserEffect, ...]) -> ReadDiagnosis | None:
     """The diagnosis in the file that was given; None where runs were given."""
     if request.paths[0].suffix != ".json":
         return None

@@ -12,19 +12,27 @@ from robot.console.progress import ProgressLine
 from robot.console.screen_fit import columns_of
 from robot.control.effect_uses import unused_notes
 from robot.odometry.compare import compare_ways, stride_of
-from robot.odometry.request import OdomRequest
+from robot.odometry.live import run_live
+from robot.odometry.request import check
 from robot.odometry.table import as_json, table
 from robot.odometry.track import track_log
+from robot.odometry.tune import tune_command
 from robot.report.walk_frames import fit_contact, walk_frames
+from robot.requests.single import OdomRequest
 
 
 def odom(request: OdomRequest) -> ExitCode:
-    """Run the estimator over a log, show what it says, and write it.
+    """Run the estimator over a log, show what it says, and write it; or follow a run, or tune.
 
     Raises:
         RecordError: A log cannot be read or used, or a file cannot be written.
-        ConfigError: A robot file is none.
+        ConfigError: A robot file is none, or options do not fit each other.
     """
+    check(request)
+    if request.live:
+        return run_live(request)
+    if request.tunes:
+        return tune_command(request)
     path, contents = request.logs[0], LogContents()
     with ProgressLine(f"estimating {path}", contents.progress):
         tracked = track_log(path, request, contents)

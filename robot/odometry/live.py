@@ -22,8 +22,9 @@ from robot.console.exit_codes import ExitCode
 from robot.console.json_output import json_text
 from robot.control.controller import Controller
 from robot.control.stops import STOPS
-from robot.odometry.request import OdomRequest
+from robot.odometry.request import believed_robot
 from robot.odometry.track import Tracker
+from robot.requests.single import OdomRequest
 from robot.run.force_unit import NO_UNIT, check_no_unit, unit_settings
 from robot.run.hardware import open_real
 from robot.run.loop import run
@@ -111,7 +112,7 @@ def _beside_log(
         while True:
             for stamped in follower.new_ticks():
                 if tracker is None:
-                    config = request.config(follower.contents.config_text)
+                    config = believed_robot(request, follower.contents.config_text)
                     tracker = Tracker(config, no_forces=request.no_forces)
                 lines.take(stamped.unix_ns, tracker.step(stamped.tick))
             now_ns = clock.now_ns()
@@ -124,7 +125,7 @@ def _beside_log(
 def _beside_hardware(
     request: OdomRequest, lines: EstimateLines, interrupts: Interrupts, stack: ExitStack
 ) -> ExitCode:
-    config = request.config()
+    config = believed_robot(request)
     with_forces = not request.no_forces and request.force_unit != NO_UNIT
     if request.hardware == VIRTUAL:
         check_no_unit(request.force_unit)

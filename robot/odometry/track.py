@@ -18,7 +18,8 @@ from record.log.reader import LogContents, StampedTick, read_log
 from record.log.recording import Recording
 from robot.config.robot_file import RobotConfig
 from robot.control.estimator_stage import estimator_stage
-from robot.odometry.request import OdomRequest
+from robot.odometry.request import believed_robot
+from robot.requests.single import OdomRequest
 
 # Where a way begins its pose is known to this [m, rad], as that of the estimator in its first tick.
 START_SD = 1e-4
@@ -188,7 +189,7 @@ def track_log(
 
     def take(item: StampedTick) -> None:
         if not trackers:  # the robot file comes before the first tick
-            config = given.config(found.config_text)
+            config = believed_robot(given, found.config_text)
             trackers.append(Tracker(config, no_forces=given.no_forces, keep_states=given.smooth))
         trackers[0].take(item)
 

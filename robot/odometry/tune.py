@@ -27,8 +27,9 @@ from robot.console.json_output import print_json
 from robot.console.progress import ProgressBar
 from robot.console.table import Column, table_lines
 from robot.odometry.metrics import in_band
-from robot.odometry.request import OdomRequest
+from robot.odometry.request import believed_robot
 from robot.odometry.track import Track, track
+from robot.requests.single import OdomRequest
 
 NAMES = ("speed_per_slip", "turn_per_slip", "force_sd", "force_share_sd", "load_sd")
 # Settings may move this far from where they began; data that want more contradict the model.
@@ -216,4 +217,4 @@ def read_walk(path: Path, request: OdomRequest) -> TuningWalk:
         ticks.pop()
     if not any(item.tick.forces.valid.any() for item in ticks):
         raise RecordError(f"{path} has no foot forces; tune by walks with the force unit")
-    return TuningWalk(tuple(ticks), request.config(contents.config_text))
+    return TuningWalk(tuple(ticks), believed_robot(request, contents.config_text))

@@ -22,12 +22,12 @@ from robot.console.json_output import plain
 from robot.console.progress import ProgressLine
 from robot.console.table import number_text, row_lines
 from robot.control.controller import Controller
-from robot.drive.drive import drive_as, usual_log
-from robot.drive.request import DriveRequest
+from robot.drive.drive import check_hardware, drive_as, usual_log
 from robot.replay.repeat import Repeat, compare_runs, overlay
 from robot.replay.repeat_plots import draw_repeat
 from robot.report.pictures import write_report
 from robot.report.run_date import date_words
+from robot.requests.single import DriveRequest, ReplayRequest
 from robot.run.header import rebuild_controller
 from robot.run.operator import Interrupts
 
@@ -47,22 +47,6 @@ class Wishes:
     times_ns: tuple[int, ...]
     requests: tuple[Request, ...]
     end_ns: int
-
-
-@dataclass(frozen=True, slots=True)
-class RepeatRequest:
-    """Options of ``bigant replay LOG --drive``."""
-
-    path: Path
-    robot: Path | None
-    json: bool
-    hardware: str
-    armed: bool
-    force_unit: str | None
-    virtual_time: bool
-    seed: int
-    log: Path | None
-    out: Path | None
 
 
 class RecordedOperator:
@@ -115,7 +99,7 @@ def read_wishes(path: Path, contents: LogContents) -> Wishes:
     return Wishes(tuple(times), tuple(requests), now_ns - start_ns)
 
 
-def drive_again(request: RepeatRequest) -> ExitCode:
+def drive_again(request: ReplayRequest) -> ExitCode:
     """Do a run again, compare, print, draw.
 
     Raises:
@@ -141,7 +125,7 @@ def drive_again(request: RepeatRequest) -> ExitCode:
         virtual_time=request.virtual_time,
         seed=request.seed,
     )
-    new.check_hardware()
+    check_hardware(new)
     if not new.virtual and not request.armed:
         raise ConfigError(
             "--hardware",
@@ -163,7 +147,7 @@ def drive_again(request: RepeatRequest) -> ExitCode:
     return code
 
 
-def _compare(request: RepeatRequest, new_log: Path, page: Path) -> None:
+def _compare(request: ReplayRequest, new_log: Path, page: Path) -> None:
     """Compare both runs, print and draw."""
     old, new = read_log(request.path), read_log(new_log)
     both = overlay(old, new)

@@ -1,7 +1,6 @@
 """``bigant log cut``, ``merge``, ``repair``, ``export``, ``info``: files made of logs, what they hold."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 from model.errors import ConfigError, RecordError
@@ -15,35 +14,22 @@ from record.log.splice import cut_log, merge_logs
 from record.log.survey import LogSurvey, survey_log
 from record.log.versions import PREFIX
 from robot.console.exit_codes import ExitCode
-from robot.console.json_output import print_json
+from robot.console.json_output import print_result
 from robot.console.progress import ProgressLine
 from robot.console.table import row_lines
 from robot.report.run_date import utc_words
+from robot.requests.log import (
+    LogCutRequest,
+    LogExportRequest,
+    LogInfoRequest,
+    LogMergeRequest,
+    LogRepairRequest,
+)
 
 SUFFIXES = {"trial": (".parquet", ".csv"), "csv": (".csv",), "parquet": (".parquet",)}
 
 
-@dataclass(frozen=True, slots=True)
-class CutRequest:
-    """Options of ``bigant log cut``."""
-
-    path: Path
-    from_s: float
-    to_s: float
-    out: Path
-
-
-@dataclass(frozen=True, slots=True)
-class ExportRequest:
-    """Options of ``bigant log export``."""
-
-    path: Path
-    format: str
-    out: Path | None
-    what: str | None
-
-
-def cut(request: CutRequest) -> ExitCode:
+def cut(request: LogCutRequest) -> ExitCode:
     """Cut a piece out of a log.
 
     Raises:
@@ -53,22 +39,29 @@ def cut(request: CutRequest) -> ExitCode:
     return _write(f"reading {path}", out, path, lambda p: cut_log(path, out, **span, progress=p))
 
 
-def merge(paths: tuple[Path, ...], out: Path) -> ExitCode:
+def merge(request: LogMergeRequest) -> ExitCode:
     """Merge logs.
 
     Raises:
         RecordError: They do not fit, or a file cannot be read or written.
     """
-    note = f" of {len(paths)} logs"
-    return _write(f"writing {out}", out, out, lambda p: merge_logs(paths, out, p), note)
+    note = f" of {len(request.paths)} logs"
+    return _write(
+        f"writing {request.out}",
+        request.out,
+        request.out,
+        lambda p: merge_logs(request.paths, request.out, p),
+        note,
+    )
 
 
-def repair(path: Path, out: Path | None) -> ExitCode:
+def repair(request: LogRepairRequest) -> ExitCode:
     """Repair a log.
 
     Raises:
         RecordError: Nothing can be read, or the new file cannot be written.
     """
+    path, out = request.path, request.out
     target = out if out is not None else path.with_suffix(".repaired.mcap")
     if out is None and target.exists():
         raise RecordError(f"{target} is there already; name another file with --out")
@@ -89,7 +82,7 @@ def _write(
     return ExitCode.OK
 
 
-def export(request: ExportRequest) -> ExitCode:
+def export(request: LogExportRequest) -> ExitCode:
     """Export a log.
 
     Raises:
@@ -132,19 +125,16 @@ def _target(path: Path, kind: str, out: Path | None) -> Path:
     return out
 
 
-def info(path: Path, *, as_json: bool) -> ExitCode:
+def info(request: LogInfoRequest) -> ExitCode:
     """Look through a log and list what it holds.
 
     Raises:
         RecordError: It cannot be read.
     """
     progress = Pass()
-    with ProgressLine(f"reading {path}", progress):
-        survey = survey_log(path, progress)
-    if as_json:
-        print_json(_as_json(survey))
-    else:
-        print("\n".join(row_lines(_rows(survey))))
+    with ProgressLine(f"reading {request.path}", progress):
+        survey = survey_log(request.path, progress)
+    print_result(_as_json(survey), row_lines(_rows(survey)), as_json=request.json)
     return ExitCode.VERDICT_FAILED if survey.damages or not survey.finished else ExitCode.OK
 
 

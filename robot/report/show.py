@@ -1,8 +1,6 @@
 """``bigant show``: what a log says, as a table and as pictures."""
 
 import sys
-from dataclasses import dataclass
-from pathlib import Path
 
 from record.whole_file import check_room
 from robot.console.exit_codes import ExitCode
@@ -14,15 +12,7 @@ from robot.report.plots import draw_log
 from robot.report.run_date import date_words
 from robot.report.summary import read_summary
 from robot.report.summary_text import summary_rows
-
-
-@dataclass(frozen=True, slots=True)
-class ShowRequest:
-    """What ``bigant show`` was asked for."""
-
-    path: Path
-    out: Path | None
-    json: bool
+from robot.requests.single import ShowRequest
 
 
 def show_log(request: ShowRequest) -> ExitCode:

@@ -20,6 +20,7 @@ from robot.console.table import Column, table_lines
 from robot.report.page import render
 from robot.report.pictures import DOTS_PER_INCH
 from robot.report.plots import STYLE
+from robot.requests.model import ModelFiguresRequest
 from robot.study import (
     figures_errors,
     figures_examples,
@@ -146,22 +147,7 @@ INDEX, TABLES = "index.html", "tables.txt"
 TITLE = "Figures of the model of slipping"
 
 
-@dataclass(frozen=True, slots=True)
-class FiguresRequest:
-    """What ``bigant model figures`` was asked for."""
-
-    out: Path | None
-    only: list[str]
-    list: bool
-    tripod: Path | None
-    metachronal: Path | None
-    cycles: float
-    seed: int
-    robot: Path
-    benchmark: Path
-
-
-def draw_figures(request: FiguresRequest) -> ExitCode:
+def draw_figures(request: ModelFiguresRequest) -> ExitCode:
     """List the figures, or draw those asked for.
 
     Raises:

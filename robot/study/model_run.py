@@ -2,7 +2,6 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,25 +16,11 @@ from robot.console.json_output import print_json
 from robot.console.table import row_lines
 from robot.report.page import Section, report_page
 from robot.report.pictures import pictures
+from robot.requests.model import ModelRunRequest
 from robot.study.model_plots import draw_predictions
 from robot.study.systems import build_system
 
 DOTS_PER_INCH = 80
-
-
-@dataclass(frozen=True, slots=True)
-class ModelRunRequest:
-    """What ``bigant model run`` was asked for."""
-
-    system: str
-    legs: int | None
-    gait: str | None
-    robot: Path | None
-    cycles: float | None
-    law: str
-    tilt_coupling: bool
-    out: Path | None
-    json: bool
 
 
 def run_model(request: ModelRunRequest) -> ExitCode:

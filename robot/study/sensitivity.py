@@ -31,6 +31,7 @@ from robot.report.walk_frames import (
     joined,
     walk_frames,
 )
+from robot.requests.model import ModelSensitivityRequest
 
 QUANTITIES = ("heading", "side", "turning", "roll", "pitch", "Fx", "Fy", "Fz")
 UNITS = ("mm/s", "mm/s", "mrad/s", "mrad", "mrad", "N", "N", "N")
@@ -41,18 +42,6 @@ TABLE = (
     Column("RMSE"), Column(""), Column("fitted", ".3f", 8), Column("naive", ".3f", 8),
     Column("change, %", "+.1f"), Column("paper, %", "+.1f"),
 )  # fmt: skip
-
-
-@dataclass(frozen=True, slots=True)
-class SensitivityRequest:
-    """What ``bigant model sensitivity`` was asked for."""
-
-    logs: list[Path]
-    form: int
-    law: str
-    rest_mm_s: float
-    out: Path | None
-    json: bool
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,7 +77,7 @@ class Sensitivity:
         return list(zip(*columns, strict=True))
 
 
-def judge_sensitivity(request: SensitivityRequest) -> ExitCode:
+def judge_sensitivity(request: ModelSensitivityRequest) -> ExitCode:
     """Fit to the first half, judge on the rest, print and draw.
 
     Raises:

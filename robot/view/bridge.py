@@ -7,7 +7,6 @@ import importlib
 import sys
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Self
@@ -18,6 +17,7 @@ from record.log.cdr import CdrWriter
 from record.log.follow import LogFollower
 from record.log.reader import LogContents, TopicMessage, read_messages
 from robot.console.exit_codes import ExitCode
+from robot.requests.single import BridgeRequest
 from robot.view.log_source import be_nice, followed, log_path, paced
 
 QUEUE = 10
@@ -25,16 +25,6 @@ CLOCK_TOPIC, CLOCK_TYPE = "/clock", "rosgraph_msgs/msg/Clock"
 # ROS expects these where they are, whatever a robot's own topics are put below.
 GLOBAL = frozenset({"/tf", CLOCK_TOPIC})
 OURS = "bigant_msgs"  # no package of ROS; the log keeps it
-
-
-@dataclass(frozen=True, slots=True)
-class BridgeRequest:
-    """Options of ``bigant bridge``."""
-
-    path: Path | None
-    live: bool
-    speed: float
-    prefix: str
 
 
 def bridge(request: BridgeRequest) -> ExitCode:

@@ -3,7 +3,6 @@
 import importlib.util
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 from typing import Protocol
@@ -18,34 +17,14 @@ from robot.config.robot_file import parse_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.installed import how_to_install
 from robot.console.progress import ProgressLine
+from robot.requests.single import RERUN_SUFFIX, ViewRequest
 from robot.view.log_source import POLL_NS, be_nice, followed, log_path, paced
 from robot.view.screen import open_view
 from robot.view.true_ticks import ticks_with_true_forces
 
 PACKAGE = "foxglove"
-RERUN_PACKAGE, RERUN_SUFFIX = "rerun", ".rrd"
+RERUN_PACKAGE = "rerun"
 SAVED = (".mcap", RERUN_SUFFIX)
-
-
-@dataclass(frozen=True, slots=True)
-class ViewRequest:
-    """Options of ``bigant view``."""
-
-    path: Path | None
-    live: bool
-    speed: float
-    terminal: bool
-    save: Path | None
-    headless: bool
-    layout: Path | None
-    host: str
-    port: int
-    rate_hz: float
-
-    @property
-    def for_rerun(self) -> bool:
-        """Whether the file to save is one of Rerun's."""
-        return self.save is not None and self.save.suffix == RERUN_SUFFIX
 
 
 class Viewer(Protocol):

@@ -27,10 +27,10 @@ from robot.console.json_output import json_text
 from robot.odometry.compare import compare_ways, stride_of, walking_part
 from robot.odometry.files import write_mcap
 from robot.odometry.metrics import in_band, nees, relative_error
-from robot.odometry.request import OdomRequest
 from robot.odometry.table import as_json, table
 from robot.odometry.track import START_SD, TrackedLog, track, track_log
 from robot.odometry.tune import read_walk, tune, whiteness
+from robot.requests.single import OdomRequest
 
 CONFIG = load_robot()
 WEIGHT_N = CONFIG.parameters.body.mass * standard_gravity
