@@ -33,7 +33,11 @@ class SupportSolutions(NamedTuple):
 
 
 def solve_support_frames(
-    feet_m: FloatArray, ground_m: FloatArray, stiffness_n_m: FloatArray, weight_n: float
+    feet_m: FloatArray,
+    ground_m: FloatArray,
+    stiffness_n_m: FloatArray,
+    weight_n: float,
+    out: SupportSolutions | None = None,
 ) -> SupportSolutions:
     """Find the balance of each frame.
 
@@ -42,40 +46,32 @@ def solve_support_frames(
         ground_m: Height of the ground under each foot, (F or 1, N).
         stiffness_n_m: Leg springs, (N,), positive.
         weight_n: Weight carried, positive.
+        out: Arrays at hand to write the answer into.
 
     Raises:
         ModelError: Shapes do not fit, or a stiffness or the weight is not positive.
     """
     frames, count, _ = feet_m.shape
     if ground_m.shape not in {(frames, count), (1, count)} or stiffness_n_m.shape != (count,):
-        raise ModelError(f"{frames} frames of {count} feet do not fit ground or stiffness")
+        raise ModelError(
+            f"the ground must be ({frames} or 1, {count}) and stiffness ({count},), not "
+            f"{ground_m.shape} and {stiffness_n_m.shape}"
+        )
     if not (weight_n > 0 and (stiffness_n_m > 0).all()):
         raise ModelError("weight and stiffness must be positive")
-    out = SupportSolutions(
-        np.empty((frames, 3)), np.empty((frames, count)), *np.zeros((2, frames), dtype=np.int64)
-    )
-    support_frames(feet_m, ground_m, stiffness_n_m, weight_n, out)
-    for values in out:
-        readonly(values)
-    return out
-
-
-def support_frames(
-    feet: FloatArray,
-    ground: FloatArray,
-    stiffness: FloatArray,
-    weight: float,
-    out: SupportSolutions,
-) -> None:
-    """As ``solve_support_frames``, of what is known to fit, into arrays at hand."""
+    answer = out
+    if answer is None:
+        per_frame = np.zeros((2, frames), dtype=np.int64)
+        answer = SupportSolutions(np.empty((frames, 3)), np.empty((frames, count)), *per_frame)
     prepare()
-    _solve(
-        np.ascontiguousarray(feet, dtype=np.float64),
-        np.ascontiguousarray(ground, dtype=np.float64),
-        np.ascontiguousarray(stiffness, dtype=np.float64),
-        float(weight),
-        *out,
+    feet, ground, stiffness = (
+        np.ascontiguousarray(values, np.float64) for values in (feet_m, ground_m, stiffness_n_m)
     )
+    _solve(feet, ground, stiffness, float(weight_n), *answer)
+    if out is None:
+        for values in answer:
+            readonly(values)
+    return answer
 
 
 @compiled

@@ -27,7 +27,7 @@ def swing(pivot: FloatArray, arm: FloatArray, joints: FloatArray, rates: FloatAr
     Returns:
         Positions and velocities, (F, N, 3).
     """
-    position = np.einsum("...ij,...j->...i", rotations(joints), arm)
+    position = np.einsum("...ij,...j->...i", rotations(joints), arm, order="C")
     turning = rates[..., ROLL, None] * np.stack(
         [np.cos(joints[..., YAW]), np.sin(joints[..., YAW]), np.zeros(joints.shape[:2])], axis=-1
     )
