@@ -1,8 +1,8 @@
-"""Loss functions of a robust fit, with the derivatives that its errors need.
+"""Robust least squares with ``scipy.optimize.least_squares``, and the derivatives that its errors need.
 
-The names and meanings are those of ``scipy.optimize.least_squares``: with z = (r / scale)^2 the fit
-minimises sum scale^2 rho(z) / 2. A penalty (a wish about the parameters, not a measurement) must stay
-quadratic however large it is, which the names alone cannot say; hence functions of our own.
+With z = (r / scale)^2 the fit minimises sum scale^2 rho(z) / 2. Names of losses alone are not enough: a
+penalty (a wish about the parameters, not a measurement) must stay quadratic however large it is, and errors
+need rho' and rho''.
 """
 
 from collections.abc import Callable
@@ -15,9 +15,11 @@ from model.errors import ModelError
 from model.values.arrays import FloatArray
 
 Loss = Literal["linear", "soft_l1", "huber", "cauchy", "arctan"]
+LOSSES: tuple[Loss, ...] = get_args(Loss)
 TOLERANCE = 1e-12
 MOST_EVALUATIONS = 200
-LOSSES: tuple[Loss, ...] = get_args(Loss)
+# Pull towards the start, so that a direction which does not show stays there.
+TETHER = 1e-6
 
 
 def check_loss(loss: str, scale: float) -> None:
@@ -33,7 +35,7 @@ def check_loss(loss: str, scale: float) -> None:
 
 
 def rho(loss: Loss, z: FloatArray) -> FloatArray:
-    """Loss and its first two derivatives by z.
+    """Loss and its first two derivatives by z, as in ``scipy.optimize.least_squares``.
 
     Args:
         loss: Its name.
@@ -42,22 +44,14 @@ def rho(loss: Loss, z: FloatArray) -> FloatArray:
     Returns:
         rho, rho', rho'', (3, M).
     """
-    one = np.ones_like(z)
+    linear, root = (z, np.ones_like(z), np.zeros_like(z)), np.sqrt(1 + z)
     if loss == "linear":
-        return np.stack([z, one, 0 * z])
+        return np.stack(linear)
     if loss == "soft_l1":
-        root = np.sqrt(1 + z)
         return np.stack([2 * (root - 1), 1 / root, -0.5 / root**3])
     if loss == "huber":
         root = np.sqrt(np.maximum(z, 1.0))
-        inside = z <= 1
-        return np.stack(
-            [
-                np.where(inside, z, 2 * root - 1),
-                1 / root,
-                np.where(inside, 0.0, -0.5 / root**3),
-            ]
-        )
+        return np.where(z <= 1, linear, (2 * root - 1, 1 / root, -0.5 / root**3))
     if loss == "cauchy":
         return np.stack([np.log1p(z), 1 / (1 + z), -1 / (1 + z) ** 2])
     return np.stack([np.arctan(z), 1 / (1 + z**2), -2 * z / (1 + z**2) ** 2])
@@ -70,10 +64,11 @@ def minimise(
     *,
     loss: Loss,
     loss_scale: float,
+    size: float,
     penalties: int = 0,
-    lowest: FloatArray | None = None,
+    lowest: FloatArray | float = -np.inf,
 ) -> tuple[FloatArray, bool]:
-    """Minimise the loss of residuals with ``scipy.optimize.least_squares``.
+    """Minimise the loss of residuals from ``start``, to which a weak tether holds what does not show.
 
     Args:
         residual: (M,) of parameters (P,).
@@ -81,26 +76,32 @@ def minimise(
         start: (P,).
         loss: Its name.
         loss_scale: Size of a residual from which on it is an outlier.
+        size: Norm of what was measured, beside which the tether is weak.
         penalties: How many of the last residuals are penalties, which stay quadratic.
-        lowest: Lower bounds of the parameters, (P,), if there are any.
+        lowest: Lower bounds of the parameters, (P,) or one for all.
 
     Returns:
         Parameters at the minimum, (P,), and whether the search ended by itself.
     """
+    hold = TETHER * size * np.eye(len(start))
+    wishes = penalties + len(start)
+
+    def tethered(at: FloatArray) -> FloatArray:
+        return np.append(residual(at), hold @ (at - start))
+
+    def slope(at: FloatArray) -> FloatArray:
+        return np.concatenate([jacobian(at), hold])
 
     def evaluate(z: FloatArray) -> FloatArray:
-        values = rho(loss, z)
-        if penalties:
-            values[:, -penalties:] = rho("linear", z[-penalties:])
-        return values
+        return np.concatenate([rho(loss, z[:-wishes]), rho("linear", z[-wishes:])], axis=1)
 
     result = least_squares(
-        residual,
+        tethered,
         start,
-        jac=jacobian,
+        jac=slope,
         loss=evaluate,  # type: ignore[arg-type]  # the stubs want a protocol of their own
         f_scale=loss_scale,
-        bounds=(-np.inf if lowest is None else lowest, np.inf),
+        bounds=(lowest, np.inf),
         xtol=TOLERANCE,
         ftol=TOLERANCE,
         gtol=TOLERANCE,

@@ -7,9 +7,8 @@ import pytest
 
 from model.errors import ModelError
 from model.fit.friction import FrictionFit, fit_friction
-from model.fit.friction_search import FrictionSearch
+from model.fit.friction_search import FrictionSearch, choose_contacts
 from model.fit.robust_loss import LOSSES, Loss, influence, rho
-from model.fit.slip_contacts import choose_contacts
 from model.quasistatic.frames import FrictionLaw
 from model.values.arrays import FloatArray
 
