@@ -18,9 +18,10 @@ unknown is the share of it that the data and not the ridge decides (the diagonal
 resolution matrix): 1 known, 0 untouched.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from model.errors import ModelError
 from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
@@ -76,14 +77,7 @@ class StillPoses:
 
     def part(self, chosen: BoolArray) -> "StillPoses":
         """Return some of the poses."""
-        return StillPoses(
-            self.angle_rad[chosen],
-            self.sensed[chosen],
-            self.in_air[chosen],
-            self.up_B[chosen],
-            self.standing[chosen],
-            self.lever[chosen],
-        )
+        return StillPoses(*(getattr(self, each.name)[chosen] for each in fields(self)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,19 +101,17 @@ class CrossTalkFit:
 
 def wrench_maps(places: SensorPlaces) -> FloatArray:
     """Return X, (N, 6, 6): a wrench in sensor axes at the sensor to body axes at the body's origin."""
-    count = len(places.yaw_rad)
-    maps = np.zeros((count, 6, 6))
-    cosine, sine = np.cos(places.yaw_rad), np.sin(places.yaw_rad)
-    turn = np.zeros((count, 3, 3))
-    turn[:, 0, 0] = turn[:, 1, 1] = cosine
-    turn[:, 0, 1], turn[:, 1, 0], turn[:, 2, 2] = -sine, sine, 1.0
-    x, y, z = places.origin_B.T
-    lever = np.zeros((count, 3, 3))
-    lever[:, 0, 1], lever[:, 0, 2], lever[:, 1, 2] = -z, y, -x
-    lever -= lever.transpose(0, 2, 1)
+    turn = Rotation.from_euler("z", places.yaw_rad[:, None]).as_matrix()
+    maps = np.zeros((len(turn), 6, 6))
     maps[:, :3, :3] = maps[:, 3:, 3:] = turn
-    maps[:, 3:, :3] = lever @ turn
+    maps[:, 3:, :3] = _cross(places.origin_B) @ turn
     return maps
+
+
+def _cross(vector: FloatArray) -> FloatArray:
+    """Matrix of the cross product with a vector, (..., 3) to (..., 3, 3)."""
+    matrix: FloatArray = np.cross(np.eye(3), vector[..., None, :])
+    return matrix
 
 
 def balance_residual(wrench: FloatArray, poses: StillPoses, places: SensorPlaces) -> FloatArray:
@@ -204,12 +196,9 @@ def shared_directions(places: SensorPlaces, wrench_scale: FloatArray) -> FloatAr
     maps = wrench_maps(places)
     inverse = np.linalg.inv(maps)
     unit = wrench_scale[None, :] / wrench_scale[:, None]
-    directions = []
-    for row in range(6):
-        for column in (0, 1, 3, 4, 5):  # not the vertical force: the weight shows its errors
-            each = np.einsum("ni,nj->nij", inverse[:, :, row], maps[:, column, :]) * unit
-            directions.append(each.ravel())
-    basis: FloatArray = np.linalg.qr(np.array(directions).T)[0]
+    unseen = maps[:, [0, 1, 3, 4, 5]]  # not the vertical force: the weight shows its errors
+    directions = np.einsum("nir,ncj->rcnij", inverse, unseen) * unit
+    basis: FloatArray = np.linalg.qr(directions.reshape(30, -1).T)[0]
     return basis
 
 
@@ -256,12 +245,8 @@ def _foot_rows(
     """Return the moment about each foot as rows: design (P, 3 N, 36 N) and target (P, 3 N) [N m]."""
     poses, count = loaded.shape[:2]
     known = np.asarray(np.isfinite(lever).all(axis=2))
-    x, y, z = np.moveaxis(np.where(known[..., None], lever, 0.0), -1, 0)
     moment = np.zeros((poses, count, 3, 6))  # wrench at the sensor to moment about the foot
-    moment[..., 0, 1], moment[..., 0, 2], moment[..., 1, 2] = z, -y, x
-    moment[..., 1, 0], moment[..., 2, 0], moment[..., 2, 1] = -z, y, -x
-    moment[..., [0, 1, 2], [3, 4, 5]] = 1.0
-    moment[~known] = 0.0
+    moment[known, :, :3], moment[known, :, 3:] = -_cross(lever[known]), np.eye(3)
     target = -np.einsum("pnri,pni->pnr", moment, loaded)
     design = np.zeros((poses, count, 3, count, 6, 6))
     product = np.einsum("pnri,pnj->pnrij", moment * wrench_scale, loaded / wrench_scale)
