@@ -22,8 +22,7 @@ import numpy as np
 
 from model.errors import ModelError
 from model.fit.friction_search import Contacts, FrictionSearch, choose_contacts
-from model.fit.result import FitResult, Spread, spread
-from model.fit.robust_loss import Loss, check_loss, minimise
+from model.fit.result import FitResult, Spread, minimise, spread
 from model.quasistatic.frames import FrictionLaw
 from model.values.arrays import BoolArray, FloatArray, readonly
 
@@ -58,8 +57,6 @@ def fit_friction(
     mean_mu: float | None = None,
     rest_m_s: float = 0.0,
     leg_names: Sequence[str] = (),
-    loss: Loss = "linear",
-    loss_scale: float = 1.0,
 ) -> FrictionFit:
     """Fit mu and w of each leg by least squares on the horizontal forces.
 
@@ -77,8 +74,6 @@ def fit_friction(
         rest_m_s: Feet no faster than this rest, and are not used [m/s]; Coulomb's law needs it positive
             for noisy slips, because a resting foot's force is not its law's.
         leg_names: Names for the result; numbers if there are none.
-        loss: Robust loss as in ``scipy.optimize.least_squares``. Scales of frames stay least squares.
-        loss_scale: Force error from which on an error is an outlier [N].
 
     Raises:
         ModelError: Shapes do not fit, a value is impossible, or no foot can be used.
@@ -90,7 +85,6 @@ def fit_friction(
     _check(force_xy_B, load_n, slip_B, direction, rest_m_s)
     if mean_mu is not None and not (scaled and mean_mu > 0):
         raise ModelError("a mean of mu must be positive, and has a meaning with a frame scale only")
-    check_loss(loss, loss_scale)
     names = tuple(leg_names) or tuple(str(leg) for leg in range(legs))
     contacts, left_out = choose_contacts(force_xy_B, load_n, slip_B, law, rest_m_s)
     unit = None if direction is None else direction / np.linalg.norm(direction, axis=1)[:, None]
@@ -100,8 +94,6 @@ def fit_friction(
         search.residual,
         search.jacobian,
         search.start(),
-        loss=loss,
-        loss_scale=loss_scale,
         size=size,
         lowest=search.lowest,
     )
@@ -115,8 +107,6 @@ def fit_friction(
         residual,
         size,
         lost=frames if scaled else 0,
-        loss=loss,
-        loss_scale=loss_scale,
         scaled=scalable if scaled else None,
         scale_share=np.where(scalable, np.exp(theta), 0.0),
     )

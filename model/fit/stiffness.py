@@ -20,8 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from model.errors import ModelError
-from model.fit.result import FitResult, Spread, spread
-from model.fit.robust_loss import Loss, check_loss, minimise
+from model.fit.result import FitResult, Spread, minimise, spread
 from model.support.load_derivatives import load_derivatives
 from model.values.arrays import BoolArray, FloatArray, readonly
 
@@ -47,8 +46,6 @@ def fit_stiffness(
     spread_weight: float = 1e-4,
     mean_stiffness: float | None = None,
     pose: FloatArray | None = None,
-    loss: Loss = "linear",
-    loss_scale: float = 0.02,
 ) -> StiffnessFit:
     """Fit K to the shares of the weight that the feet in contact carry.
 
@@ -67,8 +64,6 @@ def fit_stiffness(
             mean is over the legs that the data tell.
         pose: Measured slope_x, slope_y [rad] and height of the body origin [m], (F, 3), if they are
             known; NaN where not. A height error is weighed as the change of load it would mean.
-        loss: Robust loss as in ``scipy.optimize.least_squares``; the penalty stays quadratic.
-        loss_scale: Share error from which on an error is an outlier.
 
     Raises:
         ModelError: Shapes do not fit, a value is not positive, or no frame can be used.
@@ -76,10 +71,9 @@ def fit_stiffness(
     Reference: Wu, Zhao, Revzen, sec:params and eqn:zpj.
     """
     _check(feet_B, vertical_n, weight_n, start, spread_weight, mean_stiffness, pose)
-    check_loss(loss, loss_scale)
     frames = _choose_frames(feet_B, vertical_n, weight_n, start, pose)
     names = tuple(leg_names) or tuple(str(leg) for leg in range(len(start)))
-    search = _Search(frames, weight_n, spread_weight, loss, loss_scale)
+    search = _Search(frames, weight_n, spread_weight)
     theta, converged = search.run(np.log(start))
     known = search.spread(theta, relative=False)
     relative = search.spread(theta, relative=True)
@@ -168,16 +162,8 @@ def _choose_frames(
 class _Search:
     """Residuals and their Jacobian as functions of log K, one model run for both."""
 
-    def __init__(
-        self,
-        frames: _Frames,
-        weight_n: float,
-        spread_weight: float,
-        loss: Loss,
-        loss_scale: float,
-    ) -> None:
+    def __init__(self, frames: _Frames, weight_n: float, spread_weight: float) -> None:
         self._frames, self._weight = frames, weight_n
-        self._loss, self._loss_scale = loss, loss_scale
         legs = frames.feet.shape[1]
         self._penalty = np.sqrt(spread_weight) * (np.eye(legs) - 1 / legs)
         self._posed = np.isfinite(frames.pose)
@@ -205,10 +191,7 @@ class _Search:
             lambda at: self.evaluate(at)[0],
             lambda at: self.evaluate(at)[1],
             theta,
-            loss=self._loss,
-            loss_scale=self._loss_scale,
             size=float(np.sqrt(len(self._frames.feet))),
-            penalties=len(theta),
         )
 
     def evaluate(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -241,8 +224,6 @@ class _Search:
             residual[:measured],
             float(np.linalg.norm(self._frames.share)),
             lost=len(self._frames.feet),  # shares of a frame sum to one
-            loss=self._loss,
-            loss_scale=self._loss_scale,
             penalty=penalty.T @ penalty,
             scaled=np.ones(len(theta), dtype=bool) if relative else None,
             scale_share=self.stiffness(theta),
