@@ -21,7 +21,7 @@ import numpy as np
 
 from model.errors import ModelError
 from model.fit.result import FitResult, Spread, minimise, spread
-from model.support.load_derivatives import load_derivatives
+from model.support.frames import load_derivatives
 from model.values.arrays import BoolArray, FloatArray, readonly
 
 # A foot that carries more than this share of the weight is in contact.

@@ -5,7 +5,7 @@ import pytest
 
 from model.errors import ModelError
 from model.fit.stiffness import StiffnessFit, fit_stiffness
-from model.support.load_derivatives import load_derivatives
+from model.support.frames import load_derivatives
 from model.values.arrays import FloatArray
 
 TRUE = np.array([2000.0, 2500.0, 3000.0, 1500.0, 2200.0, 2800.0])
