@@ -11,10 +11,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from importlib.resources.abc import Traversable
+from pathlib import Path
 from typing import Any, TypeVar
 
-from model.compile_notice import tell
+from model.compile_notice import notify
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -30,10 +30,10 @@ else:
         """Passes on that a function's compilation begins or ends."""
 
         def on_start(self, event: Any) -> None:
-            tell(begins=True)
+            notify(begins=True)
 
         def on_end(self, event: Any) -> None:
-            tell(begins=False)
+            notify(begins=False)
 
     register: Any = event.register  # has no types
     register("numba:compile", _Compiling())
@@ -85,16 +85,9 @@ def _stamp(package: str) -> str:
     """A digest of all sources of ``model`` and a package: no machine code outlives a change in any."""
     digest = hashlib.sha256()
     for folder in sorted({"model", package}):
-        _digest(files(folder), digest.update)
+        for source in sorted(Path(str(files(folder))).rglob("*.py")):
+            digest.update(source.read_bytes())
     return digest.hexdigest()
-
-
-def _digest(folder: Traversable, update: Callable[[bytes], None]) -> None:
-    for entry in sorted(folder.iterdir(), key=lambda entry: entry.name):
-        if entry.name.endswith(".py"):
-            update(entry.read_bytes())
-        elif entry.is_dir() and entry.name != "__pycache__":
-            _digest(entry, update)
 
 
 NUMBER, COUNT, FLAG = "float64", "int64", "boolean"

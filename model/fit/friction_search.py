@@ -111,10 +111,9 @@ class FrictionSearch:
     @property
     def lowest(self) -> FloatArray:
         """Lower bounds of the parameters, (P,)."""
-        free = np.full(self.legs, -np.inf)
         if self.direction is None:
-            return np.tile(free, 3)
-        return np.append(free, np.zeros(self.legs))
+            return np.full(3 * self.legs, -np.inf)
+        return np.repeat([-np.inf, 0.0], self.legs)
 
     def residual(self, theta: FloatArray) -> FloatArray:
         """Measured minus fitted force of the feet used, (M,) [N]."""
