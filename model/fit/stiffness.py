@@ -28,14 +28,6 @@ from model.values.arrays import BoolArray, FloatArray, readonly
 CONTACT_SHARE = 0.02
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class StiffnessFit:
-    """Fitted stiffness, (N,) [N/m], and how well it is known; residuals are shares of the weight."""
-
-    stiffness: FloatArray
-    result: FitResult
-
-
 def fit_stiffness(
     feet_B: FloatArray,  # noqa: N803
     vertical_n: FloatArray,
@@ -46,7 +38,7 @@ def fit_stiffness(
     spread_weight: float = 1e-4,
     mean_stiffness: float | None = None,
     pose: FloatArray | None = None,
-) -> StiffnessFit:
+) -> FitResult:
     """Fit K to the shares of the weight that the feet in contact carry.
 
     Minimises the squared errors of the shares, summed over feet and frames, and those of the pose where
@@ -64,6 +56,9 @@ def fit_stiffness(
             mean is over the legs that the data tell.
         pose: Measured slope_x, slope_y [rad] and height of the body origin [m], (F, 3), if they are
             known; NaN where not. A height error is weighed as the change of load it would mean.
+
+    Returns:
+        K of each leg, (N,) [N/m]; residuals are shares of the weight.
 
     Raises:
         ModelError: Shapes do not fit, a value is not positive, or no frame can be used.
@@ -85,7 +80,7 @@ def fit_stiffness(
         known = relative = search.spread(theta, relative=True)
     stiffness = search.stiffness(theta)
     undetermined = tuple(f"K {n}" for n, u in zip(names, known.undetermined, strict=True) if u)
-    result = FitResult(
+    return FitResult(
         names=tuple(f"K {name}" for name in names),
         values=readonly(stiffness),
         covariance=readonly(known.covariance * stiffness[:, None] * stiffness),
@@ -96,7 +91,6 @@ def fit_stiffness(
         warnings=_warnings(names, known, relative, np.any(frames.contact, axis=0)),
         converged=converged,
     )
-    return StiffnessFit(readonly(stiffness), result)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
