@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from pathlib import Path
+from importlib.resources.abc import Traversable
 from typing import Any, TypeVar
 
 from model.compile_notice import notify
@@ -85,9 +85,16 @@ def _stamp(package: str) -> str:
     """A digest of all sources of ``model`` and a package: no machine code outlives a change in any."""
     digest = hashlib.sha256()
     for folder in sorted({"model", package}):
-        for source in sorted(Path(str(files(folder))).rglob("*.py")):
-            digest.update(source.read_bytes())
+        _digest(files(folder), digest.update)
     return digest.hexdigest()
+
+
+def _digest(folder: Traversable, update: Callable[[bytes], None]) -> None:
+    for entry in sorted(folder.iterdir(), key=lambda entry: entry.name):
+        if entry.name.endswith(".py"):
+            update(entry.read_bytes())
+        elif entry.is_dir() and entry.name != "__pycache__":
+            _digest(entry, update)
 
 
 NUMBER, COUNT, FLAG = "float64", "int64", "boolean"

@@ -4,18 +4,16 @@ In a pose at rest the wrenches of the feet carry the weight::
 
     sum_k X_k (I + D_k) y_k = (weight up, no moment about the centre of mass),   y = s - a(q)
 
-X_k takes a wrench at sensor k to the body's origin. That is six equations a pose for 36 unknowns a sensor,
-linear in D. However many poses there are, the balance cannot see an error that all sensors share: with
+X_k takes a wrench at sensor k to the body's origin: six equations a pose, linear in the 36 unknowns a
+sensor. However many poses there are, the balance cannot see an error that all sensors share: with
 D_k = X_k^-1 E X_k the sum changes by E times the weight, which is nothing for every E whose column of
 vertical force is zero. Those 30 directions (a common scale of the horizontal forces is one) are left at
-zero by construction, unless *point feet* are believed in: a foot that touches at a point takes no moment
-there, so that force and moment of one sensor must agree about where the foot is. That goes in with little
-weight (``POINT_FOOT_WEIGHT``), because it trusts the linkage's dimensions, and decides what the balance
-leaves open. What neither tells stays at zero by the ridge. The ridge is the one that
-predicts left-out poses best, but no weaker than entries of the size ``EXPECTED`` would ask for under the
-noise found: noise in the readings makes the poses seem to tell more than they do. The *resolution* of an
-unknown is the share of it that the data and not the ridge decides (the diagonal of Backus and Gilbert's
-resolution matrix): 1 known, 0 untouched.
+zero by construction, unless feet are taken to touch at a *point*: it passes on no moment, so force and
+moment of one sensor must agree about where the foot is. That has little weight (``POINT_FOOT_WEIGHT``),
+because it relies on the linkage's dimensions, and decides what the balance leaves open. What neither shows
+stays at zero by the ridge: the one that predicts left-out poses best, but no weaker than entries of size
+``EXPECTED`` ask for under the noise. The *resolution* of an unknown is the share of it that the data, not
+the ridge, decides (the diagonal of Backus and Gilbert's resolution matrix): 1 known, 0 untouched.
 """
 
 from dataclasses import dataclass, fields

@@ -98,7 +98,8 @@ def fit_friction(
         lowest=search.lowest,
     )
     if unit is None:
-        theta = _one_sign(theta, legs)
+        w = theta[legs:].reshape(legs, 2)  # of w and -w the one with w_x > 0
+        w[(w[:, 0] < 0) | ((w[:, 0] == 0) & (w[:, 1] < 0))] *= -1
     residual = search.residual(theta)
     scalable = np.arange(len(theta)) < legs
     frames = int(contacts.used.any(axis=1).sum())
@@ -144,13 +145,6 @@ def fit_friction(
         converged=converged,
     )
     return FrictionFit(readonly(mu), readonly(w), result)
-
-
-def _one_sign(theta: FloatArray, legs: int) -> FloatArray:
-    """Choose between w and -w."""
-    w = theta[legs:].reshape(legs, 2).copy()
-    w[(w[:, 0] < 0) | ((w[:, 0] == 0) & (w[:, 1] < 0))] *= -1
-    return np.concatenate([theta[:legs], w.ravel()])
 
 
 def _isotropic(theta: FloatArray, known: Spread, legs: int, *, free: bool) -> BoolArray:
