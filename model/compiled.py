@@ -14,7 +14,7 @@ from importlib.resources import files
 from importlib.resources.abc import Traversable
 from typing import Any, TypeVar
 
-from model.compile_notice import tell
+from model.compile_notice import notify
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -30,10 +30,10 @@ else:
         """Passes on that a function's compilation begins or ends."""
 
         def on_start(self, event: Any) -> None:
-            tell(begins=True)
+            notify(begins=True)
 
         def on_end(self, event: Any) -> None:
-            tell(begins=False)
+            notify(begins=False)
 
     register: Any = event.register  # has no types
     register("numba:compile", _Compiling())

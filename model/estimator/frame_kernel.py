@@ -204,7 +204,6 @@ def neighbourhood_kernel(
     ansatz = np.empty(3), np.empty((count, 2)), np.empty((count, 2))
     rest, rested = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
     share, scale, dx, dy = 1.0, 1.0, 0.0, 0.0
-    untilted = count < 0
     # the frame, then K, mu and foot speeds stepped: one loop, so that there is one copy of the solvers
     for number in range(1 + 3 * count):
         stage = (number + count - 1) // count
@@ -242,7 +241,7 @@ def neighbourhood_kernel(
                 if stage == FRAME:
                     return -reason
                 continue
-        if not foot_speeds(speed, tilt, untilted, work):
+        if not foot_speeds(speed, work):
             return NOT_A_NUMBER
         speed[k, 0] = feet_velocity[k, 0]
         warm = stage != FRAME

@@ -29,11 +29,13 @@ class Table:
         """Return the dotted name of a key of this table."""
         return f"{self._path}.{key}" if self._path else key
 
-    def _take(self, key: str) -> Any:
+    def _take(self, key: str, otherwise: Any = None) -> Any:
         self._taken.add(key)
-        if key not in self._data:
+        if key in self._data:
+            return self._data[key]
+        if otherwise is None:
             raise ConfigError(self.name(key), f"is missing{self._near(key)}")
-        return self._data[key]
+        return otherwise
 
     def _near(self, key: str) -> str:
         """Say what to do: there may be a key that is nearly this one."""
@@ -44,9 +46,7 @@ class Table:
 
     def flag(self, key: str, *, otherwise: bool | None = None) -> bool:
         """Return true or false; ``otherwise``, if it is given, where the key is left out."""
-        if otherwise is not None and not self.has(key):
-            return otherwise
-        value = self._take(key)
+        value = self._take(key, otherwise)
         if not isinstance(value, bool):
             raise ConfigError(self.name(key), f"must be true or false, not {value!r}")
         return value
@@ -57,14 +57,14 @@ class Table:
 
     def maybe_text(self, key: str) -> str:
         """Return a string, an empty one where the key is left out."""
-        value = self._take(key) if self.has(key) else ""
+        value = self._take(key, "")
         if not isinstance(value, str):
             raise ConfigError(self.name(key), f"must be a text, not {value!r}")
         return value
 
     def maybe_number(self, key: str) -> float:
         """Return a number, infinite ones too, or NaN where the key is left out."""
-        return _real(self._take(key), self.name(key)) if self.has(key) else math.nan
+        return _real(self._take(key, math.nan), self.name(key))
 
     def names(self) -> tuple[str, ...]:
         """Return the keys that are there, in their order."""
@@ -77,7 +77,7 @@ class Table:
 
     def maybe_table(self, key: str) -> "Table":
         """Return a sub-table, or an empty one where the key is left out."""
-        return self.table(key) if self.has(key) else Table({}, self.name(key))
+        return as_table(self._take(key, {}), self.name(key))
 
     def table(self, key: str) -> "Table":
         """Return a sub-table."""
@@ -85,7 +85,7 @@ class Table:
 
     def tables(self, key: str) -> "list[Table]":
         """Return a list of tables, an empty one where the key is left out."""
-        value = self._take(key) if self.has(key) else []
+        value = self._take(key, [])
         if not isinstance(value, list):
             raise ConfigError(self.name(key), f"must be a list of tables, not {value!r}")
         return [self._as_inner(one, f"{self.name(key)}[{i}]") for i, one in enumerate(value)]

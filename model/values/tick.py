@@ -8,8 +8,7 @@ from model.values.contact import ContactSolution
 from model.values.estimate import Estimate
 from model.values.faults import Fault, ServoEvent, StopReason
 from model.values.legs import FootForces, FootMotion, JointCommand, JointState
-from model.values.poses import PoseRecord
-from model.values.readings import BodyTruth, ForceRecord, ServoReadings
+from model.values.readings import BodyTruth, ForceRecord, PoseRecord, ServoReadings
 
 
 class Mode(enum.Enum):

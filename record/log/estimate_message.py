@@ -8,7 +8,7 @@ import numpy as np
 
 from model.values.arrays import FloatArray
 from model.values.estimate import Estimate, Health
-from model.values.poses import PoseRecord
+from model.values.readings import PoseRecord
 from record.log.cdr import CdrReader, CdrWriter
 
 HEALTHS = (Health.OK, Health.DEGRADED, Health.LOST)  # codes 0, 1, 2

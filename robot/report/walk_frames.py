@@ -192,5 +192,5 @@ def fit_contact(
         rest_m_s=rest_m_s,
         leg_names=names,
     )
-    contact = ContactParameters(springs.stiffness, friction.mu, friction.anisotropy)
-    return Fits(law, weight, contact, springs.result, friction.result)
+    contact = ContactParameters(springs.values, friction.mu, friction.anisotropy)
+    return Fits(law, weight, contact, springs, friction.result)

@@ -15,7 +15,6 @@ from model.systems.system import System, even_times
 from model.values.parameters import RobotParameters
 from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
 
-RATE_HZ = 100.0
 DEFAULT_CYCLES = {
     "bigant": 4.0, "disk": 4.0, "multipod": 4.0, "quadruped": 9.0, "stairs": 15.0, "slither": 4.0
 }  # fmt: skip
@@ -71,9 +70,9 @@ def build_system(
         make, usual = WITH_LEGS[name]
         return make(usual if legs is None else legs, cycles=length)
     if name == "stairs":
-        return stairs.climb(cycles=length, law=law, tilt_coupling=tilt_coupling).system
+        return stairs.climb(cycles=length, law=law, tilt_coupling=tilt_coupling)
     frames = round(length / DEFAULT_CYCLES["quadruped"] * quadruped.FRAMES)
-    return quadruped.quadruped(frames=frames)
+    return quadruped.quadruped(frames)
 
 
 def bigant(robot: RobotParameters, robot_name: str, gait_name: str, cycles: float) -> System:
@@ -84,7 +83,7 @@ def bigant(robot: RobotParameters, robot_name: str, gait_name: str, cycles: floa
         ModelError: The motion is too short.
     """
     gait = make_gait(gait_name, robot)
-    time_s = even_times(cycles / gait.frequency_hz, RATE_HZ)
+    time_s = even_times(cycles / gait.frequency_hz)
     shafts = gait.motion(gait.start_phase + gait.frequency_hz * time_s, 0.0)
     feet = Linkage(robot.linkage, robot.legs.shaft_position).feet(
         shafts.angle_rad, shafts.slope * gait.frequency_hz
