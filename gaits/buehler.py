@@ -8,6 +8,8 @@ Each corner is therefore rounded by a parabola over a share ``blend`` of the per
 gives the classical clock, whose acceleration has no limit and which ``gaits.limits`` refuses.
 """
 
+from functools import lru_cache
+
 import numpy as np
 
 from gaits.gait import (
@@ -47,10 +49,17 @@ class BuehlerTripod:
                 f"{parameters.blend:g} is longer than the shorter part of the period, {shortest:g}",
             )
         self._parameters = parameters
+        self._speeds = lru_cache(maxsize=4)(self._speeds_at)
         self._side = leg_sides(legs)
         self._delay = np.array([0.0 if n in parameters.group_a else 0.5 for n in legs.names])
         self.frequency_hz = parameters.frequency
         self.start_phase = middle_of_most_support(self.stance(np.arange(SAMPLES) / SAMPLES))
+
+    def _speeds_at(self, steer: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Sweep of each leg in stance [rad], its slow and its fast slope [rad a cycle], (N,) each."""
+        p = self._parameters
+        sweep = leg_sweeps(p.stance_sweep, steer, self._side)
+        return sweep, sweep / p.duty, (TURN - sweep) / (1 - p.duty)
 
     def _leg_phase(self, phase: FloatArray | float) -> FloatArray:
         legs: FloatArray = np.asarray(phase, dtype=np.float64)[..., None] - self._delay
@@ -64,8 +73,7 @@ class BuehlerTripod:
     def motion(self, phase: FloatArray | float, steer: float) -> ShaftMotion:
         """Return shaft motion at phases of any shape (...), as (..., N)."""
         p = self._parameters
-        sweep = leg_sweeps(p.stance_sweep, steer, self._side)
-        slow, fast = sweep / p.duty, (TURN - sweep) / (1 - p.duty)
+        sweep, slow, fast = self._speeds(steer)
         leg_phase = self._leg_phase(phase)
         cycle = np.floor(leg_phase)
         x = leg_phase - cycle  # share of the leg's own period, touchdown at 0
@@ -93,8 +101,7 @@ class BuehlerTripod:
     def peaks(self, steer: float) -> tuple[float, float]:
         """Return the largest slope and curvature; the curvature is infinite without blends."""
         p = self._parameters
-        sweep = leg_sweeps(p.stance_sweep, steer, self._side)
-        slow, fast = sweep / p.duty, (TURN - sweep) / (1 - p.duty)
+        _, slow, fast = self._speeds(steer)
         jump = float(np.abs(fast - slow).max())
         bend = jump / p.blend if p.blend > 0 else (np.inf if jump > 0 else 0.0)
         return float(np.maximum(slow, fast).max()), bend

@@ -44,11 +44,11 @@ class LegMoves:
     def at(self, t_ns: int) -> tuple[FloatArray, FloatArray]:
         """Return shaft angles [rad] and speeds [rad/s], (N,) each."""
         span_s = np.maximum(self.stop_ns - self.start_ns, 1) * 1e-9
-        x = np.clip((t_ns - self.start_ns) * 1e-9 / span_s, 0.0, 1.0)
-        way = self.end_rad - self.begin_rad
-        share = x**3 * (10 - 15 * x + 6 * x**2)
-        rate = 30 * x**2 * (1 - x) ** 2 / span_s
-        return self.begin_rad + way * share, way * rate
+        x = np.minimum(np.maximum((t_ns - self.start_ns) * 1e-9 / span_s, 0.0), 1.0)
+        distance, square = self.end_rad - self.begin_rad, x**2
+        share = x**3 * (10 - 15 * x + 6 * square)
+        rate = 30 * square * (1 - x) ** 2 / span_s
+        return self.begin_rad + distance * share, distance * rate
 
     @staticmethod
     def sequence(

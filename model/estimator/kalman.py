@@ -5,6 +5,7 @@ and what it leaves to us (a covariance that is symmetric and positive definite) 
 else in the program knows it.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from math import inf, isfinite, log, tau
@@ -171,12 +172,15 @@ def _gate(
     blocks = stack.blocks.tolist()
     ends = [*(first for first, _, _ in blocks[1:]), len(spread)]
     left, own = stack.innovation.tolist(), spread.diagonal().tolist()
+    beside = spread.diagonal(1).tolist()
     for (first, kind, leg), end, gate in zip(blocks, ends, stack.gates.tolist(), strict=True):
         part, counted = slice(first, end), kind != NO_STREAK
-        if not all(map(isfinite, own[part])):
+        if not isfinite(sum(own[part])):
             distance = inf
         elif end - first == 1:
             distance = left[first] * left[first] / own[first]
+        elif end - first == 2:
+            distance = _pair_distance(left[part], own[part], beside[first])
         else:
             several = stack.innovation[part]
             distance = float(np.vdot(several, np.linalg.solve(spread[part, part], several)))
@@ -194,6 +198,13 @@ def _gate(
     return used, more, rejects
 
 
+def _pair_distance(left: list[float], own: list[float], beside: float) -> float:
+    """Normalised innovation squared of two numbers; a solver for them costs as much as all else here."""
+    (x, y), (xx, yy) = left, own
+    volume = xx * yy - beside * beside
+    return (yy * x * x - 2.0 * beside * x * y + xx * y * y) / volume if volume > 0.0 else inf
+
+
 def symmetric(covariance: FloatArray) -> FloatArray:
     """Mean of a matrix and its transpose: rounding must not add up."""
     half: FloatArray = 0.5 * (covariance + covariance.T)
@@ -202,9 +213,15 @@ def symmetric(covariance: FloatArray) -> FloatArray:
 
 def sound(covariance: FloatArray) -> bool:
     """Whether a covariance is finite and positive definite."""
-    from scipy.linalg.lapack import dpotrf  # comes with filterpy
+    return isfinite(np.vdot(covariance, covariance)) and _cholesky()(covariance)[1] == 0
 
-    return isfinite(np.vdot(covariance, covariance)) and dpotrf(covariance)[1] == 0
+
+@cache
+def _cholesky() -> Callable[[FloatArray], tuple[FloatArray, int]]:
+    from scipy.linalg.lapack import dpotrf  # comes with filterpy, as late as it
+
+    cholesky: Callable[[FloatArray], tuple[FloatArray, int]] = dpotrf
+    return cholesky
 
 
 def mended(covariance: FloatArray) -> FloatArray:
