@@ -132,7 +132,7 @@ class Estimator:
         step = self._predict(state, serving, dt_s, held, dead_legs, trouble)
         if airborne:
             trouble.append("picked up: the feet carry nothing")
-        covariance = self._kalman.predict(step.mean, state.covariance, step.transition, step.noise)
+        covariance = self._kalman.predict(state.covariance, step.transition, step.noise)
         loaded = senses.contact(state, model, heard, self.weight_n, settings)
         # the model was solved at the parameters that the prediction leaves as they are
         answer = None if held else serving

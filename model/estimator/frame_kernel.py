@@ -216,7 +216,9 @@ def neighbourhood_kernel(
         for j in range(count):
             rest[j] = rested[j]
         if coulomb:
-            reason, _ = coulomb_frame(work, carried, grip, warm, twist, side, pull, rest)
+            # with several feet at rest no force is taken from here: ``_slip_share`` is 0
+            creep = warm and share > 0.0
+            reason, _ = coulomb_frame(work, carried, grip, warm, twist, side, pull, rest, creep)
         else:
             reason = traction_kernel(work, carried, grip, twist, side, pull)
         if reason != 0:
