@@ -12,7 +12,6 @@ import numpy as np
 from model.errors import ModelError
 from model.estimator import frame_kernel, output, process, senses
 from model.estimator import measurements as measure
-from model.estimator.health import judge
 from model.estimator.kalman import ABSOLUTE, Kalman, Stack, Updated, mended, sound
 from model.estimator.neighbourhood import Neighbourhood, neighbourhood
 from model.estimator.process import Prediction
@@ -153,7 +152,7 @@ class Estimator:
         answered = serving is not None or state.answer_ns == NEVER
         answer_ns = inputs.t_ns if answered else state.answer_ns
         nis = _smoothed_nis(state.nis, used, settings.force_period_s)
-        verdict = judge(state, inputs, force_ns, answer_ns, nis, settings, trouble)
+        verdict = output.judge(state, inputs, force_ns, answer_ns, nis, settings, trouble)
         after = EstimatorState(
             t_ns=inputs.t_ns,
             mean=mean,
