@@ -16,9 +16,8 @@ from scipy.constants import g as standard_gravity
 from benchmarks.odometry_walks import GAITS, JUDGED_SEEDS, log_of, plant_of
 from model.estimator import process
 from model.estimator.filter import Estimator
-from model.estimator.neighbourhood import Neighbourhood, law_of, neighbourhood
-from model.estimator.settings import EstimatorSettings, numbers_of
-from model.estimator.step_kernel import WalkNoise
+from model.estimator.neighbourhood import Neighbourhood, neighbourhood
+from model.estimator.settings import EstimatorSettings, record_of
 from model.kinematics.four_bar import Linkage
 from model.quasistatic.frames import FrictionLaw, solve_frames
 from model.values.arrays import FloatArray, known_mean, root_mean_square
@@ -198,11 +197,10 @@ def _unscented(
     points = MerweScaledSigmaPoints(size, alpha=0.5, beta=2.0, kappa=0.0)
     filter_ = UnscentedKalmanFilter(size, 1, 0.01, hx=None, fx=None, points=points)
     filter_.x, filter_.P = state.mean.copy(), state.covariance.copy()
-    law = law_of(settings)
-    fixed = numbers_of(WalkNoise, replace(settings, parameter_walk=0.0), weight_n)
+    fixed = record_of(replace(settings, parameter_walk=0.0), weight_n)
 
     def solved(x: FloatArray, known: OdometryInputs) -> Neighbourhood:
-        answer = neighbourhood(x, known.feet, contact, weight_n, law)
+        answer = neighbourhood(x, known.feet, contact, fixed)
         assert answer is not None
         return answer
 

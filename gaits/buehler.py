@@ -8,6 +8,8 @@ Each corner is therefore rounded by a parabola over a share ``blend`` of the per
 gives the classical clock, whose acceleration has no limit and which ``gaits.limits`` refuses.
 """
 
+from functools import lru_cache
+
 import numpy as np
 
 from gaits.gait import TURN, DelayedLegs, ShaftMotion
@@ -39,11 +41,17 @@ class BuehlerTripod(DelayedLegs):
         delay = np.array([0.0 if name in parameters.group_a else 0.5 for name in legs.names])
         super().__init__(parameters, legs, delay)
         self._parameters = parameters
+        self._speeds = lru_cache(maxsize=4)(self._speeds_at)
+
+    def _speeds_at(self, steer: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Sweep of each leg in stance [rad], its slow and its fast slope [rad a cycle], (N,) each."""
+        p, sweep = self._parameters, self.sweeps(steer)
+        return sweep, sweep / p.duty, (TURN - sweep) / (1 - p.duty)
 
     def motion(self, phase: FloatArray | float, steer: float) -> ShaftMotion:
         """Return shaft motion at phases of any shape (...), as (..., N)."""
-        p, sweep = self._parameters, self.sweeps(steer)
-        slow, fast = sweep / p.duty, (TURN - sweep) / (1 - p.duty)
+        p = self._parameters
+        sweep, slow, fast = self._speeds(steer)
         leg_phase = self.leg_phase(phase)
         cycle = np.floor(leg_phase)
         x = leg_phase - cycle  # share of the leg's own period, touchdown at 0
@@ -70,8 +78,8 @@ class BuehlerTripod(DelayedLegs):
 
     def peaks(self, steer: float) -> tuple[float, float]:
         """Return the largest slope and curvature; the curvature is infinite without blends."""
-        p, sweep = self._parameters, self.sweeps(steer)
-        slow, fast = sweep / p.duty, (TURN - sweep) / (1 - p.duty)
+        p = self._parameters
+        _, slow, fast = self._speeds(steer)
         jump = float(np.abs(fast - slow).max())
         bend = jump / p.blend if p.blend > 0 else (np.inf if jump > 0 else 0.0)
         return float(np.maximum(slow, fast).max()), bend

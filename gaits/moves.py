@@ -48,7 +48,7 @@ class LegMoves:
     def at(self, t_ns: int) -> tuple[FloatArray, FloatArray]:
         """Return shaft angles [rad] and speeds [rad/s], (N,) each."""
         span_s = np.maximum(self.stop_ns - self.start_ns, 1) * 1e-9
-        x = np.clip((t_ns - self.start_ns) * 1e-9 / span_s, 0.0, 1.0)
+        x = np.minimum(np.maximum((t_ns - self.start_ns) * 1e-9 / span_s, 0.0), 1.0)
         change, (share, slope) = self.end_rad - self.begin_rad, quintic(x)
         return self.begin_rad + change * share, change * slope / span_s
 

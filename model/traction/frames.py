@@ -251,8 +251,9 @@ def _balance(given: Given, law: FootLaw, newtons: bool, out: TractionSolutions) 
                         force[f, k, 1] *= scale
             else:
                 reason[f], unique[f] = balance_frame(
-                    work, loads, mu, law, outside, elastic, warm, twist, slip[f], force[f], rest
-                )
+                    work, loads, mu, law, outside, elastic, warm, twist, slip[f], force[f], rest,
+                    count > 0,
+                )  # fmt: skip
         warm = reason[f] == FINE
         if warm:
             for i in range(3):

@@ -18,7 +18,7 @@ from robot.console.json_output import print_result
 from robot.console.program_output import keep_earlier
 from robot.console.progress import ProgressBar
 from robot.requests.ft import FtCalibrateRequest
-from robot.virtual.poses import record_poses
+from robot.virtual.walk import record_poses
 
 # Left-out poses are few: sensors that need no correction come out a few per cent better or worse.
 WORSE = 1.1
