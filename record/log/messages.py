@@ -15,14 +15,14 @@ from model.values.arrays import FloatArray
 from model.values.estimate import Estimate
 from model.values.readings import BodyTruth
 from model.values.tick import DeadReckoning, Tick
-from record.log.cdr import CdrWriter
+from record.log.cdr import FLOATS, CdrWriter
 from record.log.estimate_message import HEALTHS
 
 BODY_FRAME, ODOM_FRAME, MAP_FRAME = "base_link", "odom", "map"
 UNKNOWN_COVARIANCE = np.zeros(36)
 PLANAR = (0, 1, 5)  # x, y, yaw among ROS's six
 NOT_ESTIMATED = 1e6
-NO_MOMENT = bytes(24)
+NO_MOMENT = np.zeros(3)
 _PLANAR_PLACES = np.array([6 * row + column for row in PLANAR for column in PLANAR])
 _ONLY_UNKNOWN = np.diag(np.full(6, NOT_ESTIMATED)).ravel()
 OK, WARN, ERROR = 0, 1, 2
@@ -46,10 +46,10 @@ def joint_state(
     """sensor_msgs/msg/JointState."""
     w = CdrWriter()
     _header(w, unix_ns, BODY_FRAME)
-    w.texts(names)
-    w.f64s(angle_rad)
-    w.f64s(rate_rad_s)
-    w.u32(0)
+    w.count(len(names))
+    w.texts(*names)
+    w.sequences(FLOATS, angle_rad, rate_rad_s)
+    w.count(0)
     return w.done()
 
 
@@ -57,8 +57,7 @@ def wrench(unix_ns: int, force_n: FloatArray) -> bytes:
     """geometry_msgs/msg/WrenchStamped with a force at the foot and no moment."""
     w = CdrWriter()
     _header(w, unix_ns, BODY_FRAME)
-    w.f64_array(force_n)
-    w.raw(NO_MOMENT, 8)
+    w.arrays(FLOATS, force_n, NO_MOMENT)
     return w.done()
 
 
@@ -74,13 +73,10 @@ def _odometry(
 ) -> bytes:
     w = CdrWriter()
     _header(w, unix_ns, frame)
-    w.text(BODY_FRAME)
-    w.f64_array(position)
-    w.f64_array(quaternion_xyzw)
-    w.f64_array(pose_covariance)
-    w.f64_array(linear_B)
-    w.f64_array(angular_B)
-    w.f64_array(twist_covariance)
+    w.texts(BODY_FRAME)
+    w.arrays(
+        FLOATS, position, quaternion_xyzw, pose_covariance, linear_B, angular_B, twist_covariance
+    )
     return w.done()
 
 
@@ -129,11 +125,10 @@ def truth_odometry(unix_ns: int, truth: BodyTruth) -> bytes:
 def transform(unix_ns: int, pose: DeadReckoning | Estimate) -> bytes:
     """tf2_msgs/msg/TFMessage from ``odom`` to ``base_link``."""
     w = CdrWriter()
-    w.u32(1)
+    w.count(1)
     _header(w, unix_ns, ODOM_FRAME)
-    w.text(BODY_FRAME)
-    w.f64_array(np.array([*pose.position_m, 0.0]))
-    w.f64_array(quaternion_of(pose.yaw_rad))
+    w.texts(BODY_FRAME)
+    w.arrays(FLOATS, np.array([*pose.position_m, 0.0]), quaternion_of(pose.yaw_rad))
     return w.done()
 
 
@@ -141,7 +136,7 @@ def diagnostics(unix_ns: int, names: tuple[str, ...], tick: Tick) -> bytes:
     """diagnostic_msgs/msg/DiagnosticArray: one status a leg, one each for loop and estimator."""
     w = CdrWriter()
     _header(w, unix_ns, "")
-    w.u32(len(names) + 1 + (tick.estimate is not None))
+    w.count(len(names) + 1 + (tick.estimate is not None))
     joints = tick.joints
     for leg, name in enumerate(names):
         mine = [f"{f.kind.name}: {f.detail}" for f in tick.faults if f.source == name]
@@ -180,11 +175,8 @@ def _estimator_status(w: CdrWriter, estimate: Estimate) -> None:
 def _status(
     w: CdrWriter, level: int, name: str, message: str, values: tuple[tuple[str, str], ...]
 ) -> None:
-    w.u8(level)
-    w.text(name)
-    w.text(message)
-    w.text("bigant")
-    w.u32(len(values))
-    for key, value in values:
-        w.text(key)
-        w.text(value)
+    w.record("B", level)
+    w.texts(name, message, "bigant")
+    w.count(len(values))
+    for pair in values:
+        w.texts(*pair)
