@@ -1,9 +1,8 @@
 """A log as files that other programs read: tables, trials and trajectories, in bounded memory."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from model.errors import RecordError
 from model.values.arrays import FloatArray
 from record.log.columns import GROUPS, TRIAL_PARTS, named, table_columns
-from record.log.reader import LogContents, StampedTick, read_stamped_ticks
+from record.log.reader import LogContents, StampedTick, tick_blocks
 from record.log.recording import LEGS, Stack, follow
 from record.log.tum import TumFile
 from record.trial.header import (
@@ -49,17 +48,6 @@ class Exported:
     rows: int
 
 
-def _blocks(path: Path, contents: LogContents) -> Iterator[tuple[StampedTick, ...]]:
-    stamped = read_stamped_ticks(path, contents)
-    empty = True
-    while block := tuple(islice(stamped, BLOCK_TICKS)):
-        empty = False
-        yield block
-    if empty:
-        reason = contents.damage or "it holds no ticks"
-        raise RecordError(f"{path} is no log of ours, or nothing of it is left: {reason}")
-
-
 def _names(block: Sequence[StampedTick], contents: LogContents) -> tuple[str, ...]:
     return contents.names(len(block[0].tick.joints.angle_rad))
 
@@ -81,7 +69,7 @@ def export_table(
     start_ns: int | None = None
     parts = [part for group in groups for part in GROUPS[group]]
     with table_writer(out) as writer:
-        for block in _blocks(path, contents):
+        for block in tick_blocks(path, contents, BLOCK_TICKS):
             start_ns = contents.start_unix_ns(block[0].unix_ns) if start_ns is None else start_ns
             writer.write(table_columns(block, _names(block, contents), start_ns, parts))
     return (Exported(out, writer.rows),)
@@ -103,7 +91,7 @@ def export_trial(path: Path, out: Path, contents: LogContents) -> tuple[Exported
     last_yaw, start_ns, times_s = np.nan, -1, []
     try:
         with table_writer(whole) as writer:
-            for block in _blocks(path, contents):
+            for block in tick_blocks(path, contents, BLOCK_TICKS):
                 if start_ns < 0:
                     names = _names(block, contents)
                     start_ns = contents.start_unix_ns(block[0].unix_ns)
@@ -216,7 +204,7 @@ def export_tum(path: Path, out: Path, contents: LogContents) -> tuple[Exported, 
             stack.enter_context(TumFile(base.with_name(f"{base.name}_{kind}.tum")))
             for kind in POSES
         ]
-        for block in _blocks(path, contents):
+        for block in tick_blocks(path, contents, BLOCK_TICKS):
             for item in block:
                 for file, where in zip(files, POSES.values(), strict=True):
                     if (pose := follow(item.tick, where)) is not None:

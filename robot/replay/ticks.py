@@ -12,7 +12,7 @@ from pathlib import Path
 from model.errors import RecordError
 from model.values.faults import SERVO_EVENTS, Fault, FaultKind, ServoEvent
 from model.values.tick import Tick
-from record.log.reader import LogContents, TopicMessage, read_tick_messages
+from record.log.reader import LogContents, TopicMessage, nothing_left, read_tick_messages
 from record.log.tick_message import TickInputs, decode_inputs, decode_tick, says_the_same
 from robot.config.robot_file import RobotConfig
 from robot.control.controller import Controller
@@ -79,8 +79,7 @@ def replay_log(
     messages = read_tick_messages(path, contents)
     first_message = next(messages, None)
     if first_message is None:
-        reason = contents.damage or "it holds no ticks"
-        raise RecordError(f"{path} is no log of ours, or nothing of it is left: {reason}")
+        raise nothing_left(path, contents)
     if contents.metadata.get("hardware") == IMPORTED:
         raise RecordError(
             f"{path} is imported data: no controller made it, so none can be held to it"
