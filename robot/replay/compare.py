@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from model.values.arrays import BoolArray, FloatArray
 from model.values.tick import Tick
+from record.log.recording import LEGS
 from robot.replay.fields import Field
 
 # Ticks compared at a time: enough that numpy's overhead does not count.
@@ -103,19 +104,10 @@ class Comparison:
     def results(self) -> tuple[FieldResult, ...]:
         """Return how each field agrees."""
         self._compare()
+        found = zip(self._fields, self._largest, self._beyond, strict=True)
         return tuple(
-            FieldResult(
-                field.stage,
-                field.name,
-                field.unit,
-                field.tolerance * self._scale,
-                largest,
-                beyond,
-                field.why,
-            )
-            for field, largest, beyond in zip(
-                self._fields, self._largest, self._beyond, strict=True
-            )
+            FieldResult(f.stage, f.name, f.unit, f.tolerance * self._scale, largest, beyond, f.why)
+            for f, largest, beyond in found
         )
 
     def _compare(self) -> None:
@@ -156,14 +148,12 @@ class Comparison:
 
     def _element(self, field: Field, where: tuple[int, ...]) -> str:
         words = []
-        if where:
-            first, last = where[0], where[-1]
-            if field.legs:
-                words.append(self._names[first])
-            elif len(where) > 1:
-                words.append(str(first + 1))
-            if field.parts:
-                words.append(field.parts[last])
+        if where and field.shape[0] == LEGS:
+            words.append(self._names[where[0]])
+        elif len(where) > 1:
+            words.append(str(where[0] + 1))
+        if where and field.parts:
+            words.append(field.parts[where[-1]])
         return " ".join(words)
 
 
