@@ -219,10 +219,10 @@ def body_rows(result: Repeat) -> list[tuple[str, str]]:
         ),
         ("true velocity, RMS of new - old", _velocity(result.true_velocity)),
         ("predicted velocity, RMS of new - old", _velocity(result.predicted_velocity)),
-        ("way of the old run", _way(result.old_way)),
-        ("way of the new run", _way(result.new_way)),
-        ("dead reckoning, old", _way(result.old_reckoned_way)),
-        ("dead reckoning, new", _way(result.new_reckoned_way)),
+        ("displacement, old", _displacement(result.old_way)),
+        ("displacement, new", _displacement(result.new_way)),
+        ("dead reckoning, old", _displacement(result.old_reckoned_way)),
+        ("dead reckoning, new", _displacement(result.new_reckoned_way)),
     ]
 
 
@@ -235,6 +235,6 @@ def _velocity(values: tuple[float, ...]) -> str:
     return f"vx {vx}, vy {vy} mm/s, yaw rate {yaw} mrad/s"
 
 
-def _way(values: tuple[float, ...]) -> str:
+def _displacement(values: tuple[float, ...]) -> str:
     forward, left, turn = values
     return f"forward {_shown(forward)} m, left {_shown(left)} m, turned {_shown(turn)} rad"
