@@ -4,7 +4,7 @@ The server binds to the loopback address by default. From another computer: ``ss
 """
 
 import contextlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -43,7 +43,7 @@ from robot.view.frames import (
     FrameTracker,
     Transform,
 )
-from robot.view.numbers import NewsTracker, Numbers, fields_of, numbers_of
+from robot.view.numbers import NewsTracker, Numbers, known, numbers_of
 from robot.view.scene import (
     ESTIMATED,
     MEASURED,
@@ -138,8 +138,11 @@ class FoxgloveView:
         transforms = [_transform(found, stamp) for found in self._frames.transforms(tick)]
         self._transforms.log(FrameTransforms(transforms=transforms), log_time=unix_ns)
         self._scene.log(self._scene_of(tick, stamp), log_time=unix_ns)
-        for numbers in numbers_of(tick, self._names):
-            self._channel(numbers.topic).log(_nested(numbers), log_time=unix_ns)
+        for topic, numbers in numbers_of(tick, self._names):
+            if topic not in self._numbers:
+                schema = _schema(f"bigant{topic}", numbers)
+                self._numbers[topic] = Channel(topic, schema=schema, context=self._context)
+            self._numbers[topic].log(_nested(known(numbers)), log_time=unix_ns)
         if unix_ns >= self._next_trajectory_ns:
             self._next_trajectory_ns = unix_ns + TRAJECTORY_PERIOD_NS
             entities = [
@@ -148,12 +151,6 @@ class FoxgloveView:
                 _path("estimator", ODOM_FRAME, self._frames.estimated, ESTIMATED, stamp),
             ]
             self._trajectory.log(SceneUpdate(entities=entities), log_time=unix_ns)
-
-    def _channel(self, topic: str) -> Channel:
-        if topic not in self._numbers:
-            schema = _schema(f"bigant{topic}", fields_of(topic))
-            self._numbers[topic] = Channel(topic, schema=schema, context=self._context)
-        return self._numbers[topic]
 
     def _scene_of(self, tick: Tick, stamp: Timestamp) -> SceneUpdate:
         body = body_of(self._parameters)
@@ -255,23 +252,23 @@ def _transform(found: Transform, stamp: Timestamp) -> FrameTransform:
     )
 
 
-def _schema(title: str, fields: tuple[tuple[str, bool], ...]) -> dict[str, Any]:
+def _schema(title: str, numbers: Numbers) -> dict[str, Any]:
     """JSON schema of a message of numbers, so that a viewer can offer its fields."""
-    schema: dict[str, Any] = {"type": "object", "title": title, "properties": {}}
-    for name, is_text in fields:
-        group, _, field = name.rpartition(".")
-        properties = schema["properties"]
-        if group:
-            empty = {"type": "object", "properties": {}}
-            properties = properties.setdefault(group, empty)["properties"]
-        properties[field] = {"type": "string" if is_text else "number"}
-    return schema
+    kinds = {
+        name: {"type": "string" if isinstance(value, str) else "number"}
+        for name, value in numbers.items()
+    }
+    properties = {
+        name: kind if "type" in kind else {"type": "object", "properties": kind}
+        for name, kind in _nested(kinds).items()
+    }
+    return {"type": "object", "title": title, "properties": properties}
 
 
-def _nested(numbers: Numbers) -> dict[str, Any]:
+def _nested(values: Mapping[str, Any]) -> dict[str, Any]:
     """Dotted names to the nested message that a viewer's paths go into."""
     message: dict[str, Any] = {}
-    for name, value in numbers.values:
+    for name, value in values.items():
         group, _, field = name.rpartition(".")
         (message.setdefault(group, {}) if group else message)[field] = value
     return message

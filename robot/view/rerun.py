@@ -17,7 +17,7 @@ from model.values.parameters import RobotParameters
 from model.values.tick import Tick
 from robot.report.figure_style import leg_colour
 from robot.view.frames import BODY_FRAME, MAP_FRAME, ODOM_FRAME, TRUE_FRAME, FrameTracker
-from robot.view.numbers import NewsTracker, numbers_of
+from robot.view.numbers import NewsTracker, known, numbers_of
 from robot.view.scene import ESTIMATED, MEASURED, PREDICTED, Colour, LegScene, body_of, legs_of
 
 TIMELINE = "run"
@@ -164,11 +164,11 @@ class RerunView:
         """Numbers go out as whole columns in the end, which is a hundred times cheaper than one by one."""
         before = len(self._times_s)
         self._times_s.append((unix_ns - (self._first_ns or 0)) * 1e-9)
-        for numbers in numbers_of(tick, self._names):
-            for name, value in numbers.values:
-                if isinstance(value, float):
+        for topic, numbers in numbers_of(tick, self._names):
+            for name, value in known(numbers).items():
+                if not isinstance(value, str):
                     group, _, field = name.rpartition(".")
-                    path = "/".join(filter(None, ("plots" + numbers.topic, field, group)))
+                    path = "/".join(filter(None, ("plots" + topic, field, group)))
                     self._columns.setdefault(path, [np.nan] * before).append(value)
         for column in self._columns.values():
             column.extend([np.nan] * (before + 1 - len(column)))  # unknown now: a gap
