@@ -3,9 +3,7 @@
 Names follow the trial table where it has one: quantity, leg, axis, unit.
 """
 
-import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from itertools import product
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -19,7 +17,7 @@ from model.values.readings import ForceRecord, ServoReadings
 from record.log.reader import StampedTick
 from record.log.recording import Stack
 from record.log.tick_message import TRANSDUCERS
-from record.trial.table_file import Column
+from record.trial.table_file import Column, Names, axis_words, column_names
 from record.trial.trial import BODY_POSITION
 
 ODOMETRY = "dead_reckoning,estimate"  # what ``odometry`` stands for in a list of groups
@@ -28,16 +26,13 @@ RAW_SERVO = (
     "temperature_c", "error_byte", "hardware_error", "age_ns",
 )  # fmt: skip
 COUNT_AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
-Names = str | tuple[str, ...]
-_PLACE = re.compile(r"\{(\w+)\}")
 
 
 class Part(NamedTuple):
     """One column, or several alike.
 
     Attributes:
-        names: Its name. ``{leg}`` stands for every leg, other letters in braces for each of themselves:
-            ``{xyz}`` for the axes. Or several names.
+        names: Its name, or a pattern of names; see ``column_names``.
         path: Where the values are in a tick.
         change: What to make of them first; None where there is nothing.
         kind: Kind of the column.
@@ -51,24 +46,15 @@ class Part(NamedTuple):
     def columns(self, ticks: Sequence[Any], legs: tuple[str, ...]) -> list[Column]:
         """Return the columns; what is absent is NaN, or an empty text."""
         absent = "" if self.kind is object else np.nan
-        shape = tuple(map(len, _words_of(self.names, legs)))
+        shape = tuple(map(len, axis_words(self.names, legs)))
         values = Stack(self.path, shape, self.change, absent, self.kind)
         return named(self.names, values.of(ticks), legs)
 
 
 def named(names: Names, values: NDArray[Any], legs: tuple[str, ...]) -> list[Column]:
     """Return the columns of (T, ...) values, named as in ``Part``."""
-    form = _PLACE.sub("{}", names) if isinstance(names, str) else "{}"
     each = values.reshape(len(values), -1).T
-    words = product(*_words_of(names, legs))
-    return [Column(form.format(*one), column) for one, column in zip(words, each, strict=True)]
-
-
-def _words_of(names: Names, legs: tuple[str, ...]) -> list[Sequence[str]]:
-    """Return what stands for each axis of the values."""
-    if isinstance(names, tuple):
-        return [names]
-    return [legs if word == "leg" else word for word in _PLACE.findall(names)]
+    return [Column(*one) for one in zip(column_names(names, legs), each, strict=True)]
 
 
 def _planar(who: str, path: str) -> tuple[Part, ...]:
@@ -105,7 +91,7 @@ def _raw_servo(field: str) -> Part:
     def values(servos: ServoReadings) -> FloatArray:
         return np.where(servos.valid, getattr(servos, field), np.nan)
 
-    return Part(f"servo_{field}_{{leg}}", "inputs.servos", values)
+    return Part(f"servo_{field}_{{joint}}", "inputs.servos", values)
 
 
 def _last_counts(records: Sequence[ForceRecord]) -> FloatArray | None:
@@ -118,27 +104,27 @@ def _last_counts(records: Sequence[ForceRecord]) -> FloatArray | None:
 GROUPS: Mapping[str, tuple[Part, ...]] = MappingProxyType(
     {
         "joints": (
-            Part("shaft_{leg}_rad", "joints.angle_rad"),
-            Part("shaft_{leg}_rad_s", "joints.rate_rad_s"),
-            Part("current_{leg}_a", "joints.current_a"),
-            Part("voltage_{leg}_v", "joints.voltage_v"),
-            Part("temperature_{leg}_c", "joints.temperature_c"),
-            Part("pwm_{leg}", "joints.duty"),
+            Part("shaft_{joint}_rad", "joints.angle_rad"),
+            Part("shaft_{joint}_rad_s", "joints.rate_rad_s"),
+            Part("current_{joint}_a", "joints.current_a"),
+            Part("voltage_{joint}_v", "joints.voltage_v"),
+            Part("temperature_{joint}_c", "joints.temperature_c"),
+            Part("pwm_{joint}", "joints.duty"),
         ),
         "commands": (
-            Part("wished_{leg}_rad", "wished.angle_rad"),
-            Part("command_{leg}_rad", "sent.angle_rad"),
+            Part("wished_{joint}_rad", "wished.angle_rad"),
+            Part("command_{joint}_rad", "sent.angle_rad"),
             Part("torque_on", "sent.torque", kind=np.int64),
         ),
-        "forces": (Part("force_{leg}_{xyz}_n", "forces.force_n"),),
+        "forces": (Part("force_{joint}_{xyz}_n", "forces.force_n"),),
         "model": (
             Part(_velocity("predicted"), "contact.traction.velocity_B"),
             Part("predicted_height_m", "contact.support.height_m"),
             Part("predicted_slope_x_rad", "contact.support.slope_x"),
             Part("predicted_slope_y_rad", "contact.support.slope_y"),
-            Part("predicted_force_{leg}_{xyz}_n", "contact.traction.force_B"),
-            Part("predicted_slip_{leg}_{xy}_m_s", "contact.traction.slip_B"),
-            Part("unloaded_foot_{leg}_{xyz}_m", "feet.position_m"),
+            Part("predicted_force_{joint}_{xyz}_n", "contact.traction.force_B"),
+            Part("predicted_slip_{joint}_{xy}_m_s", "contact.traction.slip_B"),
+            Part("unloaded_foot_{joint}_{xyz}_m", "feet.position_m"),
         ),
         "dead_reckoning": _planar("dead_reckoning", "dead_reckoning"),
         "estimate": (
@@ -152,14 +138,14 @@ GROUPS: Mapping[str, tuple[Part, ...]] = MappingProxyType(
                 "vx_vx_m2_s2", "vx_vy_m2_s2", "vx_yaw_rate_m_rad_s2", "vy_vy_m2_s2",
                 "vy_yaw_rate_m_rad_s2", "yaw_rate_yaw_rate_rad2_s2",
             ),
-            Part("estimate_force_{leg}_{xyz}_n", "estimate.force_B"),
-            Part("estimate_force_sd_{leg}_{xyz}_n", "estimate.force_covariance", _force_sd),
-            Part("estimate_mu_{leg}", "estimate.mu"),
-            Part("estimate_mu_log_sd_{leg}", "estimate.mu_sd"),
-            Part("estimate_stiffness_{leg}_n_m", "estimate.stiffness"),
-            Part("estimate_stiffness_log_sd_{leg}", "estimate.stiffness_sd"),
-            Part("estimate_contact_{leg}", "estimate.contact"),
-            Part("estimate_slipping_{leg}", "estimate.slipping"),
+            Part("estimate_force_{joint}_{xyz}_n", "estimate.force_B"),
+            Part("estimate_force_sd_{joint}_{xyz}_n", "estimate.force_covariance", _force_sd),
+            Part("estimate_mu_{joint}", "estimate.mu"),
+            Part("estimate_mu_log_sd_{joint}", "estimate.mu_sd"),
+            Part("estimate_stiffness_{joint}_n_m", "estimate.stiffness"),
+            Part("estimate_stiffness_log_sd_{joint}", "estimate.stiffness_sd"),
+            Part("estimate_contact_{joint}", "estimate.contact"),
+            Part("estimate_slipping_{joint}", "estimate.slipping"),
             Part("estimate_height_m", "estimate.height_m"),
             Part(("estimate_roll_rad", "estimate_pitch_rad"), "estimate.tilt_rad"),
             Part("estimate_nis", "estimate.nis"),
@@ -175,10 +161,10 @@ GROUPS: Mapping[str, tuple[Part, ...]] = MappingProxyType(
             Part("body_quaternion_{xyzw}", "inputs.truth.quaternion_xyzw"),
             Part("body_velocity_{xyz}_m_s", "inputs.truth.velocity_B"),
             Part("body_rate_{xyz}_rad_s", "inputs.truth.angular_velocity_B"),
-            Part("true_foot_{leg}_{xyz}_m", "inputs.truth.foot_position_W"),
-            Part("true_foot_{leg}_{xyz}_m_s", "inputs.truth.foot_velocity_W"),
-            Part("true_force_{leg}_{xyz}_n", "inputs.truth.foot_force_B"),
-            Part("true_contact_{leg}", "inputs.truth.contact"),
+            Part("true_foot_{joint}_{xyz}_m", "inputs.truth.foot_position_W"),
+            Part("true_foot_{joint}_{xyz}_m_s", "inputs.truth.foot_velocity_W"),
+            Part("true_force_{joint}_{xyz}_n", "inputs.truth.foot_force_B"),
+            Part("true_contact_{joint}", "inputs.truth.contact"),
         ),
         "loop": (
             Part("tick", "index", kind=np.int64),
@@ -211,7 +197,7 @@ GROUPS: Mapping[str, tuple[Part, ...]] = MappingProxyType(
 # What a trial has of it; body angles and feet in the body have to be worked out.
 TRIAL_PARTS = (
     *GROUPS["joints"],
-    Part("command_{leg}_rad", "sent.angle_rad"),
+    Part("command_{joint}_rad", "sent.angle_rad"),
     *GROUPS["forces"],
     Part(BODY_POSITION, "inputs.truth.position_W"),
 )

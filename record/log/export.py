@@ -25,6 +25,7 @@ from record.trial.header import (
 )
 from record.trial.table_file import Column, check_suffix, copy_table, table_writer
 from record.trial.trial import BODY_ANGLES
+from record.trial.trial import COLUMNS as TRIAL_COLUMNS
 
 BLOCK_TICKS = 1000
 # Trajectories of a TUM export: where their poses are in a tick.
@@ -156,7 +157,9 @@ def _trial_columns(
     angles, last_yaw = _roll_pitch_yaw(quaternion, last_yaw)
     feet = Stack("inputs.truth.foot_position_W", (LEGS, 3)).of(ticks, len(names))
     columns += named(BODY_ANGLES, angles, names)
-    columns += named("foot_{leg}_{xyz}_m", _in_body(feet - position[:, None, :], quaternion), names)
+    columns += named(
+        TRIAL_COLUMNS["foot_m"], _in_body(feet - position[:, None, :], quaternion), names
+    )
     return [time_s, *columns], last_yaw
 
 

@@ -8,6 +8,7 @@ import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,8 @@ SUFFIXES = (".parquet", ".csv")
 BLOCK_ROWS = 10_000  # written at once: a table may be larger than what memory there is
 BLOCK_BYTES = 1 << 22  # of a CSV file, read at once
 MISSING_TEXTS = ("", "nan", "NaN", "NAN", "NA", "N/A", "null", "NULL", "None", "-nan", "#N/A")
+Names = str | tuple[str, ...]
+_PLACE = re.compile(r"\{(\w+)\}")
 _COLUMN = re.compile(r"CSV column #(\d+)")
 
 
@@ -34,6 +37,25 @@ class Column:
 
     name: str
     values: NDArray[Any]
+
+
+def column_names(names: Names, joints: Sequence[str]) -> Iterator[str]:
+    """Yield the names of an array's columns.
+
+    Args:
+        names: One name with a place in braces for every axis: ``{joint}`` for the joints, other letters for
+            each of themselves (``{xyz}``). Or the names of one axis.
+        joints: Names of the joints (legs).
+    """
+    form = _PLACE.sub("{}", names) if isinstance(names, str) else "{}"
+    return (form.format(*words) for words in product(*axis_words(names, joints)))
+
+
+def axis_words(names: Names, joints: Sequence[str]) -> list[Sequence[str]]:
+    """Return what the places along each axis are called; arguments as of ``column_names``."""
+    if isinstance(names, tuple):
+        return [names]
+    return [joints if word == "joint" else word for word in _PLACE.findall(names)]
 
 
 class StoredColumn:

@@ -5,8 +5,8 @@ import time
 from pathlib import Path
 
 from record.log.damage import Pass, damage_words
+from record.log.header import PREFIX
 from record.log.survey import LogSurvey, survey_log
-from record.log.versions import PREFIX
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import plain
 from robot.console.progress import ProgressLine
