@@ -83,15 +83,11 @@ def _nanoseconds(time_s: FloatArray) -> IntArray:
 def left_out(trial: Trial) -> tuple[str, ...]:
     """Return the columns that a log has no place for; write those to a .parquet or .csv."""
     lost = [c.name for c in trial.columns() if c.name.startswith("torque_")]
-    pose = np.isfinite(trial.body_position_m).all(axis=1) & np.isfinite(trial.body_angles_rad).all(
-        axis=1
-    )
+    measured = np.isfinite(np.hstack([trial.body_position_m, trial.body_angles_rad]))
+    pose = measured.all(axis=1)
     if (np.isfinite(trial.foot_m).any(axis=(1, 2)) & ~pose).any():
         lost.append("foot points where the body's pose is not known")
-    partial = np.isfinite(trial.body_position_m).any(axis=1) | np.isfinite(
-        trial.body_angles_rad
-    ).any(axis=1)
-    if (partial & ~pose).any():
+    if (measured.any(axis=1) & ~pose).any():
         lost.append("body poses that are known in part")
     return tuple(lost)
 

@@ -31,10 +31,11 @@ from foxglove.messages import (
     Vector3,
 )
 
-from model.errors import ConfigError, RecordError
+from model.errors import ConfigError
 from model.values.arrays import FloatArray
 from model.values.parameters import RobotParameters
 from model.values.tick import Tick
+from record.whole_file import writing
 from robot.view.frames import BODY_FRAME, TRUE_FRAME
 from robot.view.numbers import Numbers, known, numbers_of
 from robot.view.scene import (
@@ -81,12 +82,8 @@ class FoxgloveView(Viewer):
         self._file: Any = None
         self._server: Any = None
         if save is not None:
-            try:
+            with writing(save, "--save"):
                 self._file = open_mcap(save, allow_overwrite=True, context=self._context)
-            except OSError as error:
-                raise RecordError(
-                    f"{save} cannot be written: {error}; choose another --save"
-                ) from error
         if serve is not None:
             host, port = serve
             try:

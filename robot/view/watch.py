@@ -120,10 +120,11 @@ def _present(
     first = next(ticks, None)
     if first is None:
         raise RecordError(f"{path} holds no ticks{': ' * bool(contents.damage)}{contents.damage}")
+    ticks = chain((first,), ticks)
     if request.terminal:
-        _in_terminal(path, first, ticks, contents)
+        _in_terminal(path, ticks, contents.names(len(first.tick.joints.angle_rad)))
     else:
-        _in_viewer(path, first, ticks, contents, request, clock)
+        _in_viewer(path, ticks, contents, request, clock)
     if contents.damage:
         print(f"warning: {path}: {contents.damage}", file=sys.stderr)
     return ExitCode.OK
@@ -143,13 +144,10 @@ def ticks_with_true_forces(
         yield replace(item, tick=with_true_forces(item.tick, true_forces, start_ns))
 
 
-def _in_terminal(
-    path: Path, first: StampedTick, ticks: Iterator[StampedTick], contents: LogContents
-) -> None:
-    names = contents.names(len(first.tick.joints.angle_rad))
+def _in_terminal(path: Path, ticks: Iterator[StampedTick], names: tuple[str, ...]) -> None:
     view = open_view(names, f"{path}  (watching)", "Ctrl-C: stop watching")
     try:
-        for stamped in chain([first], ticks):
+        for stamped in ticks:
             view.show(stamped.tick)
     finally:
         view.close()
@@ -157,7 +155,6 @@ def _in_terminal(
 
 def _in_viewer(
     path: Path,
-    first: StampedTick,
     ticks: Iterator[StampedTick],
     contents: LogContents,
     request: ViewRequest,
@@ -180,7 +177,7 @@ def _in_viewer(
         while not (saves_only or request.live or view.watched):
             clock.sleep_until_ns(clock.now_ns() + POLL_NS)
         period_ns, next_ns, shown, count = round(1e9 / request.rate_hz), 0, 0, 0
-        for stamped in chain([first], ticks):
+        for stamped in ticks:
             view.note(stamped.tick, stamped.unix_ns)
             count += 1
             if stamped.unix_ns >= next_ns:
