@@ -69,21 +69,14 @@ def _needs(name: str) -> list[str]:
 
 
 def _full_text(name: str) -> str:
-    text = _PARTS[name]
-    for part in _needs(name):
-        text += f"{_SEPARATOR}\nMSG: {part}\n{_PARTS[part]}"
-    return text
-
-
-def _ros2_name(name: str) -> str:
-    package, message = name.split("/")
-    return f"{package}/msg/{message}"
+    parts = (f"{_SEPARATOR}\nMSG: {part}\n{_PARTS[part]}" for part in _needs(name))
+    return _PARTS[name] + "".join(parts)
 
 
 # Name as ROS 2 writes it, to the text that a log carries.
 DEFINITIONS = MappingProxyType(
     {
-        _ros2_name(name): _full_text(name)
+        name.replace("/", "/msg/"): _full_text(name)
         for name in (
             "bigant_msgs/Tick",
             "sensor_msgs/JointState",

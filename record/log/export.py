@@ -16,7 +16,6 @@ from record.log.recording import LEGS, Stack, follow
 from record.log.tum import TumFile
 from record.trial.header import (
     TrialHeader,
-    TrialNoise,
     joints_of,
     kind_of,
     parse_header,
@@ -133,7 +132,6 @@ def _trial_header(
         frequency_hz=_float(metadata.get("frequency_hz", "")),
         sample_rate_hz=round(rate_hz, 6),
         notes=f"from {path.name}" + (f"; {contents.damage}" if contents.damage else ""),
-        noise=TrialNoise(),
         robot_file=robot_file,
         robot_text=contents.config_text,
     )

@@ -61,22 +61,12 @@ def wrench(unix_ns: int, force_n: FloatArray) -> bytes:
     return w.done()
 
 
-def _odometry(
-    unix_ns: int,
-    frame: str,
-    position: FloatArray,
-    quaternion_xyzw: FloatArray,
-    linear_B: FloatArray,  # noqa: N803
-    angular_B: FloatArray,  # noqa: N803
-    pose_covariance: FloatArray = UNKNOWN_COVARIANCE,
-    twist_covariance: FloatArray = UNKNOWN_COVARIANCE,
-) -> bytes:
+def _odometry(unix_ns: int, frame: str, *arrays: FloatArray) -> bytes:
+    """nav_msgs/msg/Odometry: position, quaternion, covariance; linear, angular velocity, covariance."""
     w = CdrWriter()
     _header(w, unix_ns, frame)
     w.texts(BODY_FRAME)
-    w.arrays(
-        FLOATS, position, quaternion_xyzw, pose_covariance, linear_B, angular_B, twist_covariance
-    )
+    w.arrays(FLOATS, *arrays)
     return w.done()
 
 
@@ -93,33 +83,26 @@ def planar_covariance(covariance: FloatArray) -> FloatArray:
 def planar_odometry(unix_ns: int, pose: Estimate | DeadReckoning) -> bytes:
     """nav_msgs/msg/Odometry of the estimator, or of dead reckoning, whose covariance is left zero."""
     vx, vy, yaw_rate = pose.velocity_B
-    covariances = (UNKNOWN_COVARIANCE, UNKNOWN_COVARIANCE)
+    pose_covariance = twist_covariance = UNKNOWN_COVARIANCE
     if isinstance(pose, Estimate):
-        covariances = (
-            planar_covariance(pose.pose_covariance),
-            planar_covariance(pose.twist_covariance),
-        )
+        pose_covariance = planar_covariance(pose.pose_covariance)
+        twist_covariance = planar_covariance(pose.twist_covariance)
     return _odometry(
-        unix_ns,
-        ODOM_FRAME,
-        np.array([*pose.position_m, 0.0]),
-        quaternion_of(pose.yaw_rad),
-        np.array([vx, vy, 0.0]),
-        np.array([0.0, 0.0, yaw_rate]),
-        *covariances,
-    )
+        unix_ns, ODOM_FRAME, *_flat_pose(pose), pose_covariance,
+        np.array([vx, vy, 0.0]), np.array([0.0, 0.0, yaw_rate]), twist_covariance,
+    )  # fmt: skip
 
 
 def truth_odometry(unix_ns: int, truth: BodyTruth) -> bytes:
     """nav_msgs/msg/Odometry of the ground truth."""
     return _odometry(
-        unix_ns,
-        MAP_FRAME,
-        truth.position_W,
-        truth.quaternion_xyzw,
-        truth.velocity_B,
-        truth.angular_velocity_B,
-    )
+        unix_ns, MAP_FRAME, truth.position_W, truth.quaternion_xyzw, UNKNOWN_COVARIANCE,
+        truth.velocity_B, truth.angular_velocity_B, UNKNOWN_COVARIANCE,
+    )  # fmt: skip
+
+
+def _flat_pose(pose: DeadReckoning | Estimate) -> tuple[FloatArray, FloatArray]:
+    return np.array([*pose.position_m, 0.0]), quaternion_of(pose.yaw_rad)
 
 
 def transform(unix_ns: int, pose: DeadReckoning | Estimate) -> bytes:
@@ -128,7 +111,7 @@ def transform(unix_ns: int, pose: DeadReckoning | Estimate) -> bytes:
     w.count(1)
     _header(w, unix_ns, ODOM_FRAME)
     w.texts(BODY_FRAME)
-    w.arrays(FLOATS, np.array([*pose.position_m, 0.0]), quaternion_of(pose.yaw_rad))
+    w.arrays(FLOATS, *_flat_pose(pose))
     return w.done()
 
 

@@ -117,7 +117,7 @@ def read_stamped_ticks(path: Path, contents: LogContents | None = None) -> Itera
     Raises:
         RecordError: As ``read_ticks``.
     """
-    found = contents if contents is not None else LogContents()
+    found = contents or LogContents()
     for message in read_tick_messages(path, found):
         try:
             tick = decode_tick(message.data, message.layout)
@@ -297,7 +297,7 @@ def read_blocks(
     Raises:
         RecordError: The file cannot be opened, or holds no tick that can be read.
     """
-    found = contents if contents is not None else LogContents()
+    found = contents or LogContents()
     start_unix_ns: int | None = None
     for block in tick_blocks(path, found, block_ticks):
         if start_unix_ns is None:
@@ -326,5 +326,5 @@ def read_log(
     Raises:
         RecordError: The file cannot be opened, or holds no tick that can be read.
     """
-    found = contents if contents is not None else LogContents()
+    found = contents or LogContents()
     return join_recordings(list(read_blocks(path, found, each=each)), damage=found.damage)

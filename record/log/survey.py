@@ -87,7 +87,7 @@ def survey_log(path: Path, progress: Pass | None = None) -> LogSurvey:
     Raises:
         RecordError: The file cannot be opened, or holds no message.
     """
-    contents = LogContents(progress=progress if progress is not None else Pass())
+    contents = LogContents(progress=progress or Pass())
     channels: dict[int, Channel] = {}
     kinds: dict[int, str] = {}
     counts, sizes = Counter[int](), Counter[int]()  # messages of a channel, and their bytes

@@ -61,13 +61,13 @@ class TrialHeader:
 
     kind: str
     joints: tuple[str, ...]
-    gait: str
-    frequency_hz: float
-    sample_rate_hz: float
-    notes: str
-    noise: TrialNoise
-    robot_file: str
-    robot_text: str
+    gait: str = ""
+    frequency_hz: float = math.nan
+    sample_rate_hz: float = math.nan
+    notes: str = ""
+    noise: TrialNoise = TrialNoise()
+    robot_file: str = ""
+    robot_text: str = ""
 
 
 def read_header(path: Path, columns: tuple[str, ...]) -> TrialHeader:

@@ -15,7 +15,7 @@ import numpy as np
 from model.errors import RecordError
 from model.values.arrays import BoolArray, FloatArray, IntArray
 from record.trial.column_map import ColumnMap, Source, complete_sources, summed
-from record.trial.header import LEGGED, TrialHeader, TrialNoise, joints_of, read_header
+from record.trial.header import LEGGED, TrialHeader, joints_of, read_header
 from record.trial.raw_check import raw_findings
 from record.trial.source_tables import SourceTable, open_tables
 from record.trial.table_check import Finding, check_trial
@@ -168,9 +168,7 @@ def _header(path: Path, table: Table, given: ColumnMap, findings: list[Finding])
         return read_header(header_file, ours)
     words = f"no {header_file.name}: gait, rates, noise and machine are not known"
     findings.append(Finding("absent", "", 0, 0, words))
-    nothing = float("nan")
-    joints = joints_of({}, ours)
-    return TrialHeader(LEGGED, joints, "", nothing, nothing, "", TrialNoise(), "", "")
+    return TrialHeader(LEGGED, joints_of({}, ours))
 
 
 def _unused(table: Table, used: tuple[str, ...]) -> list[Finding]:
