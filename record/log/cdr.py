@@ -168,23 +168,28 @@ class CdrReader:
         """Read so many strings."""
         return [self.octets()[:-1].decode("utf-8") for _ in range(count)]
 
-    def arrays(self, kind: np.dtype[Any], *sizes: int) -> list[NDArray[Any]]:
-        """Read fixed arrays of ``FLOATS``, ``INTS`` or ``BOOLS``."""
-        return [self._array(kind, size) for size in sizes]
-
-    def _array(self, kind: np.dtype[Any], size: int) -> NDArray[Any]:
+    def array(self, kind: np.dtype[Any], size: int) -> NDArray[Any]:
+        """Read a fixed array of ``FLOATS``, ``INTS`` or ``BOOLS``."""
         if kind is BOOLS:  # of a damaged byte the same as of 1
-            return np.asarray(np.frombuffer(self._data, np.uint8, size, self._skip(size, 1)) != 0)
+            flags: NDArray[Any] = (
+                np.frombuffer(self._data, np.uint8, size, self._skip(size, 1)) != 0
+            )
+            return flags
         return np.frombuffer(self._data, kind, size, self._skip(8 * size, 8))
 
-    def sequences(self, kind: np.dtype[Any], rows: int) -> list[NDArray[Any]]:
-        """Read so many sequences of ``FLOATS``, ``INTS`` or ``BOOLS``."""
-        table = self._table(rows) if rows > 1 and kind is not BOOLS else None
-        return [self._sequence(kind) for _ in range(rows)] if table is None else [*table.view(kind)]
-
-    def _sequence(self, kind: np.dtype[Any]) -> NDArray[Any]:
+    def sequence(self, kind: np.dtype[Any]) -> NDArray[Any]:
+        """Read a sequence of ``FLOATS``, ``INTS`` or ``BOOLS``."""
         count = self.count()
-        return self._array(kind, count) if count else np.zeros(0, kind)
+        return self.array(kind, count) if count else np.zeros(0, kind)
+
+    def arrays(self, kind: np.dtype[Any], *sizes: int) -> list[NDArray[Any]]:
+        """Read fixed arrays."""
+        return [self.array(kind, size) for size in sizes]
+
+    def sequences(self, kind: np.dtype[Any], rows: int) -> list[NDArray[Any]]:
+        """Read so many sequences."""
+        table = self._table(rows) if rows > 1 and kind is not BOOLS else None
+        return [self.sequence(kind) for _ in range(rows)] if table is None else [*table.view(kind)]
 
     def _table(self, rows: int) -> NDArray[np.int64] | None:
         """Step over sequences of eight-byte numbers that are all of one length; None if they are not.

@@ -61,9 +61,9 @@ def read_estimate(r: CdrReader) -> Estimate | None:
     planar, pose_covariance, twist_covariance = r.arrays(FLOATS, 15, 6, 6)
     numbers = planar.tolist()
     mu, mu_sd, stiffness, stiffness_sd = r.sequences(FLOATS, 4)
-    (force,), (force_covariance,) = r.sequences(FLOATS, 1), r.sequences(FLOATS, 1)
+    force, force_covariance = r.sequence(FLOATS), r.sequence(FLOATS)
     load_share, load_share_sd = r.sequences(FLOATS, 2)
-    (innovation,) = r.sequences(FLOATS, 1)
+    innovation = r.sequence(FLOATS)
     contact, slipping = r.sequences(BOOLS, 2)
     return Estimate(
         t_ns=t_ns,

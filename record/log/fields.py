@@ -102,6 +102,11 @@ def _source(columns: list[_Field]) -> str:
             "arrays": f"{kind}, {', '.join(sizes)}",
             "sequences": f"{kind}, {len(names)}",
         }
-        lines.append(f" {', '.join(names)}, = r.{method}({how[method]})")
+        if kind and len(names) == 1:
+            lines.append(
+                f" {names[0]} = r.{method[:-1]}({', '.join(filter(None, (kind, *sizes)))})"
+            )
+        else:
+            lines.append(f" {', '.join(names)}, = r.{method}({how[method]})")
     lines.append(f" return make({', '.join(field.made for field in columns)})")
     return "\n".join(lines)

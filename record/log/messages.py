@@ -22,7 +22,7 @@ BODY_FRAME, ODOM_FRAME, MAP_FRAME = "base_link", "odom", "map"
 UNKNOWN_COVARIANCE = np.zeros(36)
 PLANAR = (0, 1, 5)  # x, y, yaw among ROS's six
 NOT_ESTIMATED = 1e6
-NO_MOMENT = np.zeros(3)
+NO_MOMENT = bytes(24)
 _PLANAR_PLACES = np.array([6 * row + column for row in PLANAR for column in PLANAR])
 _ONLY_UNKNOWN = np.diag(np.full(6, NOT_ESTIMATED)).ravel()
 OK, WARN, ERROR = 0, 1, 2
@@ -57,7 +57,8 @@ def wrench(unix_ns: int, force_n: FloatArray) -> bytes:
     """geometry_msgs/msg/WrenchStamped with a force at the foot and no moment."""
     w = CdrWriter()
     _header(w, unix_ns, BODY_FRAME)
-    w.arrays(FLOATS, force_n, NO_MOMENT)
+    w.arrays(FLOATS, force_n)
+    w.raw(NO_MOMENT, 8)
     return w.done()
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Annotated, Any, NamedTuple, get_origin, get_type_hints
 
 import numpy as np
@@ -16,9 +17,14 @@ NOT_RUNNING = -1
 LEGS = -1  # in a shape: as many as there are legs
 
 
+@cache
+def _names(path: str) -> list[str]:
+    return path.split(".")
+
+
 def follow(value: Any, path: str) -> Any:
     """Return what a dotted path of attributes leads to; None where one of them is None."""
-    for name in path.split("."):
+    for name in _names(path):
         value = getattr(value, name)
         if value is None:
             return None
