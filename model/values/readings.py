@@ -111,6 +111,16 @@ class BodyTruth:
     foot_force_B: FloatArray  # noqa: N815
     contact: BoolArray
 
+    @property
+    def pose(self) -> FloatArray:
+        """Position [m] and quaternion x y z w, (7,)."""
+        return np.concatenate([self.position_W, self.quaternion_xyzw])
+
+    @property
+    def planar_velocity_B(self) -> FloatArray:  # noqa: N802
+        """vx, vy [m/s], yaw rate [rad/s], body axes, (3,)."""
+        return np.array([*self.velocity_B[:2], self.angular_velocity_B[2]])
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PoseRecord:

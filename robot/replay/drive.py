@@ -16,6 +16,7 @@ from model.values.faults import StopReason
 from model.values.tick import Intent, Request, Tick
 from record.log.reader import LogContents, read_log, read_tick_messages
 from record.log.tick_message import decode_inputs
+from record.whole_file import check_room
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import plain
@@ -39,7 +40,7 @@ class Wishes:
     """The operator's wishes of a run.
 
     Attributes:
-        times_ns: When each was first uttered, since the first tick.
+        times_ns: When each first came, since the first tick.
         requests: The wishes.
         end_ns: When the run ended.
     """
@@ -131,12 +132,11 @@ def drive_again(request: ReplayRequest) -> ExitCode:
             "--hardware",
             "does the run again with torque: put the robot where it can walk, add --armed",
         )
-    new_log = request.log if request.log is not None else usual_log(f"{request.path.stem}-again")
+    check_room(request.out, "--out", *PAGES)
+    new_log = request.log or usual_log(f"{request.path.stem}-again")
     if new_log.resolve() == request.path.resolve():
         raise ConfigError("--log", "is the old log itself; choose another file")
-    page = request.out if request.out is not None else new_log.with_suffix(".html")
-    if page.suffix not in PAGES:
-        raise ConfigError("--out", f"must end in .html or .png, not {page.suffix or page.name!r}")
+    page = request.out or new_log.with_suffix(".html")
 
     def operator(_: Controller, interrupts: Interrupts, __: ExitStack) -> RecordedOperator:
         return RecordedOperator(wishes, interrupts)
@@ -203,10 +203,10 @@ def body_rows(result: Repeat) -> list[tuple[str, str]]:
         ),
         ("true velocity, RMS of new - old", _velocity(result.true_velocity)),
         ("predicted velocity, RMS of new - old", _velocity(result.predicted_velocity)),
-        ("way of the old run", _way(result.old_way)),
-        ("way of the new run", _way(result.new_way)),
-        ("dead reckoning, old", _way(result.old_reckoned_way)),
-        ("dead reckoning, new", _way(result.new_reckoned_way)),
+        ("displacement, old", _displacement(result.old_way)),
+        ("displacement, new", _displacement(result.new_way)),
+        ("dead reckoning, old", _displacement(result.old_reckoned_way)),
+        ("dead reckoning, new", _displacement(result.new_reckoned_way)),
     ]
 
 
@@ -219,6 +219,6 @@ def _velocity(values: tuple[float, ...]) -> str:
     return f"vx {vx}, vy {vy} mm/s, yaw rate {yaw} mrad/s"
 
 
-def _way(values: tuple[float, ...]) -> str:
+def _displacement(values: tuple[float, ...]) -> str:
     forward, left, turn = values
     return f"forward {_shown(forward)} m, left {_shown(left)} m, turned {_shown(turn)} rad"

@@ -7,12 +7,12 @@ from model.errors import ConfigError, RecordError
 from record.log.columns import GROUPS, check_groups
 from record.log.damage import Pass, damage_words
 from record.log.export import export_table, export_trial, export_tum
+from record.log.header import PREFIX
 from record.log.reader import LogContents
 from record.log.rewrite import Rewritten
 from record.log.rewrite import repair as repair_log
 from record.log.splice import cut_log, merge_logs
 from record.log.survey import LogSurvey, survey_log
-from record.log.versions import PREFIX
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_result
 from robot.console.progress import ProgressLine

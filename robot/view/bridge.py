@@ -136,8 +136,6 @@ def _message_class(kind: str) -> Any:
 
 def _clock(unix_ns: int) -> bytes:
     """rosgraph_msgs/msg/Clock."""
-    seconds, nanoseconds = divmod(unix_ns, 10**9)
     w = CdrWriter()
-    w.i32(seconds)
-    w.u32(nanoseconds)
+    w.record("iI", *divmod(unix_ns, 10**9))
     return w.done()

@@ -16,7 +16,7 @@ from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
 
-from record.log.versions import NOT_INSTALLED, version_of
+from record.log.header import NOT_INSTALLED, version_of
 from robot.bringup.preflight.finding import Finding, failed, passed, skipped, warned
 from robot.console.installed import how_to_install
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from drivers.dynamixel.port import latency_timer_ms
 from drivers.dynamixel.scan import SerialPort, serial_ports
-from record.log.versions import version_of
+from record.log.header import version_of
 from robot.bringup.preflight.computer import (
     cache_finding,
     extras_findings,
