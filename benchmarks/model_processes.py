@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from gap.worker_pool import worker_pool
 from model.errors import ModelError
-from model.quasistatic.frames import FrameSolutions, FrictionLaw, fill_frames, layout
+from model.quasistatic.frames import FrameSolutions, FrictionLaw, solve_frames
 from model.values.legs import FootMotion
 from model.values.parameters import ContactParameters
 
@@ -48,7 +48,7 @@ class SharedFrames:
         self.frames, self.legs = frames, legs
         self._made = name is None
         places = ((frames, legs, 3), np.float64)
-        rows = (places, places, *layout(frames, legs))
+        rows = (places, places, *_layout(frames, legs))
         size = sum(_bytes(shape, kind) for shape, kind in rows)
         if self._made and SHARED.is_dir() and size > shutil.disk_usage(SHARED).free:
             raise ModelError(
@@ -158,6 +158,17 @@ class ModelProcesses:
         return room.answer
 
 
+def _layout(frames: int, legs: int) -> tuple[tuple[tuple[int, ...], type], ...]:
+    """Shape and type of each array of ``FrameSolutions``."""
+    number, flag, integer = np.float64, np.bool_, np.int64
+    per_foot = (frames, legs)
+    return (
+        ((frames, 3), number), (per_foot, number), ((frames,), integer),
+        ((frames, 3), number), ((*per_foot, 2), number), ((*per_foot, 2), number),
+        (per_foot, flag), ((frames,), flag), ((frames,), integer),
+    )  # fmt: skip
+
+
 def _bytes(shape: tuple[int, ...], kind: type) -> int:
     size = int(np.prod(shape)) * np.dtype(kind).itemsize
     return size + -size % ALIGNMENT
@@ -172,8 +183,7 @@ def _run(job: _Job) -> None:
         for old in list(_rooms):
             _rooms.pop(old).close()
         _rooms[job.name] = SharedFrames(job.frames, job.legs, job.name)
-    room, part, contact = _rooms[job.name], slice(job.first, job.last), job.contact
+    room, part = _rooms[job.name], slice(job.first, job.last)
     own: list[Any] = [values[part] for values in room.answer]
     feet = FootMotion(room.feet.position_m[part], room.feet.velocity_m_s[part])
-    ground, anisotropy = np.zeros((1, job.legs)), contact.anisotropy[None]
-    fill_frames(FrameSolutions(*own), feet, contact, job.weight_n, job.law, ground, anisotropy)
+    solve_frames(feet, job.contact, job.weight_n, law=job.law, out=FrameSolutions(*own))

@@ -16,22 +16,20 @@ from scipy.constants import g as standard_gravity
 from benchmarks.odometry_walks import GAITS, JUDGED_SEEDS, log_of, plant_of
 from model.estimator import process
 from model.estimator.filter import Estimator
-from model.estimator.neighbourhood import Neighbourhood, law_of, neighbourhood
-from model.estimator.settings import EstimatorSettings, numbers_of
-from model.estimator.step_kernel import WalkNoise
+from model.estimator.neighbourhood import Neighbourhood, neighbourhood
+from model.estimator.settings import EstimatorSettings, record_of
 from model.kinematics.four_bar import Linkage
 from model.quasistatic.frames import FrictionLaw, solve_frames
-from model.values.arrays import FloatArray, root_mean_square
+from model.values.arrays import FloatArray, known_mean, root_mean_square
 from model.values.estimate import BIAS, FIXED, SCALE, VELOCITY, OdometryInputs
 from model.values.parameters import ContactParameters
 from record.log.reader import read_log, read_stamped_ticks
 from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
 from robot.odometry.compare import compare_ways, true_motion, walking_part
-from robot.odometry.metrics import in_band, mean_of, nees
-from robot.odometry.request import OdomRequest
+from robot.odometry.metrics import in_band, nees
 from robot.odometry.track import TrackedLog, track, track_log
-from robot.report.contact_fit import fit_contact
-from robot.report.walk_frames import walk_frames
+from robot.report.walk_frames import fit_contact, walk_frames
+from robot.requests.single import OdomRequest
 from tests.model.estimator_world import CONTACT, PERIOD_NS, WEIGHT_N, simulate, slip_of_feet
 
 SLIPPING_CYCLES = 4
@@ -66,7 +64,8 @@ def judge(gait: str, seed: int, folder: Path) -> Row:
     return Row((
         *ratio.tolist(), 1e3 * mine.velocity_rmse[0], 1e3 * naive.velocity_rmse[0],
         mine.rpe_percent[1], naive.rpe_percent[1], mine.end_percent, naive.end_percent,
-        *forces, mean_of(found.twist_nees), mean_of(found.pose_nees), mean_of(run.nis_over_dof),
+        *forces,
+        *map(known_mean, (found.twist_nees, found.pose_nees, run.nis_over_dof)),
         float(np.corrcoef(after.mu, mu)[0, 1]),
         float(np.corrcoef(after.stiffness, stiffness)[0, 1]),
         *np.percentile(run.step_us, [50, 99]).tolist(),
@@ -183,7 +182,7 @@ def ukf(folder: Path, seed: int = 901, ticks: int = 600) -> None:
         ekf = track(walked, config).velocity_B
         unscented = _unscented(inputs, robot.contact, weight_n, np.zeros(3))
         for name, velocity in (("EKF", ekf), ("UKF", unscented)):
-            error = 1e3 * root_mean_square(velocity - truth[1])
+            error = 1e3 * root_mean_square(velocity - truth.velocity_B)
             print(f"{gait} {name}: RMSE {error[0]:.3f} {error[1]:.3f} mm/s, {error[2]:.3f} mrad/s")
         print(f"  apart: {1e3 * root_mean_square(unscented - ekf)}", flush=True)
 
@@ -198,11 +197,10 @@ def _unscented(
     points = MerweScaledSigmaPoints(size, alpha=0.5, beta=2.0, kappa=0.0)
     filter_ = UnscentedKalmanFilter(size, 1, 0.01, hx=None, fx=None, points=points)
     filter_.x, filter_.P = state.mean.copy(), state.covariance.copy()
-    law = law_of(settings)
-    fixed = numbers_of(WalkNoise, replace(settings, parameter_walk=0.0), weight_n)
+    fixed = record_of(replace(settings, parameter_walk=0.0), weight_n)
 
     def solved(x: FloatArray, known: OdometryInputs) -> Neighbourhood:
-        answer = neighbourhood(x, known.feet, contact, weight_n, law)
+        answer = neighbourhood(x, known.feet, contact, fixed)
         assert answer is not None
         return answer
 

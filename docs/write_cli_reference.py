@@ -52,7 +52,7 @@ def _section(words: tuple[str, ...], parser: argparse.ArgumentParser, summary: s
     rows = [_row(action) for action in parser._actions if action.dest != "help"]
     if rows:
         lines += ["| argument | meaning |", "|---|---|", *rows, ""]
-    lines += ["```sh", *EXAMPLES.get(words, ()), "```"]
+    lines += ["```sh", *EXAMPLES.get(" ".join(words), ()), "```"]
     return "\n".join(lines)
 
 

@@ -29,7 +29,7 @@ def measure() -> dict[str, Any]:
     from robot.study.walk_errors import component_errors
 
     found: dict[str, Any] = {"walks": {}, "sensitivity": {}}
-    material = Material(load_robot(), 3.0, 0, (), SPEED, lambda _: None)
+    material = Material(load_robot(), 3.0, 0, {}, SPEED, lambda _: None)
     found["captions"] = {
         one.name: one.draw(material).caption
         for one in CATALOG
@@ -42,7 +42,7 @@ def measure() -> dict[str, Any]:
             "distance_m": [float(sum((p[-1, :2] - p[0, :2]) ** 2) ** 0.5) for p in paths],
             "errors": {
                 row.component: [row.spread, row.viscous, row.coulomb, row.apart]
-                for row in component_errors(walk)
+                for row in component_errors(walk).values()
             },
         }
         log = f"runs/docs/six_{gait}.mcap"

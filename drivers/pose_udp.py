@@ -19,7 +19,7 @@ from drivers.clock import Clock
 from model.errors import ConfigError
 from model.values.arrays import readonly
 from model.values.faults import Fault, FaultKind
-from model.values.poses import PoseRecord
+from model.values.readings import PoseRecord
 
 LOOPBACK = "127.0.0.1"
 # In one read: a sender gone mad must hold neither the loop nor the estimator nor the log.

@@ -8,8 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from model.systems.leaf_spring import deflect, extrapolate_unloaded
-from model.systems.multipod import multipod, multipod_segments
+from model.systems.multipod import deflect, extrapolate_unloaded, multipod, multipod_segments
 from model.systems.predict import predict
 from model.values.legs import FootMotion
 from robot.study.model_plots import draw_predictions

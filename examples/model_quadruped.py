@@ -13,7 +13,7 @@ from model.systems.predict import predict
 from model.systems.quadruped import quadruped
 from robot.study.model_plots import draw_predictions
 
-raw = predict(quadruped(low_pass=None))
+raw = predict(replace(quadruped(), low_pass=None))
 predicted = raw.velocity_B[:, [0, 2]]  # straight ahead: there is no sideways velocity to compare
 # a made-up measurement: the prediction as a heavier body would follow it, with noise
 noise = np.random.default_rng(0).normal(0, 1e-3, predicted.shape)

@@ -12,8 +12,9 @@ from model.systems.stairs import Steps, climb
 from robot.study.model_plots import draw_predictions
 
 bump = Steps(edges_x_m=np.array([0.5, 1.0]), heights_m=np.array([0.0, 0.03, -0.02]))
-walk = climb(bump, cycles=18)
-prediction = predict(walk.system)
+prediction = predict(climb(bump, cycles=18))
 height = prediction.solutions.pose[:, 2]
-print(f"{walk.poses[-1, 0]:.2f} m forward, body {1e3 * (height[-1] - height[0]):.0f} mm higher")
+print(
+    f"{prediction.poses[-1, 0]:.2f} m forward, body {1e3 * (height[-1] - height[0]):.0f} mm higher"
+)
 draw_predictions([prediction]).savefig(sys.argv[1], dpi=90)

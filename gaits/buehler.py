@@ -8,24 +8,17 @@ Each corner is therefore rounded by a parabola over a share ``blend`` of the per
 gives the classical clock, whose acceleration has no limit and which ``gaits.limits`` refuses.
 """
 
+from functools import lru_cache
+
 import numpy as np
 
-from gaits.gait import (
-    TURN,
-    ShaftMotion,
-    check_sweep,
-    leg_sides,
-    leg_sweeps,
-    middle_of_most_support,
-)
+from gaits.gait import TURN, DelayedLegs, ShaftMotion
 from model.errors import ConfigError
-from model.values.arrays import BoolArray, FloatArray
+from model.values.arrays import FloatArray
 from model.values.parameters import LegParameters, TripodParameters
 
-SAMPLES = 720
 
-
-class BuehlerTripod:
+class BuehlerTripod(DelayedLegs):
     """Two groups of legs half a period apart.
 
     Args:
@@ -39,34 +32,27 @@ class BuehlerTripod:
     name = "tripod"
 
     def __init__(self, parameters: TripodParameters, legs: LegParameters) -> None:
-        check_sweep("gait.tripod.stance_sweep", parameters.stance_sweep)
         shortest = min(parameters.duty, 1 - parameters.duty)
         if parameters.blend > shortest:
             raise ConfigError(
                 "gait.tripod.blend",
                 f"{parameters.blend:g} is longer than the shorter part of the period, {shortest:g}",
             )
+        delay = np.array([0.0 if name in parameters.group_a else 0.5 for name in legs.names])
+        super().__init__(parameters, legs, delay)
         self._parameters = parameters
-        self._side = leg_sides(legs)
-        self._delay = np.array([0.0 if n in parameters.group_a else 0.5 for n in legs.names])
-        self.frequency_hz = parameters.frequency
-        self.start_phase = middle_of_most_support(self.stance(np.arange(SAMPLES) / SAMPLES))
+        self._speeds = lru_cache(maxsize=4)(self._speeds_at)
 
-    def _leg_phase(self, phase: FloatArray | float) -> FloatArray:
-        legs: FloatArray = np.asarray(phase, dtype=np.float64)[..., None] - self._delay
-        return legs
-
-    def stance(self, phase: FloatArray | float) -> BoolArray:
-        """Return which legs are in the slow part of the clock, (..., N)."""
-        down: BoolArray = np.mod(self._leg_phase(phase), 1.0) < self._parameters.duty
-        return down
+    def _speeds_at(self, steer: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Sweep of each leg in stance [rad], its slow and its fast slope [rad a cycle], (N,) each."""
+        p, sweep = self._parameters, self.sweeps(steer)
+        return sweep, sweep / p.duty, (TURN - sweep) / (1 - p.duty)
 
     def motion(self, phase: FloatArray | float, steer: float) -> ShaftMotion:
         """Return shaft motion at phases of any shape (...), as (..., N)."""
         p = self._parameters
-        sweep = leg_sweeps(p.stance_sweep, steer, self._side)
-        slow, fast = sweep / p.duty, (TURN - sweep) / (1 - p.duty)
-        leg_phase = self._leg_phase(phase)
+        sweep, slow, fast = self._speeds(steer)
+        leg_phase = self.leg_phase(phase)
         cycle = np.floor(leg_phase)
         x = leg_phase - cycle  # share of the leg's own period, touchdown at 0
         in_stance = x < p.duty
@@ -93,8 +79,7 @@ class BuehlerTripod:
     def peaks(self, steer: float) -> tuple[float, float]:
         """Return the largest slope and curvature; the curvature is infinite without blends."""
         p = self._parameters
-        sweep = leg_sweeps(p.stance_sweep, steer, self._side)
-        slow, fast = sweep / p.duty, (TURN - sweep) / (1 - p.duty)
+        _, slow, fast = self._speeds(steer)
         jump = float(np.abs(fast - slow).max())
         bend = jump / p.blend if p.blend > 0 else (np.inf if jump > 0 else 0.0)
         return float(np.maximum(slow, fast).max()), bend

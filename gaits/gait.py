@@ -11,12 +11,13 @@ import numpy as np
 
 from model.errors import ConfigError
 from model.values.arrays import BoolArray, FloatArray
-from model.values.parameters import LegParameters
+from model.values.parameters import LegParameters, MetachronalParameters, TripodParameters
 
 TURN = 2 * np.pi
 # Full steering shortens the stance sweep on the inner side and lengthens it outside by this share.
 # The source paper only cites its steering strategy (Zhao 2020); this one is ours.
 STEER_GAIN = 0.3
+SAMPLES = 720  # of a cycle, where a gait is searched
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,35 +66,59 @@ class Gait(Protocol):
         ...
 
 
-def leg_sweeps(stance_sweep: float, steer: float, side: FloatArray) -> FloatArray:
-    """Stance sweep of each leg: less on the inner side of the turn, more on the outer.
+class DelayedLegs:
+    """What the gaits share: every leg goes through the same cycle, stance first, with its own delay.
 
     Args:
-        stance_sweep: Sweep when going straight [rad].
-        steer: -1 (right) to 1 (left).
-        side: +1 for left legs, -1 for right legs, 0 for legs on the middle line, (N,).
+        parameters: Frequency, sweep and duty.
+        legs: Places of the legs.
+        delay: Delay of each leg, (N,) [cycles].
+
+    Raises:
+        ConfigError: Full steering would sweep a whole turn.
     """
-    sweeps: FloatArray = stance_sweep * (1.0 - STEER_GAIN * steer * side)
-    return sweeps
+
+    name = ""
+    rounding = 0.0  # of the phase, so that stance includes its beginning and not its end
+
+    def __init__(
+        self,
+        parameters: TripodParameters | MetachronalParameters,
+        legs: LegParameters,
+        delay: FloatArray,
+    ) -> None:
+        widest = parameters.stance_sweep * (1 + STEER_GAIN)
+        if widest >= TURN:
+            raise ConfigError(
+                f"gait.{self.name}.stance_sweep",
+                f"full steering widens it to {widest:.3f} rad; it must stay below a turn",
+            )
+        self._sweep, self._duty = parameters.stance_sweep, parameters.duty
+        self._side = leg_sides(legs)
+        self._delay = delay
+        self.frequency_hz = parameters.frequency
+        self.start_phase = middle_of_most_support(self.stance(np.arange(SAMPLES) / SAMPLES))
+
+    def leg_phase(self, phase: FloatArray | float) -> FloatArray:
+        """Return each leg's own phase, touchdown at whole numbers, (..., N) [cycles]."""
+        legs: FloatArray = np.asarray(phase, dtype=np.float64)[..., None] - self._delay
+        return legs + self.rounding
+
+    def stance(self, phase: FloatArray | float) -> BoolArray:
+        """Return which legs are in stance, (..., N)."""
+        down: BoolArray = np.mod(self.leg_phase(phase), 1.0) < self._duty
+        return down
+
+    def sweeps(self, steer: float) -> FloatArray:
+        """Return each leg's stance sweep, (N,) [rad]: less on the inner side of a turn, more outside."""
+        sweeps: FloatArray = self._sweep * (1.0 - STEER_GAIN * steer * self._side)
+        return sweeps
 
 
 def leg_sides(legs: LegParameters) -> FloatArray:
-    """Return +1 for left legs, -1 for right legs, (N,)."""
+    """Return +1 for left legs, -1 for right legs, 0 for legs on the middle line, (N,)."""
     sides: FloatArray = np.sign(legs.shaft_position[:, 1])
     return sides
-
-
-def check_sweep(key: str, stance_sweep: float) -> None:
-    """Refuse a sweep that full steering would make a full turn.
-
-    Raises:
-        ConfigError: It would.
-    """
-    widest = stance_sweep * (1 + STEER_GAIN)
-    if widest >= TURN:
-        raise ConfigError(
-            key, f"full steering widens it to {widest:.3f} rad; it must stay below a turn"
-        )
 
 
 def middle_of_most_support(stance: BoolArray) -> float:

@@ -12,24 +12,13 @@ the two sides are half a cycle apart. The paper does not give the coefficients; 
 
 import numpy as np
 
-from gaits.gait import (
-    TURN,
-    ShaftMotion,
-    check_sweep,
-    leg_sides,
-    leg_sweeps,
-    middle_of_most_support,
-)
+from gaits.gait import SAMPLES, TURN, DelayedLegs, ShaftMotion, leg_sides
 from model.errors import ConfigError
-from model.values.arrays import BoolArray, FloatArray
+from model.values.arrays import FloatArray
 from model.values.parameters import LegParameters, MetachronalParameters
 
-SAMPLES = 720
-# Stance includes its beginning and not its end, to a rounding of the phase.
-PHASE_ROUNDING = 1e-12
 
-
-class Metachronal:
+class Metachronal(DelayedLegs):
     """A wave of legs on each side.
 
     Args:
@@ -41,14 +30,11 @@ class Metachronal:
     """
 
     name = "metachronal"
+    rounding = 1e-12
 
     def __init__(self, parameters: MetachronalParameters, legs: LegParameters) -> None:
-        check_sweep("gait.metachronal.stance_sweep", parameters.stance_sweep)
+        super().__init__(parameters, legs, _delays(legs))
         self._parameters = parameters
-        self._side = leg_sides(legs)
-        self._delay = _delays(legs, self._side)
-        self.frequency_hz = parameters.frequency
-        self.start_phase = middle_of_most_support(self.stance(np.arange(SAMPLES) / SAMPLES))
         for steer in (-1.0, 0.0, 1.0):
             slowest = float(self.motion(np.arange(SAMPLES) / SAMPLES, steer).slope.min())
             if slowest < -1e-9:
@@ -58,20 +44,10 @@ class Metachronal:
                     "lower the sweep, the cubic or the duty",
                 )
 
-    def _leg_phase(self, phase: FloatArray | float) -> FloatArray:
-        legs: FloatArray = np.asarray(phase, dtype=np.float64)[..., None] - self._delay
-        return legs + PHASE_ROUNDING
-
-    def stance(self, phase: FloatArray | float) -> BoolArray:
-        """Return which legs are in stance, (..., N)."""
-        down: BoolArray = np.mod(self._leg_phase(phase), 1.0) < self._parameters.duty
-        return down
-
     def motion(self, phase: FloatArray | float, steer: float) -> ShaftMotion:
         """Return shaft motion at phases of any shape (...), as (..., N)."""
-        p = self._parameters
-        sweep = leg_sweeps(p.stance_sweep, steer, self._side)
-        leg_phase = self._leg_phase(phase)
+        p, sweep = self._parameters, self.sweeps(steer)
+        leg_phase = self.leg_phase(phase)
         cycle = np.floor(leg_phase)
         x = leg_phase - cycle
         # stance: s from -1 to 1 over the duty
@@ -103,9 +79,9 @@ class Metachronal:
         return float(np.abs(motion.slope).max()), float(np.abs(motion.curvature).max())
 
 
-def _delays(legs: LegParameters, side: FloatArray) -> FloatArray:
+def _delays(legs: LegParameters) -> FloatArray:
     """Delay of each leg: on each side hind leg first, evenly spread; right half a cycle later."""
-    delay = np.zeros(legs.count)
+    delay, side = np.zeros(legs.count), leg_sides(legs)
     for sign, shift in ((1.0, 0.0), (-1.0, 0.5), (0.0, 0.25)):
         members = np.flatnonzero(side == sign)
         order = members[np.argsort(legs.shaft_position[members, 0], kind="stable")]

@@ -13,11 +13,15 @@ from model.values.arrays import FloatArray, IntArray, readonly
 # Peak speed of a move and its shortest duration; far inside what the servo can do.
 MOVE_SPEED_RAD_S = 2.0
 SHORTEST_MOVE_S = 0.3
-# Peak speed of the quintic 10 x^3 - 15 x^4 + 6 x^5 over its mean speed.
-QUINTIC_PEAK = 1.875
+QUINTIC_PEAK = 1.875  # peak speed of the quintic over its mean speed
 # A shaft further than this from mid-stance holds its foot in the air.
 AIR_RAD = np.pi / 2
 SMALLEST_MOVE_RAD = 1e-9
+
+
+def quintic(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the share of a move that is at rest at both ends, and its slope, at shares x of its time."""
+    return x**3 * (10 - 15 * x + 6 * x**2), 30 * x**2 * (1 - x) ** 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,11 +48,9 @@ class LegMoves:
     def at(self, t_ns: int) -> tuple[FloatArray, FloatArray]:
         """Return shaft angles [rad] and speeds [rad/s], (N,) each."""
         span_s = np.maximum(self.stop_ns - self.start_ns, 1) * 1e-9
-        x = np.clip((t_ns - self.start_ns) * 1e-9 / span_s, 0.0, 1.0)
-        way = self.end_rad - self.begin_rad
-        share = x**3 * (10 - 15 * x + 6 * x**2)
-        rate = 30 * x**2 * (1 - x) ** 2 / span_s
-        return self.begin_rad + way * share, way * rate
+        x = np.minimum(np.maximum((t_ns - self.start_ns) * 1e-9 / span_s, 0.0), 1.0)
+        change, (share, slope) = self.end_rad - self.begin_rad, quintic(x)
+        return self.begin_rad + change * share, change * slope / span_s
 
     @staticmethod
     def sequence(
@@ -66,10 +68,10 @@ class LegMoves:
         stops = starts.copy()
         now = t_ns
         for leg in order:
-            way = abs(float(end_rad[leg] - begin_rad[leg]))
+            change = abs(float(end_rad[leg] - begin_rad[leg]))
             starts[leg] = now
-            if way > SMALLEST_MOVE_RAD:
-                now += round(max(SHORTEST_MOVE_S, QUINTIC_PEAK * way / MOVE_SPEED_RAD_S) * 1e9)
+            if change > SMALLEST_MOVE_RAD:
+                now += round(max(SHORTEST_MOVE_S, QUINTIC_PEAK * change / MOVE_SPEED_RAD_S) * 1e9)
             stops[leg] = now
         return LegMoves(
             readonly(begin_rad.copy()), readonly(end_rad.copy()), readonly(starts), readonly(stops)

@@ -11,12 +11,61 @@ import numpy as np
 
 from gaits.gait import TURN, Gait
 from gaits.moves import LegMoves
-from gaits.phase import GaitClock, Ramp
 from model.values.arrays import FloatArray
 
 FREQUENCY_RAMP_HZ_S = 0.2
-STEER_RAMP_S = 0.5
+STEER_RAMP_PER_S = 0.5
 _STEER_STEP = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class Ramp:
+    """A value that goes at a steady rate from one level to another and stays there.
+
+    Attributes:
+        t_ns: When it begins.
+        begin: Level at ``t_ns``.
+        end: Level it goes to.
+        rate: Change a second, positive.
+    """
+
+    t_ns: int
+    begin: float
+    end: float
+    rate: float
+
+    @property
+    def duration_s(self) -> float:
+        """Seconds it takes."""
+        return abs(self.end - self.begin) / self.rate
+
+    def _elapsed_s(self, t_ns: int) -> float:
+        return max(0, t_ns - self.t_ns) * 1e-9
+
+    def value(self, t_ns: int) -> float:
+        """Return the level at a time."""
+        return self.begin + self.slope(self.t_ns) * min(self._elapsed_s(t_ns), self.duration_s)
+
+    def slope(self, t_ns: int) -> float:
+        """Return the change a second at a time; 0 once the end is reached."""
+        if self.end == self.begin or self._elapsed_s(t_ns) >= self.duration_s:
+            return 0.0
+        return self.rate if self.end > self.begin else -self.rate
+
+    def integral(self, t_ns: int) -> float:
+        """Return the integral over time from the beginning [level s]."""
+        elapsed = self._elapsed_s(t_ns)
+        ramping = min(elapsed, self.duration_s)
+        slope = self.slope(self.t_ns)
+        return self.begin * ramping + slope * ramping**2 / 2 + self.end * (elapsed - ramping)
+
+    def done(self, t_ns: int) -> bool:
+        """Whether the end is reached."""
+        return self._elapsed_s(t_ns) >= self.duration_s
+
+    def to(self, t_ns: int, end: float) -> "Ramp":
+        """Return a ramp to another level from here on, at the same rate and without a jump."""
+        return Ramp(t_ns, self.value(t_ns), end, self.rate)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,13 +85,16 @@ class Walking:
 
     Attributes:
         gait: The gait.
-        clock: Its phase.
+        begin_phase: Phase at the beginning of the frequency's ramp [cycles]. Phase is anchored to that time
+            stamp, never to a count of ticks.
+        frequency: Cycles a second, whose integral is the phase [Hz].
         steer: Its steering, -1 (right) to 1 (left).
         turns_rad: Whole turns added to each shaft so that the plan begins where the legs are, (N,).
     """
 
     gait: Gait
-    clock: GaitClock
+    begin_phase: float
+    frequency: Ramp
     steer: Ramp
     turns_rad: FloatArray
 
@@ -58,18 +110,19 @@ class Walking:
         """
         start = gait.motion(gait.start_phase, 0.0).angle_rad
         turns = TURN * np.rint((angle_rad - start) / TURN)
-        clock = GaitClock(gait.start_phase, Ramp(t_ns, 0.0, frequency_hz, FREQUENCY_RAMP_HZ_S))
-        return Walking(gait, clock, Ramp(t_ns, 0.0, 0.0, STEER_RAMP_S), turns)
+        frequency = Ramp(t_ns, 0.0, frequency_hz, FREQUENCY_RAMP_HZ_S)
+        straight = Ramp(t_ns, 0.0, 0.0, STEER_RAMP_PER_S)
+        return Walking(gait, gait.start_phase, frequency, straight, turns)
 
     def phase(self, t_ns: int) -> float:
         """Return the gait phase [cycles]."""
-        return self.clock.phase_at(t_ns)
+        return self.begin_phase + self.frequency.integral(t_ns)
 
     def at(self, t_ns: int) -> tuple[FloatArray, FloatArray]:
         """Return shaft angles [rad] and speeds [rad/s], (N,) each."""
         phase, steer = self.phase(t_ns), self.steer.value(t_ns)
         motion = self.gait.motion(phase, steer)
-        rate = motion.slope * self.clock.frequency_at(t_ns)
+        rate = motion.slope * self.frequency.value(t_ns)
         steering = self.steer.slope(t_ns)
         if steering != 0.0:
             further = self.gait.motion(phase, steer + _STEER_STEP).angle_rad
@@ -78,23 +131,25 @@ class Walking:
 
     def retuned(self, t_ns: int, frequency_hz: float) -> "Walking":
         """Return the plan with another frequency, ramped."""
-        return replace(self, clock=self.clock.retuned(t_ns, frequency_hz))
+        if frequency_hz == self.frequency.end:
+            return self
+        ramp = self.frequency.to(t_ns, frequency_hz)
+        return replace(self, begin_phase=self.phase(t_ns), frequency=ramp)
 
     def steered(self, t_ns: int, steer: float) -> "Walking":
         """Return the plan with another steering, ramped."""
         if steer == self.steer.end:
             return self
-        return replace(self, steer=Ramp(t_ns, self.steer.value(t_ns), steer, STEER_RAMP_S))
+        return replace(self, steer=self.steer.to(t_ns, steer))
 
     def slowing(self, t_ns: int) -> "Walking":
         """Return the plan coming to a stop where it is; the steering stays as it stands."""
-        value = self.steer.value(t_ns)
-        still = Ramp(t_ns, value, value, STEER_RAMP_S)
+        still = self.steer.to(t_ns, self.steer.value(t_ns))
         return replace(self.retuned(t_ns, 0.0), steer=still)
 
     def stopped(self, t_ns: int) -> bool:
         """Whether the plan has come to a stop."""
-        return self.clock.frequency.end == 0.0 and self.clock.frequency.done(t_ns)
+        return self.frequency.end == 0.0 and self.frequency.done(t_ns)
 
 
 Plan = Hold | LegMoves | Walking

@@ -7,7 +7,7 @@ its phase is a move (quintic, at rest at both ends) and a time of holding still.
 import numpy as np
 
 from gaits.gait import TURN, ShaftMotion
-from gaits.moves import QUINTIC_PEAK
+from gaits.moves import QUINTIC_PEAK, quintic
 from model.values.arrays import BoolArray, FloatArray, readonly
 
 # Share of a step that is motion; the rest is held still.
@@ -70,15 +70,14 @@ class StandingPoses:
         del steer
         cycle, step, share = self._place(phase)
         x = np.clip(share / MOVING, 0.0, 1.0)[..., None]
-        way = self.poses[step + 1] - self.poses[step]
+        change = self.poses[step + 1] - self.poses[step]
         rate = self._steps / MOVING
+        done, slope = quintic(x)
         moving = (x < 1.0).astype(np.float64)
         return ShaftMotion(
-            self.poses[step]
-            + cycle[..., None] * self._turns
-            + way * (x**3 * (10 - 15 * x + 6 * x**2)),
-            way * (30 * x**2 * (1 - x) ** 2) * rate * moving,
-            way * (60 * x * (1 - x) * (1 - 2 * x)) * rate**2 * moving,
+            self.poses[step] + cycle[..., None] * self._turns + change * done,
+            change * slope * rate * moving,
+            change * (60 * x * (1 - x) * (1 - 2 * x)) * rate**2 * moving,
         )
 
     def _place(self, phase: FloatArray | float) -> tuple[FloatArray, np.ndarray, FloatArray]:
@@ -100,6 +99,6 @@ class StandingPoses:
     def peaks(self, steer: float) -> tuple[float, float]:
         """Return the largest slope and the largest curvature over a cycle."""
         del steer
-        way = float(np.abs(np.diff(self.poses, axis=0)).max())
+        change = float(np.abs(np.diff(self.poses, axis=0)).max())
         rate = self._steps / MOVING
-        return QUINTIC_PEAK * way * rate, QUINTIC_BEND * way * rate**2
+        return QUINTIC_PEAK * change * rate, QUINTIC_BEND * change * rate**2

@@ -4,28 +4,13 @@ See ``docs/gap_effects.md`` for an example. The file is run as Python: open only
 """
 
 import runpy
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from gap.interfaces import Effect
+from model.effects.causes import Effect
+from model.effects.settings import UserEffect
 from model.errors import GapError
 
-
-@dataclass(frozen=True, slots=True, eq=False)
-class UserEffect:
-    """An effect and what it does.
-
-    Attributes:
-        effect: Its name, stage, parameters, scopes and words.
-        act: ``act(signals, values, legs)`` returns changed signals of the stage
-            (``model.effects.signals``); values are in the order of the parameters, legs is a mask
-            (N,). At neutral values it must change nothing.
-    """
-
-    effect: Effect
-    act: Callable[[Any, tuple[float, ...], tuple[bool, ...]], Any]
+__all__ = ("UserEffect", "read_effects")
 
 
 def read_effects(

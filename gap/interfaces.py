@@ -13,13 +13,14 @@ from typing import Protocol
 
 import numpy as np
 
-from model.effects.causes import Cause, EffectNumbers, Parameter, Scope
+from model.effects.causes import Cause, Effect, Parameter, Scope, check_cause
+from model.errors import GapError
 from model.values.arrays import BoolArray, FloatArray
 from record.trial.trial import Trial
 
 __all__ = (
-    "NOWHERE", "Cause", "Channel", "DataFault", "Drive", "Effect", "Observation", "Parameter", "Scope",
-    "Simulator", "place_words", "reach_of", "used",
+    "NOWHERE", "Cause", "Channel", "DataFault", "Drive", "Effect", "Observation", "Parameter", "Proposal",
+    "Scope", "Simulator", "check_causes", "place_words", "reach_of", "used",
 )  # fmt: skip
 
 NOWHERE = (math.nan, math.nan)  # between which places: not known
@@ -28,25 +29,10 @@ NOWHERE = (math.nan, math.nan)  # between which places: not known
 class Drive(Enum):
     """What feeds the stages of a simulator."""
 
-    MEASURED = (
-        "measured"  # each stage is fed what was measured before it: residuals are local to a stage
-    )
-    COMMAND = (
-        "command"  # the commands alone; every stage is fed by the one before: the end-to-end gap
-    )
-
-
-@dataclass(frozen=True, slots=True)
-class Effect(EffectNumbers):
-    """One thing that a simulator may lack.
-
-    Attributes:
-        physics: One sentence: what happens in the world.
-        remedy: One sentence: what a person would check or change.
-    """
-
-    physics: str
-    remedy: str
+    # each stage is fed what was measured before it: residuals are local to a stage
+    MEASURED = "measured"
+    # the commands alone; every stage is fed by the one before: the end-to-end gap
+    COMMAND = "command"
 
 
 def place_words(effect: str, joints: Sequence[str]) -> str:
@@ -62,7 +48,6 @@ class Channel:
         name: As reports print it, for example ``force_z`` or ``body_vx``.
         joint: Joint or leg; empty for the body.
         stage: The stage whose output it is.
-        unit: SI unit.
     """
 
     name: str
@@ -92,6 +77,26 @@ class Observation:
     reach_m: tuple[float, float] = NOWHERE
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Proposal:
+    """A run that could be made.
+
+    Attributes:
+        name: What to do, in words.
+        trial: Its commands; nothing measured.
+        limits: What to mind, in words; empty if nothing.
+        known: What is done to the machine on purpose, such as a weight put on it.
+        command: Command line that makes it; empty if there is none.
+    """
+
+    name: str
+    trial: Trial
+    minutes: float
+    limits: str
+    known: tuple[Cause, ...] = ()
+    command: str = ""
+
+
 @dataclass(frozen=True, slots=True)
 class DataFault:
     """Something wrong with the data, before any physics is blamed.
@@ -116,34 +121,28 @@ class Simulator(Protocol):
     @property
     def name(self) -> str:
         """Name, for example ``legged``."""
-        ...
 
     @property
     def stages(self) -> tuple[str, ...]:
         """Names of the stages in the order of the chain."""
-        ...
 
     @property
     def joints(self) -> tuple[str, ...]:
         """Names of joints or legs."""
-        ...
 
     @property
     def effects(self) -> tuple[Effect, ...]:
         """The catalogue: every effect that the simulator can add to itself."""
-        ...
 
     @property
     def channels(self) -> tuple[Channel, ...]:
         """What is compared, C channels. The same for both drives."""
-        ...
 
     def observe(self, trial: Trial) -> Observation:
         """Put the measured data of a trial on the simulator's channels and grid.
 
         Filters and decimation here are exactly those of ``predict``.
         """
-        ...
 
     def predict(self, trial: Trial, causes: Sequence[Cause], drive: Drive) -> FloatArray:
         """Return what the channels would read with these causes added, (F, C); NaN where unknown.
@@ -153,11 +152,9 @@ class Simulator(Protocol):
         Raises:
             GapError: A cause is not of the catalogue, or its joints or values do not fit.
         """
-        ...
 
     def check(self, trial: Trial) -> tuple[DataFault, ...]:
         """Look for faults of the data themselves."""
-        ...
 
 
 def reach_of(observations: Sequence[Observation]) -> tuple[float, float]:
@@ -171,3 +168,17 @@ def reach_of(observations: Sequence[Observation]) -> tuple[float, float]:
 def used(observation: Observation) -> BoolArray:
     """Return which values take part in the comparison, (F, C)."""
     return np.asarray((observation.weight > 0.0) & np.isfinite(observation.values))
+
+
+def check_causes(causes: Sequence[Cause], simulator: Simulator, part: str = "joint") -> None:
+    """Check causes against a simulator's catalogue; ``part`` is what its joints are called in messages.
+
+    Raises:
+        GapError: A cause is not of the catalogue, or its joints or values do not fit.
+    """
+    known = {effect.name: effect for effect in simulator.effects}
+    for cause in causes:
+        if cause.effect not in known:
+            names = ", ".join(known) or "none"
+            raise GapError(f"{cause.effect!r} is no effect of {simulator.name}; known are {names}")
+        check_cause(cause, known[cause.effect], simulator.joints, part)

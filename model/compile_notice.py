@@ -1,22 +1,22 @@
-"""Who is told while machine code is being made, which takes seconds on the first run after a change.
+"""Listeners for the making of machine code, which takes seconds on the first run after a change.
 
-Light, so that a command can ask to be told before anything heavy is imported.
+Light, so that a command can listen before anything heavy is imported.
 """
 
 from collections.abc import Callable
 
 # Called with True when a function's compilation begins and with False when it ends; they nest.
-Told = Callable[[bool], None]
-_told: list[Told] = []
+Listener = Callable[[bool], None]
+_listeners: list[Listener] = []
 
 
-def tell_of_compiling(told: Told) -> None:
-    """Have somebody told from now on; the same one only once."""
-    if told not in _told:
-        _told.append(told)
+def on_compiling(listener: Listener) -> None:
+    """Notify a listener from now on; the same one only once."""
+    if listener not in _listeners:
+        _listeners.append(listener)
 
 
-def tell(*, begins: bool) -> None:
-    """Tell everybody who asked."""
-    for told in _told:
-        told(begins)
+def notify(*, begins: bool) -> None:
+    """Notify all listeners."""
+    for listener in _listeners:
+        listener(begins)

@@ -14,7 +14,10 @@ from importlib.resources import files
 from importlib.resources.abc import Traversable
 from typing import Any, TypeVar
 
-from model.compile_notice import tell
+import numpy as np
+from numpy.typing import NDArray
+
+from model.compile_notice import notify
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -30,10 +33,10 @@ else:
         """Passes on that a function's compilation begins or ends."""
 
         def on_start(self, event: Any) -> None:
-            tell(begins=True)
+            notify(begins=True)
 
         def on_end(self, event: Any) -> None:
-            tell(begins=False)
+            notify(begins=False)
 
     register: Any = event.register  # has no types
     register("numba:compile", _Compiling())
@@ -125,12 +128,15 @@ def out(*axes: int, kind: str = NUMBER) -> tuple[Rows, ...]:
     return tuple(Rows(count, kind) for count in axes)
 
 
-def compile_for(function: Callable[..., Any], *arguments: Rows | str | tuple[Any, ...]) -> None:
+def compile_for(
+    function: Callable[..., Any], *arguments: Rows | str | tuple[Any, ...] | NDArray[np.void]
+) -> None:
     """Load or make the machine code for one set of types, and close the function to all others.
 
     It is closed in every case, also if another kernel that calls it has had it compiled before: a call
     with other types is then an error at once, and never a compiler's second in a tick. The type of a
-    named tuple is that of an example: each array in it has to be in rows and writable as it is there.
+    record or a named tuple is that of an example: each array in it has to be in rows and writable as it is
+    there.
     """
     if not COMPILED:
         return
@@ -141,7 +147,7 @@ def compile_for(function: Callable[..., Any], *arguments: Rows | str | tuple[Any
     if dispatcher._can_compile:
         dispatcher.compile(tuple(
             getattr(types, of) if isinstance(of, str)
-            else typeof(of) if isinstance(of, tuple)
+            else typeof(of) if isinstance(of, tuple | np.ndarray)
             else types.Array(getattr(types, of.kind), of.axes, "C", readonly=of.given)
             for of in arguments
         ))  # fmt: skip

@@ -7,7 +7,7 @@ model files. Everything here is pure.
 import enum
 import math
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from types import MappingProxyType
 
 import numpy as np
@@ -218,25 +218,26 @@ def _signed(values: FloatArray | IntArray, sign: IntArray) -> FloatArray:
     return turned
 
 
-# Rows of what ``joint_state`` makes; the first ones turn with the leg's sense.
-DUTY, SIGNED = 3, 4
-_UNITS = np.array([[TICK_RAD], [VELOCITY_UNIT_RAD_S], [CURRENT_UNIT_A], [1], [VOLTAGE_UNIT_V], [1]])
+DUTY = 3  # row of what ``joint_state`` makes
+
+
+@cache
+def _units(settings: ServoBusSettings) -> FloatArray:
+    """Units of its rows; the first four turn with the leg's sense, (6, N)."""
+    one = np.ones_like(settings.signs)
+    turning = np.outer([TICK_RAD, VELOCITY_UNIT_RAD_S, CURRENT_UNIT_A, 1.0], settings.signs)
+    return np.vstack([turning, VOLTAGE_UNIT_V * one, one])
 
 
 def joint_state(readings: ServoReadings, settings: ServoBusSettings) -> JointState:
     """Calibrate one sync read into the leg's sense and SI units; NaN where a servo was silent."""
     valid = readings.valid
     # all at once: one by one these are thirty calls of numpy on six numbers each
-    rows = np.empty((len(_UNITS), len(valid)))
-    rows[0] = readings.position_ticks
-    rows[1] = readings.velocity_counts
-    rows[2] = readings.current_counts
-    rows[DUTY] = readings.duty_counts
-    rows[4] = readings.voltage_counts
-    rows[5] = readings.temperature_c
-    rows[0] -= settings.zeros
-    rows[:SIGNED] *= settings.signs
-    rows *= _UNITS
+    counts = np.array([
+        readings.position_ticks - settings.zeros, readings.velocity_counts, readings.current_counts,
+        readings.duty_counts, readings.voltage_counts, readings.temperature_c,
+    ])  # fmt: skip
+    rows = counts * _units(settings)
     rows[DUTY] /= DUTY_FULL
     if False in valid.tolist():
         rows[:, ~valid] = np.nan

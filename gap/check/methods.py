@@ -13,14 +13,9 @@ class Method:
     """Counts of one method of naming causes.
 
     Attributes:
-        name: The method.
-        first: Single-effect cases whose effect it named first.
-        singles: How many there were.
-        hits: Effects of two-effect cases that it named.
-        truths: How many there were.
-        said: How many it named in those cases.
-        silent: Cases with nothing wrong in which it named nothing.
-        controls: How many there were.
+        first: Of ``singles`` single-effect cases, those whose effect it named first.
+        hits: Of ``truths`` effects of two-effect cases, those that it named; it named ``said`` in them.
+        silent: Of ``controls`` cases with nothing wrong, those in which it named nothing.
     """
 
     name: str

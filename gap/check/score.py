@@ -20,14 +20,7 @@ BINS = 10
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """One thing that was wrong.
-
-    Attributes:
-        effect: Name.
-        stage: Where it acts.
-        joint: Leg or joint; empty for the whole machine.
-        values: Name and value of each parameter.
-    """
+    """One thing that was wrong; the joint is empty for the whole machine, values are (parameter, value)."""
 
     effect: str
     stage: str
@@ -37,14 +30,7 @@ class Truth:
 
 @dataclass(frozen=True, slots=True)
 class Named:
-    """One cause that a diagnosis named.
-
-    Attributes:
-        effect: Name.
-        joints: Where.
-        values: Name and value of each parameter.
-        probability: That it is this one.
-    """
+    """One cause that a diagnosis named; values are (parameter, value)."""
 
     effect: str
     joints: tuple[str, ...]
@@ -58,7 +44,6 @@ class Answer:
 
     Attributes:
         verdict: ``no_gap``, ``explained``, ``ambiguous`` or ``unexplained``.
-        stage: Where the gap lies.
         named: Causes, the largest first.
         alike: Pairs of effects that it declared indistinguishable.
         none: Probability that the catalogue has no name for it.
@@ -82,10 +67,7 @@ class Case:
     """A case, both sides of it.
 
     Attributes:
-        name: Name of the case.
         kind: control, single, pair, outside or removed (from the catalogue).
-        truths: What was wrong.
-        answer: The diagnosis.
         visible: Largest change of any channel over its repeatability; NaN if it was not measured.
         reachable: Share that the true effects with true parameters close; NaN if not measured.
     """
@@ -103,10 +85,8 @@ class Figure:
     """One figure of the protocol.
 
     Attributes:
-        name: What it is.
         value: Its value; NaN where there was no case.
         low: Lower end of the 95 % interval of a share; NaN for others.
-        high: Upper end.
         cases: How many cases it comes from.
         bar: The bar, in words.
         met: Whether it is met; None where there was no case.
@@ -123,14 +103,7 @@ class Figure:
 
 @dataclass(frozen=True, slots=True)
 class Confusion:
-    """A case whose named effect was not the true one.
-
-    Attributes:
-        case: Its name.
-        truth: What was wrong.
-        said: What was named instead.
-        visible: Change over repeatability.
-    """
+    """A case whose named effect was not the true one, and how visible it was over repeatability."""
 
     case: str
     truth: str
@@ -163,12 +136,7 @@ def group_of(case: Case) -> frozenset[str]:
 
 
 def figures(cases: Sequence[Case], neutral: dict[tuple[str, str], float]) -> tuple[Figure, ...]:
-    """Return every figure of the protocol.
-
-    Args:
-        cases: All cases.
-        neutral: Value of (effect, parameter) at which nothing happens.
-    """
+    """Return every figure of the protocol; ``neutral`` is by (effect, parameter)."""
     single = [c for c in cases if c.kind == SINGLE]
     visible = [c for c in single if not c.visible < VISIBLE]
     detected = [c for c in single if gap_declared(c)]

@@ -15,15 +15,15 @@ from gap.diagnosis.how_far import ChannelRms, channel_rms
 from gap.interfaces import Cause, Drive, Scope, Simulator
 from gap.residuals.evidence import errors
 from gap.residuals.floor import rms
-from gap.residuals.misfit import Misfit
 from gap.residuals.parts import Part, block_starts, split
-from gap.residuals.predictions import Predictor
+from gap.residuals.predictions import Misfit, Predictor
 from gap.search.candidates import Candidate
 from gap.search.fit import Rules, fit_causes, free_values, moved
 from model.errors import GapError
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial
 
+SEED = 0  # of the intervals
 STARTS = (0.5, 2.0, -0.5)  # in spreads from neutral
 MOST_STEPS = 20
 RULES = Rules((1.0,) * 6, 1e-3, 0.1, 1.0, 0.0, 1e-8, prior=False, difference=0.001)
@@ -31,13 +31,7 @@ RULES = Rules((1.0,) * 6, 1e-3, 0.1, 1.0, 0.0, 1e-8, prior=False, difference=0.0
 
 @dataclass(frozen=True, slots=True)
 class Alone:
-    """A set of effects by itself.
-
-    Attributes:
-        effects: Their names.
-        causes: With the values that fit the other runs best.
-        channels: Every channel that was compared.
-    """
+    """A set of effects by itself, with the values that fit best, and every channel that was compared."""
 
     effects: tuple[str, ...]
     causes: tuple[Cause, ...]
@@ -69,7 +63,6 @@ def each_alone(
     simulator: Simulator,
     sets: Sequence[tuple[str, ...]],
     progress: Callable[[str, float], None] | None = None,
-    seed: int = 0,
 ) -> tuple[Alone, ...]:
     """Fit sets of effects, each by itself.
 
@@ -78,7 +71,6 @@ def each_alone(
         simulator: Its simulator.
         sets: Names of effects that act together; a set of one is an effect alone.
         progress: Gets the set at work and the share that is done.
-        seed: Of the intervals.
 
     Raises:
         GapError: An effect is not of the catalogue, or nothing can be compared.
@@ -93,7 +85,7 @@ def each_alone(
         if progress is not None:
             progress("+".join(names), number / len(sets))
         causes = _fit(squares, _causes(simulator, names))
-        out.append(Alone(tuple(names), causes, _channels(judge, causes, seed)))
+        out.append(Alone(tuple(names), causes, _channels(judge, causes)))
     return tuple(out)
 
 
@@ -119,7 +111,7 @@ def _fit(squares: _Squares, causes: tuple[Cause, ...]) -> tuple[Cause, ...]:
     return min(fits, key=lambda one: one.nats).causes
 
 
-def _channels(judge: _Squares, causes: tuple[Cause, ...], seed: int) -> tuple[ChannelRms, ...]:
+def _channels(judge: _Squares, causes: tuple[Cause, ...]) -> tuple[ChannelRms, ...]:
     """Every channel before and after, over the blocks of the held-out runs."""
     energies: list[list[FloatArray]] = [[], [], []]
     pairs = zip(judge.parts, judge.errors(()), judge.errors(causes), strict=True)
@@ -130,4 +122,4 @@ def _channels(judge: _Squares, causes: tuple[Cause, ...], seed: int) -> tuple[Ch
             kept.append(np.add.reduceat(one, block_starts(part.observation), axis=0))
     before, after, weight = (np.concatenate(kept) for kept in energies)
     channels = judge.simulator.channels
-    return tuple(row for _, row in channel_rms(channels, before, after, weight, seed))
+    return tuple(row for _, row in channel_rms(channels, before, after, weight, SEED))

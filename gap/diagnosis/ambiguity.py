@@ -1,40 +1,30 @@
 """Which candidates these runs cannot tell from the ones that were named."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
+from gap.diagnosis.probability import RivalCause
 from gap.residuals.evidence import Evidence
-from gap.search.cross_validation import CLEAR_ERRORS, advantage
+from gap.search.cross_validation import CLEAR_ERRORS
 from gap.search.fit import ENOUGH_SEPARATION, Fitted, energy_left
-from gap.search.options import HIDDEN_SHARE, Option
-from gap.search.selection import Selection, Step
+from gap.search.options import HIDDEN_SHARE
+from gap.search.selection import Selection
 from model.values.arrays import FloatArray
 
 MOST_OPEN = 2
 
 
 @dataclass(frozen=True, slots=True)
-class OpenRival:
+class OpenRival(RivalCause):
     """A rival that cannot be ruled out.
 
     Attributes:
-        cause: Number of the cause that was named.
-        effect: The rival's effect.
-        joints: The rival's joints.
-        separation: Energy between what the two predict, in units of noise.
-        behind: Nats by which the rival predicts unseen blocks worse.
-        error: Standard error of that.
-        of: Effect and joints of the cause that was named.
+        separation: Energy between what it and the named cause predict, in units of noise.
     """
 
-    cause: int
-    effect: str
-    joints: tuple[str, ...]
     separation: float
-    behind: float
-    error: float
-    of: tuple[str, tuple[str, ...]]
 
     @property
     def looks_the_same(self) -> bool:
@@ -43,8 +33,8 @@ class OpenRival:
 
     @property
     def predicts_as_well(self) -> bool:
-        """Whether it predicts unseen blocks as well within the scatter of blocks."""
-        return self.behind < CLEAR_ERRORS * self.error and self.behind < ENOUGH_SEPARATION
+        """Whether it predicts held-out blocks as well within the scatter of blocks."""
+        return self.behind < CLEAR_ERRORS * self.behind_error and self.behind < ENOUGH_SEPARATION
 
     @property
     def why(self) -> str:
@@ -52,7 +42,7 @@ class OpenRival:
         if self.looks_the_same:
             return f"separation {self.separation:.2g}, {ENOUGH_SEPARATION:.0f} would tell"
         if self.predicts_as_well:
-            worse = f"{self.behind:.2g} +- {self.error:.2g} nats"
+            worse = f"{self.behind:.2g} +- {self.behind_error:.2g} nats"
             return f"it predicts what it has not seen worse by {worse} only"
         return (
             f"it is {self.behind:.2g} nats behind, less than {HIDDEN_SHARE:.0%} of what all causes "
@@ -61,21 +51,27 @@ class OpenRival:
 
 
 def open_rivals(
-    evidence: Evidence, selection: Selection, left_nats: float
+    evidence: Evidence,
+    selection: Selection,
+    rivals: Sequence[Sequence[RivalCause]],
+    left_nats: float,
 ) -> tuple[OpenRival, ...]:
     """Return every rival that these runs leave open, nearest first.
 
-    Args:
-        evidence: What was fitted to.
-        selection: The causes.
-        left_nats: What they leave beyond what a healthy machine does.
+    Rivals are those of each step, as ``gap.diagnosis.probability.chances`` has them; ``left_nats`` is what
+    the causes leave beyond what a healthy machine does.
     """
     found: list[OpenRival] = []
     named = {step.chosen.added.key for step in selection.steps}
-    for number, step in enumerate(selection.steps):
-        # what was named as another cause later on does not stand in its place
-        others = [rival for rival in step.rivals if rival.added.key not in named]
-        own = [_compare(evidence, number, step, rival) for rival in others]
+    for step, known in zip(selection.steps, rivals, strict=True):
+        chosen = step.chosen.fitted
+        weights = evidence.weights(chosen.residual)
+        own = [
+            # not the other way round: a cause of any size imitates a rival that does nothing
+            OpenRival(**asdict(one), separation=separation(chosen, option.fitted, weights))
+            for option, one in zip(step.rivals, known, strict=True)
+            if option.added.key not in named  # what is named itself does not stand in its place
+        ]
         left_open = [
             one
             for one in own
@@ -85,23 +81,10 @@ def open_rivals(
     return tuple(found)
 
 
-def _compare(evidence: Evidence, number: int, step: Step, rival: Option) -> OpenRival:
-    weights = evidence.weights(step.chosen.fitted.residual)
-    # not the other way round: a cause of any size imitates a rival that does nothing
-    apart = separation(step.chosen.fitted, rival.fitted, weights)
-    ahead = advantage(step.chosen.unseen, rival.unseen, evidence.block_part)
-    effect, joints = rival.added.key
-    of = step.chosen.added.key
-    return OpenRival(number, effect, joints, apart, ahead.nats, ahead.error, of)
-
-
 def separation(of: Fitted, by: Fitted, weights: FloatArray) -> float:
-    """Energy that is left between two predictions when one is adjusted to the other.
+    """Energy that is left between two predictions when ``by`` is adjusted to ``of`` to first order.
 
-    Args:
-        of: What is to be imitated.
-        by: What is adjusted, to first order.
-        weights: Weight of each residual, (F, C).
+    Weights of the residuals are (F, C).
     """
     root = np.sqrt(weights)
     return energy_left((by.residual - of.residual) * root, by.slopes * root, prior=1.0)

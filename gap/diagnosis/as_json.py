@@ -1,6 +1,5 @@
 """A diagnosis as JSON: the shape that diagnoses from anywhere share, and more beside it."""
 
-import math
 from dataclasses import asdict
 from typing import Any
 
@@ -8,17 +7,17 @@ from gap.diagnosis.findings import Diagnosis, NamedCause, Verdict
 
 
 def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
-    """Return the JSON object; what is not known is null."""
+    """Return the JSON object; dataclasses and NaN are still in it, as ``--json`` takes them."""
     far = d.far
     scale = 1.0 / far.before if far.before > 0 else 1.0
-    found: dict[str, Any] = {
+    return {
         "verdict": d.verdict.value,
         "sentence": d.sentence,
         "simulator": d.simulator,
         "where": {
             "stage": d.stage,
-            "stages": [asdict(one) for one in d.where.stages],
-            "cells": [asdict(one) for one in d.where.cells],
+            "stages": d.where.stages,
+            "cells": d.where.cells,
         },
         "causes": [_cause(one) for one in d.causes] if d.verdict is not Verdict.NO_GAP else [],
         "ambiguous_with": _pairs(d),
@@ -33,29 +32,27 @@ def diagnosis_json(d: Diagnosis) -> dict[str, Any]:
             "what": "RMS over channels on held-out runs; before is 1",
         },
         "none_of_these": d.none,
-        "rivals": [asdict(one) for one in d.rivals],
+        "rivals": d.rivals,
         "data_faults": [
             {"trial": one.trial, **asdict(fault)} for one in d.data_faults for fault in one.faults
         ],
-        "standing": [asdict(one) for one in d.standing],
+        "standing": d.standing,
         "floor": {"source": d.floor_source},
-        "detection": asdict(d.detection) if d.detection else None,
-        "channels": [asdict(one) for one in far.channels],
-        "fit": asdict(d.fit),
-        "remaining": {"stage": d.remaining.stage, "cells": [asdict(c) for c in d.remaining.cells]},
+        "detection": d.detection,
+        "channels": far.channels,
+        "fit": d.fit,
+        "remaining": {"stage": d.remaining.stage, "cells": d.remaining.cells},
         "baselines": [
             {"method": b.method, "causes": [{"effect": e, "legs": list(j)} for e, j in b.causes]}
             for b in d.baselines
         ],
-        "detectable": [asdict(one) for one in d.detectable],
-        "next": [asdict(one) for one in d.next],
+        "detectable": d.detectable,
+        "next": d.next,
         "trials": {"fitted": list(d.fitted_trials), "held_out": list(d.held_out_trials)},
         "warnings": list(d.warnings),
         "predictions": d.predictions,
         "seed": d.seed,
     }
-    plain: dict[str, Any] = _plain(found)
-    return plain
 
 
 def _cause(one: NamedCause) -> dict[str, Any]:
@@ -86,13 +83,3 @@ def _pairs(d: Diagnosis) -> list[list[str]]:
         names = zip((effect, one.effect), places, strict=True)
         pairs.append(tuple(" ".join((name, *place)) for name, place in names))
     return [list(pair) for pair in dict.fromkeys(pairs)]
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

@@ -15,12 +15,7 @@ RIDGE = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Baseline:
-    """The answer of a simpler method.
-
-    Attributes:
-        method: Its name.
-        causes: Effects with their joints, in its order.
-    """
+    """The answer of a simpler method: effects with their joints, in the method's order."""
 
     method: str
     causes: tuple[tuple[str, tuple[str, ...]], ...]

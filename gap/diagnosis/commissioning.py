@@ -28,11 +28,7 @@ SENSORS = Search(shortlist=3, most=3, least_share=0.01, rounds=3, least_gain=0.0
 
 
 def commission(study: Study) -> tuple[Cause, ...]:
-    """Return the causes that healthy runs show, or none where there are too few conditions.
-
-    Args:
-        study: Of the simulator as it stands; its references are explained.
-    """
+    """Return the causes that the references of a study show, or none where there are too few conditions."""
     parts = conditions_of(study.references)
     if len(parts) < FEWEST_CONDITIONS:
         return ()
@@ -62,10 +58,6 @@ def _explained(
 
 def standing_of(references: Sequence[Trial], simulator: Simulator) -> tuple[Cause, ...]:
     """Return the causes that healthy runs show: what ``diagnose`` finds by itself, for many diagnoses.
-
-    Args:
-        references: Healthy runs of one machine.
-        simulator: Its simulator.
 
     Raises:
         GapError: A run cannot be compared with the simulator.

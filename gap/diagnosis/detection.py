@@ -36,7 +36,6 @@ class Healthy:
     """One reference in units of what the others predict.
 
     Attributes:
-        part: The reference.
         whitener: The map into these units.
         residual: Whitened, (F, C).
         excess: Energy over expectation of each channel, (C,); NaN where unused.
@@ -61,10 +60,7 @@ class Detectable:
     """Smallest size of a parameter that would have shown.
 
     Attributes:
-        effect: Effect.
-        parameter: Its parameter.
         size: Distance from neutral, in the parameter's unit; infinite if these runs cannot show it.
-        unit: Unit.
         neutral: Value at which nothing happens.
         lower: Smallest value that makes sense.
         upper: Largest value that makes sense.
@@ -90,7 +86,6 @@ class Detection:
     """Whether there is a gap.
 
     Attributes:
-        found: True if there is.
         p: Chance of so much without one; NaN without references.
         p_cause: The same by the best candidate alone, among all that were tried.
         p_energy: By the mean energy alone.
@@ -123,7 +118,7 @@ def healthy_runs(
     other gaits or frequencies alone: so what is not known there is measured and not assumed.
 
     Args:
-        channels: Channels.
+        channels: C of them.
         references: Each with measured minus predicted, (F, C).
         conditions: Those of the trials.
     """
@@ -151,9 +146,7 @@ def _apart(a: Condition, b: Condition) -> int:
     """How far two conditions are apart: the same, another frequency, another gait."""
     if a.gait != b.gait:
         return NEW_GAIT
-    ratio = a.frequency_hz / b.frequency_hz if b.frequency_hz > 0 else 1.0
-    near = not np.isfinite(ratio) or ratio <= 0 or abs(np.log(ratio)) < SAME_FREQUENCY
-    return SAME_CONDITION if near else NEW_FREQUENCY
+    return SAME_CONDITION if abs(a.log_ratio(b)) < SAME_FREQUENCY else NEW_FREQUENCY
 
 
 def _distance(one: Condition, known: Sequence[Condition]) -> int:
@@ -169,12 +162,7 @@ def detect(
 ) -> Detection:
     """Decide with references.
 
-    Args:
-        evidence: The trials.
-        signatures: What candidates would do.
-        healthy: References.
-        p_cause: Chance that a healthy machine shows any candidate as large as the best found.
-        seed: Of random draws.
+    ``p_cause`` is the chance that a healthy machine shows any candidate as large as the best one.
     """
     rng = np.random.default_rng(seed)
     edges = [np.append(block_starts(p.observation), p.frames) for p in evidence.parts]
@@ -220,10 +208,7 @@ def energies(
 ) -> tuple[float, float]:
     """Chance of the mean energy and of the worst channel's, by Student's t over references.
 
-    Args:
-        evidence: The trials.
-        residual: Their whitened residual, (F, C), with or without causes.
-        healthy: References.
+    The residual of the trials is whitened, (F, C), with or without causes.
     """
     energy = evidence.per_block(residual**2)
     blocks = [evidence.block_part == i for i in range(len(evidence.parts))]

@@ -17,8 +17,7 @@ from gap.diagnosis.verdict import gap_exists, named_causes, verdict_of, warnings
 from gap.diagnosis.where import where
 from gap.experiments.imitation import imitate
 from gap.experiments.next_run import NextRun, next_runs
-from gap.interfaces import Cause, Drive, Simulator
-from gap.proposals import Proposer
+from gap.interfaces import Cause, Drive, Proposal, Simulator
 from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate, candidates_of
 from gap.search.cross_validation import unseen_residual
@@ -29,6 +28,7 @@ from model.errors import GapError
 from record.trial.trial import Trial
 
 Progress = Callable[[str, float], None]
+Proposer = Callable[[], Sequence[Proposal]]
 # Shares that ``progress`` gets are of the time that a walk takes whose causes stay open: starting the
 # workers, fitting, and trying runs each take about a quarter of it. Without open causes it ends sooner.
 NEXT_FROM = 0.75
@@ -50,7 +50,7 @@ def diagnose(
         simulator: The simulator under diagnosis.
         references: Runs of the same machine believed healthy; what they show is subtracted.
         executor: Made by ``gap.residuals.predictions.prediction_pool`` with the same trials; None uses this
-        process.
+            process.
         progress: Gets what is being done, and the share of the whole that is done.
         seed: Of every random draw; the same seed gives the same diagnosis.
         proposer: Makes the runs among which the next one is chosen.
@@ -69,15 +69,9 @@ def diagnose_study(
     proposer: Proposer | None = None,
     standing: tuple[Cause, ...] | None = None,
 ) -> Diagnosis:
-    """Diagnose trials and references that are assembled already.
+    """Diagnose trials and references that are assembled already, as ``diagnose`` does.
 
-    Args:
-        study: Trials and references on the simulator's channels.
-        progress: Gets what is being done, and the share of the whole that is done.
-        seed: Of every random draw.
-        proposer: Makes the runs among which the next one is chosen.
-        standing: What the references show already, if it is known (``gap.diagnosis.commissioning``); None
-        finds out.
+    ``standing`` is what the references show already (``gap.diagnosis.commissioning``); None finds out.
 
     Raises:
         GapError: Nothing can be compared.
@@ -120,7 +114,7 @@ def diagnose_study(
     referenced = bool(study.references)
     none = none_of_them(fit, len(selection.steps), referenced) if exists else 0.0
     shared = chances(selection, evidence.block_part, none, fit.nats_after)
-    rivals = open_rivals(evidence, selection, fit.nats_after)
+    rivals = open_rivals(evidence, selection, [own for _, own in shared], fit.nats_after)
     verdict = verdict_of(exists, selection, none, bool(rivals))
 
     # how far it shrinks, and where it lies
@@ -189,7 +183,7 @@ def _next_runs(
     progress: Progress,
 ) -> tuple[NextRun, ...]:
     """Rank the runs that discriminate between the named causes and each open rival in place of one."""
-    proposals = proposer.proposals() if proposer is not None else ()
+    proposals = proposer() if proposer is not None else ()
     if not proposals:
         return ()
     simulator, floor = study.simulator, study.floor(Drive.COMMAND)

@@ -27,15 +27,9 @@ class Verdict(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Value:
-    """One fitted number.
+    """One fitted number with its standard error.
 
-    Attributes:
-        name: Parameter.
-        unit: Its unit.
-        value: Fitted value.
-        error: Standard error.
-        neutral: Value at which nothing happens.
-        on_bound: Whether it lies on its bound: then the effect is not of this form.
+    On its bound the effect is not of this form; at ``neutral`` nothing happens.
     """
 
     name: str
@@ -51,17 +45,11 @@ class NamedCause:
     """A cause that was found.
 
     Attributes:
-        effect: Its name.
         joints: Where; empty for the whole machine.
-        stage: Its stage.
-        values: Its numbers.
-        probability: That it is this one.
-        nats: How much better unseen blocks are predicted with it.
-        nats_error: Standard error of that.
+        nats: How much better held-out blocks are predicted with it.
         shrink: Its part of what the causes close together on held-out trials; NaN if not measured.
         alone: What it closes by itself.
         last: What it adds to the others.
-        physics: What happens.
         remedy: What to check or change.
     """
 
@@ -90,12 +78,7 @@ class NamedCause:
 
 @dataclass(frozen=True, slots=True)
 class TrialFaults:
-    """Data faults of one trial.
-
-    Attributes:
-        trial: Its number, references behind the trials.
-        faults: What is wrong with its data.
-    """
+    """Data faults of one trial, by its number; references are behind the trials."""
 
     trial: int
     faults: tuple[DataFault, ...]
@@ -106,8 +89,6 @@ class Diagnosis:
     """Everything that a diagnosis finds.
 
     Attributes:
-        simulator: Name of the simulator.
-        verdict: The answer.
         stage: Where the gap lies; empty if there is none.
         data_faults: What is wrong with the data.
         standing: What the references show already, and every prediction has.
@@ -118,17 +99,13 @@ class Diagnosis:
         ambiguous: Rivals that these runs leave open.
         none: Probability that the catalogue has no name for it.
         fit: What the causes explain in the fitted trials.
-        where: The map before.
-        remaining: The map of what is left.
         far: Before and after on held-out trials.
         fitted_trials: Numbers of the trials that were fitted to.
         held_out_trials: Numbers of those that judged.
         baselines: Answers of simpler methods.
         detectable: Smallest sizes that would have shown.
         next: The best runs to discriminate between candidates.
-        warnings: What limits all this.
         predictions: How many trials were simulated.
-        seed: Seed.
     """
 
     simulator: str

@@ -19,16 +19,9 @@ TRACE_POINTS = 400
 
 @dataclass(frozen=True, slots=True)
 class ChannelRms:
-    """One channel on held-out runs, before and after.
+    """One channel on held-out runs: its RMS difference without causes and with them, in ``unit``.
 
-    Attributes:
-        channel: Name.
-        joint: Its joint.
-        unit: Unit of what follows.
-        before: RMS difference of the simulator as it stands.
-        after: RMS difference with causes added.
-        before_range: 95 % interval of ``before``, over blocks.
-        after_range: The same of ``after``.
+    The ranges are 95 % intervals over blocks.
     """
 
     channel: str
@@ -47,28 +40,16 @@ class ChannelRms:
 
 @dataclass(frozen=True, slots=True)
 class ChannelShrink(ChannelRms):
-    """The same, with the RMS that is expected without any gap.
-
-    Attributes:
-        floor: It.
-    """
+    """The same, with the RMS that is expected without any gap."""
 
     floor: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trace:
-    """A channel in a trial that was held out.
+    """A channel in P frames of a held-out trial: measured, and as predicted without causes and with them.
 
-    Attributes:
-        channel: Name.
-        joint: Its joint.
-        unit: Unit.
-        time_s: (P,).
-        measured: (P,); NaN where nothing was.
-        before: What the simulator predicts, (P,).
-        after: What it predicts with the causes added, (P,).
-        compared: Where the two are compared; elsewhere the simulator is not held to it, (P,).
+    ``compared`` is False where the simulator is not held to it; NaN is what was not measured.
     """
 
     channel: str
@@ -90,7 +71,6 @@ class HowFar:
         after: The same with the causes added.
         shrink: Share of the gap's energy above the floor that is closed; NaN if there is no gap to close.
         low: Lower end of its 95 % interval, over blocks.
-        high: Upper end.
         explainable: Share of the energy before that is above the floor.
         alone: What each cause closes by itself.
         last: What each cause adds to the others.
@@ -111,13 +91,7 @@ class HowFar:
 
 
 def how_far(held: Evidence, causes: tuple[Cause, ...], seed: int) -> HowFar:
-    """Measure it.
-
-    Args:
-        held: The trials that were held out, under ``Drive.COMMAND``.
-        causes: What is added.
-        seed: Of the resampling.
-    """
+    """Measure what causes do to held-out trials under ``Drive.COMMAND``; the seed is of the resampling."""
     alone = [(cause,) for cause in causes]
     rest = [(*causes[:i], *causes[i + 1 :]) for i in range(len(causes))]
     predicted = held.predictions([(), causes, *alone, *rest])
@@ -203,12 +177,8 @@ def channel_rms(
 ) -> Iterator[tuple[int, ChannelRms]]:
     """Return every channel that was compared, with its number.
 
-    Args:
-        channels: C of them.
-        before: Squared differences summed over each block, (B, C).
-        after: The same with causes added.
-        weight: Frames of each block that are compared, (B, C).
-        seed: Of the resampling.
+    Squared differences without causes and with them are summed over each block, (B, C); the weight is the
+    frames of each block that are compared, (B, C); the seed is of the resampling.
     """
     frames = weight.sum(axis=0)
     for i, c in enumerate(channels):

@@ -12,37 +12,19 @@ from gap.search.cross_validation import advantage
 from gap.search.selection import Selection
 from model.values.arrays import IntArray
 
+TEMPERATURE = 2.0  # nats that count as one
+ERROR_SHARE = 0.5  # temperature for each nat of standard error between two candidates
+# Temperature for each nat that the causes leave beyond a healthy machine: what the simulator has wrong of
+# them may hide as much of a rival.
+MISFIT_SHARE = 0.02
+# Log odds of none of them, with references and without. Without, what is left is no sign that what was
+# found is wrong, and the expectation is noise alone.
+NONE = -5.5  # when everything is closed down to expectation
+NONE_ENERGY = 0.3  # added for each e-fold of energy over expectation that is left
+NONE_OPEN, NONE_OPEN_ALONE = 9.0, 6.0  # added for the whole gap being left open
+NONE_WORST, NONE_WORST_ALONE = 0.25, 0.1  # added for each e-fold of the worst channel's energy
+NONE_MANY = 1.0  # added for each cause above two, with references: what is new needs no patchwork
 SURELY_ODD = 0.01  # chance below which what is left counts as open in full
-
-
-@dataclass(frozen=True, slots=True)
-class Calibration:
-    """Constants.
-
-    Attributes:
-        temperature: Nats that count as one.
-        error_share: Temperature for each nat of standard error between two candidates.
-        misfit_share: Temperature for each nat that the causes leave beyond a healthy machine: what the
-            simulator has wrong of them may hide as much of a rival.
-        none: Log odds of none of them when everything is closed down to expectation.
-        none_energy: Added for each e-fold of energy over expectation that is left.
-        none_open: Added for the whole gap being left open, with references.
-        none_open_alone: The same without: what is left is then no sign that what was found is wrong.
-        none_worst: Added for each e-fold of the worst channel's energy over expectation, with references.
-        none_worst_alone: The same without references, where the expectation is noise alone.
-        none_many: Added for each cause above two, with references: what is new needs no patchwork.
-    """
-
-    temperature: float = 2.0
-    error_share: float = 0.5
-    misfit_share: float = 0.02
-    none: float = -5.5
-    none_energy: float = 0.3
-    none_open: float = 9.0
-    none_open_alone: float = 6.0
-    none_worst: float = 0.25
-    none_worst_alone: float = 0.1
-    none_many: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,11 +33,8 @@ class RivalCause:
 
     Attributes:
         cause: Number of the cause it was a rival of.
-        effect: Its name.
-        joints: Where.
         probability: That it is this one instead.
-        behind: Nats by which it predicts unseen blocks worse.
-        behind_error: Standard error of that.
+        behind: Nats by which it predicts held-out blocks worse.
         of: Effect and joints of the cause it was a rival of.
     """
 
@@ -89,27 +68,22 @@ class Fit:
     nats_after: float
 
 
-def none_of_them(
-    fit: Fit, causes: int, referenced: bool, calibration: Calibration = Calibration()
-) -> float:
+def none_of_them(fit: Fit, causes: int, referenced: bool) -> float:
     """Return the probability that the cause is none of the catalogue.
 
     Args:
         fit: What the causes explain.
         causes: How many there are.
         referenced: Whether the expectation comes from references.
-        calibration: Constants.
     """
-    worst, wide = calibration.none_worst_alone, calibration.none_open_alone
-    if referenced:
-        worst, wide = calibration.none_worst, calibration.none_open
+    wide, worst = (NONE_OPEN, NONE_WORST) if referenced else (NONE_OPEN_ALONE, NONE_WORST_ALONE)
     # what a healthy machine leaves as well is no sign that something is missing
     odd = min(1.0, -math.log(max(fit.p_after, 1e-9)) / -math.log(SURELY_ODD))
-    logit = calibration.none + odd * wide * (1.0 - fit.closed)
-    logit += odd * calibration.none_energy * math.log(max(fit.excess_after, 1.0))
+    logit = NONE + odd * wide * (1.0 - fit.closed)
+    logit += odd * NONE_ENERGY * math.log(max(fit.excess_after, 1.0))
     logit += odd * worst * math.log(max(fit.worst_after, 1.0))
     if referenced:
-        logit += calibration.none_many * max(0, causes - 2)
+        logit += NONE_MANY * max(0, causes - 2)
     return 1.0 / (1.0 + math.exp(-logit))
 
 
@@ -118,7 +92,6 @@ def chances(
     strata: IntArray,
     none: float,
     left_nats: float,
-    calibration: Calibration = Calibration(),
 ) -> tuple[tuple[float, tuple[RivalCause, ...]], ...]:
     """Return the probability of each cause, and its rivals with theirs.
 
@@ -127,15 +100,14 @@ def chances(
         strata: Trial of each block, (B,).
         none: Probability that it is none of the catalogue.
         left_nats: Score that is left beyond that of a healthy machine.
-        calibration: Constants.
     """
     out = []
     for i, step in enumerate(selection.steps):
         behinds = [advantage(step.chosen.unseen, one.unseen, strata) for one in step.rivals]
         weights = []
         for behind in behinds:
-            scale = calibration.temperature + calibration.error_share * behind.error
-            scale += calibration.misfit_share * left_nats
+            scale = TEMPERATURE + ERROR_SHARE * behind.error
+            scale += MISFIT_SHARE * left_nats
             weights.append(math.exp(-max(min(behind.nats / scale, 700.0), 0.0)))
         share = (1.0 - none) / (1.0 + sum(weights))
         of = step.chosen.added.key

@@ -131,14 +131,7 @@ def make_study(
     references: Sequence[Trial] = (),
     executor: Executor | None = None,
 ) -> Study:
-    """Observe trials and references, and hold some of the trials out.
-
-    Args:
-        trials: Measured runs.
-        simulator: The simulator under diagnosis.
-        references: Runs of the same machine believed healthy.
-        executor: Made by ``gap.residuals.predictions.prediction_pool`` with the same trials; None uses this
-        process.
+    """Observe trials and references, and hold some of the trials out; arguments as of ``diagnose``.
 
     Raises:
         GapError: There are no trials, or one cannot be compared with the simulator.

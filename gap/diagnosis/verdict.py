@@ -49,12 +49,7 @@ def named_causes(
 ) -> tuple[NamedCause, ...]:
     """Return the causes with everything known of them, the one that closes most first.
 
-    Args:
-        evidence: What was fitted to.
-        selection: The causes.
-        probabilities: One a cause.
-        far: How far the causes shrink the gap.
-        healthy: References; None where there are too few.
+    There is one probability a cause; ``healthy`` are references, None where there are too few.
     """
     errors = standard_errors(evidence, healthy, selection.fitted)
     found, at = [], 0
@@ -103,14 +98,7 @@ def _values(effect: Effect, cause: Cause, errors: FloatArray) -> tuple[Value, ..
 def warnings_of(
     study: Study, faults: Sequence[TrialFaults], blocks: int, named: Sequence[NamedCause]
 ) -> Iterator[str]:
-    """Return what limits the diagnosis, one sentence each.
-
-    Args:
-        study: Trials and references.
-        faults: What is wrong with the data.
-        blocks: How many there are to fit to.
-        named: The causes.
-    """
+    """Return what limits the diagnosis, one sentence each; ``blocks`` is how many there are to fit to."""
     references, fitted = len(study.references), {part.trial for part in study.fitted}
     severe = sorted({f.channel for one in faults for f in one.faults if f.severe})
     if severe:

@@ -23,7 +23,6 @@ class StageGap:
     """One stage.
 
     Attributes:
-        stage: Its name.
         own: Energy over expectation of its channels when fed what was measured (1 is none); NaN if unseen.
         end_to_end: The same when all stages are fed commands.
         share: Its own energy above expectation over that of all stages, 0 to 1.
@@ -40,9 +39,7 @@ class Cell:
     """A channel in a part of the gait.
 
     Attributes:
-        channel: Name of the channel.
         joint: Its joint, empty for the body.
-        stage: Its stage.
         phase: Middle of the phase bin, 0 to 1; NaN where there are no cycles.
         mean: Mean difference, measured minus predicted, in units of the noise.
         statistic: Mean over its standard error.
@@ -63,9 +60,6 @@ class ChannelGap:
     """A channel of one joint.
 
     Attributes:
-        channel: Name.
-        joint: Its joint.
-        stage: Its stage.
         excess: Energy over expectation; NaN where nothing was compared.
         bands: Shares of its energy: drift, harmonics 1 to 3, 4 to 10, above; NaN without cycles.
         thirds: Energy over expectation in each third of the trials.
@@ -83,19 +77,11 @@ class ChannelGap:
 
 @dataclass(frozen=True, slots=True)
 class Where:
-    """The map.
-
-    Attributes:
-        stages: In the order of the chain.
-        channels: Every channel.
-        cells: The largest differences.
-        testable: False if there are too few blocks to test a cell.
-    """
+    """The map: stages in the order of the chain, every channel, the largest differences."""
 
     stages: tuple[StageGap, ...]
     channels: tuple[ChannelGap, ...]
     cells: tuple[Cell, ...]
-    testable: bool
 
     @property
     def stage(self) -> str:
@@ -115,12 +101,10 @@ def where(local: Evidence, end_to_end: Evidence, residual: FloatArray, seed: int
     """
     excess = local.excess(residual)
     bins = _phase_bins(local)
-    cells, testable = _cells(local, residual, bins, seed)
     return Where(
         _stages(local, end_to_end, excess),
         _channels(local, residual, excess, bins),
-        cells,
-        testable,
+        _cells(local, residual, bins, seed),
     )
 
 
@@ -158,9 +142,8 @@ def _phase_bins(evidence: Evidence) -> IntArray:
     return np.concatenate(bins).astype(np.int64)
 
 
-def _cells(
-    evidence: Evidence, residual: FloatArray, bins: IntArray, seed: int
-) -> tuple[tuple[Cell, ...], bool]:
+def _cells(evidence: Evidence, residual: FloatArray, bins: IntArray, seed: int) -> tuple[Cell, ...]:
+    """The largest differences that are above chance; none where there are too few blocks to test them."""
     channels = evidence.simulator.channels
     cyclic = bool(bins.any())
     means, roots = [], []
@@ -177,7 +160,7 @@ def _cells(
     flat = value.reshape(blocks, -1)
     known = (count > 0).all(axis=0).ravel()
     if blocks < FEWEST_BLOCKS or not known.any():
-        return (), False
+        return ()
     flat = flat[:, known]
     mean, own = flat.mean(axis=0), flat.var(axis=0, ddof=1)
     error = np.sqrt((own + np.median(own) + 1e-30) / (2 * blocks))
@@ -202,7 +185,7 @@ def _cells(
             cells.append(
                 Cell(c.name, c.joint, c.stage, middle, float(mean[i]), float(statistic[i]), p)
             )
-    return tuple(cells), True
+    return tuple(cells)
 
 
 def _channels(

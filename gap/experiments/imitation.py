@@ -8,8 +8,7 @@ import numpy as np
 
 from gap.interfaces import Cause, Drive, Simulator, reach_of
 from gap.residuals.floor import Floor
-from gap.residuals.misfit import Misfit
-from gap.residuals.predictions import Predictor, Wanted
+from gap.residuals.predictions import Misfit, Predictor, Wanted
 from gap.search.candidates import Candidate, starts_of, stepped
 from gap.search.fit import PLAIN, fit_causes
 from model.values.arrays import FloatArray
@@ -20,11 +19,9 @@ STEPS = 4
 
 @dataclass(frozen=True, eq=False)
 class Imitation(Misfit):
-    """What causes predict end to end, against what others do; of each trial only its commands count.
+    """What causes predict end to end, against what a goal does; of each trial only its commands count.
 
-    Attributes:
-        noise: Standard deviation of each trial's channels, (F, C).
-        goal: Causes to be imitated.
+    The noise is the standard deviation of each trial's channels, (F, C).
     """
 
     noise: Sequence[FloatArray]
@@ -50,10 +47,7 @@ class Imitation(Misfit):
 def noise_of(simulator: Simulator, trials: Sequence[Trial], floor: Floor) -> list[FloatArray]:
     """Return the standard deviation of each trial's channels, (F, C); large where they weigh little.
 
-    Args:
-        simulator: The simulator.
-        trials: The trials.
-        floor: Noise under ``Drive.COMMAND``.
+    The floor is that under ``Drive.COMMAND``.
     """
     sigma = np.fmax(floor.sigma * np.sqrt(floor.dependence), 1e-12)
     return [sigma / np.fmax(np.sqrt(simulator.observe(one).weight), 1e-12) for one in trials]
@@ -67,15 +61,9 @@ def imitate(
     rival: Candidate,
     floor: Floor,
 ) -> tuple[Cause, ...]:
-    """Put a rival in the place of one cause, at the size that predicts the same runs best.
+    """Put a rival in the place of one cause, ``causes[of]``, at the size that predicts the same runs best.
 
-    Args:
-        simulator: The simulator.
-        trials: The runs.
-        causes: What was found.
-        of: Number of the cause to be replaced.
-        rival: Effect and place that take its place.
-        floor: Noise under ``Drive.COMMAND``.
+    The floor is that under ``Drive.COMMAND``.
     """
     noise = noise_of(simulator, trials, floor)
     misfit = Imitation(Predictor(simulator, trials), noise, causes)

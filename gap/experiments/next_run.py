@@ -11,8 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap.experiments.imitation import Imitation, noise_of
-from gap.interfaces import Cause, Simulator, place_words
-from gap.proposals import Proposal
+from gap.interfaces import Cause, Proposal, Simulator, place_words
 from gap.residuals.floor import Floor
 from gap.residuals.predictions import Predictor
 from gap.search.fit import ENOUGH_SEPARATION, energy_left, free_values, slopes_of
@@ -25,12 +24,10 @@ class NextRun:
     """How well a run separates candidates.
 
     Attributes:
-        name: What to do.
         pair: The two candidates that it separates least.
         separation: Energy between them, in units of noise.
         runs: How many runs make the choice sure to one in a hundred.
         minutes: Of all of them.
-        limits: What to mind.
         command: Command line that makes one; empty if there is none.
     """
 
@@ -59,7 +56,7 @@ def next_runs(
         simulator: The simulator.
         rivals: Sets of causes to discriminate between.
         floor: Its noise under ``Drive.COMMAND``.
-        progress: Told the share that is done.
+        progress: Gets the share that is done.
     """
     found = []
     for number, one in enumerate(proposals):

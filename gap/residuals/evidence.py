@@ -13,9 +13,8 @@ import numpy as np
 
 from gap.interfaces import Cause, Drive, reach_of
 from gap.residuals.floor import Floor
-from gap.residuals.misfit import Misfit
 from gap.residuals.parts import Part, block_starts, folds_of
-from gap.residuals.predictions import Predictor, Wanted
+from gap.residuals.predictions import Misfit, Predictor, Wanted
 from gap.residuals.whitening import Whitener, make_whitener
 from model.values.arrays import FloatArray, IntArray
 
@@ -28,9 +27,6 @@ class Evidence(Misfit):
     """Parts of trials under one drive, F frames in all.
 
     Attributes:
-        parts: The parts.
-        drive: What feeds the stages.
-        floor: The floor under that drive.
         whiteners: One a part.
         starts: First frame of each of B blocks, counted over all parts.
         folds: Fold of each block, (B,).
@@ -104,7 +100,9 @@ class Evidence(Misfit):
 
     def score(self, residual: FloatArray) -> FloatArray:
         """Misfit of each block and channel in nats, (B, C): less is better."""
-        return robust_score(self.per_block(residual**2), self.count)
+        safe = np.fmax(self.count, 1e-9)
+        nats = 0.5 * TAIL * safe * np.log1p(self.per_block(residual**2) / (TAIL * safe))
+        return np.where(self.count > 0, nats, 0.0)
 
     def weights(self, residual: FloatArray) -> FloatArray:
         """Weight of each frame in a quadratic that is tangent to the score, (F, C)."""
@@ -124,12 +122,6 @@ class Evidence(Misfit):
 def mean_energy(energy: FloatArray, count: FloatArray) -> FloatArray:
     """Return energies over so many independent frames; NaN where there is none."""
     return np.where(count > 0, energy / np.where(count > 0, count, 1.0), np.nan)
-
-
-def robust_score(energy: FloatArray, count: FloatArray) -> FloatArray:
-    """Return the misfit of energies of so many independent frames each, in nats."""
-    safe = np.fmax(count, 1e-9)
-    return np.where(count > 0, 0.5 * TAIL * safe * np.log1p(energy / (TAIL * safe)), 0.0)
 
 
 def make_evidence(

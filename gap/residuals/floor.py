@@ -24,12 +24,7 @@ FEW = 3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ExpectedMisfit:
-    """What a condition is expected to show.
-
-    Attributes:
-        mean: Expected coefficients, (K, C).
-        variance: Their variance, (K, C).
-    """
+    """Coefficients that a condition is expected to show, and their variance, (K, C) each."""
 
     mean: FloatArray
     variance: FloatArray
@@ -155,9 +150,7 @@ def _correlation(some: Sequence[Condition], others: Sequence[Condition]) -> Floa
     for i, a in enumerate(some):
         for j, b in enumerate(others):
             same = 1.0 if a.gait == b.gait else GAIT_CORRELATION
-            ratio = a.frequency_hz / b.frequency_hz if b.frequency_hz > 0 else np.nan
-            far = np.log(ratio) / LOG_FREQUENCY if np.isfinite(ratio) and ratio > 0 else 0.0
-            out[i, j] = same * np.exp(-0.5 * far**2)
+            out[i, j] = same * np.exp(-0.5 * (a.log_ratio(b) / LOG_FREQUENCY) ** 2)
     return out
 
 
@@ -208,7 +201,8 @@ def dependence_of(errors: Sequence[FloatArray]) -> FloatArray:
     for error in errors:
         frames = len(error)
         known = np.isfinite(error)
-        centred = np.where(known, error - _mean(error, known), 0.0)
+        mean = np.where(known, error, 0.0).sum(axis=0) / np.fmax(known.sum(axis=0), 1)
+        centred = np.where(known, error - mean, 0.0)
         size = 2 ** int(np.ceil(np.log2(2 * frames)))
         spectrum = np.abs(np.fft.rfft(centred, size, axis=0)) ** 2
         lags = np.fft.irfft(spectrum, size, axis=0)[: max(frames // 4, 2)]
@@ -219,7 +213,3 @@ def dependence_of(errors: Sequence[FloatArray]) -> FloatArray:
         before: BoolArray = np.arange(len(lags))[:, None] < end
         times.append(np.clip(2 * np.sum(lags * before, axis=0) - 1, 1.0, max(frames / 8, 1.0)))
     return np.asarray(np.median(times, axis=0))
-
-
-def _mean(error: FloatArray, known: BoolArray) -> FloatArray:
-    return np.asarray(np.where(known, error, 0.0).sum(axis=0) / np.fmax(known.sum(axis=0), 1))

@@ -27,6 +27,11 @@ class Condition:
     gait: str
     frequency_hz: float
 
+    def log_ratio(self, other: "Condition") -> float:
+        """Natural logarithm of the ratio of the frequencies; 0 where one is not known."""
+        ratio = self.frequency_hz / other.frequency_hz if other.frequency_hz > 0 else 1.0
+        return float(np.log(ratio)) if np.isfinite(ratio) and ratio > 0 else 0.0
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
@@ -36,7 +41,6 @@ class Part:
         trial: Index of the trial.
         first: First frame.
         last: Frame behind the last.
-        gait: Gait of the trial.
         frequency_hz: Its cycles a second; NaN if not known.
         observation: What was measured there.
     """
@@ -64,13 +68,7 @@ class Part:
 
 
 def whole_parts(simulator: Simulator, trials: Sequence[Trial], first: int = 0) -> tuple[Part, ...]:
-    """Return whole trials as parts.
-
-    Args:
-        simulator: Observes the trials.
-        trials: The trials.
-        first: Index of the first one among all trials of the study.
-    """
+    """Return whole trials as parts; the first one has the index ``first`` among all trials of the study."""
     found = [(trial, simulator.observe(trial)) for trial in trials]
     return tuple(part_of(i, t, o, 0, len(o.time_s)) for i, (t, o) in enumerate(found, first))
 

@@ -1,4 +1,4 @@
-"""What a simulator predicts for many sets of causes, in this process or on several.
+"""What a simulator predicts for many sets of causes, in this process or on several, and what a fit costs.
 
 A pool is made by ``prediction_pool``: its workers inherit the simulator and the trials, so that only
 indices and causes travel.
@@ -8,9 +8,11 @@ from collections.abc import Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
-from gap.interfaces import Cause, Drive, Simulator
+import numpy as np
+
+from gap.interfaces import Cause, Drive, Effect, Simulator
 from gap.worker_pool import worker_pool
 from model.errors import GapError
 from model.values.arrays import FloatArray
@@ -23,13 +25,7 @@ _installed: list[tuple[Simulator, tuple[Trial, ...]]] = []
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """One prediction.
-
-    Attributes:
-        trial: Index of the trial.
-        causes: What is added to the simulator.
-        drive: What feeds its stages.
-    """
+    """One prediction: of a trial by its index, with causes added, under a drive."""
 
     trial: int
     causes: tuple[Cause, ...]
@@ -95,3 +91,32 @@ class Predictor:
         answers = self._known | dict(zip(fresh, found, strict=True))
         self._known = dict(list(answers.items())[-REMEMBERED:])
         return [answers[one] for one in wanted]
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """Plain squares of a residual; subclasses say which, and may weigh it."""
+
+    predictor: Predictor
+
+    @property
+    def simulator(self) -> Simulator:
+        """The simulator whose effects are fitted."""
+        return self.predictor.simulator
+
+    @cached_property
+    def effects(self) -> dict[str, Effect]:
+        """Its catalogue by name."""
+        return {effect.name: effect for effect in self.simulator.effects}
+
+    def residuals(self, sets: Sequence[tuple[Cause, ...]]) -> list[FloatArray]:
+        """Return the residual with each set of causes, (F, C)."""
+        raise NotImplementedError
+
+    def score(self, residual: FloatArray) -> FloatArray:
+        """Return the cost of parts of a residual in nats; a fit makes their sum small."""
+        return 0.5 * residual**2
+
+    def weights(self, residual: FloatArray) -> FloatArray:
+        """Return the weight of each value in a quadratic that is tangent to the score, (F, C)."""
+        return np.ones(residual.shape)

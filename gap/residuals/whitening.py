@@ -38,11 +38,8 @@ class Whitener:
 
     def whiten(self, error: FloatArray) -> FloatArray:
         """Map measured minus predicted, (F, C); NaN becomes 0."""
-        return self.map(error - self.expected)
-
-    def map(self, change: FloatArray) -> FloatArray:
-        """Map a change of a prediction, (F, C)."""
-        scaled = np.where(self.gain > 0.0, np.nan_to_num(change), 0.0) * self.gain
+        new = np.nan_to_num(error - self.expected)
+        scaled = np.where(self.gain > 0.0, new, 0.0) * self.gain
         if self.basis.shape[1]:
             along = self.shrink * (self.basis.T @ scaled)
             scaled = scaled - (self.basis @ along) * (self.gain > 0.0)
@@ -52,10 +49,7 @@ class Whitener:
 def make_whitener(part: Part, floor: Floor, base: FloatArray) -> Whitener:
     """Make the map.
 
-    Args:
-        part: The part.
-        floor: The floor.
-        base: What the simulator predicts as it stands, (F, C); it is compared where it has an answer.
+    The simulator as it stands, ``base`` (F, C), is compared where it has an answer.
     """
     on = used(part.observation) & np.isfinite(base)
     weight = np.where(on, part.observation.weight, 0.0)

@@ -24,12 +24,7 @@ LOG_RANGE = 20.0  # a range wider than this from a positive end is walked by rat
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """An effect at a place.
-
-    Attributes:
-        effect: The effect.
-        joints: The joint, or none for the whole machine.
-    """
+    """An effect at a joint, or at none: on the whole machine."""
 
     effect: Effect
     joints: tuple[str, ...]
@@ -52,9 +47,7 @@ class Candidate:
 def candidates_of(simulator: Simulator, standing: Sequence[Cause] = ()) -> tuple[Candidate, ...]:
     """Return every candidate, in an order that does not depend on the catalogue's.
 
-    Args:
-        simulator: The simulator.
-        standing: Causes that are there already: a law among them cannot be added again.
+    A law among the causes that are there already cannot be added again.
     """
     there = {cause.effect for cause in standing if not cause.values}
     found = []
@@ -80,14 +73,7 @@ def step_of(parameter: Parameter, value: float, share: float) -> float:
 def stepped(
     parameters: Sequence[Parameter], values: Sequence[float], i: int, share: float
 ) -> tuple[float, ...]:
-    """Return values with one of them a step away, within its bounds.
-
-    Args:
-        parameters: All parameters.
-        values: One each.
-        i: Which of them moves.
-        share: Of its spread.
-    """
+    """Return values, one a parameter, with number i a share of its spread away, within its bounds."""
     p = parameters[i]
     moved = values[i] + step_of(p, values[i], share)
     return (*values[:i], min(max(moved, p.lower), p.upper), *values[i + 1 :])
@@ -98,29 +84,26 @@ def starts_of(
 ) -> list[tuple[float, ...]]:
     """Return where fits may begin, given which parameters leave no trace at neutral.
 
-    Args:
-        effect: The effect.
-        silent: One a parameter.
-        reach_m: Between which places the machine touched its world; NaN if unknown.
+    The reach is between which places the machine touched its world; NaN if unknown.
     """
     parameters = effect.parameters
-    if not any(silent):
-        return [tuple(p.neutral for p in parameters)]
+    neutral = tuple(p.neutral for p in parameters)
     quiet = [i for i, one in enumerate(silent) if one]
-    if len(quiet) == 1 or all(silent):
-        return [
-            tuple(values if i == at else p.neutral for i, p in enumerate(parameters))
+    if len(quiet) == 1 or (quiet and all(silent)):
+        starts = [
+            (*neutral[:at], value, *neutral[at + 1 :])
             for at in quiet
-            for values in _ladder(parameters[at], reach_m)
+            for value in _ladder(parameters[at], reach_m)
         ]
-    starts = [tuple(p.neutral for p in parameters)]
-    for signs in itertools.product((-1.0, 1.0), repeat=min(len(quiet), 2)):
-        values = list(starts[0])
-        for i, sign in zip(quiet, signs, strict=False):
-            p = parameters[i]
-            values[i] = float(np.clip(p.neutral + sign * p.spread, p.lower, p.upper))
-        starts.append(tuple(values))
-    return starts
+    else:
+        starts = [neutral]
+        for signs in itertools.product((-1.0, 1.0), repeat=min(len(quiet), 2)):
+            values = list(neutral)
+            for i, sign in zip(quiet, signs, strict=False):
+                p = parameters[i]
+                values[i] = float(np.clip(p.neutral + sign * p.spread, p.lower, p.upper))
+            starts.append(tuple(values))
+    return list(dict.fromkeys(starts))  # a bound may cut several of them to one
 
 
 def _ladder(p: Parameter, reach_m: tuple[float, float]) -> list[float]:

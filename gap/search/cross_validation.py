@@ -18,11 +18,9 @@ CLEAR_ERRORS = 2.0  # standard errors from which an advantage is more than scatt
 
 @dataclass(frozen=True, slots=True)
 class Advantage:
-    """How much better one set of causes predicts unseen blocks than another.
+    """How much better one set of causes predicts held-out blocks than another, summed over the blocks.
 
-    Attributes:
-        nats: Sum over the blocks.
-        error: Its standard error, from the scatter of blocks.
+    The standard error is from the scatter of blocks.
     """
 
     nats: float

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gap.interfaces import Cause, Effect, Parameter
-from gap.residuals.misfit import Misfit
+from gap.residuals.predictions import Misfit
 from gap.search.candidates import FINE_STEP, step_of
 from model.values.arrays import FloatArray
 
@@ -25,7 +25,6 @@ class Fitted:
     """Causes with fitted values.
 
     Attributes:
-        causes: The causes.
         residual: Whitened, (F, C).
         slopes: Change of the prediction for one spread of each of P parameters, (P, F, C).
         away: Distance from neutral in spreads, (P,).

@@ -24,11 +24,7 @@ STEADY = 4.0  # degrees of freedom that the scatter from noise alone is worth
 def chance_healthy(evidence: Evidence, healthy: Evidence, fitted: Fitted, added: Cause) -> float:
     """Return the one-sided chance of so large a cause in a healthy machine, for this one candidate.
 
-    Args:
-        evidence: The trials.
-        healthy: The references, each whitened by what others predict.
-        fitted: All causes, ``added`` among them.
-        added: The cause in question.
+    References are whitened by what others predict; the fit has all causes, ``added`` among them.
     """
     seen = sizes_in_trials(evidence, fitted, added)
     if not len(seen):
@@ -56,13 +52,7 @@ def scatter(groups: Sequence[FloatArray]) -> tuple[float, int]:
 
 
 def sizes_in_trials(evidence: Evidence, fitted: Fitted, added: Cause) -> FloatArray:
-    """Size of one of the causes in each run, (R,), 1 where it is as fitted to all of them.
-
-    Args:
-        evidence: The trials.
-        fitted: All causes, ``added`` among them.
-        added: The cause in question.
-    """
+    """Size of one of the fitted causes in each run, (R,), 1 where it is as fitted to all of them."""
     rest = tuple(one for one in fitted.causes if one is not added)
     without = evidence.residuals([rest])[0]
     return amplitudes(

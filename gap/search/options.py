@@ -30,7 +30,6 @@ class Option:
 
     Attributes:
         added: The candidate that it adds to what stood.
-        fitted: The fit.
         unseen: Score of each block without its fold, (B,).
         over: How much better than what stood.
     """
@@ -94,12 +93,8 @@ def fit_option(
 ) -> Option:
     """Fit a candidate together with what stands, and judge it on blocks that were not fitted to.
 
-    Args:
-        evidence: What to fit to.
-        added: The candidate.
-        start: All causes with the values to begin from.
-        standing: Score of each block with what stood before, (B,).
-        rounds: Most steps.
+    The start has all causes with the values to begin from; ``standing`` is the score of each block with
+    what stood before, (B,).
     """
     fitted = fit_causes(evidence, start, rounds)
     freed = off_bounds(start, evidence.effects)

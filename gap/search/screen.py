@@ -21,7 +21,6 @@ class Signature:
     """A candidate to first order about a start.
 
     Attributes:
-        candidate: The candidate.
         start: Values there.
         live: Indices of the parameters that leave a trace.
         rows: Rows of ``Signatures.matrix``: one a live parameter, for a change of one spread.
@@ -37,12 +36,7 @@ class Signature:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Signatures:
-    """All of them.
-
-    Attributes:
-        found: The signatures.
-        matrix: Whitened changes of the prediction, (rows, F C).
-    """
+    """Signatures, and the whitened changes of the prediction that they name rows of, (rows, F C)."""
 
     found: tuple[Signature, ...]
     matrix: NDArray[np.float32]
@@ -50,13 +44,7 @@ class Signatures:
 
 @dataclass(frozen=True, slots=True)
 class Gain:
-    """What a candidate would gain to first order.
-
-    Attributes:
-        signature: The candidate and its start.
-        values: Fitted values.
-        nats: Gain in the score's quadratic.
-    """
+    """What a candidate would gain to first order in the score's quadratic, at which values."""
 
     signature: Signature
     values: tuple[float, ...]
@@ -69,14 +57,7 @@ def make_signatures(
     standing: tuple[Cause, ...],
     progress: Callable[[float], None],
 ) -> Signatures:
-    """Difference the simulator about the causes that are there already.
-
-    Args:
-        evidence: What is fitted to.
-        candidates: Those to look at.
-        standing: Causes that are there already.
-        progress: Gets the share that is done.
-    """
+    """Difference the simulator about the causes that are there already; progress gets the share done."""
     rows = _Rows(evidence, standing)
     parameters = [(one, i) for one in candidates for i in range(len(one.neutral))]
     moves = [stepped(one.effect.parameters, one.neutral, i, STEP) for one, i in parameters]
@@ -176,13 +157,9 @@ class _Rows:
 
 
 def plain_gains(signatures: Signatures, residuals: FloatArray) -> FloatArray:
-    """Return the largest gain of each of S residuals with all weights 1 and no bounds, (S,).
+    """Return the largest gain of each of S whitened residuals, (S, F C), all weights 1, no bounds, (S,).
 
     A parameter costs half a nat, which is what noise gives it.
-
-    Args:
-        signatures: Signatures.
-        residuals: Whitened, (S, F C).
     """
     along = (signatures.matrix @ residuals.T.astype(np.float32)).astype(np.float64)
     best = np.zeros(len(residuals))
@@ -203,10 +180,7 @@ def plain_gains(signatures: Signatures, residuals: FloatArray) -> FloatArray:
 def gains(signatures: Signatures, residual: FloatArray, weights: FloatArray) -> list[Gain]:
     """Return what each candidate would gain, best first, one (its best start) each.
 
-    Args:
-        signatures: Signatures.
-        residual: Whitened residual, (F, C).
-        weights: Weight of each of its values, (F, C).
+    The residual is whitened, (F, C), as is the weight of each of its values.
     """
     weight = weights.astype(np.float32).ravel()
     pull = (residual.astype(np.float32).ravel() * weight).astype(np.float32)

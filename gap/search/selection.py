@@ -1,4 +1,4 @@
-"""Which causes, and how many: forward, judged on unseen blocks, with drops and swaps."""
+"""Which causes, and how many: forward, judged on held-out blocks, with drops and swaps."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -48,12 +48,7 @@ ANEW = 0.3  # share of the score that a law must have closed for all signatures 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Step:
-    """One cause that was taken, and the others that were fitted in its place.
-
-    Attributes:
-        chosen: What was taken.
-        rivals: The others, best first.
-    """
+    """One cause that was taken, and the others that were fitted in its place, best first."""
 
     chosen: Option
     rivals: tuple[Option, ...]
@@ -140,14 +135,7 @@ def select(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Look:
-    """Looks for causes that are new.
-
-    Attributes:
-        evidence: What is fitted to.
-        count: How many candidates there are.
-        healthy: References; None without.
-        search: How far to look.
-    """
+    """Looks for causes that are new; ``count`` is how many candidates there are, healthy None without."""
 
     evidence: Evidence
     count: int

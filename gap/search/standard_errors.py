@@ -21,10 +21,7 @@ from model.values.arrays import FloatArray
 def standard_errors(evidence: Evidence, healthy: Evidence | None, fitted: Fitted) -> FloatArray:
     """Return the standard error of every parameter in spreads, (P,), in the order of ``fitted.away``.
 
-    Args:
-        evidence: The trials.
-        healthy: References; None where there are none or too few.
-        fitted: All causes together.
+    ``healthy`` are references, None where there are none or too few.
     """
     if not len(fitted.away):
         return np.zeros(0)

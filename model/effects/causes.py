@@ -39,20 +39,27 @@ class Parameter:
 
 
 @dataclass(frozen=True, slots=True)
-class EffectNumbers:
-    """One thing that a model may lack, as far as a machine needs to know it.
+class Effect:
+    """One thing that a model may lack.
 
     Attributes:
-        name: Its name.
         stage: The stage in which it acts.
         parameters: Its numbers; none for a law that is there or not.
         scopes: What it can touch.
+        physics: One sentence: what happens in the world.
+        remedy: One sentence: what a person would check or change.
     """
 
     name: str
     stage: str
     parameters: tuple[Parameter, ...]
     scopes: tuple[Scope, ...]
+    physics: str
+    remedy: str
+
+    def named(self, values: Sequence[float]) -> dict[str, float]:
+        """Return values, one a parameter, by the names of their parameters."""
+        return dict(zip((p.name for p in self.parameters), values, strict=True))
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +67,6 @@ class Cause:
     """An effect with its numbers, at its place.
 
     Attributes:
-        effect: Name of the effect.
         joints: The joints that it touches; empty for the whole machine.
         values: In the order of the effect's parameters.
     """
@@ -71,15 +77,9 @@ class Cause:
 
 
 def check_cause(
-    cause: Cause, effect: EffectNumbers, joints: Sequence[str], part: str = "leg"
+    cause: Cause, effect: Effect, joints: Sequence[str], part: str = "leg"
 ) -> tuple[bool, ...]:
-    """Return which joints a cause touches, (N,).
-
-    Args:
-        cause: The cause.
-        effect: Its effect.
-        joints: Names of all N joints.
-        part: What they are called in messages.
+    """Return which of N joints a cause touches, (N,); ``part`` is what they are called in messages.
 
     Raises:
         GapError: Its joints or values do not fit the effect.

@@ -6,11 +6,11 @@ are to be read: changing those would make the file contradict what it recorded.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from model.effects.catalogue import EFFECTS, TOGETHER, Combine
 from model.effects.causes import Cause
-from model.effects.written import WrittenEffect, written_of
+from model.effects.written import table_name
 from model.errors import GapError
 
 PAYLOAD = "payload"
@@ -24,16 +24,7 @@ SUMMANDS = {
 
 @dataclass(frozen=True, slots=True)
 class KeyChange:
-    """One number of a robot file: new = factor times old plus ``plus``.
-
-    Attributes:
-        table: Its table.
-        key: Its key.
-        index: Where in an array; empty for a number by itself.
-        factor: Factor.
-        plus: Summand.
-        cause: Why.
-    """
+    """One number of a robot file, by itself or in an array: new = factor times old plus ``plus``."""
 
     table: str
     key: str
@@ -45,15 +36,10 @@ class KeyChange:
 
 @dataclass(frozen=True, slots=True)
 class Correction:
-    """What is to be done to a robot file.
-
-    Attributes:
-        changes: Numbers of its keys.
-        effects: What its table of effects is to hold besides.
-    """
+    """Numbers to change in a robot file, and what its table of effects is to hold besides, each a leg's."""
 
     changes: tuple[KeyChange, ...]
-    effects: tuple[WrittenEffect, ...]
+    effects: tuple[Cause, ...]
 
 
 def correction_of(causes: Sequence[Cause], legs: tuple[str, ...]) -> Correction:
@@ -63,14 +49,23 @@ def correction_of(causes: Sequence[Cause], legs: tuple[str, ...]) -> Correction:
         GapError: A robot file cannot hold a cause.
     """
     changes: list[KeyChange] = []
-    effects: list[WrittenEffect] = []
+    effects: list[Cause] = []
     for cause in causes:
         own = _key_changes(cause, [legs.index(leg) for leg in cause.joints or legs])
         if own is None:
-            effects += written_of(cause)
+            effects += _each_leg(cause)
         else:
             changes += own
     return Correction(tuple(changes), merged((), effects))
+
+
+def _each_leg(cause: Cause) -> list[Cause]:
+    if cause.effect not in EFFECTS:
+        raise GapError(
+            f"{cause.effect} is an effect of a user's own: a robot file holds numbers, not its Python; "
+            "keep --effects FILE.py with the diagnosis"
+        )
+    return [replace(cause, joints=(leg,)) for leg in cause.joints] or [cause]
 
 
 def _key_changes(cause: Cause, legs: list[int]) -> list[KeyChange] | None:
@@ -95,42 +90,38 @@ def _key_changes(cause: Cause, legs: list[int]) -> list[KeyChange] | None:
     ]
 
 
-def merged(
-    there: Sequence[WrittenEffect], added: Sequence[WrittenEffect]
-) -> tuple[WrittenEffect, ...]:
-    """Add effects to those that are there; one that is there already grows.
+def merged(there: Sequence[Cause], added: Sequence[Cause]) -> tuple[Cause, ...]:
+    """Add causes of one leg or of the whole robot to those that are there; one that is there grows.
 
     Raises:
         GapError: The two cannot be one: a step here and a step there.
     """
-    found = {(one.name, one.leg): one for one in there}
+    found = {(one.effect, one.joints): one for one in there}
     for one in added:
-        old = found.get((one.name, one.leg))
-        found[one.name, one.leg] = one if old is None else _together(old, one)
+        key = (one.effect, one.joints)
+        found[key] = _together(found[key], one) if key in found else one
     return tuple(found.values())
 
 
-def _together(old: WrittenEffect, new: WrittenEffect) -> WrittenEffect:
-    effect = EFFECTS[old.name]
-    names = [parameter.name for parameter in effect.parameters]
-    neutral = {parameter.name: parameter.neutral for parameter in effect.parameters}
-    a, b = neutral | dict(old.values), neutral | dict(new.values)
+def _together(old: Cause, new: Cause) -> Cause:
+    effect, key = EFFECTS[old.effect], table_name(old.effect, old.joints)
+    pairs = zip(old.values, new.values, strict=True)
     if effect.name == PAYLOAD:  # loads on the body: their centre
-        mass = a["mass_kg"] + b["mass_kg"]
-        share = b["mass_kg"] / mass if mass else 0.0
-        values = [mass] + [(1 - share) * a[name] + share * b[name] for name in names[1:]]
-        return WrittenEffect(old.name, old.leg, tuple(zip(names, values, strict=True)))
+        mass = old.values[0] + new.values[0]
+        share = new.values[0] / mass if mass else 0.0
+        centre = [(1 - share) * a + share * b for a, b in pairs]
+        return replace(old, values=(mass, *centre[1:]))
     if effect.apart:
         raise GapError(
-            f"{old.key} is there already, and two of it act one behind the other, which one table cannot "
+            f"{key} is there already, and two of it act one behind the other, which one table cannot "
             "say; take the old one out of the robot file"
         )
     values = []
-    for name, how in zip(names, effect.combine, strict=True):
-        if how is Combine.SET and a[name] != b[name]:
+    for (a, b), parameter, how in zip(pairs, effect.parameters, effect.combine, strict=True):
+        if how is Combine.SET and a != b:
             raise GapError(
-                f"{old.key} has {name} = {a[name]:g} already, and another at {b[name]:g} cannot be added; "
+                f"{key} has {parameter.name} = {a:g} already, and another at {b:g} cannot be added; "
                 "take the old one out of the robot file"
             )
-        values.append(TOGETHER[how](a[name], b[name]))
-    return WrittenEffect(old.name, old.leg, tuple(zip(names, values, strict=True)))
+        values.append(TOGETHER[how](a, b))
+    return replace(old, values=tuple(values))

@@ -19,13 +19,15 @@ from model.effects.settings import Settings, settings_of
 from model.effects.shafts import feet
 from model.motion.se2 import turned
 from model.values.arrays import FloatArray, readonly
-from model.values.contact import ContactSolution, Support, Traction
+from model.values.contact import ContactSolution, Support, Traction, no_contact
 from model.values.legs import FootForces, FootMotion
 
 PERIOD_S = 1e-3
 AROUND_S = np.array([-PERIOD_S, 0.0, PERIOD_S])
 MIDDLE = 1
 NO_SUPPORT = "the feet cannot carry the robot, or an angle is not known"
+SPEED_UNKNOWN = "a shaft's speed is not known"
+TOO_FEW = "fewer than two feet are loaded"
 
 
 class _Moment(Grid):
@@ -39,23 +41,14 @@ class _Moment(Grid):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrameAnswer:
-    """The model of one frame.
-
-    Attributes:
-        feet: Unloaded feet as the robot file with its effects has them.
-        contact: Support and traction.
-    """
+    """The model of one frame: unloaded feet as the robot file with its effects has them, and contact."""
 
     feet: FootMotion
     contact: ContactSolution
 
 
 class FrameModel:
-    """The model of a robot file with effects, frame by frame.
-
-    Args:
-        machine: The robot.
-    """
+    """The model of a robot file with effects, frame by frame."""
 
     def __init__(self, machine: LeggedMachine) -> None:
         self._machine = machine
@@ -97,12 +90,12 @@ class FrameModel:
             readonly((points[2] - points[0]) / (2 * PERIOD_S) + (0.0 if moving else np.nan)),
         )
         if not (np.isfinite(points).all() and np.isfinite(world).all()):
-            return FrameAnswer(motion, _contact(motion, None, None))
+            return FrameAnswer(motion, no_contact(len(angle), NO_SUPPORT))
         moved = np.tile(before, (len(AROUND_S), 1)) if np.isfinite(before).all() else None
         scene = Scene(self._machine, self._grid, settings, world)
         standing = stand(scene, walked, moved)
         if not np.isfinite(standing.load_n).all():
-            return FrameAnswer(motion, _contact(motion, None, None))
+            return FrameAnswer(motion, no_contact(len(angle), NO_SUPPORT))
         kept = Before(before, dt_s) if dt_s > 0 else None
         sliding = slide(scene, walked, standing, standing.load_n, before=kept)
         return FrameAnswer(motion, _contact(motion, standing, sliding))
@@ -125,34 +118,21 @@ class FrameModel:
         return self.settings.with_whole("ground_slope", *turned(slope_x, slope_y, -yaw))
 
 
-def _contact(
-    motion: FootMotion, standing: Standing | None, sliding: Sliding | None
-) -> ContactSolution:
-    """Support and traction of the middle frame; NaN, and why, where there is none."""
-    legs = len(motion.position_m)
-    nan = float("nan")
-    velocity, slip, force = np.full(3, nan), np.full((legs, 2), nan), np.full((legs, 3), nan)
-    if standing is None or sliding is None:
-        load, loaded = readonly(np.full(legs, nan)), readonly(np.zeros(legs, dtype=bool))
-        support = Support(False, NO_SUPPORT, nan, nan, nan, load, loaded, 0)
-        reason = f"no support: {NO_SUPPORT}"
-    else:
-        load = readonly(standing.load_n[MIDDLE].copy())
-        loaded = readonly(load > 0.0)
-        slope_x, slope_y = standing.slopes[MIDDLE].tolist()
-        height = float(standing.height_m[MIDDLE])
-        support = Support(True, "", height, slope_x, slope_y, load, loaded, 0)
-        reason = ""
-        if not np.isfinite(motion.velocity_m_s).all():
-            reason = "a shaft's speed is not known"
-        elif not np.isfinite(sliding.velocity_B[MIDDLE]).all():
-            reason = "fewer than two feet are loaded"
-        else:
-            velocity = sliding.velocity_B[MIDDLE].copy()
-            place = motion.position_m
-            slip = motion.velocity_m_s[:, :2] + velocity[:2]
-            slip += velocity[2] * np.stack([-place[:, 1], place[:, 0]], axis=1)
-            slip[~loaded] = np.nan
-            force = np.column_stack([sliding.force_xy_n[MIDDLE], load])
-    traction = Traction(not reason, reason, readonly(velocity), readonly(slip), readonly(force))
+def _contact(motion: FootMotion, standing: Standing, sliding: Sliding) -> ContactSolution:
+    """Support and traction of the middle frame; NaN, and why, where there is no velocity."""
+    load = readonly(standing.load_n[MIDDLE].copy())
+    loaded = readonly(load > 0.0)
+    slope_x, slope_y = standing.slopes[MIDDLE].tolist()
+    height = float(standing.height_m[MIDDLE])
+    support = Support(True, "", height, slope_x, slope_y, load, loaded, 0)
+    place, velocity = motion.position_m, sliding.velocity_B[MIDDLE].copy()
+    if not np.isfinite(motion.velocity_m_s).all():
+        return ContactSolution(support, no_contact(len(load), SPEED_UNKNOWN).traction)
+    if not np.isfinite(velocity).all():
+        return ContactSolution(support, no_contact(len(load), TOO_FEW).traction)
+    slip = motion.velocity_m_s[:, :2] + velocity[:2]
+    slip += velocity[2] * np.stack([-place[:, 1], place[:, 0]], axis=1)
+    slip[~loaded] = np.nan
+    force = np.column_stack([sliding.force_xy_n[MIDDLE], load])
+    traction = Traction(True, "", readonly(velocity), readonly(slip), readonly(force))
     return ContactSolution(support, traction)

@@ -95,10 +95,7 @@ def stand(
 ) -> Standing:
     """Find loads and pose of the body on its legs.
 
-    Args:
-        scene: Robot, times, place and what is added.
-        feet: Unloaded feet.
-        velocity_B: vx, vy, yaw rate of the body, (W, 3), as far as it is known; drag and inertia need it.
+    Drag and inertia need vx, vy, yaw rate of the body, (W, 3), as far as they are known.
     """
     machine, grid, settings = scene.machine, scene.grid, scene.settings
     points = contact_points(feet, settings)

@@ -14,7 +14,7 @@ from model.values.arrays import FloatArray
 
 # A body that friction mu M g holds at this slip takes its time constant to follow.
 INERTIA_SLIP_M_S = 0.02
-# What resists a foretold velocity that is not the measured one: a share of drag, inertia over a time.
+# What resists a predicted velocity that is not the measured one: a share of drag, inertia over a time.
 DRAG_OF_DEVIATION = 0.2
 DEVIATION_S = 1.0
 
@@ -23,11 +23,7 @@ DEVIATION_S = 1.0
 class Scene:
     """W frames of a robot on its ground.
 
-    Attributes:
-        machine: The robot.
-        grid: Times.
-        settings: What is added.
-        world: x, y, yaw of the body, (W, 3); only effects that are bound to a place need it.
+    Only effects that are bound to a place need the world: x, y, yaw of the body, (W, 3).
     """
 
     machine: LeggedMachine
@@ -107,7 +103,7 @@ def pushes(
 ) -> Pushes:
     """Add drag and inertia to what else acts on the body, (W, 3).
 
-    Where the velocity was measured they are those of the measured one. What is foretold deviates from it;
+    Where the velocity was measured they are those of the measured one. What is predicted deviates from it;
     a share of the drag, and the inertia over a second, act against that, so that a
     frame in which friction cannot hold the wrench does not run away.
     """

@@ -8,12 +8,12 @@ stages can be remembered by them.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, lru_cache
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
 from model.effects.catalogue import EFFECTS, TOGETHER, ChainEffect, Combine
-from model.effects.causes import Cause, EffectNumbers, Scope, check_cause
+from model.effects.causes import Cause, Effect, Scope, check_cause
 from model.errors import GapError
 from model.values.arrays import FloatArray, readonly
 
@@ -21,33 +21,26 @@ Rows = tuple[tuple[float, ...], ...]
 Signals = TypeVar("Signals")
 
 
-class UsersEffect(Protocol):
-    """An effect of a user's own, see ``gap.effect_file``."""
-
-    @property
-    def effect(self) -> EffectNumbers:
-        """Its name, stage, numbers and scopes."""
-        ...
-
-    @property
-    def act(self) -> Callable[..., Any]:
-        """``act(signals, values, legs)`` returns changed signals of the stage."""
-        ...
-
-
 @dataclass(frozen=True, slots=True, eq=False)
-class Added:
-    """A user's effect in use: called with the signals of its stage, its values and its legs.
+class UserEffect:
+    """An effect of a user's own and what it does, see ``gap.effect_file``.
 
     Attributes:
-        stage: Where it acts.
-        act: ``act(signals, values, legs) -> signals``.
-        values: In the order of its parameters.
-        legs: Which legs, (N,) of True and False.
+        effect: Its name, stage, parameters, scopes and words.
+        act: ``act(signals, values, legs)`` returns changed signals of the stage
+            (``model.effects.signals``); values are in the order of the parameters, legs is a mask
+            (N,). At neutral values it must change nothing.
     """
 
-    stage: str
-    act: Callable[..., Any]
+    effect: Effect
+    act: Callable[[Any, tuple[float, ...], tuple[bool, ...]], Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Added:
+    """A user's effect in use, with its values and its legs, (N,) of True and False."""
+
+    user: UserEffect
     values: tuple[float, ...]
     legs: tuple[bool, ...]
 
@@ -92,12 +85,12 @@ class Settings:
 
     def at(self, stage: str) -> tuple[Added, ...]:
         """Return the users' effects of a stage."""
-        return tuple(added for added in self.added if added.stage == stage)
+        return tuple(added for added in self.added if added.user.effect.stage == stage)
 
     def acted(self, stage: str, signals: Signals) -> Signals:
         """Return the signals of a stage after the users' effects there."""
         for added in self.at(stage):
-            signals = added.act(signals, added.values, added.legs)
+            signals = added.user.act(signals, added.values, added.legs)
         return signals
 
     def with_whole(self, effect: str, *values: float) -> "Settings":
@@ -125,7 +118,7 @@ def _neutral(effect: str, legs: int) -> Rows:
 
 
 def settings_of(
-    causes: Sequence[Cause], legs: tuple[str, ...], added: Sequence[UsersEffect] = ()
+    causes: Sequence[Cause], legs: tuple[str, ...], added: Sequence[UserEffect] = ()
 ) -> Settings:
     """Combine causes.
 
@@ -144,7 +137,7 @@ def settings_of(
         if cause.effect in users:
             user = users[cause.effect]
             mask = check_cause(cause, user.effect, legs)
-            extra.append(Added(user.effect.stage, user.act, cause.values, mask))
+            extra.append(Added(user, cause.values, mask))
         elif cause.effect in EFFECTS:
             effect = EFFECTS[cause.effect]
             mask = check_cause(cause, effect, legs)

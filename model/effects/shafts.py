@@ -26,7 +26,6 @@ class Feet:
     """Kinematics of W frames: the signals, and how far the foot link has turned since mid-stance.
 
     Attributes:
-        signals: Feet and their slopes.
         rate_m_s: Velocity of the feet in the body frame, (W, N, 3).
         turn_rad: Angle of the coupler from its angle at shaft angle 0, from +x to +z, (W, N).
     """
@@ -63,12 +62,7 @@ def shafts(
 ) -> FloatArray:
     """Where commands and loads put the shafts, (W, N) [rad], as an encoder sees them.
 
-    Args:
-        grid: Times.
-        command_rad: Commands, (W, N).
-        acting_rad: The same with their delay, (W, N).
-        settings: What is added.
-        loads: Needed where loads move shafts.
+    Commands are (W, N), and the same with their delay; loads are needed where they move shafts.
     """
     angle = _limited(grid, _lagged(grid, acting_rad, settings), settings)
     if loads is None:
@@ -176,9 +170,7 @@ def _coupler_turn(machine: LeggedMachine, pose: LinkagePose) -> FloatArray:
 def load_torque(signals: FootSignals, force_n: FloatArray) -> FloatArray:
     """Torque of foot forces about the shafts, by virtual work, (W, N) [N m].
 
-    Args:
-        signals: Feet and their slopes.
-        force_n: Ground's force on each foot, body axes, (W, N, 3).
+    The force is the ground's on each foot, body axes, (W, N, 3).
     """
     torque: FloatArray = (
         signals.slope_m_rad[..., 0] * force_n[..., 0]

@@ -1,6 +1,6 @@
 """What passes a stage of the chain, and what a user's effect of that stage gets and returns.
 
-F frames of N legs; body axes unless said. Return a changed copy
+F frames of N legs; body axes unless noted. Return a changed copy
 (``dataclasses.replace``); never write into the arrays.
 """
 

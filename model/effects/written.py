@@ -1,4 +1,4 @@
-"""The table ``[effects]`` of a robot file, what its nominal model lacks by name and place, and its causes.
+"""The table ``[effects]`` of a robot file: what its nominal model lacks, by name and place.
 
 ::
 
@@ -11,7 +11,6 @@ Names and numbers are those of the catalogue.
 """
 
 import difflib
-from dataclasses import dataclass
 
 from model.effects.catalogue import EFFECTS
 from model.effects.causes import Cause, check_cause
@@ -22,35 +21,16 @@ EFFECTS_KEY = "effects"
 WHOLE_ROBOT = "all"
 
 
-@dataclass(frozen=True, slots=True)
-class WrittenEffect:
-    """One effect at one place, as a robot file has it.
-
-    Attributes:
-        name: Its name.
-        leg: Leg it acts on; empty for the whole robot.
-        values: Name and value of each number that is given.
-    """
-
-    name: str
-    leg: str
-    values: tuple[tuple[str, float], ...]
-
-    @property
-    def key(self) -> str:
-        """Dotted name of its table."""
-        return f"{EFFECTS_KEY}.{self.name}.{self.leg or WHOLE_ROBOT}"
+def table_name(effect: str, joints: tuple[str, ...]) -> str:
+    """Return the dotted name of the table that holds an effect of one leg or of the whole robot."""
+    return ".".join((EFFECTS_KEY, effect, *(joints or (WHOLE_ROBOT,))))
 
 
-def read_effects(top: Table, legs: tuple[str, ...]) -> tuple[WrittenEffect, ...]:
-    """Read the effects of a robot file, in its order; none where the table is left out.
-
-    Args:
-        top: The whole robot file.
-        legs: Names of its legs.
+def causes_of(top: Table, legs: tuple[str, ...]) -> tuple[Cause, ...]:
+    """Return the causes that a whole robot file holds, in its order; a number that is left out is neutral.
 
     Raises:
-        ConfigError: A place is no leg, or a value is no number.
+        ConfigError: An effect, a place or a number is not known, or out of its bounds.
     """
     found = []
     table = top.maybe_table(EFFECTS_KEY)
@@ -60,58 +40,26 @@ def read_effects(top: Table, legs: tuple[str, ...]) -> tuple[WrittenEffect, ...]
             if place != WHOLE_ROBOT and place not in legs:
                 known = ", ".join((WHOLE_ROBOT, *legs))
                 raise ConfigError(places.name(place), f"is no place; places are {known}")
-            numbers = places.table(place)
-            values = tuple((key, numbers.number(key)) for key in numbers.names())
-            found.append(WrittenEffect(name, "" if place == WHOLE_ROBOT else place, values))
+            joints = () if place == WHOLE_ROBOT else (place,)
+            found.append(_cause_of(name, joints, places.table(place), legs))
     return tuple(found)
 
 
-def causes_of(top: Table, legs: tuple[str, ...]) -> tuple[Cause, ...]:
-    """Return the causes that a robot file holds; a number that is left out is at its neutral value.
-
-    Args:
-        top: The whole robot file.
-        legs: Names of its legs.
-
-    Raises:
-        ConfigError: An effect, a place or a number is not known, or out of its bounds.
-    """
-    return tuple(_cause_of(one, legs) for one in read_effects(top, legs))
-
-
-def _cause_of(written: WrittenEffect, legs: tuple[str, ...]) -> Cause:
-    effect = EFFECTS.get(written.name)
+def _cause_of(name: str, joints: tuple[str, ...], numbers: Table, legs: tuple[str, ...]) -> Cause:
+    effect, key = EFFECTS.get(name), table_name(name, joints)
     if effect is None:
-        near = difflib.get_close_matches(written.name, EFFECTS, n=1)
+        near = difflib.get_close_matches(name, EFFECTS, n=1)
         hint = f"did you mean {near[0]!r}?" if near else "bigant gap effects lists them"
-        raise ConfigError(written.key, f"is no effect of the catalogue; {hint}")
-    given = dict(written.values)
+        raise ConfigError(key, f"is no effect of the catalogue; {hint}")
+    given = {number: numbers.number(number) for number in numbers.names()}
     known = [parameter.name for parameter in effect.parameters]
-    for name in given:
-        if name not in known:
+    for number in given:
+        if number not in known:
             words = ", ".join(known) or "no numbers"
-            raise ConfigError(f"{written.key}.{name}", f"is not known; {effect.name} has {words}")
-    values = tuple(given.get(p.name, p.neutral) for p in effect.parameters)
-    cause = Cause(effect.name, (written.leg,) if written.leg else (), values)
+            raise ConfigError(f"{key}.{number}", f"is not known; {name} has {words}")
+    cause = Cause(name, joints, tuple(given.get(p.name, p.neutral) for p in effect.parameters))
     try:
         check_cause(cause, effect, legs)
     except GapError as error:
-        raise ConfigError(written.key, str(error)) from error
+        raise ConfigError(key, str(error)) from error
     return cause
-
-
-def written_of(cause: Cause) -> tuple[WrittenEffect, ...]:
-    """Return how a robot file holds a cause: one table a leg.
-
-    Raises:
-        GapError: It is no effect of the catalogue.
-    """
-    effect = EFFECTS.get(cause.effect)
-    if effect is None:
-        raise GapError(
-            f"{cause.effect} is an effect of a user's own: a robot file holds numbers, not its Python; "
-            "keep --effects FILE.py with the diagnosis"
-        )
-    names = [parameter.name for parameter in effect.parameters]
-    values = tuple(zip(names, cause.values, strict=True))
-    return tuple(WrittenEffect(cause.effect, leg, values) for leg in cause.joints or ("",))

@@ -10,16 +10,12 @@ from math import isfinite
 import numpy as np
 
 from model.errors import ModelError
-from model.estimator import feet_kernel as estimator_feet_kernel
+from model.estimator import frame_kernel, output, process, senses
 from model.estimator import measurements as measure
-from model.estimator import process, senses
-from model.estimator.feet_kernel import FeetNumbers
-from model.estimator.health import judge
 from model.estimator.kalman import ABSOLUTE, Kalman, Stack, Updated, mended, sound
-from model.estimator.neighbourhood import Neighbourhood, law_of, neighbourhood, prepare
-from model.estimator.output import estimate
-from model.estimator.settings import EstimatorSettings, numbers_of
-from model.estimator.step_kernel import Prediction, WalkNoise
+from model.estimator.neighbourhood import Neighbourhood, neighbourhood
+from model.estimator.process import Prediction
+from model.estimator.settings import EstimatorSettings, record_of
 from model.values.arrays import FloatArray
 from model.values.estimate import (
     BIAS,
@@ -69,12 +65,9 @@ class Estimator:
         self._kalman = Kalman(
             self.size, self.settings.reject_limit, FIXED, self.settings.parameter_limit
         )
-        self._feet_numbers = numbers_of(FeetNumbers, self.settings, weight_n)
-        self._law = law_of(self.settings)
-        self._walk_noise = numbers_of(WalkNoise, self.settings, weight_n)
-        prepare()
-        process.prepare()
-        estimator_feet_kernel.prepare()
+        self._record = record_of(self.settings, weight_n)
+        for module in (frame_kernel, process, measure, output):
+            module.prepare()
 
     def initial(self, pose: FloatArray | None = None) -> EstimatorState:
         """Return the state before the first tick.
@@ -129,7 +122,7 @@ class Estimator:
         heard, airborne = senses.hear(state, inputs, self.weight_n, settings)
         model = None
         if not dead_legs or senses.finite(feet):
-            model = neighbourhood(state.mean, feet, self.contact, self.weight_n, self._law)
+            model = neighbourhood(state.mean, feet, self.contact, self._record)
             model = _with_effects(model, inputs.added)
         idle_ns = senses.idle_since(state, inputs.t_ns, feet, heard, settings)
         held = idle_ns != NEVER and (inputs.t_ns - idle_ns) * 1e-9 >= settings.idle_time_s
@@ -138,7 +131,7 @@ class Estimator:
         step = self._predict(state, serving, dt_s, held, dead_legs, trouble)
         if airborne:
             trouble.append("picked up: the feet carry nothing")
-        covariance = self._kalman.predict(step.mean, state.covariance, step.transition, step.noise)
+        covariance = self._kalman.predict(state.covariance, step.transition, step.noise)
         loaded = senses.contact(state, model, heard, self.weight_n, settings)
         # the model was solved at the parameters that the prediction leaves as they are
         answer = None if held else serving
@@ -146,7 +139,7 @@ class Estimator:
         if answer is not None and heard.use:
             forces = measure.feet_stack(
                 step.mean, covariance, heard.share, feet, loaded & ~dead, answer, self.contact.mu,
-                self._feet_numbers,
+                self._record,
             )  # fmt: skip
             measured.insert(0, forces)
         used = self._correct(step.mean, covariance, measured, state)
@@ -159,7 +152,7 @@ class Estimator:
         answered = serving is not None or state.answer_ns == NEVER
         answer_ns = inputs.t_ns if answered else state.answer_ns
         nis = _smoothed_nis(state.nis, used, settings.force_period_s)
-        verdict = judge(state, inputs, force_ns, answer_ns, nis, settings, trouble)
+        verdict = output.judge(state, inputs, force_ns, answer_ns, nis, settings, trouble)
         after = EstimatorState(
             t_ns=inputs.t_ns,
             mean=mean,
@@ -180,8 +173,8 @@ class Estimator:
             before=(step.mean, covariance),
             transition=step.transition,
         )
-        numbers = self._feet_numbers
-        return after, estimate(after, self.contact, numbers, model, used, verdict, held)
+        estimate = output.estimate(after, self.contact, self._record, model, used, verdict, held)
+        return after, estimate
 
     def _predict(
         self,
@@ -205,7 +198,7 @@ class Estimator:
             return process.carried(mean, settings, dt_s)
         if held:
             return process.standing(mean, settings)
-        return process.walking(mean, state.covariance, model, self._walk_noise, dt_s, dead_legs)
+        return process.walking(mean, state.covariance, model, self._record, dt_s, dead_legs)
 
     def _correct(
         self,
@@ -253,9 +246,10 @@ def _with_effects(
 ) -> Neighbourhood | None:
     if model is None or added is None:
         return model
-    force = model.force_B.copy()
-    force[:, 2] = np.maximum(model.load_n + added.load_n, 0.0)
-    return model._replace(velocity_B=model.velocity_B + added.velocity_B, force_B=force)
+    changed = model._replace(rows=model.rows.copy())
+    changed.velocity_B[:] += added.velocity_B
+    changed.load_n[:] = np.maximum(model.load_n + added.load_n, 0.0)
+    return changed
 
 
 def _smoothed_nis(before: float, used: Updated, period_s: float) -> float:

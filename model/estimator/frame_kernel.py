@@ -7,11 +7,10 @@ Rows of the answers: 0 the frame itself, then N by log mu of one foot, N by log 
 x (legs swing fore and aft: that is where a shaft's noise goes).
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
-from model.compiled import NUMBER, compile_for, compiled, given
+from model.compiled import compile_for, compiled, given, out
+from model.estimator.settings import EstimatorSettings, Record, record_of
 from model.support.kernel import ROWS, support_kernel
 from model.traction.coulomb_frame import coulomb_frame
 from model.traction.kernel import (
@@ -29,37 +28,6 @@ FRAME, STIFFNESS, FRICTION, SPEED = 0, 1, 2, 3  # what is stepped
 LOG_STEP = 0.01  # of log mu and log K
 SPEED_STEP_M_S = 1e-4  # of a foot's speed
 CLEAR_M = 1e-3  # beyond how far a foot moves in a moment: what the body's own tilt may add
-
-
-class Law(NamedTuple):
-    """How a frame is solved.
-
-    Attributes:
-        coulomb: Coulomb's law, else the viscous ansatz, whose forces get the scale that brings them nearest
-            to Coulomb's law at the same slips.
-        sway_step: Time either way that slopes are differenced over [s]; 0 leaves sway out.
-        rest_speed: Root mean square slip at which half of Coulomb's forces are taken from the ansatz, for
-            more the more slowly the feet slip [m/s]; 0 asks Coulomb's law alone wherever it has an answer.
-    """
-
-    coulomb: bool
-    sway_step: float
-    rest_speed: float
-
-
-class Answers(NamedTuple):
-    """What the kernel fills in.
-
-    Attributes:
-        rows: Of the frame: vx, vy, yaw rate with sway; slope_x, slope_y, height; each foot's horizontal
-            force and load. Below it their derivatives, (1 + 3 N, 6 + 3 N).
-        slip: Of the frame, (N, 2) [m/s].
-        sway: Of the frame, (2,) [m/s].
-    """
-
-    rows: FloatArray
-    slip: FloatArray
-    sway: FloatArray
 
 
 @compiled
@@ -160,16 +128,10 @@ def _blend(
 
 @compiled
 def neighbourhood_kernel(
-    mean: FloatArray,
-    feet: FloatArray,
-    feet_velocity: FloatArray,
-    stiffness: FloatArray,
-    mu: FloatArray,
-    anisotropy: FloatArray,
-    load: float,
-    law: Law,
-    answers: Answers,
-) -> int:
+    mean: FloatArray, feet: FloatArray, feet_velocity: FloatArray, stiffness: FloatArray,
+    mu: FloatArray, anisotropy: FloatArray, settings: Record, rows: FloatArray, slip: FloatArray,
+    sway: FloatArray,
+) -> int:  # fmt: skip
     """Solve a frame and its neighbours, and take differences; a neighbour without an answer gives none.
 
     Args:
@@ -179,14 +141,17 @@ def neighbourhood_kernel(
         stiffness: Of the robot file, (N,) [N/m].
         mu: Of the robot file, (N,).
         anisotropy: (N, 2).
-        load: [N].
-        law: How.
-        answers: Out: sway and slip zero before.
+        settings: Of ``record_of``.
+        rows: Out: of the frame: vx, vy, yaw rate with sway; slope_x, slope_y, height; each foot's
+            horizontal force and load. Below it their derivatives, (1 + 3 N, 6 + 3 N).
+        slip: Out: of the frame, (N, 2) [m/s].
+        sway: Out: of the frame, (2,) [m/s].
 
     Returns:
         0, or why the frame has no answer (``model.quasistatic.frames.Reason``).
     """
-    rows, sway = answers.rows, answers.sway
+    load, coulomb = settings[0]["weight_n"], settings[0]["coulomb"]
+    sway_step, rest_speed = settings[0]["sway_step_s"], settings[0]["rest_speed"]
     count = feet.shape[0]
     # All that is handed on may be written: machine code of its own for what may not costs seconds.
     place, speed = feet.copy(), feet_velocity.copy()
@@ -204,7 +169,6 @@ def neighbourhood_kernel(
     ansatz = np.empty(3), np.empty((count, 2)), np.empty((count, 2))
     rest, rested = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
     share, scale, dx, dy = 1.0, 1.0, 0.0, 0.0
-    untilted = count < 0
     # the frame, then K, mu and foot speeds stepped: one loop, so that there is one copy of the solvers
     for number in range(1 + 3 * count):
         stage = (number + count - 1) // count
@@ -223,7 +187,7 @@ def neighbourhood_kernel(
                 dx, dy = sway[0], sway[1]
             # a foot in the air changes nothing, nor does its spring if it stays there
             if loads[k] <= 0.0 and (
-                stage != STIFFNESS or _aloft(place, speed, rows[0, 3:6], k, law.sway_step)
+                stage != STIFFNESS or _aloft(place, speed, rows[0, 3:6], k, sway_step)
             ):
                 continue
         if stage == FRICTION:
@@ -233,16 +197,16 @@ def neighbourhood_kernel(
         else:
             springs[k] = spring[k] * stepped if stage == STIFFNESS else spring[k]
             reason = support_kernel(place, ground, springs, load, tilt, carried, work)
-            if reason >= 0 and law.sway_step > 0.0:
+            if reason >= 0 and sway_step > 0.0:
                 dx, dy = _sway(
-                    place, speed, ground, springs, load, law.sway_step, tilt[2], moved, spare
+                    place, speed, ground, springs, load, sway_step, tilt[2], moved, spare
                 )
             springs[k] = spring[k]
             if reason < 0:
                 if stage == FRAME:
                     return -reason
                 continue
-        if not foot_speeds(speed, tilt, untilted, work):
+        if not foot_speeds(speed, work):
             return NOT_A_NUMBER
         speed[k, 0] = feet_velocity[k, 0]
         warm = stage != FRAME
@@ -250,8 +214,10 @@ def neighbourhood_kernel(
             twist[0], twist[1], twist[2] = rows[0, 0] - sway[0], rows[0, 1] - sway[1], rows[0, 2]
         for j in range(count):
             rest[j] = rested[j]
-        if law.coulomb:
-            reason, _ = coulomb_frame(work, carried, grip, warm, twist, side, pull, rest)
+        if coulomb:
+            # with several feet at rest no force is taken from here: ``_slip_share`` is 0
+            creep = warm and share > 0.0
+            reason, _ = coulomb_frame(work, carried, grip, warm, twist, side, pull, rest, creep)
         else:
             reason = traction_kernel(work, carried, grip, twist, side, pull)
         if reason != 0:
@@ -261,13 +227,13 @@ def neighbourhood_kernel(
             continue
         if stage == FRAME:
             sway[0], sway[1] = dx, dy
-            _lay(side, answers.slip)
+            _lay(side, slip)
             for j in range(count):
                 rested[j] = rest[j]
             _lay(work, own)
             _lay_row(carried, loads)
-            if law.coulomb:
-                share = _slip_share(carried, side, rest, law.rest_speed)
+            if coulomb:
+                share = _slip_share(carried, side, rest, rest_speed)
             else:
                 scale = coulomb_scale(side, pull, CREEP_SPEED_M_S)
         if stage in (FRAME, STIFFNESS):
@@ -290,6 +256,7 @@ def neighbourhood_kernel(
     return 0
 
 
-def prepare(law: Law, answers: Answers) -> None:
+def prepare() -> None:
     """Compile for read-only inputs, which writable ones fit too, and for nothing else after."""
-    compile_for(neighbourhood_kernel, *given(1, 2, 2, 1, 1, 2), NUMBER, law, answers)
+    settings = record_of(EstimatorSettings(), 1.0)
+    compile_for(neighbourhood_kernel, *given(1, 2, 2, 1, 1, 2), settings, *out(2, 2, 1))

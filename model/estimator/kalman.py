@@ -1,10 +1,11 @@
-"""filterpy's extended Kalman filter behind two functions on plain arrays.
+"""filterpy's Kalman filter behind two functions on plain arrays: an extended filter in error-state form.
 
-filterpy's own ``predict`` and ``update`` do the arithmetic. What it needs of us (a nonlinear mean, gates)
-and what it leaves to us (a covariance that is symmetric and positive definite) is settled here; nothing
-else in the program knows it.
+filterpy's own ``predict`` and ``update`` do the arithmetic. Its state is the error of the mean, 0 before
+each of them, as the mean itself moves by a model that is not linear. Gates, and a covariance that stays
+symmetric and positive definite, are settled here; nothing else in the program knows filterpy.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from math import inf, isfinite, log, tau
@@ -74,31 +75,26 @@ class Kalman:
     """
 
     def __init__(self, size: int, reject_limit: int, first_limited: int, limit: float) -> None:
-        from filterpy.kalman import ExtendedKalmanFilter  # a second, which not every command needs
+        from filterpy.kalman import KalmanFilter  # a second, which not every command needs
 
         self._reject_limit, self._first_limited, self._limit = reject_limit, first_limited, limit
-        self._filter = ExtendedKalmanFilter(size, 1)
-        # what filterpy says to replace where F x is not the mean after a step
-        self._filter.predict_x = self._take_mean
-
-    def _take_mean(self, mean: FloatArray) -> None:
-        self._filter.x = mean
+        self._filter = KalmanFilter(size, 1)
+        self._no_error = readonly(np.zeros(size))
 
     def predict(
-        self, mean: FloatArray, covariance: FloatArray, transition: FloatArray, noise: FloatArray
+        self, covariance: FloatArray, transition: FloatArray, noise: FloatArray
     ) -> FloatArray:
         """Covariance F P F' + Q of a predicted mean, exactly symmetric.
 
         Args:
-            mean: Predicted mean, (n,).
             covariance: P before, (n, n).
             transition: F, (n, n).
             noise: Q, (n, n).
         """
-        ekf = self._filter
-        ekf.P, ekf.F, ekf.Q = covariance, transition, noise
-        ekf.predict(mean)
-        return symmetric(ekf.P)
+        error = self._filter
+        error.x, error.P, error.F, error.Q = self._no_error, covariance, transition, noise
+        error.predict()
+        return symmetric(error.P)
 
     def update(
         self, mean: FloatArray, covariance: FloatArray, stack: Stack | None, streak: IntArray
@@ -132,19 +128,18 @@ class Kalman:
                 normal[leg, 2] = over_sd[first]
             elif kind == FORCE:
                 normal[leg, :2] = over_sd[first : first + 2]
-        # Over their sd S is a matrix of correlations: it has an inverse whatever the units. The innovation
-        # is measured against 0: what is expected is out of it already, and angles are wrapped.
+        # Over their sd S is a matrix of correlations: it has an inverse whatever the units.
         rows = stack.rows[used] / sd[:, None]
-        ekf = self._filter
-        ekf.x, ekf.P = mean, covariance
-        ekf.update(left, lambda _: rows, lambda _: 0.0, np.diag(variance / sd**2))
-        after = ekf.x
+        error = self._filter
+        error.x, error.P = self._no_error, covariance
+        error.update(left, np.diag(variance / sd**2), rows)
+        after = mean + error.x
         limited = after[self._first_limited :]
         limited.clip(-self._limit, self._limit, out=limited)
-        nis = float(left @ ekf.SI @ left)
-        volume = np.linalg.slogdet(ekf.S)[1] + 2.0 * np.log(sd).sum() + len(left) * LOG_TURN
+        nis = float(left @ error.SI @ left)
+        volume = np.linalg.slogdet(error.S)[1] + 2.0 * np.log(sd).sum() + len(left) * LOG_TURN
         likelihood = -0.5 * (nis + float(volume))
-        covariance = symmetric(ekf.P)
+        covariance = symmetric(error.P)
         return Updated(
             after, covariance, nis, likelihood, len(left), rejects, streak, readonly(normal)
         )
@@ -171,12 +166,15 @@ def _gate(
     blocks = stack.blocks.tolist()
     ends = [*(first for first, _, _ in blocks[1:]), len(spread)]
     left, own = stack.innovation.tolist(), spread.diagonal().tolist()
+    beside = spread.diagonal(1).tolist()
     for (first, kind, leg), end, gate in zip(blocks, ends, stack.gates.tolist(), strict=True):
         part, counted = slice(first, end), kind != NO_STREAK
-        if not all(map(isfinite, own[part])):
+        if not isfinite(sum(own[part])):
             distance = inf
         elif end - first == 1:
             distance = left[first] * left[first] / own[first]
+        elif end - first == 2:
+            distance = _pair_distance(left[part], own[part], beside[first])
         else:
             several = stack.innovation[part]
             distance = float(np.vdot(several, np.linalg.solve(spread[part, part], several)))
@@ -194,6 +192,13 @@ def _gate(
     return used, more, rejects
 
 
+def _pair_distance(left: list[float], own: list[float], beside: float) -> float:
+    """Normalised innovation squared of two numbers; a solver for them costs as much as all else here."""
+    (x, y), (xx, yy) = left, own
+    volume = xx * yy - beside * beside
+    return (yy * x * x - 2.0 * beside * x * y + xx * y * y) / volume if volume > 0.0 else inf
+
+
 def symmetric(covariance: FloatArray) -> FloatArray:
     """Mean of a matrix and its transpose: rounding must not add up."""
     half: FloatArray = 0.5 * (covariance + covariance.T)
@@ -202,9 +207,15 @@ def symmetric(covariance: FloatArray) -> FloatArray:
 
 def sound(covariance: FloatArray) -> bool:
     """Whether a covariance is finite and positive definite."""
-    from scipy.linalg.lapack import dpotrf  # comes with filterpy
+    return isfinite(np.vdot(covariance, covariance)) and _cholesky()(covariance)[1] == 0
 
-    return isfinite(np.vdot(covariance, covariance)) and dpotrf(covariance)[1] == 0
+
+@cache
+def _cholesky() -> Callable[[FloatArray], tuple[FloatArray, int]]:
+    from scipy.linalg.lapack import dpotrf  # comes with filterpy, as late as it
+
+    cholesky: Callable[[FloatArray], tuple[FloatArray, int]] = dpotrf
+    return cholesky
 
 
 def mended(covariance: FloatArray) -> FloatArray:

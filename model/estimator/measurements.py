@@ -8,15 +8,15 @@ from math import isfinite
 
 import numpy as np
 
-from model.estimator.feet_kernel import FeetNumbers, feet_stack_kernel, stack_room
-from model.estimator.kalman import ABSOLUTE, NO_STREAK, Stack
+from model.compiled import COUNT, FLAG, compile_for, compiled, given, out
+from model.estimator.kalman import ABSOLUTE, FORCE, LOAD, NO_STREAK, Stack
 from model.estimator.neighbourhood import Neighbourhood
-from model.estimator.settings import EstimatorSettings
-from model.values.arrays import BoolArray, FloatArray
-from model.values.estimate import FIXED, GYRO_BIAS, POSE, VELOCITY, YAW, OdometryInputs
+from model.estimator.settings import EstimatorSettings, Record, record_of
+from model.values.arrays import BoolArray, FloatArray, IntArray
+from model.values.estimate import FIXED, GYRO_BIAS, POSE, SCALE, YAW, OdometryInputs
 from model.values.legs import FootMotion
 
-TURN = VELOCITY.stop - 1
+VX, VY, TURN = 3, 4, 5  # velocity in the state
 
 
 def feet_stack(
@@ -27,25 +27,22 @@ def feet_stack(
     usable: BoolArray,
     model: Neighbourhood,
     mu: FloatArray,
-    numbers: FeetNumbers,
+    settings: Record,
 ) -> Stack:
     """Stack the forces on the feet: the arguments are those of ``feet_stack_kernel``.
 
     Loads tell of stiffness; friction of feet that clearly slip tells of the velocity, of log mu and of the
     common friction. The gauge says that log mu adds up to 0: what is common is a state of its own.
     """
-    room = stack_room(len(mu), len(mean))
-    count, blocks = feet_stack_kernel(
-        mean, covariance, share, feet.position_m, feet.velocity_m_s, usable, model, mu, numbers,
-        room,
+    legs = len(mu)
+    room, most = 3 * legs + 1, 2 * legs + 1
+    innovation, rows, variance = np.empty(room), np.zeros((room, len(mean))), np.empty(room)
+    gates, blocks = np.empty(most), np.empty((most, 3), dtype=np.int64)
+    count, made = feet_stack_kernel(
+        mean, covariance, share, feet.position_m, feet.velocity_m_s, usable, model.rows,
+        model.sway_B, mu, settings, innovation, rows, variance, gates, blocks,
     )  # fmt: skip
-    return Stack(
-        room.innovation[:count],
-        room.rows[:count],
-        room.variance[:count],
-        room.gates[:blocks],
-        room.blocks[:blocks],
-    )
+    return Stack(innovation[:count], rows[:count], variance[:count], gates[:made], blocks[:made])
 
 
 def gyro_stack(mean: FloatArray, yaw_rate: float, settings: EstimatorSettings) -> Stack:
@@ -111,3 +108,128 @@ def stacked(parts: list[Stack]) -> Stack | None:
     begins = np.repeat(np.cumsum([0, *lengths[:-1]]), [len(part.gates) for part in parts])
     whole.blocks[:, 0] += begins
     return whole
+
+
+@compiled
+def _friction(
+    mean: FloatArray,
+    covariance: FloatArray,
+    share: FloatArray,
+    slip: tuple[float, float],
+    place: tuple[float, float],
+    k: int,
+    mu: float,
+    turned: float,
+    settings: Record,
+    at: int,
+    innovation: FloatArray,
+    rows: FloatArray,
+    variance: FloatArray,
+) -> None:
+    """Regularised Coulomb friction of one foot at its measured load: two numbers, with derivatives."""
+    (ux, uy), (x, y) = slip, place
+    own, setting = FIXED + k, settings[0]
+    pull = mu * np.exp(mean[SCALE] + mean[own]) * share[2]
+    length = np.sqrt(ux * ux + uy * uy + setting["creep_speed"] ** 2)
+    cube = pull / (length * length * length)
+    xx = -pull / length + cube * ux * ux
+    xy = cube * ux * uy
+    yy = -pull / length + cube * uy * uy
+    rows[at, VX], rows[at, VY], rows[at, TURN] = xx, xy, -y * xx + x * xy
+    rows[at + 1, VX], rows[at + 1, VY], rows[at + 1, TURN] = xy, yy, -y * xy + x * yy
+    # what the second derivatives add, by the direction of the slip and by log mu, is noise
+    doubt = covariance[own, own] + covariance[SCALE, SCALE] + 2.0 * covariance[SCALE, own]
+    bent = pull**2 * (turned**2 + 0.5 * doubt**2)
+    level = share[0] ** 2 + share[1] ** 2
+    for i in range(2):
+        expected = -pull * slip[i] / length
+        innovation[at + i] = share[i] - expected
+        rows[at + i, own] = rows[at + i, SCALE] = expected
+        variance[at + i] = setting["force_sd"] ** 2 + setting["force_share_sd"] ** 2 * level + bent
+
+
+@compiled
+def feet_stack_kernel(
+    mean: FloatArray, covariance: FloatArray, share: FloatArray, position: FloatArray,
+    velocity: FloatArray, usable: BoolArray, answer: FloatArray, sway: FloatArray, mu: FloatArray,
+    settings: Record, innovation: FloatArray, rows: FloatArray, variance: FloatArray,
+    gates: FloatArray, blocks: IntArray,
+) -> tuple[int, int]:  # fmt: skip
+    """Stack loads of all feet, friction of those that clearly slip, and the gauge.
+
+    A foot slips clearly if it is faster than a limit and than its own doubt. One that does not tells of
+    neither velocity nor friction: its force is a reaction.
+
+    Args:
+        mean: State, (n,).
+        covariance: P, (n, n).
+        share: Measured forces over the weight, (N, 3); NaN where there are none.
+        position: Feet, (N, 3) [m].
+        velocity: Of the feet, (N, 3) [m/s].
+        usable: Feet in contact whose encoders work, (N,).
+        answer: Rows of ``Neighbourhood``.
+        sway: Of ``Neighbourhood``, (2,) [m/s].
+        mu: The robot file's friction coefficients, (N,).
+        settings: Of ``record_of``.
+        innovation: Out: as in ``Stack``, with the next four; the rows are zero before.
+        rows: Out.
+        variance: Out.
+        gates: Out.
+        blocks: Out.
+
+    Returns:
+        How many numbers, and how many blocks.
+    """
+    count = mu.size
+    setting = settings[0]
+    at, block = 0, 0
+    for k in range(count):
+        load = answer[0, 8 + 3 * k]
+        if np.isfinite(share[k, 2]) and load > 0.0:
+            innovation[at] = share[k, 2] - load / setting["weight_n"]
+            for j in range(count):
+                by_stiffness = answer[1 + count + j, 8 + 3 * k]
+                rows[at, FIXED + count + j] = by_stiffness / setting["weight_n"]
+            variance[at] = setting["load_sd"] ** 2
+            gates[block] = setting["gate_load"]
+            blocks[block, 0], blocks[block, 1], blocks[block, 2] = at, LOAD, k
+            at, block = at + 1, block + 1
+    p, turn = covariance, mean[TURN]
+    for k in range(count):
+        heard = np.isfinite(share[k, 0] + share[k, 1] + share[k, 2])
+        if not (usable[k] and heard and share[k, 2] > setting["load_on"]):
+            continue
+        x, y = position[k, 0], position[k, 1]
+        ux = mean[VX] - sway[0] - turn * y + velocity[k, 0]
+        uy = mean[VY] - sway[1] + turn * x + velocity[k, 1]
+        square = ux * ux + uy * uy
+        doubt = 0.5 * (
+            p[VX, VX] + p[VY, VY] + (x * x + y * y) * p[TURN, TURN]
+            + 2.0 * (x * p[VY, TURN] - y * p[VX, TURN])
+        )  # fmt: skip
+        if square > max(setting["slip_speed"] ** 2, setting["clear_slip"] ** 2 * doubt):
+            turned = doubt / (square + setting["creep_speed"] ** 2)
+            _friction(
+                mean, covariance, share[k], (ux, uy), (x, y), k, mu[k], turned, settings, at,
+                innovation, rows, variance,
+            )  # fmt: skip
+            gates[block] = setting["gate_pair"]
+            blocks[block, 0], blocks[block, 1], blocks[block, 2] = at, FORCE, k
+            at, block = at + 2, block + 1
+    total = 0.0
+    for k in range(count):
+        total += mean[FIXED + k]
+        rows[at, FIXED + k] = 1.0
+    innovation[at], variance[at] = -total, setting["gauge_sd"] ** 2
+    gates[block] = np.inf
+    blocks[block, 0], blocks[block, 1], blocks[block, 2] = at, NO_STREAK, 0
+    return at + 1, block + 1
+
+
+def prepare() -> None:
+    """Load or make the machine code now, so that no tick has to wait for it."""
+    settings = record_of(EstimatorSettings(), 1.0)
+    compile_for(
+        feet_stack_kernel, *given(1, 2, 2, 2, 2), *given(1, kind=FLAG), *given(2, 1, 1), settings,
+        *out(1, 2, 1, 1), *out(2, kind=COUNT),
+    )  # fmt: skip

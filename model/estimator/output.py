@@ -1,40 +1,96 @@
-"""From the estimator's state to what it says: covariances, parameters, predicted foot forces."""
+"""From the estimator's state to its estimate: health, covariances, parameters, predicted foot forces."""
 
+from dataclasses import dataclass
 from math import atan
 
 import numpy as np
 
-from model.estimator.feet_kernel import (
-    MU,
-    MU_SD,
-    SHARE,
-    SHARE_SD,
-    STIFFNESS,
-    STIFFNESS_SD,
-    FeetNumbers,
-    readout_kernel,
-    readout_room,
-)
-from model.estimator.health import Verdict
+from model.compiled import FLAG, compile_for, compiled, given, out
 from model.estimator.kalman import Updated
 from model.estimator.neighbourhood import Neighbourhood, no_answer
-from model.values.arrays import readonly
+from model.estimator.settings import EstimatorSettings, Record, record_of
+from model.values.arrays import BoolArray, FloatArray, readonly
 from model.values.estimate import (
     BIAS,
+    FIXED,
     NEVER,
     POSE,
+    SCALE,
     VELOCITY,
     YAW,
     Estimate,
     EstimatorState,
+    Health,
+    OdometryInputs,
 )
 from model.values.parameters import ContactParameters
+
+MU, MU_SD, STIFFNESS, STIFFNESS_SD, SHARE, SHARE_SD = range(6)  # rows of what is read out
+# Mean normalised innovation squared over its degrees of freedom beyond which noise and model are at
+# odds; far wider than a statistical band, which no model of the real ground stays in.
+NIS_TOP = 4.0
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """Health, the reason in words, and what the next step has to know of it.
+
+    Attributes:
+        health: Health.
+        reason: Why it is not ok; empty if it is.
+        fine_ns: Since when all has been in order, -1 if it is not.
+        lost: Whether the estimate is lost.
+    """
+
+    health: Health
+    reason: str
+    fine_ns: int
+    lost: bool
+
+
+def judge(
+    before: EstimatorState,
+    inputs: OdometryInputs,
+    force_ns: int,
+    answer_ns: int,
+    nis: float,
+    settings: EstimatorSettings,
+    trouble: list[str],
+) -> Verdict:
+    """Judge a step.
+
+    Args:
+        before: State before it: since when all is fine, and whether all was lost.
+        inputs: What was known in it; with an absolute pose nothing is lost.
+        force_ns: Time of the newest force record, -1 for none.
+        answer_ns: Last time that the model had an answer, -1 for never.
+        nis: Mean normalised innovation squared over degrees of freedom; NaN if unknown.
+        settings: Limits.
+        trouble: What happened in it; the checks here add to it.
+    """
+    if force_ns != NEVER:
+        age_s = (inputs.t_ns - force_ns) * 1e-9
+        if age_s > settings.stale_force_s:
+            trouble.append(f"no forces for {age_s:.1f} s")
+    if nis > NIS_TOP:
+        trouble.append(f"forces are not what the model expects: NIS {nis:.1f} a number")
+    silent_s = (inputs.t_ns - answer_ns) * 1e-9 if answer_ns != NEVER else 0.0
+    lost = (before.lost or silent_s > settings.lost_after_s) and inputs.pose_W is None
+    fine_ns = NEVER
+    if not trouble:
+        fine_ns = before.fine_ns if before.fine_ns != NEVER else inputs.t_ns
+        lost = lost and (inputs.t_ns - fine_ns) * 1e-9 < settings.recover_s
+    words = "; ".join(trouble)
+    if lost:
+        words = words or "the feet have only just begun to carry again"
+        return Verdict(Health.LOST, words, fine_ns, lost=True)
+    return Verdict(Health.DEGRADED if words else Health.OK, words, fine_ns, lost=False)
 
 
 def estimate(
     state: EstimatorState,
     contact: ContactParameters,
-    numbers: FeetNumbers,
+    settings: Record,
     model: Neighbourhood | None,
     used: Updated,
     verdict: Verdict,
@@ -44,15 +100,16 @@ def estimate(
     legs = len(contact.mu)
     mean, covariance = readonly(state.mean), readonly(state.covariance)
     answer = model if model is not None else no_answer(legs)
-    feet = readout_room(legs)
+    feet, force = np.empty((6, legs)), np.empty((legs, 3))
+    spread, slipping = np.empty((legs, 3, 3)), np.empty(legs, dtype=np.bool_)
     readout_kernel(
-        mean, covariance, contact.mu, contact.stiffness, state.contact, answer, numbers, feet
-    )
+        mean, covariance, contact.mu, contact.stiffness, state.contact, answer.rows, answer.slip_B,
+        settings, feet, force, spread, slipping,
+    )  # fmt: skip
     if state.airborne:
-        for gone in (feet.force, feet.spread, feet.rows[SHARE_SD]):
+        for gone in (force, spread, feet[SHARE_SD]):
             gone.fill(np.nan)
-    for array in feet:
-        readonly(array)
+    mu, mu_sd, stiffness, stiffness_sd, share, share_sd = readonly(feet)
     slope_x, slope_y, height = answer.pose.tolist()
     # views, not copies
     return Estimate(
@@ -63,18 +120,18 @@ def estimate(
         pose_covariance=covariance[POSE, POSE],
         twist_covariance=covariance[VELOCITY, VELOCITY],
         bias_B=mean[BIAS],
-        mu=feet.rows[MU],
-        mu_sd=feet.rows[MU_SD],
-        stiffness=feet.rows[STIFFNESS],
-        stiffness_sd=feet.rows[STIFFNESS_SD],
-        force_B=feet.force,
-        force_covariance=feet.spread,
-        load_share=feet.rows[SHARE],
-        load_share_sd=feet.rows[SHARE_SD],
+        mu=mu,
+        mu_sd=mu_sd,
+        stiffness=stiffness,
+        stiffness_sd=stiffness_sd,
+        force_B=readonly(force),
+        force_covariance=readonly(spread),
+        load_share=share,
+        load_share_sd=share_sd,
         tilt_rad=readonly(np.array([atan(slope_y), atan(slope_x)])),
         height_m=height,
         contact=readonly(state.contact),
-        slipping=feet.slipping,
+        slipping=readonly(slipping),
         holding=holding,
         nis=used.nis,
         nis_dof=used.numbers,
@@ -85,3 +142,88 @@ def estimate(
         health=verdict.health,
         reason=verdict.reason,
     )
+
+
+@compiled
+def _spread(rows: FloatArray, covariance: FloatArray, settings: Record, spread: FloatArray) -> None:
+    """Covariance of predicted forces: from that of the parameters, and the noise of a measured one.
+
+    A prediction cannot be better than the model that it is judged by.
+    """
+    count, setting = spread.shape[0], settings[0]
+    size = covariance.shape[0] - SCALE  # the common friction, the gyro's bias, the parameters
+    by, half = np.zeros((3, size)), np.empty((3, size))
+    for k in range(count):
+        by[0, 0], by[1, 0] = rows[0, 6 + 3 * k], rows[0, 7 + 3 * k]
+        for i in range(3):
+            for j in range(2 * count):
+                by[i, FIXED - SCALE + j] = rows[1 + j, 6 + 3 * k + i]
+            for j in range(size):
+                total = 0.0
+                for other in range(size):
+                    total += by[i, other] * covariance[SCALE + other, SCALE + j]
+                half[i, j] = total
+        for i in range(3):
+            for j in range(i + 1):
+                total = 0.0
+                for other in range(size):
+                    total += half[i, other] * by[j, other]
+                spread[k, i, j] = spread[k, j, i] = total
+        if rows[0, 8 + 3 * k] > 0.0:
+            level = by[0, 0] ** 2 + by[1, 0] ** 2
+            flat = (setting["force_sd"] * setting["weight_n"]) ** 2 + setting[
+                "force_share_sd"
+            ] ** 2 * level
+            spread[k, 0, 0] += flat
+            spread[k, 1, 1] += flat
+            spread[k, 2, 2] += (setting["load_sd"] * setting["weight_n"]) ** 2
+
+
+@compiled
+def readout_kernel(
+    mean: FloatArray, covariance: FloatArray, mu: FloatArray, stiffness: FloatArray,
+    contact: BoolArray, rows: FloatArray, slip: FloatArray, settings: Record, feet: FloatArray,
+    force: FloatArray, spread: FloatArray, slipping: BoolArray,
+) -> None:  # fmt: skip
+    """Read out a state. Where the model has no answer it is NaN, and so is what follows from it.
+
+    Args:
+        mean: (n,).
+        covariance: P, (n, n).
+        mu: The robot file's friction coefficients, (N,).
+        stiffness: Its stiffnesses, (N,) [N/m].
+        contact: Loaded feet, (N,).
+        rows: Of ``Neighbourhood``.
+        slip: Of the feet, (N, 2) [m/s].
+        settings: Of ``record_of``.
+        feet: Out: MU and the sd of its logarithm, STIFFNESS [N/m] and that of its, SHARE of the weight and
+            its own, (6, N).
+        force: Out: predicted, (N, 3) [N].
+        spread: Out: its covariance, (N, 3, 3) [N^2].
+        slipping: Out: feet that clearly slip, (N,).
+    """
+    count, setting = mu.size, settings[0]
+    _spread(rows, covariance, settings, spread)
+    for k in range(count):
+        grip, spring = FIXED + k, FIXED + count + k
+        feet[MU, k] = mu[k] * np.exp(mean[SCALE] + mean[grip])
+        # log of the common friction and log mu of a leg vary together
+        both = covariance[grip, grip] + covariance[SCALE, SCALE] + 2.0 * covariance[SCALE, grip]
+        feet[MU_SD, k] = np.sqrt(max(both, 0.0))
+        feet[STIFFNESS, k] = stiffness[k] * np.exp(mean[spring])
+        feet[STIFFNESS_SD, k] = np.sqrt(covariance[spring, spring])
+        for i in range(3):
+            force[k, i] = rows[0, 6 + 3 * k + i]
+        feet[SHARE, k] = rows[0, 8 + 3 * k] / setting["weight_n"]
+        feet[SHARE_SD, k] = np.sqrt(spread[k, 2, 2]) / setting["weight_n"]
+        speed = np.sqrt(slip[k, 0] ** 2 + slip[k, 1] ** 2)
+        slipping[k] = contact[k] and speed > setting["slip_speed"]
+
+
+def prepare() -> None:
+    """Load or make the machine code now, so that no tick has to wait for it."""
+    settings = record_of(EstimatorSettings(), 1.0)
+    compile_for(
+        readout_kernel, *given(1, 2, 1, 1), *given(1, kind=FLAG), *given(2, 2), settings,
+        *out(2, 2, 3), *out(1, kind=FLAG),
+    )  # fmt: skip

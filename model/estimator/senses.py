@@ -1,13 +1,14 @@
 """What a tick's sensors amount to: forces on a scale, feet in contact, standstill, silent encoders."""
 
 from dataclasses import dataclass
+from functools import cache
 from math import isfinite
 
 import numpy as np
 
 from model.estimator.neighbourhood import Neighbourhood
 from model.estimator.settings import EstimatorSettings
-from model.values.arrays import BoolArray, FloatArray
+from model.values.arrays import BoolArray, FloatArray, readonly
 from model.values.estimate import NEVER, EstimatorState, OdometryInputs
 from model.values.legs import FootMotion
 
@@ -49,8 +50,7 @@ def hear(
     ):
         stale_s = (inputs.t_ns - state.force_ns) * 1e-9
         believed = state.force_ns != NEVER and stale_s <= settings.stale_force_s
-        nothing = np.full((len(state.contact), 3), np.nan)
-        return Heard(nothing, whole=False, fresh=False, use=False), state.airborne and believed
+        return _nothing(len(state.contact)), state.airborne and believed
     force = forces.force_n
     if False in valid:
         force = np.where(forces.valid[:, None], force, np.nan)
@@ -62,6 +62,12 @@ def hear(
     due_s = (inputs.t_ns - state.used_ns) * 1e-9
     due = state.used_ns == NEVER or due_s > settings.force_period_s - 1e-3
     return Heard(force / unit, whole, fresh=True, use=due and not airborne), airborne
+
+
+@cache
+def _nothing(legs: int) -> Heard:
+    """No forces at all, of so many feet."""
+    return Heard(readonly(np.full((legs, 3), np.nan)), whole=False, fresh=False, use=False)
 
 
 def idle_since(
@@ -92,9 +98,11 @@ def contact(
 ) -> BoolArray:
     """Loaded feet, with hysteresis, by the measured share where there is one, else the model's."""
     share = heard.share[:, 2]
-    if model is None and not heard.fresh:
-        return state.contact
-    if model is not None and not heard.whole:
+    if not heard.fresh:
+        if model is None:
+            return state.contact
+        share = model.load_n / weight_n
+    elif model is not None and not heard.whole:
         share = np.where(np.isfinite(share), share, model.load_n / weight_n)
     return np.asarray(share > np.where(state.contact, settings.load_off, settings.load_on))
 

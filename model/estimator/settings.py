@@ -1,14 +1,16 @@
 """Noise, gates and limits of the estimator, in SI units; ``docs/odometry.md`` says how they were found."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from math import isfinite
-from typing import TypeVar
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
 
 from model.errors import ModelError
 from model.quasistatic.frames import FrictionLaw
 
-Numbers = TypeVar("Numbers")
+Record: TypeAlias = NDArray[np.void]
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,11 +146,17 @@ class EstimatorSettings:
             raise ModelError("load_off of the estimator must not be above load_on")
 
 
-def numbers_of(kernel: type[Numbers], settings: EstimatorSettings, weight_n: float) -> Numbers:
-    """The settings that a kernel's named tuple has fields for, and the weight carried [N]."""
-    names = [name for name in kernel.__annotations__ if name != "weight_n"]
-    made: Callable[..., Numbers] = kernel
-    return made(**{name: getattr(settings, name) for name in names}, weight_n=weight_n)
+def record_of(settings: EstimatorSettings, weight_n: float) -> Record:
+    """The settings as compiled code takes them, (1,): each number under its name, and two more.
+
+    ``weight_n`` is the weight carried [N], ``coulomb`` whether the law is Coulomb's, and ``sway_step_s`` is
+    0 where sway is left out. A call takes a record in a tenth of the time of a named tuple.
+    """
+    values = asdict(settings) | {"weight_n": weight_n}
+    coulomb = values.pop("law") is FrictionLaw.COULOMB
+    values["sway_step_s"] *= values.pop("sway")
+    kinds = [(name, np.float64) for name in values]
+    return np.array([(*values.values(), coulomb)], dtype=[*kinds, ("coulomb", np.bool_)])
 
 
 MAY_BE_ZERO = frozenset({

@@ -4,23 +4,22 @@ In a pose at rest the wrenches of the feet carry the weight::
 
     sum_k X_k (I + D_k) y_k = (weight up, no moment about the centre of mass),   y = s - a(q)
 
-X_k takes a wrench at sensor k to the body's origin. That is six equations a pose for 36 unknowns a sensor,
-linear in D. However many poses there are, the balance cannot see an error that all sensors share: with
+X_k takes a wrench at sensor k to the body's origin: six equations a pose, linear in the 36 unknowns a
+sensor. However many poses there are, the balance cannot see an error that all sensors share: with
 D_k = X_k^-1 E X_k the sum changes by E times the weight, which is nothing for every E whose column of
 vertical force is zero. Those 30 directions (a common scale of the horizontal forces is one) are left at
-zero by construction, unless *point feet* are believed in: a foot that touches at a point takes no moment
-there, so that force and moment of one sensor must agree about where the foot is. That goes in with little
-weight (``POINT_FOOT_WEIGHT``), because it trusts the linkage's dimensions, and decides what the balance
-leaves open. What neither tells stays at zero by the ridge. The ridge is the one that
-predicts left-out poses best, but no weaker than entries of the size ``EXPECTED`` would ask for under the
-noise found: noise in the readings makes the poses seem to tell more than they do. The *resolution* of an
-unknown is the share of it that the data and not the ridge decides (the diagonal of Backus and Gilbert's
-resolution matrix): 1 known, 0 untouched.
+zero by construction, unless feet are taken to touch at a *point*: it passes on no moment, so force and
+moment of one sensor must agree about where the foot is. That has little weight (``POINT_FOOT_WEIGHT``),
+because it relies on the linkage's dimensions, and decides what the balance leaves open. What neither shows
+stays at zero by the ridge: the one that predicts left-out poses best, but no weaker than entries of size
+``EXPECTED`` ask for under the noise. The *resolution* of an unknown is the share of it that the data, not
+the ridge, decides (the diagonal of Backus and Gilbert's resolution matrix): 1 known, 0 untouched.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from model.errors import ModelError
 from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
@@ -76,14 +75,7 @@ class StillPoses:
 
     def part(self, chosen: BoolArray) -> "StillPoses":
         """Return some of the poses."""
-        return StillPoses(
-            self.angle_rad[chosen],
-            self.sensed[chosen],
-            self.in_air[chosen],
-            self.up_B[chosen],
-            self.standing[chosen],
-            self.lever[chosen],
-        )
+        return StillPoses(*(getattr(self, each.name)[chosen] for each in fields(self)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,19 +99,17 @@ class CrossTalkFit:
 
 def wrench_maps(places: SensorPlaces) -> FloatArray:
     """Return X, (N, 6, 6): a wrench in sensor axes at the sensor to body axes at the body's origin."""
-    count = len(places.yaw_rad)
-    maps = np.zeros((count, 6, 6))
-    cosine, sine = np.cos(places.yaw_rad), np.sin(places.yaw_rad)
-    turn = np.zeros((count, 3, 3))
-    turn[:, 0, 0] = turn[:, 1, 1] = cosine
-    turn[:, 0, 1], turn[:, 1, 0], turn[:, 2, 2] = -sine, sine, 1.0
-    x, y, z = places.origin_B.T
-    lever = np.zeros((count, 3, 3))
-    lever[:, 0, 1], lever[:, 0, 2], lever[:, 1, 2] = -z, y, -x
-    lever -= lever.transpose(0, 2, 1)
+    turn = Rotation.from_euler("z", places.yaw_rad[:, None]).as_matrix()
+    maps = np.zeros((len(turn), 6, 6))
     maps[:, :3, :3] = maps[:, 3:, 3:] = turn
-    maps[:, 3:, :3] = lever @ turn
+    maps[:, 3:, :3] = _cross(places.origin_B) @ turn
     return maps
+
+
+def _cross(vector: FloatArray) -> FloatArray:
+    """Matrix of the cross product with a vector, (..., 3) to (..., 3, 3)."""
+    matrix: FloatArray = np.cross(np.eye(3), vector[..., None, :])
+    return matrix
 
 
 def balance_residual(wrench: FloatArray, poses: StillPoses, places: SensorPlaces) -> FloatArray:
@@ -204,12 +194,9 @@ def shared_directions(places: SensorPlaces, wrench_scale: FloatArray) -> FloatAr
     maps = wrench_maps(places)
     inverse = np.linalg.inv(maps)
     unit = wrench_scale[None, :] / wrench_scale[:, None]
-    directions = []
-    for row in range(6):
-        for column in (0, 1, 3, 4, 5):  # not the vertical force: the weight shows its errors
-            each = np.einsum("ni,nj->nij", inverse[:, :, row], maps[:, column, :]) * unit
-            directions.append(each.ravel())
-    basis: FloatArray = np.linalg.qr(np.array(directions).T)[0]
+    unseen = maps[:, [0, 1, 3, 4, 5]]  # not the vertical force: the weight shows its errors
+    directions = np.einsum("nir,ncj->rcnij", inverse, unseen) * unit
+    basis: FloatArray = np.linalg.qr(directions.reshape(30, -1).T)[0]
     return basis
 
 
@@ -256,12 +243,8 @@ def _foot_rows(
     """Return the moment about each foot as rows: design (P, 3 N, 36 N) and target (P, 3 N) [N m]."""
     poses, count = loaded.shape[:2]
     known = np.asarray(np.isfinite(lever).all(axis=2))
-    x, y, z = np.moveaxis(np.where(known[..., None], lever, 0.0), -1, 0)
     moment = np.zeros((poses, count, 3, 6))  # wrench at the sensor to moment about the foot
-    moment[..., 0, 1], moment[..., 0, 2], moment[..., 1, 2] = z, -y, x
-    moment[..., 1, 0], moment[..., 2, 0], moment[..., 2, 1] = -z, y, -x
-    moment[..., [0, 1, 2], [3, 4, 5]] = 1.0
-    moment[~known] = 0.0
+    moment[known, :, :3], moment[known, :, 3:] = -_cross(lever[known]), np.eye(3)
     target = -np.einsum("pnri,pni->pnr", moment, loaded)
     design = np.zeros((poses, count, 3, count, 6, 6))
     product = np.einsum("pnri,pnj->pnrij", moment * wrench_scale, loaded / wrench_scale)

@@ -21,15 +21,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from model.errors import ModelError
-from model.fit.friction_search import FrictionSearch
-from model.fit.result import FitResult, Spread, spread
-from model.fit.robust_loss import Loss, check_loss, minimise
-from model.fit.slip_contacts import Contacts, choose_contacts
+from model.fit.friction_search import Contacts, FrictionSearch, choose_contacts
+from model.fit.result import FitResult, Spread, minimise, spread
 from model.quasistatic.frames import FrictionLaw
 from model.values.arrays import BoolArray, FloatArray, readonly
 
-# Pull towards the start, so that a direction which does not show stays there.
-TETHER = 1e-6
 # w^2 must be so many of its standard errors from 0.
 TOLD_FROM_ZERO = 2.0
 AXES = ("w_x", "w_y")
@@ -61,8 +57,6 @@ def fit_friction(
     mean_mu: float | None = None,
     rest_m_s: float = 0.0,
     leg_names: Sequence[str] = (),
-    loss: Loss = "linear",
-    loss_scale: float = 1.0,
 ) -> FrictionFit:
     """Fit mu and w of each leg by least squares on the horizontal forces.
 
@@ -80,8 +74,6 @@ def fit_friction(
         rest_m_s: Feet no faster than this rest, and are not used [m/s]; Coulomb's law needs it positive
             for noisy slips, because a resting foot's force is not its law's.
         leg_names: Names for the result; numbers if there are none.
-        loss: Robust loss as in ``scipy.optimize.least_squares``. Scales of frames stay least squares.
-        loss_scale: Force error from which on an error is an outlier [N].
 
     Raises:
         ModelError: Shapes do not fit, a value is impossible, or no foot can be used.
@@ -93,23 +85,29 @@ def fit_friction(
     _check(force_xy_B, load_n, slip_B, direction, rest_m_s)
     if mean_mu is not None and not (scaled and mean_mu > 0):
         raise ModelError("a mean of mu must be positive, and has a meaning with a frame scale only")
-    check_loss(loss, loss_scale)
     names = tuple(leg_names) or tuple(str(leg) for leg in range(legs))
     contacts, left_out = choose_contacts(force_xy_B, load_n, slip_B, law, rest_m_s)
     unit = None if direction is None else direction / np.linalg.norm(direction, axis=1)[:, None]
     search = FrictionSearch(contacts, unit, frame_scale=scaled)
-    theta, converged = _search(search, loss, loss_scale)
+    size = float(np.linalg.norm(contacts.force))
+    theta, converged = minimise(
+        search.residual,
+        search.jacobian,
+        search.start(),
+        size=size,
+        lowest=search.lowest,
+    )
     if unit is None:
-        theta = _one_sign(theta, legs)
+        w = theta[legs:].reshape(legs, 2)  # of w and -w the one with w_x > 0
+        w[(w[:, 0] < 0) | ((w[:, 0] == 0) & (w[:, 1] < 0))] *= -1
     residual = search.residual(theta)
     scalable = np.arange(len(theta)) < legs
+    frames = int(contacts.used.any(axis=1).sum())
     known = spread(
         search.jacobian(theta, of_scale=False),
         residual,
-        float(np.linalg.norm(contacts.force)),
-        lost=int(contacts.used.any(axis=1).sum()) if scaled else 0,
-        loss=loss,
-        loss_scale=loss_scale,
+        size,
+        lost=frames if scaled else 0,
         scaled=scalable if scaled else None,
         scale_share=np.where(scalable, np.exp(theta), 0.0),
     )
@@ -128,13 +126,17 @@ def fit_friction(
         slope[legs:] = 0.5 * np.exp(theta[legs:]) / np.maximum(values[legs:], np.finfo(float).tiny)
     slope[open_] = np.nan
     covariance = known.covariance * slope[:, None] * slope
-    labels = _labels(names, free=unit is None)
+    axes = AXES if unit is None else ("w",)
+    labels = (
+        *(f"mu {name}" for name in names),
+        *(f"{axis} {name}" for name in names for axis in axes),
+    )
     result = FitResult(
         names=labels,
         values=readonly(values),
         covariance=readonly(covariance),
         residual_rms=float(np.sqrt(np.mean(residual**2))),
-        frames_used=int(contacts.used.any(axis=1).sum()),
+        frames_used=frames,
         left_out=left_out,
         undetermined=tuple(label for label, lost in zip(labels, open_, strict=True) if lost),
         warnings=_warnings(
@@ -145,44 +147,16 @@ def fit_friction(
     return FrictionFit(readonly(mu), readonly(w), result)
 
 
-def _search(search: FrictionSearch, loss: Loss, loss_scale: float) -> tuple[FloatArray, bool]:
-    start = search.start()
-    hold = TETHER * float(np.linalg.norm(search.contacts.force)) * np.eye(len(start))
-    return minimise(
-        lambda at: np.append(search.residual(at), hold @ (at - start)),
-        lambda at: np.concatenate([search.jacobian(at), hold]),
-        start,
-        loss=loss,
-        loss_scale=loss_scale,
-        penalties=len(start),
-        lowest=search.lowest,
-    )
-
-
-def _one_sign(theta: FloatArray, legs: int) -> FloatArray:
-    """Choose between w and -w."""
-    w = theta[legs:].reshape(legs, 2).copy()
-    w[(w[:, 0] < 0) | ((w[:, 0] == 0) & (w[:, 1] < 0))] *= -1
-    return np.concatenate([theta[:legs], w.ravel()])
-
-
 def _isotropic(theta: FloatArray, known: Spread, legs: int, *, free: bool) -> BoolArray:
     """Whose w cannot be told from 0, (P,) bool."""
-    width = 2 if free else 1
     lost = np.zeros(len(theta), dtype=bool)
-    for leg in range(legs):
-        at = slice(legs + width * leg, legs + width * (leg + 1))
+    for at in np.arange(legs, len(theta)).reshape(legs, -1):
         # |w|^2, or log(1 + |w|^2)
-        square = float(theta[at] @ theta[at]) if free else float(theta[legs + leg])
+        square = theta[at] @ theta[at] if free else theta[at[0]]
         slope = 2 * theta[at] if free else np.ones(1)
-        error = np.sqrt(slope @ known.covariance[at, at] @ slope)
+        error = np.sqrt(slope @ known.covariance[np.ix_(at, at)] @ slope)
         lost[at] = not square > TOLD_FROM_ZERO * error
     return lost
-
-
-def _labels(names: tuple[str, ...], *, free: bool) -> tuple[str, ...]:
-    rest = tuple(f"{axis} {name}" for name in names for axis in (AXES if free else ("w",)))
-    return (*(f"mu {name}" for name in names), *rest)
 
 
 def _warnings(
@@ -195,6 +169,7 @@ def _warnings(
     conventional: bool,
 ) -> tuple[str, ...]:
     legs = len(names)
+    no_w = np.any((known.undetermined | isotropic)[legs:].reshape(legs, -1), axis=1)
     warnings = []
     if conventional:
         warnings.append(
@@ -202,7 +177,6 @@ def _warnings(
             "frame: its mean is set to 1 by convention"
         )
     for leg, name in enumerate(names):
-        own = known.undetermined[legs:].reshape(legs, -1)[leg]
         moved = contacts.used[:, leg] & (contacts.motion[:, leg] != 0).any(axis=1)
         if not (np.nan_to_num(load[:, leg]) > 0).any():
             warnings.append(f"leg {name} was never loaded, so that its friction is not known")
@@ -213,7 +187,7 @@ def _warnings(
                 f"mu and w of leg {name} cannot be told apart: it slips too little, or always in "
                 "one direction"
             )
-        elif own.any() or isotropic[legs:].reshape(legs, -1)[leg].any():
+        elif no_w[leg]:
             warnings.append(
                 f"the w of leg {name} cannot be told from 0: no more traction along it than across"
             )

@@ -12,16 +12,75 @@ eliminated: with sigma = F.h / h.h the residual F - sigma h keeps an exact deriv
 Golub and Pereyra, 1973), and no scale has to be searched for.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from model.fit.slip_contacts import Contacts
+from model.errors import ModelError
 from model.quasistatic.frames import FrictionLaw
 from model.traction.force_scale import force_scale
-from model.values.arrays import FloatArray
+from model.values.arrays import BoolArray, FloatArray
 
 START_W = 0.3  # at w = 0 the force does not change with w, and no search could begin
 LARGEST_RATIO = 100.0  # of the two tractions of a leg, at the start
 ROUNDS = 4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Contacts:
+    """Feet of which the fit makes use.
+
+    Attributes:
+        force: Measured horizontal force, (F, N, 2) [N]; 0 where not used.
+        load: Vertical force, (F, N) [N]; 0 where not used.
+        motion: Slip, (F, N, 2) [m/s], or for Coulomb's law its direction [1]; 0 where not used.
+        used: (F, N) bool.
+        law: Friction law.
+    """
+
+    force: FloatArray
+    load: FloatArray
+    motion: FloatArray
+    used: BoolArray
+    law: FrictionLaw
+
+
+def choose_contacts(
+    force: FloatArray, load: FloatArray, slip: FloatArray, law: FrictionLaw, rest: float
+) -> tuple[Contacts, tuple[tuple[str, int], ...]]:
+    """Leave out what cannot be used, and count it.
+
+    Args:
+        force: Measured horizontal forces, (F, N, 2) [N].
+        load: Vertical forces, (F, N) [N].
+        slip: (F, N, 2) [m/s].
+        law: Whether forces follow the slip or its direction.
+        rest: Feet no faster than this are left out [m/s].
+
+    Returns:
+        The feet used, and why others were left out, and how many.
+
+    Raises:
+        ModelError: No foot can be used.
+    """
+    present = np.isfinite(force).all(axis=2) & np.isfinite(load) & np.isfinite(slip).all(axis=2)
+    speed = np.where(present, np.linalg.norm(np.where(np.isfinite(slip), slip, 0.0), axis=2), 0.0)
+    loaded: BoolArray = present & (np.nan_to_num(load) > 0)
+    used: BoolArray = loaded & (speed > rest)
+    left_out = (
+        ("a force or slip is missing (feet)", int((~present).sum())),
+        ("not loaded (feet)", int((present & ~loaded).sum())),
+        ("at rest (feet)", int((loaded & ~used).sum())),
+        ("no foot can be used (frames)", int((~used.any(axis=1)).sum())),
+    )
+    if not used.any():
+        raise ModelError("no loaded foot slips in these data: there is nothing to fit friction to")
+    size = np.where(used & (law is FrictionLaw.COULOMB), speed, 1.0)
+    motion = np.where(used[..., None], slip, 0.0) / size[..., None]
+    contacts = Contacts(
+        np.where(used[..., None], force, 0.0), np.where(used, load, 0.0), motion, used, law
+    )
+    return contacts, tuple((why, count) for why, count in left_out if count)
 
 
 class FrictionSearch:
@@ -52,10 +111,9 @@ class FrictionSearch:
     @property
     def lowest(self) -> FloatArray:
         """Lower bounds of the parameters, (P,)."""
-        free = np.full(self.legs, -np.inf)
         if self.direction is None:
-            return np.tile(free, 3)
-        return np.append(free, np.zeros(self.legs))
+            return np.full(3 * self.legs, -np.inf)
+        return np.repeat([-np.inf, 0.0], self.legs)
 
     def residual(self, theta: FloatArray) -> FloatArray:
         """Measured minus fitted force of the feet used, (M,) [N]."""

@@ -109,11 +109,11 @@ def calibrate_in_situ(
         bias_only(legs, serials or ("",) * len(legs), nothing, nothing, date=date, logs=logs),
         method="in-situ",
     )
-    depth = _Depth(max_harmonics, cross_talk, point_feet)
-    constant = _fit(kept, places, blank, _Depth(0, cross_talk=False, point_feet=False))[0]
-    gravity = _fit(kept, places, blank, replace(depth, cross_talk=False))[0]
-    whole = _fit(kept, places, blank, depth)[0]
-    final, unloaded, fit = _fit(poses, places, blank, depth)
+    feet = point_feet if cross_talk else None
+    constant = _fit(kept, places, blank, 0, None)[0]
+    gravity = _fit(kept, places, blank, max_harmonics, None)[0]
+    whole = _fit(kept, places, blank, max_harmonics, feet)[0]
+    final, unloaded, fit = _fit(poses, places, blank, max_harmonics, feet)
     return InSituResult(
         calibration=final,
         unloaded=unloaded,
@@ -124,13 +124,6 @@ def calibrate_in_situ(
         held_out=int(usable(left_out).sum()),
         warnings=_warnings(legs, unloaded, fit, point_feet=point_feet),
     )
-
-
-@dataclass(frozen=True, slots=True)
-class _Depth:
-    max_harmonics: int
-    cross_talk: bool
-    point_feet: bool
 
 
 def _check(poses: StillPoses, legs: tuple[str, ...]) -> None:
@@ -148,14 +141,19 @@ def _check(poses: StillPoses, legs: tuple[str, ...]) -> None:
 
 
 def _fit(
-    poses: StillPoses, places: SensorPlaces, blank: ForceCalibration, depth: _Depth
+    poses: StillPoses,
+    places: SensorPlaces,
+    blank: ForceCalibration,
+    max_harmonics: int,
+    point_feet: bool | None,
 ) -> tuple[ForceCalibration, tuple[UnloadedFit | None, ...], CrossTalkFit | None]:
+    """Both stages; without the second where ``point_feet`` is None."""
     count = len(blank.legs)
     fits: list[UnloadedFit | None] = []
     for leg in range(count):
         air = poses.in_air[:, leg] & np.isfinite(poses.sensed[:, leg]).all(axis=1)
         fits.append(
-            fit_unloaded(poses.angle_rad[air, leg], poses.sensed[air, leg], depth.max_harmonics)
+            fit_unloaded(poses.angle_rad[air, leg], poses.sensed[air, leg], max_harmonics)
             if air.any()
             else None
         )
@@ -169,10 +167,10 @@ def _fit(
             error[leg] = fit.standard_error(0.0)
     calibration = replace(blank, unloaded=readonly(coefficients), standard_error=readonly(error))
     cross_talk = None
-    if depth.cross_talk:
+    if point_feet is not None:
         standing = poses.part(usable(poses))
         free = standing.sensed - calibration.unloaded_wrench(standing.angle_rad)
-        cross_talk = fit_cross_talk(free, standing, places, point_feet=depth.point_feet)
+        cross_talk = fit_cross_talk(free, standing, places, point_feet=point_feet)
         calibration = replace(calibration, correction=cross_talk.correction)
     return calibration, tuple(fits), cross_talk
 
@@ -190,23 +188,15 @@ def residuals(
         loaded = ~poses.in_air[chosen, leg]
         air = wrench[poses.in_air[:, leg], leg]
         air = air[np.isfinite(air).all(axis=1)]
-        out.append(
-            SensorResidual(
-                *_force_and_moment(seen[loaded, leg]),
-                *_force_and_moment(air),
-            )
-        )
+        out.append(SensorResidual(*_force_and_moment(seen[loaded, leg]), *_force_and_moment(air)))
     return tuple(out)
 
 
 def _force_and_moment(wrench: FloatArray) -> tuple[float, float]:
     if len(wrench) == 0:
         return float("nan"), float("nan")
-    square = wrench**2
-    return (
-        float(np.sqrt(square[:, :3].sum(axis=1).mean())),
-        float(np.sqrt(square[:, 3:].sum(axis=1).mean())),
-    )
+    force, moment = np.sqrt((wrench**2).reshape(-1, 2, 3).sum(axis=2).mean(axis=0)).tolist()
+    return force, moment
 
 
 def _warnings(

@@ -1,10 +1,8 @@
-"""What a fit found, how well, and what its data cannot tell.
+"""A least-squares search, what a fit came to, how well, and what its data cannot tell.
 
-Errors are those of linearised least squares, variance (J^T J + P)^-1, with the variance of the
-residuals for a plain fit and Huber's form E[psi^2] / E[psi']^2 for a robust one (Huber, "Robust
-Statistics", chapter 7; good for many residuals and losses whose psi' is positive on average). They take
-every residual for independent: neighbouring frames of a log are not, so that on a log they are too
-small by about the root of the number of frames over which errors keep their sign. A model that does
+Errors are those of linearised least squares, variance (J^T J + P)^-1, with the variance of the residuals.
+They take every residual for independent: neighbouring frames of a log are not, so that on a log they are
+too small by about the root of the number of frames over which errors keep their sign. A model that does
 not hold (Coulomb's robot, viscous fit) has a bias that no such error knows.
 
 A direction of the parameters is *undetermined* if its singular value is nothing beside the largest, or
@@ -12,13 +10,18 @@ if one unit along it (a factor e of a stiffness or mu, 1 of w) changes the resid
 noise. Every parameter with a share in such a direction gets NaN for its errors.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import least_squares
 
-from model.fit.robust_loss import Loss, influence
 from model.values.arrays import BoolArray, FloatArray, readonly
 
+TOLERANCE = 1e-12
+MOST_EVALUATIONS = 200
+# Pull towards the start, so that a direction which does not show stays there.
+TETHER = 1e-6
 # Singular values below this share of the largest are rounding.
 SINGULAR_TOLERANCE = 1e-6
 # And so are those below this share of the measurements.
@@ -77,14 +80,53 @@ class Spread:
     reference: BoolArray
 
 
+def minimise(
+    residual: Callable[[FloatArray], FloatArray],
+    jacobian: Callable[[FloatArray], FloatArray],
+    start: FloatArray,
+    *,
+    size: float,
+    lowest: FloatArray | float = -np.inf,
+) -> tuple[FloatArray, bool]:
+    """Minimise the sum of squares from ``start``, to which a weak tether holds what does not show.
+
+    Args:
+        residual: (M,) of parameters (P,).
+        jacobian: (M, P) of parameters (P,).
+        start: (P,).
+        size: Norm of what was measured, beside which the tether is weak.
+        lowest: Lower bounds of the parameters, (P,) or one for all.
+
+    Returns:
+        Parameters at the minimum, (P,), and whether the search ended by itself.
+    """
+    hold = TETHER * size * np.eye(len(start))
+
+    def tethered(at: FloatArray) -> FloatArray:
+        return np.append(residual(at), hold @ (at - start))
+
+    def slope(at: FloatArray) -> FloatArray:
+        return np.concatenate([jacobian(at), hold])
+
+    result = least_squares(
+        tethered,
+        start,
+        jac=slope,
+        bounds=(lowest, np.inf),
+        xtol=TOLERANCE,
+        ftol=TOLERANCE,
+        gtol=TOLERANCE,
+        max_nfev=MOST_EVALUATIONS,
+    )
+    return np.asarray(result.x, dtype=np.float64), bool(result.status > 0)
+
+
 def spread(
     jacobian: FloatArray,
     residual: FloatArray,
     size: float,
     *,
     lost: int = 0,
-    loss: Loss = "linear",
-    loss_scale: float = 1.0,
     penalty: FloatArray | None = None,
     scaled: BoolArray | None = None,
     scale_share: FloatArray | None = None,
@@ -101,14 +143,13 @@ def spread(
         residual: Measured residuals, (M,).
         size: Norm of what was measured, beside which rounding is nothing.
         lost: Degrees of freedom used up by other than these parameters (a scale a frame).
-        loss: Loss of the fit.
-        loss_scale: Its scale, units of the residual.
         penalty: J^T J of the penalty, (P, P). It narrows errors; it never makes anything determined.
         scaled: (P,) the logarithms with a conventional common scale; None if there are none.
         scale_share: Their values, whose mean is held, (P,); needed with ``scaled``.
     """
     count = jacobian.shape[1]
-    variance = _variance(residual, lost + count - int(scaled is not None), loss, loss_scale)
+    freedom = len(residual) - lost - count + int(scaled is not None)
+    variance = float(residual @ residual) / freedom if freedom > 0 else np.inf
     values, vectors = np.linalg.eigh(jacobian.T @ jacobian)
     singular = np.sqrt(np.maximum(values, 0.0))
     least = max(SINGULAR_TOLERANCE * singular[-1], ROUNDING * size, np.sqrt(variance))
@@ -156,14 +197,3 @@ def _best_reference(null: FloatArray, scaled: BoolArray) -> tuple[BoolArray, Boo
         if determined.sum() > max(best[0].sum(), min(1, scaled.sum() - 1)):
             best = determined, unknown
     return best
-
-
-def _variance(residual: FloatArray, used: int, loss: Loss, loss_scale: float) -> float:
-    freedom = len(residual) - used
-    if freedom <= 0:
-        return np.inf
-    pull, slope = influence(loss, residual, loss_scale)
-    mean_slope = float(np.mean(slope))
-    if mean_slope <= 0:  # most residuals lie where the loss is flat: nothing can be said
-        return np.inf
-    return float(pull @ pull) / freedom / mean_slope**2

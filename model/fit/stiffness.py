@@ -20,19 +20,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from model.errors import ModelError
-from model.fit.result import FitResult, Spread, spread
-from model.fit.robust_loss import Loss, check_loss, minimise
-from model.fit.share_frames import ShareFrames, choose_share_frames
-from model.support.load_derivatives import load_derivatives
+from model.fit.result import FitResult, Spread, minimise, spread
+from model.support.frames import load_derivatives
 from model.values.arrays import BoolArray, FloatArray, readonly
 
-
-@dataclass(frozen=True, slots=True, eq=False)
-class StiffnessFit:
-    """Fitted stiffness, (N,) [N/m], and how well it is known; residuals are shares of the weight."""
-
-    stiffness: FloatArray
-    result: FitResult
+# A foot that carries more than this share of the weight is in contact.
+CONTACT_SHARE = 0.02
 
 
 def fit_stiffness(
@@ -45,9 +38,7 @@ def fit_stiffness(
     spread_weight: float = 1e-4,
     mean_stiffness: float | None = None,
     pose: FloatArray | None = None,
-    loss: Loss = "linear",
-    loss_scale: float = 0.02,
-) -> StiffnessFit:
+) -> FitResult:
     """Fit K to the shares of the weight that the feet in contact carry.
 
     Minimises the squared errors of the shares, summed over feet and frames, and those of the pose where
@@ -65,8 +56,9 @@ def fit_stiffness(
             mean is over the legs that the data tell.
         pose: Measured slope_x, slope_y [rad] and height of the body origin [m], (F, 3), if they are
             known; NaN where not. A height error is weighed as the change of load it would mean.
-        loss: Robust loss as in ``scipy.optimize.least_squares``; the penalty stays quadratic.
-        loss_scale: Share error from which on an error is an outlier.
+
+    Returns:
+        K of each leg, (N,) [N/m]; residuals are shares of the weight.
 
     Raises:
         ModelError: Shapes do not fit, a value is not positive, or no frame can be used.
@@ -74,10 +66,9 @@ def fit_stiffness(
     Reference: Wu, Zhao, Revzen, sec:params and eqn:zpj.
     """
     _check(feet_B, vertical_n, weight_n, start, spread_weight, mean_stiffness, pose)
-    check_loss(loss, loss_scale)
-    frames = choose_share_frames(feet_B, vertical_n, weight_n, start, pose)
+    frames = _choose_frames(feet_B, vertical_n, weight_n, start, pose)
     names = tuple(leg_names) or tuple(str(leg) for leg in range(len(start)))
-    search = _Search(frames, weight_n, spread_weight, loss, loss_scale)
+    search = _Search(frames, weight_n, spread_weight)
     theta, converged = search.run(np.log(start))
     known = search.spread(theta, relative=False)
     relative = search.spread(theta, relative=True)
@@ -89,40 +80,86 @@ def fit_stiffness(
         known = relative = search.spread(theta, relative=True)
     stiffness = search.stiffness(theta)
     undetermined = tuple(f"K {n}" for n, u in zip(names, known.undetermined, strict=True) if u)
-    result = FitResult(
+    return FitResult(
         names=tuple(f"K {name}" for name in names),
         values=readonly(stiffness),
         covariance=readonly(known.covariance * stiffness[:, None] * stiffness),
-        residual_rms=float(np.sqrt(np.mean(search.residual(theta)[: search.shares] ** 2))),
+        residual_rms=float(np.sqrt(np.mean(search.evaluate(theta)[0][: search.shares] ** 2))),
         frames_used=len(frames.feet),
         left_out=frames.left_out,
         undetermined=undetermined,
         warnings=_warnings(names, known, relative, np.any(frames.contact, axis=0)),
         converged=converged,
     )
-    return StiffnessFit(readonly(stiffness), result)
 
 
-# Pull towards the start, so that a direction which does not show stays there.
-TETHER = 1e-6
+@dataclass(frozen=True, slots=True, eq=False)
+class _Frames:
+    """Frames of which the fit makes use.
+
+    Attributes:
+        feet: Unloaded feet, (F, N, 3) [m].
+        contact: Loaded, as measured or as the model has it, (F, N).
+        share: Measured share of the load, (F, N); of meaning in contact only.
+        pose: Measured slopes [rad] and height [m], (F, 3), NaN where not known.
+        pose_weight: What an error of the pose means as an error of a share, (3,).
+        left_out: Why frames were left out, and how many.
+    """
+
+    feet: FloatArray
+    contact: BoolArray
+    share: FloatArray
+    pose: FloatArray
+    pose_weight: FloatArray
+    left_out: tuple[tuple[str, int], ...]
+
+
+def _choose_frames(
+    feet: FloatArray,
+    vertical: FloatArray,
+    weight: float,
+    start: FloatArray,
+    pose: FloatArray | None,
+) -> _Frames:
+    """Leave out what cannot be used, and count it."""
+    everything = np.concatenate([feet.reshape(len(feet), -1), vertical], axis=1)
+    present = np.isfinite(everything).all(axis=1)
+    solved = load_derivatives(np.where(present[:, None, None], feet, 0.0), start, weight).solved
+    stands = np.isfinite(solved.load_n).all(axis=1)
+    contact: BoolArray = (vertical > CONTACT_SHARE * weight) | (np.nan_to_num(solved.load_n) > 0)
+    total: FloatArray = np.sum(np.where(contact, vertical, 0.0), axis=1)
+    used: BoolArray = present & stands & (total > CONTACT_SHARE * weight)
+    left_out = (
+        ("a foot or a force is missing", int((~present).sum())),
+        ("the robot tips", int((present & ~stands).sum())),
+        ("no foot is loaded", int((present & stands & ~used).sum())),
+    )
+    if not used.any():
+        raise ModelError(
+            "no frame can be used to fit the stiffness: "
+            + ", ".join(f"{why} in {count}" for why, count in left_out if count)
+        )
+    chosen = feet[used]
+    lever = float(np.sqrt(np.mean(chosen[..., :2] ** 2)))
+    # an error of a height means a load of K times it: the same as a share in the fit
+    weights = float(start.mean()) / weight * np.array([lever, lever, 1.0])
+    return _Frames(
+        feet=chosen,
+        contact=contact[used],
+        share=vertical[used] / total[used, None],
+        pose=np.full((len(chosen), 3), np.nan) if pose is None else pose[used],
+        pose_weight=weights,
+        left_out=tuple((why, count) for why, count in left_out if count),
+    )
 
 
 class _Search:
     """Residuals and their Jacobian as functions of log K, one model run for both."""
 
-    def __init__(
-        self,
-        frames: ShareFrames,
-        weight_n: float,
-        spread_weight: float,
-        loss: Loss,
-        loss_scale: float,
-    ) -> None:
+    def __init__(self, frames: _Frames, weight_n: float, spread_weight: float) -> None:
         self._frames, self._weight = frames, weight_n
-        self._loss, self._loss_scale = loss, loss_scale
         legs = frames.feet.shape[1]
         self._penalty = np.sqrt(spread_weight) * (np.eye(legs) - 1 / legs)
-        self._tether = TETHER * np.sqrt(len(frames.feet))
         self._posed = np.isfinite(frames.pose)
         self.shares = int(frames.contact.sum())  # the first rows of the residual
         self._mean = np.nan
@@ -144,25 +181,15 @@ class _Search:
 
     def run(self, theta: FloatArray) -> tuple[FloatArray, bool]:
         """Search from ``theta``; return where it ended and whether it converged."""
-        hold = self._tether * np.eye(len(theta))
         return minimise(
-            lambda at: np.append(self.residual(at), hold @ (at - theta)),
-            lambda at: np.concatenate([self.jacobian(at), hold]),
+            lambda at: self.evaluate(at)[0],
+            lambda at: self.evaluate(at)[1],
             theta,
-            loss=self._loss,
-            loss_scale=self._loss_scale,
-            penalties=2 * len(theta),
+            size=float(np.sqrt(len(self._frames.feet))),
         )
 
-    def residual(self, theta: FloatArray) -> FloatArray:
-        """Share errors, pose errors, penalty."""
-        return self._evaluate(theta)[0]
-
-    def jacobian(self, theta: FloatArray) -> FloatArray:
-        """Of ``residual``, (M, N)."""
-        return self._evaluate(theta)[1]
-
-    def _evaluate(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def evaluate(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Share errors, pose errors and penalty, (M,), and their Jacobian, (M, N)."""
         if self._last is not None and np.array_equal(self._last[0], theta):
             return self._last[1], self._last[2]
         frames, stiffness = self._frames, self.stiffness(theta)
@@ -173,27 +200,17 @@ class _Search:
             by_log = by_log - held / held.sum()
         share = np.nan_to_num(model.solved.load_n) / self._weight
         pose = (model.solved.pose - frames.pose) * frames.pose_weight
-        residual = np.concatenate(
-            [
-                (share - frames.share)[frames.contact],
-                pose[self._posed],
-                self._penalty @ np.log(stiffness),
-            ]
-        )
         pose_slope = model.pose_slope * frames.pose_weight[:, None]
-        slope = np.concatenate(
-            [
-                model.load_slope[frames.contact] / self._weight,
-                pose_slope[self._posed],
-                self._penalty,
-            ]
-        )
+        errors = ((share - frames.share)[frames.contact], pose[self._posed])
+        slopes = (model.load_slope[frames.contact] / self._weight, pose_slope[self._posed])
+        residual = np.concatenate([*errors, self._penalty @ np.log(stiffness)])
+        slope = np.concatenate([*slopes, self._penalty])
         self._last = theta.copy(), residual, slope @ by_log
         return self._last[1], self._last[2]
 
     def spread(self, theta: FloatArray, *, relative: bool) -> Spread:
         """Errors of log K, or of log K next to each other, and what the data leave open."""
-        residual, jacobian = self._evaluate(theta)
+        residual, jacobian = self.evaluate(theta)
         measured = len(residual) - len(theta)
         penalty = jacobian[measured:]
         return spread(
@@ -201,8 +218,6 @@ class _Search:
             residual[:measured],
             float(np.linalg.norm(self._frames.share)),
             lost=len(self._frames.feet),  # shares of a frame sum to one
-            loss=self._loss,
-            loss_scale=self._loss_scale,
             penalty=penalty.T @ penalty,
             scaled=np.ones(len(theta), dtype=bool) if relative else None,
             scale_share=self.stiffness(theta),

@@ -118,12 +118,19 @@ class Linkage:
         Returns:
             Positions and velocities, (..., N, 3).
         """
-        legs, shape = len(self._shaft_position), np.shape(angle_rad)
-        angle = np.ascontiguousarray(angle_rad, dtype=np.float64).reshape(-1, legs)
-        rate = np.ascontiguousarray(rate_rad_s, dtype=np.float64).reshape(-1, legs)
-        position, velocity = np.empty((2, *angle.shape, 3))
-        feet_kernel(angle, rate, self._numbers, self._shaft_position, position, velocity)
-        return FootMotion(position.reshape(*shape, 3), velocity.reshape(*shape, 3))
+        angle = np.ascontiguousarray(angle_rad, dtype=np.float64)
+        rate = np.ascontiguousarray(rate_rad_s, dtype=np.float64)
+        shaft, shape = self._shaft_position, angle.shape
+        if shape[-1] != len(shaft) or rate.shape != shape:
+            raise ValueError(
+                f"angles {shape} and speeds {rate.shape} are not those of {len(shaft)} legs"
+            )
+        position, velocity = np.empty((*shape, 3)), np.empty((*shape, 3))
+        feet_kernel(
+            angle.ravel(), rate.ravel(), self._numbers, shaft, position.reshape(-1, 3),
+            velocity.reshape(-1, 3),
+        )  # fmt: skip
+        return FootMotion(position, velocity)
 
     def prepare(self) -> None:
         """Load or make the machine code of ``feet`` now, so that no tick has to wait for it."""
@@ -184,25 +191,25 @@ def feet_kernel(
     """Feet in the body frame.
 
     Args:
-        angle: Shaft angles, (F, N) [rad].
-        rate: Shaft speeds, (F, N) [rad/s].
+        angle: Shaft angles, frame after frame, (F N,) [rad].
+        rate: Shaft speeds, (F N,) [rad/s].
         numbers: As for ``poses_kernel``.
         shaft: Crank shafts, (N, 3) [m].
-        position: Out: (F, N, 3) [m].
-        velocity: Out: (F, N, 3) [m/s].
+        position: Out: (F N, 3) [m].
+        velocity: Out: (F N, 3) [m/s].
     """
-    for f in range(angle.shape[0]):
-        for k in range(angle.shape[1]):
-            _, _, _, _, x, z, x_slope, z_slope = _pose(angle[f, k], numbers)
-            position[f, k, 0] = shaft[k, 0] + x
-            position[f, k, 1] = shaft[k, 1]
-            position[f, k, 2] = shaft[k, 2] + z
-            velocity[f, k, 0] = x_slope * rate[f, k]
-            velocity[f, k, 1] = 0.0
-            velocity[f, k, 2] = z_slope * rate[f, k]
+    for m in range(angle.size):
+        k = m % shaft.shape[0]
+        _, _, _, _, x, z, x_slope, z_slope = _pose(angle[m], numbers)
+        position[m, 0] = shaft[k, 0] + x
+        position[m, 1] = shaft[k, 1]
+        position[m, 2] = shaft[k, 2] + z
+        velocity[m, 0] = x_slope * rate[m]
+        velocity[m, 1] = 0.0
+        velocity[m, 2] = z_slope * rate[m]
 
 
 def prepare() -> None:
     """Compile for arrays in rows, read-only or not, and for nothing else after."""
     compile_for(poses_kernel, *given(1, 1), *out(2))
-    compile_for(feet_kernel, *given(2, 2, 1, 2), *out(3, 3))
+    compile_for(feet_kernel, *given(1, 1, 1, 2), *out(2, 2))

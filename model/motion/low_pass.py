@@ -11,13 +11,13 @@ from scipy.signal import welch
 
 from model.errors import ModelError
 from model.motion.filters import recursion
-from model.values.arrays import BoolArray, FloatArray
+from model.values.arrays import FloatArray
 
 LARGEST_GAMMA = 0.995
 GRID = 40  # first looks; spectra of real signals can have more than one dip
 SHORTEST = 64  # samples; fewer make no spectrum
 SEGMENT = 256
-# Bins weaker than this share of a component's strongest tell of noise, not of the motion.
+# Bins weaker than this share of a component's strongest are noise, not motion.
 FAINTEST = 1e-3
 
 
@@ -72,13 +72,13 @@ def choose_gamma(predicted: FloatArray, reference: FloatArray, rate_hz: float) -
         raise ModelError("a spectrum needs signals without gaps")
     segment = min(SEGMENT, len(x), len(y))
     wanted, offered = _spectrum(y, rate_hz, segment), _spectrum(x, rate_hz, segment)
-    telling = _strong(wanted) & _strong(offered)
-    if not telling.any():
+    strong = np.logical_and(*(one > FAINTEST * one.max(axis=0) for one in (wanted, offered)))
+    if not strong.any():
         raise ModelError("the two signals have no frequency in common")
-    goal = np.log(wanted[telling])
+    goal = np.log(wanted[strong])
 
     def mismatch(gamma: float) -> float:
-        filtered = _spectrum(low_pass(x, gamma), rate_hz, segment)[telling]
+        filtered = _spectrum(low_pass(x, gamma), rate_hz, segment)[strong]
         return float(np.mean((np.log(filtered) - goal) ** 2))
 
     grid = np.linspace(0.0, LARGEST_GAMMA, GRID)
@@ -92,8 +92,3 @@ def _spectrum(signal: FloatArray, rate_hz: float, segment: int) -> FloatArray:
     _, power = welch(signal, fs=rate_hz, nperseg=segment, axis=0)
     spectrum: FloatArray = power[1:]
     return spectrum
-
-
-def _strong(spectrum: FloatArray) -> BoolArray:
-    strong: BoolArray = spectrum > FAINTEST * spectrum.max(axis=0)
-    return strong

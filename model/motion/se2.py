@@ -97,6 +97,12 @@ def aligning(there: FloatArray, here: FloatArray) -> FloatArray:
     return compose(there, inverse(here))
 
 
+def placed(pose: FloatArray, points_B: FloatArray) -> FloatArray:  # noqa: N803 - frame suffix
+    """Points of a body, (..., 2), at its pose, (..., 3), in the frame of the pose."""
+    x, y = turned(points_B[..., 0], points_B[..., 1], pose[..., 2])
+    return np.stack([pose[..., 0] + x, pose[..., 1] + y], axis=-1)
+
+
 def yaw_of(quaternion_xyzw: FloatArray) -> FloatArray:
     """Yaw of attitudes.
 

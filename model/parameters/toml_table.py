@@ -2,7 +2,7 @@
 
 import difflib
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -23,16 +23,19 @@ class Table:
         self._data = data
         self._path = path
         self._taken: set[str] = set()
+        self._inner: dict[str, Table] = {}
 
     def name(self, key: str) -> str:
         """Return the dotted name of a key of this table."""
         return f"{self._path}.{key}" if self._path else key
 
-    def _take(self, key: str) -> Any:
+    def _take(self, key: str, otherwise: Any = None) -> Any:
         self._taken.add(key)
-        if key not in self._data:
+        if key in self._data:
+            return self._data[key]
+        if otherwise is None:
             raise ConfigError(self.name(key), f"is missing{self._near(key)}")
-        return self._data[key]
+        return otherwise
 
     def _near(self, key: str) -> str:
         """Say what to do: there may be a key that is nearly this one."""
@@ -43,9 +46,7 @@ class Table:
 
     def flag(self, key: str, *, otherwise: bool | None = None) -> bool:
         """Return true or false; ``otherwise``, if it is given, where the key is left out."""
-        if otherwise is not None and not self.has(key):
-            return otherwise
-        value = self._take(key)
+        value = self._take(key, otherwise)
         if not isinstance(value, bool):
             raise ConfigError(self.name(key), f"must be true or false, not {value!r}")
         return value
@@ -56,14 +57,14 @@ class Table:
 
     def maybe_text(self, key: str) -> str:
         """Return a string, an empty one where the key is left out."""
-        value = self._take(key) if self.has(key) else ""
+        value = self._take(key, "")
         if not isinstance(value, str):
             raise ConfigError(self.name(key), f"must be a text, not {value!r}")
         return value
 
     def maybe_number(self, key: str) -> float:
         """Return a number, infinite ones too, or NaN where the key is left out."""
-        return _real(self._take(key), self.name(key)) if self.has(key) else math.nan
+        return _real(self._take(key, math.nan), self.name(key))
 
     def names(self) -> tuple[str, ...]:
         """Return the keys that are there, in their order."""
@@ -76,24 +77,34 @@ class Table:
 
     def maybe_table(self, key: str) -> "Table":
         """Return a sub-table, or an empty one where the key is left out."""
-        return self.table(key) if self.has(key) else Table({}, self.name(key))
+        return as_table(self._take(key, {}), self.name(key))
 
     def table(self, key: str) -> "Table":
         """Return a sub-table."""
-        return as_table(self._take(key), self.name(key))
+        return self._as_inner(self._take(key), self.name(key))
 
     def tables(self, key: str) -> "list[Table]":
         """Return a list of tables, an empty one where the key is left out."""
-        value = self._take(key) if self.has(key) else []
+        value = self._take(key, [])
         if not isinstance(value, list):
             raise ConfigError(self.name(key), f"must be a list of tables, not {value!r}")
-        return [as_table(one, f"{self.name(key)}[{i}]") for i, one in enumerate(value)]
+        return [self._as_inner(one, f"{self.name(key)}[{i}]") for i, one in enumerate(value)]
+
+    def _as_inner(self, value: Any, name: str) -> "Table":
+        return self._inner.setdefault(name, as_table(value, name))
 
     def text(self, key: str) -> str:
         """Return a non-empty string."""
         value = self._take(key)
         if not isinstance(value, str) or not value:
             raise ConfigError(self.name(key), f"must be a non-empty text, not {value!r}")
+        return value
+
+    def word(self, key: str, known: Sequence[str]) -> str:
+        """Return a string that is one of those known."""
+        value = self.text(key)
+        if value not in known:
+            raise ConfigError(self.name(key), f"must be one of {', '.join(known)}, not {value!r}")
         return value
 
     def texts(self, key: str) -> tuple[str, ...]:
@@ -156,12 +167,14 @@ class Table:
         return readonly(np.array([item for _, item in flat], dtype=np.float64).reshape(shape))
 
     def done(self) -> None:
-        """Refuse keys that nobody asked for, with a suggestion."""
+        """Refuse keys that nobody asked for, here and in the tables inside, with a suggestion."""
         for key in self._data:
             if key not in self._taken:
                 near = difflib.get_close_matches(key, sorted(self._taken), n=1)
                 hint = f"; did you mean {near[0]!r}?" if near else "; remove it"
                 raise ConfigError(self.name(key), f"is not a known key{hint}")
+        for inner in self._inner.values():
+            inner.done()
 
 
 def as_table(value: Any, name: str) -> Table:

@@ -136,8 +136,7 @@ def frame_kernel(
         return status, -status
     for k in range(count):
         loaded[k] = loads[k] > 0.0
-    untilted = count < 0
-    if not foot_speeds(speed, pose, untilted, work):
+    if not foot_speeds(speed, work):
         return status, NOT_A_NUMBER
     reason = traction_kernel(work, loads, grip, velocity, slip, ansatz)
     if reason != 0:

@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from model.errors import ModelError
-from model.support.frames import SupportSolutions, support_frames
+from model.support.frames import SupportSolutions, solve_support_frames
 from model.traction.coulomb_kernel import FootLaw
-from model.traction.frames import TractionSolutions, balance_frames, given_alone
+from model.traction.frames import TractionSolutions, answers_for, solve_traction_frames
 from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
 from model.values.legs import FootMotion
 from model.values.parameters import ContactParameters
@@ -88,6 +88,7 @@ def solve_frames(
     tilt_coupling: bool = False,
     ground_m: FloatArray | None = None,
     anisotropy_B: FloatArray | None = None,  # noqa: N803
+    out: FrameSolutions | None = None,
 ) -> FrameSolutions:
     """Support, then traction, for every frame.
 
@@ -100,85 +101,47 @@ def solve_frames(
             [slope_x, -slope_y] q'_z (the last term of eqn:vxy, erratum E2).
         ground_m: Height of the level ground under each foot, (F, N) or (N,) [m]; 0 if None.
         anisotropy_B: w where it turns from frame to frame, (F, N, 2); ``contact``'s if None.
+        out: Arrays at hand to write the answer into.
 
     Raises:
         ModelError: Shapes do not fit.
     """
-    position, velocity = feet.position_m, feet.velocity_m_s
-    if position.ndim != 3 or position.shape[2] != 3 or velocity.shape != position.shape:
+    position, speed = feet.position_m, feet.velocity_m_s
+    if position.ndim != 3 or position.shape[2] != 3 or speed.shape != position.shape:
         raise ModelError(
-            f"feet must be two arrays (frames, legs, 3), not {position.shape} and {velocity.shape}"
+            f"feet must be two arrays (frames, legs, 3), not {position.shape} and {speed.shape}"
         )
     frames, count, _ = position.shape
-    out = FrameSolutions(*(np.zeros(shape, kind) for shape, kind in layout(frames, count)))
     problem = _parameter_problem(contact, weight_n, count)
-    if problem is Reason.FINE:
-        ground, w = _ground(ground_m, frames, count), _anisotropy(contact, anisotropy_B, frames)
-        fill_frames(out, feet, contact, weight_n, law, ground, w, tilt_coupling=tilt_coupling)
-    else:
-        for values in (out.pose, out.load_n, out.velocity_B, out.slip_B, out.force_xy_B):
-            values.fill(np.nan)
-        out.reason.fill(problem)
-    for array in out:
-        readonly(array)
-    return out
-
-
-def layout(frames: int, count: int) -> tuple[tuple[tuple[int, ...], type], ...]:
-    """Return shape and type of each array of ``FrameSolutions``."""
-    number, flag, integer = np.float64, np.bool_, np.int64
-    per_foot = (frames, count)
-    return (
-        ((frames, 3), number), (per_foot, number), ((frames,), integer),
-        ((frames, 3), number), ((*per_foot, 2), number), ((*per_foot, 2), number),
-        (per_foot, flag), ((frames,), flag), ((frames,), integer),
-    )  # fmt: skip
-
-
-def fill_frames(
-    out: FrameSolutions,
-    feet: FootMotion,
-    contact: ContactParameters,
-    weight_n: float,
-    law: FrictionLaw,
-    ground_m: FloatArray,
-    anisotropy_B: FloatArray,  # noqa: N803
-    *,
-    tilt_coupling: bool = False,
-) -> None:
-    """As ``solve_frames``, of what is known to fit, into arrays at hand; a row may stand for all frames."""
-    loads = SupportSolutions(*out[:3], out.reason)
-    support_frames(feet.position_m, ground_m, contact.stiffness, weight_n, loads)
-    speed = feet.velocity_m_s
-    if tilt_coupling:
-        speed = speed.copy()
-        speed[..., :2] += out.pose[:, None, :2] * [1.0, -1.0] * speed[..., 2:]
-    given = given_alone(feet.position_m, speed, contact.mu * out.load_n, anisotropy_B)
-    sliding = TractionSolutions(*out[3:])
-    balance_frames(given, FootLaw(law is FrictionLaw.COULOMB), sliding, newtons=False)
-
-
-def _anisotropy(
-    contact: ContactParameters,
-    anisotropy_B: FloatArray | None,  # noqa: N803
-    frames: int,
-) -> FloatArray:
-    if anisotropy_B is None:
-        return contact.anisotropy[None]
-    if anisotropy_B.shape != (frames, len(contact.mu), 2) or not np.isfinite(anisotropy_B).all():
-        raise ModelError(
-            f"anisotropy must be {(frames, len(contact.mu), 2)} numbers, not {anisotropy_B.shape}"
+    w = contact.anisotropy[None] if anisotropy_B is None else anisotropy_B
+    turning = (frames, count, 2)
+    if anisotropy_B is not None and (w.shape != turning or not np.isfinite(w).all()):
+        raise ModelError(f"anisotropy must be {turning} numbers, not {w.shape}")
+    answer = out
+    if answer is None:
+        switches = np.zeros(frames, dtype=np.int64)
+        sliding = answers_for(frames, count)
+        answer = FrameSolutions(
+            np.empty((frames, 3)), np.empty((frames, count)), switches, *sliding
         )
-    return anisotropy_B
-
-
-def _ground(ground_m: FloatArray | None, frames: int, count: int) -> FloatArray:
-    """Height under each foot: one row for all frames, or one a frame."""
-    if ground_m is None:
-        return np.zeros((1, count))
-    if ground_m.shape not in {(count,), (frames, count)}:
-        raise ModelError(f"the ground must be (legs,) or (frames, legs), not {ground_m.shape}")
-    return ground_m.reshape(-1, count)
+    if problem is Reason.FINE:
+        ground = np.zeros((1, count)) if ground_m is None else np.atleast_2d(ground_m)
+        standing = SupportSolutions(*answer[:3], answer.reason)
+        solve_support_frames(position, ground, contact.stiffness, weight_n, standing)
+        if tilt_coupling:
+            speed = speed.copy()
+            speed[..., :2] += answer.pose[:, None, :2] * [1.0, -1.0] * speed[..., 2:]
+        limit, foot_law = contact.mu * answer.load_n, FootLaw(law is FrictionLaw.COULOMB)
+        sliding = TractionSolutions(*answer[3:])
+        solve_traction_frames(position, speed, limit, w, foot_law, newtons=False, out=sliding)
+    else:
+        for values in answer:
+            values.fill(np.nan if values.dtype == np.float64 else 0)
+        answer.reason.fill(problem)
+    if out is None:
+        for values in answer:
+            readonly(values)
+    return answer
 
 
 def _parameter_problem(contact: ContactParameters, weight_n: float, count: int) -> Reason:

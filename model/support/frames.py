@@ -1,5 +1,13 @@
-"""Support alone over many frames: the loads and the pose of the body on its leg springs."""
+"""Support alone over many frames: loads and pose on the leg springs, and how they change with stiffness.
 
+Loads are smooth in K as long as the contact set stays, and continuous where it changes, so the derivative
+is that of the balance of the feet in contact. With rows A_k = (-q_x, q_y, 1), F = -K p, p = A s + q_z and
+H = A^T K A over the feet in contact, differentiating A^T F = const by theta = log K gives
+
+    ds / dtheta_j = H^-1 A_j^T F_j,      dF / dtheta = (I - K A H^-1 A^T) diag(F)
+"""
+
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -33,7 +41,11 @@ class SupportSolutions(NamedTuple):
 
 
 def solve_support_frames(
-    feet_m: FloatArray, ground_m: FloatArray, stiffness_n_m: FloatArray, weight_n: float
+    feet_m: FloatArray,
+    ground_m: FloatArray,
+    stiffness_n_m: FloatArray,
+    weight_n: float,
+    out: SupportSolutions | None = None,
 ) -> SupportSolutions:
     """Find the balance of each frame.
 
@@ -42,40 +54,32 @@ def solve_support_frames(
         ground_m: Height of the ground under each foot, (F or 1, N).
         stiffness_n_m: Leg springs, (N,), positive.
         weight_n: Weight carried, positive.
+        out: Arrays at hand to write the answer into.
 
     Raises:
         ModelError: Shapes do not fit, or a stiffness or the weight is not positive.
     """
     frames, count, _ = feet_m.shape
     if ground_m.shape not in {(frames, count), (1, count)} or stiffness_n_m.shape != (count,):
-        raise ModelError(f"{frames} frames of {count} feet do not fit ground or stiffness")
+        raise ModelError(
+            f"the ground must be ({frames} or 1, {count}) and stiffness ({count},), not "
+            f"{ground_m.shape} and {stiffness_n_m.shape}"
+        )
     if not (weight_n > 0 and (stiffness_n_m > 0).all()):
         raise ModelError("weight and stiffness must be positive")
-    out = SupportSolutions(
-        np.empty((frames, 3)), np.empty((frames, count)), *np.zeros((2, frames), dtype=np.int64)
-    )
-    support_frames(feet_m, ground_m, stiffness_n_m, weight_n, out)
-    for values in out:
-        readonly(values)
-    return out
-
-
-def support_frames(
-    feet: FloatArray,
-    ground: FloatArray,
-    stiffness: FloatArray,
-    weight: float,
-    out: SupportSolutions,
-) -> None:
-    """As ``solve_support_frames``, of what is known to fit, into arrays at hand."""
+    answer = out
+    if answer is None:
+        per_frame = np.zeros((2, frames), dtype=np.int64)
+        answer = SupportSolutions(np.empty((frames, 3)), np.empty((frames, count)), *per_frame)
     prepare()
-    _solve(
-        np.ascontiguousarray(feet, dtype=np.float64),
-        np.ascontiguousarray(ground, dtype=np.float64),
-        np.ascontiguousarray(stiffness, dtype=np.float64),
-        float(weight),
-        *out,
+    feet, ground, stiffness = (
+        np.ascontiguousarray(values, np.float64) for values in (feet_m, ground_m, stiffness_n_m)
     )
+    _solve(feet, ground, stiffness, float(weight_n), *answer)
+    if out is None:
+        for values in answer:
+            readonly(values)
+    return answer
 
 
 @compiled
@@ -96,3 +100,49 @@ def _solve(
 def prepare() -> None:
     """Compile for read-only inputs, which writable ones fit too, and for nothing else after."""
     compile_for(_solve, *given(3, 2, 1), NUMBER, *out(2, 2), *out(1, 1, kind=COUNT))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LoadDerivatives:
+    """Loads and poses of F frames, and how they change with log K.
+
+    Attributes:
+        solved: The model's answer.
+        load_slope: d load_k / d log K_j, (F, N, N) [N].
+        pose_slope: d (slope_x, slope_y, height) / d log K_j, (F, 3, N) [rad, rad, m].
+    """
+
+    solved: SupportSolutions
+    load_slope: FloatArray
+    pose_slope: FloatArray
+
+
+def load_derivatives(
+    feet_B: FloatArray,  # noqa: N803
+    stiffness: FloatArray,
+    weight_n: float,
+) -> LoadDerivatives:
+    """Solve the support of every frame and differentiate it by the logarithms of the stiffnesses.
+
+    Args:
+        feet_B: Unloaded feet in the body frame, (F, N, 3) [m].
+        stiffness: (N,) [N/m].
+        weight_n: Weight carried [N].
+
+    Returns:
+        Loads and their derivatives at the contact set that the model finds; where only feet in a row
+        carry the body, the derivative along the balance alone.
+    """
+    frames, legs = feet_B.shape[:2]
+    solved = solve_support_frames(feet_B, np.zeros((1, legs)), stiffness, weight_n)
+    load = np.nan_to_num(solved.load_n)
+    rows = np.stack([-feet_B[..., 0], feet_B[..., 1], np.ones((frames, legs))], axis=2)
+    rows = np.where(np.isfinite(rows), rows, 0.0)
+    pressed = np.where(load > 0, stiffness, 0.0)[:, :, None] * rows  # K A, (F, N, 3)
+    lever = max(float(np.abs(rows[..., :2]).max(initial=0.0)), 1e-9)
+    unit = np.array([1 / lever, 1 / lever, 1.0])  # balances the units before the inverse
+    balance = (rows.transpose(0, 2, 1) @ pressed) * unit[:, None] * unit
+    inverse = np.linalg.pinv(balance, rcond=1e-12, hermitian=True) * unit[:, None] * unit
+    pose_slope = inverse @ (rows * load[:, :, None]).transpose(0, 2, 1)
+    load_slope = load[:, :, None] * np.eye(legs) - pressed @ pose_slope
+    return LoadDerivatives(solved, load_slope, pose_slope)

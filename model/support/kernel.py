@@ -167,10 +167,10 @@ def _direction(
     h00: float, h01: float, h02: float, h11: float, h12: float, h22: float,
     g0: float, g1: float, g2: float,
 ) -> tuple[float, float, float, bool]:  # fmt: skip
-    """Way to the balance of the feet in contact (True), or the way the body tilts where they leave it free.
+    """Step to the balance of the feet in contact (True), or how the body tilts where they leave it free.
 
     Elimination of the height first (its pivot is the sum of stiffness, never small), then of the
-    slopes, larger pivot first. A vanishing pivot is a way to move that no foot feels.
+    slopes, larger pivot first. A vanishing pivot is a motion that no foot feels.
     """
     if h22 <= 0.0:  # nothing touches: fall
         return 0.0, 0.0, -1.0, False

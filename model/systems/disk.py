@@ -8,7 +8,7 @@ import numpy as np
 
 from model.errors import ModelError
 from model.systems.system import System, equal_contacts, even_times
-from model.systems.two_axis import LegAngles, swing
+from model.systems.two_axis import swing
 from model.values.arrays import FloatArray
 from model.values.legs import FootMotion
 from model.values.parameters import ContactParameters
@@ -18,8 +18,7 @@ WORKSPACE_SHARE = 0.9
 LARGEST_YAW_RAD = 0.5
 LARGEST_ROLL_RAD = 0.2
 LARGEST_SLIDE_M = 0.02
-LARGEST_JOINT_SPEED = 2.0  # of random velocities [rad/s]; slides run at a twentieth of it [m/s]
-SLIDE_SPEED_SHARE = 0.05
+LARGEST_RATES = np.array([2.0, 2.0, 0.1])  # of random velocities [rad/s], [rad/s], [m/s]
 
 RADIUS_M = 0.20
 REACH_M = 0.12  # hip to foot, horizontally
@@ -29,17 +28,12 @@ SINK_M = 0.008  # how far the body sinks with all feet down
 MU = 1.0
 OUTLINE_POINTS = 48
 
+FREQUENCY_HZ = 0.5
+STRIDE_M = 0.04  # of each foot along x, back and forth; less where the workspace is smaller
+LIFT_M = 0.02  # rise and fall of each foot about its middle
 
-def disk(
-    legs: int = 6,
-    *,
-    cycles: float = 4.0,
-    frequency_hz: float = 0.5,
-    rate_hz: float = 100.0,
-    stride_m: float = 0.04,
-    lift_m: float = 0.02,
-    spin: float = 0.0,
-) -> System:
+
+def disk(legs: int = 6, *, cycles: float = 4.0, spin: float = 0.0) -> System:
     """A disk that walks on alternate legs.
 
     With an odd number of legs two neighbours are in step. Three legs can never lift a foot, so three
@@ -48,10 +42,6 @@ def disk(
     Args:
         legs: Number of legs, 3 to 50.
         cycles: Length of the motion.
-        frequency_hz: Gait cycles a second.
-        rate_hz: Frames a second.
-        stride_m: Way of each foot along x, back and forth; less where the workspace is smaller [m].
-        lift_m: Rise and fall of each foot about its middle [m].
         spin: Share of the motion that turns the disk to the left instead of moving it along x, 0 to 1.
 
     Raises:
@@ -60,30 +50,24 @@ def disk(
     _check(legs)
     if not 0 <= spin <= 1:
         raise ModelError(f"spin is a share from 0 to 1, not {spin:g}")
-    time_s = even_times(cycles / frequency_hz, rate_hz)
+    omega = 2 * np.pi * FREQUENCY_HZ
+    time_s = even_times(cycles / FREQUENCY_HZ)
     azimuth = _azimuth(legs)
-    theta = 2 * np.pi * frequency_hz * time_s[:, None] + np.pi * np.arange(legs)
-    omega = 2 * np.pi * frequency_hz
-    half = min(stride_m / 2, REACH_M * np.sin(largest_yaw(legs)))
-    # a foot's way along x, split into what its yaw (along the rim) and its roll (outwards) can do
-    yaw_share = -(1 - spin) * np.sin(azimuth) + spin
-    yaw_size, roll_size = half * yaw_share / REACH_M, half * (1 - spin) * np.cos(azimuth) / HEIGHT_M
-    roll, roll_rate = roll_size * np.cos(theta), -roll_size * omega * np.sin(theta)
-    angles = LegAngles(
-        yaw=yaw_size * np.cos(theta),
-        roll=roll,
-        # the slide makes up for the height that the roll would add, so feet in stance stay level
-        slide=-lift_m * np.sin(theta) - REACH_M * roll,
-        yaw_rate=-yaw_size * omega * np.sin(theta),
-        roll_rate=roll_rate,
-        slide_rate=-lift_m * omega * np.cos(theta) - REACH_M * roll_rate,
-    )
+    theta = omega * time_s[:, None] + np.pi * np.arange(legs)
+    half = min(STRIDE_M / 2, REACH_M * np.sin(largest_yaw(legs)))
+    # a foot's path along x, split into what its yaw (along the rim) and its roll (outwards) can do
+    yaw = half / REACH_M * (spin - (1 - spin) * np.sin(azimuth))
+    roll = half / HEIGHT_M * (1 - spin) * np.cos(azimuth)
+    # the slide makes up for the height that the roll would add, so feet in stance stay level
+    along = np.column_stack([yaw, roll, -REACH_M * roll])
+    lift = np.array([0.0, 0.0, -LIFT_M])
+    sine, cosine = np.sin(theta)[..., None], np.cos(theta)[..., None]
     around = np.linspace(0, 2 * np.pi, OUTLINE_POINTS, endpoint=False)
     return System(
         name="disk",
-        description=f"disk with {legs} legs on its rim, {frequency_hz:g} Hz",
+        description=f"disk with {legs} legs on its rim, {FREQUENCY_HZ:g} Hz",
         time_s=time_s,
-        feet=_feet(legs, angles),
+        feet=_feet(along * cosine + lift * sine, omega * (lift * cosine - along * sine)),
         contact=disk_contact(legs),
         weight_n=WEIGHT_N,
         outline_B=RADIUS_M * np.column_stack([np.cos(around), np.sin(around)]),
@@ -110,20 +94,9 @@ def random_disk_poses(count: int, legs: int, rng: np.random.Generator) -> FootMo
     _check(legs)
     if count < 1:
         raise ModelError(f"the number of poses must be positive, not {count}")
-
-    def evenly(limit: float) -> FloatArray:
-        return rng.uniform(-limit, limit, (count, legs))
-
-    speed = LARGEST_JOINT_SPEED
-    angles = LegAngles(
-        yaw=evenly(largest_yaw(legs)),
-        roll=evenly(LARGEST_ROLL_RAD),
-        slide=evenly(LARGEST_SLIDE_M),
-        yaw_rate=evenly(speed),
-        roll_rate=evenly(speed),
-        slide_rate=evenly(SLIDE_SPEED_SHARE * speed),
-    )
-    return _feet(legs, angles)
+    limits = (largest_yaw(legs), LARGEST_ROLL_RAD, LARGEST_SLIDE_M, *LARGEST_RATES)
+    drawn = np.stack([rng.uniform(-limit, limit, (count, legs)) for limit in limits], axis=-1)
+    return _feet(drawn[..., :3], drawn[..., 3:])
 
 
 def disk_contact(legs: int) -> ContactParameters:
@@ -138,19 +111,13 @@ def largest_yaw(legs: int) -> float:
     return min(LARGEST_YAW_RAD, float(np.arcsin(min(half_width / REACH_M, 1.0))))
 
 
-def _feet(legs: int, angles: LegAngles) -> FootMotion:
-    azimuth = _azimuth(legs)
+def _feet(joints: FloatArray, rates: FloatArray) -> FootMotion:
+    azimuth = _azimuth(joints.shape[1])
     pivot = np.column_stack([RADIUS_M * np.cos(azimuth), RADIUS_M * np.sin(azimuth), 0 * azimuth])
-    arm = np.tile([0.0, REACH_M, -HEIGHT_M], (legs, 1))
-    outward = LegAngles(
-        angles.yaw + azimuth - np.pi / 2,  # a leg's own y axis points away from the disk
-        angles.roll,
-        angles.slide,
-        angles.yaw_rate,
-        angles.roll_rate,
-        angles.slide_rate,
-    )
-    return swing(pivot, arm, outward)
+    arm = np.array([0.0, REACH_M, -HEIGHT_M])
+    outward = np.zeros((len(azimuth), 3))
+    outward[:, 0] = azimuth - np.pi / 2  # a leg's own y axis points away from the disk
+    return swing(pivot, arm, joints + outward, rates)
 
 
 def _azimuth(legs: int) -> FloatArray:

@@ -1,9 +1,10 @@
 """The paper's small examples, for its figures: legs on a line, laws between the two, the force field.
 
-On a line (fig:1d_ex) legs of equal load push a body along x. Foot i moves at v_i relative to the body, so
-over the ground at v_B + v_i. Coulomb's law balances where as many feet slip forward as backward, at minus
-the median; the viscous-Coulomb ansatz at minus the mean. Forces are in units of one foot's mu N (the
-ansatz: mu N times 1 s/m).
+The total force on a body over its velocity, without rotation, is zero at the minimum of a convex
+dissipation: a quadratic for the ansatz, whose zero is the mean of the feet weighted by grip, and a sum of
+norms for Coulomb's law, whose zero is their geometric median. On a line (fig:1d_ex) that is minus the
+median of the feet's velocities; in the plane (fig:fxy) Coulomb's field jumps where the body's velocity
+brings a foot to rest.
 
 Between the laws (eqn:h2) a foot that slips at v feels F = -mu N H(|v|, eps) v with
 
@@ -11,56 +12,21 @@ Between the laws (eqn:h2) a foot that slips at v feels F = -mu N H(|v|, eps) v w
 
 eps -> 0 gives Coulomb's law (H = 1/v), eps -> infinity the ansatz (H = 1). As printed, eps is added to a
 speed and to a squared speed, so the speeds are numbers: speed over 1 m/s.
-
-In the plane (fig:fxy) the total horizontal force on a body over its velocity, without rotation, is zero at
-the minimum of a convex dissipation: a quadratic for the ansatz, whose zero is the mean of the feet weighted
-by grip, and a sum of norms for Coulomb's law, whose zero is their geometric median. Where the body's
-velocity brings a foot to rest the Coulomb field jumps.
 """
 
 import numpy as np
 
 from model.quasistatic.frames import FrictionLaw
 from model.traction.coulomb_kernel import FootLaw
-from model.traction.frames import answers_for, balance_frames, given_alone
+from model.traction.frames import solve_traction_frames
 from model.values.arrays import FloatArray
 
 
-def coulomb_force(body_velocity: FloatArray | float, foot_velocity: FloatArray) -> FloatArray:
-    """Sum of the feet's Coulomb forces; a foot exactly at rest adds nothing.
-
-    Args:
-        body_velocity: v_B, any shape (...) [m/s].
-        foot_velocity: v_i, (M,) [m/s].
-
-    Returns:
-        (...), in units of mu N: a staircase that falls from M to -M.
-    """
-    slip = np.asarray(body_velocity, dtype=np.float64)[..., None] + foot_velocity
-    total: FloatArray = -np.sign(slip).sum(axis=-1)
-    return total
-
-
-def viscous_force(body_velocity: FloatArray | float, foot_velocity: FloatArray) -> FloatArray:
-    """Sum of the feet's forces under the ansatz, a straight line.
-
-    Args:
-        body_velocity: v_B, any shape (...) [m/s].
-        foot_velocity: v_i, (M,) [m/s].
-
-    Returns:
-        (...), in units of mu N x 1 s/m.
-    """
-    slip = np.asarray(body_velocity, dtype=np.float64)[..., None] + foot_velocity
-    total: FloatArray = -slip.sum(axis=-1)
-    return total
-
-
 def coulomb_balance(foot_velocity: FloatArray) -> tuple[float, float]:
-    """Slowest and fastest body velocity in balance under Coulomb's law [m/s].
+    """Slowest and fastest body velocity in balance on a line under Coulomb's law [m/s].
 
     Args:
-        foot_velocity: v_i, (M,) [m/s], M > 0.
+        foot_velocity: Velocities of feet of equal grip relative to the body, (M,) [m/s], M > 0.
 
     Returns:
         Both are minus the median for an odd number of legs. For an even number they are the two
@@ -71,46 +37,22 @@ def coulomb_balance(foot_velocity: FloatArray) -> tuple[float, float]:
     return float(body[(count - 1) // 2]), float(body[count // 2])
 
 
-def viscous_balance(foot_velocity: FloatArray) -> float:
-    """Body velocity in balance under the ansatz: minus the mean, always unique [m/s]."""
-    return -float(np.mean(foot_velocity))
-
-
-def drag(speed: FloatArray | float, eps: float) -> FloatArray:
-    """H of eqn:h2: drag per unit of mu N.
+def force_share(speed: FloatArray | float, eps: float) -> FloatArray:
+    """Horizontal force over mu N at a slip speed: v H(v, eps).
 
     Args:
         speed: Slip speed, any shape [m/s], not negative.
         eps: 0 is Coulomb's law, ``inf`` the viscous-Coulomb ansatz.
 
     Returns:
-        H [s/m], the shape of ``speed``; infinite at rest under Coulomb's law.
-    """
-    v = np.asarray(speed, dtype=np.float64)
-    if np.isinf(eps):
-        return np.ones_like(v)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        if eps == 0:
-            coulomb: FloatArray = np.divide(1.0, v)
-            return coulomb
-        between: FloatArray = (eps + v) / (eps + v**2)
-        return between
-
-
-def force_share(speed: FloatArray | float, eps: float) -> FloatArray:
-    """Horizontal force over mu N at a slip speed: v H(v, eps).
-
-    Args:
-        speed: Slip speed, any shape [m/s].
-        eps: As in ``drag``.
-
-    Returns:
         The shape of ``speed``. At rest it is 0, also under Coulomb's law, whose force there can be
         anything from 0 to 1.
     """
     v = np.asarray(speed, dtype=np.float64)
-    moving = v > 0
-    share: FloatArray = np.where(moving, v * drag(np.where(moving, v, 1.0), eps), 0.0)
+    if np.isinf(eps):
+        return v.copy()
+    moving = np.where(v > 0, v, 1.0)
+    share: FloatArray = np.where(v > 0, moving * (eps + moving) / (eps + moving**2), 0.0)
     return share
 
 
@@ -138,16 +80,16 @@ def ansatz_error(change: FloatArray) -> FloatArray:
 def total_force(
     body_velocity: FloatArray, foot_velocity: FloatArray, grip: FloatArray, law: FrictionLaw
 ) -> FloatArray:
-    """Sum of the feet's horizontal forces.
+    """Sum of the feet's horizontal forces, on a line (D = 1) or in the plane (D = 2).
 
     Args:
-        body_velocity: (..., 2) [m/s].
-        foot_velocity: Velocities of the feet relative to the body, (N, 2) [m/s].
+        body_velocity: (..., D) [m/s].
+        foot_velocity: Velocities of the feet relative to the body, (N, D) [m/s].
         grip: mu times load of each foot, (N,) [N].
         law: Friction law.
 
     Returns:
-        (..., 2) [N] for Coulomb's law, [N m/s] for the bare ansatz. A foot exactly at rest adds 0.
+        (..., D) [N] for Coulomb's law, [N m/s] for the bare ansatz. A foot exactly at rest adds 0.
     """
     slip = body_velocity[..., None, :] + foot_velocity
     if law is FrictionLaw.COULOMB:
@@ -170,11 +112,8 @@ def balance_velocity(foot_velocity: FloatArray, grip: FloatArray, law: FrictionL
         (2,) [m/s].
     """
     # each foot stands half on either side of the body, so that nothing turns it
-    count = len(grip)
-    feet = np.zeros((1, 2 * count, 2))
-    feet[0, :count, 1], feet[0, count:, 1] = 1.0, -1.0
-    speed, limit = np.tile(foot_velocity, (2, 1))[None], np.tile(grip / 2, 2)[None]
-    out = answers_for(1, 2 * count)
-    given = given_alone(feet, speed, limit, np.zeros((1, 2 * count, 2)))
-    balance_frames(given, FootLaw(law is FrictionLaw.COULOMB), out, newtons=False)
-    return out.velocity_B[0, :2]
+    places = np.repeat([[0.0, 1.0], [0.0, -1.0]], len(grip), axis=0)
+    speed, limit = np.tile(foot_velocity, (2, 1)), np.tile(grip / 2, 2)
+    foot_law, isotropic = FootLaw(law is FrictionLaw.COULOMB), np.zeros((1, len(limit), 2))
+    answer = solve_traction_frames(places[None], speed[None], limit[None], isotropic, foot_law)
+    return answer.velocity_B[0, :2]

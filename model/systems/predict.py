@@ -1,4 +1,4 @@
-"""Run a system through the model: every frame's answer, the velocity and the way of the body."""
+"""Run a system through the model: every frame's answer, velocity and path of the body."""
 
 from dataclasses import dataclass
 

@@ -14,50 +14,37 @@ from model.values.arrays import FloatArray, readonly
 from model.values.legs import FootMotion
 
 FEWEST_CONTACTS = 4
+FREQUENCY_HZ = 0.5
+LENGTH_M, MASS_KG = 0.9, 1.0
+WAVES = 2.0  # along the body
+HEADING_AMPLITUDE_RAD = 0.8
+STIFFNESS_N_M = 300.0  # of the ground under each contact
+MU = 0.2  # along the body
 
 
-def slither(
-    contacts: int = 16,
-    *,
-    cycles: float = 4.0,
-    frequency_hz: float = 0.5,
-    rate_hz: float = 100.0,
-    length_m: float = 0.9,
-    waves: float = 2.0,
-    heading_amplitude: float = 0.8,
-    across: float = 3.0,
-    mass_kg: float = 1.0,
-    stiffness: float = 300.0,
-    mu: float = 0.2,
-) -> System:
+def slither(contacts: int = 16, *, cycles: float = 4.0, across: float = 3.0) -> System:
     """A body that slithers forward. Contact order: tail to head.
 
     Args:
         contacts: Number of contacts.
         cycles: Length of the motion.
-        frequency_hz: Waves a second.
-        rate_hz: Frames a second.
-        length_m: Length along the body [m].
-        waves: Waves along the body.
-        heading_amplitude: Of the sine of headings [rad].
         across: Length of w: traction across the body is ``1 + across^2`` times that along it.
-        mass_kg: [kg].
-        stiffness: Of the ground under each contact [N/m].
-        mu: Friction coefficient along the body.
 
     Raises:
         ModelError: Too few contacts for a wave.
     """
     if contacts < FEWEST_CONTACTS:
         raise ModelError(f"a slithering body needs at least {FEWEST_CONTACTS} contacts")
-    time_s = even_times(cycles / frequency_hz, rate_hz)
+    time_s = even_times(cycles / FREQUENCY_HZ)
     place = (np.arange(contacts) + 0.5) / contacts
-    theta = 2 * np.pi * (frequency_hz * time_s[:, None] + waves * place)
-    heading = _about_mean(heading_amplitude * np.sin(theta))
-    turning = _about_mean(heading_amplitude * 2 * np.pi * frequency_hz * np.cos(theta))  # [rad/s]
+    theta = 2 * np.pi * (FREQUENCY_HZ * time_s[:, None] + WAVES * place)
+    heading = _about_mean(HEADING_AMPLITUDE_RAD * np.sin(theta))
+    turning = _about_mean(
+        HEADING_AMPLITUDE_RAD * 2 * np.pi * FREQUENCY_HZ * np.cos(theta)
+    )  # [rad/s]
     tangent = np.stack([np.cos(heading), np.sin(heading)], axis=-1)
     normal = np.stack([-np.sin(heading), np.cos(heading)], axis=-1)
-    link = length_m / contacts
+    link = LENGTH_M / contacts
     flat = np.zeros((*heading.shape, 1))
     feet = FootMotion(
         np.concatenate([_along_chain(tangent * link), flat], axis=-1),
@@ -65,11 +52,11 @@ def slither(
     )
     return System(
         name="slither",
-        description=f"slithering body with {contacts} contacts, {frequency_hz:g} Hz",
+        description=f"slithering body with {contacts} contacts, {FREQUENCY_HZ:g} Hz",
         time_s=time_s,
         feet=feet,
-        contact=equal_contacts(contacts, stiffness, mu),
-        weight_n=mass_kg * standard_gravity,
+        contact=equal_contacts(contacts, STIFFNESS_N_M, MU),
+        weight_n=MASS_KG * standard_gravity,
         anisotropy_B=readonly(across * normal),
     )
 

@@ -10,24 +10,28 @@ import numpy as np
 from scipy.constants import g as standard_gravity
 
 from model.errors import ModelError
-from model.motion.se2 import compose, exponential
+from model.motion.se2 import compose, exponential, turned
 from model.quasistatic.frames import FrictionLaw, solve_frames
-from model.systems.foot_path import FootPath, walk
-from model.systems.system import System, box, equal_contacts, even_times
+from model.systems.foot_path import walk
+from model.systems.system import RATE_HZ, System, box, equal_contacts, even_times
 from model.values.arrays import FloatArray
 from model.values.legs import FootMotion
 
+FREQUENCY_HZ = 0.5
 # A hexapod of the size of BigANT, but with feet that follow a path; assumed.
 MASS_KG = 6.0
 HIP_X_M, HIP_Y_M, FOOT_Y_M, STANCE_M = 0.22, 0.12, 0.25, 0.14
 BODY_LENGTH_M, BODY_WIDTH_M = 0.56, 0.24
+STIFFNESS_N_M, MU = 3000.0, 0.8
 # HL, ML, FL, HR, MR, FR: two tripods half a cycle apart
-DELAY = (0.0, 0.5, 0.0, 0.5, 0.0, 0.5)
+AHEAD = np.array([-1.0, 0, 1, -1, 0, 1])
+LEFT = np.array([1.0, 1, 1, -1, -1, -1])
+DELAY = np.array([0.0, 0.5, 0.0, 0.5, 0.0, 0.5])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Steps:
-    """Level ground with edges across the way.
+    """Level ground with edges across the walk.
 
     Attributes:
         edges_x_m: World x of each edge, growing, (S,) [m].
@@ -47,79 +51,58 @@ class Steps:
             raise ModelError("edges of steps must grow along x, and heights be numbers")
 
 
-def two_steps(rise_m: float = 0.03) -> Steps:
-    """Two steps up by ``rise_m`` each [m]."""
-    return Steps(np.array([0.45, 0.95]), rise_m * np.arange(3.0))
+TWO_STEPS = Steps(np.array([0.45, 0.95]), 0.03 * np.arange(3.0))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class StairWalk:
-    """A walk over steps.
+def ground_under(pose: FloatArray, feet_B: FloatArray, steps: Steps) -> FloatArray:  # noqa: N803
+    """Height of the ground under feet; slopes are too small to shift them.
 
-    Attributes:
-        system: The walk with the ground met under each foot.
+    Args:
+        pose: x, y [m], yaw [rad] of the body in the world, (3,).
+        feet_B: (N, 3) [m].
         steps: The ground.
-        poses: Where the body was at each frame and after the last: x, y [m], yaw [rad], (F + 1, 3).
+
+    Returns:
+        (N,) [m].
     """
-
-    system: System
-    steps: Steps
-    poses: FloatArray
-
-
-def ground_under(feet_xy_W: FloatArray, steps: Steps) -> FloatArray:  # noqa: N803
-    """Height of the ground under points of the world, (..., 2) [m] to (...) [m]."""
-    height: FloatArray = steps.heights_m[
-        np.searchsorted(steps.edges_x_m, feet_xy_W[..., 0], side="right")
-    ]
+    x = pose[0] + turned(feet_B[:, 0], feet_B[:, 1], pose[2])[0]
+    height: FloatArray = steps.heights_m[np.searchsorted(steps.edges_x_m, x, side="right")]
     return height
 
 
 def climb(
-    steps: Steps | None = None,
+    steps: Steps = TWO_STEPS,
     *,
     cycles: float = 15.0,
-    frequency_hz: float = 0.5,
-    rate_hz: float = 100.0,
-    stroke_m: float = 0.10,
-    lift_m: float = 0.07,
-    duty: float = 0.6,
-    stiffness: float = 3000.0,
-    mu: float = 0.8,
+    rate_hz: float = RATE_HZ,
     law: FrictionLaw = FrictionLaw.VISCOUS,
     tilt_coupling: bool = False,
-) -> StairWalk:
+) -> System:
     """Walk a hexapod over steps with an alternating tripod. Foot order: HL, ML, FL, HR, MR, FR.
 
     Args:
-        steps: The ground; ``two_steps()`` if None.
+        steps: The ground.
         cycles: Length of the motion.
-        frequency_hz: Gait cycles a second.
         rate_hz: Frames a second.
-        stroke_m: Way of each foot in stance [m].
-        lift_m: How high feet are lifted; more than a step [m].
-        duty: Stance share of the cycle.
-        stiffness: Of each leg [N/m].
-        mu: Friction coefficient.
         law: Friction law.
         tilt_coupling: As in ``solve_frames``.
 
+    Returns:
+        The walk, with the height of the ground that each foot met.
+
     Raises:
-        ModelError: Values that make no gait.
+        ModelError: Too few frames.
     """
-    steps = two_steps() if steps is None else steps
-    time_s = even_times(cycles / frequency_hz, rate_hz)
-    left = np.array([1.0, 1, 1, -1, -1, -1])
-    ahead = np.array([-1.0, 0, 1, -1, 0, 1])
-    rest = np.column_stack([HIP_X_M * ahead, FOOT_Y_M * left, np.full(6, -STANCE_M)])
-    phase = frequency_hz * time_s[:, None] - np.array(DELAY)
-    feet = walk(FootPath(stroke_m, lift_m, duty), rest, phase, np.array(frequency_hz))
-    contact = equal_contacts(6, stiffness, mu)
+    time_s = even_times(cycles / FREQUENCY_HZ, rate_hz)
+    rest = np.column_stack([HIP_X_M * AHEAD, FOOT_Y_M * LEFT, np.full(6, -STANCE_M)])
+    phase = FREQUENCY_HZ * time_s[:, None] - DELAY
+    feet = walk(rest, phase, FREQUENCY_HZ, stroke_m=0.10, lift_m=0.07, duty=0.6)
+    contact = equal_contacts(6, STIFFNESS_N_M, MU)
     weight_n = MASS_KG * standard_gravity
     ground = np.zeros((len(time_s), 6))
-    poses = np.zeros((len(time_s) + 1, 3))
+    pose = np.zeros(3)
     for frame in range(len(time_s)):
-        ground[frame] = ground_under(_in_world(poses[frame], feet.position_m[frame]), steps)
+        ground[frame] = ground_under(pose, feet.position_m[frame], steps)
         one = slice(frame, frame + 1)
         solved = solve_frames(
             FootMotion(feet.position_m[one], feet.velocity_m_s[one]),
@@ -129,25 +112,16 @@ def climb(
             tilt_coupling=tilt_coupling,
             ground_m=ground[one],
         )
-        # a frame without an answer leaves the body where it is
-        velocity = solved.velocity_B[0] if solved.valid[0] else np.zeros(3)
-        poses[frame + 1] = compose(poses[frame], exponential(velocity / rate_hz))
-    system = System(
+        if solved.valid[0]:  # a frame without an answer leaves the body where it is
+            pose = compose(pose, exponential(solved.velocity_B[0] / rate_hz))
+    return System(
         name="stairs",
-        description=f"hexapod over {len(steps.edges_x_m)} steps, {frequency_hz:g} Hz",
+        description=f"hexapod over {len(steps.edges_x_m)} steps, {FREQUENCY_HZ:g} Hz",
         time_s=time_s,
         feet=feet,
         contact=contact,
         weight_n=weight_n,
         ground_m=ground,
         outline_B=box(BODY_LENGTH_M, BODY_WIDTH_M),
-        hips_B=np.column_stack([HIP_X_M * ahead, HIP_Y_M * left]),
+        hips_B=np.column_stack([HIP_X_M * AHEAD, HIP_Y_M * LEFT]),
     )
-    return StairWalk(system, steps, poses)
-
-
-def _in_world(pose: FloatArray, feet_B: FloatArray) -> FloatArray:  # noqa: N803
-    """Feet (N, 3) seen from above in the world, (N, 2) [m]; slopes are too small to shift them."""
-    c, s = np.cos(pose[2]), np.sin(pose[2])
-    world: FloatArray = pose[:2] + feet_B[:, :2] @ np.array([[c, s], [-s, c]])
-    return world

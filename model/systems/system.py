@@ -9,6 +9,7 @@ from model.values.arrays import FloatArray, readonly
 from model.values.legs import FootMotion
 from model.values.parameters import ContactParameters
 
+RATE_HZ = 100.0  # frames a second of systems, as of the paper's recordings
 FEWEST_FRAMES = 2
 EVENNESS = 1e-6  # of the time step
 
@@ -88,7 +89,7 @@ class System:
         return float(self.time_s[1] - self.time_s[0])
 
 
-def even_times(duration_s: float, rate_hz: float) -> FloatArray:
+def even_times(duration_s: float, rate_hz: float = RATE_HZ) -> FloatArray:
     """Times of evenly spaced frames, the first at 0, (F,) [s].
 
     Raises:
@@ -104,13 +105,7 @@ def even_times(duration_s: float, rate_hz: float) -> FloatArray:
 
 
 def equal_contacts(legs: int, stiffness: float, mu: float) -> ContactParameters:
-    """Contact of N legs alike, with isotropic friction.
-
-    Args:
-        legs: N.
-        stiffness: Of each leg [N/m].
-        mu: Friction coefficient.
-    """
+    """Contact of N legs alike, stiffness in N/m, with isotropic friction."""
     return ContactParameters(
         stiffness=readonly(np.full(legs, float(stiffness))),
         mu=readonly(np.full(legs, float(mu))),

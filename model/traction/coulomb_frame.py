@@ -42,13 +42,13 @@ LOOSE = 1e-9  # gap at which an unpolished answer is still taken for one
 @compiled
 def coulomb_frame(
     work: FloatArray, loads: FloatArray, mu: FloatArray, warm: bool, velocity: FloatArray,
-    slip: FloatArray, force: FloatArray, sticking: BoolArray,
+    slip: FloatArray, force: FloatArray, sticking: BoolArray, creep: bool,
 ) -> tuple[int, bool]:  # fmt: skip
     """``balance_frame`` of exact Coulomb friction, on a body that nothing else pushes."""
     apart = loads.size < 0
     law = FootLaw(not apart, 0.0, 1.0, 1.0, 1.0)
     return balance_frame(
-        work, loads, mu, law, velocity[:0], slip[:0], warm, velocity, slip, force, sticking
+        work, loads, mu, law, velocity[:0], slip[:0], warm, velocity, slip, force, sticking, creep
     )
 
 
@@ -56,7 +56,7 @@ def coulomb_frame(
 def balance_frame(
     work: FloatArray, loads: FloatArray, mu: FloatArray, law: FootLaw, outside: FloatArray,
     elastic: FloatArray, warm: bool, velocity: FloatArray, slip: FloatArray, force: FloatArray,
-    sticking: BoolArray,
+    sticking: BoolArray, creep: bool,
 ) -> tuple[int, bool]:  # fmt: skip
     """Balance of one frame.
 
@@ -77,6 +77,8 @@ def balance_frame(
         slip: Out: (N, 2) [m/s], exactly 0 for feet at rest.
         force: Out: (N, 2) [N].
         sticking: Out: loaded feet at rest under the exact law, (N,).
+        creep: Whether several feet at rest get the forces of feet that creep; else any that hold them,
+            which are found sooner.
 
     Returns:
         A reason (0 is fine), and whether velocity and forces are the only ones that balance.
@@ -162,7 +164,7 @@ def balance_frame(
         body[TWIST, 1] = (before1 - v1 + dw * cx) / top
         body[TWIST, 2] = dw * spread / top
         if exact:
-            state = polish(feet, body, rest, resting)
+            state = polish(feet, body, rest, resting, creep)
     if state == NOT_SOLVED:
         if exact or not warm:
             body[TWIST, 0] = body[TWIST, 1] = body[TWIST, 2] = 0.0
@@ -177,7 +179,7 @@ def balance_frame(
         gap, _ = descend(feet, body, scaled, gives, start, system)
         if exact:
             resting = classify(feet, rest)
-            state = polish(feet, body, rest, resting)
+            state = polish(feet, body, rest, resting, creep)
             if state == NOT_SOLVED and not gap <= LOOSE:
                 for k in range(count):
                     sticking[k] = False

@@ -58,7 +58,9 @@ def classify(feet: FloatArray, sticking: BoolArray) -> int:
 
 
 @compiled
-def polish(feet: FloatArray, body: FloatArray, sticking: BoolArray, resting: int) -> int:
+def polish(
+    feet: FloatArray, body: FloatArray, sticking: BoolArray, resting: int, creep: bool
+) -> int:
     """Solve for given feet at rest; the answer is put in place only where it proves right.
 
     Args:
@@ -67,6 +69,7 @@ def polish(feet: FloatArray, body: FloatArray, sticking: BoolArray, resting: int
         body: Row TWIST is where the search starts, and the answer.
         sticking: Feet at rest, (n,).
         resting: How many they are.
+        creep: Whether several feet at rest get the forces of feet that creep, else any that hold them.
 
     Returns:
         NOT_SOLVED, SOLVED or SOLVED_FLAT.
@@ -75,7 +78,7 @@ def polish(feet: FloatArray, body: FloatArray, sticking: BoolArray, resting: int
         return _all_slide(feet, body, sticking)
     if resting == 1:
         return _about_one_foot(feet, body, sticking)
-    return _several_rest(feet, body, sticking)
+    return _several_rest(feet, body, sticking, creep)
 
 
 @compiled
@@ -210,10 +213,10 @@ def _about_one_foot(feet: FloatArray, body: FloatArray, sticking: BoolArray) -> 
 
 
 @compiled
-def _several_rest(feet: FloatArray, body: FloatArray, sticking: BoolArray) -> int:
-    count = sticking.size
-    system, at = np.zeros((SYSTEM_ROWS, 3)), np.empty((1, 3))
-    for k in range(count):
+def _lay_resting(feet: FloatArray, sticking: BoolArray, system: FloatArray) -> None:
+    """Least squares of the slips of the feet at rest, each by its limit, for a velocity."""
+    system[:, :] = 0.0
+    for k in range(sticking.size):
         if sticking[k]:
             for m in range(2):
                 for i in range(3):
@@ -221,6 +224,35 @@ def _several_rest(feet: FloatArray, body: FloatArray, sticking: BoolArray) -> in
                     system[RIGHT, i] -= lever * feet[k, OFFSET + m]
                     for j in range(3):
                         system[i, j] += lever * feet[k, LEVER + 3 * m + j]
+
+
+@compiled
+def _hold(feet: FloatArray, load: FloatArray, sticking: BoolArray, system: FloatArray) -> bool:
+    """Whether the least forces (by their cones) hold the feet at rest; then they are the duals."""
+    _lay_resting(feet, sticking, system)
+    for i in range(3):
+        system[RIGHT, i] = load[PUSH, i]
+    if not solve3(system):
+        return False
+    for k in range(sticking.size):
+        if sticking[k]:
+            square = 0.0
+            for m in range(2):
+                share = 0.0
+                for i in range(3):
+                    share += feet[k, LEVER + 3 * m + i] * system[SOLUTION, i]
+                feet[k, DUAL + m] = feet[k, LIMIT] * share
+                square += share * share
+            if not square <= 1.0:
+                return False
+    return True
+
+
+@compiled
+def _several_rest(feet: FloatArray, body: FloatArray, sticking: BoolArray, creep: bool) -> int:
+    count = sticking.size
+    system, at = np.empty((SYSTEM_ROWS, 3)), np.empty((1, 3))
+    _lay_resting(feet, sticking, system)
     if not solve3(system):
         return NOT_SOLVED
     for i in range(3):
@@ -231,10 +263,13 @@ def _several_rest(feet: FloatArray, body: FloatArray, sticking: BoolArray) -> in
             return NOT_SOLVED
     if not _gradient(feet, at, sticking, system):
         return NOT_SOLVED
-    # they creep under what the others leave to them
-    creeping, load = np.zeros((count, COLUMNS)), np.zeros((BODY_ROWS, 3))
+    load = np.zeros((BODY_ROWS, 3))  # what the others leave to them
     for i in range(3):
         load[PUSH, i] = -system[RIGHT, i]
+    if not creep and _hold(feet, load, sticking, system):
+        _take(feet, body, at, sticking)
+        return SOLVED
+    creeping = np.zeros((count, COLUMNS))
     for k in range(count):
         if sticking[k]:
             creeping[k, LIMIT] = feet[k, LIMIT]

@@ -7,6 +7,7 @@ come to them.
 """
 
 from dataclasses import dataclass
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -65,7 +66,7 @@ class Pushes:
 
 
 class Given(NamedTuple):
-    """F frames of N feet, as ``rows`` makes them; what says (1 or F) may be the same for all.
+    """F frames of N feet; what says (1 or F) may be the same for all.
 
     Attributes:
         feet: Places of the feet, body axes, (F, N, 2 or 3) [m].
@@ -115,58 +116,61 @@ class TractionSolutions(NamedTuple):
 
 
 def solve_traction_frames(
-    feet_xy_m: FloatArray,
+    feet_m: FloatArray,
     feet_speed_m_s: FloatArray,
     limit_n: FloatArray,
     anisotropy_B: FloatArray,  # noqa: N803
     law: FootLaw,
-    pushes: Pushes,
-    period_s: float,
+    pushes: Pushes | None = None,
+    period_s: float = 1.0,
     give_m_n: FloatArray | None = None,
+    *,
+    newtons: bool = True,
+    out: TractionSolutions | None = None,
 ) -> TractionSolutions:
     """Balance each frame.
 
     Args:
-        feet_xy_m: Feet in the body frame, (F, N, 2).
-        feet_speed_m_s: Their velocities in the body frame, (F, N, 2).
+        feet_m: Feet in the body frame, (F, N, 2 or 3).
+        feet_speed_m_s: Their velocities in the body frame, (F, N, 2 or 3).
         limit_n: mu N of each foot, 0 in the air, (F, N).
         anisotropy_B: w of each foot, (F or 1, N, 2).
         law: How feet answer slip, in m/s.
-        pushes: What else acts.
+        pushes: What else acts; None for nothing.
         period_s: Time between frames; feet that give remember the frame before.
         give_m_n: How far a foot gives under a horizontal force, along body x and y, (F or 1, N, 2).
+        newtons: Whether to put the viscous ansatz in newtons or to leave it as -mu N (I + w w^T) slip.
+        out: Arrays at hand to write the answer into; frames whose ``reason`` is not 0 are left out.
 
     Raises:
         ModelError: Shapes do not fit, or the exact law is asked for more than stiff feet.
     """
     frames, count = limit_n.shape
-    two = (frames, count, 2)
-    shapes = (feet_xy_m.shape, feet_speed_m_s.shape, pushes.wrench_B.shape)
-    if shapes != (two, two, (frames, 3)) or anisotropy_B.shape not in {two, (1, count, 2)}:
-        raise ModelError(f"{frames} frames of {count} feet do not fit shapes {shapes}")
-    give = np.zeros((0, count, 2)) if give_m_n is None else give_m_n / period_s
-    if give.shape not in {(0, count, 2), (1, count, 2), two}:
-        raise ModelError(f"how feet give must be (frames or 1, {count}, 2), not {give.shape}")
-    plain = not pushes.wrench_B.any() and pushes.drag_n_s_m == pushes.drag_nm_s == 0.0
-    if (
-        law.coulomb
-        and law.rest == 0.0
-        and not (plain and pushes.inertia is None and not give.any())
-    ):
+    two, one = (frames, count, 2), (1, count, 2)
+    wrench = np.zeros((frames, 3)) if pushes is None else pushes.wrench_B
+    shapes = (feet_m[..., :2].shape, feet_speed_m_s[..., :2].shape, wrench.shape)
+    either = (anisotropy_B.shape, one if give_m_n is None else give_m_n.shape)
+    if shapes != (two, two, (frames, 3)) or not {two, one}.issuperset(either):
+        raise ModelError(f"{frames} frames of {count} feet do not fit shapes {shapes} and {either}")
+    outside, kept, give = np.zeros((0, 5)), np.zeros(6), np.zeros((0, count, 2))
+    if pushes is not None:
+        drag = np.tile([pushes.drag_n_s_m, pushes.drag_nm_s], (frames, 1))
+        outside = np.concatenate([wrench, drag], axis=1)
+        kept = _kept(pushes.inertia, period_s)
+    if give_m_n is not None and give_m_n.any():
+        give = give_m_n / period_s
+    if law.coulomb and law.rest == 0.0 and (outside.any() or kept.any() or give.any()):
         raise ModelError(
             "feet that give or a body that is pushed need feet that creep: give a rest speed"
         )
-    drag = np.tile([pushes.drag_n_s_m, pushes.drag_nm_s], (frames, 1))
-    given = given_alone(feet_xy_m, feet_speed_m_s, limit_n, anisotropy_B)._replace(
-        outside=rows(np.concatenate([pushes.wrench_B, drag], axis=1)),
-        give=rows(give if give.any() else give[:0]),
-        kept=rows(_kept(pushes.inertia, period_s)),
-    )
-    out = answers_for(frames, count)
-    balance_frames(given, law, out, newtons=True)
-    for values in out:
-        readonly(values)
-    return out
+    read = (feet_m, feet_speed_m_s, limit_n, anisotropy_B, outside, give, kept)
+    answer = answers_for(frames, count) if out is None else out
+    prepare()
+    _balance(Given(*map(_rows, read)), FootLaw(law.coulomb, *map(float, law[1:])), newtons, answer)
+    if out is None:
+        for values in answer:
+            readonly(values)
+    return answer
 
 
 def _kept(inertia: Inertia | None, period_s: float) -> FloatArray:
@@ -179,7 +183,7 @@ def _kept(inertia: Inertia | None, period_s: float) -> FloatArray:
     ])  # fmt: skip
 
 
-def rows(values: FloatArray) -> FloatArray:
+def _rows(values: FloatArray) -> FloatArray:
     """Return numbers in rows that nobody may write, which is what the kernel is compiled for."""
     return readonly(np.ascontiguousarray(values, dtype=np.float64).view())
 
@@ -194,25 +198,6 @@ def answers_for(frames: int, count: int) -> TractionSolutions:
         np.zeros(frames, dtype=np.bool_),
         np.zeros(frames, dtype=np.int64),
     )
-
-
-def given_alone(feet: FloatArray, speed: FloatArray, limit: FloatArray, w: FloatArray) -> Given:
-    """Return frames in which nothing but stiff feet acts on a body without mass."""
-    given = (feet, speed, limit, w, np.zeros((0, 5)), np.zeros((0, limit.shape[1], 2)), np.zeros(6))
-    return Given(*map(rows, given))
-
-
-def balance_frames(given: Given, law: FootLaw, out: TractionSolutions, *, newtons: bool) -> None:
-    """Solve frames in order.
-
-    Args:
-        given: The frames.
-        law: How feet answer slip.
-        out: Written.
-        newtons: Whether to put the viscous ansatz in newtons or to leave it as -mu N (I + w w^T) slip.
-    """
-    prepare()
-    _balance(given, FootLaw(law.coulomb, *map(float, law[1:])), newtons, out)
 
 
 @compiled
@@ -266,8 +251,9 @@ def _balance(given: Given, law: FootLaw, newtons: bool, out: TractionSolutions) 
                         force[f, k, 1] *= scale
             else:
                 reason[f], unique[f] = balance_frame(
-                    work, loads, mu, law, outside, elastic, warm, twist, slip[f], force[f], rest
-                )
+                    work, loads, mu, law, outside, elastic, warm, twist, slip[f], force[f], rest,
+                    count > 0,
+                )  # fmt: skip
         warm = reason[f] == FINE
         if warm:
             for i in range(3):
@@ -286,10 +272,8 @@ def _balance(given: Given, law: FootLaw, newtons: bool, out: TractionSolutions) 
             unique[f] = False
 
 
+@cache
 def prepare() -> None:
-    """Compile for the arrays of ``rows`` and ``answers_for``, and for nothing else after."""
-    none = np.zeros((1, 1))
-    compile_for(
-        _balance, given_alone(none[None], none[None], none, none[None]),
-        FootLaw(False, 0.0, 1.0, 1.0), FLAG, answers_for(1, 1),
-    )  # fmt: skip
+    """Compile for the arrays of ``_rows`` and ``answers_for``, and for nothing else after."""
+    given = Given(*(_rows(np.zeros((1,) * axes)) for axes in (3, 3, 2, 3, 2, 3, 1)))
+    compile_for(_balance, given, FootLaw(False), FLAG, answers_for(1, 1))

@@ -161,21 +161,12 @@ def coulomb_scale(slip: FloatArray, force: FloatArray, creep: float) -> float:
 
 
 @compiled_sums
-def foot_speeds(
-    velocity: FloatArray, pose: FloatArray, tilt_coupling: bool, work: FloatArray
-) -> bool:
-    """Fill SPEED_X and SPEED_Y; on a tilted body with the share of the vertical speeds (E2).
-
-    Returns:
-        Whether all of them are numbers.
-    """
-    slope_x = pose[0] if tilt_coupling else 0.0
-    slope_y = pose[1] if tilt_coupling else 0.0
+def foot_speeds(velocity: FloatArray, work: FloatArray) -> bool:
+    """Fill SPEED_X and SPEED_Y; return whether all speeds are numbers, the vertical ones too."""
     check = 0.0
     for k in range(velocity.shape[0]):
         x, y, z = velocity[k, 0], velocity[k, 1], velocity[k, 2]
-        work[SPEED_X, k] = x + slope_x * z
-        work[SPEED_Y, k] = y - slope_y * z
+        work[SPEED_X, k], work[SPEED_Y, k] = x, y
         check += 0.0 * x + 0.0 * y + 0.0 * z
     return check == 0.0
 

@@ -19,6 +19,12 @@ def root_mean_square(values: FloatArray) -> FloatArray:
     return found
 
 
+def known_mean(values: FloatArray) -> float:
+    """Mean of all that is known; NaN where nothing is."""
+    known = values[np.isfinite(values)]
+    return float(known.mean()) if len(known) else np.nan
+
+
 def readonly(array: NDArray[Any]) -> NDArray[Any]:
     """Return the array with its write flag off, so that a value stays the value it was."""
     array.setflags(write=False)

@@ -180,3 +180,8 @@ class Estimate:
     force_age_s: float
     health: Health
     reason: str
+
+    @property
+    def pose(self) -> FloatArray:
+        """x, y [m], yaw [rad], (3,)."""
+        return np.array([*self.position_m, self.yaw_rad])

@@ -1,4 +1,4 @@
-"""What devices report, before calibration, and what ground truth there is."""
+"""What devices report, before calibration: servos, forces, poses from outside; and ground truth."""
 
 from dataclasses import dataclass
 
@@ -110,3 +110,32 @@ class BodyTruth:
     foot_velocity_W: FloatArray  # noqa: N815
     foot_force_B: FloatArray  # noqa: N815
     contact: BoolArray
+
+    @property
+    def pose(self) -> FloatArray:
+        """Position [m] and quaternion x y z w, (7,)."""
+        return np.concatenate([self.position_W, self.quaternion_xyzw])
+
+    @property
+    def planar_velocity_B(self) -> FloatArray:  # noqa: N802
+        """vx, vy [m/s], yaw rate [rad/s], body axes, (3,)."""
+        return np.array([*self.velocity_B[:2], self.angular_velocity_B[2]])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PoseRecord:
+    """An absolute pose from outside: motion capture, a camera, a surveyor.
+
+    Attributes:
+        t_ns: When it was measured, on the loop's clock.
+        position_W: (3,) [m], in its own world.
+        quaternion_xyzw: Body to world, (4,), scalar last; NaN where only the place is known.
+        sd_position_m: Standard deviation of the position [m]; NaN if it was not told.
+        sd_angle_rad: The same of the angles [rad].
+    """
+
+    t_ns: int
+    position_W: FloatArray  # noqa: N815
+    quaternion_xyzw: FloatArray
+    sd_position_m: float
+    sd_angle_rad: float

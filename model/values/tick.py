@@ -3,13 +3,14 @@
 import enum
 from dataclasses import dataclass
 
+import numpy as np
+
 from model.values.arrays import FloatArray
 from model.values.contact import ContactSolution
 from model.values.estimate import Estimate
 from model.values.faults import Fault, ServoEvent, StopReason
 from model.values.legs import FootForces, FootMotion, JointCommand, JointState
-from model.values.poses import PoseRecord
-from model.values.readings import BodyTruth, ForceRecord, ServoReadings
+from model.values.readings import BodyTruth, ForceRecord, PoseRecord, ServoReadings
 
 
 class Mode(enum.Enum):
@@ -114,6 +115,11 @@ class DeadReckoning:
     yaw_rad: float
     velocity_B: FloatArray  # noqa: N815
     valid: bool
+
+    @property
+    def pose(self) -> FloatArray:
+        """x, y [m], yaw [rad], (3,)."""
+        return np.array([*self.position_m, self.yaw_rad])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,31 +8,31 @@ transfer syntax", DDS-RTPS encapsulation.
 """
 
 import struct
-from collections.abc import Sequence
-from functools import cache
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
-
-from model.values.arrays import BoolArray, FloatArray, IntArray
+from numpy.typing import NDArray
 
 HEADER = b"\x00\x01\x00\x00"
 _U32 = struct.Struct("<I")
-_I32 = struct.Struct("<i")
-_I64 = struct.Struct("<q")
-_F64 = struct.Struct("<d")
 # made once: numpy would take the text apart at every call
-_FLOATS, _INTS, _BOOLS = np.dtype("<f8"), np.dtype("<i8"), np.dtype(np.bool_)
-_COUNT_AND_GAP = struct.Struct("<I4x")
+FLOATS, INTS, BOOLS = np.dtype("<f8"), np.dtype("<i8"), np.dtype(np.bool_)
 # length of a sequence and the gap behind it, for the lengths that occur
-_COUNTS = tuple(_COUNT_AND_GAP.pack(count) for count in range(256))
+_COUNTS = tuple(struct.pack("<I4x", count) for count in range(256))
 _PADDING = (b"", b"\0", b"\0\0", b"\0\0\0", b"\0" * 4, b"\0" * 5, b"\0" * 6, b"\0" * 7)
 
 
-@cache
-def _record(kinds: str, at: int) -> struct.Struct:
-    """Numbers of different sizes (``struct``'s letters) from a place on, each with its gap before it."""
-    codes, place = [], at
+class _Packings(dict[str, tuple[struct.Struct, ...]]):
+    """Numbers of different sizes (``struct``'s letters), each with its gap before it, from any place on."""
+
+    def __missing__(self, kinds: str) -> tuple[struct.Struct, ...]:
+        self[kinds] = tuple(_packing(kinds, place) for place in range(8))
+        return self[kinds]
+
+
+def _packing(kinds: str, place: int) -> struct.Struct:
+    codes = []
     for kind in kinds:
         size = struct.calcsize("<" + kind)
         gap = -place % size
@@ -41,10 +41,14 @@ def _record(kinds: str, at: int) -> struct.Struct:
     return struct.Struct("<" + "".join(codes))
 
 
-@cache
-def _row(kind: str, count: int) -> struct.Struct:
-    """So many numbers of a kind, one behind the other."""
-    return struct.Struct(f"<{count}{kind}")
+_PACKINGS = _Packings()
+
+
+@lru_cache(maxsize=256)
+def _text(value: str) -> bytes:
+    """A string: length with its closing zero, then the bytes. Most texts of a tick were in the last one."""
+    data = value.encode("utf-8") + b"\0"
+    return _U32.pack(len(data)) + data
 
 
 class CdrWriter:
@@ -59,7 +63,8 @@ class CdrWriter:
         self._parts: list[bytes] = [] if at else [HEADER]
         self._size = at  # without the header, which alignment does not count
 
-    def _put(self, data: bytes, alignment: int) -> None:
+    def raw(self, data: bytes, alignment: int) -> None:
+        """Write bytes made beforehand, which begin at an alignment."""
         gap = -self._size % alignment
         if gap:
             self._parts.append(_PADDING[gap])
@@ -67,106 +72,47 @@ class CdrWriter:
         self._size += gap + len(data)
 
     def record(self, kinds: str, *values: float) -> None:
-        """Write numbers of different kinds, ``struct``'s letters, at once: ``?`` bool, ``q`` int64, ..."""
-        packed = _record(kinds, self._size & 7)
+        """Write numbers of different kinds, ``struct``'s letters: ``?`` bool, ``q`` int64, ..."""
+        packed = _PACKINGS[kinds][self._size & 7]
         self._parts.append(packed.pack(*values))
         self._size += packed.size
 
-    def u8(self, value: int) -> None:
-        """Write a byte."""
-        self._put(bytes((value,)), 1)
+    def octets(self, data: bytes) -> None:
+        """Write a sequence of bytes; its length alone is the count of any sequence."""
+        self.raw(_U32.pack(len(data)) + data, 4)
 
-    def flag(self, value: bool) -> None:
-        """Write a bool."""
-        self._put(b"\1" if value else b"\0", 1)
+    def count(self, value: int) -> None:
+        """Write a uint32: the length of a sequence."""
+        self.raw(_U32.pack(value), 4)
 
-    def i32(self, value: int) -> None:
-        """Write an int32."""
-        self._put(_I32.pack(value), 4)
-
-    def u32(self, value: int) -> None:
-        """Write a uint32; also the length of a sequence."""
-        self._put(_U32.pack(value), 4)
-
-    def _put8(self, data: bytes) -> None:
-        """Put numbers of eight bytes: ``_put`` without its questions."""
-        gap = -self._size & 7
-        if gap:
-            self._parts.append(_PADDING[gap])
-        self._parts.append(data)
-        self._size += gap + len(data)
-
-    def i64(self, *values: int) -> None:
-        """Write int64s, one or a row of them."""
-        self._put8(_row("q", len(values)).pack(*values))
-
-    def f64(self, *values: float) -> None:
-        """Write float64s, one or a row of them."""
-        self._put8(_row("d", len(values)).pack(*values))
-
-    def text(self, value: str) -> None:
-        """Write a string: length with its closing zero, then the bytes."""
-        data = value.encode("utf-8") + b"\0"
-        self._put(_U32.pack(len(data)) + data, 4)
-
-    def texts(self, values: Sequence[str]) -> None:
-        """Write a sequence of strings."""
-        self.u32(len(values))
+    def texts(self, *values: str) -> None:
+        """Write strings."""
         for value in values:
-            self.text(value)
+            self.raw(_text(value), 4)
 
-    def f64_array(self, values: FloatArray) -> None:
-        """Write a fixed array of float64, any shape, row by row."""
-        if values.dtype is not _FLOATS:  # asking costs less than a cast that changes nothing
-            values = values.astype(_FLOATS)
-        self._put8(values.tobytes())
+    def arrays(self, kind: np.dtype[Any], *arrays: NDArray[Any]) -> None:
+        """Write fixed arrays of ``FLOATS``, ``INTS`` or ``BOOLS``, any shape, row by row."""
+        for values in arrays:
+            if values.dtype is not kind:  # asking costs less than a cast that changes nothing
+                values = values.astype(kind)
+            self.raw(values.tobytes(), kind.itemsize)  # numpy keeps a bool in a byte that is 0 or 1
 
-    def f64s(self, *rows: FloatArray) -> None:
-        """Write sequences of float64, one behind the other."""
+    def sequences(self, kind: np.dtype[Any], *rows: NDArray[Any]) -> None:
+        """Write sequences of ``FLOATS``, ``INTS`` or ``BOOLS``, one behind the other."""
         for values in rows:
-            if values.dtype is not _FLOATS:
-                values = values.astype(_FLOATS)
-            self._sequence(values.tobytes())
-
-    def _sequence(self, data: bytes) -> None:
-        """Put the length of a sequence of eight-byte numbers, the gap behind it, and the numbers."""
-        count = len(data) >> 3
-        if not self._size & 7 and 0 < count < len(_COUNTS):
-            self._parts += _COUNTS[count], data
-            self._size += 8 + len(data)
-            return
-        self.u32(count)
-        if count:
-            self._put8(data)
-
-    def i64_array(self, values: IntArray) -> None:
-        """Write a fixed array of int64."""
-        if values.dtype is not _INTS:
-            values = values.astype(_INTS)
-        self._put8(values.tobytes())
-
-    def i64s(self, *rows: IntArray) -> None:
-        """Write sequences of int64, one behind the other."""
-        for values in rows:
-            if values.dtype is not _INTS:
-                values = values.astype(_INTS)
-            self._sequence(values.tobytes())
-
-    def flag_array(self, values: BoolArray) -> None:
-        """Write a fixed array of bool."""
-        if values.dtype is not _BOOLS:
-            values = values.astype(_BOOLS)
-        self._put(values.tobytes(), 1)  # numpy keeps a bool in a byte that is 0 or 1
-
-    def flags(self, values: BoolArray) -> None:
-        """Write a sequence of bool."""
-        if values.dtype is not _BOOLS:
-            values = values.astype(_BOOLS)
-        self._put(_U32.pack(values.size) + values.tobytes(), 4)
-
-    def raw(self, data: bytes, alignment: int) -> None:
-        """Write bytes made beforehand, which begin at an alignment."""
-        self._put(data, alignment)
+            if values.dtype is not kind:
+                values = values.astype(kind)
+            data = values.tobytes()
+            if kind is BOOLS:
+                self.octets(data)
+            elif not self._size & 7 and 0 < len(data) < len(_COUNTS) << 3:
+                self._parts.append(_COUNTS[len(data) >> 3])
+                self._parts.append(data)
+                self._size += 8 + len(data)
+            else:
+                self.count(len(data) >> 3)
+                if data:
+                    self.raw(data, 8)
 
     def done(self) -> bytes:
         """Return the message."""
@@ -179,6 +125,9 @@ class CdrReader:
     Args:
         data: The message.
 
+    Attributes:
+        at: Bytes read so far, without the header; may be set to where it once was.
+
     Raises:
         ValueError: It is no little-endian CDR, or ends too early (from any method).
     """
@@ -189,142 +138,73 @@ class CdrReader:
         # a copy, four bytes further down: numbers of eight bytes then lie where a processor likes them
         self._data = data[len(HEADER) :]
         self._size = len(self._data)
-        self._at = 0
-
-    @property
-    def at(self) -> int:
-        """Bytes read so far, without the header."""
-        return self._at
-
-    def go_on_at(self, place: int) -> None:
-        """Go on where ``at`` once was."""
-        self._at = place
+        self.at = 0
 
     def _skip(self, size: int, alignment: int) -> int:
         """Step over the next so many bytes; return where they begin."""
-        begin = self._at + -self._at % alignment
-        self._at = begin + size
-        if self._at > self._size:
+        begin = self.at + -self.at % alignment
+        self.at = begin + size
+        if self.at > self._size:
             raise ValueError("the message ends too early")
         return begin
 
     def record(self, kinds: str) -> tuple[Any, ...]:
         """Read numbers of different kinds, ``struct``'s letters, at once."""
-        packed = _record(kinds, self._at & 7)
+        packed = _PACKINGS[kinds][self.at & 7]
         return packed.unpack_from(self._data, self._skip(packed.size, 1))
 
-    def u8(self) -> int:
-        """Read a byte."""
-        return self._data[self._skip(1, 1)]
-
-    def flag(self) -> bool:
-        """Read a bool."""
-        return self._data[self._skip(1, 1)] != 0
-
-    def u32(self) -> int:
-        """Read a uint32."""
+    def count(self) -> int:
+        """Read the length of a sequence."""
         value: int = _U32.unpack_from(self._data, self._skip(4, 4))[0]
         return value
 
-    def i64(self) -> int:
-        """Read an int64."""
-        value: int = _I64.unpack_from(self._data, self._skip(8, 8))[0]
-        return value
-
-    def f64(self) -> float:
-        """Read a float64."""
-        value: float = _F64.unpack_from(self._data, self._skip(8, 8))[0]
-        return value
-
-    def text(self) -> str:
-        """Read a string."""
-        return self.octets()[:-1].decode("utf-8")
-
     def octets(self) -> bytes:
         """Read a sequence of bytes."""
-        count = self.u32()
+        count = self.count()
         begin = self._skip(count, 1)
-        return bytes(self._data[begin : begin + count])
+        return self._data[begin : begin + count]
 
-    def f64_array(self, count: int) -> FloatArray:
-        """Read a fixed array of float64."""
-        return np.frombuffer(self._data, _FLOATS, count, self._skip(8 * count, 8))
+    def texts(self, count: int) -> list[str]:
+        """Read so many strings."""
+        return [self.octets()[:-1].decode("utf-8") for _ in range(count)]
 
-    def f64s(self) -> FloatArray:
-        """Read a sequence of float64."""
-        count, begin = self._sequence()
-        return np.frombuffer(self._data, _FLOATS, count, begin) if count else np.zeros(0)
+    def array(self, kind: np.dtype[Any], size: int) -> NDArray[Any]:
+        """Read a fixed array of ``FLOATS``, ``INTS`` or ``BOOLS``."""
+        if kind is BOOLS:  # of a damaged byte the same as of 1
+            flags: NDArray[Any] = (
+                np.frombuffer(self._data, np.uint8, size, self._skip(size, 1)) != 0
+            )
+            return flags
+        return np.frombuffer(self._data, kind, size, self._skip(8 * size, 8))
 
-    def _sequence(self) -> tuple[int, int]:
-        """Step over a sequence of eight-byte numbers; return how many they are and where they begin."""
-        at = self._at + -self._at % 4
-        if at + 4 > self._size:
-            raise ValueError("the message ends too early")
-        count: int = _U32.unpack_from(self._data, at)[0]
-        at += 4
-        if count:
-            at += -at % 8
-        self._at = at + 8 * count
-        if self._at > self._size:
-            raise ValueError("the message ends too early")
-        return count, at
+    def sequence(self, kind: np.dtype[Any]) -> NDArray[Any]:
+        """Read a sequence of ``FLOATS``, ``INTS`` or ``BOOLS``."""
+        count = self.count()
+        return self.array(kind, count) if count else np.zeros(0, kind)
 
-    def f64_rows(self, rows: int) -> list[FloatArray]:
-        """Read so many sequences of float64."""
-        numbers = self._rows(rows, _FLOATS)
-        return [self.f64s() for _ in range(rows)] if numbers is None else list(numbers)
+    def arrays(self, kind: np.dtype[Any], *sizes: int) -> list[NDArray[Any]]:
+        """Read fixed arrays."""
+        return [self.array(kind, size) for size in sizes]
 
-    def i64_rows(self, rows: int) -> list[IntArray]:
-        """Read so many sequences of int64."""
-        numbers = self._rows(rows, _INTS)
-        return [self.i64s() for _ in range(rows)] if numbers is None else list(numbers)
+    def sequences(self, kind: np.dtype[Any], rows: int) -> list[NDArray[Any]]:
+        """Read so many sequences."""
+        table = self._table(rows) if rows > 1 and kind is not BOOLS else None
+        return [self.sequence(kind) for _ in range(rows)] if table is None else [*table.view(kind)]
 
-    def _rows(self, rows: int, kind: Any) -> Any:
+    def _table(self, rows: int) -> NDArray[np.int64] | None:
         """Step over sequences of eight-byte numbers that are all of one length; None if they are not.
 
         In a message they are then the rows of a table, whose first column is their length.
         """
-        at = self._at
+        at = self.at
         if at & 7 or at + 4 > self._size:
             return None
         count: int = _U32.unpack_from(self._data, at)[0]
         end = at + 8 * rows * (count + 1)
         if not count or end > self._size:
             return None
-        table = np.frombuffer(self._data, _INTS, rows * (count + 1), at).reshape(rows, count + 1)
+        table = np.frombuffer(self._data, INTS, rows * (count + 1), at).reshape(rows, count + 1)
         if any(length & 0xFFFFFFFF != count for length in table[:, 0].tolist()):
             return None
-        self._at = end
-        return table.view(kind)[:, 1:]
-
-    def i64_array(self, count: int) -> IntArray:
-        """Read a fixed array of int64."""
-        return np.frombuffer(self._data, _INTS, count, self._skip(8 * count, 8))
-
-    def i64s(self) -> IntArray:
-        """Read a sequence of int64."""
-        count, begin = self._sequence()
-        if not count:
-            return np.zeros(0, dtype=np.int64)
-        return np.frombuffer(self._data, _INTS, count, begin)
-
-    def pass_numbers(self, count: int) -> None:
-        """Step over so many numbers of eight bytes."""
-        self._skip(8 * count, 8)
-
-    def pass_sequence(self) -> None:
-        """Step over a sequence of numbers of eight bytes."""
-        self._sequence()
-
-    def pass_flags(self, count: int) -> None:
-        """Step over so many bools."""
-        self._skip(count, 1)
-
-    def flag_array(self, count: int) -> BoolArray:
-        """Read a fixed array of bool."""
-        flags: BoolArray = np.frombuffer(self._data, np.uint8, count, self._skip(count, 1)) != 0
-        return flags
-
-    def flags(self) -> BoolArray:
-        """Read a sequence of bool."""
-        return self.flag_array(self.u32())
+        self.at = end
+        return table[:, 1:]

@@ -1,62 +1,51 @@
-"""What the estimator said in a tick, and absolute poses, as parts of the tick's message.
+"""What the estimator says in a tick, as ``bigant_msgs/msg/Estimate`` in the tick's message.
 
-The order of fields is that of ``bigant_msgs/msg/Estimate`` and ``PoseRecord`` in
-``record.log.definitions``.
+Not by ``record.log.fields``: its fields are in another order than the dataclass's, single numbers are in
+one row, and of a covariance only the lower half, row by row, is kept.
 """
 
 import numpy as np
 
 from model.values.arrays import FloatArray
 from model.values.estimate import Estimate, Health
-from model.values.poses import PoseRecord
-from record.log.cdr import CdrReader, CdrWriter
+from record.log.cdr import BOOLS, FLOATS, CdrReader, CdrWriter
 
+# planar: x, y, yaw; vx, vy, yaw rate; bias of the same; roll, pitch, height; NIS, log likelihood, age of
+# forces
+ESTIMATE_TEXT = (
+    "uint8 OK=0\nuint8 DEGRADED=1\nuint8 LOST=2\n"
+    "int64 t_ns\nuint8 health\nstring reason\nbool holding\nint64 nis_dof\nint64 rejects\n"
+    "float64[15] planar\nfloat64[6] pose_covariance\nfloat64[6] twist_covariance\n"
+    "float64[] mu\nfloat64[] mu_sd\nfloat64[] stiffness\nfloat64[] stiffness_sd\n"
+    "float64[] force_b\nfloat64[] force_covariance\nfloat64[] load_share\n"
+    "float64[] load_share_sd\nfloat64[] innovation\nbool[] contact\nbool[] slipping\n"
+)
 HEALTHS = (Health.OK, Health.DEGRADED, Health.LOST)  # codes 0, 1, 2
 # a covariance is symmetric to the last bit: six of its nine numbers are kept
 _ROWS, _COLUMNS = np.tril_indices(3)
 _LOWER = 3 * _ROWS + _COLUMNS
 
 
-def write_poses(w: CdrWriter, poses: tuple[PoseRecord, ...]) -> None:
-    """Write absolute poses."""
-    w.u32(len(poses))
-    for pose in poses:
-        w.i64(pose.t_ns)
-        w.f64_array(pose.position_W)
-        w.f64_array(pose.quaternion_xyzw)
-        w.f64(pose.sd_position_m, pose.sd_angle_rad)
-
-
-def read_poses(r: CdrReader) -> tuple[PoseRecord, ...]:
-    """Read absolute poses."""
-    return tuple(
-        PoseRecord(r.i64(), r.f64_array(3), r.f64_array(4), r.f64(), r.f64())
-        for _ in range(r.u32())
-    )
-
-
-def write_estimate(w: CdrWriter, said: Estimate | None) -> None:
+def write_estimate(w: CdrWriter, estimate: Estimate | None) -> None:
     """Write an estimate: a sequence of one, or of none."""
-    w.u32(said is not None)
-    if said is None:
+    w.count(estimate is not None)
+    if estimate is None:
         return
-    w.i64(said.t_ns)
-    w.u8(HEALTHS.index(said.health))
-    w.text(said.reason)
+    e = estimate
+    w.record("qB", e.t_ns, HEALTHS.index(e.health))
+    w.texts(e.reason)
     w.record(
-        "?qq" + 15 * "d", said.holding, said.nis_dof, said.rejects,
-        *said.position_m.tolist(), said.yaw_rad, *said.velocity_B.tolist(), *said.bias_B.tolist(),
-        *said.tilt_rad.tolist(), said.height_m, said.nis, said.log_likelihood, said.force_age_s,
+        "?qq" + 15 * "d", e.holding, e.nis_dof, e.rejects,
+        *e.position_m.tolist(), e.yaw_rad, *e.velocity_B.tolist(), *e.bias_B.tolist(),
+        *e.tilt_rad.tolist(), e.height_m, e.nis, e.log_likelihood, e.force_age_s,
     )  # fmt: skip
-    w.f64_array(said.pose_covariance.take(_LOWER))
-    w.f64_array(said.twist_covariance.take(_LOWER))
-    w.f64s(
-        said.mu, said.mu_sd, said.stiffness, said.stiffness_sd, said.force_B,
-        said.force_covariance.reshape(-1, 9).take(_LOWER, axis=1), said.load_share,
-        said.load_share_sd, said.innovation,
+    w.arrays(FLOATS, e.pose_covariance.take(_LOWER), e.twist_covariance.take(_LOWER))
+    w.sequences(
+        FLOATS, e.mu, e.mu_sd, e.stiffness, e.stiffness_sd, e.force_B,
+        e.force_covariance.reshape(-1, 9).take(_LOWER, axis=1), e.load_share, e.load_share_sd,
+        e.innovation,
     )  # fmt: skip
-    w.flags(said.contact)
-    w.flags(said.slipping)
+    w.sequences(BOOLS, e.contact, e.slipping)
 
 
 def read_estimate(r: CdrReader) -> Estimate | None:
@@ -65,45 +54,45 @@ def read_estimate(r: CdrReader) -> Estimate | None:
     Raises:
         ValueError: The message is damaged.
     """
-    if r.u32() == 0:
+    if r.count() == 0:
         return None
-    t_ns, health, reason = r.i64(), HEALTHS[r.u8()], r.text()
+    (t_ns, health), (reason,) = r.record("qB"), r.texts(1)
     holding, nis_dof, rejects = r.record("?qq")
-    numbers = r.f64_array(15)
-    pose_covariance, twist_covariance = _square(r.f64_array(6)), _square(r.f64_array(6))
-    mu, mu_sd, stiffness, stiffness_sd = r.f64_rows(4)
-    force = r.f64s().reshape(-1, 3)
-    force_covariance = _square(r.f64s().reshape(-1, 6))
-    load_share, load_share_sd = r.f64_rows(2)
-    innovation = r.f64s().reshape(-1, 3)
+    planar, pose_covariance, twist_covariance = r.arrays(FLOATS, 15, 6, 6)
+    numbers = planar.tolist()
+    mu, mu_sd, stiffness, stiffness_sd = r.sequences(FLOATS, 4)
+    force, force_covariance = r.sequence(FLOATS), r.sequence(FLOATS)
+    load_share, load_share_sd = r.sequences(FLOATS, 2)
+    innovation = r.sequence(FLOATS)
+    contact, slipping = r.sequences(BOOLS, 2)
     return Estimate(
         t_ns=t_ns,
-        position_m=numbers[0:2],
-        yaw_rad=float(numbers[2]),
-        velocity_B=numbers[3:6],
-        pose_covariance=pose_covariance,
-        twist_covariance=twist_covariance,
-        bias_B=numbers[6:9],
+        position_m=planar[0:2],
+        yaw_rad=numbers[2],
+        velocity_B=planar[3:6],
+        pose_covariance=_square(pose_covariance),
+        twist_covariance=_square(twist_covariance),
+        bias_B=planar[6:9],
         mu=mu,
         mu_sd=mu_sd,
         stiffness=stiffness,
         stiffness_sd=stiffness_sd,
-        force_B=force,
-        force_covariance=force_covariance,
+        force_B=force.reshape(-1, 3),
+        force_covariance=_square(force_covariance.reshape(-1, 6)),
         load_share=load_share,
         load_share_sd=load_share_sd,
-        tilt_rad=numbers[9:11],
-        height_m=float(numbers[11]),
-        contact=r.flags(),
-        slipping=r.flags(),
+        tilt_rad=planar[9:11],
+        height_m=numbers[11],
+        contact=contact,
+        slipping=slipping,
         holding=holding,
-        nis=float(numbers[12]),
+        nis=numbers[12],
         nis_dof=nis_dof,
-        log_likelihood=float(numbers[13]),
-        innovation=innovation,
+        log_likelihood=numbers[13],
+        innovation=innovation.reshape(-1, 3),
         rejects=rejects,
-        force_age_s=float(numbers[14]),
-        health=health,
+        force_age_s=numbers[14],
+        health=HEALTHS[health],
         reason=reason,
     )
 

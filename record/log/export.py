@@ -1,9 +1,8 @@
 """A log as files that other programs read: tables, trials and trajectories, in bounded memory."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -11,14 +10,12 @@ from scipy.spatial.transform import Rotation
 
 from model.errors import RecordError
 from model.values.arrays import FloatArray
-from model.values.estimate import Estimate
-from model.values.tick import DeadReckoning, Tick
-from record.log.columns import table_columns, truth_stack
-from record.log.reader import LogContents, StampedTick, read_stamped_ticks
+from record.log.columns import GROUPS, TRIAL_PARTS, named, table_columns
+from record.log.reader import LogContents, StampedTick, tick_blocks
+from record.log.recording import LEGS, Stack, follow
 from record.log.tum import TumFile
 from record.trial.header import (
     TrialHeader,
-    TrialNoise,
     joints_of,
     kind_of,
     parse_header,
@@ -26,8 +23,16 @@ from record.trial.header import (
     write_header,
 )
 from record.trial.table_file import Column, check_suffix, copy_table, table_writer
+from record.trial.trial import BODY_ANGLES
+from record.trial.trial import COLUMNS as TRIAL_COLUMNS
 
 BLOCK_TICKS = 1000
+# Trajectories of a TUM export: where their poses are in a tick.
+POSES = {
+    "estimate": "estimate.pose",
+    "dead_reckoning": "dead_reckoning.pose",
+    "truth": "inputs.truth.pose",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,17 +46,6 @@ class Exported:
 
     path: Path
     rows: int
-
-
-def _blocks(path: Path, contents: LogContents) -> Iterator[tuple[StampedTick, ...]]:
-    stamped = read_stamped_ticks(path, contents)
-    empty = True
-    while block := tuple(islice(stamped, BLOCK_TICKS)):
-        empty = False
-        yield block
-    if empty:
-        reason = contents.damage or "it holds no ticks"
-        raise RecordError(f"{path} is no log of ours, or nothing of it is left: {reason}")
 
 
 def _names(block: Sequence[StampedTick], contents: LogContents) -> tuple[str, ...]:
@@ -73,10 +67,11 @@ def export_table(
         RecordError: The log cannot be read, or the table cannot be written.
     """
     start_ns: int | None = None
+    parts = [part for group in groups for part in GROUPS[group]]
     with table_writer(out) as writer:
-        for block in _blocks(path, contents):
+        for block in tick_blocks(path, contents, BLOCK_TICKS):
             start_ns = contents.start_unix_ns(block[0].unix_ns) if start_ns is None else start_ns
-            writer.write(table_columns(block, _names(block, contents), start_ns, groups))
+            writer.write(table_columns(block, _names(block, contents), start_ns, parts))
     return (Exported(out, writer.rows),)
 
 
@@ -96,7 +91,7 @@ def export_trial(path: Path, out: Path, contents: LogContents) -> tuple[Exported
     last_yaw, start_ns, times_s = np.nan, -1, []
     try:
         with table_writer(whole) as writer:
-            for block in _blocks(path, contents):
+            for block in tick_blocks(path, contents, BLOCK_TICKS):
                 if start_ns < 0:
                     names = _names(block, contents)
                     start_ns = contents.start_unix_ns(block[0].unix_ns)
@@ -137,7 +132,6 @@ def _trial_header(
         frequency_hz=_float(metadata.get("frequency_hz", "")),
         sample_rate_hz=round(rate_hz, 6),
         notes=f"from {path.name}" + (f"; {contents.damage}" if contents.damage else ""),
-        noise=TrialNoise(),
         robot_file=robot_file,
         robot_text=contents.config_text,
     )
@@ -155,28 +149,16 @@ def _trial_columns(
 ) -> tuple[list[Column], float]:
     """Return every column of a trial, also those without a number, and the last yaw."""
     ticks = [item.tick for item in block]
-    columns = table_columns(block, names, start_ns, ("joints", "commands", "forces"))
-    found = {column.name: column.values for column in columns}
-    time_s = found.pop("time_s")
-    skip = (
-        "unix_ns",
-        "torque_on",
-        *(f"wished_{n}_rad" for n in names),
-    )
-    measured = [Column(name, values) for name, values in found.items() if name not in skip]
-    position = truth_stack(ticks, lambda b: b.position_W, 3)
-    quaternion = truth_stack(ticks, lambda b: b.quaternion_xyzw, 4)
+    time_s, _, *columns = table_columns(block, names, start_ns, TRIAL_PARTS)
+    position = Stack("inputs.truth.position_W", (3,)).of(ticks)
+    quaternion = Stack("inputs.truth.quaternion_xyzw", (4,)).of(ticks)
     angles, last_yaw = _roll_pitch_yaw(quaternion, last_yaw)
-    body = np.column_stack([position, angles])
-    labels = ("x_m", "y_m", "z_m", "roll_rad", "pitch_rad", "yaw_rad")
-    measured += [Column(f"body_{label}", body[:, k]) for k, label in enumerate(labels)]
-    feet = _feet_in_body(ticks, position, quaternion, len(names))
-    measured += [
-        Column(f"foot_{name}_{axis}_m", feet[:, at, k])
-        for at, name in enumerate(names)
-        for k, axis in enumerate("xyz")
-    ]
-    return [Column("time_s", time_s), *measured], last_yaw
+    feet = Stack("inputs.truth.foot_position_W", (LEGS, 3)).of(ticks, len(names))
+    columns += named(BODY_ANGLES, angles, names)
+    columns += named(
+        TRIAL_COLUMNS["foot_m"], _in_body(feet - position[:, None, :], quaternion), names
+    )
+    return [time_s, *columns], last_yaw
 
 
 def _roll_pitch_yaw(quaternion: FloatArray, last_yaw: float) -> tuple[FloatArray, float]:
@@ -193,11 +175,8 @@ def _roll_pitch_yaw(quaternion: FloatArray, last_yaw: float) -> tuple[FloatArray
     return angles, last_yaw
 
 
-def _feet_in_body(
-    ticks: Sequence[Tick], position: FloatArray, quaternion: FloatArray, legs: int
-) -> FloatArray:
-    """Return the true feet in the body frame, (T, N, 3): what markers on the feet would give."""
-    arms = truth_stack(ticks, lambda b: b.foot_position_W, legs, 3) - position[:, None, :]
+def _in_body(arms: FloatArray, quaternion: FloatArray) -> FloatArray:
+    """Turn vectors of the world, (T, N, 3), into the body frame: what markers on the feet would give."""
     known = np.isfinite(quaternion).all(axis=1)
     feet = np.full(arms.shape, np.nan)
     if known.any():
@@ -224,23 +203,11 @@ def export_tum(path: Path, out: Path, contents: LogContents) -> tuple[Exported, 
     with ExitStack() as stack:
         files = [
             stack.enter_context(TumFile(base.with_name(f"{base.name}_{kind}.tum")))
-            for kind in ("estimate", "dead_reckoning", "truth")
+            for kind in POSES
         ]
-        for block in _blocks(path, contents):
+        for block in tick_blocks(path, contents, BLOCK_TICKS):
             for item in block:
-                tick = item.tick
-                poses = (_planar(tick.estimate), _planar(tick.dead_reckoning), _true_pose(tick))
-                for file, pose in zip(files, poses, strict=True):
-                    file.write(item.unix_ns, pose)
+                for file, where in zip(files, POSES.values(), strict=True):
+                    if (pose := follow(item.tick, where)) is not None:
+                        file.write(item.unix_ns, pose)
     return tuple(Exported(file.path, file.count) for file in files if file.count)
-
-
-def _planar(pose: Estimate | DeadReckoning | None) -> FloatArray:
-    return np.full(3, np.nan) if pose is None else np.array([*pose.position_m, pose.yaw_rad])
-
-
-def _true_pose(tick: Tick) -> FloatArray:
-    truth = tick.inputs.truth
-    if truth is None:
-        return np.full(7, np.nan)
-    return np.concatenate([truth.position_W, truth.quaternion_xyzw])

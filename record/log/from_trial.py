@@ -83,15 +83,11 @@ def _nanoseconds(time_s: FloatArray) -> IntArray:
 def left_out(trial: Trial) -> tuple[str, ...]:
     """Return the columns that a log has no place for; write those to a .parquet or .csv."""
     lost = [c.name for c in trial.columns() if c.name.startswith("torque_")]
-    pose = np.isfinite(trial.body_position_m).all(axis=1) & np.isfinite(trial.body_angles_rad).all(
-        axis=1
-    )
+    measured = np.isfinite(np.hstack([trial.body_position_m, trial.body_angles_rad]))
+    pose = measured.all(axis=1)
     if (np.isfinite(trial.foot_m).any(axis=(1, 2)) & ~pose).any():
         lost.append("foot points where the body's pose is not known")
-    partial = np.isfinite(trial.body_position_m).any(axis=1) | np.isfinite(
-        trial.body_angles_rad
-    ).any(axis=1)
-    if (partial & ~pose).any():
+    if (measured.any(axis=1) & ~pose).any():
         lost.append("body poses that are known in part")
     return tuple(lost)
 
@@ -109,7 +105,10 @@ def _tick(trial: Trial, at: int, t_ns: int) -> Tick:
         mode=Mode.WALK if walking else Mode.IDLE,
         stop_reason=StopReason.NONE,
         inputs=Inputs(None, (), request, LoopTiming(t_ns, 0, 0, 0), _truth(trial, at, t_ns), ()),
-        joints=_joints(trial, at, t_ns),
+        joints=JointState(
+            t_ns, trial.shaft_rad[at], trial.shaft_rad_s[at], trial.current_a[at], trial.pwm[at],
+            trial.voltage_v[at], trial.temperature_c[at], np.isfinite(trial.shaft_rad[at]),
+        ),
         forces=FootForces(t_ns, trial.force_n[at], np.isfinite(trial.force_n[at]).all(axis=1)),
         gait_phase=np.nan,
         wished=command,
@@ -120,20 +119,7 @@ def _tick(trial: Trial, at: int, t_ns: int) -> Tick:
             t_ns, np.full(2, np.nan), np.nan, np.full(3, np.nan), valid=False
         ),
         faults=(),
-    )
-
-
-def _joints(trial: Trial, at: int, t_ns: int) -> JointState:
-    return JointState(
-        t_ns=t_ns,
-        angle_rad=trial.shaft_rad[at],
-        rate_rad_s=trial.shaft_rad_s[at],
-        current_a=trial.current_a[at],
-        duty=trial.pwm[at],
-        voltage_v=trial.voltage_v[at],
-        temperature_c=trial.temperature_c[at],
-        valid=np.isfinite(trial.shaft_rad[at]),
-    )
+    )  # fmt: skip
 
 
 def _truth(trial: Trial, at: int, t_ns: int) -> BodyTruth | None:

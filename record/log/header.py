@@ -1,10 +1,42 @@
-"""A run as a whole in a log's metadata: one value, whoever writes the log."""
+"""A run as a whole in a log's metadata, with the versions of everything whose change could change a log."""
 
 import math
+import platform
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from importlib.metadata import PackageNotFoundError, version
 
-from record.log.versions import software, software_versions
+PACKAGES = (
+    "bigant",
+    "numpy",
+    "scipy",
+    "numba",
+    "filterpy",
+    "dynamixel-sdk",
+    "pyserial",
+    "mujoco-core",
+    "mcap",
+)
+PREFIX = "version."
+NOT_INSTALLED = "not installed"
+
+
+def version_of(package: str) -> str:
+    """Return the version of an installed package, ``not installed`` if there is none."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return NOT_INSTALLED
+
+
+def software_versions() -> Mapping[str, str]:
+    """Return metadata keys and versions: the same on every run of one installation."""
+    versions = {package: version_of(package) for package in PACKAGES}
+    versions["python"] = platform.python_version()
+    return {
+        "software": f"bigant {versions['bigant']}",
+        **{f"{PREFIX}{name}": found for name, found in versions.items()},
+    }
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,20 +67,12 @@ class RunHeader:
 
     def metadata(self) -> Mapping[str, str]:
         """Return the texts, without those that say nothing; with the versions of all software."""
-        texts = {
-            "robot": self.robot,
-            "hardware": self.hardware,
-            "time": self.time,
-            "gait": self.gait,
-            "frequency_hz": _text(self.frequency_hz),
-            "steer": _text(self.steer),
-            "seed": "" if self.seed is None else str(self.seed),
-            "scenario": self.scenario,
-            "trial": self.trial,
-        }
+        texts = {field.name: _text(getattr(self, field.name)) for field in fields(self)}
         known = {key: text for key, text in texts.items() if text}
-        return {**known, "software": software(), **software_versions()}
+        return {**known, **software_versions()}
 
 
-def _text(value: float | None) -> str:
-    return "" if value is None or math.isnan(value) else f"{value:g}"
+def _text(value: str | float | None) -> str:
+    if isinstance(value, float):
+        return "" if math.isnan(value) else f"{value:g}"
+    return "" if value is None else str(value)

@@ -15,7 +15,7 @@ from model.values.arrays import FloatArray
 from model.values.estimate import Estimate
 from model.values.readings import BodyTruth
 from model.values.tick import DeadReckoning, Tick
-from record.log.cdr import CdrWriter
+from record.log.cdr import FLOATS, CdrWriter
 from record.log.estimate_message import HEALTHS
 
 BODY_FRAME, ODOM_FRAME, MAP_FRAME = "base_link", "odom", "map"
@@ -46,10 +46,10 @@ def joint_state(
     """sensor_msgs/msg/JointState."""
     w = CdrWriter()
     _header(w, unix_ns, BODY_FRAME)
-    w.texts(names)
-    w.f64s(angle_rad)
-    w.f64s(rate_rad_s)
-    w.u32(0)
+    w.count(len(names))
+    w.texts(*names)
+    w.sequences(FLOATS, angle_rad, rate_rad_s)
+    w.count(0)
     return w.done()
 
 
@@ -57,30 +57,17 @@ def wrench(unix_ns: int, force_n: FloatArray) -> bytes:
     """geometry_msgs/msg/WrenchStamped with a force at the foot and no moment."""
     w = CdrWriter()
     _header(w, unix_ns, BODY_FRAME)
-    w.f64_array(force_n)
+    w.arrays(FLOATS, force_n)
     w.raw(NO_MOMENT, 8)
     return w.done()
 
 
-def _odometry(
-    unix_ns: int,
-    frame: str,
-    position: FloatArray,
-    quaternion_xyzw: FloatArray,
-    linear_B: FloatArray,  # noqa: N803
-    angular_B: FloatArray,  # noqa: N803
-    pose_covariance: FloatArray = UNKNOWN_COVARIANCE,
-    twist_covariance: FloatArray = UNKNOWN_COVARIANCE,
-) -> bytes:
+def _odometry(unix_ns: int, frame: str, *arrays: FloatArray) -> bytes:
+    """nav_msgs/msg/Odometry: position, quaternion, covariance; linear, angular velocity, covariance."""
     w = CdrWriter()
     _header(w, unix_ns, frame)
-    w.text(BODY_FRAME)
-    w.f64_array(position)
-    w.f64_array(quaternion_xyzw)
-    w.f64_array(pose_covariance)
-    w.f64_array(linear_B)
-    w.f64_array(angular_B)
-    w.f64_array(twist_covariance)
+    w.texts(BODY_FRAME)
+    w.arrays(FLOATS, *arrays)
     return w.done()
 
 
@@ -97,43 +84,35 @@ def planar_covariance(covariance: FloatArray) -> FloatArray:
 def planar_odometry(unix_ns: int, pose: Estimate | DeadReckoning) -> bytes:
     """nav_msgs/msg/Odometry of the estimator, or of dead reckoning, whose covariance is left zero."""
     vx, vy, yaw_rate = pose.velocity_B
-    covariances = (UNKNOWN_COVARIANCE, UNKNOWN_COVARIANCE)
+    pose_covariance = twist_covariance = UNKNOWN_COVARIANCE
     if isinstance(pose, Estimate):
-        covariances = (
-            planar_covariance(pose.pose_covariance),
-            planar_covariance(pose.twist_covariance),
-        )
+        pose_covariance = planar_covariance(pose.pose_covariance)
+        twist_covariance = planar_covariance(pose.twist_covariance)
     return _odometry(
-        unix_ns,
-        ODOM_FRAME,
-        np.array([*pose.position_m, 0.0]),
-        quaternion_of(pose.yaw_rad),
-        np.array([vx, vy, 0.0]),
-        np.array([0.0, 0.0, yaw_rate]),
-        *covariances,
-    )
+        unix_ns, ODOM_FRAME, *_flat_pose(pose), pose_covariance,
+        np.array([vx, vy, 0.0]), np.array([0.0, 0.0, yaw_rate]), twist_covariance,
+    )  # fmt: skip
 
 
 def truth_odometry(unix_ns: int, truth: BodyTruth) -> bytes:
     """nav_msgs/msg/Odometry of the ground truth."""
     return _odometry(
-        unix_ns,
-        MAP_FRAME,
-        truth.position_W,
-        truth.quaternion_xyzw,
-        truth.velocity_B,
-        truth.angular_velocity_B,
-    )
+        unix_ns, MAP_FRAME, truth.position_W, truth.quaternion_xyzw, UNKNOWN_COVARIANCE,
+        truth.velocity_B, truth.angular_velocity_B, UNKNOWN_COVARIANCE,
+    )  # fmt: skip
+
+
+def _flat_pose(pose: DeadReckoning | Estimate) -> tuple[FloatArray, FloatArray]:
+    return np.array([*pose.position_m, 0.0]), quaternion_of(pose.yaw_rad)
 
 
 def transform(unix_ns: int, pose: DeadReckoning | Estimate) -> bytes:
     """tf2_msgs/msg/TFMessage from ``odom`` to ``base_link``."""
     w = CdrWriter()
-    w.u32(1)
+    w.count(1)
     _header(w, unix_ns, ODOM_FRAME)
-    w.text(BODY_FRAME)
-    w.f64_array(np.array([*pose.position_m, 0.0]))
-    w.f64_array(quaternion_of(pose.yaw_rad))
+    w.texts(BODY_FRAME)
+    w.arrays(FLOATS, *_flat_pose(pose))
     return w.done()
 
 
@@ -141,7 +120,7 @@ def diagnostics(unix_ns: int, names: tuple[str, ...], tick: Tick) -> bytes:
     """diagnostic_msgs/msg/DiagnosticArray: one status a leg, one each for loop and estimator."""
     w = CdrWriter()
     _header(w, unix_ns, "")
-    w.u32(len(names) + 1 + (tick.estimate is not None))
+    w.count(len(names) + 1 + (tick.estimate is not None))
     joints = tick.joints
     for leg, name in enumerate(names):
         mine = [f"{f.kind.name}: {f.detail}" for f in tick.faults if f.source == name]
@@ -180,11 +159,8 @@ def _estimator_status(w: CdrWriter, estimate: Estimate) -> None:
 def _status(
     w: CdrWriter, level: int, name: str, message: str, values: tuple[tuple[str, str], ...]
 ) -> None:
-    w.u8(level)
-    w.text(name)
-    w.text(message)
-    w.text("bigant")
-    w.u32(len(values))
-    for key, value in values:
-        w.text(key)
-        w.text(value)
+    w.record("B", level)
+    w.texts(name, message, "bigant")
+    w.count(len(values))
+    for pair in values:
+        w.texts(*pair)

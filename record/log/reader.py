@@ -7,7 +7,7 @@ import hashlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 from types import MappingProxyType
 
@@ -117,7 +117,7 @@ def read_stamped_ticks(path: Path, contents: LogContents | None = None) -> Itera
     Raises:
         RecordError: As ``read_ticks``.
     """
-    found = contents if contents is not None else LogContents()
+    found = contents or LogContents()
     for message in read_tick_messages(path, found):
         try:
             tick = decode_tick(message.data, message.layout)
@@ -255,6 +255,29 @@ def check_layout(path: Path, message: TopicMessage, found: LogContents) -> None:
         )
 
 
+def nothing_left(path: Path, contents: LogContents, what: str = "ticks") -> RecordError:
+    """Return the error of a file in which nothing was to be read."""
+    reason = contents.damage or f"it holds no {what}"
+    return RecordError(f"{path} is no log of ours, or nothing of it is left: {reason}")
+
+
+def tick_blocks(
+    path: Path, contents: LogContents, block_ticks: int
+) -> Iterator[tuple[StampedTick, ...]]:
+    """Yield the ticks of a log, so many at a time; otherwise as ``read_stamped_ticks``.
+
+    Raises:
+        RecordError: The file cannot be opened, or holds no tick that can be read.
+    """
+    stamped = read_stamped_ticks(path, contents)
+    first = next(stamped, None)
+    if first is None:
+        raise nothing_left(path, contents)
+    stamped = chain((first,), stamped)
+    while block := tuple(islice(stamped, block_ticks)):
+        yield block
+
+
 def read_blocks(
     path: Path,
     contents: LogContents | None = None,
@@ -274,10 +297,9 @@ def read_blocks(
     Raises:
         RecordError: The file cannot be opened, or holds no tick that can be read.
     """
-    found = contents if contents is not None else LogContents()
-    stamped = read_stamped_ticks(path, found)
+    found = contents or LogContents()
     start_unix_ns: int | None = None
-    while block := list(islice(stamped, block_ticks)):
+    for block in tick_blocks(path, found, block_ticks):
         if start_unix_ns is None:
             start_unix_ns = found.start_unix_ns(block[0].unix_ns)
         if each is not None:
@@ -292,9 +314,6 @@ def read_blocks(
             metadata=found.metadata,
             damage=found.damage,
         )
-    if start_unix_ns is None:
-        reason = found.damage or "it holds no ticks"
-        raise RecordError(f"{path} is no log of ours, or nothing of it is left: {reason}")
 
 
 def read_log(
@@ -307,5 +326,5 @@ def read_log(
     Raises:
         RecordError: The file cannot be opened, or holds no tick that can be read.
     """
-    found = contents if contents is not None else LogContents()
+    found = contents or LogContents()
     return join_recordings(list(read_blocks(path, found, each=each)), damage=found.damage)

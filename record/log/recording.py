@@ -1,20 +1,65 @@
 """A log as arrays: T ticks of N legs, for tables, plots and comparisons."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
-from types import MappingProxyType
-from typing import Any
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Annotated, Any, NamedTuple, get_origin, get_type_hints
 
 import numpy as np
+from numpy.typing import NDArray
 
 from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
-from model.values.estimate import Estimate
 from model.values.faults import Fault
-from model.values.readings import BodyTruth
 from model.values.tick import Tick
 from record.log.estimate_message import HEALTHS
 
 NOT_RUNNING = -1
+LEGS = -1  # in a shape: as many as there are legs
+
+
+@cache
+def _names(path: str) -> list[str]:
+    return path.split(".")
+
+
+def follow(value: Any, path: str) -> Any:
+    """Return what a dotted path of attributes leads to; None where one of them is None."""
+    for name in _names(path):
+        value = getattr(value, name)
+        if value is None:
+            return None
+    return value
+
+
+class Stack(NamedTuple):
+    """Something of every tick as an array, (T, *shape).
+
+    Attributes:
+        path: Where it is in a tick.
+        shape: Its shape; ``LEGS`` is the number of legs.
+        change: What to make of it first; None where there is nothing.
+        absent: What stands for it where there is nothing.
+        kind: Kind of the numbers.
+    """
+
+    path: str
+    shape: tuple[int, ...] = ()
+    change: Callable[[Any], object] | None = None
+    absent: object = np.nan
+    kind: type = np.float64
+
+    def of(self, ticks: Sequence[Tick], legs: int = 0) -> NDArray[Any]:
+        """Return the array of some ticks of so many legs."""
+        shape = tuple(legs if size == LEGS else size for size in self.shape)
+        nothing = np.full(shape, self.absent, self.kind) if shape else self.absent
+        found = (follow(tick, self.path) for tick in ticks)
+        if self.change is not None:
+            found = (None if value is None else self.change(value) for value in found)
+        return np.array([nothing if value is None else value for value in found], self.kind)
+
+
+def _sd(covariance: FloatArray) -> FloatArray:
+    return np.sqrt(np.diagonal(covariance))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,33 +104,39 @@ class Recording:
 
     names: tuple[str, ...]
     t_s: FloatArray
-    mode: IntArray
-    stop_reason: IntArray
-    gait_phase: FloatArray
-    angle_rad: FloatArray
-    rate_rad_s: FloatArray
-    current_a: FloatArray
-    temperature_c: FloatArray
-    sent_angle_rad: FloatArray
-    force_n: FloatArray
-    predicted_force_n: FloatArray
-    predicted_velocity_B: FloatArray  # noqa: N815
-    predicted_slip_B: FloatArray  # noqa: N815
-    dead_reckoning_pose: FloatArray
-    estimate_pose: FloatArray
-    estimate_pose_sd: FloatArray
-    estimate_velocity_B: FloatArray  # noqa: N815
-    estimate_force_n: FloatArray
-    estimate_health: IntArray
-    truth_position_W: FloatArray  # noqa: N815
-    truth_quaternion_xyzw: FloatArray
-    truth_velocity_B: FloatArray  # noqa: N815
-    truth_foot_velocity_W: FloatArray  # noqa: N815
-    truth_force_n: FloatArray
-    truth_contact: BoolArray
-    lateness_s: FloatArray
-    busy_s: FloatArray
-    missed: IntArray
+    mode: Annotated[IntArray, Stack("mode.value", kind=np.int64)]
+    stop_reason: Annotated[IntArray, Stack("stop_reason.value", kind=np.int64)]
+    gait_phase: Annotated[FloatArray, Stack("gait_phase")]
+    angle_rad: Annotated[FloatArray, Stack("joints.angle_rad", (LEGS,))]
+    rate_rad_s: Annotated[FloatArray, Stack("joints.rate_rad_s", (LEGS,))]
+    current_a: Annotated[FloatArray, Stack("joints.current_a", (LEGS,))]
+    temperature_c: Annotated[FloatArray, Stack("joints.temperature_c", (LEGS,))]
+    sent_angle_rad: Annotated[FloatArray, Stack("sent.angle_rad", (LEGS,))]
+    force_n: Annotated[FloatArray, Stack("forces.force_n", (LEGS, 3))]
+    predicted_force_n: Annotated[FloatArray, Stack("contact.traction.force_B", (LEGS, 3))]
+    predicted_velocity_B: Annotated[FloatArray, Stack("contact.traction.velocity_B", (3,))]  # noqa: N815
+    predicted_slip_B: Annotated[FloatArray, Stack("contact.traction.slip_B", (LEGS, 2))]  # noqa: N815
+    dead_reckoning_pose: Annotated[FloatArray, Stack("dead_reckoning.pose", (3,))]
+    estimate_pose: Annotated[FloatArray, Stack("estimate.pose", (3,))]
+    estimate_pose_sd: Annotated[FloatArray, Stack("estimate.pose_covariance", (3,), _sd)]
+    estimate_velocity_B: Annotated[FloatArray, Stack("estimate.velocity_B", (3,))]  # noqa: N815
+    estimate_force_n: Annotated[FloatArray, Stack("estimate.force_B", (LEGS, 3))]
+    estimate_health: Annotated[
+        IntArray, Stack("estimate.health", change=HEALTHS.index, absent=NOT_RUNNING, kind=np.int64)
+    ]
+    truth_position_W: Annotated[FloatArray, Stack("inputs.truth.position_W", (3,))]  # noqa: N815
+    truth_quaternion_xyzw: Annotated[FloatArray, Stack("inputs.truth.quaternion_xyzw", (4,))]
+    truth_velocity_B: Annotated[FloatArray, Stack("inputs.truth.planar_velocity_B", (3,))]  # noqa: N815
+    truth_foot_velocity_W: Annotated[FloatArray, Stack("inputs.truth.foot_velocity_W", (LEGS, 3))]  # noqa: N815
+    truth_force_n: Annotated[FloatArray, Stack("inputs.truth.foot_force_B", (LEGS, 3))]
+    truth_contact: Annotated[
+        BoolArray, Stack("inputs.truth.contact", (LEGS,), absent=False, kind=bool)
+    ]
+    lateness_s: Annotated[
+        FloatArray, Stack("inputs.timing.lateness_ns", change=lambda ns: ns * 1e-9)
+    ]
+    busy_s: Annotated[FloatArray, Stack("inputs.timing.busy_ns", change=lambda ns: ns * 1e-9)]
+    missed: Annotated[IntArray, Stack("inputs.timing.missed", kind=np.int64)]
     faults: tuple[tuple[int, Fault], ...]
     config_text: str
     metadata: Mapping[str, str]
@@ -97,48 +148,11 @@ class Recording:
         return bool(np.isfinite(self.truth_position_W).any())
 
 
-def _estimated(take: Callable[[Estimate], object]) -> Callable[[Tick], object]:
-    return lambda tick: None if tick.estimate is None else take(tick.estimate)
-
-
-def _true(take: Callable[[BodyTruth], object]) -> Callable[[Tick], object]:
-    return lambda tick: None if tick.inputs.truth is None else take(tick.inputs.truth)
-
-
-# What is taken of a tick, None where it is not there, and its shape; -1 is the number of legs.
-_LEGS = -1
-_TAKEN: Mapping[str, tuple[Callable[[Tick], object], tuple[int, ...]]] = MappingProxyType({
-    "gait_phase": (lambda t: t.gait_phase, ()),
-    "angle_rad": (lambda t: t.joints.angle_rad, (_LEGS,)),
-    "rate_rad_s": (lambda t: t.joints.rate_rad_s, (_LEGS,)),
-    "current_a": (lambda t: t.joints.current_a, (_LEGS,)),
-    "temperature_c": (lambda t: t.joints.temperature_c, (_LEGS,)),
-    "sent_angle_rad": (lambda t: t.sent.angle_rad, (_LEGS,)),
-    "force_n": (lambda t: t.forces.force_n, (_LEGS, 3)),
-    "predicted_force_n": (lambda t: t.contact.traction.force_B, (_LEGS, 3)),
-    "predicted_velocity_B": (lambda t: t.contact.traction.velocity_B, (3,)),
-    "predicted_slip_B": (lambda t: t.contact.traction.slip_B, (_LEGS, 2)),
-    "dead_reckoning_pose": (
-        lambda t: (*t.dead_reckoning.position_m, t.dead_reckoning.yaw_rad), (3,)),
-    "estimate_pose": (_estimated(lambda e: (*e.position_m, e.yaw_rad)), (3,)),
-    "estimate_pose_sd": (_estimated(lambda e: np.sqrt(np.diagonal(e.pose_covariance))), (3,)),
-    "estimate_velocity_B": (_estimated(lambda e: e.velocity_B), (3,)),
-    "estimate_force_n": (_estimated(lambda e: e.force_B), (_LEGS, 3)),
-    "truth_position_W": (_true(lambda b: b.position_W), (3,)),
-    "truth_quaternion_xyzw": (_true(lambda b: b.quaternion_xyzw), (4,)),
-    "truth_velocity_B": (_true(lambda b: (*b.velocity_B[:2], b.angular_velocity_B[2])), (3,)),
-    "truth_foot_velocity_W": (_true(lambda b: b.foot_velocity_W), (_LEGS, 3)),
-    "truth_force_n": (_true(lambda b: b.foot_force_B), (_LEGS, 3)),
-    "lateness_s": (lambda t: t.inputs.timing.lateness_ns * 1e-9, ()),
-    "busy_s": (lambda t: t.inputs.timing.busy_ns * 1e-9, ()),
-})  # fmt: skip
-_COUNTED: Mapping[str, Callable[[Tick], int]] = MappingProxyType({
-    "mode": lambda t: t.mode.value,
-    "stop_reason": lambda t: t.stop_reason.value,
-    "missed": lambda t: t.inputs.timing.missed,
-    "estimate_health":
-        lambda t: NOT_RUNNING if t.estimate is None else HEALTHS.index(t.estimate.health),
-})  # fmt: skip
+_TAKEN: Mapping[str, Stack] = {
+    name: kind.__metadata__[0]
+    for name, kind in get_type_hints(Recording, include_extras=True).items()
+    if get_origin(kind) is Annotated
+}
 
 
 def build_recording(
@@ -165,18 +179,10 @@ def build_recording(
     arrays: dict[str, Any] = {
         "t_s": [(t.t_ns - start_ns) * 1e-9 for t in ticks] if times_s is None else times_s
     }
-    for name, (take, shape) in _TAKEN.items():
-        nothing = np.full([len(names) if size == _LEGS else size for size in shape], np.nan)
-        taken = (take(tick) for tick in ticks)
-        arrays[name] = [nothing if value is None else value for value in taken]
-    arrays = {name: readonly(np.array(v, dtype=np.float64)) for name, v in arrays.items()}
-    for name, count in _COUNTED.items():
-        arrays[name] = readonly(np.array([count(tick) for tick in ticks], dtype=np.int64))
-    truths, no_contact = [tick.inputs.truth for tick in ticks], np.zeros(len(names), dtype=bool)
+    arrays |= {name: taken.of(ticks, len(names)) for name, taken in _TAKEN.items()}
     return Recording(
         names=names,
-        **arrays,
-        truth_contact=readonly(np.array([no_contact if b is None else b.contact for b in truths])),
+        **{name: readonly(np.asarray(values)) for name, values in arrays.items()},
         faults=tuple((row, fault) for row, tick in enumerate(ticks) for fault in tick.faults),
         config_text=config_text,
         metadata=metadata,
@@ -191,26 +197,21 @@ def join_recordings(parts: Sequence[Recording], damage: str) -> Recording:
         parts: The blocks, at least one.
         damage: How the whole is damaged, empty if it is not.
     """
-    arrays: dict[str, Any] = {
-        field.name: readonly(np.concatenate([getattr(part, field.name) for part in parts]))
-        for field in fields(Recording)
-        if isinstance(getattr(parts[0], field.name), np.ndarray)
-    }
-    begins = np.cumsum([0, *(len(part.t_s) for part in parts)])
+    begins = np.cumsum([0, *(len(part.t_s) for part in parts)]).tolist()
     faults = tuple(
-        (int(begin) + number, fault)
+        (begin + number, fault)
         for begin, part in zip(begins, parts, strict=False)
         for number, fault in part.faults
     )
-    return replace(parts[-1], **arrays, faults=faults, damage=damage)
+    joined = _each_array(lambda name: np.concatenate([getattr(part, name) for part in parts]))
+    return replace(parts[-1], **joined, faults=faults, damage=damage)
 
 
 def thin_recording(log: Recording, step: int) -> Recording:
     """Return every ``step``-th tick of a log, for pictures; all faults are kept, at the ticks that are."""
-    arrays: dict[str, Any] = {
-        field.name: readonly(getattr(log, field.name)[::step])
-        for field in fields(Recording)
-        if isinstance(getattr(log, field.name), np.ndarray)
-    }
     faults = tuple((number // step, fault) for number, fault in log.faults)
-    return replace(log, **arrays, faults=faults)
+    return replace(log, **_each_array(lambda name: getattr(log, name)[::step]), faults=faults)
+
+
+def _each_array(make: Callable[[str], NDArray[Any]]) -> dict[str, Any]:
+    return {name: readonly(make(name)) for name in ("t_s", *_TAKEN)}

@@ -1,6 +1,6 @@
 """Copying records of logs into a new log, without decoding what is in them; a damaged one made whole."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -69,10 +69,6 @@ class LogCopy:
             )
         self._channel_of[record.id] = self._channels[key]
 
-    def add_metadata(self, name: str, metadata: Mapping[str, str]) -> None:
-        """Write metadata of our own."""
-        self._writer.add_metadata(name, dict(sorted(metadata.items())))
-
 
 @contextmanager
 def log_copy(out: Path, inputs: tuple[Path, ...]) -> Iterator[LogCopy]:
@@ -118,7 +114,7 @@ def repair(path: Path, out: Path, progress: Pass | None = None) -> Rewritten:
     Raises:
         RecordError: Nothing can be read, or the file cannot be written.
     """
-    done = progress if progress is not None else Pass()
+    done = progress or Pass()
     with log_copy(out, inputs=(path,)) as copy:
         for record in read_records(path, done):
             copy.add(record)

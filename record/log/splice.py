@@ -34,7 +34,7 @@ def cut_log(
     """
     if not from_s < to_s:
         raise ConfigError("--to", f"{to_s:g} s must lie after --from {from_s:g} s")
-    done = progress if progress is not None else Pass()
+    done = progress or Pass()
     start_ns: int | None = None
     first_s = last_s = float("nan")
     with log_copy(out, (path,)) as copy:
@@ -77,26 +77,22 @@ def merge_logs(paths: tuple[Path, ...], out: Path, progress: Pass | None = None)
     parts = sorted((survey_log(path) for path in paths), key=lambda part: part.first_unix_ns)
     for first, second in pairwise(parts):
         _check_fit(first, second)
-    done = progress if progress is not None else Pass()
+    done = progress or Pass()
     damages = tuple(damage for part in parts for damage in part.damages)
     with log_copy(out, paths) as copy:
         for number, part in enumerate(parts):
             copy.begin_source()
-            _begin_pass(done)
+            done.position, done.finished = 0, False
+            done.damages.clear()
             for record in read_records(part.path, done):
                 if isinstance(record, Metadata) and record.name == METADATA_NAME:
                     if number == 0:
-                        copy.add_metadata(METADATA_NAME, _merged_metadata(parts))
+                        copy.add(Metadata(METADATA_NAME, _merged_metadata(parts)))
                     continue
                 if isinstance(record, Attachment) and record.name == CONFIG_NAME and number:
                     continue  # the same robot file as that of the first
                 copy.add(record)
     return Rewritten(copy.messages, damages)
-
-
-def _begin_pass(progress: Pass) -> None:
-    progress.position, progress.finished = 0, False
-    progress.damages.clear()
 
 
 def _check_fit(first: LogSurvey, second: LogSurvey) -> None:
@@ -126,4 +122,4 @@ def _merged_metadata(parts: list[LogSurvey]) -> dict[str, str]:
         values = dict.fromkeys(part.metadata.get(key, "") for part in parts)
         merged[key] = ", ".join(value for value in values if value)
     merged["merged"] = ", ".join(part.path.name for part in parts)
-    return merged
+    return dict(sorted(merged.items()))

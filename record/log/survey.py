@@ -1,24 +1,24 @@
 """What a log holds, found in one quick pass that decodes nothing but the first bytes of each tick."""
 
 import struct
+from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from mcap.records import Channel, Message, Schema
 
-from model.errors import RecordError
 from record.log.cdr import HEADER
 from record.log.damage import Damage, Pass
-from record.log.reader import LogContents, note_content
+from record.log.reader import LogContents, note_content, nothing_left
 from record.log.salvage import read_records
 from record.log.writer import RATE_KEY, TICK_TOPIC
 
 _TICK_HEAD = struct.Struct("<qq")  # t_ns and index, behind the CDR header
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, order=True)
 class Topic:
     """One topic of a log.
 
@@ -77,20 +77,6 @@ class LogSurvey:
         return (self.last_unix_ns - self.first_unix_ns) * 1e-9
 
 
-@dataclass(slots=True)
-class _Count:
-    name: str
-    kind: str
-    count: int = 0
-    size: int = 0
-
-
-@dataclass(slots=True)
-class _Ticks:
-    unix_ns: list[int] = field(default_factory=list)
-    index: list[int] = field(default_factory=list)
-
-
 def survey_log(path: Path, progress: Pass | None = None) -> LogSurvey:
     """Look through a log.
 
@@ -101,30 +87,30 @@ def survey_log(path: Path, progress: Pass | None = None) -> LogSurvey:
     Raises:
         RecordError: The file cannot be opened, or holds no message.
     """
-    contents = LogContents(progress=progress if progress is not None else Pass())
-    counts: dict[int, _Count] = {}
+    contents = LogContents(progress=progress or Pass())
+    channels: dict[int, Channel] = {}
     kinds: dict[int, str] = {}
-    ticks = _Ticks()
+    counts, sizes = Counter[int](), Counter[int]()  # messages of a channel, and their bytes
+    ticks: list[tuple[int, int]] = []  # UNIX time and number
     first_ns, last_ns = -1, -1
     for record in read_records(path, contents.progress):
         if isinstance(record, Message):
-            count = counts[record.channel_id]
-            count.count += 1
-            count.size += len(record.data)
+            counts[record.channel_id] += 1
+            sizes[record.channel_id] += len(record.data)
             first_ns = record.log_time if first_ns < 0 else min(first_ns, record.log_time)
             last_ns = max(last_ns, record.log_time)
-            if count.name == TICK_TOPIC and len(record.data) >= len(HEADER) + _TICK_HEAD.size:
-                ticks.unix_ns.append(record.log_time)
-                ticks.index.append(_TICK_HEAD.unpack_from(record.data, len(HEADER))[1])
+            of_tick = channels[record.channel_id].topic == TICK_TOPIC
+            if of_tick and len(record.data) >= len(HEADER) + _TICK_HEAD.size:
+                index = _TICK_HEAD.unpack_from(record.data, len(HEADER))[1]
+                ticks.append((record.log_time, index))
         elif isinstance(record, Schema):
             kinds[record.id] = record.name
         elif isinstance(record, Channel):
-            counts[record.id] = _Count(record.topic, kinds.get(record.schema_id, "?"))
+            channels[record.id] = record
         else:
             note_content(record, contents)
     if first_ns < 0:
-        reason = contents.damage or "it holds no messages"
-        raise RecordError(f"{path} is no log of ours, or nothing of it is left: {reason}")
+        raise nothing_left(path, contents, "messages")
     period_s, skipped, lost = _gaps(ticks, contents.metadata.get(RATE_KEY, ""))
     return LogSurvey(
         path=path,
@@ -133,13 +119,15 @@ def survey_log(path: Path, progress: Pass | None = None) -> LogSurvey:
         first_unix_ns=first_ns,
         last_unix_ns=last_ns,
         start_unix_ns=contents.start_unix_ns(first_ns),
-        ticks=len(ticks.index),
+        ticks=len(ticks),
         period_s=period_s,
         skipped=skipped,
         lost=lost,
         topics=tuple(
-            Topic(c.name, c.kind, c.count, c.size)
-            for c in sorted(counts.values(), key=lambda c: (c.name, c.kind))
+            sorted(
+                Topic(channel.topic, kinds.get(channel.schema_id, "?"), counts[at], sizes[at])
+                for at, channel in channels.items()
+            )
         ),
         config_text=contents.config_text,
         metadata=contents.metadata,
@@ -147,20 +135,20 @@ def survey_log(path: Path, progress: Pass | None = None) -> LogSurvey:
     )
 
 
-def _gaps(ticks: _Ticks, rate: str) -> tuple[float, int, int]:
+def _gaps(ticks: list[tuple[int, int]], rate: str) -> tuple[float, int, int]:
     """Return period [s], periods without a tick, and ticks run that are not there.
 
     Args:
-        ticks: The ticks.
+        ticks: UNIX time and number of each.
         rate: Of the loop, as the log says it. A loop that is late all the time does not show it.
     """
-    if len(ticks.unix_ns) < 2:
+    if len(ticks) < 2:
         return np.nan, 0, 0
-    steps_ns = np.diff(np.array(ticks.unix_ns, dtype=np.int64))
+    steps_ns, steps = np.diff(np.array(ticks, dtype=np.int64), axis=0).T
     period_ns = 1e9 / float(rate) if rate.isdecimal() and int(rate) else float(np.median(steps_ns))
     if period_ns <= 0:
         return np.nan, 0, 0
     absent = np.maximum(np.rint(steps_ns / period_ns).astype(np.int64) - 1, 0)
-    lost = np.maximum(np.diff(np.array(ticks.index, dtype=np.int64)) - 1, 0)
+    lost = np.maximum(steps - 1, 0)
     # a tick that was run took a period at least, so what is lost explains that much of a gap
     return period_ns * 1e-9, int(np.maximum(absent - lost, 0).sum()), int(lost.sum())

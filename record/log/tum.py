@@ -6,9 +6,9 @@ from typing import Self
 
 import numpy as np
 
-from model.errors import RecordError
 from model.motion.se2 import quaternion_of
 from model.values.arrays import FloatArray
+from record.whole_file import writing
 
 
 class TumFile:
@@ -30,10 +30,8 @@ class TumFile:
         self.count = 0
         self._part = path if growing else path.with_name(f"{path.name}.part")
         self._last_ns = -1
-        try:
+        with writing(path):
             self._file = self._part.open("w", encoding="ascii")
-        except OSError as error:
-            raise self._refused(error) from error
 
     def write(self, unix_ns: int, pose: FloatArray) -> None:
         """Write a pose: x, y [m], yaw [rad], (3,), or place and quaternion x y z w, (7,).
@@ -47,18 +45,13 @@ class TumFile:
             pose = np.array([*pose[:2], 0.0, *quaternion_of(pose[2])])
         seconds, rest = divmod(unix_ns, 10**9)  # a float of seconds holds no nanoseconds
         line = f"{seconds}.{rest:09d} " + " ".join(f"{value:.9f}" for value in pose)
-        try:
+        with writing(self.path):
             self._file.write(f"{line}\n")
-        except OSError as error:
-            raise self._refused(error) from error
         self.count, self._last_ns = self.count + 1, unix_ns
 
     def flush(self) -> None:
         """Let readers of a growing file see what has been written."""
         self._file.flush()
-
-    def _refused(self, error: OSError) -> RecordError:
-        return RecordError(f"{self.path} cannot be written: {error.strerror}; choose another --out")
 
     def __enter__(self) -> Self:
         return self
@@ -67,11 +60,10 @@ class TumFile:
         self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None
     ) -> None:
         try:
-            self._file.close()
-            if kind is None and self.count:
-                self._part.replace(self.path)
-        except OSError as trouble:
-            raise self._refused(trouble) from trouble
+            with writing(self.path):
+                self._file.close()
+                if kind is None and self.count:
+                    self._part.replace(self.path)
         finally:
             if self._part != self.path or not self.count:
                 self._part.unlink(missing_ok=True)

@@ -21,11 +21,8 @@ def wire_topic(wire: Wire) -> str:
 def encode_wire(piece: WireBytes) -> bytes:
     """Return one piece of traffic as a message."""
     w = CdrWriter()
-    w.i64(piece.t_ns)
-    w.u8(piece.wire.value)
-    w.flag(piece.sent)
-    w.u32(len(piece.data))
-    w.raw(piece.data, 1)
+    w.record("qB?", piece.t_ns, piece.wire.value, piece.sent)
+    w.octets(piece.data)
     return w.done()
 
 
@@ -36,4 +33,5 @@ def decode_wire(data: bytes) -> WireBytes:
         ValueError: The message is damaged.
     """
     r = CdrReader(data)
-    return WireBytes(r.i64(), Wire(r.u8()), r.flag(), r.octets())
+    t_ns, wire, sent = r.record("qB?")
+    return WireBytes(t_ns, Wire(wire), sent, r.octets())

@@ -27,6 +27,7 @@ from record.log.wire_message import (
     encode_wire,
     wire_topic,
 )
+from record.whole_file import writing
 
 CHUNK_BYTES = 64 * 1024
 FLUSH_PERIOD_NS = 500_000_000
@@ -49,20 +50,6 @@ QOS = (
     "  liveliness_lease_duration: {sec: 9223372036, nsec: 854775807}\n"
     "  avoid_ros_namespace_conventions: false\n"
 )
-
-
-def open_log_file(path: Path, option: str = "--log") -> BinaryIO:
-    """Open a new log file; an error names the option that chose it.
-
-    Raises:
-        RecordError: It cannot be written.
-    """
-    try:
-        return path.open("wb")
-    except OSError as error:
-        raise RecordError(
-            f"the log {path} cannot be written: {error.strerror}; choose another {option}"
-        ) from error
 
 
 def mcap_writer(file: BinaryIO) -> McapWriter:
@@ -105,7 +92,8 @@ class LogWriter:
         self._wires = 0
         self._next_flush_ns = start_ns + FLUSH_PERIOD_NS
         self._next_diagnostics_ns = start_ns
-        self._file = open_log_file(path)
+        with writing(path, "--log"):
+            self._file: BinaryIO = path.open("wb")
         self._writer = mcap_writer(self._file)
         details = {
             **metadata,

@@ -12,6 +12,7 @@ from typing import Any
 from model.errors import ConfigError, RecordError
 from model.parameters.toml_table import Table
 from record.toml_file import toml_text
+from record.whole_file import writing
 
 LEGGED, SERVO_BENCH, SLIDING_BODY = "legged", "servo_bench", "sliding_body"
 KINDS = (LEGGED, SERVO_BENCH, SLIDING_BODY)
@@ -60,13 +61,13 @@ class TrialHeader:
 
     kind: str
     joints: tuple[str, ...]
-    gait: str
-    frequency_hz: float
-    sample_rate_hz: float
-    notes: str
-    noise: TrialNoise
-    robot_file: str
-    robot_text: str
+    gait: str = ""
+    frequency_hz: float = math.nan
+    sample_rate_hz: float = math.nan
+    notes: str = ""
+    noise: TrialNoise = TrialNoise()
+    robot_file: str = ""
+    robot_text: str = ""
 
 
 def read_header(path: Path, columns: tuple[str, ...]) -> TrialHeader:
@@ -212,7 +213,7 @@ def write_header(header: TrialHeader, path: Path) -> None:
             is there.
     """
     _check_header(header, path)
-    try:
+    with writing(path):
         if header.robot_file:
             machine = path.parent / header.robot_file
             if not machine.exists():
@@ -222,10 +223,6 @@ def write_header(header: TrialHeader, path: Path) -> None:
                     f"{machine} is another machine's file than this trial's; write to another folder"
                 )
         path.write_text(header_text(header), encoding="utf-8", newline="")
-    except OSError as error:
-        raise RecordError(
-            f"{path} cannot be written: {error.strerror}; choose another --out"
-        ) from error
 
 
 def _check_header(header: TrialHeader, path: Path) -> None:
@@ -249,15 +246,20 @@ def _check_header(header: TrialHeader, path: Path) -> None:
 def header_text(header: TrialHeader) -> str:
     """Return a header as TOML; what is not known is left out."""
     named = joints_of(tomllib.loads(header.robot_text), ())
-    noise = {name: value for name, value in asdict(header.noise).items() if not math.isnan(value)}
     trial = {
         "robot": header.robot_file or None,
         "legs": None if header.joints == named else header.joints,
         "gait": header.gait,
-        "frequency_hz": None if math.isnan(header.frequency_hz) else float(header.frequency_hz),
-        "sample_rate_hz": None
-        if math.isnan(header.sample_rate_hz)
-        else float(header.sample_rate_hz),
+        "frequency_hz": header.frequency_hz,
+        "sample_rate_hz": header.sample_rate_hz,
         "notes": header.notes,
     }
-    return toml_text({"trial": trial, "noise": noise or None})
+    return toml_text({"trial": _known(trial), "noise": _known(asdict(header.noise)) or None})
+
+
+def _known(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Leave out numbers that are not known; whole ones are written as 1.0, not 1."""
+    numbers = {key: float(value) for key, value in values.items() if isinstance(value, int | float)}
+    return {
+        key: numbers.get(key, v) for key, v in values.items() if not math.isnan(numbers.get(key, 0))
+    }

@@ -7,15 +7,16 @@ dropped and listed.
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
 
 from model.errors import RecordError
-from model.values.arrays import FloatArray, IntArray
+from model.values.arrays import BoolArray, FloatArray, IntArray
 from record.trial.column_map import ColumnMap, Source, complete_sources, summed
-from record.trial.header import LEGGED, TrialHeader, TrialNoise, joints_of, read_header
-from record.trial.raw_check import EmptyRows, raw_findings
+from record.trial.header import LEGGED, TrialHeader, joints_of, read_header
+from record.trial.raw_check import raw_findings
 from record.trial.source_tables import SourceTable, open_tables
 from record.trial.table_check import Finding, check_trial
 from record.trial.table_file import Column, Table
@@ -129,7 +130,7 @@ def _import(
     findings += raw_findings(table, sources)
     findings += _unused(table, (*(s.theirs for s in sources), *given.cut.columns))
     findings += _absent(header, sources)
-    findings += [*passed.empty.findings(), *in_time.findings, *cut, *last]
+    findings += [*passed.empty_rows(), *in_time.findings, *cut, *last]
     dropped = passed.dropped()
     report = ImportReport(path, one.name, table.rows, 0 if few else len(order), dropped, names,
                           tuple(findings))  # fmt: skip
@@ -167,34 +168,27 @@ def _header(path: Path, table: Table, given: ColumnMap, findings: list[Finding])
         return read_header(header_file, ours)
     words = f"no {header_file.name}: gait, rates, noise and machine are not known"
     findings.append(Finding("absent", "", 0, 0, words))
-    nothing = float("nan")
-    joints = joints_of({}, ours)
-    return TrialHeader(LEGGED, joints, "", nothing, nothing, "", TrialNoise(), "", "")
+    return TrialHeader(LEGGED, joints_of({}, ours))
 
 
 def _unused(table: Table, used: tuple[str, ...]) -> list[Finding]:
+    words = "not a column of a trial, and the map does not name it"
     return [
-        Finding(
-            "ignored", name, table.rows, 0, "not a column of a trial, and the map does not name it"
-        )
-        for name in table.names
-        if name not in used
+        Finding("ignored", name, table.rows, 0, words) for name in table.names if name not in used
     ]
 
 
 def _absent(header: TrialHeader, sources: tuple[Source, ...]) -> list[Finding]:
     """Say which quantities are not there at all, and for which joints only some are missing."""
     have = {source.ours for source in sources}
-    groups: dict[str, list[str]] = {}
-    total: dict[str, int] = {}
-    for place in trial_places(header.joints):
-        total[place.field] = total.get(place.field, 0) + 1
-        if place.column not in have:
-            groups.setdefault(place.field, []).append(place.column)
     findings = []
-    for field, columns in groups.items():
-        words = "not measured" if len(columns) == total[field] else f"missing: {', '.join(columns)}"
-        findings.append(Finding("absent", field, len(columns), 0, words))
+    for field, places in groupby(trial_places(header.joints), key=lambda place: place.field):
+        columns = [place.column for place in places]
+        missing = [column for column in columns if column not in have]
+        if missing:
+            some = f"missing: {', '.join(missing)}"
+            words = "not measured" if missing == columns else some
+            findings.append(Finding("absent", field, len(missing), 0, words))
     return findings
 
 
@@ -239,8 +233,8 @@ class _ColumnPass:
     def __init__(self, in_time: _InTime, tell: Callable[[float], None]) -> None:
         self._tell = tell
         self.unreadable: list[Finding] = []
-        self.empty = EmptyRows()
         self._in_time = in_time
+        self._empty: BoolArray | None = None  # rows in which nothing was measured so far
         self._same = np.ones(len(in_time.again), dtype=bool)
 
     def columns(
@@ -250,10 +244,19 @@ class _ColumnPass:
         for number, (name, sources) in enumerate(used.items()):
             self._tell(number / len(used))
             values = summed(table, sources, self.unreadable).values
-            self.empty.look_at(name, values)
+            if name != "time_s" and not name.startswith("command_"):
+                absent = np.isnan(values)
+                self._empty = absent if self._empty is None else self._empty & absent
             one, other = values[self._in_time.again], values[self._in_time.first]
             self._same &= (one == other) | (np.isnan(one) & np.isnan(other))
             yield Column(name, values[order])
+
+    def empty_rows(self) -> list[Finding]:
+        """List rows with a time and nothing that was measured, once all columns have passed."""
+        if self._empty is None or not self._empty.any():
+            return []
+        count, first = int(self._empty.sum()), int(np.argmax(self._empty)) + 1
+        return [Finding("empty", "", count, first, "rows in which nothing was measured")]
 
     def dropped(self) -> tuple[DroppedRow, ...]:
         """Return the rows that were left out, once all columns have passed."""

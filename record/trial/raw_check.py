@@ -1,6 +1,6 @@
-"""What is odd about a table before it is mapped: signs hidden in a bit, numbers that wrap, empty rows."""
+"""What is odd about a table before it is mapped: signs hidden in a bit, numbers that wrap."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -28,55 +28,29 @@ def raw_findings(table: Table, sources: Sequence[Source]) -> list[Finding]:
     return findings
 
 
-def _hidden_sign(name: str, values: FloatArray, sources: Sequence[Source]) -> Iterable[Finding]:
-    read = next((one for one in sources if one.theirs == name), None)
+def _hidden_sign(name: str, values: FloatArray, sources: Sequence[Source]) -> list[Finding]:
+    """Look for numbers whose sign is a bit, then for such as wrap; the first that fits is listed."""
+    read = next((one for one in sources if one.theirs == name), Source("", ""))
     for bit in SIGN_BITS:
         level = 2.0**bit
         high = values >= level
         sizes = np.where(high, values - level, values)
-        if min(high.sum(), (~high).sum()) < FEWEST or sizes.max() > SIZE_SHARE * level:
-            continue
-        taken = read is not None and read.sign_bit == bit
-        words = "read so" if taken else f"not a number of its own: map it with sign_bit = {bit}"
-        yield Finding("wrap", name, int(high.sum()), int(np.argmax(high)) + 1,
-                      f"unsigned, the sign is in bit {bit} ({words})")  # fmt: skip
-        return
+        if _both_signs(high, sizes, SIZE_SHARE * level):
+            taken = "read so" if read.sign_bit == bit else f"map it with sign_bit = {bit}"
+            return [_wrap(name, high, f"the sign is in bit {bit} ({taken})")]
     for bits in WORD_BITS:
         level = 2.0**bits
         high = values >= 0.5 * level
         sizes = np.where(high, level - values, values)
-        few = min(high.sum(), (~high).sum()) < FEWEST
-        if few or values.max() >= level or sizes.max() > 0.25 * SIZE_SHARE * level:
-            continue
-        taken = read is not None and read.signed_bits == bits
-        words = "read so" if taken else f"map it with signed_bits = {bits}"
-        yield Finding("wrap", name, int(high.sum()), int(np.argmax(high)) + 1,
-                      f"unsigned, negative numbers wrap at {level:.0f} ({words})")  # fmt: skip
-        return
+        if values.max() < level and _both_signs(high, sizes, 0.25 * SIZE_SHARE * level):
+            taken = "read so" if read.signed_bits == bits else f"map it with signed_bits = {bits}"
+            return [_wrap(name, high, f"negative numbers wrap at {level:.0f} ({taken})")]
+    return []
 
 
-class EmptyRows:
-    """Finds rows with a time and nothing that was measured, a column at a time."""
+def _both_signs(high: BoolArray, sizes: FloatArray, largest: float) -> bool:
+    return bool(min(high.sum(), (~high).sum()) >= FEWEST and sizes.max() <= largest)
 
-    def __init__(self) -> None:
-        self._empty: BoolArray | None = None
 
-    def look_at(self, name: str, values: FloatArray) -> None:
-        """Look at one of our columns.
-
-        Args:
-            name: Its name.
-            values: (T,).
-        """
-        if name == "time_s" or name.startswith("command_"):
-            return
-        absent = np.isnan(values)
-        self._empty = absent if self._empty is None else self._empty & absent
-
-    def findings(self) -> list[Finding]:
-        """Return what was found."""
-        if self._empty is None or not self._empty.any():
-            return []
-        first = int(np.argmax(self._empty)) + 1
-        count = int(self._empty.sum())
-        return [Finding("empty", "", count, first, "rows in which nothing was measured")]
+def _wrap(name: str, high: BoolArray, words: str) -> Finding:
+    return Finding("wrap", name, int(high.sum()), int(np.argmax(high)) + 1, f"unsigned, {words}")

@@ -17,8 +17,7 @@ import numpy as np
 from model.errors import RecordError
 from record.trial.column_map import ColumnMap
 from record.trial.table_check import Finding
-from record.trial.table_file import Column, Table
-from record.trial.table_store import open_table
+from record.trial.table_file import Column, Table, open_table
 
 ARRAYS = ".npz"
 

@@ -153,8 +153,7 @@ def _stuck(trial: Trial, rows: FloatArray) -> Iterator[Finding]:
     for place in trial_places(trial.joints):
         values = trial.values(place)
         if place.field == "shaft_rad":
-            command = trial.command_rad[place.where]
-            odd = _stuck_shaft(trial.time_s, values, command)
+            odd = _stuck_shaft(trial.time_s, values, trial.command_rad[place.where])
             words = f"the same for {STUCK_SHAFT_S:g} s and more while its command moved"
         elif place.field in {"foot_m", "force_n", "body_position_m", "body_angles_rad"}:
             odd = _stuck_sensor(trial.time_s, values)
@@ -167,29 +166,26 @@ def _stuck(trial: Trial, rows: FloatArray) -> Iterator[Finding]:
             yield _finding("stuck", place.column, odd, rows, words)
 
 
-def _runs(values: FloatArray) -> Iterator[tuple[int, int]]:
-    """Yield first and last index of each run of one and the same value."""
+def _runs(time_s: FloatArray, values: FloatArray, least_s: float) -> Iterator[slice]:
+    """Yield each run of one and the same value that lasts so long."""
     edges = np.flatnonzero(np.concatenate([[True], values[1:] != values[:-1], [True]]))
-    yield from ((a, b - 1) for a, b in pairwise(edges.tolist()) if b - a > 1)
+    for first, behind in pairwise(edges.tolist()) if len(values) else ():
+        if behind - first > 1 and time_s[behind - 1] - time_s[first] >= least_s:
+            yield slice(first, behind)
 
 
 def _stuck_sensor(time_s: FloatArray, values: FloatArray) -> BoolArray:
     odd = np.zeros(len(values), dtype=bool)
-    for first, last in _runs(values) if len(values) else ():
-        whole = first == 0 and last == len(values) - 1
+    for run in _runs(time_s, values, STUCK_S):
+        count = run.stop - run.start
         # exactly 0 for a while is what an unloaded foot gives in data without noise
-        long = time_s[last] - time_s[first] >= STUCK_S and last - first + 1 >= STUCK_SAMPLES
-        if long and (whole or values[first] != 0):
-            odd[first : last + 1] = True
+        odd[run] = count >= STUCK_SAMPLES and (count == len(values) or values[run.start] != 0)
     return odd
 
 
 def _stuck_shaft(time_s: FloatArray, values: FloatArray, command: FloatArray) -> BoolArray:
     odd = np.zeros(len(values), dtype=bool)
-    for first, last in _runs(values) if len(values) else ():
-        commanded = command[first : last + 1]
-        commanded = commanded[np.isfinite(commanded)]
-        moved = len(commanded) > 1 and float(np.ptp(commanded)) > MOVED_RAD
-        if moved and time_s[last] - time_s[first] >= STUCK_SHAFT_S:
-            odd[first : last + 1] = True
+    for run in _runs(time_s, values, STUCK_SHAFT_S):
+        commanded = command[run][np.isfinite(command[run])]
+        odd[run] = len(commanded) > 1 and float(np.ptp(commanded)) > MOVED_RAD
     return odd

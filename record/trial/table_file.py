@@ -1,13 +1,16 @@
-"""Tables as Parquet and CSV files: written a block at a time, read whole, numbers exact.
+"""Tables as Parquet and CSV files: written block by block, read whole or column by column, exact numbers.
 
 A sample that is missing is NaN in Parquet and an empty field in CSV.
 """
 
-from collections.abc import Iterator, Sequence
+import re
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -21,7 +24,11 @@ from record.whole_file import whole_file
 
 SUFFIXES = (".parquet", ".csv")
 BLOCK_ROWS = 10_000  # written at once: a table may be larger than what memory there is
+BLOCK_BYTES = 1 << 22  # of a CSV file, read at once
 MISSING_TEXTS = ("", "nan", "NaN", "NAN", "NA", "N/A", "null", "NULL", "None", "-nan", "#N/A")
+Names = str | tuple[str, ...]
+_PLACE = re.compile(r"\{(\w+)\}")
+_COLUMN = re.compile(r"CSV column #(\d+)")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,18 +39,41 @@ class Column:
     values: NDArray[Any]
 
 
-class AnyColumn(Protocol):
-    """A column in memory, or one that is read when its values are asked for."""
+def column_names(names: Names, joints: Sequence[str]) -> Iterator[str]:
+    """Yield the names of an array's columns.
 
-    @property
-    def name(self) -> str:
-        """Its name."""
-        ...
+    Args:
+        names: One name with a place in braces for every axis: ``{joint}`` for the joints, other letters for
+            each of themselves (``{xyz}``). Or the names of one axis.
+        joints: Names of the joints (legs).
+    """
+    form = _PLACE.sub("{}", names) if isinstance(names, str) else "{}"
+    return (form.format(*words) for words in product(*axis_words(names, joints)))
+
+
+def axis_words(names: Names, joints: Sequence[str]) -> list[Sequence[str]]:
+    """Return what the places along each axis are called; arguments as of ``column_names``."""
+    if isinstance(names, tuple):
+        return [names]
+    return [joints if word == "joint" else word for word in _PLACE.findall(names)]
+
+
+class StoredColumn:
+    """A column of a Parquet file that is read each time its values are asked for.
+
+    Args:
+        file: The file.
+        name: The column.
+    """
+
+    def __init__(self, file: Any, name: str) -> None:
+        self.name = name
+        self._file = file
 
     @property
     def values(self) -> NDArray[Any]:
-        """A value a row, (T,)."""
-        ...
+        """A value a row, (T,); texts are an object array."""
+        return to_numpy(self._file.read(columns=[self.name], use_threads=False).column(0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,7 +85,7 @@ class Table:
         rows: Number of rows.
     """
 
-    columns: tuple[AnyColumn, ...]
+    columns: tuple[Column | StoredColumn, ...]
     rows: int
 
     @property
@@ -156,57 +186,108 @@ def write_table(path: Path, columns: Sequence[Column]) -> None:
             writer.write([Column(column.name, column.values[block]) for column in columns])
 
 
-def read_table(path: Path, delimiter: str = ",", *, numbers: bool = False) -> Table:
-    """Read a table.
-
-    Args:
-        path: A .parquet or .csv file.
-        delimiter: Between the fields of a CSV file.
-        numbers: Every column of a CSV file is numbers, which are then exact (-0 and 20 digits too); else
-            its kind is found from what it holds.
-
-    Raises:
-        RecordError: It cannot be read, or has two columns of one name.
-    """
+@contextmanager
+def _reading(path: Path) -> Iterator[None]:
     check_suffix(path)
     if not path.is_file():
         raise RecordError(f"the table {path} cannot be read: there is no such file")
     try:
-        csv = path.suffix == ".csv"
-        table = _read_csv(path, delimiter, numbers=numbers) if csv else pq.read_table(path)
+        yield
     except (OSError, pa.ArrowException) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise RecordError(f"the table {path} cannot be read: {reason}") from error
-    names = once_named(path, table.column_names)
-    columns = (Column(name, to_numpy(table.column(at))) for at, name in enumerate(names))
-    return Table(tuple(columns), table.num_rows)
 
 
-def once_named(path: Path, names: list[str]) -> list[str]:
-    """Return the names of columns.
-
-    Raises:
-        RecordError: Two are the same.
-    """
+def _once_named(path: Path, names: list[str]) -> list[str]:
     for name in names:
         if names.count(name) > 1:
             raise RecordError(f"{path} has two columns {name}; name each column once")
     return names
 
 
-def _read_csv(path: Path, delimiter: str, *, numbers: bool) -> Any:
-    parse = pacsv.ParseOptions(delimiter=delimiter)
-    kinds = {}
-    if numbers:
-        with pacsv.open_csv(path, parse_options=parse) as reader:
-            kinds = dict.fromkeys(reader.schema.names, pa.float64())
-    return pacsv.read_csv(
-        path,
-        parse_options=parse,
-        convert_options=pacsv.ConvertOptions(
-            null_values=list(MISSING_TEXTS), strings_can_be_null=True, column_types=kinds
-        ),
+def _converted(kinds: Mapping[str, Any]) -> Any:
+    return pacsv.ConvertOptions(
+        null_values=list(MISSING_TEXTS), strings_can_be_null=True, column_types=dict(kinds)
     )
+
+
+def read_table(path: Path, *, numbers: bool = False) -> Table:
+    """Read a table into memory.
+
+    Args:
+        path: A .parquet or .csv file.
+        numbers: Every column of a CSV file is numbers, which are then exact (-0 and 20 digits too); else
+            its kind is found from what it holds.
+
+    Raises:
+        RecordError: It cannot be read, or has two columns of one name.
+    """
+    with _reading(path):
+        if path.suffix == ".csv":
+            kinds = {}
+            if numbers:
+                with pacsv.open_csv(path) as reader:
+                    kinds = dict.fromkeys(reader.schema.names, pa.float64())
+            table = pacsv.read_csv(path, convert_options=_converted(kinds))
+        else:
+            table = pq.read_table(path)
+    names = _once_named(path, table.column_names)
+    columns = (Column(name, to_numpy(table.column(at))) for at, name in enumerate(names))
+    return Table(tuple(columns), table.num_rows)
+
+
+@contextmanager
+def open_table(path: Path, delimiter: str = ",") -> Iterator[Table]:
+    """Open a large table: only the column that is asked for is in memory.
+
+    A Parquet file is read where it lies. A CSV file is first copied, a block at a time, to a Parquet file
+    that is removed afterwards: its columns lie across all of its lines.
+
+    Args:
+        path: A .parquet or .csv file.
+        delimiter: Between the fields of a CSV file.
+
+    Raises:
+        RecordError: It cannot be read, or has two columns of one name.
+    """
+    with tempfile.TemporaryDirectory(prefix="bigant-") as folder:
+        with _reading(path):
+            source = path
+            if path.suffix == ".csv":
+                source = Path(folder) / "table.parquet"
+                _copy_csv(path, source, delimiter)
+            file = pq.ParquetFile(source)
+        names = _once_named(path, file.schema_arrow.names)
+        with file:
+            yield Table(tuple(StoredColumn(file, name) for name in names), file.metadata.num_rows)
+
+
+def _copy_csv(path: Path, target: Path, delimiter: str) -> None:
+    """Copy a CSV file; a column whose kind changes on the way is read as the wider kind from its top."""
+    kinds: dict[str, Any] = {}
+    while True:
+        with pacsv.open_csv(
+            path,
+            read_options=pacsv.ReadOptions(block_size=BLOCK_BYTES, use_threads=False),
+            parse_options=pacsv.ParseOptions(delimiter=delimiter),
+            convert_options=_converted(kinds),
+        ) as reader:
+            _once_named(path, reader.schema.names)
+            try:
+                with pq.ParquetWriter(target, reader.schema, compression="zstd") as writer:
+                    for batch in reader:
+                        writer.write_batch(batch)
+            except pa.ArrowInvalid as error:
+                place = _COLUMN.search(str(error))
+                if place is None:
+                    raise
+                field = reader.schema.field(int(place.group(1)))
+                if pa.types.is_string(field.type):
+                    raise
+                number = pa.types.is_integer(field.type) or pa.types.is_null(field.type)
+                kinds[field.name] = pa.float64() if number else pa.string()
+            else:
+                return
 
 
 def to_numpy(column: Any) -> NDArray[Any]:

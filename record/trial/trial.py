@@ -4,8 +4,9 @@ The table on disk and its columns are described in ``docs/log.md``; ``read_trial
 are each other's inverse.
 """
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, fields, replace
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -16,27 +17,32 @@ from record.trial.header import TrialHeader, read_header, write_header
 from record.trial.table_file import (
     SUFFIXES,
     Column,
+    Names,
     Table,
+    axis_words,
     check_suffix,
+    column_names,
     read_table,
     write_table,
 )
 
-AXES = ("x", "y", "z")
 BODY_POSITION = ("body_x_m", "body_y_m", "body_z_m")
 BODY_ANGLES = ("body_roll_rad", "body_pitch_rad", "body_yaw_rad")
-# Field of a trial to the name of its column; {} is the joint.
-JOINT_COLUMNS = (
-    ("command_rad", "command_{}_rad"),
-    ("shaft_rad", "shaft_{}_rad"),
-    ("shaft_rad_s", "shaft_{}_rad_s"),
-    ("current_a", "current_{}_a"),
-    ("voltage_v", "voltage_{}_v"),
-    ("temperature_c", "temperature_{}_c"),
-    ("pwm", "pwm_{}"),
-    ("torque_nm", "torque_{}_nm"),
-)
-AXIS_COLUMNS = (("foot_m", "foot_{}_{}_m"), ("force_n", "force_{}_{}_n"))
+# Field of a trial to the names of its columns; in braces the joint, and the letters of axes.
+COLUMNS: Mapping[str, Names] = {
+    "command_rad": "command_{joint}_rad",
+    "shaft_rad": "shaft_{joint}_rad",
+    "shaft_rad_s": "shaft_{joint}_rad_s",
+    "current_a": "current_{joint}_a",
+    "voltage_v": "voltage_{joint}_v",
+    "temperature_c": "temperature_{joint}_c",
+    "pwm": "pwm_{joint}",
+    "torque_nm": "torque_{joint}_nm",
+    "foot_m": "foot_{joint}_{xyz}_m",
+    "force_n": "force_{joint}_{xyz}_n",
+    "body_position_m": BODY_POSITION,
+    "body_angles_rad": BODY_ANGLES,
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,17 +114,14 @@ class Trial:
         names = tuple(self.joints[i] for i in at)
         each = {
             field: readonly(getattr(self, field)[:, at])
-            for field, _ in (*JOINT_COLUMNS, *AXIS_COLUMNS)
+            for field, column in COLUMNS.items()
+            if "{joint}" in column
         }
         return replace(self, header=replace(self.header, joints=names), **each)
 
     def rows(self, keep: BoolArray) -> "Trial":
         """Return the trial with some of its samples, (T,) bool."""
-        arrays = {
-            field.name: readonly(getattr(self, field.name)[keep])
-            for field in fields(self)
-            if field.name != "header"
-        }
+        arrays = {name: readonly(getattr(self, name)[keep]) for name in ("time_s", *COLUMNS)}
         return Trial(self.header, **arrays)
 
 
@@ -146,16 +149,11 @@ class Place:
 
 def trial_places(joints: tuple[str, ...]) -> Iterator[Place]:
     """Yield every column that a machine with these joints can have, but for time."""
-    for field, pattern in JOINT_COLUMNS:
-        for at, joint in enumerate(joints):
-            yield Place(pattern.format(joint), field, (at,), joint)
-    for field, pattern in AXIS_COLUMNS:
-        for at, joint in enumerate(joints):
-            for axis, letter in enumerate(AXES):
-                yield Place(pattern.format(joint, letter), field, (at, axis), joint)
-    for field, names in (("body_position_m", BODY_POSITION), ("body_angles_rad", BODY_ANGLES)):
-        for axis, name in enumerate(names):
-            yield Place(name, field, (axis,), "")
+    for field, names in COLUMNS.items():
+        axes = axis_words(names, joints)
+        indices = product(*(range(len(words)) for words in axes))
+        for column, index in zip(column_names(names, joints), indices, strict=True):
+            yield Place(column, field, index, joints[index[0]] if "{joint}" in names else "")
 
 
 def build_trial(header: TrialHeader, columns: Iterable[Column]) -> Trial:
@@ -173,7 +171,7 @@ def build_trial(header: TrialHeader, columns: Iterable[Column]) -> Trial:
     time_s, unknown = np.zeros(0), []
     for column in columns:
         if not arrays:
-            arrays = _nothing_measured(len(column.values), len(header.joints))
+            arrays = _nothing_measured(len(column.values), header.joints)
         if column.name == "time_s":
             time_s = np.array(column.values, dtype=np.float64)
         elif column.name in places:
@@ -193,12 +191,9 @@ def build_trial(header: TrialHeader, columns: Iterable[Column]) -> Trial:
     )
 
 
-def _nothing_measured(count: int, joints: int) -> dict[str, FloatArray]:
-    """Arrays of a trial of so many samples, all NaN."""
-    shapes = {field: (count, joints) for field, _ in JOINT_COLUMNS}
-    three = {field: (count, joints, 3) for field, _ in AXIS_COLUMNS}
-    body = dict.fromkeys(("body_position_m", "body_angles_rad"), (count, 3))
-    return {name: np.full(shape, np.nan) for name, shape in {**shapes, **three, **body}.items()}
+def _nothing_measured(count: int, joints: tuple[str, ...]) -> dict[str, FloatArray]:
+    shapes = {field: map(len, axis_words(names, joints)) for field, names in COLUMNS.items()}
+    return {field: np.full((count, *shape), np.nan) for field, shape in shapes.items()}
 
 
 def read_trial(path: Path) -> Trial:

@@ -1,76 +1,193 @@
-"""One case of a campaign: read, diagnose, keep the answer. Runs in a process of its own."""
+"""The cases of a campaign: their files, their labels, and their diagnoses.
+
+A case is diagnosed in a process of its own. Labels are read once the seal is open.
+"""
 
 import json
+import math
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from gap.check.without import without
+from gap.check.score import Answer, Named, Truth
+from gap.delegate import Without
 from gap.diagnosis.as_json import diagnosis_json
 from gap.diagnosis.commissioning import standing_of
 from gap.diagnosis.diagnose import diagnose_study
 from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Simulator
 from model.errors import RecordError
-from record.trial.trial import Trial
-from robot.campaign.folder import CaseFiles, keep_json
-from robot.gap_report.trials import read_runs
+from record.trial.header import read_text
+from record.whole_file import whole_file
+from robot.console.json_output import json_text
+from robot.gap_report.trials import Runs, read_runs
+
+CASES, REFERENCES = "cases", "references"
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
-    """A diagnosis to be made.
+class CaseFiles:
+    """Trials of one case, and healthy runs of its robot."""
 
-    Attributes:
-        trials: The runs.
-        references: Healthy runs.
-        missing: Effects to be taken out of the catalogue.
-        out: Where the answer goes.
-        standing: What the references show already; None to find out.
+    name: str
+    trials: tuple[Path, ...]
+    references: tuple[Path, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """What was wrong in a case of a kind (control, single, pair, outside) of a robot, by its number.
+
+    The seeds are those of the days on which its trials were walked.
+    """
+
+    kind: str
+    truths: tuple[Truth, ...]
+    robot: int
+    seeds: tuple[int, ...]
+
+
+def campaign_cases(folder: Path) -> tuple[CaseFiles, ...]:
+    """Return the cases of a campaign in the order of their names, without looking at labels.
+
+    Raises:
+        RecordError: The folder holds no campaign.
+    """
+    references = tuple(sorted((folder / REFERENCES).glob("*.parquet")))
+    found = sorted(path for path in (folder / CASES).glob("*") if path.is_dir())
+    cases = tuple(
+        CaseFiles(path.name, trials, references)
+        for path in found
+        if (trials := tuple(sorted(path.glob("trial_*.parquet"))))
+    )
+    if not cases:
+        raise RecordError(
+            f"{folder} holds no campaign ({CASES}/NAME/trial_*.parquet); make one with: bigant sim campaign"
+        )
+    return cases
+
+
+def parse_labels(text: str, source: str) -> dict[str, Label]:
+    """Return the label of each case.
+
+    Raises:
+        RecordError: The text holds no labels.
+    """
+    try:
+        return {name: _label(case) for name, case in json.loads(text)["cases"].items()}
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise RecordError(f"{source}: no labels of a campaign ({error!r})") from error
+
+
+def _label(case: Mapping[str, Any]) -> Label:
+    truths = tuple(
+        Truth(e["name"], e["stage"], e["leg"], tuple((k, float(v)) for k, v in e["parameters"].items()))
+        for e in case["effects"]
+    )  # fmt: skip
+    return Label(case["kind"], truths, int(case["robot"]), tuple(map(int, case["seeds"])))
+
+
+def read_answer(path: Path) -> Answer:
+    """Read the diagnosis of a case; any JSON that has the shape will do.
+
+    Raises:
+        RecordError: It cannot be read.
+    """
+    text = read_text(path)
+    try:
+        return _answer(json.loads(text))
+    except (ValueError, KeyError, TypeError) as error:
+        raise RecordError(
+            f"{path}: no diagnosis ({error!r}); delete it to diagnose again"
+        ) from error
+
+
+def _answer(diagnosis: Mapping[str, Any]) -> Answer:
+    return Answer(
+        verdict=diagnosis["verdict"],
+        stage=diagnosis["where"]["stage"] or "",
+        named=tuple(
+            Named(
+                one["effect"],
+                tuple(one.get("legs", ())),
+                tuple((k, _number(v)) for k, v in one.get("parameters", {}).items()),
+                _number(one.get("probability")),
+            )
+            for one in diagnosis["causes"]
+        ),
+        alike=tuple((a, b) for a, b in diagnosis.get("ambiguous_with", ())),
+        none=_number(diagnosis.get("none_of_these")),
+        shrink=_number(diagnosis["gap"].get("shrink")),
+        seconds=_number(diagnosis.get("seconds")),
+        simpler=tuple(
+            (one["method"], tuple(cause["effect"] for cause in one["causes"]))
+            for one in diagnosis.get("baselines", ())
+        ),
+    )
+
+
+def _number(value: object) -> float:
+    return float(value) if isinstance(value, int | float) else math.nan
+
+
+def keep_json(value: object, path: Path) -> None:
+    """Write JSON that appears when it is whole: other processes look for it.
+
+    Raises:
+        RecordError: It cannot be written.
+    """
+    with whole_file(path) as part:
+        part.write_text(json_text(value, 1) + "\n", encoding="utf-8")
+
+
+@dataclass(frozen=True, slots=True)
+class CaseRequest:
+    """A diagnosis to be made, and where its answer goes.
+
+    ``missing`` effects are taken out of the catalogue; ``standing`` is what the references show already,
+    None to find out.
     """
 
     trials: tuple[Path, ...]
     references: tuple[Path, ...]
-    missing: tuple[str, ...]
     out: Path
+    missing: tuple[str, ...] = ()
     standing: tuple[Cause, ...] | None = None
 
 
-def answer_case(asked: Asked) -> None:
+def answer_case(request: CaseRequest) -> None:
     """Diagnose a case and keep its answer, which appears when it is whole.
 
     Raises:
         BigantError: A trial cannot be read or compared.
     """
     began_s, began_cpu_s = time.perf_counter(), time.process_time()
-    trials, references, simulator = read_case(asked)
-    standing = asked.standing
+    runs, simulator = read_case(request.trials, request.references, request.missing)
+    standing = request.standing
     if standing is not None:
-        standing = tuple(one for one in standing if one.effect not in asked.missing)
-    found = diagnose_study(make_study(trials, simulator, references), standing=standing)
+        standing = tuple(one for one in standing if one.effect not in request.missing)
+    study = make_study(runs.trials, simulator, runs.references)
+    found = diagnose_study(study, standing=standing)
     spent = {"seconds": time.perf_counter() - began_s, "cpu_s": time.process_time() - began_cpu_s}
-    keep_json({**diagnosis_json(found), **spent}, asked.out)
+    keep_json({**diagnosis_json(found), **spent}, request.out)
 
 
-def read_case(asked: Asked) -> tuple[tuple[Trial, ...], tuple[Trial, ...], Simulator]:
-    """Return its trials, its references, and the simulator that their machine calls for.
+def read_case(
+    trials: tuple[Path, ...], references: tuple[Path, ...] = (), missing: tuple[str, ...] = ()
+) -> tuple[Runs, Simulator]:
+    """Return the runs of a case, and the simulator of their machine without the ``missing`` effects.
 
     Raises:
-        BigantError: A trial cannot be read, or an effect is not known.
+        BigantError: A trial cannot be read.
     """
-    runs = read_runs(asked.trials, asked.references)
-    simulator = runs.simulator()
-    known = {effect.name for effect in simulator.effects}
-    simulator = without(simulator, [name for name in asked.missing if name in known])
-    return runs.trials, runs.references, simulator
+    runs = read_runs(trials, references)
+    return runs, Without(runs.simulator(), missing)
 
 
-def commission_case(asked: Asked, kept: Path) -> tuple[Cause, ...]:
-    """Find what the references of a campaign show already, once for all its cases.
-
-    Args:
-        asked: Any of its cases.
-        kept: JSON file in which the answer is kept.
+def commission_case(request: CaseRequest, kept: Path) -> tuple[Cause, ...]:
+    """Find what the references of any case of a campaign show already, and keep it for the others.
 
     Raises:
         BigantError: A reference cannot be read or compared, or the file holds something else.
@@ -83,13 +200,7 @@ def commission_case(asked: Asked, kept: Path) -> tuple[Cause, ...]:
             )
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise RecordError(f"{kept}: {error!r}; delete it to commission again") from error
-    _, references, simulator = read_case(asked)
-    found = standing_of(references, simulator)
+    runs, simulator = read_case(request.trials, request.references, request.missing)
+    found = standing_of(runs.references, simulator)
     keep_json(found, kept)
     return found
-
-
-def neutral_values(files: CaseFiles) -> dict[tuple[str, str], float]:
-    """Return the value of each (effect, parameter) at which nothing happens."""
-    _, _, simulator = read_case(Asked(files.trials[:1], (), (), Path()))
-    return {(e.name, p.name): p.neutral for e in simulator.effects for p in e.parameters}

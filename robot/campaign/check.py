@@ -1,45 +1,39 @@
 """``bigant gap check``: diagnose a campaign whose causes are withheld, then open the seal and count."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from concurrent.futures import as_completed
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import nan
-from pathlib import Path
 
+from gap.check.methods import methods
 from gap.check.score import REMOVED, SINGLE, Case, confusions, figures
 from gap.worker_pool import worker_pool
 from model.errors import ConfigError, GapError, RecordError
 from record.trial.header import read_text
 from record.whole_file import write_text
-from robot.campaign.case import Asked, answer_case, commission_case, neutral_values
-from robot.campaign.folder import CaseFiles, Label, campaign_cases, parse_labels, read_answer
-from robot.campaign.score_text import score_json, score_lines, score_markdown
+from robot.campaign.case import (
+    CaseFiles,
+    CaseRequest,
+    Label,
+    answer_case,
+    campaign_cases,
+    commission_case,
+    parse_labels,
+    read_answer,
+    read_case,
+)
+from robot.campaign.score_text import score_lines, score_markdown
 from robot.campaign.seal import OPEN_NAME, SEALED_NAME, read_key, unseal
-from robot.campaign.visible import Seen, seen_of
+from robot.campaign.visible import Visibility, measure_visibility
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import check_json, give_json, to_stdout
 from robot.console.progress import ProgressBar
+from robot.requests.gap import GapCheckRequest
 
 STANDING = "standing.json"
-NOT_SEEN = Seen(nan, nan)
 
 
-@dataclass(frozen=True, slots=True)
-class CheckRequest:
-    """What ``bigant gap check`` was asked for."""
-
-    campaign: Path
-    key: Path | None
-    scenario: Path | None
-    out: Path | None
-    removed: int
-    no_references: bool
-    jobs: int
-    json: Path | None
-    markdown: Path | None
-
-
-def check_campaign(request: CheckRequest) -> ExitCode:
+def check_campaign(request: GapCheckRequest) -> ExitCode:
     """Diagnose, open the seal, count.
 
     Raises:
@@ -53,52 +47,46 @@ def check_campaign(request: CheckRequest) -> ExitCode:
     if request.no_references:
         files = tuple(replace(one, references=()) for one in files)
     out = request.out or request.campaign / "answers"
-    blind = [Asked(one.trials, one.references, (), out / f"{one.name}.json") for one in files]
+    blind = [CaseRequest(one.trials, one.references, out / f"{one.name}.json") for one in files]
     answer_all(blind, request.jobs, "cases")
     labels = _labels(request, files)
+    to_score = [(one.name, labels[one.name].kind, out / f"{one.name}.json") for one in files]
     single = [one for one in files if labels[one.name].kind == SINGLE][: request.removed]
-    removed = {
-        one.name: Asked(
-            one.trials,
-            one.references,
-            tuple(truth.effect for truth in labels[one.name].truths),
-            out / f"{one.name}-removed.json",
+    removed = [(one.name, REMOVED, out / f"{one.name}-removed.json") for one in single]
+    without_effect = [
+        CaseRequest(
+            one.trials, one.references, answer, tuple(t.effect for t in labels[one.name].truths)
         )
-        for one in single
-    }
-    answer_all(list(removed.values()), request.jobs, "without their effect")
-    standing = commission_case(blind[0], out / STANDING) if blind[0].references else ()
-    seen = seen_of(files, labels, request.scenario, out, request.jobs, standing)
-    asked = [
-        (one.name, labels[one.name].kind, of.out) for one, of in zip(files, blind, strict=True)
+        for one, (_, _, answer) in zip(single, removed, strict=True)
     ]
-    asked += [(name, REMOVED, of.out) for name, of in removed.items()]
-    cases = [_case(name, kind, answer, labels, seen) for name, kind, answer in asked]
-    counted, confused = figures(cases, neutral_values(files[0])), confusions(cases)
+    answer_all(without_effect, request.jobs, "without their effect")
+    standing = commission_case(blind[0], out / STANDING) if blind[0].references else ()
+    visible = measure_visibility(files, labels, request.scenario, out, request.jobs, standing)
+    unknown = Visibility(nan, nan)
+    cases = [
+        Case(name, kind, labels[name].truths, read_answer(answer), *visible.get(name, unknown))
+        for name, kind, answer in (*to_score, *removed)
+    ]
+    _, simulator = read_case(files[0].trials[:1])
+    neutral = {(e.name, p.name): p.neutral for e in simulator.effects for p in e.parameters}
+    counted, confused = figures(cases, neutral), confusions(cases)
     if not to_stdout(request.json):
         print("\n".join(score_lines(counted, confused, cases)))
-    give_json(score_json(counted, confused, cases), request.json, indent=1)
+    whole = {"figures": counted, "confusions": confused, "methods": methods(cases), "cases": cases}
+    give_json(whole, request.json, indent=1)
     if request.markdown is not None:
         write_text(request.markdown, score_markdown(counted, confused, cases), "--markdown")
     missed = any(figure.met is False for figure in counted)
     return ExitCode.VERDICT_FAILED if missed else ExitCode.OK
 
 
-def _case(
-    name: str, kind: str, answer: Path, labels: Mapping[str, Label], seen: Mapping[str, Seen]
-) -> Case:
-    known = seen.get(name, NOT_SEEN)
-    truths = labels[name].truths
-    return Case(name, kind, truths, read_answer(answer), known.visible, known.reachable)
-
-
-def answer_all(asked: Sequence[Asked], jobs: int, words: str) -> None:
+def answer_all(requests: Sequence[CaseRequest], jobs: int, words: str) -> None:
     """Diagnose what has no answer yet, several cases at a time; one that fails does not stop the others.
 
     Raises:
         GapError: Some got no answer.
     """
-    left = [one for one in asked if not one.out.is_file()]
+    left = [one for one in requests if not one.out.is_file()]
     if not left:
         return
     folder = left[0].out.parent
@@ -123,7 +111,7 @@ def answer_all(asked: Sequence[Asked], jobs: int, words: str) -> None:
         )
 
 
-def _labels(request: CheckRequest, files: Sequence[CaseFiles]) -> dict[str, Label]:
+def _labels(request: GapCheckRequest, files: Sequence[CaseFiles]) -> dict[str, Label]:
     folder, plain = request.campaign, request.campaign / OPEN_NAME
     if (folder / SEALED_NAME).exists():
         if request.key is None:

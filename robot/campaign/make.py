@@ -6,7 +6,6 @@ import time
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 from gap.worker_pool import worker_pool
@@ -18,34 +17,22 @@ from robot.campaign.seal import (
     ENTROPY_BYTES,
     OPEN_NAME,
     SEALED_NAME,
+    Labels,
     labels_of,
     make_key,
     seal,
     unseal,
-    write_open,
 )
 from robot.console.exit_codes import ExitCode
 from robot.console.installed import how_to_install
 from robot.console.json_output import print_json
 from robot.console.progress import ProgressBar
+from robot.requests.sim import SimCampaignRequest
 
 CONNECT_S = 10.0  # how long a scheduler may take to answer
 
 
-@dataclass(frozen=True, slots=True)
-class CampaignRequest:
-    """What ``bigant sim campaign`` was asked for."""
-
-    scenario: Path
-    out: Path
-    jobs: int
-    dask: str | None
-    sealed: bool
-    key: Path | None
-    json: bool
-
-
-def make_campaign(request: CampaignRequest) -> ExitCode:
+def make_campaign(request: SimCampaignRequest) -> ExitCode:
     """Make what is missing of a campaign.
 
     Raises:
@@ -89,7 +76,7 @@ def make_campaign(request: CampaignRequest) -> ExitCode:
     return ExitCode.VERDICT_FAILED if failures else ExitCode.OK
 
 
-def _labels(request: CampaignRequest, scenario: Scenario) -> tuple[bytes, str]:
+def _labels(request: SimCampaignRequest, scenario: Scenario) -> tuple[bytes, str]:
     """Write the labels before any trial; return what everything follows from, and the seal's hash."""
     folder = request.out
     with writing(folder):
@@ -104,7 +91,7 @@ def _labels(request: CampaignRequest, scenario: Scenario) -> tuple[bytes, str]:
         if sealed.exists():
             there = unseal(folder, key)
             drawn = labels_of(draw_cases(scenario, there.entropy), there.entropy)
-            _check_same(drawn.text, there.text, folder)
+            _check_same(drawn, there.text, folder)
             return there.entropy, hashlib.sha256(sealed.read_bytes()).hexdigest()
         entropy = secrets.token_bytes(ENTROPY_BYTES)
         return entropy, seal(labels_of(draw_cases(scenario, entropy), entropy), folder, key)
@@ -113,18 +100,18 @@ def _labels(request: CampaignRequest, scenario: Scenario) -> tuple[bytes, str]:
     entropy = hashlib.sha256(f"campaign {scenario.seed}".encode()).digest()
     labels = labels_of(draw_cases(scenario, entropy), entropy)
     if opened.exists():
-        _check_same(labels.text, opened.read_text(encoding="utf-8"), folder)
-    write_open(labels, folder)
+        _check_same(labels, opened.read_text(encoding="utf-8"), folder)
+    opened.write_text(labels.text, encoding="utf-8")
     return entropy, ""
 
 
-def _check_same(now: str, before: str, folder: Path) -> None:
-    if now != before:
+def _check_same(now: Labels, before: str, folder: Path) -> None:
+    if now.text != before:
         raise RecordError(f"{folder} holds another scenario's campaign; choose another --out")
 
 
 @contextmanager
-def _executor(request: CampaignRequest) -> Iterator[Executor]:
+def _executor(request: SimCampaignRequest) -> Iterator[Executor]:
     if request.dask is None:
         with worker_pool(request.jobs) as local:
             yield local

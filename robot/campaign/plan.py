@@ -24,7 +24,6 @@ Legs, signs, sizes and days are drawn; names of cases say nothing.
 import hashlib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -43,20 +42,7 @@ ID_LETTERS = 10
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """A scenario file, read.
-
-    Attributes:
-        seed: Of everything, unless sealed.
-        robots: Robot files.
-        plans: Trials of a case for each robot, in order; their robot is known by place.
-        references: Reference runs of each robot.
-        controls: Cases with nothing wrong.
-        effects: Effects of the single cases.
-        severities: Ranges of size, 0 mild to 1 strong.
-        repeats: Cases an effect and range.
-        pairs: Cases with two effects.
-        outside: Cases with an effect outside the catalogue.
-    """
+    """A scenario file, read: its keys as above, with the walks of a case and of the references planned."""
 
     seed: int
     robots: tuple[Path, ...]
@@ -72,14 +58,10 @@ class Scenario:
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """One case.
+    """One case of a kind: control, single, pair or outside.
 
-    Attributes:
-        name: Its folder; says nothing.
-        robot: Number of its robot file.
-        kind: control, single, pair or outside.
-        effects: What is wrong.
-        seeds: One a trial: day and noise.
+    Its name, that of its folder, says nothing; its robot is the number of the file; a seed a trial stands
+    for day and noise.
     """
 
     name: str
@@ -102,21 +84,15 @@ def read_scenario(path: Path) -> Scenario:
 def _scenario(path: Path, top: Table) -> Scenario:
     campaign = top.table("campaign")
     robots = tuple(path.parent / name for name in campaign.texts("robots"))
-    config = load_robot(robots[0])
-    for other in robots[1:]:
-        load_robot(other)
-    seed = campaign.integer("seed", minimum=0, maximum=2**31)
+    config, *_ = [load_robot(robot) for robot in robots]
     seconds = campaign.number("seconds", above=0)
-    campaign.done()
     conditions = _conditions(top.table("conditions"), config, seconds)
-    table = top.table("references")
-    references = _references(table, config, seconds, conditions)
     cases = top.table("cases")
     scenario = Scenario(
-        seed=seed,
+        seed=campaign.integer("seed", minimum=0, maximum=2**31),
         robots=robots,
         plans=conditions,
-        references=references,
+        references=_references(top.table("references"), config, seconds, conditions),
         controls=cases.integer("controls", minimum=0, maximum=100000),
         effects=_effect_names(cases),
         severities=_severities(cases),
@@ -124,8 +100,8 @@ def _scenario(path: Path, top: Table) -> Scenario:
         pairs=cases.integer("pairs", minimum=0, maximum=100000),
         outside=cases.integer("outside", minimum=0, maximum=100000),
     )
-    cases.done()
-    top.done()
+    for table in (campaign, cases, top):
+        table.done()
     return scenario
 
 
@@ -151,20 +127,15 @@ def _references(
 ) -> tuple[WalkPlan, ...]:
     count = table.integer("count", minimum=0, maximum=1000)
     own = _conditions(table, config, seconds) if table.has("gaits") else conditions
-    if own is conditions:
-        table.done()
+    table.done()
     return tuple(own[at % len(own)] for at in range(count))
 
 
 def _numbers(table: Table, key: str) -> tuple[float, ...]:
-    return tuple(table.numbers(key, (_count(table, key),)).tolist())
-
-
-def _count(table: Table, key: str) -> int:
-    value: Any = table.raw(key)
+    value = table.raw(key)
     if not isinstance(value, list) or not value:
         raise ConfigError(table.name(key), f"must be a list of numbers, not {value!r}")
-    return len(value)
+    return tuple(table.numbers(key, (len(value),)).tolist())
 
 
 def _effect_names(table: Table) -> tuple[str, ...]:
@@ -180,30 +151,18 @@ def _effect_names(table: Table) -> tuple[str, ...]:
 
 
 def _severities(table: Table) -> tuple[tuple[float, float], ...]:
-    value: Any = table.raw("severities")
-    spans = value if isinstance(value, list) else []
-    good = [
-        isinstance(span, list)
-        and len(span) == 2
-        and all(isinstance(v, int | float) for v in span)
-        and span[0] <= span[1]
-        for span in spans
-    ]
-    if not good or not all(good):
+    value = table.raw("severities")
+    pairs = isinstance(value, list) and all(isinstance(v, list) and len(v) == 2 for v in value)
+    spans = table.numbers("severities", (len(value), 2)).tolist() if pairs else []
+    if not spans or any(low > high for low, high in spans):
         raise ConfigError(
-            table.name("severities"),
-            f"must be a list of ranges such as [0.0, 0.3], not {value!r}",
+            table.name("severities"), f"must be a list of ranges such as [0.0, 0.3], not {value!r}"
         )
-    return tuple((float(low), float(high)) for low, high in spans)
+    return tuple((low, high) for low, high in spans)
 
 
 def draw_cases(scenario: Scenario, entropy: bytes) -> tuple[Case, ...]:
-    """Draw the cases, sorted by their names.
-
-    Args:
-        scenario: The scenario.
-        entropy: What everything random follows from.
-    """
+    """Draw the cases, sorted by their names; everything random follows from the entropy."""
     random = np.random.default_rng(list(entropy))
     legs = load_robot(scenario.robots[0]).parameters.legs.names
     inside = [find_kind(name, EFFECTS) for name in scenario.effects]

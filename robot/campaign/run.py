@@ -19,7 +19,7 @@ from model.errors import BigantError
 from record.trial.header import header_text
 from record.trial.trial import Trial
 from record.whole_file import whole_file
-from robot.campaign.plan import Case, Scenario, draw_cases, reference_seeds
+from robot.campaign.plan import Scenario, draw_cases, reference_seeds
 from robot.config.robot_file import load_robot
 from robot.virtual.twin_run import WalkPlan, make_twin, walk_fast
 from sim_hw.twin.effects import Effect
@@ -30,15 +30,7 @@ STAMP_UNIX_S = 1_700_000_000
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """One trial to be made.
-
-    Attributes:
-        robot: Robot file.
-        effects: What is wrong.
-        plan: The walk.
-        seed: Day and noise.
-        out: NAME.parquet.
-    """
+    """One trial to be made: a robot file, what is wrong, the walk, the seed of day and noise, the file."""
 
     robot: Path
     effects: tuple[Effect, ...]
@@ -68,18 +60,10 @@ def campaign_jobs(scenario: Scenario, entropy: bytes, folder: Path) -> tuple[Job
             name = f"references/robot_{robot_at + 1}_{at + 1}.parquet"
             jobs.append(Job(robot, (), scenario.references[at], seed + robot_at, folder / name))
     for case in draw_cases(scenario, entropy):
-        jobs.extend(_case_jobs(case, scenario, folder))
+        for at, (plan, seed) in enumerate(zip(scenario.plans, case.seeds, strict=True)):
+            out = folder / "cases" / case.name / f"trial_{at + 1}.parquet"
+            jobs.append(Job(scenario.robots[case.robot], case.effects, plan, seed, out))
     return tuple(jobs)
-
-
-def _case_jobs(case: Case, scenario: Scenario, folder: Path) -> list[Job]:
-    place = folder / "cases" / case.name
-    return [
-        Job(
-            scenario.robots[case.robot], case.effects, plan, seed, place / f"trial_{at + 1}.parquet"
-        )
-        for at, (plan, seed) in enumerate(zip(scenario.plans, case.seeds, strict=True))
-    ]
 
 
 def run_job(job: Job) -> Failure | None:
@@ -87,8 +71,7 @@ def run_job(job: Job) -> Failure | None:
     try:
         config = load_robot(job.robot)
         twin = make_twin(config, job.effects, job.seed)
-        trial = walk_fast(config, twin, job.plan, lambda _: None)
-        _write(trial, job.out)
+        _write(walk_fast(config, twin, job.plan, lambda _: None), job.out)
     except (BigantError, OSError) as error:
         return Failure(job.out, str(error))
     return None
@@ -98,13 +81,12 @@ def _write(trial: Trial, out: Path) -> None:
     """Write a trial so that nothing about its file depends on what is in it."""
     out.parent.mkdir(parents=True, exist_ok=True)
     header = trial.header
-    files = (
-        (out.parent / header.robot_file, header.robot_text.encode()),
-        (out.with_suffix(".toml"), header_text(header).encode()),
-    )
-    for path, data in files:
+    for path, text in (
+        (out.parent / header.robot_file, header.robot_text),
+        (out.with_suffix(".toml"), header_text(header)),
+    ):
         with _stamped(path) as part:
-            part.write_bytes(data)
+            part.write_bytes(text.encode())
     columns = trial.columns()
     table = pa.table([pa.array(c.values) for c in columns], names=[c.name for c in columns])
     with _stamped(out) as part:
@@ -125,12 +107,9 @@ def _stamped(path: Path) -> Iterator[Path]:
 def run_jobs(
     jobs: Sequence[Job], executor: Executor, tell: Callable[[int], None]
 ) -> tuple[Failure, ...]:
-    """Make the trials that are not there yet.
+    """Make the trials that are not there yet; ``tell`` is told how many there are, now and then.
 
-    Args:
-        jobs: All of them.
-        executor: Processes here or elsewhere; they must see the same folders.
-        tell: Told the number of trials there are, now and then.
+    The processes of the executor, here or elsewhere, must see the same folders.
     """
     todo = [job for job in jobs if not job.done]
     ready = len(jobs) - len(todo)
@@ -138,8 +117,7 @@ def run_jobs(
     failures = []
     try:
         for future in as_completed(waiting):
-            failure = future.result()
-            if failure is not None:
+            if (failure := future.result()) is not None:
                 failures.append(failure)
             ready += 1
             tell(ready)

@@ -12,6 +12,7 @@ METHODS = (
     Column(""), Column("one: first", "s"), Column("two: recall", "s"), Column("precision", "s"),
     Column("no gap", "s"),
 )  # fmt: skip
+SEEN = "  ({:.1f} times repeatability)"
 MARKS = {True: "met", False: "MISSED", None: "-"}
 
 
@@ -29,7 +30,7 @@ def score_lines(
         lines += ["", *table_lines(METHODS, [(m.name, *_shares(m)) for m in counted])]
     if confusions:
         lines += ["", "wrong answers, by case, with what was wrong and what was named:"]
-        lines += [f"  {c.case}  {c.truth}: {c.said}{_seen(c.visible)}" for c in confusions]
+        lines += [f"  {c.case}  {c.truth}: {c.said}{_times(c.visible, SEEN)}" for c in confusions]
     return lines
 
 
@@ -53,33 +54,13 @@ def score_markdown(
             for c in own
             if gap_declared(c) and not named_right(c)
         ]
-        right = sum(map(named_right, own))
-        effects.append(
-            (
-                f"`{effect}`",
-                str(len(own)),
-                str(sum(map(gap_declared, own))),
-                str(right),
-                ", ".join(wrong),
-            )
-        )
+        counts = (len(own), sum(map(gap_declared, own)), sum(map(named_right, own)))
+        effects.append((f"`{effect}`", *map(str, counts), ", ".join(wrong)))
     head = ("effect", "cases", "gap declared", "named first", "named instead")
     lines += ["", *markdown_lines(head, effects)]
-    wrongs = [(c.case, c.truth, c.said, _plain(c.visible)) for c in confusions]
+    wrongs = [(c.case, c.truth, c.said, _times(c.visible, "{:.1f}")) for c in confusions]
     lines += ["", *markdown_lines(("case", "was", "said", "change over repeatability"), wrongs)]
     return "\n".join(lines) + "\n"
-
-
-def score_json(
-    figures: Sequence[Figure], confusions: Sequence[Confusion], cases: Sequence[Case]
-) -> dict[str, object]:
-    """Return everything, for JSON."""
-    return {
-        "figures": figures,
-        "confusions": confusions,
-        "methods": methods(cases),
-        "cases": cases,
-    }
 
 
 def _shares(m: Method) -> tuple[str, str, str, str]:
@@ -107,9 +88,5 @@ def _interval(f: Figure) -> str:
     return "" if math.isnan(f.low) else f"{f.low:.0%} to {f.high:.0%}"
 
 
-def _seen(value: float) -> str:
-    return "" if math.isnan(value) else f"  ({value:.1f} times repeatability)"
-
-
-def _plain(value: float) -> str:
-    return "" if math.isnan(value) else f"{value:.1f}"
+def _times(value: float, form: str) -> str:
+    return "" if math.isnan(value) else form.format(value)

@@ -18,6 +18,7 @@ from record.whole_file import check_room, write_text
 from robot.campaign.plan import Case
 from robot.console.exit_codes import ExitCode
 from robot.console.installed import how_to_install
+from robot.requests.sim import SimUnsealRequest
 from sim_hw.twin.catalog import EFFECTS
 from sim_hw.twin.effects import find_kind
 
@@ -27,12 +28,7 @@ ENTROPY_BYTES = 32
 
 @dataclass(frozen=True, slots=True)
 class Labels:
-    """Labels of a campaign.
-
-    Attributes:
-        entropy: What everything random followed from.
-        text: The labels as JSON.
-    """
+    """Labels of a campaign as JSON, and the entropy that everything random followed from."""
 
     entropy: bytes
     text: str
@@ -44,21 +40,15 @@ def labels_of(cases: tuple[Case, ...], entropy: bytes) -> Labels:
     return Labels(entropy, json.dumps({"entropy": entropy.hex(), "cases": found}, indent=1) + "\n")
 
 
-def _label(case: Case) -> dict[str, Any]:
+def _label(case: Case) -> dict[str, object]:
     effects = []
-    for effect in case.effects:
-        kind = find_kind(effect.name, EFFECTS)
-        names = [parameter.name for parameter in kind.parameters]
-        values = dict(zip(names, effect.values, strict=True))
+    for one in case.effects:
+        kind = find_kind(one.name, EFFECTS)
+        values = {p.name: value for p, value in zip(kind.parameters, one.values, strict=True)}
         effects.append(
-            {"name": effect.name, "stage": kind.stage, "leg": effect.leg, "parameters": values}
+            {"name": one.name, "stage": kind.stage, "leg": one.leg, "parameters": values}
         )
-    return {"kind": case.kind, "robot": case.robot, "seeds": list(case.seeds), "effects": effects}
-
-
-def write_open(labels: Labels, folder: Path) -> None:
-    """Write labels for all to read."""
-    (folder / OPEN_NAME).write_text(labels.text, encoding="utf-8")
+    return {"kind": case.kind, "robot": case.robot, "seeds": case.seeds, "effects": effects}
 
 
 def make_key(path: Path) -> bytes:
@@ -67,17 +57,16 @@ def make_key(path: Path) -> bytes:
     Raises:
         ConfigError: It holds no key, or cannot be made.
     """
-    fernet = _fernet()
-    if not path.exists():
-        key: bytes = fernet.generate_key()
-        try:
-            handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-            with os.fdopen(handle, "wb") as file:
-                file.write(key + b"\n")
-        except OSError as error:
-            raise ConfigError("--key", f"{path} cannot be made: {error.strerror}") from error
-        return key
-    return read_key(path)
+    if path.exists():
+        return read_key(path)
+    key: bytes = _fernet().generate_key()
+    try:
+        handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+        with os.fdopen(handle, "wb") as file:
+            file.write(key + b"\n")
+    except OSError as error:
+        raise ConfigError("--key", f"{path} cannot be made: {error.strerror}") from error
+    return key
 
 
 def read_key(path: Path) -> bytes:
@@ -134,17 +123,7 @@ def unseal(folder: Path, key: bytes) -> Labels:
     return Labels(bytes.fromhex(json.loads(text)["entropy"]), text)
 
 
-@dataclass(frozen=True, slots=True)
-class UnsealRequest:
-    """What ``bigant sim unseal`` was asked for."""
-
-    folder: Path
-    key: Path
-    out: Path | None
-    json: bool
-
-
-def open_seal(request: UnsealRequest) -> ExitCode:
+def open_seal(request: SimUnsealRequest) -> ExitCode:
     """Print the labels of a sealed campaign, or write them.
 
     Raises:
@@ -154,26 +133,19 @@ def open_seal(request: UnsealRequest) -> ExitCode:
     out = request.out
     check_room(out, "--out", ".toml", ".json")
     labels = unseal(request.folder, read_key(request.key))
-    as_json = request.json if out is None else out.suffix == ".json"
-    text = labels.text if as_json else labels_toml(labels)
+    text = labels.text
+    if not (request.json if out is None else out.suffix == ".json"):
+        cases = json.loads(text)["cases"]
+        for case in cases.values():
+            del case["robot"]
+            case["effects"] = [effect | effect.pop("parameters") for effect in case["effects"]]
+        text = toml_text({"cases": cases})
     if out is None:
         print(text, end="")
     else:
         write_text(out, text)
         print(f"labels: {out}")
     return ExitCode.OK
-
-
-def labels_toml(labels: Labels) -> str:
-    """Return labels as TOML."""
-    cases = json.loads(labels.text)["cases"]
-    for case in cases.values():
-        del case["robot"]
-        case["effects"] = [
-            {**{key: effect[key] for key in ("name", "stage", "leg")}, **effect["parameters"]}
-            for effect in case["effects"]
-        ]
-    return toml_text({"cases": cases})
 
 
 def _fernet() -> Any:

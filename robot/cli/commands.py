@@ -1,8 +1,8 @@
 """The table of all commands and their parsers: ``bigant COMMAND`` and ``bigant GROUP ACTION``.
 
-The path of a module is the command: ``bigant servo zero`` is ``robot/cli/servo/zero.py``. A module has a
-docstring (what its help says), ``add_arguments(parser)`` and ``run(options)``, and imports nothing heavy at
-its top. Only the module of the command that was typed is imported, so ``bigant --help`` answers at once.
+What a command is asked for is a request (``robot.requests``): its class is named after the command, its
+fields are the options, its docstring is the help. Only the module of the group that was typed is imported,
+so ``bigant --help`` answers at once.
 """
 
 import argparse
@@ -10,95 +10,75 @@ import difflib
 import importlib
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, NoReturn, TypeAlias
 
 from robot.cli.examples import EXAMPLES
+from robot.console.arguments import WORK, add_arguments, parsed
 from robot.console.exit_codes import ExitCode
 
 EXAMPLES_HEAD = "examples:"
-OWN = "_parser"  # of parsed arguments: the parser of the command that was typed
+# Of parsed arguments: the parser of the command that was typed, and its request.
+OWN, REQUEST = "_parser", "_request"
 _Parsers: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"  # has no public name
-PYTHON_WORDS = {"import": "import_"}  # commands that cannot be names of modules
+SINGLE = "single"  # the module of the commands of one word
 
 
-@dataclass(frozen=True, slots=True)
-class Command:
-    """One command line.
+GROUP_HELP = {
+    "model": "the model of slipping, without a robot",
+    "robot": "the robot file for other programs",
+    "log": "look at, repair, cut, merge and export logs",
+    "gap": "where a simulator differs from measured runs, and why",
+    "servo": "the servos one by one: scan, set up, back up, watch",
+    "sim": "virtual hardware, its faults, and a deliberately faulty virtual robot",
+    "ft": "the force-torque sensors: find, watch, bias, calibrate",
+}
 
-    Attributes:
-        words: ``("model", "run")`` or ``("check",)``.
-        help: What it is for.
-    """
-
-    words: tuple[str, ...]
-    help: str
-
-    @property
-    def module(self) -> str:
-        """The module of the command."""
-        return ".".join(("robot.cli", *(PYTHON_WORDS.get(word, word) for word in self.words)))
-
-
-GROUP_HELP = (
-    ("model", "the model of slipping, without a robot"),
-    ("robot", "the robot file for other programs"),
-    ("log", "look at, repair, cut, merge and export logs"),
-    ("gap", "where a simulator differs from measured runs, and why"),
-    ("servo", "the servos one by one: scan, set up, back up, watch"),
-    ("sim", "virtual hardware, its faults, and a deliberately faulty virtual robot"),
-    ("ft", "the force-torque sensors: find, watch, bias, calibrate"),
-)
-
-COMMANDS = tuple(
-    Command(tuple(words.split()), text)
-    for words, text in (
-        ("drive", "walk a gait, on virtual hardware by default"),
-        ("show", "summary table and pictures of a log"),
-        ("devices", "ports, servos at each baud rate, force-torque units"),
-        ("model run", "a named system through the model, drawn"),
-        ("model sensitivity", "naive against fitted parameters on logs"),
-        ("model figures", "our version of the paper's figures and tables"),
-        ("odom", "odometry and foot forces from a log; 'odom tune' its noise"),
-        ("robot export", "the robot file as URDF or MJCF"),
-        ("replay", "a recorded run again, as a test: step, drivers or robot"),
-        ("log info", "duration, rate, topics, versions, damage"),
-        ("log repair", "a proper file of a cut or damaged log"),
-        ("log cut", "a piece of a log"),
-        ("log merge", "logs of one robot, one behind the other"),
-        ("log export", "tables, trials and trajectories of a log"),
-        ("gap check", "diagnose a withheld campaign, open the seal, count"),
-        ("gap diagnose", "where, which effect, how far it shrinks"),
-        ("gap alone", "how far an explanation comes by itself"),
-        ("gap apply", "a diagnosis into a corrected robot file, measured again"),
-        ("gap next", "which run would tell the remaining causes apart"),
-        ("gap effects", "every effect a simulator can add to itself"),
-        ("import", "measured data as a log or a trial, checked"),
-        ("servo scan", "who answers at which baud rate"),
-        ("servo setup", "bring servos into the robot file's settings"),
-        ("servo backup", "everything the servos keep, into a file"),
-        ("servo restore", "a backup back into the servos"),
-        ("servo zero", "the servo_zero line of the robot file"),
-        ("servo watch", "live table, round trips, counters"),
-        ("servo reboot", "reboot, and keep the cause of the error"),
-        ("view", "watch a run, live or from its log"),
-        ("bridge", "a live run or a log as ROS 2 topics"),
-        ("doctor", "is this computer set up, and what to do if not"),
-        ("completion", "completion script for bash, zsh or fish"),
-        ("check", "pre-flight list: is this robot fit to walk?"),
-        ("sim serve", "serve virtual devices until Ctrl-C"),
-        ("sim faults", "list the faults that --scenario can hold"),
-        ("sim effects", "what can be made wrong with the virtual robot"),
-        ("sim run", "a walk of the virtual robot with effects, as a trial"),
-        ("sim campaign", "many trials of a scenario file, in parallel"),
-        ("sim unseal", "open the labels of a sealed campaign"),
-        ("sim render", "a picture or video of a log or trial"),
-        ("ft scan", "find wireless force-torque units"),
-        ("ft watch", "live readings, state, losses and clock"),
-        ("ft bias", "measure what is read with no contact"),
-        ("ft calibrate", "offset, leg gravity and cross-talk from logs"),
-    )
-)
+COMMANDS = {
+    "drive": "walk a gait, on virtual hardware by default",
+    "show": "summary table and pictures of a log",
+    "devices": "ports, servos at each baud rate, force-torque units",
+    "model run": "a named system through the model, drawn",
+    "model sensitivity": "naive against fitted parameters on logs",
+    "model figures": "our version of the paper's figures and tables",
+    "odom": "odometry and foot forces from a log; 'odom tune' its noise",
+    "robot export": "the robot file as URDF or MJCF",
+    "replay": "a recorded run again, as a test: step, drivers or robot",
+    "log info": "duration, rate, topics, versions, damage",
+    "log repair": "a proper file of a cut or damaged log",
+    "log cut": "a piece of a log",
+    "log merge": "logs of one robot, one behind the other",
+    "log export": "tables, trials and trajectories of a log",
+    "gap check": "diagnose a withheld campaign, open the seal, count",
+    "gap diagnose": "where, which effect, how far it shrinks",
+    "gap alone": "how far an explanation comes by itself",
+    "gap apply": "a diagnosis into a corrected robot file, measured again",
+    "gap next": "which run would tell the remaining causes apart",
+    "gap effects": "every effect a simulator can add to itself",
+    "import": "measured data as a log or a trial, checked",
+    "servo scan": "who answers at which baud rate",
+    "servo setup": "bring servos into the robot file's settings",
+    "servo backup": "everything the servos keep, into a file",
+    "servo restore": "a backup back into the servos",
+    "servo zero": "the servo_zero line of the robot file",
+    "servo watch": "live table, round trips, counters",
+    "servo reboot": "reboot, and keep the cause of the error",
+    "view": "watch a run, live or from its log",
+    "bridge": "a live run or a log as ROS 2 topics",
+    "doctor": "is this computer set up, and what to do if not",
+    "completion": "completion script for bash, zsh or fish",
+    "check": "pre-flight list: is this robot fit to walk?",
+    "sim serve": "serve virtual devices until Ctrl-C",
+    "sim faults": "list the faults that --scenario can hold",
+    "sim effects": "what can be made wrong with the virtual robot",
+    "sim run": "a walk of the virtual robot with effects, as a trial",
+    "sim campaign": "many trials of a scenario file, in parallel",
+    "sim unseal": "open the labels of a sealed campaign",
+    "sim render": "a picture or video of a log or trial",
+    "ft scan": "find wireless force-torque units",
+    "ft watch": "live readings, state, losses and clock",
+    "ft bias": "measure what is read with no contact",
+    "ft calibrate": "offset, leg gravity and cross-talk from logs",
+}
 
 
 class CommandParser(argparse.ArgumentParser):
@@ -162,31 +142,42 @@ def add_commands(
     """
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     parents = {"": commands}
-    for command in COMMANDS:
-        *group, name = command.words
+    for command, text in COMMANDS.items():
+        *group, name = words = command.split()
         parent = parents.get("".join(group)) or _add_group(commands, parents, *group)
-        examples = "\n".join(f"  {line}" for line in EXAMPLES.get(command.words, ()))
+        examples = "\n".join(f"  {line}" for line in EXAMPLES.get(command, ()))
         own = parent.add_parser(
             name,
-            help=command.help,
+            help=text,
             epilog=f"{EXAMPLES_HEAD}\n{examples}\n\n{epilog}",
             formatter_class=HelpFormatter,
         )
-        own.set_defaults(module=command.module)
-        if arguments is None or tuple(arguments[: len(command.words)]) == command.words:
-            module = importlib.import_module(command.module)
-            own.description = module.__doc__.split("\n\n", 1)[-1] if module.__doc__ else None
-            module.add_arguments(own)
+        if arguments is None or list(arguments[: len(words)]) == words:
+            request = request_of(command)
+            own.set_defaults(**{REQUEST: request})
+            own.description = (request.__doc__ or "").split("\n\n", 1)[-1]
+            add_arguments(own, request)
+
+
+def request_of(command: str) -> type[Any]:
+    """Import the class of what a command such as "servo zero" is asked for."""
+    *group, _ = words = command.split()
+    module = importlib.import_module(f"robot.requests.{''.join(group) or SINGLE}")
+    kind: type[Any] = getattr(module, "".join(map(str.capitalize, words)) + "Request")
+    return kind
 
 
 def _add_group(commands: _Parsers, parents: dict[str, _Parsers], name: str) -> _Parsers:
-    text = dict(GROUP_HELP)[name]
+    text = GROUP_HELP[name]
     group = commands.add_parser(name, help=text, description=f"{text}.".capitalize())
     parents[name] = group.add_subparsers(dest="action", required=True, metavar="ACTION")
     return parents[name]
 
 
 def run_command(options: argparse.Namespace) -> ExitCode:
-    """Run the command that was typed."""
-    code: ExitCode = importlib.import_module(options.module).run(options)
+    """Do what the command that was typed was asked for."""
+    request = getattr(options, REQUEST)
+    module, _, function = getattr(request, WORK).partition(":")
+    work = getattr(importlib.import_module(f"robot.{module}"), function)
+    code: ExitCode = work(parsed(options, request))
     return code

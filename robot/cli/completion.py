@@ -1,8 +1,4 @@
-"""``bigant completion``: a script that lets the shell complete commands, options, choices and files.
-
-Prints it; where it belongs is said on the first lines of the script and in docs/howto.md. Needs shtab, the
-extra bigant[completion], to write the script but not to use it.
-"""
+"""``bigant completion``: the script that shtab writes of the parser, and where it belongs."""
 
 import argparse
 from importlib.util import find_spec
@@ -11,8 +7,8 @@ from pathlib import Path
 from model.errors import ConfigError
 from robot.console.exit_codes import ExitCode
 from robot.console.installed import how_to_install
+from robot.requests.single import CompletionRequest
 
-SHELLS = ("bash", "zsh", "fish")
 PACKAGE = "shtab"
 INSTALLED = {
     "bash": "bigant completion bash > ~/.local/share/bash-completion/completions/bigant",
@@ -21,18 +17,13 @@ INSTALLED = {
 }
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments."""
-    parser.add_argument("shell", choices=SHELLS, metavar="SHELL", help=", ".join(SHELLS))
-
-
-def run(options: argparse.Namespace) -> ExitCode:
+def completion(request: CompletionRequest) -> ExitCode:
     """Print the script.
 
     Raises:
         ConfigError: The package that writes it is missing.
     """
-    print(script_for(options.shell))
+    print(script_for(request.shell))
     return ExitCode.OK
 
 

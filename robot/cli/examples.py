@@ -1,108 +1,107 @@
 """Examples of every command, as its help shows them; a test parses each of them."""
 
 from collections.abc import Mapping
-from types import MappingProxyType
 
-EXAMPLES: Mapping[tuple[str, ...], tuple[str, ...]] = MappingProxyType({
-    ("drive",): (
+EXAMPLES: Mapping[str, tuple[str, ...]] = {
+    "drive": (
         "bigant drive --gait tripod --cycles 3",
         "bigant drive --teleop",
         "bigant drive --hardware /dev/ttyUSB0 --armed --log runs/first.mcap",
     ),
-    ("show",): ("bigant show runs/first_walk.mcap", "bigant show runs/first_walk.mcap --json"),
-    ("devices",): ("bigant devices", "bigant devices --port /dev/ttyUSB0 --discover none --json"),
-    ("model", "run"): (
+    "show": ("bigant show runs/first_walk.mcap", "bigant show runs/first_walk.mcap --json"),
+    "devices": ("bigant devices", "bigant devices --port /dev/ttyUSB0 --discover none --json"),
+    "model run": (
         "bigant model run bigant --gait metachronal --law both",
         "bigant model run multipod --legs 10 --out multipod.png",
     ),
-    ("model", "sensitivity"): ("bigant model sensitivity runs/first_walk.mcap --json",),
-    ("model", "figures"): (
+    "model sensitivity": ("bigant model sensitivity runs/first_walk.mcap --json",),
+    "model figures": (
         "bigant model figures --list",
         "bigant model figures --out figures",
     ),
-    ("replay",): (
+    "replay": (
         "bigant replay runs/first_walk.mcap",
         "bigant replay runs/first_walk.mcap --drive --virtual-time",
     ),
-    ("log", "info"): ("bigant log info runs/first_walk.mcap --json",),
-    ("log", "repair"): ("bigant log repair runs/cut.mcap --out runs/mended.mcap",),
-    ("log", "cut"): ("bigant log cut runs/first_walk.mcap --from 10 --to 20 --out piece.mcap",),
-    ("log", "merge"): ("bigant log merge morning.mcap noon.mcap --out day.mcap",),
-    ("log", "export"): (
+    "log info": ("bigant log info runs/first_walk.mcap --json",),
+    "log repair": ("bigant log repair runs/cut.mcap --out runs/mended.mcap",),
+    "log cut": ("bigant log cut runs/first_walk.mcap --from 10 --to 20 --out piece.mcap",),
+    "log merge": ("bigant log merge morning.mcap noon.mcap --out day.mcap",),
+    "log export": (
         "bigant log export runs/first_walk.mcap --format trial",
         "bigant log export runs/first_walk.mcap --format csv --what joints,forces",
     ),
-    ("odom",): (
+    "odom": (
         "bigant odom runs/first_walk.mcap --compare",
         "bigant odom runs/first_walk.mcap --out first_walk.tum",
     ),
-    ("gap", "diagnose"): (
+    "gap diagnose": (
         "bigant gap diagnose today-1.mcap today-2.mcap --reference healthy-1.mcap healthy-2.mcap",
         "bigant gap diagnose walk.toml --json walk.json --html walk.html",
         "bigant gap diagnose arm/*.parquet --joint Elbow",
     ),
-    ("gap", "check"): (
+    "gap check": (
         "bigant gap check dev --scenario scenario.toml --markdown figures.md",
         "bigant gap check final --key final.key --removed 15 --json final.json",
     ),
-    ("gap", "alone"): (
+    "gap alone": (
         "bigant gap alone arm/*.parquet --joint Elbow",
         "bigant gap alone arm/*.parquet --joint Elbow --effect command_delay --effect command_delay+play",
     ),
-    ("gap", "apply"): ("bigant gap apply walk.json --out corrected.toml",),
-    ("gap", "next"): ("bigant gap next walk.json", "bigant gap next trial_1.parquet --json"),
-    ("gap", "effects"): ("bigant gap effects --stage friction", "bigant gap effects --json"),
-    ("robot", "export"): ("bigant robot export --urdf bigant.urdf --mjcf bigant.xml",),
-    ("sim", "effects"): ("bigant sim effects", "bigant sim effects --json"),
-    ("sim", "run"): (
+    "gap apply": ("bigant gap apply walk.json --out corrected.toml",),
+    "gap next": ("bigant gap next walk.json", "bigant gap next trial_1.parquet --json"),
+    "gap effects": ("bigant gap effects --stage friction", "bigant gap effects --json"),
+    "robot export": ("bigant robot export --urdf bigant.urdf --mjcf bigant.xml",),
+    "sim effects": ("bigant sim effects", "bigant sim effects --json"),
+    "sim run": (
         "bigant sim run --gait tripod --effect foot_friction@ML:ratio=0.5 --fast --out a.parquet",
         "bigant sim run --gait tripod --effect com_offset:x_m=0.03 --out a.mcap",
     ),
-    ("sim", "campaign"): (
+    "sim campaign": (
         "bigant sim campaign scenario.toml --jobs 2 --out dev",
         "bigant sim campaign scenario.toml --out final --sealed --key final.key",
     ),
-    ("sim", "unseal"): ("bigant sim unseal final --key final.key --out labels.json",),
-    ("sim", "render"): ("bigant sim render a.parquet --out a.gif",),
-    ("import",): (
+    "sim unseal": ("bigant sim unseal final --key final.key --out labels.json",),
+    "sim render": ("bigant sim render a.parquet --out a.gif",),
+    "import": (
         "bigant import table.csv --map map.toml --out walk.mcap",
         "bigant import --maps",
         "bigant import so101_servo_arm/*.npz --map so101 --out arm",
     ),
-    ("servo", "scan"): ("bigant servo scan", "bigant servo scan --port /dev/ttyUSB0 --json"),
-    ("servo", "setup"): (
+    "servo scan": ("bigant servo scan", "bigant servo scan --port /dev/ttyUSB0 --json"),
+    "servo setup": (
         "bigant servo setup --port /dev/ttyUSB0",
         "bigant servo setup --port /dev/ttyUSB0 --id 1 --new-id 4",
     ),
-    ("servo", "backup"): ("bigant servo backup --port /dev/ttyUSB0 --out servos.toml",),
-    ("servo", "restore"): ("bigant servo restore --port /dev/ttyUSB0 servos.toml",),
-    ("servo", "zero"): ("bigant servo zero --port /dev/ttyUSB0 --write lab.toml",),
-    ("servo", "watch"): ("bigant servo watch --port /dev/ttyUSB0 --seconds 10",),
-    ("servo", "reboot"): ("bigant servo reboot --port /dev/ttyUSB0 --id 3",),
-    ("check",): (
+    "servo backup": ("bigant servo backup --port /dev/ttyUSB0 --out servos.toml",),
+    "servo restore": ("bigant servo restore --port /dev/ttyUSB0 servos.toml",),
+    "servo zero": ("bigant servo zero --port /dev/ttyUSB0 --write lab.toml",),
+    "servo watch": ("bigant servo watch --port /dev/ttyUSB0 --seconds 10",),
+    "servo reboot": ("bigant servo reboot --port /dev/ttyUSB0 --id 3",),
+    "check": (
         "bigant check",
         "bigant check --hardware /dev/ttyUSB0 --loop",
         "bigant check --hardware /dev/ttyUSB0 --armed --json",
     ),
-    ("view",): (
+    "view": (
         "bigant view --live",
         "bigant view --live --terminal",
         "bigant view runs/first_walk.mcap --save walk.rrd",
         "bigant view runs/first_walk.mcap --save walk-view.mcap --layout layout.json",
     ),
-    ("bridge",): (
+    "bridge": (
         "bigant bridge --live",
         "bigant bridge runs/first_walk.mcap --speed 2 --prefix lab1",
     ),
-    ("doctor",): ("bigant doctor", "bigant doctor --json"),
-    ("completion",): (
+    "doctor": ("bigant doctor", "bigant doctor --json"),
+    "completion": (
         "bigant completion bash > ~/.local/share/bash-completion/completions/bigant",
         "bigant completion fish > ~/.config/fish/completions/bigant.fish",
     ),
-    ("sim", "serve"): ("bigant sim serve", "bigant sim serve --scenario examples/faults_servo.toml"),
-    ("sim", "faults"): ("bigant sim faults", "bigant sim faults --json"),
-    ("ft", "scan"): ("bigant ft scan", "bigant ft scan --json"),
-    ("ft", "watch"): ("bigant ft watch",),
-    ("ft", "bias"): ("bigant ft bias",),
-    ("ft", "calibrate"): ("bigant ft calibrate",),
-})  # fmt: skip
+    "sim serve": ("bigant sim serve", "bigant sim serve --scenario examples/faults_servo.toml"),
+    "sim faults": ("bigant sim faults", "bigant sim faults --json"),
+    "ft scan": ("bigant ft scan", "bigant ft scan --json"),
+    "ft watch": ("bigant ft watch",),
+    "ft bias": ("bigant ft bias",),
+    "ft calibrate": ("bigant ft calibrate",),
+}

@@ -68,9 +68,8 @@ def write_calibration(path: Path, calibration: ForceCalibration) -> None:
     Raises:
         ConfigError: It cannot be written.
     """
-    text = format_calibration(calibration)
     try:
-        path.write_text(text, encoding="utf-8")
+        path.write_text(format_calibration(calibration), encoding="utf-8")
     except OSError as error:
         raise ConfigError(
             str(path), f"the calibration cannot be written: {error.strerror}; choose another --out"
@@ -95,9 +94,7 @@ def parse_calibration(text: str, legs: tuple[str, ...]) -> ForceCalibration:
     """
     top = parse_table(text, "calibration file")
     top.integer("format", minimum=FORMAT, maximum=FORMAT)
-    method = top.text("method")
-    if method not in METHODS:
-        raise ConfigError("method", f"must be {' or '.join(METHODS)}, not {method!r}")
+    method = top.word("method", METHODS)
     named = top.texts("legs")
     if named != legs:
         raise ConfigError(
@@ -119,8 +116,6 @@ def parse_calibration(text: str, legs: tuple[str, ...]) -> ForceCalibration:
                 correction[leg] = table.numbers("correction", (6, 6))
                 if table.has("standard_error"):
                     spread[leg] = table.numbers("standard_error", (6,))
-                table.done()
-        sensors.done()
     calibration = ForceCalibration(
         legs=legs,
         serials=tuple(serials),

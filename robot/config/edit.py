@@ -7,9 +7,11 @@ from typing import Any
 import tomlkit
 from tomlkit.exceptions import TOMLKitError
 
+from model.effects.catalogue import EFFECTS
+from model.effects.causes import Cause
 from model.effects.correction import Correction, KeyChange, merged
 from model.effects.machine import parse_machine
-from model.effects.written import EFFECTS_KEY, WHOLE_ROBOT, WrittenEffect, read_effects
+from model.effects.written import EFFECTS_KEY, WHOLE_ROBOT, causes_of
 from model.errors import ConfigError, GapError
 from model.parameters.tables import parse_table, read_legs
 from record.toml_file import toml_text
@@ -47,7 +49,7 @@ class Edited:
 
     text: str
     edits: tuple[Edit, ...]
-    effects: tuple[WrittenEffect, ...]
+    effects: tuple[Cause, ...]
 
 
 def edit_robot(text: str, correction: Correction, origin: str) -> Edited:
@@ -64,20 +66,15 @@ def edit_robot(text: str, correction: Correction, origin: str) -> Edited:
     """
     top = parse_table(text)
     legs = read_legs(top.table("legs")).names
-    there = read_effects(top, legs)
-    try:
-        document = tomlkit.parse(text)
-    except TOMLKitError as error:
-        raise ConfigError("robot file", f"is not valid TOML: {error}") from error
+    there = causes_of(top, legs)
+    document = _document(text)
     edits = tuple(_change(document, change, legs) for change in correction.changes)
-    old = {(one.name, one.leg): one for one in there}
+    old = {(one.effect, one.joints) for one in there}
     effects = tuple(one for one in merged(there, correction.effects) if one not in there)
     fresh = []
     for one in effects:
-        if (one.name, one.leg) in old:
-            place = document[EFFECTS_KEY][one.name][one.leg or WHOLE_ROBOT]
-            for name, value in one.values:
-                place[name] = _short(value)
+        if (one.effect, one.joints) in old:
+            document[EFFECTS_KEY][one.effect][_place(one)].update(_numbers(one))
         else:
             fresh.append(one)
     notes = [f"# changed by bigant gap apply, from {origin}:"]
@@ -99,15 +96,13 @@ def with_servo_zeros(text: str, zeros: Sequence[int]) -> str:
     Raises:
         ConfigError: The file is no TOML, or has not one zero a leg.
     """
+    document = _document(text)
     try:
-        document: Any = tomlkit.parse(text)
         there = document["legs"]["servo_zero"]
         if len(there) != len(zeros):
             raise IndexError
         for leg, zero in enumerate(zeros):
             there[leg] = int(zero)
-    except TOMLKitError as error:
-        raise ConfigError("robot file", f"is not valid TOML: {error}") from error
     except (KeyError, IndexError, TypeError) as error:
         raise ConfigError("legs.servo_zero", f"must be a list of {len(zeros)} zeros") from error
     return tomlkit.dumps(document)
@@ -123,12 +118,16 @@ def with_estimator(text: str, values: Mapping[str, float | str]) -> str:
     Raises:
         ConfigError: The file is no TOML.
     """
-    try:
-        document: Any = tomlkit.parse(text)
-    except TOMLKitError as error:
-        raise ConfigError("robot file", f"is not valid TOML: {error}") from error
+    document = _document(text)
     document.setdefault("estimator", tomlkit.table()).update(values)
     return tomlkit.dumps(document)
+
+
+def _document(text: str) -> Any:  # tables and values are indexed alike
+    try:
+        return tomlkit.parse(text)
+    except TOMLKitError as error:
+        raise ConfigError("robot file", f"is not valid TOML: {error}") from error
 
 
 def _change(document: Any, change: KeyChange, legs: Sequence[str]) -> Edit:
@@ -156,14 +155,22 @@ def _short(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
 
 
-def _tables(effects: Sequence[WrittenEffect], origin: str) -> list[str]:
+def _place(cause: Cause) -> str:
+    return cause.joints[0] if cause.joints else WHOLE_ROBOT
+
+
+def _numbers(cause: Cause) -> dict[str, float]:
+    named = EFFECTS[cause.effect].named(cause.values)
+    return {name: _short(value) for name, value in named.items()}
+
+
+def _tables(effects: Sequence[Cause], origin: str) -> list[str]:
     if not effects:
         return []
     head = f"What the nominal robot lacks, from {origin}. Delete a table once its cause is fixed."
     table: dict[str, Any] = {}
     for one in effects:
-        values = {name: _short(value) for name, value in one.values}
-        table.setdefault(one.name, {})[one.leg or WHOLE_ROBOT] = values
+        table.setdefault(one.effect, {})[_place(one)] = _numbers(one)
     return ["", toml_text({EFFECTS_KEY: table}, [head])]
 
 

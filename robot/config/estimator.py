@@ -46,7 +46,7 @@ def read_estimator(table: Table, legs: int) -> EstimatorConfig:
         if not table.has(one.name):
             continue
         if one.name == "law":
-            given[one.name] = _law(table)
+            given[one.name] = FrictionLaw(table.word(one.name, [law.value for law in FrictionLaw]))
         elif isinstance(one.default, bool):
             given[one.name] = table.flag(one.name)
         elif isinstance(one.default, int):
@@ -57,21 +57,9 @@ def read_estimator(table: Table, legs: int) -> EstimatorConfig:
         settings = EstimatorSettings(**given)  # type: ignore[arg-type]
     except ModelError as error:
         raise ConfigError("estimator", str(error)) from error
-    enabled = table.flag("enabled") if table.has("enabled") else legs >= 2
+    enabled = table.flag("enabled", otherwise=legs >= 2)
     if enabled and legs < 2:
         raise ConfigError(table.name("enabled"), "needs at least two legs; set it to false")
-    port = table.integer("pose_port", minimum=0, maximum=65535) if table.has("pose_port") else 0
-    memory = usual.memory
-    if table.has("memory"):
-        memory = table.number("memory", minimum=0, maximum=0.5)
-    table.done()
+    port = table.integer("pose_port", minimum=0, maximum=65535, otherwise=usual.pose_port)
+    memory = table.number("memory", minimum=0, maximum=0.5, otherwise=usual.memory)
     return EstimatorConfig(enabled, memory, port, settings)
-
-
-def _law(table: Table) -> FrictionLaw:
-    name = table.text("law")
-    try:
-        return FrictionLaw(name)
-    except ValueError:
-        known = ", ".join(law.value for law in FrictionLaw)
-        raise ConfigError(table.name("law"), f"must be one of {known}, not {name!r}") from None

@@ -4,10 +4,9 @@ Unknown or missing keys, wrong lengths, non-finite and impossible values are a `
 names the key and the reason. Nothing else in the program reads configuration.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 
@@ -46,7 +45,6 @@ HIGHEST_CURRENT_A = 2047 * CURRENT_UNIT_A
 LONGEST_LATE_S = 0.1
 WATCHDOG_STEP_S = 0.02
 FULL_TURN = 2 * np.pi
-Part = TypeVar("Part")
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,23 +136,18 @@ def parse_robot(text: str) -> RobotConfig:
     """
     top = parse_table(text)
     name = top.text("name")
-    legs_table = top.table("legs")
-    legs, bus_columns = _legs(legs_table)
-    servo_table = top.table("servo")
-    servo = _servo(servo_table)
-    limits = _limits(servo_table, servo)
-    servo_table.done()
+    legs, bus_columns = _legs(top.table("legs"))
+    servo, limits = _servo(top.table("servo"))
     gait_table = top.table("gait")
     parameters = RobotParameters(
-        body=_whole(top.table("body"), read_body),
+        body=read_body(top.table("body")),
         legs=legs,
-        linkage=_whole(top.table("linkage"), read_linkage),
-        contact=_whole(top.table("contact"), lambda table: read_contact(table, legs.count)),
+        linkage=read_linkage(top.table("linkage")),
+        contact=read_contact(top.table("contact"), legs.count),
         servo=servo,
         tripod=_tripod(gait_table.table("tripod"), legs),
         metachronal=_metachronal(gait_table.table("metachronal")),
     )
-    gait_table.done()
     for gait in GAIT_NAMES:
         make_gait(gait, parameters)  # refuses what cannot be a gait
     loop = _loop(top.table("loop"))
@@ -175,7 +168,6 @@ def parse_robot(text: str) -> RobotConfig:
         effects=causes_of(top, legs.names),
         estimator=read_estimator(top.maybe_table("estimator"), legs.count),
     )
-    safety_table.done()
     top.done()
     return config
 
@@ -188,13 +180,6 @@ class _WiringColumns:
     transducers: np.ndarray
 
 
-def _whole(table: Table, read: Callable[[Table], Part]) -> Part:
-    """Read a table of which nothing may be left over."""
-    part = read(table)
-    table.done()
-    return part
-
-
 def _legs(table: Table) -> tuple[LegParameters, _WiringColumns]:
     legs = read_legs(table)
     names, count = legs.names, legs.count
@@ -204,7 +189,6 @@ def _legs(table: Table) -> tuple[LegParameters, _WiringColumns]:
         zeros=table.integers("servo_zero", count, minimum=0, maximum=4095),
         transducers=table.integers("transducer", count, minimum=0, maximum=6),
     )
-    table.done()
     ids = dict(zip(names, columns.ids.tolist(), strict=True))
     _no_repeat(table.name("dynamixel_id"), ids, "two servos cannot share id")
     numbers = zip(names, columns.transducers.tolist(), strict=True)
@@ -223,23 +207,21 @@ def _no_repeat(key: str, numbers: Mapping[str, int], words: str) -> None:
             raise ConfigError(key, f"{words} {number} (legs {', '.join(legs)})")
 
 
-def _servo(table: Table) -> ServoParameters:
-    return ServoParameters(
+def _servo(table: Table) -> tuple[ServoParameters, SafetyLimits]:
+    servo = ServoParameters(
         supply_voltage=table.number("supply_voltage", minimum=9.5, maximum=16.0),
         rated_torque_limit=table.number("rated_torque_limit", above=0),
         max_speed=table.number("max_speed", above=0, maximum=HIGHEST_SPEED_RAD_S),
         max_acceleration=table.number("max_acceleration", above=0),
     )
-
-
-def _limits(table: Table, servo: ServoParameters) -> SafetyLimits:
-    return SafetyLimits(
+    limits = SafetyLimits(
         max_speed_rad_s=servo.max_speed,
         max_temperature_c=table.number("max_temperature", above=0, maximum=100),
         min_voltage_v=table.number("min_voltage", above=0, below=servo.supply_voltage),
         max_current_a=table.number("max_current", above=0, maximum=HIGHEST_CURRENT_A),
         max_following_error_rad=table.number("max_following_error", above=0, maximum=np.pi),
     )
+    return servo, limits
 
 
 def _tripod(table: Table, legs: LegParameters) -> TripodParameters:
@@ -251,7 +233,6 @@ def _tripod(table: Table, legs: LegParameters) -> TripodParameters:
         blend=table.number("blend", minimum=0, below=1),
         group_a=table.texts("group_a"),
     )
-    table.done()
     for leg in tripod.group_a:
         if leg not in legs.names:
             raise ConfigError(
@@ -263,24 +244,20 @@ def _tripod(table: Table, legs: LegParameters) -> TripodParameters:
 
 
 def _metachronal(table: Table) -> MetachronalParameters:
-    metachronal = MetachronalParameters(
+    return MetachronalParameters(
         frequency=table.number("frequency", above=0),
         stance_sweep=table.number("stance_sweep", above=0, below=FULL_TURN),
         duty=table.number("duty", above=0, below=1),
         cubic=table.number("cubic", minimum=0, maximum=1),
     )
-    table.done()
-    return metachronal
 
 
 def _loop(table: Table) -> LoopSettings:
-    loop = LoopSettings(
+    return LoopSettings(
         rate_hz=table.integer("rate", minimum=1, maximum=200),
         late_limit_s=table.number("late_limit", above=0, maximum=LONGEST_LATE_S),
         late_ticks=table.integer("late_ticks", minimum=1, maximum=1000),
     )
-    table.done()
-    return loop
 
 
 def _servo_bus(
@@ -296,7 +273,7 @@ def _servo_bus(
             f"{watchdog:g} s is less than three periods of the loop at {loop.rate_hz} Hz; "
             "it would trip in ordinary running",
         )
-    settings = ServoBusSettings(
+    return ServoBusSettings(
         names=legs.names,
         ids=columns.ids,
         signs=columns.signs,
@@ -305,8 +282,6 @@ def _servo_bus(
         watchdog_s=watchdog,
         silent_limit=table.integer("silent_limit", minimum=1, maximum=200),
     )
-    table.done()
-    return settings
 
 
 def _force_sensor(
@@ -319,7 +294,7 @@ def _force_sensor(
             table.name("oversampling"),
             f"rate x oversampling is {rate * oversampling}, the unit samples at most 4000 a second",
         )
-    settings = ForceSensorSettings(
+    return ForceSensorSettings(
         names=legs.names,
         transducers=columns.transducers,
         address=table.text("address"),
@@ -333,5 +308,3 @@ def _force_sensor(
         yaw_rad=table.numbers("yaw", (legs.count,)),
         bias_n=table.numbers("bias", (legs.count, 3)),
     )
-    table.done()
-    return settings

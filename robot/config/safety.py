@@ -66,9 +66,9 @@ def read_body_limits(table: Table) -> BodyLimits:
     """
     highest = {"max_tilt": math.pi / 2, "min_load": 0.95}
     given = {
-        field.name: table.number(field.name, above=0, maximum=highest.get(field.name, math.inf))
-        for field in fields(BodyLimits)
-        if table.has(field.name)
+        one.name: table.number(one.name, above=0, maximum=highest.get(one.name, math.inf))
+        for one in fields(BodyLimits)
+        if table.has(one.name)
     }
     return BodyLimits(**given)
 
@@ -79,19 +79,17 @@ def read_recovery(table: Table) -> RecoverySettings:
     Raises:
         ConfigError: A key makes no sense.
     """
-    if not table.has("recovery"):
-        return RecoverySettings()
-    recovery = table.table("recovery")
     usual = RecoverySettings()
-    settings = RecoverySettings(
+    if not table.has("recovery"):
+        return usual
+    recovery = table.table("recovery")
+    return RecoverySettings(
         most=recovery.integer("most", minimum=1, maximum=100),
-        window=recovery.number("window", above=0) if recovery.has("window") else usual.window,
-        wait=recovery.number("wait", above=0) if recovery.has("wait") else usual.wait,
+        window=recovery.number("window", above=0, otherwise=usual.window),
+        wait=recovery.number("wait", above=0, otherwise=usual.wait),
         causes=_causes(recovery) if recovery.has("causes") else usual.causes,
-        after_restart=recovery.flag("after_restart") if recovery.has("after_restart") else False,
+        after_restart=recovery.flag("after_restart", otherwise=usual.after_restart),
     )
-    recovery.done()
-    return settings
 
 
 def _causes(table: Table) -> HardwareError:

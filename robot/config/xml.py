@@ -5,7 +5,6 @@ about +y whose frame is turned by minus the mid-stance direction has the shaft a
 """
 
 import math
-from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import mujoco
@@ -16,6 +15,7 @@ from model.errors import ConfigError
 from model.values.parameters import RobotParameters
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
+from robot.requests.robot import RobotExportRequest
 from sim_hw.plant.four_bar import four_bar_point, leg_geometry
 from sim_hw.plant.parameters import PlantParameters
 
@@ -28,16 +28,16 @@ POSITION_GAIN = 55.0  # N m/rad: the MX-106's own gain at 12 V
 SERVO_DAMPING = 2.1  # N m s/rad: its back-EMF
 
 
-def export(robot: Path, *, urdf: Path | None, mjcf: Path | None) -> ExitCode:
+def export(request: RobotExportRequest) -> ExitCode:
     """Write a robot file as URDF, as MJCF or both, and check that MuJoCo loads them.
 
     Raises:
         ConfigError: Nothing is asked for, or a file cannot be written.
     """
-    if urdf is None and mjcf is None:
+    if request.urdf is None and request.mjcf is None:
         raise ConfigError("--urdf", "or --mjcf must say what to write")
-    config = load_robot(robot)
-    for path, make in ((urdf, urdf_text), (mjcf, mjcf_text)):
+    config = load_robot(request.robot)
+    for path, make in ((request.urdf, urdf_text), (request.mjcf, mjcf_text)):
         if path is None:
             continue
         text = make(config.name, config.parameters)

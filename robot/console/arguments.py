@@ -1,120 +1,199 @@
-"""Arguments that several commands share: robot file, scenario, walk. Imports nothing heavy."""
+"""A command's options, declared once: fields of a frozen dataclass, of which its parser is made.
+
+Imports nothing heavy: help has to answer at once.
+"""
 
 import argparse
+import math
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import MISSING, Field, dataclass, field, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from types import NoneType
+from typing import TYPE_CHECKING, Any, TypeVar, dataclass_transform, get_args
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 ROOT = Path(__file__).resolve().parent.parent.parent  # of the clone
+STDOUT = Path("-")
+EITHER = "either"  # the group of options that exclude each other
+WORK = "bigant_work"  # of a request's class: the function that does what is asked for
+Kind = TypeVar("Kind")
 Request = TypeVar("Request", bound="DataclassInstance")
 
 # What an MX-106 can be set to, in the order in which a scan tries them.
 BAUD_RATES = (57_600, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 115_200, 9_600, 4_500_000)
 
 
-def parsed(options: argparse.Namespace, kind: type[Request]) -> Request:
-    """Return what was asked for as a command's own frozen dataclass; the parser's values end here.
+@dataclass_transform(frozen_default=True, kw_only_default=True)
+def request(work: str) -> Callable[[type[Kind]], type[Kind]]:
+    """Make a class the request of a command: a frozen dataclass of its options.
+
+    Its fields are made by ``option`` and the functions below it; what stands behind the first paragraph
+    of its docstring is the command's help.
 
     Args:
-        options: What the parser returned.
-        kind: The dataclass; each of its fields is named like an option of the command.
+        work: ``module:function`` below ``robot``; the function takes the request and returns an exit code.
     """
-    return kind(**{field.name: getattr(options, field.name) for field in fields(kind)})
+
+    def made(kind: type[Kind]) -> type[Kind]:
+        kind = dataclass(frozen=True, slots=True, kw_only=True)(kind)
+        setattr(kind, WORK, work)
+        return kind
+
+    return made
 
 
-def add_robot(
-    parser: argparse.ArgumentParser, words: str = "robot file (default: config/bigant.toml)"
-) -> None:
-    """Add ``--robot``; the nominal robot file is its default."""
-    parser.add_argument(
-        "--robot",
-        type=Path,
-        metavar="FILE",
-        default=ROOT / "config" / "bigant.toml",
-        help=words,
-    )
-
-
-def add_port(
-    parser: argparse.ArgumentParser,
+def option(
+    text: str | None = None,
+    metavar: str | None = None,
     *,
-    required: bool = True,
-    baud: str = "baud rate now (all eight)",
-) -> None:
-    """Add ``--port`` and ``--baud``."""
-    every = "" if required else " (every USB port)"
-    parser.add_argument(
-        "--port",
-        metavar="PORT",
-        required=required,
-        help=f"serial port, for example /dev/ttyUSB0{every}",
-    )
-    parser.add_argument("--baud", type=baud_rate, metavar="B", help=baud)
+    default: Any = None,
+    flags: tuple[str, ...] = (),
+    group: str = "",
+    by_place: bool = False,
+    **words: Any,
+) -> Any:
+    """An option named like its field; a value is read as the field's type says.
+
+    Args:
+        text: Its help.
+        metavar: What its value is called in the help.
+        default: Its value where it is left out; ``MISSING`` for an option that is needed.
+        flags: Its names, if they are not the field's.
+        group: Heading in the help below which it stands, or ``EITHER``.
+        by_place: Whether it is known by its place and has no name.
+        words: For ``argparse``.
+    """
+    words = {"help": text, **({"metavar": metavar} if metavar else {}), **words}
+    kept = {"flags": flags, "group": group, "by_place": by_place, "words": words}
+    return field(default=default, metadata=kept)
 
 
-def add_discover(parser: argparse.ArgumentParser) -> None:
-    """Add ``--discover``."""
-    parser.add_argument(
-        "--discover",
-        metavar="ADDRESS[:PORT]|none",
-        default="255.255.255.255",
-        help="where to ask for force-torque units (default: broadcast on the local network)",
-    )
+def needed(text: str | None = None, metavar: str | None = None, **words: Any) -> Any:
+    """An option that must be given."""
+    return option(text, metavar, default=MISSING, required=True, **words)
 
 
-def add_source(parser: argparse.ArgumentParser) -> None:
-    """Add LOG, ``--live`` and ``--speed`` of a command that shows a run."""
-    parser.add_argument(
-        "path",
-        type=Path,
-        metavar="LOG",
-        nargs="?",
-        help="a log; with --live the one that is being written (default: the newest in runs/)",
-    )
-    parser.add_argument("--live", action="store_true", help="follow a running bigant drive")
-    parser.add_argument(
-        "--speed",
-        type=between(0.01, 1000),
-        default=1.0,
-        metavar="X",
-        help="of a recorded log (default: 1)",
-    )
+def several(text: str, metavar: str, **words: Any) -> Any:
+    """An option that may be given several times; its values are a tuple."""
+    return option(text, metavar, default=(), action="append", **words)
 
 
-def add_scenario(parser: argparse.ArgumentParser) -> None:
-    """Add ``--scenario``."""
-    parser.add_argument(
-        "--scenario",
-        type=Path,
-        metavar="FILE",
-        help="faults of the virtual hardware, for example examples/faults_servo.toml; what it may "
-        "say: bigant sim faults",
-    )
+def flag(text: str, **words: Any) -> Any:
+    """An option without a value."""
+    return option(text, default=False, action="store_true", **words)
 
 
-def add_json(parser: argparse.ArgumentParser, what: str = "the result") -> None:
-    """Add ``--json``."""
-    parser.add_argument("--json", action="store_true", help=f"{what} as JSON")
+def argument(metavar: str, text: str | None = None, *, default: Any = MISSING, **words: Any) -> Any:
+    """An argument that is known by its place; with ``default`` it may be left out."""
+    return option(text, metavar, default=default, by_place=True, **words)
+
+
+def robot_file(text: str = "robot file (default: config/bigant.toml)") -> Any:
+    """``--robot``; the nominal robot file is its default."""
+    return option(text, "FILE", default=ROOT / "config" / "bigant.toml")
+
+
+def servo_port() -> Any:
+    """``--port`` of the servo bus."""
+    return needed("serial port, for example /dev/ttyUSB0", "PORT")
+
+
+def any_port() -> Any:
+    """``--port`` of a command that looks at every port without it."""
+    return option("serial port, for example /dev/ttyUSB0 (every USB port)", "PORT")
+
+
+def baud_now(text: str = "baud rate now (all eight)") -> Any:
+    """``--baud``."""
+    return option(text, "B", type=baud_rate)
+
+
+def hardware_port(**words: Any) -> Any:
+    """``--hardware``, virtual by default."""
+    text = "virtual (default), or the serial port of the servo bus"
+    return option(text, "virtual|PORT", default="virtual", **words)
+
+
+def random_seed(
+    text: str | None = "seed of virtual noise", metavar: str | None = "N", **words: Any
+) -> Any:
+    """``--seed`` of a random generator."""
+    return option(text, metavar, default=0, type=between(0, whole=True), **words)
+
+
+def discovery() -> Any:
+    """``--discover`` force-torque units."""
+    text = "where to ask for force-torque units (default: broadcast on the local network)"
+    return option(text, "ADDRESS[:PORT]|none", default="255.255.255.255")
+
+
+def scenario_file() -> Any:
+    """``--scenario``."""
+    example = "for example examples/faults_servo.toml; what it may say: bigant sim faults"
+    return option(f"faults of the virtual hardware, {example}", "FILE")
+
+
+def as_json(text: str = "the result as JSON") -> Any:
+    """``--json``: print JSON."""
+    return flag(text)
+
+
+def json_file(what: str) -> Any:
+    """``--json [FILE]``: alone it prints, with FILE it writes."""
+    text = f"{what} as JSON into FILE; without FILE (or with -) printed, and nothing else"
+    return option(text, "FILE", nargs="?", const=STDOUT)
+
+
+def add_arguments(parser: argparse.ArgumentParser, kind: "type[DataclassInstance]") -> None:
+    """Add the options that the fields of a request are."""
+    groups: dict[str, argparse._ArgumentGroup] = {}
+    for one in fields(kind):
+        title, words = one.metadata["group"], dict(one.metadata["words"])
+        if title == EITHER and title not in groups:
+            groups[title] = parser.add_mutually_exclusive_group()
+        elif title and title not in groups:
+            groups[title] = parser.add_argument_group(title)
+        if words.get("action") != "store_true":
+            words.setdefault("type", _type_of_one(one))
+        if one.metadata["by_place"]:
+            parser.add_argument(one.name, **words)
+            continue
+        if one.default is not MISSING:
+            # argparse appends to lists
+            many = words.get("action") == "append" or words.get("nargs") == "+"
+            words["default"] = list(one.default) if many else one.default
+        flags = one.metadata["flags"] or (f"--{one.name.replace('_', '-')}",)
+        groups.get(title, parser).add_argument(*flags, dest=one.name, **words)
+
+
+def _type_of_one(one: "Field[Any]") -> Any:
+    """Return the type of one value of a field: inside ``X | None`` and ``tuple[X, ...]``."""
+    inner = [kind for kind in get_args(one.type) if kind not in {NoneType, Ellipsis}]
+    return inner[0] if inner else one.type
+
+
+def parsed(options: argparse.Namespace, kind: type[Request]) -> Request:
+    """Return what was asked for as a command's own request; the parser's values end here."""
+    values = {one.name: getattr(options, one.name) for one in fields(kind)}
+    return kind(**{n: tuple(v) if isinstance(v, list) else v for n, v in values.items()})
 
 
 def between(
-    low: float, high: float, unit: str = "", *, whole: bool = False
+    low: float, high: float = math.inf, unit: str = "", *, whole: bool = False
 ) -> Callable[[str], Any]:
-    """Return a reader of a number (a whole one, if so) from ``low`` to ``high``, both included."""
+    """Return a reader of a finite number (a whole one, if so) from ``low`` to ``high``, both included."""
     kind, noun = (int, "a whole number ") if whole else (float, "")
 
     def number(text: str) -> float:
         try:
             value = kind(text)
         except ValueError:
-            value = low - 1
-        if not low <= value <= high:
-            bounds = f"{noun}from {low:g} to {high:g} {unit}".rstrip()
-            raise argparse.ArgumentTypeError(f"must be {bounds}, not {text}")
+            value = math.nan
+        if not (low <= value <= high and value < math.inf):
+            bounds = f"from {low:g} to {high:g} {unit}" if high < math.inf else f"from {low:g} on"
+            raise argparse.ArgumentTypeError(f"must be {noun}{bounds.rstrip()}, not {text}")
         return value
 
     return number
@@ -128,29 +207,22 @@ def baud_rate(text: str) -> int:
     return int(text)
 
 
-def servo_id(text: str) -> int:
-    """Read a Dynamixel id."""
-    return int(between(0, 252, whole=True)(text))
+SERVO_ID = between(0, 252, whole=True)
+
+
+def id_or_all(text: str) -> int | None:
+    """Read a Dynamixel id; None for ``all``."""
+    return None if text == "all" else int(SERVO_ID(text))
 
 
 def positive(text: str) -> float:
     """Read a positive number."""
     value = float(text)
-    if not 0 < value < float("inf"):
+    if not 0 < value < math.inf:
         raise argparse.ArgumentTypeError(f"must be a positive number, not {text}")
     return value
 
 
-def seed(text: str) -> int:
-    """Read the seed of a random generator."""
-    if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"must be a whole number from 0 on, not {text}")
-    return int(text)
-
-
-def steer(text: str) -> float:
-    """Read a steering wish."""
-    value = float(text)
-    if not -1 <= value <= 1:
-        raise argparse.ArgumentTypeError(f"must be from -1 (right) to 1 (left), not {text}")
-    return value
+def names(text: str) -> tuple[str, ...]:
+    """Read names with commas between them."""
+    return tuple(name for part in text.split(",") if (name := part.strip()))

@@ -2,7 +2,7 @@
 
 import platform
 
-from record.log.versions import PACKAGES, version_of
+from record.log.header import PACKAGES, version_of
 
 
 def how_to_install(extra: str) -> str:

@@ -1,15 +1,15 @@
 """``--json``: values as JSON can hold them, printed or written."""
 
-import argparse
 import dataclasses
 import json
 import math
+from collections.abc import Iterable
 from pathlib import Path
 
 from model.errors import ConfigError
 from record.whole_file import check_room, write_text
+from robot.console.arguments import STDOUT
 
-STDOUT = Path("-")
 FIRST_BYTES = 64
 
 
@@ -38,17 +38,9 @@ def print_json(value: object, indent: int | None = 2) -> None:
     print(json_text(value, indent))
 
 
-def add_json(parser: argparse.ArgumentParser, what: str) -> None:
-    """Add ``--json [FILE]``: alone it prints, with FILE it writes.
-
-    Args:
-        parser: Of the command.
-        what: What is written, as in "the diagnosis".
-    """
-    parser.add_argument(
-        "--json", type=Path, nargs="?", const=STDOUT, metavar="FILE",
-        help=f"{what} as JSON into FILE; without FILE (or with -) printed, and nothing else",
-    )  # fmt: skip
+def print_result(value: object, lines: Iterable[str], *, as_json: bool) -> None:
+    """Print a result: as JSON for a program, or as lines for a person."""
+    print(json_text(value) if as_json else "\n".join(lines))
 
 
 def to_stdout(path: Path | None) -> bool:

@@ -5,7 +5,7 @@ import time
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
-from model.compile_notice import tell_of_compiling
+from model.compile_notice import on_compiling
 from robot.console.screen_fit import shortened, terminal_size
 
 if TYPE_CHECKING:  # importing it takes 50 ms of every --help
@@ -147,4 +147,4 @@ _LINE = CompileLine()
 
 def show_compiling() -> None:
     """From now on, show it on stderr."""
-    tell_of_compiling(_LINE)
+    on_compiling(_LINE)

@@ -16,7 +16,7 @@ from model.values.arrays import FloatArray, readonly
 from model.values.estimate import POSE, Estimate, OdometryInputs
 from model.values.legs import FootForces, JointState
 from model.values.parameters import RobotParameters
-from model.values.poses import PoseRecord
+from model.values.readings import PoseRecord
 from robot.config.estimator import EstimatorConfig
 from robot.config.robot_file import RobotConfig
 from robot.control.effects import EffectMemory, EffectsBeside

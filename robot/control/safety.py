@@ -9,6 +9,7 @@ shaft where it was measured: the first command with torque switches torque on th
 (``ServoBus.torque_on``), and a leg in ``Allowed.recover`` is brought back there (``ServoRecovery``).
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from math import isfinite
 
@@ -16,6 +17,7 @@ import numpy as np
 
 from drivers.dynamixel.mx106 import (
     EXTENDED_POSITION_LIMIT,
+    TICK_RAD,
     TICKS_PER_TURN,
     hardware_error_names,
 )
@@ -31,7 +33,7 @@ SPEED_SLACK = 1.05
 # A command older than the servos' watchdog and this is no basis for the next one: they have stopped.
 STALE_SLACK_NS = 10_000_000
 # Keep clear of the end of the servo's extended position range (+-256 turns).
-RANGE_MARGIN_TICKS = 2 * TICKS_PER_TURN
+LAST_TICK = EXTENDED_POSITION_LIMIT - 2 * TICKS_PER_TURN
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +86,7 @@ def gate(
     if not wished.torque:
         return Allowed(wished)
     angles = wished.angle_rad.tolist()
-    if not (all(map(isfinite, angles)) and all(map(isfinite, wished.rate_rad_s.tolist()))):
+    if not isfinite(sum(angles) + sum(wished.rate_rad_s.tolist())):
         known = np.isfinite(wished.angle_rad) & np.isfinite(wished.rate_rad_s)
         return Refused(f"{_legs(bus, ~known)}: the command is not a number")
     elapsed_ns = wished.t_ns - last.t_ns
@@ -97,7 +99,7 @@ def gate(
     if refused_ns is not None:
         elapsed_ns = wished.t_ns - refused_ns
     allowed_rad = limits.max_speed_rad_s * SPEED_SLACK * elapsed_ns * 1e-9
-    allowed_rad += 2 * np.pi / TICKS_PER_TURN
+    allowed_rad += TICK_RAD
     step_rad = [abs(to - at) for to, at in zip(angles, last.angle_rad.tolist(), strict=True)]
     if any(step > allowed_rad for step in step_rad):
         worst = int(np.nanargmax(step_rad))
@@ -105,9 +107,9 @@ def gate(
             f"{bus.names[worst]}: a step of {step_rad[worst]:.3f} rad in "
             f"{elapsed_ns * 1e-6:.0f} ms is faster than {limits.max_speed_rad_s:g} rad/s"
         )
-    ticks = bus.zeros + bus.signs * wished.angle_rad * (TICKS_PER_TURN / (2 * np.pi))
-    beyond = np.abs(ticks) > EXTENDED_POSITION_LIMIT - RANGE_MARGIN_TICKS
-    if True in beyond.tolist():
+    mounted = zip(bus.zeros.tolist(), bus.signs.tolist(), angles, strict=True)
+    beyond = [abs(zero + sign * angle / TICK_RAD) > LAST_TICK for zero, sign, angle in mounted]
+    if any(beyond):
         return Refused(
             f"{_legs(bus, beyond)}: the servo's turn counter is used up (256 turns); "
             "stop, cut torque and start again to set it back"
@@ -115,7 +117,7 @@ def gate(
     return Allowed(wished, recover)
 
 
-def _legs(bus: ServoBusSettings, where: BoolArray) -> str:
+def _legs(bus: ServoBusSettings, where: Iterable[bool]) -> str:
     return " ".join(name for name, here in zip(bus.names, where, strict=True) if here)
 
 

@@ -22,12 +22,15 @@ from robot.config.robot_file import RobotConfig, load_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.program_output import complain, keep_earlier, stop_output
 from robot.console.screen_fit import columns_of
+from robot.console.table import row_lines
 from robot.control.controller import Controller
 from robot.control.effect_uses import true_forces_of, unused_notes
 from robot.control.stops import STOPS
-from robot.drive.request import DriveRequest, open_robot
-from robot.report.long_log import read_summary
-from robot.report.summary_text import busy_words, summary_lines
+from robot.report.summary import read_summary
+from robot.report.summary_text import busy_words, summary_rows
+from robot.requests.single import DriveRequest
+from robot.run.force_unit import NO_UNIT, check_no_unit, unit_settings
+from robot.run.hardware import open_real
 from robot.run.header import TappedLog, open_log
 from robot.run.loop import Operator, RunResult, no_full_collection, run
 from robot.run.operator import Interrupts, Script, ScriptedOperator
@@ -55,7 +58,7 @@ def drive(request: DriveRequest) -> ExitCode:
     gait = Controller(config, (), armed=False).book.gaits[request.gait]
     frequency_hz = request.frequency_hz if request.frequency_hz is not None else gait.frequency_hz
     check_gait(gait, frequency_hz, config.parameters.servo)
-    request.check_hardware()
+    check_hardware(request)
     if request.virtual_time and (request.pose_udp or config.estimator.pose_port):
         raise ConfigError("--pose-udp", "cannot be heard in virtual time; leave --virtual-time out")
     if request.rate_hz is not None and config.servo_bus.watchdog_s < 3 / request.rate_hz:
@@ -128,6 +131,50 @@ def drive_as(
     if busy and not request.virtual_time:
         print(busy, file=sys.stderr)
     return code
+
+
+def check_hardware(request: DriveRequest) -> None:
+    """Refuse what the robot asked for cannot have.
+
+    Raises:
+        ConfigError: It makes no sense.
+    """
+    if request.virtual:
+        check_no_unit(request.force_unit)
+    elif request.virtual_time:
+        raise ConfigError(
+            "--virtual-time", "needs --hardware virtual; real servos live in real time"
+        )
+    elif request.scenario is not None:
+        raise ConfigError(
+            "--scenario", "needs --hardware virtual; faults are put on virtual devices only"
+        )
+
+
+def open_robot(config: RobotConfig, request: DriveRequest, tap: WireTap | None) -> Rig:
+    """Open the robot of a run.
+
+    Args:
+        config: Robot file.
+        request: The run, ``armed`` decided.
+        tap: Listens in on all wires, from the first byte on; None for nobody.
+
+    Raises:
+        BigantError: It cannot be opened.
+    """
+    with_forces = request.force_unit != NO_UNIT
+    if not request.virtual:
+        unit = unit_settings(request.force_unit, config.force_sensor) if with_forces else None
+        return open_real(config, request.hardware, unit, armed=request.armed, tap=tap)
+    # here, so that the simulator is not in the process that drives a real robot
+    from robot.virtual.open import VirtualSettings, open_in_memory, open_virtual
+    from sim_hw.faults.scenario import load_scenario
+
+    scenario = None
+    if request.scenario is not None:
+        scenario = load_scenario(request.scenario, [int(i) for i in config.servo_bus.ids])
+    settings = VirtualSettings(request.seed, request.armed, with_forces, scenario, tap)
+    return (open_in_memory if request.virtual_time else open_virtual)(config, settings)
 
 
 def _operator(
@@ -208,7 +255,7 @@ def _say(log: Path | None, result: RunResult, log_error: str) -> ExitCode:
             print(f"done ({words}), {torque}", flush=True)
         if log is not None and not log_error:
             summary, _ = read_summary(log)
-            for line in summary_lines(summary, columns_of(sys.stdout)):
+            for line in row_lines(summary_rows(summary), columns_of(sys.stdout)):
                 print(line)
             print(f"log: {log}   (bigant show {log})")
         elif result.last is not None:

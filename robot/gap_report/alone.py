@@ -1,32 +1,22 @@
 """``bigant gap alone``: how much of the gap effects explain by themselves, for example a delay."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from dataclasses import asdict
 
 from gap.diagnosis.alone import Alone, each_alone
 from gap.interfaces import Cause, Effect
 from robot.console.exit_codes import ExitCode
-from robot.console.json_output import print_json
+from robot.console.json_output import print_result
 from robot.console.progress import ProgressBar
 from robot.console.table import Column, table_lines
 from robot.gap_report.trials import read_trials, simulator_for
 from robot.gap_report.words import parameters_of
+from robot.requests.gap import GapAloneRequest
 
 TABLE = (Column("", width=40), Column("", ".4g", 9), Column(""), Column(""), Column(""))
 
 
-@dataclass(frozen=True, slots=True)
-class AloneRequest:
-    """What ``bigant gap alone`` was asked for."""
-
-    trials: list[Path]
-    effect: list[str]
-    joint: list[str]
-    json: bool
-
-
-def fit_alone(request: AloneRequest) -> ExitCode:
+def fit_alone(request: GapAloneRequest) -> ExitCode:
     """Fit each effect by itself, or several joined with +, and judge it on the held-out runs.
 
     Raises:
@@ -39,10 +29,8 @@ def fit_alone(request: AloneRequest) -> ExitCode:
     sets = [tuple(text.split("+")) for text in request.effect] or [(name,) for name in effects]
     with ProgressBar("alone") as bar:
         found = each_alone(trials, simulator, sets, bar.tell)
-    if request.json:
-        print_json([_as_json(one, effects) for one in found])
-    else:
-        print("\n".join(_lines(found, effects)))
+    result = [_as_json(one, effects) for one in found]
+    print_result(result, _lines(found, effects), as_json=request.json)
     return ExitCode.OK
 
 

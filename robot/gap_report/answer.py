@@ -13,13 +13,9 @@ from record.trial.header import read_text
 
 @dataclass(frozen=True, slots=True)
 class ReadDiagnosis:
-    """What is needed of a diagnosis to act on it.
+    """What is needed of the diagnosis in a file to act on it.
 
     Attributes:
-        path: Its file.
-        verdict: The answer.
-        simulator: Simulator that was diagnosed.
-        causes: Causes.
         on_bound: Effects of those that have a number on its bound.
         rivals: What the runs could not distinguish from a cause: the cause's effect, the rival's effect and
             legs.
@@ -44,9 +40,7 @@ class ReadDiagnosis:
 def read_diagnosis(path: Path, effects: tuple[Effect, ...]) -> ReadDiagnosis:
     """Read the JSON of ``bigant gap diagnose``, or of any program that writes its shape.
 
-    Args:
-        path: The file.
-        effects: The catalogue, for the order of the parameters.
+    The effects are those of the catalogue, which gives the order of the parameters.
 
     Raises:
         RecordError: It cannot be read.
@@ -54,13 +48,13 @@ def read_diagnosis(path: Path, effects: tuple[Effect, ...]) -> ReadDiagnosis:
     """
     text = read_text(path)
     try:
-        told = json.loads(text)
+        answer = json.loads(text)
     except ValueError as error:
         raise GapError(
             f"{path} is no JSON ({error}); give the file of: bigant gap diagnose --json"
         ) from error
     try:
-        return _read(told, path, {effect.name: effect for effect in effects})
+        return _read(answer, path, {effect.name: effect for effect in effects})
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         why = f"it has no {error}" if isinstance(error, KeyError) else str(error)
         raise GapError(
@@ -68,22 +62,22 @@ def read_diagnosis(path: Path, effects: tuple[Effect, ...]) -> ReadDiagnosis:
         ) from error
 
 
-def _read(told: dict[str, Any], path: Path, effects: dict[str, Effect]) -> ReadDiagnosis:
-    files = [_file(str(name), path) for name in told.get("files", ())]
-    judged = told.get("trials", {})
+def _read(answer: dict[str, Any], path: Path, effects: dict[str, Effect]) -> ReadDiagnosis:
+    files = [_file(str(name), path) for name in answer.get("files", ())]
+    judged = answer.get("trials", {})
     numbers = [*judged.get("fitted", ()), *judged.get("held_out", ())]
     known = max(map(int, numbers)) + 1 if numbers else len(files)
-    count = len(files) - int(told.get("references", len(files) - known))
+    count = len(files) - int(answer.get("references", len(files) - known))
     there = bool(files) and all(one.is_file() for one in files)
-    shrink = told["gap"].get("shrink")
-    robot = told.get("robot")
+    shrink = answer["gap"].get("shrink")
+    robot = answer.get("robot")
     return ReadDiagnosis(
         path=path,
-        verdict=str(told["verdict"]),
-        simulator=str(told.get("simulator", "legged")),
-        causes=tuple(_cause(one, path, effects) for one in told["causes"]),
-        on_bound=tuple(str(one["effect"]) for one in told["causes"] if one.get("on_bound")),
-        rivals=tuple(_rival(told, a, b) for a, b in told.get("ambiguous_with", ())),
+        verdict=str(answer["verdict"]),
+        simulator=str(answer.get("simulator", "legged")),
+        causes=tuple(_cause(one, path, effects) for one in answer["causes"]),
+        on_bound=tuple(str(one["effect"]) for one in answer["causes"] if one.get("on_bound")),
+        rivals=tuple(_rival(answer, a, b) for a, b in answer.get("ambiguous_with", ())),
         shrink=math.nan if shrink is None else float(shrink),
         trials=tuple(files[:count]) if there else (),
         references=tuple(files[count:]) if there else (),
@@ -91,11 +85,11 @@ def _read(told: dict[str, Any], path: Path, effects: dict[str, Effect]) -> ReadD
     )
 
 
-def _rival(told: dict[str, Any], named: str, other: str) -> tuple[str, str, tuple[str, ...]]:
+def _rival(answer: dict[str, Any], named: str, other: str) -> tuple[str, str, tuple[str, ...]]:
     """A pair of names; legs stand behind a name where both are one effect, else in the list of rivals."""
     effect, *legs = other.split(" ")
     if not legs:
-        likely = sorted(told.get("rivals", ()), key=lambda one: -float(one["probability"] or 0.0))
+        likely = sorted(answer.get("rivals", ()), key=lambda one: -float(one["probability"] or 0.0))
         legs = next((list(one["joints"]) for one in likely if one["effect"] == effect), [])
     return named.split(" ")[0], effect, tuple(legs)
 

@@ -1,16 +1,16 @@
 """``bigant gap apply``: a diagnosis into a corrected robot file, and the gap measured again through it."""
 
 import math
-from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from gap.diagnosis.findings import Verdict
 from gap.diagnosis.how_far import HowFar
 from gap.diagnosis.remeasured import remeasure
-from gap.machines.legged.catalogue import CATALOGUE
 from gap.machines.legged.simulator import LeggedSimulator
+from model.effects.catalogue import CATALOGUE, EFFECTS
 from model.effects.correction import correction_of
 from model.effects.machine import parse_machine
+from model.effects.written import table_name
 from model.errors import ConfigError, GapError
 from model.parameters.tables import parse_table, read_legs
 from record.whole_file import check_room, write_text
@@ -23,23 +23,13 @@ from robot.control.effect_uses import USES
 from robot.gap_report.answer import ReadDiagnosis, read_diagnosis
 from robot.gap_report.trials import Runs, read_runs, robot_text
 from robot.gap_report.words import LEGGED_SIMULATORS, changed_channels
+from robot.requests.gap import GapApplyRequest
 
 MOST_CHANNELS = 8
 KEYS = (Column("", width=28), Column("", ".4g", 10), Column(""), Column("", ".4g"), Column(""))
 
 
-@dataclass(frozen=True, slots=True)
-class ApplyRequest:
-    """What ``bigant gap apply`` was asked for."""
-
-    diagnosis: Path
-    robot: Path | None
-    out: Path
-    anyway: bool
-    json: bool
-
-
-def apply_diagnosis(request: ApplyRequest) -> ExitCode:
+def apply_diagnosis(request: GapApplyRequest) -> ExitCode:
     """Correct the robot file and measure again.
 
     Raises:
@@ -71,25 +61,23 @@ def apply_diagnosis(request: ApplyRequest) -> ExitCode:
 
 
 def _check(found: ReadDiagnosis, *, anyway: bool) -> None:
-    path = found.path
+    path, why = found.path, ""
     if found.simulator not in LEGGED_SIMULATORS:
-        raise GapError(
-            f"{path} is of the {found.simulator} simulator, whose machine is no robot of ours; apply its "
-            "numbers to your own file"
+        why = (
+            f"is of the {found.simulator} simulator, whose machine is no robot of ours; apply its numbers "
+            "to your own file"
         )
-    if not found.causes:
-        raise GapError(
-            f"{path} names no cause (verdict {found.verdict}): there is nothing to apply"
+    elif not found.causes:
+        why = f"names no cause (verdict {found.verdict}): there is nothing to apply"
+    elif found.on_bound and not anyway:
+        why = (
+            f"says that {', '.join(found.on_bound)} is on its bound, so it is no effect of this form; look "
+            "for another cause, or add --anyway"
         )
-    if found.on_bound and not anyway:
-        raise GapError(
-            f"{', '.join(found.on_bound)} is on its bound, so it is not an effect of this form; look for "
-            "another cause, or add --anyway"
-        )
-    if found.verdict == Verdict.UNEXPLAINED.value and not anyway:
-        raise GapError(
-            f"{path} says that its causes do not explain the gap; apply them all the same with --anyway"
-        )
+    elif found.verdict == Verdict.UNEXPLAINED.value and not anyway:
+        why = "says that its causes do not explain the gap; apply them all the same with --anyway"
+    if why:
+        raise GapError(f"{path} {why}")
 
 
 def _robot_text(found: ReadDiagnosis, runs: Runs | None, robot: Path | None) -> str:
@@ -116,9 +104,10 @@ def _lines(out: Path, found: ReadDiagnosis, edited: Edited, far: HowFar | None) 
     keys = [(e.key, e.before, "->", e.after, e.why) for e in edited.edits]
     lines = [f"written: {out}", *table_lines(KEYS, keys, "  ")]
     for one in edited.effects:
-        numbers = ", ".join(f"{name} = {value:.4g}" for name, value in one.values) or "a law"
-        lines.append(f"  [{one.key}]  {numbers}")
-        lines.append(f"      drive, odom, replay: {USES[one.name].value}")
+        named = EFFECTS[one.effect].named(one.values)
+        numbers = ", ".join(f"{name} = {value:.4g}" for name, value in named.items()) or "a law"
+        lines.append(f"  [{table_name(one.effect, one.joints)}]  {numbers}")
+        lines.append(f"      drive, odom, replay: {USES[one.effect].value}")
     if found.verdict == Verdict.AMBIGUOUS.value:
         others = ", ".join(dict.fromkeys(other for _, other, _ in found.rivals))
         lines.append(f"note: these runs also allow {others} instead; see bigant gap next")
@@ -140,25 +129,20 @@ def _lines(out: Path, found: ReadDiagnosis, edited: Edited, far: HowFar | None) 
 
 
 def _as_json(out: Path, edited: Edited, far: HowFar | None) -> dict[str, object]:
-    return {
-        "file": out,
-        "keys": edited.edits,
-        "effects": [
-            {
-                "effect": e.name,
-                "leg": e.leg,
-                "parameters": dict(e.values),
-                "use": USES[e.name].value,
-            }
-            for e in edited.effects
-        ],
-        "gap": None
-        if far is None
-        else {
-            "before": far.before,
-            "after": far.after,
-            "shrink": far.shrink,
-            "shrink_interval": [far.low, far.high],
-            "channels": [asdict(one) for one in far.channels],
-        },
-    }
+    effects = [
+        {
+            "effect": e.effect,
+            "leg": "".join(e.joints),
+            "parameters": EFFECTS[e.effect].named(e.values),
+            "use": USES[e.effect].value,
+        }
+        for e in edited.effects
+    ]
+    gap = None if far is None else {
+        "before": far.before,
+        "after": far.after,
+        "shrink": far.shrink,
+        "shrink_interval": [far.low, far.high],
+        "channels": far.channels,
+    }  # fmt: skip
+    return {"file": out, "keys": edited.edits, "effects": effects, "gap": gap}

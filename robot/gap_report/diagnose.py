@@ -1,14 +1,12 @@
 """``bigant gap diagnose``: where a simulator differs from measured runs, why, how far it shrinks."""
 
-from dataclasses import dataclass
+from contextlib import nullcontext
 from datetime import UTC, datetime
-from pathlib import Path
 
 from gap.diagnosis.as_json import diagnosis_json
-from gap.diagnosis.diagnose import diagnose
+from gap.diagnosis.diagnose import Proposer, diagnose
 from gap.diagnosis.findings import Diagnosis, Verdict
 from gap.interfaces import Simulator
-from gap.proposals import Proposer
 from gap.residuals.predictions import prediction_pool
 from model.errors import ConfigError, GapError
 from record.trial.header import LEGGED
@@ -17,33 +15,13 @@ from robot.console.exit_codes import ExitCode
 from robot.console.json_output import check_json, give_json, to_stdout
 from robot.console.progress import ProgressBar
 from robot.console.screen_fit import terminal_width
-from robot.gap_report.runs import proposer_of
 from robot.gap_report.summary import summary_lines
-from robot.gap_report.trials import Runs, read_runs
-from robot.gap_report.words import subject_of
-
-CHAIN, MUJOCO = "chain", "mujoco"
-
-
-@dataclass(frozen=True, slots=True)
-class DiagnoseRequest:
-    """What ``bigant gap diagnose`` was asked for."""
-
-    trials: list[Path]
-    reference: list[Path]
-    joint: list[str]
-    robot: Path | None
-    json: Path | None
-    html: Path | None
-    effects: Path | None
-    sim: str
-    effects_only: tuple[str, ...]
-    screen: int
-    jobs: int
-    seed: int
+from robot.gap_report.trials import Runs, proposer_of, read_runs
+from robot.gap_report.words import machine_words
+from robot.requests.gap import MUJOCO, GapDiagnoseRequest
 
 
-def diagnose_runs(request: DiagnoseRequest) -> ExitCode:
+def diagnose_runs(request: GapDiagnoseRequest) -> ExitCode:
     """Diagnose, print and write what was asked for.
 
     Raises:
@@ -71,52 +49,38 @@ def diagnose_runs(request: DiagnoseRequest) -> ExitCode:
         from robot.gap_report.page import diagnosis_page  # and with it matplotlib
 
         today = datetime.now(tz=UTC).astimezone().date()
-        subject = subject_of(runs.trials[0], request.trials, request.reference, today)
-        write_text(request.html, diagnosis_page(found, subject), "--html")
+        machine = machine_words(runs.trials[0])
+        page = diagnosis_page(found, machine, today, request.trials, request.reference)
+        write_text(request.html, page, "--html")
         if not to_stdout(request.json):
             print(f"page: {request.html}")
     return ExitCode.VERDICT_FAILED if found.verdict is Verdict.UNEXPLAINED else ExitCode.OK
 
 
-def _simulator(runs: Runs, request: DiagnoseRequest) -> Simulator:
+def _simulator(runs: Runs, request: GapDiagnoseRequest) -> Simulator:
     if request.sim != MUJOCO:
         if request.effects_only:
-            raise ConfigError(
-                "--effects-only", f"goes with --sim {MUJOCO}; the chain tries them all"
-            )
+            raise ConfigError("--effects-only", "goes with --sim mujoco; the chain tries them all")
         return runs.simulator(request.effects)
     kind = runs.trials[0].header.kind
     if kind != LEGGED:
-        raise GapError(f"--sim {MUJOCO} is for legged robots; the trials are of kind {kind}")
+        raise GapError(f"--sim mujoco is for legged robots; the trials are of kind {kind}")
     if request.effects is not None:
-        raise ConfigError(
-            "--effects", f"are for the chain; --sim {MUJOCO} has its own (--effects-only)"
-        )
+        words = "are for the chain; --sim mujoco has its own (--effects-only)"
+        raise ConfigError("--effects", words)
     from robot.gap_report.mujoco import mujoco_simulator  # and with it MuJoCo
 
-    return mujoco_simulator(
-        runs.trials,
-        runs.references,
-        runs.robot_text,
-        request.effects_only,
-        request.screen,
-        request.jobs,
-    )
+    return mujoco_simulator(runs, request.effects_only, request.screen, request.jobs)
 
 
-def _diagnosis(runs: Runs, simulator: Simulator, request: DiagnoseRequest) -> Diagnosis:
-    trials, references, proposer = runs.trials, runs.references, _proposer(runs, simulator)
-    with ProgressBar("diagnosis") as bar:
-        if request.jobs == 1:
-            return diagnose(
-                trials, simulator, references, progress=bar.tell, seed=request.seed,
-                proposer=proposer,
-            )  # fmt: skip
-        with prediction_pool(simulator, trials, references, request.jobs) as pool:
-            return diagnose(
-                trials, simulator, references, executor=pool, progress=bar.tell,
-                seed=request.seed, proposer=proposer,
-            )  # fmt: skip
+def _diagnosis(runs: Runs, simulator: Simulator, request: GapDiagnoseRequest) -> Diagnosis:
+    trials, references, jobs = runs.trials, runs.references, request.jobs
+    pool = nullcontext() if jobs == 1 else prediction_pool(simulator, trials, references, jobs)
+    with ProgressBar("diagnosis") as bar, pool as executor:
+        return diagnose(
+            trials, simulator, references, executor=executor, progress=bar.tell,
+            seed=request.seed, proposer=_proposer(runs, simulator),
+        )  # fmt: skip
 
 
 def _proposer(runs: Runs, simulator: Simulator) -> Proposer | None:
@@ -124,6 +88,6 @@ def _proposer(runs: Runs, simulator: Simulator) -> Proposer | None:
     if simulator.name != "legged":
         return None
     try:
-        return proposer_of(runs.robot_text, runs.robot)[0]
+        return proposer_of(runs.robot_text, runs.robot)[0].proposals
     except GapError:
         return None  # a robot of other legs without gaits: it can be diagnosed, not sent walking

@@ -2,49 +2,35 @@
 
 import textwrap
 from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
 
 from gap.effect_file import read_effects
 from gap.interfaces import Effect, Parameter, Scope
-from gap.machines.legged.catalogue import CATALOGUE
-from model.effects.catalogue import STAGES
+from model.effects.catalogue import CATALOGUE, STAGES
 from model.errors import ConfigError
 from robot.console.exit_codes import ExitCode
-from robot.console.json_output import print_json
+from robot.console.json_output import print_result
 from robot.console.screen_fit import WIDTH
+from robot.requests.gap import GapEffectsRequest
 
 
-@dataclass(frozen=True, slots=True)
-class EffectsRequest:
-    """What ``bigant gap effects`` was asked for."""
-
-    effects: Path | None
-    stage: str | None
-    json: bool
-
-
-def list_effects(request: EffectsRequest) -> ExitCode:
+def list_effects(request: GapEffectsRequest) -> ExitCode:
     """List the catalogue, with a user's own effects behind it.
 
     Raises:
         ConfigError: There is no such stage.
         GapError: The file of effects cannot be used.
     """
-    effects = list(CATALOGUE)
+    effects: list[Effect] = list(CATALOGUE)
     if request.effects is not None:
         taken = tuple(effect.name for effect in effects)
         effects += [user.effect for user in read_effects(request.effects, STAGES, taken)]
     if request.stage is not None:
         if request.stage not in STAGES:
-            raise ConfigError(
-                "--stage", f"{request.stage!r} is none; stages are {', '.join(STAGES)}"
-            )
+            words = f"{request.stage!r} is none; stages are {', '.join(STAGES)}"
+            raise ConfigError("--stage", words)
         effects = [effect for effect in effects if effect.stage == request.stage]
-    if request.json:
-        print_json([_as_json(effect) for effect in effects])
-    else:
-        print("\n".join(_lines(effects)))
+    result = [_as_json(effect) for effect in effects]
+    print_result(result, _lines(effects), as_json=request.json)
     return ExitCode.OK
 
 
@@ -65,10 +51,8 @@ def _lines(effects: Sequence[Effect]) -> list[str]:
         here = [effect for effect in effects if effect.stage == stage]
         lines += [stage.upper()] if here else []
         for effect in here:
-            scopes = ", ".join(
-                "whole robot" if scope is Scope.ALL else "single legs" for scope in effect.scopes
-            )
-            lines.append(f"  {effect.name}  ({scopes})")
+            scopes = ("whole robot" if s is Scope.ALL else "single legs" for s in effect.scopes)
+            lines.append(f"  {effect.name}  ({', '.join(scopes)})")
             lines += [f"      {_words(parameter)}" for parameter in effect.parameters]
             for text in (effect.physics, f"To do: {effect.remedy}"):
                 lines += textwrap.wrap(

@@ -1,10 +1,10 @@
 """``bigant import``: measured tables checked, written as logs or trials; what is odd there, in words."""
 
-import json
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,40 +16,19 @@ from record.trial.header import TrialHeader
 from record.trial.import_table import Imported, ImportReport, import_tables
 from record.trial.table_file import Column
 from record.trial.trial import Trial, build_trial, write_trial
+from record.whole_file import write_text, writing
 from robot.console.exit_codes import ExitCode
-from robot.console.json_output import plain
+from robot.console.json_output import json_text, print_result
 from robot.console.progress import ProgressBar
 from robot.gap_report.trials import simulator_for
+from robot.requests.single import ImportRequest
 
 SUFFIXES = (".mcap", ".parquet", ".csv")
 SHOWN_ROWS = 10
 
 
-@dataclass(frozen=True, slots=True)
-class ImportRequest:
-    """Options of ``bigant import``."""
-
-    paths: list[Path]
-    map: str | None
-    out: Path | None
-    report: Path | None
-    json: bool
-
-    @property
-    def folder(self) -> bool:
-        """Whether ``out`` is a folder, for a trial of each table."""
-        return self.out is not None and not self.out.suffix
-
-
-@dataclass(frozen=True, slots=True)
-class TableReport:
-    """One table's report.
-
-    Attributes:
-        report: What the import found.
-        faults: What the diagnosis would find wrong with the data; empty where no machine is named.
-        lost: What the written file has no place for.
-    """
+class TableReport(NamedTuple):
+    """What the import found in a table, and the diagnosis in its data; what the file has no place for."""
 
     report: ImportReport
     faults: tuple[DataFault, ...]
@@ -57,36 +36,34 @@ class TableReport:
 
 
 def bring_in(request: ImportRequest) -> ExitCode:
-    """Import tables.
+    """Import tables, or list the maps that come with the program.
 
     Raises:
         ConfigError: ``--out`` names no kind of file we write, or there is nothing to import.
         RecordError: A file cannot be read or written, or nothing in the table is known.
     """
+    if request.maps:
+        return _list_maps(as_json=request.json)
     out = request.out
     if not request.paths:
         raise ConfigError("TABLE", "name a table to import, or --maps to list the maps")
     given = read_column_map(find_map(request.map)) if request.map is not None else ColumnMap()
     if out is not None and not request.folder:
         if out.suffix not in SUFFIXES:
-            raise ConfigError(
-                "--out", f"must end in .mcap, .parquet or .csv, or be a folder, not {out}"
-            )
+            words = f"must end in .mcap, .parquet or .csv, or be a folder, not {out}"
+            raise ConfigError("--out", words)
         if len(request.paths) > 1:
             raise ConfigError("--out", f"several tables need a folder, not {out}")
     reports = _import_all(request, given)
-    text = json.dumps(report_json(reports), indent=2) + "\n"
+    text = json_text(_as_json(reports))
     if request.report is not None:
-        whole = text if request.report.suffix == ".json" else "\n".join(all_lines(reports)) + "\n"
-        try:
-            request.report.write_text(whole, encoding="utf-8")
-        except OSError as error:
-            raise RecordError(
-                f"{request.report} cannot be written: {error.strerror}; choose another --report"
-            ) from error
-    short = lines_of_one(reports[0]) if len(reports) == 1 else all_lines(reports)
-    print(text.rstrip() if request.json else "\n".join(short))
-    if out is not None and not request.json:
+        whole = text if request.report.suffix == ".json" else "\n".join(all_lines(reports))
+        write_text(request.report, whole + "\n", "--report")
+    if request.json:
+        print(text)
+        return ExitCode.OK
+    print(*(lines_of_one(reports[0]) if len(reports) == 1 else all_lines(reports)), sep="\n")
+    if out is not None:
         print(_written(reports, out, folder=request.folder))
     return ExitCode.OK
 
@@ -109,7 +86,7 @@ def _import_all(request: ImportRequest, given: ColumnMap) -> tuple[TableReport, 
                 tell(0.5 + 0.5 * at / len(tables))
                 lost: tuple[str, ...] = ()
                 if out is not None and one.trial is not None:
-                    target = out / f"{name_of(one.report)}.parquet" if request.folder else out
+                    target = out / f"{_name_of(one.report)}.parquet" if request.folder else out
                     lost = _write(one, one.trial, target, lambda share: tell(0.5 + 0.5 * share))
                 reports.append(TableReport(one.report, data_faults(one.trial), lost))
     return tuple(reports)
@@ -121,12 +98,8 @@ def _write(
     """Write a trial; return what there was no place for."""
     if out.resolve() == one.report.path.resolve():
         raise RecordError(f"{out} is the table itself; choose another --out")
-    try:
+    with writing(out.parent):
         out.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RecordError(
-            f"{out.parent} cannot be made: {error.strerror}; choose another"
-        ) from error
     if out.suffix != ".mcap":
         write_trial(trial, out)
         return ()
@@ -143,14 +116,13 @@ def _written(reports: Sequence[TableReport], out: Path, *, folder: bool) -> str:
     return f"{out}: {samples} samples{lost}"
 
 
-def list_maps(*, as_json: bool) -> ExitCode:
+def _list_maps(*, as_json: bool) -> ExitCode:
     """List the maps that come with the program."""
     maps = [(name, read_column_map(find_map(name)).about) for name in map_names()]
-    if as_json:
-        print(json.dumps([{"name": name, **asdict(about)} for name, about in maps], indent=2))
-    else:
-        for name, about in maps:
-            print(f"{name:<16} {about.what}\n{'':<16} {about.source}; {about.licence}")
+    lines = [
+        f"{name:<16} {about.what}\n{'':<16} {about.source}; {about.licence}" for name, about in maps
+    ]
+    print_result([{"name": name, **asdict(about)} for name, about in maps], lines, as_json=as_json)
     return ExitCode.OK
 
 
@@ -169,11 +141,9 @@ def _simulator(header: TrialHeader) -> Simulator:
     return simulator_for([build_trial(header, (Column("time_s", np.zeros(0)),))], None)
 
 
-def report_json(reports: Sequence[TableReport]) -> object:
-    """Return the report of one table, or of each of several under ``tables``."""
-    each = [
-        plain({**asdict(one.report), "faults": [asdict(f) for f in one.faults]}) for one in reports
-    ]
+def _as_json(reports: Sequence[TableReport]) -> object:
+    """The report of one table, or of each of several under ``tables``."""
+    each = [{**asdict(one.report), "faults": one.faults} for one in reports]
     return each[0] if len(each) == 1 else {"tables": each}
 
 
@@ -210,29 +180,27 @@ def all_lines(reports: Sequence[TableReport]) -> list[str]:
         f"{sum(t.kept for t in tables)} kept, {sum(len(t.dropped) for t in tables)} dropped"
     ]
     lines += [
-        f"dropped   {name_of(table)} row {item.row}: {item.reason}"
+        f"dropped   {_name_of(table)} row {item.row}: {item.reason}"
         for table in tables
         for item in table.dropped[:SHOWN_ROWS]
     ]
     odd: list[tuple[str, str, str, str]] = []
     for one in reports:
-        odd += [(f.kind, f.column, name_of(one.report), f.detail) for f in one.report.findings]
-        odd += [("fault", _fault(f), name_of(one.report), f.evidence) for f in one.faults]
+        odd += [(f.kind, f.column, _name_of(one.report), f.detail) for f in one.report.findings]
+        odd += [("fault", _fault(f), _name_of(one.report), f.evidence) for f in one.faults]
     for kind, column in dict.fromkeys((kind, column) for kind, column, _, _ in odd):
         own = [(where, words) for k, c, where, words in odd if (k, c) == (kind, column)]
-        where = (
-            f"in all {len(reports)}"
-            if len(own) == len(reports)
-            else f"in {len(own)} of {len(reports)}"
-        )
-        alike = len({words for _, words in own}) == 1
-        example = own[0][1] if alike else f"{own[0][0]}: {own[0][1]}"
+        everywhere = len(own) == len(reports)
+        where = f"in all {len(own)}" if everywhere else f"in {len(own)} of {len(reports)}"
+        first, example = own[0]
+        if len({words for _, words in own}) > 1:
+            example = f"{first}: {example}"
         lines.append(f"{kind:<9}{f' {column}' if column else ''} {where}: {example}")
     return lines
 
 
-def name_of(report: ImportReport) -> str:
-    """Return the name of a table: of its file, and which of the file's tables it is."""
+def _name_of(report: ImportReport) -> str:
+    """The name of a table: of its file, and which of the file's tables it is."""
     return f"{report.path.stem}-{report.name}" if report.name else report.path.stem
 
 

@@ -2,8 +2,6 @@
 
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
 
 from gap.diagnosis.diagnose import diagnose
 from gap.diagnosis.study import make_study
@@ -11,20 +9,18 @@ from gap.effect_file import UserEffect
 from gap.experiments.imitation import imitate
 from gap.experiments.next_run import MOST_RUNS, NextRun, next_runs
 from gap.interfaces import Cause, Drive, Effect, Scope, Simulator
-from gap.machines.legged.catalogue import CATALOGUE
-from gap.residuals.floor import Floor
 from gap.search.candidates import Candidate
+from model.effects.catalogue import CATALOGUE
 from model.errors import ConfigError, GapError
-from record.trial.trial import Trial
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json
 from robot.console.progress import ProgressBar
 from robot.console.screen_fit import terminal_width, wrapped
 from robot.console.table import Column, table_lines
 from robot.gap_report.answer import ReadDiagnosis, read_diagnosis
-from robot.gap_report.runs import proposer_of
-from robot.gap_report.trials import Runs, read_runs, users_effects
+from robot.gap_report.trials import Runs, proposer_of, read_runs, users_effects
 from robot.gap_report.words import ENOUGH, common_pair, pair_words, parameters_of
+from robot.requests.gap import GapNextRequest
 
 SHOWN = 5
 NAME, FIGURES = 56, 32  # columns of the name of a run, and of its figures
@@ -32,20 +28,7 @@ Causes = tuple[Cause, ...]
 Open = tuple[int, str, tuple[str, ...]]  # a rival: number of its cause, its effect, its legs
 
 
-@dataclass(frozen=True, slots=True)
-class NextRequest:
-    """What ``bigant gap next`` was asked for."""
-
-    paths: list[Path]
-    reference: list[Path]
-    against: list[str]
-    robot: Path | None
-    effects: Path | None
-    all: bool
-    json: bool
-
-
-def propose_runs(request: NextRequest) -> ExitCode:
+def propose_runs(request: GapNextRequest) -> ExitCode:
     """Propose runs.
 
     Raises:
@@ -68,12 +51,20 @@ def propose_runs(request: NextRequest) -> ExitCode:
     if note:
         print(f"note: {note}", file=sys.stderr)
     effects = {effect.name: effect for effect in simulator.effects}
-    sets = _sets(found, request.against, runs, simulator, effects)
-    settled = len(sets) == 1
+    causes, rivals = _left_open(found, runs, simulator)
+    if not causes:
+        raise GapError("the diagnosis names no cause, so there is nothing to distinguish")
+    rivals += [(0, *_place(text, effects, causes[0])) for text in request.against]
+    sets: list[Causes] = [causes]
     ranked: tuple[NextRun, ...] = ()
-    if not settled:
+    if rivals := list(dict.fromkeys(rivals)):
+        floor = make_study(runs.trials, simulator, runs.references).floor(Drive.COMMAND)
+        with ProgressBar("sizes of the candidates") as bar:
+            for number, (of, effect, legs) in enumerate(rivals, 1):
+                rival = Candidate(effects[effect], legs)
+                sets.append(imitate(simulator, runs.trials[:2], causes, of, rival, floor))
+                bar.show(number / len(rivals), effect)
         with ProgressBar("trying runs in the simulator") as bar:
-            floor = _floor(runs.trials, runs.references, simulator)
             ranked = next_runs(proposer.proposals(), simulator, sets, floor, bar.show)
     if request.json:
         print_json(_as_json(sets, ranked, effects))
@@ -82,10 +73,10 @@ def propose_runs(request: NextRequest) -> ExitCode:
         shown = ranked if request.all else ranked[:SHOWN]
         for line in _lines(sets, shown, effects, width):
             print("\n".join(wrapped(line, width)))
-    return ExitCode.OK if ranked or settled else ExitCode.VERDICT_FAILED
+    return ExitCode.OK if ranked or not rivals else ExitCode.VERDICT_FAILED
 
 
-def _read(request: NextRequest, users: tuple[UserEffect, ...]) -> ReadDiagnosis | None:
+def _read(request: GapNextRequest, users: tuple[UserEffect, ...]) -> ReadDiagnosis | None:
     """The diagnosis in the file that was given; None where runs were given."""
     if request.paths[0].suffix != ".json":
         return None
@@ -98,31 +89,6 @@ def _read(request: NextRequest, users: tuple[UserEffect, ...]) -> ReadDiagnosis 
             f"the runs of {found.path} are not where they were; give them: bigant gap next TRIAL..."
         )
     return found
-
-
-def _sets(
-    found: ReadDiagnosis | None,
-    against: Sequence[str],
-    runs: Runs,
-    simulator: Simulator,
-    effects: Mapping[str, Effect],
-) -> list[Causes]:
-    """What was found, and what could be in its place, each at the size that fits the runs best."""
-    causes, rivals = _left_open(found, runs, simulator)
-    if not causes:
-        raise GapError("the diagnosis names no cause, so there is nothing to distinguish")
-    rivals += [(0, *_place(text, effects, causes[0])) for text in against]
-    rivals = list(dict.fromkeys(rivals))
-    sets = [causes]
-    if not rivals:
-        return sets
-    floor = _floor(runs.trials, runs.references, simulator)
-    with ProgressBar("sizes of the candidates") as bar:
-        for number, (of, effect, legs) in enumerate(rivals, 1):
-            rival = Candidate(effects[effect], legs)
-            sets.append(imitate(simulator, runs.trials[:2], causes, of, rival, floor))
-            bar.show(number / len(rivals), effect)
-    return sets
 
 
 def _left_open(
@@ -155,10 +121,6 @@ def _place(text: str, effects: Mapping[str, Effect], first: Cause) -> tuple[str,
     if not whole and not first.joints:
         raise GapError(f"--against {name}: it touches single legs; write {name}@LEG")
     return name, () if whole else first.joints
-
-
-def _floor(trials: Sequence[Trial], references: Sequence[Trial], simulator: Simulator) -> Floor:
-    return make_study(trials, simulator, references).floor(Drive.COMMAND)
 
 
 def _words(causes: Causes, effects: Mapping[str, Effect]) -> str:

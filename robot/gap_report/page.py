@@ -2,24 +2,30 @@
 
 import math
 from collections.abc import Sequence
+from datetime import date
 from pathlib import Path
 
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
 from gap.diagnosis.findings import Diagnosis, NamedCause, Verdict
+from gap.diagnosis.how_far import Trace
 from gap.experiments.next_run import NextRun
 from gap.interfaces import place_words
 from gap.rounding import percent_words, value_words
-from robot.gap_report.figures import draw_traces
 from robot.gap_report.page_map import gap_maps, stage_bars, stage_rows
 from robot.gap_report.words import (
     ENOUGH,
     HEADLINES,
     LEGGED_SIMULATORS,
     NOT_LEGGED,
-    Subject,
     common_pair,
     fault_groups,
     file_words,
     headline,
+    held_out_words,
+    judged_by_parts,
     likely_rivals,
     pair_words,
     size_words,
@@ -27,30 +33,36 @@ from robot.gap_report.words import (
 )
 from robot.report.page import render
 from robot.report.pictures import inline_svg
+from robot.report.plots import PREDICTED, STYLE
 
 MOST_RIVALS = 5
 MOST_NEXT = 5
+AFTER = "#009E73"
+NOT_COMPARED = "#808080"
+SIZE_IN = (4.8, 2.1)  # as wide as a phone, so that its letters are of a size to be read there
+LEAST_SEEN = 0.005
+FACTORS = {"m": (1e3, "mm"), "m/s": (1e3, "mm/s"), "rad": (1e3, "mrad"), "rad/s": (1e3, "mrad/s")}
 
 
-def diagnosis_page(d: Diagnosis, subject: Subject) -> str:
-    """Return the page.
-
-    Args:
-        d: The diagnosis.
-        subject: What was diagnosed.
-    """
+def diagnosis_page(
+    d: Diagnosis, machine: str, day: date, trials: Sequence[Path], references: Sequence[Path] = ()
+) -> str:
+    """Return the page of a diagnosis of a ``machine`` made on a ``day``, with the files of its runs."""
+    runs = file_words(trials)
+    healthy = f" Healthy runs: {file_words(references)}." if references else ""
+    paths = (*trials, *references)
     channels = sorted(d.far.channels, key=lambda c: -(c.before - c.after) / max(c.floor, 1e-12))
     return render(
         "diagnosis.html",
         d=d,
-        title=f"{headline(d)} | {subject.place} | {file_words(subject.trials)}",
-        subject=_subject_words(subject),
+        title=f"{headline(d)} | {machine} | {runs}",
+        subject=f"{machine}. Diagnosed {day.isoformat()}. Runs: {runs}.{healthy}",
         verdict=HEADLINES[d.verdict],
         gap=d.verdict is not Verdict.NO_GAP,
         numbers=_facts(d),
         faults=[
             (one.kind + " (severe)" * one.severe, one.channel, one.where, one.evidence)
-            for one in fault_groups(d.data_faults, subject.paths)
+            for one in fault_groups(d.data_faults, paths)
         ],
         cards=[_card(one) for one in d.causes],
         rivals=[
@@ -63,7 +75,7 @@ def diagnosis_page(d: Diagnosis, subject: Subject) -> str:
                 place_words(*one.of),
                 place_words(one.effect, one.joints),
                 f"{one.separation:.3g}",
-                value_words(one.behind, one.error),
+                value_words(one.behind, one.behind_error),
                 one.why,
             )
             for one in d.ambiguous
@@ -92,16 +104,11 @@ def diagnosis_page(d: Diagnosis, subject: Subject) -> str:
         baselines=[
             (b.method, "; ".join(place_words(e, j) for e, j in b.causes)) for b in d.baselines
         ],
-        made_of=_made_of(d, subject.paths),
+        made_of=(
+            f"Simulator {d.simulator}; floor from {d.floor_source}; judged by "
+            f"{held_out_words(d, paths, 3)}; {d.predictions} runs simulated; seed {d.seed}."
+        ),
     )
-
-
-def _subject_words(subject: Subject) -> str:
-    words = f"{subject.place}. Diagnosed {subject.day.isoformat()}. "
-    words += f"Runs: {file_words(subject.trials)}."
-    if subject.references:
-        words += f" Healthy runs: {file_words(subject.references)}."
-    return words
 
 
 def _facts(d: Diagnosis) -> list[tuple[str, str]]:
@@ -116,7 +123,7 @@ def _facts(d: Diagnosis) -> list[tuple[str, str]]:
         facts.append((change, "RMS difference; 1 is the floor, without a gap"))
         facts.append((percent_words(d.none), "chance that it is none of the catalogue"))
     count = len(d.fitted_trials)
-    if set(d.fitted_trials) & set(d.held_out_trials):
+    if judged_by_parts(d):
         of = "run" if count == 1 else "runs, of each"
         facts.append((str(count), f"{of}: fitted to the first two thirds, judged by the last"))
     else:
@@ -165,11 +172,45 @@ def _next(d: Diagnosis) -> dict[str, object]:
     }  # fmt: skip
 
 
-def _made_of(d: Diagnosis, paths: Sequence[Path]) -> str:
-    judged = file_words([paths[i] for i in d.held_out_trials])
-    if set(d.fitted_trials) & set(d.held_out_trials):
-        judged = f"{d.kept_back} ({judged})"
-    return (
-        f"Simulator {d.simulator}; floor from {d.floor_source}; judged by {judged}; "
-        f"{d.predictions} runs simulated; seed {d.seed}."
+def draw_traces(d: Diagnosis) -> dict[str, Figure]:
+    """Draw the channels that the causes change most, in a run kept back, by name."""
+    if d.verdict is Verdict.NO_GAP:
+        return {}
+    with mpl.rc_context({**STYLE, "font.size": 8}):
+        changed = [one for one in d.far.traces if _changed(one)] or d.far.traces
+        return {f"{t.channel} {t.joint}".strip(): _trace(t) for t in changed}
+
+
+def _changed(trace: Trace) -> bool:
+    """Whether the causes make a difference that an eye can see."""
+    change = np.nanmax(np.abs(trace.after - trace.before), initial=0.0)
+    low, high = (
+        np.nanmin(trace.measured, initial=np.inf),
+        np.nanmax(trace.measured, initial=-np.inf),
     )
+    return bool(change > LEAST_SEEN * (high - low))
+
+
+def _trace(trace: Trace) -> Figure:
+    figure = Figure(figsize=SIZE_IN, layout="constrained")
+    figure.patch.set_alpha(0.0)
+    ax = figure.subplots()
+    ax.patch.set_alpha(0.0)
+    factor, unit = FACTORS.get(trace.unit, (1.0, trace.unit))
+    lines = (
+        (trace.measured, "black", "-", 1.6, "measured"),
+        (trace.before, PREDICTED, ":", 1.2, "simulator before"),
+        (trace.after, AFTER, "--", 1.2, "with the causes"),
+    )
+    for values, colour, style, width, label in lines:
+        ax.plot(trace.time_s, factor * values, color=colour, ls=style, lw=width, label=label)
+    if not trace.compared.all():
+        ax.fill_between(
+            trace.time_s, 0.0, 1.0, where=~trace.compared, transform=ax.get_xaxis_transform(),
+            color=NOT_COMPARED, alpha=0.25, lw=0, label="not compared",
+        )  # fmt: skip
+    ax.set_ylabel(f"{trace.channel} {trace.joint} [{unit}]".replace("  ", " "))
+    ax.set_xlabel("time [s]")
+    columns = 3 if trace.compared.all() else 2
+    figure.legend(loc="outside upper center", ncols=columns, frameon=False, fontsize=8)
+    return figure

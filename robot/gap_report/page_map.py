@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from gap.diagnosis.findings import Diagnosis
 from gap.diagnosis.where import PHASE_BINS, ChannelGap
@@ -19,8 +19,7 @@ UNSEEN = "no channel of its own: it shows in the others"
 BASE = "before any cause is added; 1 is what is expected without a gap."
 
 
-@dataclass(frozen=True, slots=True)
-class Bar:
+class Bar(NamedTuple):
     """A stage's share of the gap: percent of it, in words, and whether it is the largest."""
 
     stage: str
@@ -29,8 +28,7 @@ class Bar:
     top: bool
 
 
-@dataclass(frozen=True, slots=True)
-class Cell:
+class Cell(NamedTuple):
     """Energy over expectation: in words (empty: not known), its colour from 0 to 1, whether that is hot."""
 
     words: str
@@ -38,14 +36,13 @@ class Cell:
     hot: bool
 
 
-@dataclass(frozen=True, slots=True)
-class GapMap:
+class GapMap(NamedTuple):
     """A table of coloured cells: what it shows, its corner and columns, and a name with cells a row."""
 
     about: str
     corner: str
-    head: tuple[str, ...]
-    rows: tuple[tuple[str, tuple[Cell, ...]], ...]
+    head: Sequence[str]
+    rows: Sequence[tuple[str, Sequence[Cell]]]
 
 
 def stage_bars(d: Diagnosis) -> list[Bar]:
@@ -82,13 +79,14 @@ def gap_maps(d: Diagnosis) -> list[GapMap]:
     names.sort(key=lambda name: name == BODY)  # the body last, legs in their order
     maps = [_by_phase(known, names, place)]
     if len(names) > 1:
-        rows = [
-            (stage, [_worst(c.excess for c in known if (c.stage, c.joint or BODY) == (stage, name))
-                     for name in names])
-            for stage in dict.fromkeys(one.stage for one in known)
-        ]  # fmt: skip
+        rows = []
+        for stage in dict.fromkeys(one.stage for one in known):
+            own = [c for c in known if c.stage == stage]
+            rows.append(
+                (stage, [_worst(c.excess for c in own if (c.joint or BODY) == n) for n in names])
+            )
         about = f"Energy of the worst channel of each stage and {place}, {BASE}"
-        maps.insert(0, _map(about, "", names, rows))
+        maps.insert(0, GapMap(about, "", names, rows))
     return maps
 
 
@@ -105,21 +103,12 @@ def _by_phase(known: Sequence[ChannelGap], names: Sequence[str], place: str) -> 
         part = f"part of the {'gait' if place == LEG else 'motion'}"
     of = "" if place == BODY else f" of each {place}"
     about = f"Energy of the worst channel{of} in each {part}, {BASE}"
-    return _map(about, "phase from" if cyclic else "third of the run", head, rows)
+    return GapMap(about, "phase from" if cyclic else "third of the run", head, rows)
 
 
-def _worst(values: Iterable[float]) -> float:
-    return max((value for value in values if math.isfinite(value)), default=math.nan)
-
-
-def _map(
-    about: str, corner: str, head: Sequence[str], rows: Sequence[tuple[str, Sequence[float]]]
-) -> GapMap:
-    cells = tuple((name, tuple(map(_cell, values))) for name, values in rows)
-    return GapMap(about, corner, tuple(head), cells)
-
-
-def _cell(value: float) -> Cell:
+def _worst(values: Iterable[float]) -> Cell:
+    """The cell of the largest of the values that are known."""
+    value = max((value for value in values if math.isfinite(value)), default=math.nan)
     if math.isnan(value):
         return Cell("", "0", hot=False)
     heat = min(1.0, math.log(max(value, COLD) / COLD) / math.log(HOT / COLD))

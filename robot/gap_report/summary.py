@@ -11,14 +11,14 @@ from robot.console.screen_fit import WIDTH, wrapped
 from robot.console.table import Column, table_lines
 from robot.gap_report.words import (
     LEGGED_SIMULATORS,
+    NOT_LEGGED,
     changed_channels,
     common_pair,
     fault_groups,
-    few,
+    held_out_words,
     pair_words,
     size_words,
     stage_note,
-    which_run,
 )
 
 BAR = 20
@@ -29,14 +29,11 @@ MOST_NEXT = 3
 
 
 def summary_lines(d: Diagnosis, paths: Sequence[Path], width: int = WIDTH) -> list[str]:
-    """Return the lines.
+    """Return the lines, none longer than ``width`` but command lines, which are there to be copied.
 
-    Args:
-        d: The diagnosis.
-        paths: Files of the trials and the references, in their order.
-        width: Longest line, besides command lines, which are there to be copied.
+    The paths are those of the trials and the references, in their order.
     """
-    lines = [f"{d.verdict.value.upper().replace('_', ' ')}", d.sentence]
+    lines = [d.verdict.value.upper().replace("_", " "), d.sentence]
     lines += [*_to_do(d), "", *_faults(d, paths)]
     if d.verdict is not Verdict.NO_GAP:
         lines += [*_where(d, width), "", *_causes(d), "", *_how_far(d)]
@@ -48,30 +45,24 @@ def summary_lines(d: Diagnosis, paths: Sequence[Path], width: int = WIDTH) -> li
     if d.standing:
         lacks = ", ".join(place_words(one.effect, one.joints) for one in d.standing)
         lines.append(f"what healthy runs show already, and is no news: {lacks}")
-    lines.append(f"{_judged_by(d, paths)}; floor from {d.floor_source}")
+    judges = held_out_words(d, paths, MOST_CHANNELS)
+    lines.append(f"kept back to judge: {judges}; floor from {d.floor_source}")
     spaced = [line for i, line in enumerate(lines) if line or (i and lines[i - 1])]
     return [piece for line in spaced for piece in wrapped(line, width)]
-
-
-def _judged_by(d: Diagnosis, paths: Sequence[Path]) -> str:
-    held = few([paths[i].name for i in d.held_out_trials], MOST_CHANNELS)
-    if set(d.fitted_trials) & set(d.held_out_trials):
-        return f"kept back to judge: {d.kept_back} ({held})"
-    return f"kept back to judge: {held}"
 
 
 def _to_do(d: Diagnosis) -> list[str]:
     """What a person does now, before any figures."""
     if d.verdict is Verdict.NO_GAP:
         return []
-    words = [(place_words(one.effect, one.joints), one.remedy) for one in d.causes]
-    lines = []
-    for place, remedy in words:
-        lead = "what to do: " if len(words) == 1 else f"what to do about {place}: "
-        lines.append(lead + remedy)
+    legged, lines = d.simulator in LEGGED_SIMULATORS, []
+    for one in d.causes:
+        about = "" if len(d.causes) == 1 else f" about {place_words(one.effect, one.joints)}"
+        lines.append(f"what to do{about}: {one.remedy}")
     if d.verdict is Verdict.AMBIGUOUS:
-        lines.append(f"which run would tell: {which_run(d, 'bigant gap next')}")
-    if d.simulator in LEGGED_SIMULATORS and d.causes and d.verdict is not Verdict.UNEXPLAINED:
+        run = "bigant gap next" if legged else NOT_LEGGED
+        lines.append(f"which run would tell: {run}")
+    if legged and d.causes and d.verdict is not Verdict.UNEXPLAINED:
         lines.append("into the simulator: bigant gap apply (of the --json of this diagnosis)")
     return lines
 

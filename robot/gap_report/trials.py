@@ -5,12 +5,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from gaits.catalog import make_gait
+from gaits.limits import frequency_limit
+from gaits.names import GAIT_NAMES
+from gap.delegate import TwoMachines
 from gap.effect_file import UserEffect, read_effects
 from gap.interfaces import Simulator
+from gap.machines.legged.runs import LeggedProposer
 from gap.machines.legged.simulator import LeggedSimulator, legged_simulator
 from gap.machines.servo_bench.simulator import servo_bench
 from gap.machines.sliding_body.simulator import sliding_body
-from gap.two_machines import TwoMachines
 from model.effects.catalogue import EFFECTS, STAGES
 from model.effects.machine import parse_machine
 from model.errors import ConfigError, GapError
@@ -20,17 +24,16 @@ from record.log.reader import LogContents
 from record.toml_file import reading
 from record.trial.header import LEGGED, SERVO_BENCH
 from record.trial.trial import Trial, read_trial
-from robot.config.robot_file import parse_robot
+from robot.config.robot_file import load_robot, parse_robot
+
+NO_GAITS = "gaits and servo limits are those of config/bigant.toml: the runs' robot file has none"
 
 
 @dataclass(frozen=True, slots=True)
 class Runs:
-    """Runs of one machine.
+    """Runs of one machine: trials to be diagnosed, and healthy references.
 
-    Attributes:
-        trials: Runs to be diagnosed.
-        references: Healthy runs; they keep the robot file beside them.
-        robot: Robot file to use for the trials instead of the one beside them; None for that.
+    ``robot`` replaces the robot file beside the trials; references keep theirs.
     """
 
     trials: tuple[Trial, ...]
@@ -68,10 +71,7 @@ def read_runs(
 def read_trials(paths: Sequence[Path], joints: tuple[str, ...] = ()) -> tuple[Trial, ...]:
     """Read trials: .parquet, .csv, NAME.toml, or a log (.mcap).
 
-    Args:
-        paths: Files.
-        joints: Only these joints of a bench of servos, each of which is a machine of its own; all if
-            empty.
+    Of a bench of servos, only ``joints``, each of which is a machine of its own; all if there are none.
 
     Raises:
         RecordError: A file cannot be read.
@@ -122,7 +122,13 @@ def simulator_for(
     """
     kind = trials[0].header.kind
     if kind == LEGGED:
-        return _legged(trials[0], users_effects(effects), robot, references)
+        added = users_effects(effects)
+        if robot is None:
+            return legged_simulator(trials[0], added)
+        own = LeggedSimulator(parse_machine(robot_text(robot)), added)
+        if not references:
+            return own
+        return TwoMachines(own, legged_simulator(references[0], added), tuple(references))
     for option, given in (("--effects", effects), ("--robot", robot)):
         if given is not None:
             raise GapError(f"{option} is for legged robots; the trials are of kind {kind}")
@@ -142,17 +148,6 @@ def users_effects(path: Path | None) -> tuple[UserEffect, ...]:
     return read_effects(path, STAGES, tuple(EFFECTS))
 
 
-def _legged(
-    first: Trial, added: tuple[UserEffect, ...], robot: Path | None, references: Sequence[Trial]
-) -> Simulator:
-    if robot is None:
-        return legged_simulator(first, added)
-    own = LeggedSimulator(parse_machine(robot_text(robot)), added)
-    if not references:
-        return own
-    return TwoMachines(own, legged_simulator(references[0], added), tuple(references))
-
-
 def robot_text(path: Path) -> str:
     """Return the text of a robot file, which need not be complete enough to drive.
 
@@ -168,3 +163,34 @@ def robot_text(path: Path) -> str:
         except GapError as error:
             raise ConfigError("machine", str(error)) from error
         return text
+
+
+def proposer_of(text: str, file: Path | None) -> tuple[LeggedProposer, str]:
+    """Return the runs that a robot can make by its file's text, and a note if something was assumed.
+
+    Command lines name the file; None stands for the default one.
+
+    Raises:
+        GapError: The file has other legs than the gaits that must stand in for its own.
+    """
+    machine = parse_machine(text)
+    note = ""
+    try:
+        own = parse_robot(text).parameters
+    except ConfigError:
+        own, note = load_robot().parameters, NO_GAITS
+    if own.legs.names != machine.legs.names:
+        raise GapError(
+            f"the robot file of the runs has no gaits, and those of {', '.join(own.legs.names)} do not "
+            "fit its legs; add [gait] and [servo] to it"
+        )
+    gaits = {name: make_gait(name, own) for name in GAIT_NAMES}
+    proposer = LeggedProposer(
+        legs=machine.legs.names,
+        gaits=gaits,
+        limits_hz={name: frequency_limit(gait, own.servo) for name, gait in gaits.items()},
+        mass_kg=machine.mass_kg,
+        robot_text=text,
+        robot_option="" if file is None else f" --robot {file}",
+    )
+    return proposer, note

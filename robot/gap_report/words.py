@@ -3,9 +3,8 @@
 import math
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from datetime import date
 from pathlib import Path
+from typing import NamedTuple
 
 from gap.diagnosis.detection import Detectable
 from gap.diagnosis.findings import Diagnosis, TrialFaults, Verdict
@@ -69,11 +68,6 @@ def stage_note(d: Diagnosis) -> str:
     return "; ".join(found)
 
 
-def which_run(d: Diagnosis, command: str) -> str:
-    """Say how to come by the run that tells: only of legged robots the runs are known."""
-    return command if d.simulator in LEGGED_SIMULATORS else NOT_LEGGED
-
-
 def size_words(one: Detectable) -> str:
     """Say at which values an effect would have shown."""
     unit = f" {one.unit}" if one.unit else ""
@@ -107,14 +101,8 @@ def pair_words(one: NextRun) -> str:
 
 
 def parameters_of(cause: Cause, effects: Mapping[str, Effect]) -> dict[str, float]:
-    """The numbers of a cause by name.
-
-    Args:
-        cause: The cause.
-        effects: The catalogue, by name.
-    """
-    names = [parameter.name for parameter in effects[cause.effect].parameters]
-    return dict(zip(names, cause.values, strict=True))
+    """The numbers of a cause by name; ``effects`` is the catalogue."""
+    return effects[cause.effect].named(cause.values)
 
 
 def changed_channels(far: HowFar, most: int) -> list[str]:
@@ -128,54 +116,28 @@ def changed_channels(far: HowFar, most: int) -> list[str]:
     return table_lines(CHANNELS, rows, "  ")
 
 
-@dataclass(frozen=True, slots=True)
-class Subject:
-    """What was diagnosed.
-
-    Attributes:
-        machine: Its name, or that of its file.
-        joints: Names of the joints, where each is a machine of its own; else empty.
-        day: When the diagnosis was made.
-        trials: Files of the trials.
-        references: Files of the healthy runs.
-    """
-
-    machine: str
-    joints: tuple[str, ...]
-    day: date
-    trials: tuple[Path, ...]
-    references: tuple[Path, ...]
-
-    @property
-    def paths(self) -> tuple[Path, ...]:
-        """All files, the references behind the trials."""
-        return (*self.trials, *self.references)
-
-    @property
-    def place(self) -> str:
-        """Machine and joints."""
-        if not self.joints:
-            return self.machine
-        return f"{self.machine}, {'joint' if len(self.joints) == 1 else 'joints'} {', '.join(self.joints)}"
-
-
-def subject_of(
-    first: Trial, trials: Sequence[Path], references: Sequence[Path], day: date
-) -> Subject:
-    """Return what was diagnosed.
-
-    Args:
-        first: The first trial; all are of one machine.
-        trials: Files of the trials.
-        references: Files of the healthy runs.
-        day: When the diagnosis was made.
-    """
-    header = first.header
+def machine_words(trial: Trial) -> str:
+    """Name the machine of a trial, with its joints where each is a machine of its own."""
+    header = trial.header
     name = tomllib.loads(header.robot_text).get("name")
-    joints = header.joints if header.kind == SERVO_BENCH else ()
     known = name if isinstance(name, str) else Path(header.robot_file).stem
     machine = known or header.kind.replace("_", " ")
-    return Subject(machine, joints, day, tuple(trials), tuple(references))
+    if header.kind != SERVO_BENCH:
+        return machine
+    return (
+        f"{machine}, {'joint' if len(header.joints) == 1 else 'joints'} {', '.join(header.joints)}"
+    )
+
+
+def held_out_words(d: Diagnosis, paths: Sequence[Path], most: int) -> str:
+    """Name the runs that judge, or the part of the runs where all are fitted to."""
+    names = few([paths[i].name for i in d.held_out_trials], most)
+    return f"{d.kept_back} ({names})" if judged_by_parts(d) else names
+
+
+def judged_by_parts(d: Diagnosis) -> bool:
+    """Whether a part of each run is fitted to, and the rest of it judges."""
+    return bool(set(d.fitted_trials) & set(d.held_out_trials))
 
 
 def file_words(paths: Sequence[Path]) -> str:
@@ -189,17 +151,8 @@ def few(names: Sequence[str], most: int, joint: str = ", ") -> str:
     return f"{shown} and {len(names) - most} more" if len(names) > most else shown
 
 
-@dataclass(frozen=True, slots=True)
-class FaultGroup:
-    """One kind of fault in one channel.
-
-    Attributes:
-        kind: As the check of the data calls it.
-        channel: Where.
-        severe: Whether any of them is severe.
-        files: Names of the files that have it, each once, in their order.
-        evidence: What was seen in the first of them, of the severe ones if there are any.
-    """
+class FaultGroup(NamedTuple):
+    """One kind of fault in one channel: in which files, and the evidence in the first (severe) one."""
 
     kind: str
     channel: str
@@ -214,12 +167,7 @@ class FaultGroup:
 
 
 def fault_groups(faults: Sequence[TrialFaults], paths: Sequence[Path]) -> tuple[FaultGroup, ...]:
-    """Return the groups: severe ones first, then those in most files.
-
-    Args:
-        faults: Of each trial, as a diagnosis holds them.
-        paths: Files of the trials and the references, in their order.
-    """
+    """Return the groups of the faults of all ``paths``: severe ones first, then those in most files."""
     found: dict[tuple[str, str], list[tuple[str, DataFault]]] = {}
     for one in faults:
         for fault in one.faults:

@@ -1,31 +1,38 @@
 """``bigant odom LOG``: the estimator over a log, judged against the truth if there is one."""
 
-import json
 import sys
 
 import numpy as np
 
 from record.log.reader import LogContents, read_log
 from robot.console.exit_codes import ExitCode
+from robot.console.json_output import print_json
 from robot.console.program_output import complain
 from robot.console.progress import ProgressLine
 from robot.console.screen_fit import columns_of
 from robot.control.effect_uses import unused_notes
 from robot.odometry.compare import compare_ways, stride_of
-from robot.odometry.request import OdomRequest
+from robot.odometry.live import run_live
+from robot.odometry.request import check
 from robot.odometry.table import as_json, table
 from robot.odometry.track import track_log
-from robot.report.contact_fit import fit_contact
-from robot.report.walk_frames import walk_frames
+from robot.odometry.tune import tune_command
+from robot.report.walk_frames import fit_contact, walk_frames
+from robot.requests.single import OdomRequest
 
 
 def odom(request: OdomRequest) -> ExitCode:
-    """Run the estimator over a log, show what it says, and write it.
+    """Run the estimator over a log, show what it says, and write it; or follow a run, or tune.
 
     Raises:
         RecordError: A log cannot be read or used, or a file cannot be written.
-        ConfigError: A robot file is none.
+        ConfigError: A robot file is none, or options do not fit each other.
     """
+    check(request)
+    if request.live:
+        return run_live(request)
+    if request.tunes:
+        return tune_command(request)
     path, contents = request.logs[0], LogContents()
     with ProgressLine(f"estimating {path}", contents.progress):
         tracked = track_log(path, request, contents)
@@ -41,17 +48,17 @@ def odom(request: OdomRequest) -> ExitCode:
     elif request.compare and log.has_truth:
         stride_m, source = stride_of(log), "this log's own truth, so it ends well by itself"
     found = compare_ways(tracked, fitted=fitted, stride_m=stride_m)
+    shown = found if request.compare else found.of_estimator()
     if request.json:
-        print(json.dumps(as_json(found, log.names), indent=2))
+        print_json(as_json(found))
     else:
-        width = columns_of(sys.stdout)
-        print(*table(found, log.names, everything=request.compare, width=width), sep="\n")
+        print(*table(shown, columns_of(sys.stdout)), sep="\n")
         if source:
             print(f"distance a stride: {1e3 * stride_m:.1f} mm a cycle, from {source}")
     if request.out is not None:
         from robot.odometry.files import write  # pictures and pages take a second to load
 
-        write(found, log, path, request.out, everything=request.compare)
+        write(shown, log, path, request.out)
         if not request.json:
             print(f"written: {request.out}")
     return ExitCode.OK

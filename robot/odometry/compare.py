@@ -1,6 +1,6 @@
 """The estimator beside simpler ways of dead reckoning over the walking part of a log, and the truth."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.constants import g as standard_gravity
@@ -17,19 +17,9 @@ from model.values.tick import DeadReckoning, Mode
 from record.log.recording import Recording
 from robot.config.robot_file import RobotConfig
 from robot.control.effects import model_of
-from robot.odometry.metrics import TrackErrors, nees, track_errors
+from robot.odometry.metrics import Motion, TrackErrors, nees, track_errors
 from robot.odometry.track import Track, TrackedLog
 from robot.report.run_totals import true_pose
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Way:
-    """A way of dead reckoning: pose (T, 3), body velocity (T, 3), foot forces (T, N, 3) or NaN for none."""
-
-    name: str
-    pose: FloatArray
-    velocity_B: FloatArray  # noqa: N815 - frame suffix
-    force_B: FloatArray  # noqa: N815
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,22 +27,28 @@ class Comparison:
     """All ways over the walking part of a recording, T ticks; all begin at the estimator's pose.
 
     Attributes:
+        names: Legs.
         track: The estimator's.
         log_ticks: Ticks of all of the recording.
         ways: All, the estimator first; the truth is no way.
-        truth: Its pose, begun there too, velocity and forces; None without truth.
+        truth: Begun there too; None without truth.
         errors: One a way; empty without truth.
         twist_nees: (T,); NaN without truth.
         pose_nees: Of the way since the first of these ticks, (T,).
     """
 
+    names: tuple[str, ...]
     track: Track
     log_ticks: int
-    ways: tuple[Way, ...]
-    truth: tuple[FloatArray, FloatArray, FloatArray] | None
+    ways: tuple[Motion, ...]
+    truth: Motion | None
     errors: tuple[TrackErrors, ...]
     twist_nees: FloatArray
     pose_nees: FloatArray
+
+    def of_estimator(self) -> "Comparison":
+        """Return the same without the simpler ways."""
+        return replace(self, ways=self.ways[:1], errors=self.errors[:1])
 
 
 def walking_part(log: Recording) -> slice:
@@ -86,7 +82,7 @@ def compare_ways(
     start = run.pose[0]
     feet, velocity, force = _model(log, config, span)
     naive = _reckoned("open loop, naive", velocity, t_s, start, force)
-    ways = [Way("estimator", run.pose, run.velocity_B, run.force_B), naive]
+    ways = [Motion("estimator", run.pose, run.velocity_B, run.force_B), naive]
     if fitted is not None:
         weight_n = float(np.nanmedian(force[..., 2].sum(axis=1)))  # with what rides along
         velocity, force = _solved(feet, fitted, weight_n)
@@ -99,24 +95,27 @@ def compare_ways(
     ways.append(_reckoned("rigid stance", velocity, t_s, start))
     truth = true_motion(log, span)
     if truth is None:
-        nothing = np.full(len(t_s), np.nan)
-        return Comparison(run, len(log.t_s), tuple(ways), None, (), nothing, nothing)
-    truth = compose(aligning(start, truth[0][0]), truth[0]), *truth[1:]
+        unknown = np.full(len(t_s), np.nan)
+        return Comparison(log.names, run, len(log.t_s), tuple(ways), None, (), unknown, unknown)
+    truth = truth._replace(pose=compose(aligning(start, truth.pose[0]), truth.pose))
     return Comparison(
+        names=log.names,
         track=run,
         log_ticks=len(log.t_s),
         ways=tuple(ways),
         truth=truth,
-        errors=tuple(track_errors(w.name, w.pose, w.velocity_B, w.force_B, truth) for w in ways),
-        twist_nees=nees(run.velocity_B - truth[1], run.column(lambda e: e.twist_covariance)),
-        pose_nees=nees(run.pose - truth[0], run.way_covariance),
+        errors=tuple(track_errors(way, truth) for way in ways),
+        twist_nees=nees(
+            run.velocity_B - truth.velocity_B, run.column(lambda e: e.twist_covariance)
+        ),
+        pose_nees=nees(run.pose - truth.pose, run.way_covariance),
     )
 
 
-def true_motion(log: Recording, span: slice) -> tuple[FloatArray, FloatArray, FloatArray] | None:
-    """True pose, velocity and foot forces of some ticks; None where any is missing."""
-    found = (true_pose(log)[span], log.truth_velocity_B[span], log.truth_force_n[span])
-    return found if all(np.isfinite(part).all() for part in found) else None
+def true_motion(log: Recording, span: slice) -> Motion | None:
+    """True motion over some ticks; None where any of it is missing."""
+    truth = true_pose(log)[span], log.truth_velocity_B[span], log.truth_force_n[span]
+    return Motion("truth", *truth) if all(np.isfinite(part).all() for part in truth) else None
 
 
 def stride_of(log: Recording) -> float:
@@ -133,11 +132,11 @@ def _reckoned(
     t_s: FloatArray,
     start: FloatArray,
     force: FloatArray | None = None,
-) -> Way:
+) -> Motion:
     """The way of a body velocity held between ticks; unknown velocities stand still."""
     between = 0.5 * (velocity[:-1] + velocity[1:])
     pose = integrate(np.where(np.isfinite(between), between, 0.0), np.diff(t_s), start)
-    return Way(name, pose, velocity, np.array(np.nan) if force is None else force)
+    return Motion(name, pose, velocity, np.array(np.nan) if force is None else force)
 
 
 def _model(

@@ -1,14 +1,12 @@
 """Ways of dead reckoning beside each other: path, error along the way, velocity; friction of each leg."""
 
-from collections.abc import Sequence
-
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from robot.odometry.compare import Comparison, Way
-from robot.odometry.metrics import path_length
+from robot.odometry.compare import Comparison
+from robot.odometry.metrics import Motion, path_length
 from robot.report.plots import STYLE
 
 LAST_S = 20.0  # of velocity that are drawn
@@ -19,23 +17,21 @@ LEG_COLOURS = ("#7570B3", "#A6761D", "#66A61E", "#17A2B8")
 LEAST_STRETCH = 1.5
 
 
-def drawing(found: Comparison, names: Sequence[str], *, everything: bool) -> Figure:
-    """Return the picture.
-
-    Args:
-        found: What was found.
-        names: Legs.
-        everything: Whether the other ways are drawn beside the estimator.
-    """
-    ways = found.ways if everything else found.ways[:1]
+def drawing(found: Comparison) -> Figure:
+    """Return the picture."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(11, 7), layout="constrained")
         (path, error), (speed, friction) = figure.subplots(2, 2)
-        for way, colour in zip(ways, WAY_COLOURS, strict=False):
-            _way(found, way, colour, (path, error, speed))
+        curves = [(*pair, "-") for pair in zip(found.ways, WAY_COLOURS, strict=False)]
         if found.truth is not None:
-            _truth(found, (path, error, speed))
-        _friction(found, names, friction)
+            curves.append((found.truth, TRUTH, "--"))
+            _errors(found, found.truth, error)
+        t_s = found.track.t_s
+        late = t_s > t_s[-1] - LAST_S
+        for way, colour, style in curves:
+            path.plot(*way.pose[:, :2].T, label=way.name, lw=1, color=colour, ls=style)
+            speed.plot(t_s[late], 1e3 * way.velocity_B[late, 0], lw=0.8, color=colour, ls=style)
+        _friction(found, friction)
         for ax, title, across, up in (
             (path, "path", "x, m", "y, m"),
             (error, "distance from the truth", "true path, m", "mm"),
@@ -43,8 +39,7 @@ def drawing(found: Comparison, names: Sequence[str], *, everything: bool) -> Fig
             (friction, "friction coefficient of each leg, estimated", "time, s", "mu"),
         ):
             ax.set_title(title, loc="left")
-            ax.set_xlabel(across)
-            ax.set_ylabel(up)
+            ax.set(xlabel=across, ylabel=up)
         for ax in (path, error, friction):
             if ax.lines:
                 ax.legend(fontsize=7, ncols=2 if ax is friction else 1)
@@ -52,30 +47,19 @@ def drawing(found: Comparison, names: Sequence[str], *, everything: bool) -> Fig
     return figure
 
 
-def _way(found: Comparison, way: Way, colour: str, axes: tuple[Axes, Axes, Axes]) -> None:
-    path, error, speed = axes
-    t_s = found.track.t_s
-    late = t_s > t_s[-1] - LAST_S
-    path.plot(*way.pose[:, :2].T, label=way.name, lw=1, color=colour)
-    speed.plot(t_s[late], 1e3 * way.velocity_B[late, 0], lw=0.8, color=colour)
-    if found.truth is not None:
-        off = np.hypot(*(way.pose - found.truth[0])[:, :2].T)
-        error.plot(path_length(found.truth[0]), 1e3 * off, lw=1, label=way.name, color=colour)
-
-
-def _truth(found: Comparison, axes: tuple[Axes, Axes, Axes]) -> None:
-    path, error, speed = axes
-    run = found.track
-    assert found.truth is not None  # asked only where there is one
-    late = run.t_s > run.t_s[-1] - LAST_S
-    path.plot(*found.truth[0][:, :2].T, color=TRUTH, ls="--", lw=1, label="truth")
-    speed.plot(run.t_s[late], 1e3 * found.truth[1][late, 0], color=TRUTH, ls="--", lw=0.8)
-    two_sd = 2e3 * np.sqrt(run.way_covariance[:, 0, 0] + run.way_covariance[:, 1, 1])
+def _errors(found: Comparison, truth: Motion, ax: Axes) -> None:
+    """Distance of each way from the truth, and the deviation that the estimator expects."""
+    along = path_length(truth.pose)
+    for way, colour in zip(found.ways, WAY_COLOURS, strict=False):
+        off = np.hypot(*(way.pose - truth.pose)[:, :2].T)
+        ax.plot(along, 1e3 * off, lw=1, label=way.name, color=colour)
+    variance = found.track.way_covariance[:, [0, 1], [0, 1]].sum(axis=1)
     label = "two sd, as the estimator says"
-    error.plot(path_length(found.truth[0]), two_sd, color=TRUTH, ls=":", lw=1, label=label)
+    ax.plot(along, 2e3 * np.sqrt(variance), color=TRUTH, ls=":", lw=1, label=label)
 
 
-def _friction(found: Comparison, names: Sequence[str], ax: Axes) -> None:
+def _friction(found: Comparison, ax: Axes) -> None:
+    names = found.names
     half, mu = (len(names) + 1) // 2, found.track.column(lambda e: e.mu)
     for k, name in enumerate(names):
         colour = LEG_COLOURS[k % half % len(LEG_COLOURS)]

@@ -1,71 +1,67 @@
 """Odometry as files: TUM trajectories (evo), nav_msgs/Odometry in MCAP, a picture, a page."""
 
+import math
+from collections.abc import Sequence
 from pathlib import Path
 
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 
-from model.errors import RecordError
 from model.estimator.smoother import smooth
 from model.values.arrays import FloatArray
 from record.log.definitions import DEFINITIONS
 from record.log.messages import planar_odometry
 from record.log.recording import Recording
 from record.log.tum import TumFile
-from record.whole_file import write_text
+from record.whole_file import write_text, writing
+from robot.console.table import formed, number_text
 from robot.odometry.compare import Comparison
 from robot.odometry.figure import drawing
-from robot.odometry.page import odometry_page
+from robot.odometry.table import (
+    NOTES,
+    Figures,
+    consistency_rows,
+    error_columns,
+    health_rows,
+    leg_columns,
+    short_walk,
+    walking_words,
+    way_and_sd,
+)
 from robot.odometry.track import Track
+from robot.report.page import Section, report_page
+from robot.report.pictures import pictures
 from robot.report.run_date import date_words
 
 KIND = "nav_msgs/msg/Odometry"
 
 
-def write(found: Comparison, log: Recording, name: Path, out: Path, *, everything: bool) -> None:
-    """Write a comparison to a file of the kind that its suffix names.
+def write(found: Comparison, log: Recording, path: Path, out: Path) -> None:
+    """Write a comparison over the log of ``path`` to a .tum, .mcap, .png or .html file.
 
     A trajectory is that of the walking part in the estimator's own frame, smoothed if states were kept;
     the truth goes beside it, begun at the same pose.
-
-    Args:
-        found: What was found.
-        log: The log.
-        name: Its file.
-        out: A .tum, .mcap, .png or .html file.
-        everything: Whether the other ways are shown beside the estimator.
 
     Raises:
         RecordError: It cannot be written.
     """
     run = found.track
     if out.suffix == ".html":
-        page = odometry_page(
-            found, log.names, name, date_words(log.metadata), everything=everything
-        )
-        write_text(out, page)
+        write_text(out, odometry_page(found, path, date_words(log.metadata)))
     elif out.suffix == ".tum":
-        write_tum(out, run, smooth(run.states)[0][:, :3] if run.states else run.pose)
+        _write_tum(out, run, smooth(run.states)[0][:, :3] if run.states else run.pose)
         if found.truth is not None:
-            write_tum(out.with_suffix(".truth.tum"), run, found.truth[0])
+            _write_tum(out.with_suffix(".truth.tum"), run, found.truth.pose)
     else:
-        try:
+        with writing(out):
             if out.suffix == ".mcap":
                 write_mcap(out, run)
             else:
-                drawing(found, log.names, everything=everything).savefig(out, dpi=120)
-        except OSError as error:
-            raise RecordError(
-                f"{out} cannot be written: {error.strerror}; choose another --out"
-            ) from error
+                drawing(found).savefig(out, dpi=120)
 
 
-def write_tum(path: Path, run: Track, pose: FloatArray) -> None:
-    """Write a pose, x, y [m], yaw [rad], at each tick, (T, 3).
-
-    Raises:
-        RecordError: It cannot be written.
-    """
+def _write_tum(path: Path, run: Track, pose: FloatArray) -> None:
+    """Write a pose, x, y [m], yaw [rad], at each tick, (T, 3)."""
     with TumFile(path) as file:
         for unix_ns, row in zip(run.unix_ns.tolist(), pose, strict=True):
             file.write(unix_ns, row)
@@ -85,3 +81,38 @@ def write_mcap(path: Path, run: Track) -> None:
         for unix_ns, estimate in zip(run.unix_ns.tolist(), run.estimates, strict=True):
             writer.add_message(channel, unix_ns, planar_odometry(unix_ns, estimate), unix_ns)
         writer.finish()  # type: ignore[no-untyped-call]
+
+
+def odometry_page(found: Comparison, log: Path, date: str) -> str:
+    """Return the page of a log that was recorded on a ``date``, in words."""
+    way, sd = way_and_sd(found)
+    rows = [
+        ("walking part", walking_words(found)),
+        ("ahead", f"{number_text(1e3 * way[0], 1)} mm +- {1e3 * sd[0]:.1f}"),
+        ("aside", f"{number_text(1e3 * way[1], 1)} mm +- {1e3 * sd[1]:.1f}"),
+        ("turned", f"{number_text(math.degrees(way[2]), 2)} deg +- {math.degrees(sd[2]):.2f}"),
+        *health_rows(found),
+        *(consistency_rows(found) if found.errors else []),
+        *(("RPE", words) for words in short_walk(found)),
+    ]
+    judged = "judged against the truth in the log" if found.errors else "no truth in this log"
+    ways = [one.name for one in found.errors]
+    title = "Each leg, as estimated at the end; RMSE of its force"
+    return report_page(
+        f"{log.name}: odometry",
+        f"{log}, {date}; {judged}; the walking part only",
+        [
+            Section("", rows),
+            _grid("Errors of each way", "way", ways, error_columns(found.errors)),
+            _grid(title, "leg", found.names, leg_columns(found)),
+            Section("What the words mean", NOTES),
+            *pictures({"Path, error, velocity, friction": drawing(found)}),
+        ],
+    )
+
+
+def _grid(title: str, label: str, names: Sequence[str], columns: Sequence[Figures]) -> Section:
+    heads = [f"{one.name}, {one.unit}" if one.unit else one.name for one in columns]
+    texts = ([formed(value, one.form) for value in one.values] for one in columns)
+    rows = list(zip(names, *texts, strict=True))
+    return Section(title, rows, (label, *heads), range(1, len(heads) + 1))

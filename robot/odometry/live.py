@@ -4,7 +4,6 @@ It follows LOG, or the newest log in ``runs/``, which another controller is writ
 With --hardware, it reads servos and forces itself and never asks for torque.
 """
 
-import json
 import sys
 import time
 from contextlib import ExitStack
@@ -20,11 +19,12 @@ from model.values.tick import Tick
 from record.log.follow import LogFollower
 from record.log.tum import TumFile
 from robot.console.exit_codes import ExitCode
-from robot.console.json_output import plain
+from robot.console.json_output import json_text
 from robot.control.controller import Controller
 from robot.control.stops import STOPS
-from robot.odometry.request import OdomRequest
+from robot.odometry.request import believed_robot
 from robot.odometry.track import Tracker
+from robot.requests.single import OdomRequest
 from robot.run.force_unit import NO_UNIT, check_no_unit, unit_settings
 from robot.run.hardware import open_real
 from robot.run.loop import run
@@ -38,11 +38,7 @@ LINE_PERIOD_NS = 1_000_000_000
 
 
 class EstimateLines:
-    """Takes estimates: a line a second, and every one of them into a trajectory.
-
-    Args:
-        out: The trajectory, None for none.
-        as_json: Lines as JSON.
+    """Prints a line of text or JSON a second, and writes every estimate into a trajectory, if any.
 
     Attributes:
         offset_ns: UNIX time less the loop's clock, for estimates that come with their tick alone.
@@ -117,7 +113,7 @@ def _beside_log(
         while True:
             for stamped in follower.new_ticks():
                 if tracker is None:
-                    config = request.config(follower.contents.config_text)
+                    config = believed_robot(request, follower.contents.config_text)
                     tracker = Tracker(config, no_forces=request.no_forces)
                 lines.take(stamped.unix_ns, tracker.step(stamped.tick))
             now_ns = clock.now_ns()
@@ -130,7 +126,7 @@ def _beside_log(
 def _beside_hardware(
     request: OdomRequest, lines: EstimateLines, interrupts: Interrupts, stack: ExitStack
 ) -> ExitCode:
-    config = request.config()
+    config = believed_robot(request)
     with_forces = not request.no_forces and request.force_unit != NO_UNIT
     if request.hardware == VIRTUAL:
         check_no_unit(request.force_unit)
@@ -165,18 +161,17 @@ def _line(estimate: Estimate, seconds: float) -> str:
 
 
 def _json_line(estimate: Estimate) -> str:
-    return json.dumps(
-        plain({
-            "t_ns": estimate.t_ns,
-            "position_m": estimate.position_m,
-            "yaw_rad": estimate.yaw_rad,
-            "velocity": estimate.velocity_B,
-            "pose_covariance": estimate.pose_covariance,
-            "twist_covariance": estimate.twist_covariance,
-            "force_n": estimate.force_B,
-            "mu": estimate.mu,
-            "stiffness_n_m": estimate.stiffness,
-            "health": estimate.health.value,
-            "reason": estimate.reason,
-        })
-    )  # fmt: skip
+    line = {
+        "t_ns": estimate.t_ns,
+        "position_m": estimate.position_m,
+        "yaw_rad": estimate.yaw_rad,
+        "velocity": estimate.velocity_B,
+        "pose_covariance": estimate.pose_covariance,
+        "twist_covariance": estimate.twist_covariance,
+        "force_n": estimate.force_B,
+        "mu": estimate.mu,
+        "stiffness_n_m": estimate.stiffness,
+        "health": estimate.health.value,
+        "reason": estimate.reason,
+    }
+    return json_text(line, indent=None)

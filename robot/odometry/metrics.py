@@ -1,6 +1,7 @@
 """How far a dead-reckoned trajectory is from the truth: the figures of merit of legged odometry."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import chi2
@@ -9,6 +10,19 @@ from model.motion.se2 import seen_from
 from model.values.arrays import FloatArray, root_mean_square
 
 LENGTHS_M = (0.25, 0.5, 1.0)
+
+
+class Motion(NamedTuple):
+    """A motion over T ticks, that of a way of dead reckoning or the true one; NaN where unknown.
+
+    Pose x, y [m], yaw [rad], (T, 3); body velocity vx, vy [m/s], yaw rate [rad/s], (T, 3); foot forces,
+    (T, N, 3) [N].
+    """
+
+    name: str
+    pose: FloatArray
+    velocity_B: FloatArray  # noqa: N815 - frame suffix
+    force_B: FloatArray  # noqa: N815
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -21,7 +35,7 @@ class TrackErrors:
         end_percent: Distance between the ends over the path's length [%].
         yaw_deg_m: Error of the yaw at the end over the path's length [deg/m].
         velocity_rmse: Of vx, vy [m/s], yaw rate [rad/s], (3,).
-        force_rmse: Of each foot's force, (N, 3) [N], over ticks where it is known.
+        force_rmse_n: Of each foot's force, (N, 3) [N], over ticks where it is known.
     """
 
     name: str
@@ -29,7 +43,7 @@ class TrackErrors:
     end_percent: float
     yaw_deg_m: float
     velocity_rmse: FloatArray
-    force_rmse: FloatArray
+    force_rmse_n: FloatArray
 
 
 def path_length(pose: FloatArray) -> FloatArray:
@@ -42,12 +56,7 @@ def relative_error(pose: FloatArray, truth: FloatArray, length_m: float) -> floa
     """Mean error of where a piece of path ends seen from where it begins, over its length [%].
 
     All pieces whose true length is ``length_m``, from every tick; those that end beyond the log are
-    left out.
-
-    Args:
-        pose: x, y, yaw, (T, 3).
-        truth: The same.
-        length_m: Length of the pieces.
+    left out. Poses are x, y [m], yaw [rad], (T, 3).
     """
     along = path_length(truth)
     ends = np.searchsorted(along, along + length_m)
@@ -61,32 +70,17 @@ def relative_error(pose: FloatArray, truth: FloatArray, length_m: float) -> floa
     return float(100 * np.hypot(*error.T).mean() / length_m)
 
 
-def track_errors(
-    name: str,
-    pose: FloatArray,
-    velocity: FloatArray,
-    force: FloatArray,
-    truth: tuple[FloatArray, FloatArray, FloatArray],
-) -> TrackErrors:
-    """Judge a trajectory that begins at the true pose.
-
-    Args:
-        name: Of the way of dead reckoning.
-        pose: (T, 3).
-        velocity: Body velocity, (T, 3); NaN where unknown.
-        force: Predicted forces, (T, N, 3); NaN where there are none.
-        truth: The same of the truth.
-    """
-    true_pose, true_velocity, true_force = truth
-    length = float(path_length(true_pose)[-1])
-    last = pose[-1] - true_pose[-1]
+def track_errors(path: Motion, truth: Motion) -> TrackErrors:
+    """Judge a motion that begins at the true pose."""
+    length = float(path_length(truth.pose)[-1])
+    last = path.pose[-1] - truth.pose[-1]
     return TrackErrors(
-        name=name,
-        rpe_percent=np.array([relative_error(pose, true_pose, d) for d in LENGTHS_M]),
+        name=path.name,
+        rpe_percent=np.array([relative_error(path.pose, truth.pose, d) for d in LENGTHS_M]),
         end_percent=float(100 * np.hypot(last[0], last[1]) / length) if length > 0 else np.nan,
         yaw_deg_m=float(np.degrees(last[2]) / length) if length > 0 else np.nan,
-        velocity_rmse=root_mean_square(velocity - true_velocity),
-        force_rmse=root_mean_square(force - true_force),
+        velocity_rmse=root_mean_square(path.velocity_B - truth.velocity_B),
+        force_rmse_n=root_mean_square(path.force_B - truth.force_B),
     )
 
 
@@ -102,12 +96,6 @@ def nees(error: FloatArray, covariance: FloatArray) -> FloatArray:
     found = np.full(len(error), np.nan)
     found[sound] = np.einsum("ti,ti->t", error[sound], solved)
     return found
-
-
-def mean_of(values: FloatArray) -> float:
-    """Mean of what is known; NaN where nothing is."""
-    known = values[np.isfinite(values)]
-    return float(known.mean()) if len(known) else np.nan
 
 
 def in_band(values: FloatArray, freedom: float, runs: int = 1) -> float:

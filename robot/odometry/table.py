@@ -3,18 +3,19 @@
 import math
 import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
+from dataclasses import asdict
 from typing import NamedTuple
 
 import numpy as np
 
-from model.values.arrays import FloatArray
-from robot.console.json_output import plain
-from robot.console.table import number_text
+from model.values.arrays import FloatArray, known_mean
+from model.values.estimate import Health
+from robot.console.table import Column, number_text, table_lines
 from robot.odometry.compare import Comparison
-from robot.odometry.metrics import LENGTHS_M, TrackErrors, in_band, mean_of, path_length
+from robot.odometry.metrics import LENGTHS_M, TrackErrors, in_band, path_length
 
-NAME_LETTERS, LEG_LETTERS = 19, 6
+NAME_LETTERS, LEG_LETTERS = 18, 6
 PLACE_COLUMNS = len(LENGTHS_M) + 2
 MOST_REASONS = 5
 NUMBER = re.compile(r"[-+]?\d+(\.\d+)?")
@@ -30,17 +31,8 @@ NOTES = (
 SHORT_NOTE = "RPE: relative pose error, mu: friction, K: leg stiffness; see docs/odometry.md"
 
 
-def table(
-    found: Comparison, names: tuple[str, ...], *, everything: bool, width: int | None = None
-) -> list[str]:
-    """Lines of text; ``everything`` adds the other ways and the forces leg by leg.
-
-    Args:
-        found: What was found.
-        names: Legs.
-        everything: Whether the other ways are shown beside the estimator.
-        width: Letters of a line of the terminal; a wider table is set as two. None: as wide as it is.
-    """
+def table(found: Comparison, width: int | None = None) -> list[str]:
+    """Lines of text; a table wider than ``width`` letters is set as two. None: as wide as it is."""
     run = found.track
     way, sd = way_and_sd(found)
     lines = [
@@ -53,80 +45,73 @@ def table(
         *(f"{'  ' * (label != 'health')}{label}: {words}" for label, words in health_rows(found)),
     ]
     if found.errors:
-        errors = found.errors if everything else found.errors[:1]
-        columns, ways = error_columns(errors), [e.name for e in errors]
-        whole = NAME_LETTERS + sum(column.width for column in columns)
-        cut = len(columns) if width is None or whole <= width else PLACE_COLUMNS
-        for part in filter(None, (columns[:cut], columns[cut:])):
-            lines += _column_lines("", NAME_LETTERS, ways, part)
+        columns, ways = error_columns(found.errors), [e.name for e in found.errors]
+        head = Column("", width=NAME_LETTERS)
+        whole = _figure_lines(head, ways, columns)
+        if width is not None and max(map(len, whole)) > width:
+            parts = (columns[:PLACE_COLUMNS], columns[PLACE_COLUMNS:])
+            whole = [line for part in parts for line in _figure_lines(head, ways, part)]
+        lines += whole
         lines += [f"{label}: {words}" for label, words in consistency_rows(found)]
         lines += [f"RPE: {words}" for words in short_walk(found)]
-    elif everything:
+    elif len(found.ways) > 1:
         lines.append("no truth in this log: the ways are drawn beside each other (--out FILE.png)")
-    return [*lines, *_column_lines("leg", LEG_LETTERS, names, leg_columns(found)), SHORT_NOTE]
+    lines += _figure_lines(Column("leg", width=LEG_LETTERS), found.names, leg_columns(found))
+    return [*lines, SHORT_NOTE]
 
 
-class Column(NamedTuple):
-    """A column of a table: its head, letters of a line, and a text a row."""
+class Figures(NamedTuple):
+    """One figure of merit of each row of a table: its heading, unit, form, and values."""
 
     name: str
     unit: str
-    width: int
-    texts: list[str]
+    form: str
+    values: Sequence[float] | FloatArray
+    width: int = 5
 
 
-def _column_lines(
-    label: str, letters: int, names: Sequence[str], columns: Sequence[Column]
-) -> list[str]:
-    """Columns below their names and units, beside the names of their rows."""
-    rows = [(label, *(c.name for c in columns)), ("", *(c.unit for c in columns))]
-    rows += [(name, *(c.texts[k] for c in columns)) for k, name in enumerate(names)]
-    widths = [column.width for column in columns]
-    return [
-        f"{head:<{letters}}" + "".join(f"{t:>{w}}" for t, w in zip(texts, widths, strict=True))
-        for head, *texts in rows
-    ]
+def _figure_lines(first: Column, names: Sequence[str], columns: Sequence[Figures]) -> list[str]:
+    """Figures below their names and units, beside the names of their rows."""
+    heads = [first, *(Column(one.name, one.form, one.width) for one in columns)]
+    units = ("", *(one.unit for one in columns))
+    return table_lines(heads, [units, *zip(names, *(one.values for one in columns), strict=True)])
 
 
-def error_columns(errors: Sequence[TrackErrors]) -> list[Column]:
+def error_columns(errors: Sequence[TrackErrors]) -> list[Figures]:
     """The errors of each way, a way a row; the first ``PLACE_COLUMNS`` are of the place."""
-
-    def column(name: str, unit: str, width: int, digits: int, values: Iterable[float]) -> Column:
-        return Column(name, unit, width, [number_text(value, digits) for value in values])
-
-    rates = (("vx", "mm/s", 8), ("vy", "mm/s", 8), ("yaw rate", "mrad/s", 10))
-    forces = np.array([np.sqrt((e.force_rmse**2).mean(axis=0)) for e in errors])  # over all feet
+    rpe = np.array([e.rpe_percent for e in errors]).T
+    velocity = 1e3 * np.array([e.velocity_rmse for e in errors]).T
+    # over all feet
+    force = np.array([np.sqrt((e.force_rmse_n**2).mean(axis=0)) for e in errors]).T
     return [
         *(
-            column(f"RPE {length_m:g} m", "%", 11, 2, (e.rpe_percent[k] for e in errors))
-            for k, length_m in enumerate(LENGTHS_M)
+            Figures(f"RPE {length_m:g} m", "%", ".2f", values, width=9)
+            for length_m, values in zip(LENGTHS_M, rpe, strict=True)
         ),
-        column("end", "%", 8, 2, (e.end_percent for e in errors)),
-        column("yaw", "deg/m", 9, 3, (e.yaw_deg_m for e in errors)),
-        *(
-            column(name, unit, width, 2, (1e3 * e.velocity_rmse[k] for e in errors))
-            for k, (name, unit, width) in enumerate(rates)
-        ),
-        *(column(f"F{axis}", "N", 7, 2, forces[:, k]) for k, axis in enumerate("xyz")),
+        Figures("end", "%", ".2f", [e.end_percent for e in errors], width=6),
+        Figures("yaw", "deg/m", ".3f", [e.yaw_deg_m for e in errors], width=7),
+        Figures("vx", "mm/s", ".2f", velocity[0], width=6),
+        Figures("vy", "mm/s", ".2f", velocity[1], width=6),
+        Figures("yaw rate", "mrad/s", ".2f", velocity[2]),
+        *(Figures(f"F{axis}", "N", ".2f", force[k]) for k, axis in enumerate("xyz")),
     ]
 
 
-def leg_columns(found: Comparison) -> list[Column]:
+def leg_columns(found: Comparison) -> list[Figures]:
     """Friction and stiffness of each leg at the end, and the RMSE of its force if there is truth."""
     last = found.track.estimates[-1]
-    values = [
-        ("mu", "", 8, 3, last.mu),
-        ("sd", "", 7, 3, last.mu_sd),
-        ("K", "N/m", 9, 0, last.stiffness),
-        ("sd", "N/m", 7, 0, last.stiffness * last.stiffness_sd),
+    columns = [
+        Figures("mu", "", ".3f", last.mu, width=6),
+        Figures("sd", "", ".3f", last.mu_sd),
+        Figures("K", "N/m", ".0f", last.stiffness, width=7),
+        Figures("sd", "N/m", ".0f", last.stiffness * last.stiffness_sd),
     ]
     if found.errors:
-        force = found.errors[0].force_rmse
-        values += [(f"F{axis} RMSE", "N", 9, 2, force[:, k]) for k, axis in enumerate("xyz")]
-    return [
-        Column(name, unit, width, [number_text(value, digits) for value in each])
-        for name, unit, width, digits, each in values
-    ]
+        force = found.errors[0].force_rmse_n
+        columns += [
+            Figures(f"F{axis} RMSE", "N", ".2f", force[:, k]) for k, axis in enumerate("xyz")
+        ]
+    return columns
 
 
 def way_and_sd(found: Comparison) -> tuple[FloatArray, FloatArray]:
@@ -146,20 +131,17 @@ def health_rows(found: Comparison) -> list[tuple[str, str]]:
 
     Reasons that differ in their numbers only are one row, with the numbers that were most frequent.
     """
-    total = len(found.track.estimates)
-    spoken = Counter((e.health.value, e.reason) for e in found.track.estimates)
-    fine = sum(count for (health, _), count in spoken.items() if health == "ok")
-    alike: dict[tuple[str, str], list[tuple[int, str]]] = {}
-    for (health, reason), count in spoken.items():
-        if health != "ok":
-            alike.setdefault((health, NUMBER.sub("#", reason)), []).append((count, reason))
-    counted = [
-        (sum(count for count, _ in said), health, max(said)[1], len(said))
-        for (health, _), said in alike.items()
-    ]
-    rows = [("health", f"ok {100 * fine / total:.1f} % of ticks")]
-    for count, health, reason, kinds in sorted(counted, reverse=True)[:MOST_REASONS]:
-        others = " (most often; other numbers, too)" if kinds > 1 else ""
+    estimates = found.track.estimates
+    poor: dict[tuple[str, str], Counter[str]] = {}
+    for one in estimates:
+        if one.health is not Health.OK:
+            same = poor.setdefault((one.health.value, NUMBER.sub("#", one.reason)), Counter())
+            same[one.reason] += 1
+    fine = len(estimates) - sum(same.total() for same in poor.values())
+    rows = [("health", f"ok {100 * fine / len(estimates):.1f} % of ticks")]
+    for (health, _), same in sorted(poor.items(), key=lambda one: -one[1].total())[:MOST_REASONS]:
+        count, (reason, _) = same.total(), same.most_common(1)[0]
+        others = " (most often; other numbers, too)" if len(same) > 1 else ""
         rows.append((health, f"{reason}{others}, {count} {'tick' if count == 1 else 'ticks'}"))
     return rows
 
@@ -168,7 +150,7 @@ def short_walk(found: Comparison) -> list[str]:
     """Why there is no relative error over a length, if the walk is too short for all of them."""
     if np.isfinite([e.rpe_percent for e in found.errors]).any() or found.truth is None:
         return []
-    length_m = path_length(found.truth[0])[-1]
+    length_m = path_length(found.truth.pose)[-1]
     return [f"none: the walk is {length_m:.2f} m long, the shortest piece is {LENGTHS_M[0]:g} m"]
 
 
@@ -176,21 +158,21 @@ def consistency_rows(found: Comparison) -> list[tuple[str, str]]:
     """Whether the estimator's covariances are as large as its errors: label and words."""
     run = found.track
     rows = [
-        ("NEES (3 is ideal)", f"velocity {mean_of(found.twist_nees):.2f}, "
+        ("NEES (3 is ideal)", f"velocity {known_mean(found.twist_nees):.2f}, "
          f"{100 * in_band(found.twist_nees, 3):.0f} % in the 95 % band; "
-         f"pose {mean_of(found.pose_nees):.2f}, {100 * in_band(found.pose_nees, 3):.0f} %")
+         f"pose {known_mean(found.pose_nees):.2f}, {100 * in_band(found.pose_nees, 3):.0f} %")
     ]  # fmt: skip
     if len(run.nis_over_dof):
-        words = f"{mean_of(run.nis_over_dof):.2f}; {run.rejected} measurements rejected"
+        words = f"{known_mean(run.nis_over_dof):.2f}; {run.rejected} measurements rejected"
         rows.append(("NIS over its numbers (1 is ideal)", words))
     return rows
 
 
-def as_json(found: Comparison, names: tuple[str, ...]) -> object:
-    """The same for a program; what is not known is null."""
+def as_json(found: Comparison) -> dict[str, object]:
+    """The same for ``print_json``."""
     run = found.track
     last, (way, sd) = run.estimates[-1], way_and_sd(found)
-    return plain({
+    return {
         "ticks": len(run.t_s),
         "pose": run.pose[-1],
         "pose_covariance": last.pose_covariance,
@@ -198,28 +180,14 @@ def as_json(found: Comparison, names: tuple[str, ...]) -> object:
         "way_sd": sd,
         "health": last.health.value,
         "reason": last.reason,
-        "step_us": {
-            "median": float(np.median(run.step_us)),
-            "p99": float(np.percentile(run.step_us, 99)),
-        },
-        "legs": names,
+        "step_us": {"median": np.median(run.step_us), "p99": np.percentile(run.step_us, 99)},
+        "legs": found.names,
         "mu": last.mu,
         "mu_sd": last.mu_sd,
         "stiffness_n_m": last.stiffness,
-        "ways": [
-            {
-                "name": e.name,
-                "rpe_lengths_m": LENGTHS_M,
-                "rpe_percent": e.rpe_percent,
-                "end_percent": e.end_percent,
-                "yaw_deg_m": e.yaw_deg_m,
-                "velocity_rmse": e.velocity_rmse,
-                "force_rmse_n": e.force_rmse,
-            }
-            for e in found.errors
-        ],
-        "nees_velocity": mean_of(found.twist_nees),
-        "nees_pose": mean_of(found.pose_nees),
-        "nis_over_dof": mean_of(run.nis_over_dof),
+        "ways": [{"name": e.name, "rpe_lengths_m": LENGTHS_M, **asdict(e)} for e in found.errors],
+        "nees_velocity": known_mean(found.twist_nees),
+        "nees_pose": known_mean(found.pose_nees),
+        "nis_over_dof": known_mean(run.nis_over_dof),
         "rejects": run.rejected,
-    })  # fmt: skip
+    }

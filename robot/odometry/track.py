@@ -18,7 +18,8 @@ from record.log.reader import LogContents, StampedTick, read_log
 from record.log.recording import Recording
 from robot.config.robot_file import RobotConfig
 from robot.control.estimator_stage import estimator_stage
-from robot.odometry.request import OdomRequest
+from robot.odometry.request import believed_robot
+from robot.requests.single import OdomRequest
 
 # Where a way begins its pose is known to this [m, rad], as that of the estimator in its first tick.
 START_SD = 1e-4
@@ -70,9 +71,8 @@ class Track:
         """Covariance of the way since the first tick, (T, 3, 3): what that of the pose has grown by."""
         covariance = self.column(lambda e: e.pose_covariance)
         way = self.pose - self.pose[0]
-        carried = np.tile(
-            np.eye(3), (len(way), 1, 1)
-        )  # a turn at the first tick moves all later places
+        # a turn at the first tick moves all later places
+        carried = np.tile(np.eye(3), (len(way), 1, 1))
         carried[:, 0, 2], carried[:, 1, 2] = -way[:, 1], way[:, 0]
         known = carried @ covariance[0] @ carried.transpose(0, 2, 1)
         grown: FloatArray = covariance - known + START_SD**2 * np.eye(3)
@@ -91,12 +91,9 @@ class Track:
 
 
 class Tracker:
-    """The estimator stage over the ticks of somebody else's loop.
+    """The estimator stage over the ticks of somebody else's loop, with the robot file to believe in.
 
-    Args:
-        config: The robot to believe in.
-        no_forces: Whether foot forces are kept from it.
-        keep_states: Keep what a smoother needs.
+    Foot forces can be kept from it, and what a smoother needs can be kept.
     """
 
     def __init__(
@@ -179,10 +176,8 @@ def track_log(
 ) -> TrackedLog:
     """Run the estimator over a log: with its own robot file it says what it said in the loop.
 
-    Args:
-        path: The log.
-        request: What to believe other than its robot file says, and whether it is to be smoothed.
-        contents: Filled on the way.
+    The request says what to believe other than that file, and whether states are kept for smoothing;
+    ``contents`` is filled as the log is read.
 
     Raises:
         RecordError: The log cannot be read, or holds no tick.
@@ -194,7 +189,7 @@ def track_log(
 
     def take(item: StampedTick) -> None:
         if not trackers:  # the robot file comes before the first tick
-            config = given.config(found.config_text)
+            config = believed_robot(given, found.config_text)
             trackers.append(Tracker(config, no_forces=given.no_forces, keep_states=given.smooth))
         trackers[0].take(item)
 

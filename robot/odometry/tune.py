@@ -4,12 +4,12 @@ Likelihood needs forces but no truth. It is searched over logarithms, without ga
 win by refusing to listen.
 """
 
-import json
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from itertools import dropwhile, takewhile
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize
@@ -23,11 +23,13 @@ from record.whole_file import whole_file
 from robot.config.edit import with_estimator
 from robot.config.robot_file import RobotConfig
 from robot.console.exit_codes import ExitCode
-from robot.console.json_output import plain
+from robot.console.json_output import print_json
 from robot.console.progress import ProgressBar
+from robot.console.table import Column, table_lines
 from robot.odometry.metrics import in_band
-from robot.odometry.request import OdomRequest
+from robot.odometry.request import believed_robot
 from robot.odometry.track import Track, track
+from robot.requests.single import OdomRequest
 
 NAMES = ("speed_per_slip", "turn_per_slip", "force_sd", "force_share_sd", "load_sd")
 # Settings may move this far from where they began; data that want more contradict the model.
@@ -36,8 +38,7 @@ LONGEST_S = 30.0  # of each log
 EVALUATIONS = 60
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class TuningWalk:
+class TuningWalk(NamedTuple):
     """What a walk gives to tune by: ticks from the first one of walking on, and the robot to believe in."""
 
     ticks: tuple[StampedTick, ...]
@@ -68,13 +69,7 @@ class Whiteness:
 def tune(
     walks: list[TuningWalk], start: EstimatorSettings, progress: Callable[[float], None]
 ) -> EstimatorSettings:
-    """Search the settings of ``NAMES`` from ``start``.
-
-    Args:
-        walks: At least one.
-        start: Where the search begins; everything else stays.
-        progress: Told the share done.
-    """
+    """Search the settings of ``NAMES`` from ``start`` by at least one walk; everything else stays."""
     begin = np.log([getattr(start, name) for name in NAMES])
     spent = 0
 
@@ -102,8 +97,8 @@ def _with(start: EstimatorSettings, values: Iterable[float]) -> EstimatorSetting
 
 def _likelihood(walk: TuningWalk, settings: EstimatorSettings) -> float:
     open_gates = replace(settings, gate_load=1e12, gate_pair=1e12)
-    told = _track(walk, open_gates).column(lambda e: e.log_likelihood)
-    return float(told[np.isfinite(told)].sum())
+    likelihood = _track(walk, open_gates).column(lambda e: e.log_likelihood)
+    return float(likelihood[np.isfinite(likelihood)].sum())
 
 
 def _track(walk: TuningWalk, settings: EstimatorSettings) -> Track:
@@ -167,27 +162,30 @@ def tune_command(request: OdomRequest) -> ExitCode:
         with whole_file(request.out) as part:
             part.write_text(with_estimator(config.text, values), encoding="utf-8")
     if request.json:
-        print(json.dumps(_as_json(settings, before, after), indent=2))
+        tuned = {name: getattr(settings, name) for name in NAMES}
+        print_json({"settings": tuned, "before": before, "after": after})
         return ExitCode.OK
-    print(f"{'setting':<22}{'before':>12}{'tuned':>12}")
-    for name in NAMES:
-        print(f"{name:<22}{getattr(start, name):>12.4g}{getattr(settings, name):>12.4g}")
-    print(*_lines(before, after), sep="\n")
+    columns = (Column("setting"), Column("before", ".4g"), Column("tuned", ".4g"))
+    rows = [(name, getattr(start, name), getattr(settings, name)) for name in NAMES]
+    print(*table_lines(columns, rows), "", *_lines(before, after), sep="\n")
     if request.out is not None:
         print(f"written: {request.out}; bigant odom LOG --compare --robot {request.out} judges it")
     return ExitCode.OK
 
 
 def _lines(before: Whiteness, after: Whiteness) -> list[str]:
-    rows = (
+    rows = [
         ("log likelihood", before.log_likelihood, after.log_likelihood),
         ("NIS over its numbers (1)", before.nis_over_dof, after.nis_over_dof),
         ("share in 95 % band", before.in_band, after.in_band),
-        ("lag-1 correlation Fx (0)", before.lag_one[0], after.lag_one[0]),
-        ("lag-1 correlation Fy (0)", before.lag_one[1], after.lag_one[1]),
-        ("lag-1 correlation Fz (0)", before.lag_one[2], after.lag_one[2]),
+        *(
+            (f"lag-1 correlation F{axis} (0)", *values)
+            for axis, *values in zip("xyz", before.lag_one, after.lag_one, strict=True)
+        ),
+    ]
+    lines = table_lines(
+        (Column("innovations"), Column("before", ".4g"), Column("tuned", ".4g")), rows
     )
-    lines = [f"{name:<26}{was:>12.4g}{now:>12.4g}" for name, was, now in rows]
     lines.append(
         f"white innovations stay within {after.white_band:.2g} of 0; "
         f"gates would reject {before.rejected} before, {after.rejected} tuned"
@@ -198,14 +196,6 @@ def _lines(before: Whiteness, after: Whiteness) -> list[str]:
             "Tuned values then trust the forces too much; check NEES with odom LOG --compare --robot FILE"
         )
     return lines
-
-
-def _as_json(settings: EstimatorSettings, before: Whiteness, after: Whiteness) -> object:
-    return plain({
-        "settings": {name: getattr(settings, name) for name in NAMES},
-        "before": asdict(before),
-        "after": asdict(after),
-    })  # fmt: skip
 
 
 def read_walk(path: Path, request: OdomRequest) -> TuningWalk:
@@ -227,4 +217,4 @@ def read_walk(path: Path, request: OdomRequest) -> TuningWalk:
         ticks.pop()
     if not any(item.tick.forces.valid.any() for item in ticks):
         raise RecordError(f"{path} has no foot forces; tune by walks with the force unit")
-    return TuningWalk(tuple(ticks), request.config(contents.config_text))
+    return TuningWalk(tuple(ticks), believed_robot(request, contents.config_text))

@@ -22,7 +22,7 @@ from record.log.reader import LogContents, read_ticks, read_wires
 from robot.config.robot_file import RobotConfig
 from robot.control.controller import Controller
 from robot.control.safety import Allowed
-from robot.replay.compare import Comparison, Difference, FieldResult
+from robot.replay.compare import ComparedRun, Comparison
 from robot.replay.fields import FIELDS, WIRE_FIELDS
 from robot.run.hardware import assemble
 from robot.run.header import FORCE_UNIT_KEY, LATENCY_KEY, Rebuilt, rebuild_controller
@@ -63,35 +63,21 @@ class WireDifference:
     differs: str
 
 
-@dataclass(frozen=True, slots=True)
-class BusReplay:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BusReplay(ComparedRun):
     """The result of a replay of bytes.
 
     Attributes:
-        path: The log.
-        ticks: Ticks replayed.
         requests: Pieces that the drivers sent as recorded.
         bytes_sent: Their bytes.
         bytes_received: Bytes played to the drivers.
-        duration_s: How much of the run it is.
-        wall_s: How long the replay took.
-        fields: How each field of the ticks agrees.
-        first: The first difference in a tick that is too large, None if there is none.
         wire: The first request that is another, None if there is none.
-        notes: What had to be assumed, in words.
     """
 
-    path: Path
-    ticks: int
     requests: int
     bytes_sent: int
     bytes_received: int
-    duration_s: float
-    wall_s: float
-    fields: tuple[FieldResult, ...]
-    first: Difference | None
     wire: WireDifference | None
-    notes: tuple[str, ...]
 
     @property
     def equal(self) -> bool:
@@ -145,8 +131,7 @@ def replay_bus(
     rebuilt = rebuild_controller(contents, config)
     tape = Tape(pieces, VirtualClock(pieces[0].t_ns))
     names = rebuilt.controller.config.parameters.legs.names
-    comparison = Comparison((*WIRE_FIELDS, *FIELDS), names, scale)
-    comparison.begin(first.t_ns)
+    comparison = Comparison((*WIRE_FIELDS, *FIELDS), names, scale, first.t_ns)
     notes = [*rebuilt.notes]
     wire: WireDifference | None = None
     end_ns, at_the_end = first.t_ns, False

@@ -1,45 +1,33 @@
 """``bigant replay``: ticks or bytes of a log through this version's code, and the result as lines."""
 
-import json
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from dataclasses import asdict
 
 from model.errors import ConfigError
 from record.log.reader import LogContents
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
-from robot.console.json_output import plain
+from robot.console.json_output import print_result
 from robot.console.program_output import complain
 from robot.console.progress import ProgressLine
 from robot.control.effect_uses import unused_notes
 from robot.replay.bus import BusReplay, replay_bus
 from robot.replay.compare import Difference, FieldResult
 from robot.replay.ticks import Replay, replay_log
-
-
-@dataclass(frozen=True, slots=True)
-class ReplayRequest:
-    """Options of ``bigant replay`` without --drive; the last four go with --drive only."""
-
-    path: Path
-    tolerance: float
-    robot: Path | None
-    json: bool
-    bus: bool
-    armed: bool
-    virtual_time: bool
-    log: Path | None
-    out: Path | None
+from robot.requests.single import ReplayRequest
 
 
 def replay(request: ReplayRequest) -> ExitCode:
-    """Replay a log.
+    """Replay a log, or do its run again.
 
     Raises:
-        BigantError: The log cannot be read or replayed.
+        BigantError: The log cannot be read or replayed, or something is wrong before the robot moves.
     """
+    if request.drive:
+        from robot.replay.drive import drive_again  # and with it all that a run needs
+
+        return drive_again(request)
     for name in ("armed", "virtual_time", "log", "out"):
         if getattr(request, name):
             raise ConfigError(f"--{name.replace('_', '-')}", "goes with --drive only")
@@ -51,10 +39,8 @@ def replay(request: ReplayRequest) -> ExitCode:
     run = replay_bus if request.bus else replay_log
     with ProgressLine(f"replaying {request.path}", contents.progress):
         result = run(request.path, scale=request.tolerance, config=config, contents=contents)
-    if request.json:
-        print(json.dumps(plain({**asdict(result), "equal": result.equal}), indent=2))
-    else:
-        print("\n".join(result_lines(result)))
+    fields = {**asdict(result), "equal": result.equal}
+    print_result(fields, result_lines(result), as_json=request.json)
     return ExitCode.OK if result.equal else ExitCode.VERDICT_FAILED
 
 

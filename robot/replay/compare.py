@@ -3,12 +3,14 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from model.values.arrays import BoolArray, FloatArray
 from model.values.tick import Tick
+from record.log.recording import LEGS
 from robot.replay.fields import Field
 
 # Ticks compared at a time: enough that numpy's overhead does not count.
@@ -63,6 +65,34 @@ class Difference:
     unit: str
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ComparedRun:
+    """A run replayed and compared.
+
+    Attributes:
+        path: The log.
+        ticks: Ticks replayed.
+        duration_s: How much of the run they are.
+        wall_s: How long the replay took; loading the model's machine code before it is not counted.
+        fields: How each field of the ticks agrees.
+        first: The first difference that is too large, None if there is none.
+        notes: What had to be assumed or left out, in words.
+    """
+
+    path: Path
+    ticks: int
+    duration_s: float
+    wall_s: float
+    fields: tuple[FieldResult, ...]
+    first: Difference | None
+    notes: tuple[str, ...]
+
+    @property
+    def equal(self) -> bool:
+        """Whether every field agrees within its tolerance."""
+        return self.first is None
+
+
 class Comparison:
     """Compares pairs of ticks as they come.
 
@@ -70,9 +100,12 @@ class Comparison:
         fields: What to compare, in the order of the pipeline.
         names: Leg names.
         scale: Factor on all tolerances.
+        start_ns: When the log begins.
     """
 
-    def __init__(self, fields: Sequence[Field], names: tuple[str, ...], scale: float = 1.0) -> None:
+    def __init__(
+        self, fields: Sequence[Field], names: tuple[str, ...], scale: float, start_ns: int
+    ) -> None:
         self.ticks = 0
         self.first: Difference | None = None
         self._fields = tuple(fields)
@@ -81,12 +114,7 @@ class Comparison:
         self._pairs: list[tuple[Tick, Tick]] = []
         self._largest = [0.0] * len(self._fields)
         self._beyond = [0] * len(self._fields)
-        self._start_ns: int | None = None
-
-    def begin(self, t_ns: int) -> None:
-        """Say when the log begins."""
-        if self._start_ns is None:
-            self._start_ns = t_ns
+        self._start_ns = start_ns
 
     def add_equal(self) -> None:
         """Count a tick that is the same in every bit."""
@@ -94,7 +122,6 @@ class Comparison:
 
     def add(self, recorded: Tick, replayed: Tick) -> None:
         """Compare one tick."""
-        self.begin(recorded.t_ns)
         self.ticks += 1
         self._pairs.append((recorded, replayed))
         if len(self._pairs) >= BLOCK_TICKS:
@@ -103,19 +130,10 @@ class Comparison:
     def results(self) -> tuple[FieldResult, ...]:
         """Return how each field agrees."""
         self._compare()
+        found = zip(self._fields, self._largest, self._beyond, strict=True)
         return tuple(
-            FieldResult(
-                field.stage,
-                field.name,
-                field.unit,
-                field.tolerance * self._scale,
-                largest,
-                beyond,
-                field.why,
-            )
-            for field, largest, beyond in zip(
-                self._fields, self._largest, self._beyond, strict=True
-            )
+            FieldResult(f.stage, f.name, f.unit, f.tolerance * self._scale, largest, beyond, f.why)
+            for f, largest, beyond in found
         )
 
     def _compare(self) -> None:
@@ -144,7 +162,7 @@ class Comparison:
             excess = _excess(one[None], other[None], field.tolerance * self._scale)[0]
             where = tuple(int(i) for i in np.unravel_index(int(np.argmax(excess)), one.shape))
         return Difference(
-            t_s=(recorded.t_ns - (self._start_ns or recorded.t_ns)) * 1e-9,
+            t_s=(recorded.t_ns - self._start_ns) * 1e-9,
             index=recorded.index,
             stage=field.stage,
             name=field.name,
@@ -156,14 +174,12 @@ class Comparison:
 
     def _element(self, field: Field, where: tuple[int, ...]) -> str:
         words = []
-        if where:
-            first, last = where[0], where[-1]
-            if field.legs:
-                words.append(self._names[first])
-            elif len(where) > 1:
-                words.append(str(first + 1))
-            if field.parts:
-                words.append(field.parts[last])
+        if where and field.shape[0] == LEGS:
+            words.append(self._names[where[0]])
+        elif len(where) > 1:
+            words.append(str(where[0] + 1))
+        if where and field.parts:
+            words.append(field.parts[where[-1]])
         return " ".join(words)
 
 

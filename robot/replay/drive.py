@@ -20,6 +20,7 @@ from model.values.faults import StopReason
 from model.values.tick import Intent, Request, Tick
 from record.log.reader import LogContents, read_log, read_tick_messages
 from record.log.tick_message import decode_inputs
+from record.whole_file import check_room
 from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import plain
@@ -27,12 +28,12 @@ from robot.console.program_output import complain
 from robot.console.progress import ProgressLine
 from robot.console.table import number_text, row_lines
 from robot.control.controller import Controller
-from robot.drive.drive import drive_as, usual_log
-from robot.drive.request import VIRTUAL, DriveRequest
+from robot.drive.drive import check_hardware, drive_as, usual_log
 from robot.replay.repeat import Repeat, compare_runs, overlay
 from robot.replay.repeat_plots import draw_repeat
 from robot.report.pictures import write_report
 from robot.report.run_date import date_words
+from robot.requests.single import VIRTUAL, DriveRequest, ReplayRequest
 from robot.run.header import rebuild_controller
 from robot.run.operator import Interrupts
 
@@ -44,7 +45,7 @@ class Wishes:
     """The operator's wishes of a run.
 
     Attributes:
-        times_ns: When each was first uttered, since the first tick.
+        times_ns: When each first came, since the first tick.
         requests: The wishes.
         end_ns: When the run ended.
     """
@@ -52,22 +53,6 @@ class Wishes:
     times_ns: tuple[int, ...]
     requests: tuple[Request, ...]
     end_ns: int
-
-
-@dataclass(frozen=True, slots=True)
-class RepeatRequest:
-    """Options of ``bigant replay LOG --drive``."""
-
-    path: Path
-    robot: Path | None
-    json: bool
-    hardware: str
-    armed: bool
-    force_unit: str | None
-    virtual_time: bool
-    seed: int
-    log: Path | None
-    out: Path | None
 
 
 class RecordedOperator:
@@ -120,7 +105,7 @@ def read_wishes(path: Path, contents: LogContents) -> Wishes:
     return Wishes(tuple(times), tuple(requests), now_ns - start_ns)
 
 
-def drive_again(request: RepeatRequest) -> ExitCode:
+def drive_again(request: ReplayRequest) -> ExitCode:
     """Do a run again, compare, print, draw.
 
     Raises:
@@ -150,18 +135,17 @@ def drive_again(request: RepeatRequest) -> ExitCode:
         virtual_time=request.virtual_time,
         seed=request.seed,
     )
-    new.check_hardware()
+    check_hardware(new)
     if not new.virtual and not request.armed:
         raise ConfigError(
             "--hardware",
             "does the run again with torque: put the robot where it can walk, add --armed",
         )
-    new_log = request.log if request.log is not None else usual_log(f"{request.path.stem}-again")
+    check_room(request.out, "--out", *PAGES)
+    new_log = request.log or usual_log(f"{request.path.stem}-again")
     if new_log.resolve() == request.path.resolve():
         raise ConfigError("--log", "is the old log itself; choose another file")
-    page = request.out if request.out is not None else new_log.with_suffix(".html")
-    if page.suffix not in PAGES:
-        raise ConfigError("--out", f"must end in .html or .png, not {page.suffix or page.name!r}")
+    page = request.out or new_log.with_suffix(".html")
 
     def operator(_: Controller, interrupts: Interrupts, __: ExitStack) -> RecordedOperator:
         return RecordedOperator(wishes, interrupts)
@@ -192,7 +176,7 @@ def flat(table: Mapping[str, Any], above: str = "") -> dict[str, Any]:
     return values
 
 
-def _compare(request: RepeatRequest, new_log: Path, page: Path) -> None:
+def _compare(request: ReplayRequest, new_log: Path, page: Path) -> None:
     """Compare both runs, print and draw."""
     old, new = read_log(request.path), read_log(new_log)
     both = overlay(old, new)
@@ -248,10 +232,10 @@ def body_rows(result: Repeat) -> list[tuple[str, str]]:
         ),
         ("true velocity, RMS of new - old", _velocity(result.true_velocity)),
         ("predicted velocity, RMS of new - old", _velocity(result.predicted_velocity)),
-        ("way of the old run", _way(result.old_way)),
-        ("way of the new run", _way(result.new_way)),
-        ("dead reckoning, old", _way(result.old_reckoned_way)),
-        ("dead reckoning, new", _way(result.new_reckoned_way)),
+        ("displacement, old", _displacement(result.old_way)),
+        ("displacement, new", _displacement(result.new_way)),
+        ("dead reckoning, old", _displacement(result.old_reckoned_way)),
+        ("dead reckoning, new", _displacement(result.new_reckoned_way)),
     ]
 
 
@@ -264,6 +248,6 @@ def _velocity(values: tuple[float, ...]) -> str:
     return f"vx {vx}, vy {vy} mm/s, yaw rate {yaw} mrad/s"
 
 
-def _way(values: tuple[float, ...]) -> str:
+def _displacement(values: tuple[float, ...]) -> str:
     forward, left, turn = values
     return f"forward {_shown(forward)} m, left {_shown(left)} m, turned {_shown(turn)} rad"

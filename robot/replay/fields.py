@@ -9,18 +9,19 @@ contact changes that the support search took (two ways to the same equilibrium a
 """
 
 import enum
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from model.values.estimate import Estimate
-from model.values.faults import StopReason
+from model.values.arrays import IntArray
+from model.values.faults import Fault, StopReason
+from model.values.readings import ForceRecord, ServoReadings
 from model.values.tick import Mode, Tick
 from record.log.estimate_message import HEALTHS
-
-Take = Callable[[Tick], ArrayLike]
+from record.log.recording import LEGS, follow
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,10 +34,11 @@ class Field:
         unit: Unit, empty for flags and codes.
         tolerance: Largest difference allowed: absolute up to 1 unit, relative beyond; 0 = none.
         why: Where a difference of this size can come from.
-        take: Takes the value from a tick: a number, (N,) or (N, k).
-        legs: Whether the first axis is that of the legs.
+        path: Where the value is in a tick.
+        shape: Its shape; empty for a number, ``LEGS`` for the number of legs.
         parts: Names along the last axis, if it has any.
         codes: What the numbers are called, for a field that is a code.
+        change: What to make of the value first; None where there is nothing.
     """
 
     stage: str
@@ -44,10 +46,21 @@ class Field:
     unit: str
     tolerance: float
     why: str
-    take: Take
-    legs: bool = False
+    path: str
+    shape: tuple[int, ...] = ()
     parts: tuple[str, ...] = ()
     codes: type[enum.Enum] | None = None
+    change: Callable[[Any], ArrayLike | None] | None = None
+
+    def take(self, tick: Tick) -> ArrayLike:
+        """Return the value in a tick: a number, (N,) or (N, k); NaN where there is none."""
+        value: ArrayLike | None = follow(tick, self.path)
+        if value is not None and self.change is not None:
+            value = self.change(value)
+        if value is not None:
+            return value
+        legs = len(tick.joints.angle_rad)
+        return np.full([legs if size == LEGS else size for size in self.shape], np.nan)
 
 
 PRODUCT = "one product of a count and a constant"
@@ -59,123 +72,84 @@ BALANCE = "a small linear system; its condition times rounding"
 SUM = "a sum over all ticks so far"
 EXACT = "a decision: it is the same or it is not"
 RAW = "as it came from the wire"
-
 FILTERED = "a filter over all ticks so far: its gain makes a difference of one tick fade"
 LEAST = "forces of several feet at rest: the least ones, found to a finite precision"
-LEGS = -1
-
-_XYZ = ("x", "y", "z")
-_PLANAR = ("vx", "vy", "yaw rate")
-
-
-def _faults(tick: Tick) -> ArrayLike:
-    return np.array(" ".join(f"{f.kind.name}:{f.source}" for f in tick.faults), dtype=object)
+N, N2, N3 = (LEGS,), (LEGS, 2), (LEGS, 3)
+XY, XYZ, PLANAR = ("x", "y"), ("x", "y", "z"), ("vx", "vy", "yaw rate")
+COUNTS = ("position", "velocity", "current", "duty", "voltage", "temperature", "hardware error")
 
 
-def _servo_counts(tick: Tick) -> ArrayLike:
-    servos = tick.inputs.servos
-    if servos is None:
-        return np.zeros((len(tick.joints.angle_rad), 7), dtype=np.int64)
-    return np.stack(
-        [
-            servos.position_ticks,
-            servos.velocity_counts,
-            servos.current_counts,
-            servos.duty_counts,
-            servos.voltage_counts,
-            servos.temperature_c,
-            servos.hardware_error,
-        ],
-        axis=1,
-    )
+def _faults(faults: Sequence[Fault]) -> ArrayLike:
+    return np.array(" ".join(f"{f.kind.name}:{f.source}" for f in faults), dtype=object)
 
 
-def _force_counts(tick: Tick) -> ArrayLike:
-    records = tick.inputs.forces
-    return records[-1].counts if records else np.zeros((6, 6), dtype=np.int64)
+def _servo_counts(s: ServoReadings) -> ArrayLike:
+    return np.column_stack([
+        s.position_ticks, s.velocity_counts, s.current_counts, s.duty_counts, s.voltage_counts,
+        s.temperature_c, s.hardware_error,
+    ])  # fmt: skip
 
 
-def _estimate(take: Callable[[Estimate], ArrayLike], *shape: int) -> Take:
-    """A field of the estimate, absent where there is none; its first axis may be that of the legs."""
-
-    def value(tick: Tick) -> ArrayLike:
-        if tick.estimate is not None:
-            return take(tick.estimate)
-        legs = len(tick.joints.angle_rad)
-        return np.full([legs if size == LEGS else size for size in shape], np.nan)
-
-    return value
+def _last_counts(records: Sequence[ForceRecord]) -> IntArray | None:
+    return records[-1].counts if records else None
 
 
 # What the drivers make of recorded bytes; in a replay of inputs they are the inputs themselves.
 WIRE_FIELDS = (
-    Field("servos", "counts", "", 0.0, RAW, _servo_counts, legs=True, parts=(
-        "position", "velocity", "current", "duty", "voltage", "temperature", "hardware error")),
-    Field("force unit", "counts", "", 0.0, RAW, _force_counts,
-          parts=("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")),
-    Field("force unit", "records", "", 0.0, RAW, lambda t: len(t.inputs.forces)),
+    Field("servos", "counts", "", 0.0, RAW, "inputs.servos", (LEGS, 7), COUNTS, change=_servo_counts),
+    Field("force unit", "counts", "", 0.0, RAW, "inputs.forces", (6, 6),
+          ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz"), change=_last_counts),
+    Field("force unit", "records", "", 0.0, RAW, "inputs.forces", change=len),
 )  # fmt: skip
 
 FIELDS = (
-    Field("joints", "angle", "rad", 1e-12, PRODUCT, lambda t: t.joints.angle_rad, legs=True),
-    Field("joints", "rate", "rad/s", 1e-12, PRODUCT, lambda t: t.joints.rate_rad_s, legs=True),
-    Field("joints", "current", "A", 1e-12, PRODUCT, lambda t: t.joints.current_a, legs=True),
-    Field("joints", "duty", "", 1e-12, PRODUCT, lambda t: t.joints.duty, legs=True),
-    Field("joints", "voltage", "V", 1e-12, PRODUCT, lambda t: t.joints.voltage_v, legs=True),
-    Field("joints", "temperature", "C", 1e-12, PRODUCT, lambda t: t.joints.temperature_c,
-          legs=True),
-    Field("joints", "valid", "", 0.0, EXACT, lambda t: t.joints.valid, legs=True),
-    Field("forces", "force", "N", 1e-11, QUOTIENT, lambda t: t.forces.force_n, legs=True,
-          parts=_XYZ),
-    Field("forces", "valid", "", 0.0, EXACT, lambda t: t.forces.valid, legs=True),
-    Field("mode", "mode", "", 0.0, EXACT, lambda t: t.mode.value, codes=Mode),
-    Field("mode", "stop reason", "", 0.0, EXACT, lambda t: t.stop_reason.value, codes=StopReason),
-    Field("gait", "phase", "cycles", 1e-12, PHASE, lambda t: t.gait_phase),
-    Field("gait", "angle", "rad", 1e-10, PHASE, lambda t: t.wished.angle_rad, legs=True),
-    Field("gait", "rate", "rad/s", 1e-9, PHASE, lambda t: t.wished.rate_rad_s, legs=True),
-    Field("gait", "torque", "", 0.0, EXACT, lambda t: t.wished.torque),
-    Field("safety gate", "angle", "rad", 1e-10, PHASE, lambda t: t.sent.angle_rad, legs=True),
-    Field("safety gate", "rate", "rad/s", 1e-9, PHASE, lambda t: t.sent.rate_rad_s, legs=True),
-    Field("safety gate", "torque", "", 0.0, EXACT, lambda t: t.sent.torque),
-    Field("feet", "position", "m", 1e-12, GEOMETRY, lambda t: t.feet.position_m, legs=True,
-          parts=_XYZ),
-    Field("feet", "velocity", "m/s", 1e-10, SLOPE, lambda t: t.feet.velocity_m_s, legs=True,
-          parts=_XYZ),
-    Field("support", "height", "m", 1e-11, BALANCE, lambda t: t.contact.support.height_m),
-    Field("support", "slope x", "rad", 1e-10, BALANCE, lambda t: t.contact.support.slope_x),
-    Field("support", "slope y", "rad", 1e-10, BALANCE, lambda t: t.contact.support.slope_y),
-    Field("support", "load", "N", 1e-8, BALANCE, lambda t: t.contact.support.load_n, legs=True),
-    Field("support", "contact", "", 0.0, EXACT, lambda t: t.contact.support.contact, legs=True),
-    Field("support", "converged", "", 0.0, EXACT, lambda t: t.contact.support.converged),
-    Field("traction", "velocity", "m/s, rad/s", 1e-9, BALANCE, lambda t: t.contact.traction.velocity_B,
-          parts=_PLANAR),
-    Field("traction", "slip", "m/s", 1e-9, BALANCE, lambda t: t.contact.traction.slip_B,
-          legs=True, parts=("x", "y")),
-    Field("traction", "force", "N", 1e-8, BALANCE, lambda t: t.contact.traction.force_B,
-          legs=True, parts=_XYZ),
-    Field("traction", "valid", "", 0.0, EXACT, lambda t: t.contact.traction.valid),
-    Field("dead reckoning", "position", "m", 1e-9, SUM, lambda t: t.dead_reckoning.position_m,
-          parts=("x", "y")),
-    Field("dead reckoning", "yaw", "rad", 1e-9, SUM, lambda t: t.dead_reckoning.yaw_rad),
-    Field("dead reckoning", "velocity", "m/s, rad/s", 1e-9, BALANCE,
-          lambda t: t.dead_reckoning.velocity_B, parts=_PLANAR),
-    Field("dead reckoning", "valid", "", 0.0, EXACT, lambda t: t.dead_reckoning.valid),
-    Field("estimate", "position", "m", 1e-8, FILTERED, _estimate(lambda o: o.position_m, 2),
-          parts=("x", "y")),
-    Field("estimate", "yaw", "rad", 1e-8, FILTERED, _estimate(lambda o: o.yaw_rad)),
-    Field("estimate", "velocity", "m/s, rad/s", 1e-8, FILTERED, _estimate(lambda o: o.velocity_B, 3),
-          parts=_PLANAR),
-    Field("estimate", "pose covariance", "m2, rad2", 1e-8, FILTERED,
-          _estimate(lambda o: o.pose_covariance, 3, 3)),
-    Field("estimate", "twist covariance", "", 1e-8, FILTERED,
-          _estimate(lambda o: o.twist_covariance, 3, 3)),
-    Field("estimate", "mu", "", 1e-7, FILTERED, _estimate(lambda o: o.mu, LEGS), legs=True),
-    Field("estimate", "stiffness", "N/m", 1e-7, FILTERED, _estimate(lambda o: o.stiffness, LEGS),
-          legs=True),
-    Field("estimate", "force", "N", 1e-5, LEAST, _estimate(lambda o: o.force_B, LEGS, 3), legs=True,
-          parts=_XYZ),
-    Field("estimate", "contact", "", 0.0, EXACT, _estimate(lambda o: o.contact, LEGS), legs=True),
-    Field("estimate", "rejects", "", 0.0, EXACT, _estimate(lambda o: o.rejects)),
-    Field("estimate", "health", "", 0.0, EXACT, _estimate(lambda o: HEALTHS.index(o.health))),
-    Field("faults", "kind and source", "", 0.0, EXACT, _faults),
+    Field("joints", "angle", "rad", 1e-12, PRODUCT, "joints.angle_rad", N),
+    Field("joints", "rate", "rad/s", 1e-12, PRODUCT, "joints.rate_rad_s", N),
+    Field("joints", "current", "A", 1e-12, PRODUCT, "joints.current_a", N),
+    Field("joints", "duty", "", 1e-12, PRODUCT, "joints.duty", N),
+    Field("joints", "voltage", "V", 1e-12, PRODUCT, "joints.voltage_v", N),
+    Field("joints", "temperature", "C", 1e-12, PRODUCT, "joints.temperature_c", N),
+    Field("joints", "valid", "", 0.0, EXACT, "joints.valid", N),
+    Field("forces", "force", "N", 1e-11, QUOTIENT, "forces.force_n", N3, XYZ),
+    Field("forces", "valid", "", 0.0, EXACT, "forces.valid", N),
+    Field("mode", "mode", "", 0.0, EXACT, "mode.value", codes=Mode),
+    Field("mode", "stop reason", "", 0.0, EXACT, "stop_reason.value", codes=StopReason),
+    Field("gait", "phase", "cycles", 1e-12, PHASE, "gait_phase"),
+    Field("gait", "angle", "rad", 1e-10, PHASE, "wished.angle_rad", N),
+    Field("gait", "rate", "rad/s", 1e-9, PHASE, "wished.rate_rad_s", N),
+    Field("gait", "torque", "", 0.0, EXACT, "wished.torque"),
+    Field("safety gate", "angle", "rad", 1e-10, PHASE, "sent.angle_rad", N),
+    Field("safety gate", "rate", "rad/s", 1e-9, PHASE, "sent.rate_rad_s", N),
+    Field("safety gate", "torque", "", 0.0, EXACT, "sent.torque"),
+    Field("feet", "position", "m", 1e-12, GEOMETRY, "feet.position_m", N3, XYZ),
+    Field("feet", "velocity", "m/s", 1e-10, SLOPE, "feet.velocity_m_s", N3, XYZ),
+    Field("support", "height", "m", 1e-11, BALANCE, "contact.support.height_m"),
+    Field("support", "slope x", "rad", 1e-10, BALANCE, "contact.support.slope_x"),
+    Field("support", "slope y", "rad", 1e-10, BALANCE, "contact.support.slope_y"),
+    Field("support", "load", "N", 1e-8, BALANCE, "contact.support.load_n", N),
+    Field("support", "contact", "", 0.0, EXACT, "contact.support.contact", N),
+    Field("support", "converged", "", 0.0, EXACT, "contact.support.converged"),
+    Field("traction", "velocity", "m/s, rad/s", 1e-9, BALANCE, "contact.traction.velocity_B", (3,),
+          PLANAR),
+    Field("traction", "slip", "m/s", 1e-9, BALANCE, "contact.traction.slip_B", N2, XY),
+    Field("traction", "force", "N", 1e-8, BALANCE, "contact.traction.force_B", N3, XYZ),
+    Field("traction", "valid", "", 0.0, EXACT, "contact.traction.valid"),
+    Field("dead reckoning", "position", "m", 1e-9, SUM, "dead_reckoning.position_m", (2,), XY),
+    Field("dead reckoning", "yaw", "rad", 1e-9, SUM, "dead_reckoning.yaw_rad"),
+    Field("dead reckoning", "velocity", "m/s, rad/s", 1e-9, BALANCE, "dead_reckoning.velocity_B",
+          (3,), PLANAR),
+    Field("dead reckoning", "valid", "", 0.0, EXACT, "dead_reckoning.valid"),
+    Field("estimate", "position", "m", 1e-8, FILTERED, "estimate.position_m", (2,), XY),
+    Field("estimate", "yaw", "rad", 1e-8, FILTERED, "estimate.yaw_rad"),
+    Field("estimate", "velocity", "m/s, rad/s", 1e-8, FILTERED, "estimate.velocity_B", (3,), PLANAR),
+    Field("estimate", "pose covariance", "m2, rad2", 1e-8, FILTERED, "estimate.pose_covariance",
+          (3, 3)),
+    Field("estimate", "twist covariance", "", 1e-8, FILTERED, "estimate.twist_covariance", (3, 3)),
+    Field("estimate", "mu", "", 1e-7, FILTERED, "estimate.mu", N),
+    Field("estimate", "stiffness", "N/m", 1e-7, FILTERED, "estimate.stiffness", N),
+    Field("estimate", "force", "N", 1e-5, LEAST, "estimate.force_B", N3, XYZ),
+    Field("estimate", "contact", "", 0.0, EXACT, "estimate.contact", N),
+    Field("estimate", "rejects", "", 0.0, EXACT, "estimate.rejects"),
+    Field("estimate", "health", "", 0.0, EXACT, "estimate.health", change=HEALTHS.index),
+    Field("faults", "kind and source", "", 0.0, EXACT, "faults", change=_faults),
 )  # fmt: skip

@@ -4,6 +4,7 @@ Both runs are laid one over the other where their feet begin to move: switching 
 its own time. A quantity that either run did not measure is NaN.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,10 @@ from robot.report.summary import planar_pose
 
 # The least that can be compared.
 LEAST_TICKS = 10
+COMPARED = (
+    "sent_angle_rad", "angle_rad", "current_a", "force_n", "truth_velocity_B",
+    "predicted_velocity_B", "dead_reckoning_pose",
+)  # fmt: skip
 QUIET = (Mode.IDLE.value, Mode.ARMED.value)
 
 
@@ -49,7 +54,7 @@ class Repeat:
         legs: Differences of each leg.
         true_velocity: RMS difference of the body's true velocity: vx, vy [m/s], yaw rate [rad/s].
         predicted_velocity: The same of the model's.
-        old_way: Forward way [m], sideways [m] and turn [rad] of the old run, true where known.
+        old_way: Displacement forward [m], to the left [m] and turn [rad] of the old run, true where known.
         new_way: The same of the new one.
         old_reckoned_way: The same of the old run by dead reckoning.
         new_reckoned_way: The same of the new one.
@@ -74,39 +79,20 @@ class Overlay:
     Attributes:
         names: Leg names.
         t_s: Time since the feet began to move, (T,).
-        old: The old run's columns, by what they are.
+        old: The old run's arrays, (T, ...), by their names in a ``Recording``; and its ``pose``, true where
+            known, else dead reckoning.
         new: The new run's, at the same times.
     """
 
     names: tuple[str, ...]
     t_s: FloatArray
-    old: "Columns"
-    new: "Columns"
+    old: Mapping[str, FloatArray]
+    new: Mapping[str, FloatArray]
 
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Columns:
-    """What is compared of a run, T samples of N legs.
-
-    Attributes:
-        sent_rad: (T, N).
-        angle_rad: (T, N).
-        current_a: (T, N).
-        force_n: (T, N, 3).
-        true_velocity: (T, 3).
-        predicted_velocity: (T, 3).
-        pose: x, y [m], yaw [rad], (T, 3): true where known, else dead reckoning.
-        dead_reckoning: The same by dead reckoning, (T, 3).
-    """
-
-    sent_rad: FloatArray
-    angle_rad: FloatArray
-    current_a: FloatArray
-    force_n: FloatArray
-    true_velocity: FloatArray
-    predicted_velocity: FloatArray
-    pose: FloatArray
-    dead_reckoning: FloatArray
+    def difference(self, name: str) -> FloatArray:
+        """Return new minus old; of angles without whole turns: a servo may count from another one."""
+        difference = self.new[name] - self.old[name]
+        return turned(difference) if name.endswith("angle_rad") else difference
 
 
 def overlay(old: Recording, new: Recording) -> Overlay:
@@ -124,7 +110,7 @@ def overlay(old: Recording, new: Recording) -> Overlay:
     if np.count_nonzero(shared) < LEAST_TICKS:
         raise RecordError("the two runs share less than ten ticks: there is nothing to compare")
     t_s = old_t[shared]
-    return Overlay(old.names, t_s, _columns(old, old_t, t_s), _columns(new, new_t, t_s))
+    return Overlay(old.names, t_s, _sampled(old, old_t, t_s), _sampled(new, new_t, t_s))
 
 
 def _moving_time(log: Recording) -> FloatArray:
@@ -134,48 +120,33 @@ def _moving_time(log: Recording) -> FloatArray:
     return begin
 
 
-def _columns(log: Recording, own_t_s: FloatArray, t_s: FloatArray) -> Columns:
+def _sampled(log: Recording, own_t_s: FloatArray, t_s: FloatArray) -> Mapping[str, FloatArray]:
     def at(values: FloatArray) -> FloatArray:
         flat = values.reshape(len(values), -1)
         sampled = np.column_stack([np.interp(t_s, own_t_s, column) for column in flat.T])
         return sampled.reshape(len(t_s), *values.shape[1:])
 
-    return Columns(
-        at(log.sent_angle_rad),
-        at(log.angle_rad),
-        at(log.current_a),
-        at(log.force_n),
-        at(log.truth_velocity_B),
-        at(log.predicted_velocity_B),
-        at(planar_pose(log)),
-        at(log.dead_reckoning_pose),
-    )
+    return {"pose": at(planar_pose(log)), **{name: at(getattr(log, name)) for name in COMPARED}}
 
 
 def compare_runs(old: Recording, new: Recording, both: Overlay) -> Repeat:
     """Compare two runs that lie one over the other."""
-    one, other = both.old, both.new
-    sent = root_mean_square(turned(other.sent_rad - one.sent_rad))
-    angle = root_mean_square(turned(other.angle_rad - one.angle_rad))
-    current = root_mean_square(other.current_a - one.current_a)
-    force = root_mean_square(other.force_n - one.force_n)
-    legs = tuple(
-        LegRepeat(name, float(sent[i]), float(angle[i]), float(current[i]), _floats(force[i]))
-        for i, name in enumerate(both.names)
-    )
+    rms = {name: root_mean_square(both.difference(name)).tolist() for name in COMPARED}
+    each_leg = (rms[name] for name in ("sent_angle_rad", "angle_rad", "current_a", "force_n"))
     return Repeat(
         duration_s=float(both.t_s[-1] - both.t_s[0]),
         old_s=float(old.t_s[-1] - old.t_s[0]),
         new_s=float(new.t_s[-1] - new.t_s[0]),
-        legs=legs,
-        true_velocity=_floats(root_mean_square(other.true_velocity - one.true_velocity)),
-        predicted_velocity=_floats(
-            root_mean_square(other.predicted_velocity - one.predicted_velocity)
+        legs=tuple(
+            LegRepeat(name, sent, angle, current, tuple(force))
+            for name, sent, angle, current, force in zip(both.names, *each_leg, strict=True)
         ),
-        old_way=_way(one.pose),
-        new_way=_way(other.pose),
-        old_reckoned_way=_way(one.dead_reckoning),
-        new_reckoned_way=_way(other.dead_reckoning),
+        true_velocity=tuple(rms["truth_velocity_B"]),
+        predicted_velocity=tuple(rms["predicted_velocity_B"]),
+        old_way=_displacement(both.old["pose"]),
+        new_way=_displacement(both.new["pose"]),
+        old_reckoned_way=_displacement(both.old["dead_reckoning_pose"]),
+        new_reckoned_way=_displacement(both.new["dead_reckoning_pose"]),
     )
 
 
@@ -184,7 +155,7 @@ def turned(difference_rad: FloatArray) -> FloatArray:
     return np.asarray(np.angle(np.exp(1j * difference_rad)))
 
 
-def _way(pose: FloatArray) -> tuple[float, ...]:
+def _displacement(pose: FloatArray) -> tuple[float, ...]:
     known = pose[np.isfinite(pose).all(axis=1)]
     if len(known) < 2:
         return (np.nan,) * 3
@@ -192,7 +163,3 @@ def _way(pose: FloatArray) -> tuple[float, ...]:
     forward = np.cos(yaw) * step[0] + np.sin(yaw) * step[1]
     left = np.cos(yaw) * step[1] - np.sin(yaw) * step[0]
     return float(forward), float(left), float(step[2])
-
-
-def _floats(values: FloatArray) -> tuple[float, ...]:
-    return tuple(float(value) for value in values)

@@ -4,8 +4,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from model.values.arrays import FloatArray
-from robot.replay.repeat import Overlay, turned
+from robot.replay.repeat import Overlay
 from robot.report.plots import DIFFERENCE, MOST_POINTS, PREDICTED, STYLE, TRUE
 
 OLD, NEW = TRUE, PREDICTED
@@ -13,22 +12,18 @@ OLD, NEW = TRUE, PREDICTED
 
 def draw_repeat(both: Overlay) -> dict[str, Figure]:
     """Draw all pictures of two runs that lie one over the other, by title."""
+    thin = slice(None, None, max(1, len(both.t_s) // MOST_POINTS))
     with mpl.rc_context(STYLE):
-        return {"Body velocity": _velocity(both), "Feet and shafts": _legs(both)}
+        return {"Body velocity": _velocity(both, thin), "Feet and shafts": _legs(both, thin)}
 
 
-def _thin(both: Overlay) -> slice:
-    return slice(None, None, max(1, len(both.t_s) // MOST_POINTS))
-
-
-def _velocity(both: Overlay) -> Figure:
+def _velocity(both: Overlay, thin: slice) -> Figure:
     figure = Figure(figsize=(9, 6.4), layout="constrained")
     axes = figure.subplots(4, 1, sharex=True)
-    thin = _thin(both)
-    old, new = both.old.true_velocity, both.new.true_velocity
-    kind = "true"
-    if not (np.isfinite(old).any() and np.isfinite(new).any()):
-        old, new, kind = both.old.predicted_velocity, both.new.predicted_velocity, "predicted"
+    kind, name = "true", "truth_velocity_B"
+    if not all(np.isfinite(run[name]).any() for run in (both.old, both.new)):
+        kind, name = "predicted", "predicted_velocity_B"
+    old, new = both.old[name], both.new[name]
     labels = ("vx [mm/s]", "vy [mm/s]", "yaw rate [mrad/s]")
     colours = (PREDICTED, "#009E73", "#CC79A7")
     for part, (ax, label, colour) in enumerate(zip(axes, labels, colours, strict=False)):
@@ -44,18 +39,18 @@ def _velocity(both: Overlay) -> Figure:
     return figure
 
 
-def _legs(both: Overlay) -> Figure:
+def _legs(both: Overlay, thin: slice) -> Figure:
     legs = len(both.names)
     figure = Figure(figsize=(9, 1.5 * legs + 0.6), layout="constrained")
     axes = figure.subplots(legs, 3, sharex=True, squeeze=False, sharey="col")
-    thin = _thin(both)
     t_s = both.t_s[thin]
+    angle, amperes = both.difference("angle_rad"), both.difference("current_a")
     for leg, name in enumerate(both.names):
         force, shaft, current = axes[leg]
-        force.plot(t_s, both.old.force_n[thin, leg, 2], color=OLD, lw=1.4)
-        force.plot(t_s, both.new.force_n[thin, leg, 2], color=NEW, lw=0.8)
-        _difference(shaft, t_s, turned(both.new.angle_rad - both.old.angle_rad)[thin, leg] * 1e3)
-        _difference(current, t_s, (both.new.current_a - both.old.current_a)[thin, leg])
+        force.plot(t_s, both.old["force_n"][thin, leg, 2], color=OLD, lw=1.4)
+        force.plot(t_s, both.new["force_n"][thin, leg, 2], color=NEW, lw=0.8)
+        shaft.plot(t_s, angle[thin, leg] * 1e3, color=DIFFERENCE, lw=0.8)
+        current.plot(t_s, amperes[thin, leg], color=DIFFERENCE, lw=0.8)
         force.set_ylabel(name)
     titles = ("Fz [N], old and new", "shaft, new - old [mrad]", "current, new - old [A]")
     for ax, title in zip(axes[0], titles, strict=True):
@@ -64,14 +59,10 @@ def _legs(both: Overlay) -> Figure:
         ax.set_xlabel("time [s]")
     figure.legend(
         handles=[
-            mpl.lines.Line2D([], [], color=OLD, label="old"),
-            mpl.lines.Line2D([], [], color=NEW, label="new"),
+            mpl.lines.Line2D([], [], color=colour, label=label)
+            for colour, label in ((OLD, "old"), (NEW, "new"))
         ],
         loc="outside upper center",
         ncols=2,
     )
     return figure
-
-
-def _difference(ax: mpl.axes.Axes, t_s: FloatArray, values: FloatArray) -> None:
-    ax.plot(t_s, values, color=DIFFERENCE, lw=0.8)

@@ -12,11 +12,11 @@ from pathlib import Path
 from model.errors import RecordError
 from model.values.faults import SERVO_EVENTS, Fault, FaultKind, ServoEvent
 from model.values.tick import Tick
-from record.log.reader import LogContents, TopicMessage, read_tick_messages
+from record.log.reader import LogContents, TopicMessage, nothing_left, read_tick_messages
 from record.log.tick_message import TickInputs, decode_inputs, decode_tick, says_the_same
 from robot.config.robot_file import RobotConfig
 from robot.control.controller import Controller
-from robot.replay.compare import Comparison, Difference, FieldResult
+from robot.replay.compare import ComparedRun, Comparison
 from robot.replay.fields import FIELDS
 from robot.run.header import rebuild_controller
 
@@ -24,36 +24,17 @@ from robot.run.header import rebuild_controller
 IMPORTED = "imported"
 
 
-@dataclass(frozen=True, slots=True)
-class Replay:
-    """The result of a replay.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Replay(ComparedRun):
+    """The result of a replay of inputs.
 
     Attributes:
-        path: The log.
-        ticks: Ticks replayed.
-        equal_bits: How many of them are the same in every bit.
-        duration_s: How much of the run they are.
-        wall_s: How long the ticks took; loading the model's machine code before them is not counted.
-        fields: How each field agrees.
-        first: The first difference that is too large, None if there is none.
-        notes: What had to be assumed or left out, in words.
+        equal_bits: How many ticks are the same in every bit.
         complete: Whether the log holds every output that today's code has.
     """
 
-    path: Path
-    ticks: int
     equal_bits: int
-    duration_s: float
-    wall_s: float
-    fields: tuple[FieldResult, ...]
-    first: Difference | None
-    notes: tuple[str, ...]
     complete: bool
-
-    @property
-    def equal(self) -> bool:
-        """Whether every field agrees within its tolerance."""
-        return self.first is None
 
 
 def replay_log(
@@ -79,8 +60,7 @@ def replay_log(
     messages = read_tick_messages(path, contents)
     first_message = next(messages, None)
     if first_message is None:
-        reason = contents.damage or "it holds no ticks"
-        raise RecordError(f"{path} is no log of ours, or nothing of it is left: {reason}")
+        raise nothing_left(path, contents)
     if contents.metadata.get("hardware") == IMPORTED:
         raise RecordError(
             f"{path} is imported data: no controller made it, so none can be held to it"
@@ -92,9 +72,8 @@ def replay_log(
     if first_message.layout == 1:
         notes.append("the log is older than the estimator: what that says is not compared")
         fields = [f for f in fields if f.stage != "estimate"]
-    comparison = Comparison(fields, controller.config.parameters.legs.names, scale)
     start_ns = now_ns = decode_inputs(first_message.data, first_message.layout).t_ns
-    comparison.begin(start_ns)
+    comparison = Comparison(fields, controller.config.parameters.legs.names, scale, start_ns)
     equal_bits = 0
     for message, recorded, tick in step_through(
         chain((first_message,), messages), controller, notes
@@ -112,14 +91,13 @@ def replay_log(
         raise RecordError(
             f"{path} does not begin with tick 0; a replay needs a log from its beginning"
         )
-    results = comparison.results()
     return Replay(
         path=path,
         ticks=comparison.ticks,
         equal_bits=equal_bits,
         duration_s=(now_ns - start_ns) * 1e-9,
         wall_s=time.perf_counter() - began,
-        fields=results,
+        fields=comparison.results(),
         first=comparison.first,
         notes=tuple(notes),
         complete=len(fields) == len(FIELDS),

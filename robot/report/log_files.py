@@ -1,88 +1,76 @@
-"""``bigant log cut``, ``merge``, ``repair`` and ``export``: files made of logs, and a line about each."""
+"""``bigant log cut``, ``merge``, ``repair``, ``export``, ``info``: files made of logs, what they hold."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 from model.errors import ConfigError, RecordError
 from record.log.columns import GROUPS, check_groups
-from record.log.damage import Pass
+from record.log.damage import Pass, damage_words
 from record.log.export import export_table, export_trial, export_tum
+from record.log.header import PREFIX
 from record.log.reader import LogContents
 from record.log.rewrite import Rewritten
 from record.log.rewrite import repair as repair_log
 from record.log.splice import cut_log, merge_logs
-from record.log.survey import survey_log
+from record.log.survey import LogSurvey, survey_log
 from robot.console.exit_codes import ExitCode
+from robot.console.json_output import print_result
 from robot.console.progress import ProgressLine
+from robot.console.table import row_lines
+from robot.report.run_date import utc_words
+from robot.requests.log import (
+    LogCutRequest,
+    LogExportRequest,
+    LogInfoRequest,
+    LogMergeRequest,
+    LogRepairRequest,
+)
 
 SUFFIXES = {"trial": (".parquet", ".csv"), "csv": (".csv",), "parquet": (".parquet",)}
 
 
-@dataclass(frozen=True, slots=True)
-class CutRequest:
-    """Options of ``bigant log cut``."""
-
-    path: Path
-    from_s: float
-    to_s: float
-    out: Path
-
-
-@dataclass(frozen=True, slots=True)
-class ExportRequest:
-    """Options of ``bigant log export``."""
-
-    path: Path
-    format: str
-    out: Path | None
-    what: str | None
-
-
-def cut(request: CutRequest) -> ExitCode:
+def cut(request: LogCutRequest) -> ExitCode:
     """Cut a piece out of a log.
 
     Raises:
         RecordError: The span is empty, or a file cannot be read or written.
     """
-    path, out = request.path, request.out
-    _written(
-        f"reading {path}",
-        out,
-        path,
-        lambda p: cut_log(path, out, from_s=request.from_s, to_s=request.to_s, progress=p),
-    )
-    return ExitCode.OK
+    path, out, span = request.path, request.out, {"from_s": request.from_s, "to_s": request.to_s}
+    return _write(f"reading {path}", out, path, lambda p: cut_log(path, out, **span, progress=p))
 
 
-def merge(paths: tuple[Path, ...], out: Path) -> ExitCode:
+def merge(request: LogMergeRequest) -> ExitCode:
     """Merge logs.
 
     Raises:
         RecordError: They do not fit, or a file cannot be read or written.
     """
-    _written(
-        f"writing {out}", out, out, lambda p: merge_logs(paths, out, p), f" of {len(paths)} logs"
+    note = f" of {len(request.paths)} logs"
+    return _write(
+        f"writing {request.out}",
+        request.out,
+        request.out,
+        lambda p: merge_logs(request.paths, request.out, p),
+        note,
     )
-    return ExitCode.OK
 
 
-def repair(path: Path, out: Path | None) -> ExitCode:
+def repair(request: LogRepairRequest) -> ExitCode:
     """Repair a log.
 
     Raises:
         RecordError: Nothing can be read, or the new file cannot be written.
     """
+    path, out = request.path, request.out
     target = out if out is not None else path.with_suffix(".repaired.mcap")
     if out is None and target.exists():
         raise RecordError(f"{target} is there already; name another file with --out")
-    _written(f"reading {path}", target, path, lambda p: repair_log(path, target, p))
-    return ExitCode.OK
+    return _write(f"reading {path}", target, path, lambda p: repair_log(path, target, p))
 
 
-def _written(
+def _write(
     label: str, out: Path, source: Path, write: Callable[[Pass], Rewritten], note: str = ""
-) -> None:
+) -> ExitCode:
     """Write a log with a line of progress; print what could not be read, and how much is in it."""
     progress = Pass()
     with ProgressLine(label, progress):
@@ -91,9 +79,10 @@ def _written(
     for damage in done.damages:
         print(f"{'lost' if damage.content else 'note'}: {damage.words(start_ns)}")
     print(f"{out}: {done.kept} messages{note}")
+    return ExitCode.OK
 
 
-def export(request: ExportRequest) -> ExitCode:
+def export(request: LogExportRequest) -> ExitCode:
     """Export a log.
 
     Raises:
@@ -112,8 +101,8 @@ def export(request: ExportRequest) -> ExitCode:
             written = export_tum(path, out, contents)
         else:
             all_but_raw = ",".join(name for name in GROUPS if name != "raw")
-            groups = check_groups(request.what if request.what is not None else all_but_raw)
-            written = export_table(path, out, groups, contents)
+            what = all_but_raw if request.what is None else request.what
+            written = export_table(path, out, check_groups(what), contents)
     if contents.damage:
         print(f"{path}: {contents.damage}")
     for file in written:
@@ -134,3 +123,78 @@ def _target(path: Path, kind: str, out: Path | None) -> Path:
     if out.suffix not in suffixes:
         raise ConfigError("--out", f"must end in {' or '.join(suffixes)} for {kind}, not {out}")
     return out
+
+
+def info(request: LogInfoRequest) -> ExitCode:
+    """Look through a log and list what it holds.
+
+    Raises:
+        RecordError: It cannot be read.
+    """
+    progress = Pass()
+    with ProgressLine(f"reading {request.path}", progress):
+        survey = survey_log(request.path, progress)
+    print_result(_as_json(survey), row_lines(_rows(survey)), as_json=request.json)
+    return ExitCode.VERDICT_FAILED if survey.damages or not survey.finished else ExitCode.OK
+
+
+def _rate_hz(survey: LogSurvey) -> float:
+    return 1 / survey.period_s if survey.period_s > 0 else float("nan")
+
+
+def _rows(survey: LogSurvey) -> list[tuple[str, str]]:
+    m = survey.metadata
+    versions = [f"{k.removeprefix(PREFIX)} {v}" for k, v in m.items() if k.startswith(PREFIX)]
+    rows = [
+        ("file", f"{survey.path}, {survey.size / 1e6:.2f} MB"),
+        ("robot", f"{m.get('robot', '?')}, legs {m.get('leg_names', '?')}"),
+        ("run", f"{m.get('gait', '?')} at {m.get('frequency_hz', '?')} Hz on {m.get('hardware', '?')}"),
+        ("begun", utc_words(survey.first_unix_ns)),
+        ("duration", f"{survey.duration_s:.3f} s"),
+        ("ticks", f"{survey.ticks} at {_rate_hz(survey):.4g} Hz"),
+        ("missing", f"{survey.lost} ticks lost from the file, {survey.skipped} periods without a tick"),
+        ("robot file", f"{len(survey.config_text.encode())} bytes" if survey.config_text else "none"),
+        ("software", m.get("software", "?") + (f" ({', '.join(versions)})" if versions else "")),
+    ]  # fmt: skip
+    if "merged" in m:
+        rows.append(("merged from", m["merged"]))
+    rows += [
+        (topic.name, f"{topic.count:>8} x {topic.size / topic.count if topic.count else 0:7.0f} bytes  "
+         f"{topic.size / 1e6:9.3f} MB  {topic.kind}")
+        for topic in survey.topics
+    ]  # fmt: skip
+    if survey.damages:
+        rows.append(("damage", damage_words(survey.damages, survey.start_unix_ns)))
+    elif not survey.finished:
+        rows.append(("damage", "the file has no proper end"))
+    else:
+        rows.append(("damage", "none"))
+    return rows
+
+
+def _as_json(survey: LogSurvey) -> dict[str, object]:
+    start_ns = survey.start_unix_ns
+
+    def seconds(unix_ns: int) -> float | None:
+        return (unix_ns - start_ns) * 1e-9 if unix_ns >= 0 else None
+
+    return {
+        "path": survey.path,
+        "size_bytes": survey.size,
+        "finished": survey.finished,
+        "first_unix_ns": survey.first_unix_ns,
+        "duration_s": survey.duration_s,
+        "ticks": survey.ticks,
+        "rate_hz": _rate_hz(survey),
+        "ticks_lost": survey.lost,
+        "periods_skipped": survey.skipped,
+        "topics": [
+            {"name": t.name, "type": t.kind, "count": t.count, "bytes": t.size} for t in survey.topics
+        ],
+        "metadata": dict(survey.metadata),
+        "damage": [
+            {"offset": d.offset, "bytes": d.size, "from_s": seconds(d.from_ns),
+             "to_s": seconds(d.to_ns), "reason": d.reason}
+            for d in survey.damages
+        ],
+    }  # fmt: skip

@@ -33,7 +33,7 @@ def write_report(
     rows: Sequence[tuple[str, str]],
     figures: Mapping[str, Figure],
 ) -> tuple[Path, ...]:
-    """Write a table with pictures as a page, or the pictures alone as PNGs.
+    """Write a table with pictures as a page, or the pictures alone as PNGs; return the files.
 
     Args:
         out: .html, or .png: each picture then becomes a file of its own, NAME-TITLE.png.
@@ -41,9 +41,6 @@ def write_report(
         note: One line below it.
         rows: Label and text of each row of the table.
         figures: Pictures by title.
-
-    Returns:
-        The files.
 
     Raises:
         RecordError: A file cannot be written.

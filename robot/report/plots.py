@@ -10,6 +10,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from model.motion.se2 import aligning, compose
 from model.values.arrays import FloatArray
@@ -60,21 +61,19 @@ def _trajectory(log: Recording) -> Figure:
     figure = Figure(figsize=(9, 3.6), layout="constrained")
     ax: Axes = figure.subplots()
     thin = _thin(log)
-    reckoned = _in_truth_frame(log, log.dead_reckoning_pose)[thin]
+    curves = [
+        ("dead reckoning", _in_truth_frame(log, log.dead_reckoning_pose), PREDICTED, 1.5, "--"),
+        ("estimator", _in_truth_frame(log, log.estimate_pose), ESTIMATED, 1.5, "-."),
+    ]
     if log.has_truth:
-        true = planar_pose(log)[thin]
-        ax.plot(true[:, 0], true[:, 1], color=TRUE, lw=2.5, label="true")
-    ax.plot(
-        reckoned[:, 0], reckoned[:, 1], color=PREDICTED, lw=1.5, ls="--", label="dead reckoning"
-    )
-    if np.isfinite(log.estimate_pose).any():
-        estimate = _in_truth_frame(log, log.estimate_pose)[thin]
-        ax.plot(estimate[:, 0], estimate[:, 1], color=ESTIMATED, lw=1.5, ls="-.", label="estimator")
-    _headings(ax, true if log.has_truth else reckoned)
+        curves.insert(0, ("true", planar_pose(log), TRUE, 2.5, "-"))
+    for name, pose, colour, width, style in curves:
+        if name != "estimator" or np.isfinite(pose).any():
+            ax.plot(*pose[thin, :2].T, color=colour, lw=width, ls=style, label=name)
+    _headings(ax, curves[0][1][thin])
     _widen(ax, LEAST_M)
     ax.set_aspect("equal", adjustable="datalim")
-    ax.set_xlabel("x [m]")
-    ax.set_ylabel("y [m]")
+    ax.set(xlabel="x [m]", ylabel="y [m]")
     _legend_above(ax)
     return figure
 
@@ -122,11 +121,11 @@ def _velocity(log: Recording) -> Figure:
     if np.isfinite(log.estimate_velocity_B).any():
         curves.append(("estimator", log.estimate_velocity_B, ESTIMATED, 0.9))
     thin = _thin(log)
-    for component, ax in enumerate(axes[:3]):
+    for component, (ax, label) in enumerate(zip(axes[:3], labels, strict=True)):
         for name, velocity, colour, width in curves:
             values = velocity[thin, component] * 1e3
             ax.plot(log.t_s[thin], values, color=colour, lw=width, label=name)
-        ax.set_ylabel(labels[component])
+        ax.set_ylabel(label)
         _shade_walking(ax, log)
         _mark_faults(ax, log)
         shown = np.concatenate([velocity[:, component] for _, velocity, _, _ in curves])
@@ -139,15 +138,13 @@ def _velocity(log: Recording) -> Figure:
 def _velocity_difference(ax: Axes, log: Recording, labels: tuple[str, ...]) -> None:
     error = (log.predicted_velocity_B - log.truth_velocity_B) * 1e3
     thin = _thin(log)
-    ax.set_xlabel("time [s]")
-    ax.set_ylabel("predicted\nless true")
+    ax.set(xlabel="time [s]", ylabel="predicted\nless true")
     if not log.has_truth:
         ax.text(0.5, 0.5, "no truth in this log", transform=ax.transAxes, ha="center", va="center")
         return
     for component, colour in enumerate((PREDICTED, ESTIMATED, "#CC79A7")):
-        ax.plot(
-            log.t_s[thin], error[thin, component], lw=0.8, color=colour, label=labels[component]
-        )
+        label = labels[component]
+        ax.plot(log.t_s[thin], error[thin, component], lw=0.8, color=colour, label=label)
     _legend_above(ax)
     _clip(ax, error.ravel(), LEAST_MM_S)
 
@@ -157,26 +154,23 @@ def _forces(log: Recording) -> Figure:
     figure = Figure(figsize=(9, 1.5 * legs + 0.6), layout="constrained")
     axes = figure.subplots(legs, 3, sharex=True, squeeze=False, sharey="col")
     thin = _thin(log, MOST_IN_PANEL)
-    for leg, name in enumerate(log.names):
-        for axis, letter in enumerate("xyz"):
-            ax = axes[leg, axis]
-            ax.plot(log.t_s[thin], log.force_n[thin, leg, axis], color=TRUE, lw=1.2)
-            ax.plot(log.t_s[thin], log.predicted_force_n[thin, leg, axis], color=PREDICTED, lw=0.8)
-            if leg == 0:
-                ax.set_title(f"F{letter} [N]")
-            if axis == 0:
-                ax.set_ylabel(name)
-            if leg == legs - 1:
-                ax.set_xlabel("time [s]")
+    curves = [("predicted", log.predicted_force_n, PREDICTED, 0.8)]
     measured = bool(np.isfinite(log.force_n).any())
-    for axis in range(3):
-        both = np.concatenate([log.force_n[:, :, axis], log.predicted_force_n[:, :, axis]])
-        _clip(axes[0, axis], both.ravel(), LEAST_N)
-    shown = [mpl.lines.Line2D([], [], color=PREDICTED, label="predicted")]
     if measured:
-        shown.insert(0, mpl.lines.Line2D([], [], color=TRUE, label="measured"))
+        curves.insert(0, ("measured", log.force_n, TRUE, 1.2))
+    for axis, letter in enumerate("xyz"):
+        for leg, ax in enumerate(axes[:, axis]):
+            for _, force, colour, width in curves:
+                ax.plot(log.t_s[thin], force[thin, leg, axis], color=colour, lw=width)
+        axes[0, axis].set_title(f"F{letter} [N]")
+        axes[-1, axis].set_xlabel("time [s]")
+        shown = np.concatenate([force[..., axis].ravel() for _, force, _, _ in curves])
+        _clip(axes[0, axis], shown, LEAST_N)
+    for name, ax in zip(log.names, axes[:, 0], strict=True):
+        ax.set_ylabel(name)
+    samples = [Line2D([], [], color=colour, label=name) for name, _, colour, _ in curves]
     title = None if measured else "no foot forces were measured"
-    figure.legend(handles=shown, title=title, loc="outside upper center", ncols=2)
+    figure.legend(handles=samples, title=title, loc="outside upper center", ncols=2)
     return figure
 
 
@@ -184,13 +178,13 @@ def _shafts(log: Recording) -> Figure:
     figure = Figure(figsize=(9, 4.2), layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
     thin = _thin(log)
+    lag_mrad = 1e3 * (log.angle_rad - log.sent_angle_rad)
     for leg, name in enumerate(log.names):
         top.plot(log.t_s[thin], log.angle_rad[thin, leg], lw=1.2, label=name)
-        lag = (log.angle_rad - log.sent_angle_rad)[thin, leg]
-        bottom.plot(log.t_s[thin], lag * 1e3, lw=0.8)
+        bottom.plot(log.t_s[thin], lag_mrad[thin, leg], lw=0.8)
     top.set_ylabel("shaft angle [rad]")
     bottom.set_ylabel("measured\nless sent [mrad]")
-    _clip(bottom, (log.angle_rad - log.sent_angle_rad).ravel() * 1e3, LEAST_MRAD)
+    _clip(bottom, lag_mrad.ravel(), LEAST_MRAD)
     bottom.set_xlabel("time [s]")
     _shade_walking(top, log)
     _mark_faults(top, log)

@@ -1,28 +1,18 @@
 """``bigant show``: what a log says, as a table and as pictures."""
 
 import sys
-from dataclasses import dataclass
-from pathlib import Path
 
 from record.whole_file import check_room
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json
 from robot.console.screen_fit import columns_of
 from robot.console.table import row_lines
-from robot.report.long_log import read_summary
 from robot.report.pictures import write_report
 from robot.report.plots import draw_log
-from robot.report.run_date import run_words, software_words
+from robot.report.run_date import date_words
+from robot.report.summary import read_summary
 from robot.report.summary_text import summary_rows
-
-
-@dataclass(frozen=True, slots=True)
-class ShowRequest:
-    """What ``bigant show`` was asked for."""
-
-    path: Path
-    out: Path | None
-    json: bool
+from robot.requests.single import ShowRequest
 
 
 def show_log(request: ShowRequest) -> ExitCode:
@@ -41,7 +31,8 @@ def show_log(request: ShowRequest) -> ExitCode:
     rows = summary_rows(summary)
     print(*row_lines(rows, columns_of(sys.stdout)), sep="\n")
     title = f"{log.metadata.get('robot', 'Robot')}: {summary.gait}"
-    note = ", ".join((run_words(request.path, log.metadata), software_words(log.metadata)))
+    software = log.metadata.get("software", "written by an unknown program")
+    note = f"{request.path}, {date_words(log.metadata)}, {software}"
     out = request.out or request.path.with_suffix(".html")
     written = write_report(out, title, note, rows, draw_log(log))
     print("pictures: " + ", ".join(map(str, written)))

@@ -1,13 +1,17 @@
 """What a log says in a few figures: distance, speed, slip, forces, faults, loop."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
 from model.motion.se2 import aligning, compose, seen_from
 from model.values.arrays import FloatArray
 from model.values.faults import StopReason
-from record.log.recording import Recording
+from record.log.reader import LogContents, read_blocks
+from record.log.recording import Recording, join_recordings, thin_recording
+from robot.console.progress import ProgressLine
+from robot.control.effect_uses import TrueForces, true_forces_of_log
 from robot.report.run_totals import RunTotals, true_pose
 
 
@@ -91,6 +95,39 @@ class Summary:
 
 
 PERCENTILES = (5, 25, 50, 75, 95)
+# Five minutes at 100 Hz are kept whole; of a longer log every second, fourth, ... tick is drawn.
+DRAWN_TICKS = 30_000
+
+
+def read_summary(path: Path) -> tuple[Summary, Recording]:
+    """Return the figures of all of a log of any length, and as much of it as pictures need.
+
+    Memory is bounded. Forces are without what the log's robot file says that the sensors add.
+
+    Raises:
+        RecordError: The log cannot be read.
+    """
+    contents = LogContents()
+    totals = RunTotals()
+    kept: list[Recording] = []
+    step, count = 1, 0
+    true_forces: TrueForces | None = None
+    with ProgressLine(f"reading {path}", contents.progress):
+        for measured in read_blocks(path, contents):
+            if count == 0:  # the robot file comes before the first tick
+                true_forces = true_forces_of_log(measured.config_text)
+            block = measured
+            if true_forces is not None:
+                block = replace(measured, force_n=true_forces(measured.force_n, measured.t_s))
+            totals.add(block)
+            kept.append(thin_recording(block, step))
+            count += len(kept[-1].t_s)
+            if count > DRAWN_TICKS:
+                step *= 2
+                kept = [thin_recording(join_recordings(kept, ""), 2)]
+                count = len(kept[0].t_s)
+    log = join_recordings(kept, contents.damage)
+    return summarise_totals(totals, replace(block, damage=contents.damage)), log
 
 
 def summarise_totals(totals: RunTotals, last: Recording) -> Summary:
@@ -100,11 +137,11 @@ def summarise_totals(totals: RunTotals, last: Recording) -> Summary:
         totals: What all blocks gave.
         last: The last block; it knows metadata and damage.
     """
-    t_s, walking, pose = totals.column("t_s"), totals.walking, totals.pose()
+    t_s, walking = totals.column("t_s"), totals.column("walking")
     walking_s = float(np.sum(walking[1:] * np.diff(t_s)))
-    true, dead = totals.true_pose(), totals.column("dead_reckoning")
-    estimate = totals.column("estimate")
-    way, forward, turn = _way(pose[walking & np.isfinite(pose).all(axis=1)])
+    true, dead, estimate = totals.true_pose(), *map(totals.column, ("dead_reckoning", "estimate"))
+    pose = true if totals.truth else dead
+    distance, forward, turn = _path(pose[walking & np.isfinite(pose).all(axis=1)])
     late_ms = totals.column("lateness_s") * 1e3
     return Summary(
         gait=last.metadata.get("gait", "?"),
@@ -113,40 +150,38 @@ def summarise_totals(totals: RunTotals, last: Recording) -> Summary:
         walking_s=walking_s,
         cycles=_span(totals.column("gait_phase")[walking]),
         truth=totals.truth,
-        distance_m=way,
+        distance_m=distance,
         forward_m=forward,
         mean_speed_m_s=forward / walking_s if walking_s > 0 else np.nan,
         yaw_rad=turn,
-        slip_percentiles_m_s=_percentiles(totals.slip_m_s()),
-        velocity_rmse=totals.velocity_error.root(),
-        velocity_rms=totals.velocity.root(),
-        force_rmse_n=totals.force_error.root(),
+        slip_percentiles_m_s=_percentiles(
+            totals.column("true_slip" if totals.truth else "predicted_slip")
+        ),
+        velocity_rmse=totals.rms("velocity_rmse"),
+        velocity_rms=totals.rms("velocity_rms"),
+        force_rmse_n=totals.rms("force_rmse_n"),
         drift_m=_drift(true, dead),
         walk_drift_m=_drift(true[walking], dead[walking]),
-        estimate_rmse=totals.estimate_error.root(),
-        estimate_force_rmse_n=totals.estimate_force_error.root(),
+        estimate_rmse=totals.rms("estimate_rmse"),
+        estimate_force_rmse_n=totals.rms("estimate_force_rmse_n"),
         estimate_drift_m=_drift(true, estimate),
         estimate_walk_drift_m=_drift(true[walking], estimate[walking]),
         estimate_sd=tuple(totals.estimate_sd.tolist()),
         estimate_health=_health(totals.column("estimate_health")),
-        forces=totals.forces,
+        forces=bool(totals.column("forces").any()),
         faults=tuple(totals.faults.most_common()),
         last_faults=_last_faults(totals),
         late_p50_ms=float(np.percentile(late_ms, 50)),
         late_p99_ms=float(np.percentile(late_ms, 99)),
         late_max_ms=float(late_ms.max()),
-        missed=totals.missed,
+        missed=int(totals.column("missed").sum()),
         ticks=len(t_s),
-        hottest_c=totals.hottest_c,
-        stop_reason=_reason_words(StopReason(int(last.stop_reason[-1]))),
+        hottest_c=float(np.fmax.reduce(totals.column("hottest_c"))),
+        stop_reason=StopReason(int(last.stop_reason[-1])).name.lower().replace("_", " "),
         stop_s=totals.stop_s,
         stop_cause=totals.stop_cause,
         damage=last.damage,
     )
-
-
-def _reason_words(reason: StopReason) -> str:
-    return reason.name.lower().replace("_", " ")
 
 
 def reason_of(words: str) -> StopReason:
@@ -156,12 +191,10 @@ def reason_of(words: str) -> StopReason:
 
 def planar_pose(log: Recording) -> FloatArray:
     """Return x, y [m] and yaw [rad], (T, 3): the truth's if there is one, else dead reckoning's."""
-    if not log.has_truth:
-        return log.dead_reckoning_pose
-    return true_pose(log)
+    return true_pose(log) if log.has_truth else log.dead_reckoning_pose
 
 
-def _way(pose: FloatArray) -> tuple[float, float, float]:
+def _path(pose: FloatArray) -> tuple[float, float, float]:
     """Distance, distance along the first heading, and turn between the ends of a path."""
     if len(pose) < 2:
         return np.nan, np.nan, np.nan
@@ -174,11 +207,10 @@ def _span(values: FloatArray) -> float:
     return float(known[-1] - known[0]) if len(known) else np.nan
 
 
-def _percentiles(values: FloatArray) -> tuple[float, ...]:
-    known = values[np.isfinite(values)]
+def _percentiles(known: FloatArray) -> tuple[float, ...]:
     if len(known) == 0:
         return (np.nan,) * len(PERCENTILES)
-    return tuple(float(p) for p in np.percentile(known, PERCENTILES))
+    return tuple(np.percentile(known, PERCENTILES).tolist())
 
 
 def _health(codes: FloatArray) -> tuple[float, ...]:
@@ -187,11 +219,11 @@ def _health(codes: FloatArray) -> tuple[float, ...]:
 
 
 def _last_faults(totals: RunTotals) -> tuple[tuple[float, str], ...]:
-    told = [
+    words = [
         (t_s, f"{kind} {source}: {detail}")
         for (kind, source), (t_s, detail) in totals.last_faults.items()
     ]
-    return tuple(sorted(told, key=lambda one: -one[0]))
+    return tuple(sorted(words, key=lambda one: -one[0]))
 
 
 def _drift(true: FloatArray, own: FloatArray) -> float:

@@ -3,18 +3,13 @@
 import math
 
 from model.values.faults import StopReason
-from robot.console.table import number_text, row_lines
+from robot.console.table import number_text
 from robot.control.stops import STOPS
 from robot.report.summary import PERCENTILES, Summary, reason_of
 
 Row = tuple[str, str]
 MOST_LAST_FAULTS = 3
 MISSED_LIMIT = 0.02  # of the periods of a run
-
-
-def summary_lines(summary: Summary, columns: int | None = None) -> list[str]:
-    """Return the summary as lines of text for a person, broken at words to so many columns."""
-    return row_lines(summary_rows(summary), columns)
 
 
 def summary_rows(summary: Summary) -> list[Row]:
@@ -113,8 +108,8 @@ def _drift_words(walk_m: float, run_m: float) -> str:
 
 
 def _force_words(values: tuple[float, ...]) -> str:
-    told = (f"{axis} {number_text(v, 2)}" for axis, v in zip("xyz", values, strict=True))
-    return ", ".join(told) + " N (walking)"
+    words = (f"{axis} {number_text(v, 2)}" for axis, v in zip("xyz", values, strict=True))
+    return ", ".join(words) + " N (walking)"
 
 
 def _velocity_words(values: tuple[float, ...]) -> str:
@@ -125,10 +120,7 @@ def _velocity_words(values: tuple[float, ...]) -> str:
 def busy_words(missed: int, ticks: int, *, virtual: bool) -> str:
     """Return one line for a run in real time that missed many periods; empty where it kept up.
 
-    Args:
-        missed: Periods that never ran.
-        ticks: Periods that ran.
-        virtual: Whether the devices are virtual, so that the run can leave real time.
+    A run on virtual devices can leave real time.
     """
     periods = ticks + missed
     if missed <= MISSED_LIMIT * periods:

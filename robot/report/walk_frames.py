@@ -1,4 +1,4 @@
-"""Frames of a log for fitting and judging the model: feet, forces and the true motion while walking."""
+"""Walking frames of a log: feet, forces and the true motion, and stiffness and friction fitted to them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
@@ -7,10 +7,15 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from model.effects.sensing import OF_FORCES
-from model.errors import ConfigError, RecordError
+from model.errors import ConfigError, ModelError, RecordError
+from model.fit.friction import fit_friction
+from model.fit.result import FitResult
+from model.fit.stiffness import fit_stiffness
 from model.kinematics.four_bar import Linkage
+from model.quasistatic.frames import FrictionLaw
 from model.values.arrays import BoolArray, FloatArray
 from model.values.legs import FootMotion
+from model.values.parameters import ContactParameters
 from model.values.tick import Mode
 from record.log.recording import Recording
 from robot.config.robot_file import parse_robot
@@ -21,6 +26,9 @@ from robot.report.run_totals import true_slip
 WINDOW, ORDER = 25, 2
 # Ticks further from the even spacing than this share of a period are a gap.
 UNEVEN = 0.5
+# The paper's naive parameters: K = 10 where the weight is 1 (lengths in metres), mu = 1, no w.
+NAIVE_STIFFNESS = 10.0
+NAIVE_MU = 1.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,17 +57,22 @@ class WalkFrames:
         return len(self.feet)
 
     @property
+    def arrays(self) -> list[FloatArray]:
+        """All of them, in their order."""
+        return [getattr(self, field.name) for field in fields(self)]
+
+    def part(self, rows: slice | BoolArray) -> "WalkFrames":
+        """Return some of the frames."""
+        return WalkFrames(*(values[rows] for values in self.arrays))
+
+    @property
     def motion(self) -> FootMotion:
         """Feet for the model."""
         return FootMotion(self.feet, self.feet_velocity)
 
 
 def walk_frames(log: Recording, name: str) -> WalkFrames:
-    """Take the complete walking frames of a log.
-
-    Args:
-        log: The log.
-        name: What to call it in a complaint.
+    """Take the complete walking frames of a log, called ``name`` in a complaint.
 
     Raises:
         RecordError: It has no truth, no forces, or no walking.
@@ -92,27 +105,22 @@ def walk_frames(log: Recording, name: str) -> WalkFrames:
         slope=_slopes(log.truth_quaternion_xyzw),
     )
     whole: BoolArray = log.mode == Mode.WALK.value
-    for values in _arrays(every):
+    for values in every.arrays:
         whole = whole & np.isfinite(values.reshape(len(values), -1)).all(axis=1)
     if not whole.any():
         raise RecordError(f"{name} has no frame of walking with feet, forces and true motion")
-    return WalkFrames(*(values[whole] for values in _arrays(every)))
+    return every.part(whole)
 
 
 def halves(walk: WalkFrames) -> tuple[WalkFrames, WalkFrames]:
     """Cut in two in time: the earlier and the later half."""
     middle = walk.count // 2
-    return (
-        WalkFrames(*(values[:middle] for values in _arrays(walk))),
-        WalkFrames(*(values[middle:] for values in _arrays(walk))),
-    )
+    return walk.part(slice(middle)), walk.part(slice(middle, None))
 
 
 def joined(walks: Sequence[WalkFrames]) -> WalkFrames:
     """One behind the other."""
-    return WalkFrames(
-        *(np.concatenate(parts) for parts in zip(*(_arrays(w) for w in walks), strict=True))
-    )
+    return WalkFrames(*map(np.concatenate, zip(*(walk.arrays for walk in walks), strict=True)))
 
 
 def smooth_rate(log: Recording) -> FloatArray:
@@ -135,5 +143,54 @@ def _slopes(quaternion: FloatArray) -> FloatArray:
     return np.stack([2 * (y * z + w * x), -2 * (x * z - w * y)], axis=1)
 
 
-def _arrays(walk: WalkFrames) -> list[FloatArray]:
-    return [getattr(walk, field.name) for field in fields(walk)]
+@dataclass(frozen=True, slots=True, eq=False)
+class Fits:
+    """Fitted parameters, the law they are for, and how well they are known."""
+
+    law: FrictionLaw
+    weight_n: float
+    contact: ContactParameters
+    stiffness: FitResult
+    friction: FitResult
+
+
+def fit_contact(
+    walk: WalkFrames,
+    names: tuple[str, ...],
+    *,
+    free_w: bool,
+    rest_m_s: float,
+    law: FrictionLaw = FrictionLaw.VISCOUS,
+) -> Fits:
+    """Fit stiffness and friction of the named legs to frames of a walk.
+
+    With ``free_w`` there are 24 parameters instead of 18, whose w lies fore and aft. Feet no faster than
+    ``rest_m_s`` rest: what holds them is statics, not the friction law, so they would lead the fit astray.
+    The viscous ansatz is the paper's law.
+
+    Raises:
+        ModelError: These frames cannot be fitted to.
+    """
+    weight = float(np.median(walk.force[..., 2].sum(axis=1)))
+    if weight <= 0:
+        raise ModelError("the measured vertical forces do not carry a weight: check their bias")
+    legs = len(names)
+    springs = fit_stiffness(
+        walk.feet,
+        walk.force[..., 2],
+        weight,
+        np.full(legs, NAIVE_STIFFNESS * weight),
+        leg_names=names,
+    )
+    friction = fit_friction(
+        walk.force[..., :2],
+        np.maximum(walk.force[..., 2], 0.0),
+        walk.slip,
+        direction=None if free_w else np.tile([1.0, 0.0], (legs, 1)),
+        law=law,
+        mean_mu=NAIVE_MU if law is FrictionLaw.VISCOUS else None,
+        rest_m_s=rest_m_s,
+        leg_names=names,
+    )
+    contact = ContactParameters(springs.values, friction.mu, friction.anisotropy)
+    return Fits(law, weight, contact, springs, friction.result)

@@ -20,8 +20,7 @@ from drivers.pose_udp import PoseListener
 from drivers.wire.tap import WireTap
 from model.errors import BusError, ConnectionLost
 from model.values.faults import Fault, FaultKind, ServoEvent
-from model.values.poses import PoseRecord
-from model.values.readings import BodyTruth, ForceRecord, ServoReadings, silent_readings
+from model.values.readings import BodyTruth, ForceRecord, PoseRecord, ServoReadings, silent_readings
 from robot.config.safety import RecoverySettings
 from robot.control.safety import Allowed
 

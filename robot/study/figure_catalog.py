@@ -1,9 +1,10 @@
 """Every figure and table of the paper that we can draw without its unpublished data."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 from matplotlib import rc_context
 from matplotlib.figure import Figure
@@ -19,6 +20,7 @@ from robot.console.table import Column, table_lines
 from robot.report.page import render
 from robot.report.pictures import DOTS_PER_INCH
 from robot.report.plots import STYLE
+from robot.requests.model import ModelFiguresRequest
 from robot.study import (
     figures_errors,
     figures_examples,
@@ -42,21 +44,15 @@ TABLE_NOTE = (
 
 @dataclass(slots=True)
 class Material:
-    """What the figures are made of; walks are made or read when a figure first asks for them.
+    """What the figures are made of: virtual walks, or the logs in their place, and a benchmark file.
 
-    Attributes:
-        config: Robot file of the virtual walks.
-        cycles: Cycles of each virtual walk.
-        seed: Its seed.
-        logs: Gait and log to use in place of that gait's virtual walk.
-        benchmark: File of benchmark figures; it need not exist.
-        progress: Told the share of a virtual walk done.
+    Walks are made or read when a figure first asks for them. The benchmark file need not exist.
     """
 
     config: RobotConfig
     cycles: float
     seed: int
-    logs: tuple[tuple[str, Path], ...]
+    logs: Mapping[str, Path]
     benchmark: Path
     progress: Progress
     _walks: dict[str, WalkComparison] = field(default_factory=dict)
@@ -69,26 +65,20 @@ class Material:
             ModelError: It holds no walk, or the virtual robot stopped.
         """
         if gait not in self._walks:
-            path = dict(self.logs).get(gait)
-            log = (
-                read_log(path)
-                if path is not None
-                else walk_in_memory(
+            if gait in self.logs:
+                log = read_log(self.logs[gait])
+            else:
+                log = walk_in_memory(
                     self.config, gait, cycles=self.cycles, seed=self.seed, progress=self.progress
                 )
-            )
             self._walks[gait] = compare_walk(log)
         return self._walks[gait]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Drawn:
-    """One entry of the index.
+class Drawn(NamedTuple):
+    """What is drawn for an entry of the index: a figure with our numbers beside the paper's, or a table.
 
-    Attributes:
-        figure: The picture; None if there is none (a table, or its data are missing).
-        caption: Our figures beside the paper's.
-        table: Lines of text, empty unless the entry is a table.
+    There is no figure where the entry is a table or its data are missing.
     """
 
     figure: Figure | None
@@ -96,16 +86,8 @@ class Drawn:
     table: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Entry:
-    """A figure that can be drawn.
-
-    Attributes:
-        name: As on the command line, and the file's stem.
-        title: Heading.
-        label: Label in the paper's source.
-        draw: Draws it.
-    """
+class Entry(NamedTuple):
+    """A figure that can be drawn: its name (also of its file), heading, and label in the paper."""
 
     name: str
     title: str
@@ -124,10 +106,8 @@ def _of_walk(
 
 
 def _tables(material: Material) -> Drawn:
-    lines: list[str] = []
-    for gait in (TRIPOD, METACHRONAL):
-        lines += [*error_table(material.walk(gait)), ""]
-    return Drawn(None, TABLE_NOTE, tuple(lines))
+    tables = [error_table(material.walk(gait)) for gait in (TRIPOD, METACHRONAL)]
+    return Drawn(None, TABLE_NOTE, tuple(line for table in tables for line in (*table, "")))
 
 
 CATALOG = (
@@ -163,40 +143,11 @@ CATALOG = (
 )  # fmt: skip
 
 
-def choose(names: list[str]) -> tuple[Entry, ...]:
-    """Return the entries asked for, in the catalog's order; all if none is named.
-
-    Raises:
-        ConfigError: A name is not in the catalog.
-    """
-    known = [entry.name for entry in CATALOG]
-    for name in names:
-        if name not in known:
-            raise ConfigError("--only", f"{name!r} is no figure; choose from {', '.join(known)}")
-    return tuple(entry for entry in CATALOG if not names or entry.name in names)
-
-
 INDEX, TABLES = "index.html", "tables.txt"
 TITLE = "Figures of the model of slipping"
-Shown = tuple[Entry, Drawn, str]  # with the name of the picture beside the page; empty for none
 
 
-@dataclass(frozen=True, slots=True)
-class FiguresRequest:
-    """What ``bigant model figures`` was asked for."""
-
-    out: Path | None
-    only: list[str]
-    list: bool
-    tripod: Path | None
-    metachronal: Path | None
-    cycles: float
-    seed: int
-    robot: Path
-    benchmark: Path
-
-
-def draw_figures(request: FiguresRequest) -> ExitCode:
+def draw_figures(request: ModelFiguresRequest) -> ExitCode:
     """List the figures, or draw those asked for.
 
     Raises:
@@ -207,64 +158,52 @@ def draw_figures(request: FiguresRequest) -> ExitCode:
         names = [(entry.name, f"{entry.title} ({entry.label})") for entry in CATALOG]
         print(*table_lines((Column(""), Column("")), names), sep="\n")
         return ExitCode.OK
-    chosen = choose(request.only)
+    known = [entry.name for entry in CATALOG]
+    for name in request.only:
+        if name not in known:
+            raise ConfigError("--only", f"{name!r} is no figure; choose from {', '.join(known)}")
+    chosen = [entry for entry in CATALOG if not request.only or entry.name in request.only]
     out = request.out
     if out is None:
         raise ConfigError("--out", "is needed: the folder for the pictures")
     if not 0 < request.cycles < float("inf"):
         raise ConfigError("--cycles", f"must be a positive number, not {request.cycles:g}")
     given = ((TRIPOD, request.tripod), (METACHRONAL, request.metachronal))
-    logs = tuple((gait, path) for gait, path in given if path is not None)
     with StatusLine() as line, writing(out), rc_context(STYLE):
         out.mkdir(parents=True, exist_ok=True)
         material = Material(
             load_robot(request.robot),
             request.cycles,
             request.seed,
-            logs,
+            {gait: path for gait, path in given if path is not None},
             request.benchmark,
             lambda share: line.say(f"the virtual robot walks: {100 * share:.0f} %"),
         )
-        rows = []
+        entries = []
         for number, entry in enumerate(chosen, start=1):
             began = time.monotonic()
-            row, done = _draw(entry, material, out)
+            drawn = entry.draw(material)
+            picture, done = "", f"no picture: {drawn.caption}"
+            if drawn.figure is not None:
+                picture = f"{entry.name}.png"
+                done = str(out / picture)
+                drawn.figure.savefig(done, dpi=DOTS_PER_INCH)
+            if drawn.table:
+                done = str(out / TABLES)
+                (out / TABLES).write_text("\n".join(drawn.table), encoding="utf-8")
             line.clear()
             spent_s = time.monotonic() - began
             print(f"[{number}/{len(chosen)}] {entry.name}: {done} ({spent_s:.1f} s)")
-            rows.append(row)
-        (out / INDEX).write_text(render_index(_origin(material), rows), encoding="utf-8")
+            entries.append((entry, drawn, picture))
+        page = render("figures.html", title=TITLE, source=_origin(material), entries=entries)
+        (out / INDEX).write_text(page, encoding="utf-8")
     print(f"index: {out / INDEX}")
     return ExitCode.OK
 
 
-def _draw(entry: Entry, material: Material, out: Path) -> tuple[Shown, str]:
-    """Draw an entry; return its part of the index, and the file or why there is none."""
-    drawn = entry.draw(material)
-    file_name, done = "", f"no picture: {drawn.caption}"
-    if drawn.figure is not None:
-        file_name = f"{entry.name}.png"
-        drawn.figure.savefig(out / file_name, dpi=DOTS_PER_INCH)
-        done = str(out / file_name)
-    if drawn.table:
-        (out / TABLES).write_text("\n".join(drawn.table), encoding="utf-8")
-        done = str(out / TABLES)
-    return (entry, drawn, file_name), done
-
-
 def _origin(made: Material) -> str:
-    logs = "".join(f"The {gait} walk is the log {path.name}. " for gait, path in made.logs)
+    logs = "".join(f"The {gait} walk is the log {path.name}. " for gait, path in made.logs.items())
     return (
         f"{logs}{'Other walks' if logs else 'Walks'} are those of the virtual {made.config.name}, "
         f"{made.cycles:g} cycles, seed {made.seed}, true values from its plant."
     )
-
-
-def render_index(source: str, entries: Sequence[Shown]) -> str:
-    """Return the index page.
-
-    Args:
-        source: Where the walks come from, one line.
-        entries: Each with what was drawn and the name of its file, in order.
-    """
-    return render("figures.html", title=TITLE, source=source, entries=entries)

@@ -6,14 +6,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from model.values.arrays import FloatArray
+from model.values.arrays import FloatArray, known_mean
 from robot.report.figure_style import COULOMB, SUPPORT, TRUTH, VISCOUS, line
 from robot.study.walk_comparison import WalkComparison
-from robot.study.walk_errors import component_errors, error_of
+from robot.study.walk_errors import UNKNOWN, Component, component_errors, components
 
 GROUP, WIDTH = 1.0, 0.26  # distance of groups and width of a violin on the axis
 MOST_SAMPLES = 3000  # a violin needs no more
 SHOWN = (0.5, 99.5)  # percentiles kept in a violin; beyond are touchdown spikes
+BODY, FORCES = ("vx", "vy", "yaw rate", "roll", "pitch"), ("Fx", "Fy", "Fz share")
 
 Part = tuple[FloatArray, str]  # samples and their colour
 
@@ -22,62 +23,43 @@ def draw_error_distributions(walk: WalkComparison) -> tuple[Figure, str]:
     """Draw residuals from the mean and prediction errors of velocity, tilt and forces."""
     figure = Figure(figsize=(11, 9), layout="constrained")
     grid = figure.add_gridspec(4, 5)
-    names = ("vx [mm/s]", "vy [mm/s]", "yaw rate [mrad/s]", "roll [mrad]", "pitch [mrad]")
-    for column, name in enumerate(names):
+    parts = components(walk)
+    for column, name in enumerate(BODY):
         ax = figure.add_subplot(grid[0, column])
-        parts = _velocity_parts(walk, column) if column < 3 else _tilt_parts(walk, column - 3)
-        _violins(ax, [parts], [""])
-        ax.set_title(name, fontsize=9)
-    for row in range(3):
-        ax = figure.add_subplot(grid[row + 1, :])
-        _force_panel(ax, walk, row)
+        _violins(ax, [_parts(parts[name])], [""])
+        ax.set_title(f"{name} [{parts[name].unit}]", fontsize=9)
+    for row, name in enumerate(FORCES):
+        _force_panel(figure.add_subplot(grid[row + 1, :]), walk, parts[name])
     _legend(figure, support=True)
-    return figure, _caption(walk, ("vx", "vy", "yaw rate", "roll", "pitch", "Fx", "Fy", "Fz share"))
+    return figure, _caption(walk, (*BODY, *FORCES))
 
 
 def draw_planar_force_errors(walk: WalkComparison) -> tuple[Figure, str]:
     """Draw residuals and errors of the horizontal forces alone."""
     figure = Figure(figsize=(11, 5.4), layout="constrained")
-    for row, ax in enumerate(figure.subplots(2, 1)):
-        _force_panel(ax, walk, row)
+    parts = components(walk)
+    for name, ax in zip(FORCES[:2], figure.subplots(2, 1), strict=True):
+        _force_panel(ax, walk, parts[name])
     _legend(figure, support=False)
-    return figure, _caption(walk, ("Fx", "Fy"))
+    return figure, _caption(walk, FORCES[:2])
 
 
-def _velocity_parts(walk: WalkComparison, axis: int) -> list[Part]:
-    true = 1e3 * walk.velocity_B[:, axis]
+def _parts(one: Component, samples: Any = ...) -> list[Part]:
+    """True values about their mean, and the errors of each model that predicts them."""
+    true = one.true[samples]
+    models = ((one.viscous, VISCOUS), (one.coulomb, COULOMB), (one.support, SUPPORT))
     return [
-        (true - _mean(true), TRUTH),
-        (1e3 * walk.viscous.velocity_B[:, axis] - true, VISCOUS),
-        (1e3 * walk.coulomb.velocity_B[:, axis] - true, COULOMB),
+        (true - known_mean(true), TRUTH),
+        *((model[samples] - true, colour) for model, colour in models if model is not UNKNOWN),
     ]
 
 
-def _tilt_parts(walk: WalkComparison, axis: int) -> list[Part]:
-    true = 1e3 * walk.tilt_rad[:, axis]
-    return [(true - _mean(true), TRUTH), (1e3 * walk.support_tilt_rad[:, axis] - true, SUPPORT)]
-
-
-def _force_panel(ax: Axes, walk: WalkComparison, axis: int) -> None:
+def _force_panel(ax: Axes, walk: WalkComparison, force: Component) -> None:
     """Draw a group of violins for each foot, over the frames in which the foot is down."""
-    groups = []
-    for foot in range(len(walk.names)):
-        down = walk.force_n[:, foot, 2] > 0
-        if axis == 2:
-            true = 1e2 * walk.true_share[down, foot]
-            groups.append([
-                (true - _mean(true), TRUTH),
-                (1e2 * walk.load_share[down, foot] - true, SUPPORT),
-            ])  # fmt: skip
-        else:
-            true = walk.force_n[down, foot, axis]
-            groups.append([
-                (true - _mean(true), TRUTH),
-                (walk.viscous.force_xy_B[down, foot, axis] - true, VISCOUS),
-                (walk.coulomb.force_xy_B[down, foot, axis] - true, COULOMB),
-            ])  # fmt: skip
+    down = walk.force_n[..., 2] > 0
+    groups = [_parts(force, (down[:, foot], foot)) for foot in range(len(walk.names))]
     _violins(ax, groups, list(walk.names))
-    ax.set_ylabel(("Fx [N]", "Fy [N]", "share of Fz [%]")[axis])
+    ax.set_ylabel("share of Fz [%]" if force.unit == "%" else f"{force.name} [{force.unit}]")
 
 
 def _violins(ax: Axes, groups: list[list[Part]], names: list[str]) -> None:
@@ -109,11 +91,6 @@ def _kept(samples: FloatArray) -> FloatArray:
     return thinned
 
 
-def _mean(values: FloatArray) -> float:
-    known = values[np.isfinite(values)]
-    return float(known.mean()) if len(known) else np.nan
-
-
 def _legend(figure: Figure, *, support: bool) -> None:
     handles = [
         line(TRUTH, "true, mean subtracted", 6),
@@ -125,14 +102,14 @@ def _legend(figure: Figure, *, support: bool) -> None:
     figure.legend(handles=handles, loc="outside upper center", ncols=len(handles))
 
 
-def _caption(walk: WalkComparison, components: tuple[str, ...]) -> str:
+def _caption(walk: WalkComparison, names: tuple[str, ...]) -> str:
     errors = component_errors(walk)
     words = []
-    for name in components:
-        row = error_of(errors, name)
+    for name in names:
+        row = errors[name]
         models = (("viscous", row.viscous), ("Coulomb", row.coulomb), ("support", row.support))
-        said = ", ".join(f"{label} {value:.2f}" for label, value in models if np.isfinite(value))
-        words.append(f"{name} {said} (spread {row.spread:.2f}) {row.unit}")
+        rmse = ", ".join(f"{label} {value:.2f}" for label, value in models if np.isfinite(value))
+        words.append(f"{name} {rmse} (spread {row.spread:.2f}) {row.unit}")
     return (
         f"Error distributions, {walk.gait} gait: violins with quartiles and median, the inner "
         f"{SHOWN[1] - SHOWN[0]:.0f} %; forces of each foot while it is down. RMSE over all frames: "

@@ -9,11 +9,8 @@ from model.systems.paper_examples import (
     ansatz_error,
     balance_velocity,
     coulomb_balance,
-    coulomb_force,
     force_share,
     total_force,
-    viscous_balance,
-    viscous_force,
 )
 from model.values.arrays import FloatArray
 from robot.report.figure_style import COULOMB, NEUTRAL, VISCOUS, leg_colour, line, panel_letter
@@ -46,9 +43,9 @@ def draw_line() -> tuple[Figure, str]:
     low, high = coulomb_balance(np.delete(LINE_FEET, 2))
     caption = (
         f"Body velocity at balance on a line. Five legs: Coulomb {coulomb_balance(LINE_FEET)[0]:.3f} "
-        f"m/s (minus the median), viscous-Coulomb {viscous_balance(LINE_FEET):.3f} m/s (minus the "
+        f"m/s (minus the median), viscous-Coulomb {-LINE_FEET.mean():.3f} m/s (minus the "
         f"mean). Four legs: Coulomb's law is content anywhere from {low:.3f} to {high:.3f} m/s, the "
-        f"ansatz only at {viscous_balance(np.delete(LINE_FEET, 2)):.3f} m/s. The paper states both "
+        f"ansatz only at {-np.delete(LINE_FEET, 2).mean():.3f} m/s. The paper states both "
         "identities without figures; they hold here exactly (tested on random legs)."
     )
     return figure, caption
@@ -57,19 +54,22 @@ def draw_line() -> tuple[Figure, str]:
 def _line_panel(ax: Axes, feet: FloatArray, title: str) -> None:
     count = len(feet)
     body = np.linspace(-0.22, 0.40, 3101)
-    spread = float(np.abs(viscous_force(body, feet)).max()) / count  # [m/s] fills the panel
+    coulomb, viscous = (
+        total_force(body[:, None], feet[:, None], np.full(count, 1 / count), law)
+        for law in (FrictionLaw.COULOMB, FrictionLaw.VISCOUS)
+    )
     for foot in feet:
         ax.axvline(-foot, color=NEUTRAL, lw=0.8, ls=":")
     ax.axhline(0, color="black", lw=0.8)
-    ax.plot(body, coulomb_force(body, feet) / count, color=COULOMB, lw=2.0)
-    ax.plot(body, viscous_force(body, feet) / count / spread, color=VISCOUS, lw=2.0)
+    ax.plot(body, coulomb, color=COULOMB, lw=2.0)
+    ax.plot(body, viscous / np.abs(viscous).max(), color=VISCOUS, lw=2.0)  # fills the panel
     low, high = coulomb_balance(feet)
     if high > low:
         ax.axvspan(low, high, color=COULOMB, alpha=0.15, lw=0)
         ax.plot([low, high], [0, 0], color=COULOMB, lw=5, solid_capstyle="butt")
     else:
         ax.plot(low, 0, "o", color=COULOMB, ms=9, zorder=5)
-    ax.plot(viscous_balance(feet), 0, "o", color=VISCOUS, ms=7, zorder=6)
+    ax.plot(-feet.mean(), 0, "o", color=VISCOUS, ms=7, zorder=6)
     ax.set_title(title, loc="left")
     ax.set_xlabel("body velocity [m/s]")
 

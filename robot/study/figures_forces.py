@@ -14,7 +14,7 @@ from robot.report.figure_style import (
 )
 from robot.study.figures_walk import FOOT, FORCE_LABELS, SMOOTH_S, STUCK, plot_foot_force
 from robot.study.walk_comparison import WalkComparison
-from robot.study.walk_errors import component_errors, error_of
+from robot.study.walk_errors import component_errors
 
 # A foot that carries less than this share of the weight has no ratio worth a point.
 LIGHT_SHARE = 0.05
@@ -36,13 +36,12 @@ def draw_all_feet(walk: WalkComparison) -> tuple[Figure, str]:
         ax.set_xlabel("time [s]")
     model_legend(figure)
     errors = component_errors(walk)
-    fx = error_of(errors, "Fx")
+    fx, fz = errors["Fx"], errors["Fz share"]
     words = ", ".join(
         f"{row.component} {row.viscous:.2f} (viscous) and {row.coulomb:.2f} N (Coulomb) "
         f"of a spread of {row.spread:.2f} N"
-        for row in (fx, error_of(errors, "Fy"))
+        for row in (fx, errors["Fy"])
     )
-    fz = error_of(errors, "Fz share")
     note = f"{STUCK} " if fx.coulomb > fx.spread else ""
     caption = (
         f"Ground force on every foot, {walk.gait} gait. RMSE over all feet: {words}; share of Fz "

@@ -27,11 +27,9 @@ def draw_search_line() -> tuple[Figure, str]:
     figure = Figure(figsize=(10, 5.6), layout="constrained")
     columns = (stops + 1) // 2
     grid = figure.add_gridspec(2, columns + 2)
-    ax = figure.add_subplot(grid[:, :2])
-    _line_space(ax, path)
+    _line_space(figure.add_subplot(grid[:, :2]), path)
     for stop in range(stops):
-        small = figure.add_subplot(grid[stop // columns, 2 + stop % columns])
-        _flat_robot(small, path, stop)
+        _flat_robot(figure.add_subplot(grid[stop // columns, 2 + stop % columns]), path, stop)
     caption = (
         f"Search for the contacts of a flat robot with {len(FLAT_FEET)} legs: level start (0), a leg "
         f"switches at each dot on a coloured line, balance at the star after {stops - 2} switches. "
@@ -51,11 +49,8 @@ def _line_space(ax: Axes, path: SupportPath) -> None:
                 label=f"leg {leg + 1} touches")  # fmt: skip
     for stop in range(len(slope) - 1):
         ax.plot(slope[stop : stop + 2], height[stop : stop + 2], color="black", lw=1.5)
-        aim = path.target[stop]
-        if np.isfinite(aim).all():
-            ax.plot(
-                [slope[stop + 1], 1e3 * aim[0]], [height[stop + 1], 1e3 * aim[2]], "k--", lw=0.9
-            )
+        aim = 1e3 * path.target[stop]  # not drawn where it is NaN
+        ax.plot([slope[stop + 1], aim[0]], [height[stop + 1], aim[2]], "k--", lw=0.9)
     ax.plot(slope[:-1], height[:-1], "ko", ms=5)
     ax.plot(slope[-1], height[-1], "*", color=SUPPORT, ms=16, zorder=5)
     for stop in range(len(slope)):
@@ -74,7 +69,8 @@ def _flat_robot(ax: Axes, path: SupportPath, stop: int) -> None:
     for leg, foot in enumerate(FLAT_FEET):
         hip = height - slope * foot[0]
         tip = max(hip + foot[2], 0.0)  # a loaded spring is pressed up to the ground
-        _spring(ax, foot[0], hip, tip, leg_colour(leg))
+        zigzag = foot[0] + 0.012 * np.array([0, 0, 1, -1, 1, -1, 1, 0, 0])
+        ax.plot(zigzag, np.linspace(hip, tip, 9), color=leg_colour(leg), lw=1.8)
         if leg == path.switched[stop]:
             ax.plot(foot[0], tip, "o", mfc="none", mec=GREEN, mew=2, ms=13)
     ax.set_title(_stop_title(path, stop), loc="left", fontsize=9)
@@ -86,12 +82,6 @@ def _flat_robot(ax: Axes, path: SupportPath, stop: int) -> None:
 def _stop_title(path: SupportPath, stop: int) -> str:
     down = " ".join(str(leg + 1) for leg in np.flatnonzero(path.contact[stop]))
     return f"{stop}: down {down}"
-
-
-def _spring(ax: Axes, x: float, top: float, bottom: float, colour: str) -> None:
-    along = np.linspace(top, bottom, 9)
-    aside = x + 0.012 * np.array([0, 0, 1, -1, 1, -1, 1, 0, 0])
-    ax.plot(aside, along, color=colour, lw=1.8)
 
 
 def draw_search_space() -> tuple[Figure, str]:
@@ -133,11 +123,11 @@ def _pose_space(ax: Axes3D, path: SupportPath) -> None:
         aim = path.target[stop] * 1e3
         if not np.isfinite(aim).all():
             continue
-        # the aim may lie far outside: draw the way to it up to the edge of the box
-        way = aim - pose[stop + 1]
-        room = np.where(way > 0, high - pose[stop + 1], low - pose[stop + 1])
-        share = min(1.0, float(np.min(room / np.where(way == 0, np.nan, way))))
-        beyond = np.array([pose[stop + 1], pose[stop + 1] + share * way])
+        # the aim may lie far outside: draw the line to it up to the edge of the box
+        step = aim - pose[stop + 1]
+        room = np.where(step > 0, high - pose[stop + 1], low - pose[stop + 1])
+        share = min(1.0, float(np.min(room / np.where(step == 0, np.nan, step))))
+        beyond = np.array([pose[stop + 1], pose[stop + 1] + share * step])
         ax.plot(*beyond.T, color=NEUTRAL, ls="--", lw=1)
     ax.plot(*pose[:-1].T, "ko", ms=4)
     ax.plot(*pose[-1:].T, "*", color=SUPPORT, ms=14)

@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from model.motion.se2 import placed
 from model.quasistatic.frames import FrictionLaw
 from model.systems.predict import Prediction
 from model.values.arrays import FloatArray
@@ -37,7 +38,7 @@ def draw_predictions(predictions: Sequence[Prediction]) -> Figure:
         _above(axes[0], predictions)
         for ax in axes[2:5]:
             ax.sharex(axes[1])
-        _velocity(list(axes[1:4]), predictions)
+        _velocity(axes[1:4], predictions)
         _loads(figure, axes[4], first)
         if stairs:
             _side(axes[5], first)
@@ -46,7 +47,7 @@ def draw_predictions(predictions: Sequence[Prediction]) -> Figure:
 
 def _above(ax: Axes, predictions: Sequence[Prediction]) -> None:
     first = predictions[0]
-    world = _in_world(first, first.system.feet.position_m[..., :2])
+    world = _feet_in_world(first)
     loaded = first.solutions.contact
     prints = world[loaded]
     prints = prints[:: max(1, len(prints) // MOST_PRINTS)]
@@ -61,10 +62,8 @@ def _above(ax: Axes, predictions: Sequence[Prediction]) -> None:
     ax.plot([], [], "o", mec=INK, mfc="white", ms=5, label="foot in the air")
     ax.plot([], [], ".", color=PRINT, ms=4, label="where feet stood")
     ax.set_aspect("equal", adjustable="datalim")
-    ax.set_xlabel("x [m]")
-    ax.set_ylabel("y [m]")
-    ax.legend(loc="upper center", ncols=5, fontsize=8,
-              bbox_to_anchor=(0.5, 1.12))  # fmt: skip
+    ax.set(xlabel="x [m]", ylabel="y [m]")
+    ax.legend(loc="upper center", ncols=5, fontsize=8, bbox_to_anchor=(0.5, 1.12))
 
 
 def _snapshots(prediction: Prediction) -> list[int]:
@@ -80,45 +79,34 @@ def _snapshots(prediction: Prediction) -> list[int]:
 
 
 def _body(
-    ax: Axes,
-    prediction: Prediction,
-    frame: int,
-    feet_W: FloatArray,  # noqa: N803
-    zorder: float,
-) -> None:
+    ax: Axes, prediction: Prediction, frame: int, feet_W: FloatArray, zorder: float  # noqa: N803
+) -> None:  # fmt: skip
     system = prediction.system
     pose = prediction.poses[frame]
     loaded = prediction.solutions.contact[frame]
     if system.outline_B is None:
         ax.plot(feet_W[:, 0], feet_W[:, 1], color=INK, lw=3, alpha=0.6, zorder=zorder)
     else:
-        outline = _placed(pose, system.outline_B)
+        outline = placed(pose, system.outline_B)
         ax.fill(outline[:, 0], outline[:, 1], fc="#DDDDDD", ec=INK, lw=1, alpha=0.8, zorder=zorder)
     if system.hips_B is not None:
-        hips = _placed(pose, system.hips_B)
-        for hip, foot in zip(hips, feet_W, strict=True):
-            ax.plot([hip[0], foot[0]], [hip[1], foot[1]], color=INK, lw=1, zorder=zorder)
+        hips = placed(pose, system.hips_B)
+        ax.plot(*np.stack([hips, feet_W], axis=1).T, color=INK, lw=1, zorder=zorder)
     size = 5 if system.legs <= NAMED_FEET else 3
     ax.plot(*feet_W[loaded].T, "o", color=INK, ms=size, zorder=zorder)
     ax.plot(*feet_W[~loaded].T, "o", mec=INK, mfc="white", ms=size, zorder=zorder)
 
 
-def _velocity(axes: list[Axes], predictions: Sequence[Prediction]) -> None:
+def _velocity(axes: Sequence[Axes], predictions: Sequence[Prediction]) -> None:
     labels = ("vx [mm/s]", "vy [mm/s]", "yaw [mrad/s]")
     for component, (ax, label) in enumerate(zip(axes, labels, strict=True)):
         for prediction in predictions:
-            first = prediction is predictions[0]
             thin = _thin(prediction.system.frames)
             time, colour = prediction.system.time_s[thin], COLOURS[prediction.law]
             if prediction.system.low_pass is not None:
                 raw = prediction.solutions.velocity_B[thin, component] * 1e3
-                ax.plot(
-                    time,
-                    raw,
-                    color="#AAAAAA",
-                    lw=2.2,
-                    label="before the low pass" if first else None,
-                )
+                name = "before the low pass" if prediction is predictions[0] else None
+                ax.plot(time, raw, color="#AAAAAA", lw=2.2, label=name)
             ax.plot(time, prediction.velocity_B[thin, component] * 1e3, color=colour, lw=1.1,
                     label=prediction.law.value)  # fmt: skip
         ax.set_ylabel(label)
@@ -137,14 +125,9 @@ def _loads(figure: Figure, ax: Axes, prediction: Prediction) -> None:
     load = prediction.solutions.load_n[_thin(system.frames)]
     shown = np.where(load > 0, load, np.nan)
     mesh = ax.imshow(
-        shown.T,
-        aspect="auto",
-        origin="lower",
-        interpolation="nearest",
-        cmap="viridis",
-        vmin=0,
+        shown.T, aspect="auto", origin="lower", interpolation="nearest", cmap="viridis", vmin=0,
         extent=(0, system.frames * system.step_s, 0.5, system.legs + 0.5),
-    )
+    )  # fmt: skip
     ax.grid(visible=False)
     ax.set_ylabel("foot")
     if system.legs <= NAMED_FEET:
@@ -156,9 +139,8 @@ def _loads(figure: Figure, ax: Axes, prediction: Prediction) -> None:
 def _side(ax: Axes, prediction: Prediction) -> None:
     system = prediction.system
     ground = system.ground_m
-    if ground is None:
-        return
-    world = _in_world(prediction, system.feet.position_m[..., :2])
+    assert ground is not None  # drawn only where there is one
+    world = _feet_in_world(prediction)
     ahead = world[..., 0].ravel()
     order = np.argsort(ahead)[:: max(1, ahead.size // MOST_PRINTS)]
     profile = ground.ravel()[order] * 1e3
@@ -175,27 +157,15 @@ def _side(ax: Axes, prediction: Prediction) -> None:
         # a point of the body at x stands at height - slope_x x (eqn:zpj)
         level = height[frame] - 1e3 * prediction.solutions.pose[frame, 0] * ends
         ax.plot(prediction.poses[frame, 0] + ends, level, color=INK, lw=2, alpha=0.6)
-    ax.set_xlabel("x [m]")
-    ax.set_ylabel("height [mm]")
+    ax.set(xlabel="x [m]", ylabel="height [mm]")
     low, high = ax.get_ylim()
     ax.set_ylim(low, high + 0.3 * (high - low))  # room for the legend
     ax.legend(loc="upper right", ncols=2, fontsize=8)
 
 
-def _in_world(prediction: Prediction, points_B: FloatArray) -> FloatArray:  # noqa: N803
-    """Points of every frame, (F, N, 2), seen from above in the world."""
-    yaw = prediction.poses[:-1, 2, None]
-    c, s = np.cos(yaw), np.sin(yaw)
-    x, y = points_B[..., 0], points_B[..., 1]
-    turned = np.stack([c * x - s * y, s * x + c * y], axis=-1)
-    world: FloatArray = prediction.poses[:-1, None, :2] + turned
-    return world
-
-
-def _placed(pose: FloatArray, points_B: FloatArray) -> FloatArray:  # noqa: N803
-    c, s = np.cos(pose[2]), np.sin(pose[2])
-    placed: FloatArray = pose[:2] + points_B @ np.array([[c, s], [-s, c]])
-    return placed
+def _feet_in_world(prediction: Prediction) -> FloatArray:
+    """Feet in every frame seen from above, (F, N, 2)."""
+    return placed(prediction.poses[:-1, None], prediction.system.feet.position_m[..., :2])
 
 
 def _thin(count: int) -> slice:

@@ -2,8 +2,8 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,26 +16,11 @@ from robot.console.json_output import print_json
 from robot.console.table import row_lines
 from robot.report.page import Section, report_page
 from robot.report.pictures import pictures
+from robot.requests.model import ModelRunRequest
 from robot.study.model_plots import draw_predictions
 from robot.study.systems import build_system
 
-BOTH = "both"
 DOTS_PER_INCH = 80
-
-
-@dataclass(frozen=True, slots=True)
-class ModelRunRequest:
-    """What ``bigant model run`` was asked for."""
-
-    system: str
-    legs: int | None
-    gait: str | None
-    robot: Path | None
-    cycles: float | None
-    law: str
-    tilt_coupling: bool
-    out: Path | None
-    json: bool
 
 
 def run_model(request: ModelRunRequest) -> ExitCode:
@@ -47,18 +32,13 @@ def run_model(request: ModelRunRequest) -> ExitCode:
         RecordError: A picture that cannot be written.
     """
     check_room(request.out, "--out", ".html", ".png")
-    laws = tuple(FrictionLaw) if request.law == BOTH else (FrictionLaw(request.law),)
+    laws = tuple(FrictionLaw) if request.law == "both" else (FrictionLaw(request.law),)
     predictions = []
     for law in laws:
         system = build_system(
-            request.system,
-            legs=request.legs,
-            gait=request.gait,
-            cycles=request.cycles,
-            robot_file=request.robot,
-            law=law,
-            tilt_coupling=request.tilt_coupling,
-        )
+            request.system, legs=request.legs, gait=request.gait, cycles=request.cycles,
+            robot_file=request.robot, law=law, tilt_coupling=request.tilt_coupling,
+        )  # fmt: skip
         predictions.append(predict(system, law=law, tilt_coupling=request.tilt_coupling))
     rows = prediction_rows(predictions)
     out = request.out
@@ -93,41 +73,11 @@ REASON_WORDS = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class PredictionSummary:
-    """Figures of one prediction.
+def summarise_prediction(prediction: Prediction) -> dict[str, Any]:
+    """Return the figures of a prediction, with their units in their names.
 
-    Attributes:
-        law: Friction law.
-        frames: Number of frames.
-        duration_s: Length of the motion.
-        distance_m: Straight from the first to the last point.
-        forward_m: The same along the first heading.
-        mean_speed_m_s: Forward way over the duration.
-        turn_rad: Change of heading.
-        slip_percentiles_m_s: 5 and 95 % of the forward slip of loaded feet.
-        loaded_feet: Mean number of loaded feet.
-        climb_m: Change of the body's height from the first to the last frame with an answer.
-        without_answer: Number of frames by reason, most frequent first.
-        not_unique: Frames where forces or velocity are one choice among many.
-    """
-
-    law: str
-    frames: int
-    duration_s: float
-    distance_m: float
-    forward_m: float
-    mean_speed_m_s: float
-    turn_rad: float
-    slip_percentiles_m_s: tuple[float, ...]
-    loaded_feet: float
-    climb_m: float
-    without_answer: tuple[tuple[str, int], ...]
-    not_unique: int
-
-
-def summarise_prediction(prediction: Prediction) -> PredictionSummary:
-    """Work out the figures.
+    Forward is along the first heading; ``without_answer`` counts frames by reason, most frequent first,
+    and ``not_unique`` those where forces or velocity are one choice among many.
 
     Raises:
         ModelError: No frame has an answer.
@@ -135,29 +85,28 @@ def summarise_prediction(prediction: Prediction) -> PredictionSummary:
     system, solutions = prediction.system, prediction.solutions
     valid = solutions.valid
     reasons = Counter(int(value) for value in solutions.reason[~valid])
-    missing = tuple((REASON_WORDS[Reason(key)], count) for key, count in reasons.most_common())
+    missing = [(REASON_WORDS[Reason(key)], count) for key, count in reasons.most_common()]
     if not valid.any():
         words = "; ".join(reason for reason, _ in missing)
         raise ModelError(f"{system.name}: no frame has an answer: {words}")
-    duration = system.frames * system.step_s
-    way = prediction.poses[-1] - prediction.poses[0]
+    duration_s = system.frames * system.step_s
+    x, y, turn = (prediction.poses[-1] - prediction.poses[0]).tolist()
     loaded = solutions.contact & valid[:, None]
-    slip = np.percentile(solutions.slip_B[..., 0][loaded], SLIP_PERCENTILES)
     height = solutions.pose[valid, 2]
-    return PredictionSummary(
-        law=prediction.law.value,
-        frames=system.frames,
-        duration_s=duration,
-        distance_m=float(np.hypot(way[0], way[1])),
-        forward_m=float(way[0]),
-        mean_speed_m_s=float(way[0]) / duration,
-        turn_rad=float(way[2]),
-        slip_percentiles_m_s=tuple(float(value) for value in slip),
-        loaded_feet=float(loaded.sum() / valid.sum()),
-        climb_m=float(height[-1] - height[0]),
-        without_answer=missing,
-        not_unique=int((valid & ~solutions.unique).sum()),
-    )
+    return {
+        "law": prediction.law.value,
+        "frames": system.frames,
+        "duration_s": duration_s,
+        "distance_m": np.hypot(x, y),
+        "forward_m": x,
+        "mean_speed_m_s": x / duration_s,
+        "turn_rad": turn,
+        "slip_percentiles_m_s": np.percentile(solutions.slip_B[..., 0][loaded], SLIP_PERCENTILES),
+        "loaded_feet": loaded.sum() / valid.sum(),
+        "climb_m": height[-1] - height[0],
+        "without_answer": missing,
+        "not_unique": int((valid & ~solutions.unique).sum()),
+    }
 
 
 def prediction_rows(predictions: Sequence[Prediction]) -> list[tuple[str, str]]:
@@ -169,19 +118,19 @@ def prediction_rows(predictions: Sequence[Prediction]) -> list[tuple[str, str]]:
     ]
     for prediction in predictions:
         s = summarise_prediction(prediction)
-        low, high = s.slip_percentiles_m_s
-        missing = ", ".join(f"{count}: {words}" for words, count in s.without_answer)
+        low, high = s["slip_percentiles_m_s"]
+        missing = ", ".join(f"{count}: {words}" for words, count in s["without_answer"])
         rows += [
-            ("friction law", s.law),
-            ("mean speed", f"{s.mean_speed_m_s * 1e3:.1f} mm/s forward"),
-            ("distance", f"{s.distance_m:.3f} m, forward {s.forward_m:.3f} m"),
-            ("turned", f"{np.degrees(s.turn_rad):z.1f} deg"),
+            ("friction law", s["law"]),
+            ("mean speed", f"{s['mean_speed_m_s'] * 1e3:.1f} mm/s forward"),
+            ("distance", f"{s['distance_m']:.3f} m, forward {s['forward_m']:.3f} m"),
+            ("turned", f"{np.degrees(s['turn_rad']):z.1f} deg"),
             ("forward slip of loaded feet", f"5% {low * 1e3:.1f}  95% {high * 1e3:.1f} mm/s"),
-            ("loaded feet", f"{s.loaded_feet:.2f} on average"),
+            ("loaded feet", f"{s['loaded_feet']:.2f} on average"),
         ]
         if system.ground_m is not None:
-            rows.append(("climbed", f"{s.climb_m * 1e3:.1f} mm"))
+            rows.append(("climbed", f"{s['climb_m'] * 1e3:.1f} mm"))
         rows.append(("frames without an answer", missing or "none"))
-        if s.not_unique:
-            rows.append(("frames with forces or velocity not unique", str(s.not_unique)))
+        if s["not_unique"]:
+            rows.append(("frames with forces or velocity not unique", str(s["not_unique"])))
     return rows

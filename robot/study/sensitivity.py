@@ -8,39 +8,76 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from model.errors import ConfigError
+from model.errors import ConfigError, ModelError
 from model.fit.result import FitResult
-from model.quasistatic.frames import FrictionLaw
+from model.quasistatic.frames import FrictionLaw, solve_frames
+from model.traction.force_scale import force_scale
+from model.values.arrays import BoolArray, FloatArray
+from model.values.parameters import ContactParameters
 from record.log.reader import read_log
 from record.whole_file import check_room, writing
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json
 from robot.console.table import Column, table_lines
-from robot.report.contact_fit import NAIVE_STIFFNESS, Fits, fit_contact
 from robot.report.pictures import DOTS_PER_INCH
 from robot.report.plots import PREDICTED, STYLE, TRUE
-from robot.report.walk_frames import WalkFrames, halves, joined, walk_frames
-from robot.study.sensitivity_table import PAPER_CHANGE, QUANTITIES, UNITS, Sensitivity, compare
+from robot.report.walk_frames import (
+    NAIVE_MU,
+    NAIVE_STIFFNESS,
+    Fits,
+    WalkFrames,
+    fit_contact,
+    halves,
+    joined,
+    walk_frames,
+)
+from robot.requests.model import ModelSensitivityRequest
 
+QUANTITIES = ("heading", "side", "turning", "roll", "pitch", "Fx", "Fy", "Fz")
+UNITS = ("mm/s", "mm/s", "mrad/s", "mrad", "mrad", "N", "N", "N")
+TO_UNITS = np.array([1e3, 1e3, 1e3, 1e3, 1e3, 1.0, 1.0, 1.0])
+# How the paper's errors changed from fitted to naive parameters [%] (sec:tripod).
+PAPER_CHANGE = (14.0, -5.5, 1.5, -22.0, 24.0, 4.0, 3.0, 2.0)
 TABLE = (
     Column("RMSE"), Column(""), Column("fitted", ".3f", 8), Column("naive", ".3f", 8),
     Column("change, %", "+.1f"), Column("paper, %", "+.1f"),
 )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
-class SensitivityRequest:
-    """What ``bigant model sensitivity`` was asked for."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Sensitivity:
+    """Errors of the model on frames that it was not fitted to, in the units of ``UNITS``.
 
-    logs: list[Path]
-    form: int
-    law: str
-    rest_mm_s: float
-    out: Path | None
-    json: bool
+    Attributes:
+        fitted: RMSE under fitted parameters, (8,), in the order of ``QUANTITIES``.
+        naive: Under naive parameters, (8,).
+        frames: Frames judged.
+        without_answer: Frames left out because either model had none.
+        clamped: Frames whose force scale would have been negative, fitted and naive.
+    """
+
+    fitted: FloatArray
+    naive: FloatArray
+    frames: int
+    without_answer: int
+    clamped: tuple[int, int]
+
+    @property
+    def change(self) -> FloatArray:
+        """Change from fitted to naive, (8,) [%]; NaN where the fitted error is 0."""
+        there = self.fitted > 0
+        ratio = np.divide(self.naive, self.fitted, out=np.full(8, np.nan), where=there)
+        percent: FloatArray = 100 * (ratio - 1)
+        return percent
+
+    @property
+    def rows(self) -> list[tuple[object, ...]]:
+        """Each quantity: its name, unit, fitted and naive RMSE, change and the paper's change [%]."""
+        columns = (QUANTITIES, UNITS, self.fitted, self.naive, self.change, PAPER_CHANGE)
+        return list(zip(*columns, strict=True))
 
 
-def judge_sensitivity(request: SensitivityRequest) -> ExitCode:
+def judge_sensitivity(request: ModelSensitivityRequest) -> ExitCode:
     """Fit to the first half, judge on the rest, print and draw.
 
     Raises:
@@ -53,10 +90,8 @@ def judge_sensitivity(request: SensitivityRequest) -> ExitCode:
     first = len(walks) // 2
     if first:
         fitted_to, judged_by = joined(walks[:first]), joined(walks[first:])
-        parts = [
-            ", ".join(path.name for path in some)
-            for some in (request.logs[:first], request.logs[first:])
-        ]
+        file_names = [path.name for path in request.logs]
+        parts = [", ".join(file_names[:first]), ", ".join(file_names[first:])]
     else:
         fitted_to, judged_by = halves(walks[0])
         parts = [f"earlier half of {request.logs[0].name}", "its later half"]
@@ -69,7 +104,7 @@ def judge_sensitivity(request: SensitivityRequest) -> ExitCode:
     )
     found = compare(judged_by, fits)
     if request.json:
-        print_json(as_json(fits, found, fitted_to.count, parts))
+        print_json(_as_json(fits, found, fitted_to.count, parts))
     else:
         print(f"fitted to {parts[0]}, {fitted_to.count} frames; weight {fits.weight_n:.2f} N")
         print(f"judged by {parts[1]}, {found.frames} frames; none of them fitted to")
@@ -90,19 +125,15 @@ def _read(paths: Sequence[Path]) -> tuple[tuple[str, ...], list[WalkFrames]]:
     for path in paths:
         log = read_log(path)
         if names and log.names != names:
-            raise ConfigError(
-                "LOG", f"{path.name} has legs {log.names}, {paths[0].name} has {names}"
-            )
+            words = f"{path.name} has legs {log.names}, {paths[0].name} has {names}"
+            raise ConfigError("LOG", words)
         names = log.names
         walks.append(walk_frames(log, path.name))
     return names, walks
 
 
 def _table(found: Sensitivity) -> list[str]:
-    rows = zip(
-        QUANTITIES, UNITS, found.fitted, found.naive, found.change, PAPER_CHANGE, strict=True
-    )
-    lines = table_lines(TABLE, list(rows))
+    lines = table_lines(TABLE, found.rows)
     lines.append("change: from fitted to naive; + means that fitting helped")
     if found.without_answer:
         lines.append(f"{found.without_answer} frames left out: the model has no answer there")
@@ -121,9 +152,7 @@ def _parameters(fits: Fits) -> list[str]:
     rows = [
         (name, value, f"+- {error:.2g}" if np.isfinite(error) else "not determined by these data")
         for _, result in results
-        for name, value, error in zip(
-            result.names, result.values, result.standard_errors, strict=True
-        )
+        for name, value, error in _values(result)
     ]
     lines += table_lines((Column(""), Column("", ".4g"), Column("")), rows, "  ")
     lines.append("standard errors take frames for independent; those of a log are not")
@@ -139,20 +168,9 @@ def _parameters(fits: Fits) -> list[str]:
     return lines
 
 
-def as_json(
+def _as_json(
     fits: Fits, found: Sensitivity, fitted_to: int, parts: Sequence[str]
 ) -> dict[str, object]:
-    """Return everything the command found, for ``print_json``.
-
-    Args:
-        fits: Fitted parameters.
-        found: Errors of both.
-        fitted_to: Number of frames fitted to.
-        parts: Names of what was fitted to and what was judged by.
-    """
-    rows = zip(
-        QUANTITIES, UNITS, found.fitted, found.naive, found.change, PAPER_CHANGE, strict=True
-    )
     keys = ("quantity", "unit", "fitted", "naive", "change_percent", "paper_change_percent")
     return {
         "law": fits.law.value,
@@ -162,7 +180,7 @@ def as_json(
             "frames": found.frames,
             "without_answer": found.without_answer,
         },
-        "rmse": [dict(zip(keys, row, strict=True)) for row in rows],
+        "rmse": [dict(zip(keys, row, strict=True)) for row in found.rows],
         "stiffness": _result(fits.stiffness),
         "friction": _result(fits.friction),
     }
@@ -170,9 +188,8 @@ def as_json(
 
 def _result(result: FitResult) -> dict[str, object]:
     keys = ("name", "value", "standard_error")
-    values = zip(result.names, result.values, result.standard_errors, strict=True)
     return {
-        "parameters": [dict(zip(keys, row, strict=True)) for row in values],
+        "parameters": [dict(zip(keys, row, strict=True)) for row in _values(result)],
         "residual_rms": result.residual_rms,
         "frames_used": result.frames_used,
         "left_out": [{"why": why, "count": count} for why, count in result.left_out],
@@ -180,6 +197,11 @@ def _result(result: FitResult) -> dict[str, object]:
         "warnings": result.warnings,
         "converged": result.converged,
     }
+
+
+def _values(result: FitResult) -> list[tuple[str, float, float]]:
+    """Name, value and standard error of each parameter."""
+    return list(zip(result.names, result.values, result.standard_errors, strict=True))
 
 
 def _drawing(found: Sensitivity) -> Figure:
@@ -208,3 +230,52 @@ def _drawing(found: Sensitivity) -> Figure:
         ax.set_title("naive against fitted parameters, on frames not fitted to", loc="left")
         ax.legend()
     return figure
+
+
+def compare(walk: WalkFrames, fits: Fits) -> Sensitivity:
+    """Judge fitted and naive parameters on the same frames.
+
+    Raises:
+        ModelError: The model has an answer for none of them.
+    """
+    legs = walk.feet.shape[1]
+    naive = ContactParameters(
+        np.full(legs, NAIVE_STIFFNESS * fits.weight_n),
+        np.full(legs, NAIVE_MU),
+        np.zeros((legs, 2)),
+    )
+    (fitted, known, fitted_clamped), (poor, known_too, naive_clamped) = (
+        _errors(walk, contact, fits) for contact in (fits.contact, naive)
+    )
+    both = known & known_too
+    if not both.any():
+        raise ModelError("the model has no answer for any of the frames to judge by")
+    rmse = [
+        TO_UNITS * [np.sqrt(np.mean(error[both] ** 2)) for error in errors]
+        for errors in (fitted, poor)
+    ]
+    return Sensitivity(
+        fitted=rmse[0],
+        naive=rmse[1],
+        frames=int(both.sum()),
+        without_answer=int((~both).sum()),
+        clamped=(int(fitted_clamped[both].sum()), int(naive_clamped[both].sum())),
+    )
+
+
+def _errors(
+    walk: WalkFrames, contact: ContactParameters, fits: Fits
+) -> tuple[list[FloatArray], BoolArray, BoolArray]:
+    """Error of each quantity by frame (or frame and foot), which frames have one, which were clamped."""
+    solved = solve_frames(walk.motion, contact, fits.weight_n, law=fits.law)
+    if fits.law is FrictionLaw.VISCOUS:
+        fitted = force_scale(solved.force_xy_B, walk.force[..., :2])
+        scale, clamped = fitted.scale, fitted.clamped
+    else:  # Coulomb's forces are in newtons
+        scale, clamped = np.ones(walk.count), np.zeros(walk.count, dtype=bool)
+    velocity = solved.velocity_B - walk.velocity
+    horizontal = scale[:, None, None] * solved.force_xy_B - walk.force[..., :2]
+    tilt = solved.pose[:, 1::-1] - walk.slope
+    vertical = solved.load_n - walk.force[..., 2]
+    errors = [*velocity.T, *tilt.T, horizontal[..., 0], horizontal[..., 1], vertical]
+    return errors, solved.valid & np.isfinite(scale), clamped

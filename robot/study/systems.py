@@ -1,5 +1,6 @@
 """Named systems for the command line: which options each one takes, and BigANT from its robot file."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -14,19 +15,16 @@ from model.systems.system import System, even_times
 from model.values.parameters import RobotParameters
 from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
 
-RATE_HZ = 100.0
 DEFAULT_CYCLES = {
-    "bigant": 4.0,
-    "disk": 4.0,
-    "multipod": 4.0,
-    "quadruped": 9.0,
-    "stairs": 15.0,
-    "slither": 4.0,
-}
+    "bigant": 4.0, "disk": 4.0, "multipod": 4.0, "quadruped": 9.0, "stairs": 15.0, "slither": 4.0
+}  # fmt: skip
 MOST_CYCLES = 1000.0
 BODY_MARGIN_M = 0.03  # of the drawn body around the shafts
 SHAFT_SHARE = 0.7  # of the shafts' distance from the middle that the drawn body reaches
-WITH_LEGS = ("disk", "multipod", "slither")
+# Systems of any number of legs, with the usual one.
+WITH_LEGS: dict[str, tuple[Callable[..., System], int]] = {
+    "disk": (disk.disk, 6), "multipod": (multipod.multipod, 6), "slither": (slither.slither, 16)
+}  # fmt: skip
 
 
 def build_system(
@@ -39,10 +37,10 @@ def build_system(
     law: FrictionLaw = FrictionLaw.VISCOUS,
     tilt_coupling: bool = False,
 ) -> System:
-    """Build a system by name; None takes the system's own default.
+    """Build a system by name, one of ``DEFAULT_CYCLES``; None takes the system's own default.
 
     Args:
-        name: One of ``DEFAULT_CYCLES``.
+        name: Of the system.
         legs: Number of legs or contacts.
         gait: BigANT's gait.
         cycles: Length of the motion in gait cycles.
@@ -68,33 +66,24 @@ def build_system(
     if name == "bigant":
         robot = load_robot(DEFAULT_ROBOT_FILE if robot_file is None else robot_file)
         return bigant(robot.parameters, robot.name, gait or "tripod", length)
-    if name == "disk":
-        return disk.disk(6 if legs is None else legs, cycles=length)
-    if name == "multipod":
-        return multipod.multipod(6 if legs is None else legs, cycles=length)
-    if name == "slither":
-        return slither.slither(16 if legs is None else legs, cycles=length)
+    if name in WITH_LEGS:
+        make, usual = WITH_LEGS[name]
+        return make(usual if legs is None else legs, cycles=length)
     if name == "stairs":
-        return stairs.climb(cycles=length, law=law, tilt_coupling=tilt_coupling).system
+        return stairs.climb(cycles=length, law=law, tilt_coupling=tilt_coupling)
     frames = round(length / DEFAULT_CYCLES["quadruped"] * quadruped.FRAMES)
-    return quadruped.quadruped(frames=frames)
+    return quadruped.quadruped(frames)
 
 
 def bigant(robot: RobotParameters, robot_name: str, gait_name: str, cycles: float) -> System:
-    """BigANT, or any robot with its file, walking straight ahead.
-
-    Args:
-        robot: From the robot file.
-        robot_name: Its name.
-        gait_name: tripod or metachronal.
-        cycles: Length of the motion.
+    """BigANT, or any robot with its file, walking straight ahead for so many cycles of a named gait.
 
     Raises:
         ConfigError: There is no such gait.
         ModelError: The motion is too short.
     """
     gait = make_gait(gait_name, robot)
-    time_s = even_times(cycles / gait.frequency_hz, RATE_HZ)
+    time_s = even_times(cycles / gait.frequency_hz)
     shafts = gait.motion(gait.start_phase + gait.frequency_hz * time_s, 0.0)
     feet = Linkage(robot.linkage, robot.legs.shaft_position).feet(
         shafts.angle_rad, shafts.slope * gait.frequency_hz

@@ -24,7 +24,7 @@ from model.values.parameters import ContactParameters
 from model.values.tick import Mode
 from record.log.recording import Recording
 from robot.config.robot_file import RobotConfig, load_robot, parse_robot
-from robot.report.run_totals import true_forward_slip
+from robot.report.run_totals import true_forward_slip, unwrap_known
 
 FILTER_WINDOW, FILTER_ORDER = 25, 2
 TIMED = 5
@@ -105,10 +105,7 @@ class WalkComparison:
 
 
 def compare_walk(log: Recording) -> WalkComparison:
-    """Run both laws over the walking part of a recording.
-
-    Args:
-        log: A walk, virtual or real.
+    """Run both laws over the walking part of a recording, virtual or real.
 
     Raises:
         ModelError: There is no walking in it, or too little to filter.
@@ -119,8 +116,7 @@ def compare_walk(log: Recording) -> WalkComparison:
         raise ModelError(
             f"the recording holds {len(walking)} walking ticks; at least {FILTER_WINDOW} are needed"
         )
-    feet = _feet(log, config)
-    feet = FootMotion(feet.position_m[walking], feet.velocity_m_s[walking])
+    feet = FootMotion(*(values[walking] for values in _feet(log, config)))
     tilt = _tilt(log)[walking]
     t_s = log.t_s[walking]
     start = np.array([*log.truth_position_W[walking[0], :2], tilt[0, 2]])
@@ -173,16 +169,14 @@ def _solve(
     return solved, 1e6 * float(np.median(times_s)) / len(feet.position_m)
 
 
-def _feet(log: Recording, config: RobotConfig) -> FootMotion:
-    """Feet in the body from the shaft angles, velocities as in the paper's setup."""
+def _feet(log: Recording, config: RobotConfig) -> tuple[FloatArray, FloatArray]:
+    """Positions of the feet in the body from the shaft angles, velocities as in the paper's setup."""
     parameters = config.parameters
     linkage = Linkage(parameters.linkage, parameters.legs.shaft_position)
     position = linkage.feet(log.angle_rad, np.zeros_like(log.angle_rad)).position_m
     period_s = float(np.median(np.diff(log.t_s)))
-    velocity = savgol_filter(
-        position, FILTER_WINDOW, FILTER_ORDER, deriv=1, delta=period_s, axis=0
-    )  # fmt: skip
-    return FootMotion(position, velocity)
+    velocity = savgol_filter(position, FILTER_WINDOW, FILTER_ORDER, deriv=1, delta=period_s, axis=0)
+    return position, velocity
 
 
 def _tilt(log: Recording) -> FloatArray:
@@ -192,7 +186,7 @@ def _tilt(log: Recording) -> FloatArray:
     if known.any():
         turned = Rotation.from_quat(log.truth_quaternion_xyzw[known])
         tilt[known] = turned.as_euler("ZYX")[:, ::-1]
-        tilt[known, 2] = np.unwrap(tilt[known, 2])
+    tilt[:, 2] = unwrap_known(tilt[:, 2])
     return tilt
 
 

@@ -1,10 +1,11 @@
-"""Root-mean-square errors of a compared walk, component by component, as a table."""
+"""Components of a compared walk, and their root-mean-square errors as a table."""
 
 from dataclasses import astuple, dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from model.values.arrays import FloatArray, root_mean_square
+from model.values.arrays import FloatArray, known_mean, root_mean_square
 from robot.console.table import Column, table_lines
 from robot.study.walk_comparison import WalkComparison
 
@@ -12,20 +13,30 @@ COLUMNS = (
     Column("component"), Column("unit"),
     *(Column(name, ".2f") for name in ("spread", "viscous", "Coulomb", "support", "laws apart")),
 )  # fmt: skip
+PAPER_VISCOUS_US, PAPER_COULOMB_US = 190.0, 10_400.0
+UNKNOWN = np.full(1, np.nan)  # of any length: what a model does not predict
+
+
+class Component(NamedTuple):
+    """One component of a walk, true and predicted, in ``unit``: (F,), or of each foot (F, N).
+
+    What a model does not predict is ``UNKNOWN``.
+    """
+
+    name: str
+    unit: str
+    true: FloatArray
+    viscous: FloatArray = UNKNOWN
+    coulomb: FloatArray = UNKNOWN
+    support: FloatArray = UNKNOWN
 
 
 @dataclass(frozen=True, slots=True)
 class ComponentError:
-    """Errors of one component over a walk; NaN where a model does not predict it.
+    """RMS errors of one component over a walk, in ``unit``; NaN where a model does not predict it.
 
-    Attributes:
-        component: Its name.
-        unit: Unit of all figures.
-        spread: RMS of the true values about their mean: what predicting a constant would miss.
-        viscous: RMS error of the viscous-Coulomb ansatz.
-        coulomb: RMS error of Coulomb's law.
-        support: RMS error of the spring support model.
-        apart: RMS difference of the two laws.
+    ``spread`` is that of the true values about their mean: what predicting a constant would miss; ``apart``
+    is that of one law against the other.
     """
 
     component: str
@@ -37,79 +48,54 @@ class ComponentError:
     apart: float
 
 
-PAPER_VISCOUS_US, PAPER_COULOMB_US = 190.0, 10_400.0
+def components(walk: WalkComparison) -> dict[str, Component]:
+    """Return body velocity, tilt, horizontal forces and the share of each foot in Fz, by name."""
+    laws = (walk.viscous, walk.coulomb)
+    found: list[Component] = []
+    swayed: list[Component] = []
+    for k, (name, unit) in enumerate((("vx", "mm/s"), ("vy", "mm/s"), ("yaw rate", "mrad/s"))):
+        curves = (walk.velocity_B, *(law.velocity_B for law in laws))
+        true, *predicted = (1e3 * velocity[:, k] for velocity in curves)
+        found.append(Component(name, unit, true, *predicted))
+        if k < 2:
+            with_sway = (velocity + 1e3 * walk.sway_B[:, k] for velocity in predicted)
+            swayed.append(Component(f"{name} + sway", unit, true, *with_sway))
+    found += swayed
+    for k, name in enumerate(("roll", "pitch")):
+        tilt, support = 1e3 * walk.tilt_rad[:, k], 1e3 * walk.support_tilt_rad[:, k]
+        found.append(Component(name, "mrad", tilt, support=support))
+    for k, name in enumerate(("Fx", "Fy")):
+        predicted = [law.force_xy_B[..., k] for law in laws]
+        found.append(Component(name, "N", walk.force_n[..., k], *predicted))
+    true, support = 1e2 * walk.true_share, 1e2 * walk.load_share
+    found.append(Component("Fz share", "%", true, support=support))
+    return {one.name: one for one in found}
 
 
-def component_errors(walk: WalkComparison) -> tuple[ComponentError, ...]:
-    """Return the errors of body velocity, tilt and forces; forces over all feet together."""
-    none = np.full(1, np.nan)
-    true, viscous, coulomb, sway = (
-        1e3 * array
-        for array in (
-            walk.velocity_B, walk.viscous.velocity_B, walk.coulomb.velocity_B, walk.sway_B
+def component_errors(walk: WalkComparison) -> dict[str, ComponentError]:
+    """Return the errors of each component by name; forces over all feet together."""
+    return {
+        name: ComponentError(
+            name,
+            one.unit,
+            spread=_rms(one.true - known_mean(one.true)),
+            viscous=_rms(one.viscous - one.true),
+            coulomb=_rms(one.coulomb - one.true),
+            support=_rms(one.support - one.true),
+            apart=_rms(one.viscous - one.coulomb),
         )
-    )  # fmt: skip
-    velocity = tuple(enumerate((("vx", "mm/s"), ("vy", "mm/s"), ("yaw rate", "mrad/s"))))
-    rows = [
-        _row(name, unit, true[:, k], viscous[:, k], coulomb[:, k], none)
-        for k, (name, unit) in velocity
-    ]
-    rows += [
-        _row(f"{name} + sway", unit, true[:, k], viscous[:, k] + sway[:, k],
-             coulomb[:, k] + sway[:, k], none)
-        for k, (name, unit) in velocity[:2]
-    ]  # fmt: skip
-    rows += [
-        _row(name, "mrad", 1e3 * walk.tilt_rad[:, k], none, none, 1e3 * walk.support_tilt_rad[:, k])
-        for k, name in enumerate(("roll", "pitch"))
-    ]
-    viscous, coulomb = walk.viscous.force_xy_B, walk.coulomb.force_xy_B
-    rows += [
-        _row(name, "N", walk.force_n[..., k], viscous[..., k], coulomb[..., k], none)
-        for k, name in enumerate(("Fx", "Fy"))
-    ]
-    rows.append(_row("Fz share", "%", 1e2 * walk.true_share, none, none, 1e2 * walk.load_share))
-    return tuple(rows)
-
-
-def _row(
-    name: str,
-    unit: str,
-    true: FloatArray,
-    viscous: FloatArray,
-    coulomb: FloatArray,
-    support: FloatArray,
-) -> ComponentError:
-    return ComponentError(
-        name,
-        unit,
-        spread=_rms(true - _mean(true)),
-        viscous=_rms(viscous - true),
-        coulomb=_rms(coulomb - true),
-        support=_rms(support - true),
-        apart=_rms(viscous - coulomb),
-    )
+        for name, one in components(walk).items()
+    }
 
 
 def _rms(values: FloatArray) -> float:
-    """Over frames and feet together."""
     return float(root_mean_square(values.ravel()))
-
-
-def _mean(values: FloatArray) -> float:
-    known = values[np.isfinite(values)]
-    return float(known.mean()) if len(known) else np.nan
-
-
-def error_of(errors: tuple[ComponentError, ...], component: str) -> ComponentError:
-    """Return the row of a component."""
-    return next(row for row in errors if row.component == component)
 
 
 def error_table(walk: WalkComparison) -> tuple[str, ...]:
     """Return the table as lines of text: RMS, a dash where a model says nothing."""
     lines = [f"{walk.gait}, {len(walk.t_s)} frames, {np.ptp(walk.phase):.1f} cycles"]
-    lines += table_lines(COLUMNS, [astuple(row) for row in component_errors(walk)])
+    lines += table_lines(COLUMNS, [astuple(row) for row in component_errors(walk).values()])
     lines.append(
         f"time a frame, in a batch: viscous {walk.viscous.frame_us:.1f} us, Coulomb "
         f"{walk.coulomb.frame_us:.1f} us (the paper, tripod: {PAPER_VISCOUS_US:.0f} and "

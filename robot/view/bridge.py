@@ -7,7 +7,6 @@ import importlib
 import sys
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Self
@@ -18,6 +17,7 @@ from record.log.cdr import CdrWriter
 from record.log.follow import LogFollower
 from record.log.reader import LogContents, TopicMessage, read_messages
 from robot.console.exit_codes import ExitCode
+from robot.requests.single import BridgeRequest
 from robot.view.log_source import be_nice, followed, log_path, paced
 
 QUEUE = 10
@@ -25,16 +25,6 @@ CLOCK_TOPIC, CLOCK_TYPE = "/clock", "rosgraph_msgs/msg/Clock"
 # ROS expects these where they are, whatever a robot's own topics are put below.
 GLOBAL = frozenset({"/tf", CLOCK_TOPIC})
 OURS = "bigant_msgs"  # no package of ROS; the log keeps it
-
-
-@dataclass(frozen=True, slots=True)
-class BridgeRequest:
-    """Options of ``bigant bridge``."""
-
-    path: Path | None
-    live: bool
-    speed: float
-    prefix: str
 
 
 def bridge(request: BridgeRequest) -> ExitCode:
@@ -146,8 +136,6 @@ def _message_class(kind: str) -> Any:
 
 def _clock(unix_ns: int) -> bytes:
     """rosgraph_msgs/msg/Clock."""
-    seconds, nanoseconds = divmod(unix_ns, 10**9)
     w = CdrWriter()
-    w.i32(seconds)
-    w.u32(nanoseconds)
+    w.record("iI", *divmod(unix_ns, 10**9))
     return w.done()

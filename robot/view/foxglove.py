@@ -4,7 +4,7 @@ The server binds to the loopback address by default. From another computer: ``ss
 """
 
 import contextlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -31,40 +31,32 @@ from foxglove.messages import (
     Vector3,
 )
 
-from model.errors import ConfigError, RecordError
+from model.errors import ConfigError
 from model.values.arrays import FloatArray
 from model.values.parameters import RobotParameters
 from model.values.tick import Tick
-from robot.view.frames import (
-    BODY_FRAME,
-    MAP_FRAME,
-    ODOM_FRAME,
-    TRUE_FRAME,
-    FrameTracker,
-    Transform,
-)
-from robot.view.numbers import NewsTracker, Numbers, fields_of, numbers_of
+from record.whole_file import writing
+from robot.view.frames import BODY_FRAME, TRUE_FRAME
+from robot.view.numbers import Numbers, known, numbers_of
 from robot.view.scene import (
-    ESTIMATED,
     MEASURED,
     PREDICTED,
     Arrow,
     Colour,
-    Dot,
     LegScene,
-    Strip,
     body_of,
     legs_of,
     turn_from_x,
 )
+from robot.view.viewer import Viewer
 
 SCENE_TOPIC, TRAJECTORY_TOPIC, FRAMES_TOPIC, NEWS_TOPIC = "/robot", "/trajectory", "/tf", "/log"
-TRAJECTORY_PERIOD_NS = 500_000_000
 LINK_M, FOOT_M, SHAFT_M, HEAD_M = 0.006, 0.018, 0.006, 0.014
+NO_TURN = np.array([0.0, 0.0, 0.0, 1.0])
 GHOST = 0.25  # opacity of the body where the truth is
 
 
-class FoxgloveView:
+class FoxgloveView(Viewer):
     """Publishes ticks.
 
     Args:
@@ -80,12 +72,8 @@ class FoxgloveView:
     def __init__(
         self, parameters: RobotParameters, save: Path | None, serve: tuple[str, int] | None
     ) -> None:
-        self._parameters = parameters
-        self._names = parameters.legs.names
+        super().__init__(parameters)
         self._context = Context()
-        self._frames = FrameTracker()
-        self._news = NewsTracker()
-        self._next_trajectory_ns = 0
         self._scene = SceneUpdateChannel(SCENE_TOPIC, context=self._context)
         self._trajectory = SceneUpdateChannel(TRAJECTORY_TOPIC, context=self._context)
         self._transforms = FrameTransformsChannel(FRAMES_TOPIC, context=self._context)
@@ -94,12 +82,8 @@ class FoxgloveView:
         self._file: Any = None
         self._server: Any = None
         if save is not None:
-            try:
+            with writing(save, "--save"):
                 self._file = open_mcap(save, allow_overwrite=True, context=self._context)
-            except OSError as error:
-                raise RecordError(
-                    f"{save} cannot be written: {error}; choose another --save"
-                ) from error
         if serve is not None:
             host, port = serve
             try:
@@ -112,11 +96,7 @@ class FoxgloveView:
                     "--host, --port",
                     f"{host}:{port} cannot be listened at ({error}); choose others",
                 ) from error
-
-    @property
-    def port(self) -> int:
-        """Port of the server, 0 without one."""
-        return 0 if self._server is None else int(self._server.port)
+            self.port = int(self._server.port)
 
     @property
     def watched(self) -> bool:
@@ -124,8 +104,8 @@ class FoxgloveView:
         return bool(self._scene.has_sinks())
 
     def note(self, tick: Tick, unix_ns: int) -> None:
-        """Publish what is new in a tick: changes of mode and faults. Called for every tick."""
-        for news in self._news.news_of(tick):
+        """Publish what is new in a tick; see ``Viewer``."""
+        for news in self.news.news_of(tick):
             level = LogLevel.Error if news.fault else LogLevel.Info
             message = Log(
                 timestamp=_stamp(unix_ns), level=level, message=news.text, name=news.source
@@ -135,28 +115,38 @@ class FoxgloveView:
     def show(self, tick: Tick, unix_ns: int) -> None:
         """Publish frames, scene and numbers of a tick."""
         stamp = _stamp(unix_ns)
-        transforms = [_transform(found, stamp) for found in self._frames.transforms(tick)]
+        transforms = [
+            FrameTransform(
+                timestamp=stamp,
+                parent_frame_id=found.parent,
+                child_frame_id=found.child,
+                translation=_vector(found.translation),
+                rotation=_quaternion(found.rotation_xyzw),
+            )
+            for found in self.frames.transforms(tick)
+        ]
         self._transforms.log(FrameTransforms(transforms=transforms), log_time=unix_ns)
         self._scene.log(self._scene_of(tick, stamp), log_time=unix_ns)
-        for numbers in numbers_of(tick, self._names):
-            self._channel(numbers.topic).log(_nested(numbers), log_time=unix_ns)
-        if unix_ns >= self._next_trajectory_ns:
-            self._next_trajectory_ns = unix_ns + TRAJECTORY_PERIOD_NS
+        for topic, numbers in numbers_of(tick, self.names):
+            if topic not in self._numbers:
+                schema = _schema(f"bigant{topic}", numbers)
+                self._numbers[topic] = Channel(topic, schema=schema, context=self._context)
+            self._numbers[topic].log(_nested(known(numbers)), log_time=unix_ns)
+        if self.trajectory_due(unix_ns):
             entities = [
-                _path("true", MAP_FRAME, self._frames.true, MEASURED, stamp),
-                _path("dead reckoning", ODOM_FRAME, self._frames.reckoned, PREDICTED, stamp),
-                _path("estimator", ODOM_FRAME, self._frames.estimated, ESTIMATED, stamp),
+                SceneEntity(
+                    timestamp=stamp,
+                    frame_id=frame,
+                    id=name,
+                    lines=[_line(points, colour, thickness=2.0, scale_invariant=True)],
+                )
+                for name, frame, points, colour in self.frames.trajectories()
             ]
             self._trajectory.log(SceneUpdate(entities=entities), log_time=unix_ns)
 
-    def _channel(self, topic: str) -> Channel:
-        if topic not in self._numbers:
-            schema = _schema(f"bigant{topic}", fields_of(topic))
-            self._numbers[topic] = Channel(topic, schema=schema, context=self._context)
-        return self._numbers[topic]
-
     def _scene_of(self, tick: Tick, stamp: Timestamp) -> SceneUpdate:
-        body = body_of(self._parameters)
+        body = body_of(self.parameters)
+        bodies = [(BODY_FRAME, PREDICTED, 0.6), (TRUE_FRAME, MEASURED, GHOST)]
         entities = [
             SceneEntity(
                 timestamp=stamp,
@@ -171,16 +161,10 @@ class FoxgloveView:
                     )
                 ],
             )
-            for frame, colour, alpha in self._bodies(tick)
+            for frame, colour, alpha in bodies[: 1 if tick.inputs.truth is None else 2]
         ]
-        entities += [_leg(leg, stamp) for leg in legs_of(tick, self._parameters)]
+        entities += [_leg(leg, stamp) for leg in legs_of(tick, self.parameters)]
         return SceneUpdate(entities=entities)
-
-    def _bodies(self, tick: Tick) -> list[tuple[str, Colour, float]]:
-        bodies: list[tuple[str, Colour, float]] = [(BODY_FRAME, PREDICTED, 0.6)]
-        if tick.inputs.truth is not None:
-            bodies.append((TRUE_FRAME, MEASURED, GHOST))
-        return bodies
 
     def close(self) -> None:
         """Finish the file and stop the server."""
@@ -194,42 +178,28 @@ class FoxgloveView:
 
 
 def _leg(leg: LegScene, stamp: Timestamp) -> SceneEntity:
+    size = Vector3(x=FOOT_M, y=FOOT_M, z=FOOT_M)
     return SceneEntity(
         timestamp=stamp,
         frame_id=BODY_FRAME,
         id=f"leg {leg.name}",
         frame_locked=True,
-        lines=[_line(strip) for strip in leg.links],
-        spheres=[_sphere(dot) for dot in leg.feet],
+        lines=[_line(strip.points, strip.colour, thickness=LINK_M) for strip in leg.links],
+        spheres=[
+            SpherePrimitive(pose=_pose(dot.place), size=size, color=_colour(dot.colour, 1.0))
+            for dot in leg.feet
+        ],
         arrows=[_arrow(arrow) for arrow in leg.forces],
     )
 
 
-def _path(
-    name: str, frame: str, points: Iterable[FloatArray], colour: Colour, stamp: Timestamp
-) -> SceneEntity:
-    strip = LinePrimitive(
-        type=LinePrimitiveLineType.LineStrip,
-        thickness=2.0,
-        scale_invariant=True,
-        points=[_point(p) for p in points],
-        color=_colour(colour, 1.0),
-    )
-    return SceneEntity(timestamp=stamp, frame_id=frame, id=name, lines=[strip])
-
-
-def _line(strip: Strip) -> LinePrimitive:
+def _line(points: Iterable[FloatArray], colour: Colour, **look: Any) -> LinePrimitive:
     return LinePrimitive(
         type=LinePrimitiveLineType.LineStrip,
-        thickness=LINK_M,
-        points=[_point(p) for p in strip.points],
-        color=_colour(strip.colour, 1.0),
+        points=[Point3(**_named("xyz", point)) for point in points],
+        color=_colour(colour, 1.0),
+        **look,
     )
-
-
-def _sphere(dot: Dot) -> SpherePrimitive:
-    size = Vector3(x=FOOT_M, y=FOOT_M, z=FOOT_M)
-    return SpherePrimitive(pose=_pose(dot.place), size=size, color=_colour(dot.colour, 1.0))
 
 
 def _arrow(arrow: Arrow) -> ArrowPrimitive:
@@ -245,33 +215,23 @@ def _arrow(arrow: Arrow) -> ArrowPrimitive:
     )
 
 
-def _transform(found: Transform, stamp: Timestamp) -> FrameTransform:
-    return FrameTransform(
-        timestamp=stamp,
-        parent_frame_id=found.parent,
-        child_frame_id=found.child,
-        translation=_vector(found.translation),
-        rotation=_quaternion(found.rotation_xyzw),
-    )
-
-
-def _schema(title: str, fields: tuple[tuple[str, bool], ...]) -> dict[str, Any]:
+def _schema(title: str, numbers: Numbers) -> dict[str, Any]:
     """JSON schema of a message of numbers, so that a viewer can offer its fields."""
-    schema: dict[str, Any] = {"type": "object", "title": title, "properties": {}}
-    for name, is_text in fields:
-        group, _, field = name.rpartition(".")
-        properties = schema["properties"]
-        if group:
-            empty = {"type": "object", "properties": {}}
-            properties = properties.setdefault(group, empty)["properties"]
-        properties[field] = {"type": "string" if is_text else "number"}
-    return schema
+    kinds = {
+        name: {"type": "string" if isinstance(value, str) else "number"}
+        for name, value in numbers.items()
+    }
+    properties = {
+        name: kind if "type" in kind else {"type": "object", "properties": kind}
+        for name, kind in _nested(kinds).items()
+    }
+    return {"type": "object", "title": title, "properties": properties}
 
 
-def _nested(numbers: Numbers) -> dict[str, Any]:
+def _nested(values: Mapping[str, Any]) -> dict[str, Any]:
     """Dotted names to the nested message that a viewer's paths go into."""
     message: dict[str, Any] = {}
-    for name, value in numbers.values:
+    for name, value in values.items():
         group, _, field = name.rpartition(".")
         (message.setdefault(group, {}) if group else message)[field] = value
     return message
@@ -282,21 +242,20 @@ def _stamp(unix_ns: int) -> Timestamp:
     return Timestamp(seconds, nanoseconds)
 
 
-def _point(p: FloatArray) -> Point3:
-    return Point3(x=float(p[0]), y=float(p[1]), z=float(p[2]))
+def _named(letters: str, values: FloatArray) -> dict[str, float]:
+    return dict(zip(letters, values.tolist(), strict=True))
 
 
 def _vector(v: FloatArray) -> Vector3:
-    return Vector3(x=float(v[0]), y=float(v[1]), z=float(v[2]))
+    return Vector3(**_named("xyz", v))
 
 
 def _quaternion(q: FloatArray) -> Quaternion:
-    return Quaternion(x=float(q[0]), y=float(q[1]), z=float(q[2]), w=float(q[3]))
+    return Quaternion(**_named("xyzw", q))
 
 
-def _pose(place: FloatArray, turn: FloatArray | None = None) -> Pose:
-    rotation = Quaternion(x=0.0, y=0.0, z=0.0, w=1.0) if turn is None else _quaternion(turn)
-    return Pose(position=_vector(place), orientation=rotation)
+def _pose(place: FloatArray, turn: FloatArray = NO_TURN) -> Pose:
+    return Pose(position=_vector(place), orientation=_quaternion(turn))
 
 
 def _colour(colour: Colour, alpha: float) -> Color:

@@ -8,6 +8,7 @@ from model.motion.se2 import aligning, quaternion_of, yaw_of
 from model.values.arrays import FloatArray
 from model.values.readings import BodyTruth
 from model.values.tick import DeadReckoning, Tick
+from robot.view.scene import ESTIMATED, MEASURED, PREDICTED, Colour
 
 MAP_FRAME, ODOM_FRAME, BODY_FRAME, TRUE_FRAME = "map", "odom", "base_link", "base_link_true"
 # A trajectory gets a new point after this way, and keeps at most so many.
@@ -38,6 +39,14 @@ class FrameTracker:
         self.reckoned: list[FloatArray] = []
         self.true: list[FloatArray] = []
         self.estimated: list[FloatArray] = []
+
+    def trajectories(self) -> tuple[tuple[str, str, list[FloatArray], Colour], ...]:
+        """Return name, frame, points and colour of each trajectory."""
+        return (
+            ("true", MAP_FRAME, self.true, MEASURED),
+            ("dead reckoning", ODOM_FRAME, self.reckoned, PREDICTED),
+            ("estimator", ODOM_FRAME, self.estimated, ESTIMATED),
+        )
 
     def transforms(self, tick: Tick) -> tuple[Transform, ...]:
         """Return the transforms of a tick, and take its places into the trajectories."""
@@ -73,7 +82,7 @@ class FrameTracker:
 def _odom_in_map(truth: BodyTruth, reckoned: DeadReckoning) -> Transform:
     """Put ``odom`` where dead reckoning agrees with the truth."""
     there = np.array([*truth.position_W[:2], yaw_of(truth.quaternion_xyzw)])
-    x, y, yaw = aligning(there, np.array([*reckoned.position_m, reckoned.yaw_rad]))
+    x, y, yaw = aligning(there, reckoned.pose)
     return Transform(MAP_FRAME, ODOM_FRAME, np.array([x, y, 0.0]), quaternion_of(yaw))
 
 

@@ -38,7 +38,13 @@ def layout_text(names: tuple[str, ...]) -> str:
             },
         ),
     )
-    left = _column((scene, 3.0), (_states(), 1.0), (_news(), 1.0))
+    texts = ("/state.mode", "/state.stop_reason", "/estimate.health")
+    states = StateTransitionsPanel(
+        title="Modes and health",
+        config=StateTransitionsConfig(paths=[StateTransitionsSeries(value=path) for path in texts]),
+    )
+    news = LogPanel(title="Faults", config=LogConfig(topic_to_render=NEWS_TOPIC))
+    left = _column((scene, 3.0), (states, 1.0), (news, 1.0))
     velocity = _plot("Forward velocity [m/s]", [
         f"/velocity.{who}.vx_m_s" for who in ("true", "predicted", "estimated")
     ])  # fmt: skip
@@ -73,15 +79,3 @@ def _column(*panels: tuple[BasePanel, float]) -> SplitContainer:
 def _plot(title: str, paths: list[str]) -> PlotPanel:
     series = [PlotSeries(value=path, enabled=True) for path in paths]
     return PlotPanel(title=title, config=PlotConfig(paths=series))
-
-
-def _states() -> StateTransitionsPanel:
-    paths = ("/state.mode", "/state.stop_reason", "/estimate.health")
-    series = [StateTransitionsSeries(value=path) for path in paths]
-    return StateTransitionsPanel(
-        title="Modes and health", config=StateTransitionsConfig(paths=series)
-    )
-
-
-def _news() -> LogPanel:
-    return LogPanel(title="Faults", config=LogConfig(topic_to_render=NEWS_TOPIC))

@@ -1,9 +1,7 @@
-"""The numbers of a tick as a viewer plots them: topic by topic, SI units in the names. Pure.
+"""The numbers of a tick as a viewer plots them: topic by topic, SI units in the names. Pure."""
 
-What is not known is left out of its message, so that a curve has a gap there and not a zero.
-"""
-
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,19 +13,8 @@ from model.values.tick import Tick
 
 VELOCITY = ("vx_m_s", "vy_m_s", "yaw_rate_rad_s")
 FORCE = ("x_n", "y_n", "z_n")
-SERVO = ("angle_rad", "sent_rad", "rate_rad_s", "current_a", "temperature_c", "voltage_v")
-STATE_TEXTS = ("mode", "stop_reason")
-ESTIMATE_TEXTS = ("health", "reason")
-ESTIMATE = ("x_m", "y_m", "yaw_rad", "x_sd_m", "y_sd_m", "yaw_sd_rad", "nis", "rejects")
-STATE = ("late_ms", "busy_ms", "missed", "faults", "gait_phase")
-
-
-@dataclass(frozen=True, slots=True)
-class Numbers:
-    """One message: dotted field names and what they are worth, a number or a text."""
-
-    topic: str
-    values: tuple[tuple[str, float | str], ...]
+# Dotted field names and what they are worth.
+Numbers = dict[str, float | str]
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,83 +26,87 @@ class News:
     fault: bool
 
 
-def numbers_of(tick: Tick, names: tuple[str, ...]) -> Iterator[Numbers]:
-    """Yield all messages of a tick.
+def numbers_of(tick: Tick, names: tuple[str, ...]) -> Iterator[tuple[str, Numbers]]:
+    """Yield topic and message of each group of numbers; every field is there, NaN where it is not known.
 
     Args:
         tick: The tick.
         names: Leg names.
     """
+    estimate, truth, nothing = tick.estimate, tick.inputs.truth, np.full(3, np.nan)
     predicted = tick.contact.traction.velocity_B
-    values = _known("predicted", VELOCITY, predicted)
-    estimate = tick.estimate
-    if estimate is not None:
-        values += _known("estimated", VELOCITY, estimate.velocity_B)
-    truth = tick.inputs.truth
-    if truth is not None:
-        true = np.array([*truth.velocity_B[:2], truth.angular_velocity_B[2]])
-        values += _known("true", VELOCITY, true)
-        values += _known("difference", VELOCITY, predicted - true)
-    yield Numbers("/velocity", values)
-    joints, measured = tick.joints, tick.forces.force_n
-    modelled = tick.contact.traction.force_B
+    true = nothing if truth is None else truth.planar_velocity_B
+    yield (
+        "/velocity",
+        {
+            **_group("predicted", VELOCITY, predicted),
+            **_group("true", VELOCITY, true),
+            **_group("difference", VELOCITY, predicted - true),
+            **_group("estimated", VELOCITY, nothing if estimate is None else estimate.velocity_B),
+        },
+    )
+    joints, measured, modelled = tick.joints, tick.forces.force_n, tick.contact.traction.force_B
     for leg, name in enumerate(names):
-        yield Numbers(
+        yield (
             f"/force/{name}",
-            _known("measured", FORCE, measured[leg])
-            + _known("predicted", FORCE, modelled[leg])
-            + _known("difference", FORCE, modelled[leg] - measured[leg]),
+            {
+                **_group("measured", FORCE, measured[leg]),
+                **_group("predicted", FORCE, modelled[leg]),
+                **_group("difference", FORCE, modelled[leg] - measured[leg]),
+            },
         )
-        shaft = np.array([
-            joints.angle_rad[leg], tick.sent.angle_rad[leg], joints.rate_rad_s[leg],
-            joints.current_a[leg], joints.temperature_c[leg], joints.voltage_v[leg],
-        ])  # fmt: skip
-        yield Numbers(f"/servo/{name}", _known("", SERVO, shaft))
+        yield (
+            f"/servo/{name}",
+            {
+                "angle_rad": float(joints.angle_rad[leg]),
+                "sent_rad": float(tick.sent.angle_rad[leg]),
+                "rate_rad_s": float(joints.rate_rad_s[leg]),
+                "current_a": float(joints.current_a[leg]),
+                "temperature_c": float(joints.temperature_c[leg]),
+                "voltage_v": float(joints.voltage_v[leg]),
+            },
+        )
     if estimate is not None:
-        yield _estimate(estimate)
+        yield "/estimate", _estimate(estimate)
     timing = tick.inputs.timing
-    state = np.array([
-        timing.lateness_ns * 1e-6, timing.busy_ns * 1e-6, timing.missed, len(tick.faults),
-        tick.gait_phase,
-    ])  # fmt: skip
-    texts = zip(STATE_TEXTS, (tick.mode.name, tick.stop_reason.name), strict=True)
-    yield Numbers("/state", (*texts, *_known("", STATE, state)))
+    yield (
+        "/state",
+        {
+            "mode": tick.mode.name,
+            "stop_reason": tick.stop_reason.name,
+            "late_ms": timing.lateness_ns * 1e-6,
+            "busy_ms": timing.busy_ns * 1e-6,
+            "missed": float(timing.missed),
+            "faults": float(len(tick.faults)),
+            "gait_phase": tick.gait_phase,
+        },
+    )
 
 
 def _estimate(estimate: Estimate) -> Numbers:
     sd = np.sqrt(np.diagonal(estimate.pose_covariance))
-    values = np.array([*estimate.position_m, estimate.yaw_rad, *sd, estimate.nis, estimate.rejects])
-    texts = zip(ESTIMATE_TEXTS, (estimate.health.value, estimate.reason), strict=True)
-    return Numbers("/estimate", (*texts, *_known("", ESTIMATE, values)))
+    return {
+        "health": estimate.health.value,
+        "reason": estimate.reason,
+        **_group("", ("x_m", "y_m", "yaw_rad"), estimate.pose),
+        **_group("", ("x_sd_m", "y_sd_m", "yaw_sd_rad"), sd),
+        "nis": estimate.nis,
+        "rejects": float(estimate.rejects),
+    }
 
 
-def fields_of(topic: str) -> tuple[tuple[str, bool], ...]:
-    """Return the fields that a topic's messages may have, and whether they are texts."""
-    if topic == "/state":
-        return (*((name, True) for name in STATE_TEXTS), *((name, False) for name in STATE))
-    if topic == "/estimate":
-        texts = tuple((name, True) for name in ESTIMATE_TEXTS)
-        return (*texts, *((name, False) for name in ESTIMATE))
-    if topic == "/velocity":
-        return _grouped(("predicted", "true", "difference", "estimated"), VELOCITY)
-    if topic.startswith("/force/"):
-        return _grouped(("measured", "predicted", "difference"), FORCE)
-    return tuple((name, False) for name in SERVO)
+def _group(group: str, fields: Sequence[str], values: FloatArray) -> Numbers:
+    names = (f"{group}.{field}" if group else field for field in fields)
+    return dict(zip(names, values.tolist(), strict=True))
 
 
-def _grouped(groups: tuple[str, ...], names: tuple[str, ...]) -> tuple[tuple[str, bool], ...]:
-    return tuple((f"{group}.{name}", False) for group in groups for name in names)
-
-
-def _known(
-    group: str, fields: tuple[str, ...], values: FloatArray
-) -> tuple[tuple[str, float | str], ...]:
-    prefix = f"{group}." if group else ""
-    return tuple(
-        (prefix + name, float(value))
-        for name, value in zip(fields, values, strict=True)
-        if np.isfinite(value)
-    )
+def known(numbers: Mapping[str, float | str]) -> Numbers:
+    """Return a message without what is not known, so that a curve has a gap there and not a zero."""
+    return {
+        name: value
+        for name, value in numbers.items()
+        if isinstance(value, str) or math.isfinite(value)
+    }
 
 
 class NewsTracker:

@@ -1,7 +1,7 @@
 """A log as a recording for Rerun, which needs no account and no network (extra ``bigant[rerun]``).
 
-The file holds its own layout: the robot and its way on the left, velocities, forces, estimate and servos on
-the right. ``rerun FILE.rrd`` opens it. A run that goes on is shown by ``robot.view.foxglove``.
+The file holds its own layout: the robot and its path on the left, velocities, forces, estimate and servos
+on the right. ``rerun FILE.rrd`` opens it. A run that goes on is shown by ``robot.view.foxglove``.
 """
 
 from pathlib import Path
@@ -16,15 +16,16 @@ from model.values.arrays import FloatArray
 from model.values.parameters import RobotParameters
 from model.values.tick import Tick
 from robot.report.figure_style import leg_colour
-from robot.view.frames import BODY_FRAME, MAP_FRAME, ODOM_FRAME, TRUE_FRAME, FrameTracker
-from robot.view.numbers import NewsTracker, numbers_of
+from robot.view.frames import BODY_FRAME, MAP_FRAME, ODOM_FRAME, TRUE_FRAME
+from robot.view.numbers import known, numbers_of
 from robot.view.scene import ESTIMATED, MEASURED, PREDICTED, Colour, LegScene, body_of, legs_of
+from robot.view.viewer import Viewer
 
 TIMELINE = "run"
-WAY_PERIOD_NS = 500_000_000
-LINK_M, FOOT_M, ARROW_M, WAY_M = 0.003, 0.009, 0.003, 0.002
+LINK_M, FOOT_M, ARROW_M, PATH_M = 0.003, 0.009, 0.003, 0.002
 # Where each frame lies in the tree; REP-105 as in the log.
 PLACES = {
+    MAP_FRAME: MAP_FRAME,
     ODOM_FRAME: f"{MAP_FRAME}/{ODOM_FRAME}",
     BODY_FRAME: f"{MAP_FRAME}/{ODOM_FRAME}/{BODY_FRAME}",
     TRUE_FRAME: f"{MAP_FRAME}/{TRUE_FRAME}",
@@ -38,7 +39,7 @@ SERIES = {
 }
 
 
-class RerunView:
+class RerunView(Viewer):
     """Writes ticks into a recording.
 
     Args:
@@ -50,36 +51,22 @@ class RerunView:
     """
 
     def __init__(self, parameters: RobotParameters, save: Path) -> None:
-        self._parameters = parameters
-        self._names = parameters.legs.names
-        self._frames = FrameTracker()
-        self._news = NewsTracker()
+        super().__init__(parameters)
         self._first_ns: int | None = None
-        self._next_way_ns = 0
         self._times_s: list[float] = []
         self._columns: dict[str, list[float]] = {}
         self._stream = rr.RecordingStream("bigant")
         try:
             save.open("wb").close()  # its own error would be a panic of another language
-            self._stream.save(save, default_blueprint=layout(self._names))
+            self._stream.save(save, default_blueprint=layout(self.names))
         except (OSError, RuntimeError) as error:
             raise RecordError(
                 f"{save} cannot be written: {error}; choose another --save"
             ) from error
         self._draw_what_stays()
 
-    @property
-    def port(self) -> int:
-        """No server: 0."""
-        return 0
-
-    @property
-    def watched(self) -> bool:
-        """The file always asks for more."""
-        return True
-
     def _draw_what_stays(self) -> None:
-        body = body_of(self._parameters)
+        body = body_of(self.parameters)
         self._stream.log("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
         for place, colour, alpha in (
             (BODY, PREDICTED, 0.8),
@@ -91,8 +78,8 @@ class RerunView:
             self._stream.log(f"{place}/body", box, static=True)
 
     def note(self, tick: Tick, unix_ns: int) -> None:
-        """Write what is new in a tick: changes of mode and health, and faults. Called for every tick."""
-        for news in self._news.news_of(tick):
+        """Write what is new in a tick; see ``Viewer``."""
+        for news in self.news.news_of(tick):
             self._go_to(unix_ns)
             level = "ERROR" if news.fault else "INFO"
             self._stream.log("news", rr.TextLog(f"{news.source} {news.text}", level=level))
@@ -100,7 +87,7 @@ class RerunView:
     def show(self, tick: Tick, unix_ns: int) -> None:
         """Write frames, scene and numbers of a tick."""
         self._go_to(unix_ns)
-        for found in self._frames.transforms(tick):
+        for found in self.frames.transforms(tick):
             self._stream.log(
                 PLACES[found.child],
                 rr.Transform3D(
@@ -108,22 +95,16 @@ class RerunView:
                     quaternion=rr.Quaternion(xyzw=found.rotation_xyzw),
                 ),
             )
-        self._draw_legs(legs_of(tick, self._parameters))
-        self._draw_ways(unix_ns)
+        self._draw_legs(legs_of(tick, self.parameters))
+        if self.trajectory_due(unix_ns):
+            for name, frame, points, colour in self.frames.trajectories():
+                if len(points) > 1:
+                    strip = rr.LineStrips3D(
+                        [np.array(points)], radii=PATH_M, colors=[_rgba(colour)]
+                    )
+                    place = f"{PLACES[frame]}/way/{name.replace(' ', '_')}"
+                    self._stream.log(place, strip)
         self._keep_numbers(tick, unix_ns)
-
-    def _draw_ways(self, unix_ns: int) -> None:
-        if unix_ns < self._next_way_ns:
-            return
-        self._next_way_ns = unix_ns + WAY_PERIOD_NS
-        for place, points, colour in (
-            (f"{MAP_FRAME}/way/true", self._frames.true, MEASURED),
-            (f"{PLACES[ODOM_FRAME]}/way/dead_reckoning", self._frames.reckoned, PREDICTED),
-            (f"{PLACES[ODOM_FRAME]}/way/estimator", self._frames.estimated, ESTIMATED),
-        ):
-            if len(points) > 1:
-                strip = rr.LineStrips3D([np.array(points)], radii=WAY_M, colors=[_rgba(colour)])
-                self._stream.log(place, strip)
 
     def _go_to(self, unix_ns: int) -> None:
         self._first_ns = unix_ns if self._first_ns is None else self._first_ns
@@ -164,11 +145,11 @@ class RerunView:
         """Numbers go out as whole columns in the end, which is a hundred times cheaper than one by one."""
         before = len(self._times_s)
         self._times_s.append((unix_ns - (self._first_ns or 0)) * 1e-9)
-        for numbers in numbers_of(tick, self._names):
-            for name, value in numbers.values:
-                if isinstance(value, float):
+        for topic, numbers in numbers_of(tick, self.names):
+            for name, value in known(numbers).items():
+                if not isinstance(value, str):
                     group, _, field = name.rpartition(".")
-                    path = "/".join(filter(None, ("plots" + numbers.topic, field, group)))
+                    path = "/".join(filter(None, ("plots" + topic, field, group)))
                     self._columns.setdefault(path, [np.nan] * before).append(value)
         for column in self._columns.values():
             column.extend([np.nan] * (before + 1 - len(column)))  # unknown now: a gap
@@ -176,7 +157,7 @@ class RerunView:
     def close(self) -> None:
         """Write the numbers and finish the file."""
         for path, column in self._columns.items():
-            if (style := style_of(path, self._names)) is not None:
+            if (style := style_of(path, self.names)) is not None:
                 colour, name = style
                 lines = rr.SeriesLines(colors=[_rgba(colour)], names=[name])
                 self._stream.log(path, lines, static=True)

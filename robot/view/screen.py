@@ -6,7 +6,7 @@ own draws it a few times a second, so a slow SSH link delays the picture and not
 
 import sys
 import threading
-from typing import Protocol, Self, TextIO
+from typing import TextIO
 
 import numpy as np
 
@@ -23,25 +23,13 @@ LINE_PERIOD_NS = 1_000_000_000
 BOLD, RED, RESET = "\x1b[1m", "\x1b[31m", "\x1b[0m"
 
 
-class View(Protocol):
-    """Something that shows ticks and has to be closed."""
-
-    def show(self, tick: Tick) -> None:
-        """Take one tick; must not block."""
-        ...
-
-    def close(self) -> None:
-        """Stop drawing."""
-        ...
-
-
 def open_view(
     names: tuple[str, ...],
     title: str,
     help_line: str,
     stream: TextIO | None = None,
     true_forces: TrueForces | None = None,
-) -> View:
+) -> "LineView | ScreenView":
     """Return a screen when the output is a terminal, plain lines otherwise.
 
     Args:
@@ -117,9 +105,6 @@ class ScreenView:
         self._thread = threading.Thread(target=self._draw_forever, daemon=True)
         self._thread.start()
 
-    def __enter__(self) -> Self:
-        return self
-
     def show(self, tick: Tick) -> None:
         """Keep the newest tick."""
         if self._first_ns is None:
@@ -167,16 +152,17 @@ def screen_lines(
         "",
         "leg   angle rad   speed rad/s   current A   temp C   Fz measured N   Fz model N",
     ]
-    joints, forces, support = tick.joints, tick.forces, tick.contact.support
+    joints = tick.joints
+    columns = (  # values, digits, width
+        (joints.angle_rad, 3, 11),
+        (joints.rate_rad_s, 3, 14),
+        (joints.current_a, 2, 12),
+        (joints.temperature_c, 0, 9),
+        (tick.forces.force_n[:, 2], 1, 16),
+        (tick.contact.support.load_n, 1, 13),
+    )
     for leg, name in enumerate(names):
-        cells = (
-            number_text(joints.angle_rad[leg], 3, 11),
-            number_text(joints.rate_rad_s[leg], 3, 14),
-            number_text(joints.current_a[leg], 2, 12),
-            number_text(joints.temperature_c[leg], 0, 9),
-            number_text(forces.force_n[leg, 2], 1, 16),
-            number_text(support.load_n[leg], 1, 13),
-        )
+        cells = (number_text(values[leg], digits, width) for values, digits, width in columns)
         lines.append(f"{name:<4}" + "".join(cells))
     return [*lines, "", *_velocity_lines(tick), *_pose_lines(tick)]
 
@@ -188,15 +174,13 @@ def fault_lines(tick: Tick) -> list[str]:
 
 
 def _velocity_lines(tick: Tick) -> list[str]:
-    predicted = tick.contact.traction.velocity_B
-    header = "body velocity    vx mm/s    vy mm/s   yaw rad/s"
-    lines = [header, "  predicted  " + _velocity_cells(predicted)]
+    predicted = _velocity_cells(tick.contact.traction.velocity_B)
+    lines = ["body velocity    vx mm/s    vy mm/s   yaw rad/s", "  predicted  " + predicted]
     if tick.estimate is not None:
         lines.append("  estimated  " + _velocity_cells(tick.estimate.velocity_B))
     truth = tick.inputs.truth
     if truth is not None:
-        true = np.array([*truth.velocity_B[:2], truth.angular_velocity_B[2]])
-        lines.append("  true       " + _velocity_cells(true))
+        lines.append("  true       " + _velocity_cells(truth.planar_velocity_B))
     return lines
 
 
@@ -206,22 +190,22 @@ def _velocity_cells(velocity: np.ndarray) -> str:
 
 
 def _pose_lines(tick: Tick) -> list[str]:
-    estimate, reckoned = tick.estimate, tick.dead_reckoning
+    estimate = tick.estimate
+    reckoned = "dead reckoning" + _place(tick.dead_reckoning.pose)
     if estimate is None:
-        return ["dead reckoning" + _place(reckoned.position_m, reckoned.yaw_rad)]
+        return [reckoned]
     sd = np.sqrt(np.diagonal(estimate.pose_covariance))
     words = estimate.health.value + (f" ({estimate.reason})" if estimate.reason else "")
     return [
-        "estimate      " + _place(estimate.position_m, estimate.yaw_rad) + f"   {words}",
+        "estimate      " + _place(estimate.pose) + f"   {words}",
         f"  one sd        {sd[0] * 1e3:10.1f} mm {sd[1] * 1e3:12.1f} mm {sd[2]:14.3f} rad",
-        "dead reckoning" + _place(reckoned.position_m, reckoned.yaw_rad),
+        reckoned,
     ]
 
 
-def _place(position_m: np.ndarray, yaw_rad: float) -> str:
-    x, y = position_m
-    x_mm, y_mm = (number_text(value * 1e3, 1, 8) for value in (x, y))
-    return f"  x {x_mm} mm   y {y_mm} mm   yaw {number_text(yaw_rad, 3, 7)} rad"
+def _place(pose: np.ndarray) -> str:
+    x_mm, y_mm = (number_text(value * 1e3, 1, 8) for value in pose[:2])
+    return f"  x {x_mm} mm   y {y_mm} mm   yaw {number_text(pose[2], 3, 7)} rad"
 
 
 def _one_line(tick: Tick) -> str:

@@ -3,75 +3,28 @@
 import importlib.util
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
-from typing import Protocol
 
 from drivers.clock import Clock, MonotonicClock
 from model.errors import ConfigError, RecordError
 from model.values.parameters import RobotParameters
-from model.values.tick import Tick
 from record.log.follow import LogFollower
 from record.log.reader import LogContents, StampedTick, read_stamped_ticks
 from robot.config.robot_file import parse_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.installed import how_to_install
 from robot.console.progress import ProgressLine
+from robot.control.effect_uses import true_forces_of_log, with_true_forces
+from robot.requests.single import RERUN_SUFFIX, ViewRequest
 from robot.view.log_source import POLL_NS, be_nice, followed, log_path, paced
 from robot.view.screen import open_view
-from robot.view.true_ticks import ticks_with_true_forces
+from robot.view.viewer import Viewer
 
 PACKAGE = "foxglove"
-RERUN_PACKAGE, RERUN_SUFFIX = "rerun", ".rrd"
+RERUN_PACKAGE = "rerun"
 SAVED = (".mcap", RERUN_SUFFIX)
-
-
-@dataclass(frozen=True, slots=True)
-class ViewRequest:
-    """Options of ``bigant view``."""
-
-    path: Path | None
-    live: bool
-    speed: float
-    terminal: bool
-    save: Path | None
-    headless: bool
-    layout: Path | None
-    host: str
-    port: int
-    rate_hz: float
-
-    @property
-    def for_rerun(self) -> bool:
-        """Whether the file to save is one of Rerun's."""
-        return self.save is not None and self.save.suffix == RERUN_SUFFIX
-
-
-class Viewer(Protocol):
-    """What draws ticks for somebody else's program; its package is an extra, so it is imported late."""
-
-    @property
-    def port(self) -> int:
-        """Port of its server, 0 without one."""
-        ...
-
-    @property
-    def watched(self) -> bool:
-        """Whether a viewer is connected."""
-        ...
-
-    def note(self, tick: Tick, unix_ns: int) -> None:
-        """Take a tick; none is left out."""
-        ...
-
-    def show(self, tick: Tick, unix_ns: int) -> None:
-        """Draw a tick."""
-        ...
-
-    def close(self) -> None:
-        """Finish the file, end the server."""
-        ...
 
 
 def watch(request: ViewRequest) -> ExitCode:
@@ -147,22 +100,34 @@ def _present(
     first = next(ticks, None)
     if first is None:
         raise RecordError(f"{path} holds no ticks{': ' * bool(contents.damage)}{contents.damage}")
+    ticks = chain((first,), ticks)
     if request.terminal:
-        _in_terminal(path, first, ticks, contents)
+        _in_terminal(path, ticks, contents.names(len(first.tick.joints.angle_rad)))
     else:
-        _in_viewer(path, first, ticks, contents, request, clock)
+        _in_viewer(path, ticks, contents, request, clock)
     if contents.damage:
         print(f"warning: {path}: {contents.damage}", file=sys.stderr)
     return ExitCode.OK
 
 
-def _in_terminal(
-    path: Path, first: StampedTick, ticks: Iterator[StampedTick], contents: LogContents
-) -> None:
-    names = contents.names(len(first.tick.joints.angle_rad))
+def ticks_with_true_forces(
+    ticks: Iterator[StampedTick], contents: LogContents
+) -> Iterator[StampedTick]:
+    """Yield the ticks of a log with forces as its robot file has them."""
+    first = next(ticks, None)  # the robot file comes before the first tick
+    if first is None:
+        return
+    true_forces = true_forces_of_log(contents.config_text)
+    start_ns = contents.start_ns(first.tick.t_ns)
+    yield replace(first, tick=with_true_forces(first.tick, true_forces, start_ns))
+    for item in ticks:
+        yield replace(item, tick=with_true_forces(item.tick, true_forces, start_ns))
+
+
+def _in_terminal(path: Path, ticks: Iterator[StampedTick], names: tuple[str, ...]) -> None:
     view = open_view(names, f"{path}  (watching)", "Ctrl-C: stop watching")
     try:
-        for stamped in chain([first], ticks):
+        for stamped in ticks:
             view.show(stamped.tick)
     finally:
         view.close()
@@ -170,7 +135,6 @@ def _in_terminal(
 
 def _in_viewer(
     path: Path,
-    first: StampedTick,
     ticks: Iterator[StampedTick],
     contents: LogContents,
     request: ViewRequest,
@@ -189,12 +153,11 @@ def _in_viewer(
                 f"open {address} in Foxglove or Lichtblick (Open connection); Ctrl-C ends",
                 flush=True,
             )
-        while not (
-            saves_only or request.live or view.watched
-        ):  # or the run is over before one looks
+        # or the run is over before one looks
+        while not (saves_only or request.live or view.watched):
             clock.sleep_until_ns(clock.now_ns() + POLL_NS)
         period_ns, next_ns, shown, count = round(1e9 / request.rate_hz), 0, 0, 0
-        for stamped in chain([first], ticks):
+        for stamped in ticks:
             view.note(stamped.tick, stamped.unix_ns)
             count += 1
             if stamped.unix_ns >= next_ns:

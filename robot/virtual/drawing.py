@@ -3,7 +3,6 @@
 import shutil
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +22,7 @@ from record.whole_file import whole_file
 from robot.config.robot_file import parse_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.progress import ProgressBar
+from robot.requests.sim import SimRenderRequest
 
 # One metre of arrow stands for so much force.
 NEWTONS_A_METRE = 250.0
@@ -32,17 +32,7 @@ MARGIN_M = 0.08
 FRAMES_A_SECOND = 10
 
 
-@dataclass(frozen=True, slots=True)
-class RenderRequest:
-    """Options of ``bigant sim render``."""
-
-    path: Path
-    out: Path
-    at: float | None
-    speed: float
-
-
-def render(request: RenderRequest) -> ExitCode:
+def render(request: SimRenderRequest) -> ExitCode:
     """Draw a log or a trial.
 
     Raises:

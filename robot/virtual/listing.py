@@ -1,10 +1,10 @@
 """The faults and the effects of the virtual robot as lists, for a person and for a program."""
 
-import json
-from dataclasses import asdict
 from textwrap import fill
 
 from robot.console.exit_codes import ExitCode
+from robot.console.json_output import print_json, print_result
+from robot.requests.sim import SimEffectsRequest, SimFaultsRequest
 from sim_hw.faults.reference import Setting, common_settings, kinds_of_fault, tables
 from sim_hw.twin.catalog import EFFECTS
 from sim_hw.twin.effects import EffectKind
@@ -13,17 +13,14 @@ WIDTH = 100
 SCOPES = {"leg": "@LEG", "all": "", "all, leg": "[@LEG]"}
 
 
-def list_faults(*, as_json: bool) -> ExitCode:
+def list_faults(request: SimFaultsRequest) -> ExitCode:
     """Print every fault and setting of a scenario file."""
-    if as_json:
-        listed = {
-            "tables": [asdict(table) for table in tables()],
-            "every_fault": [asdict(setting) for setting in common_settings()],
-            "faults": [asdict(kind) for kind in kinds_of_fault()],
-        }
-        print(json.dumps(listed, indent=2))
-    else:
-        print("\n".join(_fault_lines()))
+    listed = {
+        "tables": tables(),
+        "every_fault": common_settings(),
+        "faults": kinds_of_fault(),
+    }
+    print_result(listed, _fault_lines(), as_json=request.json)
     return ExitCode.OK
 
 
@@ -56,10 +53,10 @@ def _setting_line(setting: Setting) -> str:
     return fill(text, WIDTH, initial_indent=" " * 6, subsequent_indent=" " * 33)
 
 
-def list_effects(*, as_json: bool) -> ExitCode:
+def list_effects(request: SimEffectsRequest) -> ExitCode:
     """Print every effect that the virtual robot can have."""
-    if as_json:
-        print(json.dumps([_plain_effect(kind) for kind in EFFECTS], indent=2))
+    if request.json:
+        print_json([_plain_effect(kind) for kind in EFFECTS])
         return ExitCode.OK
     stage = ""
     for kind in EFFECTS:
@@ -84,5 +81,5 @@ def _plain_effect(kind: EffectKind) -> dict[str, object]:
         "catalogued": kind.catalogued,
         "switchable": kind.apply is not None,
         "acts": kind.acts,
-        "parameters": [asdict(parameter) for parameter in kind.parameters],
+        "parameters": kind.parameters,
     }

@@ -2,13 +2,13 @@
 
 import signal
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import replace
 
 from drivers.clock import MonotonicClock
 from model.errors import ConfigError
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
+from robot.requests.sim import SimServeRequest
 from robot.virtual.file_twin import file_twin
 from sim_hw.ati.sockets import WnetSockets
 from sim_hw.faults.scenario import Scenario, load_scenario
@@ -17,19 +17,7 @@ from sim_hw.host.virtual_robot import VirtualRobot, build_virtual_robot
 from sim_hw.interfaces import Served
 
 
-@dataclass(frozen=True, slots=True)
-class ServeRequest:
-    """Options of ``bigant sim serve``."""
-
-    robot: Path
-    seed: int
-    baud: int | None
-    absent: list[int]
-    no_force_unit: bool
-    scenario: Path | None
-
-
-def serve_robot(request: ServeRequest) -> ExitCode:
+def serve_robot(request: SimServeRequest) -> ExitCode:
     """Serve until interrupted.
 
     Raises:

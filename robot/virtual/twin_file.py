@@ -2,8 +2,6 @@
 
 import json
 import time
-from dataclasses import dataclass
-from pathlib import Path
 
 from model.errors import ConfigError
 from record.trial.trial import Trial, write_trial
@@ -11,6 +9,7 @@ from record.whole_file import whole_file
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.progress import ProgressBar
+from robot.requests.sim import SimRunRequest
 from robot.virtual.rehearsal import Progress
 from robot.virtual.twin_run import WalkPlan, make_twin, plan_of, walk_fast, walk_through_bytes
 from sim_hw.twin.catalog import EFFECTS
@@ -18,23 +17,7 @@ from sim_hw.twin.effects import parse_effect
 from sim_hw.twin.twin import Twin
 
 
-@dataclass(frozen=True, slots=True)
-class TwinFileRequest:
-    """The options of ``bigant sim run``, under their names; see ``robot.cli.sim.run``."""
-
-    robot: Path
-    gait: str
-    frequency_hz: float | None
-    seconds: float
-    steer: float
-    effect: list[str]
-    seed: int
-    out: Path
-    fast: bool
-    json: bool
-
-
-def twin_file(request: TwinFileRequest) -> ExitCode:
+def twin_file(request: SimRunRequest) -> ExitCode:
     """Walk and write.
 
     Raises:
@@ -72,7 +55,7 @@ def twin_file(request: TwinFileRequest) -> ExitCode:
 
 
 def _walk(
-    config: RobotConfig, twin: Twin, plan: WalkPlan, request: TwinFileRequest, progress: Progress
+    config: RobotConfig, twin: Twin, plan: WalkPlan, request: SimRunRequest, progress: Progress
 ) -> Trial:
     if request.fast:
         return walk_fast(config, twin, plan, progress)

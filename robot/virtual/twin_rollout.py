@@ -14,8 +14,8 @@ from drivers.ati.foot_forces import foot_wrenches
 from drivers.dynamixel.mx106 import OperatingMode, angle_to_ticks, ticks_to_angle
 from gap.interfaces import Cause
 from gap.interfaces import Effect as GapEffect
-from gap.machines.legged.catalogue import CATALOGUE
 from gap.machines.mujoco.simulator import RolloutSimulator
+from model.effects.catalogue import CATALOGUE
 from model.effects.machine import parse_machine
 from model.errors import ConfigError, GapError
 from model.values.arrays import FloatArray, readonly

@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from gaits.catalog import make_gait
 from gaits.gait import TURN
 from gaits.moves import AIR_RAD, MOVE_SPEED_RAD_S, SMALLEST_MOVE_RAD, LegMoves
-from gaits.phase import GaitClock, Ramp
-from gaits.plan import FREQUENCY_RAMP_HZ_S, Hold, Walking
+from gaits.plan import Hold, Ramp, Walking
 from robot.config.robot_file import load_robot
 
 ROBOT = load_robot().parameters
@@ -34,16 +33,17 @@ def test_a_ramps_integral_is_its_area(begin: float, end: float, rate: float, ms:
 
 @given(st.floats(0, 0.3), st.floats(0, 0.3), st.integers(0, 5000))
 def test_retuning_never_jumps(first: float, second: float, ms: int) -> None:
-    clock = GaitClock(0.3, Ramp(0, 0.0, first, FREQUENCY_RAMP_HZ_S))
-    other = clock.retuned(ms * MS, second)
-    assert other.phase_at(ms * MS) == pytest.approx(clock.phase_at(ms * MS))
-    assert other.frequency_at(ms * MS) == pytest.approx(clock.frequency_at(ms * MS))
-    assert other.frequency_at(ms * MS + 10**11) == pytest.approx(second)
+    plan = started("tripod", frequency_hz=first)
+    other = plan.retuned(ms * MS, second)
+    assert other.phase(ms * MS) == pytest.approx(plan.phase(ms * MS))
+    assert other.frequency.value(ms * MS) == pytest.approx(plan.frequency.value(ms * MS))
+    assert other.frequency.value(ms * MS + 10**11) == pytest.approx(second)
 
 
 def test_phase_comes_from_the_clock_not_from_counting() -> None:
-    clock = GaitClock(0.0, Ramp(0, 0.1, 0.1, 1.0))
-    assert clock.phase_at(3600 * 10**9) == pytest.approx(360.0, abs=1e-9)
+    plan = started("tripod", frequency_hz=0.1)
+    hour = plan.phase(3610 * 10**9) - plan.phase(10 * 10**9)
+    assert hour == pytest.approx(360.0, abs=1e-9)
 
 
 @pytest.mark.parametrize("name", sorted(GAITS))

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from gap.diagnosis.ambiguity import OpenRival, open_rivals
+from gap.diagnosis.probability import chances
 from gap.interfaces import Cause
+from gap.residuals.evidence import Evidence
 from gap.search.candidates import Candidate
 from gap.search.fit import fit_causes
 from gap.search.options import Option, fit_option
@@ -15,6 +17,11 @@ from tests.gap.test_selection import evidences
 from tests.gap.toy import EFFECTS, Toy, toy_trial
 
 BY_NAME = {effect.name: effect for effect in EFFECTS}
+
+
+def opened(evidence: Evidence, selection: Selection) -> list[str]:
+    shared = chances(selection, evidence.block_part, 0.0, 1e6)
+    return [one.effect for one in open_rivals(evidence, selection, [r for _, r in shared], 1e6)]
 
 
 def test_a_rival_that_was_named_itself_later_on_is_no_rival() -> None:
@@ -28,11 +35,11 @@ def test_a_rival_that_was_named_itself_later_on_is_no_rival() -> None:
 
     delay, lag = option("delay", "delay"), option("lag", "lag")
     alone = Selection(delay.fitted, delay.unseen, (Step(delay, (lag,)),))
-    assert [one.effect for one in open_rivals(evidence, alone, 1e6)] == ["lag"]
+    assert opened(evidence, alone) == ["lag"]
     both = fit_causes(evidence, (*delay.fitted.causes, *lag.fitted.causes))
     steps = (Step(delay, (lag,)), Step(option("lag", "delay", "lag"), ()))
     named = replace(alone, fitted=both, steps=steps)
-    assert open_rivals(evidence, named, 1e6) == ()
+    assert opened(evidence, named) == []
 
 
 @pytest.mark.parametrize(
@@ -46,4 +53,5 @@ def test_a_rival_that_was_named_itself_later_on_is_no_rival() -> None:
 def test_why_a_rival_is_open_is_what_left_it_open(
     separation: float, behind: float, error: float, said: str
 ) -> None:
-    assert said in OpenRival(0, "lag", (), separation, behind, error, ("delay", ())).why
+    one = OpenRival(0, "lag", (), 0.1, behind, error, ("delay", ()), separation)
+    assert said in one.why

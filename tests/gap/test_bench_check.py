@@ -5,10 +5,11 @@ import pytest
 
 from gap.interfaces import DataFault
 from gap.machines.servo_bench.simulator import servo_bench
+from gap.machines.sliding_body.simulator import sliding_body
 from model.motion.filters import play
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial
-from tests.gap.bench_trials import IDEAL, servo_trial
+from tests.gap.bench_trials import IDEAL, MOTOR, servo_trial, slide_trial
 
 COUNT = 2 * np.pi / 4096
 T = np.arange(1500) / 50
@@ -62,3 +63,11 @@ def test_a_torque_without_sign_is_a_fault_and_not_a_severe_one_where_it_is_not_u
     (found,) = [f for f in servo_bench([trial]).check(trial) if f.kind == "magnitude_only"]
     assert found.channel == "torque_arm_nm"
     assert not found.severe
+
+
+@pytest.mark.parametrize("samples", [0, 1, 2])
+def test_a_table_of_hardly_any_rows_has_no_faults(samples: int) -> None:
+    servo = servo_trial(MOTOR, np.zeros(samples))
+    assert servo_bench([servo]).check(servo) == ()
+    body = slide_trial(np.zeros((samples, 2)))
+    assert sliding_body([body]).check(body) == ()

@@ -5,14 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gap.delegate import TwoMachines
 from gap.diagnosis.remeasured import remeasure
 from gap.interfaces import Cause, Drive, Scope
-from gap.machines.legged.catalogue import CATALOGUE
 from gap.machines.legged.simulator import LeggedSimulator
-from gap.two_machines import TwoMachines
+from model.effects.catalogue import CATALOGUE
 from model.effects.correction import correction_of, merged
 from model.effects.machine import parse_machine
-from model.effects.written import WrittenEffect
 from model.errors import ConfigError, GapError
 from robot.config.edit import check_edited, edit_robot
 from robot.config.robot_file import load_robot, parse_robot
@@ -102,8 +101,8 @@ def test_a_second_correction_adds_to_the_first() -> None:
         corrected(lagging, cause("servo_lag", 0.02))
     grown = corrected(step, cause("ground_step", 0.002, 0.3))
     assert parse_robot(grown).effects[0].values == pytest.approx((0.006, 0.3))
-    limit = merged((WrittenEffect("servo_speed_limit", "", (("limit_rad_s", 1.0),)),), ())
-    slower = WrittenEffect("servo_speed_limit", "", (("limit_rad_s", 0.8),))
+    limit = merged((cause("servo_speed_limit", 1.0),), ())
+    slower = cause("servo_speed_limit", 0.8)
     assert merged(limit, (slower,)) == (slower,)
 
 

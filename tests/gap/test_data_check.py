@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from gap.interfaces import Cause, DataFault, Scope
-from gap.machines.legged.catalogue import CATALOGUE
 from gap.machines.legged.simulator import legged_simulator
+from model.effects.catalogue import CATALOGUE
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial, read_trial
 from tests.gap.predictions import COULOMB
@@ -146,6 +146,13 @@ def test_healthy_trials_have_none(gait: str) -> None:
     for seed in (1, None):
         assert simulator().check(walk(gait, 0.2, 15.0, [COULOMB], noise_seed=seed)) == ()
     assert simulator().check(walk(gait, 0.1, 25.0, noise_seed=2, steer=0.5)) == ()
+
+
+@pytest.mark.parametrize("field", ["force_n", "foot_m", "body_position_m", "shaft_rad"])
+def test_a_trial_without_some_of_its_sensors_has_no_faults(field: str) -> None:
+    trial = healthy()
+    bare = replace(trial, **{field: np.full_like(getattr(trial, field), np.nan)})
+    assert simulator().check(bare) == ()
 
 
 @pytest.mark.parametrize("entry", CATALOGUE, ids=lambda e: e.name)

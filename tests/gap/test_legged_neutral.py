@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from gap.interfaces import Cause, Drive, Scope
-from gap.machines.legged.catalogue import CATALOGUE
-from model.effects.catalogue import STAGES
+from model.effects.catalogue import CATALOGUE, STAGES
 from model.errors import GapError
 from tests.gap.walks import cause, simulator, walk
 

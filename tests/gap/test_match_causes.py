@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from gap.delegate import Without
 from gap.interfaces import Cause, Drive, Simulator
 from gap.machines.servo_bench.simulator import servo_bench
 from gap.machines.sliding_body.simulator import sliding_body
@@ -45,6 +46,18 @@ def test_a_servo_bench_refuses(cause: Cause, words: str) -> None:
 def test_legs_are_called_legs() -> None:
     walk = command_trial("tripod", 0.2, 3.0)
     refused(simulator(), walk, Cause("force_gain", ("XX",), (1.1,)), "'XX' is no leg; legs are HL")
+
+
+def test_an_effect_that_was_taken_away_is_not_known() -> None:
+    walk, whole = command_trial("tripod", 0.2, 3.0), simulator()
+    less = Without(whole, ("force_gain", "of_another_catalogue"))
+    assert {one.name for one in whole.effects} - {one.name for one in less.effects} == {
+        "force_gain"
+    }
+    refused(less, walk, Cause("force_gain", ("ML",), (1.1,)), "'force_gain' is no effect of legged")
+    late = [Cause("command_delay", (), (0.05,))]
+    own, other = (one.predict(walk, late, Drive.COMMAND) for one in (less, whole))
+    assert np.array_equal(own, other, equal_nan=True)
 
 
 def refused(simulator: Simulator, trial: Trial, cause: Cause, words: str) -> None:

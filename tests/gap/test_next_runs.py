@@ -7,13 +7,12 @@ import pytest
 
 from gap.experiments.imitation import imitate
 from gap.experiments.next_run import NextRun, next_runs
-from gap.interfaces import Cause, Drive, place_words
-from gap.proposals import Proposal
+from gap.interfaces import Cause, Drive, Proposal, place_words
 from gap.residuals.floor import Floor
 from gap.search.candidates import Candidate
 from record.trial.trial import Trial
 from robot.config.robot_file import load_robot
-from robot.gap_report.runs import proposer_of
+from robot.gap_report.trials import proposer_of
 from tests.gap.walks import cause, simulator, walk
 
 TEXT = load_robot().text

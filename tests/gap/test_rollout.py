@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from gap.interfaces import Cause, Drive, Simulator
-from gap.machines.legged.catalogue import CATALOGUE
 from gap.machines.mujoco.simulator import RolloutSimulator
+from model.effects.catalogue import CATALOGUE
 from model.errors import GapError
 from record.trial.trial import Trial
 from tests.gap.walks import cause, machine, simulator, walk

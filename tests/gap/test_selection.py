@@ -1,6 +1,7 @@
 """Candidates that are worth a fit, edges in the ground, and what a second cause must close."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -10,15 +11,18 @@ import gap.search.selection as selection_module
 from gap.diagnosis.commissioning import standing_of
 from gap.diagnosis.study import Study
 from gap.interfaces import Cause, Simulator, reach_of
+from gap.machines.servo_bench.catalogue import CATALOGUE as BENCH
+from gap.machines.sliding_body.catalogue import CATALOGUE as SLIDING
 from gap.residuals.evidence import Evidence
 from gap.residuals.parts import whole_parts
 from gap.residuals.predictions import Predictor
-from gap.search.candidates import Candidate, candidates_of, starts_of
+from gap.search.candidates import STEP, Candidate, candidates_of, starts_of, stepped
 from gap.search.cross_validation import Advantage
 from gap.search.fit import Fitted, fit_causes
 from gap.search.options import Option, fit_option, on_bound, share_of, shortlist, usual_score
 from gap.search.screen import Gain, gains, make_signatures
 from gap.search.selection import Look, Search, Selection, select
+from model.effects.causes import Scope, check_cause
 from record.trial.trial import Trial
 from tests.gap.toy import CONDITIONS, EFFECTS, Toy, toy_case, toy_references, toy_trial
 from tests.gap.walks import cause, simulator, walk
@@ -52,6 +56,21 @@ def test_an_edge_is_sought_where_the_feet_went() -> None:
     assert np.diff([low, *places, high]).max() < 0.06
     far = [start[1] for start in starts_of(step, [False, True], (2.0, 3.0))]
     assert 2.0 < min(far) < max(far) < 3.0
+
+
+def test_no_fit_begins_twice_at_the_same_place_or_outside_the_bounds() -> None:
+    for effect in (*simulator().effects, *BENCH, *SLIDING):
+        for silent in product((False, True), repeat=len(effect.parameters)):
+            starts = starts_of(effect, silent, (0.0, 30.0))
+            assert len(starts) == len(set(starts))
+            for start in starts:
+                check_cause(
+                    Candidate(effect, ()).cause(start), replace(effect, scopes=(Scope.ALL,)), ()
+                )
+                for i, p in enumerate(effect.parameters):
+                    moved = stepped(effect.parameters, start, i, STEP)[i]
+                    assert p.lower <= moved <= p.upper
+                    assert moved != start[i]
 
 
 def test_a_step_in_the_ground_is_found_to_two_centimetres() -> None:

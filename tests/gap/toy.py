@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap.causes import check_causes
 from gap.interfaces import (
     Cause,
     Channel,
@@ -20,6 +19,7 @@ from gap.interfaces import (
     Observation,
     Parameter,
     Scope,
+    check_causes,
 )
 from model.values.arrays import FloatArray
 from record.trial.header import SERVO_BENCH, TrialHeader, TrialNoise

@@ -5,10 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from model.estimator.filter import Estimator
-from model.estimator.neighbourhood import law_of, neighbourhood
+from model.estimator.neighbourhood import neighbourhood
 from model.estimator.process import walking
-from model.estimator.settings import EstimatorSettings, numbers_of
-from model.estimator.step_kernel import WalkNoise
+from model.estimator.settings import EstimatorSettings, record_of
 from model.values.arrays import FloatArray
 from model.values.estimate import FIXED, SCALE, VELOCITY, OdometryInputs
 from model.values.legs import FootForces, FootMotion
@@ -75,7 +74,7 @@ def simulate(settings: EstimatorSettings, seed: int, ticks: int, *, forces: bool
     draw = np.random.default_rng(seed)
     estimator = Estimator(CONTACT, WEIGHT_N, settings)
     start = estimator.initial()
-    law, walk = law_of(settings), numbers_of(WalkNoise, settings, WEIGHT_N)
+    record = record_of(settings, WEIGHT_N)
     truth = draw.multivariate_normal(start.mean, start.covariance)
     # what the gauge says is so
     truth[friction_of(6)] -= truth[friction_of(6)].mean()
@@ -83,10 +82,10 @@ def simulate(settings: EstimatorSettings, seed: int, ticks: int, *, forces: bool
     for i in range(ticks):
         t_ns = i * PERIOD_NS
         feet = feet_at(t_ns * 1e-9)
-        model = neighbourhood(truth, feet, CONTACT, WEIGHT_N, law)
+        model = neighbourhood(truth, feet, CONTACT, record)
         assert model is not None
         if i:
-            step = walking(truth, CERTAIN, model, walk, PERIOD_NS * 1e-9)
+            step = walking(truth, CERTAIN, model, record, PERIOD_NS * 1e-9)
             root = np.linalg.svd(step.noise, hermitian=True)
             truth = step.mean + root[0] @ (np.sqrt(root[1]) * draw.normal(size=len(truth)))
             truth[friction_of(6)] -= truth[friction_of(6)].mean()

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from model.quasistatic.frames import FrameSolutions, FrictionLaw, Reason, solve_frames
+from model.support.kernel import ROWS, SPEED_X, X, Y
+from model.traction.coulomb_frame import coulomb_frame
 from model.values.arrays import FloatArray
 from model.values.legs import FootMotion
 from model.values.parameters import ContactParameters
@@ -159,3 +161,27 @@ def test_the_paper_reference_says_when_it_fails() -> None:
     )
     assert answer.searches >= 1
     assert answer.converged is False or answer.imbalance < 1e-6
+
+
+@pytest.mark.parametrize("fast_m_s", [0.01, 0.2])
+def test_any_forces_that_hold_feet_at_rest_leave_the_velocity_and_balance(fast_m_s: float) -> None:
+    """Forces of feet at rest are open: whoever does not ask which gets the same motion, and a balance."""
+    place = np.array([[-0.2, 0.25], [0.0, 0.27], [0.2, 0.25], [-0.2, -0.25], [0.2, -0.25]])
+    loads, mu = np.array([10.0, 20.0, 12.0, 14.0, 16.0]), np.full(5, 0.6)
+    work = np.zeros((ROWS, 5))
+    work[X], work[Y] = place.T
+    work[SPEED_X] = -0.03
+    work[SPEED_X, 1] -= fast_m_s
+    answers = []
+    for creep in (True, False):
+        twist, rest = np.empty(3), np.zeros(5, dtype=np.bool_)
+        slip, force = np.zeros((5, 2)), np.zeros((5, 2))
+        reason, _ = coulomb_frame(work, loads, mu, False, twist, slip, force, rest, creep)
+        assert reason == 0
+        assert rest.tolist() == [True, False, True, True, True]
+        np.testing.assert_allclose(force.sum(axis=0), 0.0, atol=1e-9)
+        moment = place[:, 0] * force[:, 1] - place[:, 1] * force[:, 0]
+        assert moment.sum() == pytest.approx(0.0, abs=1e-9)
+        assert (np.hypot(*force.T) <= 0.6 * loads * (1 + 1e-12)).all()
+        answers.append(np.concatenate([twist, slip.ravel(), force[1]]))
+    np.testing.assert_allclose(answers[1], answers[0], atol=1e-12)

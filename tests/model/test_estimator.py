@@ -8,14 +8,13 @@ import pytest
 from model.errors import ModelError
 from model.estimator import measurements as measure
 from model.estimator import process
-from model.estimator.feet_kernel import FeetNumbers
 from model.estimator.filter import Estimator
 from model.estimator.history import EstimatorMemory, LateSample, advance, use_late
 from model.estimator.kalman import Stack, mended, sound
-from model.estimator.neighbourhood import Neighbourhood, law_of, neighbourhood
-from model.estimator.settings import EstimatorSettings, numbers_of
+from model.estimator.neighbourhood import Neighbourhood, neighbourhood
+from model.estimator.process import Prediction
+from model.estimator.settings import EstimatorSettings, record_of
 from model.estimator.smoother import smooth
-from model.estimator.step_kernel import Prediction, WalkNoise
 from model.quasistatic.frames import FrictionLaw, solve_frames
 from model.values.arrays import FloatArray
 from model.values.estimate import (
@@ -43,7 +42,7 @@ from tests.model.estimator_world import (
 )
 
 SETTINGS = EstimatorSettings()
-NUMBERS = numbers_of(FeetNumbers, SETTINGS, WEIGHT_N)
+RECORD = record_of(SETTINGS, WEIGHT_N)
 MEMORY_S = 0.5
 KNOWN = replace(SETTINGS, parameter_sd=0.05, scale_sd=0.05)
 
@@ -67,7 +66,7 @@ def solved(
     mean: FloatArray, feet: FootMotion, law: FrictionLaw = FrictionLaw.COULOMB
 ) -> Neighbourhood:
     settings = replace(SETTINGS, law=law, rest_speed=0.0)
-    answer = neighbourhood(mean, feet, CONTACT, WEIGHT_N, law_of(settings))
+    answer = neighbourhood(mean, feet, CONTACT, record_of(settings, WEIGHT_N))
     assert answer is not None
     return answer
 
@@ -76,15 +75,15 @@ def solved(
 def test_neighbourhood_is_the_public_model_plus_sway(law: FrictionLaw) -> None:
     mean, feet = np.zeros(FIXED + 12), feet_at(1.3)
     settings = replace(SETTINGS, law=law, rest_speed=0.0, sway_step_s=0.001)
-    without = law_of(replace(settings, sway=False))
-    found = neighbourhood(mean, feet, CONTACT, WEIGHT_N, without)
+    without = record_of(replace(settings, sway=False), WEIGHT_N)
+    found = neighbourhood(mean, feet, CONTACT, without)
     assert found is not None
     one = FootMotion(feet.position_m[None], feet.velocity_m_s[None])
     expected = solve_frames(one, CONTACT, WEIGHT_N, law=law)
     np.testing.assert_allclose(found.velocity_B, expected.velocity_B[0], atol=1e-9)
     np.testing.assert_allclose(found.load_n, expected.load_n[0], atol=1e-9)
     np.testing.assert_allclose(found.slip_B, expected.slip_B[0], atol=1e-9)
-    with_sway = neighbourhood(mean, feet, CONTACT, WEIGHT_N, law_of(settings))
+    with_sway = neighbourhood(mean, feet, CONTACT, record_of(settings, WEIGHT_N))
     assert with_sway is not None
     slopes = [
         solve_frames(
@@ -101,14 +100,14 @@ def test_neighbourhood_is_the_public_model_plus_sway(law: FrictionLaw) -> None:
 
 @pytest.mark.parametrize("law", FrictionLaw)
 def test_process_jacobian_against_differences(law: FrictionLaw) -> None:
-    noise = numbers_of(WalkNoise, replace(SETTINGS, law=law), WEIGHT_N)
+    record = record_of(replace(SETTINGS, law=law), WEIGHT_N)
     draw = np.random.default_rng(1)
     mean = 0.05 * draw.normal(size=FIXED + 12)
     mean[VELOCITY] = [0.02, 0.003, 0.3]
     feet = feet_at(0.7)
 
     def after(at: FloatArray) -> Prediction:
-        return process.walking(at, CERTAIN, solved(at, feet, law), noise, 0.01)
+        return process.walking(at, CERTAIN, solved(at, feet, law), record, 0.01)
 
     analytic = after(mean).transition
     for i in range(len(mean)):
@@ -132,7 +131,7 @@ def test_measurement_rows_against_differences() -> None:
         model = solved(at, feet)._replace(sway_B=solved(mean, feet).sway_B)
         pose = measure.pose_stack(at, absolute, SETTINGS)
         assert pose is not None
-        forces = measure.feet_stack(at, CERTAIN, share, feet, every, model, CONTACT.mu, NUMBERS)
+        forces = measure.feet_stack(at, CERTAIN, share, feet, every, model, CONTACT.mu, RECORD)
         assert forces.rows.shape == (6 + 2 * 6 + 1, len(at))
         gyro = measure.gyro_stack(at, 0.2, SETTINGS)
         tilts = measure.tilt_stacks((0.01, -0.02), model, SETTINGS)
@@ -154,7 +153,7 @@ def test_no_force_row_touches_the_global_pose() -> None:
     mean[VELOCITY] = [0.02, 0, 0]
     share = np.full((6, 3), 1 / 6)
     every = np.ones(6, dtype=bool)
-    stack = measure.feet_stack(mean, CERTAIN, share, feet, every, model, CONTACT.mu, NUMBERS)
+    stack = measure.feet_stack(mean, CERTAIN, share, feet, every, model, CONTACT.mu, RECORD)
     assert len(stack.rows) == 6 + 2 * 6 + 1
     assert not stack.rows[:, :3].any()
 
@@ -168,7 +167,7 @@ def test_what_is_stacked_of_a_foot_and_with_what_noise() -> None:
     share = np.full((6, 3), 1 / 6)
     share[1], share[4, 0] = np.nan, np.nan
     usable = np.array([True, True, False, True, True, True])
-    stack = measure.feet_stack(mean, covariance, share, feet, usable, model, CONTACT.mu, NUMBERS)
+    stack = measure.feet_stack(mean, covariance, share, feet, usable, model, CONTACT.mu, RECORD)
     # no load of leg 1; no friction of 1 and 4 (not heard), of 2 (not usable)
     assert stack.blocks.tolist() == [
         [0, 0, 0], [1, 0, 2], [2, 0, 3], [3, 0, 4], [4, 0, 5],

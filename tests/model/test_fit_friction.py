@@ -7,9 +7,7 @@ import pytest
 
 from model.errors import ModelError
 from model.fit.friction import FrictionFit, fit_friction
-from model.fit.friction_search import FrictionSearch
-from model.fit.robust_loss import LOSSES, Loss, influence, rho
-from model.fit.slip_contacts import choose_contacts
+from model.fit.friction_search import FrictionSearch, choose_contacts
 from model.quasistatic.frames import FrictionLaw
 from model.values.arrays import FloatArray
 
@@ -72,16 +70,6 @@ def test_jacobian_agrees_with_differences(
     assert np.abs(analytic - differences).max() < 1e-7 * np.abs(analytic).max()
 
 
-@pytest.mark.parametrize("loss", LOSSES)
-def test_derivatives_of_the_losses(loss: Loss) -> None:
-    r, step = np.array([-3.0, -0.4, 0.2, 0.9, 5.0]), 1e-6
-    values = [rho(loss, ((r + d) / 2) ** 2)[0] * 4 / 2 for d in (-step, step)]
-    pull, slope = influence(loss, r, 2.0)
-    assert (values[1] - values[0]) / (2 * step) == pytest.approx(pull, abs=1e-8)
-    pulls = [influence(loss, r + d, 2.0)[0] for d in (-step, step)]
-    assert (pulls[1] - pulls[0]) / (2 * step) == pytest.approx(slope, abs=1e-8)
-
-
 @pytest.mark.parametrize("law", [VISCOUS, COULOMB])
 @pytest.mark.parametrize("direction", [None, -3.0 * ALONG], ids=["24", "18"])
 def test_the_truth_is_found_without_noise(law: FrictionLaw, direction: FloatArray | None) -> None:
@@ -112,18 +100,6 @@ def test_standard_errors_cover_the_truth(law: FrictionLaw, direction: FloatArray
     z = np.abs(np.array(scores))
     assert 0.8 < np.sqrt(np.mean(z**2)) < 1.2
     assert (z < 3).mean() > 0.98
-
-
-def test_a_robust_loss_withstands_outliers() -> None:
-    data = walk(4)
-    rng = np.random.default_rng(1)
-    force = data.force(COULOMB) + rng.normal(0, 0.3, (len(data.load), 6, 2))
-    force[rng.random(data.load.shape) < 0.1] += 40.0
-    plain = np.abs(fit(data, force, COULOMB).mu - MU).max()
-    found = fit(data, force, COULOMB, loss="cauchy", loss_scale=0.5)
-    assert np.abs(found.mu - MU).max() < min(0.05, plain / 4)
-    assert np.abs(found.anisotropy - W).max() < 0.1
-    assert (found.result.standard_errors < 0.05).all()
 
 
 def test_the_common_scale_of_mu_is_a_convention() -> None:

@@ -53,7 +53,7 @@ def test_gated_blocks_equal_filterpys_update_of_all_at_once() -> None:
         variance = draw.uniform(0.05, 0.3, 9)
         theirs.predict()
         mean = transition @ mean
-        covariance = kalman.predict(mean, covariance, transition, noise)
+        covariance = kalman.predict(covariance, transition, noise)
         near(covariance, theirs.P)
         left = z - rows @ mean
         blocks = [

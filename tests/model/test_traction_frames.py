@@ -250,11 +250,16 @@ def test_frames_without_answer_leave_the_others_alone() -> None:
 
 
 def test_shapes_that_do_not_fit_are_refused() -> None:
-    still = Pushes(np.zeros((FRAMES, 3)))
+    limit, few = np.ones((FRAMES, LEGS)), Pushes(np.zeros((FRAMES - 1, 3)))
+    give = np.zeros((2, LEGS, 2))
     with pytest.raises(ModelError, match="do not fit"):
-        solve_traction_frames(
-            POSITION, SPEED, np.ones((FRAMES, LEGS)), W[None], VISCOUS, still, 0.02
-        )
+        solve_traction_frames(POSITION[..., :1], SPEED, limit, W[None], VISCOUS)
+    with pytest.raises(ModelError, match="do not fit"):
+        solve_traction_frames(POSITION, SPEED, limit, W[None][:0], VISCOUS)
+    with pytest.raises(ModelError, match="do not fit"):
+        solve_traction_frames(POSITION, SPEED, limit, W[None], VISCOUS, few)
+    with pytest.raises(ModelError, match="do not fit"):
+        solve_traction_frames(POSITION, SPEED, limit, W[None], VISCOUS, give_m_n=give)
 
 
 def test_feet_of_one_rigid_motion_slip_under_a_push() -> None:

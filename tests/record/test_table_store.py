@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 
 from model.errors import RecordError
-from record.trial import table_store
-from record.trial.table_file import Column, read_table, write_table
-from record.trial.table_store import open_table
+from record.trial import table_file
+from record.trial.table_file import Column, open_table, read_table, write_table
 
 
 def test_columns_that_change_their_kind_far_down_are_read_as_of_the_whole(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(table_store, "BLOCK_BYTES", 1 << 12)
+    monkeypatch.setattr(table_file, "BLOCK_BYTES", 1 << 12)
     path = tmp_path / "theirs.csv"
     rows = [f"{i},{i},,{i}" for i in range(2000)]
     rows[1500] = "1500,0.25,7.5,early"

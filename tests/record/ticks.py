@@ -6,8 +6,7 @@ from model.values.contact import ContactSolution, Support, Traction
 from model.values.estimate import Estimate, Health
 from model.values.faults import Fault, FaultKind, StopReason
 from model.values.legs import FootForces, FootMotion, JointCommand, JointState
-from model.values.poses import PoseRecord
-from model.values.readings import BodyTruth, ForceRecord, ServoReadings
+from model.values.readings import BodyTruth, ForceRecord, PoseRecord, ServoReadings
 from model.values.tick import DeadReckoning, Inputs, Intent, LoopTiming, Mode, Request, Tick
 
 NAMES = ("HL", "ML", "FL", "HR", "MR", "FR")

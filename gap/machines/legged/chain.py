@@ -44,12 +44,7 @@ BOUND_TO_PLACES = ("ground_step", "friction_patch", "ground_slope", "tether_forc
 class Walk:
     """The truth of W frames as the chain has it.
 
-    Attributes:
-        shaft_rad: Shafts as commands and loads put them, (W, N).
-        feet: Unloaded feet.
-        standing: Support.
-        sliding: Friction.
-        world: x, y, yaw of the body, (W, 3).
+    Shafts, (W, N), are where commands and loads put them; the world holds x, y, yaw of the body, (W, 3).
     """
 
     shaft_rad: FloatArray
@@ -60,11 +55,7 @@ class Walk:
 
 
 class LeggedChain:
-    """The chain of one machine; stages that several predictions share are solved once.
-
-    Args:
-        machine: The robot.
-    """
+    """The chain of one machine; stages that several predictions share are solved once."""
 
     def __init__(self, machine: LeggedMachine) -> None:
         self._machine = machine
@@ -79,15 +70,9 @@ class LeggedChain:
         return read_sensors(inputs.grid, self._truth(known, walk, settings, drive), settings)
 
     def walk(self, known: LeggedInputs, settings: Settings, drive: Drive) -> Walk:
-        """Run all stages before the sensors, or remember them.
-
-        Args:
-            known: Inputs, with perfect sensors.
-            settings: What is added.
-            drive: What feeds the stages.
-        """
+        """Run all stages before the sensors, or remember them; the inputs are those of perfect sensors."""
         acting = tuple(one for one in settings.acting if EFFECTS[one[0]].stage != "sensing")
-        added = tuple(one for one in settings.added if one.stage != "sensing")
+        added = tuple(one for one in settings.added if one.user.effect.stage != "sensing")
         return self._plain_walk(known, Settings(settings.legs, acting, added), drive)
 
     def _walk(self, known: LeggedInputs, settings: Settings, drive: Drive) -> Walk:
@@ -98,7 +83,7 @@ class LeggedChain:
             velocity = body_velocity(known.grid, world)
         flank = None
         if not measured and settings.has("gear_backlash"):
-            # which flank a shaft lies against is told by the loads of a walk without the play
+            # the loads of a walk without the play decide against which flank a shaft lies
             tight = tuple(one for one in settings.acting if one[0] != "gear_backlash")
             flank = foot_forces(self._plain_walk(known, replace(settings, acting=tight), drive))
         place = np.tile(known.start_pose, (known.grid.frames, 1)) if world is None else world

@@ -37,10 +37,7 @@ def channels(legs: tuple[str, ...]) -> tuple[Channel, ...]:
 def to_channels(grid: Grid, command_rad: FloatArray, signals: SensorSignals) -> FloatArray:
     """Put signals on the channels, (F, C). The same for measured and predicted signals.
 
-    Args:
-        grid: The working grid, W frames.
-        command_rad: Commands as logged, (W, N).
-        signals: What sensors read.
+    Commands are as logged, (W, N) on the working grid.
     """
     frames = grid.frames
     pose = np.column_stack([signals.body_m[:, :2], signals.body_rad[:, 2]])

@@ -25,13 +25,7 @@ AXES = "xyz"
 def check_legged(
     inputs: LeggedInputs, walk: SensorSignals, weight_n: float
 ) -> tuple[DataFault, ...]:
-    """Compare measured streams with what the simulator reads from measured shafts.
-
-    Args:
-        inputs: Measured data.
-        walk: What the simulator as it stands would read.
-        weight_n: The robot's weight.
-    """
+    """Compare measured streams with what the simulator as it stands reads from measured shafts."""
     axes = tuple(faults_of("force", _forces(inputs, weight_n)))
     swapped = any(fault.kind == "swapped" for fault in axes)
     return (
@@ -69,8 +63,9 @@ def _leg_faults(
     """Each foot's vertical force against its predicted load."""
     legs = inputs.trial.joints
     alike = likeness(inputs.force_n[..., 2], walk.force_n[..., 2])
-    overall = np.nanmedian(np.diag(alike))
-    for leg, own in zip(legs, np.diag(alike), strict=True):
+    each = np.diag(alike)
+    overall = np.median(each[np.isfinite(each)]) if np.isfinite(each).any() else 0.0
+    for leg, own in zip(legs, each, strict=True):
         if own < -0.7 and overall > 0 and not swapped_axes:
             words = f"falls when the foot is loaded (correlation {own:.2f})"
             yield DataFault("sign", f"force_{leg}_z_n", words, True)

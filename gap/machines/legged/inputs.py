@@ -13,13 +13,7 @@ from record.trial.trial import Trial
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LeggedInputs(SensorSignals):
-    """What the sensors did read, W frames of N legs; NaN where nothing was measured.
-
-    Attributes:
-        grid: The grid.
-        trial: Where they come from.
-        command_rad: (W, N).
-    """
+    """What the sensors did read, W frames of N legs; NaN where nothing was measured. Commands: (W, N)."""
 
     grid: Grid
     trial: Trial

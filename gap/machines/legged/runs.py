@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaits.gait import Gait
-from gap.interfaces import Cause
-from gap.proposals import Proposal
+from gap.interfaces import Cause, Proposal
 from record.trial.header import LEGGED, TrialHeader, TrialNoise
 from record.trial.table_file import Column
 from record.trial.trial import build_trial
@@ -24,15 +23,10 @@ PLACES = (("the body's middle", 0.0, 0.0), ("its front left", *WEIGHT_M))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LeggedProposer:
-    """Implements ``gap.proposals.Proposer``.
+    """Makes the proposals of a robot.
 
-    Attributes:
-        legs: Names of the legs.
-        gaits: Gaits by name.
-        limits_hz: Highest frequency of each that the servos follow.
-        mass_kg: Of the robot.
-        robot_text: Robot file.
-        robot_option: What the command line needs to name that file; empty for the default one.
+    ``limits_hz`` are the highest frequencies of gaits that the servos follow; ``robot_option`` is what the
+    command line needs to name the robot file, empty for the default one.
     """
 
     legs: tuple[str, ...]
@@ -55,9 +49,9 @@ class LeggedProposer:
         return found
 
     def _plain(self, gait: Gait, frequency_hz: float, steer: float) -> Proposal:
-        way = "straight" if steer == 0 else f"steering {steer:g}"
+        course = "straight" if steer == 0 else f"steering {steer:g}"
         return self._proposal(
-            gait, frequency_hz, steer, f"{gait.name} at {frequency_hz:g} Hz, {way}"
+            gait, frequency_hz, steer, f"{gait.name} at {frequency_hz:g} Hz, {course}"
         )
 
     def _loaded(self, gait: Gait, where: str, x_m: float, y_m: float) -> Proposal:

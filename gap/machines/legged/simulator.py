@@ -4,16 +4,14 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 from gap.data.check import check_trial
-from gap.effect_file import UserEffect
-from gap.interfaces import Cause, DataFault, Drive, Observation
-from gap.machines.legged.catalogue import CATALOGUE
+from gap.interfaces import Cause, DataFault, Drive, Effect, Observation
 from gap.machines.legged.chain import LeggedChain
 from gap.machines.legged.channels import channels, make_observation, to_channels
 from gap.machines.legged.check import check_legged
 from gap.machines.legged.inputs import LeggedInputs, make_inputs
-from model.effects.catalogue import STAGES
+from model.effects.catalogue import CATALOGUE, STAGES
 from model.effects.machine import LeggedMachine, parse_machine
-from model.effects.settings import Settings, settings_of
+from model.effects.settings import Settings, UserEffect, settings_of
 from model.errors import GapError
 from model.values.arrays import FloatArray, readonly
 from record.trial.trial import Trial
@@ -22,12 +20,7 @@ TRIALS_REMEMBERED = 16
 
 
 class LeggedSimulator:
-    """Implements ``gap.interfaces.Simulator`` for robots with a four-bar a leg.
-
-    Args:
-        machine: The robot.
-        added: Users' effects.
-    """
+    """Implements ``gap.interfaces.Simulator`` for robots with a four-bar a leg; a user may add effects."""
 
     name = "legged"
     stages = STAGES
@@ -35,10 +28,7 @@ class LeggedSimulator:
     def __init__(self, machine: LeggedMachine, added: tuple[UserEffect, ...] = ()) -> None:
         self.machine = machine
         self.joints = machine.legs.names
-        self.effects = (
-            *CATALOGUE,
-            *(user.effect for user in added),
-        )
+        self.effects: tuple[Effect, ...] = (*CATALOGUE, *(user.effect for user in added))
         self.channels = channels(self.joints)
         self._added = added
         self._chain = LeggedChain(machine)

@@ -9,9 +9,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from gap.causes import check_causes
 from gap.delegate import Delegate
-from gap.interfaces import Cause, Drive, Effect
+from gap.interfaces import Cause, Drive, Effect, check_causes
 from gap.machines.legged.channels import to_channels
 from gap.machines.legged.inputs import make_inputs
 from gap.machines.legged.simulator import LeggedSimulator

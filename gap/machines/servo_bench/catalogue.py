@@ -7,7 +7,6 @@ Ratios are neutral at 1, everything else at what the nominal servo has: added fr
 from dataclasses import dataclass
 
 from gap.interfaces import Effect, Parameter, Scope
-from gap.machines.servo_bench import kernel as k
 
 STAGES = ("controller", "motor", "transmission", "load", "sensing")
 JOINT = (Scope.JOINT,)
@@ -15,22 +14,20 @@ ANY, IDEAL, MOTOR = "any", "ideal", "motor"
 
 
 @dataclass(frozen=True, slots=True)
-class BenchEffect:
-    """An effect, for which servos it means something, and where its parameters go.
+class BenchEffect(Effect):
+    """An effect of servos.
 
     Attributes:
-        effect: The effect.
-        servos: ``any``, ``ideal`` (no motor data) or ``motor``.
+        servos: For which it means something: ``any``, ``ideal`` (no motor data) or ``motor``.
         needs: ``torque`` where it needs a known load or a measured torque, ``no load`` where it needs
             none of them; else empty.
-        places: Number of ``servo_bench_kernel`` a parameter changes, and how: ``+``, ``*``, ``<`` (at most)
-            or ``=``.
+        places: Number of ``ServoNumbers`` that a parameter changes, and how: ``+``, ``*``, ``<`` (at
+            most), ``=`` or ``payload``.
     """
 
-    effect: Effect
     servos: str
     needs: str
-    places: tuple[tuple[int, str], ...]
+    places: tuple[tuple[str, str], ...]
 
 
 def _number(name: str, unit: str, lower: float, upper: float, spread: float) -> Parameter:
@@ -51,98 +48,96 @@ def _entry(
     parameters: tuple[Parameter, ...],
     servos: str,
     needs: str,
-    places: tuple[tuple[int, str], ...],
+    places: tuple[tuple[str, str], ...],
     physics: str,
     remedy: str,
 ) -> BenchEffect:
-    return BenchEffect(
-        Effect(name, stage, parameters, JOINT, physics, remedy), servos, needs, places
-    )
+    return BenchEffect(name, stage, parameters, JOINT, physics, remedy, servos, needs, places)
 
 
 CATALOGUE = (
     _entry("command_delay", "controller", (_number("delay_s", "s", 0.0, 0.4, 0.04),), ANY, "",
-           ((k.DELAY, "+"),),
+           (("delay_s", "+"),),
            "A command acts later than it is logged.",
            "Check the bus, buffers, and the time at which commands are stamped."),
     _entry("servo_lag", "controller", (_number("time_constant_s", "s", 0.0, 1.0, 0.06),), ANY, "",
-           ((k.LAG, "+"),),
+           (("lag_s", "+"),),
            "The position loop follows its command like a first-order low pass.",
            "Raise the position gain, or look for a profile or filter in the firmware."),
     _entry("speed_limit", "controller", (Parameter("limit_rad_s", "rad/s", 100.0, 0.2, 100.0, 5.0),),
-           IDEAL, "", ((k.SPEED_LIMIT, "<"),),
+           IDEAL, "", (("speed_limit_rad_s", "<"),),
            "The shaft cannot turn faster than this, and catches up when its command rests.",
            "Read the profile and torque limits of the servo; check the supply."),
-    _entry("controller_gain", "controller", _ratio(0.1, 5.0, 0.3), MOTOR, "", ((k.KP, "*"),),
+    _entry("controller_gain", "controller", _ratio(0.1, 5.0, 0.3), MOTOR, "", (("kp_duty_per_rad", "*"),),
            "The position loop pushes less or more per angle of error than thought.",
            "Read the gain registers; log the duty."),
     _entry("duty_limit", "controller", (Parameter("limit", "", 1.0, 0.05, 1.0, 0.25),), MOTOR, "",
-           ((k.DUTY_LIMIT, "<"),),
+           (("duty_limit", "<"),),
            "The duty cannot exceed this, so that speed and torque end early.",
            "Read the PWM and torque limits of the servo."),
-    _entry("supply_voltage", "motor", _ratio(0.4, 2.0, 0.15), MOTOR, "", ((k.SUPPLY, "*"),),
+    _entry("supply_voltage", "motor", _ratio(0.4, 2.0, 0.15), MOTOR, "", (("supply_v", "*"),),
            "The motor gets another voltage than the file says.",
            "Measure the voltage at the servo under load."),
-    _entry("torque_constant", "motor", _ratio(0.4, 2.5, 0.2), MOTOR, "", ((k.TORQUE_CONSTANT, "*"),),
+    _entry("torque_constant", "motor", _ratio(0.4, 2.5, 0.2), MOTOR, "", (("torque_constant_nm_a", "*"),),
            "The motor gives another torque per ampere, and another back-EMF.",
            "Measure stall torque and no-load speed."),
-    _entry("winding_resistance", "motor", _ratio(0.4, 3.0, 0.2), MOTOR, "", ((k.RESISTANCE, "*"),),
+    _entry("winding_resistance", "motor", _ratio(0.4, 3.0, 0.2), MOTOR, "", (("resistance_ohm", "*"),),
            "The winding and its driver resist more or less, hot ones more.",
            "Measure the current at stall."),
     _entry("armature", "motor", (_number("kg_m2", "kg m^2", 0.0, 0.2, 0.01),), MOTOR, "",
-           ((k.ARMATURE, "+"),),
+           (("armature_kg_m2", "+"),),
            "Rotor and gears have more inertia at the shaft than the file says.",
            "Fit it to a fast step without load."),
     _entry("viscous_friction", "transmission", (_number("nm_s", "N m s", 0.0, 3.0, 0.1),), MOTOR, "",
-           ((k.VISCOUS, "+"),),
+           (("viscous_nm_s", "+"),),
            "Friction of the gearbox grows with speed.",
            "Grease; measure no-load current at two speeds."),
     _entry("coulomb_friction", "transmission", (_number("nm", "N m", 0.0, 2.0, 0.1),), MOTOR, "",
-           ((k.COULOMB, "+"),),
+           (("coulomb_nm", "+"),),
            "Dry friction of the gearbox: the loop stops short of its goal.",
            "Measure the torque at which the shaft breaks away."),
     _entry("stribeck_friction", "transmission",
            (_number("nm", "N m", 0.0, 2.0, 0.1), _speed(0.5)), MOTOR, "",
-           ((k.STRIBECK, "+"), (k.STRIBECK_SPEED, "=")),
+           (("stribeck_nm", "+"), ("stribeck_rad_s", "=")),
            "Friction is higher at rest and slow speed than when turning.",
            "Look for stick-slip in slow ramps."),
     _entry("load_friction", "transmission", (_number("ratio", "", 0.0, 1.0, 0.1),), MOTOR, "torque",
-           ((k.LOAD_FRICTION, "+"),),
+           (("load_friction", "+"),),
            "Gear friction grows with the load torque.",
            "Repeat with another load."),
     _entry("stribeck_load_friction", "transmission",
            (_number("nm", "N m", 0.0, 2.0, 0.1), _speed(0.5), _number("ratio", "", 0.0, 1.0, 0.1)),
            MOTOR, "torque",
-           ((k.STRIBECK, "+"), (k.STRIBECK_SPEED, "="), (k.LOAD_FRICTION, "+")),
+           (("stribeck_nm", "+"), ("stribeck_rad_s", "="), ("load_friction", "+")),
            "Friction grows with the load and is higher at rest than when turning.",
            "Repeat with another load and in slow ramps."),
     _entry("backlash", "transmission", (_number("width_rad", "rad", 0.0, 0.3, 0.02),), ANY, "torque",
-           ((k.BACKLASH, "+"),),
+           (("backlash_rad", "+"),),
            "The shaft lies at one or the other flank of its gears' play, wherever it was last pushed.",
            "Replace the gears, or preload the joint."),
     _entry("play", "transmission", (_number("width_rad", "rad", 0.0, 0.4, 0.03),), ANY, "",
-           ((k.PLAY, "+"),),
+           (("play_rad", "+"),),
            "The shaft trails its command by half a width on either side and stays put when it turns back.",
            "Tell backlash from stiction against a soft loop by pushing the held shaft."),
     _entry("payload", "load",
            (_number("mass_kg", "kg", 0.0, 5.0, 0.3), Parameter("length_m", "m", 0.1, 0.0, 0.6, 0.1)),
-           MOTOR, "", ((k.MASS_LENGTH, "payload"), (k.LOAD_INERTIA, "payload")),
+           MOTOR, "", (("load_kg_m", "payload"), ("load_kg_m2", "payload")),
            "More hangs on the pendulum than the file says.",
            "Weigh it."),
     _entry("gravity_droop", "load", (_number("rad_per_nm", "rad/(N m)", 0.0, 0.5, 0.03),), ANY, "torque",
-           ((k.DROOP, "+"),),
+           (("droop_rad_nm", "+"),),
            "The shaft gives under the torque of its load.",
            "Raise the gain or add integral action."),
     _entry("gravity_droop_unknown_load", "load",
            (_number("sin_rad", "rad", -0.5, 0.5, 0.03), _number("cos_rad", "rad", -0.5, 0.5, 0.03)),
-           IDEAL, "no load", ((k.DROOP_SIN, "+"), (k.DROOP_COS, "+")),
+           IDEAL, "no load", (("droop_sin_rad", "+"), ("droop_cos_rad", "+")),
            "The shaft gives under a weight that turns with it; where it hangs straight down is not known.",
            "Raise the gain, add integral action, or give the file the load."),
     _entry("encoder_offset", "sensing", (_number("offset_rad", "rad", -1.0, 1.0, 0.03),), ANY, "",
-           ((k.ENCODER_OFFSET, "+"),),
+           (("encoder_offset_rad", "+"),),
            "The reported angle is off by a constant.",
            "Calibrate the zero."),
-    _entry("encoder_scale", "sensing", _ratio(0.5, 1.5, 0.03), ANY, "", ((k.ENCODER_SCALE, "*"),),
+    _entry("encoder_scale", "sensing", _ratio(0.5, 1.5, 0.03), ANY, "", (("encoder_scale", "*"),),
            "The reported angle grows by more or less than the shaft turns.",
            "Check counts per turn and the gear ratio behind the encoder."),
 )  # fmt: skip

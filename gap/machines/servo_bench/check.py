@@ -24,6 +24,8 @@ FLICKER_COUNTS = 2.5  # a lone sample so few steps of its encoder off is no spik
 def check_bench(trial: Trial) -> Iterator[DataFault]:
     """Look through a servo trial."""
     steps = np.diff(trial.time_s)
+    if not len(steps):
+        return
     if steps.max() > 5 * np.median(steps):
         yield DataFault("gap", "time_s", f"a hole of {steps.max():.3g} s between samples", False)
     for at, joint in enumerate(trial.joints):
@@ -46,12 +48,9 @@ def check_bench(trial: Trial) -> Iterator[DataFault]:
 
 
 def believable(fault: DataFault, trial: Trial, compared: frozenset[str]) -> DataFault | None:
-    """Return a fault as it counts for servos: None where a servo does that by itself.
+    """Return a fault of any machine's check as it counts for servos; None where a servo does it by itself.
 
-    Args:
-        fault: What any machine's check found.
-        trial: Where.
-        compared: Columns that the simulator compares or is driven by; a fault of another is not severe.
+    A fault of a column that the simulator neither compares nor is driven by is not severe.
     """
     joint = next((j for j in trial.joints if fault.channel == f"shaft_{j}_rad"), "")
     if joint and fault.kind == "frozen":

@@ -4,18 +4,47 @@ Speed is stepped semi-implicitly (back-EMF and viscous friction are solved for, 
 stays stable), and dry friction takes at most what would stop the shaft within the step.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from scipy.constants import g as standard_gravity
 
 from model.compiled import compiled
 from model.values.arrays import FloatArray
 
-# Places in the array of numbers.
-(DELAY, LAG, PLAY, KP, KD, KI, DUTY_LIMIT, SUPPLY, TORQUE_CONSTANT, RESISTANCE, ARMATURE, MASS_LENGTH,
- LOAD_INERTIA, COULOMB, VISCOUS, STRIBECK, STRIBECK_SPEED, LOAD_FRICTION, BACKLASH, DROOP, BREAK_TORQUE,
- ENCODER_OFFSET, ENCODER_SCALE, DROOP_SIN, DROOP_COS, SPEED_LIMIT) = range(26)  # fmt: skip
-NUMBERS = 26
+UNLIMITED_RAD_S = 100.0
 SUBSTEP_S = 0.002
+
+
+class ServoNumbers(NamedTuple):
+    """A servo, as it is nominally unless its file or a cause says otherwise; SI units."""
+
+    kp_duty_per_rad: float = 4.0
+    kd: float = 0.0  # duty per rad/s of falling error
+    ki: float = 0.0  # duty per rad s
+    duty_limit: float = 1.0
+    delay_s: float = 0.0
+    supply_v: float = 12.0
+    torque_constant_nm_a: float = 1.0  # at the shaft, which is also volts per rad/s
+    resistance_ohm: float = 1.0
+    armature_kg_m2: float = 0.01  # rotor and gears at the shaft
+    load_kg_m: float = 0.0  # mass of the pendulum times its length; angle 0 hangs down
+    load_kg_m2: float = 0.0
+    coulomb_nm: float = 0.0
+    viscous_nm_s: float = 0.0
+    lag_s: float = 0.0
+    play_rad: float = 0.0
+    speed_limit_rad_s: float = UNLIMITED_RAD_S
+    stribeck_nm: float = 0.0
+    stribeck_rad_s: float = 0.5
+    load_friction: float = 0.0  # share of the load torque
+    backlash_rad: float = 0.0
+    break_nm: float = 0.0  # torque from which a load pushes an ideal shaft through its play
+    droop_rad_nm: float = 0.0
+    droop_sin_rad: float = 0.0
+    droop_cos_rad: float = 0.0
+    encoder_offset_rad: float = 0.0
+    encoder_scale: float = 1.0
 
 
 def pushed_side(torque_nm: FloatArray, break_nm: float) -> FloatArray:
@@ -40,7 +69,7 @@ def speed_limited(values: FloatArray, limit_rad_s: float, period_s: float) -> Fl
 
 @compiled
 def run_motor(
-    target: FloatArray, period_s: float, angle: float, speed: float, p: FloatArray
+    target: FloatArray, period_s: float, angle: float, speed: float, p: ServoNumbers
 ) -> FloatArray:
     """Integrate a servo with a motor.
 
@@ -49,7 +78,7 @@ def run_motor(
         period_s: Between frames.
         angle: Shaft at the first frame.
         speed: Its speed there.
-        p: Numbers, (NUMBERS,).
+        p: The servo.
 
     Returns:
         Shaft angle, duty, current at each frame, (F, 3).
@@ -58,9 +87,9 @@ def run_motor(
     out = np.empty((frames, 3))
     steps = max(1, int(np.ceil(period_s / SUBSTEP_S)))
     dt = period_s / steps
-    inertia = p[ARMATURE] + p[LOAD_INERTIA]
-    kt, resistance = p[TORQUE_CONSTANT], p[RESISTANCE]
-    damping = kt * kt / resistance + p[VISCOUS]
+    inertia = p.armature_kg_m2 + p.load_kg_m2
+    kt, resistance = p.torque_constant_nm_a, p.resistance_ohm
+    damping = kt * kt / resistance + p.viscous_nm_s
     shaft, integral, duty = angle, 0.0, 0.0
     before = target[0] - shaft
     for i in range(frames):
@@ -69,26 +98,26 @@ def run_motor(
             wanted = target[i] + (target[last] - target[i]) * s / steps
             error = wanted - shaft
             if s == 0:
-                integral += p[KI] * error * period_s
-                integral = min(max(integral, -p[DUTY_LIMIT]), p[DUTY_LIMIT])
-            duty = p[KP] * error + integral + p[KD] * (error - before) / dt
-            duty = min(max(duty, -p[DUTY_LIMIT]), p[DUTY_LIMIT])
+                integral += p.ki * error * period_s
+                integral = min(max(integral, -p.duty_limit), p.duty_limit)
+            duty = p.kp_duty_per_rad * error + integral + p.kd * (error - before) / dt
+            duty = min(max(duty, -p.duty_limit), p.duty_limit)
             before = error
             if s == 0:
                 out[i, 0] = shaft
                 out[i, 1] = duty
-                out[i, 2] = (duty * p[SUPPLY] - kt * speed) / resistance
-            load = -p[MASS_LENGTH] * standard_gravity * np.sin(shaft)
-            motor = kt * duty * p[SUPPLY] / resistance
+                out[i, 2] = (duty * p.supply_v - kt * speed) / resistance
+            load = -p.load_kg_m * standard_gravity * np.sin(shaft)
+            motor = kt * duty * p.supply_v / resistance
             free = (speed + dt / inertia * (motor + load)) / (1.0 + dt / inertia * damping)
-            dry = p[COULOMB] + p[LOAD_FRICTION] * abs(load)
-            if p[STRIBECK] > 0.0:
-                dry += p[STRIBECK] * np.exp(-abs(speed) / p[STRIBECK_SPEED])
+            dry = p.coulomb_nm + p.load_friction * abs(load)
+            if p.stribeck_nm > 0.0:
+                dry += p.stribeck_nm * np.exp(-abs(speed) / p.stribeck_rad_s)
             stop = dry * dt / inertia / (1.0 + dt / inertia * damping)
             speed = 0.0 if abs(free) <= stop else free - stop * np.sign(free)
             angle += dt * speed
-            half = 0.5 * p[BACKLASH]
-            if half > 0.0 and p[MASS_LENGTH] > 0.0 and abs(load) > 1e-9:
+            half = 0.5 * p.backlash_rad
+            if half > 0.0 and p.load_kg_m > 0.0 and abs(load) > 1e-9:
                 # the load falls to the flank that its weight pushes to
                 shaft = angle + half * np.sign(load)
             else:

@@ -1,7 +1,7 @@
 """Position-controlled servos, each on its own, as a simulator under diagnosis.
 
 Where the machine's file gives motor data, each servo is a firmware position loop, a DC motor, gearbox
-friction and a pendulum; where it does not, the shaft goes where it is told.
+friction and a pendulum; where it does not, the shaft goes where it is commanded.
 """
 
 from collections.abc import Sequence
@@ -10,14 +10,14 @@ from functools import lru_cache
 import numpy as np
 from scipy.constants import g as standard_gravity
 
-from gap.causes import check_causes
 from gap.data.check import check_trial
 from gap.data.even_grid import EvenTrial, even_trial
-from gap.interfaces import Cause, Channel, DataFault, Drive, Observation
+from gap.interfaces import Cause, Channel, DataFault, Drive, Effect, Observation, check_causes
 from gap.machines.servo_bench import kernel as k
 from gap.machines.servo_bench.catalogue import ANY, CATALOGUE, IDEAL, MOTOR, STAGES, BenchEffect
 from gap.machines.servo_bench.check import believable, check_bench
-from gap.machines.servo_bench.machine import ServoJoint, ServoMachine, servo_machine
+from gap.machines.servo_bench.kernel import UNLIMITED_RAD_S, ServoNumbers
+from gap.machines.servo_bench.machine import ServoJoint, nominal_servos
 from model.motion.filters import at_times, lagged, play
 from model.values.arrays import FloatArray, readonly
 from record.trial.trial import Trial
@@ -26,35 +26,29 @@ TRIALS_REMEMBERED = 128
 ASSUMED_SHAFT_RAD = 0.0015  # one count of 4096
 ASSUMED_DUTY = 0.01
 ASSUMED_CURRENT_A = 0.02
-UNLIMITED_RAD_S = 100.0
+BY_NAME = {effect.name: effect for effect in CATALOGUE}
 SETTLE_S = 0.1  # the servo's state before the trial is not known
 
 
 class ServoBench:
-    """Implements ``gap.interfaces.Simulator`` for servos.
+    """Implements ``gap.interfaces.Simulator`` for nominal servos.
 
-    Args:
-        machine: The nominal servos.
-        torque_known: Whether the trials have a signed torque at the shafts.
+    ``torque_known`` is whether the trials have a signed torque at the shafts.
     """
 
     name = "servo_bench"
     stages = STAGES
 
-    def __init__(self, machine: ServoMachine, torque_known: bool = False) -> None:
-        self.machine = machine
-        kinds = {IDEAL if joint.ideal else MOTOR for joint in machine.joints} | {ANY}
-        loaded = torque_known or any(joint.mass_kg > 0 for joint in machine.joints)
-        self._catalogue = tuple(
-            entry
-            for entry in CATALOGUE
-            if entry.servos in kinds
-            and (entry.needs != "torque" or loaded)
-            and (entry.needs != "no load" or not loaded)
+    def __init__(self, servos: tuple[ServoJoint, ...], torque_known: bool = False) -> None:
+        self.servos = servos
+        kinds = {IDEAL if joint.ideal else MOTOR for joint in servos} | {ANY}
+        loaded = torque_known or any(joint.numbers.load_kg_m > 0 for joint in servos)
+        lacking = "no load" if loaded else "torque"
+        self.effects: tuple[Effect, ...] = tuple(
+            one for one in CATALOGUE if one.servos in kinds and one.needs != lacking
         )
-        self.joints = machine.names
-        self.effects = tuple(entry.effect for entry in self._catalogue)
-        motors = tuple(joint.name for joint in machine.joints if not joint.ideal)
+        self.joints = tuple(joint.name for joint in servos)
+        motors = tuple(joint.name for joint in servos if not joint.ideal)
         self.channels = (
             *(Channel("shaft_error", name, "load", "rad") for name in self.joints),
             *(Channel("duty", name, "controller", "") for name in motors),
@@ -62,9 +56,9 @@ class ServoBench:
         )
         self._compared = frozenset({
             "time_s", "shaft",
-            *(f"{what}_{joint.name}_rad" for joint in machine.joints for what in ("command", "shaft")),
-            *(f"torque_{joint.name}_nm" for joint in machine.joints if torque_known),
-            *(f"{what}_{joint.name}{unit}" for joint in machine.joints if not joint.ideal
+            *(f"{what}_{joint.name}_rad" for joint in servos for what in ("command", "shaft")),
+            *(f"torque_{joint.name}_nm" for joint in servos if torque_known),
+            *(f"{what}_{joint.name}{unit}" for joint in servos if not joint.ideal
               for what, unit in (("pwm", ""), ("current", "_a"))),
         })  # fmt: skip
         self._grid = lru_cache(maxsize=TRIALS_REMEMBERED)(even_trial)
@@ -76,7 +70,7 @@ class ServoBench:
             GapError: It is another machine's, or too short.
         """
         even = self._grid(trial)
-        motors = [i for i, joint in enumerate(self.machine.joints) if not joint.ideal]
+        motors = [i for i, joint in enumerate(self.servos) if not joint.ideal]
         values = np.column_stack(
             [even.shaft_rad - even.command_rad, even.pwm[:, motors], even.current_a[:, motors]]
         )
@@ -89,10 +83,10 @@ class ServoBench:
         ])  # fmt: skip
         weight = np.ones(values.shape)
         weight[even.time_s < SETTLE_S] = 0.0
-        for at, joint in enumerate(self.machine.joints):
-            if joint.ideal and joint.coulomb_nm > 0.0:
+        for at, joint in enumerate(self.servos):
+            if joint.ideal and joint.numbers.coulomb_nm > 0.0:
                 # a shaft that nothing pushes past its friction may lie anywhere in its play
-                weight[np.abs(even.torque_nm[:, at]) <= joint.coulomb_nm, at] = 0.0
+                weight[np.abs(even.torque_nm[:, at]) <= joint.numbers.coulomb_nm, at] = 0.0
         return Observation(
             time_s=readonly(even.time_s.copy()),
             cycle=readonly(even.time_s * trial.header.frequency_hz),
@@ -113,8 +107,11 @@ class ServoBench:
         check_causes(causes, self)
         even = self._grid(trial)
         shafts, duties, currents = [], [], []
-        for at, joint in enumerate(self.machine.joints):
-            numbers = joint_numbers(joint, causes, self._catalogue)
+        for at, joint in enumerate(self.servos):
+            numbers = joint.numbers
+            for cause in causes:
+                if joint.name in cause.joints:
+                    numbers = _added(numbers, BY_NAME[cause.effect], cause.values)
             ran = _run(even, at, joint, numbers)
             shafts.append(ran[:, 0] - even.command_rad[:, at])
             if joint.ideal:
@@ -134,52 +131,30 @@ class ServoBench:
         return (*known, *(f for f in check_bench(trial) if (f.kind, f.channel) not in seen))
 
 
-def joint_numbers(
-    joint: ServoJoint, causes: Sequence[Cause], catalogue: tuple[BenchEffect, ...]
-) -> FloatArray:
-    """Return the numbers of the compiled servo, (NUMBERS,), with causes added."""
-    p = np.zeros(k.NUMBERS)
-    p[k.DELAY], p[k.KP], p[k.KD], p[k.KI] = joint.delay_s, joint.kp_duty_per_rad, joint.kd, joint.ki
-    p[k.DUTY_LIMIT], p[k.SUPPLY] = joint.duty_limit, joint.supply_v
-    p[k.TORQUE_CONSTANT], p[k.RESISTANCE] = joint.torque_constant_nm_a, joint.resistance_ohm
-    p[k.ARMATURE] = joint.armature_kg_m2
-    p[k.MASS_LENGTH] = joint.mass_kg * joint.length_m
-    p[k.LOAD_INERTIA] = joint.mass_kg * joint.length_m**2
-    p[k.COULOMB], p[k.VISCOUS] = joint.coulomb_nm, joint.viscous_nm_s
-    p[k.SPEED_LIMIT] = UNLIMITED_RAD_S
-    p[k.BREAK_TORQUE], p[k.STRIBECK_SPEED], p[k.ENCODER_SCALE] = joint.coulomb_nm, 0.5, 1.0
-    entries = {entry.effect.name: entry for entry in catalogue}
-    for cause in causes:
-        if joint.name in cause.joints:
-            _add(p, entries[cause.effect], cause.values)
+def _added(p: ServoNumbers, effect: BenchEffect, values: tuple[float, ...]) -> ServoNumbers:
+    """A servo with a cause added."""
+    for (place, how), value in zip(effect.places, values, strict=True):
+        old: float = getattr(p, place)
+        if how == "payload":  # its two numbers belong together
+            mass, length = values
+            new = old + mass * length ** (2 if place == "load_kg_m2" else 1)
+        else:
+            new = {"+": old + value, "*": old * value, "<": min(old, value), "=": value}[how]
+        p = p._replace(**{place: new})
     return p
 
 
-def _add(p: FloatArray, entry: BenchEffect, values: tuple[float, ...]) -> None:
-    for (place, how), value in zip(entry.places, values, strict=True):
-        if how == "+":
-            p[place] += value
-        elif how == "*":
-            p[place] *= value
-        elif how == "<":
-            p[place] = min(p[place], value)
-        elif how == "=":
-            p[place] = value
-        elif place == k.MASS_LENGTH:  # a payload's two numbers belong together
-            mass, length = values
-            p[k.MASS_LENGTH] += mass * length
-            p[k.LOAD_INERTIA] += mass * length**2
-
-
-def _target(even: EvenTrial, at: int, joint: ServoJoint, p: FloatArray, start: float) -> FloatArray:
+def _target(
+    even: EvenTrial, at: int, joint: ServoJoint, p: ServoNumbers, start: float
+) -> FloatArray:
     """Where a position loop wants its shaft, (F,): late, lagging, in its play."""
-    target = at_times(even.time_s, even.command_rad[:, at], even.time_s - p[k.DELAY])
-    if joint.ideal and p[k.SPEED_LIMIT] < UNLIMITED_RAD_S:
-        target = k.speed_limited(target, float(p[k.SPEED_LIMIT]), even.period_s)
-    return play(lagged(target, float(p[k.LAG]), even.period_s), float(p[k.PLAY]), start)
+    target = at_times(even.time_s, even.command_rad[:, at], even.time_s - p.delay_s)
+    if joint.ideal and p.speed_limit_rad_s < UNLIMITED_RAD_S:
+        target = k.speed_limited(target, p.speed_limit_rad_s, even.period_s)
+    return play(lagged(target, p.lag_s, even.period_s), p.play_rad, start)
 
 
-def _run(even: EvenTrial, at: int, joint: ServoJoint, p: FloatArray) -> FloatArray:
+def _run(even: EvenTrial, at: int, joint: ServoJoint, p: ServoNumbers) -> FloatArray:
     """Run one servo from its commands, (F, 3): reported shaft angle, duty, current."""
     first, command = float(even.shaft_rad[0, at]), float(even.command_rad[0, at])
     start = first if np.isfinite(first) else command
@@ -190,37 +165,37 @@ def _run(even: EvenTrial, at: int, joint: ServoJoint, p: FloatArray) -> FloatArr
         out[:, 0] = target
     else:
         out = k.run_motor(target, even.period_s, start, 0.0, p)
-    gravity = -p[k.MASS_LENGTH] * standard_gravity * np.sin(out[:, 0])
+    gravity = -p.load_kg_m * standard_gravity * np.sin(out[:, 0])
     load = np.where(np.isfinite(torque), torque, gravity)
-    out[:, 0] += p[k.DROOP] * load
+    out[:, 0] += p.droop_rad_nm * load
     if joint.ideal:
-        out[:, 0] += 0.5 * p[k.BACKLASH] * k.pushed_side(load, float(p[k.BREAK_TORQUE]))
-        out[:, 0] += p[k.DROOP_SIN] * np.sin(target) + p[k.DROOP_COS] * np.cos(target)
-    out[:, 0] = p[k.ENCODER_SCALE] * out[:, 0] + p[k.ENCODER_OFFSET]
+        out[:, 0] += 0.5 * p.backlash_rad * k.pushed_side(load, p.break_nm)
+        out[:, 0] += p.droop_sin_rad * np.sin(target) + p.droop_cos_rad * np.cos(target)
+    out[:, 0] = p.encoder_scale * out[:, 0] + p.encoder_offset_rad
     return out
 
 
-def _undrooped(reported: float, command: float, p: FloatArray) -> float:
+def _undrooped(reported: float, command: float, p: ServoNumbers) -> float:
     """Where a shaft lies in its play: what it reports without offset and droop."""
-    bent = p[k.DROOP_SIN] * np.sin(command) + p[k.DROOP_COS] * np.cos(command)
-    return float((reported - p[k.ENCODER_OFFSET]) / p[k.ENCODER_SCALE] - bent)
+    bent = p.droop_sin_rad * np.sin(command) + p.droop_cos_rad * np.cos(command)
+    return float((reported - p.encoder_offset_rad) / p.encoder_scale - bent)
 
 
 def _local(
-    even: EvenTrial, at: int, joint: ServoJoint, p: FloatArray, ran: FloatArray
+    even: EvenTrial, at: int, joint: ServoJoint, p: ServoNumbers, ran: FloatArray
 ) -> FloatArray:
     """Duty from the measured shaft, current from the measured duty and speed, where they are known."""
     out = ran.copy()
     shaft, first = even.shaft_rad[:, at], float(even.shaft_rad[0, at])
-    if p[k.KI] == 0.0:  # an integral's state before the trial is not known
+    if p.ki == 0.0:  # an integral's state before the trial is not known
         start = first if np.isfinite(first) else float(even.command_rad[0, at])
         error = _target(even, at, joint, p, start)
-        error = error - (shaft - p[k.ENCODER_OFFSET]) / p[k.ENCODER_SCALE]
-        duty = p[k.KP] * error + p[k.KD] * np.gradient(error, even.period_s)
-        out[:, 1] = np.clip(duty, -p[k.DUTY_LIMIT], p[k.DUTY_LIMIT])
+        error = error - (shaft - p.encoder_offset_rad) / p.encoder_scale
+        duty = p.kp_duty_per_rad * error + p.kd * np.gradient(error, even.period_s)
+        out[:, 1] = np.clip(duty, -p.duty_limit, p.duty_limit)
     pwm, speed = even.pwm[:, at], np.gradient(shaft, even.period_s)
     duty = np.where(np.isfinite(pwm), pwm, out[:, 1])
-    out[:, 2] = (duty * p[k.SUPPLY] - p[k.TORQUE_CONSTANT] * speed) / p[k.RESISTANCE]
+    out[:, 2] = (duty * p.supply_v - p.torque_constant_nm_a * speed) / p.resistance_ohm
     return out
 
 
@@ -231,4 +206,4 @@ def servo_bench(trials: Sequence[Trial]) -> ServoBench:
         GapError: Their machine's file does not describe servos.
     """
     signed = any(bool(np.nanmin(t.torque_nm, initial=0.0) < 0.0) for t in trials)
-    return ServoBench(servo_machine(trials[0]), torque_known=signed)
+    return ServoBench(nominal_servos(trials[0]), torque_known=signed)

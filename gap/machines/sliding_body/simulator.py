@@ -6,17 +6,17 @@ the velocity it was first seen with.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from scipy.constants import g as standard_gravity
 from scipy.signal import savgol_filter
 
-from gap.causes import check_causes
 from gap.data.columns import Sign, faults_of
 from gap.data.even_grid import even_times, on_times
-from gap.interfaces import Cause, Channel, DataFault, Drive, Observation
+from gap.interfaces import Cause, Channel, DataFault, Drive, Observation, check_causes
 from gap.machines.sliding_body.catalogue import CATALOGUE, STAGES
 from model.compiled import compiled
 from model.errors import ConfigError, GapError
@@ -38,18 +38,8 @@ CHANNELS = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Law:
-    """Friction and ground.
-
-    Attributes:
-        coulomb: Coulomb's law instead of the viscous one.
-        mu: Coefficient.
-        per_m_s: Its change with speed.
-        slope_x: Rise of the ground along x.
-        slope_y: Along y.
-        delay_s: Delay of poses.
-    """
+class Law(NamedTuple):
+    """Friction (Coulomb's law or the viscous one, mu and its change with speed), slope, delay of poses."""
 
     coulomb: bool
     mu: float
@@ -79,32 +69,30 @@ class Slide:
 
 
 @compiled
-def _friction(v: FloatArray, coulomb: bool, mu: float, per_m_s: float) -> FloatArray:
+def _friction(v: FloatArray, law: Law) -> FloatArray:
     speed = np.sqrt(v[0] * v[0] + v[1] * v[1])
-    level = mu * max(1.0 + per_m_s * speed, 0.0) * standard_gravity
-    if coulomb:
+    level = law.mu * max(1.0 + law.per_m_s * speed, 0.0) * standard_gravity
+    if law.coulomb:
         level = level / max(speed, 1e-9)
     pull: FloatArray = -level * v
     return pull
 
 
 @compiled
-def _coast(
-    frames: int, dt: float, start: FloatArray, coulomb: bool, mu: float, per_m_s: float,
-    slope: FloatArray,
-) -> FloatArray:  # fmt: skip
+def _coast(frames: int, dt: float, start: FloatArray, law: Law) -> FloatArray:
     """Let a body go, (F, 2) velocities; dry friction stops it and does not turn it round."""
     out = np.empty((frames, 2))
     v = start.copy()
     h = dt / SUBSTEPS
+    slope = np.array([law.slope_x, law.slope_y])
     for i in range(frames):
         out[i] = v
         for _ in range(SUBSTEPS):
             pull = -standard_gravity * slope
-            step = h * (_friction(v, coulomb, mu, per_m_s) + pull)
+            step = h * (_friction(v, law) + pull)
             speed = np.sqrt(v[0] * v[0] + v[1] * v[1])
-            if coulomb and speed < h * standard_gravity * mu:
-                held = np.sqrt(pull[0] ** 2 + pull[1] ** 2) <= mu * standard_gravity
+            if law.coulomb and speed < h * standard_gravity * law.mu:
+                held = np.sqrt(pull[0] ** 2 + pull[1] ** 2) <= law.mu * standard_gravity
                 v = 0.0 * pull if held else h * pull
             else:
                 v = v + step
@@ -112,11 +100,7 @@ def _coast(
 
 
 class SlidingBody:
-    """Implements ``gap.interfaces.Simulator`` for one sliding body.
-
-    Args:
-        law: The nominal law.
-    """
+    """Implements ``gap.interfaces.Simulator`` for one sliding body with its nominal law."""
 
     name = "sliding_body"
     stages = STAGES
@@ -165,19 +149,14 @@ class SlidingBody:
         check_causes(causes, self)
         law = _changed(self.law, causes)
         slide = self._slide(trial)
-        slope = np.array([law.slope_x, law.slope_y])
         edge = slide.window // 2
         start = slide.velocity_m_s[edge]
         if drive is Drive.COMMAND:
-            v = _coast(
-                len(slide.time_s), slide.period_s, start, law.coulomb, law.mu, law.per_m_s, slope
-            )
+            v = _coast(len(slide.time_s), slide.period_s, start, law)
             velocity = np.concatenate([np.repeat(v[:1], edge, axis=0), v])[: len(v)]
         else:
-            rate = np.array(
-                [_friction(v, law.coulomb, law.mu, law.per_m_s) for v in slide.velocity_m_s]
-            )
-            rate = rate - standard_gravity * slope
+            rate = np.array([_friction(v, law) for v in slide.velocity_m_s])
+            rate = rate - standard_gravity * np.array([law.slope_x, law.slope_y])
             steps = 0.5 * (rate[1:] + rate[:-1]) * slide.period_s
             grown = np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
             velocity = start + grown - grown[edge]
@@ -192,6 +171,8 @@ class SlidingBody:
 
 def _faults(trial: Trial) -> Iterator[Sign]:
     xy = trial.body_position_m[:, :2]
+    if not len(xy):
+        return
     lost = float(np.mean(~np.isfinite(xy).all(axis=1)))
     if lost > 0.0:
         yield "gap", f"{lost:.1%} of poses are missing", lost > 0.2
@@ -211,16 +192,16 @@ def _changed(law: Law, causes: Sequence[Cause]) -> Law:
     for cause in causes:
         values = cause.values
         if cause.effect == "coulomb_friction":
-            law = replace(law, coulomb=True, mu=values[0])
+            law = law._replace(coulomb=True, mu=values[0])
         elif cause.effect == "speed_dependence":
-            law = replace(law, per_m_s=law.per_m_s + values[0])
+            law = law._replace(per_m_s=law.per_m_s + values[0])
         elif cause.effect == "friction_level":
             level *= values[0]
         elif cause.effect == "ground_slope":
-            law = replace(law, slope_x=law.slope_x + values[0], slope_y=law.slope_y + values[1])
+            law = law._replace(slope_x=law.slope_x + values[0], slope_y=law.slope_y + values[1])
         elif cause.effect == "pose_delay":
-            law = replace(law, delay_s=law.delay_s + values[0])
-    return replace(law, mu=law.mu * level)
+            law = law._replace(delay_s=law.delay_s + values[0])
+    return law._replace(mu=law.mu * level)
 
 
 def _slide(trial: Trial) -> Slide:

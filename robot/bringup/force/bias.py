@@ -1,9 +1,7 @@
 """``bigant ft bias``: the mean of the force sensors of a robot that touches nothing."""
 
-import json
 import sys
 import time
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -13,46 +11,31 @@ from drivers.ati.foot_forces import sensed_wrenches
 from drivers.ati.settings import ForceSensorSettings
 from drivers.ati.stream import ForceStream
 from drivers.clock import Clock, MonotonicClock
-from model.errors import ConfigError, ModelError
+from model.errors import ModelError
 from model.fit.force_bias import Bias, measure_bias, require_rest
 from model.values.arrays import FloatArray
 from model.values.force_calibration import AXES, bias_only
 from robot.config.calibration import write_calibration
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
-from robot.console.json_output import plain
+from robot.console.json_output import print_result
 from robot.console.program_output import keep_earlier
 from robot.console.progress import StatusLine
+from robot.requests.ft import FtBiasRequest
 from robot.run.force_unit import running_stream, unit_settings
 from robot.run.operator import Interrupts
 
 LOOK_NS = 10_000_000
-LEAST_SECONDS = 1.0
 STANDING_SHARE = 0.5  # of the weight; transducers unloaded are seldom off by that much together
 
 
-@dataclass(frozen=True, slots=True)
-class BiasRequest:
-    """Options of ``bigant ft bias``."""
-
-    robot: Path
-    force_unit: str | None
-    seconds: float
-    out: Path
-    device: bool
-    device_off: bool
-    json: bool
-
-
-def measure(request: BiasRequest) -> ExitCode:
+def measure(request: FtBiasRequest) -> ExitCode:
     """Measure, judge, write.
 
     Raises:
         ModelError: The sensors were not at rest.
         BigantError: The unit cannot be reached, or a file cannot be used.
     """
-    if not LEAST_SECONDS <= request.seconds <= 3600:
-        raise ConfigError("--seconds", f"must be from 1 to 3600, not {request.seconds:g}")
     config = load_robot(request.robot)
     settings = unit_settings(request.force_unit, config.force_sensor)
     names, clock = settings.names, MonotonicClock()
@@ -72,25 +55,21 @@ def measure(request: BiasRequest) -> ExitCode:
         print(f"warning: {line}", file=sys.stderr)
     keep_earlier(request.out)
     write_calibration(request.out, calibration)
-    if request.json:
-        print(json.dumps(_as_json(bias, names, request.out), indent=2))
-    else:
-        print("\n".join(_lines(bias, names)))
-        print(f"calibration: {request.out}   (bigant drive --calibration {request.out})")
+    kept = f"calibration: {request.out}   (bigant drive --calibration {request.out})"
+    print_result(
+        _as_json(bias, names, request.out), [*_lines(bias, names), kept], as_json=request.json
+    )
     return ExitCode.OK
 
 
 def _as_json(bias: Bias, names: tuple[str, ...], out: Path) -> object:
     legs = [
-        {
-            "leg": name,
-            "samples": int(bias.samples[leg]),
-            "bias": bias.mean[leg].tolist(),
-            "standard_error": bias.standard_error[leg].tolist(),
-        }
-        for leg, name in enumerate(names)
+        {"leg": name, "samples": samples, "bias": mean, "standard_error": error}
+        for name, samples, mean, error in zip(
+            names, bias.samples, bias.mean, bias.standard_error, strict=True
+        )
     ]
-    return plain({"axes": list(AXES), "legs": legs, "file": out})
+    return {"axes": AXES, "legs": legs, "file": out}
 
 
 def _lines(bias: Bias, names: tuple[str, ...]) -> list[str]:

@@ -1,24 +1,24 @@
 """``bigant ft calibrate``: poses of logs through the fit, its residuals as lines and as a picture."""
 
-import json
 import sys
 import time
-from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from model.errors import ConfigError, RecordError
+from model.errors import ConfigError
 from model.fit.in_situ import InSituResult, SensorResidual, calibrate_in_situ
+from record.whole_file import writing
 from robot.bringup.force.still_poses import read_pose_logs
 from robot.config.calibration import write_calibration
 from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
 from robot.console.exit_codes import ExitCode
-from robot.console.json_output import plain
+from robot.console.json_output import print_result
 from robot.console.program_output import keep_earlier
 from robot.console.progress import ProgressBar
-from robot.virtual.poses import record_poses
+from robot.requests.ft import FtCalibrateRequest
+from robot.virtual.walk import record_poses
 
 # Left-out poses are few: sensors that need no correction come out a few per cent better or worse.
 WORSE = 1.1
@@ -33,26 +33,7 @@ KINDS = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class CalibrateRequest:
-    """Options of ``bigant ft calibrate``."""
-
-    logs: list[Path]
-    hung: list[Path]
-    hardware: str | None
-    rounds: int
-    seed: int
-    log: Path
-    robot: Path | None
-    harmonics: int
-    no_cross_talk: bool
-    no_point_feet: bool
-    out: Path
-    report: Path | None
-    json: bool
-
-
-def calibrate(request: CalibrateRequest) -> ExitCode:
+def calibrate(request: FtCalibrateRequest) -> ExitCode:
     """Calibrate.
 
     Returns:
@@ -84,34 +65,26 @@ def calibrate(request: CalibrateRequest) -> ExitCode:
         keep_earlier(request.out)
         write_calibration(request.out, result.calibration)
     if request.report is not None:
-        try:
+        with writing(request.report, "--report"):
             draw_report(result).savefig(request.report, dpi=100)
-        except OSError as error:
-            raise RecordError(f"{request.report} cannot be written: {error.strerror}") from error
-    if request.json:
-        print(json.dumps(_as_json(result, None if worse else request.out), indent=2))
-    else:
-        print("\n".join(report_lines(result)))
-        if not worse:
-            print(f"calibration: {request.out}   (bigant drive --calibration {request.out})")
+    lines = report_lines(result)
+    if not worse:
+        lines.append(f"calibration: {request.out}   (bigant drive --calibration {request.out})")
+    print_result(_as_json(result, None if worse else request.out), lines, as_json=request.json)
     if worse:
         print("bigant ft calibrate: left-out poses got worse; nothing written", file=sys.stderr)
         return ExitCode.VERDICT_FAILED
     return ExitCode.OK
 
 
-def _check(request: CalibrateRequest) -> None:
+def _check(request: FtCalibrateRequest) -> None:
     if not request.logs and request.hardware is None:
         raise ConfigError("LOG", "name one or more logs, or --hardware virtual")
     if request.report is not None and request.report.suffix != ".png":
         raise ConfigError("--report", f"must end in .png, not {request.report.name!r}")
-    if not 1 <= request.rounds <= 50:
-        raise ConfigError("--rounds", f"must be from 1 to 50, not {request.rounds}")
-    if not 0 <= request.harmonics <= 8:
-        raise ConfigError("--harmonics", f"must be from 0 to 8, not {request.harmonics}")
 
 
-def _record(request: CalibrateRequest) -> None:
+def _record(request: FtCalibrateRequest) -> None:
     config = load_robot(request.robot or DEFAULT_ROBOT_FILE)
     with ProgressBar("recording poses") as bar:
         record_poses(
@@ -126,15 +99,12 @@ def _record(request: CalibrateRequest) -> None:
 
 def _as_json(result: InSituResult, out: Path | None) -> dict[str, object]:
     legs = result.calibration.legs
-    parts = {"before": result.before, "stage_one": result.stage_one, "after": result.after}
+    parts = dict(zip(("before", "stage_one", "after"), stages(result), strict=True))
     return {
         "held_out_poses": result.held_out,
-        "residuals": {
-            name: {leg: plain(asdict(r)) for leg, r in zip(legs, part, strict=True)}
-            for name, part in parts.items()
-        },
-        "warnings": list(result.warnings),
-        "calibration": None if out is None else str(out),
+        "residuals": {name: dict(zip(legs, part, strict=True)) for name, part in parts.items()},
+        "warnings": result.warnings,
+        "calibration": out,
     }
 
 
@@ -156,13 +126,11 @@ def report_lines(result: InSituResult) -> list[str]:
         f"residuals on {result.held_out} left-out standing poses, RMS, seen from each sensor",
         f"{'leg':<5}{'':20}" + "".join(f"{stage:>18}" for stage in STAGES),
     ]
-    for leg, name in enumerate(result.calibration.legs):
+    sensors = [(name, slice(at, at + 1)) for at, name in enumerate(result.calibration.legs)]
+    for name, which in (*sensors, ("all", slice(None))):
         for kind, words, unit in KINDS:
-            values = "".join(f"{getattr(part[leg], kind):18.4f}" for part in stages(result))
+            values = "".join(f"{overall(part[which], kind):18.4f}" for part in stages(result))
             lines.append(f"{name:<5}{words:<20}{values} {unit}")
-    for kind, words, unit in KINDS:
-        values = "".join(f"{overall(part, kind):18.4f}" for part in stages(result))
-        lines.append(f"{'all':<5}{words:<20}{values} {unit}")
     for name, fit in zip(result.calibration.legs, result.unloaded, strict=True):
         if fit is not None:
             lines.append(

@@ -1,17 +1,16 @@
 """What ``bigant ft watch`` shows: the newest readings and the state of the stream, as lines. Pure."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 
 from drivers.ati.clock import ClockEstimate
+from drivers.ati.packets import Led
 from drivers.ati.stream import StreamCounters
 from model.values.arrays import FloatArray, IntArray
 from model.values.readings import ForceRecord
-from robot.console.json_output import plain
 from robot.console.table import number_text
 
-LED_WORDS = ("off", "red", "green", "orange")
 UNIT_LEDS = (("WLAN", 6), ("power", 8), ("battery", 10))
 
 
@@ -51,30 +50,30 @@ def snapshot_json(shot: Snapshot) -> object:
             "leg": name,
             "transducer": int(shot.transducers[leg]) or None,
             "age_ms": shot.age_ns[leg] * 1e-6 if shot.age_ns[leg] >= 0 else None,
-            "force_n": shot.wrench[leg, :3].tolist(),
-            "moment_nm": shot.wrench[leg, 3:].tolist(),
+            "force_n": shot.wrench[leg, :3],
+            "moment_nm": shot.wrench[leg, 3:],
         }
         for leg, name in enumerate(shot.names)
     ]
-    return plain({
+    return {
         "seconds": shot.seconds,
         "packets_per_s": shot.rate_hz,
         "legs": legs,
-        "counters": asdict(shot.counters),
-        "clock": None if shot.clock is None else asdict(shot.clock),
+        "counters": shot.counters,
+        "clock": shot.clock,
         "repair_error": shot.repair_error,
-    })  # fmt: skip
+    }
 
 
 def led(status: IntArray, number: int) -> str:
     """Return the colour of a transducer's LED, 1 to 6."""
     half, place = divmod(number - 1, 3)
-    return LED_WORDS[int(status[half]) >> 2 * place & 3]
+    return Led(int(status[half]) >> 2 * place & 3).name.lower()
 
 
 def unit_led(status: IntArray, place: int) -> str:
     """Return the colour of one of the unit's own LEDs."""
-    return LED_WORDS[int(status[0]) >> place & 3]
+    return Led(int(status[0]) >> place & 3).name.lower()
 
 
 def bridge_low(status: IntArray, number: int) -> bool:
@@ -83,17 +82,16 @@ def bridge_low(status: IntArray, number: int) -> bool:
     return bool(int(status[half]) >> 27 + place & 1)
 
 
-def table_lines(shot: Snapshot) -> list[str]:
-    """Return a heading and a line a leg."""
+def leg_lines(shot: Snapshot) -> list[str]:
+    """Return a heading and a line a leg, narrow enough for 80 columns."""
     heads = ("Fx N", "Fy N", "Fz N", "Tx N m", "Ty N m", "Tz N m")
     lines = ["leg T" + "".join(f"{head:>8}" for head in heads) + " age ms  state"]
     for leg, name in enumerate(shot.names):
         number = int(shot.transducers[leg])
         digits = (2, 2, 2, 3, 3, 3)
         cells = [number_text(v, d, 8) for v, d in zip(shot.wrench[leg], digits, strict=True)]
-        age = shot.age_ns[leg] * 1e-6 if shot.age_ns[leg] >= 0 else np.nan
-        age_text = number_text(age, 0, 7)
-        lines.append(f"{name:<3} {number or '-'}{''.join(cells)}{age_text}  {_state(shot, number)}")
+        age = number_text(shot.age_ns[leg] * 1e-6 if shot.age_ns[leg] >= 0 else np.nan, 0, 7)
+        lines.append(f"{name:<3} {number or '-'}{''.join(cells)}{age}  {_state(shot, number)}")
     return lines
 
 

@@ -1,11 +1,9 @@
 """``bigant ft watch``: reads the stream, shows it, and writes every sample that is asked for."""
 
 import csv
-import json
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -19,14 +17,16 @@ from model.values.arrays import FloatArray
 from model.values.readings import ForceRecord
 from robot.bringup.force.table import (
     Snapshot,
+    leg_lines,
     one_line,
     snapshot_json,
     stream_lines,
-    table_lines,
 )
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
+from robot.console.json_output import print_json
 from robot.console.screen_fit import Screen
+from robot.requests.ft import FtWatchRequest
 from robot.run.force_unit import running_stream, unit_settings
 from robot.run.operator import Interrupts
 
@@ -41,19 +41,7 @@ CSV_HEAD = (
 WriteRow = Callable[[Sequence[object]], object]
 
 
-@dataclass(frozen=True, slots=True)
-class WatchRequest:
-    """Options of ``bigant ft watch``."""
-
-    robot: Path
-    force_unit: str | None
-    seconds: float | None
-    calibration: Path | None
-    csv: Path | None
-    json: bool
-
-
-def watch_forces(request: WatchRequest) -> ExitCode:
+def watch_forces(request: FtWatchRequest) -> ExitCode:
     """Watch.
 
     Returns:
@@ -62,8 +50,6 @@ def watch_forces(request: WatchRequest) -> ExitCode:
     Raises:
         BigantError: The unit cannot be reached, or a file cannot be used.
     """
-    if request.seconds is not None and not 0 < request.seconds < float("inf"):
-        raise ConfigError("--seconds", f"must be a positive number, not {request.seconds:g}")
     config = load_robot(request.robot, request.calibration)
     settings = unit_settings(request.force_unit, config.force_sensor)
     clock = MonotonicClock()
@@ -85,12 +71,12 @@ def watch_forces(request: WatchRequest) -> ExitCode:
                 show(watch.snapshot(next_ns), screen)
         last = watch.snapshot(clock.now_ns())
     if request.json:
-        print(json.dumps(snapshot_json(last), indent=2))
+        print_json(snapshot_json(last))
     elif screen:
         show(last, screen)
         screen.leave()
     else:
-        print("\n".join([*table_lines(last), *stream_lines(last)]))
+        print("\n".join([*leg_lines(last), *stream_lines(last)]))
     silent = (last.age_ns < 0) | (last.age_ns >= settings.silent_limit_s * 1e9)
     return ExitCode.HARDWARE if silent.all() else ExitCode.OK
 
@@ -99,7 +85,7 @@ def show(shot: Snapshot, screen: Screen | None) -> None:
     """Draw a table on a terminal, print a line anywhere else."""
     if screen:
         title = f"force-torque unit   {shot.seconds:.1f} s"
-        screen.draw(title, table_lines(shot), ["", *stream_lines(shot), "Ctrl-C ends"])
+        screen.draw(title, leg_lines(shot), ["", *stream_lines(shot), "Ctrl-C ends"])
     else:
         print(one_line(shot), flush=True)
 

@@ -1,6 +1,5 @@
 """``bigant check``: servos, force-torque unit, computer and loop of one robot, looked at in this order."""
 
-import json
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing
@@ -19,7 +18,6 @@ from robot.bringup.preflight.finding import (
     count_line,
     exit_code,
     failed,
-    fit,
     listed,
     plain_findings,
     skipped,
@@ -31,9 +29,11 @@ from robot.bringup.servo.access import bus_of
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.installed import version_lines
+from robot.console.json_output import print_result
 from robot.console.progress import StatusLine
 from robot.report.page import Section, report_page
 from robot.report.run_date import utc_words
+from robot.requests.single import CheckRequest
 from robot.run.force_unit import NO_UNIT, check_no_unit, open_force_links, unit_settings
 from robot.run.hardware import open_real
 from robot.virtual.open import start_virtual
@@ -42,19 +42,6 @@ LISTEN_S = 3.0
 VIRTUAL = "virtual"
 PERCENTILES = ("p50", "p95", "p99", "max")
 PERCENTILE_WORDS = ("half of the ticks", "95 %", "99 %", "the latest")
-
-
-@dataclass(frozen=True, slots=True)
-class CheckRequest:
-    """Options of ``bigant check``."""
-
-    hardware: str
-    force_unit: str | None
-    robot: Path
-    armed: bool
-    loop: float | None
-    json: bool
-    html: Path | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,10 +77,7 @@ def check(request: CheckRequest) -> ExitCode:
         target = _target(request, stack)
         looking = _findings(target, request.loop, figures, status)
         findings = listed(looking, status, quiet=request.json)
-    if request.json:
-        print(json.dumps(_as_json(findings, figures), indent=2))
-    else:
-        print(count_line(findings))
+    print_result(_as_json(findings, figures), [count_line(findings)], as_json=request.json)
     if request.html is not None:
         page = check_page(
             target.config.name,
@@ -180,7 +164,7 @@ def _loop_finding(
 
 
 def _as_json(findings: list[Finding], figures: list[LoopFigures]) -> dict[str, object]:
-    result: dict[str, object] = {"findings": plain_findings(findings), "fit": fit(findings)}
+    result = plain_findings(findings)
     for loop in figures:
         result["loop"] = {
             "period_ms": loop.period_ms,

@@ -16,7 +16,7 @@ from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
 
-from record.log.versions import NOT_INSTALLED, version_of
+from record.log.header import NOT_INSTALLED, version_of
 from robot.bringup.preflight.finding import Finding, failed, passed, skipped, warned
 from robot.console.installed import how_to_install
 
@@ -38,6 +38,7 @@ GB = 1e9
 LEAST_FREE_GB = 0.5
 ENOUGH_FREE_GB = 5.0
 PYTHONS = ((3, 11), (3, 13))
+SLOW = "install numba: without it the model is slow"
 NEEDED = ("numpy", "mcap", "dynamixel-sdk", "pyserial")
 
 
@@ -129,8 +130,10 @@ def machine_findings(machine: Machine) -> Iterator[Finding]:
     """Judge the computer. Pure."""
     yield group_finding(machine)
     yield priority_finding(machine)
-    yield memory_finding(machine)
-    yield kernel_finding(machine)
+    memory = f"{machine.memlock_bytes / 1e6:.0f} MB allowed, none is used"
+    yield passed("locked memory", memory if machine.memlock_bytes >= 0 else "no limit")
+    kind = "real-time" if machine.preempt_rt else "ordinary"
+    yield passed("kernel", f"{platform.release()}, {kind}")
     yield renderer_finding(machine)
 
 
@@ -163,19 +166,6 @@ def priority_finding(machine: Machine) -> Finding:
         f"- rtprio {WANTED_RTPRIO}' and '... - nice -10' into {LIMITS_FILE}, log in again, and start "
         f"with chrt -f {WANTED_RTPRIO}",
     )
-
-
-def memory_finding(machine: Machine) -> Finding:
-    """Say how much memory may be locked; nothing here locks any."""
-    if machine.memlock_bytes < 0:
-        return passed("locked memory", "no limit")
-    return passed("locked memory", f"{machine.memlock_bytes / 1e6:.0f} MB allowed, none is used")
-
-
-def kernel_finding(machine: Machine) -> Finding:
-    """Say which kind of kernel runs."""
-    kind = "real-time" if machine.preempt_rt else "ordinary"
-    return passed("kernel", f"{platform.release()}, {kind}")
 
 
 def renderer_finding(machine: Machine) -> Finding:
@@ -272,7 +262,7 @@ def packages_finding(versions: dict[str, str]) -> Finding:
     if gone:
         return failed("packages", found, f"install {', '.join(gone)}")
     if versions["numba"] == NOT_INSTALLED:
-        return warned("packages", found, "install numba: without it the model is slow")
+        return warned("packages", found, SLOW)
     return passed("packages", found)
 
 
@@ -284,7 +274,7 @@ def cache_finding(folder: Path | None = None) -> Finding:
     """
     name = "compiler cache"
     if find_spec("numba") is None:
-        return warned(name, "numba is missing", "install numba: without it the model is slow")
+        return warned(name, "numba is missing", SLOW)
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     place = Path(chosen) if chosen else (folder or Path(str(files("model")))) / "__pycache__"
     if os.access(_existing(place), os.W_OK):

@@ -1,26 +1,19 @@
 """What is plugged in: serial ports, servos at each baud rate, force-torque units. Asks, never writes."""
 
-import json
-import sys
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 
 from drivers.ati.discovery import DISCOVERY_PORT, FoundUnit, discover
 from drivers.dynamixel.scan import FoundServo, SerialPort, serial_ports
 from model.errors import BusError, ConfigError
 from robot.bringup.servo.access import scan_port
 from robot.console.exit_codes import ExitCode
+from robot.console.json_output import print_result
+from robot.console.program_output import complain
+from robot.requests.ft import FtScanRequest
+from robot.requests.servo import ServoScanRequest
+from robot.requests.single import DevicesRequest
 
 KINDS = {321: "MX-106 (protocol 2.0)", 320: "MX-106 (protocol 1.0)"}
-
-
-@dataclass(frozen=True, slots=True)
-class DevicesRequest:
-    """Options of ``bigant devices``."""
-
-    port: str | None
-    baud: int | None
-    discover: str
-    json: bool
 
 
 def list_devices(request: DevicesRequest) -> ExitCode:
@@ -46,31 +39,19 @@ def list_devices(request: DevicesRequest) -> ExitCode:
                 raise
             problems.append(str(error))
     units = discover(address, port) if address else ()
-    if request.json:
-        result = {
-            "serial_ports": [asdict(one) for one in ports],
-            "servos": [{"port": name, **asdict(servo)} for name, servo in servos],
-            "force_units": [asdict(unit) for unit in units],
-            "problems": problems,
-        }
-        print(json.dumps(result, indent=2))
-    else:
-        print("\n".join(_lines(ports, names, servos, units)), flush=True)
-        for problem in problems:
-            print(f"warning: {problem}", file=sys.stderr)
+    result = {
+        "serial_ports": ports,
+        "servos": [{"port": name, **asdict(servo)} for name, servo in servos],
+        "force_units": units,
+        "problems": problems,
+    }
+    print_result(result, _lines(ports, names, servos, units), as_json=request.json)
+    for problem in () if request.json else problems:
+        complain(f"warning: {problem}")
     return ExitCode.OK if servos or units else ExitCode.VERDICT_FAILED
 
 
-@dataclass(frozen=True, slots=True)
-class ScanRequest:
-    """Options of ``bigant servo scan``."""
-
-    port: str | None
-    baud: int | None
-    json: bool
-
-
-def scan_servos(request: ScanRequest) -> ExitCode:
+def scan_servos(request: ServoScanRequest) -> ExitCode:
     """Scan and print.
 
     Returns:
@@ -81,14 +62,13 @@ def scan_servos(request: ScanRequest) -> ExitCode:
     """
     names = [request.port] if request.port else [p.name for p in serial_ports() if p.usb_id]
     servos = [(name, servo) for name in names for servo in scan_port(name, request.baud)]
-    if request.json:
-        print(json.dumps([{"port": name, **asdict(servo)} for name, servo in servos], indent=2))
-    elif not names:
-        print("no USB serial port: plug in the U2D2, or name a port with --port")
+    lines = [f"{name}  {servo_line(servo)}" for name, servo in servos]
+    if not names:
+        lines = ["no USB serial port: plug in the U2D2, or name a port with --port"]
     elif not servos:
-        print(f"no servo answers on {', '.join(names)}: check power and cable")
-    else:
-        print("\n".join(f"{name}  {servo_line(servo)}" for name, servo in servos))
+        lines = [f"no servo answers on {', '.join(names)}: check power and cable"]
+    result = [{"port": name, **asdict(servo)} for name, servo in servos]
+    print_result(result, lines, as_json=request.json)
     return ExitCode.OK if servos else ExitCode.VERDICT_FAILED
 
 
@@ -98,25 +78,18 @@ def servo_line(servo: FoundServo) -> str:
     return f"{servo.baud_rate:>8} baud  id {servo.servo_id:>3}  {kind}  firmware {servo.firmware}"
 
 
-def list_force_units(target: str, *, as_json: bool) -> ExitCode:
+def list_force_units(request: FtScanRequest) -> ExitCode:
     """List the force-torque units that answer; otherwise as ``list_devices``.
-
-    Args:
-        target: ADDRESS, ADDRESS:PORT or none.
-        as_json: Whether to print JSON.
 
     Raises:
         ConfigError: The address makes no sense.
         ForceStreamError: The question cannot be sent.
     """
-    address, port = discovery_target(target)
+    address, port = discovery_target(request.discover)
     units = discover(address, port) if address else ()
-    if as_json:
-        print(json.dumps({"force_units": [asdict(unit) for unit in units]}, indent=2))
-    elif not units:
-        print("no force-torque unit answered: check that it is on and on this network")
-    else:
-        print("\n".join(f"{u.address:<16} {u.mac}  {u.text}  {u.location}" for u in units))
+    lines = [f"{u.address:<16} {u.mac}  {u.text}  {u.location}" for u in units]
+    nobody = ["no force-torque unit answered: check that it is on and on this network"]
+    print_result({"force_units": units}, lines or nobody, as_json=request.json)
     return ExitCode.OK if units else ExitCode.VERDICT_FAILED
 
 

@@ -1,12 +1,11 @@
 """``bigant doctor``: is this computer set up? The checks are in ``computer``; no device is asked."""
 
-import json
 import os
 from collections.abc import Iterator
 
 from drivers.dynamixel.port import latency_timer_ms
 from drivers.dynamixel.scan import SerialPort, serial_ports
-from record.log.versions import version_of
+from record.log.header import version_of
 from robot.bringup.preflight.computer import (
     cache_finding,
     extras_findings,
@@ -21,7 +20,6 @@ from robot.bringup.preflight.finding import (
     count_line,
     exit_code,
     failed,
-    fit,
     listed,
     passed,
     plain_findings,
@@ -29,21 +27,20 @@ from robot.bringup.preflight.finding import (
 )
 from robot.bringup.preflight.servos import latency_finding
 from robot.console.exit_codes import ExitCode
+from robot.console.json_output import print_result
 from robot.console.progress import StatusLine
+from robot.requests.single import DoctorRequest
 
 
-def examine(*, as_json: bool) -> ExitCode:
+def examine(request: DoctorRequest) -> ExitCode:
     """Look at the computer and print the list.
 
     Returns:
         OK, or VERDICT_FAILED when something failed.
     """
     with StatusLine() as status:
-        findings = listed(_findings(), status, quiet=as_json)
-    if as_json:
-        print(json.dumps({"findings": plain_findings(findings), "fit": fit(findings)}, indent=2))
-    else:
-        print(count_line(findings))
+        findings = listed(_findings(), status, quiet=request.json)
+    print_result(plain_findings(findings), [count_line(findings)], as_json=request.json)
     return exit_code(findings)
 
 

@@ -2,7 +2,7 @@
 
 import enum
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 from robot.console.exit_codes import ExitCode
 from robot.console.progress import StatusLine
@@ -79,12 +79,10 @@ def listed(findings: Iterator[Finding], status: StatusLine, *, quiet: bool) -> l
     return result
 
 
-def plain_findings(findings: Iterable[Finding]) -> list[dict[str, str]]:
-    """Return findings as JSON can hold them."""
-    return [
-        {"name": one.name, "verdict": one.verdict.value, "found": one.found, "advice": one.advice}
-        for one in findings
-    ]
+def plain_findings(findings: Sequence[Finding]) -> dict[str, object]:
+    """Return findings, and whether nothing failed, as JSON can hold them."""
+    plain = [{**asdict(one), "verdict": one.verdict.value} for one in findings]
+    return {"findings": plain, "fit": fit(findings)}
 
 
 def fit(findings: Iterable[Finding]) -> bool:

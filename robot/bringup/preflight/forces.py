@@ -14,6 +14,7 @@ from drivers.ati.stream import ForceStream, StreamCounters
 from drivers.ati.unit_state import UnitState
 from drivers.clock import Clock
 from model.errors import ForceStreamError
+from model.values.arrays import BoolArray
 from model.values.readings import ForceRecord
 from robot.bringup.preflight.finding import Finding, failed, passed, skipped, warned
 from robot.console.table import number_text
@@ -217,25 +218,24 @@ def _clock_offset(received: Received, unix_offset_ns: int) -> Finding:
 
 def _transducers(received: Received, settings: ForceSensorSettings) -> Finding:
     always = np.logical_and.reduce([record.present for record in received.records])
-    used = [(leg, int(n)) for leg, n in zip(settings.names, settings.transducers, strict=True) if n]
-    absent = [f"{number} ({leg})" for leg, number in used if not always[number - 1]]
-    if absent:
+    if absent := _used_where(~always, settings):
         return failed(
             "transducers",
             f"not in the records: {', '.join(absent)}",
             "switch them on with XPWR on the unit's console",
         )
-    return passed("transducers", f"all {len(used)} in every record")
+    return passed("transducers", f"all {np.count_nonzero(settings.transducers)} in every record")
+
+
+def _used_where(holds: BoolArray, settings: ForceSensorSettings) -> list[str]:
+    """Name the transducers of legs for which something holds."""
+    numbers = zip(settings.names, settings.transducers.tolist(), strict=True)
+    return [f"{number} ({leg})" for leg, number in numbers if number and holds[number - 1]]
 
 
 def _saturation(received: Received, settings: ForceSensorSettings) -> Finding:
     ever = np.logical_or.reduce([record.saturated for record in received.records])
-    bad = [
-        f"{number} ({leg})"
-        for leg, number in zip(settings.names, settings.transducers, strict=True)
-        if number and ever[number - 1]
-    ]
-    if bad:
+    if bad := _used_where(ever, settings):
         return failed(
             "saturation", f"transducer {', '.join(bad)}", "unload it; if it stays, it is damaged"
         )

@@ -93,11 +93,12 @@ def servo_at(
 
 def leg_of(number: int, config: RobotConfig | None) -> str:
     """Return the name of the leg of an id, ``servo`` if it has none."""
-    if config is not None:
-        for name, leg_id in zip(config.servo_bus.names, config.servo_bus.ids, strict=True):
-            if leg_id == number:
-                return str(name)
-    return "servo"
+    if config is None:
+        return "servo"
+    legs: dict[int, str] = dict(
+        zip(config.servo_bus.ids.tolist(), config.servo_bus.names, strict=True)
+    )
+    return legs.get(number, "servo")
 
 
 def confirmed(question: str, *, yes: bool) -> bool:

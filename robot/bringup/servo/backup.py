@@ -1,7 +1,6 @@
 """``bigant servo backup`` and ``restore``: every register by name, one TOML table a servo."""
 
 import time
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -11,34 +10,17 @@ from drivers.dynamixel.image import GAINS, KEPT, ServoImage, changes_to, read_im
 from drivers.dynamixel.mx106 import MODEL_NUMBER, REGISTER
 from drivers.dynamixel.scan import FoundServo
 from model.errors import BusError, ConfigError
+from model.parameters.tables import parse_table
 from model.parameters.toml_table import Table
-from record.toml_file import toml_text
+from record.toml_file import reading, toml_text
 from robot.bringup.servo.access import open_port, require_answers, scan_port, servo_at, write_new
 from robot.bringup.servo.changes import Task, Writing
 from robot.console.exit_codes import ExitCode
 from robot.console.progress import StatusLine
+from robot.requests.servo import ServoBackupRequest, ServoRestoreRequest
 
 KIND = "bigant servo backup"
 VERSION = 1
-
-
-@dataclass(frozen=True, slots=True)
-class BackupRequest:
-    """Options of ``bigant servo backup``."""
-
-    port: str
-    baud: int | None
-    out: Path
-
-
-@dataclass(frozen=True, slots=True)
-class RestoreRequest:
-    """Options of ``bigant servo restore``."""
-
-    path: Path
-    port: str
-    baud: int | None
-    yes: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +38,7 @@ class Backup:
     servos: tuple[ServoImage, ...]
 
 
-def back_up(request: BackupRequest) -> ExitCode:
+def back_up(request: ServoBackupRequest) -> ExitCode:
     """Read the servos and write the file.
 
     Raises:
@@ -84,7 +66,7 @@ def back_up(request: BackupRequest) -> ExitCode:
     return ExitCode.OK
 
 
-def restore(request: RestoreRequest) -> ExitCode:
+def restore(request: ServoRestoreRequest) -> ExitCode:
     """Show, ask, write, read back.
 
     Returns:
@@ -158,28 +140,18 @@ def load_backup(path: Path) -> Backup:
     Raises:
         ConfigError: It cannot be read, or is no backup of ours.
     """
-    try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise ConfigError(str(path), f"the backup cannot be read: {reason}") from error
-    except tomllib.TOMLDecodeError as error:
-        raise ConfigError(str(path), f"is not valid TOML: {error}") from error
-    if data.get("kind") != KIND or data.get("version") != VERSION:
-        raise ConfigError(
-            str(path), "is no servo backup of this version; make one with servo backup"
-        )
-    top = Table(data, path.name)
-    top.text("kind")
-    top.integer("version", minimum=VERSION, maximum=VERSION)
-    date, port = top.text("date"), top.text("port")
-    servos = [_servo(table) for table in top.tables("servo")]
-    top.done()
-    if not servos:
-        raise ConfigError(str(path), "holds no servo")
-    if len({servo.servo_id for servo in servos}) != len(servos):
-        raise ConfigError(str(path), "holds one id twice")
-    return Backup(date, port, tuple(servos))
+    with reading(path, "the backup") as text:
+        top = parse_table(text, "servo backup")
+        if not top.has("kind") or (top.raw("kind"), top.raw("version")) != (KIND, VERSION):
+            raise ConfigError("kind", "is no servo backup of this version; make one anew")
+        date, port = top.text("date"), top.text("port")
+        servos = [_servo(table) for table in top.tables("servo")]
+        top.done()
+        if not servos:
+            raise ConfigError("servo", "is missing: the backup holds no servo")
+        if len({servo.servo_id for servo in servos}) != len(servos):
+            raise ConfigError("servo", "holds one id twice")
+        return Backup(date, port, tuple(servos))
 
 
 def _servo(table: Table) -> ServoImage:
@@ -190,8 +162,6 @@ def _servo(table: Table) -> ServoImage:
         firmware=table.integer("firmware", minimum=0, maximum=255),
         values=_values(eeprom, KEPT) | _values(gains, GAINS),
     )
-    for part in (table, eeprom, gains):
-        part.done()
     if image.values["id"] != image.servo_id:
         raise ConfigError(table.name("id"), "has two different ids, here and in its eeprom table")
     return image

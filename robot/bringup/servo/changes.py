@@ -24,6 +24,7 @@ from robot.bringup.servo.access import confirmed, open_port, servo_at
 from robot.config.robot_file import RobotConfig
 from robot.console.exit_codes import ExitCode
 from robot.console.progress import StatusLine
+from robot.console.table import Column, table_lines
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,34 +135,29 @@ def in_words(name: str, value: int) -> str:
     """Return a register's value with what it means."""
     if name == "baud_rate":
         return f"{value} ({BAUD_OF_CODE.get(value, '?')} baud)"
-    if name == "return_delay_time":
-        return f"{value} ({2 * value} us)"
     if name == "operating_mode":
         known = {int(mode): mode.name.lower().replace("_", " ") for mode in OperatingMode}
         return f"{value} ({known.get(value, '?')})"
     if name == "shutdown":
         return f"0x{value:02x} ({', '.join(hardware_error_names(value)) or 'never'})"
-    if name.endswith("voltage_limit"):
-        return f"{value} ({value * VOLTAGE_UNIT_V:.1f} V)"
-    if name == "temperature_limit":
-        return f"{value} (degC)"
-    if name == "current_limit":
-        return f"{value} ({value * CURRENT_UNIT_A:.2f} A)"
-    if name == "velocity_limit":
-        return f"{value} ({value * VELOCITY_UNIT_RAD_S:.2f} rad/s)"
-    return str(value)
+    quantities = {
+        "return_delay_time": f"{2 * value} us",
+        "temperature_limit": "degC",
+        "min_voltage_limit": f"{value * VOLTAGE_UNIT_V:.1f} V",
+        "max_voltage_limit": f"{value * VOLTAGE_UNIT_V:.1f} V",
+        "current_limit": f"{value * CURRENT_UNIT_A:.2f} A",
+        "velocity_limit": f"{value * VELOCITY_UNIT_RAD_S:.2f} rad/s",
+    }
+    return f"{value} ({quantities[name]})" if name in quantities else str(value)
 
 
 def change_lines(changes: Sequence[Change]) -> list[str]:
     """Return changes as a table: register, what is there, what is wanted, why."""
     if not changes:
         return []
-    rows = [("register", "there", "wanted", "why")]
-    rows += [
+    rows = [
         (c.name, in_words(c.name, c.present), in_words(c.name, c.wanted), c.why) for c in changes
     ]
-    widths = [max(len(row[column]) for row in rows) for column in range(3)]
-    return [
-        "  " + "  ".join(f"{cell:<{w}}" for cell, w in zip(row, [*widths, 0], strict=True)).rstrip()
-        for row in rows
-    ]
+    return table_lines(
+        [Column(name) for name in ("register", "there", "wanted", "why")], rows, "  "
+    )

@@ -1,30 +1,18 @@
 """``bigant servo reboot``: reboot servos, and keep what they are about to forget."""
 
-import json
 import sys
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from dataclasses import asdict
 
 from drivers.dynamixel.mx106 import hardware_error_names
 from drivers.dynamixel.reboot import Reboot, reboot_servo
 from robot.bringup.servo.access import confirmed, open_port, require_answers, scan_port, servo_at
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
+from robot.console.json_output import print_result
+from robot.requests.servo import ServoRebootRequest
 
 
-@dataclass(frozen=True, slots=True)
-class RebootRequest:
-    """Options of ``bigant servo reboot``."""
-
-    port: str
-    baud: int | None
-    id: int | None
-    robot: Path
-    yes: bool
-    json: bool
-
-
-def reboot(request: RebootRequest) -> ExitCode:
+def reboot(request: ServoRebootRequest) -> ExitCode:
     """Reboot one servo, or all that answer.
 
     Returns:
@@ -45,10 +33,11 @@ def reboot(request: RebootRequest) -> ExitCode:
             if not confirmed(question, yes=False):
                 return ExitCode.VERDICT_FAILED
         reboots = [reboot_servo(servo) for servo in servos]
-    if request.json:
-        print(json.dumps([_as_json(one) for one in reboots], indent=2))
-    else:
-        print("\n".join(line_of(one) for one in reboots))
+    result = [
+        {**asdict(one), "cause_names": one.cause_names, "turns_lost": one.turns_lost}
+        for one in reboots
+    ]
+    print_result(result, map(line_of, reboots), as_json=request.json)
     well = all(one.error_after == 0 for one in reboots)
     return ExitCode.OK if well else ExitCode.VERDICT_FAILED
 
@@ -72,11 +61,3 @@ def line_of(reboot: Reboot) -> str:
         names = ", ".join(hardware_error_names(reboot.error_after))
         text += f"; STILL REPORTS {names}: remove the cause"
     return text
-
-
-def _as_json(reboot: Reboot) -> dict[str, object]:
-    return {
-        **asdict(reboot),
-        "cause_names": list(reboot.cause_names),
-        "turns_lost": reboot.turns_lost,
-    }

@@ -5,7 +5,6 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 
 from drivers.dynamixel.image import Change, ServoImage
 from drivers.dynamixel.mx106 import (
@@ -23,21 +22,9 @@ from robot.bringup.servo.access import leg_of, require_answers, scan_port
 from robot.bringup.servo.changes import Task, Writing, refuse_shared
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.console.exit_codes import ExitCode
+from robot.requests.servo import ServoSetupRequest
 
 HEADROOM = 1.1  # a supply ten per cent above nominal must not be an error
-
-
-@dataclass(frozen=True, slots=True)
-class SetupRequest:
-    """Options of ``bigant servo setup``."""
-
-    port: str
-    baud: int | None
-    robot: Path
-    id: int | None
-    new_id: int | None
-    new_baud: int | None
-    yes: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +90,7 @@ def differences(image: ServoImage, wanted: Sequence[Wanted], new_id: int) -> tup
     return tuple(change for change in changes if change.present != change.wanted)
 
 
-def set_up(request: SetupRequest) -> ExitCode:
+def set_up(request: ServoSetupRequest) -> ExitCode:
     """Show, ask, write, verify.
 
     Returns:

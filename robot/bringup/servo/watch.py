@@ -1,13 +1,10 @@
 """``bigant servo watch``: readings of the servos and what happened on the wire, live."""
 
-import json
 import sys
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from contextlib import closing
+from dataclasses import asdict
 from typing import TextIO
-
-import numpy as np
 
 from drivers.dynamixel.bus import ServoBus
 from drivers.dynamixel.frames import ALERT
@@ -18,28 +15,31 @@ from model.values.readings import ServoReadings
 from robot.bringup.servo.access import bus_of
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
+from robot.console.json_output import print_result
 from robot.console.screen_fit import Screen
-from robot.console.table import number_text
+from robot.console.table import Column, table_lines
+from robot.requests.servo import ServoWatchRequest
 from robot.run.operator import Interrupts
 
 SCREEN_PERIOD_NS = 250_000_000
 LINES_PERIOD_NS = 1_000_000_000
 BAR = 40
+QUANTITIES = ("angle_rad", "rate_rad_s", "current_a", "voltage_v", "temperature_c")  # of JointState
+COLUMNS = (
+    Column("leg", width=3),
+    Column("id", "d", 2),
+    Column("ticks", "d", 6),
+    Column("rad", ".3f", 7),
+    Column("rad/s", ".2f", 5),
+    Column("A", ".2f", 5),
+    Column("V", ".1f", 4),
+    Column("degC", ".0f"),
+    Column("age ms", ".1f", 6),
+    Column("errors"),
+)
 
 
-@dataclass(frozen=True, slots=True)
-class WatchRequest:
-    """Options of ``bigant servo watch``."""
-
-    port: str
-    baud: int | None
-    robot: Path
-    seconds: float | None
-    rate_hz: int
-    json: bool
-
-
-def watch_servos(request: WatchRequest) -> ExitCode:
+def watch_servos(request: ServoWatchRequest) -> ExitCode:
     """Watch.
 
     Returns:
@@ -50,23 +50,17 @@ def watch_servos(request: WatchRequest) -> ExitCode:
     """
     bus = bus_of(request.port, request.baud, load_robot(request.robot))
     bus.open()
-    try:
-        with Interrupts() as interrupts:
-            _introduce(bus)
-            interrupts.begin()
-            last = watch(
-                bus,
-                None if request.json else sys.stdout,
-                seconds=request.seconds,
-                rate_hz=request.rate_hz,
-                stopped=lambda: interrupts.count > 0,
-            )
-    finally:
-        bus.close()
-    if request.json:
-        print(json.dumps(_as_json(bus, last), indent=2))
-    else:
-        print("\n".join(stats_lines(bus.stats)))
+    with closing(bus), Interrupts() as interrupts:
+        _introduce(bus)
+        interrupts.begin()
+        last = watch(
+            bus,
+            None if request.json else sys.stdout,
+            seconds=request.seconds,
+            rate_hz=request.rate_hz,
+            stopped=lambda: interrupts.count > 0,
+        )
+    print_result(_as_json(bus, last), stats_lines(bus.stats), as_json=request.json)
     return ExitCode.OK if last.valid.all() else ExitCode.HARDWARE
 
 
@@ -114,11 +108,11 @@ def watch(
             show_ns = now_ns + (SCREEN_PERIOD_NS if screen else LINES_PERIOD_NS)
             title, counters = trip_line(bus.stats, passed_s), counter_line(bus.stats)
             if screen:
-                screen.draw(title, table_lines(bus, readings), ["", counters, "Ctrl-C ends"])
+                screen.draw(title, reading_lines(bus, readings), ["", counters, "Ctrl-C ends"])
             else:
                 print(
                     f"{title}  {counters}",
-                    *table_lines(bus, readings),
+                    *reading_lines(bus, readings),
                     sep="\n",
                     file=out,
                     flush=True,
@@ -131,26 +125,21 @@ def watch(
         clock.sleep_until_ns(deadline_ns)
 
 
-def table_lines(bus: ServoBus, readings: ServoReadings) -> list[str]:
+def reading_lines(bus: ServoBus, readings: ServoReadings) -> list[str]:
     """Return a heading and a line a servo. What is missing is a dash."""
     joints = joint_state(readings, bus.settings)
-    age_ms = np.where(readings.age_ns >= 0, readings.age_ns * 1e-6, np.nan)
-    columns = (
-        ("rad", joints.angle_rad, 3, 9),
-        ("rad/s", joints.rate_rad_s, 2, 7),
-        ("A", joints.current_a, 2, 6),
-        ("V", joints.voltage_v, 1, 6),
-        ("degC", joints.temperature_c, 0, 5),
-        ("age ms", age_ms, 1, 8),
-    )
-    heads = "".join(f"{head:>{width}}" for head, _, _, width in columns)
-    lines = [f"leg  id   ticks{heads}  errors"]
-    for i, name in enumerate(bus.settings.names):
-        ticks = f"{readings.position_ticks[i]:7d}" if readings.valid[i] else f"{'-':>7}"
-        cells = "".join(number_text(v[i], digits, width) for _, v, digits, width in columns)
-        errors = error_words(readings, i)
-        lines.append(f"{name:<4} {int(bus.settings.ids[i]):>3} {ticks}{cells}  {errors}")
-    return lines
+    rows = [
+        (
+            name,
+            int(bus.settings.ids[i]),
+            int(readings.position_ticks[i]) if readings.valid[i] else None,
+            *(float(getattr(joints, quantity)[i]) for quantity in QUANTITIES),
+            readings.age_ns[i] * 1e-6 if readings.age_ns[i] >= 0 else None,
+            error_words(readings, i),
+        )
+        for i, name in enumerate(bus.settings.names)
+    ]
+    return table_lines(COLUMNS, rows)
 
 
 def trip_line(stats: BusStats, seconds: float) -> str:
@@ -210,23 +199,16 @@ def histogram_lines(counts: tuple[int, ...], edges_us: tuple[int, ...]) -> list[
 
 def _as_json(bus: ServoBus, readings: ServoReadings) -> dict[str, object]:
     joints = joint_state(readings, bus.settings)
-    servos = []
-    for i, name in enumerate(bus.settings.names):
-        valid = bool(readings.valid[i])
-        values = {
-            "position_ticks": int(readings.position_ticks[i]),
-            "angle_rad": float(joints.angle_rad[i]),
-            "rate_rad_s": float(joints.rate_rad_s[i]),
-            "current_a": float(joints.current_a[i]),
-            "voltage_v": float(joints.voltage_v[i]),
-            "temperature_c": float(joints.temperature_c[i]),
-        }
-        servos.append({
+    servos = [
+        {
             "leg": name,
             "id": int(bus.settings.ids[i]),
-            "valid": valid,
-            **{key: value if valid else None for key, value in values.items()},
+            "valid": bool(readings.valid[i]),
+            "position_ticks": int(readings.position_ticks[i]) if readings.valid[i] else None,
+            **{quantity: getattr(joints, quantity)[i] for quantity in QUANTITIES},
             "errors": error_words(readings, i),
-        })  # fmt: skip
+        }
+        for i, name in enumerate(bus.settings.names)
+    ]
     edges = {"round_trip_edges_us": ROUND_TRIP_EDGES_US, "jitter_edges_us": JITTER_EDGES_US}
     return {"servos": servos, "stats": {**asdict(bus.stats), **edges}}

@@ -1,9 +1,8 @@
 """``bigant servo zero``: the position of every servo at shaft angle 0, for the robot file."""
 
-import json
 import time
+from contextlib import closing
 from dataclasses import asdict, dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -16,24 +15,14 @@ from robot.bringup.servo.access import bus_of, write_new
 from robot.config.edit import with_servo_zeros
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
+from robot.console.json_output import print_result
+from robot.requests.servo import ServoZeroRequest
 
 READS = 25
 TRIES = 75  # a read with a lost answer is made again, so often at most
 READ_PERIOD_S = 0.02
 # Two counts of noise are usual; more is a shaft that moves.
 LARGEST_SPREAD_TICKS = 8
-
-
-@dataclass(frozen=True, slots=True)
-class ZeroRequest:
-    """Options of ``bigant servo zero``."""
-
-    port: str
-    baud: int | None
-    robot: Path
-    robot_out: Path | None
-    write: Path | None
-    json: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +46,7 @@ class ServoZero:
     spread_ticks: int
 
 
-def zero(request: ZeroRequest) -> ExitCode:
+def zero(request: ServoZeroRequest) -> ExitCode:
     """Read and print.
 
     Raises:
@@ -68,12 +57,9 @@ def zero(request: ZeroRequest) -> ExitCode:
     for option, path in (("--write", request.write), ("--robot-out", request.robot_out)):
         if path is not None and path.exists():
             raise ConfigError(option, f"{path} exists; choose another name")
-    bus = bus_of(request.port, request.baud, config)
-    try:
+    with closing(bus_of(request.port, request.baud, config)) as bus:
         bus.connect()
         zeros = measure_zeros(bus)
-    finally:
-        bus.close()
     line = zero_line(zeros)
     lines = [
         *(
@@ -89,10 +75,7 @@ def zero(request: ZeroRequest) -> ExitCode:
         text = with_servo_zeros(config.text, [one.zero_ticks for one in zeros])
         write_new(request.robot_out, text, "--robot-out")
         lines.append(f"robot file with these zeros: {request.robot_out}")
-    if request.json:
-        print(json.dumps({"servos": [asdict(z) for z in zeros], "line": line}, indent=2))
-    else:
-        print("\n".join(lines))
+    print_result({"servos": zeros, "line": line}, lines, as_json=request.json)
     return ExitCode.OK
 
 
@@ -146,14 +129,7 @@ def calibration_text(zeros: list[ServoZero], robot: str) -> str:
         "robot": robot,
         "date": time.strftime("%Y-%m-%dT%H:%M:%S%z"),
         "servo": [
-            {
-                "leg": one.leg,
-                "id": one.servo_id,
-                "model": one.model,
-                "firmware": one.firmware,
-                "zero_ticks": one.zero_ticks,
-                "spread_ticks": one.spread_ticks,
-            }
+            {name.removeprefix("servo_"): value for name, value in asdict(one).items()}
             for one in zeros
         ],
     }

@@ -17,7 +17,7 @@ from model.errors import ConnectionLost, ForceStreamError
 from model.values.arrays import FloatArray
 from model.values.faults import StopReason
 from model.values.readings import ForceRecord
-from record.log.versions import NOT_INSTALLED
+from record.log.header import NOT_INSTALLED
 from robot.bringup.preflight.computer import (
     HostSettings,
     disk_finding,

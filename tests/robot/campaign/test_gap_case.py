@@ -6,10 +6,10 @@ import pytest
 
 from gap.interfaces import Cause
 from model.errors import GapError, RecordError
-from robot.campaign.case import Asked, commission_case
+from robot.campaign.case import CaseRequest, commission_case
 from robot.campaign.check import answer_all
 
-NOBODY = Asked((), (), (), Path("never.json"))
+NOBODY = CaseRequest((), (), Path("never.json"))
 
 
 def test_what_was_kept_is_taken_again(tmp_path: Path) -> None:
@@ -29,7 +29,7 @@ def test_a_broken_file_is_refused_by_name(tmp_path: Path) -> None:
 
 def test_a_case_that_cannot_be_read_does_not_stop_the_others(tmp_path: Path) -> None:
     asked = [
-        Asked((tmp_path / f"{name}.parquet",), (), (), tmp_path / "answers" / f"{name}.json")
+        CaseRequest((tmp_path / f"{name}.parquet",), (), tmp_path / "answers" / f"{name}.json")
         for name in ("first", "second")
     ]
     with pytest.raises(

@@ -5,8 +5,8 @@ from pathlib import Path
 from gap.check.score import CONTROL, SINGLE, Truth
 from gap.interfaces import Cause
 from record.trial.trial import write_trial
-from robot.campaign.folder import CaseFiles, Label
-from robot.campaign.visible import FEWEST_CONTROLS, seen_of
+from robot.campaign.case import CaseFiles, Label
+from robot.campaign.visible import FEWEST_CONTROLS, measure_visibility
 from tests.gap.walks import cause, walk
 
 LONGER = cause("leg_length", -0.004, legs=("MR",))
@@ -29,17 +29,17 @@ def test_controls_tell_what_is_visible_without_walking_anything_again(tmp_path: 
     labels = {one.name: Label(CONTROL, (), 0, (1, 2)) for one in files}
     truth = Truth("leg_length", "support", "MR", (("offset_m", -0.004),))
     labels["x"] = Label(SINGLE, (truth,), 0, (1, 2))
-    seen = seen_of(files, labels, None, tmp_path, 1, ())
+    seen = measure_visibility(files, labels, None, tmp_path, 1, ())
     assert set(seen) == {"x"}
     assert seen["x"].visible > 10
     assert seen["x"].reachable > 0.9
     # kept, and not asked again
-    assert seen_of(files, {}, None, tmp_path, 1, ()) == seen
+    assert measure_visibility(files, {}, None, tmp_path, 1, ()) == seen
 
 
 def test_few_controls_tell_nothing(tmp_path: Path) -> None:
     labels = {"c": Label(CONTROL, (), 0, (1,)), "x": Label(SINGLE, (), 0, (1,))}
-    assert seen_of([], labels, None, tmp_path, 1, ()) == {}
+    assert measure_visibility([], labels, None, tmp_path, 1, ()) == {}
     # controls that were not walked tell nothing either
     away = {f"c{i}": Label(CONTROL, (), 0, (1,)) for i in range(FEWEST_CONTROLS)}
-    assert seen_of([], away, None, tmp_path, 1, ()) == {}
+    assert measure_visibility([], away, None, tmp_path, 1, ()) == {}

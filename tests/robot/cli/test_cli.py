@@ -165,7 +165,7 @@ def test_ctrl_c_is_one_line_and_the_shells_own_code(
     def press_ctrl_c(_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("robot.cli.show.show", press_ctrl_c)
+    monkeypatch.setattr("robot.report.show.show_log", press_ctrl_c)
     assert bigant("show", "any.mcap") == 130
     assert capsys.readouterr().err.strip() == "bigant show: interrupted"
 

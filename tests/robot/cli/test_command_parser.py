@@ -17,6 +17,11 @@ from robot.cli.main import run
         (["gap"], "ACTION is one of: alone, apply, check, diagnose, effects, next"),
         (["drve"], "did you mean drive?"),
         (["gap", "diagnos"], "did you mean diagnose?"),
+        (["ft", "watch", "--seconds", "-1"], "--seconds: must be a positive number, not -1"),
+        (["ft", "bias", "--seconds", "0.1"], "--seconds: must be from 1 to 3600, not 0.1"),
+        (["ft", "calibrate", "--rounds", "51"], "must be a whole number from 1 to 50, not 51"),
+        (["drive", "--steer", "2"], "--steer: must be from -1 to 1, not 2"),
+        (["gap", "diagnose", "a", "--jobs", "0"], "must be a whole number from 1 on, not 0"),
         (["drive", "--seed", "-1"], "--seed: must be a whole number from 0 on, not -1"),
         (["sim", "serve", "--baud", "12345"], "must be one of 9600, 57600"),
         (

@@ -10,6 +10,7 @@ from robot.cli import completion
 from robot.cli import main as cli
 from robot.cli.commands import COMMANDS, GROUP_HELP
 from robot.console.exit_codes import ExitCode
+from robot.requests.single import SHELLS
 
 pytest.importorskip("shtab")
 # What bash does when Tab is pressed after the given words.
@@ -44,10 +45,10 @@ def offered(script: Path, words: str, folder: Path | None = None) -> set[str]:
 
 
 def test_bash_offers_all_commands_and_all_actions(bash_script: Path) -> None:
-    single = {command.words[0] for command in COMMANDS}
+    single = {command.split()[0] for command in COMMANDS}
     assert offered(bash_script, 'bigant ""') >= single
-    for group, _ in GROUP_HELP:
-        actions = {c.words[1] for c in COMMANDS if c.words[0] == group and len(c.words) == 2}
+    for group in GROUP_HELP:
+        actions = {c.split()[1] for c in COMMANDS if c.startswith(f"{group} ")}
         assert offered(bash_script, f'bigant {group} ""') >= actions, group
 
 
@@ -65,7 +66,7 @@ def test_bash_offers_options_choices_and_files(bash_script: Path, tmp_path: Path
 def test_every_shell_has_a_script_that_says_how_to_install_it(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    for shell in completion.SHELLS:
+    for shell in SHELLS:
         assert cli.run(["completion", shell]) == ExitCode.OK
         script = capsys.readouterr().out
         assert f"bigant completion {shell} > ~/" in script
@@ -73,7 +74,7 @@ def test_every_shell_has_a_script_that_says_how_to_install_it(
             assert word in script, (shell, word)
 
 
-@pytest.mark.parametrize("shell", completion.SHELLS)
+@pytest.mark.parametrize("shell", SHELLS)
 def test_the_shell_accepts_its_script(shell: str, tmp_path: Path) -> None:
     program = shutil.which(shell)
     if program is None:

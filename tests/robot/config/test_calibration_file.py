@@ -61,7 +61,7 @@ def test_a_file_is_read_back_exactly(tmp_path: Path) -> None:
     ("old", "new", "said"),
     [
         ("format = 1", "format = 2", "format: must be from 1 to 1"),
-        ('method = "in-situ"', 'method = "guess"', "method: must be bias or in-situ"),
+        ('method = "in-situ"', 'method = "guess"', "method: must be one of bias, in-situ"),
         ('"HL", "ML"', '"ML", "HL"', "not this robot's legs"),
         ("harmonics = 2", "harmonics = 1", "unloaded[0]: must have 3 entries"),
         ("correction = [", "corection = [", "correction: is missing"),

@@ -61,23 +61,16 @@ def test_it_counts_functions_and_is_silent_in_the_first_second(
 
 
 def test_no_tick_can_wait_for_the_compiler() -> None:
-    from model.estimator import (
-        feet_kernel as estimator_feet_kernel,
-    )
-    from model.estimator import (
-        frame_kernel as estimator_kernel,
-    )
-    from model.estimator import (
-        step_kernel as estimator_step_kernel,
-    )
+    from model.estimator import frame_kernel as estimator_kernel
+    from model.estimator import measurements, output, process
     from model.kinematics import four_bar as linkage
     from model.quasistatic import frame as quasistatic
 
     Controller(load_robot(), (), armed=False)
     called: list[Any] = [
         quasistatic.frame_kernel, linkage.feet_kernel, estimator_kernel.neighbourhood_kernel,
-        estimator_step_kernel.walk_kernel, estimator_step_kernel.carry_kernel,
-        estimator_feet_kernel.feet_stack_kernel, estimator_feet_kernel.readout_kernel,
+        process.walk_kernel, process.carry_kernel,
+        measurements.feet_stack_kernel, output.readout_kernel,
     ]  # fmt: skip
     for kernel in called:
         assert kernel.signatures, kernel

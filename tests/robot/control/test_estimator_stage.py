@@ -13,7 +13,7 @@ from model.quasistatic.frames import FrictionLaw
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import Estimate, Health
 from model.values.faults import StopReason
-from model.values.poses import PoseRecord
+from model.values.readings import PoseRecord
 from model.values.tick import Intent, Tick
 from robot.config.robot_file import load_robot, parse_robot
 from robot.control.controller import Controller

@@ -14,10 +14,10 @@ from record.log.reader import LogContents, read_log, read_stamped_ticks
 from robot.cli.main import run
 from robot.config.robot_file import load_robot, parse_robot
 from robot.control.effect_uses import true_forces_of, true_forces_of_log
-from robot.report.long_log import read_summary
+from robot.report.summary import read_summary
 from robot.view.numbers import numbers_of
 from robot.view.screen import ScreenView
-from robot.view.true_ticks import ticks_with_true_forces
+from robot.view.watch import ticks_with_true_forces
 from tests.gap.test_correction import corrected
 from tests.gap.walks import cause
 
@@ -53,7 +53,7 @@ def test_view_shows_the_force_without_the_bias(logs: tuple[Path, Path]) -> None:
     for path in logs:
         contents = LogContents()
         *_, last = ticks_with_true_forces(read_stamped_ticks(path, contents), contents)
-        numbers = {one.topic: dict(one.values) for one in numbers_of(last.tick, contents.names(6))}
+        numbers = dict(numbers_of(last.tick, contents.names(6)))
         shown.append(numbers["/force/ML"]["measured.z_n"])
     assert shown[1] == pytest.approx(shown[0], abs=0.3)
 

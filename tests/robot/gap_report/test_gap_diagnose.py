@@ -4,7 +4,7 @@ import argparse
 import json
 import re
 from pathlib import Path
-from types import ModuleType
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -14,12 +14,15 @@ from gap.interfaces import DataFault
 from model.errors import ConfigError
 from model.motion.filters import play
 from record.trial.trial import write_trial
-from robot.cli.gap import check as gap_check
-from robot.cli.gap import diagnose as gap_diagnose
 from robot.cli.main import run
+from robot.console.arguments import add_arguments
 from robot.console.json_output import check_json, to_stdout
 from robot.gap_report.words import fault_groups
+from robot.requests.gap import GapCheckRequest, GapDiagnoseRequest
 from tests.gap.bench_trials import IDEAL, servo_trial
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 
 def write_bench(folder: Path, width: float, count: int = 4) -> list[str]:
@@ -122,10 +125,10 @@ def test_a_run_behind_json_is_not_overwritten_and_an_old_answer_is(tmp_path: Pat
     check_json(None)
 
 
-@pytest.mark.parametrize("command", [gap_diagnose, gap_check], ids=["diagnose", "check"])
-def test_json_without_a_file_prints(command: ModuleType) -> None:
+@pytest.mark.parametrize("command", [GapDiagnoseRequest, GapCheckRequest])
+def test_json_without_a_file_prints(command: "type[DataclassInstance]") -> None:
     parser = argparse.ArgumentParser()
-    command.add_arguments(parser)
+    add_arguments(parser, command)
     assert parser.parse_args(["runs"]).json is None
     assert to_stdout(parser.parse_args(["runs", "--json"]).json)
     assert to_stdout(parser.parse_args(["runs", "--json", "-"]).json)

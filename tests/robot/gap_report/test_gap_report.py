@@ -16,15 +16,14 @@ from gap.diagnosis.probability import RivalCause
 from gap.experiments.next_run import NextRun
 from gap.machines.servo_bench.simulator import servo_bench
 from record.trial.trial import read_trial
-from robot.gap_report.figures import draw_traces
-from robot.gap_report.page import diagnosis_page
+from robot.gap_report.page import diagnosis_page, draw_traces
 from robot.gap_report.page_map import BLACK_FROM
 from robot.gap_report.summary import summary_lines
-from robot.gap_report.words import Subject, file_words, size_words, stage_note, subject_of
+from robot.gap_report.words import file_words, machine_words, size_words, stage_note
 from tests.robot.gap_report.test_gap_diagnose import write_bench
 
 FILES = tuple(Path(f"run{number}.csv") for number in range(4))
-SUBJECT = Subject("bench", ("arm",), date(2026, 2, 3), FILES, ())
+SUBJECT = ("bench, joint arm", date(2026, 2, 3), FILES)
 PLAY = ("play", ("arm",))
 
 
@@ -50,7 +49,7 @@ def two(found: Diagnosis) -> Diagnosis:
     causes = (one, replace(one, effect="encoder_scale"))
     return replace(
         found, verdict=Verdict.AMBIGUOUS, causes=causes,
-        ambiguous=(OpenRival(0, "backlash", ("arm",), 4.0, 1.0, 1.0, PLAY),),
+        ambiguous=(OpenRival(0, "backlash", ("arm",), 0.3, 1.0, 1.0, PLAY, 4.0),),
         rivals=(
             RivalCause(0, "backlash", ("arm",), 0.3, 1.0, 1.0, PLAY),
             RivalCause(1, "play", ("arm",), 0.2, 1.0, 1.0, ("encoder_scale", ("arm",))),
@@ -65,7 +64,7 @@ def plain(page: str) -> str:
 
 def test_without_a_gap_there_are_no_shares_of_one(nothing: Diagnosis) -> None:
     assert nothing.verdict is Verdict.NO_GAP
-    page = diagnosis_page(nothing, SUBJECT)
+    page = diagnosis_page(nothing, *SUBJECT)
     text = plain(page)
     assert "<title>No gap | bench, joint arm | run0.csv, run1.csv, run2.csv and 1 more" in page
     assert "Nothing stands out." in text
@@ -76,7 +75,7 @@ def test_without_a_gap_there_are_no_shares_of_one(nothing: Diagnosis) -> None:
 
 
 def test_with_a_gap_title_and_head_say_what_where_and_of_which_files(found: Diagnosis) -> None:
-    page = diagnosis_page(found, SUBJECT)
+    page = diagnosis_page(found, *SUBJECT)
     assert "<title>Explained: play at arm | bench, joint arm | run0.csv" in page
     text = plain(page)
     for words in (
@@ -99,15 +98,15 @@ def test_many_files_are_counted() -> None:
 
 def test_a_machine_without_a_name_is_called_by_its_file(tmp_path: Path) -> None:
     trial = read_trial(Path(write_bench(tmp_path, 0.0, 1)[0]))
-    assert subject_of(trial, FILES, (), date(2026, 2, 3)).place == "bench, joint arm"
+    assert machine_words(trial) == "bench, joint arm"
     named = replace(trial.header, robot_text=f'name = "Rig 2"\n{trial.header.robot_text}')
-    assert subject_of(replace(trial, header=named), FILES, (), date(2026, 2, 3)).machine == "Rig 2"
+    assert machine_words(replace(trial, header=named)) == "Rig 2, joint arm"
 
 
 def test_each_rival_is_said_with_its_cause(two: Diagnosis) -> None:
     assert two.sentence.endswith("These runs cannot tell play at arm from backlash at arm.")
     rows = re.findall(
-        r"<td>([^<]*)</td><td>([^<]*)</td><td>0\.\d\d</td>", diagnosis_page(two, SUBJECT)
+        r"<td>([^<]*)</td><td>([^<]*)</td><td>0\.\d\d</td>", diagnosis_page(two, *SUBJECT)
     )
     # play was named itself, so it stands in the place of no other
     assert rows == [("play at arm", "backlash at arm")]
@@ -116,7 +115,7 @@ def test_each_rival_is_said_with_its_cause(two: Diagnosis) -> None:
 def test_one_run_judged_by_its_own_end_is_not_called_runs_kept_back(found: Diagnosis) -> None:
     d = replace(found, fitted_trials=(0,), held_out_trials=(0,))
     assert "on the last third of the run" in d.sentence
-    for text in (plain(diagnosis_page(d, SUBJECT)), "\n".join(summary_lines(d, FILES))):
+    for text in (plain(diagnosis_page(d, *SUBJECT)), "\n".join(summary_lines(d, FILES))):
         assert "the last third of the run (run0.csv)" in text
         assert "runs kept back" not in text
     assert "on runs kept back" in found.sentence
@@ -134,7 +133,7 @@ def test_a_cause_that_shows_in_other_stages_is_explained_once(found: Diagnosis) 
                     causes=(replace(found.causes[0], stage=loud.stage, shrink=0.42),))  # fmt: skip
     note = stage_note(apart)
     assert note.startswith(f"play at arm closes 42%, its stage {loud.stage} has 0%: ")
-    assert note in plain(diagnosis_page(apart, SUBJECT))
+    assert note in plain(diagnosis_page(apart, *SUBJECT))
     assert note.split()[0] in "\n".join(summary_lines(apart, FILES))
     own = replace(found, causes=(replace(found.causes[0], stage=loud.stage),))
     assert stage_note(own) == ""
@@ -170,7 +169,7 @@ def next_run(number: int, pair: tuple[str, str] = ("delay", "lag"), limits: str 
 
 
 def test_the_best_runs_are_shown_with_their_pair_once(two: Diagnosis) -> None:
-    page = diagnosis_page(replace(two, next=tuple(map(next_run, range(8)))), SUBJECT)
+    page = diagnosis_page(replace(two, next=tuple(map(next_run, range(8)))), *SUBJECT)
     assert page.count("delay from lag") == 1
     assert "run 4" in page
     assert "run 5" not in page
@@ -179,7 +178,7 @@ def test_the_best_runs_are_shown_with_their_pair_once(two: Diagnosis) -> None:
     assert "caution" not in page
     assert page.index("Where it lies") < page.index("What to run next")
     mixed = (next_run(0), next_run(1, ("delay", "skew"), "weigh it"))
-    page = diagnosis_page(replace(two, next=mixed), SUBJECT)
+    page = diagnosis_page(replace(two, next=mixed), *SUBJECT)
     assert "delay from lag" in page
     assert "delay from skew" in page
     assert "caution" in page

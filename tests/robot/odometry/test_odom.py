@@ -23,13 +23,14 @@ from record.log.tum import TumFile
 from robot.cli import main as cli
 from robot.config.robot_file import load_robot, parse_robot
 from robot.console.exit_codes import ExitCode
+from robot.console.json_output import json_text
 from robot.odometry.compare import compare_ways, stride_of, walking_part
 from robot.odometry.files import write_mcap
 from robot.odometry.metrics import in_band, nees, relative_error
-from robot.odometry.request import OdomRequest
 from robot.odometry.table import as_json, table
 from robot.odometry.track import START_SD, TrackedLog, track, track_log
 from robot.odometry.tune import read_walk, tune, whiteness
+from robot.requests.single import OdomRequest
 
 CONFIG = load_robot()
 WEIGHT_N = CONFIG.parameters.body.mass * standard_gravity
@@ -92,10 +93,10 @@ def test_the_estimator_beats_what_it_is_compared_with(walk: TrackedLog) -> None:
     ]  # fmt: skip
     assert (mine.velocity_rmse < 0.7 * naive.velocity_rmse).all()
     assert mine.end_percent < 10 < naive.end_percent
-    lines = "\n".join(table(found, walk.log.names, everything=True))
+    lines = "\n".join(table(found))
     assert "rigid stance" in lines
     assert "NEES" in lines
-    found_json = json.loads(json.dumps(as_json(found, walk.log.names), allow_nan=False))
+    found_json = json.loads(json_text(as_json(found)))
     assert found_json["ways"][0]["name"] == "estimator"
 
 
@@ -108,7 +109,7 @@ def test_without_truth_and_forces_it_still_estimates(slipping: Path) -> None:
     assert found.errors == ()
     assert np.isfinite(found.track.pose).all()
     assert found.track.force_B[-1, :, 2].sum() == pytest.approx(WEIGHT_N)
-    assert "no truth" in "\n".join(table(found, deaf.log.names, everything=True))
+    assert "no truth" in "\n".join(table(found))
 
 
 def test_it_says_what_the_loop_s_own_said_to_the_last_bit(slipping: Path, walk: TrackedLog) -> None:
@@ -187,7 +188,7 @@ def test_mcap_holds_pose_twist_and_covariance(walk: TrackedLog, tmp_path: Path) 
 
 def test_tuning_raises_the_likelihood(slipping: Path) -> None:
     walk = read_walk(slipping, OdomRequest())
-    some = replace(walk, ticks=walk.ticks[:150])
+    some = walk._replace(ticks=walk.ticks[:150])
     start = EstimatorSettings(force_share_sd=0.5, load_sd=0.2)
     told: list[float] = []
     found = tune([some], start, told.append)

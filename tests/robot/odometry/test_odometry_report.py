@@ -10,8 +10,8 @@ import pytest
 from model.values.estimate import Health
 from robot.odometry.compare import Comparison, compare_ways
 from robot.odometry.figure import drawing
-from robot.odometry.metrics import TrackErrors
-from robot.odometry.page import odometry_page
+from robot.odometry.files import odometry_page
+from robot.odometry.metrics import Motion, TrackErrors
 from robot.odometry.table import health_rows, table
 from robot.odometry.track import track_log
 from robot.report.run_date import date_words
@@ -26,7 +26,7 @@ def found() -> Comparison:
     """A walk, with a truth and errors that are made up: the log has none."""
     told = compare_ways(track_log(GOLDEN))
     ticks = len(told.track.t_s)
-    truth = (told.track.pose, told.track.velocity_B, told.track.force_B)
+    truth = Motion("truth", told.track.pose, told.track.velocity_B, told.track.force_B)
     nothing = np.full(3, np.nan)
     errors = tuple(
         TrackErrors(w.name, nothing, 0.5, -1e-9, np.full(3, -1e-9), np.full((6, 3), np.nan))
@@ -60,9 +60,7 @@ def test_the_page_gives_the_reason_the_forces_the_part_and_what_words_mean(
     found: Comparison,
 ) -> None:
     why = "no encoder reading from 1 of 6 legs"
-    page = odometry_page(
-        with_reasons(found, [why]), NAMES, Path("a/walk.mcap"), "2026-02-03", everything=True
-    )
+    page = odometry_page(with_reasons(found, [why]), Path("a/walk.mcap"), "2026-02-03")
     for words in (
         why,
         "a/walk.mcap, 2026-02-03",
@@ -79,9 +77,9 @@ def test_the_page_gives_the_reason_the_forces_the_part_and_what_words_mean(
 
 
 def test_a_narrow_terminal_gets_two_tables_with_the_same_numbers(found: Comparison) -> None:
-    wide = table(found, NAMES, everything=True)
-    narrow = table(found, NAMES, everything=True, width=80)
-    assert table(found, NAMES, everything=True, width=WIDE) == wide
+    wide = table(found)
+    narrow = table(found, 80)
+    assert table(found, WIDE) == wide
     assert max(map(len, wide)) > 80 >= max(map(len, narrow))
     assert Counter(" ".join(narrow).split()) - Counter(" ".join(wide).split()) == Counter(
         " ".join(way.name for way in found.ways).split()
@@ -89,13 +87,13 @@ def test_a_narrow_terminal_gets_two_tables_with_the_same_numbers(found: Comparis
 
 
 def test_no_minus_before_a_zero_and_no_nan(found: Comparison) -> None:
-    text = "\n".join(table(found, NAMES, everything=True))
+    text = "\n".join(table(found))
     assert "-0.00" not in text
     assert "nan" not in text
 
 
 def test_the_picture_names_every_leg_and_says_what_is_stretched(found: Comparison) -> None:
-    path, error, _, friction = drawing(found, NAMES, everything=True).axes
+    path, error, _, friction = drawing(found).axes
     legend = friction.get_legend()
     assert legend is not None
     assert [text.get_text() for text in legend.get_texts()] == list(NAMES)

@@ -21,11 +21,11 @@ from robot.cli.main import run
 from robot.config.robot_file import DEFAULT_ROBOT_FILE, RobotConfig, parse_robot
 from robot.console.exit_codes import ExitCode
 from robot.control.controller import Controller
-from robot.drive.request import DriveRequest
 from robot.replay.bus import replay_bus
 from robot.replay.drive import RecordedOperator, Wishes, read_wishes
 from robot.replay.repeat import turned
 from robot.replay.ticks import replay_log, servo_events
+from robot.requests.single import DriveRequest
 from robot.run.header import controller_metadata, rebuild_controller
 from robot.run.operator import Interrupts
 from robot.virtual.open import open_in_memory

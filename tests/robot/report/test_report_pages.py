@@ -15,7 +15,7 @@ from robot.bringup.preflight.loop import LoopFigures
 from robot.cli import main as cli
 from robot.report.page import Section, render, report_page
 from robot.report.pictures import inline_svg, pictures
-from robot.study.figure_catalog import Drawn, Entry, render_index
+from robot.study.figure_catalog import TITLE, Drawn, Entry
 from tests.robot.browser import DESK_PX, PHONE_PX, Seen, find_browser, look_at, run_browser
 from tests.robot.gap_report.test_gap_diagnose import write_bench
 
@@ -60,7 +60,7 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
         "gap": written(folder / "gap.html", "gap", "diagnose", *write_bench(folder, 0.03),
                        "--jobs", "1", "--html"),
         "check": check_page("BigANT", "/dev/ttyUSB0", findings, [LOOP], **MADE),
-        "figures": render_index("From a walk.", [
+        "figures": render("figures.html", title=TITLE, source="From a walk.", entries=[
             (Entry("picture", "A picture", "fig. 1", lambda _: drawn), drawn,
              (folder / "picture.png").as_uri())]),
         "matrix": matrix(),

@@ -10,10 +10,10 @@ from model.values.faults import Fault, FaultKind, StopReason
 from model.values.tick import Mode
 from record.log.reader import read_log
 from record.log.recording import Recording, join_recordings, thin_recording
-from robot.console.table import number_text
+from robot.console.table import number_text, row_lines
 from robot.report.run_totals import RunTotals
 from robot.report.summary import Summary, summarise_totals
-from robot.report.summary_text import summary_lines, summary_rows
+from robot.report.summary_text import summary_rows
 
 GOLDEN = Path(__file__).resolve().parents[2] / "replay" / "golden" / "tripod.mcap"
 HOT = Fault(FaultKind.SERVO_HOT, "MR", "75 degC, limit 70 degC")
@@ -48,7 +48,7 @@ def test_a_robot_that_did_not_walk_says_so_once_and_shows_nothing_that_is_not_kn
     walk: Recording,
 ) -> None:
     still = replace(walk, mode=np.full_like(walk.mode, Mode.HOLD.value))
-    text = "\n".join(summary_lines(summarise(still)))
+    text = "\n".join(row_lines(summary_rows(summarise(still))))
     assert "nan" not in text
     assert text.count("did not walk") == 1
     assert not {"distance", "mean speed", "turned", "predicted velocity, RMSE"} & set(
@@ -65,8 +65,8 @@ def test_a_log_without_forces_says_so_and_has_no_row_of_them(walk: Recording) ->
 
 
 def test_long_rows_go_on_below_themselves_in_a_terminal(walk: Recording) -> None:
-    summary = summarise(walk)
-    whole, broken = summary_lines(summary), summary_lines(summary, 60)
+    rows = summary_rows(summarise(walk))
+    whole, broken = row_lines(rows), row_lines(rows, 60)
     assert max(map(len, whole)) > 60 >= max(map(len, broken))
     assert " ".join(broken).split() == " ".join(whole).split()
 

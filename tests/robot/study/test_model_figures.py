@@ -18,7 +18,7 @@ from robot.study.figures_forces import draw_all_feet, draw_slipping_gait
 from robot.study.figures_runtime import draw_parallel, draw_runtime, read_benchmark
 from robot.study.figures_walk import draw_walk
 from robot.study.walk_comparison import WalkComparison, compare_walk
-from robot.study.walk_errors import component_errors, error_of, error_table
+from robot.study.walk_errors import component_errors, error_table
 from robot.virtual.walk import walk_in_memory
 
 QUICK = (
@@ -159,15 +159,15 @@ def walk(log: Recording) -> WalkComparison:
 
 def test_a_walk_is_compared_under_both_laws(walk: WalkComparison) -> None:
     errors = component_errors(walk)
-    assert error_of(errors, "roll").support < 1.0  # [mrad]
-    assert error_of(errors, "Fz share").support < 3.0  # [%]
-    assert error_of(errors, "vy + sway").coulomb < 0.6 * error_of(errors, "vy").coulomb
+    assert errors["roll"].support < 1.0  # [mrad]
+    assert errors["Fz share"].support < 3.0  # [%]
+    assert errors["vy + sway"].coulomb < 0.6 * errors["vy"].coulomb
     for law in (walk.viscous, walk.coulomb):
         true = walk.position_W[-1, :2] - walk.position_W[0, :2]
         np.testing.assert_allclose(law.pose[-1, :2] - law.pose[0, :2], true, atol=3e-3)
         # quasi-static: on each law's own account the feet's horizontal forces balance
         assert np.abs(np.nansum(law.force_xy_B, axis=1)).max() < 1e-3
-    assert np.isnan(error_of(errors, "roll").viscous)
+    assert np.isnan(errors["roll"].viscous)
     assert any("yaw rate" in line for line in error_table(walk))
 
 

@@ -17,12 +17,10 @@ from model.values.parameters import ContactParameters
 from model.values.tick import Intent, Mode
 from record.log.recording import Recording, build_recording
 from robot.cli import main as cli
-from robot.cli.model import sensitivity as model_sensitivity
 from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
 from robot.console.exit_codes import ExitCode
-from robot.report.contact_fit import fit_contact
-from robot.report.walk_frames import halves, joined, smooth_rate, walk_frames
-from robot.study.sensitivity_table import compare
+from robot.report.walk_frames import fit_contact, halves, joined, smooth_rate, walk_frames
+from robot.study.sensitivity import compare
 from tests.gap.test_correction import corrected
 from tests.gap.walks import cause
 from tests.robot.runs import Told, drive, wish
@@ -228,8 +226,3 @@ def test_a_log_of_the_virtual_robot(
     for row in found["friction"]["parameters"]:
         undetermined = row["name"] in found["friction"]["undetermined"]
         assert (row["standard_error"] is None) == undetermined
-
-
-def test_arguments_import_nothing_heavy() -> None:
-    source = Path(model_sensitivity.__file__).read_text(encoding="utf-8")
-    assert "\nimport numpy" not in source

@@ -1,0 +1,112 @@
+"""A dataclass as fields of a message: one table gives its ROS 2 definition, its encoder and its decoder."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import fields
+from enum import EnumMeta
+from itertools import groupby
+from typing import Any, Generic, NamedTuple, TypeVar, get_type_hints
+
+from record.log.cdr import BOOLS, FLOATS, INTS, CdrReader, CdrWriter
+
+T = TypeVar("T")
+_LETTERS = {"bool": "?", "uint8": "B", "int64": "q", "float64": "d"}
+_ARRAYS = {"bool": "BOOLS", "int64": "INTS", "float64": "FLOATS"}
+
+
+class _Field(NamedTuple):
+    """One field of a message; neighbours with equal ``put`` or ``take`` go in one call."""
+
+    put: tuple[str, str]  # method of CdrWriter, kind of numbers in an array
+    letters: str  # ``struct``'s, for CdrWriter.record
+    sent: str  # the value to write
+    take: tuple[str, str]  # method of CdrReader, kind of numbers in an array
+    size: str  # what CdrReader has to know of the field
+    name: str
+    made: str  # the value of the dataclass
+
+
+class Fields(Generic[T]):
+    """Writes and reads the values of a dataclass.
+
+    As those of a dataclass's own methods, the sources of both functions are put together once and compiled:
+    between two ticks there is no time to walk through a table.
+
+    Args:
+        make: The dataclass.
+        lines: Type and name of each field in the message as ROS 2 writes them, in the dataclass's order.
+            A third word is the length of a row, for an array of two axes.
+
+    Attributes:
+        text: These lines in the message's definition.
+        write: Writes a value.
+        read: Reads a value; raises ValueError where the message is damaged.
+    """
+
+    write: Callable[[CdrWriter, T], None]
+    read: Callable[[CdrReader], T]
+
+    def __init__(self, make: type[T], *lines: str) -> None:
+        self.text = "".join(" ".join(line.split()[:2]) + "\n" for line in lines)
+        types = get_type_hints(make)
+        columns = [
+            _field(field.name, types[field.name], *line.split())
+            for field, line in zip(fields(make), lines, strict=True)  # type: ignore[arg-type]
+        ]
+        scope: dict[str, Any] = {"make": make, "BOOLS": BOOLS, "FLOATS": FLOATS, "INTS": INTS}
+        scope |= {kind.__name__: kind for kind in types.values() if isinstance(kind, EnumMeta)}
+        exec(_source(columns), scope)
+        self.write, self.read = scope["write"], scope["read"]
+
+    def write_all(self, w: CdrWriter, values: Sequence[T]) -> None:
+        """Write a sequence of values."""
+        w.count(len(values))
+        for value in values:
+            self.write(w, value)
+
+    def read_all(self, r: CdrReader) -> tuple[T, ...]:
+        """Read a sequence of values; raises ValueError where the message is damaged."""
+        return tuple(self.read(r) for _ in range(r.count()))
+
+
+def _field(name: str, kind: Any, ros_type: str, _: str, width: str = "") -> _Field:
+    element, bracket, size = ros_type.removesuffix("]").partition("[")
+    letter, sent, made = _LETTERS.get(element, ""), f"value.{name}", name
+    if isinstance(kind, EnumMeta):
+        sent, made = f"{sent}.value", f"{kind.__name__}({name})"
+    if width:
+        made = f"{name}.reshape(-1, {width})"
+    if not bracket:
+        call = ("texts", "") if element == "string" else ("record", "")
+        return _Field(call, letter, sent, call, letter, name, made)
+    call = ("arrays" if size else "sequences", _ARRAYS[element])
+    if element == "float64" and 0 < int(size or 0) < 5:  # packed with the numbers beside it
+        return _Field(
+            ("record", ""), letter * int(size), f"*{sent}.tolist()", call, size, name, made
+        )
+    return _Field(call, "", sent, call, size, name, made)
+
+
+def _source(columns: list[_Field]) -> str:
+    """Return the source of ``write(w, value)`` and ``read(r)``."""
+    lines = ["def write(w, value):"]
+    for (method, kind), run in groupby(columns, key=lambda field: field.put):
+        _, letters, sent, *_ = zip(*run, strict=True)
+        first = {"record": repr("".join(letters)), "texts": ""}.get(method, kind)
+        lines.append(f" w.{method}({', '.join(filter(None, (first, *sent)))})")
+    lines.append("def read(r):")
+    for (method, kind), run in groupby(columns, key=lambda field: field.take):
+        *_, sizes, names, _ = zip(*run, strict=True)
+        how = {
+            "record": repr("".join(sizes)),
+            "texts": f"{len(names)}",
+            "arrays": f"{kind}, {', '.join(sizes)}",
+            "sequences": f"{kind}, {len(names)}",
+        }
+        if kind and len(names) == 1:
+            lines.append(
+                f" {names[0]} = r.{method[:-1]}({', '.join(filter(None, (kind, *sizes)))})"
+            )
+        else:
+            lines.append(f" {', '.join(names)}, = r.{method}({how[method]})")
+    lines.append(f" return make({', '.join(field.made for field in columns)})")
+    return "\n".join(lines)

@@ -1,1 +1,0 @@
-"""Commands ``bigant ft``: the force-torque sensors. Arguments here, work below."""

@@ -1,1 +1,0 @@
-"""Commands ``bigant log``: logs. Arguments here, work below."""

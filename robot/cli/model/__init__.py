@@ -1,1 +1,0 @@
-"""Commands ``bigant model``: the model without a robot. Arguments here, work below."""

@@ -1,1 +1,0 @@
-"""Commands ``bigant robot``: the robot file. Arguments here, work below."""

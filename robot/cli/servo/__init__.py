@@ -1,1 +1,0 @@
-"""Commands ``bigant servo``: the servos one by one. Arguments here, work below."""

@@ -1,1 +1,0 @@
-"""Commands ``bigant sim``: virtual hardware. Arguments here, work below."""

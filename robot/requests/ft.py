@@ -1,0 +1,115 @@
+"""Requests of ``bigant ft``: the force-torque sensors."""
+
+from pathlib import Path
+
+from robot.console.arguments import (
+    EITHER,
+    argument,
+    as_json,
+    between,
+    discovery,
+    flag,
+    option,
+    positive,
+    random_seed,
+    request,
+    robot_file,
+)
+
+ADDRESS = "HOST[:UDP:CONSOLE]"
+
+
+@request("bringup.preflight.devices:list_force_units")
+class FtScanRequest:
+    """``bigant ft scan``: which wireless force-torque units are there. Asks, and changes nothing.
+
+    Asks by ATI's discovery protocol and lists the units that answer.
+    """
+
+    discover: str = discovery()
+    json: bool = as_json()
+
+
+@request("bringup.force.watch:watch_forces")
+class FtWatchRequest:
+    """``bigant ft watch``: what the force-torque unit sends, live.
+
+    Per transducer forces and moments, state and age; for the stream its rate, losses and the unit's clock
+    against the host's. The robot file's bias or a calibration is subtracted. Ctrl-C ends it; the unit is
+    always told to stop on exit.
+    """
+
+    robot: Path = robot_file()
+    force_unit: str | None = option("(default: robot file)", ADDRESS)
+    seconds: float | None = option("end by itself after so long", "S", type=positive)
+    calibration: Path | None = option("calibration file to use", "FILE")
+    csv: Path | None = option("write every sample", "FILE")
+    json: bool = as_json("only what was read last, as JSON")
+
+
+@request("bringup.force.bias:measure")
+class FtBiasRequest:
+    """``bigant ft bias``: what the sensors read with no contact, measured on the host.
+
+    Hang the robot up so that no foot touches anything. The mean over some seconds goes into a calibration
+    file, with its standard error; the unit itself is not changed unless --device is given. Refused when
+    the readings spread or wander as they do when something touches the robot.
+    """
+
+    robot: Path = robot_file()
+    force_unit: str | None = option("(default: robot file)", ADDRESS)
+    seconds: float = option("(default: 5)", "S", default=5.0, type=between(1, 3600))
+    out: Path = option(
+        "calibration file to write (default: force-bias.toml)",
+        "FILE",
+        default=Path("force-bias.toml"),
+    )
+    device_off: bool = flag(
+        "first switch the unit's own BIAS off, which somebody may have left on", group=EITHER
+    )
+    device: bool = flag(
+        "also switch the unit's own BIAS on for every transducer (it then counts from zero, so the file "
+        "holds zeros measured after that)",
+        group=EITHER,
+    )
+    json: bool = as_json()
+
+
+@request("bringup.force.calibrate:calibrate")
+class FtCalibrateRequest:
+    """``bigant ft calibrate``: force sensors to foot wrenches, from logs of a robot at rest.
+
+    Stage one fits what each sensor reads with its foot in the air (offset and leg gravity over the shaft
+    angle), stage two a 6 x 6 correction from poses in which the feet carry the weight. Poses are found in
+    the logs where no shaft moves. Judged on held-out poses; nothing is written if those got worse.
+    --hardware virtual drives the virtual robot through such poses first, in virtual time.
+    """
+
+    logs: tuple[Path, ...] = argument("LOG", "robot standing at rest", nargs="*", default=())
+    hung: tuple[Path, ...] = option(
+        "logs of the robot hung up, no foot on the ground", "LOG", nargs="+", default=()
+    )
+    hardware: str | None = option("record poses first", choices=("virtual",))
+    rounds: int = option(
+        "with --hardware: how often each leg is lifted (4)",
+        "N",
+        default=4,
+        type=between(1, 50, whole=True),
+    )
+    seed: int = random_seed("with --hardware")
+    log: Path = option(
+        "with --hardware: the log to write (ft-poses.mcap)", "FILE", default=Path("ft-poses.mcap")
+    )
+    robot: Path | None = option(
+        "robot file (default: with --hardware config/bigant.toml, else the one in the logs)", "FILE"
+    )
+    harmonics: int = option(
+        "most harmonics of leg gravity (3)", "H", default=3, type=between(0, 8, whole=True)
+    )
+    no_cross_talk: bool = flag("stage one only")
+    no_point_feet: bool = flag("do not assume that feet touch at a point")
+    out: Path = option(
+        "calibration file (force-calibration.toml)", "FILE", default=Path("force-calibration.toml")
+    )
+    report: Path | None = option("picture, .png", "FILE")
+    json: bool = as_json("residuals and warnings as JSON")

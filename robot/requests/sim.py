@@ -1,0 +1,139 @@
+"""Requests of ``bigant sim``: virtual hardware, and a deliberately faulty virtual robot."""
+
+import os
+from pathlib import Path
+
+from gaits.names import GAIT_NAMES
+from robot.console.arguments import (
+    argument,
+    as_json,
+    baud_now,
+    between,
+    flag,
+    needed,
+    option,
+    positive,
+    random_seed,
+    request,
+    robot_file,
+    scenario_file,
+    several,
+)
+
+
+@request("virtual.serve:serve_robot")
+class SimServeRequest:
+    """``bigant sim serve``: virtual devices on a pseudo-terminal and loopback sockets until Ctrl-C.
+
+    Serve a virtual robot that any Dynamixel or WNet program can talk to, and print where to find it. Ctrl-C
+    ends it.
+    """
+
+    robot: Path = robot_file()
+    seed: int = random_seed()
+    baud: int | None = baud_now("baud rate of the servos")
+    absent: tuple[int, ...] = several("a servo to leave out", "ID")
+    no_force_unit: bool = flag("leave out the force unit")
+    scenario: Path | None = scenario_file()
+
+
+@request("virtual.listing:list_faults")
+class SimFaultsRequest:
+    """``bigant sim faults``: every fault and setting that a scenario file can hold.
+
+    List the faults that a scenario file (--scenario of drive and sim serve) can put on the virtual
+    hardware: what each does, where it acts, and its keys with unit, default and bounds.
+    examples/faults_servo.toml and examples/faults_force.toml show them in use.
+    """
+
+    json: bool = as_json("the list as JSON")
+
+
+@request("virtual.listing:list_effects")
+class SimEffectsRequest:
+    """``bigant sim effects``: what can be made wrong with the virtual robot.
+
+    A table of all effects with their parameters, units and ranges, and where each acts. Sizes are a mild
+    and a strong one; `bigant sim run --effect NAME` takes the strong one. Effects marked * are not among
+    those that a gap diagnosis knows by name.
+    """
+
+    json: bool = as_json("the list as JSON")
+
+
+@request("virtual.twin_file:twin_file")
+class SimRunRequest:
+    """``bigant sim run``: a walk of the virtual robot, with what is wrong with it, as a trial or a log.
+
+    The whole stack runs in virtual time: controller, servo bus and force unit, byte by byte. --fast leaves
+    the bytes out and gives the same trial in a fraction of the time. FILE.parquet and FILE.csv are trials
+    (the walk, with FILE.toml and the robot file beside it), FILE.mcap is a log of the whole run. The seed
+    also sets the day: friction, stiffness and centre of mass differ by a few per cent from seed to seed.
+    """
+
+    robot: Path = robot_file()
+    gait: str = option(choices=GAIT_NAMES, default="tripod")
+    frequency_hz: float | None = option(
+        "cycles a second (default: the robot file's)", "F", type=positive
+    )
+    seconds: float = option("of walking (default: 30)", "S", default=30.0, type=positive)
+    steer: float = option("-1 (right) to 1 (left)", "X", default=0.0, type=between(-1, 1))
+    effect: tuple[str, ...] = several(
+        "what is wrong; may be given several times (bigant sim effects lists them)",
+        "NAME[@LEG][:param=value,...]",
+    )
+    seed: int = random_seed(None)
+    out: Path = needed(".parquet, .csv or .mcap", "FILE")
+    fast: bool = flag("without the byte layer; no .mcap")
+    json: bool = as_json("what was done as JSON")
+
+
+@request("campaign.make:make_campaign")
+class SimCampaignRequest:
+    """``bigant sim campaign``: many trials of a scenario file, in parallel.
+
+    Makes DIR/references/*.parquet and DIR/cases/NAME/trial_*.parquet; nothing about these files says what
+    is wrong in them. Labels go to DIR/labels.json, or with --sealed, encrypted, to DIR/labels.sealed,
+    with hashes published beside them. A campaign that was broken off goes on where it stood when the same
+    command is given again. A scenario file is described in docs/twin.md.
+    """
+
+    scenario: Path = argument("FILE", "scenario file, TOML")
+    out: Path = needed(metavar="DIR")
+    jobs: int = option("processes (default: one a core)", "N", default=os.cpu_count() or 1)
+    dask: str | None = option(
+        "scheduler of a Dask cluster that sees DIR as well", "tcp://HOST:PORT"
+    )
+    sealed: bool = flag("encrypt the labels")
+    key: Path | None = option("key of the sealed labels; made if it is not there", "FILE")
+    json: bool = as_json("what was done as JSON")
+
+
+@request("campaign.seal:open_seal")
+class SimUnsealRequest:
+    """``bigant sim unseal``: open the labels of a sealed campaign, for scoring.
+
+    Checks the published hashes, then prints the labels or writes them to --out (.toml or .json).
+    """
+
+    folder: Path = argument("DIR")
+    key: Path = needed(metavar="FILE")
+    out: Path | None = option(".toml or .json (default: print TOML)", "FILE")
+    json: bool = as_json("print JSON")
+
+
+@request("virtual.drawing:render")
+class SimRenderRequest:
+    """``bigant sim render``: a picture or video of a log or a trial, off-screen.
+
+    Body, legs, feet's paths and the ground's forces (red: more than a newton), drawn in three dimensions by
+    matplotlib from what was measured; nothing is simulated and no graphics card is needed. .png is one
+    moment (--at), .gif and .mp4 are videos; .mp4 needs ffmpeg.
+    """
+
+    path: Path = argument("LOG|TRIAL")
+    out: Path = needed(".png, .gif or .mp4", "FILE")
+    at: float | None = option("moment of a .png (default: the middle)", "S")
+    speed: float = option(
+        "times real time of a video (default: 4)", "X", default=4.0, type=positive
+    )
