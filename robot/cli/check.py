@@ -7,18 +7,13 @@ positions to prove that the servos' own watchdog stops them; nothing is told to 
 import argparse
 from pathlib import Path
 
-from robot.console.arguments import add_json, add_robot, between, parsed
+from robot.console.arguments import add_hardware, add_json, add_robot, between, parsed
 from robot.console.exit_codes import ExitCode
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
-    parser.add_argument(
-        "--hardware",
-        default="virtual",
-        metavar="virtual|PORT",
-        help="virtual (default), or the serial port of the servo bus",
-    )
+    add_hardware(parser)
     parser.add_argument(
         "--force-unit",
         metavar="HOST[:UDP:CONSOLE]|none",

@@ -39,6 +39,26 @@ def add_robot(
     )
 
 
+def add_hardware(parser: argparse.ArgumentParser) -> None:
+    """Add ``--hardware``; virtual devices are its default."""
+    parser.add_argument(
+        "--hardware",
+        default="virtual",
+        metavar="virtual|PORT",
+        help="virtual (default), or the serial port of the servo bus",
+    )
+
+
+def add_virtual_robot(parser: argparse.ArgumentParser) -> None:
+    """Add ``--virtual-robot``."""
+    parser.add_argument(
+        "--virtual-robot",
+        type=Path,
+        metavar="FILE",
+        help="robot file of the virtual robot that is really there (default: the same)",
+    )
+
+
 def add_port(
     parser: argparse.ArgumentParser,
     *,
