@@ -45,7 +45,9 @@ class SiteRequest:
 
 def site_request(options: Any, **others: Any) -> SiteRequest:
     """Return the request in the options of a command that has some of its fields."""
-    known = {name: getattr(options, name) for name in SiteRequest.__slots__ if hasattr(options, name)}
+    known = {
+        name: getattr(options, name) for name in SiteRequest.__slots__ if hasattr(options, name)
+    }
     return SiteRequest(**{**known, **others})
 
 
@@ -90,9 +92,14 @@ class RealSite:
     virtual = False
 
     def __init__(self, request: SiteRequest, config: RobotConfig) -> None:
-        for option, value in (("--virtual-robot", request.virtual_robot), ("--scenario", request.scenario)):
+        for option, value in (
+            ("--virtual-robot", request.virtual_robot),
+            ("--scenario", request.scenario),
+        ):
             if value is not None:
-                raise ConfigError(option, "needs --hardware virtual; it is about virtual devices only")
+                raise ConfigError(
+                    option, "needs --hardware virtual; it is about virtual devices only"
+                )
         self.name = request.hardware
         self.armed = request.armed
         self._config = config
@@ -137,7 +144,9 @@ class VirtualSite:
         check_no_unit(request.force_unit)
         there = config if request.virtual_robot is None else load_robot(request.virtual_robot)
         if there.servo_bus.names != config.servo_bus.names:
-            raise ConfigError("--virtual-robot", "has other legs than the robot file; choose another")
+            raise ConfigError(
+                "--virtual-robot", "has other legs than the robot file; choose another"
+            )
         scenario = None
         if request.scenario is not None:
             ids = [int(i) for i in there.servo_bus.ids]

@@ -25,6 +25,7 @@ PRESS_N = 12.0
 # A hand presses a little aside, and not before it has read what to do.
 SKEW = 0.06
 REACTION_S = 0.5
+PLUG_NS = 3_000_000_000
 DIRECTIONS: dict[Hand, tuple[float, float, float]] = {
     Hand.PRESS_UP: (SKEW, 0.0, 1.0),
     Hand.PRESS_FORWARD: (1.0, SKEW, 0.0),
@@ -107,8 +108,11 @@ class VirtualPerson:
                 leg = self._legs.index(work.leg)
                 angle[leg] = world.shaft_angle_rad[leg] + 2 * np.pi
                 world.turn_by_hand(angle)
-            case Hand.PULL_CABLE | Hand.PLUG_CABLE:
-                self._robot.cable.plugged = work.hand is Hand.PLUG_CABLE
+            case Hand.PULL_CABLE:
+                self._robot.cable.plugged = False
+            case Hand.PLUG_CABLE:
+                self._robot.clock.advance(PLUG_NS)
+                self._robot.cable.plugged = True
             case Hand.LET_GO:
                 world.press(0, np.zeros(3))
             case Hand.PUT_DOWN:

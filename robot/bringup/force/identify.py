@@ -114,7 +114,9 @@ class Feet:
             float(np.nanmax(others, initial=0.0)),
         )  # fmt: skip
 
-    def _steady(self, holds: Callable[[FloatArray], bool], rest: FloatArray, limit_s: float) -> FloatArray | None:
+    def _steady(
+        self, holds: Callable[[FloatArray], bool], rest: FloatArray, limit_s: float
+    ) -> FloatArray | None:
         """Return the mean forces, (N, 3), once a condition on their change has held for a while.
 
         Args:
@@ -161,7 +163,9 @@ def press_findings(presses: Sequence[Press], settings: ForceSensorSettings) -> l
         finding, number, yaw = _leg_finding(name, mine)
         findings.append(finding)
         if number and number != numbers[leg]:
-            wrong_number.append(f"the foot of {name} presses transducer {number}, not {numbers[leg]}")
+            wrong_number.append(
+                f"the foot of {name} presses transducer {number}, not {numbers[leg]}"
+            )
             numbers[leg] = number
         if yaw is not None and abs(_wrapped_deg(yaw - yaws[leg])) > YAW_TOLERANCE_DEG:
             wrong_yaw.append(f"{name} by {_wrapped_deg(yaw - yaws[leg]):+.0f} deg")

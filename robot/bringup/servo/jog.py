@@ -94,7 +94,9 @@ def jog_leg(
     bus = ServoBus(port, settings, port.clock)
     bus.connect()
     name = settings.names[0]
-    person.begins(Work(Hand.WATCH, f"hands off: {name} is to turn by {degrees:g} deg and back", name))
+    person.begins(
+        Work(Hand.WATCH, f"hands off: {name} is to turn by {degrees:g} deg and back", name)
+    )
     with limp_afterwards(bus):
         bus.configure()
         rest = bus.read()
@@ -111,9 +113,7 @@ def jog_leg(
     )
     way = ""
     if moved in legs:
-        way = person.sees(
-            Sight.WHICH_WAY, "which way did its foot go first?", (FORWARD, BACKWARD)
-        )
+        way = person.sees(Sight.WHICH_WAY, "which way did its foot go first?", (FORWARD, BACKWARD))
     return Jog(
         leg=name,
         servo_id=int(settings.ids[0]),
@@ -197,9 +197,7 @@ def _off_deg(jog: Jog, leg: str, settings: ServoBusSettings) -> float:
 
 
 def _column(settings: ServoBusSettings, now: np.ndarray, found: dict[str, int]) -> list[int]:
-    return [
-        found.get(leg, int(value)) for leg, value in zip(settings.names, now, strict=True)
-    ]
+    return [found.get(leg, int(value)) for leg, value in zip(settings.names, now, strict=True)]
 
 
 def _line_words(key: str, values: Sequence[int]) -> str:

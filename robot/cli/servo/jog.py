@@ -8,7 +8,14 @@ it needs --armed. --virtual-robot is a virtual robot that differs from the robot
 
 import argparse
 
-from robot.console.arguments import add_hardware, add_json, add_robot, add_virtual_robot, between, parsed
+from robot.console.arguments import (
+    add_hardware,
+    add_json,
+    add_robot,
+    add_virtual_robot,
+    between,
+    parsed,
+)
 from robot.console.exit_codes import ExitCode
 
 
@@ -17,7 +24,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_hardware(parser)
     add_robot(parser)
     add_virtual_robot(parser)
-    parser.add_argument("--leg", default="all", metavar="LEG|all", help="leg to turn (all, in turn)")
+    parser.add_argument(
+        "--leg", default="all", metavar="LEG|all", help="leg to turn (all, in turn)"
+    )
     parser.add_argument(
         "--deg", type=between(-20, 20, "deg"), default=10.0, metavar="A", help="how far (10 deg)"
     )
