@@ -97,19 +97,35 @@ def read_image(servo: CheckedServo) -> ServoImage:
     Raises:
         BusError: It does not answer soundly.
     """
-    found: dict[str, int] = {}
-    for first, last in (*EEPROM_RUNS, *GAIN_RUNS):
-        data = servo.read_run(first, last)
-        start = REGISTER[first].address
-        for register in _between(first, last):
-            at = register.address - start
-            found[register.name] = register.decode(data[at : at + register.size])
+    found = _read_runs(servo, (*EEPROM_RUNS, *GAIN_RUNS))
     return ServoImage(
         servo_id=servo.servo_id,
         model=found["model_number"],
         firmware=found["firmware_version"],
         values=tuple(RegisterValue(name, found[name]) for name in (*KEPT, *GAINS)),
     )
+
+
+def read_gains(servo: CheckedServo) -> tuple[int, ...]:
+    """Return the gains in the order of ``GAINS``, in two requests.
+
+    Raises:
+        BusError: It does not answer soundly.
+    """
+    found = _read_runs(servo, GAIN_RUNS)
+    return tuple(found[name] for name in GAINS)
+
+
+def _read_runs(servo: CheckedServo, runs: Sequence[tuple[str, str]]) -> dict[str, int]:
+    """Read runs of neighbours, one request each; return the registers by name."""
+    found: dict[str, int] = {}
+    for first, last in runs:
+        data = servo.read_run(first, last)
+        start = REGISTER[first].address
+        for register in _between(first, last):
+            at = register.address - start
+            found[register.name] = register.decode(data[at : at + register.size])
+    return found
 
 
 def changes_to(image: ServoImage, wanted: Sequence[RegisterValue]) -> tuple[Change, ...]:

@@ -5,7 +5,7 @@ What is opened here are wires, not drivers: a step may want to listen before any
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 from drivers.ati.links import DatagramLink, UdpLink
 from drivers.wire.tap import TappedDatagrams, WireTap
@@ -15,9 +15,6 @@ from robot.console.person import Person, TerminalPerson
 from robot.run.force_unit import NO_UNIT, check_no_unit, unit_settings
 from robot.run.hardware import real_wires
 from robot.run.rig import Wires
-
-if TYPE_CHECKING:  # nothing of the simulator is loaded for a real robot
-    from robot.virtual.hung import HungRobot
 
 VIRTUAL = "virtual"
 
@@ -153,7 +150,7 @@ class VirtualSite:
             scenario = load_scenario(request.scenario, ids)
         self._legs = config.servo_bus.names
         self._without = request.force_unit == NO_UNIT
-        self.robot: HungRobot = HungRobot(config, there, scenario, request.seed)
+        self.robot = HungRobot(config, there, scenario, request.seed)
 
     def wires(self, tap: WireTap | None) -> Wires:
         """Return its wires."""

@@ -1,12 +1,12 @@
 """``bigant bringup``: the first day with a real robot, step by step.
 
-Thirteen numbered steps for a robot that hangs in a frame: who answers, what the servos keep, each leg by ten
-degrees, torque, watchdog, reboots, the loop, the cable pulled, each foot pressed, the force unit's console,
-one cycle in the air, one on the floor. Each step says what it will do, asks, keeps every byte, judges, and
-is written to one page; the same command goes on where it stopped. What the steps settle about the devices is
-written to measured.toml, a scenario file for virtual devices. Without --armed nothing moves. Virtual devices
-(the default) bring a virtual person with them: the day runs through in virtual time. docs/first_day.md is
-the page to hang beside the robot.
+Thirteen numbered steps for a robot that hangs in a frame: who answers, what the servos keep, each leg by
+ten degrees, torque, watchdog, reboots, the loop, the cable pulled, each foot pressed, the force unit's
+console, one cycle in the air, one on the floor. Each step says what it will do, asks, keeps every byte,
+judges, and is written to one page; the same command goes on where it stopped. What the steps settle about
+the devices is written to measured.toml, a scenario file for virtual devices. Without --armed nothing moves.
+Virtual devices (the default) bring a virtual person with them: the day runs through in virtual time.
+docs/first_day.md is the page to hang beside the robot.
 """
 
 import argparse

@@ -157,8 +157,7 @@ class FirstDay:
             return [step for step in STEPS if step.number == only]
         if begin is not None:
             return [step for step in STEPS if step.number >= begin]
-        latest = self.record.latest
-        done = {number for number, outcome in latest.items() if outcome.good}
+        done = {step.number for step in STEPS if self._passed(step)}
         left = [step for step in STEPS if step.number not in done]
         if not left:
             print("all steps are done; repeat one with --only N")
@@ -180,13 +179,17 @@ class FirstDay:
             return self._keep(step, SKIPPED, 0.0, [skipped("step", "skipped")], None)
         return self._do(step)
 
+    def _passed(self, step: Step) -> bool:
+        return self.record.passed(step.number, self._mapping if step.maps else "")
+
     def _reason_against(self, step: Step) -> str:
         if step.moves and not self._site.armed:
             return "needs torque: hang the robot up, a hand on the supply switch, and add --armed"
-        missing = [n for n in step.needs if not self.record.passed(n, self._mapping)]
+        missing = [STEPS[n - 1] for n in step.needs if not self._passed(STEPS[n - 1])]
         if missing:
-            listed = ", ".join(map(str, missing))
-            return f"needs step {listed} first, passed with the ids, signs and zeros of this robot file"
+            listed = ", ".join(str(one.number) for one in missing)
+            file = " (with the ids, signs and zeros of this robot file)"
+            return f"needs step {listed} first" + file * any(one.maps for one in missing)
         return ""
 
     def _do(self, step: Step) -> Outcome:

@@ -8,7 +8,7 @@ import numpy as np
 
 from drivers.dynamixel.bus import ServoBus
 from drivers.dynamixel.checked_servo import CheckedServo
-from drivers.dynamixel.image import GAINS
+from drivers.dynamixel.image import GAINS, read_gains
 from drivers.dynamixel.mx106 import TICKS_PER_TURN
 from drivers.dynamixel.watchdog import TRIPPED, prove_watchdog
 from gaits.plan import Hold
@@ -61,7 +61,7 @@ def _read(servo: CheckedServo) -> _Registers:
         goal=servo.read_first("goal_position", "realtime_tick"),
         position=servo.read_last("present_velocity", "present_position"),
         mode=servo.read("operating_mode"),
-        gains=tuple(servo.read(name) for name in GAINS),
+        gains=read_gains(servo),
     )
 
 
@@ -76,7 +76,10 @@ def torque(day: Day) -> None:
         ready = [_read(servo) for servo in servos]
         with limp_afterwards(bus):
             shafts = GatedShafts(bus, day.config)
-            on = [_read(servo) for servo in servos]
+            on = []
+            for servo in servos:  # goals in between: a watchdog may hear nothing but those
+                on.append(_read(servo))
+                shafts.follow(Hold(shafts.angle_rad), 0.0)
             track = shafts.follow(Hold(shafts.angle_rad), HOLD_S)
         after = [_read(servo) for servo in servos]
     moved = np.degrees(np.abs(track.angle_rad - track.goal_rad)).max(axis=0)

@@ -28,8 +28,8 @@ TIMED_READS = 30
 # A reply of this many bytes fills an FTDI packet: no latency timer holds it back.
 FULL_PACKET_BYTES = 62
 FIRST_OF_FULL = REGISTER["indirect_address_1"].address
-# Between two pings: every phase of a latency timer's grid comes up.
-PING_SPACING_NS = 5_300_000
+# Each pause between two pings is longer by this: every phase of a latency timer's grid comes up.
+PING_STEP_NS = 400_000
 PINGS = 40
 NO_TIMER_S = 0.3e-3
 
@@ -221,8 +221,8 @@ def _adapter(
     day: Day, port: ClockedPort, requests: ServoRequests, servo_id: int, servo_s: float
 ) -> None:
     extra = []
-    for _ in range(PINGS):
-        port.clock.sleep_until_ns(port.clock.now_ns() + PING_SPACING_NS)
+    for k in range(PINGS):
+        port.clock.sleep_until_ns(port.clock.now_ns() + k * PING_STEP_NS)
         began_ns = port.clock.now_ns()
         if requests.ask(port, servo_id, Instruction.PING).code == COMM_SUCCESS:
             frame = len(build_instruction(BROADCAST_ID, Instruction.PING)) + STATUS_BYTES + 3

@@ -1,4 +1,4 @@
-"""Step 3: every register of each servo, against the robot file and the factory, and what is between them."""
+"""Step 3: every register of each servo, against robot file and factory, and what is between them."""
 
 import time
 from collections.abc import Iterator

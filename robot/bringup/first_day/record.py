@@ -1,4 +1,4 @@
-"""What has been done on the first day, as a file that a later start goes on from, and as a scenario file."""
+"""What has been done on the first day: the file that a later start goes on from, and a scenario file."""
 
 import hashlib
 import json
@@ -78,10 +78,10 @@ class Record:
         found = {outcome.number: outcome for outcome in self.outcomes}
         return dict(sorted(found.items()))
 
-    def passed(self, number: int, mapping: str) -> bool:
-        """Whether a step passed with these ids, signs and zeros (step 10: or there is nothing to press)."""
+    def passed(self, number: int, mapping: str = "") -> bool:
+        """Whether a step need not be done again; with a mapping only if it was the same then."""
         outcome = self.latest.get(number)
-        return outcome is not None and outcome.good and outcome.mapping == mapping
+        return outcome is not None and outcome.good and mapping in {"", outcome.mapping}
 
     @property
     def facts(self) -> dict[tuple[str, str], tuple[Fact, Outcome]]:

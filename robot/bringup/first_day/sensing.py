@@ -82,9 +82,9 @@ def _stream_facts(day: Day, pieces: tuple[WireBytes, ...]) -> None:
             if command is not None and command.command == Command.START and runs[-1]:
                 runs.append([])
             continue
-        records = parse_datagram(piece.data, piece.t_ns)
-        if not isinstance(records, Malformed):
-            runs[-1] += records
+        parsed = parse_datagram(piece.data, piece.t_ns)
+        if not isinstance(parsed, Malformed):
+            runs[-1] += parsed
     records = [record for run in runs for record in run]
     if not records:
         return

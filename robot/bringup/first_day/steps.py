@@ -26,6 +26,7 @@ class Step:
         needs: Numbers of steps that must have passed with this robot file.
         own_log: Whether it writes the log itself, ticks and bytes.
         writes: Whether it changes anything in a device: nothing is done with --yes alone.
+        maps: Whether it proves ids, signs and zeros: it counts only while the robot file has the same.
     """
 
     number: int
@@ -37,6 +38,7 @@ class Step:
     needs: tuple[int, ...] = ()
     own_log: bool = False
     writes: bool = False
+    maps: bool = False
 
 
 STEPS = (
@@ -50,7 +52,7 @@ STEPS = (
          "reads the gaps between them.", False, registers),
     Step(4, "legs", "each leg by 10 degrees",
          "TURNS each leg by 10 degrees and back, one at a time, feet in the air; asks what you saw.",
-         True, legs, (2,)),
+         True, legs, (2,), maps=True),
     Step(5, "torque", "torque on and off",
          "HOLDS all legs where they are for a second; compares goal, position and gains before, "
          "with and after torque.", True, torque, (2, 3)),

@@ -1,4 +1,4 @@
-"""Steps 12 and 13: one cycle in the air, one on the floor; the loop, gate and watches of ``bigant drive``."""
+"""Steps 12 and 13: one cycle in the air, one on the floor; loop, gate and watches of ``bigant drive``."""
 
 from contextlib import ExitStack
 from dataclasses import replace

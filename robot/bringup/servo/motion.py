@@ -1,7 +1,7 @@
-"""A few shafts moved by hand of the program: torque on where they stand, every goal through the safety gate.
+"""A few shafts moved before any gait: torque on where they stand, every goal through the safety gate.
 
-For bringing a robot up, one leg at a time, before any gait. The watch over the servos is the controller's own
-(``robot.control.safety``); the torque goes off however the block is left, and no Ctrl-C cuts that short.
+The watch over the servos is the controller's own (``robot.control.safety``). The torque goes off however
+the block is left, and no Ctrl-C cuts that short.
 """
 
 from collections.abc import Callable, Iterator
@@ -22,7 +22,7 @@ from robot.control.safety import Refused, ServoVerdict, gate, watch_servos
 from robot.run.operator import Interrupts
 
 
-class TorqueStillOn(BusError):
+class TorqueStillOn(BusError):  # noqa: N818 - it is a state, and reads as one
     """Torque has been switched off and a servo did not confirm it."""
 
 

@@ -1,7 +1,7 @@
 """``bigant ft identify``: press each foot, and see which transducer feels it and how it is turned.
 
-For a robot that hangs in a frame, torque off. Each foot is pressed up, forward and to the robot's left, with
-about 1 kg; a press is noticed by itself, and so is its end. Gives each leg's transducer, whether it is
+For a robot that hangs in a frame, torque off. Each foot is pressed up, forward and to the robot's left,
+with about 1 kg; a press is noticed by itself, and so is its end. Gives each leg's transducer, whether it is
 mounted the right way up, and its yaw, and says which line of the robot file is to be changed to what.
 --hardware virtual has a virtual person press the feet of a virtual robot, which --virtual-robot may make
 differ from the robot file.

@@ -1,9 +1,9 @@
 """``bigant servo jog``: turn one leg a little and back, and find wrong ids, signs and zeros.
 
 For a robot that hangs in a frame, feet in the air. Only the servo that the robot file gives to the leg gets
-torque, for about three seconds; every goal goes through the safety gate. Afterwards it asks which leg moved
-and which way its foot went, and says which line of the robot file is to be changed to what. On real hardware
-it needs --armed. --virtual-robot is a virtual robot that differs from the robot file.
+torque, for about three seconds; every goal goes through the safety gate. Afterwards it asks which leg
+moved and which way its foot went, and says which line of the robot file is to be changed to what. On real
+hardware it needs --armed. --virtual-robot is a virtual robot that differs from the robot file.
 """
 
 import argparse
