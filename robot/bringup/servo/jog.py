@@ -38,6 +38,7 @@ ZERO_TOLERANCE_DEG = 8.0
 # A shaft that follows lags less at rest.
 LAG_TOLERANCE_DEG = 2.0
 MOVE_S = 1.0
+STEP_BACK_S = 2.0  # for hands to be gone
 REST_S = 0.5
 NOTHING, SEVERAL = "none", "several"
 FORWARD, BACKWARD = "forward", "backward"
@@ -97,6 +98,7 @@ def jog_leg(
     person.begins(
         Work(Hand.WATCH, f"hands off: {name} is to turn by {degrees:g} deg and back", name)
     )
+    port.clock.sleep_until_ns(port.clock.now_ns() + round(STEP_BACK_S * 1e9))
     with limp_afterwards(bus):
         bus.configure()
         rest = bus.read()
@@ -143,12 +145,17 @@ def jog_findings(jogs: Sequence[Jog], settings: ServoBusSettings) -> list[Findin
     findings = [_followed(jog) for jog in jogs]
     seen = {jog.moved: jog for jog in jogs if jog.moved in settings.names}
     wrong_id = [jog for jog in jogs if jog.moved in settings.names and jog.moved != jog.leg]
+    turned = [jog.moved for jog in jogs if jog.moved in settings.names]
+    if len(set(turned)) < len(turned):
+        found = ", ".join(f"id {j.servo_id} turned {j.moved}" for j in jogs)
+        advice = "two servos cannot turn one leg: repeat it, and look at one leg at a time"
+        return [*findings, failed("ids", found, advice)]
     if wrong_id:
         found = ", ".join(f"id {j.servo_id} ({j.leg}) turns {j.moved}" for j in wrong_id)
         ids = _column(settings, settings.ids, {leg: j.servo_id for leg, j in seen.items()})
         findings.append(failed("ids", found, _line_words("dynamixel_id", ids)))
-    turned = {leg: _sign(jog, settings) for leg, jog in seen.items()}
-    signs = _column(settings, settings.signs, turned)
+    found_signs = {leg: _sign(jog, settings) for leg, jog in seen.items()}
+    signs = _column(settings, settings.signs, found_signs)
     wrong = [leg for leg, now in zip(settings.names, signs, strict=True)
              if leg in seen and now != settings.signs[settings.names.index(leg)]]  # fmt: skip
     if wrong:
