@@ -113,7 +113,13 @@ class ForceScales:
         in_situ = settings.calibration is not None
         bias_n = np.zeros_like(settings.bias_n) if in_situ else settings.bias_n
         self._mounting = tuple(
-            zip(np.cos(yaw).tolist(), np.sin(yaw).tolist(), bias_n.tolist(), strict=True)
+            zip(
+                np.cos(yaw).tolist(),
+                np.sin(yaw).tolist(),
+                settings.up.tolist(),
+                bias_n.tolist(),
+                strict=True,
+            )
         )
         numbers = settings.transducers.tolist()
         # of each leg: place in a record, -1 without a sensor that is known; counts a newton
@@ -131,9 +137,9 @@ class ForceScales:
             rows = np.array(_rows(record, self._calibrations, settings))
             sensed = foot_wrenches(rows, settings, angle_rad)[:, :3].tolist()
         found, valid = [], []
-        for (fx, fy, fz), (c, s, (bx, by, bz)) in zip(sensed, self._mounting, strict=True):
-            x, y = fx - bx, fy - by
-            force = (c * x - s * y, s * x + c * y, fz - bz)
+        for (fx, fy, fz), (c, s, up, (bx, by, bz)) in zip(sensed, self._mounting, strict=True):
+            x, y = fx - bx, up * (fy - by)
+            force = (c * x - s * y, s * x + c * y, up * (fz - bz))
             whole = isfinite(force[0] + force[1] + force[2])
             found.append(force if whole else NO_FORCE)
             valid.append(whole)

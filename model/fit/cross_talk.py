@@ -43,11 +43,14 @@ class SensorPlaces:
         origin_B: Sensor origins, body frame, (N, 3) [m].
         yaw_rad: Rotation about z from body axes to sensor axes, (N,).
         weight_n: Weight of the whole robot [N].
+        up: +1 where a sensor's z axis points up, -1 where it is turned over about its x axis, (N,);
+            None for all of them upright.
     """
 
     origin_B: FloatArray  # noqa: N815 - frame suffix
     yaw_rad: FloatArray
     weight_n: float
+    up: IntArray | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -113,6 +116,8 @@ def wrench_maps(places: SensorPlaces) -> FloatArray:
     turn = np.zeros((count, 3, 3))
     turn[:, 0, 0] = turn[:, 1, 1] = cosine
     turn[:, 0, 1], turn[:, 1, 0], turn[:, 2, 2] = -sine, sine, 1.0
+    if places.up is not None:
+        turn[:, :, 1:] *= places.up[:, None, None]
     x, y, z = places.origin_B.T
     lever = np.zeros((count, 3, 3))
     lever[:, 0, 1], lever[:, 0, 2], lever[:, 1, 2] = -z, y, -x

@@ -53,10 +53,10 @@ class HungWorld(BenchWorld):
 
     def press(self, leg: int, force_B: FloatArray) -> None:  # noqa: N803 - frame suffix
         """Press one foot with a force in body axes, (3,) [N], and no other; zeros let it go."""
-        (fx, fy, fz), yaw = force_B, self._sensors.yaw_rad[leg]
+        (fx, fy, fz), yaw, up = force_B, self._sensors.yaw_rad[leg], self._sensors.up[leg]
         c, s = np.cos(yaw), np.sin(yaw)
         self._wrench[:] = 0.0
-        self._wrench[leg, :3] = c * fx + s * fy, c * fy - s * fx, fz
+        self._wrench[leg, :3] = c * fx + s * fy, up * (c * fy - s * fx), up * fz
 
 
 class Cable:

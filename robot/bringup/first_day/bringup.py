@@ -25,8 +25,8 @@ from robot.bringup.first_day.record import (
     save,
 )
 from robot.bringup.first_day.steps import STEPS, Step
+from robot.bringup.mapping.motion import TorqueStillOn
 from robot.bringup.preflight.finding import Finding, Verdict, failed, lines_of, skipped
-from robot.bringup.servo.motion import TorqueStillOn
 from robot.bringup.site import Site, site_of, site_request
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.console.exit_codes import ExitCode

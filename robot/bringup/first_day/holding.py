@@ -14,9 +14,9 @@ from drivers.dynamixel.watchdog import TRIPPED, prove_watchdog
 from gaits.plan import Hold
 from model.errors import BusError, ConnectionLost
 from robot.bringup.first_day.day import Day
+from robot.bringup.mapping.jog import MID_STANCE, Jog, jog_findings, jog_leg
+from robot.bringup.mapping.motion import GatedShafts, limp_afterwards
 from robot.bringup.preflight.finding import failed, passed, skipped, warned
-from robot.bringup.servo.jog import MID_STANCE, Jog, jog_findings, jog_leg
-from robot.bringup.servo.motion import GatedShafts, limp_afterwards
 from robot.console.person import Hand, Work
 
 JOG_DEG = 10.0

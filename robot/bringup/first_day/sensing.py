@@ -11,7 +11,7 @@ from drivers.clock import Clock
 from model.values.readings import ForceRecord
 from model.values.wire import Wire, WireBytes
 from robot.bringup.first_day.day import Day
-from robot.bringup.force.identify import Feet, press_findings
+from robot.bringup.mapping.identify import Feet, press_findings
 from robot.bringup.preflight.finding import Finding, failed, passed, skipped, warned
 from robot.bringup.preflight.forces import calibration_findings
 from robot.run.rig import Wires

@@ -10,8 +10,8 @@ from model.values.tick import Mode, Tick
 from record.log.background import BackgroundWriter
 from record.log.header import RunHeader
 from robot.bringup.first_day.day import Day
+from robot.bringup.mapping.motion import TorqueStillOn
 from robot.bringup.preflight.finding import failed, passed, warned
-from robot.bringup.servo.motion import TorqueStillOn
 from robot.console.person import Hand, Work
 from robot.control.controller import Controller
 from robot.run.hardware import assemble

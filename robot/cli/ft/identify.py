@@ -27,6 +27,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> ExitCode:
     """Identify."""
-    from robot.bringup.force.identify import IdentifyRequest, identify
+    from robot.bringup.mapping.identify import IdentifyRequest, identify
 
     return identify(parsed(options, IdentifyRequest))

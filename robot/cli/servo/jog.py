@@ -36,6 +36,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> ExitCode:
     """Turn."""
-    from robot.bringup.servo.jog import JogRequest, jog
+    from robot.bringup.mapping.jog import JogRequest, jog
 
     return jog(parsed(options, JogRequest))

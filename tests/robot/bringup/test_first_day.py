@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from benchmarks.fault_matrix import FLIPPED
+from drivers.ati.foot_forces import foot_forces
 from drivers.dynamixel.bus import ServoBus
 from gaits.plan import Hold
 from model.errors import BusError, ConfigError, RecordError
@@ -20,8 +21,8 @@ from robot.bringup.first_day.bringup import FirstDay
 from robot.bringup.first_day.day import DayOptions
 from robot.bringup.first_day.record import FACTS_FILE, Record, load
 from robot.bringup.first_day.steps import STEPS
+from robot.bringup.mapping.motion import GatedShafts, TorqueStillOn, limp_afterwards
 from robot.bringup.preflight.finding import Finding, Verdict
-from robot.bringup.servo.motion import GatedShafts, TorqueStillOn, limp_afterwards
 from robot.bringup.site import SiteRequest, VirtualSite
 from robot.cli import main as cli
 from robot.config.robot_file import DEFAULT_ROBOT_FILE, RobotConfig, load_robot, parse_robot
@@ -206,7 +207,7 @@ def test_a_chain_that_breaks_at_an_absent_id_is_said(tmp_path: Path) -> None:
 
 def changed(key: str, values: str) -> str:
     """The robot file with another list under one key."""
-    text = DEFAULT_ROBOT_FILE.read_text(encoding="utf-8")
+    text = DEFAULT_ROBOT_FILE.read_text(encoding="utf-8").replace("\n# up = ", "\nup = ")
     return re.sub(rf"^{key} = \[.*\]", f"{key} = {values}", text, flags=re.MULTILINE)
 
 
@@ -217,6 +218,7 @@ WRONG = (
     ("servo_zero", "[2048, 2048, 2300, 2048, 100, 2048]", 4, "zeros"),
     ("transducer", "[1, 6, 3, 4, 5, 2]", 10, "transducers"),
     ("yaw", "[0, 0, 1.57, 0, -2.5, 0]", 10, "sensor yaw"),
+    ("up", "[1, 1, -1, 1, 1, -1]", 10, "sensor up"),
 )
 
 
@@ -238,6 +240,29 @@ def test_a_wrong_line_of_the_robot_file_is_found_and_the_right_one_given(
     right = parse_robot(changed(key, line.partition(" = ")[2]))
     again = first_day(tmp_path, site_with(tmp_path, there=there, config=right), config=right)
     assert do_steps(again, (number,)).latest[number].verdict is Verdict.PASS
+
+
+def test_a_sensor_that_is_turned_over_and_turned_gives_the_same_forces() -> None:
+    """Twin and driver agree on what up and yaw mean together: weight is up, in body axes."""
+    text = changed("up", "[-1, 1, -1, 1, -1, 1]")
+    text = text.replace(
+        "yaw = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]", "yaw = [0.4, 0.0, -2.0, 1.0, 0.0, 3.0]"
+    )
+    found = []
+    for config in (CONFIG, parse_robot(text)):
+        rig = open_in_memory(config, VirtualSettings(armed=False))
+        try:
+            for _ in range(20):
+                rig.clock.sleep_until_ns(rig.clock.now_ns() + 10_000_000)
+                reading = rig.read()
+            forces = foot_forces(
+                reading.forces[-1], rig.calibrations, config.force_sensor, np.zeros(6)
+            )
+        finally:
+            rig.close()
+        found.append(forces.force_n)
+    assert found[0][:, 2].min() > 5.0
+    np.testing.assert_allclose(found[1], found[0], atol=0.3)
 
 
 def test_all_mistakes_at_once(tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ from drivers.dynamixel.settings import ServoBusSettings
 from gaits.moves import LegMoves
 from gaits.plan import Hold
 from model.errors import BusError, ConfigError
+from robot.bringup.mapping.motion import GatedShafts, leg_settings, limp_afterwards
 from robot.bringup.preflight.finding import (
     Finding,
     exit_code,
@@ -27,7 +28,6 @@ from robot.bringup.preflight.finding import (
     passed,
     plain_findings,
 )
-from robot.bringup.servo.motion import GatedShafts, leg_settings, limp_afterwards
 from robot.bringup.site import site_of, site_request
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.console.exit_codes import ExitCode

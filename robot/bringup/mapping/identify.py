@@ -18,6 +18,7 @@ from drivers.ati.stream import ForceStream
 from drivers.clock import Clock
 from model.errors import ForceStreamError
 from model.values.arrays import FloatArray
+from robot.bringup.mapping.jog import legs_of
 from robot.bringup.preflight.finding import (
     Finding,
     exit_code,
@@ -27,7 +28,6 @@ from robot.bringup.preflight.finding import (
     plain_findings,
     warned,
 )
-from robot.bringup.servo.jog import legs_of
 from robot.bringup.site import site_of, site_request
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
@@ -154,61 +154,89 @@ def press_findings(presses: Sequence[Press], settings: ForceSensorSettings) -> l
         presses: Three of each leg that was pressed.
         settings: What the robot file says.
     """
-    findings, numbers, yaws = [], settings.transducers.tolist(), settings.yaw_rad.tolist()
-    wrong_number, wrong_yaw = [], []
+    findings: list[Finding] = []
+    numbers, yaws = settings.transducers.tolist(), settings.yaw_rad.tolist()
+    ups = settings.up.tolist()
+    wrong_number, wrong_up, wrong_yaw = [], [], []
     for leg, name in enumerate(settings.names):
         mine = {press.hand: press for press in presses if press.leg == name}
         if not mine:
             continue
-        finding, number, yaw = _leg_finding(name, mine)
-        findings.append(finding)
-        if number and number != numbers[leg]:
+        felt = _felt(name, mine)
+        findings.append(felt.finding)
+        if felt.number and felt.number != numbers[leg]:
             wrong_number.append(
-                f"the foot of {name} presses transducer {number}, not {numbers[leg]}"
+                f"the foot of {name} presses transducer {felt.number}, not {numbers[leg]}"
             )
-            numbers[leg] = number
-        if yaw is not None and abs(_wrapped_deg(yaw - yaws[leg])) > YAW_TOLERANCE_DEG:
-            wrong_yaw.append(f"{name} by {_wrapped_deg(yaw - yaws[leg]):+.0f} deg")
-            yaws[leg] = round(yaw, 2)
+            numbers[leg] = felt.number
+        if felt.up and felt.up != ups[leg]:
+            wrong_up.append(f"z of {name} points {'up' if felt.up > 0 else 'down'}")
+            ups[leg] = felt.up
+        off_deg = _wrapped_deg(felt.yaw_rad - yaws[leg]) if felt.up else 0.0
+        if abs(off_deg) > YAW_TOLERANCE_DEG:
+            wrong_yaw.append(f"{name} by {off_deg:+.0f} deg")
+            yaws[leg] = round(felt.yaw_rad, 2)
     if wrong_number:
         line = f"in [legs] of the robot file: transducer = [{', '.join(map(str, numbers))}]"
         findings.append(failed("transducers", "; ".join(wrong_number), line))
+    if wrong_up:
+        line = f"in [force_sensor] of the robot file: up = [{', '.join(map(str, ups))}]"
+        findings.append(failed("sensor up", "; ".join(wrong_up), line))
     if wrong_yaw:
         line = f"in [force_sensor] of the robot file: yaw = [{', '.join(f'{y:g}' for y in yaws)}]"
         findings.append(failed("sensor yaw", f"turned about z: {', '.join(wrong_yaw)}", line))
     return findings
 
 
-def _leg_finding(name: str, mine: dict[Hand, Press]) -> tuple[Finding, int, float | None]:
-    """Judge one leg; also return its transducer (0 if unclear) and its yaw (None if unclear)."""
-    felt = {press.transducer for press in mine.values()}
+@dataclass(frozen=True, slots=True)
+class _Felt:
+    """What three presses of one foot say.
+
+    Attributes:
+        finding: In words.
+        number: Transducer, 0 if unclear.
+        up: +1 where its z axis points up, -1 where it points down, 0 if unclear.
+        yaw_rad: Its yaw, where ``up`` is known.
+    """
+
+    finding: Finding
+    number: int = 0
+    up: int = 0
+    yaw_rad: float = 0.0
+
+
+def _felt(name: str, mine: dict[Hand, Press]) -> _Felt:
+    """Judge one leg."""
+    numbers = {press.transducer for press in mine.values()}
     words = ", ".join(f"{_way(h)} {_force_words(p)}" for h, p in mine.items())
-    if felt == {0}:
-        return failed(name, "no transducer felt it", "is it switched on? bigant ft watch"), 0, None
-    if len(felt) != 1:
-        found = f"felt by transducers {', '.join(map(str, sorted(felt)))}: {words}"
-        return failed(name, found, "press that foot only, and again: --leg " + name), 0, None
-    number = felt.pop()
+    if numbers == {0}:
+        return _Felt(failed(name, "no transducer felt it", "is it switched on? bigant ft watch"))
+    if len(numbers) != 1:
+        found = f"felt by transducers {', '.join(map(str, sorted(numbers)))}: {words}"
+        return _Felt(failed(name, found, "press that foot only, and again: --leg " + name))
+    number = numbers.pop()
     up, forward, left = (
         np.array(mine[hand].force_n) / np.linalg.norm(mine[hand].force_n) for hand, _ in PRESSES
     )
     found = f"transducer {number}: {words}"
     if np.degrees(np.arccos(np.clip(abs(up[2]), 0, 1))) > DIRECTION_TOLERANCE_DEG:
         advice = "press straight up once more, or its z axis is not upright and no key can say so"
-        return failed(name, f"{found}; up is not along its z", advice), number, None
-    if up[2] < 0:
-        turned = float(np.linalg.det([forward, left, up])) > 0
-        what = "is mounted the other way up" if turned else "gives the force of the leg, not on it"
-        advice = "turn it over, or have its matrix changed: the robot file has no key for that"
-        return failed(name, f"{found}; the transducer {what}", advice), number, None
+        return _Felt(failed(name, f"{found}; up is not along its z", advice), number)
+    if np.linalg.det([forward, left, up]) < 0:
+        advice = "no mounting does that: is a sign of its matrix wrong? CAL on the unit's console"
+        found += "; it gives the force of the leg, not on it"
+        return _Felt(failed(name, found, advice), number)
+    which = 1 if up[2] > 0 else -1
+    forward, left = forward * (1, which, which), left * (1, which, which)
     ways = np.array([forward[0] + left[1], left[0] - forward[1]])
-    yaw = float(np.arctan2(ways[1], ways[0]))
+    yaw_rad = float(np.arctan2(ways[1], ways[0]))
     spread = np.degrees(np.arccos(np.clip(np.linalg.norm(ways) / 2, 0, 1)))
-    found += f"; yaw {np.degrees(yaw):+.0f} deg"
+    found += f"; z {'up' if which > 0 else 'down'}, yaw {np.degrees(yaw_rad):+.0f} deg"
     if spread > DIRECTION_TOLERANCE_DEG:
+        found += f", forward and left {spread:.0f} deg apart from a right angle"
         advice = "press straight forward and straight left once more: --leg " + name
-        return warned(name, f"{found}, the two ways {spread:.0f} deg apart", advice), number, yaw
-    return passed(name, found), number, yaw
+        return _Felt(warned(name, found, advice), number, which, yaw_rad)
+    return _Felt(passed(name, found), number, which, yaw_rad)
 
 
 def _force_words(press: Press) -> str:
