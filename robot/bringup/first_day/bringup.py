@@ -8,6 +8,7 @@ from pathlib import Path
 
 from model.errors import BigantError, ConfigError, RecordError
 from model.values.wire import WireBytes
+from record.log.header import RunHeader
 from record.log.writer import LogWriter
 from record.whole_file import whole_file
 from robot.bringup.first_day.day import Day, DayOptions, KeepBytes, worst
@@ -157,7 +158,7 @@ class FirstDay:
             return [step for step in STEPS if step.number == only]
         if begin is not None:
             return [step for step in STEPS if step.number >= begin]
-        done = {step.number for step in STEPS if self._passed(step)}
+        done = {s.number for s in STEPS if self.record.settled(s.number, self._mapping_of(s))}
         left = [step for step in STEPS if step.number not in done]
         if not left:
             print("all steps are done; repeat one with --only N")
@@ -179,13 +180,15 @@ class FirstDay:
             return self._keep(step, SKIPPED, 0.0, [skipped("step", "skipped")], None)
         return self._do(step)
 
-    def _passed(self, step: Step) -> bool:
-        return self.record.passed(step.number, self._mapping if step.maps else "")
+    def _mapping_of(self, step: Step) -> str:
+        """Return what must not have changed since a step was done; empty for nothing."""
+        return self._mapping if step.maps else ""
 
     def _reason_against(self, step: Step) -> str:
         if step.moves and not self._site.armed:
             return "needs torque: hang the robot up, a hand on the supply switch, and add --armed"
-        missing = [STEPS[n - 1] for n in step.needs if not self._passed(STEPS[n - 1])]
+        needed = [STEPS[number - 1] for number in step.needs]
+        missing = [s for s in needed if not self.record.passed(s.number, self._mapping_of(s))]
         if missing:
             listed = ", ".join(str(one.number) for one in missing)
             file = " (with the ids, signs and zeros of this robot file)"
@@ -235,11 +238,16 @@ class FirstDay:
             yield _nobody
             return
         virtual = self._site.virtual
+        header = RunHeader(
+            robot=self._config.name,
+            hardware=self._site.name,
+            time="virtual" if virtual else "real",
+        )
         writer = LogWriter(
             log,
             names=self._config.servo_bus.names,
             config_text=self._config.text,
-            metadata={"robot": self._config.name, "hardware": self._site.name, "step": step.key},
+            metadata={**header.metadata(), "step": step.key},
             start_ns=start_ns,
             start_unix_ns=VIRTUAL_EPOCH_UNIX_NS if virtual else time.time_ns(),
         )

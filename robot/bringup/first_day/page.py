@@ -1,6 +1,6 @@
 """The page of the first day: every step, what to do, what is measured."""
 
-from robot.bringup.first_day.record import Record
+from robot.bringup.first_day.record import DONE, Record
 from robot.bringup.first_day.steps import STEPS
 from robot.bringup.preflight.finding import Verdict
 from robot.console.installed import version_lines
@@ -13,10 +13,14 @@ PAGE_FILE = "first_day.html"
 def day_page(record: Record) -> str:
     """Return the page."""
     latest = record.latest
-    bad = [str(n) for n, outcome in latest.items() if outcome.verdict is Verdict.FAIL]
+    failing = [outcome for outcome in latest.values() if outcome.verdict is Verdict.FAIL]
+    bad = [str(outcome.number) for outcome in failing if outcome.ended == DONE]
     left = [step for step in STEPS if step.number not in latest or not latest[step.number].good]
     if bad:
         verdict, kind = f"Not fit: step {', '.join(bad)} failed.", "fail"
+    elif failing:
+        numbers = ", ".join(str(outcome.number) for outcome in failing)
+        verdict, kind = f"Step {numbers} was broken off.", "warn"
     elif left:
         verdict, kind = f"{len(STEPS) - len(left)} of {len(STEPS)} steps done.", "warn"
     else:

@@ -78,10 +78,14 @@ class Record:
         found = {outcome.number: outcome for outcome in self.outcomes}
         return dict(sorted(found.items()))
 
-    def passed(self, number: int, mapping: str = "") -> bool:
+    def settled(self, number: int, mapping: str = "") -> bool:
         """Whether a step need not be done again; with a mapping only if it was the same then."""
         outcome = self.latest.get(number)
         return outcome is not None and outcome.good and mapping in {"", outcome.mapping}
+
+    def passed(self, number: int, mapping: str = "") -> bool:
+        """Whether a step was done, and not only skipped; with a mapping only if it was the same then."""
+        return self.settled(number, mapping) and self.latest[number].ended == DONE
 
     @property
     def facts(self) -> dict[tuple[str, str], tuple[Fact, Outcome]]:

@@ -399,6 +399,17 @@ def test_no_walk_before_each_leg_was_turned_with_this_robot_file(tmp_path: Path)
     assert record.latest[12].ended == "refused"
 
 
+def test_a_skipped_step_is_not_repeated_and_proves_nothing(tmp_path: Path) -> None:
+    site = site_with(tmp_path)
+    person = stubborn(site)
+    person.consent = (Consent.YES, Consent.YES, Consent.SKIP)
+    day = first_day(tmp_path, site, person)
+    do_steps(day, (2, 3, 4, 5, 6, 12))
+    assert day.record.latest[4].ended == "skipped"
+    assert "needs step 4 first" in findings_of(day.record, 12)["step"].found
+    assert 4 not in [step.number for step in day._chosen(None, None)]
+
+
 def test_a_folder_of_another_robot_is_refused(tmp_path: Path) -> None:
     day = first_day(tmp_path, site_with(tmp_path))
     do_steps(day, (1,))
