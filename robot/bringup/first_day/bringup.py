@@ -233,7 +233,10 @@ class FirstDay:
 
     @contextmanager
     def _bytes_log(self, step: Step, log: Path, start_ns: int) -> Iterator[KeepBytes]:
-        """Yield what keeps raw bytes in the step's log; a step with a log of its own keeps them there."""
+        """Yield what keeps raw bytes in the step's log; a step with a log of its own keeps them there.
+
+        Where nothing passed there is no log.
+        """
         if step.own_log:
             yield _nobody
             return
@@ -251,10 +254,19 @@ class FirstDay:
             start_ns=start_ns,
             start_unix_ns=VIRTUAL_EPOCH_UNIX_NS if virtual else time.time_ns(),
         )
+        passed = 0
+
+        def keep(pieces: tuple[WireBytes, ...]) -> None:
+            nonlocal passed
+            passed += len(pieces)
+            writer.write_wires(pieces)
+
         try:
-            yield writer.write_wires
+            yield keep
         finally:
             writer.close()
+            if not passed:
+                log.unlink()
         if writer.error is not None:
             raise writer.error
 

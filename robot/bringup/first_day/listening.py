@@ -16,6 +16,7 @@ from drivers.dynamixel.packets import STATUS_BYTES
 from drivers.dynamixel.port import BITS_PER_BYTE, ClockedPort
 from drivers.dynamixel.requests import ServoRequests
 from drivers.dynamixel.scan import FoundServo, broadcast_ping
+from drivers.dynamixel.setup import speaks_protocol_1
 from model.values.wire import Wire
 from robot.bringup.first_day.day import Day, received
 from robot.bringup.preflight.finding import failed, passed, skipped, warned
@@ -97,7 +98,8 @@ def _who(day: Day, bus: ServoBus, answered: Sequence[FoundServo]) -> bool:
     strangers = [number for number in there if number not in legs]
     missing = [number for number in legs if number not in there]
     # a broadcast may be spoilt by a collision: each is asked by itself as well
-    missing = [s.servo_id for s in bus.servos() if s.servo_id in missing and not s.answers()]
+    silent = [s for s in bus.servos() if s.servo_id in missing and not s.answers()]
+    missing = [servo.servo_id for servo in silent]
     for number, servo in there.items():
         kind = f"model {servo.model}, firmware {servo.firmware}"
         if servo.model != MODEL_NUMBER:
@@ -113,6 +115,10 @@ def _who(day: Day, bus: ServoBus, answered: Sequence[FoundServo]) -> bool:
                 "change dynamixel_id in [legs] of the robot file, or the servo: bigant servo setup "
                 f"--id {strangers[0]} --new-id {missing[0]}"
             )
+        old = [str(servo.servo_id) for servo in silent if speaks_protocol_1(servo)]
+        if old:
+            words += f"; id {', '.join(old)} answers in protocol 1.0"
+            advice = "put the MX-106(2.0) firmware on it with Dynamixel Wizard"
         day.found(failed("ids", f"no answer from {words}", advice))
         return False
     port, requests = bus.servos()[0].port, ServoRequests()

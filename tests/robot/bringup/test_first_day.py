@@ -13,14 +13,17 @@ import pytest
 from benchmarks.fault_matrix import FLIPPED
 from drivers.ati.foot_forces import foot_forces
 from drivers.dynamixel.bus import ServoBus
+from drivers.dynamixel.frames import Instruction, build_instruction
 from gaits.plan import Hold
-from model.errors import BusError, ConfigError, RecordError
+from model.errors import BusError, ConfigError
 from model.values.wire import Wire
 from record.log.reader import LogContents, read_wires
 from robot.bringup.first_day.bringup import FirstDay
 from robot.bringup.first_day.day import DayOptions
 from robot.bringup.first_day.record import FACTS_FILE, Record, load
 from robot.bringup.first_day.steps import STEPS
+from robot.bringup.mapping.identify import Press, press_findings
+from robot.bringup.mapping.jog import Jog, jog_findings
 from robot.bringup.mapping.motion import GatedShafts, TorqueStillOn, limp_afterwards
 from robot.bringup.preflight.finding import Finding, Verdict
 from robot.bringup.site import SiteRequest, VirtualSite
@@ -101,8 +104,7 @@ def test_a_step_ends_well_and_keeps_its_bytes(
     assert outcome.ended == "done"
     assert not bad
     if number == 1:  # nobody speaks
-        with pytest.raises(RecordError, match="holds no bytes"):
-            read_wires(folder / "step-01.mcap", LogContents())
+        assert not (folder / "step-01.mcap").exists()
         return
     contents = LogContents()
     pieces = list(read_wires(folder / f"step-{number:02d}.mcap", contents))
@@ -285,12 +287,74 @@ def test_an_id_that_the_robot_file_does_not_know(tmp_path: Path) -> None:
     assert "bigant servo setup --id 7 --new-id 3" in finding.advice
 
 
+def test_a_servo_with_old_firmware_is_told_from_one_that_is_not_there(tmp_path: Path) -> None:
+    site = site_with(tmp_path, "[servo]\nold_firmware = [3]\n")
+    finding = findings_of(do_steps(first_day(tmp_path, site), (2,)), 2)["ids"]
+    assert finding.found == "no answer from 3 (FL); id 3 answers in protocol 1.0"
+    assert "Dynamixel Wizard" in finding.advice
+
+
 def test_a_reversed_servo_is_found_in_its_registers(tmp_path: Path) -> None:
     site = site_with(tmp_path)
     site.robot.devices.servos.servos[2].table.set("drive_mode", 1)
     record = do_steps(first_day(tmp_path, site), (2, 3))
     assert findings_of(record, 3)["FL"].verdict is Verdict.FAIL
     assert "drive_mode 1 instead of 0" in findings_of(record, 3)["FL"].found
+
+
+def test_somebody_else_on_the_bus_is_heard(tmp_path: Path) -> None:
+    site = site_with(tmp_path)
+    ping = build_instruction(3, Instruction.PING)
+    site.robot.cable.receive(ping, site.robot.clock.now_ns() + 5_000_000, 1_000_000)
+    record = do_steps(first_day(tmp_path, site), (1,))
+    finding = findings_of(record, 1)["servo bus"]
+    assert finding.verdict is Verdict.FAIL
+    assert finding.found.startswith("14 bytes in 3 s without a request: ff ff fd 00 03")
+    assert (tmp_path / "day" / "step-01.mcap").exists()
+
+
+def a_jog(leg: str, servo_id: int, moved: str, **others: float) -> Jog:
+    values = {"reached_deg": 10.0, "returned_deg": 0.0, **others}
+    way = "backward" if moved in CONFIG.servo_bus.names else ""
+    return Jog(leg, servo_id, 2048, 10.0, current_a=0.1, moved=moved, way=way, **values)
+
+
+def test_what_a_jog_can_show() -> None:
+    def verdicts(*jogs: Jog) -> dict[str, Verdict]:
+        return {f.name: f.verdict for f in jog_findings(jogs, CONFIG.servo_bus)}
+
+    assert verdicts(a_jog("HL", 1, "HL")) == {"HL": Verdict.PASS, "zeros": Verdict.PASS}
+    assert verdicts(a_jog("HL", 1, "none")) == {"HL": Verdict.FAIL}
+    assert verdicts(a_jog("HL", 1, "several"))["HL"] is Verdict.FAIL
+    assert verdicts(a_jog("HL", 1, "HL", reached_deg=4.0))["HL"] is Verdict.FAIL
+    twice = jog_findings([a_jog("HL", 1, "ML"), a_jog("ML", 2, "ML")], CONFIG.servo_bus)
+    assert twice[-1].found == "id 1 turned ML, id 2 turned ML"
+    assert "two servos cannot turn one leg" in twice[-1].advice
+
+
+UP, FORWARD, LEFT = (0.0, 0.0, 9.0), (9.0, 0.0, 0.0), (0.0, 9.0, 0.0)
+Vector = tuple[float, float, float]
+
+
+def some_presses(number: int, forces: tuple[Vector, Vector, Vector]) -> list[Press]:
+    hands = (Hand.PRESS_UP, Hand.PRESS_FORWARD, Hand.PRESS_LEFT)
+    return [Press("HL", hand, number, f, 0.2) for hand, f in zip(hands, forces, strict=True)]
+
+
+def test_what_presses_can_show() -> None:
+    def first(presses: list[Press]) -> Finding:
+        return press_findings(presses, CONFIG.force_sensor)[0]
+
+    assert first(some_presses(1, (UP, FORWARD, LEFT))).verdict is Verdict.PASS
+    nobody = first(some_presses(0, ((0.0,) * 3,) * 3))
+    assert nobody.found == "no transducer felt it"
+    reversed_sign = ((0.0, 0.0, -9.0), (-9.0, 0.0, 0.0), (0.0, -9.0, 0.0))
+    assert "gives the force of the leg" in first(some_presses(1, reversed_sign)).found
+    assert "up is not along its z" in first(some_presses(1, (FORWARD, UP, LEFT))).found
+    crooked = first(some_presses(1, (UP, FORWARD, (8.0, 2.0, 0.0))))
+    assert crooked.verdict is not Verdict.PASS
+    mixed = [*some_presses(1, (UP, FORWARD, LEFT))[:2], *some_presses(2, (UP, FORWARD, LEFT))[2:]]
+    assert "felt by transducers 1, 2" in first(mixed).found
 
 
 # Stopping and going on.
