@@ -18,7 +18,6 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.bench_world import BenchWorld
 from drivers.ati.packets import build_record
 from drivers.ati.stream import ForceStream
 from drivers.clock import Clock, MonotonicClock
@@ -35,6 +34,7 @@ from sim_hw.clock import VirtualClock
 from sim_hw.dynamixel.bus import VirtualServoBus
 from sim_hw.dynamixel.firmware import FirmwareBank
 from sim_hw.dynamixel.port import MemoryPort
+from sim_hw.host.bench_world import BenchWorld
 
 BAUDS = (1_000_000, 3_000_000)
 PERIOD_NS = 10_000_000

@@ -2,7 +2,7 @@
 
 ``python -m benchmarks matrix`` (``make reliability``) writes the table into docs/reliability.md;
 tests/robot/run/test_fault_matrix.py runs the same cases and holds each to what is expected here. Virtual
-time, real drivers, virtual devices on a bench (``benchmarks.bench_world``), tripod gait.
+time, real drivers, virtual devices on a bench (``sim_hw.host.bench_world``), tripod gait.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 from scipy.constants import g as standard_gravity
 
-from benchmarks.bench_world import BenchWorld
 from drivers.dynamixel.mx106 import TICKS_PER_TURN
 from model.errors import BusError, ForceStreamError, RecordError
 from model.values.arrays import FloatArray
@@ -26,6 +25,7 @@ from robot.run.rig import Rig
 from robot.virtual.open import VirtualSettings, open_in_memory
 from sim_hw.dynamixel.firmware import FirmwareBank
 from sim_hw.faults.scenario import parse_scenario
+from sim_hw.host.bench_world import BenchWorld
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "reliability.md"
 REPORT = Path("runs") / "fault_matrix.html"

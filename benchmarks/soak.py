@@ -1,7 +1,7 @@
 """An hour of virtual time with random faults of every kind: nothing wrong may pass for right.
 
 ``python -m benchmarks soak`` runs the whole loop (real drivers and SDK, controller, safety gate) at 100 Hz
-on virtual devices on a bench (``benchmarks.bench_world``). Each reply and datagram is hit by each kind of
+on virtual devices on a bench (``sim_hw.host.bench_world``). Each reply and datagram is hit by each kind of
 fault with probability 1 %, and each kind that lasts is on for 1 % of the time. A run that stops is
 followed by the next, until the hour is over.
 
@@ -23,7 +23,6 @@ from typing import Any
 import numpy as np
 from scipy.constants import g as standard_gravity
 
-from benchmarks.bench_world import BenchWorld
 from drivers.dynamixel.mx106 import CURRENT_UNIT_A
 from model.errors import BusError, ForceStreamError, RecordError
 from model.values.arrays import FloatArray, IntArray
@@ -38,6 +37,7 @@ from robot.virtual.open import VirtualSettings, open_in_memory
 from sim_hw.dynamixel.firmware import FirmwareBank
 from sim_hw.faults.kinds import KINDS, STALL_CURRENT_A, ChanceFault, Fault
 from sim_hw.faults.scenario import Course, Scenario
+from sim_hw.host.bench_world import BenchWorld
 from sim_hw.interfaces import MotorReadings
 
 RUN_S = 60.0

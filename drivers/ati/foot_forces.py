@@ -90,7 +90,13 @@ class ForceScales:
         in_situ = settings.calibration is not None
         bias_n = np.zeros_like(settings.bias_n) if in_situ else settings.bias_n
         self._mounting = tuple(
-            zip(np.cos(yaw).tolist(), np.sin(yaw).tolist(), bias_n.tolist(), strict=True)
+            zip(
+                np.cos(yaw).tolist(),
+                np.sin(yaw).tolist(),
+                settings.up.tolist(),
+                bias_n.tolist(),
+                strict=True,
+            )
         )
 
     def forces(self, record: ForceRecord, angle_rad: FloatArray) -> FootForces:
@@ -108,9 +114,9 @@ class ForceScales:
         if self._settings.calibration is not None:
             sensed = foot_wrenches(np.array(sensed), self._settings, angle_rad).tolist()
         found, valid = [], []
-        for (fx, fy, fz, *_), (c, s, (bx, by, bz)) in zip(sensed, self._mounting, strict=True):
-            x, y = fx - bx, fy - by
-            force = (c * x - s * y, s * x + c * y, fz - bz)
+        for (fx, fy, fz, *_), (c, s, up, (bx, by, bz)) in zip(sensed, self._mounting, strict=True):
+            x, y = fx - bx, up * (fy - by)
+            force = (c * x - s * y, s * x + c * y, up * (fz - bz))
             whole = isfinite(force[0] + force[1] + force[2])
             found.append(force if whole else NO_FORCE)
             valid.append(whole)

@@ -22,6 +22,8 @@ class ForceSensorSettings:
         silent_limit_s: Seconds without a record before the robot stops.
         offset_m: Transducer origin relative to the crank shaft, body axes, (N, 3) [m].
         yaw_rad: Rotation about z from body axes to sensor axes, (N,) [rad].
+        up: +1 where the sensor's z axis points up, -1 where it is mounted the other way up, (N,): then it
+            is turned about its own x axis by half a turn on top of the yaw.
         bias_n: Reading without contact, sensor axes, subtracted, (N, 3) [N].
         calibration: Calibration file, read; it takes the place of ``bias_n``. None without one.
     """
@@ -37,5 +39,6 @@ class ForceSensorSettings:
     silent_limit_s: float
     offset_m: FloatArray
     yaw_rad: FloatArray
+    up: IntArray
     bias_n: FloatArray
     calibration: ForceCalibration | None = None

@@ -83,6 +83,18 @@ def read_image(servo: CheckedServo) -> ServoImage:
     )
 
 
+def read_gains(servo: CheckedServo) -> tuple[int, ...]:
+    """Return the gains in the order of ``GAINS``, in two requests.
+
+    Raises:
+        BusError: It does not answer soundly.
+    """
+    gains: dict[str, int] = {}
+    for first, last in GAIN_RUNS:
+        gains |= servo.read_run(first, last)
+    return tuple(gains[name] for name in GAINS)
+
+
 def changes_to(image: ServoImage, wanted: Mapping[str, int]) -> tuple[Change, ...]:
     """Return what has to be written so that a servo has the values wanted, by register."""
     return tuple(

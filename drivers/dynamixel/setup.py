@@ -172,7 +172,7 @@ def _ping(servo: CheckedServo) -> Answer:
 def _missing_words(
     port: ClockedPort, settings: ServoBusSettings, missing: Sequence[CheckedServo]
 ) -> str:
-    old = [servo for servo in missing if _speaks_protocol_1(servo)]
+    old = [servo for servo in missing if speaks_protocol_1(servo)]
     if old:
         return f"{_who(old)}: {_PROTOCOL_1_WORDS}"
     where = f"on {port.name} at {settings.baud_rate} baud"
@@ -194,7 +194,7 @@ def _who(servos: Sequence[CheckedServo]) -> str:
     return ", ".join(servo.who for servo in servos)
 
 
-def _speaks_protocol_1(servo: CheckedServo) -> bool:
+def speaks_protocol_1(servo: CheckedServo) -> bool:
     """Ask in the old protocol: a servo with the old firmware is deaf to the new one."""
     _, code, _ = Protocol1PacketHandler().ping(servo.port, servo.servo_id)
     return bool(code == COMM_SUCCESS)

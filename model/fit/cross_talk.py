@@ -42,11 +42,14 @@ class SensorPlaces:
         origin_B: Sensor origins, body frame, (N, 3) [m].
         yaw_rad: Rotation about z from body axes to sensor axes, (N,).
         weight_n: Weight of the whole robot [N].
+        up: +1 where a sensor's z axis points up, -1 where it is turned over about its x axis, (N,);
+            None for all of them upright.
     """
 
     origin_B: FloatArray  # noqa: N815 - frame suffix
     yaw_rad: FloatArray
     weight_n: float
+    up: IntArray | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,6 +103,8 @@ class CrossTalkFit:
 def wrench_maps(places: SensorPlaces) -> FloatArray:
     """Return X, (N, 6, 6): a wrench in sensor axes at the sensor to body axes at the body's origin."""
     turn = Rotation.from_euler("z", places.yaw_rad[:, None]).as_matrix()
+    if places.up is not None:
+        turn[:, :, 1:] *= places.up[:, None, None]
     maps = np.zeros((len(turn), 6, 6))
     maps[:, :3, :3] = maps[:, 3:, 3:] = turn
     maps[:, 3:, :3] = _cross(places.origin_B) @ turn

@@ -1,4 +1,4 @@
-"""Bringing a robot up by hand, before it walks: servos, force sensors, the pre-flight list.
+"""Bringing a robot up by hand: servos, force sensors, what is where, the pre-flight list, the first day.
 
-Called by the commands of ``servo``, ``ft``, ``check`` and ``doctor``. Knows no gait and no diagnosis.
+Called by the commands of ``servo``, ``ft``, ``check``, ``doctor`` and ``bringup``. Knows no diagnosis.
 """

@@ -61,12 +61,14 @@ COMMANDS = {
     "servo restore": "a backup back into the servos",
     "servo zero": "the servo_zero line of the robot file",
     "servo watch": "live table, round trips, counters",
+    "servo jog": "turn one leg a little, see which one moves",
     "servo reboot": "reboot, and keep the cause of the error",
     "view": "watch a run, live or from its log",
     "bridge": "a live run or a log as ROS 2 topics",
     "doctor": "is this computer set up, and what to do if not",
     "completion": "completion script for bash, zsh or fish",
     "check": "pre-flight list: is this robot fit to walk?",
+    "bringup": "the first day with a real robot, step by step",
     "sim serve": "serve virtual devices until Ctrl-C",
     "sim faults": "list the faults that --scenario can hold",
     "sim effects": "what can be made wrong with the virtual robot",
@@ -77,6 +79,7 @@ COMMANDS = {
     "ft scan": "find wireless force-torque units",
     "ft watch": "live readings, state, losses and clock",
     "ft bias": "measure what is read with no contact",
+    "ft identify": "which transducer each foot presses, and how",
     "ft calibrate": "offset, leg gravity and cross-talk from logs",
 }
 

@@ -78,6 +78,15 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "servo zero": ("bigant servo zero --port /dev/ttyUSB0 --write lab.toml",),
     "servo watch": ("bigant servo watch --port /dev/ttyUSB0 --seconds 10",),
     "servo reboot": ("bigant servo reboot --port /dev/ttyUSB0 --id 3",),
+    "servo jog": (
+        "bigant servo jog --leg FL --deg 10",
+        "bigant servo jog --hardware /dev/ttyUSB0 --leg FL --deg 10 --armed",
+    ),
+    "bringup": (
+        "bigant bringup --folder bringup",
+        "bigant bringup --hardware /dev/ttyUSB0 --armed --folder bringup",
+        "bigant bringup --hardware /dev/ttyUSB0 --folder bringup --only 11",
+    ),
     "check": (
         "bigant check",
         "bigant check --hardware /dev/ttyUSB0 --loop",
@@ -103,5 +112,6 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "ft scan": ("bigant ft scan", "bigant ft scan --json"),
     "ft watch": ("bigant ft watch",),
     "ft bias": ("bigant ft bias",),
+    "ft identify": ("bigant ft identify --hardware virtual", "bigant ft identify --leg FL"),
     "ft calibrate": ("bigant ft calibrate",),
 }

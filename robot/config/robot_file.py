@@ -26,6 +26,7 @@ from model.parameters.tables import (
     read_linkage,
 )
 from model.parameters.toml_table import Table
+from model.values.arrays import IntArray, readonly
 from model.values.parameters import (
     LegParameters,
     MetachronalParameters,
@@ -284,6 +285,16 @@ def _servo_bus(
     )
 
 
+def _mounted_up(table: Table, count: int) -> IntArray:
+    """Return which way up the sensors are, (N,); all of them upright without the key."""
+    if not table.has("up"):
+        return readonly(np.ones(count, dtype=np.int64))
+    up = table.integers("up", count, minimum=-1, maximum=1)
+    if np.any(up == 0):
+        raise ConfigError(table.name("up"), "must be 1 or -1, not 0")
+    return up
+
+
 def _force_sensor(
     table: Table, legs: LegParameters, columns: _WiringColumns
 ) -> ForceSensorSettings:
@@ -306,5 +317,6 @@ def _force_sensor(
         silent_limit_s=table.number("silent_limit", above=0, maximum=60),
         offset_m=table.numbers("offset", (legs.count, 3)),
         yaw_rad=table.numbers("yaw", (legs.count,)),
+        up=_mounted_up(table, legs.count),
         bias_n=table.numbers("bias", (legs.count, 3)),
     )

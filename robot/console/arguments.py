@@ -116,6 +116,12 @@ def hardware_port(**words: Any) -> Any:
     return option(text, "virtual|PORT", default="virtual", **words)
 
 
+def virtual_robot() -> Any:
+    """``--virtual-robot``."""
+    text = "robot file of the virtual robot that is really there (default: the same)"
+    return option(text, "FILE")
+
+
 def random_seed(
     text: str | None = "seed of virtual noise", metavar: str | None = "N", **words: Any
 ) -> Any:

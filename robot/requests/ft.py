@@ -14,6 +14,7 @@ from robot.console.arguments import (
     random_seed,
     request,
     robot_file,
+    virtual_robot,
 )
 
 ADDRESS = "HOST[:UDP:CONSOLE]"
@@ -113,3 +114,22 @@ class FtCalibrateRequest:
     )
     report: Path | None = option("picture, .png", "FILE")
     json: bool = as_json("residuals and warnings as JSON")
+
+
+@request("bringup.mapping.identify:identify")
+class FtIdentifyRequest:
+    """``bigant ft identify``: press each foot, and see which transducer feels it and how it is turned.
+
+    For a robot that hangs in a frame, torque off. Each foot is pressed up, forward and to the robot's left,
+    with about 1 kg; a press is noticed by itself, and so is its end. Gives each leg's transducer, whether
+    it is mounted the right way up, and its yaw, and says which line of the robot file is to be changed to
+    what. --hardware virtual has a virtual person press the feet of a virtual robot, which --virtual-robot
+    may make differ from the robot file.
+    """
+
+    hardware: str | None = option("a virtual robot and its unit", choices=("virtual",))
+    force_unit: str | None = option("wireless unit (robot file)", ADDRESS)
+    robot: Path = robot_file()
+    virtual_robot: Path | None = virtual_robot()
+    leg: str = option("foot to press (all)", "LEG|all", default="all")
+    json: bool = as_json()

@@ -11,6 +11,7 @@ from robot.console.arguments import (
     baud_rate,
     between,
     flag,
+    hardware_port,
     id_or_all,
     needed,
     option,
@@ -18,6 +19,7 @@ from robot.console.arguments import (
     request,
     robot_file,
     servo_port,
+    virtual_robot,
 )
 
 BAUD_OF_ROBOT = "baud rate (robot file)"
@@ -131,4 +133,23 @@ class ServoRebootRequest:
     id: int | None = needed("which servo", "N|all", type=id_or_all)
     robot: Path = robot_file()
     yes: bool = flag("also if it holds torque")
+    json: bool = as_json()
+
+
+@request("bringup.mapping.jog:jog")
+class ServoJogRequest:
+    """``bigant servo jog``: turn one leg a little and back, and find wrong ids, signs and zeros.
+
+    For a robot that hangs in a frame, feet in the air. Only the servo that the robot file gives to the leg
+    gets torque, for about three seconds; every goal goes through the safety gate. Afterwards it asks which
+    leg moved and which way its foot went, and says which line of the robot file is to be changed to what.
+    On real hardware it needs --armed. --virtual-robot is a virtual robot that differs from the robot file.
+    """
+
+    hardware: str = hardware_port()
+    robot: Path = robot_file()
+    virtual_robot: Path | None = virtual_robot()
+    leg: str = option("leg to turn (all, in turn)", "LEG|all", default="all")
+    deg: float = option("how far (10 deg)", "A", default=10.0, type=between(-20, 20, "deg"))
+    armed: bool = flag("torque may be switched on")
     json: bool = as_json()

@@ -21,9 +21,11 @@ from robot.console.arguments import (
     request,
     robot_file,
     scenario_file,
+    virtual_robot,
 )
 
 VIRTUAL = "virtual"
+LAST_STEP = 13  # of the first day
 TUNE = Path("tune")
 SHELLS = ("bash", "zsh", "fish")
 DEFAULT_PORT = 8765
@@ -343,3 +345,43 @@ class CheckRequest:
     )
     json: bool = as_json()
     html: Path | None = option("the list as one page, to keep", "FILE")
+
+
+@request("bringup.first_day.bringup:bring_up")
+class BringupRequest:
+    """``bigant bringup``: the first day with a real robot, step by step.
+
+    Thirteen numbered steps for a robot that hangs in a frame: who answers, what the servos keep, each leg
+    by ten degrees, torque, watchdog, reboots, the loop, the cable pulled, each foot pressed, the force
+    unit's console, one cycle in the air, one on the floor. Each step says what it will do, asks, keeps
+    every byte, judges, and is written to one page; the same command goes on where it stopped. What the
+    steps settle about the devices is written to measured.toml, a scenario file for virtual devices. Without
+    --armed nothing moves. Virtual devices (the default) bring a virtual person with them: the day runs
+    through in virtual time. docs/first_day.md is the page to hang beside the robot.
+    """
+
+    folder: Path = option(
+        "state, page, logs and measured.toml (bringup)", "FOLDER", default=Path("bringup")
+    )
+    hardware: str = hardware_port()
+    force_unit: str | None = option(
+        "wireless force-torque unit (robot file); none leaves it out", UNIT_OR_NONE
+    )
+    robot: Path = robot_file()
+    armed: bool = flag("torque may be switched on")
+    yes: bool = flag("do not ask before steps that move and set nothing")
+    begin: int | None = option(
+        "begin with this step", "N", flags=("--from",), type=between(1, LAST_STEP, whole=True)
+    )
+    only: int | None = option("do this step only", "N", type=between(1, LAST_STEP, whole=True))
+    list: bool = flag("list the steps and stop")
+    seconds: float | None = option(
+        "how long the loop runs in step 8 (600; virtual: 10)", "S", type=between(1, 36000, "s")
+    )
+    reboots: int | None = option(
+        "reboots of each servo in step 7 (10; virtual: 3)", "N", type=between(1, 100, whole=True)
+    )
+    virtual_robot: Path | None = virtual_robot()
+    scenario: Path | None = scenario_file()
+    seed: int = random_seed("of virtual devices")
+    ask: bool = flag("virtual hardware: you answer, its hands are simulated")

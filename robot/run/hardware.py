@@ -39,13 +39,21 @@ def open_real(
         truth: Source of ground truth, or None.
         closers: Called last when the rig closes.
     """
+    wires = real_wires(config, port_name, unit, tap)
+    return assemble(config, replace(wires, truth=truth, closers=closers), armed=armed)
+
+
+def real_wires(
+    config: RobotConfig, port_name: str, unit: ForceSensorSettings | None, tap: WireTap | None
+) -> Wires:
+    """Return ports of this computer, not yet open; arguments as for ``open_real``."""
     clock = MonotonicClock()
     port = BusPort(port_name, config.servo_bus.baud_rate, clock)
-    wires = Wires(clock, port, config.force_sensor, None, truth=truth, closers=closers, tap=tap)
-    if unit is not None:
-        links = partial(open_force_links, unit, clock, tap)
-        wires = replace(wires, unit=unit, links=links, reopen=console_opener(unit))
-    return assemble(config, wires, armed=armed)
+    wires = Wires(clock, port, config.force_sensor, None, tap=tap)
+    if unit is None:
+        return wires
+    links = partial(open_force_links, unit, clock, tap)
+    return replace(wires, unit=unit, links=links, reopen=console_opener(unit))
 
 
 def assemble(config: RobotConfig, wires: Wires, *, armed: bool) -> Rig:

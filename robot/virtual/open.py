@@ -41,6 +41,7 @@ class VirtualSettings:
         with_forces: Whether to use the force-torque unit.
         scenario: What goes wrong, None for sound devices.
         tap: Listens in on all wires, from the first byte on; None for nobody.
+        there: The robot that is really there; None for the one that the robot file says.
     """
 
     seed: int = 0
@@ -48,6 +49,7 @@ class VirtualSettings:
     with_forces: bool = True
     scenario: Scenario | None = None
     tap: WireTap | None = None
+    there: RobotConfig | None = None
 
 
 USUAL = VirtualSettings()
@@ -81,14 +83,15 @@ def open_in_memory(
         settings: How.
         bench: Makes the world that the devices stand in, None for the plant of the robot file.
     """
+    there = settings.there or config
     if bench is None:
-        return open_twin(config, file_twin(config, settings.seed), settings, cameras=False)[0]
-    firmware = FirmwareBank(len(config.servo_bus.ids))
+        return open_twin(config, file_twin(there, settings.seed), settings, cameras=False)[0]
+    firmware = FirmwareBank(len(there.servo_bus.ids))
     robot = put_devices(
         bench(firmware),
         firmware,
-        config.servo_bus,
-        config.force_sensor,
+        there.servo_bus,
+        there.force_sensor,
         settings.seed,
         scenario=settings.scenario,
     )
@@ -110,10 +113,11 @@ def open_twin(
         settings: How.
         cameras: Whether a twin's motion takes the place of the truth as its cameras see it.
     """
+    there = settings.there or config
     robot = build_virtual_robot(
-        config.parameters,
-        config.servo_bus,
-        config.force_sensor,
+        there.parameters,
+        there.servo_bus,
+        there.force_sensor,
         settings.seed,
         twin,
         settings.scenario,
@@ -123,7 +127,26 @@ def open_twin(
 
 
 def _in_memory(config: RobotConfig, robot: VirtualRobot, settings: VirtualSettings) -> Rig:
-    clock = VirtualClock(start_ns=START_NS)
+    wires = memory_wires(config, robot, settings, new_clock())
+    return assemble(config, wires, armed=settings.armed)
+
+
+def new_clock() -> VirtualClock:
+    """Return a virtual clock as every robot in memory begins with."""
+    return VirtualClock(start_ns=START_NS)
+
+
+def memory_wires(
+    config: RobotConfig, robot: VirtualRobot, settings: VirtualSettings, clock: VirtualClock
+) -> Wires:
+    """Return what the drivers of a robot in memory are connected to.
+
+    Args:
+        config: Robot file that the drivers use.
+        robot: The virtual robot.
+        settings: How it is opened.
+        clock: The clock that all of it lives by.
+    """
     scenario, tap = settings.scenario, settings.tap
     timer_s = scenario.adapter.latency_timer_s if scenario is not None else 0.0
 
@@ -134,7 +157,7 @@ def _in_memory(config: RobotConfig, robot: VirtualRobot, settings: VirtualSettin
             return datagrams, console
         return TappedDatagrams(datagrams, tap, clock), TappedText(console, tap, clock)
 
-    wires = Wires(
+    return Wires(
         clock,
         MemoryPort(robot.servo_wire, clock, config.servo_bus.baud_rate, timer_s),
         config.force_sensor,
@@ -142,24 +165,28 @@ def _in_memory(config: RobotConfig, robot: VirtualRobot, settings: VirtualSettin
         truth=_WorldTruth(robot, clock),
         tap=tap,
     )
-    return assemble(config, wires, armed=settings.armed)
 
 
 def start_virtual(
-    config: RobotConfig, *, seed: int, scenario: Scenario | None = None
+    config: RobotConfig,
+    *,
+    seed: int,
+    scenario: Scenario | None = None,
+    there: RobotConfig | None = None,
 ) -> tuple[DeviceProcess, ForceSensorSettings]:
-    """Start virtual devices in a process of their own.
+    """Start virtual devices in a process of their own; arguments as in ``VirtualSettings``.
 
     Returns:
         The process, to be closed, and where its force-torque unit is.
     """
+    there = there or config
     setup = VirtualSetup(
-        config.parameters,
-        config.servo_bus,
-        config.force_sensor,
+        there.parameters,
+        there.servo_bus,
+        there.force_sensor,
         seed,
         scenario=scenario,
-        twin=file_twin(config, seed),
+        twin=file_twin(there, seed),
     )
     with StatusLine() as line:
         devices = DeviceProcess(setup, lambda: line.say("starting the virtual robot"))
@@ -175,7 +202,9 @@ def start_virtual(
 
 def open_virtual(config: RobotConfig, settings: VirtualSettings) -> Rig:
     """Open a virtual robot in a process of its own: pseudo-terminal, sockets, real time."""
-    devices, unit = start_virtual(config, seed=settings.seed, scenario=settings.scenario)
+    devices, unit = start_virtual(
+        config, seed=settings.seed, scenario=settings.scenario, there=settings.there
+    )
     try:
         return open_real(
             config,

@@ -162,6 +162,7 @@ class TwinRollout:
         shaft = np.array(shafts)
         sensed = foot_wrenches(np.array(wrenches), unit, shaft)
         x, y, z = np.moveaxis(sensed[..., :3], -1, 0)
+        y, z = unit.up * y, unit.up * z
         c, s = np.cos(unit.yaw_rad), np.sin(unit.yaw_rad)
         measured = MotionCapture(twin.sensors, SEED).see_all(poses_of(places))
         body, angles, foot = body_of(measured)

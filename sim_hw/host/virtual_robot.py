@@ -74,6 +74,7 @@ def build_virtual_robot(
         zeros=servo_bus.zeros,
         sensor_offset_m=force_sensor.offset_m,
         sensor_yaw_rad=force_sensor.yaw_rad,
+        sensor_up=force_sensor.up,
         sensors=twin.sensors if twin is not None else None,
     )
     if twin is not None and GoalPath.needed(twin.plant.drive):

@@ -26,6 +26,7 @@ class World:
         zeros: Servo ticks at shaft angle 0, (N,).
         sensor_offset_m: Transducer origin from the crank shaft, body axes, (N, 3).
         sensor_yaw_rad: Rotation about z from body axes to sensor axes, (N,), as the robot file has it.
+        sensor_up: +1 where a transducer's z axis points up, -1 where it is mounted the other way up, (N,).
         sensors: Errors of encoders and transducers; None for none.
     """
 
@@ -38,6 +39,7 @@ class World:
         zeros: IntArray,
         sensor_offset_m: FloatArray,
         sensor_yaw_rad: FloatArray,
+        sensor_up: IntArray | None = None,
         sensors: SensorParameters | None = None,
     ) -> None:
         self.plant = plant
@@ -49,6 +51,7 @@ class World:
         known = sensors if sensors is not None else SensorParameters.healthy(len(signs))
         yaw = sensor_yaw_rad + known.force_yaw
         self._cosine, self._sine = np.cos(yaw), np.sin(yaw)
+        self._up = np.ones(len(yaw)) if sensor_up is None else sensor_up.astype(np.float64)
         self._channel = ForceChannel(known)
         self._late_steps = round(known.force_delay_s / plant.dt_s)
         self._scale = known.encoder_scale
@@ -121,10 +124,11 @@ class World:
         lever = self.plant.feet_B - self._origin
         (fx, fy, fz), (x, y, z) = force_B.T, lever.T
         tx, ty = y * fz - z * fy, z * fx - x * fz
-        c, s = self._cosine, self._sine
+        c, s, up = self._cosine, self._sine, self._up
         wrench = np.empty((len(force_B), 6))
         wrench[:, 0], wrench[:, 1], wrench[:, 2] = c * fx + s * fy, c * fy - s * fx, fz
         wrench[:, 3], wrench[:, 4], wrench[:, 5] = c * tx + s * ty, c * ty - s * tx, x * fy - y * fx
+        wrench[:, [1, 2, 4, 5]] *= up[:, None]
         return wrench
 
     def truth(self, t_ns: int) -> BodyTruth:

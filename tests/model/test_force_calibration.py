@@ -235,10 +235,11 @@ def test_wrong_shapes_are_refused() -> None:
                          np.zeros((6, 6)), "bias", "", ())  # fmt: skip
 
 
-def test_wrench_maps_keep_power() -> None:
+@pytest.mark.parametrize("up", [None, (1, -1, 1, -1, -1, 1)])
+def test_wrench_maps_keep_power(up: tuple[int, ...] | None) -> None:
     """A wrench and the motion of its point: the same power in either frame (virtual work)."""
     random = np.random.default_rng(10)
-    spots = places()
+    spots = replace(places(), up=None if up is None else np.array(up))
     maps = wrench_maps(spots)
     for leg in range(6):
         wrench, twist = random.standard_normal(6), random.standard_normal(6)
@@ -246,6 +247,8 @@ def test_wrench_maps_keep_power() -> None:
         turn = np.array(
             [[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1.0]]
         )
+        if up is not None:  # half a turn about the sensor's own x axis
+            turn = turn @ np.diag([1, up[leg], up[leg]])
         speed = twist[:3] + np.cross(twist[3:], spots.origin_B[leg])
         at_sensor = wrench[:3] @ (turn.T @ speed) + wrench[3:] @ (turn.T @ twist[3:])
         assert maps[leg] @ wrench @ twist == pytest.approx(at_sensor)

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from benchmarks.bench_world import BenchWorld
 from model.values.faults import FaultKind, StopReason
 from model.values.tick import Intent, Mode, Tick
 from robot.config.robot_file import RobotConfig, parse_robot
@@ -11,6 +10,7 @@ from robot.control.controller import Controller
 from robot.run.loop import RunResult, run
 from robot.virtual.open import VirtualSettings, open_in_memory
 from sim_hw.faults.scenario import parse_scenario
+from sim_hw.host.bench_world import BenchWorld
 from tests.robot.runs import CONFIG, Kept, Told, modes_of, wish
 
 WEIGHT_N = CONFIG.parameters.body.mass * 9.80665

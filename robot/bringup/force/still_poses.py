@@ -101,6 +101,7 @@ def sensor_places(config: RobotConfig) -> SensorPlaces:
         robot.legs.shaft_position + config.force_sensor.offset_m,
         config.force_sensor.yaw_rad,
         robot.body.mass * standard_gravity,
+        config.force_sensor.up,
     )
 
 
@@ -205,5 +206,6 @@ def _contact(
     feet[:, 2] -= np.minimum(above, 0.0)  # springs give way until the foot is on the ground
     x, y, z = (feet - places.origin_B).T
     c, s = np.cos(places.yaw_rad), np.sin(places.yaw_rad)
-    lever = np.stack([c * x + s * y, c * y - s * x, z], axis=1)
+    up_or_down = np.ones(count) if places.up is None else places.up
+    lever = np.stack([c * x + s * y, up_or_down * (c * y - s * x), up_or_down * z], axis=1)
     return in_air, up / np.linalg.norm(up), np.where(in_air[:, None], np.nan, lever)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from drivers.wire.tap import WireTap
 from model.values.faults import StopReason
 from model.values.tick import Tick
 from record.log.background import BackgroundWriter
@@ -21,7 +22,7 @@ from robot.bringup.preflight.finding import Finding, failed, passed, warned
 from robot.bringup.preflight.servos import bus_advice, wire_ms
 from robot.config.robot_file import RobotConfig
 from robot.control.controller import Controller
-from robot.run.header import open_log
+from robot.run.header import TappedLog, open_log
 from robot.run.loop import RunResult, no_full_collection, run
 from robot.run.operator import Interrupts, Script, ScriptedOperator
 from robot.run.rig import Rig
@@ -85,15 +86,22 @@ class Lateness:
 
 
 def run_loop(
-    rig: Rig, config: RobotConfig, seconds: float, progress: Callable[[int], None]
+    rig: Rig,
+    config: RobotConfig,
+    seconds: float,
+    progress: Callable[[int], None],
+    log: Path | None = None,
+    tap: WireTap | None = None,
 ) -> LoopFigures:
-    """Run the loop without torque, with a log that is thrown away.
+    """Run the loop without torque, with a log that is thrown away unless it is asked for.
 
     Args:
         rig: The robot, not armed.
         config: Robot file.
         seconds: How long.
         progress: Called once a second with the ticks so far.
+        log: Where the log goes; None throws it away.
+        tap: Listens in on the wires of the robot; its bytes go into the log. None for nobody.
     """
     controller = Controller(config, rig.calibrations, armed=False)
     lateness = Lateness(progress)
@@ -103,7 +111,11 @@ def run_loop(
             Script("tripod", 0.1, duration_s=seconds, listen=True), interrupts
         )
         header = RunHeader(robot=config.name, hardware="check")
-        sink = BackgroundWriter(open_log(Path(folder) / "check.mcap", header, rig, controller))
+        path = Path(folder) / "check.mcap" if log is None else log
+        writer = BackgroundWriter(
+            open_log(path, header, rig, controller, with_bytes=tap is not None)
+        )
+        sink = writer if tap is None else TappedLog(writer, tap)
         with closing(sink), no_full_collection():
             result = run(rig, controller, operator, sink, lateness)
     return figures_of(lateness, result, rig, config, controller.period_ns)

@@ -34,6 +34,7 @@ ACTS = {
     ("servo", "restore"): "writes servos after a yes",
     ("sim", "serve"): "serves",
     ("bridge",): "publishes",
+    ("bringup",): "asks; first_day.json in its folder has every finding",
 }
 
 

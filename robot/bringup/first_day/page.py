@@ -1,0 +1,85 @@
+"""The page of the first day: every step, what to do, what is measured."""
+
+from robot.bringup.first_day.record import DONE, Record
+from robot.bringup.first_day.steps import STEPS
+from robot.bringup.preflight.finding import Verdict
+from robot.console.installed import version_lines
+from robot.report.page import Section, report_page
+from robot.report.run_date import utc_words
+
+PAGE_FILE = "first_day.html"
+
+
+def day_page(record: Record) -> str:
+    """Return the page."""
+    latest = record.latest
+    failing = [outcome for outcome in latest.values() if outcome.verdict is Verdict.FAIL]
+    bad = [str(outcome.number) for outcome in failing if outcome.ended == DONE]
+    left = [step for step in STEPS if step.number not in latest or not latest[step.number].good]
+    if bad:
+        verdict, kind = f"Not fit: step {', '.join(bad)} failed.", "fail"
+    elif failing:
+        numbers = ", ".join(str(outcome.number) for outcome in failing)
+        verdict, kind = f"Step {numbers} was broken off.", "warn"
+    elif left:
+        verdict, kind = f"{len(STEPS) - len(left)} of {len(STEPS)} steps done.", "warn"
+    else:
+        verdict, kind = "All steps done.", "pass"
+    where = "virtual devices, virtual time" if record.hardware == "virtual" else record.hardware
+    return report_page(
+        f"{record.robot}: first day",
+        f"{where}; {len(record.outcomes)} outcomes, the last of each step is shown",
+        [_advice(record), _table(record), _facts(record), *_details(record)],
+        verdict=verdict,
+        kind=kind,
+        footer=version_lines()[0],
+    )
+
+
+def _advice(record: Record) -> Section:
+    rows = [
+        (f"step {outcome.number}, {finding.name}", finding.advice)
+        for outcome in record.latest.values()
+        for finding in outcome.findings
+        if finding.advice
+    ]
+    return Section("What to do", rows)
+
+
+def _table(record: Record) -> Section:
+    rows = []
+    for step in STEPS:
+        outcome = record.latest.get(step.number)
+        row = ["", "not yet", "", ""]
+        if outcome is not None:
+            row = [
+                outcome.verdict.value, outcome.ended, f"{outcome.seconds:.1f} s",
+                utc_words(outcome.unix_ns),
+            ]  # fmt: skip
+        rows.append((row[0], str(step.number), step.title, *row[1:]))
+    return Section("Steps", rows, ("", "step", "what", "ended", "took", "when"), (1,))
+
+
+def _facts(record: Record) -> Section:
+    rows = [
+        (f"{fact.table}.{fact.key}", _shown(fact.value), f"step {outcome.number}: {fact.how}")
+        for fact, outcome in record.facts.values()
+    ]
+    return Section("Measured", rows, ("key", "value", "how"))
+
+
+def _shown(value: object) -> str:
+    return repr(value) if isinstance(value, str) else str(value)
+
+
+def _details(record: Record) -> list[Section]:
+    titles = {step.number: step.title for step in STEPS}
+    return [
+        Section(
+            f"Step {number}: {titles[number]}",
+            [(f.verdict.value, f.name, f.found) for f in outcome.findings],
+            ("", "what", "found"),
+        )
+        for number, outcome in record.latest.items()
+        if number in titles
+    ]

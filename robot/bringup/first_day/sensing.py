@@ -1,0 +1,185 @@
+"""Steps 10 and 11: each foot pressed, and the force-torque unit's console read without writing anything."""
+
+import re
+from contextlib import ExitStack
+
+from drivers.ati.console import Console
+from drivers.ati.links import TextLink
+from drivers.ati.packets import Command, Malformed, parse_command, parse_datagram
+from drivers.ati.stream import ForceStream
+from drivers.clock import Clock
+from model.values.readings import ForceRecord
+from model.values.wire import Wire, WireBytes
+from robot.bringup.first_day.day import Day
+from robot.bringup.mapping.identify import Feet, press_findings
+from robot.bringup.preflight.finding import Finding, failed, passed, skipped, warned
+from robot.bringup.preflight.forces import calibration_findings
+from robot.run.rig import Wires
+
+NO_UNIT = "left out with --force-unit none"
+CONSOLE_FILE = "console.txt"
+COMMANDS = ("VERSIONS", "RATE", "XPWR", "FILTER", "BIAS")
+# Bits of the first status word that ATI's pages do not explain.
+UNKNOWN_BITS = 0xC0C0_F000
+QUIET_S = 0.3
+GREETING_S = 1.0
+LONGEST_S = 3.0
+FIRST_STREAM_NS = 500_000_000
+LOOK_NS = 10_000_000
+
+
+def feet(day: Day) -> None:
+    """Step 10: press each foot up, forward and left."""
+    wires = day.wires()
+    if wires.links is None:
+        day.found(skipped("force unit", NO_UNIT))
+        return
+    pieces = list(_short_stream(day, wires))
+    with ExitStack() as stack:
+        stream = _open(wires, stack)
+        pressed = Feet(stream, wires.unit, wires.clock, day.person)
+        presses = []
+        for leg, number in enumerate(wires.unit.transducers.tolist()):
+            if number:
+                presses += pressed.identify(leg)
+                pieces += day.heard()
+    day.found(*press_findings(presses, wires.unit))
+    _stream_facts(day, (*pieces, *day.heard()))
+
+
+def _open(wires: Wires, stack: ExitStack) -> ForceStream:
+    assert wires.links is not None
+    stream = ForceStream(*wires.links(), wires.unit, wires.clock)
+    stack.callback(stream.close)
+    stack.callback(stream.stop)
+    stream.connect()
+    return stream
+
+
+def _short_stream(day: Day, wires: Wires) -> tuple[WireBytes, ...]:
+    """Start and stop the stream once, so that the next start can be compared with this one."""
+    with ExitStack() as stack:
+        stream = _open(wires, stack)
+        end_ns = wires.clock.now_ns() + FIRST_STREAM_NS
+        while wires.clock.now_ns() < end_ns:
+            wires.clock.sleep_until_ns(wires.clock.now_ns() + LOOK_NS)
+            stream.read()
+    return day.heard()
+
+
+def _stream_facts(day: Day, pieces: tuple[WireBytes, ...]) -> None:
+    """Settle what records and commands on the wire tell of the unit."""
+    datagrams = [piece for piece in pieces if piece.wire is Wire.FORCE_DATAGRAMS]
+    commands = [piece.data for piece in datagrams if piece.sent]
+    echoed = [piece for piece in datagrams if not piece.sent and piece.data in commands]
+    how = f"{len(commands)} commands, {len(echoed)} came back"
+    day.settled("force_unit", "acknowledges", bool(echoed), how)
+    day.found(passed("commands", how))
+    runs: list[list[ForceRecord]] = [[]]
+    for piece in datagrams:
+        if piece.sent:
+            command = parse_command(piece.data)
+            if command is not None and command.command == Command.START and runs[-1]:
+                runs.append([])
+            continue
+        parsed = parse_datagram(piece.data, piece.t_ns)
+        if not isinstance(parsed, Malformed):
+            runs[-1] += parsed
+    records = [record for run in runs for record in run]
+    if not records:
+        return
+    bits = 0
+    for record in records:
+        bits |= int(record.status[0]) & UNKNOWN_BITS
+    day.settled("force_unit", "extra_status", bits, f"{len(records)} records")
+    levels = sorted({record.battery for record in records})
+    day.settled("force_unit", "battery", levels[-1], f"{len(records)} records; seen {levels}")
+    words = f"unknown status bits 0x{bits:08X}, battery byte {', '.join(map(str, levels))}"
+    if len(runs) > 1 and runs[0] and runs[1]:
+        last, first = runs[0][-1].sequence, runs[1][0].sequence
+        again = first < last
+        how = f"last sequence number before a stop {last}, first after the next start {first}"
+        day.settled("force_unit", "sequence_restarts", again, how)
+        words += "; a start " + ("sets the sequence back" if again else "counts on")
+    day.found(passed("records", words))
+
+
+def console(day: Day) -> None:
+    """Step 11: read the console; nothing is set."""
+    wires = day.wires()
+    if wires.links is None:
+        day.found(skipped("force unit", NO_UNIT))
+        return
+    with ExitStack() as stack:
+        datagrams, text = wires.links()
+        stack.callback(datagrams.close)
+        stack.callback(text.close)
+        greeting = _until_quiet(text, wires.clock, GREETING_S)
+        text.write(b"\r\n")
+        empty = _until_quiet(text, wires.clock, QUIET_S)
+        text.write(b"VERSIONS\r\n")
+        versions = _until_quiet(text, wires.clock, QUIET_S)
+        day.heard()
+        talk = Console(text, wires.clock)
+        answers = {command: talk.query(command) for command in COMMANDS}
+        calibrations, _ = calibration_findings(talk, wires.unit)
+        cals = {}
+        for number in wires.unit.transducers.tolist():
+            if number:
+                talk.query(f"TRANS {number}")
+                cals[f"CAL of transducer {number}"] = talk.query("CAL")
+    _console_facts(day, greeting, empty, versions)
+    day.found(*calibrations)
+    for command, answer in answers.items():
+        day.found(_judged(command, answer, wires))
+    parts = [f"# {name}\n{answer}\n" for name, answer in {**answers, **cals}.items()]
+    (day.folder / CONSOLE_FILE).write_text("\n".join(parts), encoding="utf-8")
+    day.found(passed("kept", f"{CONSOLE_FILE}: {len(parts)} answers; each byte in the step's log"))
+
+
+def _until_quiet(text: TextLink, clock: Clock, quiet_s: float) -> bytes:
+    """Return what is printed until nothing more comes for a while."""
+    heard, end_ns = b"", clock.now_ns() + round(LONGEST_S * 1e9)
+    while clock.now_ns() < end_ns and (data := text.read(quiet_s)):
+        heard += data
+    return heard
+
+
+def _console_facts(day: Day, greeting: bytes, empty: bytes, versions: bytes) -> None:
+    plain = re.sub(rb"\xff(?:[\xfb-\xfe].|.)", b"", greeting)  # telnet options
+    day.settled("force_unit", "banner", bool(plain.strip()), f"{len(greeting)} bytes when opened")
+    if empty.isascii():
+        line = empty.decode("ascii")
+        day.settled("force_unit", "empty_line", line, "one empty line, CR LF")
+    blank = re.search(rb"\r?\n\r?\n>\s*$", versions) is not None
+    day.settled("force_unit", "blank_line", blank, "the end of the answer to VERSIONS")
+    words = (
+        f"{'greets' if plain.strip() else 'does not greet'}; an empty line gives {empty!r}; "
+        f"{'a' if blank else 'no'} blank line before the prompt"
+    )
+    day.found(passed("console", words))
+
+
+def _judged(command: str, answer: str, wires: Wires) -> Finding:
+    """Judge one answer: what would change the data, and is not ours."""
+    lines = [line.strip() for line in answer.splitlines() if line.strip()]
+    short = " | ".join(" ".join(line.split()) for line in lines if not line.startswith("--"))
+    used = {int(number) for number in wires.unit.transducers if number}
+    rows = {int(line.split()[0]): line.upper() for line in lines if line.split()[0].isdecimal()}
+    if command == "XPWR":
+        off = [n for n in sorted(used) if " ON" not in rows.get(n, " ON")]
+        if off:
+            advice = f"on the unit's console: XPWR {off[0]} ON"
+            return failed(command, f"transducer {', '.join(map(str, off))} is off: {short}", advice)
+    if command == "BIAS" and any(rows[n].split()[-1] == "ON" for n in used & rows.keys()):
+        advice = (
+            "the unit subtracts a bias of its own; BIAS * OFF on its console (ft bias keeps ours)"
+        )
+        return warned(command, short, advice)
+    if command == "FILTER" and any("IIR" in rows[n] for n in used & rows.keys()):
+        advice = "an IIR filter delays forces: FILTER on its console, then SAVEALL"
+        return warned(command, short, advice)
+    if command == "RATE":
+        wanted = f"a run sets {wires.unit.rate_hz} Hz, oversampling {wires.unit.oversampling}"
+        return passed(command, f"{short}; {wanted}")
+    return passed(command, short)

@@ -1,0 +1,126 @@
+"""Steps 12 and 13: one cycle in the air, one on the floor; loop, gate and watches of ``bigant drive``."""
+
+from contextlib import ExitStack
+from dataclasses import replace
+
+import numpy as np
+
+from model.values.faults import StopReason
+from model.values.tick import Mode, Tick
+from record.log.background import BackgroundWriter
+from record.log.header import RunHeader
+from robot.bringup.first_day.day import Day
+from robot.bringup.mapping.motion import TorqueStillOn
+from robot.bringup.preflight.finding import failed, passed, warned
+from robot.console.person import Hand, Work
+from robot.control.controller import Controller
+from robot.run.hardware import assemble
+from robot.run.header import TappedLog, open_log
+from robot.run.loop import no_full_collection, run
+from robot.run.operator import Interrupts, Script, ScriptedOperator
+
+GAIT = "tripod"
+CYCLES = 1.0
+# Of a turn: each shaft makes one in a cycle.
+TURNED = 0.9
+DOWN = "put the robot on the floor with two metres of room in front of it, and a hand on the supply switch"
+
+
+class Watched:
+    """``robot.run.loop.Observer`` that keeps what a walk is judged by."""
+
+    def __init__(self) -> None:
+        self.faults: dict[str, int] = {}
+        self.lag_rad = 0.0
+        self.current_a = 0.0
+        self.temperature_c = 0.0
+        self.begin_rad: np.ndarray | None = None
+        self.end_rad: np.ndarray | None = None
+
+    def show(self, tick: Tick) -> None:
+        """Take one tick."""
+        for fault in tick.faults:
+            words = f"{fault.kind.name.lower().replace('_', ' ')} ({fault.source})"
+            self.faults[words] = self.faults.get(words, 0) + 1
+        joints = tick.joints
+        if tick.mode is Mode.WALK and np.isfinite(joints.angle_rad).all():
+            if self.begin_rad is None:
+                self.begin_rad = joints.angle_rad
+            self.end_rad = joints.angle_rad
+            lag = np.abs(joints.angle_rad - tick.sent.angle_rad)
+            self.lag_rad = max(self.lag_rad, float(np.nanmax(lag)))
+            self.current_a = max(self.current_a, float(np.nanmax(np.abs(joints.current_a))))
+            self.temperature_c = max(self.temperature_c, float(np.nanmax(joints.temperature_c)))
+
+
+def hung_walk(day: Day) -> None:
+    """Step 12: one cycle with the feet in the air; without the force unit, which would feel no weight."""
+    _walk(day, with_forces=False)
+
+
+def floor_walk(day: Day) -> None:
+    """Step 13: one cycle on the floor, all watches on."""
+    day.person.does(Work(Hand.PUT_DOWN, DOWN))
+    _walk(day, with_forces=True)
+
+
+def _walk(day: Day, *, with_forces: bool) -> None:
+    watched = Watched()
+    with ExitStack() as stack:
+        interrupts = stack.enter_context(Interrupts())
+        wires = day.wires()
+        wires = wires if with_forces else replace(wires, links=None)
+        rig = assemble(day.config, wires, armed=True)
+        stack.callback(rig.close)
+        controller = Controller(day.config, rig.calibrations, armed=True)
+        frequency_hz = day.options.frequency_hz or controller.book.gaits[GAIT].frequency_hz
+        header = RunHeader(
+            robot=day.config.name,
+            hardware=day.site.name,
+            time="virtual" if day.site.virtual else "real",
+            gait=GAIT,
+            frequency_hz=frequency_hz,
+        )
+        writer = open_log(day.log, header, rig, controller, with_bytes=True)
+        log = TappedLog(writer if day.site.virtual else BackgroundWriter(writer), day.tap)
+        stack.callback(log.close)
+        operator = ScriptedOperator(Script(GAIT, frequency_hz, cycles=CYCLES), interrupts)
+        interrupts.begin()
+        with no_full_collection():
+            result = run(rig, controller, operator, log, watched)
+        stopped = interrupts.count
+    if not result.torque_off:
+        raise TorqueStillOn("TORQUE NOT CONFIRMED OFF: cut the power")
+    if stopped:
+        raise KeyboardInterrupt
+    words = result.reason.name.lower().replace("_", " ")
+    found = f"{result.ticks} ticks, ended: {words}" + (
+        f" ({result.detail})" if result.detail else ""
+    )
+    if result.reason is not StopReason.COMPLETED:
+        day.found(failed("walk", found, f"look at it: bigant show {day.log}"))
+    else:
+        day.found(passed("walk", f"{found}; torque off"))
+    _shafts(day, watched)
+    if watched.faults:
+        listed = ", ".join(f"{words} {count} x" for words, count in watched.faults.items())
+        day.found(warned("faults", listed, f"bigant show {day.log}"))
+    else:
+        day.found(passed("faults", "none"))
+
+
+def _shafts(day: Day, watched: Watched) -> None:
+    if watched.begin_rad is None or watched.end_rad is None:
+        day.found(failed("shafts", "it never walked", f"look at it: bigant show {day.log}"))
+        return
+    turns = np.abs(watched.end_rad - watched.begin_rad) / (2 * np.pi)
+    found = (
+        f"turned {turns.min():.2f} to {turns.max():.2f} turns; at most {np.degrees(watched.lag_rad):.1f} "
+        f"deg behind, {watched.current_a:.2f} A, {watched.temperature_c:.0f} degC"
+    )
+    late = [n for n, t in zip(day.config.servo_bus.names, turns, strict=True) if t < TURNED]
+    if late:
+        advice = "does something hold it? turn it by hand, torque off"
+        day.found(failed("shafts", f"{found}; {', '.join(late)} stayed behind", advice))
+    else:
+        day.found(passed("shafts", found))
