@@ -77,7 +77,7 @@ class Table:
 
     def maybe_table(self, key: str) -> "Table":
         """Return a sub-table, or an empty one where the key is left out."""
-        return as_table(self._take(key, {}), self.name(key))
+        return self._as_inner(self._take(key, {}), self.name(key))
 
     def table(self, key: str) -> "Table":
         """Return a sub-table."""
