@@ -51,7 +51,7 @@ def apply_diagnosis(request: GapApplyRequest) -> ExitCode:
     edited = edit_robot(text, correction, request.diagnosis.name)
     check_edited(edited.text, text)
     write_text(out, edited.text)
-    far = None if runs is None else _measured(text, edited.text, runs)
+    far = None if runs is None else _measured(edited.text, runs)
     if request.json:
         print_json(_as_json(out, edited, far))
     else:
@@ -88,14 +88,12 @@ def _robot_text(found: ReadDiagnosis, runs: Runs | None, robot: Path | None) -> 
             f"the runs of {found.path} are not where they were, so their robot file is not known; give "
             "it with --robot"
         )
-    if not runs.robot_text:
-        raise GapError("the runs name no robot file; give it with --robot")
     return runs.robot_text
 
 
-def _measured(before: str, after: str, runs: Runs) -> HowFar:
+def _measured(after: str, runs: Runs) -> HowFar:
     """Measure with both files; ``after`` is read from its text, as every command does."""
-    old, new = (LeggedSimulator(parse_machine(text)) for text in (before, after))
+    old, new = runs.simulator(), LeggedSimulator(parse_machine(after))
     with ProgressBar("measuring again") as bar:
         return remeasure(runs.trials, runs.references, old, new, progress=bar.show)
 
