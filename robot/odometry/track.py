@@ -21,13 +21,13 @@ from robot.control.estimator_stage import estimator_stage
 from robot.odometry.request import believed_robot
 from robot.requests.single import OdomRequest
 
-# Where a way begins its pose is known to this [m, rad], as that of the estimator in its first tick.
+# Where a displacement begins, its pose is known to this [m, rad], as in the estimator's first tick.
 START_SD = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """What the estimator said over T ticks of N legs, in its own frame.
+    """What the estimator reported over T ticks of N legs, in its own frame.
 
     Attributes:
         t_s: Time since the log's first tick, (T,).
@@ -67,13 +67,13 @@ class Track:
         return self.column(lambda e: e.force_B)
 
     @cached_property
-    def way_covariance(self) -> FloatArray:
-        """Covariance of the way since the first tick, (T, 3, 3): what that of the pose has grown by."""
+    def displacement_covariance(self) -> FloatArray:
+        """Covariance of the displacement since the first tick, (T, 3, 3): the growth of the pose's."""
         covariance = self.column(lambda e: e.pose_covariance)
-        way = self.pose - self.pose[0]
+        moved = self.pose - self.pose[0]
         # a turn at the first tick moves all later places
-        carried = np.tile(np.eye(3), (len(way), 1, 1))
-        carried[:, 0, 2], carried[:, 1, 2] = -way[:, 1], way[:, 0]
+        carried = np.tile(np.eye(3), (len(moved), 1, 1))
+        carried[:, 0, 2], carried[:, 1, 2] = -moved[:, 1], moved[:, 0]
         known = carried @ covariance[0] @ carried.transpose(0, 2, 1)
         grown: FloatArray = covariance - known + START_SD**2 * np.eye(3)
         return grown
@@ -184,15 +184,15 @@ def track_log(
         ConfigError: The robot file is none.
     """
     given = request if request is not None else OdomRequest()
-    found = contents if contents is not None else LogContents()
+    log_contents = contents if contents is not None else LogContents()
     trackers: list[Tracker] = []
 
     def take(item: StampedTick) -> None:
         if not trackers:  # the robot file comes before the first tick
-            config = believed_robot(given, found.config_text)
+            config = believed_robot(given, log_contents.config_text)
             trackers.append(Tracker(config, no_forces=given.no_forces, keep_states=given.smooth))
         trackers[0].take(item)
 
-    log = read_log(path, found, take)
+    log = read_log(path, log_contents, take)
     (tracker,) = trackers
     return TrackedLog(log, tracker.config, tracker.track())
