@@ -63,7 +63,7 @@ def test_apply_writes_the_file_and_measures_again(
     assert "[effects.force_bias.ML]" in told
     assert "taken out of the reading" in told
     closed = re.search(
-        r"  (\d+)% \[\d+%, \d+%\] of the gap is closed \(the diagnosis said 98%\)", told
+        r"  (\d+)% \[\d+%, \d+%\] of the gap is closed \(diagnosis: 98%\)", told
     )
     assert closed
     assert int(closed.group(1)) > 95
