@@ -25,6 +25,7 @@ from sim_hw.twin.effects import find_kind
 
 OPEN_NAME, SEALED_NAME, HASH_NAME = "labels.json", "labels.sealed", "labels.sha256"
 ENTROPY_BYTES = 32
+PUBLISHED_WORDS = 4  # hash and name, of the sealed file and of its content
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,9 +111,11 @@ def unseal(folder: Path, key: bytes) -> Labels:
 
     try:
         token = (folder / SEALED_NAME).read_bytes()
-        published = (folder / HASH_NAME).read_text(encoding="ascii").split()
+        published = (folder / HASH_NAME).read_text(encoding="ascii", errors="replace").split()
     except OSError as error:
         raise RecordError(f"{folder} holds no sealed labels: {error.strerror}") from error
+    if len(published) != PUBLISHED_WORDS:
+        raise RecordError(f"{folder / HASH_NAME} is damaged; give the file as it was published")
     if hashlib.sha256(token).hexdigest() != published[0]:
         raise RecordError(f"{folder / SEALED_NAME} is not the file whose hash was published")
     try:

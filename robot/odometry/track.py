@@ -32,7 +32,7 @@ class Track:
     Attributes:
         t_s: Time since the log's first tick, (T,).
         unix_ns: UNIX time of each, (T,).
-        estimates: All that was said.
+        estimates: All of them, one a tick.
         states: What it remembered after each, for smoothing; empty unless asked for.
         step_us: Time of each step [us], with whatever else the machine was doing, (T,).
     """
@@ -119,7 +119,7 @@ class Tracker:
         return estimate
 
     def take(self, item: StampedTick) -> None:
-        """Advance by a tick, and keep what is said."""
+        """Advance by a tick, and keep the estimate."""
         began = time.perf_counter_ns()
         self._estimates.append(self.step(item.tick))
         self._step_us.append((time.perf_counter_ns() - began) / 1e3)
@@ -131,7 +131,7 @@ class Tracker:
             self._states[len(self._states) + 1 - len(newest) :] = newest
 
     def track(self) -> Track:
-        """Return what was said so far.
+        """Return the estimates so far.
 
         Raises:
             ModelError: There was no tick.
@@ -162,7 +162,7 @@ def track(items: Iterable[StampedTick], config: RobotConfig) -> Track:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrackedLog:
-    """A log, the robot that the estimator believed in, and what it said, in every tick."""
+    """A log, the robot that the estimator believed in, and its estimate in every tick."""
 
     log: Recording
     config: RobotConfig
@@ -174,7 +174,7 @@ def track_log(
     request: OdomRequest | None = None,
     contents: LogContents | None = None,
 ) -> TrackedLog:
-    """Run the estimator over a log: with its own robot file it says what it said in the loop.
+    """Run the estimator over a log: with its own robot file the result is that of the loop.
 
     The request says what to believe other than that file, and whether states are kept for smoothing;
     ``contents`` is filled as the log is read.
