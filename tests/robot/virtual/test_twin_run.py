@@ -245,7 +245,7 @@ def test_a_seal_opens_with_its_key_alone(scenario_file: Path, tmp_path: Path) ->
         unseal(folder, key)
     for damaged in (b"", b"abc  labels.sealed\n", b"\xff\xfe\x00"):
         (folder / "labels.sha256").write_bytes(damaged)
-        with pytest.raises(RecordError, match="labels.sha256 is damaged"):
+        with pytest.raises(RecordError, match="is damaged"):
             unseal(folder, key)
 
 
