@@ -25,7 +25,7 @@ from model.values.estimate import BIAS, FIXED, SCALE, VELOCITY, OdometryInputs
 from model.values.parameters import ContactParameters
 from record.log.reader import read_log, read_stamped_ticks
 from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
-from robot.odometry.compare import compare_ways, true_motion, walking_part
+from robot.odometry.compare import compare_methods, true_motion, walking_part
 from robot.odometry.metrics import in_band, nees
 from robot.odometry.track import TrackedLog, track, track_log
 from robot.report.walk_frames import fit_contact, walk_frames
@@ -54,7 +54,7 @@ TITLES = (
 def judge(gait: str, seed: int, folder: Path) -> Row:
     """One walk: the estimator believes the robot file, the plant has its own legs."""
     tracked = track_log(log_of(folder, gait, seed), OdomRequest(robot=DEFAULT_ROBOT_FILE))
-    log, found = tracked.log, compare_ways(tracked)
+    log, found = tracked.log, compare_methods(tracked)
     run, (mine, naive) = found.track, found.errors[:2]
     phase = log.gait_phase[walking_part(log)]
     after = run.estimates[int(np.searchsorted(phase, phase[0] + SLIPPING_CYCLES))]

@@ -56,10 +56,10 @@ def campaign_cases(folder: Path) -> tuple[CaseFiles, ...]:
         RecordError: The folder holds no campaign.
     """
     references = tuple(sorted((folder / REFERENCES).glob("*.parquet")))
-    found = sorted(path for path in (folder / CASES).glob("*") if path.is_dir())
+    folders = sorted(path for path in (folder / CASES).glob("*") if path.is_dir())
     cases = tuple(
         CaseFiles(path.name, trials, references)
-        for path in found
+        for path in folders
         if (trials := tuple(sorted(path.glob("trial_*.parquet"))))
     )
     if not cases:
@@ -169,9 +169,9 @@ def answer_case(request: CaseRequest) -> None:
     if standing is not None:
         standing = tuple(one for one in standing if one.effect not in request.missing)
     study = make_study(runs.trials, simulator, runs.references)
-    found = diagnose_study(study, standing=standing)
+    diagnosis = diagnose_study(study, standing=standing)
     spent = {"seconds": time.perf_counter() - began_s, "cpu_s": time.process_time() - began_cpu_s}
-    keep_json({**diagnosis_json(found), **spent}, request.out)
+    keep_json({**diagnosis_json(diagnosis), **spent}, request.out)
 
 
 def read_case(
@@ -201,6 +201,6 @@ def commission_case(request: CaseRequest, kept: Path) -> tuple[Cause, ...]:
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise RecordError(f"{kept}: {error!r}; delete it to commission again") from error
     runs, simulator = read_case(request.trials, request.references, request.missing)
-    found = standing_of(runs.references, simulator)
-    keep_json(found, kept)
-    return found
+    standing = standing_of(runs.references, simulator)
+    keep_json(standing, kept)
+    return standing

@@ -11,7 +11,7 @@ from pathlib import Path
 from gap.worker_pool import worker_pool
 from model.errors import ConfigError, RecordError
 from record.whole_file import writing
-from robot.campaign.plan import Scenario, draw_cases, read_scenario
+from robot.campaign.plan import CampaignScenario, draw_cases, read_scenario
 from robot.campaign.run import campaign_jobs, drop_cases, level_stamps, run_jobs
 from robot.campaign.seal import (
     ENTROPY_BYTES,
@@ -67,8 +67,8 @@ def make_campaign(request: SimCampaignRequest) -> ExitCode:
             print(f"{failure.out} could not be made: {failure.reason}")
     made = sum(job.done for job in jobs) - before
     if request.json:
-        found = {"trials": len(jobs), "made": made, "failed": len(failures), "wall_s": wall_s}
-        print_json(found | {"sealed_sha256": digest})
+        summary = {"trials": len(jobs), "made": made, "failed": len(failures), "wall_s": wall_s}
+        print_json(summary | {"sealed_sha256": digest})
     else:
         print(f"{out}: {len(jobs)} trials, {made} made now in {wall_s:.1f} s")
         if digest:
@@ -76,7 +76,7 @@ def make_campaign(request: SimCampaignRequest) -> ExitCode:
     return ExitCode.VERDICT_FAILED if failures else ExitCode.OK
 
 
-def _labels(request: SimCampaignRequest, scenario: Scenario) -> tuple[bytes, str]:
+def _labels(request: SimCampaignRequest, scenario: CampaignScenario) -> tuple[bytes, str]:
     """Write the labels before any trial; return what everything follows from, and the seal's hash."""
     folder = request.out
     with writing(folder):

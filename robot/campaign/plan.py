@@ -41,7 +41,7 @@ ID_LETTERS = 10
 
 
 @dataclass(frozen=True, slots=True)
-class Scenario:
+class CampaignScenario:
     """A scenario file, read: its keys as above, with the walks of a case and of the references planned."""
 
     seed: int
@@ -57,7 +57,7 @@ class Scenario:
 
 
 @dataclass(frozen=True, slots=True)
-class Case:
+class CampaignCase:
     """One case of a kind: control, single, pair or outside.
 
     Its name, that of its folder, says nothing; its robot is the number of the file; a seed a trial stands
@@ -71,7 +71,7 @@ class Case:
     seeds: tuple[int, ...]
 
 
-def read_scenario(path: Path) -> Scenario:
+def read_scenario(path: Path) -> CampaignScenario:
     """Read a scenario file.
 
     Raises:
@@ -81,14 +81,14 @@ def read_scenario(path: Path) -> Scenario:
         return _scenario(path, parse_table(text, "scenario"))
 
 
-def _scenario(path: Path, top: Table) -> Scenario:
+def _scenario(path: Path, top: Table) -> CampaignScenario:
     campaign = top.table("campaign")
     robots = tuple(path.parent / name for name in campaign.texts("robots"))
     config, *_ = [load_robot(robot) for robot in robots]
     seconds = campaign.number("seconds", above=0)
     conditions = _conditions(top.table("conditions"), config, seconds)
     cases = top.table("cases")
-    scenario = Scenario(
+    scenario = CampaignScenario(
         seed=campaign.integer("seed", minimum=0, maximum=2**31),
         robots=robots,
         plans=conditions,
@@ -161,7 +161,7 @@ def _severities(table: Table) -> tuple[tuple[float, float], ...]:
     return tuple((low, high) for low, high in spans)
 
 
-def draw_cases(scenario: Scenario, entropy: bytes) -> tuple[Case, ...]:
+def draw_cases(scenario: CampaignScenario, entropy: bytes) -> tuple[CampaignCase, ...]:
     """Draw the cases, sorted by their names; everything random follows from the entropy."""
     random = np.random.default_rng(list(entropy))
     legs = load_robot(scenario.robots[0]).parameters.legs.names
@@ -186,11 +186,11 @@ def draw_cases(scenario: Scenario, entropy: bytes) -> tuple[Case, ...]:
         digest = hashlib.sha256(entropy + number.to_bytes(8, "big")).hexdigest()
         seeds = tuple(int(s) for s in random.integers(0, 2**31, len(scenario.plans)))
         robot = number % len(scenario.robots)
-        cases.append(Case(digest[:ID_LETTERS], robot, label, effects, seeds))
+        cases.append(CampaignCase(digest[:ID_LETTERS], robot, label, effects, seeds))
     return tuple(sorted(cases, key=lambda case: case.name))
 
 
-def reference_seeds(scenario: Scenario, entropy: bytes) -> tuple[int, ...]:
+def reference_seeds(scenario: CampaignScenario, entropy: bytes) -> tuple[int, ...]:
     """Return the seeds of the reference runs."""
     random = np.random.default_rng([*entropy, 1])
     return tuple(int(s) for s in random.integers(0, 2**31, len(scenario.references)))

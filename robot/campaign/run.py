@@ -19,7 +19,7 @@ from model.errors import BigantError
 from record.trial.header import header_text
 from record.trial.trial import Trial
 from record.whole_file import whole_file
-from robot.campaign.plan import Scenario, draw_cases, reference_seeds
+from robot.campaign.plan import CampaignScenario, draw_cases, reference_seeds
 from robot.config.robot_file import load_robot
 from robot.virtual.twin_run import WalkPlan, make_twin, walk_fast
 from sim_hw.twin.effects import Effect
@@ -52,7 +52,7 @@ class Failure:
     reason: str
 
 
-def campaign_jobs(scenario: Scenario, entropy: bytes, folder: Path) -> tuple[Job, ...]:
+def campaign_jobs(scenario: CampaignScenario, entropy: bytes, folder: Path) -> tuple[Job, ...]:
     """Return every trial of a campaign, references first, in an order that says nothing."""
     jobs = []
     for robot_at, robot in enumerate(scenario.robots):

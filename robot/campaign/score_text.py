@@ -59,7 +59,7 @@ def score_markdown(
     head = ("effect", "cases", "gap declared", "named first", "named instead")
     lines += ["", *markdown_lines(head, effects)]
     wrongs = [(c.case, c.truth, c.said, _times(c.visible, "{:.1f}")) for c in confusions]
-    lines += ["", *markdown_lines(("case", "was", "said", "change over repeatability"), wrongs)]
+    lines += ["", *markdown_lines(("case", "true", "named", "change over repeatability"), wrongs)]
     return "\n".join(lines) + "\n"
 
 

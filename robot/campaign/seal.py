@@ -15,15 +15,17 @@ from typing import Any
 from model.errors import ConfigError, RecordError
 from record.toml_file import toml_text
 from record.whole_file import check_room, write_text
-from robot.campaign.plan import Case
+from robot.campaign.plan import CampaignCase
 from robot.console.exit_codes import ExitCode
 from robot.console.installed import how_to_install
+from robot.console.json_output import json_text
 from robot.requests.sim import SimUnsealRequest
 from sim_hw.twin.catalog import EFFECTS
 from sim_hw.twin.effects import find_kind
 
 OPEN_NAME, SEALED_NAME, HASH_NAME = "labels.json", "labels.sealed", "labels.sha256"
 ENTROPY_BYTES = 32
+PUBLISHED_WORDS = 4  # hash and name, of the sealed file and of its content
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,13 +36,13 @@ class Labels:
     text: str
 
 
-def labels_of(cases: tuple[Case, ...], entropy: bytes) -> Labels:
+def labels_of(cases: tuple[CampaignCase, ...], entropy: bytes) -> Labels:
     """Return the labels of cases."""
-    found = {case.name: _label(case) for case in cases}
-    return Labels(entropy, json.dumps({"entropy": entropy.hex(), "cases": found}, indent=1) + "\n")
+    labels = {case.name: _label(case) for case in cases}
+    return Labels(entropy, json_text({"entropy": entropy.hex(), "cases": labels}, indent=1) + "\n")
 
 
-def _label(case: Case) -> dict[str, object]:
+def _label(case: CampaignCase) -> dict[str, object]:
     effects = []
     for one in case.effects:
         kind = find_kind(one.name, EFFECTS)
@@ -109,9 +111,11 @@ def unseal(folder: Path, key: bytes) -> Labels:
 
     try:
         token = (folder / SEALED_NAME).read_bytes()
-        published = (folder / HASH_NAME).read_text(encoding="ascii").split()
+        published = (folder / HASH_NAME).read_text(encoding="ascii", errors="replace").split()
     except OSError as error:
         raise RecordError(f"{folder} holds no sealed labels: {error.strerror}") from error
+    if len(published) != PUBLISHED_WORDS:
+        raise RecordError(f"{folder / HASH_NAME} is damaged; give the file as it was published")
     if hashlib.sha256(token).hexdigest() != published[0]:
         raise RecordError(f"{folder / SEALED_NAME} is not the file whose hash was published")
     try:

@@ -26,7 +26,7 @@ from model.errors import GapError
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial
 from robot.campaign.case import CaseFiles, Label, keep_json, read_case
-from robot.campaign.plan import Scenario, read_scenario
+from robot.campaign.plan import CampaignScenario, read_scenario
 from robot.config.robot_file import load_robot
 from robot.console.progress import ProgressBar
 from robot.virtual.twin_run import make_twin, walk_fast
@@ -106,12 +106,12 @@ def measure_visibility(
             bar.show(number / len(wanted), f"{number} of {len(wanted)}")
     healthy = healthy or _healthy([one.healthy for one in changes])
     spread = np.array([np.nanmean(one.variance, axis=0) for one in healthy])  # (R, C)
-    found = {}
+    visibility = {}
     for one in sorted(changes, key=lambda change: change.name):
         rms = np.sqrt(np.nanmean(one.squares / spread, axis=0))
-        found[one.name] = Visibility(float(np.nanmax(rms)), one.reachable)
-    keep_json(found, kept)
-    return found
+        visibility[one.name] = Visibility(float(np.nanmax(rms)), one.reachable)
+    keep_json(visibility, kept)
+    return visibility
 
 
 def _control_values(control: CaseFiles) -> list[FloatArray]:
@@ -121,7 +121,7 @@ def _control_values(control: CaseFiles) -> list[FloatArray]:
 
 def _healthy(walks: Sequence[Sequence[FloatArray]]) -> list[_Healthy]:
     """Return what healthy walks show, one a trial; each walk has its trials' values, (F, C) each."""
-    found = []
+    shown = []
     for same in zip(*walks, strict=True):
         n = min(map(len, same))
         stack = np.array([one[:n] for one in same])
@@ -129,15 +129,15 @@ def _healthy(walks: Sequence[Sequence[FloatArray]]) -> list[_Healthy]:
             # ends of a trial are compared by nobody
             warnings.simplefilter("ignore", RuntimeWarning)
             mean, variance = np.nanmean(stack, axis=0), np.nanvar(stack, axis=0, ddof=1)
-        found.append(_Healthy(mean, variance, len(same)))
-    return found
+        shown.append(_Healthy(mean, variance, len(same)))
+    return shown
 
 
 def _change(
     files: CaseFiles,
     label: Label,
     standing: tuple[Cause, ...],
-    scenario: Scenario | None,
+    scenario: CampaignScenario | None,
     healthy: Sequence[_Healthy],
 ) -> _Change:
     runs, simulator = read_case(files.trials, files.references)

@@ -1,4 +1,4 @@
 """A diagnosis for people and programs: trials in, lines, pages and JSON out.
 
-Called by ``bigant gap``. Decides nothing; what is said comes from ``gap``.
+Called by ``bigant gap``. Decides nothing; every statement comes from ``gap``.
 """

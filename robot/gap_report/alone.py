@@ -13,7 +13,9 @@ from robot.gap_report.trials import read_trials, simulator_for
 from robot.gap_report.words import parameters_of
 from robot.requests.gap import GapAloneRequest
 
-TABLE = (Column("", width=40), Column("", ".4g", 9), Column(""), Column(""), Column(""))
+TABLE = (
+    Column("", width=40), Column("", ".4g", 9), Column(""), Column(""), Column("", ".0%", 4), Column(""),
+)  # fmt: skip
 
 
 def fit_alone(request: GapAloneRequest) -> ExitCode:
@@ -28,26 +30,28 @@ def fit_alone(request: GapAloneRequest) -> ExitCode:
     effects = {effect.name: effect for effect in simulator.effects}
     sets = [tuple(text.split("+")) for text in request.effect] or [(name,) for name in effects]
     with ProgressBar("alone") as bar:
-        found = each_alone(trials, simulator, sets, bar.tell)
-    result = [_as_json(one, effects) for one in found]
-    print_result(result, _lines(found, effects), as_json=request.json)
+        fits = each_alone(trials, simulator, sets, bar.tell)
+    result = [_as_json(one, effects) for one in fits]
+    print_result(result, _lines(fits, effects), as_json=request.json)
     return ExitCode.OK
 
 
-def _lines(found: Sequence[Alone], effects: Mapping[str, Effect]) -> Iterator[str]:
-    for at, first in enumerate(found[0].channels):
+def _lines(fits: Sequence[Alone], effects: Mapping[str, Effect]) -> Iterator[str]:
+    for at, first in enumerate(fits[0].channels):
         low, high = first.before_range
         yield (
             f"{first.channel} {first.joint}".rstrip()
             + f": RMS {first.before:.4g} [{low:.4g}, {high:.4g}] {first.unit} on the held-out runs"
         )
         rows = []
-        for one in sorted(found, key=lambda a: a.channels[at].after):
+        for one in sorted(fits, key=lambda a: a.channels[at].after):
             c = one.channels[at]
             low, high = c.after_range
             own = [cause for cause in one.causes if c.joint in cause.joints or not cause.joints]
-            interval, cut = f"[{low:.4g}, {high:.4g}]", f"cut {c.cut:4.0%}"
-            rows.append(("+".join(one.effects), c.after, interval, cut, _sizes(own, effects)))
+            interval = f"[{low:.4g}, {high:.4g}]"
+            rows.append(
+                ("+".join(one.effects), c.after, interval, "cut", c.cut, _sizes(own, effects))
+            )
         yield from table_lines(TABLE, rows, "  ")
 
 

@@ -41,66 +41,64 @@ def apply_diagnosis(request: GapApplyRequest) -> ExitCode:
     check_room(out, "--out", ".toml")
     if out.exists():  # it may be the file that the runs themselves name
         raise ConfigError("--out", f"{out} exists; choose another name")
-    found = read_diagnosis(request.diagnosis, CATALOGUE)
-    _check(found, anyway=request.anyway)
-    robot = request.robot or found.robot
-    runs = read_runs(found.trials, found.references, robot) if found.trials else None
-    text = _robot_text(found, runs, robot)
+    diagnosis = read_diagnosis(request.diagnosis, CATALOGUE)
+    _check(diagnosis, anyway=request.anyway)
+    robot = request.robot or diagnosis.robot
+    runs = read_runs(diagnosis.trials, diagnosis.references, robot) if diagnosis.trials else None
+    text = _robot_text(diagnosis, runs, robot)
     legs = read_legs(parse_table(text).table("legs")).names
-    correction = correction_of(found.causes, legs)
+    correction = correction_of(diagnosis.causes, legs)
     edited = edit_robot(text, correction, request.diagnosis.name)
     check_edited(edited.text, text)
     write_text(out, edited.text)
-    far = None if runs is None else _measured(text, edited.text, runs)
+    far = None if runs is None else _measured(edited.text, runs)
     if request.json:
         print_json(_as_json(out, edited, far))
     else:
-        print("\n".join(_lines(out, found, edited, far)))
+        print("\n".join(_lines(out, diagnosis, edited, far)))
     closed = far is None or far.after < far.before
     return ExitCode.OK if closed else ExitCode.VERDICT_FAILED
 
 
-def _check(found: ReadDiagnosis, *, anyway: bool) -> None:
-    path, why = found.path, ""
-    if found.simulator not in LEGGED_SIMULATORS:
+def _check(diagnosis: ReadDiagnosis, *, anyway: bool) -> None:
+    path, why = diagnosis.path, ""
+    if diagnosis.simulator not in LEGGED_SIMULATORS:
         why = (
-            f"is of the {found.simulator} simulator, whose machine is no robot of ours; apply its numbers "
-            "to your own file"
+            f"is of the {diagnosis.simulator} simulator, whose machine is no robot of ours; apply its "
+            "numbers to your own file"
         )
-    elif not found.causes:
-        why = f"names no cause (verdict {found.verdict}): there is nothing to apply"
-    elif found.on_bound and not anyway:
+    elif not diagnosis.causes:
+        why = f"names no cause (verdict {diagnosis.verdict}): there is nothing to apply"
+    elif diagnosis.on_bound and not anyway:
         why = (
-            f"says that {', '.join(found.on_bound)} is on its bound, so it is no effect of this form; look "
-            "for another cause, or add --anyway"
+            f"says that {', '.join(diagnosis.on_bound)} is on its bound, so it is no effect of this form; "
+            "look for another cause, or add --anyway"
         )
-    elif found.verdict == Verdict.UNEXPLAINED.value and not anyway:
+    elif diagnosis.verdict == Verdict.UNEXPLAINED.value and not anyway:
         why = "says that its causes do not explain the gap; apply them all the same with --anyway"
     if why:
         raise GapError(f"{path} {why}")
 
 
-def _robot_text(found: ReadDiagnosis, runs: Runs | None, robot: Path | None) -> str:
+def _robot_text(diagnosis: ReadDiagnosis, runs: Runs | None, robot: Path | None) -> str:
     if robot is not None:
         return robot_text(robot)
     if runs is None:
         raise GapError(
-            f"the runs of {found.path} are not where they were, so their robot file is not known; give "
+            f"the runs of {diagnosis.path} are not where they were, so their robot file is not known; give "
             "it with --robot"
         )
-    if not runs.robot_text:
-        raise GapError("the runs name no robot file; give it with --robot")
     return runs.robot_text
 
 
-def _measured(before: str, after: str, runs: Runs) -> HowFar:
+def _measured(after: str, runs: Runs) -> HowFar:
     """Measure with both files; ``after`` is read from its text, as every command does."""
-    old, new = (LeggedSimulator(parse_machine(text)) for text in (before, after))
+    old, new = runs.simulator(), LeggedSimulator(parse_machine(after))
     with ProgressBar("measuring again") as bar:
         return remeasure(runs.trials, runs.references, old, new, progress=bar.show)
 
 
-def _lines(out: Path, found: ReadDiagnosis, edited: Edited, far: HowFar | None) -> list[str]:
+def _lines(out: Path, diagnosis: ReadDiagnosis, edited: Edited, far: HowFar | None) -> list[str]:
     keys = [(e.key, e.before, "->", e.after, e.why) for e in edited.edits]
     lines = [f"written: {out}", *table_lines(KEYS, keys, "  ")]
     for one in edited.effects:
@@ -108,8 +106,8 @@ def _lines(out: Path, found: ReadDiagnosis, edited: Edited, far: HowFar | None) 
         numbers = ", ".join(f"{name} = {value:.4g}" for name, value in named.items()) or "a law"
         lines.append(f"  [{table_name(one.effect, one.joints)}]  {numbers}")
         lines.append(f"      drive, odom, replay: {USES[one.effect].value}")
-    if found.verdict == Verdict.AMBIGUOUS.value:
-        others = ", ".join(dict.fromkeys(other for _, other, _ in found.rivals))
+    if diagnosis.verdict == Verdict.AMBIGUOUS.value:
+        others = ", ".join(dict.fromkeys(other for _, other, _ in diagnosis.rivals))
         lines.append(f"note: these runs also allow {others} instead; see bigant gap next")
     if far is None:
         return [*lines, "not measured again: the runs of the diagnosis are not where they were"]
@@ -118,7 +116,7 @@ def _lines(out: Path, found: ReadDiagnosis, edited: Edited, far: HowFar | None) 
     if math.isnan(far.shrink):
         lines.append("  on these runs the gap is too small to measure how much is closed")
     else:
-        was = "" if math.isnan(found.shrink) else f" (the diagnosis said {found.shrink:.0%})"
+        was = "" if math.isnan(diagnosis.shrink) else f" (diagnosis: {diagnosis.shrink:.0%})"
         lines.append(
             f"  {far.shrink:.0%} [{far.low:.0%}, {far.high:.0%}] of the gap is closed{was}"
         )

@@ -32,17 +32,17 @@ def diagnose_runs(request: GapDiagnoseRequest) -> ExitCode:
     check_json(request.json)
     check_room(request.html, "--html", ".html")
     runs = read_runs(request.trials, request.reference, request.robot, request.joint)
-    found = _diagnosis(runs, _simulator(runs, request), request)
+    diagnosis = _diagnosis(runs, _simulator(runs, request), request)
     paths = (*request.trials, *request.reference)
     result = {
-        **diagnosis_json(found),
+        **diagnosis_json(diagnosis),
         "files": paths,
         "references": len(request.reference),
         "robot": request.robot,
     }
     try:  # printed first, so that it is not lost if a file cannot be written
         if not to_stdout(request.json):
-            print("\n".join(summary_lines(found, paths, terminal_width())), flush=True)
+            print("\n".join(summary_lines(diagnosis, paths, terminal_width())), flush=True)
     finally:  # written also if nobody reads what is printed, as with `| head`
         give_json(result, request.json)
     if request.html is not None:
@@ -50,11 +50,11 @@ def diagnose_runs(request: GapDiagnoseRequest) -> ExitCode:
 
         today = datetime.now(tz=UTC).astimezone().date()
         machine = machine_words(runs.trials[0])
-        page = diagnosis_page(found, machine, today, request.trials, request.reference)
+        page = diagnosis_page(diagnosis, machine, today, request.trials, request.reference)
         write_text(request.html, page, "--html")
         if not to_stdout(request.json):
             print(f"page: {request.html}")
-    return ExitCode.VERDICT_FAILED if found.verdict is Verdict.UNEXPLAINED else ExitCode.OK
+    return ExitCode.VERDICT_FAILED if diagnosis.verdict is Verdict.UNEXPLAINED else ExitCode.OK
 
 
 def _simulator(runs: Runs, request: GapDiagnoseRequest) -> Simulator:

@@ -20,6 +20,7 @@ from record.whole_file import write_text, writing
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import json_text, print_result
 from robot.console.progress import ProgressBar
+from robot.console.table import row_lines
 from robot.gap_report.trials import simulator_for
 from robot.requests.single import ImportRequest
 
@@ -119,10 +120,11 @@ def _written(reports: Sequence[TableReport], out: Path, *, folder: bool) -> str:
 def _list_maps(*, as_json: bool) -> ExitCode:
     """List the maps that come with the program."""
     maps = [(name, read_column_map(find_map(name)).about) for name in map_names()]
-    lines = [
-        f"{name:<16} {about.what}\n{'':<16} {about.source}; {about.licence}" for name, about in maps
-    ]
-    print_result([{"name": name, **asdict(about)} for name, about in maps], lines, as_json=as_json)
+    rows: list[tuple[str, str]] = []
+    for name, about in maps:
+        rows += [(name, about.what), ("", f"{about.source}; {about.licence}")]
+    values = [{"name": name, **asdict(about)} for name, about in maps]
+    print_result(values, row_lines(rows), as_json=as_json)
     return ExitCode.OK
 
 
@@ -150,23 +152,20 @@ def _as_json(reports: Sequence[TableReport]) -> object:
 def lines_of_one(one: TableReport, most_rows: int | None = SHOWN_ROWS) -> list[str]:
     """Return one table's report; rows beyond ``most_rows`` are counted."""
     report = one.report
-    lines = [
+    head = (
         f"{report.path}: {report.rows} rows, {report.kept} kept, {len(report.dropped)} dropped, "
         f"{len(report.columns)} columns"
-    ]
+    )
     shown = report.dropped[:most_rows]
-    lines += [f"dropped   row {item.row}: {item.reason}" for item in shown]
+    rows = [("dropped", f"row {item.row}: {item.reason}") for item in shown]
     if len(report.dropped) > len(shown):
-        lines.append(f"dropped   {len(report.dropped) - len(shown)} more, all in --report FILE")
+        rows.append(("dropped", f"{len(report.dropped) - len(shown)} more, all in --report FILE"))
     for finding in report.findings:
         row = f", first in row {finding.first_row}" if finding.first_row else ""
         count = f" x{finding.count}{row}" if finding.count else ""
-        name = f" {finding.column}" if finding.column else ""
-        lines.append(f"{finding.kind:<9}{name}{count}: {finding.detail}")
-    lines += [f"fault     {_fault(fault)}: {fault.evidence}" for fault in one.faults]
-    if len(lines) == 1:
-        lines.append("nothing odd found")
-    return lines
+        rows.append((finding.kind, f"{finding.column}{count}".lstrip() + f": {finding.detail}"))
+    rows += [("fault", f"{_fault(fault)}: {fault.evidence}") for fault in one.faults]
+    return [head, *(row_lines(rows) if rows else ["nothing odd found"])]
 
 
 def all_lines(reports: Sequence[TableReport]) -> list[str]:
@@ -175,12 +174,12 @@ def all_lines(reports: Sequence[TableReport]) -> list[str]:
         return lines_of_one(reports[0], None)
     tables = [one.report for one in reports]
     files = len({table.path for table in tables})
-    lines = [
+    head = (
         f"{files} files, {len(tables)} tables: {sum(t.rows for t in tables)} rows, "
         f"{sum(t.kept for t in tables)} kept, {sum(len(t.dropped) for t in tables)} dropped"
-    ]
-    lines += [
-        f"dropped   {_name_of(table)} row {item.row}: {item.reason}"
+    )
+    rows = [
+        ("dropped", f"{_name_of(table)} row {item.row}: {item.reason}")
         for table in tables
         for item in table.dropped[:SHOWN_ROWS]
     ]
@@ -195,8 +194,8 @@ def all_lines(reports: Sequence[TableReport]) -> list[str]:
         first, example = own[0]
         if len({words for _, words in own}) > 1:
             example = f"{first}: {example}"
-        lines.append(f"{kind:<9}{f' {column}' if column else ''} {where}: {example}")
-    return lines
+        rows.append((kind, f"{column} {where}: {example}".lstrip()))
+    return [head, *(row_lines(rows) if rows else [])]
 
 
 def _name_of(report: ImportReport) -> str:

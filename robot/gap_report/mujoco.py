@@ -6,16 +6,12 @@ would explain most of what the chain leaves unexplained are the ones tried in Mu
 
 import sys
 import time
-from collections.abc import Callable
 
-from gap.delegate import TwoMachines
 from gap.diagnosis.study import make_study
 from gap.interfaces import Drive, Simulator
-from gap.machines.legged.simulator import LeggedSimulator
 from gap.residuals.parts import split
 from gap.search.candidates import candidates_of
 from gap.search.screen import gains, make_signatures
-from model.effects.machine import parse_machine
 from model.errors import GapError
 from robot.console.progress import ProgressBar
 from robot.gap_report.trials import Runs
@@ -31,18 +27,10 @@ def mujoco_simulator(runs: Runs, only: tuple[str, ...], screen: int, jobs: int) 
         GapError: The robot file cannot be used, or an effect is not the MuJoCo robot's.
     """
     chosen = only or _screened(runs, screen)
-    simulator = _of_both(runs, lambda text: twin_simulator(text, chosen))
+    simulator = runs.of_robot_files(lambda text: twin_simulator(text, chosen))
     print(f"MuJoCo: effects tried: {', '.join(chosen)}", file=sys.stderr)
     print(_cost_words(simulator, runs, jobs), file=sys.stderr)
     return simulator
-
-
-def _of_both(runs: Runs, make: Callable[[str], Simulator]) -> Simulator:
-    """A simulator of the trials' robot file, and of the references' own where that is another."""
-    own = make(runs.robot_text)
-    if not runs.references or runs.references[0].header.robot_text == runs.robot_text:
-        return own
-    return TwoMachines(own, make(runs.references[0].header.robot_text), runs.references)
 
 
 def _cost_words(simulator: Simulator, runs: Runs, jobs: int) -> str:
@@ -61,7 +49,7 @@ def _cost_words(simulator: Simulator, runs: Runs, jobs: int) -> str:
 
 def _screened(runs: Runs, count: int) -> tuple[str, ...]:
     """Names of the effects with which the chain would gain most, of those that MuJoCo has."""
-    chain = _of_both(runs, lambda text: LeggedSimulator(parse_machine(text)))
+    chain = runs.simulator()
     with ProgressBar("screening by the chain") as bar:
         evidence = make_study(runs.trials, chain, runs.references).evidence(Drive.MEASURED)
         signatures = make_signatures(evidence, candidates_of(chain), (), bar.show)

@@ -36,11 +36,11 @@ def propose_runs(request: GapNextRequest) -> ExitCode:
         GapError: There is nothing left open, or no run can be proposed.
         ConfigError: Options that do not go together.
     """
-    found = _read(request, users_effects(request.effects))
-    if found is None:
+    diagnosis = _read(request, users_effects(request.effects))
+    if diagnosis is None:
         runs = read_runs(request.paths, request.reference, request.robot)
     else:
-        runs = read_runs(found.trials, found.references, request.robot or found.robot)
+        runs = read_runs(diagnosis.trials, diagnosis.references, request.robot or diagnosis.robot)
     simulator = runs.simulator(request.effects)
     if simulator.name != "legged":
         raise GapError(
@@ -51,7 +51,7 @@ def propose_runs(request: GapNextRequest) -> ExitCode:
     if note:
         print(f"note: {note}", file=sys.stderr)
     effects = {effect.name: effect for effect in simulator.effects}
-    causes, rivals = _left_open(found, runs, simulator)
+    causes, rivals = _left_open(diagnosis, runs, simulator)
     if not causes:
         raise GapError("the diagnosis names no cause, so there is nothing to distinguish")
     rivals += [(0, *_place(text, effects, causes[0])) for text in request.against]
@@ -83,23 +83,23 @@ def _read(request: GapNextRequest, users: tuple[UserEffect, ...]) -> ReadDiagnos
     if len(request.paths) > 1 or request.reference:
         raise ConfigError("DIAGNOSIS.json", "names its runs and references itself; give it alone")
     effects = (*CATALOGUE, *(user.effect for user in users))
-    found = read_diagnosis(request.paths[0], effects)
-    if not found.trials:
+    diagnosis = read_diagnosis(request.paths[0], effects)
+    if not diagnosis.trials:
         raise GapError(
-            f"the runs of {found.path} are not where they were; give them: bigant gap next TRIAL..."
+            f"the runs of {diagnosis.path} are not where they were; give them: bigant gap next TRIAL..."
         )
-    return found
+    return diagnosis
 
 
 def _left_open(
-    found: ReadDiagnosis | None, runs: Runs, simulator: Simulator
+    diagnosis: ReadDiagnosis | None, runs: Runs, simulator: Simulator
 ) -> tuple[Causes, list[Open]]:
     """Causes, and what the runs could not distinguish from each."""
-    if found is not None:
-        names = [cause.effect for cause in found.causes]
-        return found.causes, [
+    if diagnosis is not None:
+        names = [cause.effect for cause in diagnosis.causes]
+        return diagnosis.causes, [
             (names.index(named), effect, legs)
-            for named, effect, legs in found.rivals
+            for named, effect, legs in diagnosis.rivals
             if named in names
         ]
     with ProgressBar("diagnosis") as bar:

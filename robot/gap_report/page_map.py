@@ -28,7 +28,7 @@ class Bar(NamedTuple):
     top: bool
 
 
-class Cell(NamedTuple):
+class MapCell(NamedTuple):
     """Energy over expectation: in words (empty: not known), its colour from 0 to 1, whether that is hot."""
 
     words: str
@@ -42,7 +42,7 @@ class GapMap(NamedTuple):
     about: str
     corner: str
     head: Sequence[str]
-    rows: Sequence[tuple[str, Sequence[Cell]]]
+    rows: Sequence[tuple[str, Sequence[MapCell]]]
 
 
 def stage_bars(d: Diagnosis) -> list[Bar]:
@@ -106,11 +106,11 @@ def _by_phase(known: Sequence[ChannelGap], names: Sequence[str], place: str) -> 
     return GapMap(about, "phase from" if cyclic else "third of the run", head, rows)
 
 
-def _worst(values: Iterable[float]) -> Cell:
+def _worst(values: Iterable[float]) -> MapCell:
     """The cell of the largest of the values that are known."""
     value = max((value for value in values if math.isfinite(value)), default=math.nan)
     if math.isnan(value):
-        return Cell("", "0", hot=False)
+        return MapCell("", "0", hot=False)
     heat = min(1.0, math.log(max(value, COLD) / COLD) / math.log(HOT / COLD))
     words = f"{value:.2g}" if value < 99.5 else f"{value:.0f}"
-    return Cell(words, f"{heat:.2f}", heat > BLACK_FROM)
+    return MapCell(words, f"{heat:.2f}", heat > BLACK_FROM)

@@ -68,13 +68,13 @@ def _to_do(d: Diagnosis) -> list[str]:
 
 
 def _faults(d: Diagnosis, paths: Sequence[Path]) -> list[str]:
-    found = [
+    rows = [
         f"  {'severe ' if one.severe else ''}{one.kind} {one.channel} in {one.where}: {one.evidence}"
         for one in fault_groups(d.data_faults, paths)
     ]
-    if len(found) > MOST_CHANNELS:
-        found = [*found[:MOST_CHANNELS], f"  and {len(found) - MOST_CHANNELS} more, in --json"]
-    return ["data faults:", *found, ""] if found else []
+    if len(rows) > MOST_CHANNELS:
+        rows = [*rows[:MOST_CHANNELS], f"  and {len(rows) - MOST_CHANNELS} more, in --json"]
+    return ["data faults:", *rows, ""] if rows else []
 
 
 def _where(d: Diagnosis, width: int) -> list[str]:

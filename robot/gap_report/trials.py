@@ -1,6 +1,6 @@
 """Trials for the diagnosis, from trial tables or logs, and the simulator that their machine calls for."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -12,7 +12,7 @@ from gap.delegate import TwoMachines
 from gap.effect_file import UserEffect, read_effects
 from gap.interfaces import Simulator
 from gap.machines.legged.runs import LeggedProposer
-from gap.machines.legged.simulator import LeggedSimulator, legged_simulator
+from gap.machines.legged.simulator import LeggedSimulator
 from gap.machines.servo_bench.simulator import servo_bench
 from gap.machines.sliding_body.simulator import sliding_body
 from model.effects.catalogue import EFFECTS, STAGES
@@ -33,7 +33,8 @@ NO_GAITS = "gaits and servo limits are those of config/bigant.toml: the runs' ro
 class Runs:
     """Runs of one machine: trials to be diagnosed, and healthy references.
 
-    ``robot`` replaces the robot file beside the trials; references keep theirs.
+    ``robot`` replaces the robot file recorded with the trials. References are runs of the robot before it
+    changed: they keep the file recorded with them, whatever that of the trials is.
     """
 
     trials: tuple[Trial, ...]
@@ -42,14 +43,43 @@ class Runs:
 
     @property
     def robot_text(self) -> str:
-        """Robot file of the trials."""
-        if self.robot is not None:
-            return robot_text(self.robot)
-        return self.trials[0].header.robot_text
+        """Robot file of the trials.
+
+        Raises:
+            ConfigError: ``robot`` cannot be used.
+            GapError: There is none.
+        """
+        return _recorded(self.trials) if self.robot is None else robot_text(self.robot)
+
+    def of_robot_files(self, make: Callable[[str], Simulator]) -> Simulator:
+        """Return a simulator made of the trials' robot file, and of the references' own if it differs.
+
+        References that name no robot file have the one recorded with the trials.
+
+        Raises:
+            ConfigError: ``robot`` cannot be used.
+            GapError: There is no robot file, or the two have different legs.
+        """
+        text = self.robot_text
+        own = make(text)
+        if not self.references:
+            return own
+        before = _recorded((*self.references, *self.trials))
+        return own if before == text else TwoMachines(own, make(before), self.references)
 
     def simulator(self, effects: Path | None = None) -> Simulator:
         """Return the simulator of their machine; see ``simulator_for``."""
         return simulator_for((*self.trials, *self.references), effects, self.robot, self.references)
+
+
+def _recorded(trials: Sequence[Trial]) -> str:
+    """The first robot file that is recorded with trials."""
+    text = next((one.header.robot_text for one in trials if one.header.robot_text), "")
+    if not text:
+        raise GapError(
+            'the runs name no robot file; add robot = "FILE.toml" to [trial] in the file beside the table'
+        )
+    return text
 
 
 def read_runs(
@@ -114,8 +144,8 @@ def simulator_for(
     Args:
         trials: Trials of one machine, the references among them.
         effects: A file of users' effects; only the legged simulator takes one.
-        robot: Robot file to use for the trials instead of the one beside them.
-        references: Those of the trials that keep the robot file beside them.
+        robot: Robot file to use for the trials instead of the one recorded with them.
+        references: Those of the trials that keep the robot file recorded with them.
 
     Raises:
         GapError: The machine's file or the file of effects cannot be used.
@@ -123,12 +153,8 @@ def simulator_for(
     kind = trials[0].header.kind
     if kind == LEGGED:
         added = users_effects(effects)
-        if robot is None:
-            return legged_simulator(trials[0], added)
-        own = LeggedSimulator(parse_machine(robot_text(robot)), added)
-        if not references:
-            return own
-        return TwoMachines(own, legged_simulator(references[0], added), tuple(references))
+        runs = Runs(tuple(trials), tuple(references), robot)
+        return runs.of_robot_files(lambda text: LeggedSimulator(parse_machine(text), added))
     for option, given in (("--effects", effects), ("--robot", robot)):
         if given is not None:
             raise GapError(f"{option} is for legged robots; the trials are of kind {kind}")

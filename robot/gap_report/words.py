@@ -52,20 +52,20 @@ def headline(d: Diagnosis) -> str:
 def stage_note(d: Diagnosis) -> str:
     """Say why a cause closes much of a gap of which its stage has little; empty if none does."""
     stages = {one.stage: one for one in d.where.stages}
-    found, apart = [], []
+    notes, apart = [], []
     for one in d.causes:
         place, stage = place_words(one.effect, one.joints), stages.get(one.stage)
         if stage is None or not one.shrink >= LEAST_CLOSED:
             continue
         if math.isnan(stage.own):
-            found.append(f"{place} acts in the stage {one.stage}, which has no channel of its own: it "
+            notes.append(f"{place} acts in the stage {one.stage}, which has no channel of its own: it "
                          "shows in the others")  # fmt: skip
         elif stage.share < 0.5 * one.shrink:
             apart.append(f"{place} closes {percent_words(one.shrink)}, its stage {one.stage} has "
                          f"{percent_words(stage.share)}")  # fmt: skip
     if apart:
-        found.append(f"{'; '.join(apart)}: {WHY_APART}")
-    return "; ".join(found)
+        notes.append(f"{'; '.join(apart)}: {WHY_APART}")
+    return "; ".join(notes)
 
 
 def size_words(one: Detectable) -> str:
@@ -168,10 +168,10 @@ class FaultGroup(NamedTuple):
 
 def fault_groups(faults: Sequence[TrialFaults], paths: Sequence[Path]) -> tuple[FaultGroup, ...]:
     """Return the groups of the faults of all ``paths``: severe ones first, then those in most files."""
-    found: dict[tuple[str, str], list[tuple[str, DataFault]]] = {}
+    by_channel: dict[tuple[str, str], list[tuple[str, DataFault]]] = {}
     for one in faults:
         for fault in one.faults:
-            same = found.setdefault((fault.kind, fault.channel), [])
+            same = by_channel.setdefault((fault.kind, fault.channel), [])
             same.append((paths[one.trial].name, fault))
     groups = [
         FaultGroup(
@@ -181,6 +181,6 @@ def fault_groups(faults: Sequence[TrialFaults], paths: Sequence[Path]) -> tuple[
             tuple(dict.fromkeys(name for name, _ in same)),
             max(same, key=lambda named: named[1].severe)[1].evidence,
         )
-        for (kind, channel), same in found.items()
+        for (kind, channel), same in by_channel.items()
     ]
     return tuple(sorted(groups, key=lambda group: (not group.severe, -len(group.files))))

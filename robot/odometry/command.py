@@ -11,7 +11,7 @@ from robot.console.program_output import complain
 from robot.console.progress import ProgressLine
 from robot.console.screen_fit import columns_of
 from robot.control.effect_uses import unused_notes
-from robot.odometry.compare import compare_ways, stride_of
+from robot.odometry.compare import compare_methods, stride_of
 from robot.odometry.live import run_live
 from robot.odometry.request import check
 from robot.odometry.table import as_json, table
@@ -22,7 +22,7 @@ from robot.requests.single import OdomRequest
 
 
 def odom(request: OdomRequest) -> ExitCode:
-    """Run the estimator over a log, show what it says, and write it; or follow a run, or tune.
+    """Run the estimator over a log, show its result, and write it; or follow a run, or tune.
 
     Raises:
         RecordError: A log cannot be read or used, or a file cannot be written.
@@ -47,10 +47,10 @@ def odom(request: OdomRequest) -> ExitCode:
         stride_m, source = stride_of(other), "fitted log"
     elif request.compare and log.has_truth:
         stride_m, source = stride_of(log), "this log's own truth, so it ends well by itself"
-    found = compare_ways(tracked, fitted=fitted, stride_m=stride_m)
-    shown = found if request.compare else found.of_estimator()
+    comparison = compare_methods(tracked, fitted=fitted, stride_m=stride_m)
+    shown = comparison if request.compare else comparison.of_estimator()
     if request.json:
-        print_json(as_json(found))
+        print_json(as_json(comparison))
     else:
         print(*table(shown, columns_of(sys.stdout)), sep="\n")
         if source:

@@ -1,4 +1,4 @@
-"""The estimator beside simpler ways of dead reckoning over the walking part of a log, and the truth."""
+"""The estimator beside simpler methods of dead reckoning over the walking part of a log, and the truth."""
 
 from dataclasses import dataclass, replace
 
@@ -23,32 +23,32 @@ from robot.report.run_totals import true_pose
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Comparison:
-    """All ways over the walking part of a recording, T ticks; all begin at the estimator's pose.
+class OdometryComparison:
+    """The walking part of a recording by every method, T ticks; all begin at the estimator's pose.
 
     Attributes:
         names: Legs.
         track: The estimator's.
         log_ticks: Ticks of all of the recording.
-        ways: All, the estimator first; the truth is no way.
+        motions: One a method, the estimator first; the truth is none of them.
         truth: Begun there too; None without truth.
-        errors: One a way; empty without truth.
+        errors: One a method; empty without truth.
         twist_nees: (T,); NaN without truth.
-        pose_nees: Of the way since the first of these ticks, (T,).
+        pose_nees: Of the displacement since the first of these ticks, (T,).
     """
 
     names: tuple[str, ...]
     track: Track
     log_ticks: int
-    ways: tuple[Motion, ...]
+    motions: tuple[Motion, ...]
     truth: Motion | None
     errors: tuple[TrackErrors, ...]
     twist_nees: FloatArray
     pose_nees: FloatArray
 
-    def of_estimator(self) -> "Comparison":
-        """Return the same without the simpler ways."""
-        return replace(self, ways=self.ways[:1], errors=self.errors[:1])
+    def of_estimator(self) -> "OdometryComparison":
+        """Return the same without the simpler methods."""
+        return replace(self, motions=self.motions[:1], errors=self.errors[:1])
 
 
 def walking_part(log: Recording) -> slice:
@@ -63,15 +63,15 @@ def walking_part(log: Recording) -> slice:
     return slice(int(walking[0]), int(walking[-1]) + 1)
 
 
-def compare_ways(
+def compare_methods(
     tracked: TrackedLog, *, fitted: ContactParameters | None = None, stride_m: float = np.nan
-) -> Comparison:
-    """Hold the estimator against the other ways and the truth.
+) -> OdometryComparison:
+    """Compare the estimator with the simpler methods and the truth.
 
     Args:
-        tracked: A log with walking in it, and what the estimator said.
+        tracked: A log with walking in it, and what the estimator reported.
         fitted: Parameters fitted offline to another walk, for the open loop.
-        stride_m: Distance a cycle, for the way that knows nothing else; NaN leaves it out.
+        stride_m: Distance a cycle, for the method that knows nothing else; NaN leaves it out.
 
     Raises:
         RecordError: There is no walking.
@@ -82,33 +82,35 @@ def compare_ways(
     start = run.pose[0]
     feet, velocity, force = _model(log, config, span)
     naive = _reckoned("open loop, naive", velocity, t_s, start, force)
-    ways = [Motion("estimator", run.pose, run.velocity_B, run.force_B), naive]
+    motions = [Motion("estimator", run.pose, run.velocity_B, run.force_B), naive]
     if fitted is not None:
         weight_n = float(np.nanmedian(force[..., 2].sum(axis=1)))  # with what rides along
         velocity, force = _solved(feet, fitted, weight_n)
-        ways.append(_reckoned("open loop, fitted", velocity, t_s, start, force))
+        motions.append(_reckoned("open loop, fitted", velocity, t_s, start, force))
     if np.isfinite(stride_m):
         velocity = np.zeros((len(t_s), 3))
         velocity[:, 0] = stride_m * np.gradient(log.gait_phase[span], t_s)
-        ways.append(_reckoned("distance a stride", velocity, t_s, start))
+        motions.append(_reckoned("distance a stride", velocity, t_s, start))
     velocity = _rigid_stance(feet, naive.force_B[..., 2] > 0)
-    ways.append(_reckoned("rigid stance", velocity, t_s, start))
+    motions.append(_reckoned("rigid stance", velocity, t_s, start))
     truth = true_motion(log, span)
     if truth is None:
         unknown = np.full(len(t_s), np.nan)
-        return Comparison(log.names, run, len(log.t_s), tuple(ways), None, (), unknown, unknown)
+        return OdometryComparison(
+            log.names, run, len(log.t_s), tuple(motions), None, (), unknown, unknown
+        )
     truth = truth._replace(pose=compose(aligning(start, truth.pose[0]), truth.pose))
-    return Comparison(
+    return OdometryComparison(
         names=log.names,
         track=run,
         log_ticks=len(log.t_s),
-        ways=tuple(ways),
+        motions=tuple(motions),
         truth=truth,
-        errors=tuple(track_errors(way, truth) for way in ways),
+        errors=tuple(track_errors(one, truth) for one in motions),
         twist_nees=nees(
             run.velocity_B - truth.velocity_B, run.column(lambda e: e.twist_covariance)
         ),
-        pose_nees=nees(run.pose - truth.pose, run.way_covariance),
+        pose_nees=nees(run.pose - truth.pose, run.displacement_covariance),
     )
 
 
@@ -133,7 +135,7 @@ def _reckoned(
     start: FloatArray,
     force: FloatArray | None = None,
 ) -> Motion:
-    """The way of a body velocity held between ticks; unknown velocities stand still."""
+    """The motion of a body velocity held between ticks; unknown velocities stand still."""
     between = 0.5 * (velocity[:-1] + velocity[1:])
     pose = integrate(np.where(np.isfinite(between), between, 0.0), np.diff(t_s), start)
     return Motion(name, pose, velocity, np.array(np.nan) if force is None else force)

@@ -1,37 +1,37 @@
-"""Ways of dead reckoning beside each other: path, error along the way, velocity; friction of each leg."""
+"""Methods of dead reckoning beside each other: path, error along it, velocity; friction of each leg."""
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from robot.odometry.compare import Comparison
+from robot.odometry.compare import OdometryComparison
 from robot.odometry.metrics import Motion, path_length
 from robot.report.plots import STYLE
 
 LAST_S = 20.0  # of velocity that are drawn
-WAY_COLOURS = ("#009E73", "#D55E00", "#0072B2", "#CC79A7", "#E69F00")
+METHOD_COLOURS = ("#009E73", "#D55E00", "#0072B2", "#CC79A7", "#E69F00")
 TRUTH = "#000000"
-# Legs are no ways: other colours, and the second half of them (the other side of the body) is dashed.
+# Legs are no methods: other colours, and the second half of them (the other side of the body) is dashed.
 LEG_COLOURS = ("#7570B3", "#A6761D", "#66A61E", "#17A2B8")
 LEAST_STRETCH = 1.5
 
 
-def drawing(found: Comparison) -> Figure:
+def drawing(comparison: OdometryComparison) -> Figure:
     """Return the picture."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(11, 7), layout="constrained")
         (path, error), (speed, friction) = figure.subplots(2, 2)
-        curves = [(*pair, "-") for pair in zip(found.ways, WAY_COLOURS, strict=False)]
-        if found.truth is not None:
-            curves.append((found.truth, TRUTH, "--"))
-            _errors(found, found.truth, error)
-        t_s = found.track.t_s
+        curves = [(*pair, "-") for pair in zip(comparison.motions, METHOD_COLOURS, strict=False)]
+        if comparison.truth is not None:
+            curves.append((comparison.truth, TRUTH, "--"))
+            _errors(comparison, comparison.truth, error)
+        t_s = comparison.track.t_s
         late = t_s > t_s[-1] - LAST_S
-        for way, colour, style in curves:
-            path.plot(*way.pose[:, :2].T, label=way.name, lw=1, color=colour, ls=style)
-            speed.plot(t_s[late], 1e3 * way.velocity_B[late, 0], lw=0.8, color=colour, ls=style)
-        _friction(found, friction)
+        for motion, colour, style in curves:
+            path.plot(*motion.pose[:, :2].T, label=motion.name, lw=1, color=colour, ls=style)
+            speed.plot(t_s[late], 1e3 * motion.velocity_B[late, 0], lw=0.8, color=colour, ls=style)
+        _friction(comparison, friction)
         for ax, title, across, up in (
             (path, "path", "x, m", "y, m"),
             (error, "distance from the truth", "true path, m", "mm"),
@@ -47,24 +47,24 @@ def drawing(found: Comparison) -> Figure:
     return figure
 
 
-def _errors(found: Comparison, truth: Motion, ax: Axes) -> None:
-    """Distance of each way from the truth, and the deviation that the estimator expects."""
+def _errors(comparison: OdometryComparison, truth: Motion, ax: Axes) -> None:
+    """Distance of each method from the truth, and the deviation that the estimator expects."""
     along = path_length(truth.pose)
-    for way, colour in zip(found.ways, WAY_COLOURS, strict=False):
-        off = np.hypot(*(way.pose - truth.pose)[:, :2].T)
-        ax.plot(along, 1e3 * off, lw=1, label=way.name, color=colour)
-    variance = found.track.way_covariance[:, [0, 1], [0, 1]].sum(axis=1)
+    for motion, colour in zip(comparison.motions, METHOD_COLOURS, strict=False):
+        off = np.hypot(*(motion.pose - truth.pose)[:, :2].T)
+        ax.plot(along, 1e3 * off, lw=1, label=motion.name, color=colour)
+    variance = comparison.track.displacement_covariance[:, [0, 1], [0, 1]].sum(axis=1)
     label = "two sd, as the estimator says"
     ax.plot(along, 2e3 * np.sqrt(variance), color=TRUTH, ls=":", lw=1, label=label)
 
 
-def _friction(found: Comparison, ax: Axes) -> None:
-    names = found.names
-    half, mu = (len(names) + 1) // 2, found.track.column(lambda e: e.mu)
+def _friction(comparison: OdometryComparison, ax: Axes) -> None:
+    names = comparison.names
+    half, mu = (len(names) + 1) // 2, comparison.track.column(lambda e: e.mu)
     for k, name in enumerate(names):
         colour = LEG_COLOURS[k % half % len(LEG_COLOURS)]
         style = "-" if k < half else "--"
-        ax.plot(found.track.t_s, mu[:, k], lw=1, color=colour, ls=style, label=name)
+        ax.plot(comparison.track.t_s, mu[:, k], lw=1, color=colour, ls=style, label=name)
 
 
 def _say_stretch(figure: Figure, ax: Axes) -> None:

@@ -15,18 +15,18 @@ from record.log.recording import Recording
 from record.log.tum import TumFile
 from record.whole_file import write_text, writing
 from robot.console.table import formed, number_text
-from robot.odometry.compare import Comparison
+from robot.odometry.compare import OdometryComparison
 from robot.odometry.figure import drawing
 from robot.odometry.table import (
     NOTES,
     Figures,
     consistency_rows,
+    displacement_and_sd,
     error_columns,
     health_rows,
     leg_columns,
     short_walk,
     walking_words,
-    way_and_sd,
 )
 from robot.odometry.track import Track
 from robot.report.page import Section, report_page
@@ -36,7 +36,7 @@ from robot.report.run_date import date_words
 KIND = "nav_msgs/msg/Odometry"
 
 
-def write(found: Comparison, log: Recording, path: Path, out: Path) -> None:
+def write(comparison: OdometryComparison, log: Recording, path: Path, out: Path) -> None:
     """Write a comparison over the log of ``path`` to a .tum, .mcap, .png or .html file.
 
     A trajectory is that of the walking part in the estimator's own frame, smoothed if states were kept;
@@ -45,19 +45,19 @@ def write(found: Comparison, log: Recording, path: Path, out: Path) -> None:
     Raises:
         RecordError: It cannot be written.
     """
-    run = found.track
+    run = comparison.track
     if out.suffix == ".html":
-        write_text(out, odometry_page(found, path, date_words(log.metadata)))
+        write_text(out, odometry_page(comparison, path, date_words(log.metadata)))
     elif out.suffix == ".tum":
         _write_tum(out, run, smooth(run.states)[0][:, :3] if run.states else run.pose)
-        if found.truth is not None:
-            _write_tum(out.with_suffix(".truth.tum"), run, found.truth.pose)
+        if comparison.truth is not None:
+            _write_tum(out.with_suffix(".truth.tum"), run, comparison.truth.pose)
     else:
         with writing(out):
             if out.suffix == ".mcap":
                 write_mcap(out, run)
             else:
-                drawing(found).savefig(out, dpi=120)
+                drawing(comparison).savefig(out, dpi=120)
 
 
 def _write_tum(path: Path, run: Track, pose: FloatArray) -> None:
@@ -83,30 +83,30 @@ def write_mcap(path: Path, run: Track) -> None:
         writer.finish()  # type: ignore[no-untyped-call]
 
 
-def odometry_page(found: Comparison, log: Path, date: str) -> str:
+def odometry_page(comparison: OdometryComparison, log: Path, date: str) -> str:
     """Return the page of a log that was recorded on a ``date``, in words."""
-    way, sd = way_and_sd(found)
+    (ahead_m, aside_m, yaw_rad), sd = displacement_and_sd(comparison)
     rows = [
-        ("walking part", walking_words(found)),
-        ("ahead", f"{number_text(1e3 * way[0], 1)} mm +- {1e3 * sd[0]:.1f}"),
-        ("aside", f"{number_text(1e3 * way[1], 1)} mm +- {1e3 * sd[1]:.1f}"),
-        ("turned", f"{number_text(math.degrees(way[2]), 2)} deg +- {math.degrees(sd[2]):.2f}"),
-        *health_rows(found),
-        *(consistency_rows(found) if found.errors else []),
-        *(("RPE", words) for words in short_walk(found)),
+        ("walking part", walking_words(comparison)),
+        ("ahead", f"{number_text(1e3 * ahead_m, 1)} mm +- {1e3 * sd[0]:.1f}"),
+        ("aside", f"{number_text(1e3 * aside_m, 1)} mm +- {1e3 * sd[1]:.1f}"),
+        ("turned", f"{number_text(math.degrees(yaw_rad), 2)} deg +- {math.degrees(sd[2]):.2f}"),
+        *health_rows(comparison),
+        *(consistency_rows(comparison) if comparison.errors else []),
+        *(("RPE", words) for words in short_walk(comparison)),
     ]
-    judged = "judged against the truth in the log" if found.errors else "no truth in this log"
-    ways = [one.name for one in found.errors]
+    judged = "judged against the truth in the log" if comparison.errors else "no truth in this log"
+    methods = [one.name for one in comparison.errors]
     title = "Each leg, as estimated at the end; RMSE of its force"
     return report_page(
         f"{log.name}: odometry",
         f"{log}, {date}; {judged}; the walking part only",
         [
             Section("", rows),
-            _grid("Errors of each way", "way", ways, error_columns(found.errors)),
-            _grid(title, "leg", found.names, leg_columns(found)),
+            _grid("Errors of each method", "method", methods, error_columns(comparison.errors)),
+            _grid(title, "leg", comparison.names, leg_columns(comparison)),
             Section("What the words mean", NOTES),
-            *pictures({"Path, error, velocity, friction": drawing(found)}),
+            *pictures({"Path, error, velocity, friction": drawing(comparison)}),
         ],
     )
 

@@ -13,7 +13,7 @@ LENGTHS_M = (0.25, 0.5, 1.0)
 
 
 class Motion(NamedTuple):
-    """A motion over T ticks, that of a way of dead reckoning or the true one; NaN where unknown.
+    """A motion over T ticks, that of a method of dead reckoning or the true one; NaN where unknown.
 
     Pose x, y [m], yaw [rad], (T, 3); body velocity vx, vy [m/s], yaw rate [rad/s], (T, 3); foot forces,
     (T, N, 3) [N].
@@ -27,10 +27,10 @@ class Motion(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrackErrors:
-    """Errors of one way of dead reckoning against the truth; NaN where it cannot be told.
+    """Errors of one method of dead reckoning against the truth; NaN where it is unknown.
 
     Attributes:
-        name: Of the way.
+        name: Of the method.
         rpe_percent: Mean relative pose error over path lengths ``LENGTHS_M``, (3,) [% of length].
         end_percent: Distance between the ends over the path's length [%].
         yaw_deg_m: Error of the yaw at the end over the path's length [deg/m].
@@ -93,9 +93,9 @@ def nees(error: FloatArray, covariance: FloatArray) -> FloatArray:
     """
     sound = np.linalg.eigvalsh(covariance)[:, 0] > 0
     solved = np.linalg.solve(covariance[sound], error[sound, :, None])[..., 0]
-    found = np.full(len(error), np.nan)
-    found[sound] = np.einsum("ti,ti->t", error[sound], solved)
-    return found
+    squared = np.full(len(error), np.nan)
+    squared[sound] = np.einsum("ti,ti->t", error[sound], solved)
+    return squared
 
 
 def in_band(values: FloatArray, freedom: float, runs: int = 1) -> float:

@@ -1,4 +1,4 @@
-"""A comparison of ways of dead reckoning as lines for a person and as JSON for a program."""
+"""A comparison of methods of dead reckoning as lines for a person and as JSON for a program."""
 
 import math
 import re
@@ -12,7 +12,7 @@ import numpy as np
 from model.values.arrays import FloatArray, known_mean
 from model.values.estimate import Health
 from robot.console.table import Column, number_text, table_lines
-from robot.odometry.compare import Comparison
+from robot.odometry.compare import OdometryComparison
 from robot.odometry.metrics import LENGTHS_M, TrackErrors, in_band, path_length
 
 NAME_LETTERS, LEG_LETTERS = 18, 6
@@ -26,37 +26,44 @@ NOTES = (
     ("NEES", "squared error in units of the estimator's own covariance; the mean should be 3, more: "
      "it believes itself too much"),
     ("NIS", "the same of the measured forces against what the estimator expected; the mean should be 1"),
-    ("mu, K", "friction coefficient and vertical stiffness of a leg, as the estimator found them"),
+    ("mu, K", "friction coefficient and vertical stiffness of a leg, as estimated"),
 )  # fmt: skip
 SHORT_NOTE = "RPE: relative pose error, mu: friction, K: leg stiffness; see docs/odometry.md"
 
 
-def table(found: Comparison, width: int | None = None) -> list[str]:
+def table(comparison: OdometryComparison, width: int | None = None) -> list[str]:
     """Lines of text; a table wider than ``width`` letters is set as two. None: as wide as it is."""
-    run = found.track
-    way, sd = way_and_sd(found)
+    run = comparison.track
+    (ahead_m, aside_m, yaw_rad), sd = displacement_and_sd(comparison)
     lines = [
-        f"walking part: {walking_words(found)}",
-        f"way: {number_text(1e3 * way[0], 1)} mm ahead, "
-        f"{number_text(1e3 * way[1], 1)} mm aside, {number_text(math.degrees(way[2]), 2)} deg",
+        f"walking part: {walking_words(comparison)}",
+        f"displacement: {number_text(1e3 * ahead_m, 1)} mm ahead, "
+        f"{number_text(1e3 * aside_m, 1)} mm aside, {number_text(math.degrees(yaw_rad), 2)} deg",
         f"standard deviation at the end: {1e3 * sd[0]:.1f} mm, {1e3 * sd[1]:.1f} mm, "
         f"{math.degrees(sd[2]):.2f} deg",
         f"step {np.median(run.step_us):.0f} us, 99 % below {np.percentile(run.step_us, 99):.0f} us",
-        *(f"{'  ' * (label != 'health')}{label}: {words}" for label, words in health_rows(found)),
+        *(
+            f"{'  ' * (label != 'health')}{label}: {words}"
+            for label, words in health_rows(comparison)
+        ),
     ]
-    if found.errors:
-        columns, ways = error_columns(found.errors), [e.name for e in found.errors]
+    if comparison.errors:
+        columns, methods = error_columns(comparison.errors), [e.name for e in comparison.errors]
         head = Column("", width=NAME_LETTERS)
-        whole = _figure_lines(head, ways, columns)
+        whole = _figure_lines(head, methods, columns)
         if width is not None and max(map(len, whole)) > width:
             parts = (columns[:PLACE_COLUMNS], columns[PLACE_COLUMNS:])
-            whole = [line for part in parts for line in _figure_lines(head, ways, part)]
+            whole = [line for part in parts for line in _figure_lines(head, methods, part)]
         lines += whole
-        lines += [f"{label}: {words}" for label, words in consistency_rows(found)]
-        lines += [f"RPE: {words}" for words in short_walk(found)]
-    elif len(found.ways) > 1:
-        lines.append("no truth in this log: the ways are drawn beside each other (--out FILE.png)")
-    lines += _figure_lines(Column("leg", width=LEG_LETTERS), found.names, leg_columns(found))
+        lines += [f"{label}: {words}" for label, words in consistency_rows(comparison)]
+        lines += [f"RPE: {words}" for words in short_walk(comparison)]
+    elif len(comparison.motions) > 1:
+        lines.append(
+            "no truth in this log: the methods are drawn beside each other (--out FILE.png)"
+        )
+    lines += _figure_lines(
+        Column("leg", width=LEG_LETTERS), comparison.names, leg_columns(comparison)
+    )
     return [*lines, SHORT_NOTE]
 
 
@@ -78,7 +85,7 @@ def _figure_lines(first: Column, names: Sequence[str], columns: Sequence[Figures
 
 
 def error_columns(errors: Sequence[TrackErrors]) -> list[Figures]:
-    """The errors of each way, a way a row; the first ``PLACE_COLUMNS`` are of the place."""
+    """The errors of each method, a method a row; the first ``PLACE_COLUMNS`` are of the place."""
     rpe = np.array([e.rpe_percent for e in errors]).T
     velocity = 1e3 * np.array([e.velocity_rmse for e in errors]).T
     # over all feet
@@ -97,41 +104,41 @@ def error_columns(errors: Sequence[TrackErrors]) -> list[Figures]:
     ]
 
 
-def leg_columns(found: Comparison) -> list[Figures]:
+def leg_columns(comparison: OdometryComparison) -> list[Figures]:
     """Friction and stiffness of each leg at the end, and the RMSE of its force if there is truth."""
-    last = found.track.estimates[-1]
+    last = comparison.track.estimates[-1]
     columns = [
         Figures("mu", "", ".3f", last.mu, width=6),
         Figures("sd", "", ".3f", last.mu_sd),
         Figures("K", "N/m", ".0f", last.stiffness, width=7),
         Figures("sd", "N/m", ".0f", last.stiffness * last.stiffness_sd),
     ]
-    if found.errors:
-        force = found.errors[0].force_rmse_n
+    if comparison.errors:
+        force = comparison.errors[0].force_rmse_n
         columns += [
             Figures(f"F{axis} RMSE", "N", ".2f", force[:, k]) for k, axis in enumerate("xyz")
         ]
     return columns
 
 
-def way_and_sd(found: Comparison) -> tuple[FloatArray, FloatArray]:
-    """The estimator's way over the walking part, and its standard deviation: x, y [m], yaw [rad]."""
-    run = found.track
-    return run.pose[-1] - run.pose[0], np.sqrt(np.diagonal(run.way_covariance[-1]))
+def displacement_and_sd(comparison: OdometryComparison) -> tuple[FloatArray, FloatArray]:
+    """The estimator's displacement over the walking part, and its sd: x, y [m], yaw [rad]."""
+    run = comparison.track
+    return run.pose[-1] - run.pose[0], np.sqrt(np.diagonal(run.displacement_covariance[-1]))
 
 
-def walking_words(found: Comparison) -> str:
+def walking_words(comparison: OdometryComparison) -> str:
     """Which part of the log was judged."""
-    t_s = found.track.t_s
-    return f"{len(t_s)} of {found.log_ticks} ticks, {t_s[-1] - t_s[0]:.1f} s"
+    t_s = comparison.track.t_s
+    return f"{len(t_s)} of {comparison.log_ticks} ticks, {t_s[-1] - t_s[0]:.1f} s"
 
 
-def health_rows(found: Comparison) -> list[tuple[str, str]]:
+def health_rows(comparison: OdometryComparison) -> list[tuple[str, str]]:
     """How often the estimator was well, and why it was not: label and words.
 
     Reasons that differ in their numbers only are one row, with the numbers that were most frequent.
     """
-    estimates = found.track.estimates
+    estimates = comparison.track.estimates
     poor: dict[tuple[str, str], Counter[str]] = {}
     for one in estimates:
         if one.health is not Health.OK:
@@ -146,21 +153,21 @@ def health_rows(found: Comparison) -> list[tuple[str, str]]:
     return rows
 
 
-def short_walk(found: Comparison) -> list[str]:
+def short_walk(comparison: OdometryComparison) -> list[str]:
     """Why there is no relative error over a length, if the walk is too short for all of them."""
-    if np.isfinite([e.rpe_percent for e in found.errors]).any() or found.truth is None:
+    if np.isfinite([e.rpe_percent for e in comparison.errors]).any() or comparison.truth is None:
         return []
-    length_m = path_length(found.truth.pose)[-1]
+    length_m = path_length(comparison.truth.pose)[-1]
     return [f"none: the walk is {length_m:.2f} m long, the shortest piece is {LENGTHS_M[0]:g} m"]
 
 
-def consistency_rows(found: Comparison) -> list[tuple[str, str]]:
+def consistency_rows(comparison: OdometryComparison) -> list[tuple[str, str]]:
     """Whether the estimator's covariances are as large as its errors: label and words."""
-    run = found.track
+    run = comparison.track
     rows = [
-        ("NEES (3 is ideal)", f"velocity {known_mean(found.twist_nees):.2f}, "
-         f"{100 * in_band(found.twist_nees, 3):.0f} % in the 95 % band; "
-         f"pose {known_mean(found.pose_nees):.2f}, {100 * in_band(found.pose_nees, 3):.0f} %")
+        ("NEES (3 is ideal)", f"velocity {known_mean(comparison.twist_nees):.2f}, "
+         f"{100 * in_band(comparison.twist_nees, 3):.0f} % in the 95 % band; "
+         f"pose {known_mean(comparison.pose_nees):.2f}, {100 * in_band(comparison.pose_nees, 3):.0f} %")
     ]  # fmt: skip
     if len(run.nis_over_dof):
         words = f"{known_mean(run.nis_over_dof):.2f}; {run.rejected} measurements rejected"
@@ -168,26 +175,28 @@ def consistency_rows(found: Comparison) -> list[tuple[str, str]]:
     return rows
 
 
-def as_json(found: Comparison) -> dict[str, object]:
+def as_json(comparison: OdometryComparison) -> dict[str, object]:
     """The same for ``print_json``."""
-    run = found.track
-    last, (way, sd) = run.estimates[-1], way_and_sd(found)
+    run = comparison.track
+    last, (displacement, sd) = run.estimates[-1], displacement_and_sd(comparison)
     return {
         "ticks": len(run.t_s),
         "pose": run.pose[-1],
         "pose_covariance": last.pose_covariance,
-        "way": way,
+        "way": displacement,
         "way_sd": sd,
         "health": last.health.value,
         "reason": last.reason,
         "step_us": {"median": np.median(run.step_us), "p99": np.percentile(run.step_us, 99)},
-        "legs": found.names,
+        "legs": comparison.names,
         "mu": last.mu,
         "mu_sd": last.mu_sd,
         "stiffness_n_m": last.stiffness,
-        "ways": [{"name": e.name, "rpe_lengths_m": LENGTHS_M, **asdict(e)} for e in found.errors],
-        "nees_velocity": known_mean(found.twist_nees),
-        "nees_pose": known_mean(found.pose_nees),
+        "ways": [
+            {"name": e.name, "rpe_lengths_m": LENGTHS_M, **asdict(e)} for e in comparison.errors
+        ],
+        "nees_velocity": known_mean(comparison.twist_nees),
+        "nees_pose": known_mean(comparison.pose_nees),
         "nis_over_dof": known_mean(run.nis_over_dof),
         "rejects": run.rejected,
     }

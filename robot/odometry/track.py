@@ -21,18 +21,18 @@ from robot.control.estimator_stage import estimator_stage
 from robot.odometry.request import believed_robot
 from robot.requests.single import OdomRequest
 
-# Where a way begins its pose is known to this [m, rad], as that of the estimator in its first tick.
+# Where a displacement begins, its pose is known to this [m, rad], as in the estimator's first tick.
 START_SD = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """What the estimator said over T ticks of N legs, in its own frame.
+    """What the estimator reported over T ticks of N legs, in its own frame.
 
     Attributes:
         t_s: Time since the log's first tick, (T,).
         unix_ns: UNIX time of each, (T,).
-        estimates: All that was said.
+        estimates: All of them, one a tick.
         states: What it remembered after each, for smoothing; empty unless asked for.
         step_us: Time of each step [us], with whatever else the machine was doing, (T,).
     """
@@ -67,13 +67,13 @@ class Track:
         return self.column(lambda e: e.force_B)
 
     @cached_property
-    def way_covariance(self) -> FloatArray:
-        """Covariance of the way since the first tick, (T, 3, 3): what that of the pose has grown by."""
+    def displacement_covariance(self) -> FloatArray:
+        """Covariance of the displacement since the first tick, (T, 3, 3): the growth of the pose's."""
         covariance = self.column(lambda e: e.pose_covariance)
-        way = self.pose - self.pose[0]
+        moved = self.pose - self.pose[0]
         # a turn at the first tick moves all later places
-        carried = np.tile(np.eye(3), (len(way), 1, 1))
-        carried[:, 0, 2], carried[:, 1, 2] = -way[:, 1], way[:, 0]
+        carried = np.tile(np.eye(3), (len(moved), 1, 1))
+        carried[:, 0, 2], carried[:, 1, 2] = -moved[:, 1], moved[:, 0]
         known = carried @ covariance[0] @ carried.transpose(0, 2, 1)
         grown: FloatArray = covariance - known + START_SD**2 * np.eye(3)
         return grown
@@ -119,7 +119,7 @@ class Tracker:
         return estimate
 
     def take(self, item: StampedTick) -> None:
-        """Advance by a tick, and keep what is said."""
+        """Advance by a tick, and keep the estimate."""
         began = time.perf_counter_ns()
         self._estimates.append(self.step(item.tick))
         self._step_us.append((time.perf_counter_ns() - began) / 1e3)
@@ -131,7 +131,7 @@ class Tracker:
             self._states[len(self._states) + 1 - len(newest) :] = newest
 
     def track(self) -> Track:
-        """Return what was said so far.
+        """Return the estimates so far.
 
         Raises:
             ModelError: There was no tick.
@@ -162,7 +162,7 @@ def track(items: Iterable[StampedTick], config: RobotConfig) -> Track:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrackedLog:
-    """A log, the robot that the estimator believed in, and what it said, in every tick."""
+    """A log, the robot that the estimator believed in, and its estimate in every tick."""
 
     log: Recording
     config: RobotConfig
@@ -174,7 +174,7 @@ def track_log(
     request: OdomRequest | None = None,
     contents: LogContents | None = None,
 ) -> TrackedLog:
-    """Run the estimator over a log: with its own robot file it says what it said in the loop.
+    """Run the estimator over a log: with its own robot file the result is that of the loop.
 
     The request says what to believe other than that file, and whether states are kept for smoothing;
     ``contents`` is filled as the log is read.
@@ -184,15 +184,15 @@ def track_log(
         ConfigError: The robot file is none.
     """
     given = request if request is not None else OdomRequest()
-    found = contents if contents is not None else LogContents()
+    log_contents = contents if contents is not None else LogContents()
     trackers: list[Tracker] = []
 
     def take(item: StampedTick) -> None:
         if not trackers:  # the robot file comes before the first tick
-            config = believed_robot(given, found.config_text)
+            config = believed_robot(given, log_contents.config_text)
             trackers.append(Tracker(config, no_forces=given.no_forces, keep_states=given.smooth))
         trackers[0].take(item)
 
-    log = read_log(path, found, take)
+    log = read_log(path, log_contents, take)
     (tracker,) = trackers
     return TrackedLog(log, tracker.config, tracker.track())

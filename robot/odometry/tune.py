@@ -84,11 +84,11 @@ def tune(
         return -sum(_likelihood(walk, settings) for walk in walks)
 
     simplex = np.vstack([begin, begin - 1.0 * np.eye(len(begin))])
-    found = minimize(
+    result = minimize(
         cost, begin, method="Nelder-Mead",
         options={"maxfev": EVALUATIONS, "initial_simplex": simplex, "xatol": 0.05, "fatol": 1.0},
     )  # fmt: skip
-    return _with(start, [float(f"{value:.4g}") for value in np.exp(found.x)])
+    return _with(start, [float(f"{value:.4g}") for value in np.exp(result.x)])
 
 
 def _with(start: EstimatorSettings, values: Iterable[float]) -> EstimatorSettings:
@@ -142,7 +142,7 @@ def whiteness(walks: list[TuningWalk], settings: EstimatorSettings) -> Whiteness
 
 
 def tune_command(request: OdomRequest) -> ExitCode:
-    """Tune by logs and report; the first log's robot file gets what was found.
+    """Tune by logs and report; the first log's robot file gets the tuned values.
 
     Raises:
         RecordError: A log cannot be read, or has no walking or no forces in it.

@@ -5,7 +5,6 @@ sent as they are. Real hardware has to be armed, and its ids, zeros, limits and 
 file of this computer (or --robot), never from the log.
 """
 
-import json
 import sys
 import tomllib
 from bisect import bisect_right
@@ -23,7 +22,7 @@ from record.log.tick_message import decode_inputs
 from record.whole_file import check_room
 from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
 from robot.console.exit_codes import ExitCode
-from robot.console.json_output import plain
+from robot.console.json_output import print_json
 from robot.console.program_output import complain
 from robot.console.progress import ProgressLine
 from robot.console.table import number_text, row_lines
@@ -186,8 +185,8 @@ def _compare(request: ReplayRequest, new_log: Path, page: Path) -> None:
     rows = [*leg_rows(result), *body_rows(result)]
     pictures = write_report(page, f"{request.path.name} again", runs, rows, draw_repeat(both))
     if request.json:
-        values = {**asdict(result), "old_log": str(request.path), "new_log": str(new_log)}
-        print(json.dumps(plain({**values, "pictures": [str(p) for p in pictures]}), indent=2))
+        files = {"old_log": request.path, "new_log": new_log, "pictures": pictures}
+        print_json(asdict(result) | files)
         return
     for line in (*leg_table(result), *row_lines(body_rows(result))):
         print(line)

@@ -16,7 +16,7 @@ from record.log.survey import LogSurvey, survey_log
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_result
 from robot.console.progress import ProgressLine
-from robot.console.table import row_lines
+from robot.console.table import Column, row_lines, table_lines
 from robot.report.run_date import utc_words
 from robot.requests.log import (
     LogCutRequest,
@@ -26,6 +26,9 @@ from robot.requests.log import (
     LogRepairRequest,
 )
 
+TOPICS = (
+    Column("", "d"), Column(""), Column("", ".0f"), Column(""), Column("", ".3f"), Column(""), Column(""),
+)  # fmt: skip
 SUFFIXES = {"trial": (".parquet", ".csv"), "csv": (".csv",), "parquet": (".parquet",)}
 
 
@@ -158,11 +161,12 @@ def _rows(survey: LogSurvey) -> list[tuple[str, str]]:
     ]  # fmt: skip
     if "merged" in m:
         rows.append(("merged from", m["merged"]))
-    rows += [
-        (topic.name, f"{topic.count:>8} x {topic.size / topic.count if topic.count else 0:7.0f} bytes  "
-         f"{topic.size / 1e6:9.3f} MB  {topic.kind}")
-        for topic in survey.topics
-    ]  # fmt: skip
+    counts = [
+        (t.count, "x", t.size / max(t.count, 1), "bytes", t.size / 1e6, "MB", t.kind)
+        for t in survey.topics
+    ]
+    names = (topic.name for topic in survey.topics)
+    rows += zip(names, table_lines(TOPICS, counts), strict=True)
     if survey.damages:
         rows.append(("damage", damage_words(survey.damages, survey.start_unix_ns)))
     elif not survey.finished:

@@ -76,12 +76,12 @@ def render(template: str, **values: object) -> str:
 def _templates() -> Any:  # loaded only when a page is written
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    found = Environment(
+    environment = Environment(
         loader=PackageLoader("robot.report"), autoescape=True, undefined=StrictUndefined,
         trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
-    found.filters |= {"signed": signed, "breakable": _breakable, "kinds": _kinds}
-    return found
+    environment.filters |= {"signed": signed, "breakable": _breakable, "kinds": _kinds}
+    return environment
 
 
 def signed(text: str) -> str:

@@ -26,9 +26,9 @@ class Summary:
         walking_s: Time in mode WALK.
         cycles: Gait cycles walked.
         truth: Whether distance, speed and slip are the plant's or motion capture's, not the model's.
-        distance_m: Way in the ground plane while walking, straight from first to last point.
+        distance_m: Distance in the ground plane while walking, straight from first to last point.
         forward_m: The same along the body's first heading.
-        mean_speed_m_s: Forward way over walking time.
+        mean_speed_m_s: Forward distance over walking time.
         yaw_rad: Change of heading.
         slip_percentiles_m_s: 5, 25, 50, 75 and 95 % of the forward slip velocity of loaded feet.
         velocity_rmse: Predicted against true body velocity while walking, per component.

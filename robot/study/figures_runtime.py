@@ -31,14 +31,14 @@ def read_benchmark(path: Path) -> dict[str, Ribbon]:
         return {}
     try:
         table = json.loads(path.read_text(encoding="utf-8"))
-        found = {
+        ribbons = {
             name: {"x": table[over], "median": table[name]["median"], **table[name]}
             for name, over in OVER.items()
             if table.get(name) is not None
         }
         return {
             name: {key: np.array(values, dtype=np.float64) for key, values in ribbon.items()}
-            for name, ribbon in found.items()
+            for name, ribbon in ribbons.items()
         }
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise RecordError(

@@ -144,7 +144,7 @@ def _caption(walk: WalkComparison) -> str:
     closer = ["so" if e.apart < min(e.viscous, e.coulomb) else "not so" for e in (vx, yaw)]
     note = f"{STUCK} " if fx.coulomb > fx.spread else ""
     return (
-        f"The {walk.gait} walk, {np.ptp(walk.phase):.1f} cycles. Way: true {true_m:.3f} m, "
+        f"The {walk.gait} walk, {np.ptp(walk.phase):.1f} cycles. Distance: true {true_m:.3f} m, "
         f"viscous-Coulomb {viscous_m:.3f} m, Coulomb {coulomb_m:.3f} m. RMSE of vx: "
         f"viscous {vx.viscous:.1f}, Coulomb {vx.coulomb:.1f} mm/s, the laws {vx.apart:.1f} mm/s apart; "
         f"of vy {vy.coulomb:.2f} mm/s (Coulomb), {errors['vy + sway'].coulomb:.2f} with the sway that "

@@ -67,11 +67,11 @@ def _above(ax: Axes, predictions: Sequence[Prediction]) -> None:
 
 
 def _snapshots(prediction: Prediction) -> list[int]:
-    """Begin, middle and end (no middle on a short way), each where most feet are in the air."""
+    """Begin, middle and end (no middle on a short path), each where most feet are in the air."""
     frames = prediction.system.frames
     feet = prediction.system.feet.position_m[0, :, 0]
-    way = float(np.linalg.norm(prediction.poses[-1, :2] - prediction.poses[0, :2]))
-    shares = (0.0, 0.5, 1.0) if way > 2.5 * np.ptp(feet) else (0.0, 1.0)
+    distance_m = float(np.linalg.norm(prediction.poses[-1, :2] - prediction.poses[0, :2]))
+    shares = (0.0, 0.5, 1.0) if distance_m > 2.5 * np.ptp(feet) else (0.0, 1.0)
     count = prediction.solutions.contact.sum(axis=1)
     window = max(1, frames // SNAPSHOT_WINDOWS)
     begins = (int(share * (frames - window)) for share in shares)

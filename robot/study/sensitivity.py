@@ -102,18 +102,18 @@ def judge_sensitivity(request: ModelSensitivityRequest) -> ExitCode:
         rest_m_s=request.rest_mm_s * 1e-3,
         law=FrictionLaw(request.law),
     )
-    found = compare(judged_by, fits)
+    sensitivity = compare(judged_by, fits)
     if request.json:
-        print_json(_as_json(fits, found, fitted_to.count, parts))
+        print_json(_as_json(fits, sensitivity, fitted_to.count, parts))
     else:
         print(f"fitted to {parts[0]}, {fitted_to.count} frames; weight {fits.weight_n:.2f} N")
-        print(f"judged by {parts[1]}, {found.frames} frames; none of them fitted to")
+        print(f"judged by {parts[1]}, {sensitivity.frames} frames; none of them fitted to")
         stiffness = NAIVE_STIFFNESS * fits.weight_n
         print(f"naive: K {stiffness:.0f} N/m (10 for a weight of 1), mu 1, w 0")
-        print(*_table(found), "", *_parameters(fits), sep="\n")
+        print(*_table(sensitivity), "", *_parameters(fits), sep="\n")
     if request.out is not None:
         with writing(request.out):
-            _drawing(found).savefig(request.out, dpi=DOTS_PER_INCH)
+            _drawing(sensitivity).savefig(request.out, dpi=DOTS_PER_INCH)
         if not request.json:
             print(f"picture: {request.out}")
     return ExitCode.OK
@@ -132,15 +132,15 @@ def _read(paths: Sequence[Path]) -> tuple[tuple[str, ...], list[WalkFrames]]:
     return names, walks
 
 
-def _table(found: Sensitivity) -> list[str]:
-    lines = table_lines(TABLE, found.rows)
+def _table(sensitivity: Sensitivity) -> list[str]:
+    lines = table_lines(TABLE, sensitivity.rows)
     lines.append("change: from fitted to naive; + means that fitting helped")
-    if found.without_answer:
-        lines.append(f"{found.without_answer} frames left out: the model has no answer there")
-    if any(found.clamped):
+    if sensitivity.without_answer:
+        lines.append(f"{sensitivity.without_answer} frames left out: the model has no answer there")
+    if any(sensitivity.clamped):
         lines.append(
             "frames with the predicted forces against the measured: "
-            f"{found.clamped[0]} fitted, {found.clamped[1]} naive (scale 0)"
+            f"{sensitivity.clamped[0]} fitted, {sensitivity.clamped[1]} naive (scale 0)"
         )
     return lines
 
@@ -169,7 +169,7 @@ def _parameters(fits: Fits) -> list[str]:
 
 
 def _as_json(
-    fits: Fits, found: Sensitivity, fitted_to: int, parts: Sequence[str]
+    fits: Fits, sensitivity: Sensitivity, fitted_to: int, parts: Sequence[str]
 ) -> dict[str, object]:
     keys = ("quantity", "unit", "fitted", "naive", "change_percent", "paper_change_percent")
     return {
@@ -177,10 +177,10 @@ def _as_json(
         "fitted_to": {"what": parts[0], "frames": fitted_to, "weight_n": fits.weight_n},
         "judged_by": {
             "what": parts[1],
-            "frames": found.frames,
-            "without_answer": found.without_answer,
+            "frames": sensitivity.frames,
+            "without_answer": sensitivity.without_answer,
         },
-        "rmse": [dict(zip(keys, row, strict=True)) for row in found.rows],
+        "rmse": [dict(zip(keys, row, strict=True)) for row in sensitivity.rows],
         "stiffness": _result(fits.stiffness),
         "friction": _result(fits.friction),
     }
@@ -204,10 +204,10 @@ def _values(result: FitResult) -> list[tuple[str, float, float]]:
     return list(zip(result.names, result.values, result.standard_errors, strict=True))
 
 
-def _drawing(found: Sensitivity) -> Figure:
+def _drawing(sensitivity: Sensitivity) -> Figure:
     at = np.arange(len(QUANTITIES))
     bars = (
-        (at - 0.2, found.change, PREDICTED, "these logs"),
+        (at - 0.2, sensitivity.change, PREDICTED, "these logs"),
         (at + 0.2, np.array(PAPER_CHANGE), TRUE, "the paper"),
     )
     with mpl.rc_context(STYLE):

@@ -32,8 +32,8 @@ SWAY_WINDOW = 9  # samples; slopes are smooth already
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Prediction:
-    """What one friction law says about a walk of F frames and N feet.
+class LawPrediction:
+    """What one friction law predicts for a walk of F frames and N feet.
 
     Attributes:
         velocity_B: vx, vy [m/s], yaw rate [rad/s], (F, 3); NaN where there is no answer.
@@ -92,8 +92,8 @@ class WalkComparison:
     support_tilt_rad: FloatArray
     sway_B: FloatArray  # noqa: N815
     load_share: FloatArray
-    viscous: Prediction
-    coulomb: Prediction
+    viscous: LawPrediction
+    coulomb: LawPrediction
     body_size_m: FloatArray
 
     @property
@@ -203,9 +203,9 @@ def _sway(frames: FrameSolutions, t_s: FloatArray) -> FloatArray:
 
 def _prediction(
     frames: FrameSolutions, force: FloatArray, t_s: FloatArray, start: FloatArray, frame_us: float
-) -> Prediction:
+) -> LawPrediction:
     velocity = frames.velocity_B
     between = (velocity[:-1] + velocity[1:]) / 2
     held = np.where(np.isfinite(between), between, 0.0)  # without an answer the pose stands still
     pose = integrate(held, np.diff(t_s), start)
-    return Prediction(velocity, force, pose, frames.unique, frame_us)
+    return LawPrediction(velocity, force, pose, frames.unique, frame_us)

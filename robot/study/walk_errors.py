@@ -51,25 +51,25 @@ class ComponentError:
 def components(walk: WalkComparison) -> dict[str, Component]:
     """Return body velocity, tilt, horizontal forces and the share of each foot in Fz, by name."""
     laws = (walk.viscous, walk.coulomb)
-    found: list[Component] = []
+    compared: list[Component] = []
     swayed: list[Component] = []
     for k, (name, unit) in enumerate((("vx", "mm/s"), ("vy", "mm/s"), ("yaw rate", "mrad/s"))):
         curves = (walk.velocity_B, *(law.velocity_B for law in laws))
         true, *predicted = (1e3 * velocity[:, k] for velocity in curves)
-        found.append(Component(name, unit, true, *predicted))
+        compared.append(Component(name, unit, true, *predicted))
         if k < 2:
             with_sway = (velocity + 1e3 * walk.sway_B[:, k] for velocity in predicted)
             swayed.append(Component(f"{name} + sway", unit, true, *with_sway))
-    found += swayed
+    compared += swayed
     for k, name in enumerate(("roll", "pitch")):
         tilt, support = 1e3 * walk.tilt_rad[:, k], 1e3 * walk.support_tilt_rad[:, k]
-        found.append(Component(name, "mrad", tilt, support=support))
+        compared.append(Component(name, "mrad", tilt, support=support))
     for k, name in enumerate(("Fx", "Fy")):
         predicted = [law.force_xy_B[..., k] for law in laws]
-        found.append(Component(name, "N", walk.force_n[..., k], *predicted))
+        compared.append(Component(name, "N", walk.force_n[..., k], *predicted))
     true, support = 1e2 * walk.true_share, 1e2 * walk.load_share
-    found.append(Component("Fz share", "%", true, support=support))
-    return {one.name: one for one in found}
+    compared.append(Component("Fz share", "%", true, support=support))
+    return {one.name: one for one in compared}
 
 
 def component_errors(walk: WalkComparison) -> dict[str, ComponentError]:

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 from gap.interfaces import Cause, DataFault, Scope
-from gap.machines.legged.simulator import legged_simulator
+from gap.machines.legged.simulator import LeggedSimulator
 from model.effects.catalogue import CATALOGUE
+from model.effects.machine import parse_machine
 from model.values.arrays import FloatArray
 from record.trial.trial import Trial, read_trial
 from tests.gap.predictions import COULOMB
@@ -173,7 +174,8 @@ def test_trials_of_another_origin_are_healthy() -> None:
         pytest.skip("BIGANT_SHARED_DATA names no folder of measured data")
     for gait in ("tripod", "metachronal"):
         trial = read_trial(Path(data) / "trial_table_example" / f"{gait}.parquet")
-        assert legged_simulator(trial).check(trial) == ()
+        robot = LeggedSimulator(parse_machine(trial.header.robot_text))
+        assert robot.check(trial) == ()
 
 
 COUNT_A = 0.00336  # one count of the servos' current register

@@ -186,7 +186,7 @@ def test_a_report_as_text_lists_every_dropped_row(tmp_path: Path, capsys: Captur
     assert "48 more, all in --report FILE" in printed
     lines = report.read_text(encoding="utf-8").splitlines()
     assert sum(line.startswith("dropped") for line in lines) == 58
-    assert "dropped   row 2: a copy of row 1" in lines
+    assert "dropped  row 2: a copy of row 1" in lines
 
 
 WRONG = (

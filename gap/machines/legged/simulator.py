@@ -10,9 +10,8 @@ from gap.machines.legged.channels import channels, make_observation, to_channels
 from gap.machines.legged.check import check_legged
 from gap.machines.legged.inputs import LeggedInputs, make_inputs
 from model.effects.catalogue import CATALOGUE, STAGES
-from model.effects.machine import LeggedMachine, parse_machine
+from model.effects.machine import LeggedMachine
 from model.effects.settings import Settings, UserEffect, settings_of
-from model.errors import GapError
 from model.values.arrays import FloatArray, readonly
 from record.trial.trial import Trial
 
@@ -70,16 +69,3 @@ class LeggedSimulator:
 
     def _make_inputs(self, trial: Trial) -> LeggedInputs:
         return make_inputs(trial, self.joints)
-
-
-def legged_simulator(trial: Trial, added: tuple[UserEffect, ...] = ()) -> LeggedSimulator:
-    """Return the simulator of the robot that a trial names.
-
-    Raises:
-        GapError: There is no robot file beside it, or it cannot be used.
-    """
-    if not trial.header.robot_text:
-        raise GapError(
-            'the trial names no robot file; add robot = "FILE.toml" to [trial] in the file beside its table'
-        )
-    return LeggedSimulator(parse_machine(trial.header.robot_text), added)

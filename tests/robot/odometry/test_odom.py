@@ -24,7 +24,7 @@ from robot.cli import main as cli
 from robot.config.robot_file import load_robot, parse_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import json_text
-from robot.odometry.compare import compare_ways, stride_of, walking_part
+from robot.odometry.compare import compare_methods, stride_of, walking_part
 from robot.odometry.files import write_mcap
 from robot.odometry.metrics import in_band, nees, relative_error
 from robot.odometry.table import as_json, table
@@ -86,7 +86,7 @@ def test_nees_and_its_band_by_drawing() -> None:
 
 
 def test_the_estimator_beats_what_it_is_compared_with(walk: TrackedLog) -> None:
-    found = compare_ways(walk, stride_m=stride_of(walk.log))
+    found = compare_methods(walk, stride_m=stride_of(walk.log))
     mine, naive = found.errors[0], found.errors[1]
     assert [e.name for e in found.errors] == [
         "estimator", "open loop, naive", "distance a stride", "rigid stance",
@@ -104,7 +104,7 @@ def test_without_truth_and_forces_it_still_estimates(slipping: Path) -> None:
     deaf = track_log(slipping, OdomRequest(no_forces=True))
     assert all(np.isnan(e.force_age_s) for e in deaf.track.estimates)
     nowhere = np.full_like(deaf.log.truth_position_W, np.nan)
-    found = compare_ways(replace(deaf, log=replace(deaf.log, truth_position_W=nowhere)))
+    found = compare_methods(replace(deaf, log=replace(deaf.log, truth_position_W=nowhere)))
     assert found.truth is None
     assert found.errors == ()
     assert np.isfinite(found.track.pose).all()
@@ -142,10 +142,10 @@ def test_the_robot_file_s_own_settings_count(
 def test_the_covariance_of_a_way_begins_with_it(walk: TrackedLog) -> None:
     run = walk.track.part(walking_part(walk.log))
     before = run.column(lambda e: e.pose_covariance)
-    sd = np.sqrt(np.diagonal(run.way_covariance, axis1=1, axis2=2))
+    sd = np.sqrt(np.diagonal(run.displacement_covariance, axis1=1, axis2=2))
     np.testing.assert_allclose(sd[0], START_SD, rtol=1e-6)
     assert (sd[-1] < np.sqrt(np.diagonal(before[-1]))).all()
-    assert (np.linalg.eigvalsh(run.way_covariance) > 0).all()
+    assert (np.linalg.eigvalsh(run.displacement_covariance) > 0).all()
 
 
 def test_a_log_without_walking_is_refused(walk: TrackedLog) -> None:
@@ -299,5 +299,5 @@ def test_effects_of_the_robot_file_are_taken_into_account(
     heavy = tmp_path / "heavy.toml"
     heavy.write_text(f"{CONFIG.text}\n[effects.payload.all]\nmass_kg = 1.0\nx_m = 0.1\n")
     loaded = replace(walk, config=load_robot(heavy))
-    total = np.nansum(compare_ways(loaded).ways[1].force_B[..., 2], axis=1)
+    total = np.nansum(compare_methods(loaded).motions[1].force_B[..., 2], axis=1)
     assert np.median(total) == pytest.approx(WEIGHT_N + 9.80665, rel=1e-3)

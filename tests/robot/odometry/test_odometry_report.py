@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from model.values.estimate import Health
-from robot.odometry.compare import Comparison, compare_ways
+from robot.odometry.compare import OdometryComparison, compare_methods
 from robot.odometry.figure import drawing
 from robot.odometry.files import odometry_page
 from robot.odometry.metrics import Motion, TrackErrors
@@ -22,21 +22,21 @@ WIDE = 116
 
 
 @pytest.fixture(scope="module")
-def found() -> Comparison:
+def found() -> OdometryComparison:
     """A walk, with a truth and errors that are made up: the log has none."""
-    told = compare_ways(track_log(GOLDEN))
+    told = compare_methods(track_log(GOLDEN))
     ticks = len(told.track.t_s)
     truth = Motion("truth", told.track.pose, told.track.velocity_B, told.track.force_B)
     nothing = np.full(3, np.nan)
     errors = tuple(
         TrackErrors(w.name, nothing, 0.5, -1e-9, np.full(3, -1e-9), np.full((6, 3), np.nan))
-        for w in told.ways
+        for w in told.motions
     )
     ideal = np.full(ticks, 3.0)
     return replace(told, truth=truth, errors=errors, twist_nees=ideal, pose_nees=ideal)
 
 
-def with_reasons(found: Comparison, reasons: list[str]) -> Comparison:
+def with_reasons(found: OdometryComparison, reasons: list[str]) -> OdometryComparison:
     estimates = list(found.track.estimates)
     fine = replace(estimates[0], health=Health.OK, reason="")
     told = [replace(fine, health=Health.DEGRADED, reason=reason) for reason in reasons]
@@ -45,7 +45,7 @@ def with_reasons(found: Comparison, reasons: list[str]) -> Comparison:
 
 
 def test_a_reason_keeps_its_numbers_and_reasons_that_differ_in_numbers_are_one_row(
-    found: Comparison,
+    found: OdometryComparison,
 ) -> None:
     one, two = (f"no encoder reading from {k} of 6 legs" for k in (1, 2))
     rows = health_rows(with_reasons(found, [two, one, one, "no forces for 0.6 s"]))
@@ -57,7 +57,7 @@ def test_a_reason_keeps_its_numbers_and_reasons_that_differ_in_numbers_are_one_r
 
 
 def test_the_page_gives_the_reason_the_forces_the_part_and_what_words_mean(
-    found: Comparison,
+    found: OdometryComparison,
 ) -> None:
     why = "no encoder reading from 1 of 6 legs"
     page = odometry_page(with_reasons(found, [why]), Path("a/walk.mcap"), "2026-02-03")
@@ -76,23 +76,23 @@ def test_the_page_gives_the_reason_the_forces_the_part_and_what_words_mean(
     assert "nan" not in page
 
 
-def test_a_narrow_terminal_gets_two_tables_with_the_same_numbers(found: Comparison) -> None:
+def test_a_narrow_terminal_gets_two_tables_with_the_same_numbers(found: OdometryComparison) -> None:
     wide = table(found)
     narrow = table(found, 80)
     assert table(found, WIDE) == wide
     assert max(map(len, wide)) > 80 >= max(map(len, narrow))
     assert Counter(" ".join(narrow).split()) - Counter(" ".join(wide).split()) == Counter(
-        " ".join(way.name for way in found.ways).split()
+        " ".join(way.name for way in found.motions).split()
     )
 
 
-def test_no_minus_before_a_zero_and_no_nan(found: Comparison) -> None:
+def test_no_minus_before_a_zero_and_no_nan(found: OdometryComparison) -> None:
     text = "\n".join(table(found))
     assert "-0.00" not in text
     assert "nan" not in text
 
 
-def test_the_picture_names_every_leg_and_says_what_is_stretched(found: Comparison) -> None:
+def test_the_picture_names_every_leg_and_says_what_is_stretched(found: OdometryComparison) -> None:
     path, error, _, friction = drawing(found).axes
     legend = friction.get_legend()
     assert legend is not None

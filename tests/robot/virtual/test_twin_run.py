@@ -243,6 +243,10 @@ def test_a_seal_opens_with_its_key_alone(scenario_file: Path, tmp_path: Path) ->
     (folder / "labels.sealed").write_bytes(bytes(token))
     with pytest.raises(RecordError, match="not the file"):
         unseal(folder, key)
+    for damaged in (b"", b"abc  labels.sealed\n", b"\xff\xfe\x00"):
+        (folder / "labels.sha256").write_bytes(damaged)
+        with pytest.raises(RecordError, match="is damaged"):
+            unseal(folder, key)
 
 
 def test_a_case_that_cannot_be_walked_is_left_out_whole(tmp_path: Path) -> None:
