@@ -8,14 +8,17 @@ followed by the next, until the hour is over.
 Checked without the code under test: the bench's currents and forces change with every step in a pattern
 that never repeats, so a reading tells when it was taken. A reading marked valid must be what some instant
 within its own read gives, in position and current both; a force record must be what the unit sampled
-under that sequence number.
+under that sequence number. A leg whose shaft stays behind its goal for more than half a second while the
+robot walks, and of which no fault speaks, has been left behind. Every stop is booked to a fault of the
+scenario that was on and that can cause it; one without such a fault is a surprise.
 """
 
 import argparse
 import json
 import time
 from collections import Counter, deque
-from dataclasses import dataclass, field, fields
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -23,12 +26,13 @@ from typing import Any
 import numpy as np
 from scipy.constants import g as standard_gravity
 
-from drivers.dynamixel.mx106 import CURRENT_UNIT_A
+from benchmarks.fault_matrix import FLIPPED
+from drivers.dynamixel.mx106 import CURRENT_UNIT_A, TICK_RAD
 from model.errors import BusError, ForceStreamError, RecordError
 from model.values.arrays import FloatArray, IntArray
 from model.values.faults import FaultKind, StopReason
 from model.values.readings import ForceRecord, ServoReadings
-from model.values.tick import Intent, Request, Tick
+from model.values.tick import Intent, Mode, Request, Tick
 from robot.config.robot_file import DEFAULT_ROBOT_FILE, RobotConfig, parse_robot
 from robot.control.controller import Controller
 from robot.run.loop import run
@@ -36,7 +40,7 @@ from robot.run.rig import Rig
 from robot.virtual.open import VirtualSettings, open_in_memory
 from sim_hw.dynamixel.firmware import FirmwareBank
 from sim_hw.faults.kinds import KINDS, STALL_CURRENT_A, ChanceFault, Fault
-from sim_hw.faults.scenario import Course, Scenario
+from sim_hw.faults.scenario import Course, parse_scenario
 from sim_hw.host.bench_world import BenchWorld
 from sim_hw.interfaces import MotorReadings
 
@@ -63,6 +67,24 @@ ALLOWED = frozenset(
         StopReason.FORCE_LOST,
     }
 )
+# Kinds that can make the robot stop so, while they are on or shortly after. The last of a line are chances
+# that are on all the time: five reads in a row may be hit by accident.
+BY_CHANCE = frozenset(name for name, kind in KINDS.items() if issubclass(kind, ChanceFault))
+CAUSES: MappingProxyType[StopReason, frozenset[str]] = MappingProxyType({
+    StopReason.SERVO_LOST: frozenset({"silent_servo", "brownout"}) | BY_CHANCE,
+    StopReason.SERVO_FAULT: frozenset(
+        {"overheating", "overload", "brownout", "stuck_shaft", "silent_servo"}
+    ),
+    StopReason.SERVO_STALLED: frozenset({"stuck_shaft"}),
+    StopReason.LINK_LOST: frozenset({"unplug"}),
+    StopReason.FORCE_LOST: frozenset({
+        "silent_stop", "mask_change", "port_change_stall", "console_stall", "clock_step",
+        "rollover", "sample_rate",
+    }),
+})  # fmt: skip
+AFTERMATH_S = 6.0  # slowing down, settling on all feet, and what recovery waits for
+# A shaft that makes less than this share of its goal's travel in so long does not follow.
+FOLLOW_S, FOLLOW_SHARE, LEAST_TRAVEL_RAD = 0.6, 0.3, 0.15
 PATTERN_A = 0.5  # how far the currents' pattern goes
 KEPT_STEPS = 200  # half a second
 
@@ -120,6 +142,8 @@ class Findings:
         faults: Faults by kind.
         not_recovered: Why servos were not brought back.
         surprises: Exceptions that nobody expected, and stops that the policy does not know, in words.
+        left_behind: Legs that did not follow while the robot walked, with no fault of theirs, by leg.
+        booked: Stops by reason and the kind of fault that they are booked to.
         torque_kept: Runs whose torque was not confirmed off, by reason.
         wall_s: Wall time.
     """
@@ -136,6 +160,8 @@ class Findings:
     faults: Counter[str] = field(default_factory=Counter)
     not_recovered: Counter[str] = field(default_factory=Counter)
     surprises: list[str] = field(default_factory=list)
+    left_behind: Counter[str] = field(default_factory=Counter)
+    booked: Counter[str] = field(default_factory=Counter)
     torque_kept: Counter[str] = field(default_factory=Counter)
     wall_s: float = 0.0
 
@@ -150,9 +176,17 @@ class Witness:
 
     error: RecordError | None = None
 
-    def __init__(self, world: MarkedBench, findings: Findings) -> None:
+    def __init__(
+        self, world: MarkedBench, findings: Findings, names: Sequence[str], signs: IntArray
+    ) -> None:
         self._world = world
         self._findings = findings
+        self._names = names
+        self._signs = signs
+        self._walked: deque[tuple[int, FloatArray, FloatArray]] = deque()
+        self._faulty_ns = dict.fromkeys(names, -(2**62))
+        self.torque_ns: int | None = None
+        self.last_ns = 0
 
     def write(self, tick: Tick) -> None:
         """Look at one tick."""
@@ -165,6 +199,35 @@ class Witness:
             self._check_servos(tick.inputs.servos, tick)
         for record in tick.inputs.forces:
             self._check_record(record)
+        self.last_ns = tick.t_ns
+        if self.torque_ns is None and tick.sent.torque:
+            self.torque_ns = tick.t_ns
+        self._check_motion(tick)
+
+    def _check_motion(self, tick: Tick) -> None:
+        """See that every shaft goes where its goals go."""
+        for fault in tick.faults:
+            self._faulty_ns[fault.source] = tick.t_ns
+        if tick.mode is not Mode.WALK or tick.stop_reason is not StopReason.NONE:
+            self._walked.clear()
+            return
+        shafts = self._world.motors().ticks * TICK_RAD * self._signs
+        self._walked.append((tick.t_ns, tick.sent.angle_rad, shafts))
+        begin_ns, goals, there = self._walked[0]
+        if tick.t_ns - begin_ns < FOLLOW_S * 1e9:
+            return
+        self._walked.popleft()
+        asked, done = np.abs(tick.sent.angle_rad - goals), np.abs(shafts - there)
+        behind = (asked > LEAST_TRAVEL_RAD) & (done < FOLLOW_SHARE * asked)
+        for leg in np.flatnonzero(behind).tolist():
+            name = self._names[leg]
+            if self._faulty_ns[name] >= begin_ns:
+                continue
+            self._findings.left_behind[name] += 1
+            self._walked.clear()
+            if len(self._findings.surprises) < 20:
+                words = f"{done[leg]:.2f} of {asked[leg]:.2f} rad"
+                self._findings.surprises.append(f"{name} left behind at {tick.t_ns}: {words}")
 
     def _check_servos(self, servos: ServoReadings, tick: Tick) -> None:
         steps = [s for s in self._world.past if tick.t_ns - 5_000_000 <= s[0] <= servos.t_ns]
@@ -228,18 +291,35 @@ def random_faults(rng: np.random.Generator) -> tuple[Fault, ...]:
     return tuple(faults)
 
 
-def soak(virtual_s: float, seed: int, progress: bool = False) -> Findings:
+def cause_of(reason: StopReason, faults: Sequence[Fault], since_torque_s: float) -> str:
+    """Return the kind of fault that a stop is booked to; empty if none was on that can cause it."""
+    names = {kind: name for name, kind in KINDS.items()}
+    known = CAUSES.get(reason, frozenset())
+    chance = ""
+    for fault in faults:
+        name = names[type(fault)]
+        end_s = fault.start_s + fault.duration_s + AFTERMATH_S
+        if name not in known or not fault.start_s <= since_torque_s <= end_s:
+            continue
+        if name not in BY_CHANCE:
+            return name
+        chance = "chance"
+    return chance
+
+
+def soak(virtual_s: float, seed: int, progress: bool = False, assumed: str = "") -> Findings:
     """Run for so long.
 
     Args:
         virtual_s: Virtual time [s].
         seed: Seed of everything.
         progress: Whether to print a line a run.
+        assumed: What is assumed otherwise about the devices, tables of a scenario.
     """
     config = parse_robot(DEFAULT_ROBOT_FILE.read_text(encoding="utf-8") + RECOVERY)
     findings, began = Findings(), time.perf_counter()
     while findings.virtual_s < virtual_s:
-        _one_run(config, [seed, findings.runs], virtual_s - findings.virtual_s, findings)
+        _one_run(config, [seed, findings.runs], virtual_s - findings.virtual_s, findings, assumed)
         findings.wall_s = time.perf_counter() - began
         if progress and findings.runs % 20 == 0:
             print(f"{findings.virtual_s:6.0f} s of {virtual_s:.0f} s virtual, {findings.wall_s:.0f} s, "
@@ -247,10 +327,14 @@ def soak(virtual_s: float, seed: int, progress: bool = False) -> Findings:
     return findings
 
 
-def _one_run(config: RobotConfig, seed: list[int], left_s: float, findings: Findings) -> None:
+def _one_run(
+    config: RobotConfig, seed: list[int], left_s: float, findings: Findings, assumed: str
+) -> None:
     rng = np.random.default_rng(seed)
-    scenario = Scenario(
-        course=Course(seed=int(rng.integers(2**31)), begins="torque"), faults=random_faults(rng)
+    scenario = replace(
+        parse_scenario(assumed, [int(i) for i in config.servo_bus.ids]),
+        course=Course(seed=int(rng.integers(2**31)), begins="torque"),
+        faults=random_faults(rng),
     )
     weight_n = config.parameters.body.mass * standard_gravity
     worlds: list[MarkedBench] = []
@@ -265,12 +349,19 @@ def _one_run(config: RobotConfig, seed: list[int], left_s: float, findings: Find
     try:
         rig = open_in_memory(config, VirtualSettings(seed=seed[1], scenario=scenario), bench=make)
         controller = Controller(config, rig.calibrations, armed=True)
-        result = run(
-            rig, controller, _Walker(min(RUN_S, left_s)), Witness(worlds[0], findings), None
-        )
+        bus = config.servo_bus
+        witness = Witness(worlds[0], findings, bus.names, bus.signs)
+        result = run(rig, controller, _Walker(min(RUN_S, left_s)), witness, None)
         findings.reasons[result.reason.name] += 1
         if not result.torque_off:
             findings.torque_kept[result.reason.name] += 1
+        if result.reason is not StopReason.COMPLETED:
+            began = witness.last_ns if witness.torque_ns is None else witness.torque_ns
+            since_s = (witness.last_ns - began) * 1e-9
+            cause = cause_of(result.reason, scenario.faults, since_s)
+            findings.booked[f"{result.reason.name} by {cause or 'nothing'}"] += 1
+            if not cause:
+                findings.surprises.append(f"run {seed[1]}: unexplained {result.detail}")
         if result.reason not in ALLOWED:
             findings.surprises.append(f"run {seed[1]}: {result.reason.name}: {result.detail}")
     except (
@@ -312,6 +403,8 @@ def lines(found: Findings) -> list[str]:
         f"servo readings taken as valid: {found.readings:,}, wrong: {found.wrong_readings}",
         f"force records taken as sound: {found.records:,}, wrong: {found.wrong_records}",
         "runs ended: " + ", ".join(f"{k} {n}" for k, n in found.reasons.most_common()),
+        "booked: " + ", ".join(f"{k} {n}" for k, n in found.booked.most_common()),
+        f"legs left behind: {found.left_behind.total()}",
         "torque not confirmed off: "
         + (", ".join(f"{k} {n}" for k, n in found.torque_kept.most_common()) or "never"),
         "not begun: " + (", ".join(f"{k} ({n})" for k, n in found.refused.most_common()) or "none"),
@@ -328,11 +421,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=3600.0)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument(
+        "--assumed",
+        action="store_true",
+        help="each assumption about the devices the other way round",
+    )
     parser.add_argument("--json", type=Path, help="write the figures to a file")
     options, _ = parser.parse_known_args()
+    if options.assumed:
+        for words, tables in FLIPPED.items():
+            print(f"== {words}", flush=True)
+            print("\n".join(lines(soak(options.seconds, options.seed, assumed=tables))), flush=True)
+        return
     found = soak(options.seconds, options.seed, progress=True)
-    for line in lines(found):
-        print(line)
+    print("\n".join(lines(found)))
     if options.json is not None:
         figures = {f.name: getattr(found, f.name) for f in fields(found)}
         options.json.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")

@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.soak import RUN_S, Findings, MarkedBench, Witness, random_faults, soak
+from benchmarks.soak import RUN_S, Findings, MarkedBench, Witness, cause_of, random_faults, soak
+from model.values.faults import StopReason
+from model.values.tick import Mode
 from sim_hw.dynamixel.firmware import FirmwareBank
-from sim_hw.faults.kinds import KINDS
-from tests.record.ticks import make_tick
+from sim_hw.faults.kinds import KINDS, StuckShaft
+from tests.record.ticks import NAMES, make_tick
 
 
 @pytest.mark.slow
@@ -16,6 +18,7 @@ def test_a_minute_of_faults() -> None:
     found = soak(60.0, seed=5)
     assert found.surprises == []
     assert found.wrong_readings == found.wrong_records == 0
+    assert found.left_behind.total() == 0
     assert found.readings > 20_000
     assert found.records > 3_000
     assert found.faults["SERVO_SILENT"] > 300, "the faults were there"
@@ -30,7 +33,7 @@ def test_every_kind_of_fault_is_in_a_run() -> None:
 
 def test_the_witness_sees_a_stale_reading() -> None:
     world, findings = MarkedBench(FirmwareBank(6), np.full(6, 2048), 60.0, 1), Findings()
-    witness = Witness(world, findings)
+    witness = Witness(world, findings, NAMES, np.ones(6, dtype=np.int64))
     world.advance_to(0)
     world.advance_to(100_000_000)
     base = make_tick(0)
@@ -50,3 +53,22 @@ def test_the_witness_sees_a_stale_reading() -> None:
         before = findings.wrong_readings
         witness.write(tick)
         assert findings.wrong_readings - before == wrong
+
+
+def test_the_witness_sees_a_leg_that_is_left_behind() -> None:
+    world, findings = MarkedBench(FirmwareBank(6), np.full(6, 2048), 60.0, 1), Findings()
+    witness = Witness(world, findings, NAMES, np.ones(6, dtype=np.int64))
+    world.advance_to(0)
+    base = replace(make_tick(0), mode=Mode.WALK, stop_reason=StopReason.NONE, faults=())
+    base = replace(base, inputs=replace(base.inputs, servos=None, forces=()))
+    for step in range(80):
+        sent = replace(base.sent, angle_rad=np.full(6, 0.0) + 0.01 * step * (np.arange(6) == 2))
+        witness.write(replace(base, t_ns=step * 10_000_000, sent=sent))
+    assert findings.left_behind == {NAMES[2]: 1}
+
+
+def test_a_stop_is_booked_to_what_was_on() -> None:
+    jam = StuckShaft(servo=1, start_s=5.0, duration_s=2.0)
+    assert cause_of(StopReason.SERVO_STALLED, [jam], 6.0) == "stuck_shaft"
+    assert cause_of(StopReason.SERVO_STALLED, [jam], 4.0) == "", "it had not begun"
+    assert cause_of(StopReason.LINK_LOST, [jam], 6.0) == "", "it cannot cause that"
