@@ -82,7 +82,8 @@ CAUSES: MappingProxyType[StopReason, frozenset[str]] = MappingProxyType({
         "rollover", "sample_rate",
     }),
 })  # fmt: skip
-AFTERMATH_S = 6.0  # slowing down, settling on all feet, and what recovery waits for
+AFTERMATH_S = 3.0  # what recovery waits for, and until a silence is long enough
+TICKS_S = 0.1  # the tick in which torque goes on is a little older than the torque
 # A shaft that makes less than this share of its goal's travel in so long does not follow.
 FOLLOW_S, FOLLOW_SHARE, LEAST_TRAVEL_RAD = 0.6, 0.3, 0.15
 PATTERN_A = 0.5  # how far the currents' pattern goes
@@ -186,7 +187,7 @@ class Witness:
         self._walked: deque[tuple[int, FloatArray, FloatArray]] = deque()
         self._faulty_ns = dict.fromkeys(names, -(2**62))
         self.torque_ns: int | None = None
-        self.last_ns = 0
+        self.stop_ns: int | None = None
 
     def write(self, tick: Tick) -> None:
         """Look at one tick."""
@@ -199,7 +200,8 @@ class Witness:
             self._check_servos(tick.inputs.servos, tick)
         for record in tick.inputs.forces:
             self._check_record(record)
-        self.last_ns = tick.t_ns
+        if self.stop_ns is None and tick.stop_reason is not StopReason.NONE:
+            self.stop_ns = tick.t_ns
         if self.torque_ns is None and tick.sent.torque:
             self.torque_ns = tick.t_ns
         self._check_motion(tick)
@@ -299,7 +301,7 @@ def cause_of(reason: StopReason, faults: Sequence[Fault], since_torque_s: float)
     for fault in faults:
         name = names[type(fault)]
         end_s = fault.start_s + fault.duration_s + AFTERMATH_S
-        if name not in known or not fault.start_s <= since_torque_s <= end_s:
+        if name not in known or not fault.start_s - TICKS_S <= since_torque_s <= end_s:
             continue
         if name not in BY_CHANCE:
             return name
@@ -356,8 +358,8 @@ def _one_run(
         if not result.torque_off:
             findings.torque_kept[result.reason.name] += 1
         if result.reason is not StopReason.COMPLETED:
-            began = witness.last_ns if witness.torque_ns is None else witness.torque_ns
-            since_s = (witness.last_ns - began) * 1e-9
+            stopped_ns = witness.stop_ns or 0
+            since_s = (stopped_ns - (witness.torque_ns or stopped_ns)) * 1e-9
             cause = cause_of(result.reason, scenario.faults, since_s)
             findings.booked[f"{result.reason.name} by {cause or 'nothing'}"] += 1
             if not cause:
