@@ -90,7 +90,8 @@ class Estimator:
             force_ns=NEVER, used_ns=NEVER, share=np.full(legs, np.nan),
             contact=np.zeros(legs, dtype=bool), rejected=np.zeros((3, legs), dtype=np.int64),
             rejects=0, idle_ns=NEVER, answer_ns=NEVER, fine_ns=NEVER, lost=False, airborne=False,
-            nis=np.nan, before=(mean, covariance), transition=np.eye(self.size),
+            anchored=False, far_poses=0, nis=np.nan, before=(mean, covariance),
+            transition=np.eye(self.size),
         )  # fmt: skip
 
     def step(
@@ -135,6 +136,10 @@ class Estimator:
         loaded = senses.contact(state, model, heard, self.weight_n, settings)
         # the model was solved at the parameters that the prediction leaves as they are
         answer = None if held else serving
+        moved_by_hand = airborne or dt_s < 0 or dt_s > settings.longest_gap_s
+        anchored = state.anchored and not moved_by_hand
+        if far := anchored and self._pose_is_far(inputs, step.mean, covariance):
+            inputs = replace(inputs, pose_W=None)
         measured = self._others(step.mean, inputs, answer)
         if answer is not None and heard.use:
             forces = measure.feet_stack(
@@ -148,6 +153,14 @@ class Estimator:
             trouble.append("the covariance had to be mended")
             mean = np.where(np.isfinite(mean), mean, state.mean)
             believed = mended(np.where(np.isfinite(believed), believed, state.covariance))
+        pose_used = _has_place(inputs) and not used.streak[ABSOLUTE, 0]
+        far_poses = state.far_poses + 1 if far else state.far_poses
+        if pose_used or not anchored:
+            far_poses = 0
+        if far_poses:
+            trouble.append(
+                f"absolute poses too far from the estimate (pose_limit): {far_poses} in a row not used"
+            )
         force_ns = inputs.forces.t_ns if heard.fresh and inputs.forces else state.force_ns
         answered = serving is not None or state.answer_ns == NEVER
         answer_ns = inputs.t_ns if answered else state.answer_ns
@@ -163,12 +176,14 @@ class Estimator:
             share=heard.share[:, 2] if heard.fresh else state.share,
             contact=loaded,
             rejected=used.streak,
-            rejects=state.rejects + used.rejects,
+            rejects=state.rejects + used.rejects + far,
             idle_ns=idle_ns,
             answer_ns=answer_ns,
             fine_ns=verdict.fine_ns,
             lost=verdict.lost,
             airborne=airborne,
+            anchored=(anchored or pose_used) and not (airborne or verdict.lost),
+            far_poses=far_poses,
             nis=nis,
             before=(step.mean, covariance),
             transition=step.transition,
@@ -216,6 +231,12 @@ class Estimator:
                     covariance = covariance + part.rows.T @ elsewhere
         return self._kalman.update(mean, covariance, measure.stacked(measured), state.rejected)
 
+    def _pose_is_far(
+        self, inputs: OdometryInputs, mean: FloatArray, covariance: FloatArray
+    ) -> bool:
+        pose = measure.pose_stack(mean, inputs, self.settings)
+        return pose is not None and measure.too_far(pose, covariance, self.settings)
+
     def _check(self, inputs: OdometryInputs) -> None:
         shape = (self.legs, 3)
         feet = inputs.feet
@@ -250,6 +271,10 @@ def _with_effects(
     changed.velocity_B[:] += added.velocity_B
     changed.load_n[:] = np.maximum(model.load_n + added.load_n, 0.0)
     return changed
+
+
+def _has_place(inputs: OdometryInputs) -> bool:
+    return inputs.pose_W is not None and bool(np.isfinite(inputs.pose_W[:2]).all())
 
 
 def _smoothed_nis(before: float, used: Updated, period_s: float) -> float:

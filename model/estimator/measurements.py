@@ -17,6 +17,7 @@ from model.values.estimate import FIXED, GYRO_BIAS, POSE, SCALE, YAW, OdometryIn
 from model.values.legs import FootMotion
 
 VX, VY, TURN = 3, 4, 5  # velocity in the state
+FAR_SD = 5.0
 
 
 def feet_stack(
@@ -87,6 +88,21 @@ def pose_stack(
     rows = np.eye(3, len(mean))
     gate = settings.gate_pose
     return _one_block(left[known], rows[known], variance[known], gate, ABSOLUTE)
+
+
+def too_far(stack: Stack, covariance: FloatArray, settings: EstimatorSettings) -> bool:
+    """Whether an absolute position is farther from the estimate than a robot on its feet can be.
+
+    Args:
+        stack: Of ``pose_stack``.
+        covariance: P, (n, n).
+        settings: With the limit.
+    """
+    place = stack.rows[:, :YAW].any(axis=1)
+    rows = stack.rows[place]
+    variance = np.einsum("ij,jk,ik->", rows, covariance, rows) + stack.variance[place].sum()
+    distance = np.hypot.reduce(stack.innovation[place], initial=0.0)
+    return bool(distance > settings.pose_limit + FAR_SD * np.sqrt(variance))
 
 
 def _one_block(
