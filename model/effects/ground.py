@@ -21,7 +21,7 @@ from model.effects.signals import FrictionSignals, MotionSignals, SupportSignals
 from model.motion.se2 import turned
 from model.support.frames import SupportSolutions, solve_support_frames
 from model.traction.coulomb_kernel import FootLaw
-from model.traction.frames import REST_SPEED_M_S, solve_traction_frames
+from model.traction.frames import REST_SPEED_M_S, SlidingFeet, solve_traction_frames
 from model.values.arrays import BoolArray, FloatArray, IntArray
 
 EDGE_M = 0.004  # over which an edge in the floor is rounded, so that fits can move it
@@ -243,10 +243,9 @@ def slide(
     coulomb = settings.has("coulomb_friction")
     law = FootLaw(coulomb, REST_SPEED_M_S, *settings.whole("stiction"))
     found = solve_traction_frames(
-        signals.feet_m,
-        signals.speed_m_s,
-        signals.mu * signals.load_n,
-        signals.anisotropy_B,
+        SlidingFeet(
+            signals.feet_m, signals.speed_m_s, signals.mu * signals.load_n, signals.anisotropy_B
+        ),
         law,
         pushes(scene, signals.wrench_B, standing.sway_m, velocity_B, before),
         grid.period_s,

@@ -143,8 +143,8 @@ class Estimator:
         measured = self._others(step.mean, inputs, answer)
         if answer is not None and heard.use:
             forces = measure.feet_stack(
-                step.mean, covariance, heard.share, feet, loaded & ~dead, answer, self.contact.mu,
-                self._record,
+                measure.Belief(step.mean, covariance), heard.share, feet, loaded & ~dead, answer,
+                self.contact.mu, self._record,
             )  # fmt: skip
             measured.insert(0, forces)
         used = self._correct(step.mean, covariance, measured, state)

@@ -5,6 +5,7 @@ passes a gate of its own before all that passed are used at once.
 """
 
 from math import isfinite
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,9 +21,15 @@ VX, VY, TURN = 3, 4, 5  # velocity in the state
 FAR_SD = 5.0
 
 
+class Belief(NamedTuple):
+    """State, (n,), and its covariance, (n, n), before the measurements of a tick."""
+
+    mean: FloatArray
+    covariance: FloatArray
+
+
 def feet_stack(
-    mean: FloatArray,
-    covariance: FloatArray,
+    belief: Belief,
     share: FloatArray,
     feet: FootMotion,
     usable: BoolArray,
@@ -30,17 +37,17 @@ def feet_stack(
     mu: FloatArray,
     settings: Record,
 ) -> Stack:
-    """Stack the forces on the feet: the arguments are those of ``feet_stack_kernel``.
+    """Stack the forces on the feet: the other arguments are those of ``feet_stack_kernel``.
 
     Loads tell of stiffness; friction of feet that clearly slip tells of the velocity, of log mu and of the
     common friction. The gauge says that log mu adds up to 0: what is common is a state of its own.
     """
     legs = len(mu)
     room, most = 3 * legs + 1, 2 * legs + 1
-    innovation, rows, variance = np.empty(room), np.zeros((room, len(mean))), np.empty(room)
+    innovation, rows, variance = np.empty(room), np.zeros((room, len(belief.mean))), np.empty(room)
     gates, blocks = np.empty(most), np.empty((most, 3), dtype=np.int64)
     count, made = feet_stack_kernel(
-        mean, covariance, share, feet.position_m, feet.velocity_m_s, usable, model.rows,
+        *belief, share, feet.position_m, feet.velocity_m_s, usable, model.rows,
         model.sway_B, mu, settings, innovation, rows, variance, gates, blocks,
     )  # fmt: skip
     return Stack(innovation[:count], rows[:count], variance[:count], gates[:made], blocks[:made])
