@@ -39,7 +39,7 @@ class Named:
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class CaseAnswer:
     """The diagnosis of one case.
 
     Attributes:
@@ -63,7 +63,7 @@ class Answer:
 
 
 @dataclass(frozen=True, slots=True)
-class Case:
+class CheckedCase:
     """A case, both sides of it.
 
     Attributes:
@@ -75,7 +75,7 @@ class Case:
     name: str
     kind: str
     truths: tuple[Truth, ...]
-    answer: Answer
+    answer: CaseAnswer
     visible: float
     reachable: float
 
@@ -111,22 +111,22 @@ class Confusion:
     visible: float
 
 
-def gap_declared(case: Case) -> bool:
+def gap_declared(case: CheckedCase) -> bool:
     """Whether a gap was declared."""
     return case.answer.verdict != NO_GAP
 
 
-def named_effects(case: Case) -> tuple[str, ...]:
+def named_effects(case: CheckedCase) -> tuple[str, ...]:
     """Return the effects that were named, the largest first; none where no gap was declared."""
     return tuple(one.effect for one in case.answer.named) if gap_declared(case) else ()
 
 
-def named_right(case: Case) -> bool:
+def named_right(case: CheckedCase) -> bool:
     """Whether the first cause named is the true effect (of a single-effect case)."""
     return bool(case.answer.named) and case.answer.named[0].effect == case.truths[0].effect
 
 
-def group_of(case: Case) -> frozenset[str]:
+def group_of(case: CheckedCase) -> frozenset[str]:
     """Return the first named effect with all that were declared to be like it."""
     if not case.answer.named:
         return frozenset()
@@ -135,7 +135,9 @@ def group_of(case: Case) -> frozenset[str]:
     return frozenset({first}.union(*(pair for pair in pairs if first in pair)))
 
 
-def figures(cases: Sequence[Case], neutral: dict[tuple[str, str], float]) -> tuple[Figure, ...]:
+def figures(
+    cases: Sequence[CheckedCase], neutral: dict[tuple[str, str], float]
+) -> tuple[Figure, ...]:
     """Return every figure of the protocol; ``neutral`` is by (effect, parameter)."""
     single = [c for c in cases if c.kind == SINGLE]
     visible = [c for c in single if not c.visible < VISIBLE]
@@ -182,7 +184,7 @@ def figures(cases: Sequence[Case], neutral: dict[tuple[str, str], float]) -> tup
     )  # fmt: skip
 
 
-def confusions(cases: Iterable[Case]) -> tuple[Confusion, ...]:
+def confusions(cases: Iterable[CheckedCase]) -> tuple[Confusion, ...]:
     """Return every case in which something else was named than was wrong, by what was wrong."""
     out = []
     for case in cases:
@@ -198,7 +200,7 @@ def confusions(cases: Iterable[Case]) -> tuple[Confusion, ...]:
     return tuple(sorted(out, key=lambda c: (c.truth, c.case)))
 
 
-def calibration_error(cases: Sequence[Case]) -> tuple[float, int]:
+def calibration_error(cases: Sequence[CheckedCase]) -> tuple[float, int]:
     """Return the expected calibration error of causes named, in ten bins, and how many there were."""
     given = [
         (one.probability, any(one.effect == truth.effect for truth in case.truths))
@@ -216,7 +218,7 @@ def calibration_error(cases: Sequence[Case]) -> tuple[float, int]:
 
 
 def parameter_error(
-    cases: Iterable[Case], neutral: dict[tuple[str, str], float]
+    cases: Iterable[CheckedCase], neutral: dict[tuple[str, str], float]
 ) -> tuple[float, int]:
     """Return the median relative error of parameters where effect and leg are right, and their number.
 
@@ -266,21 +268,21 @@ def _number(name: str, value: float, cases: int, bar: str, met: Callable[[float]
     return Figure(name, value, math.nan, math.nan, cases, bar, met(value) if known else None)
 
 
-def _leg_right(case: Case) -> bool:
+def _leg_right(case: CheckedCase) -> bool:
     joint = case.truths[0].joint
     return case.answer.named[0].joints == ((joint,) if joint else ())
 
 
-def _stage_right(case: Case) -> bool:
+def _stage_right(case: CheckedCase) -> bool:
     return case.answer.stage == case.truths[0].stage
 
 
-def _unlike(case: Case) -> bool:
+def _unlike(case: CheckedCase) -> bool:
     """Whether a case outside the catalogue was recognised as one."""
     return case.answer.verdict == UNEXPLAINED
 
 
-def count_pairs(answers: Iterable[tuple[Case, Sequence[str]]]) -> tuple[int, int, int]:
+def count_pairs(answers: Iterable[tuple[CheckedCase, Sequence[str]]]) -> tuple[int, int, int]:
     """Count effects named that were there, effects that were there, and effects named."""
     hits = truths = count = 0
     for case, effects in answers:
@@ -291,7 +293,7 @@ def count_pairs(answers: Iterable[tuple[Case, Sequence[str]]]) -> tuple[int, int
     return hits, truths, count
 
 
-def _shrinks(cases: Iterable[Case]) -> tuple[float, int]:
+def _shrinks(cases: Iterable[CheckedCase]) -> tuple[float, int]:
     known = [
         c.answer.shrink / c.reachable
         for c in cases

@@ -21,13 +21,13 @@ FEWEST_FRAMES = 8
 
 
 @dataclass(frozen=True, slots=True)
-class Condition:
+class RunCondition:
     """A gait at a frequency."""
 
     gait: str
     frequency_hz: float
 
-    def log_ratio(self, other: "Condition") -> float:
+    def log_ratio(self, other: "RunCondition") -> float:
         """Natural logarithm of the ratio of the frequencies; 0 where one is not known."""
         ratio = self.frequency_hz / other.frequency_hz if other.frequency_hz > 0 else 1.0
         return float(np.log(ratio)) if np.isfinite(ratio) and ratio > 0 else 0.0
@@ -57,9 +57,9 @@ class Part:
         return whole[self.first : self.last]
 
     @property
-    def condition(self) -> Condition:
+    def condition(self) -> RunCondition:
         """Its gait and frequency."""
-        return Condition(self.gait, self.frequency_hz)
+        return RunCondition(self.gait, self.frequency_hz)
 
     @property
     def frames(self) -> int:
@@ -69,8 +69,8 @@ class Part:
 
 def whole_parts(simulator: Simulator, trials: Sequence[Trial], first: int = 0) -> tuple[Part, ...]:
     """Return whole trials as parts; the first one has the index ``first`` among all trials of the study."""
-    found = [(trial, simulator.observe(trial)) for trial in trials]
-    return tuple(part_of(i, t, o, 0, len(o.time_s)) for i, (t, o) in enumerate(found, first))
+    observed = [(trial, simulator.observe(trial)) for trial in trials]
+    return tuple(part_of(i, t, o, 0, len(o.time_s)) for i, (t, o) in enumerate(observed, first))
 
 
 def part_of(index: int, trial: Trial, observation: Observation, first: int, last: int) -> Part:

@@ -14,7 +14,7 @@ from model.estimator import frame_kernel, output, process, senses
 from model.estimator import measurements as measure
 from model.estimator.kalman import ABSOLUTE, Kalman, Stack, Updated, mended, sound
 from model.estimator.neighbourhood import Neighbourhood, neighbourhood
-from model.estimator.process import Prediction
+from model.estimator.process import ProcessStep
 from model.estimator.settings import EstimatorSettings, record_of
 from model.values.arrays import FloatArray
 from model.values.estimate import (
@@ -199,7 +199,7 @@ class Estimator:
         held: bool,
         dead_legs: int,
         trouble: list[str],
-    ) -> Prediction:
+    ) -> ProcessStep:
         """The step of the process that the moment calls for."""
         settings, mean = self.settings, state.mean
         if dt_s == 0:

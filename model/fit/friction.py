@@ -27,7 +27,7 @@ from model.quasistatic.frames import FrictionLaw
 from model.values.arrays import BoolArray, FloatArray, readonly
 
 # w^2 must be so many of its standard errors from 0.
-TOLD_FROM_ZERO = 2.0
+ERRORS_FROM_ZERO = 2.0
 AXES = ("w_x", "w_y")
 
 
@@ -182,7 +182,7 @@ def _isotropic(theta: FloatArray, known: Spread, legs: int, *, free: bool) -> Bo
         square = theta[at] @ theta[at] if free else theta[at[0]]
         slope = 2 * theta[at] if free else np.ones(1)
         error = np.sqrt(slope @ known.covariance[np.ix_(at, at)] @ slope)
-        lost[at] = not square > TOLD_FROM_ZERO * error
+        lost[at] = not square > ERRORS_FROM_ZERO * error
     return lost
 
 

@@ -12,7 +12,7 @@ from gap.diagnosis.findings import Verdict
 from gap.diagnosis.probability import Fit, none_of_them
 from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Drive
-from gap.residuals.parts import Condition, whole_parts
+from gap.residuals.parts import RunCondition, whole_parts
 from gap.search.candidates import starts_of
 from model.effects.settings import settings_of
 from model.effects.shafts import shafts
@@ -69,8 +69,8 @@ def test_an_unseen_frequency_is_judged_by_references_of_other_frequencies() -> N
         (part, part.observation.values - toy.predict(run, (), Drive.MEASURED))
         for run, part in zip(runs, whole_parts(toy, runs), strict=True)
     ]
-    seen = healthy_runs(CHANNELS, known, [Condition("walk", 0.5)])
-    unseen = healthy_runs(CHANNELS, known, [Condition("walk", 1.1)])
+    seen = healthy_runs(CHANNELS, known, [RunCondition("walk", 0.5)])
+    unseen = healthy_runs(CHANNELS, known, [RunCondition("walk", 1.1)])
     angles = [i for i, c in enumerate(CHANNELS) if c.name == "angle"]
 
     def energy(runs: object) -> float:

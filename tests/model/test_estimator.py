@@ -12,7 +12,7 @@ from model.estimator.filter import Estimator
 from model.estimator.history import EstimatorMemory, LateSample, advance, use_late
 from model.estimator.kalman import Stack, mended, sound
 from model.estimator.neighbourhood import Neighbourhood, neighbourhood
-from model.estimator.process import Prediction
+from model.estimator.process import ProcessStep
 from model.estimator.settings import EstimatorSettings, record_of
 from model.estimator.smoother import smooth
 from model.quasistatic.frames import FrictionLaw, solve_frames
@@ -106,7 +106,7 @@ def test_process_jacobian_against_differences(law: FrictionLaw) -> None:
     mean[VELOCITY] = [0.02, 0.003, 0.3]
     feet = feet_at(0.7)
 
-    def after(at: FloatArray) -> Prediction:
+    def after(at: FloatArray) -> ProcessStep:
         return process.walking(at, CERTAIN, solved(at, feet, law), record, 0.01)
 
     analytic = after(mean).transition

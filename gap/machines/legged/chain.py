@@ -175,12 +175,12 @@ class LeggedChain:
         if key in self._known_feet:
             self._known_feet.move_to_end(key)
             return self._known_feet[key][1]
-        found = feet(self._machine, known.grid, angles, settings)
+        solved = feet(self._machine, known.grid, angles, settings)
         # the angles are kept with their feet, so that no other array gets their id
-        self._known_feet[key] = (angles, found)
+        self._known_feet[key] = (angles, solved)
         if len(self._known_feet) > REMEMBERED:
             self._known_feet.popitem(last=False)
-        return found
+        return solved
 
     def _truth(
         self, known: LeggedInputs, walk: Walk, settings: Settings, drive: Drive
