@@ -1,9 +1,8 @@
-"""Traction over many frames with given loads.
+"""Traction over many frames with given loads: one solver for the model over frames and for the diagnosis.
 
-For the diagnosis of measured runs: loads may be measured ones, the body may be pushed or dragged, feet may
-give sideways, friction may fall with speed, feet at rest may creep. The solver is that of
-``model.quasistatic.frames``: without any of these the answers are the same, and as the creep vanishes they
-come to them.
+The diagnosis asks for more: loads may be measured ones, the body may be pushed or dragged, feet may give
+sideways, friction may fall with speed, feet at rest may creep. Without any of these the answers are those
+of the model, and as the creep vanishes they come to them.
 """
 
 from dataclasses import dataclass
