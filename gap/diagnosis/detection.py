@@ -15,7 +15,7 @@ from scipy import stats
 from gap.interfaces import Channel
 from gap.residuals.evidence import Evidence, mean_energy
 from gap.residuals.floor import make_floor
-from gap.residuals.parts import Part, RunCondition, block_starts
+from gap.residuals.parts import RunCondition, TrialPart, block_starts
 from gap.residuals.whitening import Whitener, make_whitener
 from gap.search.screen import Signature, Signatures, plain_gains
 from model.values.arrays import FloatArray, IntArray
@@ -42,7 +42,7 @@ class Healthy:
         blocks: First frame of each block.
     """
 
-    part: Part
+    part: TrialPart
     whitener: Whitener
     residual: FloatArray
     excess: FloatArray
@@ -109,7 +109,7 @@ class Detection:
 
 def healthy_runs(
     channels: Sequence[Channel],
-    references: Sequence[tuple[Part, FloatArray]],
+    references: Sequence[tuple[TrialPart, FloatArray]],
     conditions: Sequence[RunCondition] = (),
 ) -> tuple[Healthy, ...]:
     """Compare each reference with others that are as far from it as they are from the trials.

@@ -167,7 +167,6 @@ def _fit(
     unseen = unseen_residual(evidence, selection.fitted)
     return Fit(
         closed=closed_share(evidence, unseen),
-        excess_before=evidence.mean_excess(evidence.base),
         excess_after=evidence.mean_excess(unseen),
         worst_after=float(np.nanmax(evidence.excess(unseen))),
         p_after=min(energies(evidence, unseen, runs)) if runs else 0.0,

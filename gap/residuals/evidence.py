@@ -13,7 +13,7 @@ import numpy as np
 
 from gap.interfaces import Cause, Drive, reach_of
 from gap.residuals.floor import Floor
-from gap.residuals.parts import Part, block_starts, folds_of
+from gap.residuals.parts import TrialPart, block_starts, folds_of
 from gap.residuals.predictions import Misfit, PredictionRequest, Predictor
 from gap.residuals.whitening import Whitener, make_whitener
 from model.values.arrays import FloatArray, IntArray
@@ -33,7 +33,7 @@ class Evidence(Misfit):
         block_part: Part of each block, (B,).
     """
 
-    parts: tuple[Part, ...]
+    parts: tuple[TrialPart, ...]
     drive: Drive
     floor: Floor
     whiteners: tuple[Whitener, ...]
@@ -99,7 +99,7 @@ class Evidence(Misfit):
             out.append(np.concatenate(rows))
         return out
 
-    def _standing(self, part: Part) -> FloatArray:
+    def _standing(self, part: TrialPart) -> FloatArray:
         return part.cut(self.predictor.predict([PredictionRequest(part.trial, (), self.drive)])[0])
 
     def score(self, residual: FloatArray) -> FloatArray:
@@ -129,7 +129,7 @@ def mean_energy(energy: FloatArray, count: FloatArray) -> FloatArray:
 
 
 def make_evidence(
-    predictor: Predictor, parts: Sequence[Part], drive: Drive, floor: Floor
+    predictor: Predictor, parts: Sequence[TrialPart], drive: Drive, floor: Floor
 ) -> Evidence:
     """Whiten parts under a drive."""
     base = predictor.predict([PredictionRequest(part.trial, (), drive) for part in parts])
@@ -141,7 +141,7 @@ def make_evidence(
 
 def evidence_of(
     predictor: Predictor,
-    parts: Sequence[Part],
+    parts: Sequence[TrialPart],
     drive: Drive,
     floor: Floor,
     whiteners: Sequence[Whitener],
@@ -164,7 +164,7 @@ def evidence_of(
 
 
 def errors(
-    predictor: Predictor, parts: Sequence[Part], drive: Drive, causes: tuple[Cause, ...] = ()
+    predictor: Predictor, parts: Sequence[TrialPart], drive: Drive, causes: tuple[Cause, ...] = ()
 ) -> list[FloatArray]:
     """Measured minus predicted, by default as the simulator stands, (F, C) a part; NaN where unused."""
     base = predictor.predict([PredictionRequest(part.trial, causes, drive) for part in parts])
@@ -174,7 +174,7 @@ def errors(
     ]
 
 
-def local_drive(predictor: Predictor, parts: Sequence[Part]) -> Drive:
+def local_drive(predictor: Predictor, parts: Sequence[TrialPart]) -> Drive:
     """Measured inputs, unless the simulator is one piece and then has no answer on most channels."""
     known = [
         sum(int(np.isfinite(one).any(axis=0).sum()) for one in errors(predictor, parts[:1], drive))

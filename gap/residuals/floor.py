@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap.interfaces import Channel
-from gap.residuals.parts import Part, RunCondition
+from gap.residuals.parts import RunCondition, TrialPart
 from model.values.arrays import BoolArray, FloatArray
 
 HARMONICS = 6
@@ -69,7 +69,7 @@ class Floor:
         return ExpectedMisfit(mean, variance * (1.0 + 2.0 / count))
 
 
-def phase_basis(part: Part) -> FloatArray:
+def phase_basis(part: TrialPart) -> FloatArray:
     """Return constant and harmonics of the phase, (F, K), each of mean square 1."""
     cycle = part.observation.cycle
     one = np.ones((part.frames, 1))
@@ -81,8 +81,8 @@ def phase_basis(part: Part) -> FloatArray:
 
 def make_floor(
     channels: Sequence[Channel],
-    references: Sequence[tuple[Part, FloatArray]],
-    trials: Sequence[tuple[Part, FloatArray]],
+    references: Sequence[tuple[TrialPart, FloatArray]],
+    trials: Sequence[tuple[TrialPart, FloatArray]],
 ) -> Floor:
     """Measure the floor.
 
@@ -155,7 +155,7 @@ def _correlation(some: Sequence[RunCondition], others: Sequence[RunCondition]) -
 
 
 def _locked(
-    part: Part, error: FloatArray, most: int | None = None
+    part: TrialPart, error: FloatArray, most: int | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """Least squares on the phase's harmonics: the fitted part (F, C) and its coefficients (K, C)."""
     basis = phase_basis(part)[:, :most]
@@ -170,7 +170,7 @@ def _locked(
     return basis @ coefficients, coefficients
 
 
-def _scatter(part: Part, error: FloatArray) -> FloatArray:
+def _scatter(part: TrialPart, error: FloatArray) -> FloatArray:
     """Standard deviation from cycle to cycle at the same phase, or of neighbours, (C,)."""
     cycle = part.observation.cycle
     if np.isfinite(cycle).all() and abs(cycle[-1] - cycle[0]) >= 2 and np.all(np.diff(cycle) > 0):

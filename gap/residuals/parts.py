@@ -34,7 +34,7 @@ class RunCondition:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Part:
+class TrialPart:
     """Frames of one trial.
 
     Attributes:
@@ -67,13 +67,15 @@ class Part:
         return self.last - self.first
 
 
-def whole_parts(simulator: Simulator, trials: Sequence[Trial], first: int = 0) -> tuple[Part, ...]:
+def whole_parts(
+    simulator: Simulator, trials: Sequence[Trial], first: int = 0
+) -> tuple[TrialPart, ...]:
     """Return whole trials as parts; the first one has the index ``first`` among all trials of the study."""
     observed = [(trial, simulator.observe(trial)) for trial in trials]
     return tuple(part_of(i, t, o, 0, len(o.time_s)) for i, (t, o) in enumerate(observed, first))
 
 
-def part_of(index: int, trial: Trial, observation: Observation, first: int, last: int) -> Part:
+def part_of(index: int, trial: Trial, observation: Observation, first: int, last: int) -> TrialPart:
     """Return frames of a trial."""
     o, rows = observation, slice(first, last)
     cut = Observation(
@@ -82,12 +84,12 @@ def part_of(index: int, trial: Trial, observation: Observation, first: int, last
     frequency = trial.header.frequency_hz
     if not np.isfinite(frequency) and np.isfinite(o.cycle).all() and len(o.time_s) > 1:
         frequency = float(abs(o.cycle[-1] - o.cycle[0]) / (o.time_s[-1] - o.time_s[0]))
-    return Part(index, first, last, trial.header.gait, frequency, cut)
+    return TrialPart(index, first, last, trial.header.gait, frequency, cut)
 
 
 def split(
     simulator: Simulator, trials: Sequence[Trial]
-) -> tuple[tuple[Part, ...], tuple[Part, ...]]:
+) -> tuple[tuple[TrialPart, ...], tuple[TrialPart, ...]]:
     """Return the parts to fit to, and those that are held out to judge.
 
     Raises:
@@ -107,7 +109,7 @@ def split(
     )
 
 
-def _held_out(parts: list[Part]) -> set[int]:
+def _held_out(parts: list[TrialPart]) -> set[int]:
     """Evenly spaced trials of the gaits that have most of them; every gait keeps one to fit to."""
     wanted = max(1, round(HELD_OUT_SHARE * len(parts)))
     gaits: dict[str, list[int]] = {}
@@ -126,7 +128,7 @@ def _held_out(parts: list[Part]) -> set[int]:
     return held
 
 
-def _split_one(trial: Trial, whole: Part) -> tuple[Part, Part]:
+def _split_one(trial: Trial, whole: TrialPart) -> tuple[TrialPart, TrialPart]:
     o = whole.observation
     blocks = block_starts(o)
     if len(blocks) >= 6:
@@ -157,7 +159,7 @@ def block_starts(observation: Observation) -> IntArray:
     return np.array(starts, dtype=np.int64)
 
 
-def folds_of(parts: Sequence[Part], starts: Sequence[IntArray]) -> IntArray:
+def folds_of(parts: Sequence[TrialPart], starts: Sequence[IntArray]) -> IntArray:
     """Return the fold of each block of all parts: whole trials, or thirds where there are few."""
     folds = []
     for number, at in enumerate(starts):

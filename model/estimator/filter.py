@@ -12,7 +12,7 @@ import numpy as np
 from model.errors import ModelError
 from model.estimator import frame_kernel, output, process, senses
 from model.estimator import measurements as measure
-from model.estimator.kalman import ABSOLUTE, Kalman, Stack, Updated, mended, sound
+from model.estimator.kalman import ABSOLUTE, Kalman, MeasurementStack, Updated, mended, sound
 from model.estimator.neighbourhood import Neighbourhood, neighbourhood
 from model.estimator.process import ProcessStep
 from model.estimator.settings import EstimatorSettings, record_of
@@ -219,7 +219,7 @@ class Estimator:
         self,
         mean: FloatArray,
         covariance: FloatArray,
-        measured: list[Stack],
+        measured: list[MeasurementStack],
         state: EstimatorState,
     ) -> Updated:
         """Use what passes its gate."""
@@ -247,10 +247,10 @@ class Estimator:
 
     def _others(
         self, mean: FloatArray, inputs: OdometryInputs, model: Neighbourhood | None
-    ) -> list[Stack]:
+    ) -> list[MeasurementStack]:
         """What was measured beside the forces on the feet."""
         settings = self.settings
-        stacks: list[Stack] = []
+        stacks: list[MeasurementStack] = []
         if model is not None:
             tilt = (inputs.roll_rad, inputs.pitch_rad)
             stacks += measure.tilt_stacks(tilt, model, settings)

@@ -10,7 +10,7 @@ from model.estimator import measurements as measure
 from model.estimator import process
 from model.estimator.filter import Estimator
 from model.estimator.history import EstimatorMemory, LateSample, advance, use_late
-from model.estimator.kalman import Stack, mended, sound
+from model.estimator.kalman import MeasurementStack, mended, sound
 from model.estimator.neighbourhood import Neighbourhood, neighbourhood
 from model.estimator.process import ProcessStep
 from model.estimator.settings import EstimatorSettings, record_of
@@ -127,7 +127,7 @@ def test_measurement_rows_against_differences() -> None:
     every = np.ones(6, dtype=bool)
     absolute = OdometryInputs(0, feet, pose_W=np.array([1.0, 2.0, 0.3]))
 
-    def measured(at: FloatArray) -> Stack:
+    def measured(at: FloatArray) -> MeasurementStack:
         model = solved(at, feet)._replace(sway_B=solved(mean, feet).sway_B)
         pose = measure.pose_stack(at, absolute, SETTINGS)
         assert pose is not None
