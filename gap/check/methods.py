@@ -3,7 +3,8 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from gap.check.score import CONTROL, PAIR, SINGLE, CheckedCase, count_pairs, named_effects
+from gap.check.cases import CONTROL, PAIR, SINGLE, CheckedCase, named_effects
+from gap.check.score import count_pairs
 
 THIS = "this diagnosis"
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gap.check.score import CaseAnswer, Named, Truth
+from gap.check.cases import CaseAnswer, Named, Truth
 from gap.delegate import Without
 from gap.diagnosis.as_json import diagnosis_json
 from gap.diagnosis.commissioning import standing_of

@@ -5,8 +5,9 @@ from concurrent.futures import as_completed
 from dataclasses import replace
 from math import nan
 
+from gap.check.cases import REMOVED, SINGLE, CheckedCase
 from gap.check.methods import methods
-from gap.check.score import REMOVED, SINGLE, CheckedCase, confusions, figures
+from gap.check.score import confusions, figures
 from gap.worker_pool import worker_pool
 from model.errors import ConfigError, GapError, RecordError
 from record.trial.header import read_text

@@ -3,8 +3,9 @@
 import math
 from collections.abc import Sequence
 
+from gap.check.cases import CheckedCase, gap_declared, named_right
 from gap.check.methods import Method, methods
-from gap.check.score import CheckedCase, Confusion, Figure, gap_declared, named_right
+from gap.check.score import Confusion, Figure
 from robot.console.table import Column, markdown_lines, table_lines
 
 SCORES = tuple(Column("", form) for form in ("", "s", "s", "", "d", "", ""))

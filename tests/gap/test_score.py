@@ -6,8 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from gap.check.methods import THIS, Method, methods
-from gap.check.score import (
+from gap.check.cases import (
     CONTROL,
     OUTSIDE,
     PAIR,
@@ -16,13 +15,10 @@ from gap.check.score import (
     CheckedCase,
     Named,
     Truth,
-    area_under,
-    calibration_error,
-    confusions,
-    figures,
     group_of,
-    parameter_error,
 )
+from gap.check.methods import THIS, Method, methods
+from gap.check.score import area_under, calibration_error, confusions, figures, parameter_error
 from robot.campaign.score_text import score_lines, score_markdown
 
 NAN = math.nan
