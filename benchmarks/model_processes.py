@@ -184,6 +184,7 @@ def _run(job: _Job) -> None:
             _rooms.pop(old).close()
         _rooms[job.name] = SharedFrames(job.frames, job.legs, job.name)
     room, part = _rooms[job.name], slice(job.first, job.last)
-    own: list[Any] = [values[part] for values in room.answer]
     feet = FootMotion(room.feet.position_m[part], room.feet.velocity_m_s[part])
-    solve_frames(feet, job.contact, job.weight_n, law=job.law, out=FrameSolutions(*own))
+    answer = solve_frames(feet, job.contact, job.weight_n, law=job.law)
+    for shared, values in zip(room.answer, answer, strict=True):
+        shared[part] = values

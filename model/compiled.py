@@ -1,9 +1,8 @@
 """Compilation of the hot path with numba, where numba is installed.
 
 Without it the same functions run as plain Python, a few hundred times slower; ``COMPILED`` says which
-it is, and ``bigant --version`` shows it. The first call
-of a process loads machine code from a cache beside the modules; only the very first one on a machine
-compiles.
+it is, and ``bigant --version`` shows it. The first call of a process loads machine code from a cache beside
+the modules; only the very first one on a machine compiles.
 """
 
 import hashlib

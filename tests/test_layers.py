@@ -38,6 +38,26 @@ def test_a_module_holds_one_idea(path: Path) -> None:
     assert not re.match(r"(utils?|helpers?|common|misc|manager)", path.stem)
 
 
+KERNELS = {"compiled", "compiled_sums"}  # machine code takes plain arrays and numbers
+MOST_PARAMETERS = 7
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda p: p.relative_to(ROOT).as_posix())
+def test_values_that_travel_together_are_one_value(path: Path) -> None:
+    long = {}
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            continue
+        names = [
+            one.arg for one in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)
+        ]
+        own = len(names) - (names[:1] in (["self"], ["cls"]))
+        decorators = {ast.unparse(one).split("(")[0] for one in node.decorator_list}
+        if own > MOST_PARAMETERS and not decorators & KERNELS:
+            long[node.name] = own
+    assert not long, "give what travels together a name: a dataclass or a named tuple"
+
+
 def test_nothing_names_a_package_index_or_a_place_of_some_machine() -> None:
     # built from pieces, so that this file does not match itself
     index = re.compile("index" + r"[-_]url\s*=|pypi\." + "org|python" + "hosted|/sim" + "ple/")

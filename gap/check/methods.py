@@ -3,7 +3,8 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from gap.check.score import CONTROL, PAIR, SINGLE, Case, count_pairs, named_effects
+from gap.check.cases import CONTROL, PAIR, SINGLE, CheckedCase, named_effects
+from gap.check.score import count_pairs
 
 THIS = "this diagnosis"
 
@@ -28,14 +29,14 @@ class Method:
     controls: int
 
 
-def methods(cases: Sequence[Case]) -> tuple[Method, ...]:
+def methods(cases: Sequence[CheckedCase]) -> tuple[Method, ...]:
     """Count the diagnosis and each simpler method in its answers; nothing if there are none."""
     counted = [case for case in cases if case.kind in {CONTROL, SINGLE, PAIR}]
     names = list(dict.fromkeys(name for case in counted for name, _ in case.answer.simpler))
     return tuple(_count(name, counted) for name in [THIS, *names]) if names else ()
 
 
-def _count(name: str, cases: Sequence[Case]) -> Method:
+def _count(name: str, cases: Sequence[CheckedCase]) -> Method:
     answers = list(_answers(name, cases))
     single = [(case, named) for case, named in answers if case.kind == SINGLE]
     pairs = count_pairs((case, named) for case, named in answers if case.kind == PAIR)
@@ -50,7 +51,9 @@ def _count(name: str, cases: Sequence[Case]) -> Method:
     )
 
 
-def _answers(name: str, cases: Sequence[Case]) -> Iterator[tuple[Case, tuple[str, ...]]]:
+def _answers(
+    name: str, cases: Sequence[CheckedCase]
+) -> Iterator[tuple[CheckedCase, tuple[str, ...]]]:
     for case in cases:
         if name == THIS:
             yield case, named_effects(case)

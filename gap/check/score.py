@@ -12,72 +12,22 @@ from dataclasses import dataclass
 
 from scipy.stats import binomtest, rankdata
 
-CONTROL, SINGLE, PAIR, OUTSIDE, REMOVED = "control", "single", "pair", "outside", "removed"
-NO_GAP, UNEXPLAINED = "no_gap", "unexplained"
+from gap.check.cases import (
+    CONTROL,
+    OUTSIDE,
+    PAIR,
+    REMOVED,
+    SINGLE,
+    UNEXPLAINED,
+    CheckedCase,
+    gap_declared,
+    group_of,
+    named_effects,
+    named_right,
+)
+
 VISIBLE = 3.0  # times repeatability
 BINS = 10
-
-
-@dataclass(frozen=True, slots=True)
-class Truth:
-    """One thing that was wrong; the joint is empty for the whole machine, values are (parameter, value)."""
-
-    effect: str
-    stage: str
-    joint: str
-    values: tuple[tuple[str, float], ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Named:
-    """One cause that a diagnosis named; values are (parameter, value)."""
-
-    effect: str
-    joints: tuple[str, ...]
-    values: tuple[tuple[str, float], ...]
-    probability: float
-
-
-@dataclass(frozen=True, slots=True)
-class Answer:
-    """The diagnosis of one case.
-
-    Attributes:
-        verdict: ``no_gap``, ``explained``, ``ambiguous`` or ``unexplained``.
-        named: Causes, the largest first.
-        alike: Pairs of effects that it declared indistinguishable.
-        none: Probability that the catalogue has no name for it.
-        shrink: Share of the gap closed on held-out runs; NaN if not measured.
-        seconds: Time that it took; NaN if not known.
-        simpler: Simpler methods: name, and the effects that they named in their order.
-    """
-
-    verdict: str
-    stage: str
-    named: tuple[Named, ...]
-    alike: tuple[tuple[str, str], ...]
-    none: float
-    shrink: float
-    seconds: float
-    simpler: tuple[tuple[str, tuple[str, ...]], ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Case:
-    """A case, both sides of it.
-
-    Attributes:
-        kind: control, single, pair, outside or removed (from the catalogue).
-        visible: Largest change of any channel over its repeatability; NaN if it was not measured.
-        reachable: Share that the true effects with true parameters close; NaN if not measured.
-    """
-
-    name: str
-    kind: str
-    truths: tuple[Truth, ...]
-    answer: Answer
-    visible: float
-    reachable: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,31 +61,9 @@ class Confusion:
     visible: float
 
 
-def gap_declared(case: Case) -> bool:
-    """Whether a gap was declared."""
-    return case.answer.verdict != NO_GAP
-
-
-def named_effects(case: Case) -> tuple[str, ...]:
-    """Return the effects that were named, the largest first; none where no gap was declared."""
-    return tuple(one.effect for one in case.answer.named) if gap_declared(case) else ()
-
-
-def named_right(case: Case) -> bool:
-    """Whether the first cause named is the true effect (of a single-effect case)."""
-    return bool(case.answer.named) and case.answer.named[0].effect == case.truths[0].effect
-
-
-def group_of(case: Case) -> frozenset[str]:
-    """Return the first named effect with all that were declared to be like it."""
-    if not case.answer.named:
-        return frozenset()
-    first = case.answer.named[0].effect
-    pairs = [{_bare(a), _bare(b)} for a, b in case.answer.alike]
-    return frozenset({first}.union(*(pair for pair in pairs if first in pair)))
-
-
-def figures(cases: Sequence[Case], neutral: dict[tuple[str, str], float]) -> tuple[Figure, ...]:
+def figures(
+    cases: Sequence[CheckedCase], neutral: dict[tuple[str, str], float]
+) -> tuple[Figure, ...]:
     """Return every figure of the protocol; ``neutral`` is by (effect, parameter)."""
     single = [c for c in cases if c.kind == SINGLE]
     visible = [c for c in single if not c.visible < VISIBLE]
@@ -182,7 +110,7 @@ def figures(cases: Sequence[Case], neutral: dict[tuple[str, str], float]) -> tup
     )  # fmt: skip
 
 
-def confusions(cases: Iterable[Case]) -> tuple[Confusion, ...]:
+def confusions(cases: Iterable[CheckedCase]) -> tuple[Confusion, ...]:
     """Return every case in which something else was named than was wrong, by what was wrong."""
     out = []
     for case in cases:
@@ -198,7 +126,7 @@ def confusions(cases: Iterable[Case]) -> tuple[Confusion, ...]:
     return tuple(sorted(out, key=lambda c: (c.truth, c.case)))
 
 
-def calibration_error(cases: Sequence[Case]) -> tuple[float, int]:
+def calibration_error(cases: Sequence[CheckedCase]) -> tuple[float, int]:
     """Return the expected calibration error of causes named, in ten bins, and how many there were."""
     given = [
         (one.probability, any(one.effect == truth.effect for truth in case.truths))
@@ -216,7 +144,7 @@ def calibration_error(cases: Sequence[Case]) -> tuple[float, int]:
 
 
 def parameter_error(
-    cases: Iterable[Case], neutral: dict[tuple[str, str], float]
+    cases: Iterable[CheckedCase], neutral: dict[tuple[str, str], float]
 ) -> tuple[float, int]:
     """Return the median relative error of parameters where effect and leg are right, and their number.
 
@@ -266,21 +194,21 @@ def _number(name: str, value: float, cases: int, bar: str, met: Callable[[float]
     return Figure(name, value, math.nan, math.nan, cases, bar, met(value) if known else None)
 
 
-def _leg_right(case: Case) -> bool:
+def _leg_right(case: CheckedCase) -> bool:
     joint = case.truths[0].joint
     return case.answer.named[0].joints == ((joint,) if joint else ())
 
 
-def _stage_right(case: Case) -> bool:
+def _stage_right(case: CheckedCase) -> bool:
     return case.answer.stage == case.truths[0].stage
 
 
-def _unlike(case: Case) -> bool:
+def _unlike(case: CheckedCase) -> bool:
     """Whether a case outside the catalogue was recognised as one."""
     return case.answer.verdict == UNEXPLAINED
 
 
-def count_pairs(answers: Iterable[tuple[Case, Sequence[str]]]) -> tuple[int, int, int]:
+def count_pairs(answers: Iterable[tuple[CheckedCase, Sequence[str]]]) -> tuple[int, int, int]:
     """Count effects named that were there, effects that were there, and effects named."""
     hits = truths = count = 0
     for case, effects in answers:
@@ -291,17 +219,13 @@ def count_pairs(answers: Iterable[tuple[Case, Sequence[str]]]) -> tuple[int, int
     return hits, truths, count
 
 
-def _shrinks(cases: Iterable[Case]) -> tuple[float, int]:
+def _shrinks(cases: Iterable[CheckedCase]) -> tuple[float, int]:
     known = [
         c.answer.shrink / c.reachable
         for c in cases
         if c.reachable > 0 and c.answer.shrink == c.answer.shrink
     ]
     return _median(known), len(known)
-
-
-def _bare(name: str) -> str:
-    return name.split()[0]
 
 
 def _unit(name: str) -> str:

@@ -15,7 +15,7 @@ from gap.diagnosis.how_far import ChannelRms, channel_rms
 from gap.interfaces import Cause, Drive, Scope, Simulator
 from gap.residuals.evidence import errors
 from gap.residuals.floor import rms
-from gap.residuals.parts import Part, block_starts, split
+from gap.residuals.parts import TrialPart, block_starts, split
 from gap.residuals.predictions import Misfit, Predictor
 from gap.search.candidates import Candidate
 from gap.search.fit import Rules, fit_causes, free_values, moved
@@ -42,7 +42,7 @@ class Alone:
 class _Squares(Misfit):
     """Measured minus predicted end to end, on the scale of what the simulator as it stands leaves."""
 
-    parts: tuple[Part, ...]
+    parts: tuple[TrialPart, ...]
 
     @cached_property
     def scale(self) -> FloatArray:

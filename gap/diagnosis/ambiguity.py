@@ -61,7 +61,7 @@ def open_rivals(
     Rivals are those of each step, as ``gap.diagnosis.probability.chances`` has them; ``left_nats`` is what
     the causes leave beyond what a healthy machine does.
     """
-    found: list[OpenRival] = []
+    alternatives: list[OpenRival] = []
     named = {step.chosen.added.key for step in selection.steps}
     for step, known in zip(selection.steps, rivals, strict=True):
         chosen = step.chosen.fitted
@@ -77,8 +77,8 @@ def open_rivals(
             for one in own
             if one.looks_the_same or one.predicts_as_well or one.behind < HIDDEN_SHARE * left_nats
         ]
-        found += sorted(left_open, key=lambda one: one.behind)[:MOST_OPEN]
-    return tuple(found)
+        alternatives += sorted(left_open, key=lambda one: one.behind)[:MOST_OPEN]
+    return tuple(alternatives)
 
 
 def separation(of: Fitted, by: Fitted, weights: FloatArray) -> float:

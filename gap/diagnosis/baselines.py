@@ -33,8 +33,8 @@ def baselines(evidence: Evidence, signatures: Signatures) -> tuple[Baseline, ...
     )
 
 
-def _keys(found: Sequence[Gain]) -> tuple[tuple[str, tuple[str, ...]], ...]:
-    return tuple(one.signature.candidate.key for one in found)
+def _keys(each: Sequence[Gain]) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    return tuple(one.signature.candidate.key for one in each)
 
 
 def _greedy(evidence: Evidence, signatures: Signatures) -> list[Gain]:
@@ -67,7 +67,7 @@ def _change(signatures: Signatures, gain: Gain) -> np.ndarray:
 def _all_at_once(
     evidence: Evidence, signatures: Signatures
 ) -> tuple[tuple[str, tuple[str, ...]], ...]:
-    smooth = [one for one in signatures.found if one.offset < 0 and one.rows]
+    smooth = [one for one in signatures.each if one.offset < 0 and one.rows]
     rows = [row for one in smooth for row in one.rows]
     owners = [one.candidate.key for one in smooth for _ in one.rows]
     if not rows:

@@ -12,7 +12,7 @@ import numpy as np
 
 from gap.diagnosis.study import Study
 from gap.interfaces import Cause, Drive, Simulator
-from gap.residuals.parts import Part, whole_parts
+from gap.residuals.parts import TrialPart, whole_parts
 from gap.residuals.predictions import Predictor
 from gap.search.candidates import Candidate, candidates_of
 from gap.search.screen import make_signatures
@@ -68,9 +68,9 @@ def standing_of(references: Sequence[Trial], simulator: Simulator) -> tuple[Caus
     return commission(Study(predictor, (), references=whole_parts(simulator, references)))
 
 
-def conditions_of(references: Sequence[Part]) -> tuple[Part, ...]:
+def conditions_of(references: Sequence[TrialPart]) -> tuple[TrialPart, ...]:
     """Return one run of some conditions, as different as they are there."""
-    seen: dict[tuple[str, float], Part] = {}
+    seen: dict[tuple[str, float], TrialPart] = {}
     for part in references:
         seen.setdefault((part.gait, round(part.frequency_hz, 3)), part)
     order = sorted(seen)

@@ -15,7 +15,7 @@ from scipy import stats
 from gap.interfaces import Channel
 from gap.residuals.evidence import Evidence, mean_energy
 from gap.residuals.floor import make_floor
-from gap.residuals.parts import Condition, Part, block_starts
+from gap.residuals.parts import RunCondition, TrialPart, block_starts
 from gap.residuals.whitening import Whitener, make_whitener
 from gap.search.screen import Signature, Signatures, plain_gains
 from model.values.arrays import FloatArray, IntArray
@@ -42,7 +42,7 @@ class Healthy:
         blocks: First frame of each block.
     """
 
-    part: Part
+    part: TrialPart
     whitener: Whitener
     residual: FloatArray
     excess: FloatArray
@@ -94,7 +94,7 @@ class Detection:
             computed from it.
     """
 
-    found: bool
+    each: bool
     p: float
     p_cause: float
     p_energy: float
@@ -109,8 +109,8 @@ class Detection:
 
 def healthy_runs(
     channels: Sequence[Channel],
-    references: Sequence[tuple[Part, FloatArray]],
-    conditions: Sequence[Condition] = (),
+    references: Sequence[tuple[TrialPart, FloatArray]],
+    conditions: Sequence[RunCondition] = (),
 ) -> tuple[Healthy, ...]:
     """Compare each reference with others that are as far from it as they are from the trials.
 
@@ -126,7 +126,7 @@ def healthy_runs(
         return ()
     own = [part.condition for part, _ in references]
     distance = max((_distance(one, own) for one in conditions), default=SAME_CONDITION)
-    found = []
+    each = []
     for i, (part, error) in enumerate(references):
         others = [
             r for k, r in enumerate(references) if k != i and _apart(own[i], own[k]) >= distance
@@ -138,18 +138,18 @@ def healthy_runs(
         whitener = make_whitener(part, floor, base)
         residual = whitener.whiten(error)
         excess = mean_energy((residual**2).sum(axis=0), whitener.count.sum(axis=0))
-        found.append(Healthy(part, whitener, residual, excess, block_starts(part.observation)))
-    return tuple(found)
+        each.append(Healthy(part, whitener, residual, excess, block_starts(part.observation)))
+    return tuple(each)
 
 
-def _apart(a: Condition, b: Condition) -> int:
+def _apart(a: RunCondition, b: RunCondition) -> int:
     """How far two conditions are apart: the same, another frequency, another gait."""
     if a.gait != b.gait:
         return NEW_GAIT
     return SAME_CONDITION if abs(a.log_ratio(b)) < SAME_FREQUENCY else NEW_FREQUENCY
 
 
-def _distance(one: Condition, known: Sequence[Condition]) -> int:
+def _distance(one: RunCondition, known: Sequence[RunCondition]) -> int:
     return min(_apart(one, other) for other in known)
 
 
@@ -237,7 +237,7 @@ def energies(
 def detectable(signatures: Signatures, threshold: float) -> tuple[Detectable, ...]:
     """Return the smallest size of each effect's parameters that would have shown, at its blindest joint."""
     worst: dict[tuple[str, str], Detectable] = {}
-    for one in signatures.found:
+    for one in signatures.each:
         for size in _sizes(one, signatures, max(threshold, 2.0)):
             key = (size.effect, size.parameter)
             if key not in worst or size.size > worst[key].size:

@@ -78,7 +78,7 @@ def diagnose_study(
     """
     progress("checking the data", 0.0)
     checked = [study.simulator.check(one) for one in study.predictor.trials]
-    faults = tuple(TrialFaults(i, found) for i, found in enumerate(checked) if found)
+    faults = tuple(TrialFaults(i, own) for i, own in enumerate(checked) if own)
 
     # what healthy runs show already, and what is expected beside it
     local = study.local
@@ -128,7 +128,7 @@ def diagnose_study(
     # what to run next
     progress("what to run next", NEXT_FROM)
     runs_next = _next_runs(study, selection, rivals, proposer, progress) if rivals else ()
-    found = Diagnosis(
+    diagnosis = Diagnosis(
         simulator=study.simulator.name,
         verdict=verdict,
         stage="" if verdict is Verdict.NO_GAP else stage,
@@ -154,7 +154,7 @@ def diagnose_study(
         seed=seed,
     )
     progress("done", 1.0)
-    return found
+    return diagnosis
 
 
 def _fit(
@@ -167,7 +167,6 @@ def _fit(
     unseen = unseen_residual(evidence, selection.fitted)
     return Fit(
         closed=closed_share(evidence, unseen),
-        excess_before=evidence.mean_excess(evidence.base),
         excess_after=evidence.mean_excess(unseen),
         worst_after=float(np.nanmax(evidence.excess(unseen))),
         p_after=min(energies(evidence, unseen, runs)) if runs else 0.0,

@@ -53,15 +53,13 @@ class Fit:
 
     Attributes:
         closed: Share of the explainable gap that they close, 0 to 1.
-        excess_before: Energy over expectation without them.
-        excess_after: The same with them.
+        excess_after: Energy over expectation with them.
         worst_after: The same of the worst channel.
         p_after: Chance of so much left in a healthy machine; 0 where there is none to compare with.
         nats_after: Score that is left beyond that of a healthy machine.
     """
 
     closed: float
-    excess_before: float
     excess_after: float
     worst_after: float
     p_after: float

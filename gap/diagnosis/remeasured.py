@@ -24,10 +24,10 @@ class _Switch(Delegate):
         self.expected = 1  # predictions in all
 
     def predict(self, trial: Trial, causes: Sequence[Cause], drive: Drive) -> FloatArray:
-        found = (self._after if causes else self.inner).predict(trial, (), drive)
+        predicted = (self._after if causes else self.inner).predict(trial, (), drive)
         self._done += 1
         self._progress(min(1.0, self._done / self.expected))
-        return found
+        return predicted
 
 
 def remeasure(

@@ -15,7 +15,7 @@ from gap.diagnosis.detection import Healthy, healthy_runs
 from gap.interfaces import Cause, Drive, Simulator
 from gap.residuals.evidence import Evidence, errors, evidence_of, local_drive, make_evidence
 from gap.residuals.floor import Floor, make_floor, rms
-from gap.residuals.parts import Part, split, whole_parts
+from gap.residuals.parts import TrialPart, split, whole_parts
 from gap.residuals.predictions import Predictor
 from model.errors import GapError
 from record.trial.trial import Trial
@@ -37,9 +37,9 @@ class Study:
     """
 
     predictor: Predictor
-    fitted: tuple[Part, ...]
-    held: tuple[Part, ...] = ()
-    references: tuple[Part, ...] = ()
+    fitted: tuple[TrialPart, ...]
+    held: tuple[TrialPart, ...] = ()
+    references: tuple[TrialPart, ...] = ()
     _baselines: dict[Drive, tuple[Floor, tuple[Healthy, ...]]] = field(default_factory=dict)
 
     @property

@@ -52,12 +52,12 @@ def named_causes(
     There is one probability a cause; ``healthy`` are references, None where there are too few.
     """
     errors = standard_errors(evidence, healthy, selection.fitted)
-    found, at = [], 0
+    causes, at = [], 0
     parts = _parts(far, len(selection.steps))
     for i, (cause, step) in enumerate(zip(selection.fitted.causes, selection.steps, strict=True)):
         effect = step.chosen.added.effect
         size = len(effect.parameters)
-        found.append(
+        causes.append(
             NamedCause(
                 effect=cause.effect,
                 joints=cause.joints,
@@ -74,7 +74,7 @@ def named_causes(
             )
         )
         at += size
-    return tuple(sorted(found, key=lambda one: -np.nan_to_num(one.shrink, nan=0.0)))
+    return tuple(sorted(causes, key=lambda one: -np.nan_to_num(one.shrink, nan=0.0)))
 
 
 def _parts(far: HowFar, count: int) -> list[float]:

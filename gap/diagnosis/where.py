@@ -35,7 +35,7 @@ class StageGap:
 
 
 @dataclass(frozen=True, slots=True)
-class Cell:
+class PhaseCell:
     """A channel in a part of the gait.
 
     Attributes:
@@ -81,7 +81,7 @@ class Where:
 
     stages: tuple[StageGap, ...]
     channels: tuple[ChannelGap, ...]
-    cells: tuple[Cell, ...]
+    cells: tuple[PhaseCell, ...]
 
     @property
     def stage(self) -> str:
@@ -142,7 +142,9 @@ def _phase_bins(evidence: Evidence) -> IntArray:
     return np.concatenate(bins).astype(np.int64)
 
 
-def _cells(evidence: Evidence, residual: FloatArray, bins: IntArray, seed: int) -> tuple[Cell, ...]:
+def _cells(
+    evidence: Evidence, residual: FloatArray, bins: IntArray, seed: int
+) -> tuple[PhaseCell, ...]:
     """The largest differences that are above chance; none where there are too few blocks to test them."""
     channels = evidence.simulator.channels
     cyclic = bool(bins.any())
@@ -183,7 +185,7 @@ def _cells(evidence: Evidence, residual: FloatArray, bins: IntArray, seed: int) 
             c = channels[channel]
             middle = (bin_at + 0.5) / PHASE_BINS if cyclic else np.nan
             cells.append(
-                Cell(c.name, c.joint, c.stage, middle, float(mean[i]), float(statistic[i]), p)
+                PhaseCell(c.name, c.joint, c.stage, middle, float(mean[i]), float(statistic[i]), p)
             )
     return tuple(cells)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from gap.interfaces import Cause, Drive, Simulator, reach_of
 from gap.residuals.floor import Floor
-from gap.residuals.predictions import Misfit, Predictor, Wanted
+from gap.residuals.predictions import Misfit, PredictionRequest, Predictor
 from gap.search.candidates import Candidate, starts_of, stepped
 from gap.search.fit import PLAIN, fit_causes
 from model.values.arrays import FloatArray
@@ -28,20 +28,20 @@ class Imitation(Misfit):
     goal: tuple[Cause, ...]
 
     @cached_property
-    def wanted(self) -> FloatArray:
+    def goal_prediction(self) -> FloatArray:
         """What the goal predicts, in units of the noise, (F, C) of all trials."""
         return self.predicted(self.goal)
 
     def predicted(self, causes: tuple[Cause, ...]) -> FloatArray:
         """Return what causes predict, in units of the noise, (F, C) of all trials."""
-        wanted = [Wanted(i, causes, Drive.COMMAND) for i in range(len(self.noise))]
-        found = self.predictor.predict(wanted)
-        rows = [one / noise for one, noise in zip(found, self.noise, strict=True)]
+        requests = [PredictionRequest(i, causes, Drive.COMMAND) for i in range(len(self.noise))]
+        predicted = self.predictor.predict(requests)
+        rows = [one / noise for one, noise in zip(predicted, self.noise, strict=True)]
         return np.nan_to_num(np.concatenate(rows))
 
     def residuals(self, sets: Sequence[tuple[Cause, ...]]) -> list[FloatArray]:
         """Return the goal minus what each set predicts."""
-        return [self.wanted - self.predicted(causes) for causes in sets]
+        return [self.goal_prediction - self.predicted(causes) for causes in sets]
 
 
 def noise_of(simulator: Simulator, trials: Sequence[Trial], floor: Floor) -> list[FloatArray]:

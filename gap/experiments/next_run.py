@@ -58,11 +58,11 @@ def next_runs(
         floor: Its noise under ``Drive.COMMAND``.
         progress: Gets the share that is done.
     """
-    found = []
+    judged = []
     for number, one in enumerate(proposals):
-        found.append(_judge(one, simulator, rivals, floor))
+        judged.append(_judge(one, simulator, rivals, floor))
         progress((number + 1) / len(proposals))
-    useful = [one for one in found if one is not None]
+    useful = [one for one in judged if one is not None]
     return tuple(sorted(useful, key=lambda one: one.minutes / (one.runs * one.separation)))
 
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from gap.interfaces import Cause, Drive, reach_of
 from gap.residuals.floor import Floor
-from gap.residuals.parts import Part, block_starts, folds_of
-from gap.residuals.predictions import Misfit, Predictor, Wanted
+from gap.residuals.parts import TrialPart, block_starts, folds_of
+from gap.residuals.predictions import Misfit, PredictionRequest, Predictor
 from gap.residuals.whitening import Whitener, make_whitener
 from model.values.arrays import FloatArray, IntArray
 
@@ -33,7 +33,7 @@ class Evidence(Misfit):
         block_part: Part of each block, (B,).
     """
 
-    parts: tuple[Part, ...]
+    parts: tuple[TrialPart, ...]
     drive: Drive
     floor: Floor
     whiteners: tuple[Whitener, ...]
@@ -73,12 +73,16 @@ class Evidence(Misfit):
 
     def predictions(self, sets: Sequence[tuple[Cause, ...]]) -> list[list[FloatArray]]:
         """Predict every part with each set of causes."""
-        wanted = [Wanted(part.trial, causes, self.drive) for causes in sets for part in self.parts]
-        found = self.predictor.predict(wanted)
+        requests = [
+            PredictionRequest(part.trial, causes, self.drive)
+            for causes in sets
+            for part in self.parts
+        ]
+        predicted = self.predictor.predict(requests)
         n = len(self.parts)
         return [
-            [part.cut(one) for part, one in zip(self.parts, found[i : i + n], strict=True)]
-            for i in range(0, len(found), n)
+            [part.cut(one) for part, one in zip(self.parts, predicted[i : i + n], strict=True)]
+            for i in range(0, len(predicted), n)
         ]
 
     def residuals(self, sets: Sequence[tuple[Cause, ...]]) -> list[FloatArray]:
@@ -95,8 +99,8 @@ class Evidence(Misfit):
             out.append(np.concatenate(rows))
         return out
 
-    def _standing(self, part: Part) -> FloatArray:
-        return part.cut(self.predictor.predict([Wanted(part.trial, (), self.drive)])[0])
+    def _standing(self, part: TrialPart) -> FloatArray:
+        return part.cut(self.predictor.predict([PredictionRequest(part.trial, (), self.drive)])[0])
 
     def score(self, residual: FloatArray) -> FloatArray:
         """Misfit of each block and channel in nats, (B, C): less is better."""
@@ -125,10 +129,10 @@ def mean_energy(energy: FloatArray, count: FloatArray) -> FloatArray:
 
 
 def make_evidence(
-    predictor: Predictor, parts: Sequence[Part], drive: Drive, floor: Floor
+    predictor: Predictor, parts: Sequence[TrialPart], drive: Drive, floor: Floor
 ) -> Evidence:
     """Whiten parts under a drive."""
-    base = predictor.predict([Wanted(part.trial, (), drive) for part in parts])
+    base = predictor.predict([PredictionRequest(part.trial, (), drive) for part in parts])
     whiteners = tuple(
         make_whitener(part, floor, part.cut(one)) for part, one in zip(parts, base, strict=True)
     )
@@ -137,7 +141,7 @@ def make_evidence(
 
 def evidence_of(
     predictor: Predictor,
-    parts: Sequence[Part],
+    parts: Sequence[TrialPart],
     drive: Drive,
     floor: Floor,
     whiteners: Sequence[Whitener],
@@ -160,17 +164,17 @@ def evidence_of(
 
 
 def errors(
-    predictor: Predictor, parts: Sequence[Part], drive: Drive, causes: tuple[Cause, ...] = ()
+    predictor: Predictor, parts: Sequence[TrialPart], drive: Drive, causes: tuple[Cause, ...] = ()
 ) -> list[FloatArray]:
     """Measured minus predicted, by default as the simulator stands, (F, C) a part; NaN where unused."""
-    base = predictor.predict([Wanted(part.trial, causes, drive) for part in parts])
+    base = predictor.predict([PredictionRequest(part.trial, causes, drive) for part in parts])
     return [
         np.where(part.observation.weight > 0, part.observation.values - part.cut(one), np.nan)
         for part, one in zip(parts, base, strict=True)
     ]
 
 
-def local_drive(predictor: Predictor, parts: Sequence[Part]) -> Drive:
+def local_drive(predictor: Predictor, parts: Sequence[TrialPart]) -> Drive:
     """Measured inputs, unless the simulator is one piece and then has no answer on most channels."""
     known = [
         sum(int(np.isfinite(one).any(axis=0).sum()) for one in errors(predictor, parts[:1], drive))

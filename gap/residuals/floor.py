@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap.interfaces import Channel
-from gap.residuals.parts import Condition, Part
+from gap.residuals.parts import RunCondition, TrialPart
 from model.values.arrays import BoolArray, FloatArray
 
 HARMONICS = 6
@@ -47,12 +47,12 @@ class Floor:
     source: str
     sigma: FloatArray
     dependence: FloatArray
-    conditions: tuple[Condition, ...]
+    conditions: tuple[RunCondition, ...]
     coefficients: FloatArray
     power: FloatArray
     ratio: FloatArray
 
-    def expect(self, condition: Condition) -> ExpectedMisfit:
+    def expect(self, condition: RunCondition) -> ExpectedMisfit:
         """Return the misfit expected at a condition."""
         count = len(self.conditions)
         if count == 0:
@@ -69,7 +69,7 @@ class Floor:
         return ExpectedMisfit(mean, variance * (1.0 + 2.0 / count))
 
 
-def phase_basis(part: Part) -> FloatArray:
+def phase_basis(part: TrialPart) -> FloatArray:
     """Return constant and harmonics of the phase, (F, K), each of mean square 1."""
     cycle = part.observation.cycle
     one = np.ones((part.frames, 1))
@@ -81,8 +81,8 @@ def phase_basis(part: Part) -> FloatArray:
 
 def make_floor(
     channels: Sequence[Channel],
-    references: Sequence[tuple[Part, FloatArray]],
-    trials: Sequence[tuple[Part, FloatArray]],
+    references: Sequence[tuple[TrialPart, FloatArray]],
+    trials: Sequence[tuple[TrialPart, FloatArray]],
 ) -> Floor:
     """Measure the floor.
 
@@ -104,7 +104,7 @@ def make_floor(
             source, sigma, dependence, (), np.zeros((0, 0, c)), np.zeros((0, c)), np.zeros(c)
         )
     sigma = np.fmax(_pooled([rms(rest) for rest in rests]), noise * np.ones(c))
-    coefficients = np.array([found for _, found in fits])
+    coefficients = np.array([fitted for _, fitted in fits])
     conditions = tuple(part.condition for part, _ in references)
     power, ratio = _spread(channels, coefficients, conditions)
     # a coefficient cannot be known better than noise lets it be measured
@@ -114,7 +114,7 @@ def make_floor(
 
 
 def _spread(
-    channels: Sequence[Channel], coefficients: FloatArray, conditions: Sequence[Condition]
+    channels: Sequence[Channel], coefficients: FloatArray, conditions: Sequence[RunCondition]
 ) -> tuple[FloatArray, FloatArray]:
     """Prior variance (K, C) and repeat ratio (C,), pooled over legs, by marginal likelihood."""
     count, harmonics, c = coefficients.shape
@@ -144,7 +144,7 @@ def _spread(
     return power, ratio
 
 
-def _correlation(some: Sequence[Condition], others: Sequence[Condition]) -> FloatArray:
+def _correlation(some: Sequence[RunCondition], others: Sequence[RunCondition]) -> FloatArray:
     """Correlation of the misfits of conditions, (len(some), len(others))."""
     out = np.empty((len(some), len(others)))
     for i, a in enumerate(some):
@@ -155,7 +155,7 @@ def _correlation(some: Sequence[Condition], others: Sequence[Condition]) -> Floa
 
 
 def _locked(
-    part: Part, error: FloatArray, most: int | None = None
+    part: TrialPart, error: FloatArray, most: int | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """Least squares on the phase's harmonics: the fitted part (F, C) and its coefficients (K, C)."""
     basis = phase_basis(part)[:, :most]
@@ -170,7 +170,7 @@ def _locked(
     return basis @ coefficients, coefficients
 
 
-def _scatter(part: Part, error: FloatArray) -> FloatArray:
+def _scatter(part: TrialPart, error: FloatArray) -> FloatArray:
     """Standard deviation from cycle to cycle at the same phase, or of neighbours, (C,)."""
     cycle = part.observation.cycle
     if np.isfinite(cycle).all() and abs(cycle[-1] - cycle[0]) >= 2 and np.all(np.diff(cycle) > 0):

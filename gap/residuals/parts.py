@@ -21,20 +21,20 @@ FEWEST_FRAMES = 8
 
 
 @dataclass(frozen=True, slots=True)
-class Condition:
+class RunCondition:
     """A gait at a frequency."""
 
     gait: str
     frequency_hz: float
 
-    def log_ratio(self, other: "Condition") -> float:
+    def log_ratio(self, other: "RunCondition") -> float:
         """Natural logarithm of the ratio of the frequencies; 0 where one is not known."""
         ratio = self.frequency_hz / other.frequency_hz if other.frequency_hz > 0 else 1.0
         return float(np.log(ratio)) if np.isfinite(ratio) and ratio > 0 else 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Part:
+class TrialPart:
     """Frames of one trial.
 
     Attributes:
@@ -57,9 +57,9 @@ class Part:
         return whole[self.first : self.last]
 
     @property
-    def condition(self) -> Condition:
+    def condition(self) -> RunCondition:
         """Its gait and frequency."""
-        return Condition(self.gait, self.frequency_hz)
+        return RunCondition(self.gait, self.frequency_hz)
 
     @property
     def frames(self) -> int:
@@ -67,13 +67,15 @@ class Part:
         return self.last - self.first
 
 
-def whole_parts(simulator: Simulator, trials: Sequence[Trial], first: int = 0) -> tuple[Part, ...]:
+def whole_parts(
+    simulator: Simulator, trials: Sequence[Trial], first: int = 0
+) -> tuple[TrialPart, ...]:
     """Return whole trials as parts; the first one has the index ``first`` among all trials of the study."""
-    found = [(trial, simulator.observe(trial)) for trial in trials]
-    return tuple(part_of(i, t, o, 0, len(o.time_s)) for i, (t, o) in enumerate(found, first))
+    observed = [(trial, simulator.observe(trial)) for trial in trials]
+    return tuple(part_of(i, t, o, 0, len(o.time_s)) for i, (t, o) in enumerate(observed, first))
 
 
-def part_of(index: int, trial: Trial, observation: Observation, first: int, last: int) -> Part:
+def part_of(index: int, trial: Trial, observation: Observation, first: int, last: int) -> TrialPart:
     """Return frames of a trial."""
     o, rows = observation, slice(first, last)
     cut = Observation(
@@ -82,12 +84,12 @@ def part_of(index: int, trial: Trial, observation: Observation, first: int, last
     frequency = trial.header.frequency_hz
     if not np.isfinite(frequency) and np.isfinite(o.cycle).all() and len(o.time_s) > 1:
         frequency = float(abs(o.cycle[-1] - o.cycle[0]) / (o.time_s[-1] - o.time_s[0]))
-    return Part(index, first, last, trial.header.gait, frequency, cut)
+    return TrialPart(index, first, last, trial.header.gait, frequency, cut)
 
 
 def split(
     simulator: Simulator, trials: Sequence[Trial]
-) -> tuple[tuple[Part, ...], tuple[Part, ...]]:
+) -> tuple[tuple[TrialPart, ...], tuple[TrialPart, ...]]:
     """Return the parts to fit to, and those that are held out to judge.
 
     Raises:
@@ -107,7 +109,7 @@ def split(
     )
 
 
-def _held_out(parts: list[Part]) -> set[int]:
+def _held_out(parts: list[TrialPart]) -> set[int]:
     """Evenly spaced trials of the gaits that have most of them; every gait keeps one to fit to."""
     wanted = max(1, round(HELD_OUT_SHARE * len(parts)))
     gaits: dict[str, list[int]] = {}
@@ -126,7 +128,7 @@ def _held_out(parts: list[Part]) -> set[int]:
     return held
 
 
-def _split_one(trial: Trial, whole: Part) -> tuple[Part, Part]:
+def _split_one(trial: Trial, whole: TrialPart) -> tuple[TrialPart, TrialPart]:
     o = whole.observation
     blocks = block_starts(o)
     if len(blocks) >= 6:
@@ -157,7 +159,7 @@ def block_starts(observation: Observation) -> IntArray:
     return np.array(starts, dtype=np.int64)
 
 
-def folds_of(parts: Sequence[Part], starts: Sequence[IntArray]) -> IntArray:
+def folds_of(parts: Sequence[TrialPart], starts: Sequence[IntArray]) -> IntArray:
     """Return the fold of each block of all parts: whole trials, or thirds where there are few."""
     folds = []
     for number, at in enumerate(starts):

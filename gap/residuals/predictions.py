@@ -24,7 +24,7 @@ _installed: list[tuple[Simulator, tuple[Trial, ...]]] = []
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
+class PredictionRequest:
     """One prediction: of a trial by its index, with causes added, under a drive."""
 
     trial: int
@@ -43,13 +43,13 @@ def _install(simulator: Simulator, trials: tuple[Trial, ...]) -> None:
     _installed[:] = [(simulator, trials)]
 
 
-def _predict_installed(wanted: Wanted) -> FloatArray:
+def _predict_installed(request: PredictionRequest) -> FloatArray:
     if not _installed:
         raise GapError(
             "the executor knows no simulator; make it with gap.residuals.predictions.prediction_pool"
         )
     simulator, trials = _installed[0]
-    return simulator.predict(trials[wanted.trial], wanted.causes, wanted.drive)
+    return simulator.predict(trials[request.trial], request.causes, request.drive)
 
 
 class Predictor:
@@ -72,25 +72,27 @@ class Predictor:
         self.simulator, self.trials, self.standing = simulator, tuple(trials), standing
         self.count = 0
         self._executor = executor
-        self._known: dict[Wanted, FloatArray] = {}
+        self._known: dict[PredictionRequest, FloatArray] = {}
 
     def with_standing(self, standing: tuple[Cause, ...]) -> "Predictor":
         """Return the same with these causes behind those that stand."""
         return Predictor(self.simulator, self.trials, self._executor, (*self.standing, *standing))
 
-    def predict(self, wanted: Sequence[Wanted]) -> list[FloatArray]:
+    def predict(self, requests: Sequence[PredictionRequest]) -> list[FloatArray]:
         """Return (F, C) for each."""
-        fresh = list(dict.fromkeys(one for one in wanted if one not in self._known))
+        fresh = list(dict.fromkeys(one for one in requests if one not in self._known))
         whole = [replace(one, causes=(*self.standing, *one.causes)) for one in fresh]
         if self._executor is None or len(fresh) == 1:
-            found = [self.simulator.predict(self.trials[w.trial], w.causes, w.drive) for w in whole]
+            predicted = [
+                self.simulator.predict(self.trials[w.trial], w.causes, w.drive) for w in whole
+            ]
         else:
             chunk = max(1, len(whole) // CHUNKS)
-            found = list(self._executor.map(_predict_installed, whole, chunksize=chunk))
+            predicted = list(self._executor.map(_predict_installed, whole, chunksize=chunk))
         self.count += len(fresh)
-        answers = self._known | dict(zip(fresh, found, strict=True))
+        answers = self._known | dict(zip(fresh, predicted, strict=True))
         self._known = dict(list(answers.items())[-REMEMBERED:])
-        return [answers[one] for one in wanted]
+        return [answers[one] for one in requests]
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 
 from gap.interfaces import used
 from gap.residuals.floor import ExpectedMisfit, Floor, phase_basis
-from gap.residuals.parts import Part
+from gap.residuals.parts import TrialPart
 from model.values.arrays import FloatArray
 
 SMALLEST = 1e-12
@@ -46,7 +46,7 @@ class Whitener:
         return scaled
 
 
-def make_whitener(part: Part, floor: Floor, base: FloatArray) -> Whitener:
+def make_whitener(part: TrialPart, floor: Floor, base: FloatArray) -> Whitener:
     """Make the map.
 
     The simulator as it stands, ``base`` (F, C), is compared where it has an answer.

@@ -50,15 +50,15 @@ def candidates_of(simulator: Simulator, standing: Sequence[Cause] = ()) -> tuple
     A law among the causes that are there already cannot be added again.
     """
     there = {cause.effect for cause in standing if not cause.values}
-    found = []
+    listed = []
     for effect in sorted(simulator.effects, key=lambda one: one.name):
         if effect.name in there:
             continue
         if Scope.ALL in effect.scopes:
-            found.append(Candidate(effect, ()))
+            listed.append(Candidate(effect, ()))
         if Scope.JOINT in effect.scopes:
-            found += [Candidate(effect, (joint,)) for joint in simulator.joints]
-    return tuple(found)
+            listed += [Candidate(effect, (joint,)) for joint in simulator.joints]
+    return tuple(listed)
 
 
 def step_of(parameter: Parameter, value: float, share: float) -> float:
@@ -125,14 +125,16 @@ def _ladder(p: Parameter, reach_m: tuple[float, float]) -> list[float]:
 
 def off_bounds(causes: tuple[Cause, ...], effects: Mapping[str, Effect]) -> tuple[Cause, ...]:
     """Return causes with every value that lies on a bound moved half way to neutral."""
-    found = []
+    listed = []
     for cause in causes:
         pairs = zip(effects[cause.effect].parameters, cause.values, strict=True)
-        found.append(replace(cause, values=tuple(_half_way(p, value) for p, value in pairs)))
-    return tuple(found)
+        listed.append(
+            replace(cause, values=tuple(_towards_neutral(p, value) for p, value in pairs))
+        )
+    return tuple(listed)
 
 
-def _half_way(p: Parameter, value: float) -> float:
+def _towards_neutral(p: Parameter, value: float) -> float:
     if p.lower < value < p.upper or value == p.neutral:
         return value
     if p.lower > 0 and p.upper / p.lower > LOG_RANGE:

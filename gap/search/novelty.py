@@ -32,9 +32,9 @@ def chance_healthy(evidence: Evidence, healthy: Evidence, fitted: Fitted, added:
     joints = evidence.simulator.joints
     places = [(joint,) for joint in joints] if len(added.joints) == 1 else [added.joints]
     order = [added.joints, *(place for place in places if place != added.joints)]
-    found = sizes_in_references(healthy, [replace(added, joints=place) for place in order])
-    known, noise = found[0]
-    square, free = scatter([seen, *(values for values, _ in found)])
+    sizes = sizes_in_references(healthy, [replace(added, joints=place) for place in order])
+    known, noise = sizes[0]
+    square, free = scatter([seen, *(values for values, _ in sizes)])
     steady = float(np.mean(noise)) if len(noise) else 0.0
     variance = (square + STEADY * steady) / (free + STEADY)
     n, m = max(len(known), 1), len(seen)

@@ -68,8 +68,10 @@ def on_bound(option: Option) -> bool:
 def usual_score(evidence: Evidence, healthy: Evidence) -> FloatArray:
     """Score of each channel that as many frames of healthy runs have, (C,)."""
     count = np.fmax(healthy.count.sum(axis=0), 1e-9)
-    found: FloatArray = healthy.score(healthy.base).sum(axis=0) / count * evidence.count.sum(axis=0)
-    return found
+    expected: FloatArray = (
+        healthy.score(healthy.base).sum(axis=0) / count * evidence.count.sum(axis=0)
+    )
+    return expected
 
 
 def nats_beyond(evidence: Evidence, unseen: FloatArray, healthy: Evidence | None) -> float:

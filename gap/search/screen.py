@@ -38,7 +38,7 @@ class Signature:
 class Signatures:
     """Signatures, and the whitened changes of the prediction that they name rows of, (rows, F C)."""
 
-    found: tuple[Signature, ...]
+    each: tuple[Signature, ...]
     matrix: NDArray[np.float32]
 
 
@@ -80,7 +80,7 @@ def make_signatures(
             strict=True,
         )
     )
-    found: list[Signature] = []
+    each: list[Signature] = []
     later: list[tuple[Candidate, tuple[float, ...], tuple[int, ...]]] = []
     for one in candidates:
         own = tuple(itertools.islice(at_neutral, len(one.neutral)))
@@ -88,7 +88,7 @@ def make_signatures(
         if acting[one.effect.name]:
             later.append((one, one.neutral, live))
         elif own and len(live) == len(own):
-            found.append(Signature(one, one.neutral, live, own, -1))
+            each.append(Signature(one, one.neutral, live, own, -1))
         else:
             silent = [i not in live for i in range(len(own))]
             starts = starts_of(one.effect, silent, evidence.reach_m)
@@ -96,9 +96,9 @@ def make_signatures(
     for number, (one, start, live) in enumerate(later):
         made = rows.about(one, start, live)
         if made is not None:
-            found.append(made)
+            each.append(made)
             progress(0.7 + 0.3 * (number + 1) / len(later))
-    return Signatures(tuple(found), np.array(rows.rows, dtype=np.float32))
+    return Signatures(tuple(each), np.array(rows.rows, dtype=np.float32))
 
 
 def _spreads(one: Candidate, i: int, step: float) -> float:
@@ -163,7 +163,7 @@ def plain_gains(signatures: Signatures, residuals: FloatArray) -> FloatArray:
     """
     along = (signatures.matrix @ residuals.T.astype(np.float32)).astype(np.float64)
     best = np.zeros(len(residuals))
-    for one in signatures.found:
+    for one in signatures.each:
         rows = signatures.matrix[list(one.rows)]
         pull, nats = along[list(one.rows)], np.zeros(len(residuals))
         if one.offset >= 0:
@@ -186,7 +186,7 @@ def gains(signatures: Signatures, residual: FloatArray, weights: FloatArray) -> 
     pull = (residual.astype(np.float32).ravel() * weight).astype(np.float32)
     along = (signatures.matrix @ pull).astype(np.float64)
     best: dict[tuple[str, tuple[str, ...]], Gain] = {}
-    for one in signatures.found:
+    for one in signatures.each:
         gain = _gain(one, signatures.matrix, along, weight)
         old = best.get(one.candidate.key)
         if old is None or gain.nats > old.nats:

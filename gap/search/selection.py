@@ -112,25 +112,29 @@ def select(
     """
     look = Look(evidence, len(candidates), healthy, search)
     fitted = fit_causes(evidence, ())
-    found = Selection(fitted, unseen_score(evidence, fitted), ())
-    while len(found.steps) < search.most:
-        taken = look.one_more(found, signatures)
+    selection = Selection(fitted, unseen_score(evidence, fitted), ())
+    while len(selection.steps) < search.most:
+        taken = look.one_more(selection, signatures)
         if taken is None:
             break
         best, p, others = taken
-        if not found.steps:
-            found = replace(found, p=p)
+        if not selection.steps:
+            selection = replace(selection, p=p)
         if p >= CAUSE_LEVEL:
             break
-        share = best.over.nats / max(float(found.unseen.sum()), 1e-9)
-        found = Selection(best.fitted, best.unseen, (*found.steps, Step(best, others)), found.p)
-        found = _dropped(evidence, found, len(found.steps) - 1)
-        left = evidence.mean_excess(found.fitted.residual)
+        share = best.over.nats / max(float(selection.unseen.sum()), 1e-9)
+        selection = Selection(
+            best.fitted, best.unseen, (*selection.steps, Step(best, others)), selection.p
+        )
+        selection = _dropped(evidence, selection, len(selection.steps) - 1)
+        left = evidence.mean_excess(selection.fitted.residual)
         if left > NOTHING_LEFT and (not best.added.effect.parameters or share > ANEW):
-            signatures = make_signatures(evidence, candidates, found.fitted.causes, lambda _: None)
-        progress(len(found.steps) / search.most)
-    swapped = look.swapped(found)
-    return found if swapped is found else _dropped(evidence, swapped, len(swapped.steps))
+            signatures = make_signatures(
+                evidence, candidates, selection.fitted.causes, lambda _: None
+            )
+        progress(len(selection.steps) / search.most)
+    swapped = look.swapped(selection)
+    return selection if swapped is selection else _dropped(evidence, swapped, len(swapped.steps))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -150,14 +154,14 @@ class Look:
         return min(1.0, self.count * one)
 
     def one_more(
-        self, found: Selection, signatures: Signatures
+        self, selection: Selection, signatures: Signatures
     ) -> tuple[Option, float, tuple[Option, ...]] | None:
         """Return the best next cause, its chance in a healthy machine (1: not to be taken), its rivals.
 
         With references, what differs most between days may be all of the first list; so there is a second.
         """
-        taken = {(cause.effect, cause.joints) for cause in found.fitted.causes}
-        residual = found.fitted.residual
+        taken = {(cause.effect, cause.joints) for cause in selection.fitted.causes}
+        residual = selection.fitted.residual
         ranked = gains(signatures, residual, self.evidence.weights(residual))
         ranked = [gain for gain in ranked if gain.signature.candidate.key not in taken]
         options: list[Option] = []
@@ -166,13 +170,13 @@ class Look:
         for near, least in LISTS if self.healthy is not None else LISTS[:1]:
             listed = shortlist(ranked, self.search.shortlist, near, least)
             ranked = [gain for gain in ranked if gain not in listed]
-            fresh = sorted((self._fitted(found, gain) for gain in listed), key=_rank)
+            fresh = sorted((self._fitted(selection, gain) for gain in listed), key=_rank)
             options += fresh
             for one in fresh:
                 if not worth(one.over, len(one.added.effect.parameters), len(one.unseen)):
                     continue
                 p = self.chance(one)
-                if p < CAUSE_LEVEL and self._closes_enough(one, found):
+                if p < CAUSE_LEVEL and self._closes_enough(one, selection):
                     one, p = self.off_bound(one, p, options)
                     rivals = [other for other in options if other is not one and other not in usual]
                     return one, p, tuple(sorted(rivals, key=_rank))
@@ -182,20 +186,20 @@ class Look:
                 least_p = min(least_p, max(p, CAUSE_LEVEL))
         return (min(options, key=_rank), least_p, ()) if options else None
 
-    def _fitted(self, found: Selection, gain: Gain) -> Option:
+    def _fitted(self, selection: Selection, gain: Gain) -> Option:
         added = gain.signature.candidate
-        start = (*found.fitted.causes, added.cause(gain.values))
-        return fit_option(self.evidence, added, start, found.unseen, self.search.rounds)
+        start = (*selection.fitted.causes, added.cause(gain.values))
+        return fit_option(self.evidence, added, start, selection.unseen, self.search.rounds)
 
-    def _closes_enough(self, one: Option, found: Selection) -> bool:
+    def _closes_enough(self, one: Option, selection: Selection) -> bool:
         if self.healthy is None:
-            least = self.search.least_gain * float(found.unseen.sum())
-            share = share_of(self.evidence, one, found.fitted, 0.0)
+            least = self.search.least_gain * float(selection.unseen.sum())
+            share = share_of(self.evidence, one, selection.fitted, 0.0)
             return one.over.nats >= least and share >= self.search.least_share
-        if not found.steps:
+        if not selection.steps:
             return True
         usual = usual_score(self.evidence, self.healthy)
-        return share_of(self.evidence, one, found.fitted, usual) >= REST_SHARE
+        return share_of(self.evidence, one, selection.fitted, usual) >= REST_SHARE
 
     def off_bound(self, best: Option, p: float, options: Sequence[Option]) -> tuple[Option, float]:
         """Prefer to one fitted to its bound another that is no farther behind than the misfit hides."""
@@ -211,23 +215,27 @@ class Look:
                 return other, other_p
         return best, p
 
-    def swapped(self, found: Selection) -> Selection:
+    def swapped(self, selection: Selection) -> Selection:
         """Put a rival in a cause's place where the whole set then predicts better."""
-        for at in range(len(found.steps) if len(found.steps) > 1 else 0):
-            step, causes = found.steps[at], found.fitted.causes
+        for at in range(len(selection.steps) if len(selection.steps) > 1 else 0):
+            step, causes = selection.steps[at], selection.fitted.causes
             others = {(c.effect, c.joints) for c in _without(causes, at)}
             for rival in step.rivals[:2]:
                 if rival.added.key in others:
                     continue
                 start = (*causes[:at], rival.cause, *causes[at + 1 :])
-                option = fit_option(self.evidence, rival.added, start, found.unseen)
+                option = fit_option(self.evidence, rival.added, start, selection.unseen)
                 ahead = option.over.nats > max(option.over.error, 2.0)
                 if ahead and self.chance(option) < CAUSE_LEVEL:
                     rivals = (step.chosen, *(r for r in step.rivals if r is not rival))
-                    steps = (*found.steps[:at], Step(option, rivals), *found.steps[at + 1 :])
-                    found = Selection(option.fitted, option.unseen, steps, found.p)
+                    steps = (
+                        *selection.steps[:at],
+                        Step(option, rivals),
+                        *selection.steps[at + 1 :],
+                    )
+                    selection = Selection(option.fitted, option.unseen, steps, selection.p)
                     break
-        return found
+        return selection
 
 
 def _rank(option: Option) -> tuple[float, object]:
@@ -239,21 +247,21 @@ def _without(causes: tuple[Cause, ...], at: int) -> tuple[Cause, ...]:
     return (*causes[:at], *causes[at + 1 :])
 
 
-def _dropped(evidence: Evidence, found: Selection, count: int) -> Selection:
+def _dropped(evidence: Evidence, selection: Selection, count: int) -> Selection:
     """Drop causes that others have made idle, of the first so many."""
     at = 0
-    while len(found.steps) > 1 and at < count:
-        fitted = fit_causes(evidence, _without(found.fitted.causes, at))
+    while len(selection.steps) > 1 and at < count:
+        fitted = fit_causes(evidence, _without(selection.fitted.causes, at))
         unseen = unseen_score(evidence, fitted)
-        loss = advantage(found.unseen, unseen, evidence.block_part)
-        effect = found.steps[at].chosen.added.effect
-        idle = _idle(effect, found.fitted.causes[at])
+        loss = advantage(selection.unseen, unseen, evidence.block_part)
+        effect = selection.steps[at].chosen.added.effect
+        idle = _idle(effect, selection.fitted.causes[at])
         if not idle and worth(loss, len(effect.parameters), len(unseen)):
             at += 1
             continue
-        steps = (*found.steps[:at], *found.steps[at + 1 :])
-        found, count = Selection(fitted, unseen, steps, found.p), count - 1
-    return found
+        steps = (*selection.steps[:at], *selection.steps[at + 1 :])
+        selection, count = Selection(fitted, unseen, steps, selection.p), count - 1
+    return selection
 
 
 def _idle(effect: Effect, cause: Cause) -> bool:

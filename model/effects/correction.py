@@ -96,11 +96,11 @@ def merged(there: Sequence[Cause], added: Sequence[Cause]) -> tuple[Cause, ...]:
     Raises:
         GapError: The two cannot be one: a step here and a step there.
     """
-    found = {(one.effect, one.joints): one for one in there}
+    together = {(one.effect, one.joints): one for one in there}
     for one in added:
         key = (one.effect, one.joints)
-        found[key] = _together(found[key], one) if key in found else one
-    return tuple(found.values())
+        together[key] = _together(together[key], one) if key in together else one
+    return tuple(together.values())
 
 
 def _together(old: Cause, new: Cause) -> Cause:

@@ -21,7 +21,7 @@ from model.effects.signals import FrictionSignals, MotionSignals, SupportSignals
 from model.motion.se2 import turned
 from model.support.frames import SupportSolutions, solve_support_frames
 from model.traction.coulomb_kernel import FootLaw
-from model.traction.frames import REST_SPEED_M_S, solve_traction_frames
+from model.traction.frames import REST_SPEED_M_S, SlidingFeet, solve_traction_frames
 from model.values.arrays import BoolArray, FloatArray, IntArray
 
 EDGE_M = 0.004  # over which an edge in the floor is rounded, so that fits can move it
@@ -120,10 +120,10 @@ def stand(
         com = com + height[:, None] * sideways / weight
         signals = SupportSignals(grid.time_s, points, ground, stiffness, weight, com)
     signals = settings.acted("support", signals)
-    found, twist = _balance(signals, shaft_x, twist_rad_nm)
+    support, twist = _balance(signals, shaft_x, twist_rad_nm)
     com = signals.com_m
-    height = found.pose[:, 2] + com[:, 0] * found.pose[:, 0] - com[:, 1] * found.pose[:, 1]
-    return Standing(found.load_n, found.pose[:, :2], height, centre, twist)
+    height = support.pose[:, 2] + com[:, 0] * support.pose[:, 0] - com[:, 1] * support.pose[:, 1]
+    return Standing(support.load_n, support.pose[:, :2], height, centre, twist)
 
 
 def _balance(
@@ -134,9 +134,11 @@ def _balance(
     points[..., 0] -= signals.com_m[:, :1]
     points[..., 1] -= signals.com_m[:, 1:]
 
-    found = solve_support_frames(points, signals.ground_m, signals.stiffness_n_m, signals.weight_n)
+    support = solve_support_frames(
+        points, signals.ground_m, signals.stiffness_n_m, signals.weight_n
+    )
     if twist_rad_nm == 0.0:
-        return found, np.zeros((1, points.shape[1]))
+        return support, np.zeros((1, points.shape[1]))
     row, give = _twisting(shaft_x, twist_rad_nm)
     arm = np.where(row[None, :, None] == np.arange(len(give)), signals.feet_m[..., 1:2], 0.0)
     sure = signals.stiffness_n_m[:, None] * arm**2
@@ -156,18 +158,18 @@ def _balance(
     angle = np.zeros((len(points), len(give)))
     # Broyden's method from a slope that is never too small: rows turn against the springs of their legs
     slope = np.eye(len(give)) + give * sure.sum(axis=1)[:, None, :]
-    off = excess(angle, found)
+    off = excess(angle, support)
     for _ in range(TWIST_PASSES):
         step = -np.linalg.solve(slope, off[..., None])[..., 0]
         if not np.max(np.abs(step), initial=0.0) > TWIST_CONVERGED_RAD:
             break
         angle = angle + step
-        found = bent(angle)
-        new = excess(angle, found)
+        support = bent(angle)
+        new = excess(angle, support)
         size = np.fmax(np.sum(step**2, axis=1), 1e-24)
         slope = slope + new[:, :, None] * step[:, None, :] / size[:, None, None]
         off = new
-    return found, angle[:, row]
+    return support, angle[:, row]
 
 
 def _twisting(shaft_x: FloatArray, twist_rad_nm: float) -> tuple[IntArray, FloatArray]:
@@ -242,19 +244,18 @@ def slide(
     signals = settings.acted("external", settings.acted("friction", signals))
     coulomb = settings.has("coulomb_friction")
     law = FootLaw(coulomb, REST_SPEED_M_S, *settings.whole("stiction"))
-    found = solve_traction_frames(
-        signals.feet_m,
-        signals.speed_m_s,
-        signals.mu * signals.load_n,
-        signals.anisotropy_B,
+    traction = solve_traction_frames(
+        SlidingFeet(
+            signals.feet_m, signals.speed_m_s, signals.mu * signals.load_n, signals.anisotropy_B
+        ),
         law,
         pushes(scene, signals.wrench_B, standing.sway_m, velocity_B, before),
         grid.period_s,
         _give(scene, points[..., 2], shaft_give_m_n),
     )
-    motion = settings.acted("dynamics", MotionSignals(grid.time_s, _held(found.velocity_B)))
-    velocity = np.where(found.valid[:, None], motion.velocity_B, np.nan)
-    return Sliding(found.force_xy_B, velocity)
+    motion = settings.acted("dynamics", MotionSignals(grid.time_s, _held(traction.velocity_B)))
+    velocity = np.where(traction.valid[:, None], motion.velocity_B, np.nan)
+    return Sliding(traction.force_xy_B, velocity)
 
 
 def _give(scene: Scene, foot_z_m: FloatArray, shaft_give_m_n: FloatArray | None) -> FloatArray:

@@ -77,13 +77,13 @@ def shafts(
 
 def _in_play(grid: Grid, torque_nm: FloatArray, width_rad: FloatArray) -> FloatArray:
     """Where shafts are in their play, (W, N) [rad]: grease slows them on their way from flank to flank."""
-    found = np.zeros(torque_nm.shape)
+    place_rad = np.zeros(torque_nm.shape)
     for leg in np.flatnonzero(width_rad):
         pull = np.nan_to_num(torque_nm[:, leg]) - BEARING_DRAG_NM
         pushed = np.cumsum(pull * grid.period_s / BEARING_DAMPING_NM_S)
         first = -np.sign(pull[0]) * width_rad[leg] / 2
-        found[:, leg] = pushed - play(pushed, width_rad[leg], first)
-    return found
+        place_rad[:, leg] = pushed - play(pushed, width_rad[leg], first)
+    return place_rad
 
 
 def _lagged(grid: Grid, command: FloatArray, settings: Settings) -> FloatArray:

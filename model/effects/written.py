@@ -32,7 +32,7 @@ def causes_of(top: Table, legs: tuple[str, ...]) -> tuple[Cause, ...]:
     Raises:
         ConfigError: An effect, a place or a number is not known, or out of its bounds.
     """
-    found = []
+    causes = []
     table = top.maybe_table(EFFECTS_KEY)
     for name in table.names():
         places = table.table(name)
@@ -41,8 +41,8 @@ def causes_of(top: Table, legs: tuple[str, ...]) -> tuple[Cause, ...]:
                 known = ", ".join((WHOLE_ROBOT, *legs))
                 raise ConfigError(places.name(place), f"is no place; places are {known}")
             joints = () if place == WHOLE_ROBOT else (place,)
-            found.append(_cause_of(name, joints, places.table(place), legs))
-    return tuple(found)
+            causes.append(_cause_of(name, joints, places.table(place), legs))
+    return tuple(causes)
 
 
 def _cause_of(name: str, joints: tuple[str, ...], numbers: Table, legs: tuple[str, ...]) -> Cause:

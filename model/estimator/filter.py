@@ -12,9 +12,9 @@ import numpy as np
 from model.errors import ModelError
 from model.estimator import frame_kernel, output, process, senses
 from model.estimator import measurements as measure
-from model.estimator.kalman import ABSOLUTE, Kalman, Stack, Updated, mended, sound
+from model.estimator.kalman import ABSOLUTE, Kalman, MeasurementStack, Updated, mended, sound
 from model.estimator.neighbourhood import Neighbourhood, neighbourhood
-from model.estimator.process import Prediction
+from model.estimator.process import ProcessStep
 from model.estimator.settings import EstimatorSettings, record_of
 from model.values.arrays import FloatArray
 from model.values.estimate import (
@@ -90,7 +90,8 @@ class Estimator:
             force_ns=NEVER, used_ns=NEVER, share=np.full(legs, np.nan),
             contact=np.zeros(legs, dtype=bool), rejected=np.zeros((3, legs), dtype=np.int64),
             rejects=0, idle_ns=NEVER, answer_ns=NEVER, fine_ns=NEVER, lost=False, airborne=False,
-            nis=np.nan, before=(mean, covariance), transition=np.eye(self.size),
+            anchored=False, far_poses=0, nis=np.nan, before=(mean, covariance),
+            transition=np.eye(self.size),
         )  # fmt: skip
 
     def step(
@@ -135,11 +136,15 @@ class Estimator:
         loaded = senses.contact(state, model, heard, self.weight_n, settings)
         # the model was solved at the parameters that the prediction leaves as they are
         answer = None if held else serving
+        moved_by_hand = airborne or dt_s < 0 or dt_s > settings.longest_gap_s
+        anchored = state.anchored and not moved_by_hand
+        if far := anchored and self._pose_is_far(inputs, step.mean, covariance):
+            inputs = replace(inputs, pose_W=None)
         measured = self._others(step.mean, inputs, answer)
         if answer is not None and heard.use:
             forces = measure.feet_stack(
-                step.mean, covariance, heard.share, feet, loaded & ~dead, answer, self.contact.mu,
-                self._record,
+                measure.Belief(step.mean, covariance), heard.share, feet, loaded & ~dead, answer,
+                self.contact.mu, self._record,
             )  # fmt: skip
             measured.insert(0, forces)
         used = self._correct(step.mean, covariance, measured, state)
@@ -148,6 +153,14 @@ class Estimator:
             trouble.append("the covariance had to be mended")
             mean = np.where(np.isfinite(mean), mean, state.mean)
             believed = mended(np.where(np.isfinite(believed), believed, state.covariance))
+        pose_used = _has_place(inputs) and not used.streak[ABSOLUTE, 0]
+        far_poses = state.far_poses + 1 if far else state.far_poses
+        if pose_used or not anchored:
+            far_poses = 0
+        if far_poses:
+            trouble.append(
+                f"absolute poses too far from the estimate (pose_limit): {far_poses} in a row not used"
+            )
         force_ns = inputs.forces.t_ns if heard.fresh and inputs.forces else state.force_ns
         answered = serving is not None or state.answer_ns == NEVER
         answer_ns = inputs.t_ns if answered else state.answer_ns
@@ -163,12 +176,14 @@ class Estimator:
             share=heard.share[:, 2] if heard.fresh else state.share,
             contact=loaded,
             rejected=used.streak,
-            rejects=state.rejects + used.rejects,
+            rejects=state.rejects + used.rejects + far,
             idle_ns=idle_ns,
             answer_ns=answer_ns,
             fine_ns=verdict.fine_ns,
             lost=verdict.lost,
             airborne=airborne,
+            anchored=(anchored or pose_used) and not (airborne or verdict.lost),
+            far_poses=far_poses,
             nis=nis,
             before=(step.mean, covariance),
             transition=step.transition,
@@ -184,7 +199,7 @@ class Estimator:
         held: bool,
         dead_legs: int,
         trouble: list[str],
-    ) -> Prediction:
+    ) -> ProcessStep:
         """The step of the process that the moment calls for."""
         settings, mean = self.settings, state.mean
         if dt_s == 0:
@@ -204,7 +219,7 @@ class Estimator:
         self,
         mean: FloatArray,
         covariance: FloatArray,
-        measured: list[Stack],
+        measured: list[MeasurementStack],
         state: EstimatorState,
     ) -> Updated:
         """Use what passes its gate."""
@@ -216,6 +231,12 @@ class Estimator:
                     covariance = covariance + part.rows.T @ elsewhere
         return self._kalman.update(mean, covariance, measure.stacked(measured), state.rejected)
 
+    def _pose_is_far(
+        self, inputs: OdometryInputs, mean: FloatArray, covariance: FloatArray
+    ) -> bool:
+        pose = measure.pose_stack(mean, inputs, self.settings)
+        return pose is not None and measure.too_far(pose, covariance, self.settings)
+
     def _check(self, inputs: OdometryInputs) -> None:
         shape = (self.legs, 3)
         feet = inputs.feet
@@ -226,10 +247,10 @@ class Estimator:
 
     def _others(
         self, mean: FloatArray, inputs: OdometryInputs, model: Neighbourhood | None
-    ) -> list[Stack]:
+    ) -> list[MeasurementStack]:
         """What was measured beside the forces on the feet."""
         settings = self.settings
-        stacks: list[Stack] = []
+        stacks: list[MeasurementStack] = []
         if model is not None:
             tilt = (inputs.roll_rad, inputs.pitch_rad)
             stacks += measure.tilt_stacks(tilt, model, settings)
@@ -250,6 +271,10 @@ def _with_effects(
     changed.velocity_B[:] += added.velocity_B
     changed.load_n[:] = np.maximum(model.load_n + added.load_n, 0.0)
     return changed
+
+
+def _has_place(inputs: OdometryInputs) -> bool:
+    return inputs.pose_W is not None and bool(np.isfinite(inputs.pose_W[:2]).all())
 
 
 def _smoothed_nis(before: float, used: Updated, period_s: float) -> float:

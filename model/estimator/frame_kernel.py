@@ -65,14 +65,14 @@ def _sway(
     loads = np.empty(feet.shape[0])
     turn_x, turn_y = 0.0, 0.0
     for before in range(2):
-        way = 1.0 - 2.0 * before
+        sign = 1.0 - 2.0 * before
         for k in range(feet.shape[0]):
             for i in range(3):
-                moved[k, i] = feet[k, i] + way * step_s * feet_velocity[k, i]
+                moved[k, i] = feet[k, i] + sign * step_s * feet_velocity[k, i]
         if support_kernel(moved, ground, stiffness, load, tilt, loads, work) < 0:
             return 0.0, 0.0
-        turn_x += way * tilt[0]
-        turn_y += way * tilt[1]
+        turn_x += sign * tilt[0]
+        turn_y += sign * tilt[1]
     share = height / (2.0 * step_s)
     return share * turn_x, -share * turn_y
 

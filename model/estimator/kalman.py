@@ -20,7 +20,7 @@ LOG_TURN = log(tau)
 FARTHEST = 1e100  # normalised innovation squared of what no noise explains
 
 
-class Stack(NamedTuple):
+class MeasurementStack(NamedTuple):
     """A measurement of m numbers in B blocks, each of which is believed or not as a whole.
 
     Attributes:
@@ -97,7 +97,11 @@ class Kalman:
         return symmetric(error.P)
 
     def update(
-        self, mean: FloatArray, covariance: FloatArray, stack: Stack | None, streak: IntArray
+        self,
+        mean: FloatArray,
+        covariance: FloatArray,
+        stack: MeasurementStack | None,
+        streak: IntArray,
     ) -> Updated:
         """Gate each block by its own normalised innovation, and use what passes at once.
 
@@ -152,7 +156,7 @@ def _not_measured(legs: int) -> FloatArray:
 
 
 def _gate(
-    stack: Stack, spread: FloatArray, streak: IntArray, reject_limit: int
+    stack: MeasurementStack, spread: FloatArray, streak: IntArray, reject_limit: int
 ) -> tuple[BoolArray, FloatArray, int]:
     """Which numbers are used, with how much more variance, and how many blocks were rejected.
 

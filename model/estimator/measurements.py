@@ -5,11 +5,12 @@ passes a gate of its own before all that passed are used at once.
 """
 
 from math import isfinite
+from typing import NamedTuple
 
 import numpy as np
 
 from model.compiled import COUNT, FLAG, compile_for, compiled, given, out
-from model.estimator.kalman import ABSOLUTE, FORCE, LOAD, NO_STREAK, Stack
+from model.estimator.kalman import ABSOLUTE, FORCE, LOAD, NO_STREAK, MeasurementStack
 from model.estimator.neighbourhood import Neighbourhood
 from model.estimator.settings import EstimatorSettings, Record, record_of
 from model.values.arrays import BoolArray, FloatArray, IntArray
@@ -17,35 +18,44 @@ from model.values.estimate import FIXED, GYRO_BIAS, POSE, SCALE, YAW, OdometryIn
 from model.values.legs import FootMotion
 
 VX, VY, TURN = 3, 4, 5  # velocity in the state
+FAR_SD = 5.0
+
+
+class Belief(NamedTuple):
+    """State, (n,), and its covariance, (n, n), before the measurements of a tick."""
+
+    mean: FloatArray
+    covariance: FloatArray
 
 
 def feet_stack(
-    mean: FloatArray,
-    covariance: FloatArray,
+    belief: Belief,
     share: FloatArray,
     feet: FootMotion,
     usable: BoolArray,
     model: Neighbourhood,
     mu: FloatArray,
     settings: Record,
-) -> Stack:
-    """Stack the forces on the feet: the arguments are those of ``feet_stack_kernel``.
+) -> MeasurementStack:
+    """Stack the forces on the feet: the other arguments are those of ``feet_stack_kernel``.
 
     Loads tell of stiffness; friction of feet that clearly slip tells of the velocity, of log mu and of the
     common friction. The gauge says that log mu adds up to 0: what is common is a state of its own.
     """
     legs = len(mu)
     room, most = 3 * legs + 1, 2 * legs + 1
-    innovation, rows, variance = np.empty(room), np.zeros((room, len(mean))), np.empty(room)
+    innovation, rows, variance = np.empty(room), np.zeros((room, len(belief.mean))), np.empty(room)
     gates, blocks = np.empty(most), np.empty((most, 3), dtype=np.int64)
     count, made = feet_stack_kernel(
-        mean, covariance, share, feet.position_m, feet.velocity_m_s, usable, model.rows,
+        *belief, share, feet.position_m, feet.velocity_m_s, usable, model.rows,
         model.sway_B, mu, settings, innovation, rows, variance, gates, blocks,
     )  # fmt: skip
-    return Stack(innovation[:count], rows[:count], variance[:count], gates[:made], blocks[:made])
+    return MeasurementStack(
+        innovation[:count], rows[:count], variance[:count], gates[:made], blocks[:made]
+    )
 
 
-def gyro_stack(mean: FloatArray, yaw_rate: float, settings: EstimatorSettings) -> Stack:
+def gyro_stack(mean: FloatArray, yaw_rate: float, settings: EstimatorSettings) -> MeasurementStack:
     """A yaw gyro: the yaw rate and its own bias."""
     rows = np.zeros((1, len(mean)))
     rows[0, TURN] = rows[0, GYRO_BIAS] = 1.0
@@ -55,7 +65,7 @@ def gyro_stack(mean: FloatArray, yaw_rate: float, settings: EstimatorSettings) -
 
 def tilt_stacks(
     tilt: tuple[float, float], model: Neighbourhood, settings: EstimatorSettings
-) -> list[Stack]:
+) -> list[MeasurementStack]:
     """Roll and pitch of an inclinometer against those of the support model: they tell of K."""
     stacks = []
     for measured, axis in zip(tilt, (1, 0), strict=True):
@@ -72,7 +82,7 @@ def tilt_stacks(
 
 def pose_stack(
     mean: FloatArray, inputs: OdometryInputs, settings: EstimatorSettings
-) -> Stack | None:
+) -> MeasurementStack | None:
     """An absolute pose; its yaw may be missing. The difference of yaw is taken the short way round."""
     if inputs.pose_W is None:
         return None
@@ -89,21 +99,36 @@ def pose_stack(
     return _one_block(left[known], rows[known], variance[known], gate, ABSOLUTE)
 
 
+def too_far(stack: MeasurementStack, covariance: FloatArray, settings: EstimatorSettings) -> bool:
+    """Whether an absolute position is farther from the estimate than a robot on its feet can be.
+
+    Args:
+        stack: Of ``pose_stack``.
+        covariance: P, (n, n).
+        settings: With the limit.
+    """
+    place = stack.rows[:, :YAW].any(axis=1)
+    rows = stack.rows[place]
+    variance = np.einsum("ij,jk,ik->", rows, covariance, rows) + stack.variance[place].sum()
+    distance = np.hypot.reduce(stack.innovation[place], initial=0.0)
+    return bool(distance > settings.pose_limit + FAR_SD * np.sqrt(variance))
+
+
 def _one_block(
     innovation: FloatArray,
     rows: FloatArray,
     variance: FloatArray,
     gate: float,
     kind: int = NO_STREAK,
-) -> Stack:
-    return Stack(innovation, rows, variance, np.array([gate]), np.array([[0, kind, 0]]))
+) -> MeasurementStack:
+    return MeasurementStack(innovation, rows, variance, np.array([gate]), np.array([[0, kind, 0]]))
 
 
-def stacked(parts: list[Stack]) -> Stack | None:
+def stacked(parts: list[MeasurementStack]) -> MeasurementStack | None:
     """All that was measured in a tick, one behind the other for the filter; None if nothing was."""
     if len(parts) < 2:
         return parts[0] if parts else None
-    whole = Stack(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
+    whole = MeasurementStack(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
     lengths = [len(part.innovation) for part in parts]
     begins = np.repeat(np.cumsum([0, *lengths[:-1]]), [len(part.gates) for part in parts])
     whole.blocks[:, 0] += begins
@@ -171,7 +196,7 @@ def feet_stack_kernel(
         sway: Of ``Neighbourhood``, (2,) [m/s].
         mu: The robot file's friction coefficients, (N,).
         settings: Of ``record_of``.
-        innovation: Out: as in ``Stack``, with the next four; the rows are zero before.
+        innovation: Out: as in ``MeasurementStack``, with the next four; the rows are zero before.
         rows: Out.
         variance: Out.
         gates: Out.

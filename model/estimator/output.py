@@ -32,7 +32,7 @@ NIS_TOP = 4.0
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class HealthVerdict:
     """Health, the reason in words, and what the next step has to know of it.
 
     Attributes:
@@ -56,7 +56,7 @@ def judge(
     nis: float,
     settings: EstimatorSettings,
     trouble: list[str],
-) -> Verdict:
+) -> HealthVerdict:
     """Judge a step.
 
     Args:
@@ -83,8 +83,8 @@ def judge(
     words = "; ".join(trouble)
     if lost:
         words = words or "the feet have only just begun to carry again"
-        return Verdict(Health.LOST, words, fine_ns, lost=True)
-    return Verdict(Health.DEGRADED if words else Health.OK, words, fine_ns, lost=False)
+        return HealthVerdict(Health.LOST, words, fine_ns, lost=True)
+    return HealthVerdict(Health.DEGRADED if words else Health.OK, words, fine_ns, lost=False)
 
 
 def estimate(
@@ -93,7 +93,7 @@ def estimate(
     settings: Record,
     model: Neighbourhood | None,
     used: Updated,
-    verdict: Verdict,
+    verdict: HealthVerdict,
     holding: bool,
 ) -> Estimate:
     """Read out a state after a step; its arrays are not to be written to from then on."""

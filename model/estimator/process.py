@@ -20,7 +20,7 @@ STRAIGHT = 1e-3  # half a turn below which the slope of sinc is taken from its s
 _sinc = compiled(sinc)
 
 
-class Prediction(NamedTuple):
+class ProcessStep(NamedTuple):
     """A step of the process.
 
     Attributes:
@@ -41,7 +41,7 @@ def walking(
     settings: Record,
     dt_s: float,
     dead_legs: int = 0,
-) -> Prediction:
+) -> ProcessStep:
     """A step while the feet carry the robot.
 
     Args:
@@ -53,19 +53,19 @@ def walking(
         dead_legs: Legs without encoder.
     """
     size = len(mean)
-    step = Prediction(np.empty(size), np.zeros((size, size)), np.zeros((size, size)))
+    step = ProcessStep(np.empty(size), np.zeros((size, size)), np.zeros((size, size)))
     rows, slip, _ = model
     walk_kernel(mean, covariance, rows, slip, settings, dt_s, dead_legs, *step)
     return step
 
 
-def nothing(mean: FloatArray) -> Prediction:
+def nothing(mean: FloatArray) -> ProcessStep:
     """A step in no time."""
     size = len(mean)
-    return Prediction(mean.copy(), np.eye(size), np.zeros((size, size)))
+    return ProcessStep(mean.copy(), np.eye(size), np.zeros((size, size)))
 
 
-def standing(mean: FloatArray, settings: EstimatorSettings) -> Prediction:
+def standing(mean: FloatArray, settings: EstimatorSettings) -> ProcessStep:
     """A step while nothing moves: velocity 0, everything else held as it is."""
     step = nothing(mean)
     step.mean[SPEEDS] = step.transition[SPEEDS, SPEEDS] = 0.0
@@ -73,7 +73,7 @@ def standing(mean: FloatArray, settings: EstimatorSettings) -> Prediction:
     return step
 
 
-def after_gap(mean: FloatArray, settings: EstimatorSettings, dt_s: float) -> Prediction:
+def after_gap(mean: FloatArray, settings: EstimatorSettings, dt_s: float) -> ProcessStep:
     """A step over a time in which nobody looked: it may have been carried about all the while.
 
     Where it is now says nothing about how fast it is, and neither does how fast it was before.
@@ -86,7 +86,7 @@ def after_gap(mean: FloatArray, settings: EstimatorSettings, dt_s: float) -> Pre
     return step
 
 
-def carried(mean: FloatArray, settings: EstimatorSettings, dt_s: float) -> Prediction:
+def carried(mean: FloatArray, settings: EstimatorSettings, dt_s: float) -> ProcessStep:
     """A step without an answer of the model: any motion a person may give the robot."""
     step = nothing(mean)
     memory = np.exp(-dt_s / settings.carried_time_s)

@@ -54,6 +54,9 @@ class EstimatorSettings:
         gate_load: Largest normalised innovation squared of a load, 1 degree of freedom.
         gate_pair: The same of a horizontal force, 2 degrees of freedom.
         gate_pose: The same of an absolute pose, 3 degrees of freedom.
+        pose_limit: Distance of an absolute position from the estimate, beyond 5 sd of the difference, above
+            which it is never used, however often it comes [m]. It may lie anywhere until a pose has been
+            used, and again after the robot was carried or lost.
         reject_limit: Rejections in a row after which a foot is believed again, with a larger sd.
         gyro_sd: Of a yaw gyro's reading [rad/s].
         gyro_bias_sd: Of its bias at the beginning [rad/s].
@@ -109,6 +112,7 @@ class EstimatorSettings:
     gate_load: float = 10.8
     gate_pair: float = 13.8
     gate_pose: float = 16.3
+    pose_limit: float = 1.0
     reject_limit: int = 10
     gyro_sd: float = 0.005
     gyro_bias_sd: float = 0.01

@@ -27,7 +27,7 @@ from model.quasistatic.frames import FrictionLaw
 from model.values.arrays import BoolArray, FloatArray, readonly
 
 # w^2 must be so many of its standard errors from 0.
-TOLD_FROM_ZERO = 2.0
+ERRORS_FROM_ZERO = 2.0
 AXES = ("w_x", "w_y")
 
 
@@ -46,16 +46,53 @@ class FrictionFit:
     result: FitResult
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class FrictionForm:
+    """Which law is fitted, and what is held by convention.
+
+    Attributes:
+        direction: Direction of w of each leg, (N, 2): two numbers a leg, 18 parameters of a hexapod
+            with its K. None for a free w: three numbers a leg, 24 parameters (erratum E8).
+        law: Viscous ansatz or Coulomb's law.
+        frame_scale: Whether forces are known up to one scale a frame; None for the law's own answer:
+            the viscous ansatz has the scale, Coulomb's law has none.
+        mean_mu: With a frame scale, the mean of mu over the legs that the data determine. None leaves it
+            at 1 and reports every mu as undetermined.
+        rest_m_s: Feet no faster than this rest, and are not used [m/s]; Coulomb's law needs it positive
+            for noisy slips, because a resting foot's force is not its law's.
+
+    Raises:
+        ModelError: A value is impossible.
+    """
+
+    direction: FloatArray | None = None
+    law: FrictionLaw = FrictionLaw.VISCOUS
+    frame_scale: bool | None = None
+    mean_mu: float | None = None
+    rest_m_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.mean_mu is not None and not (self.scaled and self.mean_mu > 0):
+            raise ModelError(
+                "a mean of mu must be positive, and has a meaning with a frame scale only"
+            )
+        if not self.rest_m_s >= 0:
+            raise ModelError(
+                f"the speed of a foot at rest must not be negative, not {self.rest_m_s}"
+            )
+
+    @property
+    def scaled(self) -> bool:
+        """Whether each frame has a scale of its own."""
+        return self.law is FrictionLaw.VISCOUS if self.frame_scale is None else self.frame_scale
+
+
 def fit_friction(
     force_xy_B: FloatArray,  # noqa: N803
     load_n: FloatArray,
     slip_B: FloatArray,  # noqa: N803
+    form: FrictionForm,
     *,
-    direction: FloatArray | None,
-    law: FrictionLaw = FrictionLaw.VISCOUS,
-    frame_scale: bool | None = None,
-    mean_mu: float | None = None,
-    rest_m_s: float = 0.0,
     leg_names: Sequence[str] = (),
 ) -> FrictionFit:
     """Fit mu and w of each leg by least squares on the horizontal forces.
@@ -64,15 +101,7 @@ def fit_friction(
         force_xy_B: Measured horizontal forces of the ground on the feet, body axes, (F, N, 2) [N].
         load_n: Measured (or modelled) vertical forces, (F, N) [N]; a foot with none is not used.
         slip_B: Velocities of the feet over the ground, body axes, (F, N, 2) [m/s].
-        direction: Direction of w of each leg, (N, 2): two numbers a leg, 18 parameters of a hexapod
-            with its K. None for a free w: three numbers a leg, 24 parameters (erratum E8).
-        law: Viscous ansatz or Coulomb's law.
-        frame_scale: Whether forces are known up to one scale a frame; None for the law's own answer:
-            the viscous ansatz has the scale, Coulomb's law has none.
-        mean_mu: With a frame scale, the mean of mu over the legs that the data tell. None leaves it at 1
-            and reports every mu as undetermined.
-        rest_m_s: Feet no faster than this rest, and are not used [m/s]; Coulomb's law needs it positive
-            for noisy slips, because a resting foot's force is not its law's.
+        form: The law, and what is held.
         leg_names: Names for the result; numbers if there are none.
 
     Raises:
@@ -80,13 +109,11 @@ def fit_friction(
 
     Reference: Wu, Zhao, Revzen, sec:params, eqn:anisotropic, eqn:viscf.
     """
-    scaled = law is FrictionLaw.VISCOUS if frame_scale is None else frame_scale
+    scaled, direction, mean_mu = form.scaled, form.direction, form.mean_mu
     legs = load_n.shape[-1]
-    _check(force_xy_B, load_n, slip_B, direction, rest_m_s)
-    if mean_mu is not None and not (scaled and mean_mu > 0):
-        raise ModelError("a mean of mu must be positive, and has a meaning with a frame scale only")
+    _check(force_xy_B, load_n, slip_B, direction)
     names = tuple(leg_names) or tuple(str(leg) for leg in range(legs))
-    contacts, left_out = choose_contacts(force_xy_B, load_n, slip_B, law, rest_m_s)
+    contacts, left_out = choose_contacts(force_xy_B, load_n, slip_B, form.law, form.rest_m_s)
     unit = None if direction is None else direction / np.linalg.norm(direction, axis=1)[:, None]
     search = FrictionSearch(contacts, unit, frame_scale=scaled)
     size = float(np.linalg.norm(contacts.force))
@@ -155,7 +182,7 @@ def _isotropic(theta: FloatArray, known: Spread, legs: int, *, free: bool) -> Bo
         square = theta[at] @ theta[at] if free else theta[at[0]]
         slope = 2 * theta[at] if free else np.ones(1)
         error = np.sqrt(slope @ known.covariance[np.ix_(at, at)] @ slope)
-        lost[at] = not square > TOLD_FROM_ZERO * error
+        lost[at] = not square > ERRORS_FROM_ZERO * error
     return lost
 
 
@@ -199,7 +226,6 @@ def _check(
     load: FloatArray,
     slip: FloatArray,
     direction: FloatArray | None,
-    rest: float,
 ) -> None:
     if load.ndim != 2 or force.shape != (*load.shape, 2) or slip.shape != force.shape:
         raise ModelError(
@@ -210,5 +236,3 @@ def _check(
         direction.shape != (load.shape[1], 2) or not (np.linalg.norm(direction, axis=1) > 0).all()
     ):
         raise ModelError("the directions of w must be (N, 2) and none of them zero")
-    if not rest >= 0:
-        raise ModelError(f"the speed of a foot at rest must not be negative, not {rest}")

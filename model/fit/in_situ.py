@@ -17,7 +17,7 @@ from model.fit.cross_talk import (
 )
 from model.fit.unloaded import UnloadedFit, fit_unloaded
 from model.values.arrays import BoolArray, FloatArray, readonly
-from model.values.force_calibration import AXES, ForceCalibration, bias_only
+from model.values.force_calibration import AXES, CalibrationOrigin, ForceCalibration, bias_only
 
 HELD_OUT_EVERY = 4
 # Less of an unknown than this decided by the data: it is said to be unknown.
@@ -80,9 +80,7 @@ def calibrate_in_situ(
     max_harmonics: int,
     cross_talk: bool = True,
     point_feet: bool = True,
-    serials: tuple[str, ...] = (),
-    date: str = "",
-    logs: tuple[str, ...] = (),
+    origin: CalibrationOrigin | None = None,
 ) -> InSituResult:
     """Calibrate sensors from poses at rest.
 
@@ -93,9 +91,7 @@ def calibrate_in_situ(
         max_harmonics: Most harmonics of the leg's gravity; 0 fits constants.
         cross_talk: Whether to fit the 6 x 6 corrections.
         point_feet: Whether feet touch at a point and take no moment there.
-        serials: Serial numbers, kept with the result.
-        date: Kept with the result.
-        logs: Kept with the result.
+        origin: Where the poses come from, kept with the result; None for no place in particular.
 
     Raises:
         ModelError: A leg was never in the air, or there are too few poses.
@@ -105,10 +101,9 @@ def calibrate_in_situ(
     kept, left_out = poses.part(~out), poses.part(out)
     _check(kept, legs)
     nothing = np.zeros((len(legs), 6))
-    blank = replace(
-        bias_only(legs, serials or ("",) * len(legs), nothing, nothing, date=date, logs=logs),
-        method="in-situ",
-    )
+    if origin is None:
+        origin = CalibrationOrigin(("",) * len(legs))
+    blank = replace(bias_only(legs, origin, nothing, nothing), method="in-situ")
     feet = point_feet if cross_talk else None
     constant = _fit(kept, places, blank, 0, None)[0]
     gravity = _fit(kept, places, blank, max_harmonics, None)[0]

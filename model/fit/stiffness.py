@@ -28,6 +28,29 @@ from model.values.arrays import BoolArray, FloatArray, readonly
 CONTACT_SHARE = 0.02
 
 
+@dataclass(frozen=True, slots=True)
+class StiffnessConventions:
+    """What is wished of stiffnesses that the data leave open.
+
+    Attributes:
+        spread_weight: How much legs are wished to be alike: the square of share noise over expected
+            spread of log K, which stays small beside many frames; 0 to let the data speak alone.
+        mean_stiffness: Hold the mean of the fitted stiffnesses here [N/m]: the scale by convention. The
+            mean is over the legs that the data determine. None leaves it to the data.
+    """
+
+    spread_weight: float = 1e-4
+    mean_stiffness: float | None = None
+
+    def __post_init__(self) -> None:
+        mean = self.mean_stiffness
+        if not self.spread_weight >= 0 or (mean is not None and not mean > 0):
+            raise ModelError("mean stiffness must be positive, spread_weight not negative")
+
+
+DATA_AND_LIKENESS = StiffnessConventions()
+
+
 def fit_stiffness(
     feet_B: FloatArray,  # noqa: N803
     vertical_n: FloatArray,
@@ -35,8 +58,7 @@ def fit_stiffness(
     start: FloatArray,
     *,
     leg_names: Sequence[str] = (),
-    spread_weight: float = 1e-4,
-    mean_stiffness: float | None = None,
+    conventions: StiffnessConventions = DATA_AND_LIKENESS,
     pose: FloatArray | None = None,
 ) -> FitResult:
     """Fit K to the shares of the weight that the feet in contact carry.
@@ -50,10 +72,7 @@ def fit_stiffness(
         weight_n: Weight carried [N].
         start: Where the search begins, (N,) [N/m], positive. A scale that does not show stays there.
         leg_names: Names for the result; numbers if there are none.
-        spread_weight: How much legs are wished to be alike: the square of share noise over expected
-            spread of log K, which stays small beside many frames; 0 to let the data speak alone.
-        mean_stiffness: Hold the mean of the fitted stiffnesses here [N/m]: the scale by convention. The
-            mean is over the legs that the data tell.
+        conventions: What is wished where the data are silent.
         pose: Measured slope_x, slope_y [rad] and height of the body origin [m], (F, 3), if they are
             known; NaN where not. A height error is weighed as the change of load it would mean.
 
@@ -65,17 +84,17 @@ def fit_stiffness(
 
     Reference: Wu, Zhao, Revzen, sec:params and eqn:zpj.
     """
-    _check(feet_B, vertical_n, weight_n, start, spread_weight, mean_stiffness, pose)
+    _check(feet_B, vertical_n, weight_n, start, pose)
     frames = _choose_frames(feet_B, vertical_n, weight_n, start, pose)
     names = tuple(leg_names) or tuple(str(leg) for leg in range(len(start)))
-    search = _Search(frames, weight_n, spread_weight)
+    search = _Search(frames, weight_n, conventions.spread_weight)
     theta, converged = search.run(np.log(start))
     known = search.spread(theta, relative=False)
     relative = search.spread(theta, relative=True)
-    if mean_stiffness is not None:
+    if conventions.mean_stiffness is not None:
         # the mean is over legs that the data tell next to each other, or over all if they tell none
         reference = relative.reference if relative.reference.any() else np.ones_like(start, bool)
-        search.hold_mean(mean_stiffness, reference)
+        search.hold_mean(conventions.mean_stiffness, reference)
         theta, converged = search.run(np.log(start))
         known = relative = search.spread(theta, relative=True)
     stiffness = search.stiffness(theta)
@@ -230,8 +249,8 @@ def _warnings(
     never, silent, scale = (
         "leg {} was never loaded, so that its stiffness is not known",
         "the stiffness of leg {} moves no share beyond the noise: walk with four or more feet loaded",
-        "the common scale of the stiffnesses does not show in these load shares: give their mean, or "
-        "measured height and slopes, or frames whose feet do not lie in a plane",
+        "the common scale of the stiffnesses does not show in these load shares and stays where the search "
+        "began: only frames whose unloaded feet do not lie in a plane show it",
     )
     legs = tuple(
         (silent if was else never).format(name)
@@ -247,8 +266,6 @@ def _check(
     vertical: FloatArray,
     weight: float,
     start: FloatArray,
-    spread_weight: float,
-    mean: float | None,
     pose: FloatArray | None,
 ) -> None:
     if feet.ndim != 3 or feet.shape[2] != 3 or vertical.shape != feet.shape[:2]:
@@ -259,5 +276,5 @@ def _check(
         raise ModelError("the start must be one positive stiffness a leg")
     if pose is not None and pose.shape != (len(feet), 3):
         raise ModelError(f"pose must be (F, 3), not {pose.shape}")
-    if not weight > 0 or not spread_weight >= 0 or (mean is not None and not mean > 0):
-        raise ModelError("weight and mean stiffness must be positive, spread_weight not negative")
+    if not weight > 0:
+        raise ModelError("the weight must be positive")

@@ -84,8 +84,8 @@ def choose_gamma(predicted: FloatArray, reference: FloatArray, rate_hz: float) -
     grid = np.linspace(0.0, LARGEST_GAMMA, GRID)
     best = int(np.argmin([mismatch(float(gamma)) for gamma in grid]))
     bounds = (float(grid[max(best - 1, 0)]), float(grid[min(best + 1, GRID - 1)]))
-    found = minimize_scalar(mismatch, bounds=bounds, method="bounded", options={"xatol": 1e-5})
-    return float(found.x)
+    result = minimize_scalar(mismatch, bounds=bounds, method="bounded", options={"xatol": 1e-5})
+    return float(result.x)
 
 
 def _spectrum(signal: FloatArray, rate_hz: float, segment: int) -> FloatArray:

@@ -12,7 +12,7 @@ import numpy as np
 from model.errors import ModelError
 from model.support.frames import SupportSolutions, solve_support_frames
 from model.traction.coulomb_kernel import FootLaw
-from model.traction.frames import TractionSolutions, answers_for, solve_traction_frames
+from model.traction.frames import SlidingFeet, answers_for, solve_traction_frames
 from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
 from model.values.legs import FootMotion
 from model.values.parameters import ContactParameters
@@ -88,7 +88,6 @@ def solve_frames(
     tilt_coupling: bool = False,
     ground_m: FloatArray | None = None,
     anisotropy_B: FloatArray | None = None,  # noqa: N803
-    out: FrameSolutions | None = None,
 ) -> FrameSolutions:
     """Support, then traction, for every frame.
 
@@ -101,7 +100,6 @@ def solve_frames(
             [slope_x, -slope_y] q'_z (the last term of eqn:vxy, erratum E2).
         ground_m: Height of the level ground under each foot, (F, N) or (N,) [m]; 0 if None.
         anisotropy_B: w where it turns from frame to frame, (F, N, 2); ``contact``'s if None.
-        out: Arrays at hand to write the answer into.
 
     Raises:
         ModelError: Shapes do not fit.
@@ -117,13 +115,9 @@ def solve_frames(
     turning = (frames, count, 2)
     if anisotropy_B is not None and (w.shape != turning or not np.isfinite(w).all()):
         raise ModelError(f"anisotropy must be {turning} numbers, not {w.shape}")
-    answer = out
-    if answer is None:
-        switches = np.zeros(frames, dtype=np.int64)
-        sliding = answers_for(frames, count)
-        answer = FrameSolutions(
-            np.empty((frames, 3)), np.empty((frames, count)), switches, *sliding
-        )
+    switches = np.zeros(frames, dtype=np.int64)
+    sliding = answers_for(frames, count)
+    answer = FrameSolutions(np.empty((frames, 3)), np.empty((frames, count)), switches, *sliding)
     if problem is Reason.FINE:
         ground = np.zeros((1, count)) if ground_m is None else np.atleast_2d(ground_m)
         standing = SupportSolutions(*answer[:3], answer.reason)
@@ -132,15 +126,15 @@ def solve_frames(
             speed = speed.copy()
             speed[..., :2] += answer.pose[:, None, :2] * [1.0, -1.0] * speed[..., 2:]
         limit, foot_law = contact.mu * answer.load_n, FootLaw(law is FrictionLaw.COULOMB)
-        sliding = TractionSolutions(*answer[3:])
-        solve_traction_frames(position, speed, limit, w, foot_law, newtons=False, out=sliding)
+        solve_traction_frames(
+            SlidingFeet(position, speed, limit, w), foot_law, newtons=False, out=sliding
+        )
     else:
         for values in answer:
             values.fill(np.nan if values.dtype == np.float64 else 0)
         answer.reason.fill(problem)
-    if out is None:
-        for values in answer:
-            readonly(values)
+    for values in answer:
+        readonly(values)
     return answer
 
 

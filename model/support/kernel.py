@@ -1,10 +1,10 @@
-"""The contact search of ``model.support`` for one frame, written for the compiler.
+"""The contact search of one frame, written for the compiler: slopes, height and loads at balance.
 
-Same idea, other arithmetic: three unknowns need no linear algebra library. The energy
-E(s) = sum K/2 min(p, 0)^2 + load z is convex and piecewise quadratic; each step goes to the balance of
-the feet now in contact. Where E falls by that, the contact changes on the way need not be looked at one
-by one; where it does not, the line is followed from change to change to its lowest point. Slopes are
-scaled by the feet's spread, energies by the load, so that tolerances are pure numbers.
+The energy E(s) = sum K/2 min(p, 0)^2 + load z is convex and piecewise quadratic; each step goes to the
+balance of the feet now in contact, which three unknowns need no linear algebra library for. Where E falls
+by that, the contact changes between need not be looked at one by one; where it does not, the line is
+followed from change to change to its lowest point. Slopes are scaled by the feet's spread, energies by the
+load, so that tolerances are pure numbers. Tests compare it with ``tests/model/oracles/support.py``.
 """
 
 import numpy as np

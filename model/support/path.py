@@ -1,6 +1,6 @@
 """The search for the contacts, step by step, for pictures of it (fig:robot_2d, fig:search_3d).
 
-The same descent as ``model.support`` but written as the paper tells it: from the present pose towards
+The same descent as in ``model.support.kernel``, but in the paper's steps: from the present pose towards
 the balance of the feet now in contact, stopping at the *first* plane on which a foot comes down or
 lifts, switching that foot and solving again. Slower, and every stop is kept.
 """

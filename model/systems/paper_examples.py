@@ -18,7 +18,7 @@ import numpy as np
 
 from model.quasistatic.frames import FrictionLaw
 from model.traction.coulomb_kernel import FootLaw
-from model.traction.frames import solve_traction_frames
+from model.traction.frames import SlidingFeet, solve_traction_frames
 from model.values.arrays import FloatArray
 
 
@@ -115,5 +115,7 @@ def balance_velocity(foot_velocity: FloatArray, grip: FloatArray, law: FrictionL
     places = np.repeat([[0.0, 1.0], [0.0, -1.0]], len(grip), axis=0)
     speed, limit = np.tile(foot_velocity, (2, 1)), np.tile(grip / 2, 2)
     foot_law, isotropic = FootLaw(law is FrictionLaw.COULOMB), np.zeros((1, len(limit), 2))
-    answer = solve_traction_frames(places[None], speed[None], limit[None], isotropic, foot_law)
+    answer = solve_traction_frames(
+        SlidingFeet(places[None], speed[None], limit[None], isotropic), foot_law
+    )
     return answer.velocity_B[0, :2]

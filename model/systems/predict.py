@@ -12,7 +12,7 @@ from model.values.arrays import FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Prediction:
+class SystemPrediction:
     """What the model says of a system.
 
     Attributes:
@@ -34,7 +34,7 @@ class Prediction:
 
 def predict(
     system: System, *, law: FrictionLaw = FrictionLaw.VISCOUS, tilt_coupling: bool = False
-) -> Prediction:
+) -> SystemPrediction:
     """Predict loads, velocity and trajectory of a system.
 
     Args:
@@ -58,4 +58,4 @@ def predict(
     if system.low_pass is not None:
         velocity = low_pass(velocity, system.low_pass)
     poses = integrate(np.where(np.isfinite(velocity), velocity, 0.0), system.step_s)
-    return Prediction(system, law, solutions, velocity, poses)
+    return SystemPrediction(system, law, solutions, velocity, poses)

@@ -1,9 +1,8 @@
-"""Traction over many frames with given loads.
+"""Traction over many frames with given loads: one solver for the model over frames and for the diagnosis.
 
-For the diagnosis of measured runs: loads may be measured ones, the body may be pushed or dragged, feet may
-give sideways, friction may fall with speed, feet at rest may creep. The solver is that of
-``model.quasistatic.frames``: without any of these the answers are the same, and as the creep vanishes they
-come to them.
+The diagnosis asks for more: loads may be measured ones, the body may be pushed or dragged, feet may give
+sideways, friction may fall with speed, feet at rest may creep. Without any of these the answers are those
+of the model, and as the creep vanishes they come to them.
 """
 
 from dataclasses import dataclass
@@ -65,6 +64,22 @@ class Pushes:
     inertia: Inertia | None = None
 
 
+class SlidingFeet(NamedTuple):
+    """N feet on the ground in F frames.
+
+    Attributes:
+        position_m: In the body frame, (F, N, 2 or 3).
+        speed_m_s: Their velocities in the body frame, (F, N, 2 or 3).
+        limit_n: mu N of each foot, 0 in the air, (F, N).
+        anisotropy_B: w of each foot, (F or 1, N, 2).
+    """
+
+    position_m: FloatArray
+    speed_m_s: FloatArray
+    limit_n: FloatArray
+    anisotropy_B: FloatArray  # noqa: N815 - frame suffix
+
+
 class Given(NamedTuple):
     """F frames of N feet; what says (1 or F) may be the same for all.
 
@@ -116,10 +131,7 @@ class TractionSolutions(NamedTuple):
 
 
 def solve_traction_frames(
-    feet_m: FloatArray,
-    feet_speed_m_s: FloatArray,
-    limit_n: FloatArray,
-    anisotropy_B: FloatArray,  # noqa: N803
+    feet: SlidingFeet,
     law: FootLaw,
     pushes: Pushes | None = None,
     period_s: float = 1.0,
@@ -131,10 +143,7 @@ def solve_traction_frames(
     """Balance each frame.
 
     Args:
-        feet_m: Feet in the body frame, (F, N, 2 or 3).
-        feet_speed_m_s: Their velocities in the body frame, (F, N, 2 or 3).
-        limit_n: mu N of each foot, 0 in the air, (F, N).
-        anisotropy_B: w of each foot, (F or 1, N, 2).
+        feet: The feet.
         law: How feet answer slip, in m/s.
         pushes: What else acts; None for nothing.
         period_s: Time between frames; feet that give remember the frame before.
@@ -145,11 +154,11 @@ def solve_traction_frames(
     Raises:
         ModelError: Shapes do not fit, or the exact law is asked for more than stiff feet.
     """
-    frames, count = limit_n.shape
+    frames, count = feet.limit_n.shape
     two, one = (frames, count, 2), (1, count, 2)
     wrench = np.zeros((frames, 3)) if pushes is None else pushes.wrench_B
-    shapes = (feet_m[..., :2].shape, feet_speed_m_s[..., :2].shape, wrench.shape)
-    either = (anisotropy_B.shape, one if give_m_n is None else give_m_n.shape)
+    shapes = (feet.position_m[..., :2].shape, feet.speed_m_s[..., :2].shape, wrench.shape)
+    either = (feet.anisotropy_B.shape, one if give_m_n is None else give_m_n.shape)
     if shapes != (two, two, (frames, 3)) or not {two, one}.issuperset(either):
         raise ModelError(f"{frames} frames of {count} feet do not fit shapes {shapes} and {either}")
     outside, kept, give = np.zeros((0, 5)), np.zeros(6), np.zeros((0, count, 2))
@@ -163,7 +172,7 @@ def solve_traction_frames(
         raise ModelError(
             "feet that give or a body that is pushed need feet that creep: give a rest speed"
         )
-    read = (feet_m, feet_speed_m_s, limit_n, anisotropy_B, outside, give, kept)
+    read = (*feet, outside, give, kept)
     answer = answers_for(frames, count) if out is None else out
     prepare()
     _balance(Given(*map(_rows, read)), FootLaw(law.coulomb, *map(float, law[1:])), newtons, answer)

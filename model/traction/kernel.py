@@ -1,4 +1,4 @@
-"""The viscous-Coulomb balance of ``model.traction`` for one frame, written for the compiler."""
+"""The viscous-Coulomb balance of one frame with given loads, written for the compiler."""
 
 import numpy as np
 

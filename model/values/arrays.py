@@ -15,8 +15,8 @@ def root_mean_square(values: FloatArray) -> FloatArray:
     known = np.isfinite(values)
     count = known.sum(axis=0)
     total = np.where(known, values, 0.0) ** 2
-    found: FloatArray = np.sqrt(total.sum(axis=0) / np.where(count > 0, count, np.nan))
-    return found
+    rms: FloatArray = np.sqrt(total.sum(axis=0) / np.where(count > 0, count, np.nan))
+    return rms
 
 
 def known_mean(values: FloatArray) -> float:

@@ -85,12 +85,15 @@ class EstimatorState:
         contact: Feet taken to be loaded, (N,).
         rejected: Rejections in a row, of each leg's load, of its horizontal force, and of the absolute
             pose (first of the row), (3, N).
-        rejects: Rejections ever, all legs.
+        rejects: Rejections ever, all legs, and absolute poses.
         idle_ns: Since when the feet stand still in the body, -1 if they do not.
         answer_ns: Last time that the model had an answer, -1 for never.
         fine_ns: Since when all has been in order, -1 if it is not.
         lost: Whether the estimate is lost.
         airborne: Whether the forces say that the robot is picked up.
+        anchored: Whether an absolute position has been used since the robot was last carried or lost:
+            from then on one that is too far off is never used.
+        far_poses: Absolute poses in a row that were too far off; 0 again with the next one that is used.
         nis: Mean normalised innovation squared over degrees of freedom, last seconds; NaN at first.
         before: Mean and covariance before this tick's measurements (for smoothing).
         transition: (n, n) from the tick before to ``before`` (for smoothing).
@@ -111,6 +114,8 @@ class EstimatorState:
     fine_ns: int
     lost: bool
     airborne: bool
+    anchored: bool
+    far_poses: int
     nis: float
     before: tuple[FloatArray, FloatArray]
     transition: FloatArray

@@ -105,23 +105,35 @@ def fourier_rows(angle_rad: FloatArray, harmonics: int) -> FloatArray:
     return rows
 
 
+@dataclass(frozen=True, slots=True)
+class CalibrationOrigin:
+    """Where a calibration comes from.
+
+    Attributes:
+        serials: Serial number of each sensor, "" where it is not known.
+        date: When it was made.
+        logs: Names of the logs that it was made from.
+    """
+
+    serials: tuple[str, ...]
+    date: str = ""
+    logs: tuple[str, ...] = ()
+
+
 def bias_only(
     legs: tuple[str, ...],
-    serials: tuple[str, ...],
+    origin: CalibrationOrigin,
     bias: FloatArray,
     standard_error: FloatArray,
-    *,
-    date: str,
-    logs: tuple[str, ...],
 ) -> ForceCalibration:
     """Return a calibration that only subtracts constants, (N, 6) [N, N m]."""
     return ForceCalibration(
         legs=legs,
-        serials=serials,
+        serials=origin.serials,
         unloaded=readonly(bias[:, :, None].copy()),
         correction=readonly(np.zeros((len(legs), 6, 6))),
         standard_error=readonly(standard_error.copy()),
         method="bias",
-        date=date,
-        logs=logs,
+        date=origin.date,
+        logs=origin.logs,
     )

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gap.check.score import Answer, Named, Truth
+from gap.check.cases import CaseAnswer, Named, Truth
 from gap.delegate import Without
 from gap.diagnosis.as_json import diagnosis_json
 from gap.diagnosis.commissioning import standing_of
@@ -89,7 +89,7 @@ def _label(case: Mapping[str, Any]) -> Label:
     return Label(case["kind"], truths, int(case["robot"]), tuple(map(int, case["seeds"])))
 
 
-def read_answer(path: Path) -> Answer:
+def read_answer(path: Path) -> CaseAnswer:
     """Read the diagnosis of a case; any JSON that has the shape will do.
 
     Raises:
@@ -104,8 +104,8 @@ def read_answer(path: Path) -> Answer:
         ) from error
 
 
-def _answer(diagnosis: Mapping[str, Any]) -> Answer:
-    return Answer(
+def _answer(diagnosis: Mapping[str, Any]) -> CaseAnswer:
+    return CaseAnswer(
         verdict=diagnosis["verdict"],
         stage=diagnosis["where"]["stage"] or "",
         named=tuple(

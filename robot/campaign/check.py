@@ -5,8 +5,9 @@ from concurrent.futures import as_completed
 from dataclasses import replace
 from math import nan
 
+from gap.check.cases import REMOVED, SINGLE, CheckedCase
 from gap.check.methods import methods
-from gap.check.score import REMOVED, SINGLE, Case, confusions, figures
+from gap.check.score import confusions, figures
 from gap.worker_pool import worker_pool
 from model.errors import ConfigError, GapError, RecordError
 from record.trial.header import read_text
@@ -64,7 +65,9 @@ def check_campaign(request: GapCheckRequest) -> ExitCode:
     visible = measure_visibility(files, labels, request.scenario, out, request.jobs, standing)
     unknown = Visibility(nan, nan)
     cases = [
-        Case(name, kind, labels[name].truths, read_answer(answer), *visible.get(name, unknown))
+        CheckedCase(
+            name, kind, labels[name].truths, read_answer(answer), *visible.get(name, unknown)
+        )
         for name, kind, answer in (*to_score, *removed)
     ]
     _, simulator = read_case(files[0].trials[:1])

@@ -3,8 +3,9 @@
 import math
 from collections.abc import Sequence
 
+from gap.check.cases import CheckedCase, gap_declared, named_right
 from gap.check.methods import Method, methods
-from gap.check.score import Case, Confusion, Figure, gap_declared, named_right
+from gap.check.score import Confusion, Figure
 from robot.console.table import Column, markdown_lines, table_lines
 
 SCORES = tuple(Column("", form) for form in ("", "s", "s", "", "d", "", ""))
@@ -17,7 +18,7 @@ MARKS = {True: "met", False: "MISSED", None: "-"}
 
 
 def score_lines(
-    figures: Sequence[Figure], confusions: Sequence[Confusion], cases: Sequence[Case]
+    figures: Sequence[Figure], confusions: Sequence[Confusion], cases: Sequence[CheckedCase]
 ) -> list[str]:
     """Return what is printed."""
     scores = [
@@ -35,7 +36,7 @@ def score_lines(
 
 
 def score_markdown(
-    figures: Sequence[Figure], confusions: Sequence[Confusion], cases: Sequence[Case]
+    figures: Sequence[Figure], confusions: Sequence[Confusion], cases: Sequence[CheckedCase]
 ) -> str:
     """Return tables of figures, effects and confusions."""
     rows = [(f.name, _value(f), _interval(f), str(f.cases), f.bar, MARKS[f.met]) for f in figures]

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gap.check.score import CONTROL, PAIR, SINGLE
+from gap.check.cases import CONTROL, PAIR, SINGLE
 from gap.diagnosis.how_far import how_far
 from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Simulator

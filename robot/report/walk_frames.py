@@ -8,7 +8,7 @@ from scipy.signal import savgol_filter
 
 from model.effects.sensing import OF_FORCES
 from model.errors import ConfigError, ModelError, RecordError
-from model.fit.friction import fit_friction
+from model.fit.friction import FrictionForm, fit_friction
 from model.fit.result import FitResult
 from model.fit.stiffness import fit_stiffness
 from model.kinematics.four_bar import Linkage
@@ -186,10 +186,12 @@ def fit_contact(
         walk.force[..., :2],
         np.maximum(walk.force[..., 2], 0.0),
         walk.slip,
-        direction=None if free_w else np.tile([1.0, 0.0], (legs, 1)),
-        law=law,
-        mean_mu=NAIVE_MU if law is FrictionLaw.VISCOUS else None,
-        rest_m_s=rest_m_s,
+        FrictionForm(
+            direction=None if free_w else np.tile([1.0, 0.0], (legs, 1)),
+            law=law,
+            mean_mu=NAIVE_MU if law is FrictionLaw.VISCOUS else None,
+            rest_m_s=rest_m_s,
+        ),
         leg_names=names,
     )
     contact = ContactParameters(springs.values, friction.mu, friction.anisotropy)

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from model.motion.se2 import placed
 from model.quasistatic.frames import FrictionLaw
-from model.systems.predict import Prediction
+from model.systems.predict import SystemPrediction
 from model.values.arrays import FloatArray
 from robot.report.plots import STYLE
 
@@ -22,7 +22,7 @@ SIDE_VIEWS = 6
 NAMED_FEET = 16  # more rows than this are not labelled one by one
 
 
-def draw_predictions(predictions: Sequence[Prediction]) -> Figure:
+def draw_predictions(predictions: Sequence[SystemPrediction]) -> Figure:
     """Draw one system under one friction law or several.
 
     Args:
@@ -45,7 +45,7 @@ def draw_predictions(predictions: Sequence[Prediction]) -> Figure:
     return figure
 
 
-def _above(ax: Axes, predictions: Sequence[Prediction]) -> None:
+def _above(ax: Axes, predictions: Sequence[SystemPrediction]) -> None:
     first = predictions[0]
     world = _feet_in_world(first)
     loaded = first.solutions.contact
@@ -66,7 +66,7 @@ def _above(ax: Axes, predictions: Sequence[Prediction]) -> None:
     ax.legend(loc="upper center", ncols=5, fontsize=8, bbox_to_anchor=(0.5, 1.12))
 
 
-def _snapshots(prediction: Prediction) -> list[int]:
+def _snapshots(prediction: SystemPrediction) -> list[int]:
     """Begin, middle and end (no middle on a short path), each where most feet are in the air."""
     frames = prediction.system.frames
     feet = prediction.system.feet.position_m[0, :, 0]
@@ -79,7 +79,7 @@ def _snapshots(prediction: Prediction) -> list[int]:
 
 
 def _body(
-    ax: Axes, prediction: Prediction, frame: int, feet_W: FloatArray, zorder: float  # noqa: N803
+    ax: Axes, prediction: SystemPrediction, frame: int, feet_W: FloatArray, zorder: float  # noqa: N803
 ) -> None:  # fmt: skip
     system = prediction.system
     pose = prediction.poses[frame]
@@ -97,7 +97,7 @@ def _body(
     ax.plot(*feet_W[~loaded].T, "o", mec=INK, mfc="white", ms=size, zorder=zorder)
 
 
-def _velocity(axes: Sequence[Axes], predictions: Sequence[Prediction]) -> None:
+def _velocity(axes: Sequence[Axes], predictions: Sequence[SystemPrediction]) -> None:
     labels = ("vx [mm/s]", "vy [mm/s]", "yaw [mrad/s]")
     for component, (ax, label) in enumerate(zip(axes, labels, strict=True)):
         for prediction in predictions:
@@ -120,7 +120,7 @@ def _velocity(axes: Sequence[Axes], predictions: Sequence[Prediction]) -> None:
         axes[0].legend(loc="upper right", ncols=4, fontsize=8)
 
 
-def _loads(figure: Figure, ax: Axes, prediction: Prediction) -> None:
+def _loads(figure: Figure, ax: Axes, prediction: SystemPrediction) -> None:
     system = prediction.system
     load = prediction.solutions.load_n[_thin(system.frames)]
     shown = np.where(load > 0, load, np.nan)
@@ -136,7 +136,7 @@ def _loads(figure: Figure, ax: Axes, prediction: Prediction) -> None:
     figure.colorbar(mesh, ax=ax, label="load [N]", pad=0.01)
 
 
-def _side(ax: Axes, prediction: Prediction) -> None:
+def _side(ax: Axes, prediction: SystemPrediction) -> None:
     system = prediction.system
     ground = system.ground_m
     assert ground is not None  # drawn only where there is one
@@ -163,7 +163,7 @@ def _side(ax: Axes, prediction: Prediction) -> None:
     ax.legend(loc="upper right", ncols=2, fontsize=8)
 
 
-def _feet_in_world(prediction: Prediction) -> FloatArray:
+def _feet_in_world(prediction: SystemPrediction) -> FloatArray:
     """Feet in every frame seen from above, (F, N, 2)."""
     return placed(prediction.poses[:-1, None], prediction.system.feet.position_m[..., :2])
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from model.errors import ModelError
 from model.quasistatic.frames import FrictionLaw, Reason
-from model.systems.predict import Prediction, predict
+from model.systems.predict import SystemPrediction, predict
 from record.whole_file import check_room, write_text, writing
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json
@@ -73,7 +73,7 @@ REASON_WORDS = {
 }
 
 
-def summarise_prediction(prediction: Prediction) -> dict[str, Any]:
+def summarise_prediction(prediction: SystemPrediction) -> dict[str, Any]:
     """Return the figures of a prediction, with their units in their names.
 
     Forward is along the first heading; ``without_answer`` counts frames by reason, most frequent first,
@@ -109,7 +109,7 @@ def summarise_prediction(prediction: Prediction) -> dict[str, Any]:
     }
 
 
-def prediction_rows(predictions: Sequence[Prediction]) -> list[tuple[str, str]]:
+def prediction_rows(predictions: Sequence[SystemPrediction]) -> list[tuple[str, str]]:
     """Return label and text of each row, for one friction law or several of the same system."""
     system = predictions[0].system
     rows = [

@@ -12,7 +12,7 @@ from gap.diagnosis.findings import Verdict
 from gap.diagnosis.probability import Fit, none_of_them
 from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Drive
-from gap.residuals.parts import Condition, whole_parts
+from gap.residuals.parts import RunCondition, whole_parts
 from gap.search.candidates import starts_of
 from model.effects.settings import settings_of
 from model.effects.shafts import shafts
@@ -69,8 +69,8 @@ def test_an_unseen_frequency_is_judged_by_references_of_other_frequencies() -> N
         (part, part.observation.values - toy.predict(run, (), Drive.MEASURED))
         for run, part in zip(runs, whole_parts(toy, runs), strict=True)
     ]
-    seen = healthy_runs(CHANNELS, known, [Condition("walk", 0.5)])
-    unseen = healthy_runs(CHANNELS, known, [Condition("walk", 1.1)])
+    seen = healthy_runs(CHANNELS, known, [RunCondition("walk", 0.5)])
+    unseen = healthy_runs(CHANNELS, known, [RunCondition("walk", 1.1)])
     angles = [i for i, c in enumerate(CHANNELS) if c.name == "angle"]
 
     def energy(runs: object) -> float:
@@ -82,7 +82,7 @@ def test_an_unseen_frequency_is_judged_by_references_of_other_frequencies() -> N
 
 
 def test_what_a_healthy_machine_leaves_as_well_is_no_sign_of_something_unknown() -> None:
-    usual = Fit(0.4, 3.0, excess_after=1.1, worst_after=1.5, p_after=0.5, nats_after=0.0)
+    usual = Fit(0.4, excess_after=1.1, worst_after=1.5, p_after=0.5, nats_after=0.0)
     odd = replace(usual, p_after=0.001)
     assert none_of_them(usual, 1, referenced=True) < 0.1
     assert none_of_them(odd, 1, referenced=True) > 0.5

@@ -6,23 +6,19 @@ from dataclasses import replace
 
 import pytest
 
-from gap.check.methods import THIS, Method, methods
-from gap.check.score import (
+from gap.check.cases import (
     CONTROL,
     OUTSIDE,
     PAIR,
     SINGLE,
-    Answer,
-    Case,
+    CaseAnswer,
+    CheckedCase,
     Named,
     Truth,
-    area_under,
-    calibration_error,
-    confusions,
-    figures,
     group_of,
-    parameter_error,
 )
+from gap.check.methods import THIS, Method, methods
+from gap.check.score import area_under, calibration_error, confusions, figures, parameter_error
 from robot.campaign.score_text import score_lines, score_markdown
 
 NAN = math.nan
@@ -31,8 +27,8 @@ BIAS = Truth("force_bias", "sensing", "ML", (("x_n", 0.0), ("y_n", 0.0), ("z_n",
 NEUTRAL = {("foot_friction", "ratio"): 1.0}
 
 
-def said(*named: Named, verdict: str = "explained", stage: str = "friction") -> Answer:
-    return Answer(verdict, stage, named, (), 0.02, 0.9, 30.0)
+def said(*named: Named, verdict: str = "explained", stage: str = "friction") -> CaseAnswer:
+    return CaseAnswer(verdict, stage, named, (), 0.02, 0.9, 30.0)
 
 
 def named(
@@ -41,18 +37,20 @@ def named(
     return Named(effect, joints, (("ratio", 0.55),), p)
 
 
-NO = Answer("no_gap", "", (), (), 0.0, NAN, 10.0)
-RIGHT = Case("a", SINGLE, (FRICTION,), said(named()), 5.0, 0.95)
+NO = CaseAnswer("no_gap", "", (), (), 0.0, NAN, 10.0)
+RIGHT = CheckedCase("a", SINGLE, (FRICTION,), said(named()), 5.0, 0.95)
 OTHER_LEG = replace(RIGHT, name="b", answer=said(named(joints=("FR",))))
 WRONG = replace(RIGHT, name="c", answer=said(named("stiction", ()), stage="friction"))
 MISSED = replace(RIGHT, name="d", answer=NO, visible=1.0)
-HEALTHY = Case("e", CONTROL, (), NO, NAN, NAN)
-ALARM = Case("f", CONTROL, (), said(named()), NAN, NAN)
-UNKNOWN = Case("g", OUTSIDE, (FRICTION,), replace(said(verdict="unexplained"), none=0.9), NAN, NAN)
-TWO = Case("h", PAIR, (FRICTION, BIAS), said(named(), named("stiction", ())), 9.0, 0.9)
+HEALTHY = CheckedCase("e", CONTROL, (), NO, NAN, NAN)
+ALARM = CheckedCase("f", CONTROL, (), said(named()), NAN, NAN)
+UNKNOWN = CheckedCase(
+    "g", OUTSIDE, (FRICTION,), replace(said(verdict="unexplained"), none=0.9), NAN, NAN
+)
+TWO = CheckedCase("h", PAIR, (FRICTION, BIAS), said(named(), named("stiction", ())), 9.0, 0.9)
 
 
-def value(name: str, *cases: Case) -> tuple[object, int, bool | None]:
+def value(name: str, *cases: CheckedCase) -> tuple[object, int, bool | None]:
     found = next(f for f in figures(cases, NEUTRAL) if f.name.startswith(name))
     return found.value, found.cases, found.met
 
@@ -106,7 +104,7 @@ def test_an_error_counts_from_neutral() -> None:
 
 def test_a_part_near_zero_counts_by_its_vector() -> None:
     close = Named("force_bias", ("ML",), (("x_n", 0.1), ("y_n", 0.0), ("z_n", 2.2)), 1.0)
-    case = Case("x", SINGLE, (BIAS,), said(close), 5.0, 0.9)
+    case = CheckedCase("x", SINGLE, (BIAS,), said(close), 5.0, 0.9)
     error, count = parameter_error([case], {})
     assert error == pytest.approx(0.05)
     assert count == 3
@@ -143,7 +141,7 @@ def test_confusions_name_what_was_said() -> None:
 
 
 def test_simpler_ways_are_counted_on_the_same_cases() -> None:
-    def told(case: Case, *effects: str) -> Case:
+    def told(case: CheckedCase, *effects: str) -> CheckedCase:
         return replace(case, answer=replace(case.answer, simpler=(("greedy", effects),)))
 
     cases = [

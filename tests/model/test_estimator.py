@@ -10,9 +10,9 @@ from model.estimator import measurements as measure
 from model.estimator import process
 from model.estimator.filter import Estimator
 from model.estimator.history import EstimatorMemory, LateSample, advance, use_late
-from model.estimator.kalman import Stack, mended, sound
+from model.estimator.kalman import MeasurementStack, mended, sound
 from model.estimator.neighbourhood import Neighbourhood, neighbourhood
-from model.estimator.process import Prediction
+from model.estimator.process import ProcessStep
 from model.estimator.settings import EstimatorSettings, record_of
 from model.estimator.smoother import smooth
 from model.quasistatic.frames import FrictionLaw, solve_frames
@@ -106,7 +106,7 @@ def test_process_jacobian_against_differences(law: FrictionLaw) -> None:
     mean[VELOCITY] = [0.02, 0.003, 0.3]
     feet = feet_at(0.7)
 
-    def after(at: FloatArray) -> Prediction:
+    def after(at: FloatArray) -> ProcessStep:
         return process.walking(at, CERTAIN, solved(at, feet, law), record, 0.01)
 
     analytic = after(mean).transition
@@ -127,11 +127,13 @@ def test_measurement_rows_against_differences() -> None:
     every = np.ones(6, dtype=bool)
     absolute = OdometryInputs(0, feet, pose_W=np.array([1.0, 2.0, 0.3]))
 
-    def measured(at: FloatArray) -> Stack:
+    def measured(at: FloatArray) -> MeasurementStack:
         model = solved(at, feet)._replace(sway_B=solved(mean, feet).sway_B)
         pose = measure.pose_stack(at, absolute, SETTINGS)
         assert pose is not None
-        forces = measure.feet_stack(at, CERTAIN, share, feet, every, model, CONTACT.mu, RECORD)
+        forces = measure.feet_stack(
+            measure.Belief(at, CERTAIN), share, feet, every, model, CONTACT.mu, RECORD
+        )
         assert forces.rows.shape == (6 + 2 * 6 + 1, len(at))
         gyro = measure.gyro_stack(at, 0.2, SETTINGS)
         tilts = measure.tilt_stacks((0.01, -0.02), model, SETTINGS)
@@ -153,7 +155,9 @@ def test_no_force_row_touches_the_global_pose() -> None:
     mean[VELOCITY] = [0.02, 0, 0]
     share = np.full((6, 3), 1 / 6)
     every = np.ones(6, dtype=bool)
-    stack = measure.feet_stack(mean, CERTAIN, share, feet, every, model, CONTACT.mu, RECORD)
+    stack = measure.feet_stack(
+        measure.Belief(mean, CERTAIN), share, feet, every, model, CONTACT.mu, RECORD
+    )
     assert len(stack.rows) == 6 + 2 * 6 + 1
     assert not stack.rows[:, :3].any()
 
@@ -167,7 +171,9 @@ def test_what_is_stacked_of_a_foot_and_with_what_noise() -> None:
     share = np.full((6, 3), 1 / 6)
     share[1], share[4, 0] = np.nan, np.nan
     usable = np.array([True, True, False, True, True, True])
-    stack = measure.feet_stack(mean, covariance, share, feet, usable, model, CONTACT.mu, RECORD)
+    stack = measure.feet_stack(
+        measure.Belief(mean, covariance), share, feet, usable, model, CONTACT.mu, RECORD
+    )
     # no load of leg 1; no friction of 1 and 4 (not heard), of 2 (not usable)
     assert stack.blocks.tolist() == [
         [0, 0, 0], [1, 0, 2], [2, 0, 3], [3, 0, 4], [4, 0, 5],

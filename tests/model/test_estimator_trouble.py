@@ -258,3 +258,74 @@ def test_covariance_stays_sound_over_twenty_thousand_steps() -> None:
             assert np.array_equal(state.covariance, state.covariance.T)
             smallest = min(smallest, float(np.linalg.eigvalsh(state.covariance)[0]))
     assert smallest > 0
+
+
+def far_from(i: int, off_m: FloatArray) -> FloatArray:
+    pose: FloatArray = WORLD.pose[i] + np.array([*off_m, 0.0])
+    return pose
+
+
+@pytest.mark.parametrize("off_m", [1.2, 1000.0, 1e19, 1e300])
+def test_a_pose_metres_away_is_never_used_after_one_that_was(off_m: float) -> None:
+    def change(i: int, known: OdometryInputs) -> OdometryInputs:
+        if i < 100:
+            return replace(known, pose_W=WORLD.pose[i])
+        if i < 600:
+            return replace(known, pose_W=far_from(i, np.array([off_m, -off_m])))
+        return replace(known, pose_W=WORLD.pose[i]) if i == 900 else known
+
+    estimates, state = run(change)
+    pose = np.array([[*e.position_m, e.yaw_rad] for e in estimates])
+    assert np.abs(pose - WORLD.pose).max() < 0.1
+    assert estimates[99].health is Health.OK
+    assert estimates[599].health is estimates[899].health is Health.DEGRADED
+    assert "500 in a row not used" in estimates[599].reason
+    assert estimates[599].rejects >= estimates[99].rejects + 500
+    assert estimates[900].health is Health.OK
+    assert state.far_poses == 0
+
+
+def test_a_pose_may_be_anywhere_again_after_the_robot_was_carried() -> None:
+    def change(i: int, known: OdometryInputs) -> OdometryInputs:
+        if i < 100:
+            return replace(known, pose_W=WORLD.pose[i])
+        if i < 200:
+            return airborne(known)
+        return replace(known, pose_W=far_from(i, np.array([3.0, 2.0])))
+
+    estimates, _ = run(change, 400)
+    off = estimates[-1].position_m - WORLD.pose[399, :2]
+    np.testing.assert_allclose(off, [3.0, 2.0], atol=0.1)
+
+
+def test_a_pose_may_be_anywhere_again_after_a_gap_in_time() -> None:
+    def change(i: int, known: OdometryInputs) -> OdometryInputs:
+        if i < 100:
+            return replace(known, pose_W=WORLD.pose[i])
+        later_ns = known.t_ns + round(2e9)
+        forces = known.forces and replace(known.forces, t_ns=later_ns)
+        return replace(
+            known, t_ns=later_ns, forces=forces, pose_W=far_from(i, np.array([3.0, 2.0]))
+        )
+
+    estimates, _ = run(change, 300)
+    off = estimates[-1].position_m - WORLD.pose[299, :2]
+    np.testing.assert_allclose(off, [3.0, 2.0], atol=0.1)
+
+
+def test_a_pose_may_be_anywhere_for_an_estimate_that_is_lost() -> None:
+    """A tip-over: the model has no answer for so long that the estimate is lost."""
+
+    def change(i: int, known: OdometryInputs) -> OdometryInputs:
+        if i < 100:
+            return replace(known, pose_W=WORLD.pose[i])
+        if i < 500:
+            feet = replace(known.feet, position_m=known.feet.position_m + np.array([5.0, 0.0, 0.0]))
+            pose = far_from(i, np.array([30.0, 2.0])) if i < 300 else None
+            return replace(known, feet=feet, pose_W=pose)
+        return replace(known, pose_W=far_from(i, np.array([3.0, 2.0])))
+
+    estimates, _ = run(change, 700)
+    assert estimates[450].health is Health.LOST
+    off = estimates[-1].position_m - WORLD.pose[699, :2]
+    np.testing.assert_allclose(off, [3.0, 2.0], atol=0.1)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from model.errors import ModelError
-from model.fit.friction import FrictionFit, fit_friction
+from model.fit.friction import FrictionFit, FrictionForm, fit_friction
 from model.fit.friction_search import FrictionSearch, choose_contacts
 from model.quasistatic.frames import FrictionLaw
 from model.values.arrays import FloatArray
@@ -43,9 +43,9 @@ def walk(seed: int, frames: int = 150) -> Walk:
 
 
 def fit(data: Walk, force: FloatArray, law: FrictionLaw, **more: object) -> FrictionFit:
-    options: dict[str, object] = {"leg_names": NAMES, "direction": None, "law": law}
-    options["mean_mu"] = 1.0 if law is VISCOUS else None
-    return fit_friction(force, data.load, data.slip, **(options | more))  # type: ignore[arg-type]
+    options: dict[str, object] = {"law": law, "mean_mu": 1.0 if law is VISCOUS else None}
+    form = FrictionForm(**(options | more))  # type: ignore[arg-type]
+    return fit_friction(force, data.load, data.slip, form, leg_names=NAMES)
 
 
 @pytest.mark.parametrize("direction", [None, ALONG], ids=["24", "18"])

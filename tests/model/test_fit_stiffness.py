@@ -5,7 +5,7 @@ import pytest
 
 from model.errors import ModelError
 from model.fit.result import FitResult
-from model.fit.stiffness import fit_stiffness
+from model.fit.stiffness import StiffnessConventions, fit_stiffness
 from model.support.frames import load_derivatives
 from model.values.arrays import FloatArray
 
@@ -29,8 +29,12 @@ def loads(position: FloatArray, stiffness: FloatArray = TRUE) -> FloatArray:
 
 
 def fit(position: FloatArray, vertical: FloatArray, **more: object) -> FitResult:
-    options: dict[str, object] = {"leg_names": NAMES, "spread_weight": 0.0} | more
-    return fit_stiffness(position, vertical, WEIGHT, START, **options)  # type: ignore[arg-type]
+    pose = more.pop("pose", None)
+    conventions = StiffnessConventions(**({"spread_weight": 0.0} | more))  # type: ignore[arg-type]
+    return fit_stiffness(
+        position, vertical, WEIGHT, START, leg_names=NAMES, conventions=conventions,
+        pose=pose,  # type: ignore[arg-type]
+    )  # fmt: skip
 
 
 def test_derivatives_agree_with_differences() -> None:

@@ -19,7 +19,12 @@ from model.fit.cross_talk import (
 from model.fit.in_situ import SHARED, calibrate_in_situ, weak_axes
 from model.fit.unloaded import fit_unloaded
 from model.values.arrays import FloatArray
-from model.values.force_calibration import ForceCalibration, bias_only, fourier_rows
+from model.values.force_calibration import (
+    CalibrationOrigin,
+    ForceCalibration,
+    bias_only,
+    fourier_rows,
+)
 from tests.model.standing import LEGS, places, sensed, still, true_faults, true_wrenches
 
 NOISE = np.array([0.002, 0.002, 0.004, 1e-4, 1e-4, 1e-4])  # of a mean of a hundred samples
@@ -218,7 +223,7 @@ def test_foot_wrench_undoes_the_faults(seed: int) -> None:
 
 
 def test_an_unknown_angle_only_hurts_where_gravity_depends_on_it() -> None:
-    steady = bias_only(LEGS, ("",) * 6, np.ones((6, 6)), np.zeros((6, 6)), date="", logs=())
+    steady = bias_only(LEGS, CalibrationOrigin(("",) * 6), np.ones((6, 6)), np.zeros((6, 6)))
     nowhere = np.full(6, np.nan)
     assert steady.foot_wrench(np.full((6, 6), 3.0), nowhere) == pytest.approx(2.0)
     unloaded = np.zeros((6, 6, 3))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from filterpy.kalman import ExtendedKalmanFilter
 
-from model.estimator.kalman import NO_STREAK, Kalman, Stack, sound
+from model.estimator.kalman import NO_STREAK, Kalman, MeasurementStack, sound
 from model.estimator.measurements import stacked
 from model.estimator.settings import EstimatorSettings
 from model.values.arrays import FloatArray
@@ -15,7 +15,7 @@ SIZE = FIXED + 12
 PATIENCE = (SETTINGS.reject_limit, FIXED, SETTINGS.parameter_limit)
 
 
-def stack_of(blocks: list[Stack]) -> Stack:
+def stack_of(blocks: list[MeasurementStack]) -> MeasurementStack:
     stack = stacked(blocks)
     assert stack is not None
     return stack
@@ -37,8 +37,10 @@ def near(one: object, other: object) -> None:
 def block(
     innovation: FloatArray, rows: FloatArray, variance: FloatArray, gate: float = np.inf,
     kind: int = NO_STREAK, leg: int = 0,
-) -> Stack:  # fmt: skip
-    return Stack(innovation, rows, variance, np.array([gate]), np.array([[0, kind, leg]]))
+) -> MeasurementStack:  # fmt: skip
+    return MeasurementStack(
+        innovation, rows, variance, np.array([gate]), np.array([[0, kind, leg]])
+    )
 
 
 def test_gated_blocks_equal_filterpys_update_of_all_at_once() -> None:

@@ -10,7 +10,13 @@ from model.errors import ModelError
 from model.quasistatic.frame import solve_frame
 from model.quasistatic.frames import Reason
 from model.traction.coulomb_kernel import FootLaw
-from model.traction.frames import Pushes, TractionSolutions, prepare, solve_traction_frames
+from model.traction.frames import (
+    Pushes,
+    SlidingFeet,
+    TractionSolutions,
+    prepare,
+    solve_traction_frames,
+)
 from model.values.arrays import FloatArray
 from model.values.contact import Support
 from model.values.legs import FootMotion
@@ -29,10 +35,7 @@ def slide(
     """One frame under the viscous ansatz, with given loads."""
     flat, still = slice(None, 2), Pushes(np.zeros((1, 3)))
     return solve_traction_frames(
-        feet[None, :, flat],
-        velocity[None, :, flat],
-        (mu * load)[None],
-        w[None],
+        SlidingFeet(feet[None, :, flat], velocity[None, :, flat], (mu * load)[None], w[None]),
         FootLaw(False),
         still,
         0.02,
@@ -197,7 +200,9 @@ def test_shapes_that_do_not_fit_are_a_mistake() -> None:
     still = Pushes(np.zeros((1, 3)))
     flat = np.zeros((1, 4, 2))
     with pytest.raises(ModelError, match="do not fit"):
-        solve_traction_frames(flat, flat, np.ones((1, 4)), flat[:, :3], FootLaw(False), still, 0.02)
+        solve_traction_frames(
+            SlidingFeet(flat, flat, np.ones((1, 4)), flat[:, :3]), FootLaw(False), still, 0.02
+        )
 
 
 def test_one_frame_of_the_whole_model() -> None:

@@ -11,6 +11,7 @@ from model.traction.frames import (
     REST_SPEED_M_S,
     Inertia,
     Pushes,
+    SlidingFeet,
     TractionSolutions,
     solve_traction_frames,
 )
@@ -48,7 +49,7 @@ def ours(
     load = exact(FrictionLaw.VISCOUS).load_n
     pushes = Pushes(np.tile(np.array(push), (FRAMES, 1)), drag)
     return solve_traction_frames(
-        POSITION[..., :2], SPEED[..., :2], 0.6 * load, W[None], law, pushes, 0.02, give
+        SlidingFeet(POSITION[..., :2], SPEED[..., :2], 0.6 * load, W[None]), law, pushes, 0.02, give
     )
 
 
@@ -96,7 +97,10 @@ def test_feet_at_rest_hold_with_the_forces_of_slowest_creep(kind: str) -> None:
     xy, speed = feet.position_m[..., :2], feet.velocity_m_s[..., :2]
     creep = [
         solve_traction_frames(
-            xy, speed, contact.mu * whole.load_n, W[None], FootLaw(True, rest), still, 0.02
+            SlidingFeet(xy, speed, contact.mu * whole.load_n, W[None]),
+            FootLaw(True, rest),
+            still,
+            0.02,
         )
         for rest in (1e-6, 1e-8)
     ]
@@ -118,7 +122,7 @@ def test_every_foot_obeys_its_law(static_ratio: float, flexible: bool, pushed: b
     limit = 0.6 * exact(FrictionLaw.VISCOUS).load_n
     push = Pushes(np.tile([3.0, -2.0, 0.4] if pushed else [0.0, 0.0, 0.0], (FRAMES, 1)), 20.0)
     xy, speed = POSITION[..., :2], SPEED[..., :2]
-    found = solve_traction_frames(xy, speed, limit, W[None], law, push, period, give)
+    found = solve_traction_frames(SlidingFeet(xy, speed, limit, W[None]), law, push, period, give)
     v, force = found.velocity_B[:, None], found.force_xy_B
     across = np.stack([-xy[..., 1], xy[..., 0]], axis=-1)
     slip = v[..., :2] + v[..., 2:] * across + speed
@@ -139,7 +143,7 @@ def test_the_exact_law_is_for_stiff_feet_alone() -> None:
         still = Pushes(np.zeros((FRAMES, 3))) if push is None else push
         with pytest.raises(ModelError, match="give a rest speed"):
             solve_traction_frames(
-                POSITION[..., :2], SPEED[..., :2], np.ones((FRAMES, LEGS)), W[None],
+                SlidingFeet(POSITION[..., :2], SPEED[..., :2], np.ones((FRAMES, LEGS)), W[None]),
                 FootLaw(True), still, 0.02, give,
             )  # fmt: skip
 
@@ -170,7 +174,11 @@ def test_what_forces_leave_over_moves_the_mass(law: FrictionLaw, flexible: bool)
     foot_law = FootLaw(law is FrictionLaw.COULOMB, REST_SPEED_M_S)
     pushes = Pushes(np.zeros((FRAMES, 3)), 5.0, 0.1, inertia)
     found = solve_traction_frames(
-        POSITION[..., :2], SPEED[..., :2], 0.6 * load, W[None], foot_law, pushes, period, give
+        SlidingFeet(POSITION[..., :2], SPEED[..., :2], 0.6 * load, W[None]),
+        foot_law,
+        pushes,
+        period,
+        give,
     )
     v, (x, y) = found.velocity_B, np.moveaxis(POSITION[..., :2], -1, 0)
     force = found.force_xy_B
@@ -192,13 +200,13 @@ def test_a_sliding_mass_slows_by_friction_alone() -> None:
     law = FootLaw(True, 1e-7)
     walk = Pushes(np.zeros((20, 3)), inertia=Inertia(60.0, 5.0, first))
     found = solve_traction_frames(
-        feet, np.zeros((20, 3, 2)), limit, np.zeros((1, 3, 2)), law, walk, 0.02
+        SlidingFeet(feet, np.zeros((20, 3, 2)), limit, np.zeros((1, 3, 2))), law, walk, 0.02
     )
     steps = np.arange(1, 21)
     assert np.allclose(found.velocity_B[:, 0], 0.2 - 30.0 / 60.0 * 0.02 * steps, atol=1e-5)
     apart = Pushes(np.zeros((20, 3)), inertia=Inertia(60.0, 5.0, first, since_s=0.1))
     alone = solve_traction_frames(
-        feet, np.zeros((20, 3, 2)), limit, np.zeros((1, 3, 2)), law, apart, 0.02
+        SlidingFeet(feet, np.zeros((20, 3, 2)), limit, np.zeros((1, 3, 2))), law, apart, 0.02
     )
     assert np.allclose(alone.velocity_B[:, 0], 0.2 - 30.0 / 60.0 * 0.1, atol=1e-6)
 
@@ -209,7 +217,9 @@ def test_a_push_moves_a_body_at_rest(law: FootLaw) -> None:
     feet = np.tile(np.array([[0.3, 0.0], [-0.15, 0.2], [-0.15, -0.2]]), (2, 1, 1))
     still, limit = np.zeros((2, 3, 2)), np.full((2, 3), 10.0)
     push = Pushes(np.tile([15.0, 0.0, 0.0], (2, 1)))
-    found = solve_traction_frames(feet, still, limit, np.zeros((1, 3, 2)), law, push, 0.02)
+    found = solve_traction_frames(
+        SlidingFeet(feet, still, limit, np.zeros((1, 3, 2))), law, push, 0.02
+    )
     assert np.allclose(found.force_xy_B, [-5.0, 0.0])
     creep = 1e-3 / np.sqrt(3.0) if law.coulomb else 1e-3
     assert np.allclose(found.velocity_B, [creep, 0.0, 0.0])
@@ -224,7 +234,9 @@ def test_a_foot_that_gives_springs_before_it_slides() -> None:
     law = FootLaw(True, 1e-7)
     give = np.full((1, 3, 2), 1e-4)
     still = Pushes(np.zeros((50, 3)))
-    found = solve_traction_frames(feet, speed, limit, np.zeros((1, 3, 2)), law, still, 0.02, give)
+    found = solve_traction_frames(
+        SlidingFeet(feet, speed, limit, np.zeros((1, 3, 2))), law, still, 0.02, give
+    )
     ahead = found.force_xy_B[:, 0, 0]
     # all stick: relative motion 0.003 m/s stretches one spring in series with two in parallel
     rate = 0.003 / (1e-4 * 1.5)
@@ -241,7 +253,7 @@ def test_frames_without_answer_leave_the_others_alone() -> None:
     speed[150, 0, 0] = np.nan
     still = Pushes(np.zeros((FRAMES, 3)))
     found = solve_traction_frames(
-        POSITION[..., :2], speed, 0.6 * load, W[None], CREEPING, still, 0.02
+        SlidingFeet(POSITION[..., :2], speed, 0.6 * load, W[None]), CREEPING, still, 0.02
     )
     assert np.flatnonzero(~found.valid).tolist() == [100, 150]
     assert np.isnan(found.velocity_B[[100, 150]]).all()
@@ -253,13 +265,13 @@ def test_shapes_that_do_not_fit_are_refused() -> None:
     limit, few = np.ones((FRAMES, LEGS)), Pushes(np.zeros((FRAMES - 1, 3)))
     give = np.zeros((2, LEGS, 2))
     with pytest.raises(ModelError, match="do not fit"):
-        solve_traction_frames(POSITION[..., :1], SPEED, limit, W[None], VISCOUS)
+        solve_traction_frames(SlidingFeet(POSITION[..., :1], SPEED, limit, W[None]), VISCOUS)
     with pytest.raises(ModelError, match="do not fit"):
-        solve_traction_frames(POSITION, SPEED, limit, W[None][:0], VISCOUS)
+        solve_traction_frames(SlidingFeet(POSITION, SPEED, limit, W[None][:0]), VISCOUS)
     with pytest.raises(ModelError, match="do not fit"):
-        solve_traction_frames(POSITION, SPEED, limit, W[None], VISCOUS, few)
+        solve_traction_frames(SlidingFeet(POSITION, SPEED, limit, W[None]), VISCOUS, few)
     with pytest.raises(ModelError, match="do not fit"):
-        solve_traction_frames(POSITION, SPEED, limit, W[None], VISCOUS, give_m_n=give)
+        solve_traction_frames(SlidingFeet(POSITION, SPEED, limit, W[None]), VISCOUS, give_m_n=give)
 
 
 def test_feet_of_one_rigid_motion_slip_under_a_push() -> None:
@@ -269,6 +281,6 @@ def test_feet_of_one_rigid_motion_slip_under_a_push() -> None:
     push = Pushes(np.array([[-3.0, 2.0, 0.0]]))
     w = np.zeros((1, 3, 2))
     found = solve_traction_frames(
-        feet, speed, np.array([[19.0, 8.0, 11.0]]), w, FootLaw(False, 5e-5), push, 0.02
+        SlidingFeet(feet, speed, np.array([[19.0, 8.0, 11.0]]), w), FootLaw(False, 5e-5), push, 0.02
     )
     assert np.allclose(found.force_xy_B.sum(axis=1), [3.0, -2.0], atol=0.02)

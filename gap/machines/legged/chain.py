@@ -54,6 +54,23 @@ class Walk:
     world: FloatArray
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _PassStart:
+    """What a pass takes as given.
+
+    Attributes:
+        force_n: Forces on the feet that act about the shafts, (W, N, 3).
+        flank_force_n: Those that decide against which flank a shaft with play lies; the same if None.
+        world: Place of the body, x, y [m], yaw [rad], (W, 3).
+        velocity_B: Measured velocity of the body, (W, 3); None where it is that of the pass before.
+    """
+
+    force_n: FloatArray
+    flank_force_n: FloatArray | None
+    world: FloatArray
+    velocity_B: FloatArray | None  # noqa: N815 - frame suffix
+
+
 class LeggedChain:
     """The chain of one machine; stages that several predictions share are solved once."""
 
@@ -88,14 +105,16 @@ class LeggedChain:
             flank = foot_forces(self._plain_walk(known, replace(settings, acting=tight), drive))
         place = np.tile(known.start_pose, (known.grid.frames, 1)) if world is None else world
         force = known.force_n if measured else np.zeros_like(known.force_n)
-        walk = self._pass(known, settings, drive, force, flank, place, velocity)
+        start = _PassStart(force, flank, place, velocity)
+        walk = self._pass(known, settings, drive, start)
         if not _acts_back(settings, drive, world is None):
             return walk
         for _ in range(PASSES):
             before = walk
             force = force if measured else foot_forces(walk)
             place = walk.world if world is None else world
-            walk = self._pass(known, settings, drive, force, flank, place, velocity, walk)
+            start = replace(start, force_n=force, world=place)
+            walk = self._pass(known, settings, drive, start, walk)
             if _change(before, walk) <= CONVERGED:
                 break
         return walk
@@ -105,14 +124,12 @@ class LeggedChain:
         known: LeggedInputs,
         settings: Settings,
         drive: Drive,
-        force: FloatArray,
-        flank_force: FloatArray | None,
-        world: FloatArray,
-        velocity: FloatArray | None,
+        start: _PassStart,
         before: Walk | None = None,
     ) -> Walk:
-        """One pass: forces about the shafts, places and a measured velocity are those given."""
+        """One pass through the stages."""
         machine, grid = self._machine, known.grid
+        force, velocity = start.force_n, start.velocity_B
         measured = drive is Drive.MEASURED
         loads, give, springing = None, None, None
         if feels_loads(settings):
@@ -120,7 +137,9 @@ class LeggedChain:
             near = known.shaft_rad if measured else known.command_rad
             lever = feet(machine, grid, near, settings).signals
             torque = load_torque(lever, force)
-            flank = torque if flank_force is None else load_torque(lever, flank_force)
+            flank = (
+                torque if start.flank_force_n is None else load_torque(lever, start.flank_force_n)
+            )
             loads = Loads(torque, flank - FOOT_WEIGHT_N * lever.slope_m_rad[..., 1])
             if not measured:
                 # a shaft that gives under friction is a foot that gives: too stiff for a loop of passes
@@ -137,7 +156,7 @@ class LeggedChain:
         moving = velocity
         if moving is None and before is not None:
             moving = _finite(before.sliding.velocity_B)
-        scene = Scene(machine, grid, settings, world)
+        scene = Scene(machine, grid, settings, start.world)
         standing = stand(scene, walked, moving)
         load = standing.load_n
         if measured:
@@ -156,12 +175,12 @@ class LeggedChain:
         if key in self._known_feet:
             self._known_feet.move_to_end(key)
             return self._known_feet[key][1]
-        found = feet(self._machine, known.grid, angles, settings)
+        solved = feet(self._machine, known.grid, angles, settings)
         # the angles are kept with their feet, so that no other array gets their id
-        self._known_feet[key] = (angles, found)
+        self._known_feet[key] = (angles, solved)
         if len(self._known_feet) > REMEMBERED:
             self._known_feet.popitem(last=False)
-        return found
+        return solved
 
     def _truth(
         self, known: LeggedInputs, walk: Walk, settings: Settings, drive: Drive

@@ -38,15 +38,15 @@ class LeggedProposer:
 
     def proposals(self) -> Sequence[Proposal]:
         """Return every gait at several frequencies, straight and turning, and with a weight."""
-        found = []
+        proposals = []
         for name, gait in self.gaits.items():
             for factor in FACTORS:
                 frequency_hz = float(f"{factor * gait.frequency_hz:.3g}")
                 if frequency_hz > self.limits_hz[name]:
                     continue
-                found += [self._plain(gait, frequency_hz, steer) for steer in SWAY]
-            found += [self._loaded(gait, *place) for place in PLACES]
-        return found
+                proposals += [self._plain(gait, frequency_hz, steer) for steer in SWAY]
+            proposals += [self._loaded(gait, *place) for place in PLACES]
+        return proposals
 
     def _plain(self, gait: Gait, frequency_hz: float, steer: float) -> Proposal:
         course = "straight" if steer == 0 else f"steering {steer:g}"

@@ -56,12 +56,12 @@ class LeggedSimulator:
 
     def check(self, trial: Trial) -> tuple[DataFault, ...]:
         """Look for faults of the data: any trial's, and those that geometry and weight show."""
-        found = check_trial(trial)
-        if any((fault.kind, fault.channel) == ("unit", "time_s") for fault in found):
-            return found
+        faults = check_trial(trial)
+        if any((fault.kind, fault.channel) == ("unit", "time_s") for fault in faults):
+            return faults
         inputs = self._inputs(trial)
         walk = self._chain.read(inputs, self._settings(()), Drive.MEASURED)
-        return (*found, *check_legged(inputs, walk, self.machine.weight_n))
+        return (*faults, *check_legged(inputs, walk, self.machine.weight_n))
 
     def _settings(self, causes: Sequence[Cause]) -> Settings:
         # the robot file's own last: a step or a patch that is there stays where it is

@@ -125,8 +125,8 @@ class ServoBench:
 
     def check(self, trial: Trial) -> tuple[DataFault, ...]:
         """Look for faults of the data themselves."""
-        found = [believable(fault, trial, self._compared) for fault in check_trial(trial)]
-        known = tuple(fault for fault in found if fault is not None)
+        faults = [believable(fault, trial, self._compared) for fault in check_trial(trial)]
+        known = tuple(fault for fault in faults if fault is not None)
         seen = {(fault.kind, fault.channel) for fault in known}
         return (*known, *(f for f in check_bench(trial) if (f.kind, f.channel) not in seen))
 

@@ -38,7 +38,7 @@ CHANNELS = (
 )
 
 
-class Law(NamedTuple):
+class SlidingLaw(NamedTuple):
     """Friction (Coulomb's law or the viscous one, mu and its change with speed), slope, delay of poses."""
 
     coulomb: bool
@@ -69,7 +69,7 @@ class Slide:
 
 
 @compiled
-def _friction(v: FloatArray, law: Law) -> FloatArray:
+def _friction(v: FloatArray, law: SlidingLaw) -> FloatArray:
     speed = np.sqrt(v[0] * v[0] + v[1] * v[1])
     level = law.mu * max(1.0 + law.per_m_s * speed, 0.0) * standard_gravity
     if law.coulomb:
@@ -79,7 +79,7 @@ def _friction(v: FloatArray, law: Law) -> FloatArray:
 
 
 @compiled
-def _coast(frames: int, dt: float, start: FloatArray, law: Law) -> FloatArray:
+def _coast(frames: int, dt: float, start: FloatArray, law: SlidingLaw) -> FloatArray:
     """Let a body go, (F, 2) velocities; dry friction stops it and does not turn it round."""
     out = np.empty((frames, 2))
     v = start.copy()
@@ -108,7 +108,7 @@ class SlidingBody:
     effects = CATALOGUE
     channels = CHANNELS
 
-    def __init__(self, law: Law) -> None:
+    def __init__(self, law: SlidingLaw) -> None:
         self.law = law
         self._slide = lru_cache(maxsize=1024)(_slide)
 
@@ -187,7 +187,7 @@ def _faults(trial: Trial) -> Iterator[Sign]:
         yield "unit", f"speeds up to {speed.max():.3g} m/s: millimetres?", True
 
 
-def _changed(law: Law, causes: Sequence[Cause]) -> Law:
+def _changed(law: SlidingLaw, causes: Sequence[Cause]) -> SlidingLaw:
     level = 1.0
     for cause in causes:
         values = cause.values
@@ -244,4 +244,4 @@ def sliding_body(trials: Sequence[Trial]) -> SlidingBody:
         raise GapError(f"the machine's file cannot be used: {error}") from error
     if law not in {"viscous", "coulomb"}:
         raise GapError(f"contact.law must be viscous or coulomb, not {law!r}")
-    return SlidingBody(Law(law == "coulomb", mu))
+    return SlidingBody(SlidingLaw(law == "coulomb", mu))

@@ -14,7 +14,7 @@ from drivers.clock import Clock, MonotonicClock
 from model.errors import ModelError
 from model.fit.force_bias import Bias, measure_bias, require_rest
 from model.values.arrays import FloatArray
-from model.values.force_calibration import AXES, bias_only
+from model.values.force_calibration import AXES, CalibrationOrigin, bias_only
 from robot.config.calibration import write_calibration
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
@@ -50,7 +50,7 @@ def measure(request: FtBiasRequest) -> ExitCode:
             bias = measure_bias(_collect(stream, settings, clock, interrupts, request.seconds))
             require_rest(bias, names)
     date = time.strftime("%Y-%m-%dT%H:%M:%S%z")
-    calibration = bias_only(names, serials, bias.mean, bias.standard_error, date=date, logs=())
+    calibration = bias_only(names, CalibrationOrigin(serials, date), bias.mean, bias.standard_error)
     for line in standing_warnings(bias.mean, config.parameters.body.mass):
         print(f"warning: {line}", file=sys.stderr)
     keep_earlier(request.out)

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from model.errors import ConfigError
 from model.fit.in_situ import InSituResult, SensorResidual, calibrate_in_situ
+from model.values.force_calibration import CalibrationOrigin
 from record.whole_file import writing
 from robot.bringup.force.still_poses import read_pose_logs
 from robot.config.calibration import write_calibration
@@ -55,9 +56,11 @@ def calibrate(request: FtCalibrateRequest) -> ExitCode:
         max_harmonics=request.harmonics,
         cross_talk=not request.no_cross_talk,
         point_feet=not request.no_point_feet,
-        serials=poses.serials,
-        date=time.strftime("%Y-%m-%dT%H:%M:%S%z"),
-        logs=tuple(dict.fromkeys(path.name for path in [*logs, *request.hung])),
+        origin=CalibrationOrigin(
+            poses.serials,
+            time.strftime("%Y-%m-%dT%H:%M:%S%z"),
+            tuple(dict.fromkeys(path.name for path in [*logs, *request.hung])),
+        ),
     )
     allowed = WORSE * overall(result.before, "standing_n") + RESOLUTION_N
     worse = overall(result.after, "standing_n") > allowed

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from gap.check.score import CONTROL, SINGLE, Truth
+from gap.check.cases import CONTROL, SINGLE, Truth
 from gap.interfaces import Cause
 from record.trial.trial import write_trial
 from robot.campaign.case import CaseFiles, Label

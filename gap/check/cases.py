@@ -1,0 +1,96 @@
+"""A case of a check, both sides of it: what was wrong, and what the diagnosis named."""
+
+from dataclasses import dataclass
+
+CONTROL, SINGLE, PAIR, OUTSIDE, REMOVED = "control", "single", "pair", "outside", "removed"
+NO_GAP, UNEXPLAINED = "no_gap", "unexplained"
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """One thing that was wrong; the joint is empty for the whole machine, values are (parameter, value)."""
+
+    effect: str
+    stage: str
+    joint: str
+    values: tuple[tuple[str, float], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Named:
+    """One cause that a diagnosis named; values are (parameter, value)."""
+
+    effect: str
+    joints: tuple[str, ...]
+    values: tuple[tuple[str, float], ...]
+    probability: float
+
+
+@dataclass(frozen=True, slots=True)
+class CaseAnswer:
+    """The diagnosis of one case.
+
+    Attributes:
+        verdict: ``no_gap``, ``explained``, ``ambiguous`` or ``unexplained``.
+        named: Causes, the largest first.
+        alike: Pairs of effects that it declared indistinguishable.
+        none: Probability that the catalogue has no name for it.
+        shrink: Share of the gap closed on held-out runs; NaN if not measured.
+        seconds: Time that it took; NaN if not known.
+        simpler: Simpler methods: name, and the effects that they named in their order.
+    """
+
+    verdict: str
+    stage: str
+    named: tuple[Named, ...]
+    alike: tuple[tuple[str, str], ...]
+    none: float
+    shrink: float
+    seconds: float
+    simpler: tuple[tuple[str, tuple[str, ...]], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class CheckedCase:
+    """A case, both sides of it.
+
+    Attributes:
+        kind: control, single, pair, outside or removed (from the catalogue).
+        visible: Largest change of any channel over its repeatability; NaN if it was not measured.
+        reachable: Share that the true effects with true parameters close; NaN if not measured.
+    """
+
+    name: str
+    kind: str
+    truths: tuple[Truth, ...]
+    answer: CaseAnswer
+    visible: float
+    reachable: float
+
+
+def gap_declared(case: CheckedCase) -> bool:
+    """Whether a gap was declared."""
+    return case.answer.verdict != NO_GAP
+
+
+def named_effects(case: CheckedCase) -> tuple[str, ...]:
+    """Return the effects that were named, the largest first; none where no gap was declared."""
+    return tuple(one.effect for one in case.answer.named) if gap_declared(case) else ()
+
+
+def named_right(case: CheckedCase) -> bool:
+    """Whether the first cause named is the true effect (of a single-effect case)."""
+    return bool(case.answer.named) and case.answer.named[0].effect == case.truths[0].effect
+
+
+def group_of(case: CheckedCase) -> frozenset[str]:
+    """Return the first named effect with all that were declared to be like it."""
+    if not case.answer.named:
+        return frozenset()
+    first = case.answer.named[0].effect
+    pairs = [{_bare(a), _bare(b)} for a, b in case.answer.alike]
+    return frozenset({first}.union(*(pair for pair in pairs if first in pair)))
+
+
+def _bare(name: str) -> str:
+    return name.split()[0]
