@@ -20,6 +20,8 @@ WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
 # Fields that a command writes as keys of its JSON.
 FORMATS = {
     ("gap/check", "said"),
+    ("robot/bringup/first_day", "found"),
+    ("robot/bringup/mapping", "found"),
     ("robot/campaign", "said"),
     ("robot/replay", "new_reckoned_way"),
     ("robot/replay", "new_way"),

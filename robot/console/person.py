@@ -39,7 +39,7 @@ class Sight(enum.Enum):
     """What eyes are asked for."""
 
     WHICH_LEG = enum.auto()  # which leg moved
-    WHICH_WAY = enum.auto()  # which way its foot moved
+    WHICH_DIRECTION = enum.auto()  # which way its foot moved
 
 
 @dataclass(frozen=True, slots=True)

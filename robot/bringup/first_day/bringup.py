@@ -25,7 +25,7 @@ from robot.bringup.first_day.record import (
     mapping_digest,
     save,
 )
-from robot.bringup.first_day.steps import STEPS, Step
+from robot.bringup.first_day.steps import STEPS, DayStep
 from robot.bringup.mapping.motion import TorqueStillOn
 from robot.bringup.preflight.finding import Finding, Verdict, failed, lines_of, skipped
 from robot.bringup.site import Site, site_of, site_request
@@ -133,7 +133,7 @@ class FirstDay:
         print(f"\npage: {self._folder / PAGE_FILE}   measured: {self._folder / FACTS_FILE}")
         return code
 
-    def _chosen(self, begin: int | None, only: int | None) -> list[Step]:
+    def _chosen(self, begin: int | None, only: int | None) -> list[DayStep]:
         if only is not None:
             return [step for step in STEPS if step.number == only]
         if begin is not None:
@@ -148,7 +148,7 @@ class FirstDay:
             )
         return left
 
-    def _outcome(self, step: Step) -> Outcome | None:
+    def _outcome(self, step: DayStep) -> Outcome | None:
         """Ask for a step, do it and keep it; None if the person wants to stop."""
         reason = self._reason_against(step)
         if reason:
@@ -160,11 +160,11 @@ class FirstDay:
             return self._keep(step, SKIPPED, 0.0, [skipped("step", "skipped")], None)
         return self._do(step)
 
-    def _mapping_of(self, step: Step) -> str:
+    def _mapping_of(self, step: DayStep) -> str:
         """Return what must not have changed since a step was done; empty for nothing."""
         return self._mapping if step.maps else ""
 
-    def _reason_against(self, step: Step) -> str:
+    def _reason_against(self, step: DayStep) -> str:
         if step.moves and not self._site.armed:
             return "needs torque: hang the robot up, a hand on the supply switch, and add --armed"
         needed = [STEPS[number - 1] for number in step.needs]
@@ -175,7 +175,7 @@ class FirstDay:
             return f"needs step {listed} first" + file * any(one.maps for one in missing)
         return ""
 
-    def _do(self, step: Step) -> Outcome:
+    def _do(self, step: DayStep) -> Outcome:
         log = self._folder / f"step-{step.number:02d}.mcap"
         keep_earlier(log)
         clock = self._site.wires(None).clock
@@ -199,20 +199,20 @@ class FirstDay:
             try:
                 step.run(day)
             except TorqueStillOn as error:
-                day.found(failed("torque", str(error), "cut the power"))
+                day.note(failed("torque", str(error), "cut the power"))
                 ended(ABORTED)
                 raise
             except BigantError as error:
-                day.found(failed("step", str(error), "put it right and repeat this step"))
+                day.note(failed("step", str(error), "put it right and repeat this step"))
                 return ended(ABORTED)
             except KeyboardInterrupt:
-                day.found(failed("step", "interrupted", "repeat this step"))
+                day.note(failed("step", "interrupted", "repeat this step"))
                 ended(ABORTED)
                 raise
             return ended(DONE)
 
     @contextmanager
-    def _bytes_log(self, step: Step, log: Path, start_ns: int) -> Iterator[KeepBytes]:
+    def _bytes_log(self, step: DayStep, log: Path, start_ns: int) -> Iterator[KeepBytes]:
         """Yield what keeps raw bytes in the step's log; a step with a log of its own keeps them there.
 
         Where nothing passed there is no log.
@@ -251,7 +251,7 @@ class FirstDay:
             raise writer.error
 
     def _keep(
-        self, step: Step, ended: str, seconds: float, findings: list[Finding], day: Day | None
+        self, step: DayStep, ended: str, seconds: float, findings: list[Finding], day: Day | None
     ) -> Outcome:
         """Add an outcome to state, facts and page."""
         if day is None:

@@ -79,7 +79,7 @@ class Day:
     findings: list[Finding] = field(default_factory=list)
     facts: list[Fact] = field(default_factory=list)
 
-    def found(self, *findings: Finding) -> None:
+    def note(self, *findings: Finding) -> None:
         """Take findings."""
         for finding in findings:
             self.findings.append(finding)

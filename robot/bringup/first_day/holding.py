@@ -43,7 +43,7 @@ def legs(day: Day) -> None:
         for leg in range(len(day.config.servo_bus.names)):
             jogs.append(jog_leg(port, day.config, leg, JOG_DEG, day.person))
             day.heard()
-    day.found(*jog_findings(jogs, day.config.servo_bus))
+    day.note(*jog_findings(jogs, day.config.servo_bus))
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,9 +93,9 @@ def torque(day: Day) -> None:
         jumped = abs(three.position - two.position)
         if jumped > JUMP_TICKS or abs(three.goal - two.position) > JUMP_TICKS:
             advice = "do not walk: it moves when torque goes on; keep this step's log"
-            day.found(failed(servo.leg, f"{found}; jumped by {jumped} ticks", advice))
+            day.note(failed(servo.leg, f"{found}; jumped by {jumped} ticks", advice))
         else:
-            day.found(passed(servo.leg, found))
+            day.note(passed(servo.leg, found))
     _gain_findings(day, servos, before, ready, on)
     stale = [s.leg for s, one in zip(servos, before, strict=True)
              if abs(one.goal - one.position) > JUMP_TICKS]  # fmt: skip
@@ -105,7 +105,7 @@ def torque(day: Day) -> None:
         )
     else:
         found = "equals the position without torque (turn a shaft by hand and repeat to be sure)"
-    day.found(passed("goal register", found))
+    day.note(passed("goal register", found))
 
 
 def _gain_findings(
@@ -128,16 +128,16 @@ def _gain_findings(
     ]
     if switched:
         found = lines(before, ready) or "no gain changed"
-        day.found(passed("change of mode", f"mode of {', '.join(switched)} set to 4: {found}"))
+        day.note(passed("change of mode", f"mode of {', '.join(switched)} set to 4: {found}"))
     changed = lines(ready, on)
     if changed:
         advice = "torque must not change gains: keep this step's log"
-        day.found(failed("gains", changed, advice))
+        day.note(failed("gains", changed, advice))
     else:
         gains = ", ".join(f"{n} {v}" for n, v in zip(GAINS, on[0].gains, strict=True))
         same = len({one.gains for one in on}) == 1
         word = "the same on all" if same else "as before on each"
-        day.found((passed if same else warned)(
+        day.note((passed if same else warned)(
             "gains", f"{word}: {gains}", *([] if same else ["are they meant to differ?"])
         ))  # fmt: skip
 
@@ -152,10 +152,10 @@ def watchdog(day: Day) -> None:
             proof = prove_watchdog(bus)
         if proof.asleep:
             found = f"did not trip in {proof.silent_s:.2f} s of silence: {', '.join(proof.asleep)}"
-            day.found(failed("silence", found, "do not walk; update their firmware"))
+            day.note(failed("silence", found, "do not walk; update their firmware"))
             return
         found = f"all {len(proof.tripped)} tripped within {proof.silent_s:.2f} s"
-        day.found(passed("silence", found))
+        day.note(passed("silence", found))
         bus.configure()
         with limp_afterwards(bus):
             GatedShafts(bus, day.config)
@@ -164,20 +164,20 @@ def watchdog(day: Day) -> None:
     names = bus.settings.names
     spoken = f"pings to id {int(bus.settings.ids[0])} ({names[0]}) only, {PING_FOR:g} x its time"
     if one == TRIPPED:
-        day.found(failed("pings", f"{names[0]} tripped in spite of {spoken}", "keep this log"))
+        day.note(failed("pings", f"{names[0]} tripped in spite of {spoken}", "keep this log"))
     elif not others:
-        day.found(skipped("pings", "there is one servo only"))
+        day.note(skipped("pings", "there is one servo only"))
     elif len({state == TRIPPED for state in others}) == 1:
         hears = "own" if others[0] == TRIPPED else "all"
         day.settled("servo", "watchdog_hears", hears, f"{spoken}; the others " + (
             "tripped" if hears == "own" else "did not trip"
         ))  # fmt: skip
         words = {"own": "instructions to its own id only", "all": "instructions to any id"}
-        day.found(passed("pings", f"a watchdog hears {words[hears]}"))
+        day.note(passed("pings", f"a watchdog hears {words[hears]}"))
     else:
         awake = [n for n, s in zip(names[1:], others, strict=True) if s != TRIPPED]
         found = f"{', '.join(awake)} stayed awake and others did not, with {spoken}"
-        day.found(warned("pings", found, "have they different firmware? see step 2"))
+        day.note(warned("pings", found, "have they different firmware? see step 2"))
 
 
 def _ping_one(bus: ServoBus) -> list[int]:
@@ -206,9 +206,9 @@ def cable(day: Day) -> None:
             except ConnectionLost as error:
                 found = str(error)
             else:
-                day.found(skipped("cable", f"not pulled within {CABLE_PATIENCE_S:.0f} s"))
+                day.note(skipped("cable", f"not pulled within {CABLE_PATIENCE_S:.0f} s"))
                 return
-            day.found(passed("cable", found))
+            day.note(passed("cable", found))
             bus.close()
             day.person.does(Work(Hand.PLUG_CABLE, "plug the cable in again"))
             _reopen(bus)
@@ -221,10 +221,10 @@ def cable(day: Day) -> None:
     held = ", ".join(s.leg for s, on in zip(servos, torques, strict=True) if on)
     if awake:
         found = f"did not trip: {', '.join(awake)}"
-        day.found(failed("servos", found, "do not walk: they go on without a computer"))
+        day.note(failed("servos", found, "do not walk: they go on without a computer"))
     else:
         found = f"all tripped; torque still on: {held or 'none'}; moved by {moved:.1f} deg at most"
-        day.found(passed("servos", found))
+        day.note(passed("servos", found))
 
 
 def _reopen(bus: ServoBus) -> None:

@@ -59,16 +59,16 @@ def listen(day: Day) -> None:
     what = f"in {LISTEN_S:g} s without a request"
     if bus:
         advice = "who else drives this bus? unplug other adapters and controllers"
-        day.found(failed("servo bus", f"{len(bus)} bytes {what}: {bus[:16].hex(' ')}", advice))
+        day.note(failed("servo bus", f"{len(bus)} bytes {what}: {bus[:16].hex(' ')}", advice))
     else:
-        day.found(passed("servo bus", f"silent {what}"))
+        day.note(passed("servo bus", f"silent {what}"))
     if not links:
-        day.found(skipped("force unit", "left out with --force-unit none"))
+        day.note(skipped("force unit", "left out with --force-unit none"))
     elif unit:
         advice = "an earlier program never stopped it; the next one does (or switch it off and on)"
-        day.found(warned("force unit", f"{len(unit)} bytes {what}", advice))
+        day.note(warned("force unit", f"{len(unit)} bytes {what}", advice))
     else:
-        day.found(passed("force unit", f"silent {what}"))
+        day.note(passed("force unit", f"silent {what}"))
 
 
 def ids(day: Day) -> None:
@@ -103,7 +103,7 @@ def _who(day: Day, bus: ServoBus, answered: Sequence[FoundServo]) -> bool:
         kind = f"model {servo.model}, firmware {servo.firmware}"
         if servo.model != MODEL_NUMBER:
             advice = "not an MX-106 with protocol 2.0 firmware: see bigant servo scan"
-            day.found(failed(f"id {number}", kind, advice))
+            day.note(failed(f"id {number}", kind, advice))
     if missing:
         words = ", ".join(f"{number} ({legs[number]})" for number in missing)
         advice = "check its plug and power, then baud rate and id with bigant servo scan"
@@ -118,35 +118,35 @@ def _who(day: Day, bus: ServoBus, answered: Sequence[FoundServo]) -> bool:
         if old:
             words += f"; id {', '.join(old)} answers in protocol 1.0"
             advice = "put the MX-106(2.0) firmware on it with Dynamixel Wizard"
-        day.found(failed("ids", f"no answer from {words}", advice))
+        day.note(failed("ids", f"no answer from {words}", advice))
         return False
     requests = ServoRequests(bus.servos()[0].port)
     shared = [number for number in legs if id_is_shared(requests, number)]
     if shared:
         advice = "connect one at a time: bigant servo setup --id N --new-id M"
-        day.found(failed("ids", f"two servos share id {', '.join(map(str, shared))}", advice))
+        day.note(failed("ids", f"two servos share id {', '.join(map(str, shared))}", advice))
         return False
-    day.found(passed("ids", f"{', '.join(map(str, legs))} answer, each once"))
+    day.note(passed("ids", f"{', '.join(map(str, legs))} answer, each once"))
     if strangers:
         advice = "nothing of ours speaks to it; take it off the bus, or put it into the robot file"
-        day.found(warned("strangers", f"id {', '.join(map(str, strangers))} answers too", advice))
+        day.note(warned("strangers", f"id {', '.join(map(str, strangers))} answers too", advice))
     versions = sorted({servo.firmware for servo in there.values()})
     if len(versions) == 1:
         how = f"pings of ids {', '.join(map(str, legs))}"
         day.settled("servo", "firmware", versions[0], how)
-        day.found(passed("firmware", f"version {versions[0]} on all"))
+        day.note(passed("firmware", f"version {versions[0]} on all"))
     else:
         found = f"versions {', '.join(map(str, versions))}"
-        day.found(warned("firmware", found, "give all servos the same (Dynamixel Wizard)"))
+        day.note(warned("firmware", found, "give all servos the same (Dynamixel Wizard)"))
     return True
 
 
 def _absent(day: Day, requests: ServoRequests, absent: int) -> None:
     answer = requests.ask(absent, Instruction.PING)
     if answer.data is None and not answer.error:
-        day.found(passed("an absent id", f"id {absent}: no answer, as it should be"))
+        day.note(passed("an absent id", f"id {absent}: no answer, as it should be"))
     else:
-        day.found(failed("an absent id", f"id {absent} answers", "who is it? bigant servo scan"))
+        day.note(failed("an absent id", f"id {absent} answers", "who is it? bigant servo scan"))
 
 
 def _chain(day: Day, requests: ServoRequests, absent: int) -> None:
@@ -159,15 +159,15 @@ def _chain(day: Day, requests: ServoRequests, absent: int) -> None:
     behind = [i for i in known[middle:] if i not in heard]
     words = f"a sync read of {', '.join(map(str, asked))}"
     if not behind and len(heard) == len(known):
-        day.found(passed("a broken chain", f"{words}: all but {absent} answer"))
+        day.note(passed("a broken chain", f"{words}: all but {absent} answer"))
     elif behind and all(i in heard for i in known[:middle]):
         found = f"{words}: those behind {absent} stay silent ({', '.join(map(str, behind))})"
         advice = "one dead servo will silence those behind it: the robot stops then, as it should"
-        day.found(warned("a broken chain", found, advice))
+        day.note(warned("a broken chain", found, advice))
     else:
         silent = [str(i) for i in known if i not in heard]
         advice = "repeat this step; if it stays so check cables with bigant servo watch"
-        day.found(warned("a broken chain", f"{words}: no answer from {', '.join(silent)}", advice))
+        day.note(warned("a broken chain", f"{words}: no answer from {', '.join(silent)}", advice))
 
 
 def _bad_crc(day: Day, port: ClockedPort, servo_id: int) -> None:
@@ -182,10 +182,10 @@ def _bad_crc(day: Day, port: ClockedPort, servo_id: int) -> None:
     error = status.error or 0 if status is not None else 0
     if answers and error & 0x7F != StatusError.CRC:
         found = f"answered with error {error}"
-        day.found(warned("a damaged ping", found, "only a CRC error was expected; keep the log"))
+        day.note(warned("a damaged ping", found, "only a CRC error was expected; keep the log"))
         return
     day.settled("servo", "answers_bad_crc", answers, f"one ping of id {servo_id} with a wrong CRC")
-    day.found(passed("a damaged ping", "answered with a CRC error" if answers else "no answer"))
+    day.note(passed("a damaged ping", "answered with a CRC error" if answers else "no answer"))
 
 
 def _timing(day: Day, requests: ServoRequests) -> None:
@@ -211,14 +211,14 @@ def _timing(day: Day, requests: ServoRequests) -> None:
             bytes_s = (request + count * FULL_PACKET_BYTES) * byte_s
             spent[count] = float(np.median(times)) - bytes_s - sum(delays[:count])
     if len(spent) < 2:
-        day.found(skipped("servo's own work", "long sync reads get no sound answers"))
+        day.note(skipped("servo's own work", "long sync reads get no sound answers"))
         return
     slope, _ = np.polyfit(list(spent), list(spent.values()), 1)
     processing_s = max(0.0, float(slope))
     how = f"{TIMED_READS} sync reads each of 1 to {len(known)} servos, time less bytes, by servo"
     if len(known) > 1:
         day.settled("servo", "processing_s", round(processing_s, 6), how)
-    day.found(passed("servo's own work", f"{processing_s * 1e6:.0f} us before an answer"))
+    day.note(passed("servo's own work", f"{processing_s * 1e6:.0f} us before an answer"))
     _adapter(day, requests, known[0], processing_s + delays[0])
 
 
@@ -234,18 +234,18 @@ def _adapter(day: Day, requests: ServoRequests, servo_id: int, servo_s: float) -
     if not extra:
         return
     most, half = max(extra), float(np.median(extra))
-    told = port.latency_timer_ms
+    reported = port.latency_timer_ms
     found = f"keeps a short answer back for {half * 1e3:.2f} ms, {most * 1e3:.2f} ms at most"
     how = (
         f"{len(extra)} pings: {half * 1e3:.2f} ms longer than their bytes, {most * 1e3:.2f} at most"
     )
-    if told is not None:
-        day.settled("adapter", "latency_timer_s", told * 1e-3, f"the system says so; {how}")
-        found += f"; its latency timer is {number_text(told, 0)} ms"
+    if reported is not None:
+        day.settled("adapter", "latency_timer_s", reported * 1e-3, f"the system says so; {how}")
+        found += f"; its latency timer is {number_text(reported, 0)} ms"
     elif most < NO_TIMER_S:
         day.settled("adapter", "latency_timer_s", 0.0, how)
-    if told is not None and told > 4:
+    if reported is not None and reported > 4:
         advice = "write 1 to latency_timer in /sys/bus/usb-serial/devices/...: docs/tutorial.md"
-        day.found(warned("adapter", found, advice))
+        day.note(warned("adapter", found, advice))
     else:
-        day.found(passed("adapter", found))
+        day.note(passed("adapter", found))

@@ -40,11 +40,11 @@ def registers(day: Day) -> None:
             image = read_image(servo)
             images.append(image)
             _compare(day, servo, image)
-        day.found(*_gap_findings(day, bus.servos()))
+        day.note(*_gap_findings(day, bus.servos()))
     stamp = utc_words(time.time_ns())
     text = backup_text(Backup(stamp, day.site.name, tuple(images)))
     (day.folder / REGISTERS_FILE).write_text(text, encoding="utf-8")
-    day.found(passed("kept", f"{REGISTERS_FILE}: {len(images)} servos (bigant servo restore)"))
+    day.note(passed("kept", f"{REGISTERS_FILE}: {len(images)} servos (bigant servo restore)"))
 
 
 def _compare(day: Day, servo: CheckedServo, image: ServoImage) -> None:
@@ -58,7 +58,7 @@ def _compare(day: Day, servo: CheckedServo, image: ServoImage) -> None:
     factory = f"not as from the factory: {', '.join(other)}" if other else "as from the factory"
     if {change.name for change in changes} <= {"operating_mode"}:
         mode = "; an armed run sets its operating mode to 4" if changes else ""
-        day.found(passed(servo.leg, f"id {servo.servo_id}: as wanted{mode}; {factory}"))
+        day.note(passed(servo.leg, f"id {servo.servo_id}: as wanted{mode}; {factory}"))
         return
     words = ", ".join(
         f"{c.name} {in_words(c.name, c.present)} instead of {in_words(c.name, c.wanted)}"
@@ -67,7 +67,7 @@ def _compare(day: Day, servo: CheckedServo, image: ServoImage) -> None:
     verdict = failed if any(c.name in DANGEROUS for c in changes) else warned
     port = "PORT" if day.site.virtual else day.site.name
     advice = f"bigant servo setup --port {port} --id {servo.servo_id}"
-    day.found(verdict(servo.leg, f"id {servo.servo_id}: {words}; {factory}", advice))
+    day.note(verdict(servo.leg, f"id {servo.servo_id}: {words}; {factory}", advice))
 
 
 def _gap_findings(day: Day, servos: list[CheckedServo]) -> Iterator[Finding]:

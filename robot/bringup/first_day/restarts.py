@@ -43,22 +43,22 @@ def reboots(day: Day) -> None:
     slow = [leg for leg, some in times.items() if max(some) > SLOW_S]
     if slow:
         advice = "a servo that reboots in a run is away for so long: check its supply"
-        day.found(warned("reboot", f"{found}; {', '.join(slow)} over {SLOW_S:g} s", advice))
+        day.note(warned("reboot", f"{found}; {', '.join(slow)} over {SLOW_S:g} s", advice))
     else:
-        day.found(passed("reboot", found))
+        day.note(passed("reboot", found))
     if on:
-        day.found(failed("torque", f"on after a reboot: {', '.join(on)}", "cut the power"))
+        day.note(failed("torque", f"on after a reboot: {', '.join(on)}", "cut the power"))
     lost = round((start - end) / TICKS_PER_TURN)
     inside = 0 <= end < TICKS_PER_TURN
     turned = f"{name} from {start} to {end} ticks: "
     if not 0 <= start < TICKS_PER_TURN and inside:
-        day.found(passed("turns", f"{turned}{lost:+d} turns forgotten, as the driver reckons"))
+        day.note(passed("turns", f"{turned}{lost:+d} turns forgotten, as the driver reckons"))
     elif inside:
         advice = "turn it by hand by a whole turn first, and repeat this step"
-        day.found(warned("turns", f"{turned}it stood within one turn before", advice))
+        day.note(warned("turns", f"{turned}it stood within one turn before", advice))
     else:
         advice = "the driver reckons that turns are forgotten: do not allow [safety.recovery]"
-        day.found(failed("turns", f"{turned}turns are kept", advice))
+        day.note(failed("turns", f"{turned}turns are kept", advice))
 
 
 def _timed(servo: CheckedServo) -> float:
@@ -98,9 +98,9 @@ def loop(day: Day) -> None:
         figures = run_loop(rig, day.config, seconds, show, day.log, day.tap)
         host = host_settings(rig.bus.latency_timer_ms)
         stats, forces = rig.bus.stats, rig.force_counters
-    day.found(loop_finding(figures, host, day.config.loop.late_limit_s))
+    day.note(loop_finding(figures, host, day.config.loop.late_limit_s))
     if day.site.virtual:
-        day.found(skipped("lateness", "virtual time: nothing can be late in it"))
+        day.note(skipped("lateness", "virtual time: nothing can be late in it"))
     legs = len(day.config.servo_bus.names)
     lost = f"{stats.timeouts} of {stats.reads * legs} answers lost, {stats.crc_errors} damaged"
     round_trip = stats.median_round_trip_us
@@ -111,11 +111,9 @@ def loop(day: Day) -> None:
         )
     good = stats.timeouts + stats.crc_errors <= stats.reads * legs // 1000
     advice = "check cables and plugs: bigant servo watch"
-    day.found(passed("answers", lost) if good else warned("answers", lost, advice))
+    day.note(passed("answers", lost) if good else warned("answers", lost, advice))
     if forces is not None:
         words = f"{forces.records} records, {forces.missing} lost, {forces.late} late"
         well = forces.missing <= forces.records // 100
         advice = "bring unit and access point closer, or change the channel"
-        day.found(
-            passed("force records", words) if well else warned("force records", words, advice)
-        )
+        day.note(passed("force records", words) if well else warned("force records", words, advice))

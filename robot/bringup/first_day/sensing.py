@@ -11,7 +11,7 @@ from drivers.clock import Clock
 from model.values.readings import ForceRecord
 from model.values.wire import Wire, WireBytes
 from robot.bringup.first_day.day import Day
-from robot.bringup.mapping.identify import Feet, press_findings
+from robot.bringup.mapping.identify import PressedFeet, press_findings
 from robot.bringup.preflight.finding import Finding, failed, passed, skipped, warned
 from robot.bringup.preflight.forces import calibration_findings
 from robot.run.rig import Wires
@@ -32,18 +32,18 @@ def feet(day: Day) -> None:
     """Step 10: press each foot up, forward and left."""
     wires = day.wires()
     if wires.links is None:
-        day.found(skipped("force unit", NO_UNIT))
+        day.note(skipped("force unit", NO_UNIT))
         return
     pieces = list(_short_stream(day, wires))
     with ExitStack() as stack:
         stream = _open(wires, stack)
-        pressed = Feet(stream, wires.unit, wires.clock, day.person)
+        pressed = PressedFeet(stream, wires.unit, wires.clock, day.person)
         presses = []
         for leg, number in enumerate(wires.unit.transducers.tolist()):
             if number:
                 presses += pressed.identify(leg)
                 pieces += day.heard()
-    day.found(*press_findings(presses, wires.unit))
+    day.note(*press_findings(presses, wires.unit))
     _stream_facts(day, (*pieces, *day.heard()))
 
 
@@ -74,7 +74,7 @@ def _stream_facts(day: Day, pieces: tuple[WireBytes, ...]) -> None:
     echoed = [piece for piece in datagrams if not piece.sent and piece.data in commands]
     how = f"{len(commands)} commands, {len(echoed)} came back"
     day.settled("force_unit", "acknowledges", bool(echoed), how)
-    day.found(passed("commands", how))
+    day.note(passed("commands", how))
     runs: list[list[ForceRecord]] = [[]]
     for piece in datagrams:
         if piece.sent:
@@ -101,14 +101,14 @@ def _stream_facts(day: Day, pieces: tuple[WireBytes, ...]) -> None:
         how = f"last sequence number before a stop {last}, first after the next start {first}"
         day.settled("force_unit", "sequence_restarts", again, how)
         words += "; a start " + ("sets the sequence back" if again else "counts on")
-    day.found(passed("records", words))
+    day.note(passed("records", words))
 
 
 def console(day: Day) -> None:
     """Step 11: read the console; nothing is set."""
     wires = day.wires()
     if wires.links is None:
-        day.found(skipped("force unit", NO_UNIT))
+        day.note(skipped("force unit", NO_UNIT))
         return
     with ExitStack() as stack:
         datagrams, text = wires.links()
@@ -129,12 +129,12 @@ def console(day: Day) -> None:
                 talk.query(f"TRANS {number}")
                 cals[f"CAL of transducer {number}"] = talk.query("CAL")
     _console_facts(day, greeting, empty, versions)
-    day.found(*calibrations)
+    day.note(*calibrations)
     for command, answer in answers.items():
-        day.found(_judged(command, answer, wires))
+        day.note(_judged(command, answer, wires))
     parts = [f"# {name}\n{answer}\n" for name, answer in {**answers, **cals}.items()]
     (day.folder / CONSOLE_FILE).write_text("\n".join(parts), encoding="utf-8")
-    day.found(passed("kept", f"{CONSOLE_FILE}: {len(parts)} answers; each byte in the step's log"))
+    day.note(passed("kept", f"{CONSOLE_FILE}: {len(parts)} answers; each byte in the step's log"))
 
 
 def _until_quiet(text: TextLink, clock: Clock, quiet_s: float) -> bytes:
@@ -157,7 +157,7 @@ def _console_facts(day: Day, greeting: bytes, empty: bytes, versions: bytes) -> 
         f"{'greets' if plain.strip() else 'does not greet'}; an empty line gives {empty!r}; "
         f"{'a' if blank else 'no'} blank line before the prompt"
     )
-    day.found(passed("console", words))
+    day.note(passed("console", words))
 
 
 def _judged(command: str, answer: str, wires: Wires) -> Finding:

@@ -13,7 +13,7 @@ from robot.bringup.first_day.walking import floor_walk, hung_walk
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class DayStep:
     """One step.
 
     Attributes:
@@ -42,41 +42,41 @@ class Step:
 
 
 STEPS = (
-    Step(1, "listen", "who talks unasked",
+    DayStep(1, "listen", "who talks unasked",
          "Opens both devices and sends nothing for 3 s.", False, listen),
-    Step(2, "ids", "who answers to which id",
+    DayStep(2, "ids", "who answers to which id",
          "Pings everybody, each id of the robot file and one that nobody has; times the answers.",
          False, ids),
-    Step(3, "registers", "what the servos keep",
+    DayStep(3, "registers", "what the servos keep",
          "Reads every register of each servo and compares it with the robot file and the factory; "
          "reads the gaps between them.", False, registers),
-    Step(4, "legs", "each leg by 10 degrees",
+    DayStep(4, "legs", "each leg by 10 degrees",
          "TURNS each leg by 10 degrees and back, one at a time, feet in the air; asks what you saw.",
          True, legs, (2,), maps=True),
-    Step(5, "torque", "torque on and off",
+    DayStep(5, "torque", "torque on and off",
          "HOLDS all legs where they are for a second; compares goal, position and gains before, "
          "with and after torque.", True, torque, (2, 3)),
-    Step(6, "watchdog", "the servos' own stop",
+    DayStep(6, "watchdog", "the servos' own stop",
          "HOLDS twice: once it falls silent until every servo has stopped by itself, once it speaks to "
          "one servo only.", True, watchdog, (2, 3)),
-    Step(7, "reboot", "how long a servo is away",
+    DayStep(7, "reboot", "how long a servo is away",
          "Reboots each servo several times, torque off; one shaft is turned by hand before.",
          False, reboots, (2,), writes=True),
-    Step(8, "loop", "how late this computer is",
+    DayStep(8, "loop", "how late this computer is",
          "Runs the loop without torque, 10 minutes unless --seconds says otherwise.",
          False, loop, (2,), own_log=True),
-    Step(9, "cable", "the cable pulled while it holds",
+    DayStep(9, "cable", "the cable pulled while it holds",
          "HOLDS; you pull the USB cable and plug it in again. The servos must stop by themselves.",
          True, cable, (5, 6)),
-    Step(10, "feet", "each foot pressed",
+    DayStep(10, "feet", "each foot pressed",
          "Reads the force unit, torque off; you press each foot up, forward and to the robot's left.",
          False, feet, writes=True),
-    Step(11, "console", "the force unit's settings",
+    DayStep(11, "console", "the force unit's settings",
          "Reads VERSIONS, RATE, XPWR, FILTER, BIAS and CAL; sets nothing.", False, console),
-    Step(12, "hung", "one cycle in the air",
+    DayStep(12, "hung", "one cycle in the air",
          "WALKS one tripod cycle with the feet in the air, at the gait's slowest.",
          True, hung_walk, (4, 5, 6), own_log=True),
-    Step(13, "floor", "one cycle on the floor",
+    DayStep(13, "floor", "one cycle on the floor",
          "You put the robot on the FLOOR; it WALKS one tripod cycle there.",
          True, floor_walk, (4, 5, 6, 10, 12), own_log=True),
 )  # fmt: skip

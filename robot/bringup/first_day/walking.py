@@ -98,20 +98,20 @@ def _walk(day: Day, *, with_forces: bool) -> None:
         f" ({result.detail})" if result.detail else ""
     )
     if result.reason is not StopReason.COMPLETED:
-        day.found(failed("walk", found, f"look at it: bigant show {day.log}"))
+        day.note(failed("walk", found, f"look at it: bigant show {day.log}"))
     else:
-        day.found(passed("walk", f"{found}; torque off"))
+        day.note(passed("walk", f"{found}; torque off"))
     _shafts(day, watched)
     if watched.faults:
         listed = ", ".join(f"{words} {count} x" for words, count in watched.faults.items())
-        day.found(warned("faults", listed, f"bigant show {day.log}"))
+        day.note(warned("faults", listed, f"bigant show {day.log}"))
     else:
-        day.found(passed("faults", "none"))
+        day.note(passed("faults", "none"))
 
 
 def _shafts(day: Day, watched: Watched) -> None:
     if watched.begin_rad is None or watched.end_rad is None:
-        day.found(failed("shafts", "it never walked", f"look at it: bigant show {day.log}"))
+        day.note(failed("shafts", "it never walked", f"look at it: bigant show {day.log}"))
         return
     turns = np.abs(watched.end_rad - watched.begin_rad) / (2 * np.pi)
     found = (
@@ -121,6 +121,6 @@ def _shafts(day: Day, watched: Watched) -> None:
     late = [n for n, t in zip(day.config.servo_bus.names, turns, strict=True) if t < TURNED]
     if late:
         advice = "does something hold it? turn it by hand, torque off"
-        day.found(failed("shafts", f"{found}; {', '.join(late)} stayed behind", advice))
+        day.note(failed("shafts", f"{found}; {', '.join(late)} stayed behind", advice))
     else:
-        day.found(passed("shafts", found))
+        day.note(passed("shafts", found))

@@ -68,7 +68,7 @@ class Press:
     others_n: float
 
 
-class Feet:
+class PressedFeet:
     """Reads the stream while a person presses feet.
 
     Args:
@@ -90,14 +90,16 @@ class Feet:
         Raises:
             ForceStreamError: The unit falls silent.
         """
-        return [self._press(leg, hand, way) for hand, way in PRESSES]
+        return [self._press(leg, hand, direction) for hand, direction in PRESSES]
 
-    def _press(self, leg: int, hand: Hand, way: str) -> Press:
+    def _press(self, leg: int, hand: Hand, direction: str) -> Press:
         name = self._settings.names[leg]
         rest = self._steady(lambda change: bool(change.max() < FREE_N), np.zeros(1), PATIENCE_S)
         if rest is None:
             raise ForceStreamError("the feet do not come to rest: let go of all of them")
-        work = Work(hand, f"{name}: press its foot {way} with about 1 kg, and keep pressing", name)
+        work = Work(
+            hand, f"{name}: press its foot {direction} with about 1 kg, and keep pressing", name
+        )
         self._person.begins(work)
         felt = self._steady(lambda change: bool(change.max() > PRESSED_N), rest, PATIENCE_S)
         self._person.begins(Work(Hand.LET_GO, f"{name}: let go", name))
@@ -208,7 +210,7 @@ class _Felt:
 def _felt(name: str, mine: dict[Hand, Press]) -> _Felt:
     """Judge one leg."""
     numbers = {press.transducer for press in mine.values()}
-    words = ", ".join(f"{_way(h)} {_force_words(p)}" for h, p in mine.items())
+    words = ", ".join(f"{_direction(h)} {_force_words(p)}" for h, p in mine.items())
     if numbers == {0}:
         return _Felt(failed(name, "no transducer felt it", "is it switched on? bigant ft watch"))
     if len(numbers) != 1:
@@ -228,9 +230,9 @@ def _felt(name: str, mine: dict[Hand, Press]) -> _Felt:
         return _Felt(failed(name, found, advice), number)
     which = 1 if up[2] > 0 else -1
     forward, left = forward * (1, which, which), left * (1, which, which)
-    ways = np.array([forward[0] + left[1], left[0] - forward[1]])
-    yaw_rad = float(np.arctan2(ways[1], ways[0]))
-    spread = np.degrees(np.arccos(np.clip(np.linalg.norm(ways) / 2, 0, 1)))
+    directions = np.array([forward[0] + left[1], left[0] - forward[1]])
+    yaw_rad = float(np.arctan2(directions[1], directions[0]))
+    spread = np.degrees(np.arccos(np.clip(np.linalg.norm(directions) / 2, 0, 1)))
     found += f"; z {'up' if which > 0 else 'down'}, yaw {np.degrees(yaw_rad):+.0f} deg"
     if spread > DIRECTION_TOLERANCE_DEG:
         found += f", forward and left {spread:.0f} deg apart from a right angle"
@@ -243,7 +245,7 @@ def _force_words(press: Press) -> str:
     return "(" + " ".join(f"{value:+.1f}" for value in press.force_n) + ") N"
 
 
-def _way(hand: Hand) -> str:
+def _direction(hand: Hand) -> str:
     return hand.name.removeprefix("PRESS_").lower()
 
 
@@ -272,12 +274,12 @@ def identify(request: FtIdentifyRequest) -> ExitCode:
         stack.callback(stream.close)
         stack.callback(stream.stop)
         stream.connect()
-        feet = Feet(stream, settings, wires.clock, person)
+        feet = PressedFeet(stream, settings, wires.clock, person)
         presses = [p for leg in legs_of(request.leg, settings.names) for p in feet.identify(leg)]
     findings = press_findings(presses, settings)
     if request.json:
         result = {
-            "presses": [{**asdict(press), "hand": _way(press.hand)} for press in presses],
+            "presses": [{**asdict(press), "hand": _direction(press.hand)} for press in presses],
             **plain_findings(findings),
         }
         print(json.dumps(result, indent=2))

@@ -72,7 +72,7 @@ class Jog:
     returned_deg: float
     current_a: float
     moved: str
-    way: str
+    direction: str
 
 
 def jog_leg(
@@ -113,9 +113,11 @@ def jog_leg(
     moved = person.sees(
         Sight.WHICH_LEG, f"{name} was turned: which leg moved?", (*legs, NOTHING, SEVERAL)
     )
-    way = ""
+    direction = ""
     if moved in legs:
-        way = person.sees(Sight.WHICH_WAY, "which way did its foot go first?", (FORWARD, BACKWARD))
+        direction = person.sees(
+            Sight.WHICH_DIRECTION, "which way did its foot go first?", (FORWARD, BACKWARD)
+        )
     return Jog(
         leg=name,
         servo_id=int(settings.ids[0]),
@@ -125,7 +127,7 @@ def jog_leg(
         returned_deg=float(np.degrees(back.angle_rad[-1, 0] - begin[0])),
         current_a=float(np.nanmax(np.abs(np.concatenate([out.current_a, top.current_a])))),
         moved=moved,
-        way=way,
+        direction=direction,
     )
 
 
@@ -154,8 +156,8 @@ def jog_findings(jogs: Sequence[Jog], settings: ServoBusSettings) -> list[Findin
         found = ", ".join(f"id {j.servo_id} ({j.leg}) turns {j.moved}" for j in wrong_id)
         ids = _column(settings, settings.ids, {leg: j.servo_id for leg, j in seen.items()})
         findings.append(failed("ids", found, _line_words("dynamixel_id", ids)))
-    found_signs = {leg: _sign(jog, settings) for leg, jog in seen.items()}
-    signs = _column(settings, settings.signs, found_signs)
+    measured_signs = {leg: _sign(jog, settings) for leg, jog in seen.items()}
+    signs = _column(settings, settings.signs, measured_signs)
     wrong = [leg for leg, now in zip(settings.names, signs, strict=True)
              if leg in seen and now != settings.signs[settings.names.index(leg)]]  # fmt: skip
     if wrong:
@@ -178,7 +180,7 @@ def _followed(jog: Jog) -> Finding:
         f"{jog.reached_deg:+.1f} of {jog.degrees:+g} deg and back to {jog.returned_deg:+.1f}, "
         f"{jog.current_a:.2f} A at most"
     )
-    seen = f"{jog.moved} moved {jog.way}".rstrip()
+    seen = f"{jog.moved} moved {jog.direction}".rstrip()
     found = f"id {jog.servo_id}: {moved}; {seen}"
     if jog.moved in {NOTHING, SEVERAL}:
         advice = "is the horn loose, or do two servos share an id? bigant servo scan"
@@ -192,7 +194,7 @@ def _followed(jog: Jog) -> Finding:
 def _sign(jog: Jog, settings: ServoBusSettings) -> int:
     """Return the sign of the servo that moved: its leg's sense makes the lowest foot go backward."""
     sent = int(settings.signs[settings.names.index(jog.leg)])
-    right = (jog.way == BACKWARD) == (jog.degrees > 0)
+    right = (jog.direction == BACKWARD) == (jog.degrees > 0)
     return sent if right else -sent
 
 

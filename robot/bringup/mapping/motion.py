@@ -59,7 +59,7 @@ def leg_settings(settings: ServoBusSettings, leg: int) -> ServoBusSettings:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Track:
+class JogTrack:
     """What the shafts did, T ticks of N shafts.
 
     Attributes:
@@ -105,7 +105,7 @@ class GatedShafts:
 
     def follow(
         self, plan: Plan, seconds: float, meanwhile: Callable[[float], None] = lambda _: None
-    ) -> Track:
+    ) -> JogTrack:
         """Follow a plan.
 
         Args:
@@ -141,4 +141,4 @@ class GatedShafts:
             currents.append(joints.current_a)
             meanwhile((clock.now_ns() - begin_ns) * 1e-9)
             deadline_ns = max(deadline_ns + self._period_ns, clock.now_ns())
-        return Track(np.array(goals), np.array(angles), np.array(currents))
+        return JogTrack(np.array(goals), np.array(angles), np.array(currents))

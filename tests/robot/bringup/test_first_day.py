@@ -315,7 +315,7 @@ def test_somebody_else_on_the_bus_is_heard(tmp_path: Path) -> None:
 def a_jog(leg: str, servo_id: int, moved: str, **others: float) -> Jog:
     values = {"reached_deg": 10.0, "returned_deg": 0.0, **others}
     way = "backward" if moved in CONFIG.servo_bus.names else ""
-    return Jog(leg, servo_id, 2048, 10.0, current_a=0.1, moved=moved, way=way, **values)
+    return Jog(leg, servo_id, 2048, 10.0, current_a=0.1, moved=moved, direction=way, **values)
 
 
 def test_what_a_jog_can_show() -> None:

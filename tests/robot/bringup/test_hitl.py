@@ -16,7 +16,7 @@ import pytest
 from robot.bringup.first_day.bringup import FirstDay
 from robot.bringup.first_day.day import DayOptions
 from robot.bringup.first_day.record import FACTS_FILE
-from robot.bringup.first_day.steps import STEPS, Step
+from robot.bringup.first_day.steps import STEPS, DayStep
 from robot.bringup.preflight.finding import Verdict
 from robot.bringup.site import RealSite, SiteRequest
 from robot.cli import main as cli
@@ -55,7 +55,7 @@ def real_day(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FirstDay]:
 @pytest.mark.hitl
 @pytest.mark.skipif(not PORT, reason="no robot: set BIGANT_HITL_PORT (see the head of this file)")
 @pytest.mark.parametrize("step", STEPS, ids=lambda step: f"{step.number}-{step.key}")
-def test_a_step_on_the_real_robot(step: Step, real_day: FirstDay) -> None:
+def test_a_step_on_the_real_robot(step: DayStep, real_day: FirstDay) -> None:
     if step.moves and not ARMED:
         pytest.skip("needs torque: set BIGANT_HITL_ARMED=1")
     if step.number in BY_HAND and not PERSON:
