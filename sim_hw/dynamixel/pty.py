@@ -1,7 +1,9 @@
 """The virtual servo bus behind a pseudo-terminal: any Dynamixel program can open it.
 
-A pseudo-terminal has no wire time and no baud rate of its own; the bus adds the first, and the second
-is read from the terminal's settings, so that a program at the wrong baud rate meets silence. A wire whose
+A pseudo-terminal has no wire time and no baud rate of its own; the first is added, and the second is read
+from the terminal's settings, so that a program at the wrong baud rate meets silence. A request counts as
+received, at once, for the time at which its last byte would be on the wire; replies come at theirs, and one
+that a busy computer hands over late is counted. A wire whose
 adapter is unplugged takes the pseudo-terminal with it; plugged in again there is a new one, and a link, if
 there is one, points to it.
 """
@@ -16,13 +18,16 @@ import tty
 from collections.abc import Sequence
 from pathlib import Path
 
+from drivers.dynamixel.mx106 import BAUD_CODES
 from model.errors import ConnectionLost
+from sim_hw.dynamixel.bus import wire_ns
 from sim_hw.interfaces import ServoWire
 
 # struct termios2: four flag words, line discipline, 19 control characters, then both speeds
 _TERMIOS2 = struct.Struct("4I20B2I")
 _TCGETS2 = 0x802C542A
 READ_CHUNK = 4096
+LATE_NS = 20_000_000  # no servo is ever that late
 
 
 class PtyServoBus:
@@ -34,6 +39,8 @@ class PtyServoBus:
 
     Attributes:
         device_name: What to open.
+        late_answers: How often the host had to wait for longer than ``LATE_NS`` because we were late.
+        latest_ns: The longest of these.
     """
 
     def __init__(self, bus: ServoWire, link: Path | None = None) -> None:
@@ -41,6 +48,9 @@ class PtyServoBus:
         self._link = link
         self._master = self._slave = -1
         self._cable_out = False  # pulled by the wire, which will plug it in again
+        self._wire_ns = 0  # until then the host's bytes are on the wire
+        self._served_ns: int | None = None
+        self.late_answers = self.latest_ns = 0
         self._plug_in()
 
     def _plug_in(self) -> None:
@@ -70,12 +80,17 @@ class PtyServoBus:
         """Take what has arrived, send what is due."""
         if self._master < 0 and not self._cable_out:
             return
-        self._bus.poll(now_ns)
+        idle_ns = 0 if self._served_ns is None else now_ns - self._served_ns
+        due_ns = self._bus.next_reply_ns()
+        self._served_ns = now_ns
+        self._wire_ns = max(now_ns, self._wire_ns)
+        self._bus.poll(self._wire_ns)
+        requests = False
         try:
-            if self._master >= 0:
-                while data := self._read():
-                    self._bus.receive(data, now_ns, self.baud_rate())
-            data = self._bus.replies(now_ns)
+            while self._master >= 0 and (data := self._read()):
+                requests = True
+                self._receive(data)
+            data = self._bus.replies(self._wire_ns)
         except ConnectionLost:
             self.unplug()
             self._cable_out = True
@@ -84,8 +99,22 @@ class PtyServoBus:
             self._cable_out = False
             self._plug_in()
         if data:
+            self._count(now_ns - due_ns if due_ns is not None else 0)
             with contextlib.suppress(BlockingIOError):  # a client that does not read loses it
                 os.write(self._master, data)
+        elif requests:
+            self._count(idle_ns)  # they may have waited for so long
+
+    def _receive(self, data: bytes) -> None:
+        rate = self.baud_rate()
+        if rate in BAUD_CODES:  # nobody understands another one
+            self._wire_ns += wire_ns(len(data), rate)
+            self._bus.receive(data, self._wire_ns, rate)
+
+    def _count(self, late_ns: int) -> None:
+        if late_ns > LATE_NS:
+            self.late_answers += 1
+            self.latest_ns = max(self.latest_ns, late_ns)
 
     def _read(self) -> bytes:
         try:

@@ -1,8 +1,8 @@
 """Every kind of fault of a scenario: a dataclass each, entered in ``KINDS`` under its name in snake case.
 
-Times are seconds after the scenario begins. ``rate`` is the probability that one reply or datagram is hit
-while the fault is on, drawn from the scenario's seed; ``count`` ends the fault after so many hits, 0 for
-never.
+Times are seconds after the scenario begins. ``rate`` is the probability that one request, reply or datagram
+is hit while the fault is on, drawn from the scenario's seed; ``count`` ends the fault after so many hits, 0
+for never.
 """
 
 import math
@@ -15,6 +15,7 @@ from sim_hw.typed_table import among, needed, value, within
 
 STALL_CURRENT_A = 5.2  # data sheet, at 12 V
 # Where faults are put between the sound devices and the host.
+REQUEST = "servo bus: each request"
 REPLY = "servo bus: each reply"
 DATAGRAM = "force unit: each datagram"
 RECORD = "force unit: each record"
@@ -34,7 +35,7 @@ class Fault:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChanceFault(Fault):
-    """A fault that hits single replies or datagrams."""
+    """A fault that hits single requests, replies or datagrams."""
 
     rate: float = within(1.0, 0.0, 1.0, "Probability of each to be hit.")
     count: int = within(0, 0, 1_000_000_000, "Hits after which it is over, 0 for no end.")
@@ -55,6 +56,46 @@ def kind(acts_on: str) -> Callable[[type[F]], type[F]]:
         return made
 
     return enter
+
+
+# Requests on the servo bus.
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RequestFault(ChanceFault):
+    """A fault of the host's requests."""
+
+    servo: int | None = within(
+        None, 0, 252, "Id whose requests are hit; all, broadcasts among them, if not given."
+    )
+
+
+@kind(REQUEST)
+class LostRequest(RequestFault):
+    """No servo hears the request."""
+
+
+@kind(REQUEST)
+class DamagedRequest(RequestFault):
+    """One bit of the request is inverted on its way."""
+
+    bit: int = within(
+        -1, -1, 32_767, "Which, from the lowest bit of the first byte; -1 draws one each time."
+    )
+
+
+@kind(REQUEST)
+class LateRequest(RequestFault):
+    """The request is late on the wire; its answer may then meet the next request there."""
+
+    delay_s: float = within(0.005, 0.0, 10.0, "By so much.")
+
+
+@kind(REQUEST)
+class TruncatedRequest(RequestFault):
+    """Only the beginning of the request reaches the servos."""
+
+    keep_bytes: int = within(-1, -1, 4096, "So many bytes of it; -1 for half.")
 
 
 # Replies on the servo bus.
@@ -83,7 +124,7 @@ class BitFlip(ReplyFault):
 
 @kind(REPLY)
 class LateReply(ReplyFault):
-    """The reply arrives late; others do not wait for it."""
+    """The reply is late behind the wire, in the adapter or the host; others do not wait for it."""
 
     delay_s: float = within(0.03, 0.0, 10.0, "By so much.")
 

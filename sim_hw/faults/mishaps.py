@@ -128,11 +128,13 @@ class ServoMishaps:
             self._bus.servos[i].restart(t_ns)
 
     def _targets(self, servo_id: int | None) -> list[int]:
-        return [self._index[servo_id]] if servo_id is not None else list(self._index.values())
+        return (
+            [self._index[servo_id]] if servo_id is not None else list(range(len(self._bus.servos)))
+        )
 
     def _set_all(self, active: Sequence[Fault]) -> None:
         silent: dict[int, bool] = {}
-        jammed = dict.fromkeys(self._index.values(), 0.0)
+        jammed = dict.fromkeys(range(len(self._bus.servos)), 0.0)
         self._motors.hot.clear()
         self._motors.loaded.clear()
         for fault in active:

@@ -101,13 +101,17 @@ def _fault(table: Any, path: str) -> Fault:
 
 
 def _check_ids(scenario: Scenario, ids: Collection[int]) -> None:
-    named = [("servo.old_firmware", servo_id) for servo_id in scenario.servo.old_firmware]
+    servo = scenario.servo
+    named = [("servo.old_firmware", servo_id) for servo_id in servo.old_firmware]
+    named += [("servo.shares_id", servo_id) for servo_id in servo.shares_id]
     for i, fault in enumerate(scenario.faults):
         servo_id = getattr(fault, "servo", None)
         if servo_id is not None:
             named.append((f"fault[{i}].servo", servo_id))
-            if servo_id in scenario.servo.old_firmware:
+            if servo_id in servo.old_firmware:
                 raise ConfigError(f"fault[{i}].servo", f"{servo_id} has old firmware and no faults")
+            if servo_id in servo.shares_id:
+                raise ConfigError(f"fault[{i}].servo", f"{servo_id} has another one's id")
     for key, servo_id in named:
         if servo_id not in ids:
             known = ", ".join(str(i) for i in ids)
