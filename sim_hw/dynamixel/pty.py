@@ -15,7 +15,7 @@ import os
 import pty
 import struct
 import tty
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from drivers.dynamixel.mx106 import BAUD_CODES
@@ -28,6 +28,7 @@ _TERMIOS2 = struct.Struct("4I20B2I")
 _TCGETS2 = 0x802C542A
 READ_CHUNK = 4096
 LATE_NS = 20_000_000  # no servo is ever that late
+NOTICE_PERIOD_NS = 10_000_000_000
 
 
 class PtyServoBus:
@@ -36,21 +37,29 @@ class PtyServoBus:
     Args:
         bus: The virtual bus.
         link: Where to keep a link to the device, so that its name outlives an unplugged cable.
+        notice: Told in words, not too often, that answers were late.
 
     Attributes:
         device_name: What to open.
         late_answers: How often the host had to wait for longer than ``LATE_NS`` because we were late.
-        latest_ns: The longest of these.
     """
 
-    def __init__(self, bus: ServoWire, link: Path | None = None) -> None:
+    def __init__(
+        self,
+        bus: ServoWire,
+        link: Path | None = None,
+        notice: Callable[[str], None] = lambda _: None,
+    ) -> None:
         self._bus = bus
+        self._notice = notice
         self._link = link
         self._master = self._slave = -1
         self._cable_out = False  # pulled by the wire, which will plug it in again
         self._wire_ns = 0  # until then the host's bytes are on the wire
         self._served_ns: int | None = None
-        self.late_answers = self.latest_ns = 0
+        self.late_answers = 0
+        self._latest_ns = 0  # the longest of them since the last notice
+        self._notice_ns: int | None = None
         self._plug_in()
 
     def _plug_in(self) -> None:
@@ -99,11 +108,11 @@ class PtyServoBus:
             self._cable_out = False
             self._plug_in()
         if data:
-            self._count(now_ns - due_ns if due_ns is not None else 0)
+            self._count(now_ns - due_ns if due_ns is not None else 0, now_ns)
             with contextlib.suppress(BlockingIOError):  # a client that does not read loses it
                 os.write(self._master, data)
         elif requests:
-            self._count(idle_ns)  # they may have waited for so long
+            self._count(idle_ns, now_ns)  # they may have waited for so long
 
     def _receive(self, data: bytes) -> None:
         rate = self.baud_rate()
@@ -111,10 +120,18 @@ class PtyServoBus:
             self._wire_ns += wire_ns(len(data), rate)
             self._bus.receive(data, self._wire_ns, rate)
 
-    def _count(self, late_ns: int) -> None:
-        if late_ns > LATE_NS:
-            self.late_answers += 1
-            self.latest_ns = max(self.latest_ns, late_ns)
+    def _count(self, late_ns: int, now_ns: int) -> None:
+        if late_ns <= LATE_NS:
+            return
+        self.late_answers += 1
+        self._latest_ns = max(self._latest_ns, late_ns)
+        if self._notice_ns is None or now_ns - self._notice_ns >= NOTICE_PERIOD_NS:
+            self._notice_ns = now_ns
+            self._notice(
+                f"the virtual servos answer late, by up to {self._latest_ns * 1e-6:.0f} ms (times so "
+                f"far: {self.late_answers}): this computer is too busy; real servos are never that late"
+            )
+            self._latest_ns = 0
 
     def _read(self) -> bytes:
         try:

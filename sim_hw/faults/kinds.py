@@ -86,7 +86,7 @@ class DamagedRequest(RequestFault):
 
 @kind(REQUEST)
 class LateRequest(RequestFault):
-    """The request is late on the wire; its answer may then meet the next request there."""
+    """The request is late on the wire, where its answer may meet the next one."""
 
     delay_s: float = within(0.005, 0.0, 10.0, "By so much.")
 
@@ -124,7 +124,7 @@ class BitFlip(ReplyFault):
 
 @kind(REPLY)
 class LateReply(ReplyFault):
-    """The reply is late behind the wire, in the adapter or the host; others do not wait for it."""
+    """The reply arrives late, kept by adapter or host; others do not wait for it."""
 
     delay_s: float = within(0.03, 0.0, 10.0, "By so much.")
 

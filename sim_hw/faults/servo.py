@@ -78,19 +78,23 @@ class FaultyServoWire:
 
     def poll(self, t_ns: int) -> None:
         """Let time pass; faults that start or end on the way do so at their own time."""
+        self._pass_time(t_ns, t_ns)
+
+    def _pass_time(self, t_ns: int, due_ns: int) -> None:
+        """Let time pass, but take replies only until a time: what comes next may destroy later ones."""
         while self._late and self._late[0][0] <= t_ns:
             late_ns, _, data = heapq.heappop(self._late)
-            self._advance(late_ns)
+            self._advance(late_ns, min(late_ns - wire_ns(len(data), self._baud_rate), due_ns))
             self._line.receive(data, late_ns, self._baud_rate)
-        self._advance(t_ns)
+        self._advance(t_ns, due_ns)
 
-    def _advance(self, t_ns: int) -> None:
+    def _advance(self, t_ns: int, due_ns: int) -> None:
         for change_ns in self._mishaps.changes(t_ns):
             self._line.poll(change_ns)
             self._mishaps.apply(change_ns)
         self._line.poll(t_ns)
         self._look(t_ns)
-        for reply in self._line.due(t_ns):
+        for reply in self._line.due(due_ns):
             self._pass_on(reply)
 
     def _look(self, t_ns: int) -> None:
@@ -103,7 +107,7 @@ class FaultyServoWire:
         Raises:
             ConnectionLost: The cable is out.
         """
-        self.poll(t_ns)
+        self._pass_time(t_ns, t_ns - wire_ns(len(data), baud_rate))
         self._need_cable()
         self._baud_rate = baud_rate
         for dice in self._dice:
