@@ -238,7 +238,11 @@ def decode_tick(data: bytes, layout: int = LAYOUT, seen: TickInputs | None = Non
 def _read_inputs(r: CdrReader, layout: int, *, with_truth: bool = True) -> Inputs:
     request, timing, (attached,) = _REQUEST.read(r), _TIMING.read(r), r.record("?")
     servos, forces, (truth_known,) = _SERVOS.read(r), _FORCE_RECORD.read_all(r), r.record("?")
-    truth = _TRUTH.read(r) if with_truth else _TRUTH.skip(r)
+    truth = None
+    if with_truth:
+        truth = _TRUTH.read(r)
+    else:
+        _TRUTH.skip(r)
     return Inputs(
         servos=servos if attached else None,
         forces=forces,
