@@ -36,7 +36,7 @@ from robot.run.loop import run
 from robot.run.rig import Rig
 from robot.virtual.open import VirtualSettings, open_in_memory
 from sim_hw.dynamixel.firmware import FirmwareBank
-from sim_hw.faults.kinds import KINDS, STALL_CURRENT_A, ChanceFault, Fault
+from sim_hw.faults.kinds import KINDS, STALL_CURRENT_A, ChanceFault, ScenarioFault
 from sim_hw.faults.scenario import Course, Scenario
 from sim_hw.interfaces import MotorReadings
 
@@ -211,9 +211,9 @@ COUNTS_PER_N = 1e6
 NOISE_N = 0.15
 
 
-def random_faults(rng: np.random.Generator) -> tuple[Fault, ...]:
+def random_faults(rng: np.random.Generator) -> tuple[ScenarioFault, ...]:
     """Return faults of every kind: chances of 1 %, and times that are 1 % of a run on average."""
-    faults: list[Fault] = []
+    faults: list[ScenarioFault] = []
     for name, kind in KINDS.items():
         keys = {f.name for f in fields(kind)}
         given: dict[str, Any] = dict(NEEDS.get(name, {}))

@@ -3,7 +3,7 @@
 from drivers.ati.calibration import Calibration, parse_cal
 from drivers.ati.console import Console
 from drivers.ati.links import DatagramLink
-from drivers.ati.packets import Command, build_command
+from drivers.ati.packets import UnitCommand, build_command
 from drivers.ati.settings import ForceSensorSettings
 from drivers.ati.unit_state import set_rate
 from drivers.clock import Clock
@@ -16,7 +16,7 @@ RESET_PAUSE_S = 0.2
 def free_console(datagrams: DatagramLink, clock: Clock) -> None:
     """Free a console that a dead program still holds; three times, as radio loses packets."""
     for _ in range(RESETS):
-        datagrams.send(build_command(Command.RESET_CONSOLE))
+        datagrams.send(build_command(UnitCommand.RESET_CONSOLE))
         clock.sleep_until_ns(clock.now_ns() + round(RESET_PAUSE_S * 1e9))
 
 

@@ -20,7 +20,7 @@ from drivers.dynamixel.mx106 import (
     OperatingMode,
     hardware_error_names,
 )
-from drivers.dynamixel.packets import Answer
+from drivers.dynamixel.packets import ServoAnswer
 from drivers.dynamixel.port import ClockedPort
 from drivers.dynamixel.settings import ServoBusSettings
 from model.errors import BusError
@@ -160,7 +160,7 @@ def hold_here(servo: CheckedServo) -> int:
     )
 
 
-def _ping(servo: CheckedServo) -> Answer:
+def _ping(servo: CheckedServo) -> ServoAnswer:
     answer = servo.packets.ask(servo.servo_id, Instruction.PING)
     for _ in range(PING_TRIES - 1):
         if answer.data is not None:

@@ -22,7 +22,7 @@ from record.trial.header import (
     parse_toml,
     write_header,
 )
-from record.trial.table_file import Column, check_suffix, copy_table, table_writer
+from record.trial.table_file import TableColumn, check_suffix, copy_table, table_writer
 from record.trial.trial import BODY_ANGLES
 from record.trial.trial import COLUMNS as TRIAL_COLUMNS
 
@@ -146,7 +146,7 @@ def _float(text: str) -> float:
 
 def _trial_columns(
     block: Sequence[StampedTick], names: tuple[str, ...], start_ns: int, last_yaw: float
-) -> tuple[list[Column], float]:
+) -> tuple[list[TableColumn], float]:
     """Return every column of a trial, also those without a number, and the last yaw."""
     ticks = [item.tick for item in block]
     time_s, _, *columns = table_columns(block, names, start_ns, TRIAL_PARTS)

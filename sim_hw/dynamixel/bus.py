@@ -56,7 +56,7 @@ class Reply:
 
 
 # A servo, the error and the data of its answer; servos by id.
-Answer = tuple[VirtualServo, int, bytes]
+ServoReply = tuple[VirtualServo, int, bytes]
 ById = Mapping[int, tuple[VirtualServo, ...]]
 
 
@@ -204,7 +204,7 @@ class VirtualServoBus:
             ready.append(self._replies.popleft())
         return ready
 
-    def _send(self, servo_id: int, answers: Sequence[Answer], baud_rate: int) -> None:
+    def _send(self, servo_id: int, answers: Sequence[ServoReply], baud_rate: int) -> None:
         """Put the answers of one id on the wire: servos that share it talk at the same time."""
         sent: list[tuple[int, bytes]] = []  # when it begins, what
         for servo, error, data in answers:
@@ -261,7 +261,7 @@ class VirtualServoBus:
         if frame.instruction == Instruction.WRITE:
             for shadow in _shadows(listening, frame.servo_id):
                 shadow.write_as_shadow(_number(parameters), parameters[2:], t_ns)
-        answers: list[Answer] = []
+        answers: list[ServoReply] = []
         for servo in by_id.get(frame.servo_id, ()):
             speaks = servo.answers(frame.instruction)
             error, data = servo.obey(frame.instruction, parameters, t_ns, broadcast=False)

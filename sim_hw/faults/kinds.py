@@ -25,7 +25,7 @@ CONSOLE = "force unit: its console"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Fault:
+class ScenarioFault:
     """When a fault is on."""
 
     acts_on: ClassVar[str]
@@ -34,15 +34,15 @@ class Fault:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ChanceFault(Fault):
+class ChanceFault(ScenarioFault):
     """A fault that hits single requests, replies or datagrams."""
 
     rate: float = within(1.0, 0.0, 1.0, "Probability of each to be hit.")
     count: int = within(0, 0, 1_000_000_000, "Hits after which it is over, 0 for no end.")
 
 
-F = TypeVar("F", bound=Fault)
-KINDS: dict[str, type[Fault]] = {}
+F = TypeVar("F", bound=ScenarioFault)
+KINDS: dict[str, type[ScenarioFault]] = {}
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True)
@@ -157,7 +157,7 @@ class Echo(ChanceFault):
 
 
 @kind("servo: its receiver and transmitter")
-class SilentServo(Fault):
+class SilentServo(ScenarioFault):
     """A servo neither hears nor speaks; its motor goes on as it was told last."""
 
     servo: int = needed(0, 252, "Its id.")
@@ -166,14 +166,14 @@ class SilentServo(Fault):
 
 
 @kind("servo: its supply")
-class Brownout(Fault):
+class Brownout(ScenarioFault):
     """The servo's supply fails: RAM and turns are lost, and it is gone until the power is back."""
 
     servo: int | None = within(None, 0, 252, "Its id; all if not given.")
 
 
 @kind("servo: its temperature sensor")
-class Overheating(Fault):
+class Overheating(ScenarioFault):
     """The motor is as hot as said, whatever it does."""
 
     servo: int = needed(0, 252, "Its id.")
@@ -181,7 +181,7 @@ class Overheating(Fault):
 
 
 @kind("servo: its current sensor")
-class Overload(Fault):
+class Overload(ScenarioFault):
     """The motor's current is measured as said while torque is on; the servo judges it by its own rule."""
 
     servo: int = needed(0, 252, "Its id.")
@@ -189,7 +189,7 @@ class Overload(Fault):
 
 
 @kind("plant: the shaft")
-class StuckShaft(Fault):
+class StuckShaft(ScenarioFault):
     """The shaft is jammed in the plant: dry friction that no servo overcomes."""
 
     servo: int = needed(0, 252, "Id of the servo that drives it.")
@@ -197,7 +197,7 @@ class StuckShaft(Fault):
 
 
 @kind("servo bus: the USB adapter")
-class Unplug(Fault):
+class Unplug(ScenarioFault):
     """The USB cable is pulled; at the end it is plugged in again."""
 
 
@@ -220,7 +220,7 @@ class ReorderedPacket(ChanceFault):
 
 
 @kind("force unit: how records go into datagrams")
-class Batching(Fault):
+class Batching(ScenarioFault):
     """Several records come in one datagram. When the real unit does so is not known."""
 
     records: int = within(
@@ -229,14 +229,14 @@ class Batching(Fault):
 
 
 @kind(RECORD)
-class MaskChange(Fault):
+class MaskChange(ScenarioFault):
     """Transducers vanish from the records, as when they are switched off."""
 
     transducers: tuple[int, ...] = needed(1, 6, "Their numbers, from 1.")
 
 
 @kind(RECORD)
-class Saturation(Fault):
+class Saturation(ScenarioFault):
     """A transducer reports saturation: its bit is set and its LED is red."""
 
     transducer: int = needed(1, 6, "Its number, from 1.")
@@ -246,7 +246,7 @@ class Saturation(Fault):
 
 
 @kind(RECORD)
-class LowBattery(Fault):
+class LowBattery(ScenarioFault):
     """The battery runs low: there is no flag, only the LED and a byte of unknown scale."""
 
     level: int = within(1, 0, 255, "The battery byte; assumed.")
@@ -254,14 +254,14 @@ class LowBattery(Fault):
 
 
 @kind(STAMP)
-class ClockStep(Fault):
+class ClockStep(ScenarioFault):
     """The unit's clock jumps, as when NTP finds its server, and jumps back at the end."""
 
     step_s: float = needed(-524_288.0, 524_288.0, "By so much.")
 
 
 @kind(STAMP)
-class Rollover(Fault):
+class Rollover(ScenarioFault):
     """The unit's stamps, which wrap every 12.1 days, wrap in this run.
 
     That is ``start_s`` after its first record, not after the scenario's beginning, because a clock does not
@@ -270,7 +270,7 @@ class Rollover(Fault):
 
 
 @kind(DATA_PORT)
-class PortChangeStall(Fault):
+class PortChangeStall(ScenarioFault):
     """Asked to send to another host port than at power-up, the unit closes one and opens none.
 
     It stays silent until the fault ends, which stands for a power cycle.
@@ -282,7 +282,7 @@ class PortChangeStall(Fault):
 
 
 @kind(DATA_PORT)
-class SilentStop(Fault):
+class SilentStop(ScenarioFault):
     """The stream stops without a word."""
 
     needs_start: bool = value(
@@ -291,12 +291,12 @@ class SilentStop(Fault):
 
 
 @kind(CONSOLE)
-class ConsoleStall(Fault):
+class ConsoleStall(ScenarioFault):
     """The console takes what it is told and prints nothing until the end."""
 
 
 @kind(CONSOLE)
-class SplitConsole(Fault):
+class SplitConsole(ScenarioFault):
     """The console prints in pieces."""
 
     piece_bytes: int = within(7, 1, 1024, "Length of a piece.")
@@ -304,7 +304,7 @@ class SplitConsole(Fault):
 
 
 @kind("force unit: its sample clock")
-class SampleRate(Fault):
+class SampleRate(ScenarioFault):
     """The unit samples faster or slower than it was told; its stamps stay right (assumed)."""
 
     percent: float = needed(-50.0, 50.0, "By so much.")

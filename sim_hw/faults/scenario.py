@@ -14,7 +14,7 @@ from typing import Any
 from model.errors import ConfigError
 from record.toml_file import reading
 from sim_hw.assumed import AdapterAssumed, ServoAssumed, WnetAssumed
-from sim_hw.faults.kinds import KINDS, Fault
+from sim_hw.faults.kinds import KINDS, ScenarioFault
 from sim_hw.typed_table import among, read_table, suggestion, within
 
 TABLES = ("servo", "force_unit", "adapter", "fault")
@@ -46,7 +46,7 @@ class Scenario:
     servo: ServoAssumed = field(default_factory=ServoAssumed)
     force_unit: WnetAssumed = field(default_factory=WnetAssumed)
     adapter: AdapterAssumed = field(default_factory=AdapterAssumed)
-    faults: tuple[Fault, ...] = ()
+    faults: tuple[ScenarioFault, ...] = ()
 
 
 def load_scenario(path: Path, ids: Collection[int]) -> Scenario:
@@ -80,13 +80,13 @@ def parse_scenario(text: str, ids: Collection[int]) -> Scenario:
     return scenario
 
 
-def _faults(tables: Any) -> tuple[Fault, ...]:
+def _faults(tables: Any) -> tuple[ScenarioFault, ...]:
     if not isinstance(tables, list):
         raise ConfigError("fault", "must be [[fault]] tables, in double brackets")
     return tuple(_fault(table, f"fault[{i}]") for i, table in enumerate(tables))
 
 
-def _fault(table: Any, path: str) -> Fault:
+def _fault(table: Any, path: str) -> ScenarioFault:
     if not isinstance(table, Mapping):
         raise ConfigError(path, f"must be a table, not {table!r}")
     if "kind" not in table:

@@ -17,7 +17,6 @@ from sim_hw.faults.kinds import (
     DamagedRequest,
     DuplicatedReply,
     Echo,
-    Fault,
     ForeignReply,
     LateReply,
     LateRequest,
@@ -25,6 +24,7 @@ from sim_hw.faults.kinds import (
     LostRequest,
     ReplyFault,
     RequestFault,
+    ScenarioFault,
     TruncatedReply,
     TruncatedRequest,
 )
@@ -58,7 +58,7 @@ class FaultyServoWire:
         self,
         line: ServoLine,
         mishaps: ServoMishaps,
-        faults: Sequence[Fault],
+        faults: Sequence[ScenarioFault],
         time: ScenarioTime,
         seed: int,
     ) -> None:

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from drivers.ati.packets import (
     U32,
-    Command,
     Malformed,
     ParsedCommand,
+    UnitCommand,
     build_command,
     build_record,
     crc16,
@@ -51,19 +51,19 @@ def record(
 @pytest.mark.parametrize(
     ("command", "samples", "sequence", "wire"),
     [
-        (Command.START, 0, 0, "00 0a 00 01 00 00 00 00 73 46"),
-        (Command.START, 1, 0, "00 0a 00 01 00 00 00 01 63 67"),
-        (Command.START, 25, 0, "00 0a 00 01 00 00 00 19 f0 5e"),
-        (Command.START, 100, 0, "00 0a 00 01 00 00 00 64 5f 64"),
-        (Command.START, 6000, 0, "00 0a 00 01 00 00 17 70 97 35"),
-        (Command.START, 0, 1, "00 0a 01 01 00 00 00 00 36 e6"),
-        (Command.STOP, None, 0, "00 06 00 02 7d 48"),
-        (Command.STOP, None, 1, "00 06 01 02 4e 79"),
-        (Command.PING, None, 0, "00 06 00 04 1d 8e"),
-        (Command.RESET_CONSOLE, None, 0, "00 06 00 05 0d af"),
+        (UnitCommand.START, 0, 0, "00 0a 00 01 00 00 00 00 73 46"),
+        (UnitCommand.START, 1, 0, "00 0a 00 01 00 00 00 01 63 67"),
+        (UnitCommand.START, 25, 0, "00 0a 00 01 00 00 00 19 f0 5e"),
+        (UnitCommand.START, 100, 0, "00 0a 00 01 00 00 00 64 5f 64"),
+        (UnitCommand.START, 6000, 0, "00 0a 00 01 00 00 17 70 97 35"),
+        (UnitCommand.START, 0, 1, "00 0a 01 01 00 00 00 00 36 e6"),
+        (UnitCommand.STOP, None, 0, "00 06 00 02 7d 48"),
+        (UnitCommand.STOP, None, 1, "00 06 01 02 4e 79"),
+        (UnitCommand.PING, None, 0, "00 06 00 04 1d 8e"),
+        (UnitCommand.RESET_CONSOLE, None, 0, "00 06 00 05 0d af"),
     ],
 )
-def test_commands(command: Command, samples: int | None, sequence: int, wire: str) -> None:
+def test_commands(command: UnitCommand, samples: int | None, sequence: int, wire: str) -> None:
     data = build_command(command, samples, sequence)
     assert data == bytes.fromhex(wire)
     assert parse_command(data) == ParsedCommand(command, samples or 0)

@@ -15,7 +15,7 @@ from drivers.ati.console import Console
 from drivers.ati.discovery import FoundUnit, answer, discover, parse_answer, question
 from drivers.ati.foot_forces import ForceScales, no_forces
 from drivers.ati.links import MOST_DATAGRAMS, OLDEST_NS, TcpTextLink, UdpLink, arrival_ns
-from drivers.ati.packets import Command, build_command
+from drivers.ati.packets import UnitCommand, build_command
 from drivers.ati.repair import Repair, Repaired
 from drivers.ati.setup import free_console
 from drivers.ati.stream import ForceStream
@@ -103,7 +103,7 @@ def test_saturation_is_a_fault_and_no_force(memory: Memory) -> None:
 
 
 def test_silence_is_a_fault_and_the_stream_is_started_again(memory: Memory) -> None:
-    memory.unit.command(build_command(Command.STOP), memory.clock.now_ns(), 0)
+    memory.unit.command(build_command(UnitCommand.STOP), memory.clock.now_ns(), 0)
     heard: list[ForceRecord] = []
     for _ in range(100):
         memory.wait(0.01)
