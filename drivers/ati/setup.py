@@ -42,10 +42,10 @@ def set_up(
     """
     set_rate(console, settings.rate_hz, settings.oversampling)
     console.query("T OFF")
-    found: list[Calibration | None] = []
-    for leg, number in zip(settings.names, settings.transducers.tolist(), strict=True):
-        found.append(_read_calibration(console, leg, number) if number else None)
-    calibrations = tuple(found)
+    calibrations = tuple(
+        _read_calibration(console, leg, number) if number else None
+        for leg, number in zip(settings.names, settings.transducers.tolist(), strict=True)
+    )
     check_serials(calibrations, settings)
     if before is not None and list(map(_meaning, calibrations)) != list(map(_meaning, before)):
         raise ForceStreamError(
@@ -84,9 +84,10 @@ def check_serials(
     if settings.calibration is None:
         return
     legs = zip(settings.names, calibrations, settings.calibration.serials, strict=True)
-    for leg, found, serial in legs:
-        if found is not None and serial and serial != found.serial:
+    for leg, calibration, serial in legs:
+        if calibration is not None and serial and serial != calibration.serial:
             raise ForceStreamError(
                 f"the calibration file is of transducer {serial!r} on leg {leg}, but "
-                f"{found.serial!r} is there: calibrate again (bigant ft calibrate) or name another file"
+                f"{calibration.serial!r} is there: calibrate again (bigant ft calibrate) or name another "
+                "file"
             )

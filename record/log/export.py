@@ -114,10 +114,10 @@ def export_trial(path: Path, out: Path, contents: LogContents) -> tuple[Exported
 def _trial_header(
     path: Path, names: tuple[str, ...], contents: LogContents, rate_hz: float
 ) -> TrialHeader:
-    metadata, whence = contents.metadata, f"the header in {path}"
+    metadata, source = contents.metadata, f"the header in {path}"
     if "trial" in metadata and "merged" not in metadata:  # it was one before it became a log
-        text = parse_toml(metadata["trial"], Path(whence))
-        return parse_header(text, Path(whence), (), contents.config_text)
+        text = parse_toml(metadata["trial"], Path(source))
+        return parse_header(text, Path(source), (), contents.config_text)
     robot_file = (
         f"{(metadata.get('robot') or 'robot').lower()}.toml" if contents.config_text else ""
     )

@@ -36,12 +36,12 @@ class ScenarioTime:
 
     def _span(self, fault: ScenarioFault) -> tuple[ScenarioFault, int | None, int | None]:
         """Start and end, computed once; asked for with every byte on the wire."""
-        found = self._spans.get(id(fault))
-        if found is None:
-            found = fault, self._at(fault.start_s), self._at(fault.start_s + fault.duration_s)
+        span = self._spans.get(id(fault))
+        if span is None:
+            span = fault, self._at(fault.start_s), self._at(fault.start_s + fault.duration_s)
             if self._zero_ns is not None:
-                self._spans[id(fault)] = found
-        return found
+                self._spans[id(fault)] = span
+        return span
 
     def _at(self, after_s: float) -> int | None:
         if self._zero_ns is None or not math.isfinite(after_s):
