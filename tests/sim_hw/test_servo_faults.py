@@ -404,6 +404,14 @@ def test_a_request_over_a_reply_destroys_both() -> None:
     assert bus.say(READ) == FIRST + SECOND + THIRD
 
 
+def test_two_requests_in_one_breath_collide_where_the_first_is_answered() -> None:
+    bus = FaultyBus("")
+    heard = bus.say(PING + READ)
+    assert (len(heard), FrameParser().feed(heard)) == (len(PONG), [])
+    led = build_instruction(BROADCAST_ID, Instruction.WRITE, bytes.fromhex("410001"))
+    assert bus.say(led + PING) == PONG, "nobody answers a broadcast"
+
+
 def test_the_answer_to_a_late_request_meets_the_next_one() -> None:
     bus = FaultyBus(fault("late_request", "delay_s = 0.0001", "count = 1")).at(1.0)
     bus.say(PING, wait_ms=0.1)
