@@ -67,6 +67,8 @@ FLIPPED = {
     "a servo restarts in 0.8 s": "[servo]\nrestart_s = 0.8\n",
     "a watchdog hears only its own id": '[servo]\nwatchdog_hears = "own"\n',
     "a damaged request is answered": "[servo]\nanswers_bad_crc = true\n",
+    "the goal becomes here at torque on": '[servo]\ngoal_at_torque_on = "here"\n',
+    "a mode change keeps the gains": '[servo]\ngains_at_mode_change = "kept"\n',
     "commands to the unit are sent back": "[force_unit]\nacknowledges = true\n",
     "a start sets the sequence back": "[force_unit]\nsequence_restarts = true\n",
     "unknown status bits are set": "[force_unit]\nextra_status = 0xC0C0F000\n",
@@ -108,6 +110,10 @@ def _kinds(*kinds: FaultKind) -> frozenset[FaultKind]:
 
 
 CASES = (
+    Case("lost_request", "1 of 20 requests lost", "rate = 0.05", reported=SILENT),
+    Case("damaged_request", "1 of 20 requests with a bit inverted", "rate = 0.05", reported=SILENT),
+    Case("late_request", "1 of 20 requests 5 ms late", "rate = 0.05", reported=SILENT),
+    Case("truncated_request", "1 of 20 requests cut in half", "rate = 0.05", reported=SILENT),
     Case("lost_reply", "1 of 20 replies lost", "rate = 0.05", reported=SILENT),
     Case("bit_flip", "1 of 20 replies with a bit inverted", "rate = 0.05", reported=SILENT),
     Case("late_reply", "1 of 20 replies 30 ms late", "rate = 0.05", reported=SILENT),

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from dynamixel_sdk import Protocol2PacketHandler
 
 from drivers.ati.packets import (
-    Command,
     Malformed,
+    UnitCommand,
     build_command,
     build_record,
     parse_command,
@@ -145,7 +145,7 @@ def _force_record(rng: random.Random) -> bytes:
 
 
 def _force_command(rng: random.Random) -> bytes:
-    command = rng.choice(tuple(Command))
+    command = rng.choice(tuple(UnitCommand))
     return build_command(command, rng.choice((None, 0, rng.randrange(2**32))), rng.randrange(256))
 
 

@@ -39,7 +39,7 @@ from robot.run.loop import run
 from robot.run.rig import Rig
 from robot.virtual.open import VirtualSettings, open_in_memory
 from sim_hw.dynamixel.firmware import FirmwareBank
-from sim_hw.faults.kinds import KINDS, STALL_CURRENT_A, ChanceFault, Fault
+from sim_hw.faults.kinds import KINDS, STALL_CURRENT_A, ChanceFault, ScenarioFault
 from sim_hw.faults.scenario import Course, parse_scenario
 from sim_hw.host.bench_world import BenchWorld
 from sim_hw.interfaces import MotorReadings
@@ -276,9 +276,9 @@ COUNTS_PER_N = 1e6
 NOISE_N = 0.15
 
 
-def random_faults(rng: np.random.Generator) -> tuple[Fault, ...]:
+def random_faults(rng: np.random.Generator) -> tuple[ScenarioFault, ...]:
     """Return faults of every kind: chances of 1 %, and times that are 1 % of a run on average."""
-    faults: list[Fault] = []
+    faults: list[ScenarioFault] = []
     for name, kind in KINDS.items():
         keys = {f.name for f in fields(kind)}
         given: dict[str, Any] = dict(NEEDS.get(name, {}))
@@ -293,7 +293,7 @@ def random_faults(rng: np.random.Generator) -> tuple[Fault, ...]:
     return tuple(faults)
 
 
-def cause_of(reason: StopReason, faults: Sequence[Fault], since_torque_s: float) -> str:
+def cause_of(reason: StopReason, faults: Sequence[ScenarioFault], since_torque_s: float) -> str:
     """Return the kind of fault that a stop is booked to; empty if none was on that can cause it."""
     names = {kind: name for name, kind in KINDS.items()}
     known = CAUSES.get(reason, frozenset())

@@ -46,6 +46,16 @@ class ServoAssumed:
     old_firmware: tuple[int, ...] = within(
         (), 0, 252, "Ids of servos that have protocol 1.0 firmware (model 320)."
     )
+    shares_id: tuple[int, ...] = within(
+        (), 0, 252, "Servos that were given the id of the one before them; both answer at once."
+    )
+    # the e-manual says neither; a new goal is written before torque goes on either way
+    goal_at_torque_on: str = among(
+        "kept", "here", text="Whether the goal register is kept at torque on, or becomes here."
+    )
+    gains_at_mode_change: str = among(
+        "reset", "kept", text="Whether a change of the operating mode resets gains and profile."
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -64,25 +64,25 @@ def parse_cal(text: str, transducer: int) -> Calibration:
     Raises:
         ForceStreamError: The answer lacks something, or a unit is unknown.
     """
-    found = dict(_PROPERTY.findall(text))
-    missing = [name for name in ("Serial", "Force", "Torque", "Mult") if name not in found]
+    properties = dict(_PROPERTY.findall(text))
+    missing = [name for name in ("Serial", "Force", "Torque", "Mult") if name not in properties]
     if missing:
         raise ForceStreamError(
             f"the calibration of transducer {transducer} lacks {', '.join(missing)}: check on the "
             f"unit's console with TRANS {transducer} and CAL"
         )
-    force_counts, force_unit = _scale(found["Force"], FORCE_UNITS_N, "Force", transducer)
-    torque_counts, torque_unit = _scale(found["Torque"], TORQUE_UNITS_NM, "Torque", transducer)
+    force_counts, force_unit = _scale(properties["Force"], FORCE_UNITS_N, "Force", transducer)
+    torque_counts, torque_unit = _scale(properties["Torque"], TORQUE_UNITS_NM, "Torque", transducer)
     ratings = _ratings(text)
     to_si = [force_unit] * 3 + [torque_unit] * 3
     return Calibration(
         transducer=transducer,
-        serial=found["Serial"],
-        date=found.get("Date", ""),
-        part=found.get("Part", ""),
+        serial=properties["Serial"],
+        date=properties.get("Date", ""),
+        part=properties.get("Part", ""),
         counts_per_n=force_counts / force_unit,
         counts_per_nm=torque_counts / torque_unit,
-        mult_on=found["Mult"].upper() == "ON",
+        mult_on=properties["Mult"].upper() == "ON",
         max_rating=tuple(r * s for r, s in zip(ratings, to_si, strict=True)),
     )
 

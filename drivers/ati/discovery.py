@@ -115,7 +115,7 @@ def _join_group(asker: socket.socket) -> None:
 
 
 def _collect(asker: socket.socket, wait_s: float) -> tuple[FoundUnit, ...]:
-    found: list[FoundUnit] = []
+    units: list[FoundUnit] = []
     deadline_s = time.monotonic() + wait_s
     while (left_s := deadline_s - time.monotonic()) > 0:
         ready, _, _ = select.select([asker], [], [], left_s)
@@ -124,8 +124,8 @@ def _collect(asker: socket.socket, wait_s: float) -> tuple[FoundUnit, ...]:
         unit = None
         with contextlib.suppress(OSError):
             unit = parse_answer(asker.recv(512))
-        if unit is not None and unit not in found:
-            found.append(unit)
+        if unit is not None and unit not in units:
+            units.append(unit)
             if wait_s == DIRECT_WAIT_S:
                 break
-    return tuple(found)
+    return tuple(units)

@@ -1,14 +1,30 @@
-"""The two ways to the force-torque unit: datagrams, and a text console over TCP."""
+"""The two links to the force-torque unit: datagrams, and a text console over TCP.
+
+Linux stamps a datagram when it arrives, by ``CLOCK_REALTIME``; the stamp is taken over to the monotonic
+clock when the datagram is read. Elsewhere, and where the stamp makes no sense (the time of day was set in
+between), the time of reading counts.
+"""
 
 import contextlib
 import select
 import socket
+import struct
+import sys
+import time
+from collections.abc import Iterable
 from typing import Protocol
 
 from drivers.clock import Clock
 from model.errors import ForceStreamError
 
 RECEIVE_BYTES = 2048
+# One call returns at most so many, half a second's at 250 Hz: a flood must not hold the loop up.
+MOST_DATAGRAMS = 128
+# A stamp older than this when it is read is no stamp: the loop reads every 10 ms.
+OLDEST_NS = 2_000_000_000
+# SO_TIMESTAMPNS and SCM_TIMESTAMPNS of Linux, which Python does not name; it gives a timespec.
+TIMESTAMPNS = 35
+_TIMESPEC = struct.Struct("@ll")
 
 
 class DatagramLink(Protocol):
@@ -60,6 +76,9 @@ class UdpLink:
         self._clock = clock
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
+        if sys.platform == "linux":
+            with contextlib.suppress(OSError):
+                self._socket.setsockopt(socket.SOL_SOCKET, TIMESTAMPNS, 1)
         try:
             self._socket.bind(("", local_port))
             self._socket.connect((address, port))
@@ -78,19 +97,63 @@ class UdpLink:
             self._socket.send(data)
 
     def receive(self) -> list[tuple[int, bytes]]:
-        """Return what has arrived."""
+        """Return what has arrived, at most ``MOST_DATAGRAMS``; the rest comes with the next call."""
         arrived: list[tuple[int, bytes]] = []
-        while True:
+        unix_less_ours_ns: int | None = None
+        for _ in range(MOST_DATAGRAMS):
             try:
-                arrived.append((self._clock.now_ns(), self._socket.recv(RECEIVE_BYTES)))
+                data, notes, _, _ = self._socket.recvmsg(RECEIVE_BYTES, _NOTE_BYTES)
             except BlockingIOError:
-                return arrived
+                break
             except OSError:  # "connection refused" by the port's host: nobody there at the moment
-                return arrived
+                break
+            now_ns = self._clock.now_ns()
+            if unix_less_ours_ns is None:
+                unix_less_ours_ns = self._unix_less_ours_ns()
+            arrived.append((arrival_ns(_stamp_ns(notes), now_ns, unix_less_ours_ns), data))
+        return arrived
+
+    def _unix_less_ours_ns(self) -> int:
+        """Compare the time of day with our clock, the best of three: another program may come between."""
+        pairs = []
+        for _ in range(3):
+            before_ns, unix_ns, after_ns = (
+                self._clock.now_ns(),
+                time.time_ns(),
+                self._clock.now_ns(),
+            )
+            pairs.append((after_ns - before_ns, unix_ns - (before_ns + after_ns) // 2))
+        return min(pairs)[1]
 
     def close(self) -> None:
         """Close the socket."""
         self._socket.close()
+
+
+_NOTE_BYTES = socket.CMSG_SPACE(_TIMESPEC.size)
+
+
+def _stamp_ns(notes: Iterable[tuple[int, int, bytes]]) -> int | None:
+    """Return the time of day at which the kernel received a datagram, None if it does not say so."""
+    for level, kind, data in notes:
+        if (level, kind, len(data)) == (socket.SOL_SOCKET, TIMESTAMPNS, _TIMESPEC.size):
+            seconds, nanoseconds = _TIMESPEC.unpack(data)
+            return int(seconds) * 1_000_000_000 + int(nanoseconds)
+    return None
+
+
+def arrival_ns(stamp_ns: int | None, now_ns: int, unix_less_ours_ns: int) -> int:
+    """Return when a datagram arrived by our clock.
+
+    Args:
+        stamp_ns: Time of day of its arrival, None if it is not known.
+        now_ns: Time by our clock at which it was read.
+        unix_less_ours_ns: Time of day less our time.
+    """
+    if stamp_ns is None:
+        return now_ns
+    waited_ns = now_ns - (stamp_ns - unix_less_ours_ns)
+    return now_ns - waited_ns if 0 <= waited_ns <= OLDEST_NS else now_ns
 
 
 class TcpTextLink:

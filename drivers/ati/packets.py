@@ -25,7 +25,7 @@ _HEADER = struct.Struct(">4IBB")
 _BLOCK = AXES * 4
 
 
-class Command(enum.IntEnum):
+class UnitCommand(enum.IntEnum):
     """Commands over UDP."""
 
     START = 1
@@ -39,7 +39,7 @@ def crc16(data: bytes) -> int:
     return crc_hqx(data, 0x1234)
 
 
-def build_command(command: Command, samples: int | None = None, sequence: int = 0) -> bytes:
+def build_command(command: UnitCommand, samples: int | None = None, sequence: int = 0) -> bytes:
     """Return a command.
 
     Args:

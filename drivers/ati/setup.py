@@ -3,7 +3,7 @@
 from drivers.ati.calibration import Calibration, parse_cal
 from drivers.ati.console import Console
 from drivers.ati.links import DatagramLink
-from drivers.ati.packets import Command, build_command
+from drivers.ati.packets import UnitCommand, build_command
 from drivers.ati.settings import ForceSensorSettings
 from drivers.ati.unit_state import set_rate
 from drivers.clock import Clock
@@ -16,7 +16,7 @@ RESET_PAUSE_S = 0.2
 def free_console(datagrams: DatagramLink, clock: Clock) -> None:
     """Free a console that a dead program still holds; three times, as radio loses packets."""
     for _ in range(RESETS):
-        datagrams.send(build_command(Command.RESET_CONSOLE))
+        datagrams.send(build_command(UnitCommand.RESET_CONSOLE))
         clock.sleep_until_ns(clock.now_ns() + round(RESET_PAUSE_S * 1e9))
 
 
@@ -42,10 +42,10 @@ def set_up(
     """
     set_rate(console, settings.rate_hz, settings.oversampling)
     console.query("T OFF")
-    found: list[Calibration | None] = []
-    for leg, number in zip(settings.names, settings.transducers.tolist(), strict=True):
-        found.append(_read_calibration(console, leg, number) if number else None)
-    calibrations = tuple(found)
+    calibrations = tuple(
+        _read_calibration(console, leg, number) if number else None
+        for leg, number in zip(settings.names, settings.transducers.tolist(), strict=True)
+    )
     check_serials(calibrations, settings)
     if before is not None and list(map(_meaning, calibrations)) != list(map(_meaning, before)):
         raise ForceStreamError(
@@ -84,9 +84,10 @@ def check_serials(
     if settings.calibration is None:
         return
     legs = zip(settings.names, calibrations, settings.calibration.serials, strict=True)
-    for leg, found, serial in legs:
-        if found is not None and serial and serial != found.serial:
+    for leg, calibration, serial in legs:
+        if calibration is not None and serial and serial != calibration.serial:
             raise ForceStreamError(
                 f"the calibration file is of transducer {serial!r} on leg {leg}, but "
-                f"{found.serial!r} is there: calibrate again (bigant ft calibrate) or name another file"
+                f"{calibration.serial!r} is there: calibrate again (bigant ft calibrate) or name another "
+                "file"
             )

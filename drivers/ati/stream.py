@@ -15,9 +15,9 @@ from drivers.ati.clock import ClockEstimate, DeviceClock
 from drivers.ati.console import Console
 from drivers.ati.links import DatagramLink, TextLink
 from drivers.ati.packets import (
-    Command,
     Led,
     Malformed,
+    UnitCommand,
     battery_led,
     build_command,
     parse_datagram,
@@ -119,7 +119,7 @@ class ForceStream:
         self.calibrations = set_up(self._console, self._settings)
         self.unit_state = read_unit_state(self._console)
         for _ in range(START_TRIES):  # a start packet may be lost in the air
-            self._datagrams.send(build_command(Command.START, 0))
+            self._datagrams.send(build_command(UnitCommand.START, 0))
             if self._wait_for_record(START_WAIT_S):
                 self._restart_pause_s = FIRST_RESTART_S
                 return
@@ -213,7 +213,7 @@ class ForceStream:
             self._repair.begin(now_ns)
         if silent_s >= self._settings.silent_limit_s / 2 and now_ns >= self._restart_ns:
             self.counters.restarts += 1
-            self._datagrams.send(build_command(Command.START, 0))
+            self._datagrams.send(build_command(UnitCommand.START, 0))
             self._restart_ns = now_ns + round(self._restart_pause_s * 1e9)
             self._restart_pause_s = min(2 * self._restart_pause_s, LONGEST_RESTART_S)
 
@@ -278,7 +278,7 @@ class ForceStream:
     def stop(self) -> None:
         """Tell the unit to stop sending; never fails. It remembers us until it is told."""
         for _ in range(STOPS):
-            self._datagrams.send(build_command(Command.STOP))
+            self._datagrams.send(build_command(UnitCommand.STOP))
 
     def close(self) -> None:
         """Give back both links."""

@@ -25,7 +25,7 @@ from drivers.dynamixel.mx106 import (
     WATCHDOG_UNIT_S,
     angle_to_ticks,
 )
-from drivers.dynamixel.packets import Answer
+from drivers.dynamixel.packets import ServoAnswer
 from drivers.dynamixel.port import ClockedPort
 from drivers.dynamixel.requests import ServoRequests
 from drivers.dynamixel.settings import ServoBusSettings
@@ -173,7 +173,7 @@ class ServoBus:
             age_ns=readonly(age_ns),
         )
 
-    def _sync_read(self) -> list[Answer]:
+    def _sync_read(self) -> list[ServoAnswer]:
         """Read the registers of the loop, so that no answer still owed can be taken for a new one."""
         self._lead = self._lead % LONGEST_LEAD + 1 if self._packets.owed() else 0
         lead = self._lead
@@ -204,7 +204,7 @@ class ServoBus:
         delays = [servo.return_delay for servo in self.report.servos]
         return max(delays, default=254) * RETURN_DELAY_UNIT_S * 1e3
 
-    def _poll_hardware_error(self, answers: Sequence[Answer]) -> None:
+    def _poll_hardware_error(self, answers: Sequence[ServoAnswer]) -> None:
         """Read register 70 of one servo: at once where an alert is new, now and then in turn.
 
         A sync read carries the alert bit only, and only our own receive loop keeps even that.
@@ -377,7 +377,7 @@ class ServoBus:
         return ", ".join(leg for leg, here in zip(self.settings.names, where, strict=True) if here)
 
 
-def _column(answers: Sequence[Answer], name: str) -> IntArray:
+def _column(answers: Sequence[ServoAnswer], name: str) -> IntArray:
     """Return one register of every answer, 0 where there is none."""
     register = REGISTER[name]
     start = register.address - READ_ADDRESS

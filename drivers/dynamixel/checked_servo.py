@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from drivers.dynamixel.frames import Instruction
 from drivers.dynamixel.mx106 import REGISTER, registers_between
-from drivers.dynamixel.packets import Answer
+from drivers.dynamixel.packets import ServoAnswer
 from drivers.dynamixel.port import ClockedPort
 from drivers.dynamixel.requests import ServoRequests
 from model.errors import BusError
@@ -84,7 +84,7 @@ class CheckedServo:
             raise self._refused(f"did not give {first} to {last}", answer, first)
         return {r.name: r.decode(data[r.address - start :][: r.size]) for r in registers}
 
-    def _read_bytes(self, address: int, length: int) -> Answer:
+    def _read_bytes(self, address: int, length: int) -> ServoAnswer:
         for _ in range(TRIES):  # again if the answer is lost or damaged, not if the servo refuses
             if length == 1:
                 answer = self.packets.read_byte(self.servo_id, address)
@@ -166,5 +166,5 @@ class CheckedServo:
         """Return whether it answers a ping."""
         return self.packets.ask(self.servo_id, Instruction.PING).data is not None
 
-    def _refused(self, what: str, answer: Answer, register: str) -> BusError:
+    def _refused(self, what: str, answer: ServoAnswer, register: str) -> BusError:
         return self.error(f"{what}: {answer.words}", register, answer.code)

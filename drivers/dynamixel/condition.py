@@ -77,20 +77,20 @@ def read_condition(servo: CheckedServo) -> ServoCondition:
     Raises:
         BusError: It does not answer soundly.
     """
-    found: dict[str, int] = {}
+    registers: dict[str, int] = {}
     for first, last in RUNS:
-        found |= servo.read_run(first, last)
+        registers |= servo.read_run(first, last)
     return ServoCondition(
         leg=servo.leg,
         servo_id=servo.servo_id,
-        model=found["model_number"],
-        firmware=found["firmware_version"],
-        operating_mode=found["operating_mode"],
-        return_delay=found["return_delay_time"],
-        homing_offset=found["homing_offset"],
-        shutdown=found["shutdown"],
-        torque=bool(found["torque_enable"]),
-        hardware_error=found["hardware_error_status"],
-        voltage_v=found["present_input_voltage"] * VOLTAGE_UNIT_V,
-        temperature_c=float(found["present_temperature"]),
+        model=registers["model_number"],
+        firmware=registers["firmware_version"],
+        operating_mode=registers["operating_mode"],
+        return_delay=registers["return_delay_time"],
+        homing_offset=registers["homing_offset"],
+        shutdown=registers["shutdown"],
+        torque=bool(registers["torque_enable"]),
+        hardware_error=registers["hardware_error_status"],
+        voltage_v=registers["present_input_voltage"] * VOLTAGE_UNIT_V,
+        temperature_c=float(registers["present_temperature"]),
     )

@@ -165,23 +165,23 @@ class FrameParser:
     def feed(self, data: bytes) -> list[Frame | BadFrame]:
         """Take bytes and return the frames they complete, in order."""
         self._buffer += data
-        found: list[Frame | BadFrame] = []
+        items: list[Frame | BadFrame] = []
         while (item := self._next()) is not None:
-            found.append(item)
-        return found
+            items.append(item)
+        return items
 
     def give_up(self) -> list[Frame | BadFrame]:
         """Wait no longer: what is pending is damaged, save for sound frames inside it.
 
         A wrong length byte makes one frame swallow those behind it; this gives them back.
         """
-        found: list[Frame | BadFrame] = []
+        items: list[Frame | BadFrame] = []
         while self._buffer:
             reason = TRUNCATED if self._buffer.startswith(HEADER) else OUTSIDE
             end = self._buffer.find(HEADER, len(HEADER))
-            found.append(self._drop(end if end > 0 else len(self._buffer), reason))
-            found += self.feed(b"")
-        return found
+            items.append(self._drop(end if end > 0 else len(self._buffer), reason))
+            items += self.feed(b"")
+        return items
 
     def _next(self) -> Frame | BadFrame | None:
         start = self._buffer.find(HEADER)

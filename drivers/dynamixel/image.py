@@ -72,14 +72,14 @@ def read_image(servo: CheckedServo) -> ServoImage:
     Raises:
         BusError: It does not answer soundly.
     """
-    found: dict[str, int] = {}
+    registers: dict[str, int] = {}
     for first, last in (*EEPROM_RUNS, *GAIN_RUNS):
-        found |= servo.read_run(first, last)
+        registers |= servo.read_run(first, last)
     return ServoImage(
         servo_id=servo.servo_id,
-        model=found["model_number"],
-        firmware=found["firmware_version"],
-        values={name: found[name] for name in (*KEPT, *GAINS)},
+        model=registers["model_number"],
+        firmware=registers["firmware_version"],
+        values={name: registers[name] for name in (*KEPT, *GAINS)},
     )
 
 

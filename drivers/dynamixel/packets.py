@@ -35,7 +35,7 @@ READ_CHUNK = 1024
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class ServoAnswer:
     """One servo's answer to a request.
 
     Attributes:
@@ -93,16 +93,18 @@ class PacketHandler:
         """Take note that an answer has failed to come."""
         self._owed_until_ns = self.port.clock.now_ns() + OWED_NS
 
-    def request(self, servo_id: int, instruction: int, parameters: bytes, length: int) -> Answer:
+    def request(
+        self, servo_id: int, instruction: int, parameters: bytes, length: int
+    ) -> ServoAnswer:
         """Send one servo an instruction and wait for its answer of ``length`` data bytes."""
         frame = build_instruction(servo_id, instruction, parameters)
         code = self.send(frame)
         if code != COMM_SUCCESS:
-            return Answer(None, 0, code)
+            return ServoAnswer(None, 0, code)
         self.port.setPacketTimeout(len(frame) + STATUS_BYTES + length)
         return self.answer(servo_id, length)
 
-    def answer(self, servo_id: int, length: int) -> Answer:
+    def answer(self, servo_id: int, length: int) -> ServoAnswer:
         """Wait for one servo's answer; others, and answers of another length, are dropped."""
         while True:
             frame, code = self.next_status()
@@ -110,21 +112,21 @@ class PacketHandler:
                 self.counters.timeouts += code == COMM_RX_TIMEOUT
                 self.suspect_late = True
                 self.note_missing()
-                return Answer(None, 0, code)
+                return ServoAnswer(None, 0, code)
             answer = self.checked(frame, length) if frame.servo_id == servo_id else None
             if answer is not None:
                 return answer
             self.counters.foreign_replies += 1
 
-    def checked(self, frame: Frame, length: int) -> Answer | None:
+    def checked(self, frame: Frame, length: int) -> ServoAnswer | None:
         """Return the answer in a frame; None if its length fits neither the data nor an error."""
         error = frame.error or 0
         if error & ~ALERT:
             self.counters.status_errors += 1
-            return Answer(None, error, COMM_SUCCESS)
+            return ServoAnswer(None, error, COMM_SUCCESS)
         if len(frame.parameters) != length:
             return None
-        return Answer(frame.parameters, error, COMM_SUCCESS)
+        return ServoAnswer(frame.parameters, error, COMM_SUCCESS)
 
     def send(self, frame: bytes) -> int:
         """Empty the port, send a frame; return the SDK's result code."""

@@ -151,14 +151,14 @@ class ServoRecovery:
             self._remember(readings)
             return ()
         suspects = self._suspects(readings)
-        found: list[Incident] = []
+        incidents: list[Incident] = []
         for index in np.flatnonzero(suspects):
             incident = self._examine(int(index), readings)
             if incident is not None:
-                found.append(incident)
+                incidents.append(incident)
                 self._open.add(incident.index)
         self._remember(readings)
-        return tuple(found)
+        return tuple(incidents)
 
     def _suspects(self, readings: ServoReadings) -> BoolArray:
         moved = np.abs(readings.position_ticks - self._ticks)

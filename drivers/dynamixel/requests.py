@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dynamixel_sdk import COMM_RX_CORRUPT, COMM_RX_TIMEOUT, COMM_SUCCESS
 
 from drivers.dynamixel.frames import BROADCAST_ID, Instruction, build_instruction
-from drivers.dynamixel.packets import STATUS_BYTES, Answer, PacketHandler
+from drivers.dynamixel.packets import STATUS_BYTES, PacketHandler, ServoAnswer
 
 IDENTITY_BYTES = 3  # what a ping is answered with: model number and firmware version
 # What a servo takes to begin its answer, on top of its return delay setting [ms].
@@ -20,11 +20,11 @@ AGREE_TRIES = 4
 class ServoRequests(PacketHandler):
     """Typed requests to servos. Not for two threads at once."""
 
-    def read(self, servo_id: int, address: int, length: int) -> Answer:
+    def read(self, servo_id: int, address: int, length: int) -> ServoAnswer:
         """Read ``length`` bytes of one servo."""
         return self.request(servo_id, Instruction.READ, _span(address, length), length)
 
-    def read_byte(self, servo_id: int, address: int) -> Answer:
+    def read_byte(self, servo_id: int, address: int) -> ServoAnswer:
         """Read one byte, and again while an older answer may still come, until two in a row agree.
 
         All one-byte answers look alike, so one that comes late would pass for the answer to another
@@ -38,9 +38,9 @@ class ServoRequests(PacketHandler):
             if again == answer:
                 return again
             answer = again
-        return Answer(None, 0, COMM_RX_CORRUPT)
+        return ServoAnswer(None, 0, COMM_RX_CORRUPT)
 
-    def write(self, servo_id: int, address: int, data: bytes) -> Answer:
+    def write(self, servo_id: int, address: int, data: bytes) -> ServoAnswer:
         """Write bytes to one servo and wait for its word that it took them."""
         return self.request(servo_id, Instruction.WRITE, _word(address) + data, 0)
 
@@ -49,7 +49,7 @@ class ServoRequests(PacketHandler):
         frame = build_instruction(BROADCAST_ID, Instruction.WRITE, _word(address) + data)
         return self.send(frame)
 
-    def ask(self, servo_id: int, instruction: int, data: bytes = b"") -> Answer:
+    def ask(self, servo_id: int, instruction: int, data: bytes = b"") -> ServoAnswer:
         """Send any other instruction to one servo (ping answers three bytes, the rest none)."""
         length = IDENTITY_BYTES if instruction == Instruction.PING else 0
         return self.request(servo_id, instruction, data, length)
@@ -79,7 +79,7 @@ class ServoRequests(PacketHandler):
         address: int,
         length: int,
         return_delay_ms: float,
-    ) -> list[Answer]:
+    ) -> list[ServoAnswer]:
         """Read the same registers of several servos in one request.
 
         Each servo's answer stands by itself: who is silent or damaged is said of that one alone,
@@ -102,7 +102,7 @@ class ServoRequests(PacketHandler):
         self.counters.note_begin(began_ns)
         code = self.send(frame)
         if code != COMM_SUCCESS:
-            return [Answer(None, 0, code)] * len(ids)
+            return [ServoAnswer(None, 0, code)] * len(ids)
         port.setPacketTimeout(len(frame) + (STATUS_BYTES + length) * len(ids))
         port.packet_timeout += (return_delay_ms + PROCESSING_MS) * len(ids)
         damaged_before = self.counters.crc_errors
@@ -117,11 +117,11 @@ class ServoRequests(PacketHandler):
             self.note_missing()
         if not silent:
             self.counters.note_round_trip(port.clock.now_ns() - began_ns)
-        return [answers.get(servo_id, Answer(None, 0, code)) for servo_id in ids]
+        return [answers.get(servo_id, ServoAnswer(None, 0, code)) for servo_id in ids]
 
-    def _collect(self, ids: Sequence[int], length: int) -> dict[int, Answer]:
+    def _collect(self, ids: Sequence[int], length: int) -> dict[int, ServoAnswer]:
         """Gather the answers to a sync read until all are there or the time is over."""
-        answers: dict[int, Answer] = {}
+        answers: dict[int, ServoAnswer] = {}
         while len(answers) < len(ids):
             frame, _ = self.next_status()
             if frame is None:

@@ -62,7 +62,7 @@ class FoundServo:
 
 def serial_ports() -> tuple[SerialPort, ...]:
     """List the serial ports of this computer, USB adapters first."""
-    found = [
+    ports = [
         SerialPort(
             name=str(p.device),
             usb_id=f"{p.vid:04x}:{p.pid:04x}" if p.vid is not None else "",
@@ -70,7 +70,7 @@ def serial_ports() -> tuple[SerialPort, ...]:
         )
         for p in list_ports.comports()
     ]
-    return tuple(sorted(found, key=lambda p: (not p.usb_id, p.name)))
+    return tuple(sorted(ports, key=lambda p: (not p.usb_id, p.name)))
 
 
 def scan(port_name: str, baud_rates: Sequence[int], clock: Clock) -> tuple[FoundServo, ...]:
@@ -84,15 +84,15 @@ def scan(port_name: str, baud_rates: Sequence[int], clock: Clock) -> tuple[Found
     Raises:
         BusError: The port cannot be opened.
     """
-    found: list[FoundServo] = []
+    servos: list[FoundServo] = []
     for baud_rate in baud_rates:
         port = BusPort(port_name, baud_rate, clock)
         port.openPort()
         try:
-            found += broadcast_ping(port)
+            servos += broadcast_ping(port)
         finally:
             port.closePort()
-    return tuple(found)
+    return tuple(servos)
 
 
 def broadcast_ping(port: ClockedPort) -> list[FoundServo]:
@@ -107,15 +107,15 @@ def broadcast_ping(port: ClockedPort) -> list[FoundServo]:
     port.writePort(build_instruction(BROADCAST_ID, Instruction.PING))
     port.setPacketTimeoutMillis(SLOT_MS * IDS + 2 * port.latency_ms)
     parser = FrameParser()
-    found: dict[int, FoundServo] = {}
+    by_id: dict[int, FoundServo] = {}
     while port.remaining_ms() > 0:
         for item in parser.feed(port.readPort(1024)):
             if isinstance(item, Frame) and item.error is not None and len(item.parameters) == 3:
                 model = int.from_bytes(item.parameters[:2], "little")
                 servo = FoundServo(port.baudrate, item.servo_id, model, item.parameters[2])
-                found[item.servo_id] = servo
+                by_id[item.servo_id] = servo
                 port.packet_timeout += port.tx_time_per_byte * PING_ANSWER_BYTES
-    return [found[servo_id] for servo_id in sorted(found)]
+    return [by_id[servo_id] for servo_id in sorted(by_id)]
 
 
 def id_is_shared(packets: PacketHandler, servo_id: int) -> bool:

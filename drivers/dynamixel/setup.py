@@ -20,7 +20,7 @@ from drivers.dynamixel.mx106 import (
     OperatingMode,
     hardware_error_names,
 )
-from drivers.dynamixel.packets import Answer
+from drivers.dynamixel.packets import ServoAnswer
 from drivers.dynamixel.port import ClockedPort
 from drivers.dynamixel.settings import ServoBusSettings
 from model.errors import BusError
@@ -84,14 +84,14 @@ def find_servos(
     if missing:
         words = _missing_words(port, settings, missing)
         raise BusError(words, port=port.name, ids=tuple(s.servo_id for s in missing))
-    found: list[ServoFound] = []
+    connected: list[ServoFound] = []
     warnings: list[str] = []
     for servo, identity in zip(servos, identities, strict=True):
         data = identity or b""
         model, firmware = REGISTER["model_number"].decode(data[:2]), data[2]
         _check_model(servo, model)
         warnings += _check_state(servo, firmware)
-        found.append(
+        connected.append(
             ServoFound(
                 leg=servo.leg,
                 servo_id=servo.servo_id,
@@ -101,7 +101,7 @@ def find_servos(
                 voltage_v=servo.read("present_input_voltage") * VOLTAGE_UNIT_V,
             )
         )
-    return BusReport(tuple(found), (*_bus_warnings(port, found), *warnings))
+    return BusReport(tuple(connected), (*_bus_warnings(port, connected), *warnings))
 
 
 def configure_servos(servos: Sequence[CheckedServo]) -> None:
@@ -160,7 +160,7 @@ def hold_here(servo: CheckedServo) -> int:
     )
 
 
-def _ping(servo: CheckedServo) -> Answer:
+def _ping(servo: CheckedServo) -> ServoAnswer:
     answer = servo.packets.ask(servo.servo_id, Instruction.PING)
     for _ in range(PING_TRIES - 1):
         if answer.data is not None:

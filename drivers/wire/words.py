@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from drivers.ati.packets import Command, Malformed, parse_command, parse_datagram
+from drivers.ati.packets import Malformed, UnitCommand, parse_command, parse_datagram
 from drivers.dynamixel.frames import BROADCAST_ID, BadFrame, Frame, FrameParser, Instruction
 from drivers.dynamixel.mx106 import REGISTERS
 from model.values.wire import Wire, WireBytes
@@ -133,7 +133,7 @@ def _command_words(data: bytes) -> Words:
     if command is None:
         return Words(f"no command {data.hex(' ')}", ())
     try:
-        name = Command(command.command).name.lower().replace("_", " ")
+        name = UnitCommand(command.command).name.lower().replace("_", " ")
     except ValueError:
         name = f"command {command.command}"
     return Words(name, (("samples", str(command.samples)),) if len(data) == 10 else ())

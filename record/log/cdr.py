@@ -140,7 +140,7 @@ class CdrReader:
         self._size = len(self._data)
         self.at = 0
 
-    def _skip(self, size: int, alignment: int) -> int:
+    def skip(self, size: int, alignment: int) -> int:
         """Step over the next so many bytes; return where they begin."""
         begin = self.at + -self.at % alignment
         self.at = begin + size
@@ -148,20 +148,27 @@ class CdrReader:
             raise ValueError("the message ends too early")
         return begin
 
+    def skip_sequences(self, item_bytes: int, rows: int) -> None:
+        """Step over so many sequences of numbers."""
+        for _ in range(rows):
+            count = self.count()
+            if count:
+                self.skip(count * item_bytes, item_bytes)
+
     def record(self, kinds: str) -> tuple[Any, ...]:
         """Read numbers of different kinds, ``struct``'s letters, at once."""
         packed = _PACKINGS[kinds][self.at & 7]
-        return packed.unpack_from(self._data, self._skip(packed.size, 1))
+        return packed.unpack_from(self._data, self.skip(packed.size, 1))
 
     def count(self) -> int:
         """Read the length of a sequence."""
-        value: int = _U32.unpack_from(self._data, self._skip(4, 4))[0]
+        value: int = _U32.unpack_from(self._data, self.skip(4, 4))[0]
         return value
 
     def octets(self) -> bytes:
         """Read a sequence of bytes."""
         count = self.count()
-        begin = self._skip(count, 1)
+        begin = self.skip(count, 1)
         return self._data[begin : begin + count]
 
     def texts(self, count: int) -> list[str]:
@@ -171,11 +178,9 @@ class CdrReader:
     def array(self, kind: np.dtype[Any], size: int) -> NDArray[Any]:
         """Read a fixed array of ``FLOATS``, ``INTS`` or ``BOOLS``."""
         if kind is BOOLS:  # of a damaged byte the same as of 1
-            flags: NDArray[Any] = (
-                np.frombuffer(self._data, np.uint8, size, self._skip(size, 1)) != 0
-            )
+            flags: NDArray[Any] = np.frombuffer(self._data, np.uint8, size, self.skip(size, 1)) != 0
             return flags
-        return np.frombuffer(self._data, kind, size, self._skip(8 * size, 8))
+        return np.frombuffer(self._data, kind, size, self.skip(8 * size, 8))
 
     def sequence(self, kind: np.dtype[Any]) -> NDArray[Any]:
         """Read a sequence of ``FLOATS``, ``INTS`` or ``BOOLS``."""

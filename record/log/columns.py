@@ -17,7 +17,7 @@ from model.values.readings import ForceRecord, ServoReadings
 from record.log.reader import StampedTick
 from record.log.recording import Stack
 from record.log.tick_message import TRANSDUCERS
-from record.trial.table_file import Column, Names, axis_words, column_names
+from record.trial.table_file import Names, TableColumn, axis_words, column_names
 from record.trial.trial import BODY_POSITION
 
 ODOMETRY = "dead_reckoning,estimate"  # what ``odometry`` stands for in a list of groups
@@ -43,7 +43,7 @@ class Part(NamedTuple):
     change: Callable[[Any], object] | None = None
     kind: type = np.float64
 
-    def columns(self, ticks: Sequence[Any], legs: tuple[str, ...]) -> list[Column]:
+    def columns(self, ticks: Sequence[Any], legs: tuple[str, ...]) -> list[TableColumn]:
         """Return the columns; what is absent is NaN, or an empty text."""
         absent = "" if self.kind is object else np.nan
         shape = tuple(map(len, axis_words(self.names, legs)))
@@ -51,10 +51,10 @@ class Part(NamedTuple):
         return named(self.names, values.of(ticks), legs)
 
 
-def named(names: Names, values: NDArray[Any], legs: tuple[str, ...]) -> list[Column]:
+def named(names: Names, values: NDArray[Any], legs: tuple[str, ...]) -> list[TableColumn]:
     """Return the columns of (T, ...) values, named as in ``Part``."""
     each = values.reshape(len(values), -1).T
-    return [Column(*one) for one in zip(column_names(names, legs), each, strict=True)]
+    return [TableColumn(*one) for one in zip(column_names(names, legs), each, strict=True)]
 
 
 def _planar(who: str, path: str) -> tuple[Part, ...]:
@@ -208,7 +208,7 @@ def table_columns(
     names: tuple[str, ...],
     start_unix_ns: int,
     parts: Iterable[Part],
-) -> list[Column]:
+) -> list[TableColumn]:
     """Return time, UNIX time and the columns asked for.
 
     Args:
@@ -218,7 +218,10 @@ def table_columns(
         parts: Some of ``GROUPS``.
     """
     unix_ns = np.array([item.unix_ns for item in block], dtype=np.int64)
-    columns = [Column("time_s", (unix_ns - start_unix_ns) * 1e-9), Column("unix_ns", unix_ns)]
+    columns = [
+        TableColumn("time_s", (unix_ns - start_unix_ns) * 1e-9),
+        TableColumn("unix_ns", unix_ns),
+    ]
     ticks = [item.tick for item in block]
     return columns + [column for part in parts for column in part.columns(ticks, names)]
 

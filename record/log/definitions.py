@@ -58,14 +58,14 @@ _BUILT_IN = frozenset({"bool", "byte", "uint8", "int32", "uint32", "int64", "flo
 
 def _needs(name: str) -> list[str]:
     """Return the message types that a definition mentions, directly or not, once each."""
-    found: list[str] = []
+    names: list[str] = []
     for line in _PARTS[name].splitlines():
         kind = line.split()[0].split("[")[0]
-        if kind in _BUILT_IN or kind in found:
+        if kind in _BUILT_IN or kind in names:
             continue
-        found.append(kind)
-        found += [deeper for deeper in _needs(kind) if deeper not in found]
-    return found
+        names.append(kind)
+        names += [deeper for deeper in _needs(kind) if deeper not in names]
+    return names
 
 
 def _full_text(name: str) -> str:

@@ -22,7 +22,7 @@ from record.trial.header import (
     parse_toml,
     write_header,
 )
-from record.trial.table_file import Column, check_suffix, copy_table, table_writer
+from record.trial.table_file import TableColumn, check_suffix, copy_table, table_writer
 from record.trial.trial import BODY_ANGLES
 from record.trial.trial import COLUMNS as TRIAL_COLUMNS
 
@@ -114,10 +114,10 @@ def export_trial(path: Path, out: Path, contents: LogContents) -> tuple[Exported
 def _trial_header(
     path: Path, names: tuple[str, ...], contents: LogContents, rate_hz: float
 ) -> TrialHeader:
-    metadata, whence = contents.metadata, f"the header in {path}"
+    metadata, source = contents.metadata, f"the header in {path}"
     if "trial" in metadata and "merged" not in metadata:  # it was one before it became a log
-        text = parse_toml(metadata["trial"], Path(whence))
-        return parse_header(text, Path(whence), (), contents.config_text)
+        text = parse_toml(metadata["trial"], Path(source))
+        return parse_header(text, Path(source), (), contents.config_text)
     robot_file = (
         f"{(metadata.get('robot') or 'robot').lower()}.toml" if contents.config_text else ""
     )
@@ -146,7 +146,7 @@ def _float(text: str) -> float:
 
 def _trial_columns(
     block: Sequence[StampedTick], names: tuple[str, ...], start_ns: int, last_yaw: float
-) -> tuple[list[Column], float]:
+) -> tuple[list[TableColumn], float]:
     """Return every column of a trial, also those without a number, and the last yaw."""
     ticks = [item.tick for item in block]
     time_s, _, *columns = table_columns(block, names, start_ns, TRIAL_PARTS)

@@ -11,6 +11,7 @@ from record.log.cdr import BOOLS, FLOATS, INTS, CdrReader, CdrWriter
 T = TypeVar("T")
 _LETTERS = {"bool": "?", "uint8": "B", "int64": "q", "float64": "d"}
 _ARRAYS = {"bool": "BOOLS", "int64": "INTS", "float64": "FLOATS"}
+_BYTES = {"bool": 1, "uint8": 1, "int64": 8, "float64": 8}
 
 
 class _Field(NamedTuple):
@@ -23,6 +24,8 @@ class _Field(NamedTuple):
     size: str  # what CdrReader has to know of the field
     name: str
     made: str  # the value of the dataclass
+    item_bytes: int  # of one number, to step over them; 0 for a text
+    items: int  # how many of them, 0 for a sequence
 
 
 class Fields(Generic[T]):
@@ -40,10 +43,12 @@ class Fields(Generic[T]):
         text: These lines in the message's definition.
         write: Writes a value.
         read: Reads a value; raises ValueError where the message is damaged.
+        skip: Steps over a value; raises ValueError where the message ends too early.
     """
 
     write: Callable[[CdrWriter, T], None]
     read: Callable[[CdrReader], T]
+    skip: Callable[[CdrReader], None]
 
     def __init__(self, make: type[T], *lines: str) -> None:
         self.text = "".join(" ".join(line.split()[:2]) + "\n" for line in lines)
@@ -55,7 +60,7 @@ class Fields(Generic[T]):
         scope: dict[str, Any] = {"make": make, "BOOLS": BOOLS, "FLOATS": FLOATS, "INTS": INTS}
         scope |= {kind.__name__: kind for kind in types.values() if isinstance(kind, EnumMeta)}
         exec(_source(columns), scope)
-        self.write, self.read = scope["write"], scope["read"]
+        self.write, self.read, self.skip = scope["write"], scope["read"], scope["skip"]
 
     def write_all(self, w: CdrWriter, values: Sequence[T]) -> None:
         """Write a sequence of values."""
@@ -65,29 +70,32 @@ class Fields(Generic[T]):
 
     def read_all(self, r: CdrReader) -> tuple[T, ...]:
         """Read a sequence of values; raises ValueError where the message is damaged."""
-        return tuple(self.read(r) for _ in range(r.count()))
+        count = r.count()
+        return tuple([self.read(r) for _ in range(count)]) if count else ()
 
 
 def _field(name: str, kind: Any, ros_type: str, _: str, width: str = "") -> _Field:
     element, bracket, size = ros_type.removesuffix("]").partition("[")
     letter, sent, made = _LETTERS.get(element, ""), f"value.{name}", name
+    item_bytes, items = _BYTES.get(element, 0), int(size or 0)
     if isinstance(kind, EnumMeta):
         sent, made = f"{sent}.value", f"{kind.__name__}({name})"
     if width:
         made = f"{name}.reshape(-1, {width})"
     if not bracket:
         call = ("texts", "") if element == "string" else ("record", "")
-        return _Field(call, letter, sent, call, letter, name, made)
+        return _Field(call, letter, sent, call, letter, name, made, item_bytes, 1)
     call = ("arrays" if size else "sequences", _ARRAYS[element])
-    if element == "float64" and 0 < int(size or 0) < 5:  # packed with the numbers beside it
+    if element == "float64" and 0 < items < 5:  # packed with the numbers beside it
         return _Field(
-            ("record", ""), letter * int(size), f"*{sent}.tolist()", call, size, name, made
-        )
-    return _Field(call, "", sent, call, size, name, made)
+            ("record", ""), letter * items, f"*{sent}.tolist()", call, size, name, made,
+            item_bytes, items,
+        )  # fmt: skip
+    return _Field(call, "", sent, call, size, name, made, item_bytes, items)
 
 
 def _source(columns: list[_Field]) -> str:
-    """Return the source of ``write(w, value)`` and ``read(r)``."""
+    """Return the source of ``write(w, value)``, ``read(r)`` and ``skip(r)``."""
     lines = ["def write(w, value):"]
     for (method, kind), run in groupby(columns, key=lambda field: field.put):
         _, letters, sent, *_ = zip(*run, strict=True)
@@ -95,7 +103,7 @@ def _source(columns: list[_Field]) -> str:
         lines.append(f" w.{method}({', '.join(filter(None, (first, *sent)))})")
     lines.append("def read(r):")
     for (method, kind), run in groupby(columns, key=lambda field: field.take):
-        *_, sizes, names, _ = zip(*run, strict=True)
+        *_, sizes, names, _, _, _ = zip(*run, strict=True)
         how = {
             "record": repr("".join(sizes)),
             "texts": f"{len(names)}",
@@ -109,4 +117,13 @@ def _source(columns: list[_Field]) -> str:
         else:
             lines.append(f" {', '.join(names)}, = r.{method}({how[method]})")
     lines.append(f" return make({', '.join(field.made for field in columns)})")
+    lines.append("def skip(r):")
+    for (item_bytes, fixed), run in groupby(columns, key=lambda f: (f.item_bytes, f.items > 0)):
+        items = [field.items for field in run]
+        if not item_bytes:
+            lines.append(f" r.texts({len(items)})")
+        elif fixed:
+            lines.append(f" r.skip({item_bytes * sum(items)}, {item_bytes})")
+        else:
+            lines.append(f" r.skip_sequences({item_bytes}, {len(items)})")
     return "\n".join(lines)

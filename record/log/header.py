@@ -35,7 +35,7 @@ def software_versions() -> Mapping[str, str]:
     versions["python"] = platform.python_version()
     return {
         "software": f"bigant {versions['bigant']}",
-        **{f"{PREFIX}{name}": found for name, found in versions.items()},
+        **{f"{PREFIX}{name}": version for name, version in versions.items()},
     }
 
 

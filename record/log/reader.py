@@ -117,13 +117,13 @@ def read_stamped_ticks(path: Path, contents: LogContents | None = None) -> Itera
     Raises:
         RecordError: As ``read_ticks``.
     """
-    found = contents or LogContents()
-    for message in read_tick_messages(path, found):
+    contents = contents or LogContents()
+    for message in read_tick_messages(path, contents):
         try:
             tick = decode_tick(message.data, message.layout)
         except DAMAGE as error:
-            at, when = found.progress.position, message.unix_ns
-            found.progress.damages.append(Damage(at, 0, when, when, f"a broken tick: {error}"))
+            at, when = contents.progress.position, message.unix_ns
+            contents.progress.damages.append(Damage(at, 0, when, when, f"a broken tick: {error}"))
             continue
         yield StampedTick(message.unix_ns, tick)
 
@@ -225,30 +225,32 @@ def read_wires(path: Path, contents: LogContents) -> tuple[WireBytes, ...]:
     Raises:
         RecordError: The file cannot be opened, or holds no traffic.
     """
-    found = sorted(read_messages(path, contents, WIRE_TOPICS), key=lambda message: message.sequence)
-    if not found:
+    pieces = sorted(
+        read_messages(path, contents, WIRE_TOPICS), key=lambda message: message.sequence
+    )
+    if not pieces:
         raise RecordError(
             f"{path} holds no bytes of the devices; record them with: bigant drive --record-bytes"
         )
-    return tuple(decode_wire(message.data) for message in found)
+    return tuple(decode_wire(message.data) for message in pieces)
 
 
-def note_content(record: object, found: LogContents) -> None:
+def note_content(record: object, contents: LogContents) -> None:
     """Keep the robot file or the metadata, if this is one of them."""
     if isinstance(record, Metadata) and record.name == METADATA_NAME:
-        found.metadata = MappingProxyType(dict(record.metadata))
+        contents.metadata = MappingProxyType(dict(record.metadata))
     elif isinstance(record, Attachment) and record.name == CONFIG_NAME:
-        found.config_text = record.data.decode("utf-8", errors="replace")
+        contents.config_text = record.data.decode("utf-8", errors="replace")
 
 
-def check_layout(path: Path, message: TopicMessage, found: LogContents) -> None:
+def check_layout(path: Path, message: TopicMessage, contents: LogContents) -> None:
     """Refuse a tick of a layout that is not known.
 
     Raises:
         RecordError: It is not.
     """
     if not message.layout:
-        writer = found.metadata.get("software", "another program")
+        writer = contents.metadata.get("software", "another program")
         raise RecordError(
             f"{path} holds ticks of a layout that is not known here (written by {writer}); read it "
             "with the version of bigant that wrote it, or a newer one"
@@ -297,22 +299,22 @@ def read_blocks(
     Raises:
         RecordError: The file cannot be opened, or holds no tick that can be read.
     """
-    found = contents or LogContents()
+    contents = contents or LogContents()
     start_unix_ns: int | None = None
-    for block in tick_blocks(path, found, block_ticks):
+    for block in tick_blocks(path, contents, block_ticks):
         if start_unix_ns is None:
-            start_unix_ns = found.start_unix_ns(block[0].unix_ns)
+            start_unix_ns = contents.start_unix_ns(block[0].unix_ns)
         if each is not None:
             for item in block:
                 each(item)
         yield build_recording(
             [item.tick for item in block],
-            names=found.names(len(block[0].tick.joints.angle_rad)),
-            start_ns=found.start_ns(block[0].tick.t_ns),
+            names=contents.names(len(block[0].tick.joints.angle_rad)),
+            start_ns=contents.start_ns(block[0].tick.t_ns),
             times_s=[(item.unix_ns - start_unix_ns) * 1e-9 for item in block],
-            config_text=found.config_text,
-            metadata=found.metadata,
-            damage=found.damage,
+            config_text=contents.config_text,
+            metadata=contents.metadata,
+            damage=contents.damage,
         )
 
 
@@ -326,5 +328,5 @@ def read_log(
     Raises:
         RecordError: The file cannot be opened, or holds no tick that can be read.
     """
-    found = contents or LogContents()
-    return join_recordings(list(read_blocks(path, found, each=each)), damage=found.damage)
+    contents = contents or LogContents()
+    return join_recordings(list(read_blocks(path, contents, each=each)), damage=contents.damage)

@@ -52,10 +52,10 @@ class Stack(NamedTuple):
         """Return the array of some ticks of so many legs."""
         shape = tuple(legs if size == LEGS else size for size in self.shape)
         nothing = np.full(shape, self.absent, self.kind) if shape else self.absent
-        found = (follow(tick, self.path) for tick in ticks)
+        values = (follow(tick, self.path) for tick in ticks)
         if self.change is not None:
-            found = (None if value is None else self.change(value) for value in found)
-        return np.array([nothing if value is None else value for value in found], self.kind)
+            values = (None if value is None else self.change(value) for value in values)
+        return np.array([nothing if value is None else value for value in values], self.kind)
 
 
 def _sd(covariance: FloatArray) -> FloatArray:

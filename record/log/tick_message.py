@@ -238,13 +238,17 @@ def decode_tick(data: bytes, layout: int = LAYOUT, seen: TickInputs | None = Non
 def _read_inputs(r: CdrReader, layout: int, *, with_truth: bool = True) -> Inputs:
     request, timing, (attached,) = _REQUEST.read(r), _TIMING.read(r), r.record("?")
     servos, forces, (truth_known,) = _SERVOS.read(r), _FORCE_RECORD.read_all(r), r.record("?")
-    truth = _TRUTH.read(r)
+    truth = None
+    if with_truth:
+        truth = _TRUTH.read(r)
+    else:
+        _TRUTH.skip(r)
     return Inputs(
         servos=servos if attached else None,
         forces=forces,
         request=request,
         timing=timing,
-        truth=truth if truth_known and with_truth else None,
+        truth=truth if truth_known else None,
         faults=_FAULT.read_all(r),
         poses=_POSE.read_all(r) if layout > 1 else (),
     )

@@ -29,9 +29,8 @@ from model.parameters.toml_table import Table, as_table
 from model.values.arrays import FloatArray
 from record.trial.cut import Cut, read_cut
 from record.trial.header import TrialHeader, errors_of, parse_header, parse_toml, read_text
-from record.trial.table_check import Finding
-from record.trial.table_file import Column
-from record.trial.table_file import Table as DataTable
+from record.trial.table_check import TableFinding
+from record.trial.table_file import DataTable, TableColumn
 from record.trial.trial import trial_places
 
 MAPS = Path(__file__).resolve().parent.parent / "maps"
@@ -244,7 +243,7 @@ def _near(name: str, known: tuple[str, ...]) -> str:
     return f"; did you mean {near[0]}?" if near else f"; there are {', '.join(known[:40])}"
 
 
-def summed(table: DataTable, sources: list[Source], findings: list[Finding]) -> Column:
+def summed(table: DataTable, sources: list[Source], findings: list[TableFinding]) -> TableColumn:
     """Return one of our columns: the sum of what the map names for it.
 
     Args:
@@ -255,14 +254,14 @@ def summed(table: DataTable, sources: list[Source], findings: list[Finding]) -> 
     values = np.zeros(table.rows)
     for one in sources:
         values += _values(table, one, findings)
-    return Column(sources[0].ours, values)
+    return TableColumn(sources[0].ours, values)
 
 
-def _values(table: DataTable, source: Source, findings: list[Finding]) -> FloatArray:
+def _values(table: DataTable, source: Source, findings: list[TableFinding]) -> FloatArray:
     """Return a column in our unit; what is no number in it becomes NaN and is listed."""
     given = next(c for c in table.columns if c.name == source.theirs).values
     if given.dtype.kind == "O":
-        values = _parse(Column(source.theirs, given), findings, stamps=source.stamps)
+        values = _parse(TableColumn(source.theirs, given), findings, stamps=source.stamps)
     else:
         values = given.astype(np.float64)
     if source.sign_bit >= 0:
@@ -281,7 +280,7 @@ def _values(table: DataTable, source: Source, findings: list[Finding]) -> FloatA
     return np.asarray(values * source.factor + source.offset)
 
 
-def _parse(column: Column, findings: list[Finding], *, stamps: bool) -> FloatArray:
+def _parse(column: TableColumn, findings: list[TableFinding], *, stamps: bool) -> FloatArray:
     values = np.full(len(column.values), np.nan)
     bad: list[int] = []
     for row, text in enumerate(column.values):
@@ -293,7 +292,7 @@ def _parse(column: Column, findings: list[Finding], *, stamps: bool) -> FloatArr
     if bad:
         shown = ", ".join(f"row {row + 1} {column.values[row]!r}" for row in bad[:5])
         more = f" and {len(bad) - 5} more" if len(bad) > 5 else ""
-        findings.append(Finding("unreadable", column.name, len(bad), bad[0] + 1,
+        findings.append(TableFinding("unreadable", column.name, len(bad), bad[0] + 1,
                                 f"no numbers, taken as missing: {shown}{more}"))  # fmt: skip
     return values
 

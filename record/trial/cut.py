@@ -18,7 +18,7 @@ import numpy as np
 from model.errors import ConfigError
 from model.parameters.toml_table import Table as TomlTable
 from model.values.arrays import BoolArray
-from record.trial.table_file import Table
+from record.trial.table_file import DataTable
 
 # What is compared: the norm of the columns, or how far they are from their median over the last rows.
 TESTS = ("norm_below", "norm_above", "from_end_below")
@@ -26,7 +26,7 @@ LAST_ROWS = 5
 
 
 @dataclass(frozen=True, slots=True)
-class Condition:
+class RowCondition:
     """One condition on a row.
 
     Attributes:
@@ -39,7 +39,7 @@ class Condition:
     test: str
     limit: float
 
-    def holds(self, table: Table) -> BoolArray:
+    def holds(self, table: DataTable) -> BoolArray:
         """Return whether it holds in each row, (T,); false where a value is missing."""
         values = np.column_stack([table.numbers(name) for name in self.columns])
         if self.test == "from_end_below":
@@ -59,8 +59,8 @@ class Cut:
         fewest_rows: With fewer rows there is no trial.
     """
 
-    settled: tuple[Condition, ...] = ()
-    moving: tuple[Condition, ...] = ()
+    settled: tuple[RowCondition, ...] = ()
+    moving: tuple[RowCondition, ...] = ()
     fewest_rows: int = 0
 
     @property
@@ -68,7 +68,7 @@ class Cut:
         """Their columns that it looks at."""
         return tuple(dict.fromkeys(c for one in (*self.settled, *self.moving) for c in one.columns))
 
-    def rows(self, table: Table) -> tuple[int, int]:
+    def rows(self, table: DataTable) -> tuple[int, int]:
         """Return the first row and the one behind the last."""
         calm = _all(self.settled, table)
         last_unsettled = np.flatnonzero(~calm)
@@ -77,7 +77,7 @@ class Cut:
         return first, first + int(live[-1]) + 1 if len(live) else first
 
 
-def _all(conditions: Sequence[Condition], table: Table) -> BoolArray:
+def _all(conditions: Sequence[RowCondition], table: DataTable) -> BoolArray:
     held = np.ones(table.rows, dtype=np.bool_)
     for one in conditions:
         held &= one.holds(table)
@@ -98,13 +98,13 @@ def read_cut(table: TomlTable) -> Cut:
     return Cut(settled, moving, fewest)
 
 
-def _condition(table: TomlTable) -> Condition:
+def _condition(table: TomlTable) -> RowCondition:
     columns = table.texts("columns")
     tests = [name for name in TESTS if table.has(name)]
     if not columns or len(tests) != 1:
         raise ConfigError(
             table.name("columns"), f"needs columns = [...] and one of {', '.join(TESTS)}"
         )
-    condition = Condition(columns, tests[0], table.number(tests[0]))
+    condition = RowCondition(columns, tests[0], table.number(tests[0]))
     table.done()
     return condition

@@ -18,8 +18,8 @@ from record.trial.column_map import ColumnMap, Source, complete_sources, summed
 from record.trial.header import LEGGED, TrialHeader, joints_of, read_header
 from record.trial.raw_check import raw_findings
 from record.trial.source_tables import SourceTable, open_tables
-from record.trial.table_check import Finding, check_trial
-from record.trial.table_file import Column, Table
+from record.trial.table_check import TableFinding, check_trial
+from record.trial.table_file import DataTable, TableColumn
 from record.trial.trial import Trial, build_trial, trial_places, trial_table
 
 
@@ -56,7 +56,7 @@ class ImportReport:
     kept: int
     dropped: tuple[DroppedRow, ...]
     columns: tuple[str, ...]
-    findings: tuple[Finding, ...]
+    findings: tuple[TableFinding, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,7 +96,7 @@ def _import(
     path: Path, one: SourceTable, given: ColumnMap, tell: Callable[[float], None]
 ) -> Imported:
     table = _with_time(one.table, given)
-    findings: list[Finding] = [*one.findings]
+    findings: list[TableFinding] = [*one.findings]
     header = _header(path, table, given, findings)
     sources = complete_sources(given, header.joints, table.names, path)
     names = tuple(dict.fromkeys(source.ours for source in sources))
@@ -112,7 +112,7 @@ def _import(
     in_time = _in_time(time_s)
     if len(in_time.order) == 0:
         raise RecordError(f"no row of {path} has a time")
-    cut: list[Finding] = []
+    cut: list[TableFinding] = []
     order = _cut(table, given, in_time.order, cut)
     few = len(order) < max(given.cut.fewest_rows, 1)
     passed = _ColumnPass(in_time, tell)
@@ -122,7 +122,7 @@ def _import(
         for _ in columns:  # they are looked at all the same
             pass
         words = f"only {len(order)} rows are left by the map's [cut]: no trial"
-        last = [Finding("short", "", len(order), 0, words)]
+        last = [TableFinding("short", "", len(order), 0, words)]
     else:
         trial = build_trial(header, columns)
         last = list(check_trial(trial, (order + 1).astype(np.float64)))
@@ -137,29 +137,33 @@ def _import(
     return Imported(trial, report)
 
 
-def _with_time(table: Table, given: ColumnMap) -> Table:
+def _with_time(table: DataTable, given: ColumnMap) -> DataTable:
     """Return the table with a column of times where the map has only their distance."""
     if not np.isfinite(given.period_s):
         return table
     time_s = np.arange(table.rows) * given.period_s
-    return Table((Column("time_s", time_s), *table.columns), table.rows)
+    return DataTable((TableColumn("time_s", time_s), *table.columns), table.rows)
 
 
-def _cut(table: Table, given: ColumnMap, order: IntArray, findings: list[Finding]) -> IntArray:
+def _cut(
+    table: DataTable, given: ColumnMap, order: IntArray, findings: list[TableFinding]
+) -> IntArray:
     """Return the rows that the map's cut leaves; the others are listed."""
     cut = given.cut
     if not cut.settled and not cut.moving:
         return order
     first, last = cut.rows(table)
     early, late = int((order < first).sum()), int((order >= last).sum())
-    findings.append(Finding("cut", "", early + late, 1 if early else last + 1,
+    findings.append(TableFinding("cut", "", early + late, 1 if early else last + 1,
                             f"left out by the map's [cut]: {early} rows before it settled, {late} at "
                             "the end"))  # fmt: skip
     inside: IntArray = order[(order >= first) & (order < last)]
     return inside
 
 
-def _header(path: Path, table: Table, given: ColumnMap, findings: list[Finding]) -> TrialHeader:
+def _header(
+    path: Path, table: DataTable, given: ColumnMap, findings: list[TableFinding]
+) -> TrialHeader:
     header_file = path.with_suffix(".toml")
     ours = (*(source.ours for source in given.sources), *table.names)
     if given.header is not None:
@@ -167,18 +171,20 @@ def _header(path: Path, table: Table, given: ColumnMap, findings: list[Finding])
     if header_file.is_file():
         return read_header(header_file, ours)
     words = f"no {header_file.name}: gait, rates, noise and machine are not known"
-    findings.append(Finding("absent", "", 0, 0, words))
+    findings.append(TableFinding("absent", "", 0, 0, words))
     return TrialHeader(LEGGED, joints_of({}, ours))
 
 
-def _unused(table: Table, used: tuple[str, ...]) -> list[Finding]:
+def _unused(table: DataTable, used: tuple[str, ...]) -> list[TableFinding]:
     words = "not a column of a trial, and the map does not name it"
     return [
-        Finding("ignored", name, table.rows, 0, words) for name in table.names if name not in used
+        TableFinding("ignored", name, table.rows, 0, words)
+        for name in table.names
+        if name not in used
     ]
 
 
-def _absent(header: TrialHeader, sources: tuple[Source, ...]) -> list[Finding]:
+def _absent(header: TrialHeader, sources: tuple[Source, ...]) -> list[TableFinding]:
     """Say which quantities are not there at all, and for which joints only some are missing."""
     have = {source.ours for source in sources}
     findings = []
@@ -188,7 +194,7 @@ def _absent(header: TrialHeader, sources: tuple[Source, ...]) -> list[Finding]:
         if missing:
             some = f"missing: {', '.join(missing)}"
             words = "not measured" if missing == columns else some
-            findings.append(Finding("absent", field, len(missing), 0, words))
+            findings.append(TableFinding("absent", field, len(missing), 0, words))
     return findings
 
 
@@ -208,7 +214,7 @@ class _InTime:
     timeless: IntArray
     again: IntArray
     first: IntArray
-    findings: tuple[Finding, ...]
+    findings: tuple[TableFinding, ...]
 
 
 def _in_time(time_s: FloatArray) -> _InTime:
@@ -218,7 +224,7 @@ def _in_time(time_s: FloatArray) -> _InTime:
     findings = []
     if back.any():
         first = int(rows[1:][back][0]) + 1
-        findings.append(Finding("order", "time_s", int(back.sum()), first,
+        findings.append(TableFinding("order", "time_s", int(back.sum()), first,
                                 "time goes back; rows were put in order of time"))  # fmt: skip
     order = rows[np.argsort(time_s[rows], kind="stable")]
     keep = np.concatenate([[True], np.diff(time_s[order]) > 0])[: len(order)]
@@ -232,14 +238,14 @@ class _ColumnPass:
 
     def __init__(self, in_time: _InTime, tell: Callable[[float], None]) -> None:
         self._tell = tell
-        self.unreadable: list[Finding] = []
+        self.unreadable: list[TableFinding] = []
         self._in_time = in_time
         self._empty: BoolArray | None = None  # rows in which nothing was measured so far
         self._same = np.ones(len(in_time.again), dtype=bool)
 
     def columns(
-        self, table: Table, used: Mapping[str, list[Source]], order: IntArray
-    ) -> Iterator[Column]:
+        self, table: DataTable, used: Mapping[str, list[Source]], order: IntArray
+    ) -> Iterator[TableColumn]:
         """Yield our columns in the order of their rows."""
         for number, (name, sources) in enumerate(used.items()):
             self._tell(number / len(used))
@@ -249,14 +255,14 @@ class _ColumnPass:
                 self._empty = absent if self._empty is None else self._empty & absent
             one, other = values[self._in_time.again], values[self._in_time.first]
             self._same &= (one == other) | (np.isnan(one) & np.isnan(other))
-            yield Column(name, values[order])
+            yield TableColumn(name, values[order])
 
-    def empty_rows(self) -> list[Finding]:
+    def empty_rows(self) -> list[TableFinding]:
         """List rows with a time and nothing that was measured, once all columns have passed."""
         if self._empty is None or not self._empty.any():
             return []
         count, first = int(self._empty.sum()), int(np.argmax(self._empty)) + 1
-        return [Finding("empty", "", count, first, "rows in which nothing was measured")]
+        return [TableFinding("empty", "", count, first, "rows in which nothing was measured")]
 
     def dropped(self) -> tuple[DroppedRow, ...]:
         """Return the rows that were left out, once all columns have passed."""

@@ -6,8 +6,8 @@ import numpy as np
 
 from model.values.arrays import BoolArray, FloatArray
 from record.trial.column_map import Source
-from record.trial.table_check import Finding
-from record.trial.table_file import Table
+from record.trial.table_check import TableFinding
+from record.trial.table_file import DataTable
 
 SIGN_BITS = (*range(7, 16), 31)
 WORD_BITS = (8, 16, 32)
@@ -15,9 +15,9 @@ FEWEST = 3  # on either side, or it is chance
 SIZE_SHARE = 0.5  # of the bit's value, that sizes stay below
 
 
-def raw_findings(table: Table, sources: Sequence[Source]) -> list[Finding]:
+def raw_findings(table: DataTable, sources: Sequence[Source]) -> list[TableFinding]:
     """Look at the whole numbers of a table."""
-    findings: list[Finding] = []
+    findings: list[TableFinding] = []
     for column in table.columns:
         given = column.values
         if given.dtype.kind not in "fi":
@@ -28,7 +28,7 @@ def raw_findings(table: Table, sources: Sequence[Source]) -> list[Finding]:
     return findings
 
 
-def _hidden_sign(name: str, values: FloatArray, sources: Sequence[Source]) -> list[Finding]:
+def _hidden_sign(name: str, values: FloatArray, sources: Sequence[Source]) -> list[TableFinding]:
     """Look for numbers whose sign is a bit, then for such as wrap; the first that fits is listed."""
     read = next((one for one in sources if one.theirs == name), Source("", ""))
     for bit in SIGN_BITS:
@@ -52,5 +52,7 @@ def _both_signs(high: BoolArray, sizes: FloatArray, largest: float) -> bool:
     return bool(min(high.sum(), (~high).sum()) >= FEWEST and sizes.max() <= largest)
 
 
-def _wrap(name: str, high: BoolArray, words: str) -> Finding:
-    return Finding("wrap", name, int(high.sum()), int(np.argmax(high)) + 1, f"unsigned, {words}")
+def _wrap(name: str, high: BoolArray, words: str) -> TableFinding:
+    return TableFinding(
+        "wrap", name, int(high.sum()), int(np.argmax(high)) + 1, f"unsigned, {words}"
+    )

@@ -16,8 +16,8 @@ import numpy as np
 
 from model.errors import RecordError
 from record.trial.column_map import ColumnMap
-from record.trial.table_check import Finding
-from record.trial.table_file import Column, Table, open_table
+from record.trial.table_check import TableFinding
+from record.trial.table_file import DataTable, TableColumn, open_table
 
 ARRAYS = ".npz"
 
@@ -33,8 +33,8 @@ class SourceTable:
     """
 
     name: str
-    table: Table
-    findings: tuple[Finding, ...] = ()
+    table: DataTable
+    findings: tuple[TableFinding, ...] = ()
 
 
 @contextmanager
@@ -69,7 +69,8 @@ def _of_arrays(path: Path, given: ColumnMap) -> tuple[SourceTable, ...]:
     width = max(len(name) for name, _ in arrays)
     return tuple(
         SourceTable(
-            name.zfill(width) if name.isdigit() else name, Table(tuple(_split("", one)), len(one))
+            name.zfill(width) if name.isdigit() else name,
+            DataTable(tuple(_split("", one)), len(one)),
         )
         for name, one in arrays
     )
@@ -83,13 +84,13 @@ def _joined(arrays: list[tuple[str, np.ndarray]]) -> SourceTable:
             columns += _split(name, one)
             continue
         words = f"has {len(one)} rows where {arrays[0][0]} has {rows}"
-        findings.append(Finding("ignored", name, len(one), 0, words))
-    return SourceTable("", Table(tuple(columns), rows), tuple(findings))
+        findings.append(TableFinding("ignored", name, len(one), 0, words))
+    return SourceTable("", DataTable(tuple(columns), rows), tuple(findings))
 
 
-def _split(name: str, one: np.ndarray) -> list[Column]:
+def _split(name: str, one: np.ndarray) -> list[TableColumn]:
     values = one.astype(np.float64) if one.dtype.kind in "fb" else one.astype(np.int64)
     if values.ndim == 1:
-        return [Column(name or "0", values)]
+        return [TableColumn(name or "0", values)]
     label = f"{name}[{{}}]" if name else "{}"
-    return [Column(label.format(at), values[:, at]) for at in range(values.shape[1])]
+    return [TableColumn(label.format(at), values[:, at]) for at in range(values.shape[1])]

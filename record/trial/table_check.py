@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from model.values.arrays import BoolArray, FloatArray
-from record.trial.table_file import Column
+from record.trial.table_file import TableColumn
 from record.trial.trial import Trial, trial_places
 
 STUCK_S, STUCK_SAMPLES = 1.0, 20
@@ -57,7 +57,7 @@ PLAUSIBLE = (
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class TableFinding:
     """One odd thing.
 
     Attributes:
@@ -75,7 +75,7 @@ class Finding:
     detail: str
 
 
-def check_trial(trial: Trial, rows: FloatArray) -> tuple[Finding, ...]:
+def check_trial(trial: Trial, rows: FloatArray) -> tuple[TableFinding, ...]:
     """Look through a trial.
 
     Args:
@@ -94,11 +94,11 @@ def check_trial(trial: Trial, rows: FloatArray) -> tuple[Finding, ...]:
     return tuple(findings)
 
 
-def _finding(kind: str, column: str, odd: BoolArray, rows: FloatArray, detail: str) -> Finding:
-    return Finding(kind, column, int(odd.sum()), int(rows[np.flatnonzero(odd)[0]]), detail)
+def _finding(kind: str, column: str, odd: BoolArray, rows: FloatArray, detail: str) -> TableFinding:
+    return TableFinding(kind, column, int(odd.sum()), int(rows[np.flatnonzero(odd)[0]]), detail)
 
 
-def _time(trial: Trial, rows: FloatArray) -> Iterator[Finding]:
+def _time(trial: Trial, rows: FloatArray) -> Iterator[TableFinding]:
     if len(trial.time_s) < 3:
         return
     steps = np.diff(trial.time_s)
@@ -111,17 +111,17 @@ def _time(trial: Trial, rows: FloatArray) -> Iterator[Finding]:
                      f"{longest:.4g} s")  # fmt: skip
     wanted = trial.header.sample_rate_hz
     if np.isfinite(wanted) and abs(period * wanted - 1) > RATE_TOLERANCE:
-        yield Finding("rate", "time_s", len(trial.time_s), 0,
+        yield TableFinding("rate", "time_s", len(trial.time_s), 0,
                       f"median rate is {1 / period:.5g} Hz, the header says {wanted:g} Hz")  # fmt: skip
 
 
-def _missing(column: Column, rows: FloatArray) -> Iterator[Finding]:
+def _missing(column: TableColumn, rows: FloatArray) -> Iterator[TableFinding]:
     odd = np.isnan(column.values)
     if odd.any():
         yield _finding("missing", column.name, odd, rows, f"{odd.mean():.2%} of samples are NaN")
 
 
-def _range(column: Column, limits: Plausible, rows: FloatArray) -> Iterator[Finding]:
+def _range(column: TableColumn, limits: Plausible, rows: FloatArray) -> Iterator[TableFinding]:
     odd = (column.values < limits.lowest) | (column.values > limits.highest)
     if odd.any():
         worst = column.values[odd][np.argmax(np.abs(column.values[odd]))]
@@ -131,8 +131,8 @@ def _range(column: Column, limits: Plausible, rows: FloatArray) -> Iterator[Find
 
 
 def _jumps(
-    column: Column, limits: Plausible, time_s: FloatArray, rows: FloatArray
-) -> Iterator[Finding]:
+    column: TableColumn, limits: Plausible, time_s: FloatArray, rows: FloatArray
+) -> Iterator[TableFinding]:
     known = np.flatnonzero(np.isfinite(column.values))
     if len(known) < 2 or not np.isfinite(limits.rate):
         return
@@ -149,7 +149,7 @@ def _jumps(
                      f"{hint}")  # fmt: skip
 
 
-def _stuck(trial: Trial, rows: FloatArray) -> Iterator[Finding]:
+def _stuck(trial: Trial, rows: FloatArray) -> Iterator[TableFinding]:
     for place in trial_places(trial.joints):
         values = trial.values(place)
         if place.field == "shaft_rad":

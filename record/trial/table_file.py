@@ -32,7 +32,7 @@ _COLUMN = re.compile(r"CSV column #(\d+)")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Column:
+class TableColumn:
     """One column: its name and a value a row, (T,); texts are an object array."""
 
     name: str
@@ -77,7 +77,7 @@ class StoredColumn:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Table:
+class DataTable:
     """A table of numbers and texts.
 
     Attributes:
@@ -85,7 +85,7 @@ class Table:
         rows: Number of rows.
     """
 
-    columns: tuple[Column | StoredColumn, ...]
+    columns: tuple[TableColumn | StoredColumn, ...]
     rows: int
 
     @property
@@ -128,7 +128,7 @@ class TableWriter:
         self._part = part
         self._sink: Any = None
 
-    def write(self, columns: Sequence[Column]) -> None:
+    def write(self, columns: Sequence[TableColumn]) -> None:
         """Write the next rows; every block has the same columns."""
         csv = self._part.suffix == ".csv"
         arrays = [_arrow(column.values, nan_is_null=csv) for column in columns]
@@ -173,7 +173,7 @@ def _arrow(values: NDArray[Any], *, nan_is_null: bool) -> Any:
     return pa.array(values.tolist() if values.dtype.kind == "O" else values)
 
 
-def write_table(path: Path, columns: Sequence[Column]) -> None:
+def write_table(path: Path, columns: Sequence[TableColumn]) -> None:
     """Write a table at once.
 
     Raises:
@@ -183,7 +183,7 @@ def write_table(path: Path, columns: Sequence[Column]) -> None:
     with table_writer(path) as writer:
         for first in range(0, max(rows, 1), BLOCK_ROWS):
             block = slice(first, first + BLOCK_ROWS)
-            writer.write([Column(column.name, column.values[block]) for column in columns])
+            writer.write([TableColumn(column.name, column.values[block]) for column in columns])
 
 
 @contextmanager
@@ -211,7 +211,7 @@ def _converted(kinds: Mapping[str, Any]) -> Any:
     )
 
 
-def read_table(path: Path, *, numbers: bool = False) -> Table:
+def read_table(path: Path, *, numbers: bool = False) -> DataTable:
     """Read a table into memory.
 
     Args:
@@ -232,12 +232,12 @@ def read_table(path: Path, *, numbers: bool = False) -> Table:
         else:
             table = pq.read_table(path)
     names = _once_named(path, table.column_names)
-    columns = (Column(name, to_numpy(table.column(at))) for at, name in enumerate(names))
-    return Table(tuple(columns), table.num_rows)
+    columns = (TableColumn(name, to_numpy(table.column(at))) for at, name in enumerate(names))
+    return DataTable(tuple(columns), table.num_rows)
 
 
 @contextmanager
-def open_table(path: Path, delimiter: str = ",") -> Iterator[Table]:
+def open_table(path: Path, delimiter: str = ",") -> Iterator[DataTable]:
     """Open a large table: only the column that is asked for is in memory.
 
     A Parquet file is read where it lies. A CSV file is first copied, a block at a time, to a Parquet file
@@ -259,7 +259,9 @@ def open_table(path: Path, delimiter: str = ",") -> Iterator[Table]:
             file = pq.ParquetFile(source)
         names = _once_named(path, file.schema_arrow.names)
         with file:
-            yield Table(tuple(StoredColumn(file, name) for name in names), file.metadata.num_rows)
+            yield DataTable(
+                tuple(StoredColumn(file, name) for name in names), file.metadata.num_rows
+            )
 
 
 def _copy_csv(path: Path, target: Path, delimiter: str) -> None:
@@ -312,4 +314,6 @@ def copy_table(path: Path, out: Path, names: Sequence[str]) -> None:
     """
     with table_writer(out) as writer:
         for batch in pq.ParquetFile(path).iter_batches(batch_size=4096, columns=list(names)):
-            writer.write([Column(n, batch.column(n).to_numpy(zero_copy_only=False)) for n in names])
+            writer.write(
+                [TableColumn(n, batch.column(n).to_numpy(zero_copy_only=False)) for n in names]
+            )

@@ -16,9 +16,9 @@ from model.values.arrays import BoolArray, FloatArray, readonly
 from record.trial.header import TrialHeader, read_header, write_header
 from record.trial.table_file import (
     SUFFIXES,
-    Column,
+    DataTable,
     Names,
-    Table,
+    TableColumn,
     axis_words,
     check_suffix,
     column_names,
@@ -87,13 +87,13 @@ class Trial:
         """Names of the joints (legs), N of them."""
         return self.header.joints
 
-    def columns(self) -> tuple[Column, ...]:
+    def columns(self) -> tuple[TableColumn, ...]:
         """Return time and every column in which anything was measured."""
-        columns = [Column("time_s", self.time_s)]
+        columns = [TableColumn("time_s", self.time_s)]
         for place in trial_places(self.joints):
             values = self.values(place)
             if not np.isnan(values).all():
-                columns.append(Column(place.column, values))
+                columns.append(TableColumn(place.column, values))
         return tuple(columns)
 
     def values(self, place: "Place") -> FloatArray:
@@ -156,7 +156,7 @@ def trial_places(joints: tuple[str, ...]) -> Iterator[Place]:
             yield Place(column, field, index, joints[index[0]] if "{joint}" in names else "")
 
 
-def build_trial(header: TrialHeader, columns: Iterable[Column]) -> Trial:
+def build_trial(header: TrialHeader, columns: Iterable[TableColumn]) -> Trial:
     """Put columns into a trial; what is not among them is NaN.
 
     Args:
@@ -238,8 +238,8 @@ def trial_table(path: Path) -> Path:
     raise RecordError(f"there is no {path.stem}.parquet or {path.stem}.csv beside {path}")
 
 
-def _numbers(table: Table) -> tuple[Column, ...]:
-    return tuple(Column(name, table.numbers(name)) for name in table.names)
+def _numbers(table: DataTable) -> tuple[TableColumn, ...]:
+    return tuple(TableColumn(name, table.numbers(name)) for name in table.names)
 
 
 def write_trial(trial: Trial, path: Path) -> None:

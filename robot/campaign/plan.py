@@ -35,7 +35,7 @@ from record.toml_file import reading
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.virtual.twin_run import WalkPlan, plan_of
 from sim_hw.twin.catalog import EFFECTS
-from sim_hw.twin.effects import LEG, Effect, EffectKind, EffectParameter, find_kind
+from sim_hw.twin.effects import LEG, EffectKind, EffectParameter, TwinEffect, find_kind
 
 ID_LETTERS = 10
 
@@ -67,7 +67,7 @@ class CampaignCase:
     name: str
     robot: int
     kind: str
-    effects: tuple[Effect, ...]
+    effects: tuple[TwinEffect, ...]
     seeds: tuple[int, ...]
 
 
@@ -167,7 +167,7 @@ def draw_cases(scenario: CampaignScenario, entropy: bytes) -> tuple[CampaignCase
     legs = load_robot(scenario.robots[0]).parameters.legs.names
     inside = [find_kind(name, EFFECTS) for name in scenario.effects]
     outside = [kind for kind in EFFECTS if not kind.catalogued]
-    wrong: list[tuple[str, tuple[Effect, ...]]] = [("control", ())] * scenario.controls
+    wrong: list[tuple[str, tuple[TwinEffect, ...]]] = [("control", ())] * scenario.controls
     for kind in inside:
         for span in scenario.severities:
             wrong.extend(
@@ -208,11 +208,11 @@ def _two_stages(
 
 def _draw(
     kind: EffectKind, span: tuple[float, float], legs: tuple[str, ...], random: np.random.Generator
-) -> Effect:
+) -> TwinEffect:
     share = float(random.uniform(*span))
     leg = legs[int(random.integers(len(legs)))] if kind.scope == LEG else ""
     values = tuple(_size(parameter, share, random) for parameter in kind.parameters)
-    return Effect(kind.name, leg, values)
+    return TwinEffect(kind.name, leg, values)
 
 
 def _size(p: EffectParameter, share: float, random: np.random.Generator) -> float:

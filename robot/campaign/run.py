@@ -22,7 +22,7 @@ from record.whole_file import whole_file
 from robot.campaign.plan import CampaignScenario, draw_cases, reference_seeds
 from robot.config.robot_file import load_robot
 from robot.virtual.twin_run import WalkPlan, make_twin, walk_fast
-from sim_hw.twin.effects import Effect
+from sim_hw.twin.effects import TwinEffect
 
 # All files of a campaign say that they were made then.
 STAMP_UNIX_S = 1_700_000_000
@@ -33,7 +33,7 @@ class Job:
     """One trial to be made: a robot file, what is wrong, the walk, the seed of day and noise, the file."""
 
     robot: Path
-    effects: tuple[Effect, ...]
+    effects: tuple[TwinEffect, ...]
     plan: WalkPlan
     seed: int
     out: Path

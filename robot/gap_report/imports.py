@@ -14,7 +14,7 @@ from record.log.from_trial import left_out, write_trial_log
 from record.trial.column_map import ColumnMap, find_map, map_names, read_column_map
 from record.trial.header import TrialHeader
 from record.trial.import_table import Imported, ImportReport, import_tables
-from record.trial.table_file import Column
+from record.trial.table_file import TableColumn
 from record.trial.trial import Trial, build_trial, write_trial
 from record.whole_file import write_text, writing
 from robot.console.exit_codes import ExitCode
@@ -140,7 +140,7 @@ def data_faults(trial: Trial | None) -> tuple[DataFault, ...]:
 
 @lru_cache(maxsize=1)
 def _simulator(header: TrialHeader) -> Simulator:
-    return simulator_for([build_trial(header, (Column("time_s", np.zeros(0)),))], None)
+    return simulator_for([build_trial(header, (TableColumn("time_s", np.zeros(0)),))], None)
 
 
 def _as_json(reports: Sequence[TableReport]) -> object:

@@ -7,12 +7,12 @@ from model.errors import ConfigError
 from robot.config.robot_file import RobotConfig
 from sim_hw.plant.parameters import PlantParameters
 from sim_hw.twin.catalog import EFFECTS
-from sim_hw.twin.effects import Effect, apply_effects
+from sim_hw.twin.effects import TwinEffect, apply_effects
 from sim_hw.twin.sensing import SensorParameters
 from sim_hw.twin.twin import Twin
 
 
-def file_effects(config: RobotConfig, asked: Sequence[Effect] = ()) -> tuple[Effect, ...]:
+def file_effects(config: RobotConfig, asked: Sequence[TwinEffect] = ()) -> tuple[TwinEffect, ...]:
     """Return the effects of a robot file as the virtual robot knows them.
 
     Args:
@@ -34,9 +34,9 @@ def file_effects(config: RobotConfig, asked: Sequence[Effect] = ()) -> tuple[Eff
     return found
 
 
-def twin_effects(cause: Cause) -> tuple[Effect, ...]:
+def twin_effects(cause: Cause) -> tuple[TwinEffect, ...]:
     """Return a cause as the virtual robot knows it: names and numbers are the same, one leg each."""
-    return tuple(Effect(cause.effect, leg, cause.values) for leg in cause.joints or ("",))
+    return tuple(TwinEffect(cause.effect, leg, cause.values) for leg in cause.joints or ("",))
 
 
 def file_twin(config: RobotConfig, seed: int) -> Twin | None:

@@ -29,7 +29,7 @@ def _fault_lines() -> list[str]:
     lines += [_setting_line(setting) for setting in common_settings()]
     lines += [
         "",
-        "(rate and count only where marked with *: what hits single replies or datagrams)",
+        "(rate and count only where marked with *: what hits single requests, replies or datagrams)",
     ]
     acts_on = ""
     for kind in sorted(kinds_of_fault(), key=lambda k: not k.acts_on.startswith(("serv", "plant"))):

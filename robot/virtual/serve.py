@@ -1,6 +1,7 @@
 """``bigant sim serve``: a virtual robot on a pseudo-terminal and loopback sockets, for any program."""
 
 import signal
+import sys
 from contextlib import ExitStack
 from dataclasses import replace
 
@@ -57,7 +58,9 @@ def _serve(
 ) -> None:
     for number in (signal.SIGINT, signal.SIGTERM):  # a shell's background jobs ignore SIGINT
         signal.signal(number, signal.default_int_handler)
-    pty = open_servo_pty(robot, scenario, stack)
+    pty = open_servo_pty(
+        robot, scenario, stack, lambda words: print(words, file=sys.stderr, flush=True)
+    )
     devices: list[Served] = [pty]
     print(f"servo bus   {pty.device_name}  at {baud_rate} baud", flush=True)
     unit = "none"

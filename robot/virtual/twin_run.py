@@ -31,7 +31,7 @@ from robot.virtual.rehearsal import Progress, rehearse
 from sim_hw.host.virtual_robot import VirtualRobot
 from sim_hw.host.world import World
 from sim_hw.twin.catalog import EFFECTS
-from sim_hw.twin.effects import Effect, apply_effects
+from sim_hw.twin.effects import TwinEffect, apply_effects
 from sim_hw.twin.motion_capture import MotionCapture, Poses
 from sim_hw.twin.twin import Twin, healthy_twin
 
@@ -84,7 +84,7 @@ def plan_of(
     return WalkPlan(gait, frequency, seconds, steer)
 
 
-def make_twin(config: RobotConfig, effects: tuple[Effect, ...], seed: int) -> Twin:
+def make_twin(config: RobotConfig, effects: tuple[TwinEffect, ...], seed: int) -> Twin:
     """Return the twin of a robot file, with the file's own effects and others.
 
     Raises:

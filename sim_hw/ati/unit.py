@@ -16,7 +16,7 @@ from drivers.ati.packets import (
     AXES,
     TRANSDUCERS,
     U32,
-    Command,
+    UnitCommand,
     build_record,
     device_ticks,
     parse_command,
@@ -158,16 +158,16 @@ class VirtualWnet:
             return False
         if self.assumed.acknowledges:
             self._acknowledgements.append((t_ns, data))
-        if command.command == Command.START:
+        if command.command == UnitCommand.START:
             self._left = command.samples if command.samples > 0 else -1
             self._next_ns = t_ns + self._period_ns
             if self.assumed.sequence_restarts:
                 self._sequence = 0
             self.host_port = host_port
             return True
-        if command.command == Command.STOP:
+        if command.command == UnitCommand.STOP:
             self._left = 0
-        elif command.command == Command.RESET_CONSOLE:
+        elif command.command == UnitCommand.RESET_CONSOLE:
             self.console_reset = True
         return False
 

@@ -1,18 +1,21 @@
 """The virtual MX-106 bus: protocol 2.0 behaviour of all servos, without any input or output of its own.
 
 Bytes go in with the time at which they were sent, answers come out with the time at which their last
-byte is on the wire: ten bits a byte, the servo's return delay, and about 50 us of its own work. Source:
-ROBOTIS e-manual, MX-106(2.0) and "Protocol 2.0"; what it does not publish is in ``sim_hw.assumed``, or
-marked where it is decided. That the answer to a write of the id comes from the old id is assumed.
+byte is on the wire: ten bits a byte, the servo's return delay, and about 50 us of its own work. The wire
+is one for both directions: a frame of the host that overlaps a reply destroys both, and servos of one id
+talk at the same time. Source: ROBOTIS e-manual, MX-106(2.0) and "Protocol 2.0"; what it does not publish
+is in ``sim_hw.assumed``, or marked where it is decided. That the answer to a write of the id comes from the
+old id is assumed.
 """
 
-from collections import deque
-from collections.abc import Iterator
+from collections import defaultdict, deque
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from drivers.dynamixel.frames import (
     ALERT,
     BROADCAST_ID,
+    HEADER,
     WRONG_CRC,
     BadFrame,
     Frame,
@@ -31,6 +34,8 @@ BITS_PER_BYTE = 10
 LARGEST_ID = 252
 # A longer pause inside a packet makes the servo drop it (e-manual, "Protocol 2.0").
 LARGEST_BYTE_GAP_NS = 1_500_000
+# Two on the wire at once for less than a bit of the fastest rate: rounded times, no collision.
+ROUNDING_NS = 200
 # How often watchdogs and protections are looked after.
 CHECK_PERIOD_NS = 2_000_000
 
@@ -50,6 +55,11 @@ class Reply:
     servo_id: int
 
 
+# A servo, the error and the data of its answer; servos by id.
+ServoReply = tuple[VirtualServo, int, bytes]
+ById = Mapping[int, tuple[VirtualServo, ...]]
+
+
 class VirtualServoBus:
     """All virtual servos on one pair of wires.
 
@@ -59,6 +69,10 @@ class VirtualServoBus:
         ids: Dynamixel ids, in the world's order.
         baud_rate: Baud rate they are set to.
         assumed: What is assumed about them.
+
+    Attributes:
+        servos: The servos, in the world's order.
+        collisions: Frames of the host that were lost because a servo was talking.
     """
 
     def __init__(
@@ -73,7 +87,14 @@ class VirtualServoBus:
         self._assumed = assumed
         code = BAUD_CODES[baud_rate]
         self.servos = tuple(
-            VirtualServo(index, servo_id, code, world, firmware, assumed)
+            VirtualServo(
+                index,
+                ids[index - 1] if servo_id in assumed.shares_id else servo_id,
+                code,
+                world,
+                firmware,
+                assumed,
+            )
             for index, servo_id in enumerate(ids)
         )
         self._parser = FrameParser()
@@ -82,6 +103,7 @@ class VirtualServoBus:
         self._wire_free_ns = 0
         self._next_check_ns = 0
         self._silent: dict[int, bool] = {}
+        self.collisions = 0
 
     def silence(self, servo_id: int, *, on: bool = True, chain_breaks: bool = False) -> None:
         """Take a servo off the wire, deaf and mute, or put it back.
@@ -114,10 +136,21 @@ class VirtualServoBus:
             t_ns: When the last of them arrived.
             baud_rate: Baud rate they were sent at; servos set to another understand nothing.
         """
+        for piece, behind in split_frames(data):
+            self._take(piece, t_ns - wire_ns(behind, baud_rate), baud_rate)
         self.poll(t_ns)
-        if t_ns - self._last_byte_ns > LARGEST_BYTE_GAP_NS + wire_ns(len(data), baud_rate):
+
+    def _take(self, data: bytes, t_ns: int, baud_rate: int) -> None:
+        """Take bytes of one frame, or of none."""
+        self.poll(t_ns)
+        start_ns = t_ns - wire_ns(len(data), baud_rate)
+        if start_ns - self._last_byte_ns > LARGEST_BYTE_GAP_NS:
             self._parser.clear()
         self._last_byte_ns = t_ns
+        if self._collide(start_ns, t_ns, baud_rate):
+            self.collisions += 1
+            self._parser.clear()
+            return
         code = BAUD_CODES.get(baud_rate)
         listening = [
             s
@@ -132,6 +165,16 @@ class VirtualServoBus:
                 self._hear(item, listening, t_ns)
                 self._obey(item, t_ns, baud_rate, listening)
 
+    def _collide(self, start_ns: int, end_ns: int, baud_rate: int) -> bool:
+        """Garble the replies on the wire in this time; return whether there were any."""
+        hit = False
+        for at, reply in enumerate(self._replies):
+            begin_ns = reply.t_ns - wire_ns(len(reply.data), baud_rate)
+            if reply.t_ns > start_ns + ROUNDING_NS and begin_ns < end_ns - ROUNDING_NS:
+                self._replies[at] = Reply(reply.t_ns, garbled(reply.data), reply.servo_id)
+                hit = True
+        return hit
+
     def _hear(self, frame: Frame, listening: list[VirtualServo], t_ns: int) -> None:
         """Let the watchdogs know of an instruction packet."""
         every = self._assumed.watchdog_hears == "all" or frame.servo_id == BROADCAST_ID
@@ -142,9 +185,9 @@ class VirtualServoBus:
     def _answer_damage(self, bad: BadFrame, listening: list[VirtualServo], baud_rate: int) -> None:
         if not self._assumed.answers_bad_crc or bad.reason != WRONG_CRC:
             return
-        for servo in listening:
-            if servo.servo_id == bad.raw[4]:
-                self._send(servo, servo.servo_id, StatusError.CRC, b"", baud_rate)
+        servo_id = bad.raw[4]
+        damaged = [(s, int(StatusError.CRC), b"") for s in listening if s.servo_id == servo_id]
+        self._send(servo_id, damaged, baud_rate)
 
     def next_reply_ns(self) -> int | None:
         """When the next reply is complete, None if none is under way."""
@@ -161,66 +204,82 @@ class VirtualServoBus:
             ready.append(self._replies.popleft())
         return ready
 
-    def _send(
-        self, servo: VirtualServo, servo_id: int, error: int, data: bytes, baud_rate: int
-    ) -> None:
-        frame = build_status(servo_id, error | (ALERT if servo.alert else 0), data)
-        delay_ns = round(servo.table.get("return_delay_time") * RETURN_DELAY_UNIT_S * 1e9)
-        start_ns = self._wire_free_ns + delay_ns + round(self._assumed.processing_s * 1e9)
-        self._wire_free_ns = start_ns + wire_ns(len(frame), baud_rate)
-        self._replies.append(Reply(self._wire_free_ns, frame, servo_id))
+    def _send(self, servo_id: int, answers: Sequence[ServoReply], baud_rate: int) -> None:
+        """Put the answers of one id on the wire: servos that share it talk at the same time."""
+        sent: list[tuple[int, bytes]] = []  # when it begins, what
+        for servo, error, data in answers:
+            frame = build_status(servo_id, error | (ALERT if servo.alert else 0), data)
+            delay_ns = round(servo.table.get("return_delay_time") * RETURN_DELAY_UNIT_S * 1e9)
+            work_ns = round(self._assumed.processing_s * 1e9)
+            sent.append((self._wire_free_ns + delay_ns + work_ns, frame))
+        while sent:
+            start_ns, frame = sent.pop(0)
+            end_ns = start_ns + wire_ns(len(frame), baud_rate)
+            while sent and sent[0][0] < end_ns:
+                if sent[0] != (start_ns, frame):
+                    frame = garbled(max(frame, sent[0][1], key=len))
+                end_ns = max(end_ns, sent[0][0] + wire_ns(len(sent.pop(0)[1]), baud_rate))
+            self._wire_free_ns = end_ns
+            self._replies.append(Reply(end_ns, frame, servo_id))
 
     # What the servos do.
 
     def _obey(self, frame: Frame, t_ns: int, baud_rate: int, listening: list[VirtualServo]) -> None:
-        by_id = {s.servo_id: s for s in listening}
+        by_id: dict[int, tuple[VirtualServo, ...]] = defaultdict(tuple)
+        for servo in listening:
+            by_id[servo.servo_id] += (servo,)
         match frame.instruction:
             case Instruction.SYNC_READ | Instruction.BULK_READ:
                 self._answer_reads(frame, t_ns, baud_rate, by_id)
             case Instruction.SYNC_WRITE | Instruction.BULK_WRITE:
                 for servo_id, address, data in _writes(frame):
-                    if servo_id in by_id:
-                        by_id[servo_id].write(address, data, t_ns)
-                    for shadow in _shadows(by_id, servo_id):
+                    for servo in by_id.get(servo_id, ()):
+                        servo.write(address, data, t_ns)
+                    for shadow in _shadows(listening, servo_id):
                         shadow.write_as_shadow(address, data, t_ns)
             case Instruction.FAST_SYNC_READ | Instruction.FAST_BULK_READ:
                 return  # MX firmware does not know them; they go to everybody, so it is silent
             case Instruction.PING if frame.servo_id == BROADCAST_ID:
-                for servo in sorted(by_id.values(), key=lambda s: s.servo_id):
-                    self._send(servo, servo.servo_id, 0, servo.identity(), baud_rate)
+                for servo_id in sorted(by_id):
+                    identities = [(servo, 0, servo.identity()) for servo in by_id[servo_id]]
+                    self._send(servo_id, identities, baud_rate)
             case _ if frame.servo_id == BROADCAST_ID:
-                for servo in by_id.values():
+                for servo in listening:
                     servo.obey(frame.instruction, frame.parameters, t_ns, broadcast=True)
             case _:
-                self._single(frame, t_ns, baud_rate, by_id)
+                self._single(frame, t_ns, baud_rate, by_id, listening)
 
     def _single(
-        self, frame: Frame, t_ns: int, baud_rate: int, by_id: dict[int, VirtualServo]
+        self,
+        frame: Frame,
+        t_ns: int,
+        baud_rate: int,
+        by_id: ById,
+        listening: Sequence[VirtualServo],
     ) -> None:
         parameters = frame.parameters
         if frame.instruction == Instruction.WRITE:
-            for shadow in _shadows(by_id, frame.servo_id):
+            for shadow in _shadows(listening, frame.servo_id):
                 shadow.write_as_shadow(_number(parameters), parameters[2:], t_ns)
-        servo = by_id.get(frame.servo_id)
-        if servo is None:
-            return
-        answers = servo.answers(frame.instruction)
-        error, data = servo.obey(frame.instruction, parameters, t_ns, broadcast=False)
-        if answers:
-            self._send(servo, frame.servo_id, error, data, baud_rate)
+        answers: list[ServoReply] = []
+        for servo in by_id.get(frame.servo_id, ()):
+            speaks = servo.answers(frame.instruction)
+            error, data = servo.obey(frame.instruction, parameters, t_ns, broadcast=False)
+            if speaks:
+                answers.append((servo, error, data))
+        self._send(frame.servo_id, answers, baud_rate)
 
-    def _answer_reads(
-        self, frame: Frame, t_ns: int, baud_rate: int, by_id: dict[int, VirtualServo]
-    ) -> None:
+    def _answer_reads(self, frame: Frame, t_ns: int, baud_rate: int, by_id: ById) -> None:
         """Answer a sync or bulk read in its order, up to where the chain of answers breaks."""
         for servo_id, address, length in _reads(frame):
-            servo = by_id.get(servo_id)
-            if servo is None:
-                if self._silent.get(servo_id, False):
-                    return
-            elif servo.table.get("status_return_level") >= 1:
-                error, data = servo.read(address, length, t_ns)
-                self._send(servo, servo_id, error, data, baud_rate)
+            if servo_id not in by_id and self._silent.get(servo_id, False):
+                return
+            answers = [
+                (servo, *servo.read(address, length, t_ns))
+                for servo in by_id.get(servo_id, ())
+                if servo.table.get("status_return_level") >= 1
+            ]
+            self._send(servo_id, answers, baud_rate)
 
 
 def _number(data: bytes) -> int:
@@ -254,11 +313,26 @@ def _writes(frame: Frame) -> Iterator[tuple[int, int, bytes]]:
         at += 5 + length
 
 
-def _shadows(by_id: dict[int, VirtualServo], servo_id: int) -> list[VirtualServo]:
+def _shadows(listening: Sequence[VirtualServo], servo_id: int) -> list[VirtualServo]:
     """Return the servos whose secondary id this is; they listen and never answer."""
     if servo_id > LARGEST_ID:
         return []
-    return [s for s in by_id.values() if s.shadow_id == servo_id and s.servo_id != servo_id]
+    return [s for s in listening if s.shadow_id == servo_id and s.servo_id != servo_id]
+
+
+def split_frames(data: bytes) -> Iterator[tuple[bytes, int]]:
+    """Cut bytes where frames begin: each piece, and how many bytes come behind it."""
+    begin = 0
+    while begin < len(data):
+        end = data.find(HEADER, begin + 1)
+        end = end if end > 0 else len(data)
+        yield data[begin:end], len(data) - end
+        begin = end
+
+
+def garbled(data: bytes) -> bytes:
+    """Return what is heard of bytes when two talk at once."""
+    return bytes(byte ^ 0xAA for byte in data)
 
 
 def wire_ns(count: int, baud_rate: int) -> int:

@@ -62,6 +62,6 @@ class GoalPath:
             self._missing = np.where(begins, self._miss_steps, np.maximum(self._missing - 1, 0))
             late = np.where(self._missing > 0, self._goal, late)
         self._goal = late.copy()
-        way = np.clip((self._goal - self._point) * self._gain, -self._most, self._most)
-        self._point = self._point + way
+        step = np.clip((self._goal - self._point) * self._gain, -self._most, self._most)
+        self._point = self._point + step
         return self._point

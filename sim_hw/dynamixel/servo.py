@@ -1,9 +1,13 @@
 """One virtual MX-106: what it measures, obeys, protects itself against.
 
 Decided here, as the manual does not say: a servo counts as standing still for the Clear instruction below
-its moving threshold, and a homing offset beyond a quarter turn is cut to it in position mode. Not
-modelled: dual joint (slave) mode and time-based profiles. Protections: ``sim_hw.dynamixel.protection``.
+its moving threshold; a homing offset beyond a quarter turn is cut to it in position mode; Protocol Type 1
+makes it deaf to protocol 2.0 at once, and it does not speak 1.0 here (see ``old_servos``); a time-based
+profile is worked out when its goal comes, as from rest. Not modelled: dual joint (slave) mode. Protections:
+``sim_hw.dynamixel.protection``.
 """
+
+import math
 
 import numpy as np
 
@@ -28,10 +32,13 @@ from sim_hw.interfaces import MotorWorld
 CLEAR_MULTI_TURN = bytes.fromhex("01 44 58 4C 22")
 RAM_ONLY_FROM = REGISTER["torque_enable"].address
 RETURN_DELAY = 0  # set up as recommended; 250 when new
-REVERSE = 0x01  # bit of Drive Mode
+REVERSE, TIME_BASED = 0x01, 0x04  # bits of Drive Mode
+PROTOCOL = 2
+ACCELERATION_S = 0.064  # in which a count of acceleration makes a count of velocity
 LARGEST_OFFSET_IN_POSITION_MODE = 1024
 PROFILE_ONGOING_TICKS = 0.5  # the trajectory is farther than this from its goal
-NO_PROFILE, RECTANGULAR, TRAPEZOIDAL = 0x00, 0x10, 0x30  # bits of Moving Status
+IN_POSITION, PROFILE_ONGOING = 0x01, 0x02  # bits of Moving Status
+NO_PROFILE, RECTANGULAR, TRAPEZOIDAL = 0x00, 0x10, 0x30  # its profile types
 # What a mode change sets (e-manual: gains of that mode; the same ones in all modes are assumed).
 MODE_DEFAULTS = (
     *registers_between("velocity_i_gain", "feedforward_1st_gain"),
@@ -71,6 +78,11 @@ class VirtualServo:
         self._heard_ns = 0
         self._awake_ns = 0  # deaf before: it is starting
         self._registered: tuple[int, bytes] | None = None
+        self._timed_goal = (
+            math.nan,
+            math.nan,
+        )  # goals that the time-based profile was worked out for
+        self._timed = 0.0, 0.0  # velocity and acceleration of it [counts]
         self._goal_is_here()
         self._sync_firmware()
 
@@ -206,8 +218,8 @@ class VirtualServo:
         return self.write(address, data, t_ns)
 
     def awake(self, t_ns: int) -> bool:
-        """Whether it has started and hears the wire."""
-        return t_ns >= self._awake_ns
+        """Whether it has started and understands what is on the wire."""
+        return t_ns >= self._awake_ns and self.table.get("protocol_type") == PROTOCOL
 
     def restart(self, t_ns: int) -> None:
         """Begin as after power-up: RAM, turns and torque are lost, EEPROM is kept; deaf for a while."""
@@ -283,13 +295,17 @@ class VirtualServo:
         if on:
             if self.table.get("operating_mode") == OperatingMode.POSITION:
                 self._into_one_turn()
+            if self._assumed.goal_at_torque_on == "here":
+                self._goal_is_here()
+            self._timed_goal = math.nan, math.nan
             self._firmware.restart(self._index, self._shaft())
         self._loop.torque, self._loop.stopped = on, False
 
     def _changed_mode(self) -> None:
         mode = self.table.get("operating_mode")
-        for register in MODE_DEFAULTS:
-            self.table.set(register.name, register.initial or 0)
+        if self._assumed.gains_at_mode_change == "reset":
+            for register in MODE_DEFAULTS:
+                self.table.set(register.name, register.initial or 0)
         self.table.set("goal_pwm", self.table.get("pwm_limit"))
         self.table.set("goal_current", self.table.get("current_limit"))
         if mode == OperatingMode.POSITION:
@@ -312,6 +328,27 @@ class VirtualServo:
             setattr(loop, name, get(name))
         for name in TURNED:
             setattr(loop, name, sense * get(name))
+        if get("drive_mode") & TIME_BASED:
+            self._plan_by_time()
+
+    def _plan_by_time(self) -> None:
+        """Give the loop the profile that takes the times in both profile registers [ms]."""
+        loop = self._loop
+        goals = float(loop.goal_position), float(loop.goal_velocity)
+        if goals != self._timed_goal:
+            self._timed_goal = goals
+            whole_s = 1e-3 * self.table.get("profile_velocity")
+            ramp_s = 1e-3 * self.table.get("profile_acceleration")
+            if loop.operating_mode == OperatingMode.VELOCITY:
+                speed, gain = 0.0, abs(loop.goal_velocity - loop.ramp_velocity)
+            else:
+                ramp_s = min(ramp_s, whole_s / 2)
+                cruise_s = whole_s - ramp_s
+                ticks = abs(loop.goal_position - loop.trajectory)
+                gain = ticks * TICK_RAD / VELOCITY_UNIT_RAD_S / cruise_s if cruise_s else 0.0
+                speed = gain
+            self._timed = speed, gain * ACCELERATION_S / ramp_s if ramp_s else 0.0
+        loop.profile_velocity, loop.profile_acceleration = self._timed
 
     def _is_moving(self) -> bool:
         threshold = self.table.get("moving_threshold") * VELOCITY_UNIT_RAD_S
@@ -322,8 +359,9 @@ class VirtualServo:
         motors, loop, i, put = self._world.motors(), self._loop, self._index, self.table.set
         put("realtime_tick", (t_ns // 1_000_000) % 32768)
         sense = self._sense
-        put("moving", int(self._is_moving()))
-        put("moving_status", self._moving_status())
+        status = self._moving_status()
+        put("moving", int(self._is_moving() or bool(status & PROFILE_ONGOING)))
+        put("moving_status", status)
         put("present_pwm", round(sense * float(loop.pwm)))
         put("present_current", round(sense * float(motors.current_a[i]) / CURRENT_UNIT_A))
         put("present_velocity", round(sense * float(motors.rate_rad_s[i]) / VELOCITY_UNIT_RAD_S))
@@ -343,7 +381,7 @@ class VirtualServo:
         loop = self._loop
         ongoing = abs(loop.goal_position - loop.trajectory) > PROFILE_ONGOING_TICKS
         if not self._torque or loop.operating_mode not in POSITION_MODES or not ongoing:
-            return 0x01
+            return IN_POSITION
         if not loop.profile_velocity:
-            return 0x02 | NO_PROFILE
-        return 0x02 | (TRAPEZOIDAL if loop.profile_acceleration else RECTANGULAR)
+            return PROFILE_ONGOING | NO_PROFILE
+        return PROFILE_ONGOING | (TRAPEZOIDAL if loop.profile_acceleration else RECTANGULAR)

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from sim_hw.faults.kinds import ConsoleStall, Fault, SplitConsole
+from sim_hw.faults.kinds import ConsoleStall, ScenarioFault, SplitConsole
 from sim_hw.faults.time import ScenarioTime
 from sim_hw.interfaces import ConsoleEnd
 
@@ -16,7 +16,9 @@ class FaultyConsole:
         time: The scenario's time.
     """
 
-    def __init__(self, end: ConsoleEnd, faults: Sequence[Fault], time: ScenarioTime) -> None:
+    def __init__(
+        self, end: ConsoleEnd, faults: Sequence[ScenarioFault], time: ScenarioTime
+    ) -> None:
         self._end = end
         self._time = time
         self._stalls = [fault for fault in faults if isinstance(fault, ConsoleStall)]

@@ -1,8 +1,8 @@
 """Every kind of fault of a scenario: a dataclass each, entered in ``KINDS`` under its name in snake case.
 
-Times are seconds after the scenario begins. ``rate`` is the probability that one reply or datagram is hit
-while the fault is on, drawn from the scenario's seed; ``count`` ends the fault after so many hits, 0 for
-never.
+Times are seconds after the scenario begins. ``rate`` is the probability that one request, reply or datagram
+is hit while the fault is on, drawn from the scenario's seed; ``count`` ends the fault after so many hits, 0
+for never.
 """
 
 import math
@@ -15,6 +15,7 @@ from sim_hw.typed_table import among, needed, value, within
 
 STALL_CURRENT_A = 5.2  # data sheet, at 12 V
 # Where faults are put between the sound devices and the host.
+REQUEST = "servo bus: each request"
 REPLY = "servo bus: each reply"
 DATAGRAM = "force unit: each datagram"
 RECORD = "force unit: each record"
@@ -24,7 +25,7 @@ CONSOLE = "force unit: its console"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Fault:
+class ScenarioFault:
     """When a fault is on."""
 
     acts_on: ClassVar[str]
@@ -33,15 +34,15 @@ class Fault:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ChanceFault(Fault):
-    """A fault that hits single replies or datagrams."""
+class ChanceFault(ScenarioFault):
+    """A fault that hits single requests, replies or datagrams."""
 
     rate: float = within(1.0, 0.0, 1.0, "Probability of each to be hit.")
     count: int = within(0, 0, 1_000_000_000, "Hits after which it is over, 0 for no end.")
 
 
-F = TypeVar("F", bound=Fault)
-KINDS: dict[str, type[Fault]] = {}
+F = TypeVar("F", bound=ScenarioFault)
+KINDS: dict[str, type[ScenarioFault]] = {}
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True)
@@ -55,6 +56,46 @@ def kind(acts_on: str) -> Callable[[type[F]], type[F]]:
         return made
 
     return enter
+
+
+# Requests on the servo bus.
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RequestFault(ChanceFault):
+    """A fault of the host's requests."""
+
+    servo: int | None = within(
+        None, 0, 252, "Id whose requests are hit; all, broadcasts among them, if not given."
+    )
+
+
+@kind(REQUEST)
+class LostRequest(RequestFault):
+    """No servo hears the request."""
+
+
+@kind(REQUEST)
+class DamagedRequest(RequestFault):
+    """One bit of the request is inverted on its way."""
+
+    bit: int = within(
+        -1, -1, 32_767, "Which, from the lowest bit of the first byte; -1 draws one each time."
+    )
+
+
+@kind(REQUEST)
+class LateRequest(RequestFault):
+    """The request is late on the wire, where its answer may meet the next one."""
+
+    delay_s: float = within(0.005, 0.0, 10.0, "By so much.")
+
+
+@kind(REQUEST)
+class TruncatedRequest(RequestFault):
+    """Only the beginning of the request reaches the servos."""
+
+    keep_bytes: int = within(-1, -1, 4096, "So many bytes of it; -1 for half.")
 
 
 # Replies on the servo bus.
@@ -83,7 +124,7 @@ class BitFlip(ReplyFault):
 
 @kind(REPLY)
 class LateReply(ReplyFault):
-    """The reply arrives late; others do not wait for it."""
+    """The reply arrives late, kept by adapter or host; others do not wait for it."""
 
     delay_s: float = within(0.03, 0.0, 10.0, "By so much.")
 
@@ -116,7 +157,7 @@ class Echo(ChanceFault):
 
 
 @kind("servo: its receiver and transmitter")
-class SilentServo(Fault):
+class SilentServo(ScenarioFault):
     """A servo neither hears nor speaks; its motor goes on as it was told last."""
 
     servo: int = needed(0, 252, "Its id.")
@@ -125,14 +166,14 @@ class SilentServo(Fault):
 
 
 @kind("servo: its supply")
-class Brownout(Fault):
+class Brownout(ScenarioFault):
     """The servo's supply fails: RAM and turns are lost, and it is gone until the power is back."""
 
     servo: int | None = within(None, 0, 252, "Its id; all if not given.")
 
 
 @kind("servo: its temperature sensor")
-class Overheating(Fault):
+class Overheating(ScenarioFault):
     """The motor is as hot as said, whatever it does."""
 
     servo: int = needed(0, 252, "Its id.")
@@ -140,7 +181,7 @@ class Overheating(Fault):
 
 
 @kind("servo: its current sensor")
-class Overload(Fault):
+class Overload(ScenarioFault):
     """The motor's current is measured as said while torque is on; the servo judges it by its own rule."""
 
     servo: int = needed(0, 252, "Its id.")
@@ -148,7 +189,7 @@ class Overload(Fault):
 
 
 @kind("plant: the shaft")
-class StuckShaft(Fault):
+class StuckShaft(ScenarioFault):
     """The shaft is jammed in the plant: dry friction that no servo overcomes."""
 
     servo: int = needed(0, 252, "Id of the servo that drives it.")
@@ -156,7 +197,7 @@ class StuckShaft(Fault):
 
 
 @kind("servo bus: the USB adapter")
-class Unplug(Fault):
+class Unplug(ScenarioFault):
     """The USB cable is pulled; at the end it is plugged in again."""
 
 
@@ -179,7 +220,7 @@ class ReorderedPacket(ChanceFault):
 
 
 @kind("force unit: how records go into datagrams")
-class Batching(Fault):
+class Batching(ScenarioFault):
     """Several records come in one datagram. When the real unit does so is not known."""
 
     records: int = within(
@@ -188,14 +229,14 @@ class Batching(Fault):
 
 
 @kind(RECORD)
-class MaskChange(Fault):
+class MaskChange(ScenarioFault):
     """Transducers vanish from the records, as when they are switched off."""
 
     transducers: tuple[int, ...] = needed(1, 6, "Their numbers, from 1.")
 
 
 @kind(RECORD)
-class Saturation(Fault):
+class Saturation(ScenarioFault):
     """A transducer reports saturation: its bit is set and its LED is red."""
 
     transducer: int = needed(1, 6, "Its number, from 1.")
@@ -205,7 +246,7 @@ class Saturation(Fault):
 
 
 @kind(RECORD)
-class LowBattery(Fault):
+class LowBattery(ScenarioFault):
     """The battery runs low: there is no flag, only the LED and a byte of unknown scale."""
 
     level: int = within(1, 0, 255, "The battery byte; assumed.")
@@ -213,14 +254,14 @@ class LowBattery(Fault):
 
 
 @kind(STAMP)
-class ClockStep(Fault):
+class ClockStep(ScenarioFault):
     """The unit's clock jumps, as when NTP finds its server, and jumps back at the end."""
 
     step_s: float = needed(-524_288.0, 524_288.0, "By so much.")
 
 
 @kind(STAMP)
-class Rollover(Fault):
+class Rollover(ScenarioFault):
     """The unit's stamps, which wrap every 12.1 days, wrap in this run.
 
     That is ``start_s`` after its first record, not after the scenario's beginning, because a clock does not
@@ -229,7 +270,7 @@ class Rollover(Fault):
 
 
 @kind(DATA_PORT)
-class PortChangeStall(Fault):
+class PortChangeStall(ScenarioFault):
     """Asked to send to another host port than at power-up, the unit closes one and opens none.
 
     It stays silent until the fault ends, which stands for a power cycle.
@@ -241,7 +282,7 @@ class PortChangeStall(Fault):
 
 
 @kind(DATA_PORT)
-class SilentStop(Fault):
+class SilentStop(ScenarioFault):
     """The stream stops without a word."""
 
     needs_start: bool = value(
@@ -250,12 +291,12 @@ class SilentStop(Fault):
 
 
 @kind(CONSOLE)
-class ConsoleStall(Fault):
+class ConsoleStall(ScenarioFault):
     """The console takes what it is told and prints nothing until the end."""
 
 
 @kind(CONSOLE)
-class SplitConsole(Fault):
+class SplitConsole(ScenarioFault):
     """The console prints in pieces."""
 
     piece_bytes: int = within(7, 1, 1024, "Length of a piece.")
@@ -263,7 +304,7 @@ class SplitConsole(Fault):
 
 
 @kind("force unit: its sample clock")
-class SampleRate(Fault):
+class SampleRate(ScenarioFault):
     """The unit samples faster or slower than it was told; its stamps stay right (assumed)."""
 
     percent: float = needed(-50.0, 50.0, "By so much.")

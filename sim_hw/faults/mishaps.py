@@ -9,9 +9,9 @@ from model.values.arrays import FloatArray
 from sim_hw.dynamixel.bus import VirtualServoBus
 from sim_hw.faults.kinds import (
     Brownout,
-    Fault,
     Overheating,
     Overload,
+    ScenarioFault,
     SilentServo,
     StuckShaft,
     Unplug,
@@ -76,14 +76,14 @@ class ServoMishaps:
         self,
         bus: VirtualServoBus,
         motors: DisturbedMotors,
-        faults: Sequence[Fault],
+        faults: Sequence[ScenarioFault],
         time: ScenarioTime,
     ) -> None:
         self._bus = bus
         self._motors = motors
         self._time = time
         self._faults = [fault for fault in faults if isinstance(fault, MISHAPS)]
-        self._active: list[Fault] = []
+        self._active: list[ScenarioFault] = []
         self._index = {servo.servo_id: i for i, servo in enumerate(bus.servos)}
         self._silent: set[int] = set()
         self._applied_ns = -1
@@ -128,11 +128,13 @@ class ServoMishaps:
             self._bus.servos[i].restart(t_ns)
 
     def _targets(self, servo_id: int | None) -> list[int]:
-        return [self._index[servo_id]] if servo_id is not None else list(self._index.values())
+        return (
+            [self._index[servo_id]] if servo_id is not None else list(range(len(self._bus.servos)))
+        )
 
-    def _set_all(self, active: Sequence[Fault]) -> None:
+    def _set_all(self, active: Sequence[ScenarioFault]) -> None:
         silent: dict[int, bool] = {}
-        jammed = dict.fromkeys(self._index.values(), 0.0)
+        jammed = dict.fromkeys(range(len(self._bus.servos)), 0.0)
         self._motors.hot.clear()
         self._motors.loaded.clear()
         for fault in active:

@@ -5,7 +5,14 @@ from dataclasses import replace
 
 from drivers.ati.packets import TICKS_PER_SECOND, U32, Malformed, build_record, parse_datagram
 from model.values.readings import ForceRecord
-from sim_hw.faults.kinds import ClockStep, Fault, LowBattery, MaskChange, Rollover, Saturation
+from sim_hw.faults.kinds import (
+    ClockStep,
+    LowBattery,
+    MaskChange,
+    Rollover,
+    Saturation,
+    ScenarioFault,
+)
 from sim_hw.faults.time import ScenarioTime
 
 LED_CODES = {"off": 0, "red": 1, "green": 2, "orange": 3}
@@ -24,7 +31,7 @@ class RecordFaults:
         time: The scenario's time.
     """
 
-    def __init__(self, faults: Sequence[Fault], time: ScenarioTime) -> None:
+    def __init__(self, faults: Sequence[ScenarioFault], time: ScenarioTime) -> None:
         kinds = (MaskChange, Saturation, LowBattery, ClockStep)
         self._faults = [fault for fault in faults if isinstance(fault, kinds)]
         self._rollovers = [fault for fault in faults if isinstance(fault, Rollover)]
@@ -54,7 +61,7 @@ class RecordFaults:
         return replace(record, device_ticks=(record.device_ticks + self._shift_ticks) % U32)
 
 
-def _changed(record: ForceRecord, fault: Fault) -> ForceRecord:
+def _changed(record: ForceRecord, fault: ScenarioFault) -> ForceRecord:
     match fault:
         case MaskChange():
             for number in fault.transducers:

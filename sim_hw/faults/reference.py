@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any, get_type_hints
 
 from sim_hw.assumed import AdapterAssumed, ServoAssumed, WnetAssumed
-from sim_hw.faults.kinds import KINDS, Fault
+from sim_hw.faults.kinds import KINDS, ScenarioFault
 from sim_hw.faults.scenario import Course
 
 # What the ending of a name says about its unit.
@@ -74,7 +74,7 @@ class KindOfFault:
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class ReferenceTable:
     """One table of a scenario file besides the faults.
 
     Attributes:
@@ -102,7 +102,7 @@ def common_settings() -> tuple[Setting, ...]:
     return tuple(every[name] for name in COMMON)
 
 
-def tables() -> tuple[Table, ...]:
+def tables() -> tuple[ReferenceTable, ...]:
     """Return the tables besides the faults."""
     kinds: tuple[tuple[str, type], ...] = (
         ("", Course),
@@ -110,10 +110,10 @@ def tables() -> tuple[Table, ...]:
         ("force_unit", WnetAssumed),
         ("adapter", AdapterAssumed),
     )
-    return tuple(Table(name, _summary(kind), _settings(kind)) for name, kind in kinds)
+    return tuple(ReferenceTable(name, _summary(kind), _settings(kind)) for name, kind in kinds)
 
 
-def _kind(name: str, fault: type[Fault]) -> KindOfFault:
+def _kind(name: str, fault: type[ScenarioFault]) -> KindOfFault:
     settings = _settings(fault)
     own = tuple(s for s in settings if s.name not in COMMON)
     return KindOfFault(name, fault.acts_on, _summary(fault), own, len(settings) - len(own) > 2)

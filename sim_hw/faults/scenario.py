@@ -14,7 +14,7 @@ from typing import Any
 from model.errors import ConfigError
 from record.toml_file import reading
 from sim_hw.assumed import AdapterAssumed, ServoAssumed, WnetAssumed
-from sim_hw.faults.kinds import KINDS, Fault
+from sim_hw.faults.kinds import KINDS, ScenarioFault
 from sim_hw.typed_table import among, read_table, suggestion, within
 
 TABLES = ("servo", "force_unit", "adapter", "fault")
@@ -46,7 +46,7 @@ class Scenario:
     servo: ServoAssumed = field(default_factory=ServoAssumed)
     force_unit: WnetAssumed = field(default_factory=WnetAssumed)
     adapter: AdapterAssumed = field(default_factory=AdapterAssumed)
-    faults: tuple[Fault, ...] = ()
+    faults: tuple[ScenarioFault, ...] = ()
 
 
 def load_scenario(path: Path, ids: Collection[int]) -> Scenario:
@@ -80,13 +80,13 @@ def parse_scenario(text: str, ids: Collection[int]) -> Scenario:
     return scenario
 
 
-def _faults(tables: Any) -> tuple[Fault, ...]:
+def _faults(tables: Any) -> tuple[ScenarioFault, ...]:
     if not isinstance(tables, list):
         raise ConfigError("fault", "must be [[fault]] tables, in double brackets")
     return tuple(_fault(table, f"fault[{i}]") for i, table in enumerate(tables))
 
 
-def _fault(table: Any, path: str) -> Fault:
+def _fault(table: Any, path: str) -> ScenarioFault:
     if not isinstance(table, Mapping):
         raise ConfigError(path, f"must be a table, not {table!r}")
     if "kind" not in table:
@@ -101,13 +101,17 @@ def _fault(table: Any, path: str) -> Fault:
 
 
 def _check_ids(scenario: Scenario, ids: Collection[int]) -> None:
-    named = [("servo.old_firmware", servo_id) for servo_id in scenario.servo.old_firmware]
+    servo = scenario.servo
+    named = [("servo.old_firmware", servo_id) for servo_id in servo.old_firmware]
+    named += [("servo.shares_id", servo_id) for servo_id in servo.shares_id]
     for i, fault in enumerate(scenario.faults):
         servo_id = getattr(fault, "servo", None)
         if servo_id is not None:
             named.append((f"fault[{i}].servo", servo_id))
-            if servo_id in scenario.servo.old_firmware:
+            if servo_id in servo.old_firmware:
                 raise ConfigError(f"fault[{i}].servo", f"{servo_id} has old firmware and no faults")
+            if servo_id in servo.shares_id:
+                raise ConfigError(f"fault[{i}].servo", f"{servo_id} has another one's id")
     for key, servo_id in named:
         if servo_id not in ids:
             known = ", ".join(str(i) for i in ids)

@@ -6,17 +6,17 @@ stream, then into datagrams, and those may be lost, doubled or held back. The un
 
 from collections.abc import Sequence
 
-from drivers.ati.packets import Command, parse_command
+from drivers.ati.packets import UnitCommand, parse_command
 from sim_hw.ati.unit import VirtualWnet
 from sim_hw.faults.console import FaultyConsole
 from sim_hw.faults.kinds import (
     Batching,
     DuplicatePacket,
-    Fault,
     PacketLoss,
     PortChangeStall,
     ReorderedPacket,
     SampleRate,
+    ScenarioFault,
     SilentStop,
 )
 from sim_hw.faults.records import RecordFaults
@@ -38,7 +38,7 @@ class FaultyWnet:
     """
 
     def __init__(
-        self, unit: VirtualWnet, faults: Sequence[Fault], time: ScenarioTime, seed: int
+        self, unit: VirtualWnet, faults: Sequence[ScenarioFault], time: ScenarioTime, seed: int
     ) -> None:
         self.unit = unit
         self._faults = faults
@@ -65,7 +65,7 @@ class FaultyWnet:
         """Take a command sent from a port."""
         self._time.look(t_ns, torque=False)
         parsed = parse_command(data)
-        if parsed is not None and parsed.command == Command.START:
+        if parsed is not None and parsed.command == UnitCommand.START:
             for stop in self._stops:
                 stop.start(t_ns)
             for port in self._ports:

@@ -143,15 +143,22 @@ def _device_process(setup: VirtualSetup, control: Connection, truth_end: Connect
         serve(robot, devices, clock, truth_end, control)
 
 
-def open_servo_pty(robot: VirtualRobot, scenario: Scenario | None, stack: ExitStack) -> PtyServoBus:
+def open_servo_pty(
+    robot: VirtualRobot,
+    scenario: Scenario | None,
+    stack: ExitStack,
+    notice: Callable[[str], None] = lambda _: None,
+) -> PtyServoBus:
     """Open the servo bus of a virtual robot on a pseudo-terminal, closed with the stack.
+
+    ``notice`` is told when it answers late.
 
     Where the scenario pulls the cable it gets a name that stays the same when it is plugged in again.
     """
     link = None
     if scenario is not None and any(isinstance(fault, Unplug) for fault in scenario.faults):
         link = Path(stack.enter_context(TemporaryDirectory(prefix="bigant-"))) / "servo_bus"
-    pty = PtyServoBus(robot.servo_wire, link)
+    pty = PtyServoBus(robot.servo_wire, link, notice)
     stack.callback(pty.close)
     return pty
 

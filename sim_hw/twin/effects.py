@@ -145,7 +145,7 @@ def adds_vector(place: str) -> Apply:
 
 
 @dataclass(frozen=True, slots=True)
-class Effect:
+class TwinEffect:
     """An effect with its numbers.
 
     Attributes:
@@ -159,7 +159,7 @@ class Effect:
     values: tuple[float, ...]
 
 
-def apply_effects(twin: Twin, effects: Sequence[Effect], kinds: Sequence[EffectKind]) -> Twin:
+def apply_effects(twin: Twin, effects: Sequence[TwinEffect], kinds: Sequence[EffectKind]) -> Twin:
     """Return the twin with all effects, in the order given.
 
     Args:
@@ -193,7 +193,7 @@ def find_kind(name: str, kinds: Sequence[EffectKind]) -> EffectKind:
     raise ConfigError("effect", f"{name!r} is not known; {hint}")
 
 
-def parse_effect(text: str, kinds: Sequence[EffectKind]) -> Effect:
+def parse_effect(text: str, kinds: Sequence[EffectKind]) -> TwinEffect:
     """Read ``NAME[@LEG][:param=value,...]``; parameters left out are at their strong size.
 
     Raises:
@@ -215,12 +215,12 @@ def parse_effect(text: str, kinds: Sequence[EffectKind]) -> Effect:
             values[names.index(key.strip())] = float(value)
         except ValueError as error:
             raise ConfigError(f"effect {name}", f"{key} must be a number, not {value!r}") from error
-    effect = Effect(kind.name, leg.strip(), tuple(values))
+    effect = TwinEffect(kind.name, leg.strip(), tuple(values))
     _check(effect, kind)
     return effect
 
 
-def _check(effect: Effect, kind: EffectKind) -> None:
+def _check(effect: TwinEffect, kind: EffectKind) -> None:
     for parameter, value in zip(kind.parameters, effect.values, strict=True):
         if not (math.isfinite(value) and parameter.low <= value <= parameter.high):
             raise ConfigError(
@@ -230,7 +230,7 @@ def _check(effect: Effect, kind: EffectKind) -> None:
             )
 
 
-def _legs(effect: Effect, kind: EffectKind, names: tuple[str, ...]) -> IntArray:
+def _legs(effect: TwinEffect, kind: EffectKind, names: tuple[str, ...]) -> IntArray:
     if not effect.leg:
         if kind.scope == LEG:
             raise ConfigError(

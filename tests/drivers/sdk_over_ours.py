@@ -10,7 +10,7 @@ from dynamixel_sdk import (
 )
 
 from drivers.dynamixel.frames import BROADCAST_ID, Instruction, build_instruction, build_status
-from drivers.dynamixel.packets import STATUS_BYTES, Answer
+from drivers.dynamixel.packets import STATUS_BYTES, ServoAnswer
 from drivers.dynamixel.port import ClockedPort
 from drivers.dynamixel.requests import ServoRequests
 
@@ -52,7 +52,7 @@ class SdkRequests(ServoRequests, Protocol2PacketHandler):  # type: ignore[misc] 
         return _as_sdk(self.answer(dxl_id, length))
 
 
-def _as_sdk(answer: Answer) -> tuple[list[int], int, int]:
+def _as_sdk(answer: ServoAnswer) -> tuple[list[int], int, int]:
     """Lay an answer out as the SDK's helpers expect it; they index into data upon success."""
     if answer.data is None and answer.code == COMM_SUCCESS:
         return [], COMM_RX_CORRUPT, answer.error

@@ -1,5 +1,6 @@
 """Bytes of the wireless force-torque unit."""
 
+import binascii
 import zlib
 
 import numpy as np
@@ -9,9 +10,9 @@ from hypothesis import strategies as st
 
 from drivers.ati.packets import (
     U32,
-    Command,
     Malformed,
     ParsedCommand,
+    UnitCommand,
     build_command,
     build_record,
     crc16,
@@ -20,7 +21,7 @@ from drivers.ati.packets import (
     parse_datagram,
     unix_ns,
 )
-from drivers.ati.sequence import RESTART_JUMP, Arrival, classify
+from drivers.ati.sequence import LARGEST_GAP, RESTART_JUMP, Arrival, SequenceWatch, classify
 from model.values.readings import ForceRecord
 
 V0 = bytes.fromhex("4e886762 0004085e 00150aaa 01050009 07 1f")
@@ -50,23 +51,37 @@ def record(
 @pytest.mark.parametrize(
     ("command", "samples", "sequence", "wire"),
     [
-        (Command.START, 0, 0, "00 0a 00 01 00 00 00 00 73 46"),
-        (Command.START, 1, 0, "00 0a 00 01 00 00 00 01 63 67"),
-        (Command.START, 25, 0, "00 0a 00 01 00 00 00 19 f0 5e"),
-        (Command.START, 100, 0, "00 0a 00 01 00 00 00 64 5f 64"),
-        (Command.START, 6000, 0, "00 0a 00 01 00 00 17 70 97 35"),
-        (Command.START, 0, 1, "00 0a 01 01 00 00 00 00 36 e6"),
-        (Command.STOP, None, 0, "00 06 00 02 7d 48"),
-        (Command.STOP, None, 1, "00 06 01 02 4e 79"),
-        (Command.PING, None, 0, "00 06 00 04 1d 8e"),
-        (Command.RESET_CONSOLE, None, 0, "00 06 00 05 0d af"),
+        (UnitCommand.START, 0, 0, "00 0a 00 01 00 00 00 00 73 46"),
+        (UnitCommand.START, 1, 0, "00 0a 00 01 00 00 00 01 63 67"),
+        (UnitCommand.START, 25, 0, "00 0a 00 01 00 00 00 19 f0 5e"),
+        (UnitCommand.START, 100, 0, "00 0a 00 01 00 00 00 64 5f 64"),
+        (UnitCommand.START, 6000, 0, "00 0a 00 01 00 00 17 70 97 35"),
+        (UnitCommand.START, 0, 1, "00 0a 01 01 00 00 00 00 36 e6"),
+        (UnitCommand.STOP, None, 0, "00 06 00 02 7d 48"),
+        (UnitCommand.STOP, None, 1, "00 06 01 02 4e 79"),
+        (UnitCommand.PING, None, 0, "00 06 00 04 1d 8e"),
+        (UnitCommand.RESET_CONSOLE, None, 0, "00 06 00 05 0d af"),
     ],
 )
-def test_commands(command: Command, samples: int | None, sequence: int, wire: str) -> None:
+def test_commands(command: UnitCommand, samples: int | None, sequence: int, wire: str) -> None:
     data = build_command(command, samples, sequence)
     assert data == bytes.fromhex(wire)
     assert parse_command(data) == ParsedCommand(command, samples or 0)
     assert crc16(data) == 0
+
+
+def bitwise_crc(data: bytes) -> int:
+    """The definition: x^16 + x^12 + x^5 + 1, begun with 0x1234, bit by bit."""
+    crc = 0x1234
+    for byte in data:
+        for bit in range(7, -1, -1):
+            crc = crc << 1 ^ (0x1021 if (crc >> 15 ^ byte >> bit) & 1 else 0)
+    return crc & 0xFFFF
+
+
+@given(st.binary(max_size=64))
+def test_the_crc_is_that_of_its_definition_and_of_the_standard_library(data: bytes) -> None:
+    assert crc16(data) == bitwise_crc(data) == binascii.crc_hqx(data, 0x1234)
 
 
 def test_crc_check_values() -> None:
@@ -149,6 +164,31 @@ def test_what_a_sequence_number_says(
     sequence: int, last: int, expected: tuple[Arrival, int]
 ) -> None:
     assert classify(sequence, last) == expected
+
+
+@pytest.mark.parametrize("far", [RESTART_JUMP + 500, LARGEST_GAP + 202, U32 - RESTART_JUMP])
+def test_one_number_far_away_is_not_believed(far: int) -> None:
+    watch = SequenceWatch()
+    judged = [watch.judge(n) for n in (99, 100, far, 101, 102)]
+    assert [a for a, _ in judged] == [*[Arrival.NEXT] * 2, Arrival.LATE, *[Arrival.NEXT] * 2]
+    other = (far + 5 * RESTART_JUMP) % U32
+    assert [watch.judge(n)[0] for n in (far, other, 103)] == [*[Arrival.LATE] * 2, Arrival.NEXT]
+
+
+@pytest.mark.parametrize(
+    ("numbers", "believed"),
+    [
+        ((RESTART_JUMP + 500, RESTART_JUMP + 503), (Arrival.RESTART, 0)),
+        ((U32 - RESTART_JUMP, U32 - RESTART_JUMP + 1), (Arrival.RESTART, 0)),
+        ((5000, 5001), (Arrival.AFTER_GAP, 4900)),
+    ],
+)
+def test_two_that_agree_are_believed(
+    numbers: tuple[int, int], believed: tuple[Arrival, int]
+) -> None:
+    watch = SequenceWatch()
+    judged = [watch.judge(n) for n in (100, *numbers, numbers[1] + 1)]
+    assert judged == [(Arrival.NEXT, 0), (Arrival.LATE, 0), believed, (Arrival.NEXT, 0)]
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 6])

@@ -1,6 +1,8 @@
 """The force stream against the virtual unit, in virtual time and over real sockets."""
 
 import select
+import socket
+import sys
 import threading
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,8 +14,8 @@ from drivers.ati.calibration import parse_cal
 from drivers.ati.console import Console
 from drivers.ati.discovery import FoundUnit, answer, discover, parse_answer, question
 from drivers.ati.foot_forces import ForceScales, no_forces
-from drivers.ati.links import TcpTextLink, UdpLink
-from drivers.ati.packets import Command, build_command
+from drivers.ati.links import MOST_DATAGRAMS, OLDEST_NS, TcpTextLink, UdpLink, arrival_ns
+from drivers.ati.packets import UnitCommand, build_command
 from drivers.ati.repair import Repair, Repaired
 from drivers.ati.setup import free_console
 from drivers.ati.stream import ForceStream
@@ -101,7 +103,7 @@ def test_saturation_is_a_fault_and_no_force(memory: Memory) -> None:
 
 
 def test_silence_is_a_fault_and_the_stream_is_started_again(memory: Memory) -> None:
-    memory.unit.command(build_command(Command.STOP), memory.clock.now_ns(), 0)
+    memory.unit.command(build_command(UnitCommand.STOP), memory.clock.now_ns(), 0)
     heard: list[ForceRecord] = []
     for _ in range(100):
         memory.wait(0.01)
@@ -247,9 +249,10 @@ def test_malformed_datagrams_are_counted(memory: Memory) -> None:
 
 def test_a_device_that_starts_anew_is_not_a_loss_of_millions(memory: Memory) -> None:
     memory.unit._sequence = 4_000_000_000
-    memory.wait(0.01)
-    assert len(memory.stream.read()) == 1
-    assert memory.stream.counters.missing == 0
+    memory.wait(0.05)
+    assert len(memory.stream.read()) == 4, "the second one is believed"
+    counters = memory.stream.counters
+    assert (counters.missing, counters.late, counters.unit_restarts) == (0, 1, 1)
 
 
 def test_raw_gage_counts_are_refused() -> None:
@@ -461,6 +464,38 @@ def test_end_to_end_over_sockets() -> None:
     finally:
         stale.close()
         loopback.close()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the stamp of arrival is Linux'")
+def test_a_datagram_is_stamped_when_it_arrives_and_a_flood_comes_in_portions() -> None:
+    clock = MonotonicClock()
+    unit = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    unit.bind(("127.0.0.1", 0))
+    link = UdpLink("127.0.0.1", unit.getsockname()[1], 0, clock)
+    try:
+        port = link._socket.getsockname()[1]
+        before_ns = clock.now_ns()
+        unit.sendto(b"x", ("127.0.0.1", port))
+        sent_ns = clock.now_ns()
+        clock.sleep_until_ns(sent_ns + 50_000_000)
+        ((t_ns, data),) = link.receive()
+        assert data == b"x"
+        assert before_ns - 1_000_000 < t_ns < sent_ns + 40_000_000
+        for i in range(MOST_DATAGRAMS + 4):
+            unit.sendto(bytes([i % 256]), ("127.0.0.1", port))
+        first, rest = link.receive(), link.receive()
+        assert (len(first), len(rest)) == (MOST_DATAGRAMS, 4)
+        times = [t for t, _ in [*first, *rest]]
+        assert times == sorted(times)
+    finally:
+        unit.close()
+        link.close()
+
+
+@pytest.mark.parametrize("stamp_ns", [None, 1_000_078, 1_000_077 - OLDEST_NS - 1])
+def test_without_a_stamp_that_makes_sense_the_time_of_reading_counts(stamp_ns: int | None) -> None:
+    assert arrival_ns(stamp_ns, now_ns=77, unix_less_ours_ns=1_000_000) == 77
+    assert arrival_ns(1_000_007, now_ns=77, unix_less_ours_ns=1_000_000) == 7
 
 
 def test_nobody_there_is_said() -> None:

@@ -1,4 +1,4 @@
-"""Torque on and off over a wire that loses requests, brings answers late and destroys what overlaps."""
+"""Torque on and off over a wire that loses requests, brings them late and destroys what overlaps."""
 
 import heapq
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from drivers.dynamixel.frames import BROADCAST_ID, Frame, FrameParser, Instructi
 from drivers.dynamixel.mx106 import REGISTER
 from model.errors import BusError
 from sim_hw.clock import VirtualClock
-from sim_hw.dynamixel.bus import VirtualServoBus, wire_ns
+from sim_hw.dynamixel.bus import VirtualServoBus
 from sim_hw.dynamixel.firmware import FirmwareBank
 from sim_hw.dynamixel.port import MemoryPort
 from tests.drivers.test_servo_bus import SETTINGS
@@ -28,44 +28,42 @@ def writes(frame: Frame, name: str) -> bool:
 
 
 class Wire:
-    """Sound servos on two wires that are one: who talks while another does destroys both."""
+    """The virtual servos' own wire, on which chosen requests are lost or late."""
 
     def __init__(self, servos: VirtualServoBus) -> None:
         self.servos = servos
         self.loses: Callable[[Frame], bool] = lambda _: False
         self.delay_s: Callable[[Frame], float] = lambda _: 0.0
-        self.collisions = 0
-        self._under_way: list[tuple[int, int, bytes]] = []  # arrival, order, bytes
-        self._order = 0
+        self._late: list[tuple[int, bytes, int]] = []  # time, bytes, baud rate
+
+    @property
+    def collisions(self) -> int:
+        return self.servos.collisions
 
     def poll(self, t_ns: int) -> None:
+        while self._late and self._late[0][0] <= t_ns:
+            late_ns, data, baud_rate = heapq.heappop(self._late)
+            self.servos.receive(data, late_ns, baud_rate)
         self.servos.poll(t_ns)
 
     def receive(self, data: bytes, t_ns: int, baud_rate: int) -> None:
+        self.poll(t_ns)
         (frame,) = [f for f in FrameParser().feed(data) if isinstance(f, Frame)]
-        start_ns = t_ns - wire_ns(len(data), baud_rate)
-        for at, (end_ns, order, reply) in enumerate(self._under_way):
-            if end_ns > start_ns and end_ns - wire_ns(len(reply), baud_rate) < t_ns:
-                self._under_way[at] = (end_ns, order, bytes(b ^ 0xAA for b in reply))
-                self.collisions += 1
-                return
         if self.loses(frame):
             return
-        self.servos.receive(data, t_ns, baud_rate)
         delay_ns = round(self.delay_s(frame) * 1e9)
-        for sent in self.servos.due(2**62):
-            self._order += 1
-            heapq.heappush(self._under_way, (sent.t_ns + delay_ns, self._order, sent.data))
+        if delay_ns:
+            heapq.heappush(self._late, (t_ns + delay_ns, data, baud_rate))
+        else:
+            self.servos.receive(data, t_ns, baud_rate)
 
     def next_reply_ns(self) -> int | None:
-        return self._under_way[0][0] if self._under_way else None
+        times = [self.servos.next_reply_ns(), self._late[0][0] if self._late else None]
+        return min((t for t in times if t is not None), default=None)
 
     def replies(self, t_ns: int) -> bytes:
         self.poll(t_ns)
-        arrived = b""
-        while self._under_way and self._under_way[0][0] <= t_ns:
-            arrived += heapq.heappop(self._under_way)[2]
-        return arrived
+        return self.servos.replies(t_ns)
 
 
 def configured() -> tuple[Wire, ServoBus, SimpleMotors, VirtualClock]:

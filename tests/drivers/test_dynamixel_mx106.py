@@ -1,7 +1,5 @@
 """The control table as data, and counts to SI in the leg's sense and back."""
 
-from importlib.resources import files
-
 import numpy as np
 import pytest
 from dynamixel_sdk import DXL_HIWORD, DXL_LOWORD
@@ -36,21 +34,6 @@ def test_registers_do_not_overlap() -> None:
     taken = [a for r in REGISTERS for a in range(r.address, r.address + r.size)]
     assert len(taken) == len(set(taken))
     assert max(taken) == 661
-
-
-def test_addresses_and_sizes_are_those_of_the_manufacturers_own_table() -> None:
-    text = (files("dynamixel_easy_sdk") / "control_table" / "mx_106.model").read_text("utf-8")
-    text = text.replace("Secondary(Shadow) ID", "Secondary ID")
-    rows = [line.split("\t") for line in text.partition("[control table]")[2].splitlines()[2:]]
-    theirs = {row[2].lower().replace(" ", "_"): (int(row[0]), int(row[1])) for row in rows}
-    ours = {register.name: (register.address, register.size) for register in REGISTERS}
-    missing = [name for name in ours if name not in theirs]
-    assert all(name.startswith("indirect_") for name in missing), "they list the first of each only"
-    assert {name: theirs[name] for name in theirs if name in ours} == {
-        name: place for name, place in ours.items() if name in theirs
-    }
-    unit = next(line for line in text.splitlines() if line.startswith("Present Velocity\t"))
-    assert float(unit.split("\t")[1]) == pytest.approx(VELOCITY_UNIT_RAD_S, rel=1e-3)
 
 
 @pytest.mark.parametrize(

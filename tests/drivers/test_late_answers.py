@@ -87,7 +87,7 @@ def test_the_requests_byte_for_byte() -> None:
 
 
 def test_one_byte_is_read_until_two_answers_agree() -> None:
-    from drivers.dynamixel.packets import Answer
+    from drivers.dynamixel.packets import ServoAnswer
 
     class Scripted(ServoRequests):
         def __init__(self, *values: int) -> None:
@@ -97,8 +97,8 @@ def test_one_byte_is_read_until_two_answers_agree() -> None:
         def owed(self) -> bool:
             return True
 
-        def read(self, servo_id: int, address: int, length: int) -> Answer:
-            return Answer(bytes([self.left.pop(0)]), 0, 0)
+        def read(self, servo_id: int, address: int, length: int) -> ServoAnswer:
+            return ServoAnswer(bytes([self.left.pop(0)]), 0, 0)
 
     port: Any = None
     asked = Scripted(1, 0, 0, 9)

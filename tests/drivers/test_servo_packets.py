@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.dynamixel.frames import Frame, Instruction, StatusError, build_status
-from drivers.dynamixel.packets import Answer
+from drivers.dynamixel.packets import ServoAnswer
 from drivers.dynamixel.requests import ServoRequests
 from model.errors import ConnectionLost
 from tests.drivers.scripted_servos import Replies, ScriptedPort, ScriptedServos, Servo
@@ -67,7 +67,7 @@ def test_our_own_write_is_stuffed_too() -> None:
 def test_a_stuffed_status_is_read_as_it_was_meant() -> None:
     _port, packets = answering(STUFFED_STATUS)
     answer = packets.read(1, 126, 10)
-    assert answer == Answer(bytes.fromhex("00 00 FF FF FF FF FD 00 00 00"), 0, COMM_SUCCESS)
+    assert answer == ServoAnswer(bytes.fromhex("00 00 FF FF FF FF FD 00 00 00"), 0, COMM_SUCCESS)
 
 
 @given(st.lists(st.sampled_from([0xFF, 0xFF, 0xFD, 0x00]), min_size=1, max_size=16).map(bytes))
@@ -99,7 +99,7 @@ def test_an_error_is_no_data_for_us() -> None:
 
 def test_data_of_another_length_is_not_used() -> None:
     _port, packets = answering(build_status(1, 0, b"\x01\x02"))
-    assert packets.read(1, 132, 4) == Answer(None, 0, COMM_RX_TIMEOUT)
+    assert packets.read(1, 132, 4) == ServoAnswer(None, 0, COMM_RX_TIMEOUT)
     assert packets.counters.snapshot().foreign_replies == 1
 
 
@@ -327,7 +327,7 @@ def test_an_alert_is_kept_and_the_data_is_used() -> None:
 
 
 def test_words_for_an_error_that_nobody_knows() -> None:
-    assert Answer(None, 0x33, COMM_SUCCESS).words == "error 51"
+    assert ServoAnswer(None, 0x33, COMM_SUCCESS).words == "error 51"
 
 
 def test_a_broadcast_read_is_refused() -> None:
@@ -338,7 +338,7 @@ def test_a_broadcast_read_is_refused() -> None:
 
 def test_a_truncated_answer_is_damage_not_silence() -> None:
     _port, packets = answering(STUFFED_STATUS[:-3])
-    assert packets.read(1, 126, 10) == Answer(None, 0, COMM_RX_CORRUPT)
+    assert packets.read(1, 126, 10) == ServoAnswer(None, 0, COMM_RX_CORRUPT)
 
 
 def test_ask_sends_any_instruction() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 
 from model.values.arrays import FloatArray
 from record.trial.header import SERVO_BENCH, SLIDING_BODY, TrialHeader, TrialNoise
-from record.trial.table_file import Column
+from record.trial.table_file import TableColumn
 from record.trial.trial import Trial, build_trial
 
 MOTOR = """
@@ -29,12 +29,12 @@ def servo_trial(
         "bench.toml", robot,
     )  # fmt: skip
     columns = [
-        Column("time_s", np.arange(len(command)) / hz),
-        Column("command_arm_rad", command),
-        Column("shaft_arm_rad", command if shaft is None else shaft),
+        TableColumn("time_s", np.arange(len(command)) / hz),
+        TableColumn("command_arm_rad", command),
+        TableColumn("shaft_arm_rad", command if shaft is None else shaft),
     ]
     if torque is not None:
-        columns.append(Column("torque_arm_nm", torque))
+        columns.append(TableColumn("torque_arm_nm", torque))
     return build_trial(header, tuple(columns))
 
 
@@ -51,6 +51,6 @@ def slide_trial(position: FloatArray, hz: float = 148.0, law: str = "viscous") -
         "body.toml",
         robot,
     )
-    columns = [Column("time_s", np.arange(len(position)) / hz)]
-    columns += [Column(f"body_{axis}_m", position[:, i]) for i, axis in enumerate("xy")]
+    columns = [TableColumn("time_s", np.arange(len(position)) / hz)]
+    columns += [TableColumn(f"body_{axis}_m", position[:, i]) for i, axis in enumerate("xy")]
     return build_trial(header, tuple(columns))

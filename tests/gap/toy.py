@@ -23,7 +23,7 @@ from gap.interfaces import (
 )
 from model.values.arrays import FloatArray
 from record.trial.header import SERVO_BENCH, TrialHeader, TrialNoise
-from record.trial.table_file import Column
+from record.trial.table_file import TableColumn
 from record.trial.trial import Trial, build_trial
 
 JOINTS = ("a", "b", "c")
@@ -160,10 +160,10 @@ def toy_trial(
     noise = rng.standard_normal(true.shape) * np.array([NOISE[c.name] for c in CHANNELS])
     seen = true + noise
     header = TrialHeader(SERVO_BENCH, JOINTS, gait, hz, HZ, "", TrialNoise(math.nan), "", "")
-    columns = [Column("time_s", time_s)]
-    columns += [Column(f"shaft_{j}_rad", seen[:, i]) for i, j in enumerate(JOINTS)]
-    columns += [Column(f"force_{j}_z_n", seen[:, 3 + i]) for i, j in enumerate(JOINTS)]
-    columns.append(Column("body_x_m", seen[:, 6]))
+    columns = [TableColumn("time_s", time_s)]
+    columns += [TableColumn(f"shaft_{j}_rad", seen[:, i]) for i, j in enumerate(JOINTS)]
+    columns += [TableColumn(f"force_{j}_z_n", seen[:, 3 + i]) for i, j in enumerate(JOINTS)]
+    columns.append(TableColumn("body_x_m", seen[:, 6]))
     return build_trial(header, tuple(columns))
 
 

@@ -16,7 +16,7 @@ from model.effects.machine import LeggedMachine, parse_machine
 from model.effects.settings import settings_of
 from model.values.arrays import FloatArray, readonly
 from record.trial.header import TrialHeader, TrialNoise
-from record.trial.table_file import Column
+from record.trial.table_file import TableColumn
 from record.trial.trial import Trial, build_trial
 from robot.config.robot_file import load_robot
 
@@ -49,8 +49,10 @@ def command_trial(gait: str, frequency_hz: float, seconds: float, steer: float =
     header = TrialHeader(
         "legged", legs, gait, frequency_hz, RATE_HZ, "", NOISE, "bigant.toml", robot.text
     )
-    commands = [Column(f"command_{leg}_rad", motion.angle_rad[:, k]) for k, leg in enumerate(legs)]
-    return build_trial(header, (Column("time_s", time_s), *commands))
+    commands = [
+        TableColumn(f"command_{leg}_rad", motion.angle_rad[:, k]) for k, leg in enumerate(legs)
+    ]
+    return build_trial(header, (TableColumn("time_s", time_s), *commands))
 
 
 def walk(

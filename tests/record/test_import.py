@@ -11,8 +11,8 @@ from record.log.from_trial import left_out, write_trial_log
 from record.log.reader import LogContents, read_ticks
 from record.trial.column_map import ColumnMap, read_column_map
 from record.trial.import_table import ImportReport, import_tables
-from record.trial.table_check import Finding
-from record.trial.table_file import Column
+from record.trial.table_check import TableFinding
+from record.trial.table_file import TableColumn
 from record.trial.trial import Trial, build_trial, read_trial, write_trial
 from tests.record.test_trial import (
     BENCH,
@@ -31,7 +31,7 @@ def bring(path: Path, columns: Path | None = None) -> tuple[Trial, ImportReport]
     return one.trial, one.report
 
 
-def found(report: ImportReport, kind: str, column: str = "") -> Finding:
+def found(report: ImportReport, kind: str, column: str = "") -> TableFinding:
     """The one finding of that kind (in that column)."""
     (finding,) = [
         f for f in report.findings if f.kind == kind and (not column or f.column == column)
@@ -233,11 +233,11 @@ def smooth_trial(header_text: str, count: int = 40) -> Trial:
     rng = np.random.default_rng(2)
     trial = make_trial(make_header(header_text, notes="by hand"), count)
     columns = [
-        Column(column.name, rng.normal(0, 0.5, count))
+        TableColumn(column.name, rng.normal(0, 0.5, count))
         for column in trial.columns()[1:]
         if not column.name.startswith("torque")
     ]
-    columns.append(Column("time_s", np.arange(count) / 100))
+    columns.append(TableColumn("time_s", np.arange(count) / 100))
     return build_trial(trial.header, tuple(columns))
 
 
@@ -258,8 +258,8 @@ def test_a_trial_goes_through_a_log_and_back(tmp_path: Path) -> None:
 
 def test_what_was_not_measured_is_not_made_up(tmp_path: Path) -> None:
     columns = (
-        Column("time_s", np.array([0.0, 0.1])),
-        Column("shaft_HL_rad", np.array([1, np.nan])),
+        TableColumn("time_s", np.array([0.0, 0.1])),
+        TableColumn("shaft_HL_rad", np.array([1, np.nan])),
     )
     write_trial_log(build_trial(make_header(HEXAPOD), columns), tmp_path / "t.mcap")
     contents = LogContents()
@@ -285,7 +285,8 @@ def test_other_machines_make_logs_too(
 ) -> None:
     trial = make_trial(make_header(text, kind=kind, joints=joints, gait=""), 10)
     trial = build_trial(trial.header, tuple(
-        Column(c.name, 0.2 * np.nan_to_num(c.values)) for c in trial.columns() if "torque" not in c.name
+        TableColumn(c.name, 0.2 * np.nan_to_num(c.values))
+        for c in trial.columns() if "torque" not in c.name
     ))  # fmt: skip
     write_trial_log(trial, tmp_path / "t.mcap")
     export_trial(tmp_path / "t.mcap", tmp_path / "back.csv", LogContents())
@@ -298,7 +299,7 @@ def test_other_machines_make_logs_too(
 @pytest.mark.parametrize("start_s", [-0.5, 0.0, 1.7e9])
 def test_times_before_zero_and_unix_times_fit_in_a_log(tmp_path: Path, start_s: float) -> None:
     times = start_s + np.arange(5) / 4
-    columns = (Column("time_s", times), Column("pwm_HL", np.arange(5) / 10))
+    columns = (TableColumn("time_s", times), TableColumn("pwm_HL", np.arange(5) / 10))
     write_trial_log(build_trial(make_header(), columns), tmp_path / "t.mcap")
     ticks = list(read_ticks(tmp_path / "t.mcap"))
     assert set(np.diff([t.t_ns for t in ticks]).tolist()) == {250_000_000}
@@ -307,16 +308,16 @@ def test_times_before_zero_and_unix_times_fit_in_a_log(tmp_path: Path, start_s: 
 
 def test_what_a_log_has_no_place_for_is_named() -> None:
     assert "torque_HL_nm" in left_out(make_trial(make_header()))
-    feet = (Column("time_s", np.zeros(1)), Column("foot_HL_x_m", np.ones(1)))
+    feet = (TableColumn("time_s", np.zeros(1)), TableColumn("foot_HL_x_m", np.ones(1)))
     assert left_out(build_trial(make_header(), feet)) == (
         "foot points where the body's pose is not known",
     )
-    partly = (Column("time_s", np.zeros(1)), Column("body_x_m", np.ones(1)))
+    partly = (TableColumn("time_s", np.zeros(1)), TableColumn("body_x_m", np.ones(1)))
     assert left_out(build_trial(make_header(), partly)) == ("body poses that are known in part",)
 
 
 def test_samples_closer_than_a_nanosecond_make_no_log(tmp_path: Path) -> None:
-    columns = (Column("time_s", np.array([0.0, 1e-10])), Column("pwm_HL", np.zeros(2)))
+    columns = (TableColumn("time_s", np.array([0.0, 1e-10])), TableColumn("pwm_HL", np.zeros(2)))
     with pytest.raises(RecordError, match="counts nanoseconds"):
         write_trial_log(build_trial(make_header(joints=LEGS), columns), tmp_path / "t.mcap")
     assert list(tmp_path.iterdir()) == []

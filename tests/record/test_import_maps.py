@@ -9,7 +9,7 @@ import pytest
 from model.errors import RecordError
 from record.trial.column_map import ColumnMap, find_map, map_names, read_column_map
 from record.trial.import_table import ImportReport, import_tables
-from record.trial.table_check import Finding
+from record.trial.table_check import TableFinding
 from record.trial.trial import Trial, read_trial
 from robot.cli import main as cli
 from robot.console.exit_codes import ExitCode
@@ -30,7 +30,7 @@ def bring(path: Path, given: ColumnMap) -> tuple[Trial, ImportReport]:
     return one.trial, one.report
 
 
-def kinds(findings: tuple[Finding, ...]) -> set[tuple[str, str]]:
+def kinds(findings: tuple[TableFinding, ...]) -> set[tuple[str, str]]:
     return {(one.kind, one.column) for one in findings}
 
 

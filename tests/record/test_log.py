@@ -25,7 +25,7 @@ from record.log.background import QUEUE_TICKS, BackgroundWriter
 from record.log.definitions import DEFINITIONS
 from record.log.reader import LogContents, read_log, read_ticks
 from record.log.rewrite import repair
-from record.log.tick_message import decode_tick, encode_tick
+from record.log.tick_message import decode_inputs, decode_tick, encode_tick
 from record.log.writer import LogWriter, topics
 from tests.record.ticks import NAMES, PERIOD_NS, make_tick
 
@@ -369,3 +369,17 @@ def test_a_tick_that_cannot_be_written_is_an_error_of_the_log(tmp_path: Path) ->
     writer.write(dataclasses.replace(tick, index=2**70))
     assert "takes no tick any more" in str(writer.error)
     writer.close()
+
+
+@pytest.mark.parametrize("legs", [3, 6])
+def test_inputs_are_decoded_without_the_truth_and_end_where_the_outputs_begin(legs: int) -> None:
+    for index in range(8):
+        tick = make_tick(index, legs=legs)
+        data = encode_tick(tick)
+        seen = decode_inputs(data)
+        assert same(seen.inputs, dataclasses.replace(tick.inputs, truth=None))
+        whole = dataclasses.replace(tick, inputs=seen.inputs)
+        assert same(decode_tick(data, seen=seen), whole)
+        for cut in range(0, seen.end, 7):
+            with pytest.raises(ValueError, match=r"early|unpack|buffer"):
+                decode_inputs(data[: cut + 4])

@@ -7,7 +7,7 @@ import pytest
 
 from model.errors import RecordError
 from record.trial import table_file
-from record.trial.table_file import Column, open_table, read_table, write_table
+from record.trial.table_file import TableColumn, open_table, read_table, write_table
 
 
 def test_columns_that_change_their_kind_far_down_are_read_as_of_the_whole(
@@ -32,7 +32,7 @@ def test_columns_that_change_their_kind_far_down_are_read_as_of_the_whole(
 
 def test_a_parquet_file_and_its_mistakes(tmp_path: Path) -> None:
     path = tmp_path / "ours.parquet"
-    write_table(path, [Column("time_s", np.arange(5.0)), Column("n", np.arange(5))])
+    write_table(path, [TableColumn("time_s", np.arange(5.0)), TableColumn("n", np.arange(5))])
     with open_table(path) as table:
         assert table.names == ("time_s", "n")
         np.testing.assert_array_equal(table.numbers("n"), np.arange(5.0))

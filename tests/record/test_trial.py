@@ -12,7 +12,7 @@ from hypothesis.extra import numpy as npst
 
 from model.errors import RecordError
 from record.trial.header import TrialHeader, TrialNoise
-from record.trial.table_file import Column, read_table
+from record.trial.table_file import TableColumn, read_table
 from record.trial.trial import Trial, build_trial, read_trial, trial_places, write_trial
 
 LEGS = ("HL", "ML", "FL", "HR", "MR", "FR")
@@ -33,11 +33,11 @@ def make_header(robot_text: str = "", **changes: object) -> TrialHeader:
 def make_trial(header: TrialHeader, count: int = 30, seed: int = 0) -> Trial:
     """Every column full of random numbers, a tenth of them missing."""
     rng = np.random.default_rng(seed)
-    columns = [Column("time_s", np.arange(count) / 100)]
+    columns = [TableColumn("time_s", np.arange(count) / 100)]
     for place in trial_places(header.joints):
         values = rng.normal(size=count)
         values[rng.random(count) < 0.1] = np.nan
-        columns.append(Column(place.column, values))
+        columns.append(TableColumn(place.column, values))
     return build_trial(header, tuple(columns))
 
 
@@ -79,11 +79,11 @@ def trials(draw: st.DrawFn) -> Trial:
     times = draw(
         st.lists(st.floats(-1e12, 1e12), unique=True, min_size=count, max_size=count).map(sorted)
     )
-    columns = [Column("time_s", np.array(times, dtype=np.float64))]
+    columns = [TableColumn("time_s", np.array(times, dtype=np.float64))]
     places = list(trial_places(joints))
     chosen = draw(st.lists(st.sampled_from(places), unique=True, max_size=8))
     columns += [
-        Column(place.column, draw(npst.arrays(np.float64, count, elements=figures)))
+        TableColumn(place.column, draw(npst.arrays(np.float64, count, elements=figures)))
         for place in chosen
     ]
     return build_trial(header, tuple(columns))
@@ -105,10 +105,10 @@ def test_the_files_are_those_of_the_sheet(tmp_path: Path) -> None:
     """The text on disk, written out: other programs read it."""
     header = make_header(BENCH, kind="servo_bench", joints=("arm", "wrist"), gait="", notes="a\nb")
     columns = (
-        Column("time_s", np.array([0.0, 0.01])),
-        Column("command_arm_rad", np.array([0.5, np.nan])),
-        Column("pwm_arm", np.array([-1.0, 1.0])),
-        Column("torque_wrist_nm", np.array([0.1, 0.2])),
+        TableColumn("time_s", np.array([0.0, 0.01])),
+        TableColumn("command_arm_rad", np.array([0.5, np.nan])),
+        TableColumn("pwm_arm", np.array([-1.0, 1.0])),
+        TableColumn("torque_wrist_nm", np.array([0.1, 0.2])),
     )
     write_trial(build_trial(header, columns), tmp_path / "bench.csv")
     assert (tmp_path / "bench.csv").read_text() == (
@@ -160,8 +160,8 @@ def test_some_samples_of_a_trial() -> None:
 
 
 def test_a_column_without_a_number_is_left_out(tmp_path: Path) -> None:
-    columns = (Column("time_s", np.array([0.0])), Column("pwm_HL", np.array([np.nan])),
-               Column("voltage_FR_v", np.array([12.0])))  # fmt: skip
+    columns = (TableColumn("time_s", np.array([0.0])), TableColumn("pwm_HL", np.array([np.nan])),
+               TableColumn("voltage_FR_v", np.array([12.0])))  # fmt: skip
     write_trial(build_trial(make_header(), columns), tmp_path / "t.parquet")
     assert read_table(tmp_path / "t.parquet").names == ("time_s", "voltage_FR_v")
 
@@ -253,7 +253,7 @@ def test_what_would_not_read_back_is_not_written(
 
 @pytest.mark.parametrize("times", [[0.0, 0.0], [1.0, 0.0], [0.0, np.nan], [0.0, np.inf]])
 def test_time_that_does_not_increase_is_not_written(tmp_path: Path, times: list[float]) -> None:
-    trial = build_trial(make_header(), (Column("time_s", np.array(times)),))
+    trial = build_trial(make_header(), (TableColumn("time_s", np.array(times)),))
     with pytest.raises(RecordError, match="time_s does not increase everywhere"):
         write_trial(trial, tmp_path / "t.csv")
     assert list(tmp_path.iterdir()) == []

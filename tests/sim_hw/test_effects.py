@@ -8,7 +8,7 @@ from sim_hw.dynamixel.goal_path import GoalPath
 from sim_hw.plant.four_bar import foot_path
 from sim_hw.plant.plant import Plant
 from sim_hw.twin.catalog import EFFECTS
-from sim_hw.twin.effects import LEG, STAGES, Effect, EffectKind, parse_effect
+from sim_hw.twin.effects import LEG, STAGES, EffectKind, TwinEffect, parse_effect
 from tests.sim_hw.twins import (
     GAIN,
     NOMINAL,
@@ -69,7 +69,7 @@ def test_legs_are_checked_against_the_robot() -> None:
                         ("drag@ML", "whole robot")):  # fmt: skip
         with pytest.raises(ConfigError, match=words):
             twin(text)
-    assert parse_effect("hip_mount_offset@ML:y_m=0.01", EFFECTS) == Effect(
+    assert parse_effect("hip_mount_offset@ML:y_m=0.01", EFFECTS) == TwinEffect(
         "hip_mount_offset", "ML", (0.0, 0.01)
     ), "what is not given is neutral where something is"
 

@@ -12,13 +12,15 @@ from drivers.clock import MonotonicClock
 from drivers.dynamixel.bus import ServoBus
 from drivers.dynamixel.frames import (
     BROADCAST_ID,
+    FrameParser,
     Instruction,
     StatusError,
     build_instruction,
 )
 from drivers.dynamixel.mx106 import REGISTER
 from drivers.dynamixel.port import BusPort
-from drivers.dynamixel.scan import broadcast_ping
+from drivers.dynamixel.requests import ServoRequests
+from drivers.dynamixel.scan import broadcast_ping, id_is_shared
 from model.errors import BusError, ConnectionLost
 from robot.config.robot_file import load_robot
 from sim_hw.clock import VirtualClock
@@ -315,7 +317,172 @@ def test_whom_the_watchdog_hears(hears: str, left: int) -> None:
     assert bus.bus.servos[0].table.get("bus_watchdog") == left
 
 
+def test_a_goal_kept_or_here_at_torque_on() -> None:
+    for assumed, goal in (("kept", 3000), ("here", 2048)):
+        bus = FaultyBus(f'[servo]\ngoal_at_torque_on = "{assumed}"')
+        bus.write("goal_position", 3000)
+        bus.write("torque_enable", 1)
+        assert bus.read("goal_position") == goal
+
+
+def test_gains_reset_or_kept_at_a_mode_change() -> None:
+    for assumed, gain in (("reset", 850), ("kept", 400)):
+        bus = FaultyBus(f'[servo]\ngains_at_mode_change = "{assumed}"')
+        bus.write("position_p_gain", 400)
+        bus.write("operating_mode", 4)
+        assert bus.read("position_p_gain") == gain
+
+
+def test_servos_that_share_an_id_talk_at_once() -> None:
+    bus = FaultyBus("[servo]\nshares_id = [2]")
+    assert bus.say(PING) == PONG, "the same bytes at the same time"
+    bus.motors.ticks[1] = 2100
+    read = (REGISTER["present_position"].address.to_bytes(2, "little")) + b"\4\0"
+    assert bus.ask(1, Instruction.READ, read) == []
+    assert bus.ask(2, Instruction.PING) == []
+    assert bus.write("led", 1) == 0
+    assert [servo.table.get("led") for servo in bus.bus.servos] == [1, 1, 0], "both obey"
+    read_all = build_instruction(BROADCAST_ID, Instruction.SYNC_READ, bytes.fromhex("840004000103"))
+    assert bus.say(read_all)[len(FIRST) :] == THIRD, "who shares no id is understood"
+
+
+def test_a_shared_id_is_detected() -> None:
+    bus = FaultyBus("[servo]\nshares_id = [2]")
+    port = MemoryPort(bus.wire, VirtualClock(bus.t_ns), BAUD)
+    requests = ServoRequests(port)
+    assert not id_is_shared(requests, 3)
+    bus.motors.ticks[1] = 2100
+    assert id_is_shared(requests, 1)
+
+
+# Requests, and the one wire.
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        fault("lost_request"),
+        fault("damaged_request"),
+        fault("damaged_request", "bit = 75"),
+        fault("truncated_request"),
+        fault("truncated_request", "keep_bytes = 9"),
+        fault("late_request", "delay_s = 0.5"),
+    ],
+)
+def test_a_request_that_is_not_sound_does_nothing(text: str) -> None:
+    bus = FaultyBus(text)
+    led = build_instruction(1, Instruction.WRITE, bytes.fromhex("410001"))
+    for second, obeyed in ((0.9, True), (1.0, False), (2.0, True)):
+        assert bool(bus.at(second).say(led)) is obeyed
+        assert bus.bus.servos[0].table.get("led") == obeyed
+        bus.bus.servos[0].table.set("led", 0)
+        bus.hear(1.6)  # a pause ends what was cut short
+
+
+def test_a_late_request_is_obeyed_late() -> None:
+    bus = FaultyBus(fault("late_request", "delay_s = 0.03"))
+    assert bus.at(1.0).say(PING, wait_ms=29.0) == b""
+    assert bus.hear(2.0) == PONG
+
+
+def test_requests_of_one_id_are_hit_and_broadcasts_only_without_an_id() -> None:
+    bus = FaultyBus(fault("lost_request", "servo = 1")).at(1.0)
+    assert bus.ask(1, Instruction.PING) == []
+    assert len(bus.ask(2, Instruction.PING)) == 1
+    assert bus.say(READ) == FIRST + SECOND + THIRD
+    assert FaultyBus(fault("lost_request")).at(1.0).say(READ) == b""
+
+
+def test_a_request_over_a_reply_destroys_both() -> None:
+    bus = FaultyBus("")
+    wire_ms = 1e3 * 10 * len(PING) / BAUD
+    assert bus.say(PING, wait_ms=0.06) == b"", "its answer is on the wire"
+    heard = bus.say(READ)
+    assert (len(heard), bus.bus.collisions) == (len(PONG), 1), "garbled, and the read unheard"
+    assert FrameParser().feed(heard) == []
+    assert bus.say(PING, wait_ms=0.05 + wire_ms + 0.05) == PONG
+    assert bus.say(READ) == FIRST + SECOND + THIRD
+
+
+def test_two_requests_in_one_breath_collide_where_the_first_is_answered() -> None:
+    bus = FaultyBus("")
+    heard = bus.say(PING + READ)
+    assert (len(heard), FrameParser().feed(heard)) == (len(PONG), [])
+    led = build_instruction(BROADCAST_ID, Instruction.WRITE, bytes.fromhex("410001"))
+    assert bus.say(led + PING) == PONG, "nobody answers a broadcast"
+
+
+def test_the_answer_to_a_late_request_meets_the_next_one() -> None:
+    bus = FaultyBus(fault("late_request", "delay_s = 0.0001", "count = 1")).at(1.0)
+    bus.say(PING, wait_ms=0.1)
+    heard = bus.say(PING)
+    assert len(heard) == len(PONG) != heard.count(PONG) * len(PONG)
+    assert bus.bus.collisions == 1
+    assert bus.say(PING) == PONG
+
+
 # The healthy servo, where it had gaps.
+
+
+def moved(bus: FaultyBus, goal: int) -> tuple[list[float], list[int], list[int]]:
+    """Ticks, Moving and Moving Status after a goal, 20 ms apart for 3 s; reading takes no time."""
+    bus.write("goal_position", goal)
+    servo, ticks, moving, status = bus.bus.servos[0], [], [], []
+    for _ in range(150):
+        bus.hear(20.0)
+        servo.read(0, 1, bus.t_ns)
+        ticks.append(float(bus.motors.motors().ticks[0]))
+        moving.append(servo.table.get("moving"))
+        status.append(servo.table.get("moving_status"))
+    return ticks, moving, status
+
+
+@pytest.mark.parametrize(("ramp_ms", "kind"), [(0, 0x12), (500, 0x32)])
+def test_a_time_based_profile_takes_its_time(ramp_ms: int, kind: int) -> None:
+    bus = FaultyBus("")
+    bus.write("drive_mode", 4)
+    bus.write("operating_mode", 4)
+    bus.write("torque_enable", 1)
+    for goal in (3000, 2500):
+        bus.write("profile_velocity", 2000)
+        bus.write("profile_acceleration", ramp_ms)
+        before = float(bus.motors.motors().ticks[0])
+        ticks, _, status = moved(bus, goal)
+        assert status[10] == kind
+        assert sum(code != 1 for code in status) * 0.02 == pytest.approx(2.0, abs=0.1)
+        assert ticks[49] == pytest.approx((before + goal) / 2, abs=25), "half of it after 1 s"
+        assert ticks[-1] == pytest.approx(goal, abs=3)
+
+
+def test_a_velocity_ramp_takes_its_time() -> None:
+    bus = FaultyBus("")
+    bus.write("drive_mode", 4)
+    bus.write("operating_mode", 1)
+    bus.write("torque_enable", 1)
+    bus.write("profile_acceleration", 1000)
+    bus.write("goal_velocity", 100)
+    bus.hear(480.0)
+    assert bus.read("velocity_trajectory") == pytest.approx(50, abs=2)
+    bus.hear(600.0)
+    assert bus.read("velocity_trajectory") == 100
+
+
+def test_moving_is_1_as_long_as_a_slow_profile_lasts() -> None:
+    bus = FaultyBus("")
+    bus.write("operating_mode", 4)
+    bus.write("torque_enable", 1)
+    bus.write("profile_velocity", 5)  # below the moving threshold
+    _, moving, status = moved(bus, 2080)
+    assert moving[5:10] == [1] * 5
+    assert moving[-1] == 0
+    assert [m == 1 for m in moving[5:]] == [code != 1 for code in status[5:]]
+
+
+def test_protocol_1_is_deaf_to_protocol_2() -> None:
+    bus = FaultyBus("")
+    assert bus.write("protocol_type", 1) == 0
+    assert bus.ask(1, Instruction.PING) == []
+    assert len(bus.ask(2, Instruction.PING)) == 1
 
 
 def test_drive_mode_reverse_turns_every_signed_register() -> None:

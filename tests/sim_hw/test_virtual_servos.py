@@ -355,6 +355,40 @@ def test_our_port_over_a_pseudo_terminal_and_the_scan() -> None:
         served.close()
 
 
+def test_a_server_that_is_late_says_so_now_and_then() -> None:
+    said: list[str] = []
+    pty = PtyServoBus(Wire().bus, notice=said.append)
+    client = serial.Serial(pty.device_name, BAUD, timeout=0)
+    t_ns = 1_000_000_000
+    ping = build_instruction(1, Instruction.PING)
+
+    def ask(late_ms: float, reply_ms: float) -> None:
+        nonlocal t_ns
+        client.write(ping)
+        t_ns += round(late_ms * MS)
+        pty.service(t_ns)
+        assert not client.in_waiting
+        t_ns += round(reply_ms * MS)
+        pty.service(t_ns)
+        assert len(client.read(100)) == 14
+
+    try:
+        for _ in range(5):
+            ask(1.0, 1.0)
+        assert (said, pty.late_answers) == ([], 0)
+        ask(30.0, 1.0)  # the request waited
+        ask(1.0, 50.0)  # the reply did
+        assert len(said) == 1
+        assert "by up to 30 ms" in said[0]
+        ask(10_000.0, 1.0)
+        assert pty.late_answers == 3
+        assert len(said) == 2
+        assert "by up to 10000 ms (times so far: 3)" in said[1]
+    finally:
+        client.close()
+        pty.close()
+
+
 def test_pulling_the_cable_is_one_kind_of_error() -> None:
     wire = Wire()
     pty = PtyServoBus(wire.bus)

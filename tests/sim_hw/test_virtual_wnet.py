@@ -4,7 +4,7 @@ import zlib
 
 import numpy as np
 
-from drivers.ati.packets import Command, Malformed, build_command, parse_datagram
+from drivers.ati.packets import Malformed, UnitCommand, build_command, parse_datagram
 from model.values.arrays import FloatArray
 from sim_hw.ati.console import CalTable, ConsoleSession, format_cal
 from sim_hw.ati.unit import VirtualWnet
@@ -49,16 +49,16 @@ def test_the_cal_table_is_the_real_ones_to_the_byte() -> None:
 
 def test_it_stops_by_itself_after_the_samples_asked_for() -> None:
     wnet = unit()
-    wnet.command(build_command(Command.START, 25), 0, 49152)
+    wnet.command(build_command(UnitCommand.START, 25), 0, 49152)
     assert len(wnet.poll(10_000_000_000)) == 25
     assert wnet.poll(20_000_000_000) == []
 
 
 def test_endless_until_stop() -> None:
     wnet = unit()
-    wnet.command(build_command(Command.START, 0), 0, 49152)
+    wnet.command(build_command(UnitCommand.START, 0), 0, 49152)
     assert len(wnet.poll(1_000_000_000)) == 125
-    wnet.command(build_command(Command.STOP), 1_000_000_000, 49152)
+    wnet.command(build_command(UnitCommand.STOP), 1_000_000_000, 49152)
     assert wnet.poll(2_000_000_000) == []
     assert wnet.next_due_ns() is None
 
@@ -72,7 +72,7 @@ def test_damaged_commands_are_ignored_and_counted() -> None:
 def test_a_transducer_without_power_is_not_in_the_record() -> None:
     wnet = unit()
     ConsoleSession(wnet).give(b"XPWR 2 OFF\r\n", 0)
-    wnet.command(build_command(Command.START, 1), 0, 49152)
+    wnet.command(build_command(UnitCommand.START, 1), 0, 49152)
     (_, data), *_ = wnet.poll(1_000_000_000)
     parsed = parse_datagram(data, 0)
     assert not isinstance(parsed, Malformed)
@@ -83,7 +83,7 @@ def test_a_transducer_without_power_is_not_in_the_record() -> None:
 def test_device_bias_takes_the_last_sample_for_zero() -> None:
     wnet = VirtualWnet(Still(), (1, 2, 3, 4, 5, 6), noise=(0.0,) * 6)
     wnet._source = type("Load", (), {"wrench": lambda _s, _t: np.full((6, 6), 2.0)})()
-    wnet.command(build_command(Command.START, 0), 0, 49152)
+    wnet.command(build_command(UnitCommand.START, 0), 0, 49152)
     wnet.poll(10_000_000)
     ConsoleSession(wnet).give(b"BIAS * ON\r\n", 0)
     (_, data), *_ = wnet.poll(20_000_000)
@@ -96,6 +96,6 @@ def test_the_same_seed_gives_the_same_bytes() -> None:
     streams = []
     for _ in range(2):
         wnet = VirtualWnet(Still(), (1, 2, 3, 4, 5, 6), seed=3)
-        wnet.command(build_command(Command.START, 0), 0, 49152)
+        wnet.command(build_command(UnitCommand.START, 0), 0, 49152)
         streams.append(b"".join(data for _, data in wnet.poll(1_000_000_000)))
     assert streams[0] == streams[1]

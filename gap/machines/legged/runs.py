@@ -8,7 +8,7 @@ import numpy as np
 from gaits.gait import Gait
 from gap.interfaces import Cause, Proposal
 from record.trial.header import LEGGED, TrialHeader, TrialNoise
-from record.trial.table_file import Column
+from record.trial.table_file import TableColumn
 from record.trial.trial import build_trial
 
 RATE_HZ = 100.0
@@ -80,8 +80,10 @@ class LeggedProposer:
             LEGGED, self.legs, gait.name, frequency_hz, RATE_HZ, name, TrialNoise(), "robot.toml",
             self.robot_text,
         )  # fmt: skip
-        columns = [Column(f"command_{leg}_rad", angle[:, k]) for k, leg in enumerate(self.legs)]
-        trial = build_trial(header, (Column("time_s", time_s), *columns))
+        columns = [
+            TableColumn(f"command_{leg}_rad", angle[:, k]) for k, leg in enumerate(self.legs)
+        ]
+        trial = build_trial(header, (TableColumn("time_s", time_s), *columns))
         command = (
             f"bigant drive --gait {gait.name} --frequency-hz {frequency_hz:g} --cycles {cycles}"
         )

@@ -5,7 +5,7 @@ from contextlib import ExitStack
 
 from drivers.ati.console import Console
 from drivers.ati.links import TextLink
-from drivers.ati.packets import Command, Malformed, parse_command, parse_datagram
+from drivers.ati.packets import Malformed, UnitCommand, parse_command, parse_datagram
 from drivers.ati.stream import ForceStream
 from drivers.clock import Clock
 from model.values.readings import ForceRecord
@@ -79,7 +79,7 @@ def _stream_facts(day: Day, pieces: tuple[WireBytes, ...]) -> None:
     for piece in datagrams:
         if piece.sent:
             command = parse_command(piece.data)
-            if command is not None and command.command == Command.START and runs[-1]:
+            if command is not None and command.command == UnitCommand.START and runs[-1]:
                 runs.append([])
             continue
         parsed = parse_datagram(piece.data, piece.t_ns)

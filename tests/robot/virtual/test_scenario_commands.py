@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import serial
 
-from drivers.ati.packets import Command, build_command
+from drivers.ati.packets import UnitCommand, build_command
 from drivers.dynamixel.frames import build_status
 from robot.console.exit_codes import ExitCode
 from sim_hw.faults.kinds import KINDS
@@ -79,7 +79,7 @@ def test_served_devices_have_the_faults(tmp_path: Path) -> None:
         host, udp_port, _ = sim.unit.split(":")
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as unit:
             unit.settimeout(20.0)
-            unit.sendto(build_command(Command.START, 2), (host, int(udp_port)))
+            unit.sendto(build_command(UnitCommand.START, 2), (host, int(udp_port)))
             first, again, second = (unit.recv(2048) for _ in range(3))
         assert first == again
         assert int.from_bytes(second[4:8], "big") == int.from_bytes(first[4:8], "big") + 1
