@@ -12,7 +12,7 @@ from typing import Any
 from model.errors import ConfigError, RecordError
 from model.parameters.toml_table import Table
 from record.toml_file import toml_text
-from record.whole_file import writing
+from record.whole_file import write_text
 
 LEGGED, SERVO_BENCH, SLIDING_BODY = "legged", "servo_bench", "sliding_body"
 KINDS = (LEGGED, SERVO_BENCH, SLIDING_BODY)
@@ -213,16 +213,14 @@ def write_header(header: TrialHeader, path: Path) -> None:
             is there.
     """
     _check_header(header, path)
-    with writing(path):
-        if header.robot_file:
-            machine = path.parent / header.robot_file
-            if not machine.exists():
-                machine.write_text(header.robot_text, encoding="utf-8", newline="")
-            elif machine.read_bytes() != header.robot_text.encode():
-                raise RecordError(
-                    f"{machine} is another machine's file than this trial's; write to another folder"
-                )
-        path.write_text(header_text(header), encoding="utf-8", newline="")
+    if header.robot_file:
+        machine = path.parent / header.robot_file
+        if machine.exists() and read_text(machine) != header.robot_text:
+            raise RecordError(
+                f"{machine} is another machine's file than this trial's; write to another folder"
+            )
+        write_text(machine, header.robot_text)
+    write_text(path, header_text(header))
 
 
 def _check_header(header: TrialHeader, path: Path) -> None:

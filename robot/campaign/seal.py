@@ -14,7 +14,7 @@ from typing import Any
 
 from model.errors import ConfigError, RecordError
 from record.toml_file import toml_text
-from record.whole_file import check_room, write_text
+from record.whole_file import check_room, whole_file, write_text
 from robot.campaign.plan import Case
 from robot.console.exit_codes import ExitCode
 from robot.console.installed import how_to_install
@@ -93,9 +93,9 @@ def seal(labels: Labels, folder: Path, key: bytes) -> str:
     token: bytes = _fernet()(key).encrypt(padded.encode())
     digest = hashlib.sha256(token).hexdigest()
     inside = hashlib.sha256(labels.text.encode()).hexdigest()
-    (folder / SEALED_NAME).write_bytes(token)
-    lines = f"{digest}  {SEALED_NAME}\n{inside}  {OPEN_NAME}\n"
-    (folder / HASH_NAME).write_text(lines, encoding="ascii")
+    with whole_file(folder / SEALED_NAME) as part:
+        part.write_bytes(token)
+    write_text(folder / HASH_NAME, f"{digest}  {SEALED_NAME}\n{inside}  {OPEN_NAME}\n")
     return digest
 
 

@@ -18,6 +18,7 @@ ROOT = Path(__file__).resolve().parent.parent.parent  # of the clone
 STDOUT = Path("-")
 EITHER = "either"  # the group of options that exclude each other
 WORK = "bigant_work"  # of a request's class: the function that does what is asked for
+WRITES = "bigant_writes"  # and whether it writes files
 Kind = TypeVar("Kind")
 Request = TypeVar("Request", bound="DataclassInstance")
 
@@ -26,7 +27,7 @@ BAUD_RATES = (57_600, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 115_200, 9_600
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True)
-def request(work: str) -> Callable[[type[Kind]], type[Kind]]:
+def request(work: str, *, writes: bool = False) -> Callable[[type[Kind]], type[Kind]]:
     """Make a class the request of a command: a frozen dataclass of its options.
 
     Its fields are made by ``option`` and the functions below it; what stands behind the first paragraph
@@ -34,11 +35,13 @@ def request(work: str) -> Callable[[type[Kind]], type[Kind]]:
 
     Args:
         work: ``module:function`` below ``robot``; the function takes the request and returns an exit code.
+        writes: Whether it writes files where earlier ones may be: it then has ``--overwrite``, too.
     """
 
     def made(kind: type[Kind]) -> type[Kind]:
         kind = dataclass(frozen=True, slots=True, kw_only=True)(kind)
         setattr(kind, WORK, work)
+        setattr(kind, WRITES, writes)
         return kind
 
     return made

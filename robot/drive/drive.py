@@ -20,7 +20,7 @@ from record.log.header import RunHeader
 from record.log.writer import LogWriter
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.console.exit_codes import ExitCode
-from robot.console.program_output import complain, keep_earlier, stop_output
+from robot.console.program_output import complain, stop_output
 from robot.console.screen_fit import columns_of
 from robot.console.table import row_lines
 from robot.control.controller import Controller
@@ -211,7 +211,6 @@ def _open_log(
         raise RecordError(
             f"the folder {path.parent} cannot be made: {error.strerror}; choose another --log"
         ) from error
-    keep_earlier(path)
     header = RunHeader(
         robot=controller.config.name,
         hardware=request.hardware,

@@ -30,7 +30,7 @@ class FtScanRequest:
     json: bool = as_json()
 
 
-@request("bringup.force.watch:watch_forces")
+@request("bringup.force.watch:watch_forces", writes=True)
 class FtWatchRequest:
     """``bigant ft watch``: what the force-torque unit sends, live.
 
@@ -47,7 +47,7 @@ class FtWatchRequest:
     json: bool = as_json("only what was read last, as JSON")
 
 
-@request("bringup.force.bias:measure")
+@request("bringup.force.bias:measure", writes=True)
 class FtBiasRequest:
     """``bigant ft bias``: what the sensors read with no contact, measured on the host.
 
@@ -75,7 +75,7 @@ class FtBiasRequest:
     json: bool = as_json()
 
 
-@request("bringup.force.calibrate:calibrate")
+@request("bringup.force.calibrate:calibrate", writes=True)
 class FtCalibrateRequest:
     """``bigant ft calibrate``: force sensors to foot wrenches, from logs of a robot at rest.
 

@@ -34,7 +34,7 @@ FROM_ROBOT_FILE = "force-torque unit (default: robot file)"
 AGAIN, WALKING = "with --drive", "while it walks"  # headings in the help
 
 
-@request("drive.drive:drive")
+@request("drive.drive:drive", writes=True)
 class DriveRequest:
     """``bigant drive``: walk a gait and keep a log.
 
@@ -97,7 +97,7 @@ class DriveRequest:
         return self.hardware == VIRTUAL
 
 
-@request("report.show:show_log")
+@request("report.show:show_log", writes=True)
 class ShowRequest:
     """``bigant show``: what a log says, as a table and as pictures.
 
@@ -124,7 +124,7 @@ class DevicesRequest:
     json: bool = as_json()
 
 
-@request("odometry.command:odom")
+@request("odometry.command:odom", writes=True)
 class OdomRequest:
     """``bigant odom``: odometry and foot forces from a log, judged against the truth if there is one.
 
@@ -164,7 +164,7 @@ class OdomRequest:
         return not self.live and self.logs[:1] == (TUNE,)
 
 
-@request("replay.command:replay")
+@request("replay.command:replay", writes=True)
 class ReplayRequest:
     """``bigant replay``: a recorded run again, as a test.
 
@@ -199,7 +199,7 @@ class ReplayRequest:
     )
 
 
-@request("gap_report.imports:bring_in")
+@request("gap_report.imports:bring_in", writes=True)
 class ImportRequest:
     """``bigant import``: measured data from anywhere, checked, as logs or trials.
 
@@ -244,7 +244,7 @@ def _speed_shown() -> Any:
     return option("of a recorded log (default: 1)", "X", default=1.0, type=between(0.01, 1000))
 
 
-@request("view.watch:watch")
+@request("view.watch:watch", writes=True)
 class ViewRequest:
     """``bigant view``: watch a run, live or from its log, in a viewer or in a terminal.
 
@@ -320,7 +320,7 @@ class CompletionRequest:
     shell: str = argument("SHELL", ", ".join(SHELLS), choices=SHELLS)
 
 
-@request("bringup.preflight.check:check")
+@request("bringup.preflight.check:check", writes=True)
 class CheckRequest:
     """``bigant check``: the pre-flight list. Is this robot fit to walk?
 

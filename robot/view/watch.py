@@ -12,6 +12,7 @@ from model.errors import ConfigError, RecordError
 from model.values.parameters import RobotParameters
 from record.log.follow import LogFollower
 from record.log.reader import LogContents, StampedTick, read_stamped_ticks
+from record.whole_file import write_text
 from robot.config.robot_file import parse_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.installed import how_to_install
@@ -195,8 +196,5 @@ def _parameters(path: Path, contents: LogContents) -> RobotParameters:
 def _write_layout(path: Path, names: tuple[str, ...]) -> None:
     from robot.view.layout import layout_text
 
-    try:
-        path.write_text(layout_text(names), encoding="utf-8")
-    except OSError as error:
-        raise ConfigError("--layout", f"{path} cannot be written: {error.strerror}") from error
+    write_text(path, layout_text(names), "--layout")
     print(f"layout: {path}")

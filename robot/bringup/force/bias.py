@@ -19,7 +19,6 @@ from robot.config.calibration import write_calibration
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_result
-from robot.console.program_output import keep_earlier
 from robot.console.progress import StatusLine
 from robot.requests.ft import FtBiasRequest
 from robot.run.force_unit import running_stream, unit_settings
@@ -53,7 +52,6 @@ def measure(request: FtBiasRequest) -> ExitCode:
     calibration = bias_only(names, serials, bias.mean, bias.standard_error, date=date, logs=())
     for line in standing_warnings(bias.mean, config.parameters.body.mass):
         print(f"warning: {line}", file=sys.stderr)
-    keep_earlier(request.out)
     write_calibration(request.out, calibration)
     kept = f"calibration: {request.out}   (bigant drive --calibration {request.out})"
     print_result(
