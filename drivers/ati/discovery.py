@@ -69,7 +69,7 @@ def parse_answer(data: bytes) -> FoundUnit | None:
         tag, length = data[at], data[at + 1]
         items[tag] = data[at + 2 : at + 2 + length]
         at += 2 + length
-    text = items.get(_TAG_TEXT, b"").decode("ascii", errors="replace")
+    text = _printable(items.get(_TAG_TEXT, b""))
     address = items.get(_TAG_ADDRESS, b"")
     if APPLICATION not in text or len(address) != 4:
         return None
@@ -77,8 +77,13 @@ def parse_answer(data: bytes) -> FoundUnit | None:
         address=socket.inet_ntoa(address),
         mac=items.get(_TAG_MAC, b"").hex(":"),
         text=text,
-        location=items.get(_TAG_LOCATION, b"").decode("ascii", errors="replace"),
+        location=_printable(items.get(_TAG_LOCATION, b"")),
     )
+
+
+def _printable(data: bytes) -> str:
+    """Return the letters of a text that anybody on the network may have sent; other bytes are left out."""
+    return "".join(chr(byte) for byte in data if 0x20 <= byte < 0x7F)
 
 
 def discover(address: str, port: int = DISCOVERY_PORT) -> tuple[FoundUnit, ...]:

@@ -16,6 +16,7 @@ from record.earlier_file import earlier_files
 from robot.cli.examples import EXAMPLES
 from robot.console.arguments import WORK, WRITES, add_arguments, parsed
 from robot.console.exit_codes import ExitCode
+from robot.console.printable import printable
 from robot.console.program_output import complain
 
 EXAMPLES_HEAD = "examples:"
@@ -120,7 +121,7 @@ class CommandParser(argparse.ArgumentParser):
             if wrong := re.search(r"invalid choice: '([^']*)'", message):
                 near = difflib.get_close_matches(wrong.group(1), names, n=1)
                 message += f"; did you mean {near[0]}?" if near else ""
-        super().error(re.sub(r"invalid _?(\w+?)_? value", r"invalid \1 value", message))
+        super().error(printable(re.sub(r"invalid _?(\w+?)_? value", r"invalid \1 value", message)))
 
 
 class HelpFormatter(argparse.HelpFormatter):

@@ -174,7 +174,8 @@ def add_arguments(parser: argparse.ArgumentParser, kind: "type[DataclassInstance
 def _type_of_one(one: "Field[Any]") -> Any:
     """Return the type of one value of a field: inside ``X | None`` and ``tuple[X, ...]``."""
     inner = [kind for kind in get_args(one.type) if kind not in {NoneType, Ellipsis}]
-    return inner[0] if inner else one.type
+    kind = inner[0] if inner else one.type
+    return _path if kind is Path else kind
 
 
 def parsed(options: argparse.Namespace, kind: type[Request]) -> Request:
@@ -216,6 +217,17 @@ SERVO_ID = between(0, 252, whole=True)
 def id_or_all(text: str) -> int | None:
     """Read a Dynamixel id; None for ``all``."""
     return None if text == "all" else int(SERVO_ID(text))
+
+
+def file_name(text: str) -> str:
+    """Read the name of a file, which need not be there."""
+    if "\0" in text:
+        raise argparse.ArgumentTypeError("must be a name without NUL bytes")
+    return text
+
+
+def _path(text: str) -> Path:
+    return Path(file_name(text))
 
 
 def positive(text: str) -> float:

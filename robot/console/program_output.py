@@ -4,11 +4,13 @@ import contextlib
 import os
 import sys
 
+from robot.console.printable import printable
+
 
 def complain(line: str) -> None:
     """Print a line on stderr, if anybody is left to read it."""
     with contextlib.suppress(OSError):
-        print(line, file=sys.stderr, flush=True)
+        print(printable(line), file=sys.stderr, flush=True)
 
 
 def stop_output() -> None:
