@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from model.errors import ConfigError, RecordError
+from record.input_file import read_bytes, read_utf8
 from record.toml_file import toml_text
 from record.whole_file import check_room, whole_file, write_text
 from robot.campaign.plan import Case
@@ -24,6 +25,7 @@ from sim_hw.twin.effects import find_kind
 
 OPEN_NAME, SEALED_NAME, HASH_NAME = "labels.json", "labels.sealed", "labels.sha256"
 ENTROPY_BYTES = 32
+LARGEST_LABELS = 1_000_000_000  # bytes
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +79,7 @@ def read_key(path: Path) -> bytes:
     """
     fernet = _fernet()
     try:
-        key = path.read_bytes().strip()
+        key = read_bytes(path).strip()
         fernet(key)
     except OSError as error:
         raise ConfigError("--key", f"{path} cannot be read: {error.strerror}") from error
@@ -108,10 +110,12 @@ def unseal(folder: Path, key: bytes) -> Labels:
     from cryptography.fernet import InvalidToken
 
     try:
-        token = (folder / SEALED_NAME).read_bytes()
-        published = (folder / HASH_NAME).read_text(encoding="ascii").split()
+        token = read_bytes(folder / SEALED_NAME, LARGEST_LABELS)
+        published = read_utf8(folder / HASH_NAME).split()
     except OSError as error:
         raise RecordError(f"{folder} holds no sealed labels: {error.strerror}") from error
+    if len(published) != 4:
+        raise RecordError(f"{folder / HASH_NAME} does not hold two hashes and their files")
     if hashlib.sha256(token).hexdigest() != published[0]:
         raise RecordError(f"{folder / SEALED_NAME} is not the file whose hash was published")
     try:

@@ -105,7 +105,7 @@ def drive_as(
         if pose_port:
             rig.listen(PoseListener(pose_port, rig.clock, time.time_ns()))
         for warning in rig.warnings:
-            print(f"warning: {warning}", file=sys.stderr)
+            complain(f"warning: {warning}")
         controller = Controller(
             config, rig.calibrations, armed=request.armed, rate_hz=request.rate_hz
         )
@@ -129,7 +129,7 @@ def drive_as(
     code = _say(log_path, result, log_error)
     busy = busy_words(result.missed, result.ticks, virtual=request.virtual)
     if busy and not request.virtual_time:
-        print(busy, file=sys.stderr)
+        complain(busy)
     return code
 
 

@@ -229,7 +229,7 @@ def _words(field: Field, value: object) -> str:
     if isinstance(value, np.bool_ | bool):
         return "yes" if value else "no"
     array = np.asarray(value)
-    if array.dtype == object:
+    if array.dtype.kind in "OU":  # texts
         return str(value) or "none"
     number = float(array)
     return "absent" if math.isnan(number) else f"{number:.12g}"

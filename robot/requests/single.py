@@ -13,6 +13,7 @@ from robot.console.arguments import (
     baud_now,
     between,
     discovery,
+    file_name,
     flag,
     hardware_port,
     option,
@@ -62,7 +63,7 @@ class DriveRequest:
         "calibration of the force sensors (default: the one that the robot file names, if any)",
         "FILE",
     )
-    log: str | None = option("log file, or none (default: runs/...)", "FILE")
+    log: str | None = option("log file, or none (default: runs/...)", "FILE", type=file_name)
     record_bytes: bool = flag(
         "log the raw bytes of both devices as well, so that the drivers can be replayed"
     )
@@ -155,7 +156,7 @@ class OdomRequest:
         "read servos and forces here; torque is never asked for", "virtual|PORT", group=WALKING
     )
     force_unit: str | None = option(FROM_ROBOT_FILE, UNIT_OR_NONE, group=WALKING)
-    duration: float | None = option("end after so long", "S", group=WALKING)
+    duration: float | None = option("end after so long", "S", type=positive, group=WALKING)
     json: bool = as_json("the figures as JSON; with --live a line of it a second")
 
     @property
