@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 ROOT = Path(__file__).resolve().parent.parent.parent  # of the clone
+DEFAULT_ROBOT_FILE = ROOT / "config" / "bigant.toml"
 STDOUT = Path("-")
 EITHER = "either"  # the group of options that exclude each other
 WORK = "bigant_work"  # of a request's class: the function that does what is asked for
@@ -95,7 +96,7 @@ def argument(metavar: str, text: str | None = None, *, default: Any = MISSING, *
 
 def robot_file(text: str = "robot file (default: config/bigant.toml)") -> Any:
     """``--robot``; the nominal robot file is its default."""
-    return option(text, "FILE", default=ROOT / "config" / "bigant.toml")
+    return option(text, "FILE", default=DEFAULT_ROBOT_FILE)
 
 
 def servo_port() -> Any:
@@ -175,7 +176,7 @@ def _type_of_one(one: "Field[Any]") -> Any:
     """Return the type of one value of a field: inside ``X | None`` and ``tuple[X, ...]``."""
     inner = [kind for kind in get_args(one.type) if kind not in {NoneType, Ellipsis}]
     kind = inner[0] if inner else one.type
-    return _path if kind is Path else kind
+    return path_of if kind is Path else kind
 
 
 def parsed(options: argparse.Namespace, kind: type[Request]) -> Request:
@@ -226,7 +227,8 @@ def file_name(text: str) -> str:
     return text
 
 
-def _path(text: str) -> Path:
+def path_of(text: str) -> Path:
+    """Read the name of a file as a path; completion offers files for it."""
     return Path(file_name(text))
 
 

@@ -269,4 +269,5 @@ def _say(log: Path | None, result: RunResult, log_error: str) -> ExitCode:
 def _print_pose(tick: Tick) -> None:
     pose = tick.estimate if tick.estimate is not None else tick.dead_reckoning
     x, y = pose.position_m
-    print(f"odometry: x {x:.3f} m, y {y:.3f} m, yaw {pose.yaw_rad:.3f} rad")
+    source = "estimate" if tick.estimate is not None else "dead reckoning"
+    print(f"{source}: x {x:.3f} m, y {y:.3f} m, yaw {pose.yaw_rad:.3f} rad")

@@ -21,7 +21,8 @@ from record.log.reader import LogContents, read_log, read_tick_messages, sound
 from record.log.tick_message import decode_inputs
 from record.toml_file import reading
 from record.whole_file import check_room
-from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
+from robot.config.robot_file import load_robot
+from robot.console.arguments import DEFAULT_ROBOT_FILE
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json
 from robot.console.program_output import complain

@@ -15,7 +15,7 @@ from record.log.reader import LogContents, read_log, read_ticks
 from record.trial.table_file import read_table
 from record.trial.trial import read_trial
 from robot.cli import main as cli
-from robot.config.robot_file import DEFAULT_ROBOT_FILE
+from robot.console.arguments import DEFAULT_ROBOT_FILE
 from robot.console.exit_codes import ExitCode
 
 Capture = pytest.CaptureFixture[str]

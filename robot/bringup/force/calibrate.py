@@ -12,7 +12,8 @@ from model.fit.in_situ import InSituResult, SensorResidual, calibrate_in_situ
 from record.whole_file import whole_file
 from robot.bringup.force.still_poses import read_pose_logs
 from robot.config.calibration import write_calibration
-from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
+from robot.config.robot_file import load_robot
+from robot.console.arguments import DEFAULT_ROBOT_FILE
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_result
 from robot.console.progress import ProgressBar
