@@ -17,7 +17,8 @@ from model.errors import BusError, ForceStreamError, RecordError
 from model.values.arrays import FloatArray
 from model.values.faults import FaultKind, StopReason
 from model.values.tick import Intent, Mode, Request, Tick
-from robot.config.robot_file import DEFAULT_ROBOT_FILE, RobotConfig, parse_robot
+from robot.config.robot_file import RobotConfig, parse_robot
+from robot.console.arguments import DEFAULT_ROBOT_FILE
 from robot.control.controller import Controller
 from robot.report.page import Section, report_page
 from robot.run.loop import run

@@ -24,7 +24,8 @@ from model.values.arrays import FloatArray, known_mean, root_mean_square
 from model.values.estimate import BIAS, FIXED, SCALE, VELOCITY, OdometryInputs
 from model.values.parameters import ContactParameters
 from record.log.reader import read_log, read_stamped_ticks
-from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
+from robot.config.robot_file import load_robot
+from robot.console.arguments import DEFAULT_ROBOT_FILE
 from robot.odometry.compare import compare_methods, true_motion, walking_part
 from robot.odometry.metrics import in_band, nees
 from robot.odometry.track import TrackedLog, track, track_log

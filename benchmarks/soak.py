@@ -33,7 +33,8 @@ from model.values.arrays import FloatArray, IntArray
 from model.values.faults import FaultKind, StopReason
 from model.values.readings import ForceRecord, ServoReadings
 from model.values.tick import Intent, Mode, Request, Tick
-from robot.config.robot_file import DEFAULT_ROBOT_FILE, RobotConfig, parse_robot
+from robot.config.robot_file import RobotConfig, parse_robot
+from robot.console.arguments import DEFAULT_ROBOT_FILE
 from robot.control.controller import Controller
 from robot.run.loop import run
 from robot.run.rig import Rig

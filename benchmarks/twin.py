@@ -11,7 +11,8 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from robot.campaign.run import Job, run_jobs
-from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
+from robot.config.robot_file import load_robot
+from robot.console.arguments import DEFAULT_ROBOT_FILE
 from robot.virtual.twin_run import WalkPlan, make_twin, walk_fast
 
 TRIALS = 8

@@ -7,7 +7,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from robot.cli import main as cli
-from robot.config.robot_file import DEFAULT_ROBOT_FILE
+from robot.console.arguments import DEFAULT_ROBOT_FILE
 from robot.console.exit_codes import ExitCode
 
 with TemporaryDirectory() as folder:

@@ -54,6 +54,9 @@ def _check(path: Path, effect: Effect, stages: tuple[str, ...], seen: set[str]) 
     if not effect.scopes:
         raise GapError(f"{path}: {effect.name} needs a scope: Scope.ALL, Scope.JOINT or both")
     for parameter in effect.parameters:
+        numbers = (parameter.lower, parameter.neutral, parameter.upper, parameter.spread)
+        if not all(isinstance(number, int | float) for number in numbers):
+            raise GapError(f"{path}: {effect.name}: bounds of {parameter.name} must be numbers")
         if not parameter.lower <= parameter.neutral <= parameter.upper or not parameter.spread > 0:
             raise GapError(
                 f"{path}: {effect.name}: {parameter.name} needs lower <= neutral <= upper "

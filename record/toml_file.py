@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from model.errors import ConfigError
+from record.input_file import read_utf8
 
 
 @contextmanager
@@ -20,10 +21,9 @@ def reading(path: Path, what: str) -> Iterator[str]:
         ConfigError: It cannot be read, or the block refuses what it says.
     """
     try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise ConfigError(str(path), f"{what} cannot be read: {reason}") from error
+        text = read_utf8(path).replace("\r\n", "\n")
+    except OSError as error:
+        raise ConfigError(str(path), f"{what} cannot be read: {error.strerror}") from error
     try:
         yield text
     except ConfigError as error:

@@ -6,6 +6,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from model.errors import ConfigError, RecordError
+from record.earlier_file import keep_earlier, same_content
 
 
 @contextmanager
@@ -26,6 +27,10 @@ def writing(path: Path, option: str = "--out") -> Iterator[None]:
 def whole_file(out: Path, option: str = "--out") -> Iterator[Path]:
     """Yield the name to write to; it becomes ``out`` at the end, and is removed if the block fails.
 
+    What was there before stays if it is the same, and is kept under another name if it is not
+    (``record.earlier_file``). A device is written to as it is. A block that removes its file leaves
+    what is there.
+
     Args:
         out: Where the file is to be. What is there stays until then.
         option: Option that names it.
@@ -33,25 +38,49 @@ def whole_file(out: Path, option: str = "--out") -> Iterator[Path]:
     Raises:
         RecordError: It cannot be written.
     """
+    _check_no_pipe(out, option)
+    if out.exists() and not out.is_file():
+        with writing(out, option):
+            yield out
+        return
     # of this process alone, and with the suffix that tells writers the kind
     part = out.with_name(f".{out.stem}.{os.getpid()}.part{out.suffix}")
     try:
         with writing(out, option):
+            part.touch()  # here, so that what fails is named by the name that was chosen
             yield part
-            part.replace(out)
+            if part.exists() and not same_content(part, out):
+                keep_earlier(out)
+                part.replace(out)
     finally:
         with suppress(OSError):  # there may never have been one
             part.unlink()
 
 
+def clear_name(path: Path, option: str = "--out") -> None:
+    """Make room for a file that grows where it is: what is there is kept under another name.
+
+    Raises:
+        RecordError: It cannot be kept, or is a pipe.
+    """
+    _check_no_pipe(path, option)
+    keep_earlier(path)
+
+
+def _check_no_pipe(path: Path, option: str) -> None:
+    """Refuse a named pipe: opening it would wait until somebody reads it, which may be never."""
+    if path.resolve().is_fifo():
+        raise RecordError(f"{path} is a pipe; name a file with {option}")
+
+
 def write_text(path: Path, text: str, option: str = "--out") -> None:
-    """Write a text.
+    """Write a text as a whole file, line ends as they are.
 
     Raises:
         RecordError: It cannot be written.
     """
-    with writing(path, option):
-        path.write_text(text, encoding="utf-8")
+    with whole_file(path, option) as part:
+        part.write_text(text, encoding="utf-8", newline="")
 
 
 def check_room(path: Path | None, option: str, *suffixes: str) -> None:

@@ -25,7 +25,7 @@ _TAG_MAC, _TAG_ADDRESS, _TAG_MASK, _TAG_TEXT, _TAG_LOCATION = 0x01, 0x02, 0x03, 
 
 
 @dataclass(frozen=True, slots=True)
-class FoundUnit:
+class DiscoveredUnit:
     """One unit that answered.
 
     Attributes:
@@ -47,7 +47,7 @@ def question() -> bytes:
     return _QUESTION + bytes([0x02, 4]) + group + bytes([0xF2, 1, DELAY_MULTIPLIER])
 
 
-def answer(unit: FoundUnit, netmask: str = "255.255.255.0") -> bytes:
+def answer(unit: DiscoveredUnit, netmask: str = "255.255.255.0") -> bytes:
     """Return a unit's answer."""
     items = (
         (_TAG_MAC, bytes.fromhex(unit.mac.replace(":", ""))),
@@ -59,7 +59,7 @@ def answer(unit: FoundUnit, netmask: str = "255.255.255.0") -> bytes:
     return _ANSWER + b"".join(bytes([tag, len(value)]) + value for tag, value in items)
 
 
-def parse_answer(data: bytes) -> FoundUnit | None:
+def parse_answer(data: bytes) -> DiscoveredUnit | None:
     """Return the unit in an answer; None if it is none, or of no wireless force-torque unit."""
     if not data.startswith(_ANSWER):
         return None
@@ -69,19 +69,24 @@ def parse_answer(data: bytes) -> FoundUnit | None:
         tag, length = data[at], data[at + 1]
         items[tag] = data[at + 2 : at + 2 + length]
         at += 2 + length
-    text = items.get(_TAG_TEXT, b"").decode("ascii", errors="replace")
+    text = _printable(items.get(_TAG_TEXT, b""))
     address = items.get(_TAG_ADDRESS, b"")
     if APPLICATION not in text or len(address) != 4:
         return None
-    return FoundUnit(
+    return DiscoveredUnit(
         address=socket.inet_ntoa(address),
         mac=items.get(_TAG_MAC, b"").hex(":"),
         text=text,
-        location=items.get(_TAG_LOCATION, b"").decode("ascii", errors="replace"),
+        location=_printable(items.get(_TAG_LOCATION, b"")),
     )
 
 
-def discover(address: str, port: int = DISCOVERY_PORT) -> tuple[FoundUnit, ...]:
+def _printable(data: bytes) -> str:
+    """Return the letters of a text that anybody on the network may have sent; other bytes are left out."""
+    return "".join(chr(byte) for byte in data if 0x20 <= byte < 0x7F)
+
+
+def discover(address: str, port: int = DISCOVERY_PORT) -> tuple[DiscoveredUnit, ...]:
     """Ask and collect answers until no more can come.
 
     Args:
@@ -114,8 +119,8 @@ def _join_group(asker: socket.socket) -> None:
         asker.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, member)
 
 
-def _collect(asker: socket.socket, wait_s: float) -> tuple[FoundUnit, ...]:
-    units: list[FoundUnit] = []
+def _collect(asker: socket.socket, wait_s: float) -> tuple[DiscoveredUnit, ...]:
+    units: list[DiscoveredUnit] = []
     deadline_s = time.monotonic() + wait_s
     while (left_s := deadline_s - time.monotonic()) > 0:
         ready, _, _ = select.select([asker], [], [], left_s)

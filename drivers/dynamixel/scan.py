@@ -44,7 +44,7 @@ class SerialPort:
 
 
 @dataclass(frozen=True, slots=True)
-class FoundServo:
+class ScannedServo:
     """One servo that answered.
 
     Attributes:
@@ -73,7 +73,7 @@ def serial_ports() -> tuple[SerialPort, ...]:
     return tuple(sorted(ports, key=lambda p: (not p.usb_id, p.name)))
 
 
-def scan(port_name: str, baud_rates: Sequence[int], clock: Clock) -> tuple[FoundServo, ...]:
+def scan(port_name: str, baud_rates: Sequence[int], clock: Clock) -> tuple[ScannedServo, ...]:
     """Ping everybody at each baud rate. Writes nothing to any servo.
 
     Args:
@@ -84,7 +84,7 @@ def scan(port_name: str, baud_rates: Sequence[int], clock: Clock) -> tuple[Found
     Raises:
         BusError: The port cannot be opened.
     """
-    servos: list[FoundServo] = []
+    servos: list[ScannedServo] = []
     for baud_rate in baud_rates:
         port = BusPort(port_name, baud_rate, clock)
         port.openPort()
@@ -95,7 +95,7 @@ def scan(port_name: str, baud_rates: Sequence[int], clock: Clock) -> tuple[Found
     return tuple(servos)
 
 
-def broadcast_ping(port: ClockedPort) -> list[FoundServo]:
+def broadcast_ping(port: ClockedPort) -> list[ScannedServo]:
     """Ping everybody on an open port.
 
     Waits for the slots of all ids, and longer by the wire time of each answer that comes.
@@ -107,12 +107,12 @@ def broadcast_ping(port: ClockedPort) -> list[FoundServo]:
     port.writePort(build_instruction(BROADCAST_ID, Instruction.PING))
     port.setPacketTimeoutMillis(SLOT_MS * IDS + 2 * port.latency_ms)
     parser = FrameParser()
-    by_id: dict[int, FoundServo] = {}
+    by_id: dict[int, ScannedServo] = {}
     while port.remaining_ms() > 0:
         for item in parser.feed(port.readPort(1024)):
             if isinstance(item, Frame) and item.error is not None and len(item.parameters) == 3:
                 model = int.from_bytes(item.parameters[:2], "little")
-                servo = FoundServo(port.baudrate, item.servo_id, model, item.parameters[2])
+                servo = ScannedServo(port.baudrate, item.servo_id, model, item.parameters[2])
                 by_id[item.servo_id] = servo
                 port.packet_timeout += port.tx_time_per_byte * PING_ANSWER_BYTES
     return [by_id[servo_id] for servo_id in sorted(by_id)]

@@ -38,7 +38,7 @@ SHUTDOWN = 0x34  # overload, electrical shock, overheating: the factory's choice
 
 
 @dataclass(frozen=True, slots=True)
-class ServoFound:
+class ServoIdentity:
     """One servo as it introduced itself.
 
     Attributes:
@@ -67,7 +67,7 @@ class BusReport:
         warnings: What should be put right, one sentence each.
     """
 
-    servos: tuple[ServoFound, ...]
+    servos: tuple[ServoIdentity, ...]
     warnings: tuple[str, ...]
 
 
@@ -84,7 +84,7 @@ def find_servos(
     if missing:
         words = _missing_words(port, settings, missing)
         raise BusError(words, port=port.name, ids=tuple(s.servo_id for s in missing))
-    connected: list[ServoFound] = []
+    connected: list[ServoIdentity] = []
     warnings: list[str] = []
     for servo, identity in zip(servos, identities, strict=True):
         data = identity or b""
@@ -92,7 +92,7 @@ def find_servos(
         _check_model(servo, model)
         warnings += _check_state(servo, firmware)
         connected.append(
-            ServoFound(
+            ServoIdentity(
                 leg=servo.leg,
                 servo_id=servo.servo_id,
                 model=model,
@@ -277,7 +277,7 @@ def _limit_warnings(servo: CheckedServo) -> list[str]:
     return lines
 
 
-def _bus_warnings(port: ClockedPort, servos: Sequence[ServoFound]) -> list[str]:
+def _bus_warnings(port: ClockedPort, servos: Sequence[ServoIdentity]) -> list[str]:
     warnings = []
     slow = [servo for servo in servos if servo.return_delay > LONGEST_QUIET_RETURN_DELAY]
     if slow:

@@ -4,13 +4,11 @@
 a trial with the same ones, so that the two cannot drift apart.
 """
 
-import tomllib
-
 import numpy as np
 
 from model.errors import ConfigError
 from model.kinematics.four_bar import check_linkage
-from model.parameters.toml_table import Table
+from model.parameters.toml_table import Table, parse_toml
 from model.values.parameters import (
     BodyParameters,
     ContactParameters,
@@ -27,10 +25,7 @@ def parse_table(text: str, what: str = "robot file") -> Table:
     Raises:
         ConfigError: It is no TOML.
     """
-    try:
-        return Table(tomllib.loads(text))
-    except tomllib.TOMLDecodeError as error:
-        raise ConfigError(what, f"is not valid TOML: {error}") from error
+    return Table(parse_toml(text, what))
 
 
 def read_body(table: Table) -> BodyParameters:

@@ -2,6 +2,7 @@
 
 import difflib
 import math
+import tomllib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -9,6 +10,40 @@ import numpy as np
 
 from model.errors import ConfigError
 from model.values.arrays import FloatArray, IntArray, readonly
+
+DEEPEST = 50  # tables in tables; a robot file has three
+
+
+def parse_toml(text: str, what: str) -> dict[str, Any]:
+    """Parse TOML: every text of ours is read here.
+
+    Args:
+        text: The text.
+        what: What it is, for the message.
+
+    Raises:
+        ConfigError: It is no TOML, or none that a person would write.
+    """
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(what, f"is not valid TOML: {error}") from error
+    except RecursionError as error:
+        raise ConfigError(what, "is not valid TOML: lists nested too deep") from error
+    except ValueError as error:  # Python takes no integer of more than 4300 digits
+        raise ConfigError(what, "is not valid TOML: an integer of too many digits") from error
+    level: list[Any] = [data]
+    for _ in range(DEEPEST):
+        level = [inner for one in level for inner in _nested(one)]
+        if not level:
+            return data
+    raise ConfigError(what, "is not valid TOML: tables nested too deep")
+
+
+def _nested(value: Any) -> list[Any]:
+    """Return the tables and lists directly in one."""
+    inner = value.values() if isinstance(value, dict) else value
+    return [one for one in inner if isinstance(one, dict | list)]
 
 
 class Table:
@@ -191,7 +226,10 @@ def as_table(value: Any, name: str) -> Table:
 def _real(value: Any, name: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise ConfigError(name, f"must be a number, not {value!r}")
-    return float(value)
+    try:
+        return float(value)
+    except OverflowError as error:  # TOML's integers have no end
+        raise ConfigError(name, "must be a smaller number") from error
 
 
 def _finite(value: Any, name: str) -> float:

@@ -16,12 +16,14 @@ from mcap.opcode import Opcode
 from mcap.stream_reader import StreamReader
 
 from model.errors import RecordError
+from record.input_file import open_file
 from record.log.reader import (
     LogContents,
     MessageReader,
     StampedTick,
     TopicMessage,
     check_layout,
+    sound,
 )
 from record.log.salvage import DAMAGE, LARGEST_CHUNK, MAGIC
 from record.log.tick_message import decode_tick
@@ -41,7 +43,7 @@ def is_log_of_run(path: Path) -> bool:
     A viewer's file or odometry as MCAP is none.
     """
     try:
-        with path.open("rb") as file:
+        with open_file(path) as file:
             begin = file.read(len(MAGIC) + _FRAME.size + MOST_HEADER)
     except OSError:
         return False
@@ -69,7 +71,7 @@ class LogFollower:
         self._reader = MessageReader(self.contents)
         self._at = 0
         try:
-            self._file: BinaryIO = path.open("rb")
+            self._file: BinaryIO = open_file(path)
         except OSError as error:
             raise RecordError(f"the log {path} cannot be read: {error.strerror}") from error
 
@@ -113,10 +115,11 @@ class LogFollower:
         """Decode a message of the tick topic.
 
         Raises:
-            RecordError: The ticks' layout is not known.
+            RecordError: The ticks' layout is not known, or the tick is damaged.
         """
         check_layout(self.path, message, self.contents)
-        return StampedTick(message.unix_ns, decode_tick(message.data, message.layout))
+        with sound(self.path, message):
+            return StampedTick(message.unix_ns, decode_tick(message.data, message.layout))
 
     def _complete_records(self) -> bytes:
         """Return the complete records behind the last one that was read, b"" if there is none yet."""

@@ -5,6 +5,7 @@ A log of any length is read in blocks, so that memory does not grow with it.
 
 import hashlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache
 from itertools import chain, islice
@@ -232,7 +233,27 @@ def read_wires(path: Path, contents: LogContents) -> tuple[WireBytes, ...]:
         raise RecordError(
             f"{path} holds no bytes of the devices; record them with: bigant drive --record-bytes"
         )
-    return tuple(decode_wire(message.data) for message in pieces)
+    wires = []
+    for message in pieces:
+        with sound(path, message):
+            wires.append(decode_wire(message.data))
+    return tuple(wires)
+
+
+@contextmanager
+def sound(path: Path, message: TopicMessage) -> Iterator[None]:
+    """Refuse a message that the block cannot take apart, where nothing may be left out.
+
+    Raises:
+        RecordError: The message is damaged.
+    """
+    try:
+        yield
+    except DAMAGE as error:
+        raise RecordError(
+            f"{path}: message {message.sequence} of {message.topic} is damaged ({error}); leave its "
+            "part of the run out with bigant log cut"
+        ) from error
 
 
 def note_content(record: object, contents: LogContents) -> None:

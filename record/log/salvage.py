@@ -24,6 +24,7 @@ from mcap.stream_reader import get_chunk_data_stream
 from zstandard import ZstdError
 
 from model.errors import RecordError
+from record.input_file import open_file
 from record.log.damage import Damage, Pass
 
 # What reading a damaged byte raises, by way of mcap, zstd, lz4 and our own decoder.
@@ -55,7 +56,7 @@ def read_records(
         RecordError: The file cannot be opened.
     """
     try:
-        stream = path.open("rb")
+        stream = open_file(path)
     except OSError as error:
         raise RecordError(f"the log {path} cannot be read: {error.strerror}") from error
     with stream:

@@ -1,5 +1,6 @@
 """Trajectories as TUM files, which evo reads: lines of ``unix_s x y z qx qy qz qw`` in s and m."""
 
+from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -8,7 +9,7 @@ import numpy as np
 
 from model.motion.se2 import quaternion_of
 from model.values.arrays import FloatArray
-from record.whole_file import writing
+from record.whole_file import clear_name, whole_file, writing
 
 
 class TumFile:
@@ -28,10 +29,13 @@ class TumFile:
     def __init__(self, path: Path, *, growing: bool = False) -> None:
         self.path = path
         self.count = 0
-        self._part = path if growing else path.with_name(f"{path.name}.part")
         self._last_ns = -1
+        self._whole = ExitStack()
+        if growing:
+            clear_name(path)
+        self._place = path if growing else self._whole.enter_context(whole_file(path))
         with writing(path):
-            self._file = self._part.open("w", encoding="ascii")
+            self._file = self._place.open("w", encoding="ascii")
 
     def write(self, unix_ns: int, pose: FloatArray) -> None:
         """Write a pose: x, y [m], yaw [rad], (3,), or place and quaternion x y z w, (7,).
@@ -57,13 +61,13 @@ class TumFile:
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
     ) -> None:
-        try:
-            with writing(self.path):
-                self._file.close()
-                if kind is None and self.count:
-                    self._part.replace(self.path)
-        finally:
-            if self._part != self.path or not self.count:
-                self._part.unlink(missing_ok=True)
+        with writing(self.path):
+            self._file.close()
+            if not self.count and self._place.is_file():
+                self._place.unlink()
+        self._whole.__exit__(kind, error, trace)

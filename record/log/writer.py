@@ -27,7 +27,7 @@ from record.log.wire_message import (
     encode_wire,
     wire_topic,
 )
-from record.whole_file import writing
+from record.whole_file import clear_name, writing
 
 CHUNK_BYTES = 64 * 1024
 FLUSH_PERIOD_NS = 500_000_000
@@ -92,6 +92,7 @@ class LogWriter:
         self._wires = 0
         self._next_flush_ns = start_ns + FLUSH_PERIOD_NS
         self._next_diagnostics_ns = start_ns
+        clear_name(path, "--log")
         with writing(path, "--log"):
             self._file: BinaryIO = path.open("wb")
         self._writer = mcap_writer(self._file)

@@ -2,7 +2,6 @@
 
 import math
 import re
-import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, fields
@@ -10,9 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from model.errors import ConfigError, RecordError
+from model.parameters import toml_table
 from model.parameters.toml_table import Table
+from record.input_file import read_utf8
 from record.toml_file import toml_text
-from record.whole_file import writing
+from record.whole_file import write_text
 
 LEGGED, SERVO_BENCH, SLIDING_BODY = "legged", "servo_bench", "sliding_body"
 KINDS = (LEGGED, SERVO_BENCH, SLIDING_BODY)
@@ -91,9 +92,9 @@ def parse_toml(text: str, path: Path) -> Mapping[str, Any]:
         RecordError: It is none.
     """
     try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise RecordError(f"{path} is not valid TOML: {error}") from error
+        return toml_table.parse_toml(text, str(path))
+    except ConfigError as error:
+        raise RecordError(f"{path} {error.reason}") from error
 
 
 def read_text(path: Path) -> str:
@@ -103,11 +104,9 @@ def read_text(path: Path) -> str:
         RecordError: It cannot be read, or is no text.
     """
     try:
-        return path.read_bytes().decode("utf-8")  # as it is, line ends too
+        return read_utf8(path)
     except OSError as error:
         raise RecordError(f"{path} cannot be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise RecordError(f"{path} is not UTF-8 text") from error
 
 
 def parse_header(
@@ -213,16 +212,14 @@ def write_header(header: TrialHeader, path: Path) -> None:
             is there.
     """
     _check_header(header, path)
-    with writing(path):
-        if header.robot_file:
-            machine = path.parent / header.robot_file
-            if not machine.exists():
-                machine.write_text(header.robot_text, encoding="utf-8", newline="")
-            elif machine.read_bytes() != header.robot_text.encode():
-                raise RecordError(
-                    f"{machine} is another machine's file than this trial's; write to another folder"
-                )
-        path.write_text(header_text(header), encoding="utf-8", newline="")
+    if header.robot_file:
+        machine = path.parent / header.robot_file
+        if machine.exists() and read_text(machine) != header.robot_text:
+            raise RecordError(
+                f"{machine} is another machine's file than this trial's; write to another folder"
+            )
+        write_text(machine, header.robot_text)
+    write_text(path, header_text(header))
 
 
 def _check_header(header: TrialHeader, path: Path) -> None:
@@ -245,7 +242,7 @@ def _check_header(header: TrialHeader, path: Path) -> None:
 
 def header_text(header: TrialHeader) -> str:
     """Return a header as TOML; what is not known is left out."""
-    named = joints_of(tomllib.loads(header.robot_text), ())
+    named = joints_of(toml_table.parse_toml(header.robot_text, header.robot_file), ())
     trial = {
         "robot": header.robot_file or None,
         "legs": None if header.joints == named else header.joints,

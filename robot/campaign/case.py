@@ -20,7 +20,7 @@ from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Simulator
 from model.errors import RecordError
 from record.trial.header import read_text
-from record.whole_file import whole_file
+from record.whole_file import write_text
 from robot.console.json_output import json_text
 from robot.gap_report.trials import Runs, read_runs
 
@@ -138,8 +138,7 @@ def keep_json(value: object, path: Path) -> None:
     Raises:
         RecordError: It cannot be written.
     """
-    with whole_file(path) as part:
-        part.write_text(json_text(value, 1) + "\n", encoding="utf-8")
+    write_text(path, json_text(value, 1) + "\n")
 
 
 @dataclass(frozen=True, slots=True)

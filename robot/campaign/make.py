@@ -10,7 +10,7 @@ from pathlib import Path
 
 from gap.worker_pool import worker_pool
 from model.errors import ConfigError, RecordError
-from record.whole_file import writing
+from record.whole_file import write_text, writing
 from robot.campaign.plan import CampaignScenario, draw_cases, read_scenario
 from robot.campaign.run import campaign_jobs, drop_cases, level_stamps, run_jobs
 from robot.campaign.seal import (
@@ -101,7 +101,7 @@ def _labels(request: SimCampaignRequest, scenario: CampaignScenario) -> tuple[by
     labels = labels_of(draw_cases(scenario, entropy), entropy)
     if opened.exists():
         _check_same(labels, opened.read_text(encoding="utf-8"), folder)
-    opened.write_text(labels.text, encoding="utf-8")
+    write_text(opened, labels.text)
     return entropy, ""
 
 

@@ -13,8 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from model.errors import ConfigError, RecordError
+from record.input_file import read_bytes, read_utf8
 from record.toml_file import toml_text
-from record.whole_file import check_room, write_text
+from record.whole_file import check_room, whole_file, write_text
 from robot.campaign.plan import CampaignCase
 from robot.console.exit_codes import ExitCode
 from robot.console.installed import how_to_install
@@ -26,6 +27,7 @@ from sim_hw.twin.effects import find_kind
 OPEN_NAME, SEALED_NAME, HASH_NAME = "labels.json", "labels.sealed", "labels.sha256"
 ENTROPY_BYTES = 32
 PUBLISHED_WORDS = 4  # hash and name, of the sealed file and of its content
+LARGEST_LABELS = 1_000_000_000  # bytes
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +81,7 @@ def read_key(path: Path) -> bytes:
     """
     fernet = _fernet()
     try:
-        key = path.read_bytes().strip()
+        key = read_bytes(path).strip()
         fernet(key)
     except OSError as error:
         raise ConfigError("--key", f"{path} cannot be read: {error.strerror}") from error
@@ -95,9 +97,9 @@ def seal(labels: Labels, folder: Path, key: bytes) -> str:
     token: bytes = _fernet()(key).encrypt(padded.encode())
     digest = hashlib.sha256(token).hexdigest()
     inside = hashlib.sha256(labels.text.encode()).hexdigest()
-    (folder / SEALED_NAME).write_bytes(token)
-    lines = f"{digest}  {SEALED_NAME}\n{inside}  {OPEN_NAME}\n"
-    (folder / HASH_NAME).write_text(lines, encoding="ascii")
+    with whole_file(folder / SEALED_NAME) as part:
+        part.write_bytes(token)
+    write_text(folder / HASH_NAME, f"{digest}  {SEALED_NAME}\n{inside}  {OPEN_NAME}\n")
     return digest
 
 
@@ -110,8 +112,8 @@ def unseal(folder: Path, key: bytes) -> Labels:
     from cryptography.fernet import InvalidToken
 
     try:
-        token = (folder / SEALED_NAME).read_bytes()
-        published = (folder / HASH_NAME).read_text(encoding="ascii", errors="replace").split()
+        token = read_bytes(folder / SEALED_NAME, LARGEST_LABELS)
+        published = read_utf8(folder / HASH_NAME).split()
     except OSError as error:
         raise RecordError(f"{folder} holds no sealed labels: {error.strerror}") from error
     if len(published) != PUBLISHED_WORDS:

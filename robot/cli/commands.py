@@ -12,14 +12,18 @@ import re
 from collections.abc import Sequence
 from typing import Any, NoReturn, TypeAlias
 
+from record.earlier_file import earlier_files
 from robot.cli.examples import EXAMPLES
-from robot.console.arguments import WORK, add_arguments, parsed
+from robot.console.arguments import WORK, WRITES, add_arguments, parsed
 from robot.console.exit_codes import ExitCode
+from robot.console.printable import printable
+from robot.console.program_output import complain
 
 EXAMPLES_HEAD = "examples:"
 # Of parsed arguments: the parser of the command that was typed, and its request.
 OWN, REQUEST = "_parser", "_request"
 _Parsers: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"  # has no public name
+OVERWRITE_HELP = "replace earlier files (default: they are kept as NAME.1.EXT)"
 SINGLE = "single"  # the module of the commands of one word
 
 
@@ -120,7 +124,7 @@ class CommandParser(argparse.ArgumentParser):
             if wrong := re.search(r"invalid choice: '([^']*)'", message):
                 near = difflib.get_close_matches(wrong.group(1), names, n=1)
                 message += f"; did you mean {near[0]}?" if near else ""
-        super().error(re.sub(r"invalid _?(\w+?)_? value", r"invalid \1 value", message))
+        super().error(printable(re.sub(r"invalid _?(\w+?)_? value", r"invalid \1 value", message)))
 
 
 class HelpFormatter(argparse.HelpFormatter):
@@ -160,6 +164,8 @@ def add_commands(
             own.set_defaults(**{REQUEST: request})
             own.description = (request.__doc__ or "").split("\n\n", 1)[-1]
             add_arguments(own, request)
+            if getattr(request, WRITES):
+                own.add_argument("--overwrite", action="store_true", help=OVERWRITE_HELP)
 
 
 def request_of(command: str) -> type[Any]:
@@ -182,5 +188,6 @@ def run_command(options: argparse.Namespace) -> ExitCode:
     request = getattr(options, REQUEST)
     module, _, function = getattr(request, WORK).partition(":")
     work = getattr(importlib.import_module(f"robot.{module}"), function)
-    code: ExitCode = work(parsed(options, request))
+    with earlier_files(overwrite=vars(options).get("overwrite", False), notify=complain):
+        code: ExitCode = work(parsed(options, request))
     return code

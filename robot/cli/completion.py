@@ -2,9 +2,9 @@
 
 import argparse
 from importlib.util import find_spec
-from pathlib import Path
 
 from model.errors import ConfigError
+from robot.console.arguments import path_of
 from robot.console.exit_codes import ExitCode
 from robot.console.installed import how_to_install
 from robot.requests.single import CompletionRequest
@@ -57,5 +57,5 @@ def _mark_files(parser: argparse.ArgumentParser, files: object) -> None:
         if isinstance(action, argparse._SubParsersAction):
             for child in action.choices.values():
                 _mark_files(child, files)
-        elif action.type is Path or action.dest in {"log", "hardware", "port"}:
+        elif action.type is path_of or action.dest in {"log", "hardware", "port"}:
             action.complete = files  # type: ignore[attr-defined]

@@ -11,6 +11,7 @@ from model.errors import BigantError, BusError, ForceStreamError, RecordError
 from robot.cli.commands import CommandParser, add_commands, run_command
 from robot.cli.help_pages import page_hint
 from robot.console.exit_codes import ExitCode
+from robot.console.printable import printable_output
 from robot.console.program_output import complain, stop_output
 from robot.console.progress import show_compiling
 
@@ -50,7 +51,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
         ["bigant", options.command, *([options.action] if "action" in options else [])]
     )
     try:
-        code = int(run_command(options))
+        with printable_output():
+            code = int(run_command(options))
         sys.stdout.flush()  # here, so that a full disk is reported like any other mistake
         return code
     except EndSignal as end:

@@ -12,6 +12,7 @@ from model.parameters.tables import parse_table
 from model.values.arrays import readonly
 from model.values.force_calibration import AXES, METHODS, ForceCalibration
 from record.toml_file import reading, toml_text
+from record.whole_file import write_text
 
 FORMAT = 1
 LARGEST_HARMONICS = 8
@@ -66,14 +67,9 @@ def write_calibration(path: Path, calibration: ForceCalibration) -> None:
     """Write a calibration file.
 
     Raises:
-        ConfigError: It cannot be written.
+        RecordError: It cannot be written.
     """
-    try:
-        path.write_text(format_calibration(calibration), encoding="utf-8")
-    except OSError as error:
-        raise ConfigError(
-            str(path), f"the calibration cannot be written: {error.strerror}; choose another --out"
-        ) from error
+    write_text(path, format_calibration(calibration))
 
 
 def read_calibration(path: Path, legs: tuple[str, ...]) -> ForceCalibration:

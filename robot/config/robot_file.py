@@ -38,8 +38,8 @@ from record.toml_file import reading
 from robot.config.calibration import read_calibration
 from robot.config.estimator import EstimatorConfig, read_estimator
 from robot.config.safety import BodyLimits, RecoverySettings, read_body_limits, read_recovery
+from robot.console.arguments import DEFAULT_ROBOT_FILE
 
-DEFAULT_ROBOT_FILE = Path(__file__).resolve().parent.parent.parent / "config" / "bigant.toml"
 # A limit beyond what a servo can do or measure is none.
 HIGHEST_SPEED_RAD_S = 1023 * VELOCITY_UNIT_RAD_S
 HIGHEST_CURRENT_A = 2047 * CURRENT_UNIT_A
@@ -125,8 +125,8 @@ def load_robot(path: Path = DEFAULT_ROBOT_FILE, calibration: Path | None = None)
         calibration = path.parent / config.calibration_file
     if calibration is None:
         return config
-    found = read_calibration(calibration, config.parameters.legs.names)
-    return replace(config, force_sensor=replace(config.force_sensor, calibration=found))
+    read = read_calibration(calibration, config.parameters.legs.names)
+    return replace(config, force_sensor=replace(config.force_sensor, calibration=read))
 
 
 def parse_robot(text: str) -> RobotConfig:

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from model.errors import ConfigError
 from model.values.parameters import RobotParameters
+from record.whole_file import write_text
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
 from robot.requests.robot import RobotExportRequest
@@ -32,20 +33,19 @@ def export(request: RobotExportRequest) -> ExitCode:
     """Write a robot file as URDF, as MJCF or both, and check that MuJoCo loads them.
 
     Raises:
-        ConfigError: Nothing is asked for, or a file cannot be written.
+        ConfigError: Nothing is asked for.
+        RecordError: A file cannot be written.
     """
     if request.urdf is None and request.mjcf is None:
-        raise ConfigError("--urdf", "or --mjcf must say what to write")
+        raise ConfigError("robot export", "nothing to write: give --urdf OUT, --mjcf OUT or both")
     config = load_robot(request.robot)
-    for path, make in ((request.urdf, urdf_text), (request.mjcf, mjcf_text)):
+    wanted = (("--urdf", request.urdf, urdf_text), ("--mjcf", request.mjcf, mjcf_text))
+    for option, path, make in wanted:
         if path is None:
             continue
         text = make(config.name, config.parameters)
         model = mujoco.MjModel.from_xml_string(text)
-        try:
-            path.write_text(text, encoding="utf-8")
-        except OSError as error:
-            raise ConfigError(str(path), f"cannot be written: {error.strerror}") from error
+        write_text(path, text, option)
         mass = float(model.body_mass.sum())
         print(f"{path}: {model.njnt} joints, {mass:.3f} kg; MuJoCo loads it")
     return ExitCode.OK

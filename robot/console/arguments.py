@@ -15,9 +15,11 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 ROOT = Path(__file__).resolve().parent.parent.parent  # of the clone
+DEFAULT_ROBOT_FILE = ROOT / "config" / "bigant.toml"
 STDOUT = Path("-")
 EITHER = "either"  # the group of options that exclude each other
 WORK = "bigant_work"  # of a request's class: the function that does what is asked for
+WRITES = "bigant_writes"  # and whether it writes files
 Kind = TypeVar("Kind")
 Request = TypeVar("Request", bound="DataclassInstance")
 
@@ -26,7 +28,7 @@ BAUD_RATES = (57_600, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 115_200, 9_600
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True)
-def request(work: str) -> Callable[[type[Kind]], type[Kind]]:
+def request(work: str, *, writes: bool = False) -> Callable[[type[Kind]], type[Kind]]:
     """Make a class the request of a command: a frozen dataclass of its options.
 
     Its fields are made by ``option`` and the functions below it; what stands behind the first paragraph
@@ -34,11 +36,13 @@ def request(work: str) -> Callable[[type[Kind]], type[Kind]]:
 
     Args:
         work: ``module:function`` below ``robot``; the function takes the request and returns an exit code.
+        writes: Whether it writes files where earlier ones may be: it then has ``--overwrite``, too.
     """
 
     def made(kind: type[Kind]) -> type[Kind]:
         kind = dataclass(frozen=True, slots=True, kw_only=True)(kind)
         setattr(kind, WORK, work)
+        setattr(kind, WRITES, writes)
         return kind
 
     return made
@@ -92,7 +96,7 @@ def argument(metavar: str, text: str | None = None, *, default: Any = MISSING, *
 
 def robot_file(text: str = "robot file (default: config/bigant.toml)") -> Any:
     """``--robot``; the nominal robot file is its default."""
-    return option(text, "FILE", default=ROOT / "config" / "bigant.toml")
+    return option(text, "FILE", default=DEFAULT_ROBOT_FILE)
 
 
 def servo_port() -> Any:
@@ -177,7 +181,8 @@ def add_arguments(parser: argparse.ArgumentParser, kind: "type[DataclassInstance
 def _type_of_one(one: "Field[Any]") -> Any:
     """Return the type of one value of a field: inside ``X | None`` and ``tuple[X, ...]``."""
     inner = [kind for kind in get_args(one.type) if kind not in {NoneType, Ellipsis}]
-    return inner[0] if inner else one.type
+    kind = inner[0] if inner else one.type
+    return path_of if kind is Path else kind
 
 
 def parsed(options: argparse.Namespace, kind: type[Request]) -> Request:
@@ -219,6 +224,18 @@ SERVO_ID = between(0, 252, whole=True)
 def id_or_all(text: str) -> int | None:
     """Read a Dynamixel id; None for ``all``."""
     return None if text == "all" else int(SERVO_ID(text))
+
+
+def file_name(text: str) -> str:
+    """Read the name of a file, which need not be there."""
+    if "\0" in text:
+        raise argparse.ArgumentTypeError("must be a name without NUL bytes")
+    return text
+
+
+def path_of(text: str) -> Path:
+    """Read the name of a file as a path; completion offers files for it."""
+    return Path(file_name(text))
 
 
 def positive(text: str) -> float:

@@ -6,6 +6,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
 from model.compile_notice import on_compiling
+from robot.console.printable import printable
 from robot.console.screen_fit import shortened, terminal_size
 
 if TYPE_CHECKING:  # importing it takes 50 ms of every --help
@@ -55,11 +56,11 @@ class StatusLine:
     def _show(self, text: str) -> None:
         if self._terminal:
             # a line that wraps cannot be written over; the last column is left free for the cursor
-            text = shortened(text, terminal_size(sys.stderr).columns - 1)
+            text = shortened(printable(text), terminal_size(sys.stderr).columns - 1)
             print(f"\r{text.ljust(self._shown)}", end="", file=sys.stderr, flush=True)
             self._shown = len(text)
         else:
-            print(text, file=sys.stderr, flush=True)
+            print(printable(text), file=sys.stderr, flush=True)
 
     def __enter__(self) -> Self:
         return self

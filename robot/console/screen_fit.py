@@ -9,6 +9,8 @@ import textwrap
 from collections.abc import Sequence
 from typing import TextIO
 
+from robot.console.printable import printable_screen, terminal_of
+
 ESCAPE = re.compile(r"\x1b\[[0-9;]*[A-Za-z]")
 KEY_GAP = "  "
 DOTS = "..."
@@ -117,7 +119,7 @@ class Screen:
     """
 
     def __init__(self, out: TextIO) -> None:
-        self._out = out
+        self._out = terminal_of(out)
         self._before = CLEAR
 
     def draw(self, title: str, body: Sequence[str], tail: Sequence[str]) -> None:
@@ -127,9 +129,14 @@ class Screen:
             OSError: The terminal went away.
         """
         size = terminal_size(self._out)
-        broken = [piece for line in tail for piece in _tail_lines(line, size.columns)]
+        broken = [
+            piece
+            for line in map(printable_screen, tail)
+            for piece in _tail_lines(line, size.columns)
+        ]
         # no line end behind the last line: it would scroll the title away
-        text = (CLEAR_TO_END_OF_LINE + "\r\n").join(fitted(title, body, broken, size))
+        lines = fitted(printable_screen(title), [*map(printable_screen, body)], broken, size)
+        text = (CLEAR_TO_END_OF_LINE + "\r\n").join(lines)
         self._write(self._before + HOME + text + CLEAR_TO_END_OF_LINE + CLEAR_BELOW)
         self._before = ""
 

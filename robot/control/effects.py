@@ -121,7 +121,7 @@ class EffectsBeside:
         dt_s = (t_ns - where.t_ns) * 1e-9
         pose = np.array([*where.position_m, where.yaw_rad])
         answer = self._plain.solve(angle_rad, rate_rad_s, pose, where.velocity_B, dt_s)
-        truly = self._plain.true_forces(forces, (t_ns - memory.began_ns) * 1e-9)
+        true_forces = self._plain.true_forces(forces, (t_ns - memory.began_ns) * 1e-9)
         added = self._nothing
         if self._beside is not None:
             with_effects, without = (
@@ -132,7 +132,7 @@ class EffectsBeside:
             )
             added = _difference(with_effects, without)
         where = advance(where, answer.contact.traction.velocity_B, t_ns)
-        return EffectMemory(memory.began_ns, where), EffectTick(answer, truly, added)
+        return EffectMemory(memory.began_ns, where), EffectTick(answer, true_forces, added)
 
 
 def _with_law(machine: LeggedMachine, law: FrictionLaw) -> LeggedMachine:

@@ -20,7 +20,7 @@ from record.log.header import RunHeader
 from record.log.writer import LogWriter
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.console.exit_codes import ExitCode
-from robot.console.program_output import complain, keep_earlier, stop_output
+from robot.console.program_output import complain, stop_output
 from robot.console.screen_fit import columns_of
 from robot.console.table import row_lines
 from robot.control.controller import Controller
@@ -105,7 +105,7 @@ def drive_as(
         if pose_port:
             rig.listen(PoseListener(pose_port, rig.clock, time.time_ns()))
         for warning in rig.warnings:
-            print(f"warning: {warning}", file=sys.stderr)
+            complain(f"warning: {warning}")
         controller = Controller(
             config, rig.calibrations, armed=request.armed, rate_hz=request.rate_hz
         )
@@ -129,7 +129,7 @@ def drive_as(
     code = _say(log_path, result, log_error)
     busy = busy_words(result.missed, result.ticks, virtual=request.virtual)
     if busy and not request.virtual_time:
-        print(busy, file=sys.stderr)
+        complain(busy)
     return code
 
 
@@ -211,7 +211,6 @@ def _open_log(
         raise RecordError(
             f"the folder {path.parent} cannot be made: {error.strerror}; choose another --log"
         ) from error
-    keep_earlier(path)
     header = RunHeader(
         robot=controller.config.name,
         hardware=request.hardware,
@@ -270,4 +269,5 @@ def _say(log: Path | None, result: RunResult, log_error: str) -> ExitCode:
 def _print_pose(tick: Tick) -> None:
     pose = tick.estimate if tick.estimate is not None else tick.dead_reckoning
     x, y = pose.position_m
-    print(f"odometry: x {x:.3f} m, y {y:.3f} m, yaw {pose.yaw_rad:.3f} rad")
+    source = "estimate" if tick.estimate is not None else "dead reckoning"
+    print(f"{source}: x {x:.3f} m, y {y:.3f} m, yaw {pose.yaw_rad:.3f} rad")

@@ -25,6 +25,7 @@ from robot.gap_report.trials import simulator_for
 from robot.requests.single import ImportRequest
 
 SUFFIXES = (".mcap", ".parquet", ".csv")
+READ_SUFFIXES = (".parquet", ".csv", ".npz", ".toml")
 SHOWN_ROWS = 10
 
 
@@ -48,6 +49,9 @@ def bring_in(request: ImportRequest) -> ExitCode:
     out = request.out
     if not request.paths:
         raise ConfigError("TABLE", "name a table to import, or --maps to list the maps")
+    for path in request.paths:
+        if path.suffix not in READ_SUFFIXES:
+            raise ConfigError("TABLE", f"must end in {', '.join(READ_SUFFIXES)}, not {path}")
     given = read_column_map(find_map(request.map)) if request.map is not None else ColumnMap()
     if out is not None and not request.folder:
         if out.suffix not in SUFFIXES:

@@ -1,6 +1,5 @@
 """``bigant gap next``: which run settles what a diagnosis left open."""
 
-import sys
 from collections.abc import Mapping, Sequence
 
 from gap.diagnosis.diagnose import diagnose
@@ -14,6 +13,7 @@ from model.effects.catalogue import CATALOGUE
 from model.errors import ConfigError, GapError
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json
+from robot.console.program_output import complain
 from robot.console.progress import ProgressBar
 from robot.console.screen_fit import terminal_width, wrapped
 from robot.console.table import Column, table_lines
@@ -49,7 +49,7 @@ def propose_runs(request: GapNextRequest) -> ExitCode:
         )
     proposer, note = proposer_of(runs.robot_text, runs.robot)
     if note:
-        print(f"note: {note}", file=sys.stderr)
+        complain(f"note: {note}")
     effects = {effect.name: effect for effect in simulator.effects}
     causes, rivals = _left_open(diagnosis, runs, simulator)
     if not causes:

@@ -1,7 +1,6 @@
 """What the page and the terminal both say of a diagnosis."""
 
 import math
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -14,6 +13,7 @@ from gap.experiments.next_run import NextRun
 from gap.interfaces import Cause, DataFault, Effect, place_words
 from gap.rounding import fixed, percent_words
 from gap.search.fit import ENOUGH_SEPARATION
+from model.parameters.toml_table import parse_toml
 from record.trial.header import SERVO_BENCH
 from record.trial.trial import Trial
 from robot.console.table import Column, table_lines
@@ -119,7 +119,7 @@ def changed_channels(far: HowFar, most: int) -> list[str]:
 def machine_words(trial: Trial) -> str:
     """Name the machine of a trial, with its joints where each is a machine of its own."""
     header = trial.header
-    name = tomllib.loads(header.robot_text).get("name")
+    name = parse_toml(header.robot_text, header.robot_file).get("name")
     known = name if isinstance(name, str) else Path(header.robot_file).stem
     machine = known or header.kind.replace("_", " ")
     if header.kind != SERVO_BENCH:

@@ -13,7 +13,7 @@ from record.log.definitions import DEFINITIONS
 from record.log.messages import planar_odometry
 from record.log.recording import Recording
 from record.log.tum import TumFile
-from record.whole_file import write_text, writing
+from record.whole_file import whole_file, write_text
 from robot.console.table import formed, number_text
 from robot.odometry.compare import OdometryComparison
 from robot.odometry.figure import drawing
@@ -53,11 +53,11 @@ def write(comparison: OdometryComparison, log: Recording, path: Path, out: Path)
         if comparison.truth is not None:
             _write_tum(out.with_suffix(".truth.tum"), run, comparison.truth.pose)
     else:
-        with writing(out):
+        with whole_file(out) as part:
             if out.suffix == ".mcap":
-                write_mcap(out, run)
+                write_mcap(part, run)
             else:
-                drawing(comparison).savefig(out, dpi=120)
+                drawing(comparison).savefig(part, dpi=120)
 
 
 def _write_tum(path: Path, run: Track, pose: FloatArray) -> None:

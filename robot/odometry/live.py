@@ -4,7 +4,6 @@ It follows LOG, or the newest log in ``runs/``, which another controller is writ
 With --hardware, it reads servos and forces itself and never asks for torque.
 """
 
-import sys
 import time
 from contextlib import ExitStack
 from pathlib import Path
@@ -20,6 +19,7 @@ from record.log.follow import LogFollower
 from record.log.tum import TumFile
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import json_text
+from robot.console.program_output import complain
 from robot.control.controller import Controller
 from robot.control.stops import STOPS
 from robot.odometry.request import believed_robot
@@ -86,7 +86,7 @@ def run_live(request: OdomRequest) -> ExitCode:
         if request.hardware is None:
             path = request.logs[0] if request.logs else newest_log()
             if not request.logs:
-                print(f"following {path}; Ctrl-C ends this, not the run", file=sys.stderr)
+                complain(f"following {path}; Ctrl-C ends this, not the run")
         out = None
         if request.out is not None:
             out = stack.enter_context(TumFile(request.out, growing=True))

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from drivers.ati.foot_forces import no_forces
-from model.errors import ModelError
+from model.errors import ConfigError, ModelError
 from model.kinematics.four_bar import Linkage
 from model.values.arrays import FloatArray, IntArray
 from model.values.estimate import Estimate, EstimatorState
@@ -111,8 +111,15 @@ class Tracker:
         self._step_us: list[float] = []
 
     def step(self, tick: Tick) -> Estimate:
-        """Advance by a tick; nothing is kept of it."""
-        forces = no_forces(len(tick.joints.angle_rad)) if self._no_forces else tick.forces
+        """Advance by a tick; nothing is kept of it.
+
+        Raises:
+            ConfigError: The robot has other legs than the tick.
+        """
+        legs, own = len(tick.joints.angle_rad), self.config.parameters.legs.count
+        if legs != own:
+            raise ConfigError("--robot", f"has {own} legs, the log {legs}; choose another file")
+        forces = no_forces(legs) if self._no_forces else tick.forces
         self._memory, estimate = self._stage.step(
             self._memory, tick.t_ns, tick.joints, forces, tick.inputs.poses
         )

@@ -19,7 +19,7 @@ from model.estimator.settings import EstimatorSettings
 from model.values.arrays import FloatArray
 from model.values.tick import Mode
 from record.log.reader import LogContents, StampedTick, read_stamped_ticks
-from record.whole_file import whole_file
+from record.whole_file import write_text
 from robot.config.edit import with_estimator
 from robot.config.robot_file import RobotConfig
 from robot.console.exit_codes import ExitCode
@@ -159,8 +159,7 @@ def tune_command(request: OdomRequest) -> ExitCode:
             {"law": start.law.value, "sway": start.sway} if request.law or request.no_sway else {}
         )
         values = {**given, **{name: getattr(settings, name) for name in NAMES}}
-        with whole_file(request.out) as part:
-            part.write_text(with_estimator(config.text, values), encoding="utf-8")
+        write_text(request.out, with_estimator(config.text, values))
     if request.json:
         tuned = {name: getattr(settings, name) for name in NAMES}
         print_json({"settings": tuned, "before": before, "after": after})

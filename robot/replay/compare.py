@@ -130,10 +130,10 @@ class Comparison:
     def results(self) -> tuple[FieldResult, ...]:
         """Return how each field agrees."""
         self._compare()
-        found = zip(self._fields, self._largest, self._beyond, strict=True)
+        compared = zip(self._fields, self._largest, self._beyond, strict=True)
         return tuple(
             FieldResult(f.stage, f.name, f.unit, f.tolerance * self._scale, largest, beyond, f.why)
-            for f, largest, beyond in found
+            for f, largest, beyond in compared
         )
 
     def _compare(self) -> None:
@@ -229,7 +229,7 @@ def _words(field: Field, value: object) -> str:
     if isinstance(value, np.bool_ | bool):
         return "yes" if value else "no"
     array = np.asarray(value)
-    if array.dtype == object:
+    if array.dtype.kind in "OU":  # texts
         return str(value) or "none"
     number = float(array)
     return "absent" if math.isnan(number) else f"{number:.12g}"

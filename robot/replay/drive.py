@@ -6,7 +6,6 @@ file of this computer (or --robot), never from the log.
 """
 
 import sys
-import tomllib
 from bisect import bisect_right
 from collections.abc import Mapping
 from contextlib import ExitStack, redirect_stdout
@@ -15,12 +14,15 @@ from pathlib import Path
 from typing import Any
 
 from model.errors import ConfigError, RecordError
+from model.parameters.toml_table import parse_toml
 from model.values.faults import StopReason
 from model.values.tick import Intent, Request, Tick
-from record.log.reader import LogContents, read_log, read_tick_messages
+from record.log.reader import LogContents, read_log, read_tick_messages, sound
 from record.log.tick_message import decode_inputs
+from record.toml_file import reading
 from record.whole_file import check_room
-from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
+from robot.config.robot_file import load_robot
+from robot.console.arguments import DEFAULT_ROBOT_FILE
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json
 from robot.console.program_output import complain
@@ -91,7 +93,8 @@ def read_wishes(path: Path, contents: LogContents) -> Wishes:
     requests: list[Request] = []
     start_ns = now_ns = 0
     for number, message in enumerate(read_tick_messages(path, contents)):
-        recorded = decode_inputs(message.data, message.layout)
+        with sound(path, message):
+            recorded = decode_inputs(message.data, message.layout)
         if recorded.index != number:
             break
         start_ns = recorded.t_ns if number == 0 else start_ns
@@ -157,7 +160,9 @@ def drive_again(request: ReplayRequest) -> ExitCode:
 
 def differences(recorded: str, path: Path) -> list[str]:
     """Return where the robot file to be used differs from the one in the log, a line each."""
-    then, now = flat(tomllib.loads(recorded)), flat(tomllib.loads(path.read_text(encoding="utf-8")))
+    with reading(path, "the robot file") as text:
+        now = flat(parse_toml(text, "robot file"))
+    then = flat(parse_toml(recorded, "robot file in the log"))
     return [
         f"{key} is {now.get(key, 'not given')} in {path}, and was {then.get(key, 'not given')} in the run"
         for key in sorted({*then, *now})

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from model.errors import RecordError
+from model.motion.se2 import seen_from
 from model.values.arrays import FloatArray, root_mean_square
 from model.values.tick import Mode
 from record.log.recording import Recording
@@ -159,7 +160,4 @@ def _displacement(pose: FloatArray) -> tuple[float, ...]:
     known = pose[np.isfinite(pose).all(axis=1)]
     if len(known) < 2:
         return (np.nan,) * 3
-    step, yaw = known[-1] - known[0], known[0, 2]
-    forward = np.cos(yaw) * step[0] + np.sin(yaw) * step[1]
-    left = np.cos(yaw) * step[1] - np.sin(yaw) * step[0]
-    return float(forward), float(left), float(step[2])
+    return tuple(seen_from(known[0], known[-1]).tolist())

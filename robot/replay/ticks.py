@@ -12,7 +12,7 @@ from pathlib import Path
 from model.errors import RecordError
 from model.values.faults import SERVO_EVENTS, Fault, FaultKind, ServoEvent
 from model.values.tick import Tick
-from record.log.reader import LogContents, TopicMessage, nothing_left, read_tick_messages
+from record.log.reader import LogContents, TopicMessage, nothing_left, read_tick_messages, sound
 from record.log.tick_message import TickInputs, decode_inputs, decode_tick, says_the_same
 from robot.config.robot_file import RobotConfig
 from robot.control.controller import Controller
@@ -72,11 +72,12 @@ def replay_log(
     if first_message.layout == 1:
         notes.append("the log is older than the estimator: what that says is not compared")
         fields = [f for f in fields if f.stage != "estimate"]
-    start_ns = now_ns = decode_inputs(first_message.data, first_message.layout).t_ns
+    with sound(path, first_message):
+        start_ns = now_ns = decode_inputs(first_message.data, first_message.layout).t_ns
     comparison = Comparison(fields, controller.config.parameters.legs.names, scale, start_ns)
     equal_bits = 0
     for message, recorded, tick in step_through(
-        chain((first_message,), messages), controller, notes
+        path, chain((first_message,), messages), controller, notes
     ):
         now_ns = tick.t_ns
         # the same bits need no second look, and taking a message apart costs more than making one
@@ -84,7 +85,9 @@ def replay_log(
             comparison.add_equal()
             equal_bits += 1
         else:
-            comparison.add(decode_tick(message.data, message.layout, recorded), tick)
+            with sound(path, message):
+                then = decode_tick(message.data, message.layout, recorded)
+            comparison.add(then, tick)
     if contents.damage:
         notes.append(f"the file is {contents.damage}")
     if comparison.ticks == 0:
@@ -105,25 +108,33 @@ def replay_log(
 
 
 def step_through(
-    messages: Iterable[TopicMessage], controller: Controller, notes: list[str]
+    path: Path, messages: Iterable[TopicMessage], controller: Controller, notes: list[str]
 ) -> Iterator[tuple[TopicMessage, TickInputs, Tick]]:
     """Step a controller through recorded inputs.
 
     Args:
-        messages: Ticks of a log as messages, from the first one on.
+        path: The log.
+        messages: Its ticks as messages, from the first one on.
         controller: The controller.
         notes: Gets a line where the log has a gap; the replay ends there.
 
     Yields:
         The message, the inputs in it, and today's tick.
+
+    Raises:
+        RecordError: A tick is damaged.
     """
-    state = controller.initial()
+    state, names = controller.initial(), controller.config.servo_bus.names
     for message in messages:
-        recorded = decode_inputs(message.data, message.layout)
+        with sound(path, message):
+            recorded = decode_inputs(message.data, message.layout)
+            servos = recorded.inputs.servos
+            if servos is not None and len(servos.valid) != len(names):
+                raise ValueError(f"it has {len(servos.valid)} legs and not {len(names)}")
         if recorded.index != state.index:
             notes.append(_gap_words(state.index, recorded.index))
             return
-        events = servo_events(recorded.inputs.faults, controller.config.servo_bus.names)
+        events = servo_events(recorded.inputs.faults, names)
         inputs = replace(recorded.inputs, servo_events=events) if events else recorded.inputs
         state, tick = controller.step(state, inputs, recorded.t_ns)
         yield message, recorded, tick

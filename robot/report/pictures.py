@@ -8,7 +8,7 @@ from pathlib import Path
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from record.whole_file import write_text, writing
+from record.whole_file import whole_file, write_text
 from robot.report.page import Section, report_page
 
 # Coordinates in a picture that matplotlib writes with six digits: of long curves, all but scales.
@@ -51,8 +51,8 @@ def write_report(
     saved = []
     for name, figure in figures.items():
         target = out.with_name(f"{out.stem}-{name.lower().replace(' ', '-')}.png")
-        with writing(target):
-            figure.savefig(target, dpi=DOTS_PER_INCH)
+        with whole_file(target) as part:
+            figure.savefig(part, dpi=DOTS_PER_INCH)
         saved.append(target)
     return tuple(saved)
 

@@ -31,7 +31,7 @@ class FtScanRequest:
     json: bool = as_json()
 
 
-@request("bringup.force.watch:watch_forces")
+@request("bringup.force.watch:watch_forces", writes=True)
 class FtWatchRequest:
     """``bigant ft watch``: what the force-torque unit sends, live.
 
@@ -48,7 +48,7 @@ class FtWatchRequest:
     json: bool = as_json("only what was read last, as JSON")
 
 
-@request("bringup.force.bias:measure")
+@request("bringup.force.bias:measure", writes=True)
 class FtBiasRequest:
     """``bigant ft bias``: what the sensors read with no contact, measured on the host.
 
@@ -76,7 +76,7 @@ class FtBiasRequest:
     json: bool = as_json()
 
 
-@request("bringup.force.calibrate:calibrate")
+@request("bringup.force.calibrate:calibrate", writes=True)
 class FtCalibrateRequest:
     """``bigant ft calibrate``: force sensors to foot wrenches, from logs of a robot at rest.
 

@@ -23,7 +23,7 @@ OWN_EFFECTS = "effects of your own (run as Python: open only files that you trus
 CORES = min(os.cpu_count() or 1, 4)
 
 
-@request("campaign.check:check_campaign")
+@request("campaign.check:check_campaign", writes=True)
 class GapCheckRequest:
     """``bigant gap check``: diagnose a campaign whose causes are withheld, then open the seal and count.
 
@@ -53,7 +53,7 @@ class GapCheckRequest:
     markdown: Path | None = option("figures as tables for a page", "FILE")
 
 
-@request("gap_report.diagnose:diagnose_runs")
+@request("gap_report.diagnose:diagnose_runs", writes=True)
 class GapDiagnoseRequest:
     """``bigant gap diagnose``: where a simulator differs from measured runs, why, how far it shrinks.
 

@@ -20,7 +20,7 @@ class LogInfoRequest:
     json: bool = as_json()
 
 
-@request("report.log_files:repair")
+@request("report.log_files:repair", writes=True)
 class LogRepairRequest:
     """``bigant log repair``: a proper file of a cut or damaged log.
 
@@ -31,7 +31,7 @@ class LogRepairRequest:
     out: Path | None = option("new log (default: LOG.repaired.mcap next to it)", "FILE")
 
 
-@request("report.log_files:cut")
+@request("report.log_files:cut", writes=True)
 class LogCutRequest:
     """``bigant log cut``: a piece of a log.
 
@@ -48,7 +48,7 @@ class LogCutRequest:
     out: Path = needed("new log", "FILE")
 
 
-@request("report.log_files:merge")
+@request("report.log_files:merge", writes=True)
 class LogMergeRequest:
     """``bigant log merge``: logs of one robot, one behind the other.
 
@@ -59,7 +59,7 @@ class LogMergeRequest:
     out: Path = needed("new log", "FILE")
 
 
-@request("report.log_files:export")
+@request("report.log_files:export", writes=True)
 class LogExportRequest:
     """``bigant log export``: a log as files that other programs read.
 

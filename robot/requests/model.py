@@ -21,7 +21,7 @@ SYSTEM_NAMES = ("bigant", "disk", "multipod", "quadruped", "stairs", "slither")
 LAW_NAMES = ("viscous", "coulomb", "both")
 
 
-@request("study.model_run:run_model")
+@request("study.model_run:run_model", writes=True)
 class ModelRunRequest:
     """``bigant model run``: a named system through the model, as a table and a picture."""
 
@@ -36,7 +36,7 @@ class ModelRunRequest:
     json: bool = as_json("print JSON; no picture without --out")
 
 
-@request("study.sensitivity:judge_sensitivity")
+@request("study.sensitivity:judge_sensitivity", writes=True)
 class ModelSensitivityRequest:
     """``bigant model sensitivity``: naive against fitted parameters on logs (the paper's sec:tripod).
 
@@ -63,7 +63,7 @@ class ModelSensitivityRequest:
     json: bool = as_json()
 
 
-@request("study.figure_catalog:draw_figures")
+@request("study.figure_catalog:draw_figures", writes=True)
 class ModelFiguresRequest:
     """``bigant model figures``: our version of every figure of the paper that needs no unpublished data."""
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from robot.console.arguments import option, request, robot_file
 
 
-@request("config.xml:export")
+@request("config.xml:export", writes=True)
 class RobotExportRequest:
     """``bigant robot export``: the robot file as URDF or MJCF.
 

@@ -61,7 +61,7 @@ class SimEffectsRequest:
     json: bool = as_json("the list as JSON")
 
 
-@request("virtual.twin_file:twin_file")
+@request("virtual.twin_file:twin_file", writes=True)
 class SimRunRequest:
     """``bigant sim run``: a walk of the virtual robot, with what is wrong with it, as a trial or a log.
 
@@ -109,7 +109,7 @@ class SimCampaignRequest:
     json: bool = as_json("what was done as JSON")
 
 
-@request("campaign.seal:open_seal")
+@request("campaign.seal:open_seal", writes=True)
 class SimUnsealRequest:
     """``bigant sim unseal``: open the labels of a sealed campaign, for scoring.
 
@@ -122,7 +122,7 @@ class SimUnsealRequest:
     json: bool = as_json("print JSON")
 
 
-@request("virtual.drawing:render")
+@request("virtual.drawing:render", writes=True)
 class SimRenderRequest:
     """``bigant sim render``: a picture or video of a log or a trial, off-screen.
 

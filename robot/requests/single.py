@@ -13,6 +13,7 @@ from robot.console.arguments import (
     baud_now,
     between,
     discovery,
+    file_name,
     flag,
     hardware_port,
     option,
@@ -36,7 +37,7 @@ FROM_ROBOT_FILE = "force-torque unit (default: robot file)"
 AGAIN, WALKING = "with --drive", "while it walks"  # headings in the help
 
 
-@request("drive.drive:drive")
+@request("drive.drive:drive", writes=True)
 class DriveRequest:
     """``bigant drive``: walk a gait and keep a log.
 
@@ -64,7 +65,7 @@ class DriveRequest:
         "calibration of the force sensors (default: the one that the robot file names, if any)",
         "FILE",
     )
-    log: str | None = option("log file, or none (default: runs/...)", "FILE")
+    log: str | None = option("log file, or none (default: runs/...)", "FILE", type=file_name)
     record_bytes: bool = flag(
         "log the raw bytes of both devices as well, so that the drivers can be replayed"
     )
@@ -99,7 +100,7 @@ class DriveRequest:
         return self.hardware == VIRTUAL
 
 
-@request("report.show:show_log")
+@request("report.show:show_log", writes=True)
 class ShowRequest:
     """``bigant show``: what a log says, as a table and as pictures.
 
@@ -126,7 +127,7 @@ class DevicesRequest:
     json: bool = as_json()
 
 
-@request("odometry.command:odom")
+@request("odometry.command:odom", writes=True)
 class OdomRequest:
     """``bigant odom``: odometry and foot forces from a log, judged against the truth if there is one.
 
@@ -157,7 +158,7 @@ class OdomRequest:
         "read servos and forces here; torque is never asked for", "virtual|PORT", group=WALKING
     )
     force_unit: str | None = option(FROM_ROBOT_FILE, UNIT_OR_NONE, group=WALKING)
-    duration: float | None = option("end after so long", "S", group=WALKING)
+    duration: float | None = option("end after so long", "S", type=positive, group=WALKING)
     json: bool = as_json("the figures as JSON; with --live a line of it a second")
 
     @property
@@ -166,7 +167,7 @@ class OdomRequest:
         return not self.live and self.logs[:1] == (TUNE,)
 
 
-@request("replay.command:replay")
+@request("replay.command:replay", writes=True)
 class ReplayRequest:
     """``bigant replay``: a recorded run again, as a test.
 
@@ -201,7 +202,7 @@ class ReplayRequest:
     )
 
 
-@request("gap_report.imports:bring_in")
+@request("gap_report.imports:bring_in", writes=True)
 class ImportRequest:
     """``bigant import``: measured data from anywhere, checked, as logs or trials.
 
@@ -246,7 +247,7 @@ def _speed_shown() -> Any:
     return option("of a recorded log (default: 1)", "X", default=1.0, type=between(0.01, 1000))
 
 
-@request("view.watch:watch")
+@request("view.watch:watch", writes=True)
 class ViewRequest:
     """``bigant view``: watch a run, live or from its log, in a viewer or in a terminal.
 
@@ -322,7 +323,7 @@ class CompletionRequest:
     shell: str = argument("SHELL", ", ".join(SHELLS), choices=SHELLS)
 
 
-@request("bringup.preflight.check:check")
+@request("bringup.preflight.check:check", writes=True)
 class CheckRequest:
     """``bigant check``: the pre-flight list. Is this robot fit to walk?
 

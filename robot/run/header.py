@@ -22,6 +22,7 @@ from record.log.background import BackgroundWriter
 from record.log.header import RunHeader
 from record.log.reader import LogContents
 from record.log.writer import RATE_KEY, LogWriter
+from record.whole_file import whole_file
 from robot.config.calibration import CALIBRATION_KEY, calibration_text, parse_calibration
 from robot.config.robot_file import RobotConfig, parse_robot
 from robot.control.controller import Controller
@@ -91,20 +92,21 @@ def virtual_header(config: RobotConfig, script: Script, seed: int | None = None)
 def whole_log(
     path: Path, header: RunHeader, rig: Rig, controller: Controller
 ) -> Iterator[LogWriter]:
-    """Open the log of a run, and close it afterwards.
+    """Open the log of a run, and close it afterwards; it appears when it is whole.
 
     Args: as for ``open_log``.
 
     Raises:
         RecordError: It cannot be written.
     """
-    writer = open_log(path, header, rig, controller)
-    try:
-        yield writer
-    finally:
-        writer.close()
-    if writer.error is not None:
-        raise writer.error
+    with whole_file(path, "--log") as part:
+        writer = open_log(part, header, rig, controller)
+        try:
+            yield writer
+        finally:
+            writer.close()
+        if writer.error is not None:
+            raise writer.error
 
 
 def controller_metadata(

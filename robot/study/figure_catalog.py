@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from gaits.names import METACHRONAL, TRIPOD
 from model.errors import ConfigError
 from record.log.reader import read_log
-from record.whole_file import writing
+from record.whole_file import whole_file, write_text, writing
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.progress import StatusLine
@@ -187,16 +187,17 @@ def draw_figures(request: ModelFiguresRequest) -> ExitCode:
             if drawn.figure is not None:
                 picture = f"{entry.name}.png"
                 done = str(out / picture)
-                drawn.figure.savefig(done, dpi=DOTS_PER_INCH)
+                with whole_file(out / picture) as part:
+                    drawn.figure.savefig(part, dpi=DOTS_PER_INCH)
             if drawn.table:
                 done = str(out / TABLES)
-                (out / TABLES).write_text("\n".join(drawn.table), encoding="utf-8")
+                write_text(out / TABLES, "\n".join(drawn.table))
             line.clear()
             spent_s = time.monotonic() - began
             print(f"[{number}/{len(chosen)}] {entry.name}: {done} ({spent_s:.1f} s)")
             entries.append((entry, drawn, picture))
         page = render("figures.html", title=TITLE, source=_origin(material), entries=entries)
-        (out / INDEX).write_text(page, encoding="utf-8")
+        write_text(out / INDEX, page)
     print(f"index: {out / INDEX}")
     return ExitCode.OK
 

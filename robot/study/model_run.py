@@ -10,7 +10,7 @@ import numpy as np
 from model.errors import ModelError
 from model.quasistatic.frames import FrictionLaw, Reason
 from model.systems.predict import SystemPrediction, predict
-from record.whole_file import check_room, write_text, writing
+from record.whole_file import check_room, whole_file, write_text
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json
 from robot.console.table import row_lines
@@ -51,8 +51,8 @@ def run_model(request: ModelRunRequest) -> ExitCode:
         return ExitCode.OK
     figure = draw_predictions(predictions)
     if out.suffix == ".png":
-        with writing(out):
-            figure.savefig(out, dpi=DOTS_PER_INCH)
+        with whole_file(out) as part:
+            figure.savefig(part, dpi=DOTS_PER_INCH)
     else:
         parts = [Section("", rows), *pictures({"Motion": figure})]
         write_text(out, report_page(predictions[0].system.description, "bigant model run", parts))

@@ -15,7 +15,7 @@ from model.traction.force_scale import force_scale
 from model.values.arrays import BoolArray, FloatArray
 from model.values.parameters import ContactParameters
 from record.log.reader import read_log
-from record.whole_file import check_room, writing
+from record.whole_file import check_room, whole_file
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json
 from robot.console.table import Column, table_lines
@@ -112,8 +112,8 @@ def judge_sensitivity(request: ModelSensitivityRequest) -> ExitCode:
         print(f"naive: K {stiffness:.0f} N/m (10 for a weight of 1), mu 1, w 0")
         print(*_table(sensitivity), "", *_parameters(fits), sep="\n")
     if request.out is not None:
-        with writing(request.out):
-            _drawing(sensitivity).savefig(request.out, dpi=DOTS_PER_INCH)
+        with whole_file(request.out) as part:
+            _drawing(sensitivity).savefig(part, dpi=DOTS_PER_INCH)
         if not request.json:
             print(f"picture: {request.out}")
     return ExitCode.OK

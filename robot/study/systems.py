@@ -13,7 +13,8 @@ from model.quasistatic.frames import FrictionLaw
 from model.systems import disk, multipod, quadruped, slither, stairs
 from model.systems.system import System, even_times
 from model.values.parameters import RobotParameters
-from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
+from robot.config.robot_file import load_robot
+from robot.console.arguments import DEFAULT_ROBOT_FILE
 
 DEFAULT_CYCLES = {
     "bigant": 4.0, "disk": 4.0, "multipod": 4.0, "quadruped": 9.0, "stairs": 15.0, "slither": 4.0

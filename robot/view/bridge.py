@@ -17,6 +17,7 @@ from record.log.cdr import CdrWriter
 from record.log.follow import LogFollower
 from record.log.reader import LogContents, TopicMessage, read_messages
 from robot.console.exit_codes import ExitCode
+from robot.console.program_output import complain
 from robot.requests.single import BridgeRequest
 from robot.view.log_source import be_nice, followed, log_path, paced
 
@@ -42,7 +43,7 @@ def bridge(request: BridgeRequest) -> ExitCode:
             "with the Python it was built for, or open the log without ROS (see docs/ros2.md)",
         )
     with Ros2Publisher(request.prefix, clock=not request.live) as publisher:
-        print(f"publishing {path} as node /bigant_bridge; Ctrl-C ends", file=sys.stderr)
+        complain(f"publishing {path} as node /bigant_bridge; Ctrl-C ends")
         try:
             for message in _messages(path, request):
                 publisher.publish(message)
@@ -64,7 +65,7 @@ def _messages(path: Path, request: BridgeRequest) -> Iterator[TopicMessage]:
     contents = LogContents()
     yield from paced(read_messages(path, contents), lambda m: m.unix_ns, clock, request.speed)
     if contents.damage:
-        print(f"warning: {path}: {contents.damage}", file=sys.stderr)
+        complain(f"warning: {path}: {contents.damage}")
 
 
 class Ros2Publisher:

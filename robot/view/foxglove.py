@@ -35,7 +35,7 @@ from model.errors import ConfigError
 from model.values.arrays import FloatArray
 from model.values.parameters import RobotParameters
 from model.values.tick import Tick
-from record.whole_file import writing
+from record.whole_file import clear_name, writing
 from robot.view.frames import BODY_FRAME, TRUE_FRAME
 from robot.view.numbers import Numbers, known, numbers_of
 from robot.view.scene import (
@@ -82,6 +82,7 @@ class FoxgloveView(Viewer):
         self._file: Any = None
         self._server: Any = None
         if save is not None:
+            clear_name(save, "--save")
             with writing(save, "--save"):
                 self._file = open_mcap(save, allow_overwrite=True, context=self._context)
         if serve is not None:
@@ -118,12 +119,12 @@ class FoxgloveView(Viewer):
         transforms = [
             FrameTransform(
                 timestamp=stamp,
-                parent_frame_id=found.parent,
-                child_frame_id=found.child,
-                translation=_vector(found.translation),
-                rotation=_quaternion(found.rotation_xyzw),
+                parent_frame_id=transform.parent,
+                child_frame_id=transform.child,
+                translation=_vector(transform.translation),
+                rotation=_quaternion(transform.rotation_xyzw),
             )
-            for found in self.frames.transforms(tick)
+            for transform in self.frames.transforms(tick)
         ]
         self._transforms.log(FrameTransforms(transforms=transforms), log_time=unix_ns)
         self._scene.log(self._scene_of(tick, stamp), log_time=unix_ns)

@@ -64,19 +64,19 @@ class FrameTracker:
         known = truth is not None and bool(np.isfinite(truth.position_W).all())
         if truth is None or not known or not np.isfinite(truth.quaternion_xyzw).all():
             nowhere = Transform(MAP_FRAME, ODOM_FRAME, np.zeros(3), quaternion_of(0.0))
-            found: tuple[Transform, ...] = (self._odom_in_map or nowhere, body)
+            transforms: tuple[Transform, ...] = (self._odom_in_map or nowhere, body)
         else:
             if self._odom_in_map is None:
                 self._odom_in_map = _odom_in_map(truth, reckoned)
             actual = Transform(MAP_FRAME, TRUE_FRAME, truth.position_W, truth.quaternion_xyzw)
-            found = (self._odom_in_map, body, actual)
+            transforms = (self._odom_in_map, body, actual)
             _extend(self.true, truth.position_W)
         if np.isfinite(body.translation).all():
             _extend(self.reckoned, body.translation)
         estimate = tick.estimate
         if estimate is not None and np.isfinite(estimate.position_m).all():
             _extend(self.estimated, np.array([*estimate.position_m, self._height_m]))
-        return found
+        return transforms
 
 
 def _odom_in_map(truth: BodyTruth, reckoned: DeadReckoning) -> Transform:

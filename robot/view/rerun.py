@@ -11,10 +11,10 @@ import rerun as rr
 import rerun.blueprint as rrb
 from matplotlib.colors import to_rgb
 
-from model.errors import RecordError
 from model.values.arrays import FloatArray
 from model.values.parameters import RobotParameters
 from model.values.tick import Tick
+from record.whole_file import clear_name, writing
 from robot.report.figure_style import leg_colour
 from robot.view.frames import BODY_FRAME, MAP_FRAME, ODOM_FRAME, TRUE_FRAME
 from robot.view.numbers import known, numbers_of
@@ -56,13 +56,13 @@ class RerunView(Viewer):
         self._times_s: list[float] = []
         self._columns: dict[str, list[float]] = {}
         self._stream = rr.RecordingStream("bigant")
-        try:
+        clear_name(save, "--save")
+        with writing(save, "--save"):
             save.open("wb").close()  # its own error would be a panic of another language
-            self._stream.save(save, default_blueprint=layout(self.names))
-        except (OSError, RuntimeError) as error:
-            raise RecordError(
-                f"{save} cannot be written: {error}; choose another --save"
-            ) from error
+            try:
+                self._stream.save(save, default_blueprint=layout(self.names))
+            except RuntimeError as error:
+                raise OSError(str(error)) from error
         self._draw_what_stays()
 
     def _draw_what_stays(self) -> None:
@@ -87,12 +87,12 @@ class RerunView(Viewer):
     def show(self, tick: Tick, unix_ns: int) -> None:
         """Write frames, scene and numbers of a tick."""
         self._go_to(unix_ns)
-        for found in self.frames.transforms(tick):
+        for transform in self.frames.transforms(tick):
             self._stream.log(
-                PLACES[found.child],
+                PLACES[transform.child],
                 rr.Transform3D(
-                    translation=found.translation,
-                    quaternion=rr.Quaternion(xyzw=found.rotation_xyzw),
+                    translation=transform.translation,
+                    quaternion=rr.Quaternion(xyzw=transform.rotation_xyzw),
                 ),
             )
         self._draw_legs(legs_of(tick, self.parameters))

@@ -1,11 +1,13 @@
 """The live view: one screen on a terminal, plain lines anywhere else.
 
-Drawing never happens in the control thread: ``show`` only keeps the newest tick, and a thread of its
-own draws it a few times a second, so a slow SSH link delays the picture and not the robot.
+Nothing is written from the control thread: ``show`` only keeps the newest tick, or a line, and a thread
+of its own writes it, so a slow SSH link or Ctrl-S delays the picture and not the robot.
 """
 
+import queue
 import sys
 import threading
+from contextlib import suppress
 from typing import TextIO
 
 import numpy as np
@@ -20,6 +22,8 @@ from robot.control.effect_uses import TrueForces, with_true_forces
 
 SCREEN_PERIOD_S = 0.25
 LINE_PERIOD_NS = 1_000_000_000
+MOST_LINES = 1000
+CLOSE_S = 2.0  # for a terminal that takes nothing, after Ctrl-S for example
 BOLD, RED, RESET = "\x1b[1m", "\x1b[31m", "\x1b[0m"
 
 
@@ -46,10 +50,16 @@ def open_view(
 
 
 class LineView:
-    """One plain line a second of run time, and one for every change of mode and new fault."""
+    """One plain line a second of run time, and one for every change of mode and new fault.
+
+    A thread prints them; where nobody takes them, later ones are left out.
+    """
 
     def __init__(self, out: TextIO) -> None:
-        self._out: TextIO | None = out
+        self._out = out
+        self._lines: queue.Queue[str | None] = queue.Queue(MOST_LINES)
+        self._thread = threading.Thread(target=self._print_forever, daemon=True)
+        self._thread.start()
         self._first_ns: int | None = None
         self._next_ns = 0
         self._mode: Mode | None = None
@@ -63,23 +73,28 @@ class LineView:
             key = (fault.kind.name, fault.source)
             if key not in self._faults:
                 self._faults.add(key)
-                self._print(tick, f"fault {fault.kind.name} {fault.source}: {fault.detail}")
+                self._put(tick, f"fault {fault.kind.name} {fault.source}: {fault.detail}")
         if tick.mode is not self._mode or tick.t_ns >= self._next_ns:
             self._mode = tick.mode
             self._next_ns = tick.t_ns + LINE_PERIOD_NS
-            self._print(tick, _one_line(tick))
+            self._put(tick, _one_line(tick))
 
-    def _print(self, tick: Tick, text: str) -> None:
+    def _put(self, tick: Tick, text: str) -> None:
         seconds = (tick.t_ns - (self._first_ns or 0)) * 1e-9
-        if self._out is None:
-            return
-        try:
-            print(f"{seconds:7.2f} s  {text}", file=self._out, flush=True)
-        except OSError:  # `| head` has what it wanted, or the terminal went away; the run goes on
-            self._out = None
+        with suppress(queue.Full):
+            self._lines.put_nowait(f"{seconds:7.2f} s  {text}")
+
+    def _print_forever(self) -> None:
+        # `| head` has what it wanted, or the terminal went away; the run goes on
+        with suppress(OSError):
+            while (line := self._lines.get()) is not None:
+                print(line, file=self._out, flush=True)
 
     def close(self) -> None:
-        """Nothing to give back."""
+        """Print what is left, if anybody takes it."""
+        with suppress(queue.Full):
+            self._lines.put_nowait(None)
+        self._thread.join(CLOSE_S)
 
 
 class ScreenView:
@@ -133,10 +148,11 @@ class ScreenView:
             self._done.set()
 
     def close(self) -> None:
-        """Draw the last state and stop."""
+        """Draw the last state and stop, if the terminal takes it."""
         self._done.set()
-        self._thread.join(2.0)
-        self._screen.leave()
+        self._thread.join(CLOSE_S)
+        if not self._thread.is_alive():
+            self._screen.leave()
 
 
 def screen_lines(

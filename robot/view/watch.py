@@ -12,9 +12,11 @@ from model.errors import ConfigError, RecordError
 from model.values.parameters import RobotParameters
 from record.log.follow import LogFollower
 from record.log.reader import LogContents, StampedTick, read_stamped_ticks
+from record.whole_file import write_text
 from robot.config.robot_file import parse_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.installed import how_to_install
+from robot.console.program_output import complain
 from robot.console.progress import ProgressLine
 from robot.control.effect_uses import true_forces_of_log, with_true_forces
 from robot.requests.single import RERUN_SUFFIX, ViewRequest
@@ -78,7 +80,7 @@ def _watch(path: Path, request: ViewRequest, clock: Clock) -> ExitCode:
                 for message in followed(follower, clock)
                 if message.topic == "/bigant/tick"
             )
-            print(f"following {path}; Ctrl-C ends this, not the run", file=sys.stderr)
+            complain(f"following {path}; Ctrl-C ends this, not the run")
             return _present(path, ticks, follower.contents, request, clock)
     contents = LogContents()
     stored = read_stamped_ticks(path, contents)
@@ -106,7 +108,7 @@ def _present(
     else:
         _in_viewer(path, ticks, contents, request, clock)
     if contents.damage:
-        print(f"warning: {path}: {contents.damage}", file=sys.stderr)
+        complain(f"warning: {path}: {contents.damage}")
     return ExitCode.OK
 
 
@@ -195,8 +197,5 @@ def _parameters(path: Path, contents: LogContents) -> RobotParameters:
 def _write_layout(path: Path, names: tuple[str, ...]) -> None:
     from robot.view.layout import layout_text
 
-    try:
-        path.write_text(layout_text(names), encoding="utf-8")
-    except OSError as error:
-        raise ConfigError("--layout", f"{path} cannot be written: {error.strerror}") from error
+    write_text(path, layout_text(names), "--layout")
     print(f"layout: {path}")

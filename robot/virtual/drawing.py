@@ -116,15 +116,13 @@ class RunDrawing:
         """Draw the moment nearest to a time; return which it is.
 
         Raises:
-            ConfigError: The file cannot be written.
+            RecordError: The file cannot be written.
         """
         index = int(np.argmin(np.abs(self._time_s - at_s)))
         figure = Figure(figsize=(8, 6))
         self._draw(figure, index)
-        try:
-            figure.savefig(out, dpi=110)
-        except OSError as error:
-            raise ConfigError("--out", f"{out} cannot be written: {error.strerror}") from error
+        with whole_file(out) as part:
+            figure.savefig(part, dpi=110)
         return float(self._time_s[index])
 
     def video(

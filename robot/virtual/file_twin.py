@@ -22,16 +22,16 @@ def file_effects(config: RobotConfig, asked: Sequence[TwinEffect] = ()) -> tuple
     Raises:
         ConfigError: Both have the same effect.
     """
-    found = tuple(effect for cause in config.effects for effect in twin_effects(cause))
+    effects = tuple(effect for cause in config.effects for effect in twin_effects(cause))
     for one in asked:
         if any(
-            f.name == one.name and (not f.leg or not one.leg or f.leg == one.leg) for f in found
+            f.name == one.name and (not f.leg or not one.leg or f.leg == one.leg) for f in effects
         ):
             raise ConfigError(
                 f"effects.{one.name}",
                 "is in the robot file already; take it out there, or do not ask for it",
             )
-    return found
+    return effects
 
 
 def twin_effects(cause: Cause) -> tuple[TwinEffect, ...]:

@@ -1,13 +1,12 @@
 """What ``bigant sim run`` does: a walk of a twin into a trial or a log."""
 
-import json
 import time
 
 from model.errors import ConfigError
 from record.trial.trial import Trial, write_trial
-from record.whole_file import whole_file
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.console.exit_codes import ExitCode
+from robot.console.json_output import print_json
 from robot.console.progress import ProgressBar
 from robot.requests.sim import SimRunRequest
 from robot.virtual.rehearsal import Progress
@@ -45,12 +44,11 @@ def twin_file(request: SimRunRequest) -> ExitCode:
     forward_m = float(trial.body_position_m[-1, 0] - trial.body_position_m[0, 0])
     samples = len(trial.time_s)
     if request.json:
-        values = {"file": str(out), "samples": samples, "way_x_m": forward_m, "wall_s": wall_s}
-        print(json.dumps(values, indent=2))
+        print_json({"file": out, "samples": samples, "way_x_m": forward_m, "wall_s": wall_s})
     else:
         words = ", ".join(request.effect) if effects else "nothing wrong"
         print(f"{out}: {samples} samples of {plan.gait}, {words}")
-        print(f"way along x {forward_m:.3f} m; {plan.seconds:g} s walked in {wall_s:.1f} s")
+        print(f"distance along x {forward_m:.3f} m; {plan.seconds:g} s walked in {wall_s:.1f} s")
     return ExitCode.OK
 
 
@@ -59,7 +57,5 @@ def _walk(
 ) -> Trial:
     if request.fast:
         return walk_fast(config, twin, plan, progress)
-    if request.out.suffix != ".mcap":
-        return walk_through_bytes(config, twin, plan, None, progress)
-    with whole_file(request.out) as part:
-        return walk_through_bytes(config, twin, plan, part, progress)
+    log = request.out if request.out.suffix == ".mcap" else None
+    return walk_through_bytes(config, twin, plan, log, progress)

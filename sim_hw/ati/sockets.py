@@ -4,7 +4,7 @@ import contextlib
 import socket
 from collections.abc import Sequence
 
-from drivers.ati.discovery import FoundUnit, answer, question
+from drivers.ati.discovery import DiscoveredUnit, answer, question
 from sim_hw.ati.console import open_console
 from sim_hw.ati.unit import WnetWire
 from sim_hw.interfaces import ConsoleEnd
@@ -75,7 +75,7 @@ class WnetSockets:
         with contextlib.suppress(OSError):
             data, sender = self._discovery.recvfrom(RECEIVE_BYTES)
             if data == question():
-                me = FoundUnit(LOOPBACK, MAC, self._unit.unit.assumed.application, "loopback")
+                me = DiscoveredUnit(LOOPBACK, MAC, self._unit.unit.assumed.application, "loopback")
                 self._discovery.sendto(answer(me), sender)
 
     def _take_console(self, now_ns: int) -> None:

@@ -5,13 +5,13 @@ first switched on), the tables ``servo``, ``force_unit`` and ``adapter`` of ``si
 number of ``[[fault]]`` tables with a ``kind`` of ``sim_hw.faults.kinds``. See examples/faults_servo.toml.
 """
 
-import tomllib
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from model.errors import ConfigError
+from model.parameters.toml_table import parse_toml
 from record.toml_file import reading
 from sim_hw.assumed import AdapterAssumed, ServoAssumed, WnetAssumed
 from sim_hw.faults.kinds import KINDS, ScenarioFault
@@ -65,10 +65,7 @@ def load_scenario(path: Path, ids: Collection[int]) -> Scenario:
 
 def parse_scenario(text: str, ids: Collection[int]) -> Scenario:
     """Return the scenario that a TOML text describes; see ``load_scenario``."""
-    try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ConfigError("scenario", f"is no TOML: {error}") from error
+    data = parse_toml(text, "scenario")
     scenario = Scenario(
         course=read_table(Course, data, "", also=TABLES),
         servo=read_table(ServoAssumed, data.get("servo", {}), "servo"),

@@ -72,7 +72,7 @@ class FaultyServoWire:
         ]
         # heaps: time, order of sending, bytes
         self._late: list[tuple[int, int, bytes]] = []  # to the servos
-        self._under_way: list[tuple[int, int, bytes]] = []  # to the host
+        self._in_flight: list[tuple[int, int, bytes]] = []  # to the host
         self._sent = 0
         self._baud_rate = 0
 
@@ -141,7 +141,7 @@ class FaultyServoWire:
 
     def next_reply_ns(self) -> int | None:
         """When the next bytes arrive, or may."""
-        times = [heap[0][0] for heap in (self._late, self._under_way) if heap]
+        times = [heap[0][0] for heap in (self._late, self._in_flight) if heap]
         reply_ns = self._line.next_reply_ns()
         return min(times if reply_ns is None else [*times, reply_ns], default=None)
 
@@ -154,20 +154,20 @@ class FaultyServoWire:
         self.poll(t_ns)
         self._need_cable()
         arrived = bytearray()
-        while self._under_way and self._under_way[0][0] <= t_ns:
-            arrived += heapq.heappop(self._under_way)[2]
+        while self._in_flight and self._in_flight[0][0] <= t_ns:
+            arrived += heapq.heappop(self._in_flight)[2]
         return bytes(arrived)
 
     def _need_cable(self) -> None:
         if not self._mishaps.plugged:
             self._line.due(FOREVER_NS)
-            self._under_way.clear()
+            self._in_flight.clear()
             self._late.clear()
             raise ConnectionLost("the virtual adapter is gone: was the cable pulled?")
 
     def _put(self, t_ns: int, data: bytes) -> None:
         self._sent += 1
-        heapq.heappush(self._under_way, (t_ns, self._sent, data))
+        heapq.heappush(self._in_flight, (t_ns, self._sent, data))
 
     def _pass_on(self, reply: Reply) -> None:
         """Let every fault hit this reply, in the scenario's order; the host gets what is left."""

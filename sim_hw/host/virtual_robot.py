@@ -67,16 +67,8 @@ def build_virtual_robot(
     """
     plant = Plant(twin.plant if twin is not None else PlantParameters.nominal(robot), seed)
     firmware = FirmwareBank(robot.legs.count)
-    world = World(
-        plant,
-        firmware,
-        signs=servo_bus.signs,
-        zeros=servo_bus.zeros,
-        sensor_offset_m=force_sensor.offset_m,
-        sensor_yaw_rad=force_sensor.yaw_rad,
-        sensor_up=force_sensor.up,
-        sensors=twin.sensors if twin is not None else None,
-    )
+    sensors = twin.sensors if twin is not None else None
+    world = World(plant, firmware, servo_bus, force_sensor, sensors)
     if twin is not None and GoalPath.needed(twin.plant.drive):
         firmware.goal_path = GoalPath(twin.plant.drive, world.motors().ticks, plant.dt_s, seed)
     return put_devices(world, firmware, servo_bus, force_sensor, seed, scenario, twin)

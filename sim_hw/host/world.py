@@ -5,8 +5,10 @@ It knows the mounting of the servos (sign, zero) and of the transducers, and not
 
 import numpy as np
 
+from drivers.ati.settings import ForceSensorSettings
 from drivers.dynamixel.mx106 import TICK_RAD
-from model.values.arrays import FloatArray, IntArray
+from drivers.dynamixel.settings import ServoBusSettings
+from model.values.arrays import FloatArray
 from model.values.readings import BodyTruth
 from sim_hw.interfaces import FirmwareControl, MotorReadings
 from sim_hw.plant.plant import Plant
@@ -22,11 +24,8 @@ class World:
     Args:
         plant: The robot.
         firmware: The servos' control loops.
-        signs: +1 where increasing servo position moves a stance foot backward, else -1, (N,).
-        zeros: Servo ticks at shaft angle 0, (N,).
-        sensor_offset_m: Transducer origin from the crank shaft, body axes, (N, 3).
-        sensor_yaw_rad: Rotation about z from body axes to sensor axes, (N,), as the robot file has it.
-        sensor_up: +1 where a transducer's z axis points up, -1 where it is mounted the other way up, (N,).
+        servo_bus: How the servos are mounted.
+        force_sensor: How the transducers are mounted.
         sensors: Errors of encoders and transducers; None for none.
     """
 
@@ -34,24 +33,21 @@ class World:
         self,
         plant: Plant,
         firmware: FirmwareControl,
-        *,
-        signs: IntArray,
-        zeros: IntArray,
-        sensor_offset_m: FloatArray,
-        sensor_yaw_rad: FloatArray,
-        sensor_up: IntArray | None = None,
+        servo_bus: ServoBusSettings,
+        force_sensor: ForceSensorSettings,
         sensors: SensorParameters | None = None,
     ) -> None:
         self.plant = plant
         self._firmware = firmware
+        signs = servo_bus.signs
         self._signs = signs.astype(np.float64)
         self._ticks_a_rad = self._signs / TICK_RAD
-        self._zeros = zeros.astype(np.float64)
-        self._origin = plant.parameters.shaft_position + sensor_offset_m
+        self._zeros = servo_bus.zeros.astype(np.float64)
+        self._origin = plant.parameters.shaft_position + force_sensor.offset_m
         known = sensors if sensors is not None else SensorParameters.healthy(len(signs))
-        yaw = sensor_yaw_rad + known.force_yaw
+        yaw = force_sensor.yaw_rad + known.force_yaw
         self._cosine, self._sine = np.cos(yaw), np.sin(yaw)
-        self._up = np.ones(len(yaw)) if sensor_up is None else sensor_up.astype(np.float64)
+        self._up = force_sensor.up.astype(np.float64)
         self._channel = ForceChannel(known)
         self._late_steps = round(known.force_delay_s / plant.dt_s)
         self._scale = known.encoder_scale

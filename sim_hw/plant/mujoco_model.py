@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
+from model.errors import ModelError
 from model.values.arrays import FloatArray
 from sim_hw.plant.four_bar import foot_path
 from sim_hw.plant.leg_kernel import ROLL_INERTIA, ROLLING, side_damping
@@ -51,7 +52,13 @@ def build_model(plant: PlantParameters) -> mujoco.MjModel:
     rows = _chassis(torso, plant)
     for leg in range(plant.legs):
         _add_foot(spec, rows[leg], plant, leg)
-    model = spec.compile()
+    try:
+        model = spec.compile()
+    except ValueError as error:
+        why = " ".join(str(error).split())
+        raise ModelError(
+            f"the simulator cannot build this robot ({why}); see mass and inertia of its [body]"
+        ) from error
     model.dof_damping[0:2] = plant.disturbance.drag
     model.dof_armature[0:2], model.dof_armature[5] = plant.added_inertia
     return model

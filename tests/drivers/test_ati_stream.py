@@ -12,7 +12,7 @@ import pytest
 
 from drivers.ati.calibration import parse_cal
 from drivers.ati.console import Console
-from drivers.ati.discovery import FoundUnit, answer, discover, parse_answer, question
+from drivers.ati.discovery import DiscoveredUnit, answer, discover, parse_answer, question
 from drivers.ati.foot_forces import ForceScales, no_forces
 from drivers.ati.links import MOST_DATAGRAMS, OLDEST_NS, TcpTextLink, UdpLink, arrival_ns
 from drivers.ati.packets import UnitCommand, build_command
@@ -407,7 +407,7 @@ def test_discovery_bytes() -> None:
         "52 54 41 44 01 06 00 23 a7 0c 3d 5e 02 04 c0 a8 00 03 03 04 ff ff ff 00"
         "0d 0c 57 69 72 65 6c 65 73 73 20 46 2f 54 86 05 62 65 6e 63 68"
     )
-    unit = FoundUnit("192.168.0.3", "00:23:a7:0c:3d:5e", "Wireless F/T", "bench")
+    unit = DiscoveredUnit("192.168.0.3", "00:23:a7:0c:3d:5e", "Wireless F/T", "bench")
     assert parse_answer(reply) == unit
     assert answer(unit) == reply
     assert parse_answer(reply.replace(b"Wireless F/T", b"Net F/T box!")) is None

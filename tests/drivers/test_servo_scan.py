@@ -10,7 +10,7 @@ from drivers.clock import MonotonicClock
 from drivers.dynamixel import scan as servo_scan
 from drivers.dynamixel.frames import Frame
 from drivers.dynamixel.port import BusPort
-from drivers.dynamixel.scan import FoundServo, SerialPort, broadcast_ping, scan, serial_ports
+from drivers.dynamixel.scan import ScannedServo, SerialPort, broadcast_ping, scan, serial_ports
 from model.errors import BusError
 from sim_hw.clock import VirtualClock
 from tests.drivers.scripted_servos import (
@@ -28,9 +28,9 @@ def test_everybody_is_found_by_one_broadcast() -> None:
     servos = ScriptedServos(Servo(6), Servo(1, {"firmware_version": 42}), Servo(200))
     port = ScriptedPort(servos.respond)
     assert broadcast_ping(port) == [
-        FoundServo(1_000_000, 1, 321, 42),
-        FoundServo(1_000_000, 6, 321, 44),
-        FoundServo(1_000_000, 200, 321, 44),
+        ScannedServo(1_000_000, 1, 321, 42),
+        ScannedServo(1_000_000, 6, 321, 44),
+        ScannedServo(1_000_000, 200, 321, 44),
     ]
     assert port.sent == [PING_ALL]
 
@@ -82,7 +82,7 @@ def test_a_scan_over_a_real_port_reports_the_baud_rate(
 ) -> None:
     monkeypatch.setattr(servo_scan, "IDS", 100)  # 0.3 s: the scripted servo has no slots
     found = scan(wire.name, (57_600, 4_500_000), MonotonicClock())
-    assert found == (FoundServo(57_600, 3, 321, 44), FoundServo(4_500_000, 3, 321, 44))
+    assert found == (ScannedServo(57_600, 3, 321, 44), ScannedServo(4_500_000, 3, 321, 44))
 
 
 def test_a_scan_gives_the_port_back(wire: PtyServos, monkeypatch: pytest.MonkeyPatch) -> None:

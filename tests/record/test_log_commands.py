@@ -15,7 +15,7 @@ from record.log.reader import LogContents, read_log, read_ticks
 from record.trial.table_file import read_table
 from record.trial.trial import read_trial
 from robot.cli import main as cli
-from robot.config.robot_file import DEFAULT_ROBOT_FILE
+from robot.console.arguments import DEFAULT_ROBOT_FILE
 from robot.console.exit_codes import ExitCode
 
 Capture = pytest.CaptureFixture[str]
@@ -200,7 +200,7 @@ WRONG = (
     (("log", "export", "LOG", "--format", "csv", "--out", "OUT.xls"), "must end in .csv"),
     (("log", "export", "LOG", "--format", "tum", "--what", "truth"), "tum has its own"),
     (("import", "NONE.csv"), "there is no such file"),
-    (("import", "LOG"), "must end in .parquet or .csv"),
+    (("import", "LOG"), "must end in .parquet, .csv, .npz, .toml"),
     (("import", "TABLE", "--out", "OUT.xls"), "must end in .mcap, .parquet or .csv"),
     (("import", "TABLE", "--columns", "NONE"), "there is no map"),
     (("import", "TABLE", "--out", "TABLE"), "is the table itself"),

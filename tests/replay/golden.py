@@ -161,7 +161,7 @@ def replayed(
     messages = list(read_tick_messages(path, contents))
     rebuilt = rebuild_controller(contents)
     notes: list[str] = []
-    ticks = [tick for _, _, tick in step_through(messages, rebuilt.controller, notes)]
+    ticks = [tick for _, _, tick in step_through(path, messages, rebuilt.controller, notes)]
     assert not notes, notes
     return ticks, rebuilt.controller, rebuilt.calibrations
 

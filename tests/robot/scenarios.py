@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from robot.config.robot_file import DEFAULT_ROBOT_FILE
+from robot.console.arguments import DEFAULT_ROBOT_FILE
 
 SCENARIO = """
 [campaign]

@@ -5,7 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from robot.config.robot_file import DEFAULT_ROBOT_FILE
+from robot.console.arguments import DEFAULT_ROBOT_FILE
 
 ROOT = Path(__file__).resolve().parents[2]
 # Limits of a host that does little else; a machine that runs tests may keep a process waiting for a second.

@@ -88,7 +88,7 @@ def test_what_a_file_says() -> None:
         ("[servo]\nold_firmware = [2]\n[[fault]]\nkind = 'overload'\nservo = 2", "has old firmware"),
         ("[force_unit]\nempty_line = 'ä'", "force_unit.empty_line: must be plain ASCII"),
         ("begins = 'now'", "begins: must be one of power, torque, not 'now'"),
-        ("seed =", "scenario: is no TOML"),
+        ("seed =", "scenario: is not valid TOML"),
     ],
 )  # fmt: skip
 def test_a_mistake_is_named(text: str, said: str) -> None:

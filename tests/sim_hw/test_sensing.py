@@ -19,13 +19,7 @@ MS = 1_000_000
 def world(*texts: str) -> World:
     wrong = twin(*texts)
     return World(
-        Plant(wrong.plant),
-        FirmwareBank(6),
-        signs=CONFIG.servo_bus.signs,
-        zeros=CONFIG.servo_bus.zeros,
-        sensor_offset_m=CONFIG.force_sensor.offset_m,
-        sensor_yaw_rad=CONFIG.force_sensor.yaw_rad,
-        sensors=wrong.sensors,
+        Plant(wrong.plant), FirmwareBank(6), CONFIG.servo_bus, CONFIG.force_sensor, wrong.sensors
     )
 
 

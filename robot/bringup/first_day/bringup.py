@@ -8,9 +8,9 @@ from pathlib import Path
 
 from model.errors import BigantError, ConfigError, RecordError
 from model.values.wire import WireBytes
+from record.earlier_file import keep_earlier
 from record.log.header import RunHeader
 from record.log.writer import LogWriter
-from record.whole_file import whole_file
 from robot.bringup.first_day.day import Day, DayOptions, KeepBytes, worst
 from robot.bringup.first_day.page import PAGE_FILE, day_page
 from robot.bringup.first_day.record import (
@@ -23,16 +23,16 @@ from robot.bringup.first_day.record import (
     Record,
     load,
     mapping_digest,
+    rewrite,
     save,
 )
 from robot.bringup.first_day.steps import STEPS, DayStep
 from robot.bringup.mapping.motion import TorqueStillOn
-from robot.bringup.preflight.finding import Finding, Verdict, failed, lines_of, skipped
+from robot.bringup.preflight.finding import CheckVerdict, Finding, failed, lines_of, skipped
 from robot.bringup.site import Site, site_of, site_request
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.person import Consent, Person
-from robot.console.program_output import keep_earlier
 from robot.requests.single import BringupRequest
 from robot.run.header import VIRTUAL_EPOCH_UNIX_NS
 
@@ -124,7 +124,7 @@ class FirstDay:
             if outcome is None:
                 print(f"stopped before step {step.number}; the same command goes on from there")
                 break
-            if outcome.verdict is Verdict.FAIL:
+            if outcome.verdict is CheckVerdict.FAIL:
                 code = ExitCode.VERDICT_FAILED
                 print(
                     f"step {step.number} failed: put it right, then start again; it is repeated first"
@@ -272,8 +272,7 @@ class FirstDay:
         )
         self.record = replace(self.record, outcomes=(*self.record.outcomes, outcome))
         save(self.record, self._folder)
-        with whole_file(self._folder / PAGE_FILE, "--folder") as path:
-            path.write_text(day_page(self.record), encoding="utf-8")
+        rewrite(self._folder / PAGE_FILE, day_page(self.record))
         return outcome
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from drivers.dynamixel.bus import ServoBus
 from drivers.wire.tap import WireTap
 from model.values.wire import Wire, WireBytes
-from robot.bringup.preflight.finding import Finding, Verdict
+from robot.bringup.preflight.finding import CheckVerdict, Finding
 from robot.bringup.site import Site
 from robot.config.robot_file import RobotConfig
 from robot.console.person import Person
@@ -108,12 +108,12 @@ class Day:
         return ServoBus(wires.port, self.config.servo_bus)
 
 
-def worst(findings: list[Finding]) -> Verdict:
+def worst(findings: list[Finding]) -> CheckVerdict:
     """Return the verdict of several findings."""
-    for verdict in (Verdict.FAIL, Verdict.WARN, Verdict.PASS):
+    for verdict in (CheckVerdict.FAIL, CheckVerdict.WARN, CheckVerdict.PASS):
         if any(finding.verdict is verdict for finding in findings):
             return verdict
-    return Verdict.SKIP
+    return CheckVerdict.SKIP
 
 
 def received(pieces: tuple[WireBytes, ...], wire: Wire) -> bytes:

@@ -14,7 +14,7 @@ from drivers.dynamixel.mx106 import RETURN_DELAY_UNIT_S as DELAY_UNIT_S
 from drivers.dynamixel.packets import STATUS_BYTES
 from drivers.dynamixel.port import BITS_PER_BYTE, ClockedPort
 from drivers.dynamixel.requests import ServoRequests
-from drivers.dynamixel.scan import FoundServo, broadcast_ping, id_is_shared
+from drivers.dynamixel.scan import ScannedServo, broadcast_ping, id_is_shared
 from drivers.dynamixel.setup import speaks_protocol_1
 from model.values.wire import Wire
 from robot.bringup.first_day.day import Day, received
@@ -90,7 +90,7 @@ def ids(day: Day) -> None:
         _timing(day, requests)
 
 
-def _who(day: Day, bus: ServoBus, answered: Sequence[FoundServo]) -> bool:
+def _who(day: Day, bus: ServoBus, answered: Sequence[ScannedServo]) -> bool:
     """Say who answers; return whether the rest makes sense."""
     legs = {int(i): leg for i, leg in zip(bus.settings.ids, bus.settings.names, strict=True)}
     there = {servo.servo_id: servo for servo in answered}

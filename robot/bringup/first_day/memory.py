@@ -7,6 +7,7 @@ from contextlib import closing
 from drivers.dynamixel.checked_servo import CheckedServo
 from drivers.dynamixel.image import ServoImage, read_image
 from drivers.dynamixel.mx106 import REGISTER, REGISTERS
+from record.whole_file import write_text
 from robot.bringup.first_day.day import Day
 from robot.bringup.preflight.finding import Finding, failed, passed, warned
 from robot.bringup.servo.backup import Backup, backup_text
@@ -43,7 +44,7 @@ def registers(day: Day) -> None:
         day.note(*_gap_findings(day, bus.servos()))
     stamp = utc_words(time.time_ns())
     text = backup_text(Backup(stamp, day.site.name, tuple(images)))
-    (day.folder / REGISTERS_FILE).write_text(text, encoding="utf-8")
+    write_text(day.folder / REGISTERS_FILE, text, "--folder")
     day.note(passed("kept", f"{REGISTERS_FILE}: {len(images)} servos (bigant servo restore)"))
 
 

@@ -2,7 +2,7 @@
 
 from robot.bringup.first_day.record import DONE, Record
 from robot.bringup.first_day.steps import STEPS
-from robot.bringup.preflight.finding import Verdict
+from robot.bringup.preflight.finding import CheckVerdict
 from robot.console.installed import version_lines
 from robot.report.page import Section, report_page
 from robot.report.run_date import utc_words
@@ -13,7 +13,7 @@ PAGE_FILE = "first_day.html"
 def day_page(record: Record) -> str:
     """Return the page."""
     latest = record.latest
-    failing = [outcome for outcome in latest.values() if outcome.verdict is Verdict.FAIL]
+    failing = [outcome for outcome in latest.values() if outcome.verdict is CheckVerdict.FAIL]
     bad = [str(outcome.number) for outcome in failing if outcome.ended == DONE]
     left = [step for step in STEPS if step.number not in latest or not latest[step.number].good]
     if bad:

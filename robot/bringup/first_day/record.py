@@ -11,10 +11,11 @@ import tomlkit
 
 from drivers.dynamixel.settings import ServoBusSettings
 from model.errors import ConfigError
+from record.earlier_file import earlier_files
 from record.toml_file import reading
-from record.whole_file import whole_file
+from record.whole_file import write_text
 from robot.bringup.first_day.day import Fact
-from robot.bringup.preflight.finding import Finding, Verdict
+from robot.bringup.preflight.finding import CheckVerdict, Finding
 from robot.report.run_date import utc_words
 
 KIND = "bigant bringup"
@@ -45,7 +46,7 @@ class Outcome:
     number: int
     key: str
     ended: str
-    verdict: Verdict
+    verdict: CheckVerdict
     unix_ns: int
     seconds: float
     mapping: str
@@ -55,7 +56,7 @@ class Outcome:
     @property
     def good(self) -> bool:
         """Whether it need not be done again."""
-        return self.ended in {DONE, SKIPPED} and self.verdict is not Verdict.FAIL
+        return self.ended in {DONE, SKIPPED} and self.verdict is not CheckVerdict.FAIL
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,8 +126,17 @@ def save(record: Record, folder: Path) -> None:
         (STATE_FILE, json.dumps(document, indent=1) + "\n"),
         (FACTS_FILE, facts_text(record)),
     ):
-        with whole_file(folder / name, "--folder") as path:
-            path.write_text(text, encoding="utf-8")
+        rewrite(folder / name, text)
+
+
+def rewrite(path: Path, text: str) -> None:
+    """Write a file of the day anew; what it said before is in it as well.
+
+    Raises:
+        RecordError: It cannot be written.
+    """
+    with earlier_files(overwrite=True, notify=lambda _: None):
+        write_text(path, text, "--folder")
 
 
 def load(folder: Path) -> Record | None:
@@ -152,12 +162,12 @@ def load(folder: Path) -> Record | None:
 
 def _outcome(data: dict[str, Any]) -> Outcome:
     findings = tuple(
-        Finding(one["name"], Verdict(one["verdict"]), one["found"], one["advice"])
+        Finding(one["name"], CheckVerdict(one["verdict"]), one["found"], one["advice"])
         for one in data["findings"]
     )
     facts = tuple(Fact(**one) for one in data["facts"])
     return Outcome(
-        **{**data, "verdict": Verdict(data["verdict"]), "findings": findings, "facts": facts}
+        **{**data, "verdict": CheckVerdict(data["verdict"]), "findings": findings, "facts": facts}
     )
 
 

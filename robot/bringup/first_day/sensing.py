@@ -10,6 +10,7 @@ from drivers.ati.stream import ForceStream
 from drivers.clock import Clock
 from model.values.readings import ForceRecord
 from model.values.wire import Wire, WireBytes
+from record.whole_file import write_text
 from robot.bringup.first_day.day import Day
 from robot.bringup.mapping.identify import PressedFeet, press_findings
 from robot.bringup.preflight.finding import Finding, failed, passed, skipped, warned
@@ -133,7 +134,7 @@ def console(day: Day) -> None:
     for command, answer in answers.items():
         day.note(_judged(command, answer, wires))
     parts = [f"# {name}\n{answer}\n" for name, answer in {**answers, **cals}.items()]
-    (day.folder / CONSOLE_FILE).write_text("\n".join(parts), encoding="utf-8")
+    write_text(day.folder / CONSOLE_FILE, "\n".join(parts), "--folder")
     day.note(passed("kept", f"{CONSOLE_FILE}: {len(parts)} answers; each byte in the step's log"))
 
 

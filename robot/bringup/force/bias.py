@@ -1,6 +1,5 @@
 """``bigant ft bias``: the mean of the force sensors of a robot that touches nothing."""
 
-import sys
 import time
 from pathlib import Path
 
@@ -19,7 +18,7 @@ from robot.config.calibration import write_calibration
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_result
-from robot.console.program_output import keep_earlier
+from robot.console.program_output import complain
 from robot.console.progress import StatusLine
 from robot.requests.ft import FtBiasRequest
 from robot.run.force_unit import running_stream, unit_settings
@@ -52,8 +51,7 @@ def measure(request: FtBiasRequest) -> ExitCode:
     date = time.strftime("%Y-%m-%dT%H:%M:%S%z")
     calibration = bias_only(names, CalibrationOrigin(serials, date), bias.mean, bias.standard_error)
     for line in standing_warnings(bias.mean, config.parameters.body.mass):
-        print(f"warning: {line}", file=sys.stderr)
-    keep_earlier(request.out)
+        complain(f"warning: {line}")
     write_calibration(request.out, calibration)
     kept = f"calibration: {request.out}   (bigant drive --calibration {request.out})"
     print_result(

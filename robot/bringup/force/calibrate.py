@@ -10,13 +10,13 @@ from matplotlib.figure import Figure
 from model.errors import ConfigError
 from model.fit.in_situ import InSituResult, SensorResidual, calibrate_in_situ
 from model.values.force_calibration import CalibrationOrigin
-from record.whole_file import writing
+from record.whole_file import whole_file
 from robot.bringup.force.still_poses import read_pose_logs
 from robot.config.calibration import write_calibration
-from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
+from robot.config.robot_file import load_robot
+from robot.console.arguments import DEFAULT_ROBOT_FILE
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_result
-from robot.console.program_output import keep_earlier
 from robot.console.progress import ProgressBar
 from robot.requests.ft import FtCalibrateRequest
 from robot.virtual.walk import record_poses
@@ -65,11 +65,10 @@ def calibrate(request: FtCalibrateRequest) -> ExitCode:
     allowed = WORSE * overall(result.before, "standing_n") + RESOLUTION_N
     worse = overall(result.after, "standing_n") > allowed
     if not worse:
-        keep_earlier(request.out)
         write_calibration(request.out, result.calibration)
     if request.report is not None:
-        with writing(request.report, "--report"):
-            draw_report(result).savefig(request.report, dpi=100)
+        with whole_file(request.report, "--report") as part:
+            draw_report(result).savefig(part, dpi=100)
     lines = report_lines(result)
     if not worse:
         lines.append(f"calibration: {request.out}   (bigant drive --calibration {request.out})")

@@ -12,9 +12,9 @@ from drivers.ati.foot_forces import foot_wrenches, sensed_wrenches
 from drivers.ati.settings import ForceSensorSettings
 from drivers.ati.stream import ForceStream
 from drivers.clock import MonotonicClock
-from model.errors import ConfigError
 from model.values.arrays import FloatArray
 from model.values.readings import ForceRecord
+from record.whole_file import clear_name, writing
 from robot.bringup.force.table import (
     Snapshot,
     leg_lines,
@@ -164,10 +164,9 @@ def _sample_rows(path: Path | None) -> Iterator[WriteRow | None]:
     if path is None:
         yield None
         return
-    try:
+    clear_name(path, "--csv")
+    with writing(path, "--csv"):
         file = path.open("w", newline="", encoding="utf-8")
-    except OSError as error:
-        raise ConfigError("--csv", f"{path}: {error.strerror}") from error
     with file:
         writer = csv.writer(file)
         writer.writerow(CSV_HEAD)

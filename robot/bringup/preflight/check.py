@@ -13,8 +13,8 @@ from model.errors import BigantError, ConfigError, ConnectionLost
 from record.whole_file import write_text
 from robot.bringup.preflight.computer import host_settings, software_findings
 from robot.bringup.preflight.finding import (
+    CheckVerdict,
     Finding,
-    Verdict,
     count_line,
     exit_code,
     failed,
@@ -197,7 +197,7 @@ def check_page(
         robot_file: The robot file that was used.
         date: When it was looked at.
     """
-    bad = [one.name for one in findings if one.verdict is Verdict.FAIL]
+    bad = [one.name for one in findings if one.verdict is CheckVerdict.FAIL]
     where = "virtual devices" if port == VIRTUAL else port
     todo = [(one.name, one.advice) for one in findings if one.advice]
     rows = [(one.verdict.value, one.name, one.found) for one in findings]

@@ -2,8 +2,8 @@
 
 from dataclasses import asdict
 
-from drivers.ati.discovery import DISCOVERY_PORT, FoundUnit, discover
-from drivers.dynamixel.scan import FoundServo, SerialPort, serial_ports
+from drivers.ati.discovery import DISCOVERY_PORT, DiscoveredUnit, discover
+from drivers.dynamixel.scan import ScannedServo, SerialPort, serial_ports
 from model.errors import BusError, ConfigError
 from robot.bringup.servo.access import scan_port
 from robot.console.exit_codes import ExitCode
@@ -29,7 +29,7 @@ def list_devices(request: DevicesRequest) -> ExitCode:
     address, port = discovery_target(request.discover)
     ports = serial_ports()
     names = [request.port] if request.port else [p.name for p in ports if p.usb_id]
-    servos: list[tuple[str, FoundServo]] = []
+    servos: list[tuple[str, ScannedServo]] = []
     problems: list[str] = []
     for name in names:
         try:
@@ -72,7 +72,7 @@ def scan_servos(request: ServoScanRequest) -> ExitCode:
     return ExitCode.OK if servos else ExitCode.VERDICT_FAILED
 
 
-def servo_line(servo: FoundServo) -> str:
+def servo_line(servo: ScannedServo) -> str:
     """Return one servo as a line."""
     kind = KINDS.get(servo.model, f"model {servo.model}")
     return f"{servo.baud_rate:>8} baud  id {servo.servo_id:>3}  {kind}  firmware {servo.firmware}"
@@ -110,8 +110,8 @@ def discovery_target(text: str) -> tuple[str, int]:
 def _lines(
     ports: tuple[SerialPort, ...],
     scanned: list[str],
-    servos: list[tuple[str, FoundServo]],
-    units: tuple[FoundUnit, ...],
+    servos: list[tuple[str, ScannedServo]],
+    units: tuple[DiscoveredUnit, ...],
 ) -> list[str]:
     where = ", ".join(scanned) if scanned else "no port was scanned"
     return [

@@ -8,7 +8,7 @@ from robot.console.exit_codes import ExitCode
 from robot.console.progress import StatusLine
 
 
-class Verdict(enum.Enum):
+class CheckVerdict(enum.Enum):
     """How a check ended."""
 
     PASS = "pass"
@@ -29,29 +29,29 @@ class Finding:
     """
 
     name: str
-    verdict: Verdict
+    verdict: CheckVerdict
     found: str
     advice: str = ""
 
 
 def passed(name: str, found: str) -> Finding:
     """Return a check that passed."""
-    return Finding(name, Verdict.PASS, found)
+    return Finding(name, CheckVerdict.PASS, found)
 
 
 def warned(name: str, found: str, advice: str) -> Finding:
     """Return a check whose result should be put right."""
-    return Finding(name, Verdict.WARN, found, advice)
+    return Finding(name, CheckVerdict.WARN, found, advice)
 
 
 def failed(name: str, found: str, advice: str) -> Finding:
     """Return a check whose result has to be put right before the robot walks."""
-    return Finding(name, Verdict.FAIL, found, advice)
+    return Finding(name, CheckVerdict.FAIL, found, advice)
 
 
 def skipped(name: str, why: str) -> Finding:
     """Return a check that was not made."""
-    return Finding(name, Verdict.SKIP, why)
+    return Finding(name, CheckVerdict.SKIP, why)
 
 
 def lines_of(finding: Finding) -> list[str]:
@@ -87,7 +87,7 @@ def plain_findings(findings: Sequence[Finding]) -> dict[str, object]:
 
 def fit(findings: Iterable[Finding]) -> bool:
     """Whether nothing failed."""
-    return all(one.verdict is not Verdict.FAIL for one in findings)
+    return all(one.verdict is not CheckVerdict.FAIL for one in findings)
 
 
 def exit_code(findings: Iterable[Finding]) -> ExitCode:
@@ -98,10 +98,10 @@ def exit_code(findings: Iterable[Finding]) -> ExitCode:
 def count_line(findings: Sequence[Finding]) -> str:
     """Return how many checks ended how."""
     words = {
-        Verdict.PASS: "passed",
-        Verdict.WARN: "warned",
-        Verdict.FAIL: "failed",
-        Verdict.SKIP: "skipped",
+        CheckVerdict.PASS: "passed",
+        CheckVerdict.WARN: "warned",
+        CheckVerdict.FAIL: "failed",
+        CheckVerdict.SKIP: "skipped",
     }
     verdicts = [one.verdict for one in findings]
     return ", ".join(f"{verdicts.count(verdict)} {word}" for verdict, word in words.items())

@@ -17,7 +17,7 @@ from drivers.dynamixel.setup import (
 )
 from drivers.dynamixel.watchdog import prove_watchdog
 from model.errors import BusError, ConnectionLost
-from robot.bringup.preflight.finding import Finding, Verdict, failed, passed, skipped, warned
+from robot.bringup.preflight.finding import CheckVerdict, Finding, failed, passed, skipped, warned
 from robot.config.robot_file import RobotConfig, SafetyLimits
 
 READS = 100
@@ -58,7 +58,7 @@ def servo_findings(bus: ServoBus, config: RobotConfig, *, armed: bool) -> Iterat
         return
     findings = condition_findings(conditions, config.limits)
     yield from findings
-    well = not missing and not broken and all(f.verdict is not Verdict.FAIL for f in findings)
+    well = not missing and not broken and all(f.verdict is not CheckVerdict.FAIL for f in findings)
     if not well:
         yield skipped("bus traffic", "put right what failed above first")
         yield skipped("watchdog", "put right what failed above first")

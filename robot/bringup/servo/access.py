@@ -11,7 +11,7 @@ from drivers.dynamixel.bus import ServoBus
 from drivers.dynamixel.checked_servo import CheckedServo
 from drivers.dynamixel.port import BusPort, ClockedPort
 from drivers.dynamixel.requests import ServoRequests
-from drivers.dynamixel.scan import FoundServo, broadcast_ping
+from drivers.dynamixel.scan import ScannedServo, broadcast_ping
 from model.errors import BusError, ConfigError
 from robot.config.robot_file import RobotConfig
 from robot.console.arguments import BAUD_RATES
@@ -33,7 +33,7 @@ def bus_of(name: str, baud: int | None, config: RobotConfig) -> ServoBus:
     return ServoBus(port, settings)
 
 
-def scan_port(name: str, baud: int | None) -> list[FoundServo]:
+def scan_port(name: str, baud: int | None) -> list[ScannedServo]:
     """Return who answers on a port, 0.8 s a baud rate.
 
     Args:
@@ -44,7 +44,7 @@ def scan_port(name: str, baud: int | None) -> list[FoundServo]:
         BusError: The port cannot be opened.
     """
     rates = BAUD_RATES if baud is None else (baud,)
-    servos: list[FoundServo] = []
+    servos: list[ScannedServo] = []
     with StatusLine() as status:
         for place, rate in enumerate(rates, start=1):
             status.step(f"scanning {name} at {rate} baud ({place} of {len(rates)}) ...")
@@ -53,7 +53,9 @@ def scan_port(name: str, baud: int | None) -> list[FoundServo]:
     return servos
 
 
-def require_answers(servos: list[FoundServo], port: str, what: str = "servo") -> list[FoundServo]:
+def require_answers(
+    servos: list[ScannedServo], port: str, what: str = "servo"
+) -> list[ScannedServo]:
     """Return the servos of a port, at least one.
 
     Raises:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from drivers.dynamixel.image import GAINS, KEPT, ServoImage, changes_to, read_image
 from drivers.dynamixel.mx106 import MODEL_NUMBER, REGISTER
-from drivers.dynamixel.scan import FoundServo
+from drivers.dynamixel.scan import ScannedServo
 from model.errors import BusError, ConfigError
 from model.parameters.tables import parse_table
 from model.parameters.toml_table import Table
@@ -91,7 +91,7 @@ def restore(request: ServoRestoreRequest) -> ExitCode:
     return writing.carry_out(tasks)
 
 
-def _counterpart(image: ServoImage, servos: Sequence[FoundServo], port: str) -> FoundServo:
+def _counterpart(image: ServoImage, servos: Sequence[ScannedServo], port: str) -> ScannedServo:
     here = [servo for servo in servos if servo.servo_id == image.servo_id]
     if len(here) != 1:
         what = "does not answer" if not here else "answers at two baud rates"

@@ -18,7 +18,7 @@ from drivers.dynamixel.mx106 import (
     OperatingMode,
     hardware_error_names,
 )
-from drivers.dynamixel.scan import FoundServo, id_is_shared
+from drivers.dynamixel.scan import ScannedServo, id_is_shared
 from model.errors import BusError
 from robot.bringup.servo.access import confirmed, open_port, servo_at
 from robot.config.robot_file import RobotConfig
@@ -38,7 +38,7 @@ class Task:
         note: A warning below the title, empty for none.
     """
 
-    servo: FoundServo
+    servo: ScannedServo
     title: str
     changes_of: Callable[[ServoImage], tuple[Change, ...]]
     note: str = ""

@@ -15,7 +15,7 @@ from drivers.dynamixel.mx106 import (
     VOLTAGE_UNIT_V,
     OperatingMode,
 )
-from drivers.dynamixel.scan import FoundServo
+from drivers.dynamixel.scan import ScannedServo
 from drivers.dynamixel.setup import SHUTDOWN
 from model.errors import BusError, ConfigError
 from robot.bringup.servo.access import leg_of, require_answers, scan_port
@@ -116,12 +116,12 @@ def set_up(request: ServoSetupRequest) -> ExitCode:
 
 
 def plan(
-    servos: Sequence[FoundServo],
+    servos: Sequence[ScannedServo],
     config: RobotConfig,
     only: int | None,
     new_id: int | None,
     port: str,
-) -> list[tuple[FoundServo, int]]:
+) -> list[tuple[ScannedServo, int]]:
     """Decide which servo is to have which id. Pure.
 
     Args:

@@ -16,6 +16,7 @@ from robot.bringup.servo.access import bus_of
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_result
+from robot.console.program_output import complain
 from robot.console.screen_fit import Screen
 from robot.console.table import Column, table_lines
 from robot.requests.servo import ServoWatchRequest
@@ -73,7 +74,7 @@ def _introduce(bus: ServoBus) -> None:
     except BusError as error:
         warnings = (str(error),)
     for warning in warnings:
-        print(f"warning: {warning}", file=sys.stderr)
+        complain(f"warning: {warning}")
 
 
 def watch(

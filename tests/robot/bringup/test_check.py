@@ -24,7 +24,7 @@ from robot.bringup.preflight.computer import (
     packages_finding,
     python_finding,
 )
-from robot.bringup.preflight.finding import Finding, Verdict, lines_of
+from robot.bringup.preflight.finding import CheckVerdict, Finding, lines_of
 from robot.bringup.preflight.forces import (
     Received,
     calibration_findings,
@@ -59,7 +59,7 @@ from tests.robot.sim_serve import Sim
 
 CONFIG = load_robot()
 UNIX_OFFSET_NS = 1_700_000_000_000_000_000
-PASS, WARN, FAIL, SKIP = Verdict.PASS, Verdict.WARN, Verdict.FAIL, Verdict.SKIP
+PASS, WARN, FAIL, SKIP = CheckVerdict.PASS, CheckVerdict.WARN, CheckVerdict.FAIL, CheckVerdict.SKIP
 
 
 def by_name(findings: list[Finding]) -> dict[str, Finding]:
@@ -176,7 +176,7 @@ SOUND = ServoCondition("HL", 1, 321, 45, 4, 0, 0, 0x34, False, 0, 12.0, 30.0)
     ],
 )
 def test_each_condition_out_of_order(
-    change: dict[str, object], name: str, verdict: Verdict, said: str
+    change: dict[str, object], name: str, verdict: CheckVerdict, said: str
 ) -> None:
     other = replace(SOUND, leg="ML", servo_id=2)
     findings = condition_findings([replace(SOUND, **change), other], CONFIG.limits)  # type: ignore[arg-type]
@@ -314,7 +314,7 @@ def test_a_sound_stream_over_the_wrap_of_its_numbers() -> None:
     ("counts", "verdict"), [({}, PASS), ({"missing": 1}, WARN), ({"missing": 9}, FAIL),
                             ({"malformed": 1}, FAIL)]
 )  # fmt: skip
-def test_losses(counts: dict[str, int], verdict: Verdict) -> None:
+def test_losses(counts: dict[str, int], verdict: CheckVerdict) -> None:
     assert judged([record(i) for i in range(200)], **counts)["radio"].verdict is verdict
 
 
@@ -353,7 +353,9 @@ def test_one_saturated_record_is_enough() -> None:
         ((0x001502AA, 0x001502AA), Led.OFF, WARN),
     ],
 )
-def test_the_battery_light_may_blink(words: tuple[int, int], led: Led, verdict: Verdict) -> None:
+def test_the_battery_light_may_blink(
+    words: tuple[int, int], led: Led, verdict: CheckVerdict
+) -> None:
     assert battery_led(words[0]) is led
     records = [record(i, status=np.array([words[i % 2], 0])) for i in range(20)]
     assert judged(records)["battery light"].verdict is verdict

@@ -19,7 +19,7 @@ from robot.bringup.preflight.computer import (
     priority_finding,
     renderer_finding,
 )
-from robot.bringup.preflight.finding import Finding, Verdict
+from robot.bringup.preflight.finding import CheckVerdict, Finding
 from robot.cli import main as cli
 from robot.console.exit_codes import ExitCode
 
@@ -39,33 +39,33 @@ STUDENT = Machine(
 
 def test_who_may_open_ports() -> None:
     outside = group_finding(STUDENT)
-    assert outside.verdict is Verdict.WARN
+    assert outside.verdict is CheckVerdict.WARN
     assert "usermod -aG dialout" in outside.advice
-    assert group_finding(replace(STUDENT, groups=("dialout",))).verdict is Verdict.PASS
-    assert group_finding(replace(STUDENT, root=True)).verdict is Verdict.PASS
-    assert group_finding(replace(STUDENT, port_group="")).verdict is Verdict.SKIP
+    assert group_finding(replace(STUDENT, groups=("dialout",))).verdict is CheckVerdict.PASS
+    assert group_finding(replace(STUDENT, root=True)).verdict is CheckVerdict.PASS
+    assert group_finding(replace(STUDENT, port_group="")).verdict is CheckVerdict.SKIP
 
 
 def test_who_may_take_priority() -> None:
-    assert priority_finding(STUDENT).verdict is Verdict.WARN
+    assert priority_finding(STUDENT).verdict is CheckVerdict.WARN
     assert "rtprio" in priority_finding(STUDENT).advice
-    assert priority_finding(replace(STUDENT, rtprio=50)).verdict is Verdict.PASS
-    assert priority_finding(replace(STUDENT, root=True)).verdict is Verdict.PASS
+    assert priority_finding(replace(STUDENT, rtprio=50)).verdict is CheckVerdict.PASS
+    assert priority_finding(replace(STUDENT, root=True)).verdict is CheckVerdict.PASS
 
 
 def test_drawing_without_a_display() -> None:
-    assert renderer_finding(STUDENT).verdict is Verdict.SKIP
-    assert renderer_finding(replace(STUDENT, renderers=("EGL",))).verdict is Verdict.PASS
+    assert renderer_finding(STUDENT).verdict is CheckVerdict.SKIP
+    assert renderer_finding(replace(STUDENT, renderers=("EGL",))).verdict is CheckVerdict.PASS
     asked = renderer_finding(replace(STUDENT, renderers=("EGL",), gl_choice="egl"))
     assert "MUJOCO_GL=egl" in asked.found
 
 
 def test_settings_that_a_loop_feels() -> None:
-    def verdicts(governors: tuple[str, ...], load: float) -> list[Verdict]:
+    def verdicts(governors: tuple[str, ...], load: float) -> list[CheckVerdict]:
         host = HostSettings(governors, None, 0, False, "", 5.0, load, 2)
         return [f.verdict for f in host_settings_findings(host)]
 
-    ok, warn, skip = Verdict.PASS, Verdict.WARN, Verdict.SKIP
+    ok, warn, skip = CheckVerdict.PASS, CheckVerdict.WARN, CheckVerdict.SKIP
     assert verdicts(("performance",), 1.0) == [ok, ok, ok]
     assert verdicts(("performance", "powersave"), 3.0) == [warn, ok, warn]
     assert verdicts((), 2.0) == [skip, ok, ok]
@@ -85,24 +85,24 @@ def test_a_port_that_may_not_be_opened_fails_and_a_slow_timer_warns(
     def look() -> dict[str, Finding]:
         return {f.name.removeprefix(str(device)): f for f in doctor.port_findings(ports)}
 
-    assert look()[""].verdict is Verdict.PASS
-    assert look()[" timer"].verdict is Verdict.WARN
+    assert look()[""].verdict is CheckVerdict.PASS
+    assert look()[" timer"].verdict is CheckVerdict.WARN
     assert look()[" timer"].found == "16 ms"
     timer.write_text("1\n", encoding="utf-8")
-    assert look()[" timer"].verdict is Verdict.PASS
+    assert look()[" timer"].verdict is CheckVerdict.PASS
     monkeypatch.setattr("os.access", lambda *_: False)
-    assert look()[""].verdict is Verdict.FAIL
+    assert look()[""].verdict is CheckVerdict.FAIL
     plain = SerialPort(str(device), "", "no USB")
-    assert [f.verdict for f in doctor.port_findings((plain,))] == [Verdict.SKIP]
+    assert [f.verdict for f in doctor.port_findings((plain,))] == [CheckVerdict.SKIP]
 
 
 def test_a_cache_that_cannot_be_written_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
-    assert cache_finding(tmp_path).verdict is Verdict.PASS
+    assert cache_finding(tmp_path).verdict is CheckVerdict.PASS
     monkeypatch.setattr("os.access", lambda *_: False)
-    assert cache_finding(tmp_path).verdict is Verdict.WARN
+    assert cache_finding(tmp_path).verdict is CheckVerdict.WARN
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "mine"))
     assert str(tmp_path / "mine") in cache_finding(tmp_path).found
 

@@ -25,10 +25,11 @@ from robot.bringup.first_day.steps import STEPS
 from robot.bringup.mapping.identify import Press, press_findings
 from robot.bringup.mapping.jog import Jog, jog_findings
 from robot.bringup.mapping.motion import GatedShafts, TorqueStillOn, limp_afterwards
-from robot.bringup.preflight.finding import Finding, Verdict
+from robot.bringup.preflight.finding import CheckVerdict, Finding
 from robot.bringup.site import SiteRequest, VirtualSite
 from robot.cli import main as cli
-from robot.config.robot_file import DEFAULT_ROBOT_FILE, RobotConfig, load_robot, parse_robot
+from robot.config.robot_file import RobotConfig, load_robot, parse_robot
+from robot.console.arguments import DEFAULT_ROBOT_FILE
 from robot.console.exit_codes import ExitCode
 from robot.console.person import Consent, Hand, Sight, TerminalPerson, Work
 from robot.virtual.hung import VirtualPerson
@@ -100,7 +101,7 @@ def test_a_step_ends_well_and_keeps_its_bytes(
     folder, record, _ = whole
     number = step.number  # type: ignore[attr-defined]
     outcome = record.latest[number]
-    bad = [f for f in outcome.findings if f.verdict in {Verdict.FAIL, Verdict.WARN}]
+    bad = [f for f in outcome.findings if f.verdict in {CheckVerdict.FAIL, CheckVerdict.WARN}]
     assert outcome.ended == "done"
     assert not bad
     if number == 1:  # nobody speaks
@@ -159,7 +160,7 @@ def check_facts(record: Record, scenario_text: str) -> None:
 @pytest.mark.parametrize("assumed", FLIPPED.values(), ids=FLIPPED)
 def test_what_was_assumed_is_measured(assumed: str, tmp_path: Path) -> None:
     record = do_steps(first_day(tmp_path, site_with(tmp_path, assumed)), DEVICE_STEPS)
-    assert [n for n, one in record.latest.items() if one.verdict is Verdict.FAIL] == []
+    assert [n for n, one in record.latest.items() if one.verdict is CheckVerdict.FAIL] == []
     assert len(record.facts) == 14
     check_facts(record, assumed)
     measured = load_scenario(tmp_path / "day" / FACTS_FILE, IDS)
@@ -201,7 +202,7 @@ def test_a_chain_that_breaks_at_an_absent_id_is_said(tmp_path: Path) -> None:
     site = site_with(tmp_path, "[servo]\nfirmware = 45\n")
     site.robot.devices.servos.silence(252, chain_breaks=True)
     record = do_steps(first_day(tmp_path, site), (2,))
-    assert findings_of(record, 2)["a broken chain"].verdict is Verdict.WARN
+    assert findings_of(record, 2)["a broken chain"].verdict is CheckVerdict.WARN
 
 
 # A wrong robot file.
@@ -232,7 +233,7 @@ def test_a_wrong_line_of_the_robot_file_is_found_and_the_right_one_given(
     site = site_with(tmp_path, there=there)
     record = do_steps(first_day(tmp_path, site), (2, 3, number))
     finding = findings_of(record, number)[name]
-    assert finding.verdict is Verdict.FAIL
+    assert finding.verdict is CheckVerdict.FAIL
     assert f"{key} = [" in finding.advice
     line = finding.advice.partition(": ")[2]
     wanted = np.array(json.loads(values))
@@ -241,7 +242,7 @@ def test_a_wrong_line_of_the_robot_file_is_found_and_the_right_one_given(
     # the file as it is told to be passes
     right = parse_robot(changed(key, line.partition(" = ")[2]))
     again = first_day(tmp_path, site_with(tmp_path, there=there, config=right), config=right)
-    assert do_steps(again, (number,)).latest[number].verdict is Verdict.PASS
+    assert do_steps(again, (number,)).latest[number].verdict is CheckVerdict.PASS
 
 
 def test_a_sensor_that_is_turned_over_and_turned_gives_the_same_forces() -> None:
@@ -281,7 +282,7 @@ def test_an_id_that_the_robot_file_does_not_know(tmp_path: Path) -> None:
     site = site_with(tmp_path, there=changed("dynamixel_id", "[1, 2, 7, 4, 5, 6]"))
     record = do_steps(first_day(tmp_path, site), (2,))
     finding = findings_of(record, 2)["ids"]
-    assert finding.verdict is Verdict.FAIL
+    assert finding.verdict is CheckVerdict.FAIL
     assert "no answer from 3 (FL); id 7 answers" in finding.found
     assert "bigant servo setup --id 7 --new-id 3" in finding.advice
 
@@ -297,7 +298,7 @@ def test_a_reversed_servo_is_found_in_its_registers(tmp_path: Path) -> None:
     site = site_with(tmp_path)
     site.robot.devices.servos.servos[2].table.set("drive_mode", 1)
     record = do_steps(first_day(tmp_path, site), (2, 3))
-    assert findings_of(record, 3)["FL"].verdict is Verdict.FAIL
+    assert findings_of(record, 3)["FL"].verdict is CheckVerdict.FAIL
     assert "drive_mode 1 instead of 0" in findings_of(record, 3)["FL"].found
 
 
@@ -307,7 +308,7 @@ def test_somebody_else_on_the_bus_is_heard(tmp_path: Path) -> None:
     site.robot.cable.receive(ping, site.robot.clock.now_ns() + 5_000_000, 1_000_000)
     record = do_steps(first_day(tmp_path, site), (1,))
     finding = findings_of(record, 1)["servo bus"]
-    assert finding.verdict is Verdict.FAIL
+    assert finding.verdict is CheckVerdict.FAIL
     assert finding.found.startswith("14 bytes in 3 s without a request: ff ff fd 00 03")
     assert (tmp_path / "day" / "step-01.mcap").exists()
 
@@ -319,13 +320,13 @@ def a_jog(leg: str, servo_id: int, moved: str, **others: float) -> Jog:
 
 
 def test_what_a_jog_can_show() -> None:
-    def verdicts(*jogs: Jog) -> dict[str, Verdict]:
+    def verdicts(*jogs: Jog) -> dict[str, CheckVerdict]:
         return {f.name: f.verdict for f in jog_findings(jogs, CONFIG.servo_bus)}
 
-    assert verdicts(a_jog("HL", 1, "HL")) == {"HL": Verdict.PASS, "zeros": Verdict.PASS}
-    assert verdicts(a_jog("HL", 1, "none")) == {"HL": Verdict.FAIL}
-    assert verdicts(a_jog("HL", 1, "several"))["HL"] is Verdict.FAIL
-    assert verdicts(a_jog("HL", 1, "HL", reached_deg=4.0))["HL"] is Verdict.FAIL
+    assert verdicts(a_jog("HL", 1, "HL")) == {"HL": CheckVerdict.PASS, "zeros": CheckVerdict.PASS}
+    assert verdicts(a_jog("HL", 1, "none")) == {"HL": CheckVerdict.FAIL}
+    assert verdicts(a_jog("HL", 1, "several"))["HL"] is CheckVerdict.FAIL
+    assert verdicts(a_jog("HL", 1, "HL", reached_deg=4.0))["HL"] is CheckVerdict.FAIL
     twice = jog_findings([a_jog("HL", 1, "ML"), a_jog("ML", 2, "ML")], CONFIG.servo_bus)
     assert twice[-1].found == "id 1 turned ML, id 2 turned ML"
     assert "two servos cannot turn one leg" in twice[-1].advice
@@ -344,14 +345,14 @@ def test_what_presses_can_show() -> None:
     def first(presses: list[Press]) -> Finding:
         return press_findings(presses, CONFIG.force_sensor)[0]
 
-    assert first(some_presses(1, (UP, FORWARD, LEFT))).verdict is Verdict.PASS
+    assert first(some_presses(1, (UP, FORWARD, LEFT))).verdict is CheckVerdict.PASS
     nobody = first(some_presses(0, ((0.0,) * 3,) * 3))
     assert nobody.found == "no transducer felt it"
     reversed_sign = ((0.0, 0.0, -9.0), (-9.0, 0.0, 0.0), (0.0, -9.0, 0.0))
     assert "gives the force of the leg" in first(some_presses(1, reversed_sign)).found
     assert "up is not along its z" in first(some_presses(1, (FORWARD, UP, LEFT))).found
     crooked = first(some_presses(1, (UP, FORWARD, (8.0, 2.0, 0.0))))
-    assert crooked.verdict is not Verdict.PASS
+    assert crooked.verdict is not CheckVerdict.PASS
     mixed = [*some_presses(1, (UP, FORWARD, LEFT))[:2], *some_presses(2, (UP, FORWARD, LEFT))[2:]]
     assert "felt by transducers 1, 2" in first(mixed).found
 
@@ -437,7 +438,7 @@ def test_torque_that_is_not_confirmed_off_is_said(tmp_path: Path) -> None:
     do_steps(day, (2, 3, 5, 6))
     with pytest.raises(TorqueStillOn, match="cut the power"):
         day.do(only=9)
-    assert day.record.latest[9].verdict is Verdict.FAIL
+    assert day.record.latest[9].verdict is CheckVerdict.FAIL
 
 
 def test_nothing_moves_unless_armed(tmp_path: Path) -> None:

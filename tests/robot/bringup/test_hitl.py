@@ -17,10 +17,11 @@ from robot.bringup.first_day.bringup import FirstDay
 from robot.bringup.first_day.day import DayOptions
 from robot.bringup.first_day.record import FACTS_FILE
 from robot.bringup.first_day.steps import STEPS, DayStep
-from robot.bringup.preflight.finding import Verdict
+from robot.bringup.preflight.finding import CheckVerdict
 from robot.bringup.site import RealSite, SiteRequest
 from robot.cli import main as cli
-from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
+from robot.config.robot_file import load_robot
+from robot.console.arguments import DEFAULT_ROBOT_FILE
 from robot.console.person import Consent, TerminalPerson
 from sim_hw.faults.scenario import load_scenario
 from tests.robot.sim_serve import Sim
@@ -64,7 +65,7 @@ def test_a_step_on_the_real_robot(step: DayStep, real_day: FirstDay) -> None:
     outcome = real_day.record.latest[step.number]
     if outcome.ended == "refused":
         pytest.skip(outcome.findings[0].found)
-    assert outcome.verdict is not Verdict.FAIL, outcome.findings
+    assert outcome.verdict is not CheckVerdict.FAIL, outcome.findings
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ import pytest
 from model.errors import BusError
 from record.log.reader import read_log
 from robot.cli import main as cli
-from robot.config.robot_file import DEFAULT_ROBOT_FILE
+from robot.console.arguments import DEFAULT_ROBOT_FILE
 from robot.console.exit_codes import ExitCode
 from tests.robot.sim_serve import WATCHDOG_S, Sim, patient_robot
 
@@ -122,7 +122,7 @@ def test_readonly_listens_and_logs(tmp_path: Path) -> None:
         (["drive", "--teleop", "--virtual-time"], 2, "needs a terminal"),
         (["drive", "--hardware", "/dev/none", "--force-unit", "a:b:c"], 2, "must be HOST"),
         (["show", "/none.mcap"], 4, "cannot be read: No such file"),
-        (["show", "/dev/null"], 4, "is no log of ours"),
+        (["show", "/dev/null"], 4, "it is a device, not a file"),
         (["devices", "--port", "/dev/none", "--discover", "none"], 3, "there is no port"),
         (["devices", "--discover", "x:y"], 2, "must be ADDRESS"),
         (["sim", "serve", "--absent", "9"], 2, "9 is no servo of this robot"),

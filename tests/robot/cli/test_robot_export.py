@@ -56,4 +56,4 @@ def test_the_command_writes_both(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert command(["robot", "export", "--urdf", out[0], "--mjcf", out[1]]) == 0
     assert capsys.readouterr().out.count("MuJoCo loads it") == 2
     assert command(["robot", "export"]) == 2
-    assert command(["robot", "export", "--urdf", str(tmp_path / "no" / "r.urdf")]) == 2
+    assert command(["robot", "export", "--urdf", str(tmp_path / "no" / "r.urdf")]) == 4

@@ -18,7 +18,8 @@ from robot.config.calibration import (
     read_calibration,
     write_calibration,
 )
-from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
+from robot.config.robot_file import load_robot
+from robot.console.arguments import DEFAULT_ROBOT_FILE
 
 LEGS = ("HL", "ML", "FL", "HR", "MR", "FR")
 UNIT = Calibration(1, "FT1", "", "", 1e6, 1e6, mult_on=True, max_rating=(1.0,) * 6)

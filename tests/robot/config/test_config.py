@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from model.errors import ConfigError
-from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot, parse_robot
+from robot.config.robot_file import load_robot, parse_robot
+from robot.console.arguments import DEFAULT_ROBOT_FILE
 
 NOMINAL = DEFAULT_ROBOT_FILE.read_text(encoding="utf-8")
 

@@ -18,7 +18,8 @@ from model.values.tick import Intent, Mode, Tick
 from model.values.wire import Wire
 from record.log.reader import LogContents, read_log, read_ticks, read_wires
 from robot.cli.main import run
-from robot.config.robot_file import DEFAULT_ROBOT_FILE, RobotConfig, parse_robot
+from robot.config.robot_file import RobotConfig, parse_robot
+from robot.console.arguments import DEFAULT_ROBOT_FILE
 from robot.console.exit_codes import ExitCode
 from robot.control.controller import Controller
 from robot.replay.bus import replay_bus

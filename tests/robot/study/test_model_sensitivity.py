@@ -17,7 +17,8 @@ from model.values.parameters import ContactParameters
 from model.values.tick import Intent, Mode
 from record.log.recording import Recording, build_recording
 from robot.cli import main as cli
-from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot
+from robot.config.robot_file import load_robot
+from robot.console.arguments import DEFAULT_ROBOT_FILE
 from robot.console.exit_codes import ExitCode
 from robot.report.walk_frames import fit_contact, halves, joined, smooth_rate, walk_frames
 from robot.study.sensitivity import compare

@@ -3,6 +3,8 @@
 import io
 import os
 import re
+import threading
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -87,14 +89,15 @@ def test_plain_lines_come_once_a_second_and_on_news() -> None:
     first = replace(make_tick(0), mode=Mode.HOLD, faults=(), stop_reason=StopReason.NONE)
     for i in range(250):
         view.show(replace(first, t_ns=first.t_ns + i * PERIOD_NS))
-    assert len(out.getvalue().splitlines()) == 3
     view.show(replace(first, t_ns=first.t_ns + 250 * PERIOD_NS, mode=Mode.WALK))
     fault = Fault(FaultKind.SERVO_SILENT, "HL", "no answer")
     for i in range(251, 254):  # a fault is news only once
         tick = replace(first, t_ns=first.t_ns + i * PERIOD_NS, mode=Mode.WALK, faults=(fault,))
         view.show(tick)
+    view.close()
     lines = out.getvalue().splitlines()
     assert len(lines) == 5
+    assert not any("WALK" in line for line in lines[:3])
     assert "WALK" in lines[3]
     assert "fault SERVO_SILENT HL: no answer" in lines[4]
 
@@ -107,6 +110,37 @@ def test_a_terminal_that_goes_away_does_not_stop_the_run() -> None:
     screen = open_view(NAMES, "", "", Gone())
     screen.show(make_tick(5))
     screen.close()
+
+
+@pytest.mark.parametrize("kind", [io.StringIO, Terminal])
+def test_a_terminal_that_takes_nothing_does_not_hold_the_loop(
+    monkeypatch: pytest.MonkeyPatch, kind: type[io.StringIO]
+) -> None:
+    go_on = threading.Event()  # Ctrl-Q
+
+    class Stopped(kind):  # type: ignore[misc, valid-type]
+        def write(self, _text: str) -> int:
+            go_on.wait(20)
+            return 0
+
+    monkeypatch.setattr("robot.view.screen.CLOSE_S", 0.1)
+    view = open_view(NAMES, "", "", Stopped())
+    began_s = time.monotonic()
+    for i in range(3000):
+        view.show(replace(make_tick(0), t_ns=i * 1_000_000_000))
+    view.close()
+    assert time.monotonic() - began_s < 10
+    assert not go_on.is_set()
+    go_on.set()
+
+
+def test_a_screen_shows_no_escapes_of_others() -> None:
+    terminal = Terminal()
+    screen = open_view(("F\x1b]0;mine\x07", *NAMES[1:]), "", "", terminal)
+    screen.show(make_tick(5))
+    screen.close()
+    assert "\x1b]0;" not in terminal.getvalue()
+    assert "F\\x1b]0;mine\\x07" in terminal.getvalue()
 
 
 def test_the_screen_is_no_larger_than_the_terminal_and_does_not_scroll(

@@ -18,7 +18,8 @@ from robot.campaign.plan import draw_cases, read_scenario
 from robot.campaign.run import Job, campaign_jobs, drop_cases, run_jobs
 from robot.campaign.seal import labels_of, make_key, read_key, seal, unseal
 from robot.cli.main import run as command
-from robot.config.robot_file import DEFAULT_ROBOT_FILE, load_robot, parse_robot
+from robot.config.robot_file import load_robot, parse_robot
+from robot.console.arguments import DEFAULT_ROBOT_FILE
 from robot.virtual.open import VirtualSettings, open_twin
 from robot.virtual.twin_run import WalkPlan, make_twin, plan_of, walk_fast, walk_through_bytes
 from sim_hw.faults.scenario import parse_scenario
