@@ -50,6 +50,9 @@ tests: install
 quick: install ## the fast tests only
 	$(BIN)/python -m pytest -n $(JOBS) -m "not slow"
 
+soak: install ## what takes minutes: long versions of tests
+	$(BIN)/python -m pytest -m soak
+
 constraints: ## write constraints.txt anew (needs uv)
 	uv pip compile pyproject.toml --extra dev --universal --python-version 3.11 --upgrade \
 	    --no-annotate --no-header --no-emit-index-url --quiet --output-file constraints.txt

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from model.errors import ConfigError, RecordError
-from record.input_file import read_bytes, read_utf8
+from record.input_file import read_bytes
 from record.toml_file import toml_text
 from record.whole_file import check_room, whole_file, write_text
 from robot.campaign.plan import CampaignCase
@@ -113,7 +113,7 @@ def unseal(folder: Path, key: bytes) -> Labels:
 
     try:
         token = read_bytes(folder / SEALED_NAME, LARGEST_LABELS)
-        published = read_utf8(folder / HASH_NAME).split()
+        published = read_bytes(folder / HASH_NAME).decode("ascii", errors="replace").split()
     except OSError as error:
         raise RecordError(f"{folder} holds no sealed labels: {error.strerror}") from error
     if len(published) != PUBLISHED_WORDS:

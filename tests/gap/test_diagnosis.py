@@ -108,6 +108,7 @@ def test_false_alarms_stay_rare() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.soak
 def test_false_alarms_of_three_hundred_sets_lie_in_the_binomial_band() -> None:
     assert _false_alarms(300) <= stats.binom.ppf(0.975, 300, 0.05)
 

@@ -226,7 +226,7 @@ def test_several_tables_become_trials_in_a_folder_and_one_report(
     assert cli.run([*words, str(tmp_path / "out")]) == ExitCode.OK
     printed = capsys.readouterr().out
     assert "2 files, 2 tables: 240 rows, 240 kept, 0 dropped" in printed
-    assert "fault     magnitude_only current_arm_a in all 2" in printed
+    assert "fault   magnitude_only current_arm_a in all 2" in printed
     assert printed.endswith("out: 2 trials, 240 samples\n")
     trial = read_trial(tmp_path / "out" / "b.parquet")
     assert (trial.header.kind, trial.joints) == ("servo_bench", ("arm",))
