@@ -118,14 +118,23 @@ class Kalman:
         if stack is None:
             return Updated(mean, covariance, np.nan, np.nan, 0, 0, streak, nothing)
         streak = streak.copy()
-        spread = stack.rows @ covariance @ stack.rows.T + np.diag(stack.variance)
+        spread = stack.rows @ covariance @ stack.rows.T
+        spread.flat[:: len(spread) + 1] += stack.variance
         used, more, rejects = _gate(stack, spread, streak, self._reject_limit)
         if not used.any():
             return Updated(mean, covariance, np.nan, np.nan, 0, rejects, streak, nothing)
-        variance = (stack.variance + more)[used]
-        sd = np.sqrt((spread.diagonal() + more)[used])
-        over_sd = np.full(len(used), np.nan)
-        over_sd[used] = left = stack.innovation[used] / sd
+        variance, own, innovation, rows = (
+            stack.variance + more, spread.diagonal() + more, stack.innovation, stack.rows
+        )  # fmt: skip
+        if rejects:
+            variance, own, innovation, rows = (
+                variance[used], own[used], innovation[used], rows[used]
+            )  # fmt: skip
+        sd = np.sqrt(own)
+        over_sd = left = innovation / sd
+        if rejects:
+            over_sd = np.full(len(used), np.nan)
+            over_sd[used] = left
         normal = nothing.copy()
         for first, kind, leg in stack.blocks.tolist():
             if kind == LOAD:
@@ -133,10 +142,11 @@ class Kalman:
             elif kind == FORCE:
                 normal[leg, :2] = over_sd[first : first + 2]
         # Over their sd S is a matrix of correlations: it has an inverse whatever the units.
-        rows = stack.rows[used] / sd[:, None]
+        noise = np.zeros((len(sd), len(sd)))
+        noise.flat[:: len(sd) + 1] = variance / sd**2
         error = self._filter
         error.x, error.P = self._no_error, covariance
-        error.update(left, np.diag(variance / sd**2), rows)
+        error.update(left, noise, rows / sd[:, None])
         after = mean + error.x
         limited = after[self._first_limited :]
         limited.clip(-self._limit, self._limit, out=limited)

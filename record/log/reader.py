@@ -250,10 +250,15 @@ def sound(path: Path, message: TopicMessage) -> Iterator[None]:
     try:
         yield
     except DAMAGE as error:
-        raise RecordError(
-            f"{path}: message {message.sequence} of {message.topic} is damaged ({error}); leave its "
-            "part of the run out with bigant log cut"
-        ) from error
+        raise damaged(path, message, error) from error
+
+
+def damaged(path: Path, message: TopicMessage, error: Exception) -> RecordError:
+    """Return the error for a message that cannot be taken apart."""
+    return RecordError(
+        f"{path}: message {message.sequence} of {message.topic} is damaged ({error}); leave its "
+        "part of the run out with bigant log cut"
+    )
 
 
 def note_content(record: object, contents: LogContents) -> None:

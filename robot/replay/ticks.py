@@ -12,7 +12,15 @@ from pathlib import Path
 from model.errors import RecordError
 from model.values.faults import SERVO_EVENTS, Fault, FaultKind, ServoEvent
 from model.values.tick import Tick
-from record.log.reader import LogContents, TopicMessage, nothing_left, read_tick_messages, sound
+from record.log.reader import (
+    LogContents,
+    TopicMessage,
+    damaged,
+    nothing_left,
+    read_tick_messages,
+    sound,
+)
+from record.log.salvage import DAMAGE
 from record.log.tick_message import TickInputs, decode_inputs, decode_tick, says_the_same
 from robot.config.robot_file import RobotConfig
 from robot.control.controller import Controller
@@ -126,11 +134,13 @@ def step_through(
     """
     state, names = controller.initial(), controller.config.servo_bus.names
     for message in messages:
-        with sound(path, message):
+        try:
             recorded = decode_inputs(message.data, message.layout)
             servos = recorded.inputs.servos
             if servos is not None and len(servos.valid) != len(names):
                 raise ValueError(f"it has {len(servos.valid)} legs and not {len(names)}")
+        except DAMAGE as error:
+            raise damaged(path, message, error) from error
         if recorded.index != state.index:
             notes.append(_gap_words(state.index, recorded.index))
             return
@@ -147,6 +157,8 @@ def servo_events(faults: Sequence[Fault], names: Sequence[str]) -> tuple[ServoEv
         faults: Faults among the tick's inputs.
         names: Leg names.
     """
+    if not faults:
+        return ()
     events = [
         ServoEvent(names.index(fault.source), fault.kind)
         for fault in faults
