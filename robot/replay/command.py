@@ -11,11 +11,19 @@ from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_result
 from robot.console.program_output import complain
 from robot.console.progress import ProgressLine
+from robot.console.table import Column, table_lines
 from robot.control.effect_uses import unused_notes
 from robot.replay.bus import BusReplay, replay_bus
 from robot.replay.compare import Difference, FieldResult
 from robot.replay.ticks import Replay, replay_log
 from robot.requests.single import ReplayRequest
+
+COLUMNS = (
+    *(Column(name) for name in ("stage", "field", "unit")),
+    Column("tolerance", "s"),
+    Column("largest", "s"),
+    Column("ticks beyond", "d"),
+)
 
 
 def replay(request: ReplayRequest) -> ExitCode:
@@ -68,20 +76,16 @@ def result_lines(result: Replay | BusReplay, *, only_beyond: bool = False) -> li
 
 def field_table(fields: Sequence[FieldResult], *, only_beyond: bool = False) -> list[str]:
     """Return stages and fields as a table; on request only those that differ too much."""
-    lines = [
-        f"{'stage':<12}{'field':<17}{'unit':<12}{'tolerance':>10}{'largest':>11}{'ticks beyond':>14}"
-    ]
+    rows = []
     stage = ""
     for field in fields:
         if only_beyond and not field.ticks_beyond:
             continue
         shown = field.stage if field.stage != stage else ""
         stage = field.stage
-        lines.append(
-            f"{shown:<12}{field.name:<17}{field.unit:<12}{_tolerance(field.tolerance):>10}"
-            f"{_largest(field.largest):>11}{field.ticks_beyond:>14}"
-        )
-    return lines
+        tolerance, largest = _tolerance(field.tolerance), _largest(field.largest)
+        rows.append((shown, field.name, field.unit, tolerance, largest, field.ticks_beyond))
+    return table_lines(COLUMNS, rows)
 
 
 def first_line(first: Difference) -> str:

@@ -27,7 +27,7 @@ from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json
 from robot.console.program_output import complain
 from robot.console.progress import ProgressLine
-from robot.console.table import number_text, row_lines
+from robot.console.table import Column, number_text, row_lines, table_lines
 from robot.control.controller import Controller
 from robot.drive.drive import check_hardware, drive_as, usual_log
 from robot.replay.repeat import Repeat, compare_runs, overlay
@@ -39,6 +39,8 @@ from robot.run.header import rebuild_controller
 from robot.run.operator import Interrupts
 
 PAGES = (".html", ".png")
+NUMBERS = ("sent mrad", "shaft mrad", "current A", "Fx N", "Fy N", "Fz N")
+LEG_COLUMNS = (Column("leg"), *(Column(name, ".3f") for name in NUMBERS))
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,17 +202,11 @@ def _compare(request: ReplayRequest, new_log: Path, page: Path) -> None:
 
 def leg_table(result: Repeat) -> list[str]:
     """Return the differences of the legs as a table."""
-    lines = [
-        "RMS of new - old",
-        f"{'leg':<6}{'sent mrad':>11}{'shaft mrad':>12}{'current A':>11}"
-        f"{'Fx N':>9}{'Fy N':>9}{'Fz N':>9}",
-    ]
-    lines += [
-        f"{leg.name:<6}{_shown(leg.sent_rad * 1e3):>11}{_shown(leg.angle_rad * 1e3):>12}"
-        f"{_shown(leg.current_a):>11}" + "".join(f"{_shown(f):>9}" for f in leg.force_n)
+    rows = [
+        (leg.name, leg.sent_rad * 1e3, leg.angle_rad * 1e3, leg.current_a, *leg.force_n)
         for leg in result.legs
     ]
-    return lines
+    return ["RMS of new - old", *table_lines(LEG_COLUMNS, rows)]
 
 
 def leg_rows(result: Repeat) -> list[tuple[str, str]]:

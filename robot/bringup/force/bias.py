@@ -20,6 +20,7 @@ from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_result
 from robot.console.program_output import complain
 from robot.console.progress import StatusLine
+from robot.console.table import Column, table_lines
 from robot.requests.ft import FtBiasRequest
 from robot.run.force_unit import running_stream, unit_settings
 from robot.run.operator import Interrupts
@@ -71,16 +72,13 @@ def _as_json(bias: Bias, names: tuple[str, ...], out: Path) -> object:
 
 
 def _lines(bias: Bias, names: tuple[str, ...]) -> list[str]:
-    lines = [
-        "bias and standard error, N and N m",
-        "leg   samples" + "".join(f"{axis:>20}" for axis in AXES),
-    ]
+    columns = (Column("leg"), Column("samples", "d"), *(Column(axis) for axis in AXES))
+    rows = []
     for leg, name in enumerate(names):
         pairs = zip(bias.mean[leg], bias.standard_error[leg], strict=True)
-        cells = "".join(f"{f'{m:.4f} +- {e:.4f}':>20}" for m, e in pairs)
-        known = cells if bias.known[leg] else "  no bias"
-        lines.append(f"{name:<5} {bias.samples[leg]:>7}{known}")
-    return lines
+        cells = [f"{m:9.4f} +- {e:.4f}" if bias.known[leg] else "no bias" for m, e in pairs]
+        rows.append((name, int(bias.samples[leg]), *cells))
+    return ["bias and standard error, N and N m", *table_lines(columns, rows)]
 
 
 def standing_warnings(mean: FloatArray, mass_kg: float) -> tuple[str, ...]:

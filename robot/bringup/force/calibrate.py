@@ -18,6 +18,7 @@ from robot.console.arguments import DEFAULT_ROBOT_FILE
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_result
 from robot.console.progress import ProgressBar
+from robot.console.table import Column, table_lines
 from robot.requests.ft import FtCalibrateRequest
 from robot.virtual.walk import record_poses
 
@@ -124,15 +125,17 @@ def overall(residuals: tuple[SensorResidual, ...], kind: str) -> float:
 
 def report_lines(result: InSituResult) -> list[str]:
     """Return the report as lines."""
+    columns = (Column("leg"), Column(""), *(Column(stage, ".4f") for stage in STAGES), Column(""))
+    sensors = [(name, slice(at, at + 1)) for at, name in enumerate(result.calibration.legs)]
+    rows = [
+        (name, words, *(float(overall(part[which], kind)) for part in stages(result)), unit)
+        for name, which in (*sensors, ("all", slice(None)))
+        for kind, words, unit in KINDS
+    ]
     lines = [
         f"residuals on {result.held_out} left-out standing poses, RMS, seen from each sensor",
-        f"{'leg':<5}{'':20}" + "".join(f"{stage:>18}" for stage in STAGES),
+        *table_lines(columns, rows),
     ]
-    sensors = [(name, slice(at, at + 1)) for at, name in enumerate(result.calibration.legs)]
-    for name, which in (*sensors, ("all", slice(None))):
-        for kind, words, unit in KINDS:
-            values = "".join(f"{overall(part[which], kind):18.4f}" for part in stages(result))
-            lines.append(f"{name:<5}{words:<20}{values} {unit}")
     for name, fit in zip(result.calibration.legs, result.unloaded, strict=True):
         if fit is not None:
             lines.append(

@@ -1,5 +1,6 @@
 """What is plugged in: serial ports, servos at each baud rate, force-torque units. Asks, never writes."""
 
+from collections.abc import Iterable
 from dataclasses import asdict
 
 from drivers.ati.discovery import DISCOVERY_PORT, DiscoveredUnit, discover
@@ -9,6 +10,7 @@ from robot.bringup.servo.access import scan_port
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_result
 from robot.console.program_output import complain
+from robot.console.table import Column, table_lines
 from robot.requests.ft import FtScanRequest
 from robot.requests.servo import ServoScanRequest
 from robot.requests.single import DevicesRequest
@@ -116,16 +118,22 @@ def _lines(
     where = ", ".join(scanned) if scanned else "no port was scanned"
     return [
         "serial ports",
-        *(f"  {port.name:<16} {port.usb_id or '-':<10} {port.description}" for port in ports),
+        *_rows((port.name, port.usb_id or None, port.description) for port in ports),
         *([] if ports else [
             "  none: plug in the U2D2, or start virtual hardware with: bigant sim serve"
         ]),
         "servos",
-        *(f"  {name:<16} {servo_line(servo)}" for name, servo in servos),
+        *_rows((name, servo_line(servo)) for name, servo in servos),
         *([] if servos else [
             f"  none answered ({where}): check power, cable and the port's name"
         ]),
         "force-torque units",
-        *(f"  {unit.address:<16} {unit.text}  {unit.location}" for unit in units),
+        *_rows((unit.address, unit.text, unit.location) for unit in units),
         *([] if units else ["  none answered: check that the unit is on and on this network"]),
     ]  # fmt: skip
+
+
+def _rows(rows: Iterable[tuple[str | None, ...]]) -> list[str]:
+    """Return rows of texts below a heading, one column below the other."""
+    there = list(rows)
+    return table_lines([Column("")] * len(there[0]), there, "  ") if there else []
