@@ -188,7 +188,9 @@ class Witness:
         self._walked: deque[tuple[int, FloatArray, FloatArray]] = deque()
         self._faulty_ns = dict.fromkeys(names, -(2**62))
         self.torque_ns: int | None = None
-        self.stop_ns: int | None = None
+        self.stopped_ns: dict[
+            StopReason, int
+        ] = {}  # when each reason came first; a worse one may follow
 
     def write(self, tick: Tick) -> None:
         """Look at one tick."""
@@ -201,8 +203,7 @@ class Witness:
             self._check_servos(tick.inputs.servos, tick)
         for record in tick.inputs.forces:
             self._check_record(record)
-        if self.stop_ns is None and tick.stop_reason is not StopReason.NONE:
-            self.stop_ns = tick.t_ns
+        self.stopped_ns.setdefault(tick.stop_reason, tick.t_ns)
         if self.torque_ns is None and tick.sent.torque:
             self.torque_ns = tick.t_ns
         self._check_motion(tick)
@@ -359,7 +360,7 @@ def _one_run(
         if not result.torque_off:
             findings.torque_kept[result.reason.name] += 1
         if result.reason is not StopReason.COMPLETED:
-            stopped_ns = witness.stop_ns or 0
+            stopped_ns = witness.stopped_ns.get(result.reason, 0)
             since_s = (stopped_ns - (witness.torque_ns or stopped_ns)) * 1e-9
             cause = cause_of(result.reason, scenario.faults, since_s)
             findings.booked[f"{result.reason.name} by {cause or 'nothing'}"] += 1
