@@ -7,7 +7,7 @@ does is not known.
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from drivers.ati.console import Console
@@ -16,6 +16,7 @@ from model.errors import ForceStreamError
 
 # A mean over so many of the unit's own samples is what the factory sets.
 USUAL_TAPS = 8
+STATE_COMMANDS = ("RATE", "XPWR", "FILTER", "BIAS", "VERSIONS")
 _RATE = re.compile(r"Packet\s+rate\s*=\s*(\d+)")
 _OVERSAMPLING = re.compile(r"Oversample\s*=\s*(\d+)")
 _FILTER = re.compile(r"^\s*(\d)\s+([A-Z]+)\s+(-?\d+)\s*$", re.MULTILINE)
@@ -54,16 +55,17 @@ class UnitState:
             f"firmware {self.firmware or 'unknown'}"
         )
 
-    def warnings(self, settings: ForceSensorSettings) -> tuple[str, ...]:
-        """Return what changes the forces of this robot's transducers, one sentence each."""
+    def concerns(self, settings: ForceSensorSettings) -> tuple[tuple[str, str], ...]:
+        """Return what changes the forces of this robot's transducers: console command and sentence."""
         used = {int(number) for number in settings.transducers if number}
-        lines = []
+        concerns: list[tuple[str, str]] = []
         if biased := used & set(self.biased):
-            lines.append(
+            sentence = (
                 f"device bias is on for transducer {_numbers(sorted(biased))}: forces count from "
                 "where they stood when it was switched on; switch it off with: bigant ft bias "
                 "--device-off"
             )
+            concerns.append(("BIAS", sentence))
         adc_hz = (self.rate_hz or settings.rate_hz) * (self.oversampling or settings.oversampling)
         for number, kind, taps in self.filters:
             if number not in used or (kind == "MEAN" and taps <= USUAL_TAPS):
@@ -71,16 +73,22 @@ class UnitState:
             late = (
                 f"by about {(taps - 1) / 2 / adc_hz * 1e3:.1f} ms" if kind != "IIR" else "by more"
             )
-            lines.append(
+            sentence = (
                 f"transducer {number} has the filter {kind} {taps}, which delays forces {late}; set "
                 f"the usual one on the unit's console with: FILTER {number} MEAN {USUAL_TAPS}"
             )
+            concerns.append(("FILTER", sentence))
         if dark := used & set(self.unpowered):
-            lines.append(
+            sentence = (
                 f"transducer {_numbers(sorted(dark))} has no power: switch it on with XPWR n ON on "
                 "the unit's console"
             )
-        return tuple(lines)
+            concerns.append(("XPWR", sentence))
+        return tuple(concerns)
+
+    def warnings(self, settings: ForceSensorSettings) -> tuple[str, ...]:
+        """Return the sentences of ``concerns``."""
+        return tuple(sentence for _, sentence in self.concerns(settings))
 
 
 def read_unit_state(console: Console) -> UnitState:
@@ -89,15 +97,20 @@ def read_unit_state(console: Console) -> UnitState:
     Raises:
         ForceStreamError: It does not answer.
     """
-    rate, power = console.query("RATE"), console.query("XPWR")
-    filters, bias, versions = (console.query(word) for word in ("FILTER", "BIAS", "VERSIONS"))
-    firmware = _FIRMWARE.search(versions)
+    return parse_unit_state({command: console.query(command) for command in STATE_COMMANDS})
+
+
+def parse_unit_state(answers: Mapping[str, str]) -> UnitState:
+    """Return what the console's answers to ``STATE_COMMANDS`` say."""
+    firmware = _FIRMWARE.search(answers["VERSIONS"])
     return UnitState(
-        rate_hz=_first(_RATE, rate),
-        oversampling=_first(_OVERSAMPLING, rate),
-        filters=tuple((int(n), kind, int(taps)) for n, kind, taps in _FILTER.findall(filters)),
-        biased=_numbers_where(_BIAS, bias, "ON"),
-        unpowered=_numbers_where(_POWER, power, "OFF"),
+        rate_hz=_first(_RATE, answers["RATE"]),
+        oversampling=_first(_OVERSAMPLING, answers["RATE"]),
+        filters=tuple(
+            (int(n), kind, int(taps)) for n, kind, taps in _FILTER.findall(answers["FILTER"])
+        ),
+        biased=_numbers_where(_BIAS, answers["BIAS"], "ON"),
+        unpowered=_numbers_where(_POWER, answers["XPWR"], "OFF"),
         firmware=firmware.group(1) if firmware else "",
     )
 

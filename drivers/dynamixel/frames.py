@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 HEADER = b"\xff\xff\xfd\x00"
 STUFFING_MARK = b"\xff\xff\xfd"
+LARGEST_ID = 252
 BROADCAST_ID = 0xFE
 ALERT = 0x80
 # A sync write of goals to six servos is 44 bytes; anything near this is no frame of ours.

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from dynamixel_sdk import COMM_SUCCESS, Protocol1PacketHandler
 
 from drivers.dynamixel.checked_servo import TRIES, CheckedServo
-from drivers.dynamixel.frames import Instruction
+from drivers.dynamixel.frames import LARGEST_ID, Instruction
 from drivers.dynamixel.mx106 import (
     MODEL_NUMBER,
     MODEL_NUMBER_PROTOCOL_1,
@@ -33,7 +33,6 @@ WARN_LATENCY_MS = 4.0
 # Beyond this many turns the turn counter is set back before walking: the range ends at 256.
 TURNS_TO_CLEAR = 200
 REVERSE = 0x01  # of drive_mode
-LARGEST_ID = 252
 SHUTDOWN = 0x34  # overload, electrical shock, overheating: the factory's choice
 
 

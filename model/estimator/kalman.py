@@ -123,18 +123,11 @@ class Kalman:
         used, more, rejects = _gate(stack, spread, streak, self._reject_limit)
         if not used.any():
             return Updated(mean, covariance, np.nan, np.nan, 0, rejects, streak, nothing)
-        variance, own, innovation, rows = (
-            stack.variance + more, spread.diagonal() + more, stack.innovation, stack.rows
-        )  # fmt: skip
-        if rejects:
-            variance, own, innovation, rows = (
-                variance[used], own[used], innovation[used], rows[used]
-            )  # fmt: skip
-        sd = np.sqrt(own)
-        over_sd = left = innovation / sd
-        if rejects:
-            over_sd = np.full(len(used), np.nan)
-            over_sd[used] = left
+        keep = used if rejects else slice(None)  # a view where all pass, as in nearly every tick
+        variance = (stack.variance + more)[keep]
+        sd = np.sqrt((spread.diagonal() + more)[keep])
+        over_sd = np.full(len(used), np.nan)
+        over_sd[keep] = left = stack.innovation[keep] / sd
         normal = nothing.copy()
         for first, kind, leg in stack.blocks.tolist():
             if kind == LOAD:
@@ -146,7 +139,7 @@ class Kalman:
         noise.flat[:: len(sd) + 1] = variance / sd**2
         error = self._filter
         error.x, error.P = self._no_error, covariance
-        error.update(left, noise, rows / sd[:, None])
+        error.update(left, noise, stack.rows[keep] / sd[:, None])
         after = mean + error.x
         limited = after[self._first_limited :]
         limited.clip(-self._limit, self._limit, out=limited)

@@ -12,11 +12,10 @@ from drivers.wire.tap import TappedDatagrams, WireTap
 from model.errors import ConfigError
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.console.person import Person, TerminalPerson
+from robot.requests.single import VIRTUAL
 from robot.run.force_unit import NO_UNIT, check_no_unit, unit_settings
 from robot.run.hardware import real_wires
 from robot.run.rig import Wires
-
-VIRTUAL = "virtual"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -11,6 +11,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+# What eyes may see of a leg that was turned.
+FORWARD, BACKWARD = "forward", "backward"
+NOTHING = "none"
+
 
 class Consent(enum.Enum):
     """Answer to "may I?"."""

@@ -24,7 +24,7 @@ from robot.control.controller import Controller
 from robot.control.stops import STOPS
 from robot.odometry.request import believed_robot
 from robot.odometry.track import Tracker
-from robot.requests.single import OdomRequest
+from robot.requests.single import VIRTUAL, OdomRequest
 from robot.run.force_unit import NO_UNIT, check_no_unit, unit_settings
 from robot.run.hardware import open_real
 from robot.run.loop import run
@@ -32,7 +32,6 @@ from robot.run.operator import Interrupts, Script, ScriptedOperator
 from robot.view.log_source import newest_log
 from robot.virtual.open import VirtualSettings, open_virtual
 
-VIRTUAL = "virtual"
 LOOK_PERIOD_NS = 200_000_000
 LINE_PERIOD_NS = 1_000_000_000
 

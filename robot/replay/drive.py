@@ -19,7 +19,6 @@ from model.values.faults import StopReason
 from model.values.tick import Intent, Request, Tick
 from record.log.reader import LogContents, read_log, read_tick_messages, sound
 from record.log.tick_message import decode_inputs
-from record.toml_file import reading
 from record.whole_file import check_room
 from robot.config.robot_file import load_robot
 from robot.console.arguments import DEFAULT_ROBOT_FILE
@@ -120,10 +119,11 @@ def drive_again(request: ReplayRequest) -> ExitCode:
         wishes = read_wishes(request.path, contents)
     real = request.hardware != VIRTUAL
     # ids, zeros, limits, rate and watchdog of real servos are not taken from a log, whose ever it is
-    own = load_robot(request.robot or DEFAULT_ROBOT_FILE) if real or request.robot else None
+    path = request.robot or (DEFAULT_ROBOT_FILE if real else None)
+    own = None if path is None else load_robot(path)
     then = rebuild_controller(contents, own).controller
-    if real:
-        for line in differences(contents.config_text, (request.robot or DEFAULT_ROBOT_FILE)):
+    if real and own is not None:
+        for line in differences(contents.config_text, own.text, str(path)):
             complain(f"bigant replay: {line}")
     if not then.armed:
         raise RecordError(f"{request.path} was recorded without torque: it has nothing to repeat")
@@ -140,7 +140,7 @@ def drive_again(request: ReplayRequest) -> ExitCode:
         seed=request.seed,
     )
     check_hardware(new)
-    if not new.virtual and not request.armed:
+    if real and not request.armed:
         raise ConfigError(
             "--hardware",
             "does the run again with torque: put the robot where it can walk, add --armed",
@@ -160,13 +160,12 @@ def drive_again(request: ReplayRequest) -> ExitCode:
     return code
 
 
-def differences(recorded: str, path: Path) -> list[str]:
+def differences(recorded: str, used: str, name: str) -> list[str]:
     """Return where the robot file to be used differs from the one in the log, a line each."""
-    with reading(path, "the robot file") as text:
-        now = flat(parse_toml(text, "robot file"))
+    now = flat(parse_toml(used, "robot file"))
     then = flat(parse_toml(recorded, "robot file in the log"))
     return [
-        f"{key} is {now.get(key, 'not given')} in {path}, and was {then.get(key, 'not given')} in the run"
+        f"{key} is {now.get(key, 'not given')} in {name}, and was {then.get(key, 'not given')} in the run"
         for key in sorted({*then, *now})
         if then.get(key) != now.get(key)
     ]

@@ -85,7 +85,17 @@ def running_stream(unit: ForceSensorSettings, clock: Clock) -> Iterator[ForceStr
         ForceStreamError: It cannot be reached or set up.
     """
     links = open_force_links(unit, clock)
-    stream = ForceStream(*links, unit, clock, reopen=console_opener(unit))
+    with started(ForceStream(*links, unit, clock, reopen=console_opener(unit))) as stream:
+        yield stream
+
+
+@contextmanager
+def started(stream: ForceStream) -> Iterator[ForceStream]:
+    """Start a stream, and stop it however the caller leaves.
+
+    Raises:
+        ForceStreamError: It cannot be set up.
+    """
     try:
         stream.connect()
         yield stream

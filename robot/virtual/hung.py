@@ -12,7 +12,7 @@ import numpy as np
 from drivers.wire.tap import WireTap
 from model.values.arrays import FloatArray
 from robot.config.robot_file import RobotConfig
-from robot.console.person import Consent, Hand, Sight, Work
+from robot.console.person import BACKWARD, FORWARD, NOTHING, Consent, Hand, Sight, Work
 from robot.run.rig import Wires
 from robot.virtual.file_twin import file_twin
 from robot.virtual.open import VirtualSettings, memory_wires, new_clock
@@ -31,8 +31,6 @@ DIRECTIONS: dict[Hand, tuple[float, float, float]] = {
     Hand.PRESS_FORWARD: (1.0, SKEW, 0.0),
     Hand.PRESS_LEFT: (0.0, 1.0, SKEW),
 }
-FORWARD, BACKWARD = "forward", "backward"
-NOBODY = "none"
 # A shaft that turned less has not been seen to move.
 SEEN_RAD = 0.02
 
@@ -142,7 +140,7 @@ class VirtualPerson:
         turned = self._seen - self._rest
         leg = int(np.argmax(np.abs(turned)))
         if sight is Sight.WHICH_LEG:
-            return self._legs[leg] if abs(turned[leg]) > SEEN_RAD else NOBODY
+            return self._legs[leg] if abs(turned[leg]) > SEEN_RAD else NOTHING
         # at the bottom of its path a foot moves backward while its shaft turns in the leg's sense
         answer = BACKWARD if turned[leg] > 0 else FORWARD
         return answer if answer in choices else choices[0]

@@ -16,6 +16,7 @@ from drivers.dynamixel.frames import (
     ALERT,
     BROADCAST_ID,
     HEADER,
+    LARGEST_ID,
     WRONG_CRC,
     BadFrame,
     Frame,
@@ -31,7 +32,6 @@ from sim_hw.dynamixel.servo import VirtualServo
 from sim_hw.interfaces import MotorWorld
 
 BITS_PER_BYTE = 10
-LARGEST_ID = 252
 # A longer pause inside a packet makes the servo drop it (e-manual, "Protocol 2.0").
 LARGEST_BYTE_GAP_NS = 1_500_000
 # Two on the wire at once for less than a bit of the fastest rate: rounded times, no collision.

@@ -9,9 +9,8 @@ from pathlib import Path
 from model.errors import BigantError, ConfigError, RecordError
 from model.values.wire import WireBytes
 from record.earlier_file import keep_earlier
-from record.log.header import RunHeader
 from record.log.writer import LogWriter
-from robot.bringup.first_day.day import Day, DayOptions, KeepBytes, worst
+from robot.bringup.first_day.day import Day, DayOptions, KeepBytes, run_header, worst
 from robot.bringup.first_day.page import PAGE_FILE, day_page
 from robot.bringup.first_day.record import (
     ABORTED,
@@ -220,19 +219,14 @@ class FirstDay:
         if step.own_log:
             yield _nobody
             return
-        virtual = self._site.virtual
-        header = RunHeader(
-            robot=self._config.name,
-            hardware=self._site.name,
-            time="virtual" if virtual else "real",
-        )
+        header = run_header(self._config, self._site)
         writer = LogWriter(
             log,
             names=self._config.servo_bus.names,
             config_text=self._config.text,
             metadata={**header.metadata(), "step": step.key},
             start_ns=start_ns,
-            start_unix_ns=VIRTUAL_EPOCH_UNIX_NS if virtual else time.time_ns(),
+            start_unix_ns=VIRTUAL_EPOCH_UNIX_NS if self._site.virtual else time.time_ns(),
         )
         passed = 0
 

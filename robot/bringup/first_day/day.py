@@ -7,6 +7,7 @@ from pathlib import Path
 from drivers.dynamixel.bus import ServoBus
 from drivers.wire.tap import WireTap
 from model.values.wire import Wire, WireBytes
+from record.log.header import RunHeader
 from robot.bringup.preflight.finding import CheckVerdict, Finding
 from robot.bringup.site import Site
 from robot.config.robot_file import RobotConfig
@@ -106,6 +107,13 @@ class Day:
         """Return the servo bus, not yet open."""
         wires = self.wires()
         return ServoBus(wires.port, self.config.servo_bus)
+
+
+def run_header(config: RobotConfig, site: Site) -> RunHeader:
+    """Return the header of a log of the day."""
+    return RunHeader(
+        robot=config.name, hardware=site.name, time="virtual" if site.virtual else "real"
+    )
 
 
 def worst(findings: list[Finding]) -> CheckVerdict:

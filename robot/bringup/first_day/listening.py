@@ -8,7 +8,13 @@ from dynamixel_sdk import COMM_SUCCESS
 
 from drivers.ati.links import DatagramLink
 from drivers.dynamixel.bus import ServoBus
-from drivers.dynamixel.frames import BROADCAST_ID, Instruction, StatusError, build_instruction
+from drivers.dynamixel.frames import (
+    BROADCAST_ID,
+    LARGEST_ID,
+    Instruction,
+    StatusError,
+    build_instruction,
+)
 from drivers.dynamixel.mx106 import MODEL_NUMBER, READ_ADDRESS, READ_LENGTH, REGISTER
 from drivers.dynamixel.mx106 import RETURN_DELAY_UNIT_S as DELAY_UNIT_S
 from drivers.dynamixel.packets import STATUS_BYTES
@@ -23,7 +29,6 @@ from robot.console.table import number_text
 
 LISTEN_S = 3.0
 LOOK_NS = 20_000_000
-LARGEST_ID = 252
 TIMED_READS = 30
 # A reply of this many bytes fills an FTDI packet: no latency timer holds it back.
 FULL_PACKET_BYTES = 62

@@ -6,7 +6,9 @@ from contextlib import ExitStack
 from drivers.ati.console import Console
 from drivers.ati.links import TextLink
 from drivers.ati.packets import Malformed, UnitCommand, parse_command, parse_datagram
+from drivers.ati.settings import ForceSensorSettings
 from drivers.ati.stream import ForceStream
+from drivers.ati.unit_state import STATE_COMMANDS, UnitState, read_unit_state
 from drivers.clock import Clock
 from model.values.readings import ForceRecord
 from model.values.wire import Wire, WireBytes
@@ -15,11 +17,11 @@ from robot.bringup.first_day.day import Day
 from robot.bringup.mapping.identify import PressedFeet, press_findings
 from robot.bringup.preflight.finding import Finding, failed, passed, skipped, warned
 from robot.bringup.preflight.forces import calibration_findings
+from robot.run.force_unit import started
 from robot.run.rig import Wires
 
 NO_UNIT = "left out with --force-unit none"
 CONSOLE_FILE = "console.txt"
-COMMANDS = ("VERSIONS", "RATE", "XPWR", "FILTER", "BIAS")
 # Bits of the first status word that ATI's pages do not explain.
 UNKNOWN_BITS = 0xC0C0_F000
 QUIET_S = 0.3
@@ -36,8 +38,7 @@ def feet(day: Day) -> None:
         day.note(skipped("force unit", NO_UNIT))
         return
     pieces = list(_short_stream(day, wires))
-    with ExitStack() as stack:
-        stream = _open(wires, stack)
+    with started(ForceStream(*wires.links(), wires.unit, wires.clock)) as stream:
         pressed = PressedFeet(stream, wires.unit, wires.clock, day.person)
         presses = []
         for leg, number in enumerate(wires.unit.transducers.tolist()):
@@ -48,19 +49,10 @@ def feet(day: Day) -> None:
     _stream_facts(day, (*pieces, *day.heard()))
 
 
-def _open(wires: Wires, stack: ExitStack) -> ForceStream:
-    assert wires.links is not None
-    stream = ForceStream(*wires.links(), wires.unit, wires.clock)
-    stack.callback(stream.close)
-    stack.callback(stream.stop)
-    stream.connect()
-    return stream
-
-
 def _short_stream(day: Day, wires: Wires) -> tuple[WireBytes, ...]:
     """Start and stop the stream once, so that the next start can be compared with this one."""
-    with ExitStack() as stack:
-        stream = _open(wires, stack)
+    assert wires.links is not None
+    with started(ForceStream(*wires.links(), wires.unit, wires.clock)) as stream:
         end_ns = wires.clock.now_ns() + FIRST_STREAM_NS
         while wires.clock.now_ns() < end_ns:
             wires.clock.sleep_until_ns(wires.clock.now_ns() + LOOK_NS)
@@ -121,21 +113,35 @@ def console(day: Day) -> None:
         text.write(b"VERSIONS\r\n")
         versions = _until_quiet(text, wires.clock, QUIET_S)
         day.heard()
-        talk = Console(text, wires.clock)
-        answers = {command: talk.query(command) for command in COMMANDS}
+        talk = KeptConsole(text, wires.clock)
+        state = read_unit_state(talk)
         calibrations, _ = calibration_findings(talk, wires.unit)
-        cals = {}
-        for number in wires.unit.transducers.tolist():
-            if number:
-                talk.query(f"TRANS {number}")
-                cals[f"CAL of transducer {number}"] = talk.query("CAL")
     _console_facts(day, greeting, empty, versions)
     day.note(*calibrations)
-    for command, answer in answers.items():
-        day.note(_judged(command, answer, wires))
-    parts = [f"# {name}\n{answer}\n" for name, answer in {**answers, **cals}.items()]
+    for command in STATE_COMMANDS:
+        day.note(_judged(command, talk.answers[command], state, wires.unit))
+    parts = [f"# {name}\n{answer}\n" for name, answer in talk.answers.items()]
     write_text(day.folder / CONSOLE_FILE, "\n".join(parts), "--folder")
     day.note(passed("kept", f"{CONSOLE_FILE}: {len(parts)} answers; each byte in the step's log"))
+
+
+class KeptConsole(Console):
+    """A console that keeps its answers, by command; those to CAL by transducer."""
+
+    def __init__(self, link: TextLink, clock: Clock) -> None:
+        super().__init__(link, clock)
+        self.answers: dict[str, str] = {}
+        self._transducer = ""
+
+    def query(self, command: str) -> str:
+        """Send a command, keep its answer and return it."""
+        answer = super().query(command)
+        if command.startswith("TRANS "):
+            self._transducer = command.removeprefix("TRANS ")
+            return answer
+        name = f"CAL of transducer {self._transducer}" if command == "CAL" else command
+        self.answers[name] = answer
+        return answer
 
 
 def _until_quiet(text: TextLink, clock: Clock, quiet_s: float) -> bytes:
@@ -161,26 +167,14 @@ def _console_facts(day: Day, greeting: bytes, empty: bytes, versions: bytes) -> 
     day.note(passed("console", words))
 
 
-def _judged(command: str, answer: str, wires: Wires) -> Finding:
+def _judged(command: str, answer: str, state: UnitState, settings: ForceSensorSettings) -> Finding:
     """Judge one answer: what would change the data, and is not ours."""
     lines = [line.strip() for line in answer.splitlines() if line.strip()]
     short = " | ".join(" ".join(line.split()) for line in lines if not line.startswith("--"))
-    used = {int(number) for number in wires.unit.transducers if number}
-    rows = {int(line.split()[0]): line.upper() for line in lines if line.split()[0].isdecimal()}
-    if command == "XPWR":
-        off = [n for n in sorted(used) if " ON" not in rows.get(n, " ON")]
-        if off:
-            advice = f"on the unit's console: XPWR {off[0]} ON"
-            return failed(command, f"transducer {', '.join(map(str, off))} is off: {short}", advice)
-    if command == "BIAS" and any(rows[n].split()[-1] == "ON" for n in used & rows.keys()):
-        advice = (
-            "the unit subtracts a bias of its own; BIAS * OFF on its console (ft bias keeps ours)"
-        )
-        return warned(command, short, advice)
-    if command == "FILTER" and any("IIR" in rows[n] for n in used & rows.keys()):
-        advice = "an IIR filter delays forces: FILTER on its console, then SAVEALL"
-        return warned(command, short, advice)
+    concerns = "; ".join(words for about, words in state.concerns(settings) if about == command)
+    if concerns:
+        return (failed if command == "XPWR" else warned)(command, short, concerns)
     if command == "RATE":
-        wanted = f"a run sets {wires.unit.rate_hz} Hz, oversampling {wires.unit.oversampling}"
+        wanted = f"a run sets {settings.rate_hz} Hz, oversampling {settings.oversampling}"
         return passed(command, f"{short}; {wanted}")
     return passed(command, short)

@@ -8,8 +8,7 @@ import numpy as np
 from model.values.faults import StopReason
 from model.values.tick import Mode, Tick
 from record.log.background import BackgroundWriter
-from record.log.header import RunHeader
-from robot.bringup.first_day.day import Day
+from robot.bringup.first_day.day import Day, run_header
 from robot.bringup.mapping.motion import TorqueStillOn
 from robot.bringup.preflight.finding import failed, passed, warned
 from robot.console.person import Hand, Work
@@ -74,13 +73,7 @@ def _walk(day: Day, *, with_forces: bool) -> None:
         stack.callback(rig.close)
         controller = Controller(day.config, rig.calibrations, armed=True)
         frequency_hz = day.options.frequency_hz or controller.book.gaits[GAIT].frequency_hz
-        header = RunHeader(
-            robot=day.config.name,
-            hardware=day.site.name,
-            time="virtual" if day.site.virtual else "real",
-            gait=GAIT,
-            frequency_hz=frequency_hz,
-        )
+        header = replace(run_header(day.config, day.site), gait=GAIT, frequency_hz=frequency_hz)
         writer = open_log(day.log, header, rig, controller, with_bytes=True)
         log = TappedLog(writer if day.site.virtual else BackgroundWriter(writer), day.tap)
         stack.callback(log.close)
@@ -90,7 +83,7 @@ def _walk(day: Day, *, with_forces: bool) -> None:
             result = run(rig, controller, operator, log, watched)
         stopped = interrupts.count
     if not result.torque_off:
-        raise TorqueStillOn("TORQUE NOT CONFIRMED OFF: cut the power")
+        raise TorqueStillOn
     if stopped:
         raise KeyboardInterrupt
     words = result.reason.name.lower().replace("_", " ")

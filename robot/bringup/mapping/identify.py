@@ -4,9 +4,7 @@ Three presses a foot (up, forward, left) give the transducer's number, whether i
 yaw. Nothing is switched on; a press is noticed by itself, and so is its end.
 """
 
-import json
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -30,8 +28,10 @@ from robot.bringup.preflight.finding import (
 from robot.bringup.site import site_of, site_request
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
+from robot.console.json_output import print_result
 from robot.console.person import Hand, Person, Work
 from robot.requests.ft import FtIdentifyRequest
+from robot.run.force_unit import started
 
 PRESSES = (
     (Hand.PRESS_UP, "up"),
@@ -269,20 +269,14 @@ def identify(request: FtIdentifyRequest) -> ExitCode:
     wires = site.wires(None)
     if wires.links is None:
         raise ForceStreamError("there is no force-torque unit to read")
-    with ExitStack() as stack:
-        stream = ForceStream(*wires.links(), wires.unit, wires.clock)
-        stack.callback(stream.close)
-        stack.callback(stream.stop)
-        stream.connect()
+    with started(ForceStream(*wires.links(), wires.unit, wires.clock)) as stream:
         feet = PressedFeet(stream, settings, wires.clock, person)
         presses = [p for leg in legs_of(request.leg, settings.names) for p in feet.identify(leg)]
     findings = press_findings(presses, settings)
-    if request.json:
-        result = {
-            "presses": [{**asdict(press), "hand": _direction(press.hand)} for press in presses],
-            **plain_findings(findings),
-        }
-        print(json.dumps(result, indent=2))
-    else:
-        print("\n".join(line for finding in findings for line in lines_of(finding)))
+    result = {
+        "presses": [{**asdict(press), "hand": _direction(press.hand)} for press in presses],
+        **plain_findings(findings),
+    }
+    lines = [line for finding in findings for line in lines_of(finding)]
+    print_result(result, lines, as_json=request.json)
     return exit_code(findings)

@@ -4,7 +4,6 @@ Only the servo that the robot file gives to the leg gets torque. Whoever stands 
 leg moved, and which way its foot went; what the robot file would have to say follows from that.
 """
 
-import json
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -30,7 +29,17 @@ from robot.bringup.preflight.finding import (
 from robot.bringup.site import site_of, site_request
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.console.exit_codes import ExitCode
-from robot.console.person import Consent, Hand, Person, Sight, Work
+from robot.console.json_output import print_result
+from robot.console.person import (
+    BACKWARD,
+    FORWARD,
+    NOTHING,
+    Consent,
+    Hand,
+    Person,
+    Sight,
+    Work,
+)
 from robot.requests.servo import ServoJogRequest
 
 # A hand turns a shaft to mid-stance to within this.
@@ -40,8 +49,7 @@ LAG_TOLERANCE_DEG = 2.0
 MOVE_S = 1.0
 STEP_BACK_S = 2.0  # for hands to be gone
 REST_S = 0.5
-NOTHING, SEVERAL = "none", "several"
-FORWARD, BACKWARD = "forward", "backward"
+SEVERAL = "several"
 MID_STANCE = (
     "torque is off: turn every shaft by hand to mid-stance (servo_zero: the foot at its lowest), feet "
     "in the air"
@@ -61,7 +69,7 @@ class Jog:
         returned_deg: Angle left after the way back.
         current_a: Largest current.
         moved: Leg that moved, as seen; or ``none``, ``several``.
-        way: Direction in which its foot moved first, as seen; empty where nothing moved.
+        direction: Where its foot went first, as seen; empty where nothing moved.
     """
 
     leg: str
@@ -243,11 +251,9 @@ def jog(request: ServoJogRequest) -> ExitCode:
     finally:
         port.closePort()
     findings = jog_findings(jogs, config.servo_bus)
-    if request.json:
-        result = {"jogs": [asdict(one) for one in jogs], "findings": plain_findings(findings)}
-        print(json.dumps(result, indent=2))
-    else:
-        print("\n".join(line for finding in findings for line in lines_of(finding)))
+    result = {"jogs": [asdict(one) for one in jogs], "findings": plain_findings(findings)}
+    lines = [line for finding in findings for line in lines_of(finding)]
+    print_result(result, lines, as_json=request.json)
     return exit_code(findings)
 
 

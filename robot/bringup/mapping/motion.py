@@ -25,6 +25,9 @@ from robot.run.operator import Interrupts
 class TorqueStillOn(BusError):  # noqa: N818 - it is a state, and reads as one
     """Torque has been switched off and a servo did not confirm it."""
 
+    def __init__(self) -> None:
+        super().__init__("TORQUE NOT CONFIRMED OFF: cut the power")
+
 
 @contextmanager
 def limp_afterwards(bus: ServoBus) -> Iterator[None]:
@@ -41,7 +44,7 @@ def limp_afterwards(bus: ServoBus) -> Iterator[None]:
             late.begin()
             off = bus.torque_off()
         if not off:
-            raise TorqueStillOn("TORQUE NOT CONFIRMED OFF: cut the power")
+            raise TorqueStillOn
     if late.count:
         raise KeyboardInterrupt
 

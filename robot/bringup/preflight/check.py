@@ -33,13 +33,12 @@ from robot.console.json_output import print_result
 from robot.console.progress import StatusLine
 from robot.report.page import Section, report_page
 from robot.report.run_date import utc_words
-from robot.requests.single import CheckRequest
+from robot.requests.single import VIRTUAL, CheckRequest
 from robot.run.force_unit import NO_UNIT, check_no_unit, open_force_links, unit_settings
 from robot.run.hardware import open_real
 from robot.virtual.open import start_virtual
 
 LISTEN_S = 3.0
-VIRTUAL = "virtual"
 PERCENTILES = ("p50", "p95", "p99", "max")
 PERCENTILE_WORDS = ("half of the ticks", "95 %", "99 %", "the latest")
 
