@@ -6,7 +6,7 @@ default, so a value that the file does not give cannot sneak in. N is the number
 
 from dataclasses import dataclass
 
-from model.values.arrays import FloatArray
+from model.values.arrays import BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,6 +57,49 @@ class LinkageParameters:
     foot: FloatArray
     branch: int
     mid_stance: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ChainParameters:
+    """Legs of any number of joints as drawn, every joint at its drawn value; J joints, body axes.
+
+    A joint at ``angle`` has turned by ``zero + sign * angle`` from where it is drawn; one that slides has
+    moved by that along its axis.
+
+    Attributes:
+        joints: Names, J of them, in the order used everywhere.
+        parent: Row of the joint that carries each, always a smaller one; -1 for the body, (J,).
+        slides: Whether each slides along its axis instead of turning about it, (J,).
+        axis: Unit vectors, (J, 3).
+        place: A point of each axis, (J, 3) [m].
+        sign: 1 or -1, (J,).
+        zero: Drawn joint to joint at 0, (J,) [rad], [m] where it slides.
+        foot_joint: Row of the joint that carries each foot, (N,).
+        foot: Foot points, (N, 3) [m].
+    """
+
+    joints: tuple[str, ...]
+    parent: IntArray
+    slides: BoolArray
+    axis: FloatArray
+    place: FloatArray
+    sign: FloatArray
+    zero: FloatArray
+    foot_joint: IntArray
+    foot: FloatArray
+
+    @property
+    def count(self) -> int:
+        """Number of joints J."""
+        return len(self.joints)
+
+    def joints_of(self, leg: int) -> tuple[int, ...]:
+        """Return the rows of the joints between the body and a leg's foot, from the body on."""
+        rows, joint = [], int(self.foot_joint[leg])
+        while joint >= 0:
+            rows.append(joint)
+            joint = int(self.parent[joint])
+        return tuple(reversed(rows))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
