@@ -4,6 +4,7 @@ import numpy as np
 
 from gap.interfaces import DataFault
 from model.values.arrays import FloatArray
+from record.trial.lagged_correlation import UNKNOWN, Lag, best_lag
 from record.trial.trial import Trial
 
 PERIOD_S = 0.01
@@ -13,46 +14,30 @@ LATEST_S = 0.35
 EARLIEST_S = -0.06
 SKEW_S = 0.12  # change of the lag from the first to the last third
 SURE = 0.7  # correlation at the best lag
+SIGMAS = 3.0  # a lag must be beyond its limit by so many standard deviations
+OVERLAP = 0.5
+FEWEST_STEPS = 2
 
 
-def lag(time_s: FloatArray, first: FloatArray, then: FloatArray) -> tuple[float, float]:
-    """Time by which ``then`` comes after ``first``, and their correlation there.
+def lag(time_s: FloatArray, first: FloatArray, then: FloatArray) -> Lag:
+    """Time by which ``then`` comes after ``first``, how well that is known, and how alike they are there.
 
     Args:
         time_s: Times of both, (T,).
         first: Any number of signals, (T, C).
         then: The same signals of the other stream, (T, C).
-
-    Returns:
-        Lag [s] and correlation; NaN where there is too little to compare.
     """
     grid = np.arange(time_s[0], time_s[-1], PERIOD_S)
-    reach = min(round(LONGEST_S / PERIOD_S), len(grid) // 4)
-    total = np.zeros(2 * reach + 1)
-    power = 0.0
+    reach_s = min(LONGEST_S, len(grid) // 4 * PERIOD_S)
+    pairs = []
     for a, b in zip(first.T, then.T, strict=True):
         both = np.isfinite(a) & np.isfinite(b)
-        if both.sum() < len(a) / 2 or reach < 5:
-            continue
-        x, y = (np.interp(grid, time_s[both], v[both]) for v in (a, b))
-        x, y = (_rates(v) for v in (x, y))
-        if x.std() == 0 or y.std() == 0:
-            continue
-        x, y = (x - x.mean()) / x.std(), (y - y.mean()) / y.std()
-        middle = y[reach:-reach]
-        # middle[i] = y[i + reach]; lag k compares it with x[i + reach - k]
-        total += np.correlate(x, middle, "valid")[::-1]
-        power += len(middle)
-    if power == 0.0:
-        return float("nan"), float("nan")
-    total /= power
-    best = int(np.argmax(total))
-    offset = 0.0
-    if 0 < best < len(total) - 1:
-        left, here, right = total[best - 1 : best + 2]
-        bend = left - 2 * here + right
-        offset = 0.5 * (left - right) / bend if bend < 0 else 0.0
-    return (best - reach + offset) * PERIOD_S, float(total[best])
+        if both.sum() >= len(a) / 2 and len(grid) > 10 * FEWEST_STEPS:
+            pairs.append([_rates(np.interp(grid, time_s[both], v[both])) for v in (a, b)])
+    if not pairs:
+        return UNKNOWN
+    x, y = (np.column_stack(side) for side in zip(*pairs, strict=True))
+    return best_lag(x, y, PERIOD_S, reach_s, OVERLAP)
 
 
 def _rates(values: FloatArray) -> FloatArray:
@@ -72,21 +57,22 @@ def stream_faults(
         channel: How the stream is called.
         words: What it is compared with.
     """
-    late, sure = lag(time_s, first, then)
-    if not sure > SURE:
-        return ()
     third = len(time_s) // 3
-    ends = [
+    begin, end, whole = (
         lag(time_s[part], first[part], then[part])
-        for part in (slice(0, third), slice(-third, None))
-    ]
-    if all(s > SURE for _, s in ends) and abs(ends[1][0] - ends[0][0]) > SKEW_S:
-        rate = (ends[1][0] - ends[0][0]) / (time_s[-third] - time_s[0])
-        evidence = f"its lag behind {words} goes from {ends[0][0]:.2f} to {ends[1][0]:.2f} s: "
-        evidence += f"its clock is off by {100 * rate:.2f} %"
-    elif late > LATEST_S or late < EARLIEST_S:
+        for part in (slice(0, third), slice(-third, None), slice(None))
+    )
+    moved, sd_s = end.seconds - begin.seconds, float(np.hypot(begin.sd_s, end.sd_s))
+    late, unsure_s = whole.seconds, SIGMAS * whole.sd_s
+    drifts = abs(moved) > max(SKEW_S, SIGMAS * sd_s)
+    if min(begin.correlation, end.correlation) > SURE and drifts:
+        rate = moved / (time_s[-third] - time_s[0])
+        evidence = f"its lag behind {words} goes from {begin.seconds:.2f} to {end.seconds:.2f} s "
+        evidence += f"(+- {sd_s:.2f}): its clock is off by {100 * rate:.2f} %"
+    elif whole.correlation > SURE and not EARLIEST_S - unsure_s <= late <= LATEST_S + unsure_s:
         where = f"{late:.2f} s behind" if late > 0 else f"{-late:.2f} s ahead of"
-        evidence = f"is {where} {words} (correlation {sure:.2f}): its clock is set otherwise"
+        evidence = f"is {where} {words} (+- {whole.sd_s:.2f} s, correlation "
+        evidence += f"{whole.correlation:.2f}): its clock is set otherwise"
     else:
         return ()
     return (DataFault("clock_offset", channel, evidence, True),)

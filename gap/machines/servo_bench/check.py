@@ -74,9 +74,10 @@ def _late_by_itself(trial: Trial) -> bool:
     count = len(trial.time_s)
     for first, last in ((0, count), (0, count // 3), (count - count // 3, count)):
         one = trial.rows((np.arange(count) >= first) & (np.arange(count) < last))
-        late, sure = lag(one.time_s, one.command_rad, one.shaft_rad)
+        late = lag(one.time_s, one.command_rad, one.shaft_rad)
         speed = np.gradient(one.command_rad, one.time_s, axis=0)
-        if not sure > SURE or abs(late) * np.sqrt(np.nanmean(speed**2)) < 0.5 * MOST_PLAY_RAD:
+        travel_rad = abs(late.seconds) * np.sqrt(np.nanmean(speed**2))
+        if not late.correlation > SURE or travel_rad < 0.5 * MOST_PLAY_RAD:
             continue
         if not _follows_soon(one):
             return False
