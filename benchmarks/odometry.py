@@ -18,7 +18,7 @@ from model.estimator import process
 from model.estimator.filter import Estimator
 from model.estimator.neighbourhood import Neighbourhood, neighbourhood
 from model.estimator.settings import EstimatorSettings, record_of
-from model.kinematics.four_bar import Linkage
+from model.kinematics.legs import leg_kinematics
 from model.quasistatic.frames import FrictionLaw, solve_frames
 from model.values.arrays import FloatArray, known_mean, root_mean_square
 from model.values.estimate import BIAS, FIXED, SCALE, VELOCITY, OdometryInputs
@@ -85,8 +85,8 @@ def _force_ratio(tracked: TrackedLog, predicted: FloatArray) -> list[float]:
     earlier = type(walk)(*(getattr(walk, f)[: middle - span.start] for f in walk.__slots__))
     fitted = fit_contact(earlier, log.names, free_w=False, rest_m_s=1e-3, law=FrictionLaw.COULOMB)
     late = slice(middle, span.stop)
-    linkage = Linkage(robot.linkage, robot.legs.shaft_position)
-    feet = linkage.feet(log.angle_rad[late], log.rate_rad_s[late])
+    kinematics = leg_kinematics(robot)
+    feet = kinematics.feet(log.angle_rad[late], log.rate_rad_s[late])
     solved = solve_frames(
         feet, fitted.contact, robot.body.mass * standard_gravity, law=FrictionLaw.COULOMB
     )
@@ -169,7 +169,7 @@ def ukf(folder: Path, seed: int = 901, ticks: int = 600) -> None:
     """filterpy's unscented filter on the same model and noise, offline, beside the EKF."""
     config = load_robot()
     robot, weight_n = config.parameters, config.parameters.body.mass * standard_gravity
-    linkage = Linkage(robot.linkage, robot.legs.shaft_position)
+    kinematics = leg_kinematics(robot)
     for gait in GAITS:
         path = log_of(folder, gait, seed)
         first = walking_part(read_log(path)).start
@@ -178,7 +178,7 @@ def ukf(folder: Path, seed: int = 901, ticks: int = 600) -> None:
         assert truth is not None
         inputs = []
         for tick in (item.tick for item in walked):
-            feet = linkage.feet(tick.joints.angle_rad, tick.joints.rate_rad_s)
+            feet = kinematics.feet(tick.joints.angle_rad, tick.joints.rate_rad_s)
             inputs.append(OdometryInputs(tick.t_ns, feet, tick.forces))
         ekf = track(walked, config).velocity_B
         unscented = _unscented(inputs, robot.contact, weight_n, np.zeros(3))

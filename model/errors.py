@@ -14,7 +14,7 @@ class ConfigError(BigantError):
     """A robot file that cannot be used, or a value that is impossible.
 
     Args:
-        key: Dotted name of the offending key, for example ``linkage.crank``.
+        key: Dotted name of the offending key, for example ``leg.crank``.
         reason: What is wrong with it, in words.
     """
 

@@ -81,7 +81,7 @@ def _key_changes(cause: Cause, legs: list[int]) -> list[KeyChange] | None:
         places = [(key, (leg, axis), value) for leg in legs for axis, value in enumerate(values)]
     elif effect == "link_length" and not cause.joints:
         # a robot file has one four-bar for all legs: a single leg's links are an effect
-        table, names = "linkage", ("crank", "coupler", "rocker")
+        table, names = "leg", ("crank", "coupler", "rocker")
         places = [(key, (), value) for key, value in zip(names, values, strict=True)]
     else:
         return None

@@ -12,10 +12,10 @@ from model.parameters.tables import (
     parse_table,
     read_body,
     read_contact,
+    read_leg,
     read_legs,
-    read_linkage,
 )
-from model.values.parameters import ContactParameters, LegParameters, LinkageParameters
+from model.values.parameters import ContactParameters, LegGeometry, LegParameters
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,14 +25,14 @@ class LeggedMachine:
     Attributes:
         mass_kg: Whole robot.
         legs: Names and crank shafts; the body frame's origin is at the centre of mass.
-        linkage: One four-bar for all legs.
+        leg: Geometry of one leg, the same for all.
         contact: Leg springs and friction.
         effects: What the robot file adds to the nominal model.
     """
 
     mass_kg: float
     legs: LegParameters
-    linkage: LinkageParameters
+    leg: LegGeometry
     contact: ContactParameters
     effects: tuple[Cause, ...] = ()
 
@@ -40,7 +40,7 @@ class LeggedMachine:
     def length_m(self) -> float:
         """From the middle of the machine to the farthest place along x where a foot may stand."""
         shaft = float(np.abs(self.legs.shaft_position[:, 0]).max())
-        return shaft + self.linkage.crank + float(np.hypot(*self.linkage.foot))
+        return shaft + self.leg.crank + float(np.hypot(*self.leg.foot))
 
     @property
     def weight_n(self) -> float:
@@ -60,7 +60,7 @@ def parse_machine(text: str) -> LeggedMachine:
         return LeggedMachine(
             mass_kg=read_body(top.table("body")).mass,
             legs=legs,
-            linkage=read_linkage(top.table("linkage")),
+            leg=read_leg(top),
             contact=read_contact(top.table("contact"), legs.count),
             effects=causes_of(top, legs.names),
         )

@@ -140,7 +140,7 @@ def moves_feet(settings: Settings) -> Settings:
 
 def _poses(machine: LeggedMachine, crank: FloatArray, settings: Settings) -> LinkagePose:
     """All linkages; those with other links are solved on their own."""
-    nominal = machine.linkage
+    nominal = machine.leg
     changes = [tuple(change) for change in settings.each("link_length").T.tolist()]
     pose = linkage_pose(nominal, crank)
     for change in dict.fromkeys(c for c in changes if any(c)):
@@ -159,7 +159,7 @@ def _poses(machine: LeggedMachine, crank: FloatArray, settings: Settings) -> Lin
 
 
 def _coupler_turn(machine: LeggedMachine, pose: LinkagePose) -> FloatArray:
-    middle = linkage_pose(machine.linkage, np.zeros(1))
+    middle = linkage_pose(machine.leg, np.zeros(1))
     along = pose.rocker_pin - pose.crank_pin
     at_zero = (middle.rocker_pin - middle.crank_pin)[0]
     cross = at_zero[0] * along[..., 1] - at_zero[1] * along[..., 0]

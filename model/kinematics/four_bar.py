@@ -11,6 +11,7 @@ The derivative follows from the loop closure A + coupler u - rocker v = P by imp
 (any text on mechanisms, for example Norton, "Design of Machinery", chapter 6).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +20,7 @@ from model.compiled import compile_for, compiled, given, out
 from model.errors import ConfigError
 from model.values.arrays import FloatArray
 from model.values.legs import FootMotion
-from model.values.parameters import LinkageParameters
+from model.values.parameters import FourBarParameters
 
 # Pins must keep this share of the rocker and coupler lengths away from a dead centre.
 DEAD_CENTRE_MARGIN = 1e-3
@@ -42,7 +43,7 @@ class LinkagePose:
     foot_slope: FloatArray
 
 
-def linkage_pose(linkage: LinkageParameters, angle_rad: FloatArray) -> LinkagePose:
+def linkage_pose(linkage: FourBarParameters, angle_rad: FloatArray) -> LinkagePose:
     """Solve the linkage.
 
     Args:
@@ -56,18 +57,24 @@ def linkage_pose(linkage: LinkageParameters, angle_rad: FloatArray) -> LinkagePo
     return LinkagePose(*(out[:, i : i + 2].reshape(*angle.shape, 2) for i in (0, 2, 4, 6)))
 
 
-def _numbers(linkage: LinkageParameters) -> FloatArray:
+def _numbers(linkage: FourBarParameters) -> FloatArray:
     return np.array([
         linkage.crank, *linkage.ground_pivot, linkage.coupler, linkage.rocker, *linkage.foot,
         linkage.branch, linkage.mid_stance,
     ])  # fmt: skip
 
 
-def check_linkage(linkage: LinkageParameters) -> None:
+def check_linkage(
+    linkage: FourBarParameters, named: Callable[[str], str] = "leg.{}".format
+) -> None:
     """Refuse a linkage whose crank cannot make a full turn on one branch.
 
     The distance from crank pin to rocker pivot sweeps all of ``ground +- crank``; at every one of
     them coupler and rocker must still form a triangle with it, with something to spare.
+
+    Args:
+        linkage: Dimensions.
+        named: Name of a key as its file has it, for the message.
 
     Raises:
         ConfigError: It cannot be assembled or passes a dead centre; names the key and the figures.
@@ -79,21 +86,21 @@ def check_linkage(linkage: LinkageParameters) -> None:
     margin = DEAD_CENTRE_MARGIN * min(linkage.coupler, linkage.rocker)
     if farthest > longest - margin:
         raise ConfigError(
-            "linkage.crank",
+            named("crank"),
             f"the linkage cannot turn: crank pin and rocker pivot come {farthest * 1e3:.1f} mm "
             f"apart, coupler and rocker reach {longest * 1e3:.1f} mm",
         )
     if nearest < shortest + margin:
         raise ConfigError(
-            "linkage.rocker",
+            named("rocker"),
             f"the linkage cannot turn: crank pin and rocker pivot come within "
             f"{nearest * 1e3:.1f} mm, coupler and rocker fold to no less than "
             f"{shortest * 1e3:.1f} mm",
         )
 
 
-class Linkage:
-    """All legs' linkages: shaft angles to feet in the body frame.
+class FourBarKinematics:
+    """All legs' linkages: shaft angles to feet in the body frame; joint k turns leg k.
 
     Args:
         linkage: Dimensions, the same for all legs.
@@ -103,7 +110,7 @@ class Linkage:
         ConfigError: The linkage cannot turn.
     """
 
-    def __init__(self, linkage: LinkageParameters, shaft_position: FloatArray) -> None:
+    def __init__(self, linkage: FourBarParameters, shaft_position: FloatArray) -> None:
         check_linkage(linkage)
         self._numbers = _numbers(linkage)
         self._shaft_position = np.ascontiguousarray(shaft_position)
@@ -131,6 +138,18 @@ class Linkage:
             velocity.reshape(-1, 3),
         )  # fmt: skip
         return FootMotion(position, velocity)
+
+    @property
+    def joint_count(self) -> int:
+        """Number of shafts, one a leg."""
+        return len(self._shaft_position)
+
+    def jacobian(self, angle_rad: FloatArray) -> FloatArray:
+        """Return d foot velocity / d shaft speed, (..., N, 3, N) [m/rad], from angles (..., N) [rad]."""
+        angle = np.asarray(angle_rad, dtype=np.float64)
+        slope = self.feet(angle, np.ones_like(angle)).velocity_m_s
+        jacobian: FloatArray = slope[..., None] * np.eye(self.joint_count)[:, None, :]
+        return jacobian
 
     def prepare(self) -> None:
         """Load or make the machine code of ``feet`` now, so that no tick has to wait for it."""

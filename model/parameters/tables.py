@@ -1,8 +1,10 @@
-"""The physical tables of a robot file: body, legs, linkage and contact, read strictly.
+"""The physical tables of a robot file: body, legs, leg and contact, read strictly.
 
 ``robot.config.robot_file`` reads whole robot files with these readers; the diagnosis reads the robot beside
 a trial with the same ones, so that the two cannot drift apart.
 """
+
+from collections.abc import Container
 
 import numpy as np
 
@@ -12,11 +14,15 @@ from model.parameters.toml_table import Table, parse_toml
 from model.values.parameters import (
     BodyParameters,
     ContactParameters,
+    FourBarParameters,
+    LegGeometry,
     LegParameters,
-    LinkageParameters,
 )
 
 FEWEST_LEGS = 3
+LEG_TABLE = "leg"
+OLD_LEG_TABLE = "linkage"
+LEG_KINDS = ("four_bar",)
 
 
 def parse_table(text: str, what: str = "robot file") -> Table:
@@ -59,16 +65,29 @@ def read_legs(table: Table) -> LegParameters:
     return LegParameters(names, table.numbers("shaft_position", (len(names), 3)))
 
 
-def read_linkage(table: Table) -> LinkageParameters:
-    """Read [linkage].
+def leg_table(names: Container[str]) -> str:
+    """Return which table of a robot file has the geometry of a leg; older files name it otherwise."""
+    return OLD_LEG_TABLE if OLD_LEG_TABLE in names and LEG_TABLE not in names else LEG_TABLE
+
+
+def read_leg(top: Table) -> LegGeometry:
+    """Read [leg] of a whole robot file, or [linkage] of an older one, which is a four-bar.
 
     Raises:
-        ConfigError: A key is missing, or the linkage cannot turn.
+        ConfigError: A key is missing, a kind is not known, or the leg cannot move.
     """
+    name = leg_table(top.names())
+    table = top.table(name)
+    if name == LEG_TABLE:
+        table.word("kind", LEG_KINDS)
+    return _four_bar(table)
+
+
+def _four_bar(table: Table) -> FourBarParameters:
     branch = table.integer("branch", minimum=-1, maximum=1)
     if branch == 0:
         raise ConfigError(table.name("branch"), "must be 1 or -1, not 0")
-    linkage = LinkageParameters(
+    linkage = FourBarParameters(
         crank=table.number("crank", above=0),
         ground_pivot=table.numbers("ground_pivot", (2,)),
         coupler=table.number("coupler", above=0),
@@ -77,7 +96,7 @@ def read_linkage(table: Table) -> LinkageParameters:
         branch=branch,
         mid_stance=table.number("mid_stance"),
     )
-    check_linkage(linkage)
+    check_linkage(linkage, table.name)
     return linkage
 
 

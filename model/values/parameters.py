@@ -36,7 +36,7 @@ class LegParameters:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class LinkageParameters:
+class FourBarParameters:
     """One four-bar for all legs, in the leg's x-z plane.
 
     Attributes:
@@ -57,6 +57,10 @@ class LinkageParameters:
     foot: FloatArray
     branch: int
     mid_stance: float
+
+
+# What a leg can be: the type says which kind.
+LegGeometry = FourBarParameters
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -178,7 +182,7 @@ class RobotParameters:
 
     body: BodyParameters
     legs: LegParameters
-    linkage: LinkageParameters
+    leg: LegGeometry
     contact: ContactParameters
     servo: ServoParameters
     tripod: TripodParameters

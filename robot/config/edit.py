@@ -13,7 +13,7 @@ from model.effects.correction import Correction, KeyChange, merged
 from model.effects.machine import parse_machine
 from model.effects.written import EFFECTS_KEY, WHOLE_ROBOT, causes_of
 from model.errors import ConfigError, GapError
-from model.parameters.tables import parse_table, read_legs
+from model.parameters.tables import LEG_TABLE, leg_table, parse_table, read_legs
 from record.toml_file import toml_text
 from robot.config.robot_file import parse_robot
 
@@ -131,9 +131,10 @@ def _document(text: str) -> Any:  # tables and values are indexed alike
 
 
 def _change(document: Any, change: KeyChange, legs: Sequence[str]) -> Edit:
-    where = f"{change.table}.{change.key}"
+    table = leg_table(document) if change.table == LEG_TABLE else change.table
+    where = f"{table}.{change.key}"
     try:
-        holder: Any = document[change.table]
+        holder: Any = document[table]
         at: str | int = change.key
         for index in change.index:
             holder, at = holder[at], index

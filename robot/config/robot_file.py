@@ -22,8 +22,8 @@ from model.parameters.tables import (
     parse_table,
     read_body,
     read_contact,
+    read_leg,
     read_legs,
-    read_linkage,
 )
 from model.parameters.toml_table import Table
 from model.values.arrays import IntArray, readonly
@@ -143,7 +143,7 @@ def parse_robot(text: str) -> RobotConfig:
     parameters = RobotParameters(
         body=read_body(top.table("body")),
         legs=legs,
-        linkage=read_linkage(top.table("linkage")),
+        leg=read_leg(top),
         contact=read_contact(top.table("contact"), legs.count),
         servo=servo,
         tripod=_tripod(gait_table.table("tripod"), legs),

@@ -54,7 +54,7 @@ def export(request: RobotExportRequest) -> ExitCode:
 def coupler_angles(robot: RobotParameters, shaft_rad: float) -> tuple[float, float]:
     """Return crank and coupler directions at a shaft angle, from +x towards +z [rad]."""
     geometry = leg_geometry(PlantParameters.nominal(robot))[0]
-    return robot.linkage.mid_stance - shaft_rad, four_bar_point(geometry, shaft_rad)[4]
+    return robot.leg.mid_stance - shaft_rad, four_bar_point(geometry, shaft_rad)[4]
 
 
 def urdf_text(name: str, robot: RobotParameters) -> str:
@@ -62,7 +62,7 @@ def urdf_text(name: str, robot: RobotParameters) -> str:
     top = Element("robot", name=name)
     # MuJoCo merges a root without joint into the world by default
     _add(_add(top, "mujoco"), "compiler", fusestatic="false", balanceinertia="true")
-    legs, link = robot.legs, robot.linkage
+    legs, link = robot.legs, robot.leg
     base = _link(top, "base_link", _torso_mass(robot), robot.body.inertia)
     half = _half_sizes(robot)
     box = _add(_add(base, "visual"), "geometry")
@@ -134,7 +134,7 @@ def mjcf_text(name: str, robot: RobotParameters) -> str:
         _mjcf_leg(torso, robot, at, leg)
         _add(
             equality, "connect", name=f"{leg}_loop", body1=f"{leg}_coupler", body2=f"{leg}_rocker",
-            anchor=[robot.linkage.coupler, 0, 0], solref="0.002 1",
+            anchor=[robot.leg.coupler, 0, 0], solref="0.002 1",
         )  # fmt: skip
         _add(actuator, "position", name=f"{leg}_shaft", joint=f"{leg}_shaft", kp=POSITION_GAIN)
     indent(top)
@@ -143,7 +143,7 @@ def mjcf_text(name: str, robot: RobotParameters) -> str:
 
 def _mjcf_leg(torso: Element, robot: RobotParameters, at: int, leg: str) -> None:
     """Bodies stand as they do at shaft angle 0; every joint counts from there, the shaft's its angle."""
-    link, place = robot.linkage, robot.legs.shaft_position[at]
+    link, place = robot.leg, robot.legs.shaft_position[at]
     crank_angle, coupler_angle = coupler_angles(robot, 0.0)
     pin = np.array([link.crank * math.cos(crank_angle), link.crank * math.sin(crank_angle)])
     end = pin + link.coupler * np.array([math.cos(coupler_angle), math.sin(coupler_angle)])

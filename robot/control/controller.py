@@ -18,7 +18,7 @@ from gaits.catalog import make_gait
 from gaits.gait import Gait
 from gaits.names import GAIT_NAMES
 from gaits.plan import Walking
-from model.kinematics.four_bar import Linkage
+from model.kinematics.legs import leg_kinematics
 from model.motion import differentiate
 from model.motion.dead_reckoning import advance as advance_dead_reckoning
 from model.quasistatic.frame import prepare, solve_frame
@@ -93,13 +93,13 @@ class Controller:
         self._sensors = tuple(number > 0 for number in config.force_sensor.transducers.tolist())
         self._nothing = readonly(np.full(robot.legs.count, np.nan))
         self._effects = model_of(config)
-        self._linkage = Linkage(robot.linkage, robot.legs.shaft_position)
+        self._kinematics = leg_kinematics(robot)
         self._estimator: EstimatorStage | None = None
         if config.estimator.enabled and estimate:
-            self._estimator = estimator_stage(config, self._linkage)
+            self._estimator = estimator_stage(config, self._kinematics)
         prepare()
         differentiate.prepare()
-        self._linkage.prepare()
+        self._kinematics.prepare()
 
     def initial(self) -> ControllerState:
         """Return the state before the first tick."""
@@ -243,7 +243,7 @@ class Controller:
         angle_rad = senses.joints.angle_rad
         rate_rad_s = differentiate.latest_rate(senses.times_ns, senses.angles_rad)
         if self._effects is None:
-            feet = self._linkage.feet(angle_rad, rate_rad_s)
+            feet = self._kinematics.feet(angle_rad, rate_rad_s)
             return feet, solve_frame(feet, self.config.parameters.contact, self._weight_n)
         before = state.estimates.dead_reckoning
         dt_s = 0.0 if state.index == 0 else (t_ns - before.t_ns) * 1e-9

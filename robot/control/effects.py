@@ -32,7 +32,7 @@ OF_THE_FEET = frozenset(
 def machine_of(config: RobotConfig) -> LeggedMachine:
     """Return the robot of a robot file, effects included, as the diagnosis knows it."""
     own = config.parameters
-    return LeggedMachine(own.body.mass, own.legs, own.linkage, own.contact, config.effects)
+    return LeggedMachine(own.body.mass, own.legs, own.leg, own.contact, config.effects)
 
 
 def model_of(config: RobotConfig) -> FrameModel | None:

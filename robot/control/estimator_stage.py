@@ -10,7 +10,7 @@ from scipy.constants import g as standard_gravity
 
 from model.estimator.filter import Estimator
 from model.estimator.history import EstimatorMemory, LateSample, advance, use_late
-from model.kinematics.four_bar import Linkage
+from model.kinematics.legs import LegKinematics
 from model.motion.se2 import aligning, compose, yaw_of
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import POSE, Estimate, OdometryInputs
@@ -45,7 +45,7 @@ class EstimatorStage:
     Args:
         robot: The robot as the model believes it to be.
         config: Settings.
-        linkage: Shafts to feet.
+        kinematics: Joints to feet.
         effects: What the robot file's effects add, None without any.
     """
 
@@ -53,11 +53,11 @@ class EstimatorStage:
         self,
         robot: RobotParameters,
         config: EstimatorConfig,
-        linkage: Linkage,
+        kinematics: LegKinematics,
         effects: EffectsBeside | None = None,
     ) -> None:
         self._memory_s = config.memory
-        self._linkage = linkage
+        self._kinematics = kinematics
         self._effects = effects
         weight_n = robot.body.mass * standard_gravity
         if effects is not None:
@@ -88,7 +88,7 @@ class EstimatorStage:
         """
         effects = memory.effects
         if self._effects is None:
-            feet = self._linkage.feet(joints.angle_rad, joints.rate_rad_s)
+            feet = self._kinematics.feet(joints.angle_rad, joints.rate_rad_s)
             inputs = OdometryInputs(t_ns, feet, forces)
         else:
             effects, tick = self._effects.step(
@@ -138,13 +138,13 @@ class EstimatorStage:
         return alignment, late, newest
 
 
-def estimator_stage(config: RobotConfig, linkage: Linkage) -> EstimatorStage:
+def estimator_stage(config: RobotConfig, kinematics: LegKinematics) -> EstimatorStage:
     """Return the estimator of a robot file, with what its effects add."""
     effects = None
     if config.effects:
         effects = EffectsBeside(config, config.estimator.settings.law)
         effects.prepare()
-    return EstimatorStage(config.parameters, config.estimator, linkage, effects)
+    return EstimatorStage(config.parameters, config.estimator, kinematics, effects)
 
 
 def planar(record: PoseRecord) -> FloatArray:

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.constants import g as standard_gravity
 
 from model.errors import RecordError
-from model.kinematics.four_bar import Linkage
+from model.kinematics.legs import leg_kinematics
 from model.motion.dead_reckoning import advance
 from model.motion.se2 import aligning, compose, integrate
 from model.quasistatic.frame import solve_frame
@@ -151,7 +151,7 @@ def _model(
     robot, effects = config.parameters, model_of(config)
     angle, rate, t_ns = log.angle_rad[span], log.rate_rad_s[span], np.round(log.t_s[span] * 1e9)
     if effects is None:
-        feet = Linkage(robot.linkage, robot.legs.shaft_position).feet(angle, rate)
+        feet = leg_kinematics(robot).feet(angle, rate)
         return feet, *_solved(feet, robot.contact, robot.body.mass * standard_gravity)
     position, speed, force = np.full((3, *log.force_n[span].shape), np.nan)
     velocity = np.full((len(t_ns), 3), np.nan)

@@ -10,7 +10,7 @@ import numpy as np
 
 from drivers.ati.foot_forces import no_forces
 from model.errors import ConfigError, ModelError
-from model.kinematics.four_bar import Linkage
+from model.kinematics.legs import leg_kinematics
 from model.values.arrays import FloatArray, IntArray
 from model.values.estimate import Estimate, EstimatorState
 from model.values.tick import Tick
@@ -101,7 +101,7 @@ class Tracker:
     ) -> None:
         robot = config.parameters
         self.config = config
-        self._stage = estimator_stage(config, Linkage(robot.linkage, robot.legs.shaft_position))
+        self._stage = estimator_stage(config, leg_kinematics(robot))
         self._memory = self._stage.initial()
         self._no_forces = no_forces
         self._keep_states = keep_states

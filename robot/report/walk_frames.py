@@ -11,7 +11,7 @@ from model.errors import ConfigError, ModelError, RecordError
 from model.fit.friction import FrictionForm, fit_friction
 from model.fit.result import FitResult
 from model.fit.stiffness import fit_stiffness
-from model.kinematics.four_bar import Linkage
+from model.kinematics.legs import leg_kinematics
 from model.quasistatic.frames import FrictionLaw
 from model.values.arrays import BoolArray, FloatArray
 from model.values.legs import FootMotion
@@ -95,7 +95,7 @@ def walk_frames(log: Recording, name: str) -> WalkFrames:
         )
     robot, true_forces = config.parameters, true_forces_of(config)
     force_n = log.force_n if true_forces is None else true_forces(log.force_n, log.t_s)
-    feet = Linkage(robot.linkage, robot.legs.shaft_position).feet(log.angle_rad, smooth_rate(log))
+    feet = leg_kinematics(robot).feet(log.angle_rad, smooth_rate(log))
     every = WalkFrames(
         feet=feet.position_m,
         feet_velocity=feet.velocity_m_s,

@@ -8,7 +8,7 @@ from scipy.constants import g as standard_gravity
 
 from gaits.catalog import make_gait
 from model.errors import ConfigError
-from model.kinematics.four_bar import Linkage
+from model.kinematics.legs import leg_kinematics
 from model.quasistatic.frames import FrictionLaw
 from model.systems import disk, multipod, quadruped, slither, stairs
 from model.systems.system import System, even_times
@@ -86,9 +86,7 @@ def bigant(robot: RobotParameters, robot_name: str, gait_name: str, cycles: floa
     gait = make_gait(gait_name, robot)
     time_s = even_times(cycles / gait.frequency_hz)
     shafts = gait.motion(gait.start_phase + gait.frequency_hz * time_s, 0.0)
-    feet = Linkage(robot.linkage, robot.legs.shaft_position).feet(
-        shafts.angle_rad, shafts.slope * gait.frequency_hz
-    )
+    feet = leg_kinematics(robot).feet(shafts.angle_rad, shafts.slope * gait.frequency_hz)
     hips = robot.legs.shaft_position[:, :2] * (1.0, SHAFT_SHARE)
     margin = np.array([BODY_MARGIN_M, 0.0])
     low, high = hips.min(axis=0) - margin, hips.max(axis=0) + margin

@@ -14,7 +14,7 @@ from scipy.signal import savgol_filter
 from scipy.spatial.transform import Rotation
 
 from model.errors import ModelError
-from model.kinematics.four_bar import Linkage
+from model.kinematics.legs import leg_kinematics
 from model.motion.se2 import integrate
 from model.quasistatic.frames import FrameSolutions, FrictionLaw, solve_frames
 from model.traction.force_scale import force_scale
@@ -172,8 +172,8 @@ def _solve(
 def _feet(log: Recording, config: RobotConfig) -> tuple[FloatArray, FloatArray]:
     """Positions of the feet in the body from the shaft angles, velocities as in the paper's setup."""
     parameters = config.parameters
-    linkage = Linkage(parameters.linkage, parameters.legs.shaft_position)
-    position = linkage.feet(log.angle_rad, np.zeros_like(log.angle_rad)).position_m
+    kinematics = leg_kinematics(parameters)
+    position = kinematics.feet(log.angle_rad, np.zeros_like(log.angle_rad)).position_m
     period_s = float(np.median(np.diff(log.t_s)))
     velocity = savgol_filter(position, FILTER_WINDOW, FILTER_ORDER, deriv=1, delta=period_s, axis=0)
     return position, velocity

@@ -88,9 +88,9 @@ def legs_of(tick: Tick, parameters: RobotParameters) -> tuple[LegScene, ...]:
         parameters: Dimensions, from the log's own robot file.
     """
     angles = tick.joints.angle_rad
-    pose = linkage_pose(parameters.linkage, angles)
+    pose = linkage_pose(parameters.leg, angles)
     shafts = parameters.legs.shaft_position
-    pivot = parameters.linkage.ground_pivot
+    pivot = parameters.leg.ground_pivot
     loaded = np.asarray(tick.contact.support.contact)
     legs = []
     for leg, name in enumerate(parameters.legs.names):

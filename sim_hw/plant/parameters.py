@@ -235,7 +235,7 @@ class PlantParameters:
         """Return a plant with the geometry, springs and friction of a robot file."""
         legs = robot.legs.count
         stiffness = robot.contact.stiffness.copy()
-        link = robot.linkage
+        link = robot.leg
         return PlantParameters(
             mass=robot.body.mass,
             inertia=robot.body.inertia.copy(),

@@ -158,3 +158,11 @@ def test_measured_again_the_gap_is_closed_and_references_keep_their_file() -> No
     other = replace(machine(), legs=replace(machine().legs, names=tuple("ABCDEF")))
     with pytest.raises(GapError, match="of the same legs"):
         TwoMachines(LeggedSimulator(other), simulator(), healthy)
+
+
+def test_links_of_a_file_that_calls_its_leg_linkage_are_changed_there() -> None:
+    old = TEXT.replace("[leg] ", "[linkage] ").replace('kind = "four_bar"', "#")
+    text = corrected(old, cause("link_length", 0.001, 0.0, 0.0))
+    assert "crank = 0.031" in text
+    assert "[leg]" not in text
+    assert parse_machine(text).leg.crank == 0.031

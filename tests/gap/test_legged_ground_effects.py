@@ -8,7 +8,7 @@ from gap.interfaces import Cause, Drive
 from model.effects.grid import make_grid, place
 from model.effects.settings import settings_of
 from model.effects.shafts import feet
-from model.kinematics.four_bar import Linkage
+from model.kinematics.legs import leg_kinematics
 from model.quasistatic.frames import FrictionLaw, solve_frames
 from model.values.arrays import FloatArray
 from model.values.legs import FootMotion
@@ -211,9 +211,7 @@ def model_frames(law: FrictionLaw, **options: object) -> FloatArray:
     speeds."""
     trial = command_trial("metachronal", 0.2, 6.0)
     rate = np.gradient(trial.command_rad, trial.time_s, axis=0)
-    motion: FootMotion = Linkage(machine().linkage, machine().legs.shaft_position).feet(
-        trial.command_rad, rate
-    )
+    motion: FootMotion = leg_kinematics(machine()).feet(trial.command_rad, rate)
     return solve_frames(motion, machine().contact, WEIGHT, law=law, **options).velocity_B  # type: ignore[arg-type]
 
 

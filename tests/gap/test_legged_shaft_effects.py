@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from gap.interfaces import Drive
-from model.kinematics.four_bar import Linkage
+from model.kinematics.four_bar import FourBarKinematics
+from model.kinematics.legs import leg_kinematics
 from model.values.arrays import FloatArray
 from tests.gap.predictions import COULOMB, ML, Prediction, inside
 from tests.gap.walks import cause, command_trial, machine, walk
@@ -18,10 +19,10 @@ def commands(gait: str, frequency_hz: float, seconds: float, at_s: FloatArray) -
 
 def slopes(shaft_rad: FloatArray) -> FloatArray:
     """Foot x and z by shaft angle, from differences of the linkage, (..., N, 2)."""
-    linkage = Linkage(machine().linkage, machine().legs.shaft_position)
+    kinematics = leg_kinematics(machine())
     still = np.zeros_like(shaft_rad)
     step = 1e-6
-    ahead, behind = (linkage.feet(shaft_rad + s, still).position_m for s in (step, -step))
+    ahead, behind = (kinematics.feet(shaft_rad + s, still).position_m for s in (step, -step))
     return (ahead - behind)[..., [0, 2]] / (2 * step)
 
 
@@ -116,8 +117,8 @@ def test_longer_links_are_another_linkage() -> None:
             got = Prediction(
                 trial, [cause("link_length", 0.001, -0.0005, 0.0008, legs=legs)], drive
             )
-            links = replace(machine().linkage, crank=0.031, coupler=0.1315, rocker=0.0448)
-            other = Linkage(links, machine().legs.shaft_position)
+            links = replace(machine().leg, crank=0.031, coupler=0.1315, rocker=0.0448)
+            other = FourBarKinematics(links, machine().legs.shaft_position)
             shafts = commands("tripod", 0.2, 5.0, got.time_s)
             feet = other.feet(shafts, np.zeros_like(shafts)).position_m
             assert np.allclose(inside(got["foot_x"][:, ML]), inside(feet[:, ML, 0]), atol=3e-4)

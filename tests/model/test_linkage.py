@@ -8,15 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from model.errors import ConfigError
-from model.kinematics.four_bar import Linkage, LinkagePose, check_linkage, linkage_pose
+from model.kinematics.four_bar import FourBarKinematics, LinkagePose, check_linkage, linkage_pose
 from model.values.arrays import FloatArray
-from model.values.parameters import LinkageParameters
+from model.values.parameters import FourBarParameters
 from robot.config.robot_file import load_robot
 from sim_hw.plant.four_bar import foot_path
 from sim_hw.plant.parameters import PlantParameters
 
 ROBOT = load_robot().parameters
-NOMINAL = ROBOT.linkage
+NOMINAL = ROBOT.leg
 TURN = np.linspace(-np.pi, np.pi, 721)
 
 
@@ -26,7 +26,7 @@ def _compiled() -> None:
     foot_path(PlantParameters.nominal(ROBOT), np.zeros((1, 6)))
 
 
-def transmission_sine(linkage: LinkageParameters, pose: LinkagePose) -> FloatArray:
+def transmission_sine(linkage: FourBarParameters, pose: LinkagePose) -> FloatArray:
     """Sine of the angle between coupler and rocker, (M,); 0 is a dead centre."""
     u = (pose.rocker_pin - pose.crank_pin) / linkage.coupler
     v = (pose.rocker_pin - linkage.ground_pivot) / linkage.rocker
@@ -35,7 +35,7 @@ def transmission_sine(linkage: LinkageParameters, pose: LinkagePose) -> FloatArr
 
 
 @st.composite
-def crank_rockers(draw: st.DrawFn) -> LinkageParameters:
+def crank_rockers(draw: st.DrawFn) -> FourBarParameters:
     """Linkages whose crank can turn, with something to spare at both dead centres."""
     coupler = draw(st.floats(0.05, 0.2))
     rocker = coupler * draw(st.floats(0.4, 2.0))
@@ -48,11 +48,11 @@ def crank_rockers(draw: st.DrawFn) -> LinkageParameters:
     pivot = ground * np.array([np.cos(bearing), np.sin(bearing)])
     foot = np.array([draw(st.floats(-0.1, 0.1)), draw(st.floats(-0.2, 0.2))])
     branch = draw(st.sampled_from([1, -1]))
-    return LinkageParameters(crank, pivot, coupler, rocker, foot, branch, draw(st.floats(-7, 7)))
+    return FourBarParameters(crank, pivot, coupler, rocker, foot, branch, draw(st.floats(-7, 7)))
 
 
 @given(crank_rockers())
-def test_the_loop_closes_at_every_angle(linkage: LinkageParameters) -> None:
+def test_the_loop_closes_at_every_angle(linkage: FourBarParameters) -> None:
     pose = linkage_pose(linkage, TURN)
     scale = linkage.coupler + linkage.rocker
     assert np.abs(np.linalg.norm(pose.crank_pin, axis=1) - linkage.crank).max() < 1e-12 * scale
@@ -63,7 +63,7 @@ def test_the_loop_closes_at_every_angle(linkage: LinkageParameters) -> None:
 
 
 @given(crank_rockers())
-def test_freudensteins_equation_holds(linkage: LinkageParameters) -> None:
+def test_freudensteins_equation_holds(linkage: FourBarParameters) -> None:
     """K1 cos(rocker) - K2 cos(crank) + K3 = cos(crank - rocker), angles from the ground link."""
     pose = linkage_pose(linkage, TURN)
     ground = np.hypot(*linkage.ground_pivot)
@@ -79,7 +79,7 @@ def test_freudensteins_equation_holds(linkage: LinkageParameters) -> None:
 
 
 @given(crank_rockers())
-def test_the_derivative_is_exact(linkage: LinkageParameters) -> None:
+def test_the_derivative_is_exact(linkage: FourBarParameters) -> None:
     h = 1e-6
     pose = linkage_pose(linkage, TURN)
     ahead, behind = linkage_pose(linkage, TURN + h), linkage_pose(linkage, TURN - h)
@@ -90,7 +90,7 @@ def test_the_derivative_is_exact(linkage: LinkageParameters) -> None:
 
 
 @given(crank_rockers())
-def test_the_branch_is_kept_all_the_way_round(linkage: LinkageParameters) -> None:
+def test_the_branch_is_kept_all_the_way_round(linkage: FourBarParameters) -> None:
     pose = linkage_pose(linkage, TURN)
     along = linkage.ground_pivot - pose.crank_pin
     to_pin = pose.rocker_pin - pose.crank_pin
@@ -99,7 +99,7 @@ def test_the_branch_is_kept_all_the_way_round(linkage: LinkageParameters) -> Non
 
 
 @given(crank_rockers())
-def test_the_plants_own_four_bar_agrees(linkage: LinkageParameters) -> None:
+def test_the_plants_own_four_bar_agrees(linkage: FourBarParameters) -> None:
     """Two solutions of one mechanism: by vectors here, by angles in the plant."""
     plant = replace(
         PlantParameters.nominal(ROBOT),
@@ -133,11 +133,11 @@ def test_increasing_shaft_angle_moves_a_stance_foot_backward() -> None:
 @pytest.mark.parametrize(
     ("change", "key"),
     [
-        ({"crank": 0.2}, "linkage.crank"),
-        ({"rocker": 0.006}, "linkage.crank"),
-        ({"coupler": 0.06}, "linkage.crank"),
-        ({"rocker": 0.24, "coupler": 0.1}, "linkage.rocker"),
-        ({"ground_pivot": np.array([0.0, 0.02])}, "linkage.rocker"),
+        ({"crank": 0.2}, "leg.crank"),
+        ({"rocker": 0.006}, "leg.crank"),
+        ({"coupler": 0.06}, "leg.crank"),
+        ({"rocker": 0.24, "coupler": 0.1}, "leg.rocker"),
+        ({"ground_pivot": np.array([0.0, 0.02])}, "leg.rocker"),
     ],
 )
 def test_linkages_that_cannot_turn_are_refused(change: dict[str, object], key: str) -> None:
@@ -153,14 +153,25 @@ def test_a_dead_centre_exactly_is_refused() -> None:
 
 
 def test_feet_over_legs_and_time() -> None:
-    linkage = Linkage(NOMINAL, ROBOT.legs.shaft_position)
+    kinematics = FourBarKinematics(NOMINAL, ROBOT.legs.shaft_position)
     angle = np.linspace(0, 6, 30).reshape(5, 6)
     rate = np.full((5, 6), 2.0)
-    motion = linkage.feet(angle, rate)
+    motion = kinematics.feet(angle, rate)
     assert motion.position_m.shape == motion.velocity_m_s.shape == (5, 6, 3)
-    one = linkage.feet(angle[3], rate[3])
+    one = kinematics.feet(angle[3], rate[3])
     assert (one.position_m == motion.position_m[3]).all()
     pose = linkage_pose(NOMINAL, angle)
     assert motion.velocity_m_s[..., 0] == pytest.approx(2 * pose.foot_slope[..., 0])
     assert (motion.velocity_m_s[..., 1] == 0).all(), "legs move fore and aft, never sideways"
-    assert np.isnan(linkage.feet(np.full(6, np.nan), rate[0]).position_m[:, 0]).all()
+    assert np.isnan(kinematics.feet(np.full(6, np.nan), rate[0]).position_m[:, 0]).all()
+
+
+def test_the_jacobian_is_the_derivative_of_the_feet() -> None:
+    kinematics = FourBarKinematics(NOMINAL, ROBOT.legs.shaft_position)
+    angle = np.random.default_rng(1).uniform(-np.pi, np.pi, (4, 6))
+    jacobian, still, step = kinematics.jacobian(angle), np.zeros((4, 6)), 1e-6
+    assert jacobian.shape == (4, 6, 3, kinematics.joint_count)
+    for joint in range(6):
+        moved = step * (np.arange(6) == joint)
+        ahead, behind = (kinematics.feet(angle + s * moved, still).position_m for s in (1, -1))
+        np.testing.assert_allclose(jacobian[..., joint], (ahead - behind) / (2 * step), atol=1e-8)

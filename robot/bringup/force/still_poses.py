@@ -15,7 +15,7 @@ from drivers.ati.calibration import Calibration
 from drivers.ati.foot_forces import sensed_wrenches
 from model.errors import RecordError
 from model.fit.cross_talk import SensorPlaces, StillPoses
-from model.kinematics.four_bar import Linkage
+from model.kinematics.legs import LegKinematics, leg_kinematics
 from model.support.frames import solve_support_frames
 from model.values.arrays import BoolArray, FloatArray
 from model.values.tick import Tick
@@ -122,11 +122,11 @@ def find_still_poses(
     """
     stills = [still for part in _stretches(ticks) if (still := _mean(part, config, calibrations))]
     robot = config.parameters
-    linkage = Linkage(robot.linkage, robot.legs.shaft_position)
+    kinematics = leg_kinematics(robot)
     places = sensor_places(config)
     rows = []
     for still in stills:
-        contact = _contact(still.angle_rad, linkage, config, places, hung_up=hung_up)
+        contact = _contact(still.angle_rad, kinematics, config, places, hung_up=hung_up)
         if contact is not None:
             rows.append((still, *contact))
     count = robot.legs.count
@@ -182,14 +182,14 @@ def _mean(
 
 def _contact(
     angle_rad: FloatArray,
-    linkage: Linkage,
+    kinematics: LegKinematics,
     config: RobotConfig,
     places: SensorPlaces,
     *,
     hung_up: bool,
 ) -> tuple[BoolArray, FloatArray, FloatArray] | None:
     """Return feet in the air (N,), up (3,) and levers (N, 3); None where it is not clear."""
-    feet = linkage.feet(angle_rad, np.zeros_like(angle_rad)).position_m.copy()
+    feet = kinematics.feet(angle_rad, np.zeros_like(angle_rad)).position_m.copy()
     count = len(feet)
     if hung_up:
         return np.ones(count, dtype=bool), np.array([0.0, 0.0, 1.0]), np.full((count, 3), np.nan)

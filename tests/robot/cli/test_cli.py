@@ -195,7 +195,7 @@ def test_a_robot_file_with_a_mistake_names_the_key(
     text = DEFAULT_ROBOT_FILE.read_text(encoding="utf-8")
     path.write_text(text.replace("crank = 0.030", "crank = 0.3"), encoding="utf-8")
     assert bigant("drive", "--robot", str(path)) == ExitCode.USAGE
-    assert "linkage.crank: the linkage cannot turn" in capsys.readouterr().err
+    assert "leg.crank: the linkage cannot turn" in capsys.readouterr().err
 
 
 # Processes of their own: the pseudo-terminal, sockets and signals are real.

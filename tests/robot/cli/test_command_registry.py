@@ -100,7 +100,7 @@ def test_the_lazy_parser_and_the_full_one_are_the_same() -> None:
         (BusError("no port"), "docs/tutorial.md#wiring"),
         (RecordError("no log"), "docs/log.md"),
         (GaitRefused("servo.max_speed", 9, 4, "rad/s"), "docs/gaits.md"),
-        (ConfigError("linkage.crank", "too long"), ROBOT_FILE_PAGE),
+        (ConfigError("leg.crank", "too long"), ROBOT_FILE_PAGE),
         (ConfigError("lab.toml: legs.servo_zero[2]", "too large"), ROBOT_FILE_PAGE),
         (ConfigError("lab.toml", "the robot file cannot be read"), ROBOT_FILE_PAGE),
         (ConfigError("faults.toml", "the scenario cannot be read"), ""),

@@ -51,9 +51,9 @@ def test_every_assumed_value_is_marked() -> None:
             r"share transducer 6 \(legs MR, FR\)",
         ),
         ("servo_sign = [1, 1, 1, -1, -1, -1]", "servo_sign = [1, 1, 0, -1, -1, -1]", "1 or -1"),
-        ("crank = 0.030", "crank = 0.300", r"linkage\."),
-        ("rocker = 0.044", "rocker = 0.004", r"linkage\."),
-        ("branch = 1 ", "branch = 0 ", r"linkage\.branch: must be 1 or -1"),
+        ("crank = 0.030", "crank = 0.300", r"leg\."),
+        ("rocker = 0.044", "rocker = 0.004", r"leg\."),
+        ("branch = 1 ", "branch = 0 ", r"leg\.branch: must be 1 or -1"),
         ("watchdog = 0.24 ", "watchdog = 0.25 ", "multiple of 0.02"),
         ("watchdog = 0.24 ", "watchdog = 0.02 ", "less than three periods"),
         ("oversampling = 32", "oversampling = 32\nx = 1", r"force_sensor\.x: is not a known key"),
@@ -93,3 +93,24 @@ def test_values_are_read_only() -> None:
     stiffness = load_robot().parameters.contact.stiffness
     with pytest.raises(ValueError, match="read-only"):
         stiffness[0] = np.nan
+
+
+OLD_LEG_TABLE = NOMINAL.replace("[leg] ", "[linkage] ").replace('kind = "four_bar"', "#")
+
+
+def test_a_robot_file_from_before_other_legs_is_still_read() -> None:
+    old, new = parse_robot(OLD_LEG_TABLE).parameters.leg, parse_robot(NOMINAL).parameters.leg
+    for name in ("crank", "coupler", "rocker", "branch", "mid_stance"):
+        assert getattr(old, name) == getattr(new, name)
+    np.testing.assert_array_equal(old.foot, new.foot)
+    with pytest.raises(ConfigError, match=r"linkage\.crank: the linkage cannot turn"):
+        parse_robot(OLD_LEG_TABLE.replace("crank = 0.030", "crank = 0.300"))
+
+
+def test_a_robot_has_one_geometry_of_its_legs_and_of_a_known_kind() -> None:
+    with pytest.raises(ConfigError, match="linkage: is not a known key"):
+        parse_robot(NOMINAL + "\n[linkage]\ncrank = 0.03\n")
+    with pytest.raises(ConfigError, match=r"leg\.kind: must be one of four_bar.*'wing'"):
+        parse_robot(NOMINAL.replace('"four_bar"', '"wing"'))
+    with pytest.raises(ConfigError, match=r"leg\.kind: is missing"):
+        parse_robot(NOMINAL.replace('kind = "four_bar"', "#"))

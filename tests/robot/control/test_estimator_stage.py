@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from model.errors import ConfigError
-from model.kinematics.four_bar import Linkage
+from model.kinematics.legs import leg_kinematics
 from model.motion.se2 import aligning, compose
 from model.quasistatic.frames import FrictionLaw
 from model.values.arrays import FloatArray, readonly
@@ -159,7 +159,7 @@ def test_effects_of_the_robot_file_are_in_it(walked: list[Tick]) -> None:
     def estimates(text: str, added: FloatArray) -> list[Estimate]:
         config = parse_robot(text)
         robot = config.parameters
-        stage = estimator_stage(config, Linkage(robot.linkage, robot.legs.shaft_position))
+        stage = estimator_stage(config, leg_kinematics(robot))
         memory, found = stage.initial(), []
         for tick in walked:
             forces = replace(tick.forces, force_n=readonly(tick.forces.force_n + added))

@@ -14,7 +14,7 @@ from gap.machines.legged.inputs import make_inputs
 from model.effects.grid import body_velocity
 from model.effects.settings import settings_of
 from model.errors import ConfigError
-from model.kinematics.four_bar import Linkage
+from model.kinematics.legs import leg_kinematics
 from model.quasistatic.frame import solve_frame
 from model.quasistatic.frames import FrictionLaw
 from model.values.arrays import FloatArray
@@ -115,11 +115,11 @@ def test_an_effect_at_neutral_is_the_model_of_the_loop() -> None:
     model = model_of(with_effects(cause("payload", 0.0, 0.0, 0.0)))
     assert model is not None
     own = CONFIG.parameters
-    linkage = Linkage(own.linkage, own.legs.shaft_position)
+    kinematics = leg_kinematics(own)
     rng = np.random.default_rng(0)
     for _ in range(20):
         angle, rate = rng.uniform(-0.8, 0.8, 6), rng.uniform(0.2, 0.6, 6)
-        feet = linkage.feet(angle, rate)
+        feet = kinematics.feet(angle, rate)
         plain = solve_frame(feet, own.contact, own.body.mass * 9.80665)
         found = model.solve(angle, rate, np.zeros(3), np.full(3, np.nan), 0.0)
         assert np.allclose(found.feet.position_m, feet.position_m, atol=1e-12)

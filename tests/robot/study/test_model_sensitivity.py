@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from model.errors import ConfigError
-from model.kinematics.four_bar import Linkage
+from model.kinematics.legs import leg_kinematics
 from model.quasistatic.frames import FrictionLaw, solve_frames
 from model.values.arrays import FloatArray
 from model.values.faults import StopReason
@@ -48,7 +48,7 @@ def synthetic(
     legs = LEGS.count
     swing = 2 * np.pi * np.outer(t, 0.2 + 0.03 * np.arange(legs)) + np.arange(legs)
     angle, rate = 0.4 * np.sin(swing), 0.4 * np.cos(swing) * np.gradient(swing, t, axis=0)
-    feet = Linkage(CONFIG.parameters.linkage, LEGS.shaft_position).feet(angle, rate)
+    feet = leg_kinematics(CONFIG.parameters).feet(angle, rate)
     solved = solve_frames(feet, TRUE, WEIGHT, law=law)
     assert solved.valid.all()
     x, y = solved.pose[:, 1] / 2, solved.pose[:, 0] / 2

@@ -16,7 +16,7 @@ import pytest
 from mcap.writer import Writer
 from scipy.spatial.transform import Rotation
 
-from model.kinematics.four_bar import Linkage
+from model.kinematics.legs import leg_kinematics
 from model.values.estimate import Health
 from model.values.faults import Fault, FaultKind
 from model.values.tick import Mode
@@ -51,15 +51,15 @@ def test_feet_are_drawn_where_the_linkage_puts_them_and_forces_begin_there() -> 
         joints=replace(tick.joints, angle_rad=angles),
         forces=replace(tick.forces, force_n=forces),
     )
-    linkage = Linkage(PARAMETERS.linkage, PARAMETERS.legs.shaft_position)
-    feet = linkage.feet(angles, np.zeros(6)).position_m
+    kinematics = leg_kinematics(PARAMETERS)
+    feet = kinematics.feet(angles, np.zeros(6)).position_m
     for leg, scene in enumerate(legs_of(tick, PARAMETERS)):
         np.testing.assert_allclose(scene.feet[0].place, feet[leg], atol=1e-12)
         np.testing.assert_allclose(scene.forces[0].start, feet[leg], atol=1e-12)
         np.testing.assert_allclose(scene.forces[0].vector, METRES_PER_NEWTON * forces[leg])
         crank = scene.links[0].points
         np.testing.assert_allclose(
-            np.linalg.norm(crank[1] - crank[0]), PARAMETERS.linkage.crank, rtol=1e-9
+            np.linalg.norm(crank[1] - crank[0]), PARAMETERS.leg.crank, rtol=1e-9
         )
 
 

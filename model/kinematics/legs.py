@@ -1,0 +1,58 @@
+"""Legs of any kind: one protocol from joint angles to feet, and one place that makes it.
+
+N legs have J joints. A four-bar and a crank have one joint each, so J = N there and joint k belongs to
+leg k; whoever calls must not count on it.
+"""
+
+from typing import Protocol
+
+from model.kinematics.four_bar import FourBarKinematics
+from model.values.arrays import FloatArray
+from model.values.legs import FootMotion
+from model.values.parameters import LegGeometry, LegParameters
+
+
+class LeggedRobot(Protocol):
+    """Whatever has legs: where they are fixed to the body, and what one of them is."""
+
+    @property
+    def legs(self) -> LegParameters:
+        """Names and places."""
+
+    @property
+    def leg(self) -> LegGeometry:
+        """Geometry, with the kind of leg in its type."""
+
+
+class LegKinematics(Protocol):
+    """Joint angles to unloaded feet in the body frame, and the exact derivative."""
+
+    @property
+    def joint_count(self) -> int:
+        """Number of joints J of all legs together."""
+
+    def feet(self, angle_rad: FloatArray, rate_rad_s: FloatArray) -> FootMotion:
+        """Return feet in the body frame.
+
+        Args:
+            angle_rad: Joint angles, (..., J) [rad]; NaN gives NaN in the legs that it moves.
+            rate_rad_s: Joint speeds, (..., J) [rad/s].
+
+        Returns:
+            Positions and velocities, (..., N, 3).
+        """
+
+    def jacobian(self, angle_rad: FloatArray) -> FloatArray:
+        """Return d foot velocity / d joint speed, (..., N, 3, J) [m/rad], from angles (..., J) [rad]."""
+
+    def prepare(self) -> None:
+        """Load or make the machine code of ``feet`` now, so that no tick has to wait for it."""
+
+
+def leg_kinematics(robot: LeggedRobot) -> LegKinematics:
+    """Return the kinematics of a robot's legs, whatever their kind.
+
+    Raises:
+        ConfigError: The legs cannot move as they are.
+    """
+    return FourBarKinematics(robot.leg, robot.legs.shaft_position)
