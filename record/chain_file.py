@@ -12,8 +12,8 @@ A robot file with ``kind = "chain"`` in [leg] names the file::
     sign = [1, 1]                    # joint of the file = zero + sign * ours, one a joint
     zero = [0.0, 0.0]
 
-``complete`` appends the table [leg.chain] (``model.parameters.chain_table``) to its text. Meshes, motors and
-whatever else has no bearing on the feet is not opened.
+``complete`` appends the table [leg.chain] (``model.parameters.chain_table``) to its text. Meshes, motors
+and whatever else has no bearing on the feet is not opened.
 """
 
 from dataclasses import dataclass

@@ -58,7 +58,7 @@ def check_trial(trial: Trial) -> tuple[DataFault, ...]:
     period = float(np.median(np.diff(trial.time_s))) if len(trial.time_s) > 1 else 1.0
     columns = (
         fault
-        for place in trial_places(trial.joints)
+        for place in trial_places(trial.header.names)
         for fault in faults_of(place.column, _column(trial, place, period))
     )
     return (*time, *columns, *_shafts(trial), *lag_faults(trial))

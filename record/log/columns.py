@@ -17,6 +17,7 @@ from model.values.readings import ForceRecord, ServoReadings
 from record.log.reader import StampedTick
 from record.log.recording import Stack
 from record.log.tick_message import TRANSDUCERS
+from record.trial.machine_names import MachineNames
 from record.trial.table_file import Names, TableColumn, axis_words, column_names
 from record.trial.trial import BODY_POSITION
 
@@ -43,18 +44,18 @@ class Part(NamedTuple):
     change: Callable[[Any], object] | None = None
     kind: type = np.float64
 
-    def columns(self, ticks: Sequence[Any], legs: tuple[str, ...]) -> list[TableColumn]:
+    def columns(self, ticks: Sequence[Any], machine: MachineNames) -> list[TableColumn]:
         """Return the columns; what is absent is NaN, or an empty text."""
         absent = "" if self.kind is object else np.nan
-        shape = tuple(map(len, axis_words(self.names, legs)))
+        shape = tuple(map(len, axis_words(self.names, machine)))
         values = Stack(self.path, shape, self.change, absent, self.kind)
-        return named(self.names, values.of(ticks), legs)
+        return named(self.names, values.of(ticks), machine)
 
 
-def named(names: Names, values: NDArray[Any], legs: tuple[str, ...]) -> list[TableColumn]:
+def named(names: Names, values: NDArray[Any], machine: MachineNames) -> list[TableColumn]:
     """Return the columns of (T, ...) values, named as in ``Part``."""
     each = values.reshape(len(values), -1).T
-    return [TableColumn(*one) for one in zip(column_names(names, legs), each, strict=True)]
+    return [TableColumn(*one) for one in zip(column_names(names, machine), each, strict=True)]
 
 
 def _planar(who: str, path: str) -> tuple[Part, ...]:
@@ -116,15 +117,15 @@ GROUPS: Mapping[str, tuple[Part, ...]] = MappingProxyType(
             Part("command_{joint}_rad", "sent.angle_rad"),
             Part("torque_on", "sent.torque", kind=np.int64),
         ),
-        "forces": (Part("force_{joint}_{xyz}_n", "forces.force_n"),),
+        "forces": (Part("force_{leg}_{xyz}_n", "forces.force_n"),),
         "model": (
             Part(_velocity("predicted"), "contact.traction.velocity_B"),
             Part("predicted_height_m", "contact.support.height_m"),
             Part("predicted_slope_x_rad", "contact.support.slope_x"),
             Part("predicted_slope_y_rad", "contact.support.slope_y"),
-            Part("predicted_force_{joint}_{xyz}_n", "contact.traction.force_B"),
-            Part("predicted_slip_{joint}_{xy}_m_s", "contact.traction.slip_B"),
-            Part("unloaded_foot_{joint}_{xyz}_m", "feet.position_m"),
+            Part("predicted_force_{leg}_{xyz}_n", "contact.traction.force_B"),
+            Part("predicted_slip_{leg}_{xy}_m_s", "contact.traction.slip_B"),
+            Part("unloaded_foot_{leg}_{xyz}_m", "feet.position_m"),
         ),
         "dead_reckoning": _planar("dead_reckoning", "dead_reckoning"),
         "estimate": (
@@ -138,14 +139,14 @@ GROUPS: Mapping[str, tuple[Part, ...]] = MappingProxyType(
                 "vx_vx_m2_s2", "vx_vy_m2_s2", "vx_yaw_rate_m_rad_s2", "vy_vy_m2_s2",
                 "vy_yaw_rate_m_rad_s2", "yaw_rate_yaw_rate_rad2_s2",
             ),
-            Part("estimate_force_{joint}_{xyz}_n", "estimate.force_B"),
-            Part("estimate_force_sd_{joint}_{xyz}_n", "estimate.force_covariance", _force_sd),
-            Part("estimate_mu_{joint}", "estimate.mu"),
-            Part("estimate_mu_log_sd_{joint}", "estimate.mu_sd"),
-            Part("estimate_stiffness_{joint}_n_m", "estimate.stiffness"),
-            Part("estimate_stiffness_log_sd_{joint}", "estimate.stiffness_sd"),
-            Part("estimate_contact_{joint}", "estimate.contact"),
-            Part("estimate_slipping_{joint}", "estimate.slipping"),
+            Part("estimate_force_{leg}_{xyz}_n", "estimate.force_B"),
+            Part("estimate_force_sd_{leg}_{xyz}_n", "estimate.force_covariance", _force_sd),
+            Part("estimate_mu_{leg}", "estimate.mu"),
+            Part("estimate_mu_log_sd_{leg}", "estimate.mu_sd"),
+            Part("estimate_stiffness_{leg}_n_m", "estimate.stiffness"),
+            Part("estimate_stiffness_log_sd_{leg}", "estimate.stiffness_sd"),
+            Part("estimate_contact_{leg}", "estimate.contact"),
+            Part("estimate_slipping_{leg}", "estimate.slipping"),
             Part("estimate_height_m", "estimate.height_m"),
             Part(("estimate_roll_rad", "estimate_pitch_rad"), "estimate.tilt_rad"),
             Part("estimate_nis", "estimate.nis"),
@@ -161,10 +162,10 @@ GROUPS: Mapping[str, tuple[Part, ...]] = MappingProxyType(
             Part("body_quaternion_{xyzw}", "inputs.truth.quaternion_xyzw"),
             Part("body_velocity_{xyz}_m_s", "inputs.truth.velocity_B"),
             Part("body_rate_{xyz}_rad_s", "inputs.truth.angular_velocity_B"),
-            Part("true_foot_{joint}_{xyz}_m", "inputs.truth.foot_position_W"),
-            Part("true_foot_{joint}_{xyz}_m_s", "inputs.truth.foot_velocity_W"),
-            Part("true_force_{joint}_{xyz}_n", "inputs.truth.foot_force_B"),
-            Part("true_contact_{joint}", "inputs.truth.contact"),
+            Part("true_foot_{leg}_{xyz}_m", "inputs.truth.foot_position_W"),
+            Part("true_foot_{leg}_{xyz}_m_s", "inputs.truth.foot_velocity_W"),
+            Part("true_force_{leg}_{xyz}_n", "inputs.truth.foot_force_B"),
+            Part("true_contact_{leg}", "inputs.truth.contact"),
         ),
         "loop": (
             Part("tick", "index", kind=np.int64),
@@ -205,7 +206,7 @@ TRIAL_PARTS = (
 
 def table_columns(
     block: Sequence[StampedTick],
-    names: tuple[str, ...],
+    machine: MachineNames,
     start_unix_ns: int,
     parts: Iterable[Part],
 ) -> list[TableColumn]:
@@ -213,7 +214,7 @@ def table_columns(
 
     Args:
         block: Ticks, at least one.
-        names: Leg names.
+        machine: Names of joints and legs.
         start_unix_ns: UNIX time of 0 s.
         parts: Some of ``GROUPS``.
     """
@@ -223,7 +224,7 @@ def table_columns(
         TableColumn("unix_ns", unix_ns),
     ]
     ticks = [item.tick for item in block]
-    return columns + [column for part in parts for column in part.columns(ticks, names)]
+    return columns + [column for part in parts for column in part.columns(ticks, machine)]
 
 
 def check_groups(text: str) -> tuple[str, ...]:

@@ -18,10 +18,12 @@ from record.trial.header import (
     TrialHeader,
     joints_of,
     kind_of,
+    legs_of,
     parse_header,
     parse_toml,
     write_header,
 )
+from record.trial.machine_names import MachineNames, one_joint_a_leg
 from record.trial.table_file import TableColumn, check_suffix, copy_table, table_writer
 from record.trial.trial import BODY_ANGLES
 from record.trial.trial import COLUMNS as TRIAL_COLUMNS
@@ -48,8 +50,8 @@ class Exported:
     rows: int
 
 
-def _names(block: Sequence[StampedTick], contents: LogContents) -> tuple[str, ...]:
-    return contents.names(len(block[0].tick.joints.angle_rad))
+def _names(block: Sequence[StampedTick], contents: LogContents) -> MachineNames:
+    return contents.machine(block[0].tick)
 
 
 def export_table(
@@ -87,7 +89,7 @@ def export_trial(path: Path, out: Path, contents: LogContents) -> tuple[Exported
     check_suffix(out)
     whole = out.with_name(out.stem + ".whole.parquet")
     measured: dict[str, bool] = {}
-    names: tuple[str, ...] = ()
+    names = one_joint_a_leg(())
     last_yaw, start_ns, times_s = np.nan, -1, []
     try:
         with table_writer(whole) as writer:
@@ -112,7 +114,7 @@ def export_trial(path: Path, out: Path, contents: LogContents) -> tuple[Exported
 
 
 def _trial_header(
-    path: Path, names: tuple[str, ...], contents: LogContents, rate_hz: float
+    path: Path, names: MachineNames, contents: LogContents, rate_hz: float
 ) -> TrialHeader:
     metadata, source = contents.metadata, f"the header in {path}"
     if "trial" in metadata and "merged" not in metadata:  # it was one before it became a log
@@ -123,17 +125,18 @@ def _trial_header(
     )
     robot = parse_toml(contents.config_text, path)
     joints = joints_of(robot, ())
-    if joints and joints != names:
-        raise RecordError(f"{path}: its robot file has legs {joints}, its ticks {names}")
+    if joints and joints != names.joints:
+        raise RecordError(f"{path}: its robot file has joints {joints}, its ticks {names.joints}")
     return TrialHeader(
         kind=kind_of(robot, path),
-        joints=names,
+        joints=names.joints,
         gait=metadata.get("gait", ""),
         frequency_hz=_float(metadata.get("frequency_hz", "")),
         sample_rate_hz=round(rate_hz, 6),
         notes=f"from {path.name}" + (f"; {contents.damage}" if contents.damage else ""),
         robot_file=robot_file,
         robot_text=contents.config_text,
+        legs=legs_of(robot),
     )
 
 
@@ -145,7 +148,7 @@ def _float(text: str) -> float:
 
 
 def _trial_columns(
-    block: Sequence[StampedTick], names: tuple[str, ...], start_ns: int, last_yaw: float
+    block: Sequence[StampedTick], names: MachineNames, start_ns: int, last_yaw: float
 ) -> tuple[list[TableColumn], float]:
     """Return every column of a trial, also those without a number, and the last yaw."""
     ticks = [item.tick for item in block]
@@ -153,7 +156,7 @@ def _trial_columns(
     position = Stack("inputs.truth.position_W", (3,)).of(ticks)
     quaternion = Stack("inputs.truth.quaternion_xyzw", (4,)).of(ticks)
     angles, last_yaw = _roll_pitch_yaw(quaternion, last_yaw)
-    feet = Stack("inputs.truth.foot_position_W", (LEGS, 3)).of(ticks, len(names))
+    feet = Stack("inputs.truth.foot_position_W", (LEGS, 3)).of(ticks, len(names.legs))
     columns += named(BODY_ANGLES, angles, names)
     columns += named(
         TRIAL_COLUMNS["foot_m"], _in_body(feet - position[:, None, :], quaternion), names

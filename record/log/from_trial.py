@@ -58,7 +58,8 @@ def write_trial_log(
     with whole_file(path) as part:
         writer = LogWriter(
             part,
-            names=header.joints,
+            names=header.names.legs,
+            joints=header.joints,
             config_text=header.robot_text,
             metadata=metadata,
             start_ns=start_ns,
@@ -113,8 +114,8 @@ def _tick(trial: Trial, at: int, t_ns: int) -> Tick:
         gait_phase=np.nan,
         wished=command,
         sent=command,
-        feet=no_feet(len(trial.joints)),
-        contact=no_contact(len(trial.joints), NOT_RUN),
+        feet=no_feet(len(trial.legs)),
+        contact=no_contact(len(trial.legs), NOT_RUN),
         dead_reckoning=DeadReckoning(
             t_ns, np.full(2, np.nan), np.nan, np.full(3, np.nan), valid=False
         ),
@@ -128,7 +129,7 @@ def _truth(trial: Trial, at: int, t_ns: int) -> BodyTruth | None:
     if not np.isfinite([*position, roll, pitch, yaw]).all():
         return None
     turn = Rotation.from_euler("ZYX", [yaw, pitch, roll])
-    legs = len(trial.joints)
+    legs = len(trial.legs)
     feet: FloatArray = position + trial.foot_m[at] @ turn.as_matrix().T
     return BodyTruth(
         t_ns=t_ns,

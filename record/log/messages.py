@@ -117,18 +117,18 @@ def transform(unix_ns: int, pose: DeadReckoning | Estimate) -> bytes:
 
 
 def diagnostics(unix_ns: int, names: tuple[str, ...], tick: Tick) -> bytes:
-    """diagnostic_msgs/msg/DiagnosticArray: one status a leg, one each for loop and estimator."""
+    """diagnostic_msgs/msg/DiagnosticArray: one status a joint, one each for loop and estimator."""
     w = CdrWriter()
     _header(w, unix_ns, "")
     w.count(len(names) + 1 + (tick.estimate is not None))
     joints = tick.joints
-    for leg, name in enumerate(names):
+    for at, name in enumerate(names):
         mine = [f"{f.kind.name}: {f.detail}" for f in tick.faults if f.source == name]
-        level = OK if joints.valid[leg] and not mine else ERROR
+        level = OK if joints.valid[at] and not mine else ERROR
         values = (
-            ("temperature_c", f"{joints.temperature_c[leg]:.0f}"),
-            ("voltage_v", f"{joints.voltage_v[leg]:.1f}"),
-            ("current_a", f"{joints.current_a[leg]:.3f}"),
+            ("temperature_c", f"{joints.temperature_c[at]:.0f}"),
+            ("voltage_v", f"{joints.voltage_v[at]:.1f}"),
+            ("current_a", f"{joints.current_a[at]:.3f}"),
         )
         _status(w, level, f"servo {name}", "; ".join(mine) or "ok", values)
     others = [f"{f.source} {f.kind.name}: {f.detail}" for f in tick.faults if f.source not in names]

@@ -24,12 +24,14 @@ from record.log.tick_message import decode_tick
 from record.log.wire_message import WIRE_TOPICS, decode_wire
 from record.log.writer import (
     CONFIG_NAME,
+    JOINTS_KEY,
     METADATA_NAME,
     NAMES_KEY,
     START_KEY,
     START_UNIX_KEY,
     TICK_TOPIC,
 )
+from record.trial.machine_names import MachineNames
 
 BLOCK_TICKS = 2000
 # Every layout of a tick that was ever written, by the SHA-256 of its definition's text. Whoever changes the
@@ -78,6 +80,15 @@ class LogContents:
         text = self.metadata.get(NAMES_KEY, "")
         names = tuple(text.split(",")) if text else ()
         return names if len(names) == count else tuple(f"leg{i + 1}" for i in range(count))
+
+    def machine(self, tick: Tick) -> MachineNames:
+        """Return the names of the joints and legs of a tick; made up where the log does not tell."""
+        legs, count = self.names(len(tick.feet.position_m)), len(tick.joints.angle_rad)
+        text = self.metadata.get(JOINTS_KEY, "")
+        joints = tuple(text.split(",")) if text else legs
+        if len(joints) != count:
+            joints = tuple(f"joint{i + 1}" for i in range(count))
+        return MachineNames(joints, legs)
 
 
 def whole_number(text: str, otherwise: int) -> int:
@@ -335,7 +346,7 @@ def read_blocks(
                 each(item)
         yield build_recording(
             [item.tick for item in block],
-            names=contents.names(len(block[0].tick.joints.angle_rad)),
+            machine=contents.machine(block[0].tick),
             start_ns=contents.start_ns(block[0].tick.t_ns),
             times_s=[(item.unix_ns - start_unix_ns) * 1e-9 for item in block],
             config_text=contents.config_text,

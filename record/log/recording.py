@@ -1,4 +1,4 @@
-"""A log as arrays: T ticks of N legs, for tables, plots and comparisons."""
+"""A log as arrays: T ticks of N legs and J joints, for tables, plots and comparisons."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -12,9 +12,10 @@ from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
 from model.values.faults import Fault
 from model.values.tick import Tick
 from record.log.estimate_message import HEALTHS
+from record.trial.machine_names import MachineNames
 
 NOT_RUNNING = -1
-LEGS = -1  # in a shape: as many as there are legs
+LEGS, JOINTS = -1, -2  # in a shape: as many as there are legs, or joints
 
 
 @cache
@@ -36,7 +37,7 @@ class Stack(NamedTuple):
 
     Attributes:
         path: Where it is in a tick.
-        shape: Its shape; ``LEGS`` is the number of legs.
+        shape: Its shape; ``LEGS`` is the number of legs, ``JOINTS`` that of joints.
         change: What to make of it first; None where there is nothing.
         absent: What stands for it where there is nothing.
         kind: Kind of the numbers.
@@ -48,9 +49,10 @@ class Stack(NamedTuple):
     absent: object = np.nan
     kind: type = np.float64
 
-    def of(self, ticks: Sequence[Tick], legs: int = 0) -> NDArray[Any]:
-        """Return the array of some ticks of so many legs."""
-        shape = tuple(legs if size == LEGS else size for size in self.shape)
+    def of(self, ticks: Sequence[Tick], legs: int = 0, joints: int = 0) -> NDArray[Any]:
+        """Return the array of some ticks of so many legs and joints."""
+        sizes = {LEGS: legs, JOINTS: joints}
+        shape = tuple(sizes.get(size, size) for size in self.shape)
         nothing = np.full(shape, self.absent, self.kind) if shape else self.absent
         values = (follow(tick, self.path) for tick in ticks)
         if self.change is not None:
@@ -72,11 +74,11 @@ class Recording:
         mode: Mode codes, (T,).
         stop_reason: Stop reason codes, (T,).
         gait_phase: (T,) [cycles]; NaN when no gait runs.
-        angle_rad: Measured shaft angles, (T, N).
-        rate_rad_s: Measured shaft speeds, (T, N).
-        current_a: Motor currents, (T, N).
-        temperature_c: Servo temperatures, (T, N).
-        sent_angle_rad: Angles sent, (T, N); NaN while torque is off.
+        angle_rad: Measured shaft angles, (T, J).
+        rate_rad_s: Measured shaft speeds, (T, J).
+        current_a: Motor currents, (T, J).
+        temperature_c: Servo temperatures, (T, J).
+        sent_angle_rad: Angles sent, (T, J); NaN while torque is off.
         force_n: Measured ground forces on the feet, body axes, (T, N, 3); NaN where invalid.
         predicted_force_n: The model's, (T, N, 3).
         predicted_velocity_B: The model's body velocity: vx, vy [m/s], yaw rate [rad/s], (T, 3).
@@ -100,6 +102,7 @@ class Recording:
         config_text: The robot file.
         metadata: Metadata texts.
         damage: Empty, or how the file ends early.
+        joints: Joint names, J of them.
     """
 
     names: tuple[str, ...]
@@ -107,11 +110,11 @@ class Recording:
     mode: Annotated[IntArray, Stack("mode.value", kind=np.int64)]
     stop_reason: Annotated[IntArray, Stack("stop_reason.value", kind=np.int64)]
     gait_phase: Annotated[FloatArray, Stack("gait_phase")]
-    angle_rad: Annotated[FloatArray, Stack("joints.angle_rad", (LEGS,))]
-    rate_rad_s: Annotated[FloatArray, Stack("joints.rate_rad_s", (LEGS,))]
-    current_a: Annotated[FloatArray, Stack("joints.current_a", (LEGS,))]
-    temperature_c: Annotated[FloatArray, Stack("joints.temperature_c", (LEGS,))]
-    sent_angle_rad: Annotated[FloatArray, Stack("sent.angle_rad", (LEGS,))]
+    angle_rad: Annotated[FloatArray, Stack("joints.angle_rad", (JOINTS,))]
+    rate_rad_s: Annotated[FloatArray, Stack("joints.rate_rad_s", (JOINTS,))]
+    current_a: Annotated[FloatArray, Stack("joints.current_a", (JOINTS,))]
+    temperature_c: Annotated[FloatArray, Stack("joints.temperature_c", (JOINTS,))]
+    sent_angle_rad: Annotated[FloatArray, Stack("sent.angle_rad", (JOINTS,))]
     force_n: Annotated[FloatArray, Stack("forces.force_n", (LEGS, 3))]
     predicted_force_n: Annotated[FloatArray, Stack("contact.traction.force_B", (LEGS, 3))]
     predicted_velocity_B: Annotated[FloatArray, Stack("contact.traction.velocity_B", (3,))]  # noqa: N815
@@ -141,6 +144,7 @@ class Recording:
     config_text: str
     metadata: Mapping[str, str]
     damage: str
+    joints: tuple[str, ...]
 
     @property
     def has_truth(self) -> bool:
@@ -158,7 +162,7 @@ _TAKEN: Mapping[str, Stack] = {
 def build_recording(
     ticks: Sequence[Tick],
     *,
-    names: tuple[str, ...],
+    machine: MachineNames,
     start_ns: int,
     config_text: str,
     metadata: Mapping[str, str],
@@ -169,7 +173,7 @@ def build_recording(
 
     Args:
         ticks: The ticks, at least one.
-        names: Leg names.
+        machine: Names of joints and legs.
         start_ns: The ticks' clock at the beginning of the log.
         config_text: The robot file.
         metadata: Metadata texts.
@@ -179,14 +183,18 @@ def build_recording(
     arrays: dict[str, Any] = {
         "t_s": [(t.t_ns - start_ns) * 1e-9 for t in ticks] if times_s is None else times_s
     }
-    arrays |= {name: taken.of(ticks, len(names)) for name, taken in _TAKEN.items()}
+    arrays |= {
+        name: taken.of(ticks, len(machine.legs), len(machine.joints))
+        for name, taken in _TAKEN.items()
+    }
     return Recording(
-        names=names,
+        names=machine.legs,
         **{name: readonly(np.asarray(values)) for name, values in arrays.items()},
         faults=tuple((row, fault) for row, tick in enumerate(ticks) for fault in tick.faults),
         config_text=config_text,
         metadata=metadata,
         damage=damage,
+        joints=machine.joints,
     )
 
 

@@ -106,14 +106,14 @@ def encode_tick(tick: Tick) -> bytes:
     """Return a tick as a message."""
     w = CdrWriter()
     w.record("qqBB", tick.t_ns, tick.index, tick.mode.value, tick.stop_reason.value)
-    inputs, legs = tick.inputs, len(tick.wished.angle_rad)
+    inputs = tick.inputs
     _REQUEST.write(w, inputs.request)
     _TIMING.write(w, inputs.timing)
     w.record("?", inputs.servos is not None)
-    _SERVOS.write(w, inputs.servos or _no_servos(legs))
+    _SERVOS.write(w, inputs.servos or _no_servos(len(tick.wished.angle_rad)))
     _FORCE_RECORD.write_all(w, inputs.forces)
     w.record("?", inputs.truth is not None)
-    _TRUTH.write(w, inputs.truth or _no_truth(legs))
+    _TRUTH.write(w, inputs.truth or _no_truth(len(tick.feet.position_m)))
     _FAULT.write_all(w, inputs.faults)
     _POSE.write_all(w, inputs.poses)
     _write_outputs(w, tick)
@@ -121,9 +121,9 @@ def encode_tick(tick: Tick) -> bytes:
 
 
 @cache
-def _no_servos(legs: int) -> ServoReadings:
-    zeros = np.zeros(legs, dtype=np.int64)
-    flags = np.zeros(legs, dtype=bool)
+def _no_servos(joints: int) -> ServoReadings:
+    zeros = np.zeros(joints, dtype=np.int64)
+    flags = np.zeros(joints, dtype=bool)
     return ServoReadings(0, zeros, zeros, zeros, zeros, zeros, zeros, zeros, zeros, flags, zeros)
 
 

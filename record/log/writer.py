@@ -38,6 +38,7 @@ TICK_SCHEMA = "bigant_msgs/msg/Tick"
 CONFIG_NAME = "robot.toml"
 METADATA_NAME = "bigant"
 NAMES_KEY = "leg_names"
+JOINTS_KEY = "joint_names"  # where they are others than those of the legs
 START_KEY = "start_ns"
 START_UNIX_KEY = "start_unix_ns"
 RATE_KEY = "rate_hz"  # of the loop, where it is known
@@ -65,6 +66,7 @@ class LogWriter:
     Args:
         path: The log file.
         names: Leg names.
+        joints: Joint names; empty where they are those of the legs.
         config_text: The robot file's text.
         metadata: Whatever else is worth knowing, as texts.
         start_ns: Monotonic time of the beginning.
@@ -79,13 +81,14 @@ class LogWriter:
         path: Path,
         *,
         names: tuple[str, ...],
+        joints: tuple[str, ...] = (),
         config_text: str,
         metadata: Mapping[str, str],
         start_ns: int,
         start_unix_ns: int,
     ) -> None:
         self.path = path
-        self._names = names
+        self._names, self._joints = names, joints or names
         self._offset_ns = start_unix_ns - start_ns
         self._error: RecordError | None = None
         self._sequence = 0
@@ -99,6 +102,7 @@ class LogWriter:
         details = {
             **metadata,
             NAMES_KEY: ",".join(names),
+            **({} if self._joints == names else {JOINTS_KEY: ",".join(self._joints)}),
             START_KEY: str(start_ns),
             START_UNIX_KEY: str(start_unix_ns),
         }
@@ -157,9 +161,9 @@ class LogWriter:
         estimate = tick.estimate
         predicted_force = tick.contact.traction.force_B if estimate is None else estimate.force_B
         self._put(TICK_TOPIC, unix_ns, encode_tick(tick))
-        state = messages.joint_state(unix_ns, names, joints.angle_rad, joints.rate_rad_s)
+        state = messages.joint_state(unix_ns, self._joints, joints.angle_rad, joints.rate_rad_s)
         self._put("/joint_states", unix_ns, state)
-        wanted = messages.joint_state(unix_ns, names, sent.angle_rad, sent.rate_rad_s)
+        wanted = messages.joint_state(unix_ns, self._joints, sent.angle_rad, sent.rate_rad_s)
         self._put("/joint_commands", unix_ns, wanted)
         for leg, name in enumerate(names):
             measured = messages.wrench(unix_ns, tick.forces.force_n[leg])
@@ -177,7 +181,7 @@ class LogWriter:
             self._put("/odom_truth", unix_ns, messages.truth_odometry(unix_ns, truth))
         if tick.t_ns >= self._next_diagnostics_ns:
             self._next_diagnostics_ns = tick.t_ns + DIAGNOSTICS_PERIOD_NS
-            self._put("/diagnostics", unix_ns, messages.diagnostics(unix_ns, names, tick))
+            self._put("/diagnostics", unix_ns, messages.diagnostics(unix_ns, self._joints, tick))
         self._sequence += 1
         if tick.t_ns >= self._next_flush_ns:
             self._next_flush_ns = tick.t_ns + FLUSH_PERIOD_NS

@@ -29,6 +29,7 @@ from model.parameters.toml_table import Table, as_table
 from model.values.arrays import FloatArray
 from record.trial.cut import Cut, read_cut
 from record.trial.header import TrialHeader, errors_of, parse_header, parse_toml, read_text
+from record.trial.machine_names import MachineNames
 from record.trial.table_check import TableFinding
 from record.trial.table_file import DataTable, TableColumn
 from record.trial.trial import trial_places
@@ -211,20 +212,20 @@ def _source(ours: str, table: Table) -> Source:
 
 
 def complete_sources(
-    given: ColumnMap, joints: tuple[str, ...], theirs: tuple[str, ...], path: Path
+    given: ColumnMap, machine: MachineNames, theirs: tuple[str, ...], path: Path
 ) -> tuple[Source, ...]:
     """Return the map's sources and those columns that have our names already.
 
     Args:
         given: The map.
-        joints: Joints of the machine.
+        machine: Joints and legs of the machine.
         theirs: Columns of the table.
         path: The table, for messages.
 
     Raises:
         RecordError: The map names a column that is not there, or one that we do not have.
     """
-    known = ("time_s", *(place.column for place in trial_places(joints)))
+    known = ("time_s", *(place.column for place in trial_places(machine)))
     for source in given.sources:
         if source.ours not in known:
             raise RecordError(

@@ -11,8 +11,10 @@ from typing import Any
 from model.errors import ConfigError, RecordError
 from model.parameters import toml_table
 from model.parameters.toml_table import Table
+from record.chain_file import CHAIN, complete
 from record.input_file import read_utf8
 from record.toml_file import toml_text
+from record.trial.machine_names import MachineNames
 from record.whole_file import write_text
 
 LEGGED, SERVO_BENCH, SLIDING_BODY = "legged", "servo_bench", "sliding_body"
@@ -50,7 +52,7 @@ class TrialHeader:
 
     Attributes:
         kind: ``legged``, ``servo_bench`` or ``sliding_body``.
-        joints: Names of joints or legs, in the order of the machine's file.
+        joints: Names of joints, in the order of the machine's file.
         gait: tripod, metachronal or other; empty where there is none.
         frequency_hz: Cycles a second; NaN if not known.
         sample_rate_hz: Samples a second; NaN if not known.
@@ -58,6 +60,7 @@ class TrialHeader:
         noise: Noise of the sensors.
         robot_file: Name of the machine's file, relative to the trial; empty if there is none.
         robot_text: What it says.
+        legs: Names of legs that have several joints; empty where they are called as their joints.
     """
 
     kind: str
@@ -69,6 +72,12 @@ class TrialHeader:
     noise: TrialNoise = TrialNoise()
     robot_file: str = ""
     robot_text: str = ""
+    legs: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> MachineNames:
+        """Names of joints and legs."""
+        return MachineNames(self.joints, self.legs or self.joints)
 
 
 def read_header(path: Path, columns: tuple[str, ...]) -> TrialHeader:
@@ -134,7 +143,7 @@ def parse_header(
         for table in (trial, noise, top):
             table.done()
     if machine is None:
-        machine = read_text(path.parent / robot_file) if robot_file else ""
+        machine = read_machine(path.parent / robot_file) if robot_file else ""
     robot = parse_toml(machine, path.parent / robot_file)
     return TrialHeader(
         kind=kind_of(robot, path.parent / robot_file),
@@ -146,7 +155,19 @@ def parse_header(
         noise=TrialNoise(*sensors),
         robot_file=robot_file,
         robot_text=machine,
+        legs=legs_of(robot),
     )
+
+
+def read_machine(path: Path) -> str:
+    """Return the text of a machine's file, with the numbers of its legs where another file has them.
+
+    Raises:
+        RecordError: It cannot be read, or the file of its legs cannot be used.
+    """
+    text = read_text(path)
+    with errors_of(path):
+        return complete(text, path.parent)
 
 
 @contextmanager
@@ -193,6 +214,8 @@ def kind_of(robot: Mapping[str, Any], path: Path) -> str:
 def joints_of(robot: Mapping[str, Any], columns: tuple[str, ...]) -> tuple[str, ...]:
     """Return the joints that a machine's file names, or else those that the columns name."""
     legs, joints = robot.get("legs"), robot.get("joint")
+    if chain := _chain_of(robot):
+        return tuple(str(name) for name in chain["joints"])
     if isinstance(legs, Mapping) and isinstance(legs.get("order"), list):
         return tuple(str(name) for name in legs["order"])
     if isinstance(joints, Mapping):
@@ -202,6 +225,21 @@ def joints_of(robot: Mapping[str, Any], columns: tuple[str, ...]) -> tuple[str, 
     matches = (_JOINT_OF_COLUMN.fullmatch(name) for name in columns)
     names = (next(g for g in match.groups() if g) for match in matches if match)
     return tuple(dict.fromkeys(names))
+
+
+def legs_of(robot: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the legs of a machine whose joints have names of their own; none of any other."""
+    legs = robot.get("legs")
+    if not _chain_of(robot) or not isinstance(legs, Mapping):
+        return ()
+    return tuple(str(name) for name in legs.get("order", ()))
+
+
+def _chain_of(robot: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The table [leg.chain] of a machine whose legs have several joints; empty without."""
+    leg = robot.get("leg")
+    chain = leg.get(CHAIN) if isinstance(leg, Mapping) else None
+    return chain if isinstance(chain, Mapping) and isinstance(chain.get("joints"), list) else {}
 
 
 def write_header(header: TrialHeader, path: Path) -> None:
@@ -214,11 +252,12 @@ def write_header(header: TrialHeader, path: Path) -> None:
     _check_header(header, path)
     if header.robot_file:
         machine = path.parent / header.robot_file
-        if machine.exists() and read_text(machine) != header.robot_text:
+        if not machine.exists():
+            write_text(machine, header.robot_text)
+        elif header.robot_text not in {read_text(machine), read_machine(machine)}:
             raise RecordError(
                 f"{machine} is another machine's file than this trial's; write to another folder"
             )
-        write_text(machine, header.robot_text)
     write_text(path, header_text(header))
 
 

@@ -98,7 +98,7 @@ def _import(
     table = _with_time(one.table, given)
     findings: list[TableFinding] = [*one.findings]
     header = _header(path, table, given, findings)
-    sources = complete_sources(given, header.joints, table.names, path)
+    sources = complete_sources(given, header.names, table.names, path)
     names = tuple(dict.fromkeys(source.ours for source in sources))
     if "time_s" not in names:
         raise RecordError(
@@ -188,7 +188,7 @@ def _absent(header: TrialHeader, sources: tuple[Source, ...]) -> list[TableFindi
     """Say which quantities are not there at all, and for which joints only some are missing."""
     have = {source.ours for source in sources}
     findings = []
-    for field, places in groupby(trial_places(header.joints), key=lambda place: place.field):
+    for field, places in groupby(trial_places(header.names), key=lambda place: place.field):
         columns = [place.column for place in places]
         missing = [column for column in columns if column not in have]
         if missing:

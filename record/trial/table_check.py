@@ -150,7 +150,7 @@ def _jumps(
 
 
 def _stuck(trial: Trial, rows: FloatArray) -> Iterator[TableFinding]:
-    for place in trial_places(trial.joints):
+    for place in trial_places(trial.header.names):
         values = trial.values(place)
         if place.field == "shaft_rad":
             odd = _stuck_shaft(trial.time_s, values, trial.command_rad[place.where])

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from model.errors import RecordError
 from model.values.arrays import FloatArray
+from record.trial.machine_names import MachineNames
 from record.whole_file import whole_file
 
 SUFFIXES = (".parquet", ".csv")
@@ -39,23 +40,24 @@ class TableColumn:
     values: NDArray[Any]
 
 
-def column_names(names: Names, joints: Sequence[str]) -> Iterator[str]:
+def column_names(names: Names, machine: MachineNames) -> Iterator[str]:
     """Yield the names of an array's columns.
 
     Args:
-        names: One name with a place in braces for every axis: ``{joint}`` for the joints, other letters for
-            each of themselves (``{xyz}``). Or the names of one axis.
-        joints: Names of the joints (legs).
+        names: One name with a place in braces for every axis: ``{joint}`` for the joints, ``{leg}`` for the
+            legs, other letters for each of themselves (``{xyz}``). Or the names of one axis.
+        machine: Names of the joints and legs.
     """
     form = _PLACE.sub("{}", names) if isinstance(names, str) else "{}"
-    return (form.format(*words) for words in product(*axis_words(names, joints)))
+    return (form.format(*words) for words in product(*axis_words(names, machine)))
 
 
-def axis_words(names: Names, joints: Sequence[str]) -> list[Sequence[str]]:
+def axis_words(names: Names, machine: MachineNames) -> list[Sequence[str]]:
     """Return what the places along each axis are called; arguments as of ``column_names``."""
     if isinstance(names, tuple):
         return [names]
-    return [joints if word == "joint" else word for word in _PLACE.findall(names)]
+    parts = {"joint": machine.joints, "leg": machine.legs}
+    return [parts.get(word, word) for word in _PLACE.findall(names)]
 
 
 class StoredColumn:

@@ -14,6 +14,7 @@ import numpy as np
 from model.errors import RecordError
 from model.values.arrays import BoolArray, FloatArray, readonly
 from record.trial.header import TrialHeader, read_header, write_header
+from record.trial.machine_names import MachineNames
 from record.trial.table_file import (
     SUFFIXES,
     DataTable,
@@ -28,7 +29,7 @@ from record.trial.table_file import (
 
 BODY_POSITION = ("body_x_m", "body_y_m", "body_z_m")
 BODY_ANGLES = ("body_roll_rad", "body_pitch_rad", "body_yaw_rad")
-# Field of a trial to the names of its columns; in braces the joint, and the letters of axes.
+# Field of a trial to the names of its columns; in braces joint or leg, and the letters of axes.
 COLUMNS: Mapping[str, Names] = {
     "command_rad": "command_{joint}_rad",
     "shaft_rad": "shaft_{joint}_rad",
@@ -38,8 +39,8 @@ COLUMNS: Mapping[str, Names] = {
     "temperature_c": "temperature_{joint}_c",
     "pwm": "pwm_{joint}",
     "torque_nm": "torque_{joint}_nm",
-    "foot_m": "foot_{joint}_{xyz}_m",
-    "force_n": "force_{joint}_{xyz}_n",
+    "foot_m": "foot_{leg}_{xyz}_m",
+    "force_n": "force_{leg}_{xyz}_n",
     "body_position_m": BODY_POSITION,
     "body_angles_rad": BODY_ANGLES,
 }
@@ -47,19 +48,19 @@ COLUMNS: Mapping[str, Names] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trial:
-    """One trial: T samples of N joints (a hexapod's legs). What was not measured is NaN throughout.
+    """One trial: T samples of J joints and N legs. What was not measured is NaN throughout.
 
     Attributes:
-        header: Gait, rates, noise, the machine and its joints.
+        header: Gait, rates, noise, the machine, its joints and its legs.
         time_s: Seconds, increasing, (T,).
-        command_rad: Shaft angle asked for, unwrapped, (T, N).
-        shaft_rad: Shaft angle, (T, N).
-        shaft_rad_s: Shaft speed, (T, N).
-        current_a: Motor current, (T, N).
-        voltage_v: Supply voltage, (T, N).
-        temperature_c: Servo temperature, (T, N).
-        pwm: Duty, -1 to 1, (T, N).
-        torque_nm: Torque at the shaft, (T, N).
+        command_rad: Shaft angle asked for, unwrapped, (T, J).
+        shaft_rad: Shaft angle, (T, J).
+        shaft_rad_s: Shaft speed, (T, J).
+        current_a: Motor current, (T, J).
+        voltage_v: Supply voltage, (T, J).
+        temperature_c: Servo temperature, (T, J).
+        pwm: Duty, -1 to 1, (T, J).
+        torque_nm: Torque at the shaft, (T, J).
         foot_m: Foot point in the body frame from a marker, so with the leg's compression, (T, N, 3).
         force_n: Ground's force on each foot, body axes, (T, N, 3).
         body_position_m: Body in the world, (T, 3).
@@ -84,13 +85,18 @@ class Trial:
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """Names of the joints (legs), N of them."""
+        """Names of the joints, J of them."""
         return self.header.joints
+
+    @property
+    def legs(self) -> tuple[str, ...]:
+        """Names of the legs, N of them; those of the joints where each leg has one."""
+        return self.header.names.legs
 
     def columns(self) -> tuple[TableColumn, ...]:
         """Return time and every column in which anything was measured."""
         columns = [TableColumn("time_s", self.time_s)]
-        for place in trial_places(self.joints):
+        for place in trial_places(self.header.names):
             values = self.values(place)
             if not np.isnan(values).all():
                 columns.append(TableColumn(place.column, values))
@@ -115,7 +121,7 @@ class Trial:
         each = {
             field: readonly(getattr(self, field)[:, at])
             for field, column in COLUMNS.items()
-            if "{joint}" in column
+            if "{joint}" in column or ("{leg}" in column and not self.header.legs)
         }
         return replace(self, header=replace(self.header, joints=names), **each)
 
@@ -133,7 +139,7 @@ class Place:
         column: Name of the column.
         field: Field of the trial.
         index: Index behind the sample.
-        joint: Its joint, empty for the body.
+        joint: Its joint or leg, empty for the body.
     """
 
     column: str
@@ -147,31 +153,31 @@ class Place:
         return (slice(None), *self.index)
 
 
-def trial_places(joints: tuple[str, ...]) -> Iterator[Place]:
-    """Yield every column that a machine with these joints can have, but for time."""
+def trial_places(machine: MachineNames) -> Iterator[Place]:
+    """Yield every column that a machine with these joints and legs can have, but for time."""
     for field, names in COLUMNS.items():
-        axes = axis_words(names, joints)
+        axes = axis_words(names, machine)
         indices = product(*(range(len(words)) for words in axes))
-        for column, index in zip(column_names(names, joints), indices, strict=True):
-            yield Place(column, field, index, joints[index[0]] if "{joint}" in names else "")
+        for column, index in zip(column_names(names, machine), indices, strict=True):
+            yield Place(column, field, index, axes[0][index[0]] if isinstance(names, str) else "")
 
 
 def build_trial(header: TrialHeader, columns: Iterable[TableColumn]) -> Trial:
     """Put columns into a trial; what is not among them is NaN.
 
     Args:
-        header: The header; its joints say which columns are known.
+        header: The header; its joints and legs say which columns are known.
         columns: ``time_s`` and any others of the trial table, float64; taken one after the other.
 
     Raises:
         RecordError: A column is not known.
     """
-    places = {place.column: place for place in trial_places(header.joints)}
+    places = {place.column: place for place in trial_places(header.names)}
     arrays: dict[str, FloatArray] = {}
     time_s, unknown = np.zeros(0), []
     for column in columns:
         if not arrays:
-            arrays = _nothing_measured(len(column.values), header.joints)
+            arrays = _nothing_measured(len(column.values), header.names)
         if column.name == "time_s":
             time_s = np.array(column.values, dtype=np.float64)
         elif column.name in places:
@@ -191,8 +197,8 @@ def build_trial(header: TrialHeader, columns: Iterable[TableColumn]) -> Trial:
     )
 
 
-def _nothing_measured(count: int, joints: tuple[str, ...]) -> dict[str, FloatArray]:
-    shapes = {field: map(len, axis_words(names, joints)) for field, names in COLUMNS.items()}
+def _nothing_measured(count: int, machine: MachineNames) -> dict[str, FloatArray]:
+    shapes = {field: map(len, axis_words(names, machine)) for field, names in COLUMNS.items()}
     return {field: np.full((count, *shape), np.nan) for field, shape in shapes.items()}
 
 

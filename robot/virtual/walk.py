@@ -8,6 +8,7 @@ from gaits.standing_poses import StandingPoses
 from model.errors import RecordError
 from model.values.tick import Tick
 from record.log.recording import Recording, build_recording
+from record.trial.machine_names import one_joint_a_leg
 from robot.config.robot_file import RobotConfig
 from robot.control.controller import Controller
 from robot.run.header import controller_metadata, virtual_header, whole_log
@@ -53,7 +54,7 @@ def walk_in_memory(
     header = virtual_header(config, script, seed)
     return build_recording(
         sink.ticks,
-        names=config.parameters.legs.names,
+        machine=one_joint_a_leg(config.parameters.legs.names),
         start_ns=start_ns,
         config_text=config.text,
         metadata={**header.metadata(), **controller_metadata(controller, rig.calibrations)},

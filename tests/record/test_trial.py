@@ -12,6 +12,7 @@ from hypothesis.extra import numpy as npst
 
 from model.errors import RecordError
 from record.trial.header import TrialHeader, TrialNoise
+from record.trial.machine_names import one_joint_a_leg
 from record.trial.table_file import TableColumn, read_table
 from record.trial.trial import Trial, build_trial, read_trial, trial_places, write_trial
 
@@ -34,7 +35,7 @@ def make_trial(header: TrialHeader, count: int = 30, seed: int = 0) -> Trial:
     """Every column full of random numbers, a tenth of them missing."""
     rng = np.random.default_rng(seed)
     columns = [TableColumn("time_s", np.arange(count) / 100)]
-    for place in trial_places(header.joints):
+    for place in trial_places(header.names):
         values = rng.normal(size=count)
         values[rng.random(count) < 0.1] = np.nan
         columns.append(TableColumn(place.column, values))
@@ -80,7 +81,7 @@ def trials(draw: st.DrawFn) -> Trial:
         st.lists(st.floats(-1e12, 1e12), unique=True, min_size=count, max_size=count).map(sorted)
     )
     columns = [TableColumn("time_s", np.array(times, dtype=np.float64))]
-    places = list(trial_places(joints))
+    places = list(trial_places(one_joint_a_leg(joints)))
     chosen = draw(st.lists(st.sampled_from(places), unique=True, max_size=8))
     columns += [
         TableColumn(place.column, draw(npst.arrays(np.float64, count, elements=figures)))

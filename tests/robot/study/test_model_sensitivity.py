@@ -16,6 +16,7 @@ from model.values.faults import StopReason
 from model.values.parameters import ContactParameters
 from model.values.tick import Intent, Mode
 from record.log.recording import Recording, build_recording
+from record.trial.machine_names import one_joint_a_leg
 from robot.cli import main as cli
 from robot.config.robot_file import load_robot
 from robot.console.arguments import DEFAULT_ROBOT_FILE
@@ -62,6 +63,7 @@ def synthetic(
 
     return Recording(
         names=LEGS.names,
+        joints=LEGS.names,
         t_s=t,
         mode=np.full(ticks, Mode.WALK.value),
         stop_reason=np.zeros(ticks, dtype=np.int64),
@@ -204,7 +206,7 @@ def walked() -> Recording:
     _, ticks, _ = drive(Told(lambda t, _: cut if t > 7 else walk))
     return build_recording(
         ticks,
-        names=LEGS.names,
+        machine=one_joint_a_leg(LEGS.names),
         start_ns=ticks[0].t_ns,
         config_text=DEFAULT_ROBOT_FILE.read_text(encoding="utf-8"),
         metadata=MappingProxyType({}),

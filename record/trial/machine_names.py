@@ -1,0 +1,18 @@
+"""What a machine's parts are called in the names of columns: its joints, and its legs.
+
+A leg with one joint has one name for both. Where a leg has several, each of them has its own.
+"""
+
+from typing import NamedTuple
+
+
+class MachineNames(NamedTuple):
+    """Names of J joints and of N legs, in the order used everywhere."""
+
+    joints: tuple[str, ...]
+    legs: tuple[str, ...]
+
+
+def one_joint_a_leg(names: tuple[str, ...]) -> MachineNames:
+    """Return the names of a machine whose legs are called as their joints."""
+    return MachineNames(names, names)
