@@ -15,7 +15,7 @@ OUT = Path(__file__).resolve().parent / "figures" / "foot_path.png"
 def main() -> None:
     """Draw it."""
     robot = load_robot().parameters
-    link, half = robot.leg, robot.tripod.stance_sweep / 2
+    link, half = robot.leg, float(robot.gaits[0].stance_sweep[0]) / 2
     turn = np.linspace(-np.pi, np.pi, 721)
     pose = linkage_pose(link, turn)
     stance = np.abs(turn) <= half

@@ -6,8 +6,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from gaits.catalog import make_gait
-from gaits.names import GAIT_NAMES
+from gaits.catalog import gait_names, make_gait
 from model.values.arrays import FloatArray
 from robot.config.robot_file import load_robot
 
@@ -27,7 +26,7 @@ def main() -> None:
     with mpl.rc_context({"axes.spines.top": False, "axes.spines.right": False, "font.size": 9}):
         figure = Figure(figsize=(9, 5.2), layout="constrained")
         axes = figure.subplots(2, 2, sharex=True, height_ratios=[3, 1.6])
-        for column, name in enumerate(GAIT_NAMES):
+        for column, name in enumerate(gait_names(robot)):
             gait = make_gait(name, robot)
             angle = gait.motion(phase, 0.0).angle_rad
             stance = gait.stance(phase)

@@ -1,4 +1,4 @@
-"""Alternating tripod on the Buehler clock: slow stance, fast return.
+"""The Buehler clock: slow stance, fast return; each leg with its own delay, duty and sweep.
 
 Source: Saranli, Buehler, Koditschek, "RHex: a simple and highly mobile hexapod robot", 2001,
 doi 10.1177/02783640122067570.
@@ -15,31 +15,28 @@ import numpy as np
 from gaits.gait import TURN, DelayedLegs, ShaftMotion
 from model.errors import ConfigError
 from model.values.arrays import FloatArray
-from model.values.parameters import LegParameters, TripodParameters
+from model.values.parameters import BuehlerParameters, LegParameters
 
 
-class BuehlerTripod(DelayedLegs):
-    """Two groups of legs half a period apart.
+class BuehlerClock(DelayedLegs):
+    """Legs that turn at one speed in stance and at another in the return.
 
     Args:
-        parameters: Duty, sweep, offset, blend and the first group.
+        parameters: Touchdowns, duties, sweeps, offsets and the blend.
         legs: Names and sides of the legs.
 
     Raises:
         ConfigError: The blends would overlap, or full steering would sweep a whole turn.
     """
 
-    name = "tripod"
-
-    def __init__(self, parameters: TripodParameters, legs: LegParameters) -> None:
-        shortest = min(parameters.duty, 1 - parameters.duty)
+    def __init__(self, parameters: BuehlerParameters, legs: LegParameters) -> None:
+        shortest = float(np.minimum(parameters.duty, 1 - parameters.duty).min())
         if parameters.blend > shortest:
             raise ConfigError(
-                "gait.tripod.blend",
+                f"gait.{parameters.name}.blend",
                 f"{parameters.blend:g} is longer than the shorter part of the period, {shortest:g}",
             )
-        delay = np.array([0.0 if name in parameters.group_a else 0.5 for name in legs.names])
-        super().__init__(parameters, legs, delay)
+        super().__init__(parameters, legs)
         self._parameters = parameters
         self._speeds = lru_cache(maxsize=4)(self._speeds_at)
 
@@ -59,17 +56,17 @@ class BuehlerTripod(DelayedLegs):
         angle = np.where(in_stance, slow * x, sweep + fast * (x - p.duty))
         slope = np.where(in_stance, slow, fast) + 0.0 * x
         curvature = np.zeros_like(angle)
-        corners: tuple[tuple[float, FloatArray, FloatArray], ...]
-        corners = ((p.duty, slow, fast), (0.0, fast, slow), (1.0, fast, slow))
+        # where each lies, slopes before and after, and the angle there
+        corners: tuple[tuple[FloatArray | float, FloatArray, FloatArray, FloatArray | float], ...]
+        corners = ((p.duty, slow, fast, sweep), (0.0, fast, slow, 0.0), (1.0, fast, slow, TURN))
         nearest = np.minimum(np.abs(x - p.duty), np.minimum(x, 1.0 - x))
         if not (nearest < p.blend / 2).any():  # most of the time: nothing to round
             corners = ()
-        for corner, before, after in corners:
+        for corner, before, after, at_corner in corners:
             near = np.abs(x - corner) < p.blend / 2
             if near.any():
                 y = x - corner + p.blend / 2  # from the beginning of the blend
                 bend = (after - before) / p.blend
-                at_corner = {0.0: 0.0, 1.0: TURN}.get(corner, sweep)
                 rounded = at_corner + before * (x - corner) + bend * y**2 / 2
                 angle = np.where(near, rounded, angle)
                 slope = np.where(near, before + bend * y, slope)

@@ -11,7 +11,7 @@ import numpy as np
 
 from model.errors import ConfigError
 from model.values.arrays import BoolArray, FloatArray
-from model.values.parameters import LegParameters, MetachronalParameters, TripodParameters
+from model.values.parameters import GaitParameters, LegParameters
 
 TURN = 2 * np.pi
 # Full steering shortens the stance sweep on the inner side and lengthens it outside by this share.
@@ -67,27 +67,21 @@ class Gait(Protocol):
 
 
 class DelayedLegs:
-    """What the gaits share: every leg goes through the same cycle, stance first, with its own delay.
+    """What a robot file's gaits share: each leg goes through a cycle, stance first, with its own delay.
 
     Args:
-        parameters: Frequency, sweep and duty.
+        parameters: Name, frequency, touchdowns, sweeps and duties.
         legs: Places of the legs.
-        delay: Delay of each leg, (N,) [cycles].
 
     Raises:
         ConfigError: Full steering would sweep a whole turn.
     """
 
-    name = ""
     rounding = 0.0  # of the phase, so that stance includes its beginning and not its end
 
-    def __init__(
-        self,
-        parameters: TripodParameters | MetachronalParameters,
-        legs: LegParameters,
-        delay: FloatArray,
-    ) -> None:
-        widest = parameters.stance_sweep * (1 + STEER_GAIN)
+    def __init__(self, parameters: GaitParameters, legs: LegParameters) -> None:
+        self.name = parameters.name
+        widest = float(parameters.stance_sweep.max()) * (1 + STEER_GAIN)
         if widest >= TURN:
             raise ConfigError(
                 f"gait.{self.name}.stance_sweep",
@@ -95,7 +89,7 @@ class DelayedLegs:
             )
         self._sweep, self._duty = parameters.stance_sweep, parameters.duty
         self._side = leg_sides(legs)
-        self._delay = delay
+        self._delay = parameters.touchdown
         self.frequency_hz = parameters.frequency
         self.start_phase = middle_of_most_support(self.stance(np.arange(SAMPLES) / SAMPLES))
 

@@ -1,4 +1,3 @@
-"""Names of the gaits, for who must not wait for their mathematics: parsers of commands."""
+"""Names of the paper's two gaits, which the study of it and the robot file's defaults know by name."""
 
 TRIPOD, METACHRONAL = "tripod", "metachronal"
-GAIT_NAMES = (TRIPOD, METACHRONAL)

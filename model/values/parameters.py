@@ -5,6 +5,7 @@ default, so a value that the file does not give cannot sneak in. N is the number
 """
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from model.values.arrays import BoolArray, FloatArray, IntArray
 
@@ -138,52 +139,62 @@ class ServoParameters:
     max_acceleration: float
 
 
-@dataclass(frozen=True, slots=True)
-class TripodParameters:
-    """Buehler clock of the alternating tripod.
+@dataclass(frozen=True, slots=True, eq=False)
+class BuehlerParameters:
+    """A gait whose legs turn at one speed in stance and at another in the return, rounded where they meet.
 
     Attributes:
+        name: Name of its table in the robot file.
         frequency: [Hz].
-        stance_sweep: Shaft angle swept in stance, centred on ``offset`` [rad].
-        duty: Stance share of the period.
-        offset: Shaft angle at mid-stance [rad].
+        touchdown: Phase at which the stance of each leg begins, (N,) [cycles].
+        stance_sweep: Shaft angle swept in stance, centred on ``offset``, (N,) [rad].
+        duty: Stance share of the period, (N,).
+        offset: Shaft angle at mid-stance, (N,) [rad].
         blend: Share of the period over which each change of speed is spread.
-        group_a: Leg names of the group in stance first; the others are half a period later.
     """
 
+    name: str
     frequency: float
-    stance_sweep: float
-    duty: float
-    offset: float
+    touchdown: FloatArray
+    stance_sweep: FloatArray
+    duty: FloatArray
+    offset: FloatArray
     blend: float
-    group_a: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class MetachronalParameters:
-    """Slipping metachronal gait, shaft angle a cubic of time in stance.
+@dataclass(frozen=True, slots=True, eq=False)
+class CubicParameters:
+    """A gait whose shaft angles are cubics of time, one in stance and one in the return.
 
     Attributes:
+        name: Name of its table in the robot file.
         frequency: [Hz].
-        stance_sweep: Shaft angle swept in stance, centred on 0 [rad].
-        duty: Stance share of the period; 2/3 keeps exactly two of three feet a side down.
-        cubic: 0 is constant speed; towards 1 the shaft nearly stops at mid-stance.
+        touchdown: Phase at which the stance of each leg begins, (N,) [cycles].
+        stance_sweep: Shaft angle swept in stance, centred on ``offset``, (N,) [rad].
+        duty: Stance share of the period, (N,).
+        offset: Shaft angle at mid-stance, (N,) [rad].
+        cubic: 0 is constant speed in stance; towards 1 the shaft nearly stops at mid-stance, (N,).
     """
 
+    name: str
     frequency: float
-    stance_sweep: float
-    duty: float
-    cubic: float
+    touchdown: FloatArray
+    stance_sweep: FloatArray
+    duty: FloatArray
+    offset: FloatArray
+    cubic: FloatArray
+
+
+GaitParameters: TypeAlias = BuehlerParameters | CubicParameters
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RobotParameters:
-    """Everything the model and the gaits need to know about one robot."""
+    """Everything the model and the gaits need to know about one robot; its gaits in the file's order."""
 
     body: BodyParameters
     legs: LegParameters
     leg: LegGeometry
     contact: ContactParameters
     servo: ServoParameters
-    tripod: TripodParameters
-    metachronal: MetachronalParameters
+    gaits: tuple[GaitParameters, ...]

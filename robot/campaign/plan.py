@@ -27,7 +27,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gaits.names import GAIT_NAMES
+from gaits.catalog import gait_names, no_such_gait
 from model.errors import ConfigError
 from model.parameters.tables import parse_table
 from model.parameters.toml_table import Table
@@ -107,9 +107,10 @@ def _scenario(path: Path, top: Table) -> CampaignScenario:
 
 def _conditions(table: Table, config: RobotConfig, seconds: float) -> tuple[WalkPlan, ...]:
     gaits = table.texts("gaits")
+    known = gait_names(config.parameters)
     for gait in gaits:
-        if gait not in GAIT_NAMES:
-            raise ConfigError(table.name("gaits"), f"{gait!r} is no gait; choose {GAIT_NAMES}")
+        if gait not in known:
+            raise ConfigError(table.name("gaits"), no_such_gait(gait, known).reason)
     frequencies = _numbers(table, "frequencies_hz")
     steers = _numbers(table, "steer")
     if min(frequencies) <= 0 or max(abs(s) for s in steers) > 1:

@@ -1,9 +1,12 @@
 """``bigant completion``: the script that shtab writes of the parser, and where it belongs."""
 
 import argparse
+from collections.abc import Iterator, Sequence
 from importlib.util import find_spec
 
+from gaits.catalog import gait_names
 from model.errors import ConfigError
+from robot.config.robot_file import load_robot
 from robot.console.arguments import path_of
 from robot.console.exit_codes import ExitCode
 from robot.console.installed import how_to_install
@@ -31,7 +34,7 @@ def script_for(shell: str) -> str:
     """Return the completion script of a shell.
 
     Raises:
-        ConfigError: The package that writes it is missing.
+        ConfigError: The package that writes it is missing, or the robot file cannot be used.
     """
     if find_spec(PACKAGE) is None:
         raise ConfigError(
@@ -45,6 +48,7 @@ def script_for(shell: str) -> str:
 
     parser = full_parser()
     _mark_files(parser, shtab.FILE)
+    _mark_gaits(parser, gait_names(load_robot().parameters))
     text: str = shtab.complete(parser, shell)
     first, rest = text.split("\n", 1) if text.startswith("#") else ("", text)
     note = f"# Install with: {INSTALLED[shell]}"
@@ -53,9 +57,23 @@ def script_for(shell: str) -> str:
 
 def _mark_files(parser: argparse.ArgumentParser, files: object) -> None:
     """Tell shtab which arguments are names of files: those that argparse turns into a path."""
+    for action in _actions(parser):
+        if action.type is path_of or action.dest in {"log", "hardware", "port"}:
+            action.complete = files  # type: ignore[attr-defined]
+
+
+def _mark_gaits(parser: argparse.ArgumentParser, names: Sequence[str]) -> None:
+    """Offer the gaits of the robot file that is there now; which ones a command takes is its robot's."""
+    for action in _actions(parser):
+        if action.dest == "gait":
+            action.choices = names
+
+
+def _actions(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
+    """Arguments of a parser and of the commands below it."""
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
             for child in action.choices.values():
-                _mark_files(child, files)
-        elif action.type is path_of or action.dest in {"log", "hardware", "port"}:
-            action.complete = files  # type: ignore[attr-defined]
+                yield from _actions(child)
+        else:
+            yield action

@@ -13,8 +13,7 @@ import numpy as np
 from drivers.ati.settings import ForceSensorSettings
 from drivers.dynamixel.mx106 import CURRENT_UNIT_A, VELOCITY_UNIT_RAD_S
 from drivers.dynamixel.settings import ServoBusSettings
-from gaits.catalog import make_gait
-from gaits.names import GAIT_NAMES
+from gaits.catalog import make_gaits
 from model.effects.causes import Cause
 from model.effects.written import causes_of
 from model.errors import ConfigError
@@ -29,14 +28,13 @@ from model.parameters.toml_table import Table
 from model.values.arrays import IntArray, readonly
 from model.values.parameters import (
     LegParameters,
-    MetachronalParameters,
     RobotParameters,
     ServoParameters,
-    TripodParameters,
 )
 from record.toml_file import reading
 from robot.config.calibration import read_calibration
 from robot.config.estimator import EstimatorConfig, read_estimator
+from robot.config.gaits import read_gaits
 from robot.config.safety import BodyLimits, RecoverySettings, read_body_limits, read_recovery
 from robot.console.arguments import DEFAULT_ROBOT_FILE
 
@@ -45,7 +43,6 @@ HIGHEST_SPEED_RAD_S = 1023 * VELOCITY_UNIT_RAD_S
 HIGHEST_CURRENT_A = 2047 * CURRENT_UNIT_A
 LONGEST_LATE_S = 0.1
 WATCHDOG_STEP_S = 0.02
-FULL_TURN = 2 * np.pi
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,18 +136,15 @@ def parse_robot(text: str) -> RobotConfig:
     name = top.text("name")
     legs, bus_columns = _legs(top.table("legs"))
     servo, limits = _servo(top.table("servo"))
-    gait_table = top.table("gait")
     parameters = RobotParameters(
         body=read_body(top.table("body")),
         legs=legs,
         leg=read_leg(top),
         contact=read_contact(top.table("contact"), legs.count),
         servo=servo,
-        tripod=_tripod(gait_table.table("tripod"), legs),
-        metachronal=_metachronal(gait_table.table("metachronal")),
+        gaits=read_gaits(top.maybe_table("gait"), legs),
     )
-    for gait in GAIT_NAMES:
-        make_gait(gait, parameters)  # refuses what cannot be a gait
+    make_gaits(parameters)  # refuses what cannot be a gait
     loop = _loop(top.table("loop"))
     safety_table = top.maybe_table("safety")
     force_table = top.table("force_sensor")
@@ -223,34 +217,6 @@ def _servo(table: Table) -> tuple[ServoParameters, SafetyLimits]:
         max_following_error_rad=table.number("max_following_error", above=0, maximum=np.pi),
     )
     return servo, limits
-
-
-def _tripod(table: Table, legs: LegParameters) -> TripodParameters:
-    tripod = TripodParameters(
-        frequency=table.number("frequency", above=0),
-        stance_sweep=table.number("stance_sweep", above=0, below=FULL_TURN),
-        duty=table.number("duty", above=0, below=1),
-        offset=table.number("offset", above=-np.pi, below=np.pi),
-        blend=table.number("blend", minimum=0, below=1),
-        group_a=table.texts("group_a"),
-    )
-    for leg in tripod.group_a:
-        if leg not in legs.names:
-            raise ConfigError(
-                table.name("group_a"), f"{leg!r} is no leg; legs are {', '.join(legs.names)}"
-            )
-    if not 0 < len(tripod.group_a) < legs.count:
-        raise ConfigError(table.name("group_a"), "must leave at least one leg for the other group")
-    return tripod
-
-
-def _metachronal(table: Table) -> MetachronalParameters:
-    return MetachronalParameters(
-        frequency=table.number("frequency", above=0),
-        stance_sweep=table.number("stance_sweep", above=0, below=FULL_TURN),
-        duty=table.number("duty", above=0, below=1),
-        cubic=table.number("cubic", minimum=0, maximum=1),
-    )
 
 
 def _loop(table: Table) -> LoopSettings:

@@ -14,9 +14,8 @@ from scipy.constants import g as standard_gravity
 from drivers.ati.calibration import Calibration
 from drivers.ati.foot_forces import ForceScales, no_forces
 from drivers.dynamixel.mx106 import joint_state
-from gaits.catalog import make_gait
+from gaits.catalog import make_gaits
 from gaits.gait import Gait
-from gaits.names import GAIT_NAMES
 from gaits.plan import Walking
 from model.kinematics.legs import leg_kinematics
 from model.motion import differentiate
@@ -85,7 +84,7 @@ class Controller:
         self.period_ns = round(1e9 / self.rate_hz)
         robot = config.parameters
         if gaits is None:
-            gaits = tuple(make_gait(name, robot) for name in GAIT_NAMES)
+            gaits = make_gaits(robot)
         self.book = GaitBook.of(gaits, robot.servo)
         self._scales = ForceScales(calibrations, config.force_sensor)
         self._no_forces = no_forces(robot.legs.count)

@@ -11,6 +11,7 @@ from typing import TypeAlias
 
 from drivers.pose_udp import PoseListener
 from drivers.wire.tap import WireTap
+from gaits.catalog import default_gait, make_gait
 from gaits.limits import check_gait
 from model.errors import ConfigError, RecordError
 from model.values.faults import StopReason
@@ -35,7 +36,7 @@ from robot.run.header import TappedLog, open_log
 from robot.run.loop import Operator, RunResult, no_full_collection, run
 from robot.run.operator import Interrupts, Script, ScriptedOperator
 from robot.run.rig import Rig
-from robot.run.teleop import HELP, KeyboardOperator, Keys
+from robot.run.teleop import KeyboardOperator, Keys, help_line
 from robot.view.screen import open_view
 
 DEFAULT_CYCLES = 3.0
@@ -54,10 +55,9 @@ def drive(request: DriveRequest) -> ExitCode:
     config = load_robot(request.robot, request.calibration)
     for note in unused_notes(config.effects):
         complain(note)
+    name, frequency_hz = _gait_of(request, config)
     # the first controller of a process compiles; nothing may wait for that once the bus is open
-    gait = Controller(config, (), armed=False).book.gaits[request.gait]
-    frequency_hz = request.frequency_hz if request.frequency_hz is not None else gait.frequency_hz
-    check_gait(gait, frequency_hz, config.parameters.servo)
+    Controller(config, (), armed=False)
     check_hardware(request)
     if request.virtual_time and (request.pose_udp or config.estimator.pose_port):
         raise ConfigError("--pose-udp", "cannot be heard in virtual time; leave --virtual-time out")
@@ -72,9 +72,20 @@ def drive(request: DriveRequest) -> ExitCode:
     if request.record_bytes and request.log == NO_LOG:
         raise ConfigError("--record-bytes", "needs a log; leave out --log none")
     armed = not request.readonly and (request.virtual or request.armed)
-    log = None if request.log == NO_LOG else Path(request.log or usual_log(request.gait))
-    decided = replace(request, frequency_hz=frequency_hz, armed=armed)
-    return drive_as(decided, config, log, partial(_operator, decided, frequency_hz))
+    log = None if request.log == NO_LOG else Path(request.log or usual_log(name or "listen"))
+    decided = replace(request, gait=name, frequency_hz=frequency_hz, armed=armed)
+    return drive_as(decided, config, log, partial(_operator, decided, name, frequency_hz))
+
+
+def _gait_of(request: DriveRequest, config: RobotConfig) -> tuple[str, float]:
+    """Return name and frequency of the gait; an empty name if a robot without one is only listened to."""
+    robot = config.parameters
+    if request.readonly and request.gait is None and not robot.gaits:
+        return "", request.frequency_hz or 0.0
+    gait = make_gait(default_gait(robot) if request.gait is None else request.gait, robot)
+    frequency_hz = request.frequency_hz if request.frequency_hz is not None else gait.frequency_hz
+    check_gait(gait, frequency_hz, robot.servo)
+    return gait.name, frequency_hz
 
 
 def usual_log(name: str) -> Path:
@@ -88,7 +99,7 @@ def drive_as(
     """Open the robot of a run, run it, keep its log and say how it went.
 
     Args:
-        request: The run, with ``armed`` and ``frequency_hz`` decided.
+        request: The run, with ``armed``, ``gait`` and ``frequency_hz`` decided.
         config: Robot file.
         log_path: Where the log goes, None for no log.
         operator_of: Makes the operator once the robot is open.
@@ -116,7 +127,7 @@ def drive_as(
         view = open_view(
             config.parameters.legs.names,
             title,
-            HELP if request.teleop else KEYS,
+            help_line(controller.book) if request.teleop else KEYS,
             true_forces=true_forces_of(config),
         )
         stack.callback(view.close)
@@ -179,6 +190,7 @@ def open_robot(config: RobotConfig, request: DriveRequest, tap: WireTap | None) 
 
 def _operator(
     request: DriveRequest,
+    gait: str,
     frequency_hz: float,
     controller: Controller,
     interrupts: Interrupts,
@@ -186,13 +198,13 @@ def _operator(
 ) -> Operator:
     if request.teleop:
         keys = stack.enter_context(Keys())
-        start = Request(Intent.STAND, request.gait, frequency_hz, request.steer, StopReason.NONE)
+        start = Request(Intent.STAND, gait, frequency_hz, request.steer, StopReason.NONE)
         return KeyboardOperator(keys, start, controller.book, interrupts, request.deadman_s)
     cycles = request.cycles
     if cycles is None and request.duration_s is None and request.armed:
         cycles = DEFAULT_CYCLES
     script = Script(
-        gait=request.gait,
+        gait=gait,
         frequency_hz=frequency_hz,
         steer=request.steer,
         cycles=cycles,
@@ -215,7 +227,7 @@ def _open_log(
         robot=controller.config.name,
         hardware=request.hardware,
         time="virtual" if request.virtual_time else "real",
-        gait=request.gait,
+        gait=request.gait or "",
         frequency_hz=request.frequency_hz,
         steer=request.steer,
         seed=request.seed if request.virtual else None,

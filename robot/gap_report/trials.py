@@ -5,9 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from gaits.catalog import make_gait
+from gaits.catalog import make_gaits
 from gaits.limits import frequency_limit
-from gaits.names import GAIT_NAMES
 from gap.delegate import TwoMachines
 from gap.effect_file import UserEffect, read_effects
 from gap.interfaces import Simulator
@@ -210,7 +209,7 @@ def proposer_of(text: str, file: Path | None) -> tuple[LeggedProposer, str]:
             f"the robot file of the runs has no gaits, and those of {', '.join(own.legs.names)} do not "
             "fit its legs; add [gait] and [servo] to it"
         )
-    gaits = {name: make_gait(name, own) for name in GAIT_NAMES}
+    gaits = {gait.name: gait for gait in make_gaits(own)}
     proposer = LeggedProposer(
         legs=machine.legs.names,
         gaits=gaits,

@@ -28,7 +28,7 @@ from robot.requests.single import VIRTUAL, OdomRequest
 from robot.run.force_unit import NO_UNIT, check_no_unit, unit_settings
 from robot.run.hardware import open_real
 from robot.run.loop import run
-from robot.run.operator import Interrupts, Script, ScriptedOperator
+from robot.run.operator import Interrupts, ScriptedOperator, listening
 from robot.view.log_source import newest_log
 from robot.virtual.open import VirtualSettings, open_virtual
 
@@ -137,7 +137,7 @@ def _beside_hardware(
     stack.callback(rig.close)
     lines.offset_ns = time.time_ns() - rig.clock.now_ns()
     controller = Controller(config, rig.calibrations, armed=False)
-    script = Script("tripod", 0.1, 0.0, None, request.duration, listen=True)
+    script = listening(request.duration)
     interrupts.begin()
     result = run(rig, controller, ScriptedOperator(script, interrupts), lines, None)
     if not request.json:

@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from gaits.names import GAIT_NAMES
 from robot.console.arguments import (
     ROOT,
     argument,
@@ -27,7 +26,7 @@ class ModelRunRequest:
 
     system: str = argument("SYSTEM", ", ".join(SYSTEM_NAMES), choices=SYSTEM_NAMES)
     legs: int | None = option("legs of a disk or multipod, contacts of slither", "N")
-    gait: str | None = option("of bigant (tripod)", choices=GAIT_NAMES)
+    gait: str | None = option("of bigant's robot file (default: its first)", "NAME")
     robot: Path | None = option("robot file of bigant", "FILE")
     cycles: float | None = option("length of the motion", "N")
     law: str = option("friction (viscous)", choices=LAW_NAMES, default="viscous")

@@ -3,7 +3,6 @@
 import os
 from pathlib import Path
 
-from gaits.names import GAIT_NAMES
 from robot.console.arguments import (
     argument,
     as_json,
@@ -72,7 +71,7 @@ class SimRunRequest:
     """
 
     robot: Path = robot_file()
-    gait: str = option(choices=GAIT_NAMES, default="tripod")
+    gait: str | None = option("of the robot file (default: its first)", "NAME")
     frequency_hz: float | None = option(
         "cycles a second (default: the robot file's)", "F", type=positive
     )

@@ -4,7 +4,6 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from gaits.names import GAIT_NAMES
 from robot.console.arguments import (
     EITHER,
     any_port,
@@ -46,7 +45,7 @@ class DriveRequest:
     """
 
     robot: Path = robot_file()
-    gait: str = option(choices=GAIT_NAMES, default="tripod")
+    gait: str | None = option("of the robot file (default: its first)", "NAME")
     cycles: float | None = option("gait cycles (default: 3)", "N", type=positive, group=EITHER)
     duration_s: float | None = option(
         "seconds of walking", "S", flags=("--duration",), type=positive, group=EITHER

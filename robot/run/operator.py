@@ -88,6 +88,11 @@ class Script:
     end: Intent = Intent.STOP
 
 
+def listening(duration_s: float | None) -> Script:
+    """Return a script that only listens, for so long, or until stopped."""
+    return Script(gait="", frequency_hz=0.0, duration_s=duration_s, listen=True)
+
+
 class ScriptedOperator:
     """Walks a script to its end."""
 

@@ -15,7 +15,6 @@ from dataclasses import replace
 from types import TracebackType
 from typing import Self, TextIO
 
-from gaits.names import METACHRONAL, TRIPOD
 from model.errors import BigantError
 from model.values.faults import StopReason
 from model.values.tick import Intent, Request, Tick
@@ -25,7 +24,7 @@ from robot.run.operator import Interrupts
 FREQUENCY_STEP_HZ = 0.01
 STEER_STEP = 0.1
 HELP = (
-    "g walk  h stand  w/s faster/slower  a/d left/right  c straight  1 tripod  2 metachronal  "
+    "g walk  h stand  w/s faster/slower  a/d left/right  c straight  {gaits}"
     "q stop and quit  x EMERGENCY: cut torque"
 )
 ESC = "\x1b"
@@ -41,7 +40,7 @@ BEGUN = re.compile(r"\x1b(?:\[\[?[0-?]*[ -/]*|O[0-?]*)?$")
 PASTE_BEGINS, PASTE_ENDS = f"{ESC}[200~", f"{ESC}[201~"
 BRACKETED_PASTE = "\x1b[?2004"  # h: the terminal marks what is pasted; l: it does not
 MOST_KEYS = 16  # at once from fingers; more is a paste in a terminal that does not mark it
-GAIT_KEYS = {"1": TRIPOD, "2": METACHRONAL}
+GAIT_KEYS = "123456789"
 
 
 class Keys:
@@ -128,6 +127,16 @@ class KeyParser:
         return keys if len(keys) <= MOST_KEYS else []
 
 
+def gaits_by_key(book: GaitBook) -> dict[str, str]:
+    """Return the gaits that have a key: the first nine, in the order of the robot file."""
+    return dict(zip(GAIT_KEYS, book.gaits, strict=False))
+
+
+def help_line(book: GaitBook) -> str:
+    """Return what the keys do."""
+    return HELP.format(gaits="".join(f"{key} {name}  " for key, name in gaits_by_key(book).items()))
+
+
 def press(wish: Request, key: str, book: GaitBook) -> Request:
     """Return the wish after one key. A key that means nothing changes nothing.
 
@@ -149,8 +158,8 @@ def press(wish: Request, key: str, book: GaitBook) -> Request:
             return replace(wish, steer=round(min(1.0, max(-1.0, wish.steer + step)), 3))
         case "c":
             return replace(wish, steer=0.0)
-        case "1" | "2":
-            return _retuned(replace(wish, gait=GAIT_KEYS[key]), wish.frequency_hz, book)
+        case digit if digit in (gaits := gaits_by_key(book)):
+            return _retuned(replace(wish, gait=gaits[digit]), wish.frequency_hz, book)
         case "q":
             return _stop(wish)
         case "x":

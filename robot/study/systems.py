@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from scipy.constants import g as standard_gravity
 
-from gaits.catalog import make_gait
+from gaits.catalog import default_gait, make_gait
 from model.errors import ConfigError
 from model.kinematics.legs import leg_kinematics
 from model.quasistatic.frames import FrictionLaw
@@ -66,7 +66,8 @@ def build_system(
         raise ConfigError("--cycles", f"must be above 0 and up to {MOST_CYCLES:g}, not {length:g}")
     if name == "bigant":
         robot = load_robot(DEFAULT_ROBOT_FILE if robot_file is None else robot_file)
-        return bigant(robot.parameters, robot.name, gait or "tripod", length)
+        named = default_gait(robot.parameters) if gait is None else gait
+        return bigant(robot.parameters, robot.name, named, length)
     if name in WITH_LEGS:
         make, usual = WITH_LEGS[name]
         return make(usual if legs is None else legs, cycles=length)

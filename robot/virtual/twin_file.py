@@ -2,6 +2,7 @@
 
 import time
 
+from gaits.catalog import default_gait
 from model.errors import ConfigError
 from record.trial.trial import Trial, write_trial
 from robot.config.robot_file import RobotConfig, load_robot
@@ -34,7 +35,8 @@ def twin_file(request: SimRunRequest) -> ExitCode:
     config = load_robot(request.robot)
     effects = tuple(parse_effect(text, EFFECTS) for text in request.effect)
     twin = make_twin(config, effects, request.seed)
-    plan = plan_of(config, request.gait, request.frequency_hz, request.seconds, request.steer)
+    gait = default_gait(config.parameters) if request.gait is None else request.gait
+    plan = plan_of(config, gait, request.frequency_hz, request.seconds, request.steer)
     begin_s = time.perf_counter()
     with ProgressBar("walking") as bar:
         trial = _walk(config, twin, plan, request, bar.show)

@@ -7,23 +7,24 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gaits.buehler import BuehlerTripod
+from gaits.buehler import BuehlerClock
 from gaits.catalog import make_gait
+from gaits.cubic import CubicClock
 from gaits.gait import STEER_GAIN, TURN, Gait, ShaftMotion
 from gaits.limits import check_gait, frequency_limit, gait_peaks
-from gaits.metachronal import Metachronal
 from model.errors import ConfigError, GaitRefused
 from model.values.arrays import BoolArray, FloatArray
+from model.values.parameters import BuehlerParameters, CubicParameters
 from robot.config.robot_file import load_robot
 
 ROBOT = load_robot().parameters
 TRIPOD: Gait = make_gait("tripod", ROBOT)
 METACHRONAL: Gait = make_gait("metachronal", ROBOT)
 GAITS = pytest.mark.parametrize("gait", [TRIPOD, METACHRONAL], ids=lambda g: g.name)
-SWEEP = {
-    "tripod": ROBOT.tripod.stance_sweep,
-    "metachronal": ROBOT.metachronal.stance_sweep,
-}
+(CLOCK,) = (one for one in ROBOT.gaits if isinstance(one, BuehlerParameters))
+(CUBICS,) = (one for one in ROBOT.gaits if isinstance(one, CubicParameters))
+SWEEP = {gait.name: float(gait.stance_sweep[0]) for gait in ROBOT.gaits}
+GROUP_A = np.array([name in {"HL", "FL", "MR"} for name in ROBOT.legs.names])
 LEFT, RIGHT = slice(0, 3), slice(3, 6)
 phases = st.floats(-20, 20)
 steers = st.floats(-1, 1)
@@ -92,7 +93,7 @@ def test_metachronal_has_two_feet_a_side_down_at_the_switches_too() -> None:
 
 
 def test_metachronal_is_a_cubic_of_time_in_stance() -> None:
-    duty = ROBOT.metachronal.duty
+    duty = float(CUBICS.duty[0])
     phase = np.linspace(0.001, duty - 0.001, 200)
     angle = METACHRONAL.motion(phase, 0.0).angle_rad[:, 0]  # hind left: stance begins at phase 0
     cubic = np.polynomial.Polynomial.fit(phase, angle, 3)
@@ -113,21 +114,20 @@ def test_metachronal_wave_runs_from_hind_to_front() -> None:
 @given(phases)
 def test_tripod_always_stands_on_one_group(phase: float) -> None:
     stance = TRIPOD.stance(phase)
-    group = np.array([n in ROBOT.tripod.group_a for n in ROBOT.legs.names])
-    assert stance[group].all() or stance[~group].all()
+    assert stance[GROUP_A].all() or stance[~GROUP_A].all()
 
 
 def test_buehler_clock_spends_its_duty_in_stance() -> None:
     phase = (np.arange(100_000) + 0.5) / 100_000
-    assert TRIPOD.stance(phase).mean(axis=0) == pytest.approx(np.full(6, ROBOT.tripod.duty))
+    assert TRIPOD.stance(phase).mean(axis=0) == pytest.approx(CLOCK.duty)
 
 
 def test_without_blends_it_is_the_classical_clock() -> None:
-    clock = BuehlerTripod(replace(ROBOT.tripod, blend=0.0), ROBOT.legs)
+    clock = BuehlerClock(replace(CLOCK, blend=0.0), ROBOT.legs)
     phase = np.linspace(0, 1, 1001)
     slope = clock.motion(phase, 0.0).slope
-    p = ROBOT.tripod
-    slow, fast = p.stance_sweep / p.duty, (TURN - p.stance_sweep) / (1 - p.duty)
+    sweep, duty = float(CLOCK.stance_sweep[0]), float(CLOCK.duty[0])
+    slow, fast = sweep / duty, (TURN - sweep) / (1 - duty)
     assert set(np.round(np.unique(slope), 9)) == {round(slow, 9), round(fast, 9)}
     with pytest.raises(GaitRefused, match=r"servo\.max_acceleration"):
         check_gait(clock, 0.1, ROBOT.servo)
@@ -175,17 +175,31 @@ def test_a_gait_that_is_too_fast_names_the_limit() -> None:
 
 
 def test_an_unknown_gait_lists_the_choices() -> None:
-    with pytest.raises(ConfigError, match="'gallop' is no gait; choose tripod or metachronal"):
+    with pytest.raises(
+        ConfigError, match=r"'gallop' is no gait of .*, which has tripod, metachronal$"
+    ):
         make_gait("gallop", ROBOT)
+    with pytest.raises(ConfigError, match="did you mean 'tripod'"):
+        make_gait("tripd", ROBOT)
+    with pytest.raises(ConfigError, match=r"has no gait; add a table \[gait.NAME\]"):
+        make_gait("tripod", replace(ROBOT, gaits=()))
 
 
 def test_parameters_that_make_no_gait_are_refused() -> None:
     with pytest.raises(ConfigError, match="longer than the shorter part"):
-        BuehlerTripod(replace(ROBOT.tripod, blend=0.5), ROBOT.legs)
+        BuehlerClock(replace(CLOCK, blend=0.5), ROBOT.legs)
     with pytest.raises(ConfigError, match="stay below a turn"):
-        BuehlerTripod(replace(ROBOT.tripod, stance_sweep=5.5), ROBOT.legs)
+        BuehlerClock(replace(CLOCK, stance_sweep=np.full(6, 5.5)), ROBOT.legs)
     with pytest.raises(ConfigError, match="turn backward"):
-        Metachronal(replace(ROBOT.metachronal, stance_sweep=4.5, cubic=1.0, duty=0.3), ROBOT.legs)
+        CubicClock(
+            replace(
+                CUBICS,
+                stance_sweep=np.full(6, 4.5),
+                cubic=np.full(6, 1.0),
+                duty=np.full(6, 0.3),
+            ),
+            ROBOT.legs,
+        )
 
 
 @GAITS

@@ -74,9 +74,9 @@ STEPS = (
     DayStep(11, "console", "the force unit's settings",
          "Reads VERSIONS, RATE, XPWR, FILTER, BIAS and CAL; sets nothing.", False, console),
     DayStep(12, "hung", "one cycle in the air",
-         "WALKS one tripod cycle with the feet in the air, at the gait's slowest.",
+         "WALKS one cycle of the first gait with the feet in the air, at the gait's slowest.",
          True, hung_walk, (4, 5, 6), own_log=True),
     DayStep(13, "floor", "one cycle on the floor",
-         "You put the robot on the FLOOR; it WALKS one tripod cycle there.",
+         "You put the robot on the FLOOR; it WALKS one cycle of the first gait there.",
          True, floor_walk, (4, 5, 6, 10, 12), own_log=True),
 )  # fmt: skip

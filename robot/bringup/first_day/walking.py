@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from gaits.catalog import default_gait
 from model.values.faults import StopReason
 from model.values.tick import Mode, Tick
 from record.log.background import BackgroundWriter
@@ -18,7 +19,6 @@ from robot.run.header import TappedLog, open_log
 from robot.run.loop import no_full_collection, run
 from robot.run.operator import Interrupts, Script, ScriptedOperator
 
-GAIT = "tripod"
 CYCLES = 1.0
 # Of a turn: each shaft makes one in a cycle.
 TURNED = 0.9
@@ -72,12 +72,13 @@ def _walk(day: Day, *, with_forces: bool) -> None:
         rig = assemble(day.config, wires, armed=True)
         stack.callback(rig.close)
         controller = Controller(day.config, rig.calibrations, armed=True)
-        frequency_hz = day.options.frequency_hz or controller.book.gaits[GAIT].frequency_hz
-        header = replace(run_header(day.config, day.site), gait=GAIT, frequency_hz=frequency_hz)
+        gait = default_gait(day.config.parameters)
+        frequency_hz = day.options.frequency_hz or controller.book.gaits[gait].frequency_hz
+        header = replace(run_header(day.config, day.site), gait=gait, frequency_hz=frequency_hz)
         writer = open_log(day.log, header, rig, controller, with_bytes=True)
         log = TappedLog(writer if day.site.virtual else BackgroundWriter(writer), day.tap)
         stack.callback(log.close)
-        operator = ScriptedOperator(Script(GAIT, frequency_hz, cycles=CYCLES), interrupts)
+        operator = ScriptedOperator(Script(gait, frequency_hz, cycles=CYCLES), interrupts)
         interrupts.begin()
         with no_full_collection():
             result = run(rig, controller, operator, log, watched)

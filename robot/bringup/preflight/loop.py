@@ -24,7 +24,7 @@ from robot.config.robot_file import RobotConfig
 from robot.control.controller import Controller
 from robot.run.header import TappedLog, open_log
 from robot.run.loop import RunResult, no_full_collection, run
-from robot.run.operator import Interrupts, Script, ScriptedOperator
+from robot.run.operator import Interrupts, ScriptedOperator, listening
 from robot.run.rig import Rig
 
 PROGRESS_NS = 1_000_000_000
@@ -107,9 +107,7 @@ def run_loop(
     lateness = Lateness(progress)
     with tempfile.TemporaryDirectory() as folder, Interrupts() as interrupts:
         interrupts.begin()
-        operator = ScriptedOperator(
-            Script("tripod", 0.1, duration_s=seconds, listen=True), interrupts
-        )
+        operator = ScriptedOperator(listening(seconds), interrupts)
         header = RunHeader(robot=config.name, hardware="check")
         path = Path(folder) / "check.mcap" if log is None else log
         writer = BackgroundWriter(

@@ -116,6 +116,9 @@ def test_readonly_listens_and_logs(tmp_path: Path) -> None:
         (["drive", "--robot", "/none.toml"], 2, "/none.toml: the robot file cannot be read"),
         (["drive", "--virtual-time", "--log", "/dev/full"], 4, "No space left on device"),
         (["drive", "--virtual-time", "--log", "/proc/no/log.mcap"], 4, "cannot be made"),
+        (["drive", "--gait", "gallop"], 2, "no gait of this robot, which has tripod, metachronal"),
+        (["sim", "run", "--gait", "tripd", "--out", "a.csv"], 2, "did you mean 'tripod'?"),
+        (["model", "run", "bigant", "--gait", "hop"], 2, "no gait of this robot"),
         (["drive", "--frequency-hz", "2"], 2, "servo.max_speed allows 4 rad/s"),
         (["drive", "--readonly", "--armed"], 2, "exclude each other"),
         (["drive", "--virtual-time", "--hardware", "/dev/x"], 2, "real servos live in real time"),
@@ -141,7 +144,6 @@ def test_wrong_input_is_one_clear_line(
 @pytest.mark.parametrize(
     "words",
     [
-        ["drive", "--gait", "gallop"],
         ["drive", "--steer", "2"],
         ["drive", "--cycles", "-1"],
         ["drive", "--cycles", "1", "--duration", "1"],

@@ -4,18 +4,24 @@ import os
 
 import pytest
 
+from gaits.catalog import make_gaits
+from robot.config.robot_file import load_robot
 from robot.console.screen_fit import clipped, fitted, key_lines, shortened
+from robot.control.modes import GaitBook
 from robot.report.summary_text import busy_words
-from robot.run.teleop import HELP
+from robot.run.teleop import help_line
 from robot.view.screen import BOLD, RESET
+
+ROBOT = load_robot().parameters
+KEYS = help_line(GaitBook.of(make_gaits(ROBOT), ROBOT.servo))
 
 
 @pytest.mark.parametrize("columns", [20, 60, 80, 200])
 def test_keys_break_between_words_and_none_is_lost(columns: int) -> None:
-    lines = key_lines(HELP, columns)
+    lines = key_lines(KEYS, columns)
     assert max(map(len, lines)) <= columns
-    assert " ".join(lines).split() == HELP.split()
-    assert (len(lines) == 1) is (columns >= len(HELP))
+    assert " ".join(lines).split() == KEYS.split()
+    assert (len(lines) == 1) is (columns >= len(KEYS))
 
 
 def test_a_colour_takes_no_room_and_ends_where_the_line_is_cut() -> None:

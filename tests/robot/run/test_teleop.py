@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pyte
@@ -19,7 +20,7 @@ from model.values.faults import StopReason
 from model.values.tick import Intent, Request
 from robot.control.controller import Controller
 from robot.run.operator import Interrupts
-from robot.run.teleop import KeyboardOperator, KeyParser, Keys, press
+from robot.run.teleop import KeyboardOperator, KeyParser, Keys, help_line, press
 from tests.robot.runs import CONFIG
 
 BOOK = Controller(CONFIG, (), armed=False).book
@@ -45,6 +46,18 @@ def test_what_the_keys_mean() -> None:
     assert typed("2").gait == "metachronal"
     assert typed("ww").frequency_hz == pytest.approx(0.12)
     assert typed("?zZ9") == START, "a key that means nothing changes nothing"
+
+
+def test_number_keys_are_the_gaits_in_the_order_of_the_robot_file() -> None:
+    names = [f"gait{number}" for number in range(11)]
+    gaits = tuple(replace(CONFIG.parameters.gaits[0], name=name) for name in names)
+    many = replace(CONFIG, parameters=replace(CONFIG.parameters, gaits=gaits))
+    book = Controller(many, (), armed=False).book
+    wish = replace(START, gait="gait0")
+    assert [press(wish, key, book).gait for key in "123456789"] == names[:9]
+    assert press(wish, "0", book) == wish
+    assert "  1 gait0  2 gait1  3 gait2  " in help_line(book)
+    assert "  1 tripod  2 metachronal  q stop" in help_line(BOOK)
 
 
 def test_no_key_asks_for_more_than_the_servos_can_do() -> None:

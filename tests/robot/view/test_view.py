@@ -13,7 +13,6 @@ import pytest
 from model.values.faults import Fault, FaultKind, StopReason
 from model.values.tick import Mode, Tick
 from robot.console.screen_fit import ESCAPE, HOME
-from robot.run.teleop import HELP
 from robot.view.screen import LineView, ScreenView, fault_lines, open_view, screen_lines
 from tests.record.ticks import NAMES, PERIOD_NS, make_tick
 
@@ -154,7 +153,7 @@ def test_the_screen_is_no_larger_than_the_terminal_and_does_not_scroll(
             lambda _out, s=(columns, rows): os.terminal_size(s),
         )
         terminal = Terminal()
-        screen = open_view(NAMES, "BigANT virtual", HELP, terminal)
+        screen = open_view(NAMES, "BigANT virtual", "a key  " * 20, terminal)
         screen.show(tick)
         screen.close()
         drawn = terminal.getvalue().rsplit(HOME, 1)[1].removesuffix("\r\n")
