@@ -85,10 +85,10 @@ class FrameModel:
         world = np.tile(pose, (len(AROUND_S), 1))
         walked = feet(self._machine, self._grid, shafts, settings)
         points = contact_points(walked, settings)
-        motion = FootMotion(
-            readonly(points[MIDDLE].copy()),
-            readonly((points[2] - points[0]) / (2 * PERIOD_S) + (0.0 if moving else np.nan)),
-        )
+        velocity = (points[2] - points[0]) / (2 * PERIOD_S) + (0.0 if moving else np.nan)
+        if len(walked.rolling_m_s) == len(points):
+            velocity[:, 0] += walked.rolling_m_s[MIDDLE]
+        motion = FootMotion(readonly(points[MIDDLE].copy()), readonly(velocity))
         if not (np.isfinite(points).all() and np.isfinite(world).all()):
             return FrameAnswer(motion, no_contact(len(angle), NO_SUPPORT))
         moved = np.tile(before, (len(AROUND_S), 1)) if np.isfinite(before).all() else None

@@ -6,8 +6,9 @@ import numpy as np
 from scipy.constants import g as standard_gravity
 
 from model.effects.causes import Cause
-from model.effects.written import causes_of
+from model.effects.written import causes_for
 from model.errors import ConfigError, GapError
+from model.kinematics.legs import reach_m
 from model.parameters.tables import (
     parse_table,
     read_body,
@@ -20,7 +21,7 @@ from model.values.parameters import ContactParameters, LegGeometry, LegParameter
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LeggedMachine:
-    """A robot whose legs are four-bars on springs.
+    """A robot whose legs are on springs.
 
     Attributes:
         mass_kg: Whole robot.
@@ -40,7 +41,7 @@ class LeggedMachine:
     def length_m(self) -> float:
         """From the middle of the machine to the farthest place along x where a foot may stand."""
         shaft = float(np.abs(self.legs.shaft_position[:, 0]).max())
-        return shaft + self.leg.crank + float(np.hypot(*self.leg.foot))
+        return shaft + reach_m(self.leg)
 
     @property
     def weight_n(self) -> float:
@@ -57,12 +58,13 @@ def parse_machine(text: str) -> LeggedMachine:
     try:
         top = parse_table(text)
         legs = read_legs(top.table("legs"))
+        leg = read_leg(top)
         return LeggedMachine(
             mass_kg=read_body(top.table("body")).mass,
             legs=legs,
-            leg=read_leg(top),
+            leg=leg,
             contact=read_contact(top.table("contact"), legs.count),
-            effects=causes_of(top, legs.names),
+            effects=causes_for(top, legs.names, leg),
         )
     except ConfigError as error:
         raise GapError(f"the robot file cannot be used: {error}") from error

@@ -1,15 +1,15 @@
 """Actuation and kinematics of a legged robot: commands to shafts, shafts to unloaded feet."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from model.effects.catalogue import NO_LIMIT_RAD_S
 from model.effects.grid import FOOT_WINDOW_S, Grid
+from model.effects.leg_paths import foot_paths
 from model.effects.machine import LeggedMachine
 from model.effects.settings import Settings
 from model.effects.signals import FootSignals, ShaftSignals
-from model.kinematics.four_bar import LinkagePose, linkage_pose
 from model.motion.filters import lagged, play
 from model.values.arrays import FloatArray
 
@@ -27,12 +27,15 @@ class Feet:
 
     Attributes:
         rate_m_s: Velocity of the feet in the body frame, (W, N, 3).
-        turn_rad: Angle of the coupler from its angle at shaft angle 0, from +x to +z, (W, N).
+        turn_rad: Angle of the foot's link from its angle at shaft angle 0, from +x to +z, (W, N).
+        rolling_m_s: How much faster along x the feet's matter moves than the places where they touch, as
+            they are round and turn, (W, N), or (1, 1) for not at all; in ``rate_m_s`` already.
     """
 
     signals: FootSignals
     rate_m_s: FloatArray
     turn_rad: FloatArray
+    rolling_m_s: FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,54 +120,28 @@ def feet(machine: LeggedMachine, grid: Grid, shaft_rad: FloatArray, settings: Se
     crank = shaft_rad
     if settings.has("shaft_zero_offset"):
         crank = crank + settings.each("shaft_zero_offset")[0]
-    pose = _poses(machine, crank, settings)
+    paths = foot_paths(machine.leg, crank, settings)
     position = np.empty((*crank.shape, 3))
-    position[..., 0] = pose.foot[..., 0]
+    position[..., 0] = paths.foot_m[..., 0]
     position[..., 1] = 0.0
-    position[..., 2] = pose.foot[..., 1]
+    position[..., 2] = paths.foot_m[..., 1]
     position += machine.legs.shaft_position
     if settings.has("hip_mount_offset"):
         position[..., :2] += settings.each("hip_mount_offset").T
-    signals = FootSignals(grid.time_s, crank, position, pose.foot_slope)
+    signals = FootSignals(grid.time_s, crank, position, paths.slope_m_rad)
     signals = settings.acted("kinematics", signals)
     rate = grid.slope(signals.position_m, FOOT_WINDOW_S)
-    rolls = settings.has("foot_rolling")
-    return Feet(signals, rate, _coupler_turn(machine, pose) if rolls else np.zeros((1, 1)))
+    rolling = paths.rolled_m
+    if len(rolling) == len(rate):
+        rolling = grid.slope(rolling, FOOT_WINDOW_S)
+        rate[..., 0] += rolling
+    return Feet(signals, rate, paths.turn_rad, rolling)
 
 
 def moves_feet(settings: Settings) -> Settings:
     """Return the part of settings that ``feet`` looks at, all else neutral."""
     acting = tuple(one for one in settings.acting if one[0] in MOVES_FEET)
     return Settings(settings.legs, acting, settings.at("kinematics"))
-
-
-def _poses(machine: LeggedMachine, crank: FloatArray, settings: Settings) -> LinkagePose:
-    """All linkages; those with other links are solved on their own."""
-    nominal = machine.leg
-    changes = [tuple(change) for change in settings.each("link_length").T.tolist()]
-    pose = linkage_pose(nominal, crank)
-    for change in dict.fromkeys(c for c in changes if any(c)):
-        legs = [leg for leg, own_change in enumerate(changes) if own_change == change]
-        crank_m, coupler_m, rocker_m = change
-        links = replace(
-            nominal,
-            crank=nominal.crank + crank_m,
-            coupler=nominal.coupler + coupler_m,
-            rocker=nominal.rocker + rocker_m,
-        )
-        other = linkage_pose(links, crank[:, legs])
-        for name in LinkagePose.__slots__:
-            getattr(pose, name)[:, legs] = getattr(other, name)
-    return pose
-
-
-def _coupler_turn(machine: LeggedMachine, pose: LinkagePose) -> FloatArray:
-    middle = linkage_pose(machine.leg, np.zeros(1))
-    along = pose.rocker_pin - pose.crank_pin
-    at_zero = (middle.rocker_pin - middle.crank_pin)[0]
-    cross = at_zero[0] * along[..., 1] - at_zero[1] * along[..., 0]
-    turn: FloatArray = np.arctan2(cross, along @ at_zero)
-    return turn
 
 
 def load_torque(signals: FootSignals, force_n: FloatArray) -> FloatArray:

@@ -14,8 +14,10 @@ import difflib
 
 from model.effects.catalogue import EFFECTS
 from model.effects.causes import Cause, check_cause
+from model.effects.leg_kinds import why_not
 from model.errors import ConfigError, GapError
 from model.parameters.toml_table import Table
+from model.values.parameters import LegGeometry
 
 EFFECTS_KEY = "effects"
 WHOLE_ROBOT = "all"
@@ -43,6 +45,21 @@ def causes_of(top: Table, legs: tuple[str, ...]) -> tuple[Cause, ...]:
             joints = () if place == WHOLE_ROBOT else (place,)
             causes.append(_cause_of(name, joints, places.table(place), legs))
     return tuple(causes)
+
+
+def causes_for(top: Table, legs: tuple[str, ...], leg: LegGeometry) -> tuple[Cause, ...]:
+    """Return the causes that a whole robot file holds, all such that its kind of leg can have them.
+
+    Raises:
+        ConfigError: An effect, a place or a number is not known or out of its bounds, or means nothing for
+            such legs.
+    """
+    causes = causes_of(top, legs)
+    for cause in causes:
+        reason = why_not(cause.effect, leg)
+        if reason:
+            raise ConfigError(table_name(cause.effect, cause.joints), f"cannot be: {reason}")
+    return causes
 
 
 def _cause_of(name: str, joints: tuple[str, ...], numbers: Table, legs: tuple[str, ...]) -> Cause:

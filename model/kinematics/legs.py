@@ -6,10 +6,18 @@ leg k; whoever calls must not count on it.
 
 from typing import Protocol
 
+import numpy as np
+
+from model.kinematics.crank import CrankKinematics
 from model.kinematics.four_bar import FourBarKinematics
 from model.values.arrays import FloatArray
 from model.values.legs import FootMotion
-from model.values.parameters import LegGeometry, LegParameters
+from model.values.parameters import (
+    CrankParameters,
+    FourBarParameters,
+    LegGeometry,
+    LegParameters,
+)
 
 
 class LeggedRobot(Protocol):
@@ -39,7 +47,8 @@ class LegKinematics(Protocol):
             rate_rad_s: Joint speeds, (..., J) [rad/s].
 
         Returns:
-            Positions and velocities, (..., N, 3).
+            Positions and velocities, (..., N, 3). A velocity is that of the leg's matter at the foot, which
+            for a foot that rolls is not that of the place of contact.
         """
 
     def jacobian(self, angle_rad: FloatArray) -> FloatArray:
@@ -49,10 +58,24 @@ class LegKinematics(Protocol):
         """Load or make the machine code of ``feet`` now, so that no tick has to wait for it."""
 
 
+def reach_m(leg: LegGeometry) -> float:
+    """Return a distance from its shaft beyond which no foot of a leg comes [m]."""
+    match leg:
+        case FourBarParameters():
+            return leg.crank + float(np.hypot(*leg.foot))
+        case CrankParameters():
+            return leg.length
+
+
 def leg_kinematics(robot: LeggedRobot) -> LegKinematics:
     """Return the kinematics of a robot's legs, whatever their kind.
 
     Raises:
         ConfigError: The legs cannot move as they are.
     """
-    return FourBarKinematics(robot.leg, robot.legs.shaft_position)
+    leg, shaft_position = robot.leg, robot.legs.shaft_position
+    match leg:
+        case FourBarParameters():
+            return FourBarKinematics(leg, shaft_position)
+        case CrankParameters():
+            return CrankKinematics(leg, shaft_position)

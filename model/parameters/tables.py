@@ -9,11 +9,13 @@ from collections.abc import Container
 import numpy as np
 
 from model.errors import ConfigError
+from model.kinematics.crank import check_crank
 from model.kinematics.four_bar import check_linkage
 from model.parameters.toml_table import Table, parse_toml
 from model.values.parameters import (
     BodyParameters,
     ContactParameters,
+    CrankParameters,
     FourBarParameters,
     LegGeometry,
     LegParameters,
@@ -22,7 +24,7 @@ from model.values.parameters import (
 FEWEST_LEGS = 3
 LEG_TABLE = "leg"
 OLD_LEG_TABLE = "linkage"
-LEG_KINDS = ("four_bar",)
+FOUR_BAR, CRANK = LEG_KINDS = ("four_bar", "crank")
 
 
 def parse_table(text: str, what: str = "robot file") -> Table:
@@ -78,9 +80,17 @@ def read_leg(top: Table) -> LegGeometry:
     """
     name = leg_table(top.names())
     table = top.table(name)
-    if name == LEG_TABLE:
-        table.word("kind", LEG_KINDS)
-    return _four_bar(table)
+    kind = table.word("kind", LEG_KINDS) if name == LEG_TABLE else FOUR_BAR
+    return _crank(table) if kind == CRANK else _four_bar(table)
+
+
+def _crank(table: Table) -> CrankParameters:
+    crank = CrankParameters(
+        length=table.number("length", above=0),
+        radius=table.number("radius", minimum=0, otherwise=0.0),
+    )
+    check_crank(crank, table.name)
+    return crank
 
 
 def _four_bar(table: Table) -> FourBarParameters:

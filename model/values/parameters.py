@@ -60,8 +60,22 @@ class FourBarParameters:
     mid_stance: float
 
 
+@dataclass(frozen=True, slots=True)
+class CrankParameters:
+    """One leg on its servo's shaft for all legs, in the leg's x-z plane; straight down at shaft angle 0.
+
+    Attributes:
+        length: Shaft to toe [m].
+        radius: Of the half circle that rolls, from the toe towards the shaft [m]; at most half the length,
+            0 for a leg that stands on its toe.
+    """
+
+    length: float
+    radius: float
+
+
 # What a leg can be: the type says which kind.
-LegGeometry = FourBarParameters
+LegGeometry = FourBarParameters | CrankParameters
 
 
 @dataclass(frozen=True, slots=True, eq=False)

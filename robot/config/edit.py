@@ -10,10 +10,11 @@ from tomlkit.exceptions import TOMLKitError
 from model.effects.catalogue import EFFECTS
 from model.effects.causes import Cause
 from model.effects.correction import Correction, KeyChange, merged
+from model.effects.leg_kinds import check_effects
 from model.effects.machine import parse_machine
 from model.effects.written import EFFECTS_KEY, WHOLE_ROBOT, causes_of
 from model.errors import ConfigError, GapError
-from model.parameters.tables import LEG_TABLE, leg_table, parse_table, read_legs
+from model.parameters.tables import LEG_TABLE, leg_table, parse_table, read_leg, read_legs
 from record.toml_file import toml_text
 from robot.config.robot_file import parse_robot
 
@@ -62,11 +63,14 @@ def edit_robot(text: str, correction: Correction, origin: str) -> Edited:
 
     Raises:
         ConfigError: A key that is to be changed is not there, or the file is no TOML.
-        GapError: An effect that is there already cannot grow.
+        GapError: An effect that is there already cannot grow, or such legs cannot have it.
     """
     top = parse_table(text)
     legs = read_legs(top.table("legs")).names
     there = causes_of(top, legs)
+    if top.has(leg_table(top.names())):
+        changes = (change.cause for change in correction.changes)
+        check_effects((*changes, *correction.effects), read_leg(top))
     document = _document(text)
     edits = tuple(_change(document, change, legs) for change in correction.changes)
     old = {(one.effect, one.joints) for one in there}

@@ -15,7 +15,7 @@ from drivers.dynamixel.mx106 import CURRENT_UNIT_A, VELOCITY_UNIT_RAD_S
 from drivers.dynamixel.settings import ServoBusSettings
 from gaits.catalog import make_gaits
 from model.effects.causes import Cause
-from model.effects.written import causes_of
+from model.effects.written import causes_for
 from model.errors import ConfigError
 from model.parameters.tables import (
     parse_table,
@@ -160,7 +160,7 @@ def parse_robot(text: str) -> RobotConfig:
         loop=loop,
         body_limits=read_body_limits(safety_table),
         recovery=read_recovery(safety_table),
-        effects=causes_of(top, legs.names),
+        effects=causes_for(top, legs.names, parameters.leg),
         estimator=read_estimator(top.maybe_table("estimator"), legs.count),
     )
     top.done()

@@ -4,9 +4,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from model.kinematics.crank import crank_outline
 from model.kinematics.four_bar import linkage_pose
+from model.kinematics.legs import leg_kinematics
 from model.values.arrays import FloatArray
-from model.values.parameters import RobotParameters
+from model.values.parameters import (
+    CrankParameters,
+    FourBarParameters,
+    LegGeometry,
+    RobotParameters,
+)
 from model.values.tick import Tick
 
 Colour = tuple[float, float, float]
@@ -88,29 +95,39 @@ def legs_of(tick: Tick, parameters: RobotParameters) -> tuple[LegScene, ...]:
         parameters: Dimensions, from the log's own robot file.
     """
     angles = tick.joints.angle_rad
-    pose = linkage_pose(parameters.leg, angles)
     shafts = parameters.legs.shaft_position
-    pivot = parameters.leg.ground_pivot
+    feet = leg_kinematics(parameters).feet(angles, np.zeros_like(angles)).position_m
     loaded = np.asarray(tick.contact.support.contact)
     legs = []
     for leg, name in enumerate(parameters.legs.names):
         if not np.isfinite(angles[leg]):
             legs.append(LegScene(name, (), (), ()))
             continue
-        shaft, foot = shafts[leg], _placed(shafts[leg], pose.foot[leg])
-        crank_pin = _placed(shaft, pose.crank_pin[leg])
-        rocker_pin = _placed(shaft, pose.rocker_pin[leg])
-        links = (
-            Strip(np.stack([shaft, crank_pin]), LINK),
-            Strip(np.stack([_placed(shaft, pivot), rocker_pin]), LINK),
-            Strip(np.stack([crank_pin, rocker_pin, foot, crank_pin]), COUPLER),
-        )
+        foot = feet[leg]
+        links = _links(parameters.leg, shafts[leg], float(angles[leg]))
         forces = (
             *_arrow(foot, tick.forces.force_n[leg], MEASURED),
             *_arrow(foot, tick.contact.traction.force_B[leg], PREDICTED),
         )
         legs.append(LegScene(name, links, (Dot(foot, LOADED if loaded[leg] else LIFTED),), forces))
     return tuple(legs)
+
+
+def _links(geometry: LegGeometry, shaft: FloatArray, angle_rad: float) -> tuple[Strip, ...]:
+    """What a leg consists of, at a shaft angle."""
+    match geometry:
+        case FourBarParameters():
+            pose = linkage_pose(geometry, np.array(angle_rad))
+            crank_pin, rocker_pin = _placed(shaft, pose.crank_pin), _placed(shaft, pose.rocker_pin)
+            pivot, foot = _placed(shaft, geometry.ground_pivot), _placed(shaft, pose.foot)
+            return (
+                Strip(np.stack([shaft, crank_pin]), LINK),
+                Strip(np.stack([pivot, rocker_pin]), LINK),
+                Strip(np.stack([crank_pin, rocker_pin, foot, crank_pin]), COUPLER),
+            )
+        case CrankParameters():
+            sole = [_placed(shaft, point) for point in crank_outline(geometry, angle_rad)]
+            return Strip(np.stack([shaft, sole[0]]), LINK), Strip(np.stack(sole), COUPLER)
 
 
 def _placed(shaft: FloatArray, plane: FloatArray) -> FloatArray:

@@ -10,10 +10,19 @@ import numpy as np
 
 from model.compiled import compiled
 from model.values.arrays import FloatArray
-from sim_hw.plant.parameters import PlantParameters
+from sim_hw.plant.parameters import FourBarLegs
 
-# Columns of the geometry that the compiled code takes, one row a leg.
+# What the compiled code takes of a leg, a row.
 CRANK, COUPLER, ROCKER, PIVOT_X, PIVOT_Z, FOOT_X, FOOT_Z, BRANCH, MID_STANCE = range(9)
+
+
+def four_bar_row(legs: FourBarLegs) -> FloatArray:
+    """Return the dimensions as ``four_bar_point`` takes them, (N, 9)."""
+    rows = np.empty((len(legs.crank), 9))
+    rows[:, CRANK], rows[:, COUPLER], rows[:, ROCKER] = legs.crank, legs.coupler, legs.rocker
+    rows[:, PIVOT_X:FOOT_X], rows[:, FOOT_X:BRANCH] = legs.ground_pivot, legs.foot
+    rows[:, BRANCH], rows[:, MID_STANCE] = legs.branch, legs.mid_stance
+    return rows
 
 
 @compiled
@@ -23,7 +32,7 @@ def four_bar_point(
     """Return the foot of one leg, its slope, and the coupler's turn.
 
     Args:
-        geometry: Row of ``leg_geometry``, (9,).
+        geometry: Row of ``four_bar_row``, (9,) or longer.
         shaft_rad: Crank angle from mid-stance.
 
     Returns:
@@ -49,42 +58,3 @@ def four_bar_point(
     x_slope = -az - (z - az) * coupler_rate
     z_slope = ax + (x - ax) * coupler_rate
     return x, z, -x_slope, -z_slope, coupler_angle, -coupler_rate
-
-
-def leg_geometry(plant: PlantParameters) -> FloatArray:
-    """Return the dimensions of every leg's linkage as the compiled code takes them, (N, 9)."""
-    geometry = np.empty((plant.legs, 9))
-    geometry[:, CRANK], geometry[:, COUPLER] = plant.crank, plant.coupler
-    geometry[:, ROCKER] = plant.rocker
-    geometry[:, PIVOT_X:FOOT_X] = plant.ground_pivot
-    geometry[:, FOOT_X:BRANCH] = plant.foot
-    geometry[:, BRANCH], geometry[:, MID_STANCE] = plant.branch, plant.mid_stance
-    return geometry
-
-
-@compiled
-def _paths(geometry: FloatArray, angles: FloatArray, out: FloatArray) -> None:
-    for i in range(angles.shape[0]):
-        for k in range(angles.shape[1]):
-            point = four_bar_point(geometry[k], angles[i, k])
-            for j in range(4):
-                out[j, i, k] = point[j]
-
-
-def foot_path(
-    plant: PlantParameters, shaft_rad: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return the unloaded feet in their legs' planes and their slopes.
-
-    Args:
-        plant: Dimensions.
-        shaft_rad: Crank angles, (..., N).
-
-    Returns:
-        x, z [m] and dx/dangle, dz/dangle [m/rad], each (..., N).
-    """
-    flat = np.ascontiguousarray(shaft_rad, dtype=np.float64).reshape(-1, plant.legs)
-    out = np.empty((4, *flat.shape))
-    _paths(leg_geometry(plant), flat, out)
-    x, z, x_slope, z_slope = out.reshape(4, *np.shape(shaft_rad))
-    return x, z, x_slope, z_slope

@@ -1,8 +1,8 @@
 """Motor, gear, linkage and springs of all legs over one MuJoCo step, compiled.
 
 MuJoCo carries the body, the feet on their springs and the contacts. What moves the springs' ends is
-here: the motor turns the crank, the linkage puts the end of the leg where the four-bar says, and the
-springs' forces go both ways, to the foot (``applied``) and back on the crank.
+here: the motor turns the crank, the leg's end goes where its kind says, and the springs' forces go both
+ways, to the foot (``applied``) and back on the crank.
 """
 
 import math
@@ -11,7 +11,7 @@ import numpy as np
 
 from model.compiled import compiled
 from model.values.arrays import BoolArray, FloatArray, IntArray
-from sim_hw.plant.four_bar import four_bar_point
+from sim_hw.plant.leg_path import leg_point
 from sim_hw.plant.motor import (
     BATTERY_RESISTANCE,
     BATTERY_V,
@@ -40,7 +40,7 @@ SHAFT_INERTIA = 0.002
 TOOTH_STIFFNESS = 1500.0
 TOOTH_DAMPING = 0.5
 ROLL_INERTIA = 0.001
-ROLLING = (200.0, 0.9)  # stiffness [N m/rad] and damping that turn a rolling foot with its coupler
+ROLLING = (200.0, 0.9)  # stiffness [N m/rad] and damping that turn a rolling foot with its link
 
 
 def leg_rows(plant: PlantParameters, coupler_zero: FloatArray) -> FloatArray:
@@ -128,7 +128,7 @@ def turn_legs(
         push_x = push_z = push_roll = 0.0
         for _ in range(substeps):
             crank = leg[SHAFT] + row[CRANK_OFFSET]
-            x, z, dx, dz, coupler, turn = four_bar_point(geometry[k], crank)
+            x, z, dx, dz, coupler, turn = leg_point(geometry[k], crank)
             rate = leg[SHAFT_RATE]
             gap = z - row[LEG_OFFSET] - qz  # the leg's play lies between its spring and its end
             free = min(max(gap, -row[LEG_PLAY] / 2), row[LEG_PLAY] / 2)

@@ -1,6 +1,6 @@
 """The MuJoCo model of the robot: a free torso, and feet on springs below it.
 
-The end of each leg is where the four-bar puts it (``sim_hw.plant.leg_kernel``); the foot hangs from it on
+The end of each leg is where its kind puts it (``sim_hw.plant.leg_path``); the foot hangs from it on
 three springs, stiff fore-aft and sideways, soft along z, as three slides in the body frame. So nothing
 couples the legs but the body and the ground, there are no constraints but contacts, and a step is cheap.
 """
@@ -12,8 +12,8 @@ import numpy as np
 
 from model.errors import ModelError
 from model.values.arrays import FloatArray
-from sim_hw.plant.four_bar import foot_path
 from sim_hw.plant.leg_kernel import ROLL_INERTIA, ROLLING, side_damping
+from sim_hw.plant.leg_path import foot_path
 from sim_hw.plant.parameters import PlantParameters
 
 # MuJoCo wants some inertia for every moving body; nothing turns the feet.
@@ -184,8 +184,9 @@ def _add_foot(
     _sprung(foot, SLIDE, f"x_{leg}", [1, 0, 0], stiffness[0], damping[0])
     _sprung(foot, SLIDE, f"y_{leg}", [0, 1, 0], stiffness[1], damping[1])
     _sprung(foot, SLIDE, f"z_{leg}", [0, 0, 1], plant.stiffness[leg], plant.damping[leg])
-    radius = plant.rolling_radius if plant.rolling_radius > 0 else plant.foot_radius
-    if plant.rolling_radius > 0:
+    turning = float(plant.turning_radius[leg])
+    radius = turning if turning > 0 else plant.foot_radius
+    if turning > 0:
         roll = _sprung(foot, HINGE, f"roll_{leg}", [0, 1, 0], *ROLLING)
         roll.pos, roll.armature = [0, 0, radius], ROLL_INERTIA
     carrier = foot

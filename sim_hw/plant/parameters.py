@@ -10,13 +10,19 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from model.values.arrays import FloatArray
-from model.values.parameters import RobotParameters
+from model.values.parameters import (
+    CrankParameters,
+    FourBarParameters,
+    LegGeometry,
+    RobotParameters,
+)
 
 # Trial-to-trial spread of a healthy robot, one standard deviation; assumed, a few per cent as in
 # rubber feet and hand-set legs.
 MU_SPREAD = 0.04
 STIFFNESS_SPREAD = 0.03
 COM_SPREAD_M = 0.0015
+CLEARANCE_M = 0.03
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,13 +161,10 @@ class Disturbance:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PlantParameters:
-    """The whole plant. N legs.
+class FourBarLegs:
+    """Legs that are four-bars, as in the robot file.
 
     Attributes:
-        mass: Whole robot without payload [kg].
-        inertia: Whole robot about its centre of mass, legs in mid-stance, (3,) [kg m^2].
-        shaft_position: Crank shafts, body frame, (N, 3) [m].
         crank: (N,) [m].
         ground_pivot: (2,) [m].
         coupler: (N,) [m].
@@ -169,6 +172,59 @@ class PlantParameters:
         foot: (2,) [m].
         branch: +1 or -1.
         mid_stance: [rad].
+    """
+
+    crank: FloatArray
+    ground_pivot: FloatArray
+    coupler: FloatArray
+    rocker: FloatArray
+    foot: FloatArray
+    branch: int
+    mid_stance: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CrankLegs:
+    """Legs that are cranks: shaft to toe, and the half circle that rolls, (N,) each [m]."""
+
+    length: FloatArray
+    radius: FloatArray
+
+
+PlantLegs = FourBarLegs | CrankLegs
+
+
+def plant_legs(leg: LegGeometry, count: int) -> PlantLegs:
+    """Return ``count`` legs as a robot file has one."""
+    match leg:
+        case FourBarParameters():
+            return FourBarLegs(
+                crank=np.full(count, leg.crank),
+                ground_pivot=leg.ground_pivot.copy(),
+                coupler=np.full(count, leg.coupler),
+                rocker=np.full(count, leg.rocker),
+                foot=leg.foot.copy(),
+                branch=leg.branch,
+                mid_stance=leg.mid_stance,
+            )
+        case CrankParameters():
+            return CrankLegs(np.full(count, leg.length), np.full(count, leg.radius))
+
+
+def _clearance(leg: LegGeometry) -> float:
+    """Underside of the body below its origin [m]: no lower than a quarter of a short crank."""
+    return min(CLEARANCE_M, leg.length / 4) if isinstance(leg, CrankParameters) else CLEARANCE_M
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlantParameters:
+    """The whole plant. N legs.
+
+    Attributes:
+        mass: Whole robot without payload [kg].
+        inertia: Whole robot about its centre of mass, legs in mid-stance, (3,) [kg m^2].
+        shaft_position: Crank shafts, body frame, (N, 3) [m].
+        leg: Dimensions of the legs, of whatever kind.
         stiffness: Vertical leg springs, (N,) [N/m].
         damping: Vertical leg dampers, (N,) [N s/m]; assumed, 5 % of critical on a third of the mass.
         side_stiffness: Leg along body x and y, (N, 2) [N/m]; assumed.
@@ -177,7 +233,7 @@ class PlantParameters:
         mu: Coulomb friction of each foot, (N,).
         foot_mass: Mass that moves with each foot, below the springs [kg]; assumed.
         foot_radius: Of the ball that touches the ground; it does not turn [m]; assumed.
-        rolling_radius: Of feet that do turn with the coupler [m]; 0 is none.
+        rolling_radius: Of feet that do turn with their link [m]; 0 is none. Round legs have their own.
         com: Centre of mass in the body frame, (2,) [m].
         payload: Further mass [kg].
         payload_position: Of the payload in the body frame, (2,) [m].
@@ -198,13 +254,7 @@ class PlantParameters:
     mass: float
     inertia: FloatArray
     shaft_position: FloatArray
-    crank: FloatArray
-    ground_pivot: FloatArray
-    coupler: FloatArray
-    rocker: FloatArray
-    foot: FloatArray
-    branch: int
-    mid_stance: float
+    leg: PlantLegs
     stiffness: FloatArray
     damping: FloatArray
     side_stiffness: FloatArray
@@ -224,7 +274,7 @@ class PlantParameters:
     added_inertia: FloatArray = field(default_factory=lambda: np.zeros(2))
     motor: MotorParameters = field(default_factory=MotorParameters)
     disturbance: Disturbance = field(default_factory=Disturbance)
-    clearance: float = 0.03
+    clearance: float = CLEARANCE_M
     time_step_s: float = 0.001
     substeps: int = 2
     servo_substeps: int = 2
@@ -235,18 +285,11 @@ class PlantParameters:
         """Return a plant with the geometry, springs and friction of a robot file."""
         legs = robot.legs.count
         stiffness = robot.contact.stiffness.copy()
-        link = robot.leg
         return PlantParameters(
             mass=robot.body.mass,
             inertia=robot.body.inertia.copy(),
             shaft_position=robot.legs.shaft_position.copy(),
-            crank=np.full(legs, link.crank),
-            ground_pivot=link.ground_pivot.copy(),
-            coupler=np.full(legs, link.coupler),
-            rocker=np.full(legs, link.rocker),
-            foot=link.foot.copy(),
-            branch=link.branch,
-            mid_stance=link.mid_stance,
+            leg=plant_legs(robot.leg, legs),
             stiffness=stiffness,
             damping=0.1 * np.sqrt(stiffness * robot.body.mass / 3),
             side_stiffness=np.tile(12.0 * stiffness[:, None], 2),
@@ -262,7 +305,15 @@ class PlantParameters:
             ground=GroundParameters(np.zeros(2), np.full(legs, np.inf)),
             foot_mass=min(0.05, 0.04 * robot.body.mass / legs),
             motor=MotorParameters(battery_v=robot.servo.supply_voltage),
+            clearance=_clearance(robot.leg),
         )
+
+    @property
+    def turning_radius(self) -> FloatArray:
+        """Radius of what turns at each leg's end and rolls, (N,) [m]; 0 is none."""
+        if isinstance(self.leg, CrankLegs) and self.leg.radius.any():
+            return self.leg.radius
+        return np.full(self.legs, self.rolling_radius)
 
     @property
     def legs(self) -> int:

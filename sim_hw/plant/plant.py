@@ -10,7 +10,6 @@ import numpy as np
 from model.values.arrays import BoolArray, FloatArray, readonly
 from model.values.readings import BodyTruth
 from sim_hw.plant.foot_surface import DirectedContacts, surface, surface_settings, varies
-from sim_hw.plant.four_bar import foot_path, four_bar_point, leg_geometry
 from sim_hw.plant.leg_kernel import (
     CURRENT,
     JAM,
@@ -22,6 +21,7 @@ from sim_hw.plant.leg_kernel import (
     leg_rows,
     turn_legs,
 )
+from sim_hw.plant.leg_path import foot_path, leg_geometry, leg_point
 from sim_hw.plant.motor import motor_row
 from sim_hw.plant.mujoco_model import build_model, ground_axes
 from sim_hw.plant.parameters import Disturbance, PlantParameters
@@ -63,15 +63,15 @@ class Plant:
         together = np.array_equal(self._foot_v.ravel(), np.arange(*ends))
         self._reaction = data.qfrc_constraint[slice(*ends)].reshape(p.legs, 3) if together else None
         self._roll_v = np.full(p.legs, -1)
-        if p.rolling_radius > 0:
-            self._roll_v = np.array([model.joint(f"roll_{k}").dofadr[0] for k in legs])
+        for k in np.flatnonzero(p.turning_radius > 0).tolist():
+            self._roll_v[k] = model.joint(f"roll_{k}").dofadr[0]
         self._foot_body = np.array([model.body(f"foot_{k}").id for k in legs])
         self._geoms = np.array([model.geom(f"foot_{k}").id for k in legs])
         leg_of_geom = np.full(model.ngeom, -1)
         leg_of_geom[self._geoms] = np.arange(p.legs)
         self._torso = model.body("torso").id
         self._geometry = leg_geometry(p)
-        zero = np.array([four_bar_point(g, 0.0)[4] for g in self._geometry])
+        zero = np.array([leg_point(g, 0.0)[4] for g in self._geometry])
         self._rows, self._motor = leg_rows(p, zero), motor_row(p.motor)
         self.jam_n_m: FloatArray = self._rows[:, JAM]
         state = self._state = np.zeros((p.legs, 8))

@@ -1,6 +1,8 @@
 """Effects of actuation, kinematics and support: what is wrong with servos, legs, chassis, ground."""
 
+from model.errors import ConfigError
 from model.values.arrays import FloatArray, IntArray
+from sim_hw.plant.parameters import CrankLegs
 from sim_hw.twin.effects import (
     ALL,
     BOTH,
@@ -21,6 +23,13 @@ def _hip_mount_offset(twin: Twin, legs: IntArray, values: FloatArray) -> Twin:
     place = twin.plant.shaft_position.copy()
     place[legs, :2] += values
     return changed(twin, "plant.shaft_position", place)
+
+
+def _link_length(twin: Twin, legs: IntArray, values: FloatArray) -> Twin:
+    if isinstance(twin.plant.leg, CrankLegs):
+        raise ConfigError("effect link_length", "this robot's legs are cranks and have no links")
+    longer = adds("plant.leg.crank", "plant.leg.coupler", "plant.leg.rocker")
+    return longer(twin, legs, values)
 
 
 def _leg_flex(twin: Twin, legs: IntArray, values: FloatArray) -> Twin:
@@ -76,7 +85,7 @@ KINDS = (
             sized("coupler_m", "m", -0.01, 0.01, 0, 0.0, 0.0),
             sized("rocker_m", "m", -0.008, 0.008, 0, 0.0, 0.0),
         ),
-        "dimensions of the plant's four-bar", adds("plant.crank", "plant.coupler", "plant.rocker"),
+        "dimensions of the plant's four-bar", _link_length,
     ),
     EffectKind(
         "hip_mount_offset", "kinematics", LEG,

@@ -2,7 +2,9 @@
 
 import numpy as np
 
+from model.errors import ConfigError
 from model.values.arrays import FloatArray, IntArray
+from sim_hw.plant.parameters import CrankLegs
 from sim_hw.twin.effects import (
     ALL,
     BOTH,
@@ -27,6 +29,12 @@ def _inertia_lag(twin: Twin, _: IntArray, values: FloatArray) -> Twin:
     mass = float(values[0]) * float(p.mu.mean()) * p.mass * p.gravity / SLIP_M_S
     arm2 = float((p.shaft_position[:, :2] ** 2).sum(axis=1).mean())
     return changed(twin, "plant.added_inertia", np.array([mass, mass * arm2]))
+
+
+def _foot_rolling(twin: Twin, legs: IntArray, values: FloatArray) -> Twin:
+    if isinstance(twin.plant.leg, CrankLegs) and twin.plant.leg.radius.any():
+        raise ConfigError("effect foot_rolling", "this robot's legs are round and roll already")
+    return sets("plant.rolling_radius")(twin, legs, values)
 
 
 def _fading(twin: Twin, _: IntArray, values: FloatArray) -> Twin:
@@ -69,7 +77,7 @@ KINDS = (
     ),
     EffectKind(
         "foot_rolling", "friction", ALL, (sized("radius_m", "m", 0, 0.06, 0, 0.01, 0.025),),
-        "round feet that turn with their couplers and roll", sets("plant.rolling_radius"),
+        "round feet that turn with their links and roll", _foot_rolling,
     ),
     EffectKind("tilt_coupling", "friction", ALL, (), INHERENT, None),
     EffectKind(

@@ -13,6 +13,7 @@ from model.effects.catalogue import CATALOGUE
 from model.effects.correction import correction_of, merged
 from model.effects.machine import parse_machine
 from model.errors import ConfigError, GapError
+from model.values.parameters import FourBarParameters
 from robot.config.edit import check_edited, edit_robot
 from robot.config.robot_file import load_robot, parse_robot
 from robot.control.effect_uses import USES
@@ -165,4 +166,27 @@ def test_links_of_a_file_that_calls_its_leg_linkage_are_changed_there() -> None:
     text = corrected(old, cause("link_length", 0.001, 0.0, 0.0))
     assert "crank = 0.031" in text
     assert "[leg]" not in text
-    assert parse_machine(text).leg.crank == 0.031
+    leg = parse_machine(text).leg
+    assert isinstance(leg, FourBarParameters)
+    assert leg.crank == 0.031
+
+
+FOUR_BAR_TABLE = TEXT[TEXT.index('kind = "four_bar"') : TEXT.index("[contact]")]
+WHEEL_TEXT = TEXT.replace(FOUR_BAR_TABLE, 'kind = "crank"\nlength = 0.12\nradius = 0.06\n\n')
+
+
+def test_what_legs_cannot_have_is_refused_in_a_sentence() -> None:
+    with pytest.raises(GapError, match="cannot have link_length: a crank has no links"):
+        corrected(WHEEL_TEXT, cause("link_length", 0.001, 0.0, 0.0))
+    with pytest.raises(GapError, match=r"cannot have foot_rolling.*roll already"):
+        corrected(WHEEL_TEXT, cause("foot_rolling", 0.01))
+    with pytest.raises(ConfigError, match=r"effects\.link_length\.ML: cannot be: a crank has no"):
+        parse_robot(WHEEL_TEXT + "[effects.link_length.ML]\ncrank_m = 0.001\n")
+    wheel = LeggedSimulator(parse_machine(WHEEL_TEXT))
+    offered = {effect.name for effect in wheel.effects}
+    assert set(NAMES) - offered == {"link_length", "foot_rolling"}
+    straight = LeggedSimulator(parse_machine(WHEEL_TEXT.replace("radius = 0.06", "")))
+    assert "foot_rolling" in {effect.name for effect in straight.effects}
+    assert [effect.name for effect in simulator().effects] == NAMES
+    text = corrected(WHEEL_TEXT, cause("leg_stiffness", 0.5, legs=("ML",)))
+    assert parse_machine(text).contact.stiffness[1] == 1250.0

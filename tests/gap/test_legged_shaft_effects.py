@@ -8,6 +8,7 @@ from gap.interfaces import Drive
 from model.kinematics.four_bar import FourBarKinematics
 from model.kinematics.legs import leg_kinematics
 from model.values.arrays import FloatArray
+from model.values.parameters import FourBarParameters
 from tests.gap.predictions import COULOMB, ML, Prediction, inside
 from tests.gap.walks import cause, command_trial, machine, walk
 
@@ -117,7 +118,9 @@ def test_longer_links_are_another_linkage() -> None:
             got = Prediction(
                 trial, [cause("link_length", 0.001, -0.0005, 0.0008, legs=legs)], drive
             )
-            links = replace(machine().leg, crank=0.031, coupler=0.1315, rocker=0.0448)
+            nominal = machine().leg
+            assert isinstance(nominal, FourBarParameters)
+            links = replace(nominal, crank=0.031, coupler=0.1315, rocker=0.0448)
             other = FourBarKinematics(links, machine().legs.shaft_position)
             shafts = commands("tripod", 0.2, 5.0, got.time_s)
             feet = other.feet(shafts, np.zeros_like(shafts)).position_m

@@ -12,10 +12,11 @@ from model.kinematics.four_bar import FourBarKinematics, LinkagePose, check_link
 from model.values.arrays import FloatArray
 from model.values.parameters import FourBarParameters
 from robot.config.robot_file import load_robot
-from sim_hw.plant.four_bar import foot_path
-from sim_hw.plant.parameters import PlantParameters
+from sim_hw.plant.leg_path import foot_path
+from sim_hw.plant.parameters import PlantParameters, plant_legs
 
 ROBOT = load_robot().parameters
+assert isinstance(ROBOT.leg, FourBarParameters)
 NOMINAL = ROBOT.leg
 TURN = np.linspace(-np.pi, np.pi, 721)
 
@@ -103,13 +104,7 @@ def test_the_plants_own_four_bar_agrees(linkage: FourBarParameters) -> None:
     """Two solutions of one mechanism: by vectors here, by angles in the plant."""
     plant = replace(
         PlantParameters.nominal(ROBOT),
-        crank=np.full(6, linkage.crank),
-        ground_pivot=linkage.ground_pivot,
-        coupler=np.full(6, linkage.coupler),
-        rocker=np.full(6, linkage.rocker),
-        foot=linkage.foot,
-        branch=linkage.branch,
-        mid_stance=linkage.mid_stance,
+        leg=plant_legs(linkage, 6),
     )
     angles = np.repeat(TURN[:, None], plant.legs, axis=1)
     x, z, x_slope, z_slope = (part[:, 0] for part in foot_path(plant, angles))

@@ -5,7 +5,8 @@ import pytest
 
 from model.errors import ConfigError
 from sim_hw.dynamixel.goal_path import GoalPath
-from sim_hw.plant.four_bar import foot_path
+from sim_hw.plant.leg_path import foot_path
+from sim_hw.plant.parameters import FourBarLegs
 from sim_hw.plant.plant import Plant
 from sim_hw.twin.catalog import EFFECTS
 from sim_hw.twin.effects import LEG, STAGES, EffectKind, TwinEffect, parse_effect
@@ -151,8 +152,10 @@ def test_feet_follow_the_longer_crank() -> None:
     robot = plant("link_length@ML:crank_m=0.004")
     hold(robot, 0.3)
     changed = twin("link_length@ML:crank_m=0.004").plant
-    assert changed.crank[ML] == pytest.approx(0.034)
-    assert changed.crank[FL] == NOMINAL.crank[FL]
+    assert isinstance(changed.leg, FourBarLegs)
+    assert isinstance(NOMINAL.leg, FourBarLegs)
+    assert changed.leg.crank[ML] == pytest.approx(0.034)
+    assert changed.leg.crank[FL] == NOMINAL.leg.crank[FL]
     z_long, z = (foot_path(p, np.zeros(6))[1][ML] for p in (changed, NOMINAL))
     lower = robot.feet_B[ML, 2] + robot.foot_force_B[ML, 2] * -1 / NOMINAL.stiffness[ML]
     assert lower == pytest.approx(z_long, abs=3e-4)
@@ -275,7 +278,8 @@ def test_a_round_foot_rolls() -> None:
         for step in range(1500):
             robot.step(GAIN * (0.4 * step / 1500 - robot.motor_angle_rad), ON)
         ways.append((robot.truth(0).position_W[0] - start, robot.shaft_angle_rad.mean()))
-    from sim_hw.plant.four_bar import four_bar_point, leg_geometry
+    from sim_hw.plant.four_bar import four_bar_point
+    from sim_hw.plant.leg_path import leg_geometry
 
     geometry = leg_geometry(NOMINAL)[0]
     turned = four_bar_point(geometry, ways[0][1])[4] - four_bar_point(geometry, 0.0)[4]

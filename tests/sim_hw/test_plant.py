@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robot.config.robot_file import load_robot
-from sim_hw.plant.four_bar import foot_path
+from sim_hw.plant.leg_path import foot_path
 from sim_hw.plant.motor import friction_budget, motor_row, warmed
 from sim_hw.plant.parameters import PlantParameters
 from sim_hw.plant.plant import Plant

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sim_hw.plant.foot_surface import varies
-from sim_hw.plant.four_bar import foot_path
+from sim_hw.plant.leg_path import foot_path
 from sim_hw.plant.motor import motor_row, turned
 from sim_hw.plant.parameters import GroundParameters
 from sim_hw.plant.plant import Plant

@@ -5,8 +5,8 @@ import numpy as np
 
 from model.values.arrays import FloatArray
 from robot.config.robot_file import load_robot
-from sim_hw.plant.four_bar import foot_path
 from sim_hw.plant.leg_kernel import MOTOR_RATE
+from sim_hw.plant.leg_path import foot_path
 from sim_hw.plant.parameters import PlantParameters
 from sim_hw.plant.plant import Plant
 from sim_hw.twin.catalog import EFFECTS

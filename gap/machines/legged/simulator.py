@@ -9,7 +9,8 @@ from gap.machines.legged.chain import LeggedChain
 from gap.machines.legged.channels import channels, make_observation, to_channels
 from gap.machines.legged.check import check_legged
 from gap.machines.legged.inputs import LeggedInputs, make_inputs
-from model.effects.catalogue import CATALOGUE, STAGES
+from model.effects.catalogue import STAGES
+from model.effects.leg_kinds import check_effects, effects_of
 from model.effects.machine import LeggedMachine
 from model.effects.settings import Settings, UserEffect, settings_of
 from model.values.arrays import FloatArray, readonly
@@ -19,7 +20,7 @@ TRIALS_REMEMBERED = 16
 
 
 class LeggedSimulator:
-    """Implements ``gap.interfaces.Simulator`` for robots with a four-bar a leg; a user may add effects."""
+    """Implements ``gap.interfaces.Simulator`` for robots with one shaft a leg; a user may add effects."""
 
     name = "legged"
     stages = STAGES
@@ -27,7 +28,10 @@ class LeggedSimulator:
     def __init__(self, machine: LeggedMachine, added: tuple[UserEffect, ...] = ()) -> None:
         self.machine = machine
         self.joints = machine.legs.names
-        self.effects: tuple[Effect, ...] = (*CATALOGUE, *(user.effect for user in added))
+        self.effects: tuple[Effect, ...] = (
+            *effects_of(machine.leg),
+            *(user.effect for user in added),
+        )
         self.channels = channels(self.joints)
         self._added = added
         self._chain = LeggedChain(machine)
@@ -47,7 +51,8 @@ class LeggedSimulator:
         """Return what the channels would read with these causes added, (F, C).
 
         Raises:
-            GapError: A cause is not of the catalogue, or its joints or values do not fit.
+            GapError: A cause is not of the catalogue, cannot be with such legs, or its joints or values
+                do not fit.
         """
         inputs = self._inputs(trial)
         signals = self._chain.read(inputs, self._settings(causes), drive)
@@ -64,6 +69,7 @@ class LeggedSimulator:
         return (*faults, *check_legged(inputs, walk, self.machine.weight_n))
 
     def _settings(self, causes: Sequence[Cause]) -> Settings:
+        check_effects(causes, self.machine.leg)
         # the robot file's own last: a step or a patch that is there stays where it is
         return settings_of((*causes, *self.machine.effects), self.joints, self._added)
 

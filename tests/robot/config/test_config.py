@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from model.errors import ConfigError
+from model.values.parameters import FourBarParameters
 from robot.config.robot_file import load_robot, parse_robot
 from robot.console.arguments import DEFAULT_ROBOT_FILE
 
@@ -100,6 +101,8 @@ OLD_LEG_TABLE = NOMINAL.replace("[leg] ", "[linkage] ").replace('kind = "four_ba
 
 def test_a_robot_file_from_before_other_legs_is_still_read() -> None:
     old, new = parse_robot(OLD_LEG_TABLE).parameters.leg, parse_robot(NOMINAL).parameters.leg
+    assert isinstance(old, FourBarParameters)
+    assert isinstance(new, FourBarParameters)
     for name in ("crank", "coupler", "rocker", "branch", "mid_stance"):
         assert getattr(old, name) == getattr(new, name)
     np.testing.assert_array_equal(old.foot, new.foot)

@@ -19,6 +19,7 @@ from scipy.spatial.transform import Rotation
 from model.kinematics.legs import leg_kinematics
 from model.values.estimate import Health
 from model.values.faults import Fault, FaultKind
+from model.values.parameters import FourBarParameters
 from model.values.tick import Mode
 from robot.cli import main as cli
 from robot.config.robot_file import load_robot
@@ -51,6 +52,7 @@ def test_feet_are_drawn_where_the_linkage_puts_them_and_forces_begin_there() -> 
         joints=replace(tick.joints, angle_rad=angles),
         forces=replace(tick.forces, force_n=forces),
     )
+    assert isinstance(PARAMETERS.leg, FourBarParameters)
     kinematics = leg_kinematics(PARAMETERS)
     feet = kinematics.feet(angles, np.zeros(6)).position_m
     for leg, scene in enumerate(legs_of(tick, PARAMETERS)):
