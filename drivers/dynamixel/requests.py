@@ -4,6 +4,7 @@ Each request says per servo what came back; none of them raises for a servo that
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from dynamixel_sdk import COMM_RX_CORRUPT, COMM_RX_TIMEOUT, COMM_SUCCESS
 
@@ -15,6 +16,10 @@ IDENTITY_BYTES = 3  # what a ping is answered with: model number and firmware ve
 PROCESSING_MS = 0.1
 # Two one-byte answers in a row should agree within so many more reads.
 AGREE_TRIES = 4
+# While an answer is owed, these registers are read with their neighbours: torque with what shuts it down
+# (63, 64), the hardware error with what stands before it (68 to 70). Each has a length of its own then, so
+# that a late "torque is on" (1) cannot pass for "input voltage" (1).
+WITH_NEIGHBOURS = {64: (63, 2), 70: (68, 3)}
 
 
 class ServoRequests(PacketHandler):
@@ -28,17 +33,24 @@ class ServoRequests(PacketHandler):
         """Read one byte, and again while an older answer may still come, until two in a row agree.
 
         All one-byte answers look alike, so one that comes late would pass for the answer to another
-        question: a torque that is on for a voltage error.
+        question; torque and hardware error are read with their neighbours then.
         """
-        answer = self.read(servo_id, address, 1)
+        answer = self._last_byte(servo_id, address)
         for _ in range(AGREE_TRIES):
             if not self.owed():
                 return answer
-            again = self.read(servo_id, address, 1)
+            again = self._last_byte(servo_id, address)
             if again == answer:
                 return again
             answer = again
         return ServoAnswer(None, 0, COMM_RX_CORRUPT)
+
+    def _last_byte(self, servo_id: int, address: int) -> ServoAnswer:
+        """Read one byte, at the end of its neighbours while an answer is owed."""
+        alone = (address, 1)
+        start, length = WITH_NEIGHBOURS.get(address, alone) if self.owed() else alone
+        answer = self.read(servo_id, start, length)
+        return answer if answer.data is None else replace(answer, data=answer.data[-1:])
 
     def write(self, servo_id: int, address: int, data: bytes) -> ServoAnswer:
         """Write bytes to one servo and wait for its word that it took them."""

@@ -1,5 +1,6 @@
 """An answer that comes late, in the middle of a later request, never passes for the answer to that one."""
 
+from collections import Counter
 from typing import Any
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 
 from benchmarks.soak import MarkedBench, fits
 from drivers.dynamixel.bus import LONGEST_LEAD, ServoBus
-from drivers.dynamixel.mx106 import CURRENT_UNIT_A
+from drivers.dynamixel.mx106 import CURRENT_UNIT_A, REGISTER
 from drivers.dynamixel.requests import ServoRequests
 from robot.config.robot_file import load_robot
 from sim_hw.clock import VirtualClock
@@ -98,10 +99,45 @@ def test_one_byte_is_read_until_two_answers_agree() -> None:
             return True
 
         def read(self, servo_id: int, address: int, length: int) -> ServoAnswer:
+            assert (servo_id, address, length) == (3, 98, 1)
             return ServoAnswer(bytes([self.left.pop(0)]), 0, 0)
 
     port: Any = None
     asked = Scripted(1, 0, 0, 9)
-    assert asked.read_byte(3, 70).data == b"\x00", "the first was another question's answer"
+    assert asked.read_byte(3, 98).data == b"\x00", "the first was another question's answer"
     assert asked.left == [9]
-    assert Scripted(1, 2, 3, 4, 5).read_byte(3, 70).data is None
+    assert Scripted(1, 2, 3, 4, 5).read_byte(3, 98).data is None
+
+
+def test_torque_that_is_on_never_passes_for_a_low_voltage() -> None:
+    """Many answers 30 ms late: two about the torque came in the place of two about errors."""
+    late = '[[fault]]\nkind = "late_reply"\nrate = 0.5\n[[fault]]\nkind = "lost_reply"\nrate = 0.1\n'
+    bench = Bench(late)
+    packets = bench.bus.servos()[2].packets
+    torque = REGISTER["torque_enable"].address
+    while packets.read_byte(3, torque).data != b"\x01":
+        packets.write(3, torque, b"\x01")
+    errors: Counter[bytes] = Counter()
+    for _ in range(500):
+        packets.read_byte(3, torque)
+        answer = packets.read_byte(3, REGISTER["hardware_error_status"].address)
+        if answer.data is not None:
+            errors[answer.data] += 1
+    assert errors.keys() == {b"\x00"}
+    assert errors.total() > 50
+
+
+def test_registers_of_one_byte_byte_for_byte() -> None:
+    bench = Bench("")
+    packets = bench.bus.servos()[2].packets
+    packets.read_byte(3, 70)
+    packets.note_missing()
+    packets.read_byte(3, 70)
+    packets.read_byte(3, 64)
+    packets.read_byte(3, 98)
+    assert [frame[4:12].hex(" ") for frame in bench.sent] == [
+        "03 07 00 02 46 00 01 00",
+        *["03 07 00 02 44 00 03 00"] * 2,  # 68 to 70, until two agree
+        *["03 07 00 02 3f 00 02 00"] * 2,  # 63 and 64
+        *["03 07 00 02 62 00 01 00"] * 2,
+    ]
