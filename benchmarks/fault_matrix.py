@@ -5,6 +5,8 @@ tests/robot/run/test_fault_matrix.py runs the same cases and holds each to what 
 time, real drivers, virtual devices on a bench (``sim_hw.host.bench_world``), tripod gait.
 """
 
+import argparse
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from scipy.constants import g as standard_gravity
 
+from benchmarks.fault_cases import CASES, FLIPPED, Case
 from drivers.dynamixel.mx106 import TICKS_PER_TURN
 from model.errors import BusError, ForceStreamError, RecordError
 from model.values.arrays import FloatArray
@@ -40,6 +43,11 @@ WALK_S = 1.5 * CYCLE_S
 LONGEST_S = 40.0  # who does neither for so long has not decided
 FULL_TURN = 0.9  # of a turn that each shaft must have made in that cycle
 RECOVERY = "\n[safety.recovery]\nmost = 2\nafter_restart = true\n"
+# How a case can end under other assumptions; only the first three are right.
+OUTCOMES = (
+    "as above", "stops, with a reason", "walks on", "does not begin", "leaves a leg behind",
+    "stops without a reason",
+)  # fmt: skip
 # Counters of the drivers, with the words for one and for several.
 COUNTED = {
     "timeouts": ("timeout", "timeouts"),
@@ -56,196 +64,6 @@ STREAM_COUNTED = {
     "saturated": ("sample saturated", "samples saturated"),
     "restarts": ("restart of the stream", "restarts of the stream"),
 }
-NOTHING = frozenset[FaultKind]()
-SILENT = frozenset({FaultKind.SERVO_SILENT})
-BROUGHT_BACK = frozenset({FaultKind.SERVO_DOWN, FaultKind.RECOVERING, FaultKind.SERVO_RECOVERED})
-# Each assumption about the devices the other way round; see ``sim_hw.assumed``.
-FLIPPED = {
-    "reads across gaps give an error": '[servo]\nreserved = "error"\n',
-    "firmware 44": "[servo]\nfirmware = 44\n",
-    "a servo takes 0.5 ms to answer": "[servo]\nprocessing_s = 0.0005\n",
-    "a servo restarts in 0.1 s": "[servo]\nrestart_s = 0.1\n",
-    "a servo restarts in 0.8 s": "[servo]\nrestart_s = 0.8\n",
-    "a watchdog hears only its own id": '[servo]\nwatchdog_hears = "own"\n',
-    "a damaged request is answered": "[servo]\nanswers_bad_crc = true\n",
-    "the goal becomes here at torque on": '[servo]\ngoal_at_torque_on = "here"\n',
-    "a mode change keeps the gains": '[servo]\ngains_at_mode_change = "kept"\n',
-    "commands to the unit are sent back": "[force_unit]\nacknowledges = true\n",
-    "a start sets the sequence back": "[force_unit]\nsequence_restarts = true\n",
-    "unknown status bits are set": "[force_unit]\nextra_status = 0xC0C0F000\n",
-    "the unit's rate is not exact": "[force_unit]\nadc_clock_hz = 1000000\n",
-    "no greeting": "[force_unit]\nbanner = false\n",
-    "blank lines before prompts": "[force_unit]\nblank_line = true\n",
-    "the adapter waits 1 ms": "[adapter]\nlatency_timer_s = 0.001\n",
-    "the adapter waits 16 ms": "[adapter]\nlatency_timer_s = 0.016\n",
-}
-
-
-@dataclass(frozen=True, slots=True)
-class Case:
-    """One fault.
-
-    Attributes:
-        kind: Its name in the catalogue.
-        what: The same for a person.
-        keys: Keys of its table, TOML.
-        reason: Why the run has to end; COMPLETED if the robot has to walk on.
-        reported: Fault kinds that have to be in the ticks.
-        recovery: Whether the robot file allows recovery.
-        power: Whether the fault begins with the devices instead of during the walk.
-        refused: Words of the error if the run must not even begin.
-    """
-
-    kind: str
-    what: str
-    keys: str = ""
-    reason: StopReason = StopReason.COMPLETED
-    reported: frozenset[FaultKind] = NOTHING
-    recovery: bool = False
-    power: bool = False
-    refused: str = ""
-
-
-def _kinds(*kinds: FaultKind) -> frozenset[FaultKind]:
-    return frozenset(kinds)
-
-
-CASES = (
-    Case("lost_request", "1 of 20 requests lost", "rate = 0.05", reported=SILENT),
-    Case("damaged_request", "1 of 20 requests with a bit inverted", "rate = 0.05", reported=SILENT),
-    Case("late_request", "1 of 20 requests 5 ms late", "rate = 0.05", reported=SILENT),
-    Case("truncated_request", "1 of 20 requests cut in half", "rate = 0.05", reported=SILENT),
-    Case("lost_reply", "1 of 20 replies lost", "rate = 0.05", reported=SILENT),
-    Case("bit_flip", "1 of 20 replies with a bit inverted", "rate = 0.05", reported=SILENT),
-    Case("late_reply", "1 of 20 replies 30 ms late", "rate = 0.05", reported=SILENT),
-    Case("truncated_reply", "1 of 20 replies cut in half", "rate = 0.05", reported=SILENT),
-    Case("duplicated_reply", "every reply twice"),
-    Case("foreign_reply", "a foreign status before every reply"),
-    Case("echo", "every request heard again"),
-    Case(
-        "silent_servo", "servo 3 silent for 30 ms", "servo = 3\nduration_s = 0.03", reported=SILENT
-    ),
-    Case(
-        "silent_servo",
-        "servo 3 silent for good",
-        "servo = 3",
-        StopReason.SERVO_LOST,
-        SILENT,
-    ),
-    Case(
-        "silent_servo",
-        "servo 3 silent for good, those behind it wait for it",
-        "servo = 3\nchain_breaks = true",
-        StopReason.SERVO_LOST,
-        SILENT,
-    ),
-    Case(
-        "silent_servo",
-        "servo 3 silent for 0.5 s, recovery allowed: its watchdog trips",
-        "servo = 3\nduration_s = 0.5",
-        reported=SILENT | BROUGHT_BACK,
-        recovery=True,
-    ),
-    Case(
-        "brownout",
-        "servo 4 without power for 0.2 s",
-        "servo = 4\nduration_s = 0.2",
-        StopReason.SERVO_LOST,
-        SILENT,
-    ),
-    Case(
-        "brownout",
-        "servo 4 without power for 0.2 s, recovery allowed",
-        "servo = 4\nduration_s = 0.2",
-        reported=BROUGHT_BACK,
-        recovery=True,
-    ),
-    Case(
-        "brownout",
-        "servo 4 without power for 20 ms",
-        "servo = 4\nduration_s = 0.02",
-        StopReason.SERVO_LOST,
-        SILENT,
-    ),
-    Case(
-        "overheating",
-        "motor 5 at 75 C",
-        "servo = 5\ntemperature_c = 75.0",
-        StopReason.SERVO_FAULT,
-        _kinds(FaultKind.SERVO_HOT),
-    ),
-    Case(
-        "overheating",
-        "motor 5 at 85 C: the servo shuts down",
-        "servo = 5",
-        StopReason.SERVO_FAULT,
-        _kinds(FaultKind.SERVO_ALERT),
-    ),
-    Case(
-        "overload",
-        "motor 6 draws 5.2 A",
-        "servo = 6",
-        StopReason.SERVO_FAULT,
-        _kinds(FaultKind.SERVO_CURRENT),
-    ),
-    Case(
-        "stuck_shaft",
-        "shaft 1 jammed",
-        "servo = 1",
-        StopReason.SERVO_FAULT,
-        _kinds(FaultKind.SERVO_STALLED),
-    ),
-    Case("unplug", "USB cable pulled", "", StopReason.LINK_LOST, _kinds(FaultKind.LINK_LOST)),
-    Case(
-        "packet_loss", "1 of 10 datagrams lost", "rate = 0.1", reported=_kinds(FaultKind.FORCE_GAP)
-    ),
-    Case("duplicate_packet", "every datagram twice"),
-    Case(
-        "reordered_packet",
-        "1 of 5 datagrams behind the next",
-        "rate = 0.2",
-        reported=_kinds(FaultKind.FORCE_GAP),
-    ),
-    Case("batching", "three records in a datagram"),
-    Case(
-        "mask_change",
-        "transducers 2 and 5 vanish",
-        "transducers = [2, 5]",
-        reported=_kinds(FaultKind.FORCE_ABSENT),
-    ),
-    Case(
-        "saturation",
-        "transducer 5 saturated",
-        "transducer = 5",
-        reported=_kinds(FaultKind.FORCE_SATURATED),
-    ),
-    Case("low_battery", "battery low", reported=_kinds(FaultKind.FORCE_BATTERY)),
-    Case("clock_step", "clock of the unit jumps by an hour", "step_s = 3600.0"),
-    Case("rollover", "stamps of the unit wrap"),
-    Case(
-        "silent_stop",
-        "stream stops for 0.2 s",
-        "duration_s = 0.2",
-        reported=_kinds(FaultKind.FORCE_GAP),
-    ),
-    Case(
-        "silent_stop",
-        "stream stops for good",
-        "",
-        StopReason.FORCE_LOST,
-        _kinds(FaultKind.FORCE_SILENT),
-    ),
-    Case(
-        "port_change_stall",
-        "unit bound to another port",
-        "stored_port = 50000",
-        power=True,
-        refused="sends no data",
-    ),
-    Case("console_stall", "console prints nothing", power=True, refused="did not answer"),
-    Case("split_console", "console prints in pieces", "gap_s = 0.01", power=True),
-    Case("sample_rate", "unit samples 20 % too fast", "percent = 20.0"),
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -473,8 +291,48 @@ def committed() -> list[tuple[str, ...]]:
     return [tuple(cell.strip() for cell in line.strip("|").split("|")) for line in lines if line]
 
 
+def judged(row: Row) -> str:
+    """Return how a case under other assumptions ended, in a word or two; see ``OUTCOMES``."""
+    case = row.case
+    if not row.begun:
+        return "as above" if case.refused else "does not begin"
+    if row.left_behind:
+        return "leaves a leg behind"
+    if row.reason is case.reason and not case.refused:
+        return "as above"
+    if row.reason is StopReason.COMPLETED:
+        return "walks on"
+    return "stops, with a reason" if row.words else "stops without a reason"
+
+
+def under_assumptions() -> None:
+    """Run all cases under each flipped assumption; print what differs, and count how they ended."""
+    counts: dict[str, Counter[str]] = {}
+    for words, tables in FLIPPED.items():
+        counts[words] = Counter()
+        for case in CASES:
+            row = run_case(case, tables)
+            ended = judged(row)
+            counts[words][ended] += 1
+            if ended != "as above":
+                print(f"{words} | {case.what} | {ended} | {row.cells[4]} | {row.words}", flush=True)
+    print("\n| assumption | " + " | ".join(OUTCOMES) + " |\n|---|" + "---|" * len(OUTCOMES))
+    for words, count in counts.items():
+        print(f"| {words} | " + " | ".join(str(count[ended]) for ended in OUTCOMES) + " |")
+
+
 def main() -> None:
     """Run all cases and write the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument(
+        "--assumed",
+        action="store_true",
+        help="run them under each assumption about the devices the other way round, and print",
+    )
+    options, _ = parser.parse_known_args()
+    if options.assumed:
+        under_assumptions()
+        return
     rows = []
     for number, case in enumerate(CASES, 1):
         print(f"{number}/{len(CASES)} {case.kind}: {case.what}", flush=True)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.soak import MarkedBench, fits
+from benchmarks.soak_witness import MarkedBench, fits
 from drivers.dynamixel.bus import LONGEST_LEAD, ServoBus
 from drivers.dynamixel.mx106 import CURRENT_UNIT_A, REGISTER
 from drivers.dynamixel.requests import ServoRequests
@@ -111,7 +111,9 @@ def test_one_byte_is_read_until_two_answers_agree() -> None:
 
 def test_torque_that_is_on_never_passes_for_a_low_voltage() -> None:
     """Many answers 30 ms late: two about the torque came in the place of two about errors."""
-    late = '[[fault]]\nkind = "late_reply"\nrate = 0.5\n[[fault]]\nkind = "lost_reply"\nrate = 0.1\n'
+    late = (
+        '[[fault]]\nkind = "late_reply"\nrate = 0.5\n[[fault]]\nkind = "lost_reply"\nrate = 0.1\n'
+    )
     bench = Bench(late)
     packets = bench.bus.servos()[2].packets
     torque = REGISTER["torque_enable"].address

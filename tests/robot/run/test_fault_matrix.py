@@ -2,12 +2,10 @@
 
 import pytest
 
+from benchmarks.fault_cases import CASES, FLIPPED, Case
 from benchmarks.fault_matrix import (
-    CASES,
     COUNTED,
-    FLIPPED,
     STREAM_COUNTED,
-    Case,
     Row,
     committed,
     driver_words,

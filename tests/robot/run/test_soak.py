@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.soak import RUN_S, Findings, MarkedBench, Witness, cause_of, random_faults, soak
+from benchmarks.soak import RUN_S, cause_of, random_faults, soak
+from benchmarks.soak_witness import Findings, MarkedBench, Witness
 from model.values.faults import StopReason
 from model.values.tick import Mode
 from sim_hw.dynamixel.firmware import FirmwareBank
