@@ -10,6 +10,7 @@ from drivers.dynamixel.bus import ServoBus
 from drivers.dynamixel.checked_servo import CheckedServo
 from drivers.dynamixel.image import GAINS, read_gains
 from drivers.dynamixel.mx106 import TICKS_PER_TURN
+from drivers.dynamixel.unknowns import NUDGE_TICKS, gains_at_mode_change, goal_at_torque_on
 from drivers.dynamixel.watchdog import TRIPPED, prove_watchdog
 from gaits.plan import Hold
 from model.errors import BusError, ConnectionLost
@@ -73,6 +74,8 @@ def torque(day: Day) -> None:
         servos = bus.servos()
         before = [_read(servo) for servo in servos]
         bus.configure()
+        with limp_afterwards(bus):
+            _settle_unknowns(day, servos[0])
         ready = [_read(servo) for servo in servos]
         with limp_afterwards(bus):
             shafts = GatedShafts(bus, day.config)
@@ -108,6 +111,20 @@ def torque(day: Day) -> None:
     day.note(passed("goal register", found))
 
 
+def _settle_unknowns(day: Day, servo: CheckedServo) -> None:
+    """Find out of one servo what the manual does not say about torque, goals and modes."""
+    goal = goal_at_torque_on(servo)
+    how = f"{servo.who}: a goal {NUDGE_TICKS} ticks beside the shaft, torque on, goal read back"
+    day.settled("servo", "goal_at_torque_on", goal, how)
+    words = {"kept": "is kept: it would turn to an old one", "here": "becomes the position"}
+    day.note(passed("goal at torque on", f"{words[goal]}; a new one is always written before"))
+    gains = gains_at_mode_change(servo)
+    how = f"{servo.who}: position_p_gain one up, mode 3 and back to 4, gain read back"
+    day.settled("servo", "gains_at_mode_change", gains, how)
+    words = {"kept": "keeps the gains", "reset": "resets the gains"}
+    day.note(passed("change of mode", words[gains]))
+
+
 def _gain_findings(
     day: Day,
     servos: Sequence[CheckedServo],
@@ -128,7 +145,7 @@ def _gain_findings(
     ]
     if switched:
         found = lines(before, ready) or "no gain changed"
-        day.note(passed("change of mode", f"mode of {', '.join(switched)} set to 4: {found}"))
+        day.note(passed("mode set", f"mode of {', '.join(switched)} set to 4: {found}"))
     changed = lines(ready, on)
     if changed:
         advice = "torque must not change gains: keep this step's log"

@@ -161,7 +161,7 @@ def check_facts(record: Record, scenario_text: str) -> None:
 def test_what_was_assumed_is_measured(assumed: str, tmp_path: Path) -> None:
     record = do_steps(first_day(tmp_path, site_with(tmp_path, assumed)), DEVICE_STEPS)
     assert [n for n, one in record.latest.items() if one.verdict is CheckVerdict.FAIL] == []
-    assert len(record.facts) == 14
+    assert len(record.facts) == 16
     check_facts(record, assumed)
     measured = load_scenario(tmp_path / "day" / FACTS_FILE, IDS)
     assert measured.force_unit.empty_line == "\r\n>"
