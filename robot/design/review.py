@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gaits.catalog import make_gait
-from gaits.names import GAIT_NAMES
+from gaits.catalog import make_gaits
+from gaits.gait import Gait
 from model.errors import ConfigError
 from model.kinematics.legs import leg_kinematics
 from model.values.arrays import FloatArray
@@ -49,27 +49,19 @@ class RobotReview:
         return tuple(one for one in self.concerns if one.severity is not Severity.NOTE)
 
 
-def gaits_of(config: RobotConfig) -> tuple[str, ...]:
-    """Return the names of a robot's gaits."""
-    return GAIT_NAMES
-
-
 def review_robot(
-    config: RobotConfig, gaits: Sequence[str] | None = None, frequency_hz: float | None = None
+    config: RobotConfig, gaits: Sequence[Gait] | None = None, frequency_hz: float | None = None
 ) -> RobotReview:
     """Walk the gaits of a robot file through the model and judge the file.
 
     Args:
         config: The robot file.
-        gaits: Which of its gaits; all of them if None.
+        gaits: Gaits to walk; all that are in the file if None.
         frequency_hz: Cycles a second; each gait's own if None.
-
-    Raises:
-        ConfigError: There is no such gait.
     """
     robot = config.parameters
-    names = gaits_of(config) if gaits is None else tuple(gaits)
-    walked = tuple(walk_gait(robot, make_gait(name, robot), frequency_hz) for name in names)
+    chosen = make_gaits(robot) if gaits is None else gaits
+    walked = tuple(walk_gait(robot, gait, frequency_hz) for gait in chosen)
     path = foot_path(config)
     concerns = [*_file_concerns(config, path)]
     # sizes in another unit make a walk of them meaningless

@@ -2,7 +2,7 @@
 
 import sys
 
-from model.errors import ConfigError
+from gaits.catalog import make_gait, make_gaits
 from record.whole_file import check_room, write_text
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
@@ -10,7 +10,7 @@ from robot.console.installed import version_lines
 from robot.console.json_output import print_json
 from robot.console.screen_fit import columns_of
 from robot.design.concern import Severity
-from robot.design.review import RobotReview, gaits_of, review_robot
+from robot.design.review import RobotReview, review_robot
 from robot.report.robot_text import (
     assumed_words,
     figure_rows,
@@ -33,12 +33,9 @@ def show_robot(request: RobotShowRequest) -> ExitCode:
     """
     check_room(request.out, "--out", ".html", ".png")
     config = load_robot(request.robot)
-    gaits = gaits_of(config)
-    if request.gait is not None and request.gait not in gaits:
-        raise ConfigError(
-            "--gait", f"{request.gait!r} is no gait of this robot; it has {', '.join(gaits)}"
-        )
-    review = review_robot(config, gaits if request.gait is None else [request.gait])
+    robot = config.parameters
+    gaits = make_gaits(robot) if request.gait is None else [make_gait(request.gait, robot)]
+    review = review_robot(config, gaits)
     if request.json:
         print_json(review_json(review))
     else:

@@ -223,7 +223,7 @@ def test_a_hundred_robots_of_ten_per_cent_raise_no_alarm() -> None:
 
 def test_a_robot_that_walks_backward_is_told() -> None:
     config = load_robot()
-    figures = replace(review_robot(config, ["tripod"]).gaits[0].figures, speed_m_s=-0.013)
+    figures = replace(review_robot(config).gaits[0].figures, speed_m_s=-0.013)
     servo = config.parameters.servo
     assert [one.topic for one in gait_concerns(figures, servo, 0.35)] == ["walks backward"]
 

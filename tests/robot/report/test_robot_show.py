@@ -43,7 +43,7 @@ def test_a_bad_robot_is_a_bad_verdict_with_its_reason(
 
 def test_another_gait_than_it_has(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.run(["robot", "show", "--gait", "gallop"]) == 2
-    assert "it has tripod, metachronal" in capsys.readouterr().err
+    assert "this robot, which has tripod, metachronal" in capsys.readouterr().err
 
 
 def test_its_json_holds_a_cycle(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
