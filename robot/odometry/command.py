@@ -18,6 +18,7 @@ from robot.control.effect_uses import unused_notes
 from robot.odometry.compare import (
     OdometryComparison,
     compare_methods,
+    judged_part,
     stride_of,
     walking_part,
 )
@@ -74,7 +75,7 @@ def odom(request: OdomRequest) -> ExitCode:
         write(shown, log, path, request.out)
         if not request.json:
             print(f"written: {request.out}")
-    return _verdict(comparison, path, compare=request.compare)
+    return _verdict(comparison, log, path, compare=request.compare)
 
 
 def check_shafts(log: Recording, path: Path) -> None:
@@ -96,13 +97,19 @@ def check_shafts(log: Recording, path: Path) -> None:
         )
 
 
-def _verdict(comparison: OdometryComparison, path: Path, *, compare: bool) -> ExitCode:
+def _verdict(
+    comparison: OdometryComparison, log: Recording, path: Path, *, compare: bool
+) -> ExitCode:
     """Say what is bad about an answer, and how the command ends."""
-    lost = [e for e in comparison.track.estimates if e.health is Health.LOST]
-    share = len(lost) / len(comparison.track.estimates)
+    estimates = comparison.track.estimates
+    lost = [estimate.reason for estimate in estimates if estimate.health is Health.LOST]
+    span = judged_part(log)
+    blind = int(np.isnan(log.rate_rad_s[span] + log.angle_rad[span]).all(axis=1).sum())
     verdict = ExitCode.OK
-    if share > LOST_SHARE:
-        complain(f"the estimator was lost in {100 * share:.0f} % of the ticks: {lost[-1].reason}")
+    if max(len(lost), blind) > LOST_SHARE * len(estimates):
+        share = 100 * max(len(lost), blind) / len(estimates)
+        why = lost[-1] if len(lost) >= blind else "no leg had a shaft angle and a speed"
+        complain(f"the estimator was lost in {share:.0f} % of the ticks: {why}")
         verdict = ExitCode.VERDICT_FAILED
     if compare and comparison.truth is None:
         complain(

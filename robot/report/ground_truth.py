@@ -36,7 +36,7 @@ def true_velocity(log: Recording) -> FloatArray:
     if not wanted.any():
         return recorded
     t_ns = np.round(log.t_s * 1e9).astype(np.int64)
-    # a log that was thinned for pictures, and cameras that are slower than the loop, have samples farther apart
+    # in a log that was thinned for pictures, and of slow cameras, samples lie farther apart
     apart_s = float(np.median(np.diff(log.t_s[wanted]))) if wanted.sum() > 1 else 0.0
     rate = centred_rate(t_ns, pose, round(max(HALF_WINDOW_S, 1.5 * apart_s) * 1e9))
     own = np.column_stack([*turned(rate[:, 0], rate[:, 1], -pose[:, 2]), rate[:, 2]])

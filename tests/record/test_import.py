@@ -69,7 +69,7 @@ def test_a_trial_comes_in_as_it_is(tmp_path: Path) -> None:
 
 def test_good_data_raise_no_finding_but_what_is_absent(tmp_path: Path) -> None:
     _, report = bring(write_smooth(tmp_path))
-    assert {finding.kind for finding in report.findings} == {"absent"}
+    assert {finding.kind for finding in report.findings} == {"absent", "derived"}
     assert {f.column for f in report.findings} >= {"current_a", "foot_m", "body_angles_rad"}
     assert "missing: force_HL_x_n, force_HL_y_n" in found(report, "absent", "force_n").detail
     assert found(report, "absent", "current_a").detail == "not measured"
