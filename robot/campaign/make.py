@@ -120,7 +120,7 @@ def _executor(request: SimCampaignRequest) -> Iterator[Executor]:
         from distributed import Client  # an extra
     except ImportError as error:
         raise ConfigError(
-            "--dask", f"needs Dask; install it in the clone with: {how_to_install('dask')}"
+            "--dask", f"needs Dask; install it with: {how_to_install('dask')}"
         ) from error
     try:
         client = Client(request.dask, timeout=CONNECT_S)  # type: ignore[no-untyped-call]

@@ -160,6 +160,6 @@ def _fernet() -> Any:
     except ImportError as error:
         raise ConfigError(
             "--sealed",
-            f"needs cryptography; install it in the clone with: {how_to_install('seal')}",
+            f"needs cryptography; install it with: {how_to_install('seal')}",
         ) from error
     return Fernet

@@ -39,7 +39,7 @@ def script_for(shell: str) -> str:
     if find_spec(PACKAGE) is None:
         raise ConfigError(
             "shell completion",
-            "the package that writes the script is not installed; install it in the clone with: "
+            "the package that writes the script is not installed; install it with: "
             f"{how_to_install('completion')} (see docs/howto.md#shell-completion)",
         )
     import shtab

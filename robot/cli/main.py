@@ -14,6 +14,7 @@ from robot.console.exit_codes import ExitCode
 from robot.console.printable import printable_output
 from robot.console.program_output import complain, stop_output
 from robot.console.progress import show_compiling
+from robot.console.shipped import with_pages
 
 EPILOG = "exit codes: 0 good, 1 a verdict failed, 2 wrong usage or file, 3 hardware, 4 log, 130 interrupted"
 
@@ -62,7 +63,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
         complain(f"\n{words}: interrupted")
         return int(ExitCode.INTERRUPTED)
     except BigantError as error:
-        complain(f"{words}: {error}{page_hint(error)}")
+        complain(f"{words}: {with_pages(f'{error}{page_hint(error)}')}")
         return int(_code_of(error))
     except BrokenPipeError:  # the reader of our output went away, as with `| head`
         stop_output()

@@ -11,11 +11,12 @@ from pathlib import Path
 from types import NoneType
 from typing import TYPE_CHECKING, Any, TypeVar, dataclass_transform, get_args
 
+from robot.console.shipped import shipped
+
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-ROOT = Path(__file__).resolve().parent.parent.parent  # of the clone
-DEFAULT_ROBOT_FILE = ROOT / "config" / "bigant.toml"
+DEFAULT_ROBOT_FILE = shipped("config/bigant.toml")
 STDOUT = Path("-")
 EITHER = "either"  # the group of options that exclude each other
 WORK = "bigant_work"  # of a request's class: the function that does what is asked for
@@ -167,13 +168,13 @@ def add_arguments(parser: argparse.ArgumentParser, kind: "type[DataclassInstance
             groups[title] = parser.add_argument_group(title)
         if words.get("action") != "store_true":
             words.setdefault("type", _type_of_one(one))
+        if one.metadata["by_place"]:
+            parser.add_argument(one.name, **words)
+            continue
         if one.default is not MISSING:
             # argparse appends to lists
             many = words.get("action") == "append" or words.get("nargs") == "+"
             words["default"] = list(one.default) if many else one.default
-        if one.metadata["by_place"]:
-            parser.add_argument(one.name, **words)
-            continue
         flags = one.metadata["flags"] or (f"--{one.name.replace('_', '-')}",)
         groups.get(title, parser).add_argument(*flags, dest=one.name, **words)
 

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 from robot.console.arguments import (
-    ROOT,
     argument,
     as_json,
     between,
@@ -14,6 +13,7 @@ from robot.console.arguments import (
     robot_file,
     several,
 )
+from robot.console.shipped import shipped
 
 # spelled out here so that the parser imports nothing heavy; robot.study.systems knows how to build
 SYSTEM_NAMES = ("bigant", "disk", "multipod", "quadruped", "stairs", "slither")
@@ -77,5 +77,5 @@ class ModelFiguresRequest:
     benchmark: Path = option(
         "file of benchmark figures",
         "FILE",
-        default=ROOT / "docs" / "figures" / "model_benchmark.json",
+        default=shipped("docs/figures/model_benchmark.json"),
     )

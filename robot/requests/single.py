@@ -322,6 +322,21 @@ class CompletionRequest:
     shell: str = argument("SHELL", ", ".join(SHELLS), choices=SHELLS)
 
 
+@request("cli.copies:copy_examples", writes=True)
+class ExamplesRequest:
+    """``bigant examples``: robot files and scripts that come with the program, listed or copied.
+
+    Without names all of them. Copies go into folders as they are in the project (config/, examples/), so
+    that the commands of the pages find them.
+    """
+
+    names: tuple[str, ...] = argument(
+        "NAME", "such as octopod.toml, or config", nargs="*", default=()
+    )
+    out: Path | None = option("copy them into this folder", "FOLDER")
+    json: bool = as_json()
+
+
 @request("bringup.preflight.check:check", writes=True)
 class CheckRequest:
     """``bigant check``: the pre-flight list. Is this robot fit to walk?

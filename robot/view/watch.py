@@ -66,7 +66,7 @@ def _check_packages(request: ViewRequest) -> None:
     if importlib.util.find_spec(package) is None:
         raise ConfigError(
             "viewer",
-            f"its package ({size}) is not installed; install it in the clone with: "
+            f"its package ({size}) is not installed; install it with: "
             f"{how_to_install(extra)}, or use --terminal (see docs/view.md)",
         )
 
