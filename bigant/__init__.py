@@ -1,60 +1,77 @@
 """BigANT for notebooks and scripts: ``import bigant`` gives the few calls that most work begins with.
 
 Called by people; nothing in the project imports it. Each name is loaded when it is first used, so that the
-import itself, and ``bigant --help``, cost nothing. Everything else is imported from the room where it
-lives.
+import itself, and ``bigant --help``, cost nothing. It does what the commands do, by the same functions.
+Everything else is imported from the room where it lives. ``docs/notebook.md`` shows all of them at work.
 """
 
+import sys
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from bigant.name_conflict import NameConflict as NameConflict
+from bigant.name_conflict import check_names
+
 if TYPE_CHECKING:
-    from gap.diagnosis import diagnose as diagnose
-    from gap.effect_file import UserEffect as UserEffect
-    from gap.interfaces import Cause as Cause
-    from gap.interfaces import Effect as Effect
-    from gap.interfaces import Parameter as Parameter
-    from gap.interfaces import Scope as Scope
-    from model.quasistatic.frames import FrictionLaw as FrictionLaw
-    from model.quasistatic.frames import solve_frames as solve_frames
-    from model.systems.predict import predict as predict
-    from record.log.reader import read_log as read_log
-    from record.log.reader import read_ticks as read_ticks
+    from bigant.diagnosis import GapReport as GapReport
+    from bigant.diagnosis import diagnose as diagnose
+    from bigant.logs import Log as Log
+    from bigant.logs import import_table as import_table
+    from bigant.logs import read_log as read_log
+    from bigant.pictures import Picture as Picture
+    from bigant.pictures import plot as plot
+    from bigant.prediction import predict as predict
+    from bigant.prediction import sample_gait as sample_gait
+    from bigant.tracks import Odometry as Odometry
+    from bigant.tracks import odometry as odometry
+    from bigant.walks import walk as walk
+    from bigant.walks import walk_trial as walk_trial
+    from model.errors import BigantError as BigantError
     from robot.cli.main import run as run
+    from robot.config.robot_file import RobotConfig as RobotConfig
     from robot.config.robot_file import load_robot as load_robot
-    from robot.gap_report.trials import read_trials as read_trials
-    from robot.gap_report.trials import simulator_for as simulator_for
-    from robot.virtual.walk import walk_in_memory as walk_in_memory
 
 _ROOMS = {
-    "Cause": "gap.interfaces",
-    "Effect": "gap.interfaces",
-    "FrictionLaw": "model.quasistatic.frames",
-    "Parameter": "gap.interfaces",
-    "Scope": "gap.interfaces",
-    "UserEffect": "gap.effect_file",
-    "diagnose": "gap.diagnosis.diagnose",
+    "BigantError": "model.errors",
+    "GapReport": "bigant.diagnosis",
+    "Log": "bigant.logs",
+    "Odometry": "bigant.tracks",
+    "Picture": "bigant.pictures",
+    "RobotConfig": "robot.config.robot_file",
+    "diagnose": "bigant.diagnosis",
+    "import_table": "bigant.logs",
     "load_robot": "robot.config.robot_file",
-    "predict": "model.systems.predict",
-    "read_log": "record.log.reader",
-    "read_ticks": "record.log.reader",
-    "read_trials": "robot.gap_report.trials",
+    "odometry": "bigant.tracks",
+    "plot": "bigant.pictures",
+    "predict": "bigant.prediction",
+    "read_log": "bigant.logs",
     "run": "robot.cli.main",
-    "simulator_for": "robot.gap_report.trials",
-    "solve_frames": "model.quasistatic.frames",
-    "walk_in_memory": "robot.virtual.walk",
+    "sample_gait": "bigant.prediction",
+    "walk": "bigant.walks",
+    "walk_trial": "bigant.walks",
 }
+_COMMANDS = {
+    "-m",
+    "bigant",
+    "bigant.exe",
+}  # they check the names themselves: one line, no traceback
 
+if not TYPE_CHECKING:  # to a type checker the names above are all
 
-def __getattr__(name: str) -> object:
-    """Load a name from its room."""
-    if name not in _ROOMS:
-        raise AttributeError(f"bigant has no {name!r}; it has {', '.join(_ROOMS)}")
-    value: object = getattr(import_module(_ROOMS[name]), name)
-    globals()[name] = value
-    return value
+    def __getattr__(name: str) -> object:
+        """Load a name from its room."""
+        if name not in _ROOMS:
+            raise AttributeError(f"bigant has no {name!r}; it has {', '.join(__dir__())}")
+        check_names()
+        value = getattr(import_module(_ROOMS[name]), name)
+        globals()[name] = value
+        return value
 
 
 def __dir__() -> list[str]:
     """Return the names there are."""
-    return sorted(_ROOMS)
+    return sorted({"NameConflict", *_ROOMS})
+
+
+if sys.argv[:1] and sys.argv[0].replace("\\", "/").rpartition("/")[2] not in _COMMANDS:
+    check_names()

@@ -3,7 +3,6 @@
 import ast
 import re
 import subprocess
-import sys
 from collections.abc import Mapping, Set
 from graphlib import TopologicalSorter
 from importlib.metadata import packages_distributions
@@ -94,20 +93,6 @@ def test_a_room_can_be_taken_in_at_a_glance_and_says_what_lives_there(room: Path
 
 def test_the_first_floor_of_robot_is_folders() -> None:
     assert len([path for path in (ROOT / "robot").iterdir() if path.is_file()]) <= 5
-
-
-def test_a_notebook_gets_what_it_asks_for_and_nothing_before() -> None:
-    import bigant
-
-    for name in dir(bigant):
-        assert getattr(bigant, name).__name__ == name
-    with pytest.raises(AttributeError, match="walk_in_memory"):
-        bigant.walk  # noqa: B018
-    loaded = "import bigant, sys; print({'numpy', 'model', 'robot'} & set(sys.modules))"
-    done = subprocess.run(
-        [sys.executable, "-c", loaded], cwd=ROOT, capture_output=True, text=True, check=True
-    )
-    assert done.stdout.strip() == "set()"
 
 
 def test_modules_import_each_other_without_circles() -> None:

@@ -34,12 +34,16 @@ Proposer = Callable[[], Sequence[Proposal]]
 NEXT_FROM = 0.75
 
 
+def silent(words: str, share: float) -> None:
+    """Hear how far a diagnosis is, and show nothing."""
+
+
 def diagnose(
     trials: Sequence[Trial],
     simulator: Simulator,
     references: Sequence[Trial] = (),
     executor: Executor | None = None,
-    progress: Progress = lambda words, share: None,
+    progress: Progress = silent,
     seed: int = 0,
     proposer: Proposer | None = None,
 ) -> Diagnosis:
@@ -64,7 +68,7 @@ def diagnose(
 
 def diagnose_study(
     study: Study,
-    progress: Progress = lambda words, share: None,
+    progress: Progress = silent,
     seed: int = 0,
     proposer: Proposer | None = None,
     standing: tuple[Cause, ...] | None = None,

@@ -11,7 +11,7 @@ from model.systems.system import System
 from model.values.arrays import FloatArray
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class SystemPrediction:
     """What the model says of a system.
 
@@ -30,6 +30,15 @@ class SystemPrediction:
     solutions: FrameSolutions
     velocity_B: FloatArray  # noqa: N815 - frame suffix
     poses: FloatArray
+
+    def __repr__(self) -> str:
+        """Return a line about it, without the arrays."""
+        forward_m, sideways_m, yaw_rad = self.poses[-1]
+        return (
+            f"SystemPrediction of {self.system.description}, {self.law.value}: "
+            f"{self.solutions.valid.sum()} of {self.system.frames} frames have an answer; "
+            f"{forward_m:.3f} m forward, {sideways_m:.3f} m to the left, {yaw_rad:.3f} rad turned"
+        )
 
 
 def predict(

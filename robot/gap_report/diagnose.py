@@ -1,10 +1,12 @@
 """``bigant gap diagnose``: where a simulator differs from measured runs, why, how far it shrinks."""
 
+from collections.abc import Sequence
 from contextlib import nullcontext
 from datetime import UTC, datetime
+from pathlib import Path
 
 from gap.diagnosis.as_json import diagnosis_json
-from gap.diagnosis.diagnose import Proposer, diagnose
+from gap.diagnosis.diagnose import Progress, Proposer, diagnose, silent
 from gap.diagnosis.findings import Diagnosis, Verdict
 from gap.interfaces import Simulator
 from gap.residuals.predictions import prediction_pool
@@ -32,14 +34,11 @@ def diagnose_runs(request: GapDiagnoseRequest) -> ExitCode:
     check_json(request.json)
     check_room(request.html, "--html", ".html")
     runs = read_runs(request.trials, request.reference, request.robot, request.joint)
-    diagnosis = _diagnosis(runs, _simulator(runs, request), request)
+    simulator = simulator_of(runs, request)
+    with ProgressBar("diagnosis") as bar:
+        diagnosis = diagnosis_of(runs, simulator, request, bar.tell)
     paths = (*request.trials, *request.reference)
-    result = {
-        **diagnosis_json(diagnosis),
-        "files": paths,
-        "references": len(request.reference),
-        "robot": request.robot,
-    }
+    result = diagnosis_result(diagnosis, paths, runs)
     try:  # printed first, so that it is not lost if a file cannot be written
         if not to_stdout(request.json):
             print("\n".join(summary_lines(diagnosis, paths, terminal_width())), flush=True)
@@ -57,7 +56,46 @@ def diagnose_runs(request: GapDiagnoseRequest) -> ExitCode:
     return ExitCode.VERDICT_FAILED if diagnosis.verdict is Verdict.UNEXPLAINED else ExitCode.OK
 
 
-def _simulator(runs: Runs, request: GapDiagnoseRequest) -> Simulator:
+def diagnosis_result(d: Diagnosis, paths: Sequence[Path], runs: Runs) -> dict[str, object]:
+    """Return what ``--json`` writes: a diagnosis, and the files that it is of."""
+    return {
+        **diagnosis_json(d),
+        "files": paths,
+        "references": len(runs.references),
+        "robot": runs.robot,
+    }
+
+
+def diagnosis_of(
+    runs: Runs, simulator: Simulator, request: GapDiagnoseRequest, progress: Progress = silent
+) -> Diagnosis:
+    """Diagnose runs that are read; files and reports that the request names are not looked at.
+
+    Args:
+        runs: Trials and references.
+        simulator: Of ``simulator_of``.
+        request: How many processes, and which seed.
+        progress: Gets what is being done, and the share of the whole that is done.
+
+    Raises:
+        GapError: The trials cannot be compared with the simulator.
+    """
+    trials, references, jobs = runs.trials, runs.references, request.jobs
+    pool = nullcontext() if jobs == 1 else prediction_pool(simulator, trials, references, jobs)
+    with pool as executor:
+        return diagnose(
+            trials, simulator, references, executor=executor, progress=progress,
+            seed=request.seed, proposer=_proposer(runs, simulator),
+        )  # fmt: skip
+
+
+def simulator_of(runs: Runs, request: GapDiagnoseRequest) -> Simulator:
+    """Return the simulator that a request asks for, of the machine of the runs.
+
+    Raises:
+        GapError: Their machine has none, or its file or the file of effects cannot be used.
+        ConfigError: Options that do not go together.
+    """
     if request.sim != MUJOCO:
         if request.effects_only:
             raise ConfigError("--effects-only", "goes with --sim mujoco; the chain tries them all")
@@ -71,16 +109,6 @@ def _simulator(runs: Runs, request: GapDiagnoseRequest) -> Simulator:
     from robot.gap_report.mujoco import mujoco_simulator  # and with it MuJoCo
 
     return mujoco_simulator(runs, request.effects_only, request.screen, request.jobs)
-
-
-def _diagnosis(runs: Runs, simulator: Simulator, request: GapDiagnoseRequest) -> Diagnosis:
-    trials, references, jobs = runs.trials, runs.references, request.jobs
-    pool = nullcontext() if jobs == 1 else prediction_pool(simulator, trials, references, jobs)
-    with ProgressBar("diagnosis") as bar, pool as executor:
-        return diagnose(
-            trials, simulator, references, executor=executor, progress=bar.tell,
-            seed=request.seed, proposer=_proposer(runs, simulator),
-        )  # fmt: skip
 
 
 def _proposer(runs: Runs, simulator: Simulator) -> Proposer | None:

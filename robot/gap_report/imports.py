@@ -37,6 +37,10 @@ class TableReport(NamedTuple):
     lost: tuple[str, ...]
 
 
+def silent(share: float, name: str) -> None:
+    """Hear how far an import is, and show nothing."""
+
+
 def bring_in(request: ImportRequest) -> ExitCode:
     """Import tables, or list the maps that come with the program.
 
@@ -46,20 +50,9 @@ def bring_in(request: ImportRequest) -> ExitCode:
     """
     if request.maps:
         return _list_maps(as_json=request.json)
+    with ProgressBar("import") as bar:
+        reports = imported(request, bar.show)
     out = request.out
-    if not request.paths:
-        raise ConfigError("TABLE", "name a table to import, or --maps to list the maps")
-    for path in request.paths:
-        if path.suffix not in READ_SUFFIXES:
-            raise ConfigError("TABLE", f"must end in {', '.join(READ_SUFFIXES)}, not {path}")
-    given = read_column_map(find_map(request.map)) if request.map is not None else ColumnMap()
-    if out is not None and not request.folder:
-        if out.suffix not in SUFFIXES:
-            words = f"must end in .mcap, .parquet or .csv, or be a folder, not {out}"
-            raise ConfigError("--out", words)
-        if len(request.paths) > 1:
-            raise ConfigError("--out", f"several tables need a folder, not {out}")
-    reports = _import_all(request, given)
     text = json_text(_as_json(reports))
     if request.report is not None:
         whole = text if request.report.suffix == ".json" else "\n".join(all_lines(reports))
@@ -73,27 +66,55 @@ def bring_in(request: ImportRequest) -> ExitCode:
     return ExitCode.OK
 
 
-def _import_all(request: ImportRequest, given: ColumnMap) -> tuple[TableReport, ...]:
+def imported(
+    request: ImportRequest, show: Callable[[float, str], None] = silent
+) -> tuple[TableReport, ...]:
+    """Import tables, write what was asked for, and print nothing.
+
+    Args:
+        request: Which tables, by which map, into what.
+        show: Gets the share that is done, and the name of the table at work.
+
+    Raises:
+        ConfigError: ``--out`` names no kind of file we write, or there is nothing to import.
+        RecordError: A file cannot be read or written, or nothing in the table is known.
+    """
+    out = request.out
+    if not request.paths:
+        raise ConfigError("TABLE", "name a table to import, or --maps to list the maps")
+    for path in request.paths:
+        if path.suffix not in READ_SUFFIXES:
+            raise ConfigError("TABLE", f"must end in {', '.join(READ_SUFFIXES)}, not {path}")
+    given = read_column_map(find_map(request.map)) if request.map is not None else ColumnMap()
+    if out is not None and not request.folder:
+        if out.suffix not in SUFFIXES:
+            words = f"must end in .mcap, .parquet or .csv, or be a folder, not {out}"
+            raise ConfigError("--out", words)
+        if len(request.paths) > 1:
+            raise ConfigError("--out", f"several tables need a folder, not {out}")
+    return _import_all(request, given, show)
+
+
+def _import_all(
+    request: ImportRequest, given: ColumnMap, show: Callable[[float, str], None]
+) -> tuple[TableReport, ...]:
     out, reports = request.out, []
-    with ProgressBar("import") as bar:
-        for number, path in enumerate(request.paths):
+    for number, path in enumerate(request.paths):
 
-            def tell(share: float, number: int = number, path: Path = path) -> None:
-                bar.show((number + share) / len(request.paths), path.name)
+        def tell(share: float, number: int = number, path: Path = path) -> None:
+            show((number + share) / len(request.paths), path.name)
 
-            # reading and writing take about as long
-            tables = tuple(import_tables(path, given, lambda share: tell(0.5 * share)))
-            if len(tables) > 1 and out is not None and not request.folder:
-                raise RecordError(
-                    f"{path} holds {len(tables)} tables; give --out a folder, not {out}"
-                )
-            for at, one in enumerate(tables):
-                tell(0.5 + 0.5 * at / len(tables))
-                lost: tuple[str, ...] = ()
-                if out is not None and one.trial is not None:
-                    target = out / f"{_name_of(one.report)}.parquet" if request.folder else out
-                    lost = _write(one, one.trial, target, lambda share: tell(0.5 + 0.5 * share))
-                reports.append(TableReport(one.report, data_faults(one.trial), lost))
+        # reading and writing take about as long
+        tables = tuple(import_tables(path, given, lambda share: tell(0.5 * share)))
+        if len(tables) > 1 and out is not None and not request.folder:
+            raise RecordError(f"{path} holds {len(tables)} tables; give --out a folder, not {out}")
+        for at, one in enumerate(tables):
+            tell(0.5 + 0.5 * at / len(tables))
+            lost: tuple[str, ...] = ()
+            if out is not None and one.trial is not None:
+                target = out / f"{_name_of(one.report)}.parquet" if request.folder else out
+                lost = _write(one, one.trial, target, lambda share: tell(0.5 + 0.5 * share))
+            reports.append(TableReport(one.report, data_faults(one.trial), lost))
     return tuple(reports)
 
 

@@ -113,14 +113,23 @@ def read_trials(paths: Sequence[Path], joints: tuple[str, ...] = ()) -> tuple[Tr
                 f"--joint is for a servo_bench; the trials are of kind {trials[0].header.kind}"
             )
         trials = tuple(trial.only(joints) for trial in trials)
-    for path, trial in zip(paths, trials, strict=True):
+    check_same_machine(trials, paths)
+    return trials
+
+
+def check_same_machine(trials: Sequence[Trial], names: Sequence[object]) -> None:
+    """Make sure that trials are of one machine; ``names`` is what they are called in the error.
+
+    Raises:
+        GapError: They are not.
+    """
+    for name, trial in zip(names, trials, strict=True):
         first = trials[0].header
         if (trial.header.kind, trial.header.joints) != (first.kind, first.joints):
             raise GapError(
-                f"{path} is of another machine than {paths[0]}: {trial.header.kind} with "
+                f"{name} is of another machine than {names[0]}: {trial.header.kind} with "
                 f"{', '.join(trial.header.joints) or 'no joints'}; diagnose one machine at a time"
             )
-    return trials
 
 
 def _read(path: Path) -> Trial:

@@ -11,17 +11,22 @@ from robot.requests.single import TUNE, OdomRequest
 SUFFIXES = (".tum", ".mcap", ".png", ".html")
 
 
-def believed_robot(request: OdomRequest, own: str = "") -> RobotConfig:
+def believed_robot(
+    request: OdomRequest, own: str = "", robot: RobotConfig | None = None
+) -> RobotConfig:
     """Return the robot to believe in.
 
     Args:
         request: What to believe other than a log's own robot file says.
         own: The robot file in the log; without one the usual robot.
+        robot: A robot file that is read already, in place of the request's.
 
     Raises:
         ConfigError: The robot file is none.
     """
-    if request.robot is not None:
+    if robot is not None:
+        config = robot
+    elif request.robot is not None:
         config = load_robot(request.robot)
     else:
         config = parse_robot(own) if own else load_robot()

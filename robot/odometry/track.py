@@ -180,11 +180,13 @@ def track_log(
     path: Path,
     request: OdomRequest | None = None,
     contents: LogContents | None = None,
+    robot: RobotConfig | None = None,
 ) -> TrackedLog:
     """Run the estimator over a log: with its own robot file the result is that of the loop.
 
     The request says what to believe other than that file, and whether states are kept for smoothing;
-    ``contents`` is filled as the log is read.
+    ``contents`` is filled as the log is read. A ``robot`` that is read already stands in for the file of
+    the request.
 
     Raises:
         RecordError: The log cannot be read, or holds no tick.
@@ -196,7 +198,7 @@ def track_log(
 
     def take(item: StampedTick) -> None:
         if not trackers:  # the robot file comes before the first tick
-            config = believed_robot(given, log_contents.config_text)
+            config = believed_robot(given, log_contents.config_text, robot)
             trackers.append(Tracker(config, no_forces=given.no_forces, keep_states=given.smooth))
         trackers[0].take(item)
 

@@ -48,6 +48,15 @@ def write_report(
     if out.suffix != ".png":
         write_text(out, report_page(title, note, [Section("", rows), *pictures(figures)]))
         return (out,)
+    return save_pictures(out, figures)
+
+
+def save_pictures(out: Path, figures: Mapping[str, Figure]) -> tuple[Path, ...]:
+    """Write each picture to a PNG of its own, NAME-TITLE.png beside ``out``; return the files.
+
+    Raises:
+        RecordError: A file cannot be written.
+    """
     saved = []
     for name, figure in figures.items():
         target = out.with_name(f"{out.stem}-{name.lower().replace(' ', '-')}.png")

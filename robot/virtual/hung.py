@@ -52,8 +52,7 @@ class HungRobot:
         self._settings = VirtualSettings(seed=seed, scenario=scenario)
         self.clock = new_clock()
         firmware = FirmwareBank(len(there.servo_bus.ids))
-        supply_v = there.parameters.servo.supply_voltage
-        self.world = HungWorld(firmware, there.servo_bus, there.force_sensor, supply_v)
+        self.world = HungWorld(firmware, there.servo_bus, there.force_sensor)
         devices = put_devices(
             self.world, firmware, there.servo_bus, there.force_sensor, seed, scenario
         )

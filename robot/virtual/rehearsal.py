@@ -15,11 +15,15 @@ START_LIMIT_S = 60.0
 Progress = Callable[[float], None]
 
 
+def silent(share: float) -> None:
+    """Hear how much is done, and show nothing."""
+
+
 def rehearse(
     robot: Robot,
     controller: Controller,
     script: Script,
-    progress: Progress = lambda _: None,
+    progress: Progress = silent,
     *sinks: TickSink,
 ) -> None:
     """Let a virtual robot do what a script says.

@@ -27,7 +27,7 @@ from robot.run.rig import Reading, Rig
 from robot.virtual.direct_robot import DirectRobot
 from robot.virtual.file_twin import file_effects
 from robot.virtual.open import VirtualSettings, open_twin
-from robot.virtual.rehearsal import Progress, rehearse
+from robot.virtual.rehearsal import Progress, rehearse, silent
 from sim_hw.host.virtual_robot import VirtualRobot
 from sim_hw.host.world import World
 from sim_hw.twin.catalog import EFFECTS
@@ -95,7 +95,11 @@ def make_twin(config: RobotConfig, effects: tuple[TwinEffect, ...], seed: int) -
 
 
 def walk_through_bytes(
-    config: RobotConfig, twin: Twin, plan: WalkPlan, log: Path | None, progress: Progress
+    config: RobotConfig,
+    twin: Twin,
+    plan: WalkPlan,
+    log: Path | None = None,
+    progress: Progress = silent,
 ) -> Trial:
     """Walk through the virtual bus and force unit, with the whole controller, and return the trial.
 
@@ -129,7 +133,9 @@ def _place_of(truth: BodyTruth | None) -> Place:
     return truth.t_ns, truth.position_W, truth.quaternion_xyzw, truth.foot_position_W
 
 
-def walk_fast(config: RobotConfig, twin: Twin, plan: WalkPlan, progress: Progress) -> Trial:
+def walk_fast(
+    config: RobotConfig, twin: Twin, plan: WalkPlan, progress: Progress = silent
+) -> Trial:
     """Walk without the byte layer and without the estimator, and return the trial.
 
     Loop, model, watches, modes and safety gate are the robot's own: it stops where the robot would.

@@ -1,4 +1,4 @@
-"""Walks of the nominal virtual robot in virtual time: as a recording, or of standing poses into a log."""
+"""Walks of the nominal virtual robot in virtual time: as a recording or a log; standing poses."""
 
 from contextlib import closing
 from pathlib import Path
@@ -14,7 +14,7 @@ from robot.control.controller import Controller
 from robot.run.header import controller_metadata, virtual_header, whole_log
 from robot.run.operator import Script
 from robot.virtual.open import VirtualSettings, open_in_memory
-from robot.virtual.rehearsal import Progress, rehearse
+from robot.virtual.rehearsal import Progress, rehearse, silent
 
 
 class TickList:
@@ -31,7 +31,7 @@ class TickList:
 
 
 def walk_in_memory(
-    config: RobotConfig, gait: str, *, cycles: float, seed: int, progress: Progress
+    config: RobotConfig, gait: str, *, cycles: float, seed: int = 0, progress: Progress = silent
 ) -> Recording:
     """Let the virtual robot walk straight ahead in virtual time.
 
@@ -62,8 +62,36 @@ def walk_in_memory(
     )
 
 
+def record_walk(
+    config: RobotConfig, path: Path, script: Script, *, seed: int = 0, progress: Progress = silent
+) -> None:
+    """Record a walk of the virtual robot in virtual time, as ``bigant drive --virtual-time`` walks.
+
+    Args:
+        config: Robot file.
+        path: The log.
+        script: What to walk.
+        seed: Of plant and sensors.
+        progress: Called with the share done, 0 to 1, after each tick.
+
+    Raises:
+        ModelError: The robot stopped before it was done.
+        RecordError: The log cannot be written.
+    """
+    with closing(open_in_memory(config, VirtualSettings(seed=seed))) as rig:
+        controller = Controller(config, rig.calibrations, armed=True)
+        with whole_log(path, virtual_header(config, script, seed), rig, controller) as log:
+            rehearse(rig, controller, script, progress, log)
+
+
 def record_poses(
-    config: RobotConfig, path: Path, *, rounds: int, heights: int, seed: int, progress: Progress
+    config: RobotConfig,
+    path: Path,
+    *,
+    rounds: int,
+    heights: int,
+    seed: int,
+    progress: Progress = silent,
 ) -> None:
     """Record standing poses of the virtual robot in virtual time.
 
