@@ -22,7 +22,7 @@ from drivers.ati.packets import build_record
 from drivers.ati.stream import ForceStream
 from drivers.clock import Clock, MonotonicClock
 from drivers.dynamixel.bus import ServoBus
-from drivers.dynamixel.mx106 import READ_LENGTH
+from drivers.dynamixel.catalog import READ_LENGTH
 from drivers.dynamixel.packets import STATUS_BYTES
 from drivers.dynamixel.port import BITS_PER_BYTE, ClockedPort
 from model.values.arrays import readonly

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.constants import g as standard_gravity
 
 from benchmarks.fault_cases import CASES, FLIPPED, Case
-from drivers.dynamixel.mx106 import TICKS_PER_TURN
+from drivers.dynamixel.units import TICKS_PER_TURN
 from model.errors import BusError, ForceStreamError, RecordError
 from model.values.arrays import FloatArray
 from model.values.faults import FaultKind, StopReason

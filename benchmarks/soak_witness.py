@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from drivers.dynamixel.mx106 import CURRENT_UNIT_A, TICK_RAD
+from drivers.dynamixel.catalog import MX_106
+from drivers.dynamixel.units import TICK_RAD
 from model.errors import RecordError
 from model.values.arrays import FloatArray, IntArray
 from model.values.faults import FaultKind, StopReason
@@ -172,7 +173,7 @@ class Witness:
         for leg in np.flatnonzero(servos.valid).tolist():
             self._findings.readings += 1
             here = servos.position_ticks[leg]
-            amps = servos.current_counts[leg] * CURRENT_UNIT_A
+            amps = servos.current_counts[leg] * MX_106.current_unit_a
             if not any(fits(here, amps, step, leg) for step in steps):
                 self._findings.wrong_readings += 1
                 if len(self._findings.surprises) < 20:
@@ -197,8 +198,8 @@ def fits(ticks: int, amps: float, step: tuple[int, FloatArray, FloatArray], leg:
     """
     _, there, flowing = step
     off = (ticks - there[leg] + 2048) % 4096 - 2048
-    right = abs(amps - flowing[leg]) <= 1.01 * CURRENT_UNIT_A
-    faulty = abs(amps - STALL_CURRENT_A) < CURRENT_UNIT_A
+    right = abs(amps - flowing[leg]) <= 1.01 * MX_106.current_unit_a
+    faulty = abs(amps - STALL_CURRENT_A) < MX_106.current_unit_a
     return bool(abs(off) <= 1.0 and (right or faulty))
 
 

@@ -11,7 +11,7 @@ from sim_hw.typed_table import among, value, within
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ServoAssumed:
-    """What the e-manual leaves open about the MX-106(2.0)."""
+    """What the e-manual leaves open about the servos; figures are of the MX-106(2.0)."""
 
     # ``error`` is an Access Error without data
     reserved: str = among(
@@ -21,7 +21,10 @@ class ServoAssumed:
     )
     firmware: int = within(45, 0, 255, "Firmware version; assumed, the newest one is not known.")
     overload_current_a: float = within(
-        4.2, 0.0, 20.0, "Motor current that counts as overload [A]; assumed, 80 % of stall current."
+        4.2,
+        0.0,
+        20.0,
+        "Motor current that counts as overload [A]; assumed, 80 % of an MX-106's stall.",
     )
     overload_s: float = within(2.0, 0.0, 1e3, "How long it must last [s]; assumed.")
     processing_s: float = within(

@@ -13,20 +13,13 @@ import numpy as np
 from dynamixel_sdk import COMM_SUCCESS
 
 from drivers.clock import Clock
+from drivers.dynamixel.catalog import COMMON, CURRENT_OR_LOAD, READ_ADDRESS, READ_LENGTH
 from drivers.dynamixel.checked_servo import CheckedServo
 from drivers.dynamixel.frames import ALERT
-from drivers.dynamixel.mx106 import (
-    EXTENDED_POSITION_LIMIT,
-    READ_ADDRESS,
-    READ_LENGTH,
-    REGISTER,
-    RETURN_DELAY_UNIT_S,
-    TICKS_PER_TURN,
-    WATCHDOG_UNIT_S,
-    angle_to_ticks,
-)
+from drivers.dynamixel.joints import angle_to_ticks
 from drivers.dynamixel.packets import ServoAnswer
 from drivers.dynamixel.port import ClockedPort
+from drivers.dynamixel.registers import Register
 from drivers.dynamixel.requests import ServoRequests
 from drivers.dynamixel.settings import ServoBusSettings
 from drivers.dynamixel.setup import (
@@ -36,6 +29,12 @@ from drivers.dynamixel.setup import (
     hold_here,
 )
 from drivers.dynamixel.stats import BusStats
+from drivers.dynamixel.units import (
+    EXTENDED_POSITION_LIMIT,
+    RETURN_DELAY_UNIT_S,
+    TICKS_PER_TURN,
+    WATCHDOG_UNIT_S,
+)
 from model.errors import BusError
 from model.values.arrays import BoolArray, IntArray, readonly
 from model.values.legs import JointCommand
@@ -161,12 +160,12 @@ class ServoBus:
         age_ns = np.where(self._seen_ns == NEVER, NEVER, now_ns - self._seen_ns)
         return ServoReadings(
             t_ns=now_ns,
-            position_ticks=self._unshifted(_column(answers, "present_position"), valid),
-            velocity_counts=_column(answers, "present_velocity"),
-            current_counts=_column(answers, "present_current"),
-            duty_counts=_column(answers, "present_pwm"),
-            voltage_counts=_column(answers, "present_input_voltage"),
-            temperature_c=_column(answers, "present_temperature"),
+            position_ticks=self._unshifted(_column(answers, COMMON["present_position"]), valid),
+            velocity_counts=_column(answers, COMMON["present_velocity"]),
+            current_counts=_column(answers, CURRENT_OR_LOAD),
+            duty_counts=_column(answers, COMMON["present_pwm"]),
+            voltage_counts=_column(answers, COMMON["present_input_voltage"]),
+            temperature_c=_column(answers, COMMON["present_temperature"]),
             error_byte=readonly(np.array([answer.error for answer in answers], dtype=np.int64)),
             hardware_error=readonly(self._hardware_error.copy()),
             valid=readonly(valid),
@@ -221,7 +220,7 @@ class ServoBus:
         index = unexplained[0] if unexplained else turn % len(self._ids)
         if answers[index].code != COMM_SUCCESS:
             return  # it is silent just now, and would cost a second timeout
-        register = REGISTER["hardware_error_status"]
+        register = COMMON["hardware_error_status"]
         answer = self._packets.read_byte(self._ids[index], register.address)
         if answer.data is not None:
             self._hardware_error[index] = register.decode(answer.data)
@@ -296,7 +295,7 @@ class ServoBus:
         self._send_goals([i for index, i in enumerate(self._ids) if index != without])
 
     def _send_goals(self, ids: Sequence[int]) -> None:
-        goal = REGISTER["goal_position"]
+        goal = COMMON["goal_position"]
         goals = dict(zip(self._ids, self._goal_ticks, strict=True))
         items = [(i, goal.encode(goals[i])) for i in ids]
         if items and self._packets.sync_write(goal.address, items) != COMM_SUCCESS:
@@ -332,19 +331,19 @@ class ServoBus:
 
     def _ask(self, servo_id: int, name: str, value: int) -> None:
         """Write a register of one servo as well as the port can, and wait for the answer."""
-        register = REGISTER[name]
+        register = COMMON[name]
         with contextlib.suppress(BusError, OSError):
             self._packets.write(servo_id, register.address, register.encode(value))
 
     def _tell_all(self, name: str, value: int) -> None:
         """Write a register of every servo as well as the port can; nobody answers a broadcast."""
-        register = REGISTER[name]
+        register = COMMON[name]
         with contextlib.suppress(BusError, OSError):
             self._packets.broadcast(register.address, register.encode(value))
 
     def _torque_of(self, servo_id: int) -> int | None:
         """Return Torque Enable as the servo says it, None if it says nothing."""
-        register = REGISTER["torque_enable"]
+        register = COMMON["torque_enable"]
         with contextlib.suppress(BusError, OSError):
             answer = self._packets.read_byte(servo_id, register.address)
             if answer.data is not None:
@@ -370,18 +369,16 @@ class ServoBus:
 
     def servos(self) -> list[CheckedServo]:
         """Return the servos in leg order, to be read and written by register name."""
-        legs = zip(self.settings.names, self._ids, strict=True)
-        return [CheckedServo(self._packets, leg, servo_id) for leg, servo_id in legs]
+        legs = zip(self.settings.names, self._ids, self.settings.models, strict=True)
+        return [CheckedServo(self._packets, leg, number, one.table) for leg, number, one in legs]
 
     def _legs(self, where: BoolArray) -> str:
         return ", ".join(leg for leg, here in zip(self.settings.names, where, strict=True) if here)
 
 
-def _column(answers: Sequence[ServoAnswer], name: str) -> IntArray:
+def _column(answers: Sequence[ServoAnswer], register: Register) -> IntArray:
     """Return one register of every answer, 0 where there is none."""
-    register = REGISTER[name]
-    start = register.address - READ_ADDRESS
-    span = slice(start, start + register.size)
+    span = slice(register.address - READ_ADDRESS, register.end - READ_ADDRESS)
     values = [0 if a.data is None else register.decode(a.data[span]) for a in answers]
     column: IntArray = readonly(np.array(values, dtype=np.int64))
     return column

@@ -2,10 +2,11 @@
 
 from dataclasses import dataclass
 
+from drivers.dynamixel.catalog import COMMON
 from drivers.dynamixel.frames import Instruction
-from drivers.dynamixel.mx106 import REGISTER, registers_between
 from drivers.dynamixel.packets import ServoAnswer
 from drivers.dynamixel.port import ClockedPort
+from drivers.dynamixel.registers import RegisterTable
 from drivers.dynamixel.requests import ServoRequests
 from model.errors import BusError
 
@@ -22,11 +23,13 @@ class CheckedServo:
         packets: How to ask, over an open port.
         leg: Leg name, for the error.
         servo_id: Dynamixel id.
+        table: Its registers; without its model those that all models have.
     """
 
     packets: ServoRequests
     leg: str
     servo_id: int
+    table: RegisterTable = COMMON
 
     @property
     def port(self) -> ClockedPort:
@@ -57,7 +60,7 @@ class CheckedServo:
         Raises:
             BusError: No sound answer.
         """
-        register = REGISTER[name]
+        register = self.table[name]
         answer = self._read_bytes(register.address, register.size)
         if answer.data is None:
             raise self._refused(f"did not give its {name}", answer, name)
@@ -65,7 +68,7 @@ class CheckedServo:
 
     def answers_reads(self) -> bool:
         """Return whether it answers a read at all, if only with an error."""
-        answer = self._read_bytes(REGISTER["hardware_error_status"].address, 1)
+        answer = self._read_bytes(self.table["hardware_error_status"].address, 1)
         return answer.data is not None or answer.error != 0
 
     def read_run(self, first: str, last: str) -> dict[str, int]:
@@ -76,7 +79,7 @@ class CheckedServo:
         Raises:
             BusError: No sound answer.
         """
-        registers = registers_between(first, last)
+        registers = self.table.between(first, last)
         start = registers[0].address
         answer = self._read_bytes(start, registers[-1].address + registers[-1].size - start)
         data = answer.data
@@ -100,7 +103,7 @@ class CheckedServo:
         Raises:
             BusError: The servo did not say that it took the value.
         """
-        register = REGISTER[name]
+        register = self.table[name]
         data = register.encode(value)
         for _ in range(TRIES):
             answer = self.packets.write(self.servo_id, register.address, data)
@@ -132,7 +135,7 @@ class CheckedServo:
         Raises:
             BusError: It is not at level 2 afterwards.
         """
-        level = REGISTER["status_return_level"]
+        level = self.table["status_return_level"]
         if self.read(level.name) != 2:
             # waits for the answer that may come: another request over it would destroy both
             self.packets.write(self.servo_id, level.address, level.encode(2))

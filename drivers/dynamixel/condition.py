@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 
 from drivers.dynamixel.checked_servo import CheckedServo
-from drivers.dynamixel.mx106 import RETURN_DELAY_UNIT_S, VOLTAGE_UNIT_V, hardware_error_names
+from drivers.dynamixel.registers import hardware_error_names
+from drivers.dynamixel.units import RETURN_DELAY_UNIT_S, VOLTAGE_UNIT_V
 
 # Neighbours without a gap, of 14, 4, 2, 1 and 3 bytes.
 RUNS = (

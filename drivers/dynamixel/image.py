@@ -7,21 +7,11 @@ needs torque off, because the servo locks its EEPROM while torque is on.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from drivers.dynamixel.catalog import COMMON
 from drivers.dynamixel.checked_servo import CheckedServo
-from drivers.dynamixel.mx106 import BAUD_CODES, REGISTER, registers_between
+from drivers.dynamixel.units import BAUD_CODES
 from model.errors import BusError
 
-# Neighbours without a gap: one request each.
-EEPROM_RUNS = (
-    ("model_number", "protocol_type"),
-    ("homing_offset", "moving_threshold"),
-    ("temperature_limit", "min_position_limit"),
-    ("shutdown", "shutdown"),
-)
-GAIN_RUNS = (
-    ("velocity_i_gain", "position_p_gain"),
-    ("feedforward_2nd_gain", "feedforward_1st_gain"),
-)
 # Changing one of these changes how the servo is to be spoken to: they come last, in this order.
 ADDRESSING = ("id", "baud_rate")
 BAUD_OF_CODE = {code: baud for baud, code in BAUD_CODES.items()}
@@ -62,8 +52,7 @@ class Change:
     why: str = ""
 
 
-KEPT = tuple(r.name for run in EEPROM_RUNS for r in registers_between(*run) if r.writable)
-GAINS = tuple(r.name for run in GAIN_RUNS for r in registers_between(*run))
+GAINS = COMMON.gains  # every model has the same
 
 
 def read_image(servo: CheckedServo) -> ServoImage:
@@ -73,13 +62,14 @@ def read_image(servo: CheckedServo) -> ServoImage:
         BusError: It does not answer soundly.
     """
     registers: dict[str, int] = {}
-    for first, last in (*EEPROM_RUNS, *GAIN_RUNS):
+    table = servo.table
+    for first, last in (*table.kept_runs, *table.gain_runs):
         registers |= servo.read_run(first, last)
     return ServoImage(
         servo_id=servo.servo_id,
         model=registers["model_number"],
         firmware=registers["firmware_version"],
-        values={name: registers[name] for name in (*KEPT, *GAINS)},
+        values={name: registers[name] for name in (*table.kept, *GAINS)},
     )
 
 
@@ -90,7 +80,7 @@ def read_gains(servo: CheckedServo) -> tuple[int, ...]:
         BusError: It does not answer soundly.
     """
     gains: dict[str, int] = {}
-    for first, last in GAIN_RUNS:
+    for first, last in COMMON.gain_runs:
         gains |= servo.read_run(first, last)
     return tuple(gains[name] for name in GAINS)
 
@@ -148,7 +138,7 @@ def write_changes(servo: CheckedServo, changes: Sequence[Change]) -> CheckedServ
 
 def _change_id(servo: CheckedServo, new_id: int) -> CheckedServo:
     """Set an id, and prove it; the answer to this write may come under either, so nobody looks."""
-    register = REGISTER["id"]
+    register = COMMON["id"]
     servo.packets.write(servo.servo_id, register.address, register.encode(new_id))
     renamed = replace(servo, servo_id=new_id)
     if not any(renamed.answers() for _ in range(TALK_TRIES)) or servo.answers():
@@ -168,7 +158,7 @@ def _change_baud_rate(servo: CheckedServo, baud_rate: int) -> None:
     The answer to this write may come at either rate, so nobody looks at it.
     """
     port, before = servo.port, int(servo.port.baudrate)
-    register = REGISTER["baud_rate"]
+    register = COMMON["baud_rate"]
     servo.packets.write(servo.servo_id, register.address, register.encode(BAUD_CODES[baud_rate]))
     port.setBaudRate(baud_rate)
     if _talks(servo):
@@ -183,7 +173,7 @@ def _change_baud_rate(servo: CheckedServo, baud_rate: int) -> None:
 
 
 def _talks(servo: CheckedServo) -> bool:
-    register = REGISTER["baud_rate"]
+    register = COMMON["baud_rate"]
     for _ in range(TALK_TRIES):
         answer = servo.packets.read(servo.servo_id, register.address, register.size)
         if answer.data is not None:

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 from drivers.clock import Clock
 from drivers.dynamixel.checked_servo import CheckedServo
-from drivers.dynamixel.mx106 import TICKS_PER_TURN, hardware_error_names
+from drivers.dynamixel.registers import hardware_error_names
+from drivers.dynamixel.units import TICKS_PER_TURN
 
 # A servo takes a few tenths of a second to start.
 REBOOT_LIMIT_S = 3.0

@@ -20,9 +20,10 @@ import numpy as np
 from drivers.dynamixel.bus import ServoBus
 from drivers.dynamixel.checked_servo import CheckedServo
 from drivers.dynamixel.frames import ALERT
-from drivers.dynamixel.mx106 import TICKS_PER_TURN, HardwareError, hardware_error_names
 from drivers.dynamixel.reboot import reboot_servo
+from drivers.dynamixel.registers import HardwareError, hardware_error_names
 from drivers.dynamixel.setup import configure_servo, hold_here
+from drivers.dynamixel.units import TICKS_PER_TURN
 from drivers.dynamixel.watchdog import TRIPPED
 from model.errors import BusError, ConnectionLost
 from model.values.arrays import BoolArray, IntArray

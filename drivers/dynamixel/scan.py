@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from serial.tools import list_ports
 
 from drivers.clock import Clock
+from drivers.dynamixel.catalog import COMMON
 from drivers.dynamixel.frames import (
     BROADCAST_ID,
     Frame,
@@ -13,7 +14,6 @@ from drivers.dynamixel.frames import (
     Instruction,
     build_instruction,
 )
-from drivers.dynamixel.mx106 import REGISTER
 from drivers.dynamixel.packets import PacketHandler
 from drivers.dynamixel.port import BusPort, ClockedPort
 
@@ -128,7 +128,7 @@ def id_is_shared(packets: PacketHandler, servo_id: int) -> bool:
         packets: How to ask, over an open port.
         servo_id: The id; at least one servo answers to it.
     """
-    first, last = REGISTER["realtime_tick"], REGISTER["present_temperature"]
+    first, last = COMMON["realtime_tick"], COMMON["present_temperature"]
     length = last.address + last.size - first.address
     parameters = first.address.to_bytes(2, "little") + length.to_bytes(2, "little")
     damaged, answered = 0, False

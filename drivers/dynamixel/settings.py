@@ -2,7 +2,10 @@
 
 from dataclasses import dataclass
 
-from model.values.arrays import IntArray
+import numpy as np
+
+from drivers.dynamixel.servo_model import ServoModel
+from model.values.arrays import BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -14,6 +17,7 @@ class ServoBusSettings:
         ids: Dynamixel id of each leg, (N,) int64.
         signs: +1 where increasing position moves a stance foot backward, else -1, (N,) int64.
         zeros: Position ticks at shaft angle 0, (N,) int64.
+        models: Model of each leg's servo, N of them.
         baud_rate: [baud].
         watchdog_s: Bus watchdog time [s], 0.02 to 2.54, in steps of 20 ms.
         silent_limit: Reads in a row without an answer before the robot stops.
@@ -23,6 +27,19 @@ class ServoBusSettings:
     ids: IntArray
     signs: IntArray
     zeros: IntArray
+    models: tuple[ServoModel, ...]
     baud_rate: int
     watchdog_s: float
     silent_limit: int
+
+    @property
+    def current_unit_a(self) -> FloatArray:
+        """One count of each servo's current, (N,) [A]; NaN where it measures none."""
+        units: FloatArray = np.array([model.current_unit_a for model in self.models])
+        return units
+
+    @property
+    def measures_current(self) -> BoolArray:
+        """Whose current is measured, (N,)."""
+        measured: BoolArray = np.array([model.measures_current for model in self.models])
+        return measured

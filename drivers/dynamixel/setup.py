@@ -8,32 +8,24 @@ from dataclasses import dataclass
 
 from dynamixel_sdk import COMM_SUCCESS, Protocol1PacketHandler
 
+from drivers.dynamixel.catalog import COMMON
 from drivers.dynamixel.checked_servo import TRIES, CheckedServo
 from drivers.dynamixel.frames import LARGEST_ID, Instruction
-from drivers.dynamixel.mx106 import (
-    MODEL_NUMBER,
-    MODEL_NUMBER_PROTOCOL_1,
-    REGISTER,
-    RETURN_DELAY_UNIT_S,
-    TICKS_PER_TURN,
-    VOLTAGE_UNIT_V,
-    OperatingMode,
-    hardware_error_names,
-)
+from drivers.dynamixel.model_words import mismatch_words, protocol_1_words
 from drivers.dynamixel.packets import ServoAnswer
 from drivers.dynamixel.port import ClockedPort
+from drivers.dynamixel.registers import OperatingMode, hardware_error_names
+from drivers.dynamixel.servo_model import ServoModel
 from drivers.dynamixel.settings import ServoBusSettings
+from drivers.dynamixel.units import RETURN_DELAY_UNIT_S, TICKS_PER_TURN, VOLTAGE_UNIT_V
 from model.errors import BusError
 
 PING_TRIES = 5
-# Firmware before this has no bus watchdog.
-FIRST_FIRMWARE_WITH_WATCHDOG = 38
 LONGEST_QUIET_RETURN_DELAY = 1  # 2 us
 WARN_LATENCY_MS = 4.0
 # Beyond this many turns the turn counter is set back before walking: the range ends at 256.
 TURNS_TO_CLEAR = 200
 REVERSE = 0x01  # of drive_mode
-SHUTDOWN = 0x34  # overload, electrical shock, overheating: the factory's choice
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,11 +77,11 @@ def find_servos(
         raise BusError(words, port=port.name, ids=tuple(s.servo_id for s in missing))
     connected: list[ServoIdentity] = []
     warnings: list[str] = []
-    for servo, identity in zip(servos, identities, strict=True):
+    for servo, expected, identity in zip(servos, settings.models, identities, strict=True):
         data = identity or b""
-        model, firmware = REGISTER["model_number"].decode(data[:2]), data[2]
-        _check_model(servo, model)
-        warnings += _check_state(servo, firmware)
+        model, firmware = COMMON["model_number"].decode(data[:2]), data[2]
+        _check_model(servo, expected, model)
+        warnings += _check_state(servo, expected, firmware)
         connected.append(
             ServoIdentity(
                 leg=servo.leg,
@@ -100,6 +92,7 @@ def find_servos(
                 voltage_v=servo.read("present_input_voltage") * VOLTAGE_UNIT_V,
             )
         )
+    warnings += _unmeasured_words(settings)
     return BusReport(tuple(connected), (*_bus_warnings(port, connected), *warnings))
 
 
@@ -173,7 +166,8 @@ def _missing_words(
 ) -> str:
     old = [servo for servo in missing if speaks_protocol_1(servo)]
     if old:
-        return f"{_who(old)}: {_PROTOCOL_1_WORDS}"
+        names = dict(zip(settings.names, settings.models, strict=True))
+        return f"{_who(old)}: {protocol_1_words(names[old[0].leg].name)}"
     where = f"on {port.name} at {settings.baud_rate} baud"
     others = len(settings.names) - len(missing)
     if not others:
@@ -199,24 +193,13 @@ def speaks_protocol_1(servo: CheckedServo) -> bool:
     return bool(code == COMM_SUCCESS)
 
 
-_PROTOCOL_1_WORDS = (
-    "protocol 1.0 firmware, which has no sync read and no watchdog; put the MX-106(2.0) firmware "
-    "on it with Dynamixel Wizard"
-)
+def _check_model(servo: CheckedServo, expected: ServoModel, number: int) -> None:
+    words = mismatch_words(expected, number)
+    if words:
+        raise servo.error(words, "model_number")
 
 
-def _check_model(servo: CheckedServo, model: int) -> None:
-    if model == MODEL_NUMBER:
-        return
-    what = (
-        f"has {_PROTOCOL_1_WORDS}"
-        if model == MODEL_NUMBER_PROTOCOL_1
-        else f"is model {model}, no MX-106(2.0): check the ids in the robot file"
-    )
-    raise servo.error(what, "model_number")
-
-
-def _check_state(servo: CheckedServo, firmware: int) -> list[str]:
+def _check_state(servo: CheckedServo, model: ServoModel, firmware: int) -> list[str]:
     """Return warnings about one servo; raise for what cannot be worked with."""
     if not servo.answers_reads():
         raise servo.error(
@@ -256,7 +239,7 @@ def _check_state(servo: CheckedServo, firmware: int) -> list[str]:
             "secondary_id",
         )
     warnings += _limit_warnings(servo)
-    if firmware < FIRST_FIRMWARE_WITH_WATCHDOG:
+    if firmware < model.watchdog_firmware:
         warnings.append(
             f"{servo.who} has firmware {firmware}, which has no bus watchdog: update it with "
             "Dynamixel Wizard"
@@ -267,13 +250,26 @@ def _check_state(servo: CheckedServo, firmware: int) -> list[str]:
 def _limit_warnings(servo: CheckedServo) -> list[str]:
     """Return what in the servo's own limits keeps it from its full strength, or from shutting down."""
     lines = []
-    for name, usual in (("pwm_limit", 885), ("shutdown", SHUTDOWN)):
-        there = servo.read(name)
+    for name in ("pwm_limit", "shutdown"):
+        there, usual = servo.read(name), servo.table[name].initial
         if there != usual:
             lines.append(
                 f"{servo.who} has {name} {there} and not {usual}: compare with bigant servo setup"
             )
     return lines
+
+
+def _unmeasured_words(settings: ServoBusSettings) -> list[str]:
+    """Return, once, which servos have no current that could be judged."""
+    without = [
+        (leg, model.name)
+        for leg, model in zip(settings.names, settings.models, strict=True)
+        if not model.measures_current
+    ]
+    if not without:
+        return []
+    legs, names = ", ".join(leg for leg, _ in without), ", ".join(sorted({n for _, n in without}))
+    return [f"{legs}: an {names} measures no current, so no limit on current is judged there"]
 
 
 def _bus_warnings(port: ClockedPort, servos: Sequence[ServoIdentity]) -> list[str]:

@@ -2,7 +2,7 @@
 
 from drivers.dynamixel.checked_servo import CheckedServo
 from drivers.dynamixel.image import GAINS, read_gains
-from drivers.dynamixel.mx106 import OperatingMode
+from drivers.dynamixel.registers import OperatingMode
 
 # The goal that torque meets: far enough from the shaft to be told from it, 0.7 degrees.
 NUDGE_TICKS = 8

@@ -1,4 +1,4 @@
-"""Rates from sampled angles, for a loop that cannot look ahead."""
+"""Rates from samples: of the latest ones for a loop that cannot look ahead, and of those on both sides."""
 
 import numpy as np
 
@@ -22,6 +22,37 @@ def latest_rate(t_ns: IntArray, angle_rad: FloatArray) -> FloatArray:
     rate: FloatArray = np.empty(angle_rad.shape[1])
     _slopes(np.ascontiguousarray(t_ns), np.ascontiguousarray(angle_rad), rate)
     return rate
+
+
+def centred_rate(t_ns: IntArray, values: FloatArray, half_ns: int) -> FloatArray:
+    """Slope of the least-squares line through the samples on both sides of each one, where all are known.
+
+    It is not late. Samples may lie unevenly; beside a hole and at the ends it leans to where samples are.
+
+    Args:
+        t_ns: Sample times, (T,) int64, increasing.
+        values: (T, N); NaN where missing.
+        half_ns: How far to look on each side.
+
+    Returns:
+        (T, N) [1/s]; NaN where the sample itself is missing, or is alone.
+    """
+    rate: FloatArray = np.empty(values.shape)
+    _centred_slopes(np.ascontiguousarray(t_ns), np.ascontiguousarray(values), half_ns, rate)
+    rate[~np.isfinite(values)] = np.nan
+    return rate
+
+
+@compiled
+def _centred_slopes(t_ns: IntArray, values: FloatArray, half_ns: int, rate: FloatArray) -> None:
+    """Fill in the rates, (T, N)."""
+    first, behind = 0, 0
+    for i in range(len(t_ns)):
+        while t_ns[first] < t_ns[i] - half_ns:
+            first += 1
+        while behind < len(t_ns) and t_ns[behind] <= t_ns[i] + half_ns:
+            behind += 1
+        _slopes(t_ns[first:behind], values[first:behind], rate[i])
 
 
 @compiled

@@ -107,14 +107,22 @@ def yaw_of(quaternion_xyzw: FloatArray) -> FloatArray:
     """Yaw of attitudes.
 
     Args:
-        quaternion_xyzw: (..., 4).
+        quaternion_xyzw: (..., 4). Where x and y are NaN only the yaw is known, and z and w are those of a
+            turn about z.
 
     Returns:
-        From -pi to pi, (...,) [rad].
+        From -pi to pi, (...,) [rad]; NaN where it is not known.
     """
     x, y, z, w = np.moveaxis(quaternion_xyzw, -1, 0)
+    level = np.isnan(x) & np.isnan(y)
+    x, y = np.where(level, 0.0, x), np.where(level, 0.0, y)
     yaw: FloatArray = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
     return yaw
+
+
+def heading_quaternion(yaw_rad: float) -> FloatArray:
+    """Attitude of which only the yaw is known, (4,): x and y are NaN; ``yaw_of`` returns it."""
+    return np.array([np.nan, np.nan, np.sin(yaw_rad / 2), np.cos(yaw_rad / 2)])
 
 
 def quaternion_of(yaw_rad: float | FloatArray) -> FloatArray:

@@ -138,19 +138,21 @@ class ContactParameters:
 
 @dataclass(frozen=True, slots=True)
 class ServoParameters:
-    """What a Dynamixel MX-106 can do at the supply voltage.
+    """What the legs' servos can do at the supply voltage.
 
     Attributes:
         supply_voltage: [V].
         rated_torque_limit: Soft limit at the shaft [N m].
         max_speed: Largest shaft speed a gait may ask for [rad/s].
         max_acceleration: Largest shaft acceleration a gait may ask for [rad/s^2].
+        models: Name of each leg's servo, N of them.
     """
 
     supply_voltage: float
     rated_torque_limit: float
     max_speed: float
     max_acceleration: float
+    models: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -87,12 +87,13 @@ class ForceRecord:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BodyTruth:
-    """Ground truth, where one exists (the plant, or motion capture).
+    """Ground truth, where one exists (the plant, or motion capture); what is not known of it is NaN.
 
     Attributes:
         t_ns: Time it holds for.
         position_W: Body origin in the world, (3,) [m].
-        quaternion_xyzw: Body to world, (4,), scalar last.
+        quaternion_xyzw: Body to world, (4,), scalar last. Where only the heading is known, x and y are NaN
+            (``model.motion.se2.heading_quaternion``).
         velocity_B: Velocity of the body origin in body axes, (3,) [m/s].
         angular_velocity_B: (3,) [rad/s], body axes.
         foot_position_W: (N, 3) [m].

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from model.errors import RecordError
+from model.motion.se2 import yaw_of
 from model.values.arrays import FloatArray
 from record.log.columns import GROUPS, TRIAL_PARTS, named, table_columns
 from record.log.reader import LogContents, StampedTick, tick_blocks
@@ -168,13 +169,15 @@ def _roll_pitch_yaw(quaternion: FloatArray, last_yaw: float) -> tuple[FloatArray
     """Return (T, 3) angles, the yaw unwrapped from the block before on, and its last value."""
     angles = np.full((len(quaternion), 3), np.nan)
     known = np.isfinite(quaternion).all(axis=1)
+    yaw = yaw_of(quaternion)
     if known.any():
-        yaw_pitch_roll = Rotation.from_quat(quaternion[known]).as_euler("ZYX")
-        yaw = yaw_pitch_roll[:, 0]
-        before = yaw[0] if np.isnan(last_yaw) else last_yaw
-        yaw_pitch_roll[:, 0] = np.unwrap(np.concatenate([[before], yaw]))[1:]
-        last_yaw = float(yaw_pitch_roll[-1, 0])
-        angles[known] = yaw_pitch_roll[:, ::-1]
+        turns = Rotation.from_quat(quaternion[known]).as_euler("ZYX")
+        angles[known, :2], yaw[known] = turns[:, :0:-1], turns[:, 0]
+    known = np.isfinite(yaw)
+    if known.any():
+        before = yaw[known][0] if np.isnan(last_yaw) else last_yaw
+        angles[known, 2] = np.unwrap(np.concatenate([[before], yaw[known]]))[1:]
+        last_yaw = float(angles[known][-1, 2])
     return angles, last_yaw
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from model.errors import RecordError
+from model.motion.se2 import heading_quaternion
 from model.values.arrays import FloatArray, IntArray, readonly
 from model.values.contact import no_contact
 from model.values.faults import StopReason
@@ -18,7 +19,7 @@ from model.values.readings import BodyTruth
 from model.values.tick import DeadReckoning, Inputs, Intent, LoopTiming, Mode, Request, Tick
 from record.log.header import RunHeader
 from record.log.writer import LogWriter
-from record.trial.header import header_text
+from record.trial.header import LEGGED, header_text
 from record.trial.trial import Trial
 from record.whole_file import whole_file
 
@@ -48,6 +49,7 @@ def write_trial_log(
     start_ns = int(t_ns[0]) if trial.time_s[0] > UNIX_TIME_S else max(0, -int(t_ns[0]))
     offset_ns = 0 if trial.time_s[0] > UNIX_TIME_S else start_ns
     header = trial.header
+    phases = gait_phase(trial)
     metadata = RunHeader(
         robot=Path(header.robot_file).stem,
         hardware="imported",
@@ -68,7 +70,8 @@ def write_trial_log(
         for index in range(len(t_ns)):
             if index % TELL_TICKS == 0:
                 tell(index / len(t_ns))
-            writer.write(_tick(trial, index, int(t_ns[index]) + offset_ns))
+            now_ns = int(t_ns[index]) + offset_ns
+            writer.write(_tick(trial, index, now_ns, float(phases[index])))
         writer.close()
         if writer.error is not None:
             raise writer.error
@@ -84,18 +87,18 @@ def _nanoseconds(time_s: FloatArray) -> IntArray:
 def left_out(trial: Trial) -> tuple[str, ...]:
     """Return the columns that a log has no place for; write those to a .parquet or .csv."""
     lost = [c.name for c in trial.columns() if c.name.startswith("torque_")]
-    measured = np.isfinite(np.hstack([trial.body_position_m, trial.body_angles_rad]))
-    pose = measured.all(axis=1)
+    pose = np.isfinite(np.hstack([trial.body_position_m, trial.body_angles_rad])).all(axis=1)
     if (np.isfinite(trial.foot_m).any(axis=(1, 2)) & ~pose).any():
         lost.append("foot points where the body's pose is not known")
-    if (measured.any(axis=1) & ~pose).any():
-        lost.append("body poses that are known in part")
+    tilt, yaw = np.isfinite(trial.body_angles_rad[:, :2]), np.isfinite(trial.body_angles_rad[:, 2])
+    if (tilt.any(axis=1) & ~(tilt.all(axis=1) & yaw)).any():
+        lost.append("roll and pitch where not all three angles are known")
     return tuple(lost)
 
 
-def _tick(trial: Trial, at: int, t_ns: int) -> Tick:
+def _tick(trial: Trial, at: int, t_ns: int, phase: float) -> Tick:
     nothing = readonly(np.full(len(trial.joints), np.nan))
-    walking = trial.header.gait != ""
+    walking = trial.header.kind == LEGGED
     command = JointCommand(t_ns, trial.command_rad[at], nothing,
                            torque=bool(np.isfinite(trial.command_rad[at]).any()))  # fmt: skip
     request = Request(Intent.WALK if walking else Intent.LISTEN, trial.header.gait,
@@ -111,7 +114,7 @@ def _tick(trial: Trial, at: int, t_ns: int) -> Tick:
             trial.voltage_v[at], trial.temperature_c[at], np.isfinite(trial.shaft_rad[at]),
         ),
         forces=FootForces(t_ns, trial.force_n[at], np.isfinite(trial.force_n[at]).all(axis=1)),
-        gait_phase=np.nan,
+        gait_phase=phase,
         wished=command,
         sent=command,
         feet=no_feet(len(trial.legs)),
@@ -123,18 +126,41 @@ def _tick(trial: Trial, at: int, t_ns: int) -> Tick:
     )  # fmt: skip
 
 
+def gait_phase(trial: Trial) -> FloatArray:
+    """Return the cycles since the beginning, (T,), of legs that all turn; NaN where that is not known.
+
+    A cycle is a turn of every shaft. Legs that swing to and fro have the frequency of the header, if any.
+    """
+    for angles in (trial.shaft_rad, trial.command_rad):
+        cycles = angles / (2 * np.pi)
+        if not np.isfinite(cycles).all(axis=0).any():
+            continue
+        cycles = cycles[:, np.isfinite(cycles).all(axis=0)]
+        turned = cycles[-1] - cycles[0]
+        # legs of one gait are less than a cycle apart all the time
+        if abs(turned.mean()) > 0.1 and np.abs(turned - turned.mean()).max() < 1.0:
+            phase: FloatArray = (cycles - cycles[0]).mean(axis=1)
+            return phase
+    return np.asarray((trial.time_s - trial.time_s[0]) * trial.header.frequency_hz)
+
+
 def _truth(trial: Trial, at: int, t_ns: int) -> BodyTruth | None:
-    """Return the measured pose as ground truth; velocities and contact were not measured."""
+    """Return what is measured of the pose as ground truth; velocities and contact were not measured."""
     position, (roll, pitch, yaw) = trial.body_position_m[at], trial.body_angles_rad[at]
-    if not np.isfinite([*position, roll, pitch, yaw]).all():
+    if not np.isfinite([*position, yaw]).any():
         return None
-    turn = Rotation.from_euler("ZYX", [yaw, pitch, roll])
     legs = len(trial.legs)
-    feet: FloatArray = position + trial.foot_m[at] @ turn.as_matrix().T
+    feet: FloatArray = np.full((legs, 3), np.nan)
+    if np.isfinite([roll, pitch, yaw]).all():
+        turn = Rotation.from_euler("ZYX", [yaw, pitch, roll])
+        quaternion = turn.as_quat()
+        feet = position + trial.foot_m[at] @ turn.as_matrix().T
+    else:
+        quaternion = heading_quaternion(yaw)  # NaN throughout without a yaw
     return BodyTruth(
         t_ns=t_ns,
         position_W=position,
-        quaternion_xyzw=turn.as_quat(),
+        quaternion_xyzw=quaternion,
         velocity_B=np.full(3, np.nan),
         angular_velocity_B=np.full(3, np.nan),
         foot_position_W=feet,

@@ -61,6 +61,7 @@ class TrialHeader:
         robot_file: Name of the machine's file, relative to the trial; empty if there is none.
         robot_text: What it says.
         legs: Names of legs that have several joints; empty where they are called as their joints.
+        derived: What was not measured but worked out from other columns, in words.
     """
 
     kind: str
@@ -73,6 +74,7 @@ class TrialHeader:
     robot_file: str = ""
     robot_text: str = ""
     legs: tuple[str, ...] = ()
+    derived: tuple[str, ...] = ()
 
     @property
     def names(self) -> MachineNames:
@@ -139,6 +141,7 @@ def parse_header(
         legs = trial.texts("legs") if trial.has("legs") else None
         frequency_hz = trial.maybe_number("frequency_hz")
         sample_rate_hz = trial.maybe_number("sample_rate_hz")
+        derived = trial.texts("derived") if trial.has("derived") else ()
         sensors = [noise.maybe_number(field.name) for field in fields(TrialNoise)]
         for table in (trial, noise, top):
             table.done()
@@ -153,6 +156,7 @@ def parse_header(
         sample_rate_hz=sample_rate_hz,
         notes=notes,
         noise=TrialNoise(*sensors),
+        derived=derived,
         robot_file=robot_file,
         robot_text=machine,
         legs=legs_of(robot),
@@ -289,6 +293,7 @@ def header_text(header: TrialHeader) -> str:
         "frequency_hz": header.frequency_hz,
         "sample_rate_hz": header.sample_rate_hz,
         "notes": header.notes,
+        "derived": list(header.derived) or None,
     }
     return toml_text({"trial": _known(trial), "noise": _known(asdict(header.noise)) or None})
 

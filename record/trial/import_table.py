@@ -5,7 +5,7 @@ order are put in order; rows without a time, second rows at one time, and rows t
 dropped and listed.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
@@ -15,6 +15,7 @@ import numpy as np
 from model.errors import RecordError
 from model.values.arrays import BoolArray, FloatArray, IntArray
 from record.trial.column_map import ColumnMap, Source, complete_sources, summed
+from record.trial.derive import with_speeds
 from record.trial.header import LEGGED, TrialHeader, joints_of, read_header
 from record.trial.raw_check import raw_findings
 from record.trial.source_tables import SourceTable, open_tables
@@ -124,12 +125,12 @@ def _import(
         words = f"only {len(order)} rows are left by the map's [cut]: no trial"
         last = [TableFinding("short", "", len(order), 0, words)]
     else:
-        trial = build_trial(header, columns)
-        last = list(check_trial(trial, (order + 1).astype(np.float64)))
+        trial, derived = with_speeds(build_trial(header, columns))
+        last = [*derived, *check_trial(trial, (order + 1).astype(np.float64))]
     findings += passed.unreadable
     findings += raw_findings(table, sources)
     findings += _unused(table, (*(s.theirs for s in sources), *given.cut.columns))
-    findings += _absent(header, sources)
+    findings += _absent(header, {*names, *(trial.known_columns if trial is not None else ())})
     findings += [*passed.empty_rows(), *in_time.findings, *cut, *last]
     dropped = passed.dropped()
     report = ImportReport(path, one.name, table.rows, 0 if few else len(order), dropped, names,
@@ -184,9 +185,8 @@ def _unused(table: DataTable, used: tuple[str, ...]) -> list[TableFinding]:
     ]
 
 
-def _absent(header: TrialHeader, sources: tuple[Source, ...]) -> list[TableFinding]:
+def _absent(header: TrialHeader, have: Collection[str]) -> list[TableFinding]:
     """Say which quantities are not there at all, and for which joints only some are missing."""
-    have = {source.ours for source in sources}
     findings = []
     for field, places in groupby(trial_places(header.names), key=lambda place: place.field):
         columns = [place.column for place in places]

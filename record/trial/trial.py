@@ -102,6 +102,11 @@ class Trial:
                 columns.append(TableColumn(place.column, values))
         return tuple(columns)
 
+    @property
+    def known_columns(self) -> tuple[str, ...]:
+        """Names of the columns in which anything was measured, without time."""
+        return tuple(column.name for column in self.columns()[1:])
+
     def values(self, place: "Place") -> FloatArray:
         """Return the samples of one column, (T,)."""
         array: FloatArray = getattr(self, place.field)[place.where]

@@ -29,7 +29,7 @@ SINGLE = "single"  # the module of the commands of one word
 
 GROUP_HELP = {
     "model": "the model of slipping, without a robot",
-    "robot": "the robot file for other programs",
+    "robot": "the robot file: looked at, begun, for other programs",
     "log": "look at, repair, cut, merge and export logs",
     "gap": "where a simulator differs from measured runs, and why",
     "servo": "the servos one by one: scan, set up, back up, watch",
@@ -45,6 +45,7 @@ COMMANDS = {
     "model sensitivity": "naive against fitted parameters on logs",
     "model figures": "our version of the paper's figures and tables",
     "odom": "odometry and foot forces from a log; 'odom tune' its noise",
+    "robot show": "a robot file as the model walks it, and what is wrong",
     "robot export": "the robot file as URDF or MJCF",
     "replay": "a recorded run again, as a test: step, drivers or robot",
     "log info": "duration, rate, topics, versions, damage",

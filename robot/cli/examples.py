@@ -51,6 +51,10 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "gap apply": ("bigant gap apply walk.json --out corrected.toml",),
     "gap next": ("bigant gap next walk.json", "bigant gap next trial_1.parquet --json"),
     "gap effects": ("bigant gap effects --stage friction", "bigant gap effects --json"),
+    "robot show": (
+        "bigant robot show",
+        "bigant robot show examples/octopod.toml --gait metachronal --out octopod.html",
+    ),
     "robot export": ("bigant robot export --urdf bigant.urdf --mjcf bigant.xml",),
     "sim effects": ("bigant sim effects", "bigant sim effects --json"),
     "sim run": (

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from drivers.ati.settings import ForceSensorSettings
-from drivers.dynamixel.mx106 import CURRENT_UNIT_A, VELOCITY_UNIT_RAD_S
+from drivers.dynamixel.servo_model import ServoModel
 from drivers.dynamixel.settings import ServoBusSettings
 from gaits.catalog import make_gaits
 from model.effects.causes import Cause
@@ -29,39 +29,17 @@ from model.values.arrays import IntArray, readonly
 from model.values.parameters import (
     LegParameters,
     RobotParameters,
-    ServoParameters,
 )
 from record.toml_file import reading
 from robot.config.calibration import read_calibration
 from robot.config.estimator import EstimatorConfig, read_estimator
 from robot.config.gaits import read_gaits
 from robot.config.safety import BodyLimits, RecoverySettings, read_body_limits, read_recovery
+from robot.config.servo import SafetyLimits, read_servo
 from robot.console.arguments import DEFAULT_ROBOT_FILE
 
-# A limit beyond what a servo can do or measure is none.
-HIGHEST_SPEED_RAD_S = 1023 * VELOCITY_UNIT_RAD_S
-HIGHEST_CURRENT_A = 2047 * CURRENT_UNIT_A
 LONGEST_LATE_S = 0.1
 WATCHDOG_STEP_S = 0.02
-
-
-@dataclass(frozen=True, slots=True)
-class SafetyLimits:
-    """Limits that stop the robot.
-
-    Attributes:
-        max_speed_rad_s: Fastest command the gate lets through.
-        max_temperature_c: Hottest servo.
-        min_voltage_v: Lowest supply.
-        max_current_a: Largest motor current.
-        max_following_error_rad: Largest difference between a shaft and its command.
-    """
-
-    max_speed_rad_s: float
-    max_temperature_c: float
-    min_voltage_v: float
-    max_current_a: float
-    max_following_error_rad: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,13 +116,13 @@ def parse_robot(text: str) -> RobotConfig:
     top = parse_table(text)
     name = top.text("name")
     legs, bus_columns = _legs(top.table("legs"))
-    servo, limits = _servo(top.table("servo"))
+    servo = read_servo(top.table("servo"), legs.count)
     parameters = RobotParameters(
         body=read_body(top.table("body")),
         legs=legs,
         leg=read_leg(top),
         contact=read_contact(top.table("contact"), legs.count),
-        servo=servo,
+        servo=servo.parameters,
         gaits=read_gaits(top.maybe_table("gait"), legs),
     )
     make_gaits(parameters)  # refuses what cannot be a gait
@@ -156,10 +134,10 @@ def parse_robot(text: str) -> RobotConfig:
         name=name,
         text=text,
         parameters=parameters,
-        servo_bus=_servo_bus(top.table("servo_bus"), legs, bus_columns, loop),
+        servo_bus=_servo_bus(top.table("servo_bus"), legs, bus_columns, servo.models, loop),
         force_sensor=_force_sensor(force_table, legs, bus_columns),
         calibration_file=calibration_file,
-        limits=limits,
+        limits=servo.limits,
         loop=loop,
         body_limits=read_body_limits(safety_table),
         recovery=read_recovery(safety_table),
@@ -205,23 +183,6 @@ def _no_repeat(key: str, numbers: Mapping[str, int], words: str) -> None:
             raise ConfigError(key, f"{words} {number} (legs {', '.join(legs)})")
 
 
-def _servo(table: Table) -> tuple[ServoParameters, SafetyLimits]:
-    servo = ServoParameters(
-        supply_voltage=table.number("supply_voltage", minimum=9.5, maximum=16.0),
-        rated_torque_limit=table.number("rated_torque_limit", above=0),
-        max_speed=table.number("max_speed", above=0, maximum=HIGHEST_SPEED_RAD_S),
-        max_acceleration=table.number("max_acceleration", above=0),
-    )
-    limits = SafetyLimits(
-        max_speed_rad_s=servo.max_speed,
-        max_temperature_c=table.number("max_temperature", above=0, maximum=100),
-        min_voltage_v=table.number("min_voltage", above=0, below=servo.supply_voltage),
-        max_current_a=table.number("max_current", above=0, maximum=HIGHEST_CURRENT_A),
-        max_following_error_rad=table.number("max_following_error", above=0, maximum=np.pi),
-    )
-    return servo, limits
-
-
 def _loop(table: Table) -> LoopSettings:
     return LoopSettings(
         rate_hz=table.integer("rate", minimum=1, maximum=200),
@@ -231,7 +192,11 @@ def _loop(table: Table) -> LoopSettings:
 
 
 def _servo_bus(
-    table: Table, legs: LegParameters, columns: _WiringColumns, loop: LoopSettings
+    table: Table,
+    legs: LegParameters,
+    columns: _WiringColumns,
+    models: tuple[ServoModel, ...],
+    loop: LoopSettings,
 ) -> ServoBusSettings:
     watchdog = table.number("watchdog", minimum=WATCHDOG_STEP_S, maximum=127 * WATCHDOG_STEP_S)
     steps = watchdog / WATCHDOG_STEP_S
@@ -248,10 +213,20 @@ def _servo_bus(
         ids=columns.ids,
         signs=columns.signs,
         zeros=columns.zeros,
-        baud_rate=table.integer("baud_rate", minimum=9600, maximum=4_500_000),
+        models=models,
+        baud_rate=_baud_rate(table, models),
         watchdog_s=watchdog,
         silent_limit=table.integer("silent_limit", minimum=1, maximum=200),
     )
+
+
+def _baud_rate(table: Table, models: tuple[ServoModel, ...]) -> int:
+    baud_rate = table.integer("baud_rate", minimum=9600, maximum=4_500_000)
+    for model in models:
+        if baud_rate > model.baud_rates[-1]:
+            words = f"is more than an {model.name} can be set to ({model.baud_rates[-1]})"
+            raise ConfigError(table.name("baud_rate"), words)
+    return baud_rate
 
 
 def _mounted_up(table: Table, count: int) -> IntArray:

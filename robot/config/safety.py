@@ -6,7 +6,7 @@ What each key means and its default stand here and nowhere else.
 import math
 from dataclasses import dataclass, fields
 
-from drivers.dynamixel.mx106 import HardwareError
+from drivers.dynamixel.registers import HardwareError
 from model.errors import ConfigError
 from model.parameters.toml_table import Table
 

@@ -168,13 +168,13 @@ def add_arguments(parser: argparse.ArgumentParser, kind: "type[DataclassInstance
             groups[title] = parser.add_argument_group(title)
         if words.get("action") != "store_true":
             words.setdefault("type", _type_of_one(one))
-        if one.metadata["by_place"]:
-            parser.add_argument(one.name, **words)
-            continue
         if one.default is not MISSING:
             # argparse appends to lists
             many = words.get("action") == "append" or words.get("nargs") == "+"
             words["default"] = list(one.default) if many else one.default
+        if one.metadata["by_place"]:
+            parser.add_argument(one.name, **words)
+            continue
         flags = one.metadata["flags"] or (f"--{one.name.replace('_', '-')}",)
         groups.get(title, parser).add_argument(*flags, dest=one.name, **words)
 

@@ -13,7 +13,7 @@ from scipy.constants import g as standard_gravity
 
 from drivers.ati.calibration import Calibration
 from drivers.ati.foot_forces import ForceScales, no_forces
-from drivers.dynamixel.mx106 import joint_state
+from drivers.dynamixel.joints import joint_state
 from gaits.catalog import make_gaits
 from gaits.gait import Gait
 from gaits.plan import Walking

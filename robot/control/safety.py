@@ -15,18 +15,14 @@ from math import isfinite
 
 import numpy as np
 
-from drivers.dynamixel.mx106 import (
-    EXTENDED_POSITION_LIMIT,
-    TICK_RAD,
-    TICKS_PER_TURN,
-    hardware_error_names,
-)
+from drivers.dynamixel.registers import hardware_error_names
 from drivers.dynamixel.settings import ServoBusSettings
+from drivers.dynamixel.units import EXTENDED_POSITION_LIMIT, TICK_RAD, TICKS_PER_TURN
 from model.values.arrays import BoolArray, IntArray
 from model.values.faults import Fault, FaultKind
 from model.values.legs import JointCommand, JointState
 from model.values.readings import ServoReadings
-from robot.config.robot_file import SafetyLimits
+from robot.config.servo import SafetyLimits
 
 # A command may be this much faster than the limit: the grid of ticks and encoder counts is coarse.
 SPEED_SLACK = 1.05

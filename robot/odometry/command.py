@@ -1,18 +1,28 @@
 """``bigant odom LOG``: the estimator over a log, judged against the truth if there is one."""
 
 import sys
+from pathlib import Path
 
 import numpy as np
 
+from model.errors import RecordError
+from model.values.estimate import Health
 from record.log.reader import LogContents, read_log
+from record.log.recording import Recording
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json
 from robot.console.program_output import complain
 from robot.console.progress import ProgressLine
 from robot.console.screen_fit import columns_of
 from robot.control.effect_uses import unused_notes
-from robot.odometry.compare import compare_methods, stride_of
-from robot.odometry.live import run_live
+from robot.odometry.compare import (
+    OdometryComparison,
+    compare_methods,
+    judged_part,
+    stride_of,
+    walking_part,
+)
+from robot.odometry.live import LOST_SHARE, run_live
 from robot.odometry.request import check
 from robot.odometry.table import as_json, table
 from robot.odometry.track import track_log
@@ -23,6 +33,9 @@ from robot.requests.single import OdomRequest
 
 def odom(request: OdomRequest) -> ExitCode:
     """Run the estimator over a log, show its result, and write it; or follow a run, or tune.
+
+    An estimate that was lost most of the time, and a comparison without a truth to compare with, are bad
+    verdicts.
 
     Raises:
         RecordError: A log cannot be read or used, or a file cannot be written.
@@ -37,6 +50,7 @@ def odom(request: OdomRequest) -> ExitCode:
     with ProgressLine(f"estimating {path}", contents.progress):
         tracked = track_log(path, request, contents)
     log = tracked.log
+    check_shafts(log, path)
     for note in unused_notes(tracked.config.effects):
         complain(note)
     fitted, stride_m, source = None, np.nan, ""
@@ -53,7 +67,7 @@ def odom(request: OdomRequest) -> ExitCode:
         print_json(as_json(comparison))
     else:
         print(*table(shown, columns_of(sys.stdout)), sep="\n")
-        if source:
+        if source and np.isfinite(stride_m):
             print(f"distance a stride: {1e3 * stride_m:.1f} mm a cycle, from {source}")
     if request.out is not None:
         from robot.odometry.files import write  # pictures and pages take a second to load
@@ -61,4 +75,46 @@ def odom(request: OdomRequest) -> ExitCode:
         write(shown, log, path, request.out)
         if not request.json:
             print(f"written: {request.out}")
-    return ExitCode.OK
+    return _verdict(comparison, log, path, compare=request.compare)
+
+
+def check_shafts(log: Recording, path: Path) -> None:
+    """Refuse a walk without what the estimator cannot do without.
+
+    Raises:
+        RecordError: No leg has a shaft angle, or none has a speed.
+    """
+    span = walking_part(log)
+    if not np.isfinite(log.angle_rad[span]).any():
+        raise RecordError(
+            f"{path} has no shaft angles, and odometry needs them; import the table again with a map of "
+            f"its shaft_J_rad (J: {', '.join(log.names)})"
+        )
+    if not np.isfinite(log.rate_rad_s[span]).any():
+        raise RecordError(
+            f"{path} has shaft angles and no shaft speeds (shaft_J_rad_s); import its table again: "
+            "bigant import works speeds out of the angles"
+        )
+
+
+def _verdict(
+    comparison: OdometryComparison, log: Recording, path: Path, *, compare: bool
+) -> ExitCode:
+    """Say what is bad about an answer, and how the command ends."""
+    estimates = comparison.track.estimates
+    lost = [estimate.reason for estimate in estimates if estimate.health is Health.LOST]
+    span = judged_part(log)
+    blind = int(np.isnan(log.rate_rad_s[span] + log.angle_rad[span]).all(axis=1).sum())
+    verdict = ExitCode.OK
+    if max(len(lost), blind) > LOST_SHARE * len(estimates):
+        share = 100 * max(len(lost), blind) / len(estimates)
+        why = lost[-1] if len(lost) >= blind else "no leg had a shaft angle and a speed"
+        complain(f"the estimator was lost in {share:.0f} % of the ticks: {why}")
+        verdict = ExitCode.VERDICT_FAILED
+    if compare and comparison.truth is None:
+        complain(
+            f"nothing to judge by: {path} has no true poses; import them with the run "
+            "(body_x_m, body_y_m and an orientation), or leave --compare out"
+        )
+        verdict = ExitCode.VERDICT_FAILED
+    return verdict

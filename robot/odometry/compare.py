@@ -17,9 +17,9 @@ from model.values.tick import DeadReckoning, Mode
 from record.log.recording import Recording
 from robot.config.robot_file import RobotConfig
 from robot.control.effects import model_of
-from robot.odometry.metrics import Motion, TrackErrors, nees, track_errors
+from robot.odometry.metrics import Motion, TrackErrors, nees, track_errors, turned_to_fit
 from robot.odometry.track import Track, TrackedLog
-from robot.report.run_totals import true_pose
+from robot.report.ground_truth import true_pose, true_velocity
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,7 +77,7 @@ def compare_methods(
         RecordError: There is no walking.
     """
     log, config = tracked.log, tracked.config
-    span = walking_part(log)
+    span = judged_part(log)
     run, t_s = tracked.track.part(span), log.t_s[span]
     start = run.pose[0]
     feet, velocity, force = _model(log, config, span)
@@ -89,7 +89,7 @@ def compare_methods(
         motions.append(_reckoned("open loop, fitted", velocity, t_s, start, force))
     if stride_m is not None and np.isfinite(stride_m):
         velocity = np.zeros((len(t_s), 3))
-        velocity[:, 0] = stride_m * np.gradient(log.gait_phase[span], t_s)
+        velocity[:, 0] = stride_m * np.nan_to_num(np.gradient(log.gait_phase[span], t_s))
         motions.append(_reckoned("distance a stride", velocity, t_s, start))
     velocity = _rigid_stance(feet, naive.force_B[..., 2] > 0)
     motions.append(_reckoned("rigid stance", velocity, t_s, start))
@@ -99,7 +99,7 @@ def compare_methods(
         return OdometryComparison(
             log.names, run, len(log.t_s), tuple(motions), None, (), unknown, unknown
         )
-    truth = truth._replace(pose=compose(aligning(start, truth.pose[0]), truth.pose))
+    truth = truth._replace(pose=_begun_at(start, truth.pose, run.pose))
     return OdometryComparison(
         names=log.names,
         track=run,
@@ -114,18 +114,46 @@ def compare_methods(
     )
 
 
+def judged_part(log: Recording) -> slice:
+    """The walking part, from the first tick on in which the truth is known if it is known in any.
+
+    Raises:
+        RecordError: There is no walking.
+    """
+    span = walking_part(log)
+    pose = true_pose(log)[span]
+    for columns in (pose, pose[:, :2]):  # a place without a heading is better than nothing
+        known = np.flatnonzero(np.isfinite(columns).all(axis=1))
+        if len(known) > 1:
+            return slice(span.start + int(known[0]), span.stop)
+    return span
+
+
 def true_motion(log: Recording, span: slice) -> Motion | None:
-    """True motion over some ticks; None where any of it is missing."""
-    truth = true_pose(log)[span], log.truth_velocity_B[span], log.truth_force_n[span]
-    return Motion("truth", *truth) if all(np.isfinite(part).all() for part in truth) else None
+    """True motion over some ticks, NaN where it is not known; None without two known places."""
+    pose = true_pose(log)[span]
+    if np.isfinite(pose[:, :2]).all(axis=1).sum() < 2:
+        return None
+    return Motion("truth", pose, true_velocity(log)[span], log.truth_force_n[span])
+
+
+def _begun_at(start: FloatArray, truth: FloatArray, path: FloatArray) -> FloatArray:
+    """The truth in the frame in which it begins at a pose; without a heading, turned to fit a path."""
+    if np.isfinite(truth[0]).all():
+        return compose(aligning(start, truth[0]), truth)
+    return turned_to_fit(truth, path)
 
 
 def stride_of(log: Recording) -> float:
-    """True distance a cycle of a walk [m]; NaN without truth."""
+    """True distance a cycle of a walk [m]; NaN without truth or without the phase of a gait."""
     span = walking_part(log)
     phase, place = log.gait_phase[span], log.truth_position_W[span, :2]
-    cycles = float(phase[-1] - phase[0])
-    return float(np.hypot(*(place[-1] - place[0]))) / cycles if cycles > 0 else np.nan
+    known = np.flatnonzero(np.isfinite(phase) & np.isfinite(place).all(axis=1))
+    if len(known) < 2:
+        return np.nan
+    first, last = known[0], known[-1]
+    cycles = float(phase[last] - phase[first])
+    return float(np.hypot(*(place[last] - place[first]))) / cycles if cycles > 0 else np.nan
 
 
 def _reckoned(

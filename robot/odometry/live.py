@@ -12,7 +12,7 @@ import numpy as np
 
 from drivers.clock import MonotonicClock
 from model.errors import RecordError
-from model.values.estimate import Estimate
+from model.values.estimate import Estimate, Health
 from model.values.faults import StopReason
 from model.values.tick import Tick
 from record.log.follow import LogFollower
@@ -34,6 +34,7 @@ from robot.virtual.open import VirtualSettings, open_virtual
 
 LOOK_PERIOD_NS = 200_000_000
 LINE_PERIOD_NS = 1_000_000_000
+LOST_SHARE = 0.5  # of the ticks; an estimate that is lost for more of them is none
 
 
 class EstimateLines:
@@ -42,6 +43,7 @@ class EstimateLines:
     Attributes:
         offset_ns: UNIX time less the loop's clock, for estimates that come with their tick alone.
         count: How many there were.
+        lost: In how many of them the estimator was lost.
     """
 
     error: RecordError | None = None
@@ -52,13 +54,14 @@ class EstimateLines:
         self._next_ns = 0
         self._first_ns: int | None = None
         self.offset_ns = 0
-        self.count = 0
+        self.count = self.lost = 0
 
     def take(self, unix_ns: int, estimate: Estimate) -> None:
         """Take one."""
         if self._first_ns is None:
             self._first_ns = self._next_ns = unix_ns
         self.count += 1
+        self.lost += estimate.health is Health.LOST
         if self._out is not None:
             self._out.write(unix_ns, np.array([*estimate.position_m, estimate.yaw_rad]))
         if unix_ns >= self._next_ns:
@@ -67,6 +70,14 @@ class EstimateLines:
             print(_json_line(estimate) if self._json else _line(estimate, seconds), flush=True)
             if self._out is not None:
                 self._out.flush()
+
+    @property
+    def verdict(self) -> ExitCode:
+        """How a run of these estimates ends: one that was lost most of the time is no good."""
+        if self.lost <= LOST_SHARE * self.count:
+            return ExitCode.OK
+        complain(f"the estimator was lost in {100 * self.lost / self.count:.0f} % of the ticks")
+        return ExitCode.VERDICT_FAILED
 
     def write(self, tick: Tick) -> None:
         """Take the estimate of a tick: as a log does, for the loop."""
@@ -98,7 +109,7 @@ def run_live(request: OdomRequest) -> ExitCode:
         raise RecordError(f"{path} holds no ticks yet; is it the log of a running drive?")
     if not request.json:
         print(f"{lines.count} ticks")
-    return ExitCode.OK
+    return lines.verdict
 
 
 def _beside_log(
@@ -143,7 +154,7 @@ def _beside_hardware(
     if not request.json:
         print(f"{lines.count} ticks, torque never asked for")
     if result.reason is StopReason.OPERATOR:
-        return ExitCode.OK
+        return lines.verdict
     return STOPS[result.reason].exit_code
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import chi2
 
-from model.motion.se2 import seen_from
+from model.motion.se2 import seen_from, turned
 from model.values.arrays import FloatArray, root_mean_square
 
 LENGTHS_M = (0.25, 0.5, 1.0)
@@ -47,17 +47,22 @@ class TrackErrors:
 
 
 def path_length(pose: FloatArray) -> FloatArray:
-    """Length of the path up to each pose, (T,) [m]."""
-    steps = np.hypot(*np.diff(pose[:, :2], axis=0).T)
-    return np.concatenate([[0.0], np.cumsum(steps)])
+    """Length of the path up to each pose, (T,) [m]; across poses that are not known it is straight."""
+    along = np.zeros(len(pose))
+    known = np.flatnonzero(np.isfinite(pose[:, :2]).all(axis=1))
+    steps = np.hypot(*np.diff(pose[known, :2], axis=0).T)
+    along[known[1:]] = steps
+    return np.cumsum(along)
 
 
 def relative_error(pose: FloatArray, truth: FloatArray, length_m: float) -> float:
     """Mean error of where a piece of path ends seen from where it begins, over its length [%].
 
     All pieces whose true length is ``length_m``, from every tick; those that end beyond the log are
-    left out. Poses are x, y [m], yaw [rad], (T, 3).
+    left out. Poses are x, y [m], yaw [rad], (T, 3); a piece of which an end is not known is left out.
     """
+    known = np.isfinite(truth).all(axis=1)
+    pose, truth = pose[known], truth[known]
     along = path_length(truth)
     ends = np.searchsorted(along, along + length_m)
     begins = np.flatnonzero(ends < len(truth))
@@ -71,9 +76,16 @@ def relative_error(pose: FloatArray, truth: FloatArray, length_m: float) -> floa
 
 
 def track_errors(path: Motion, truth: Motion) -> TrackErrors:
-    """Judge a motion that begins at the true pose."""
+    """Judge a motion that begins at the true pose.
+
+    Where the true yaw is not known at all, the truth is turned about its beginning until it fits the path
+    best; errors that need a heading are then NaN.
+    """
+    known = np.flatnonzero(np.isfinite(truth.pose[:, :2]).all(axis=1))
+    if not np.isfinite(truth.pose[:, 2]).any():
+        truth = truth._replace(pose=turned_to_fit(truth.pose, path.pose))
     length = float(path_length(truth.pose)[-1])
-    last = path.pose[-1] - truth.pose[-1]
+    last = path.pose[known[-1]] - truth.pose[known[-1]] if len(known) else np.full(3, np.nan)
     return TrackErrors(
         name=path.name,
         rpe_percent=np.array([relative_error(path.pose, truth.pose, d) for d in LENGTHS_M]),
@@ -84,14 +96,32 @@ def track_errors(path: Motion, truth: Motion) -> TrackErrors:
     )
 
 
+def turned_to_fit(truth: FloatArray, path: FloatArray) -> FloatArray:
+    """Turn places about the first known one so that they lie as near as possible to those of a path.
+
+    Poses are x, y [m], yaw [rad], (T, 3); the turn is that of Procrustes' problem in the plane.
+    """
+    known = np.flatnonzero(np.isfinite(truth[:, :2]).all(axis=1))
+    if not len(known):
+        return truth
+    start = known[0]
+    (x, y), (u, v) = ((pose[known] - pose[start])[:, :2].T for pose in (truth, path))
+    angle = float(np.arctan2(np.sum(x * v - y * u), np.sum(x * u + y * v)))
+    fitted = truth.copy()
+    dx, dy = turned(truth[:, 0] - truth[start, 0], truth[:, 1] - truth[start, 1], angle)
+    fitted[:, 0], fitted[:, 1] = path[start, 0] + dx, path[start, 1] + dy
+    return fitted
+
+
 def nees(error: FloatArray, covariance: FloatArray) -> FloatArray:
     """Normalised estimation error squared of each tick, (T,); its mean should be the dimension.
 
     Args:
         error: (T, d).
-        covariance: (T, d, d); where it is not positive definite the result is NaN.
+        covariance: (T, d, d); where it is not positive definite, or an error not known, the result is NaN.
     """
     sound = np.linalg.eigvalsh(covariance)[:, 0] > 0
+    sound &= np.isfinite(error).all(axis=1)
     solved = np.linalg.solve(covariance[sound], error[sound, :, None])[..., 0]
     squared = np.full(len(error), np.nan)
     squared[sound] = np.einsum("ti,ti->t", error[sound], solved)

@@ -17,7 +17,7 @@ from model.values.arrays import FloatArray
 from model.values.tick import Mode
 from record.log.recording import Recording
 from robot.control.stops import STOPS
-from robot.report.run_totals import true_pose
+from robot.report.ground_truth import true_pose, true_velocity
 from robot.report.summary import planar_pose
 
 TRUE, PREDICTED, DIFFERENCE, ESTIMATED = "#0072B2", "#D55E00", "#555555", "#009E73"
@@ -117,7 +117,7 @@ def _velocity(log: Recording) -> Figure:
     labels = ("vx [mm/s]", "vy [mm/s]", "yaw rate [mrad/s]")
     curves = [("predicted", log.predicted_velocity_B, PREDICTED, 0.9)]
     if log.has_truth:
-        curves.insert(0, ("true", log.truth_velocity_B, TRUE, 1.8))
+        curves.insert(0, ("true", true_velocity(log), TRUE, 1.8))
     if np.isfinite(log.estimate_velocity_B).any():
         curves.append(("estimator", log.estimate_velocity_B, ESTIMATED, 0.9))
     thin = _thin(log)
@@ -136,7 +136,7 @@ def _velocity(log: Recording) -> Figure:
 
 
 def _velocity_difference(ax: Axes, log: Recording, labels: tuple[str, ...]) -> None:
-    error = (log.predicted_velocity_B - log.truth_velocity_B) * 1e3
+    error = (log.predicted_velocity_B - true_velocity(log)) * 1e3
     thin = _thin(log)
     ax.set(xlabel="time [s]", ylabel="predicted\nless true")
     if not log.has_truth:

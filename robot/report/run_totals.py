@@ -11,6 +11,7 @@ from model.values.faults import StopReason
 from model.values.tick import Mode
 from record.log.recording import Recording
 from robot.control.stops import cause_words
+from robot.report.ground_truth import true_forward_slip, true_velocity, unwrap_known
 
 
 class RunTotals:
@@ -38,6 +39,7 @@ class RunTotals:
         self.estimate_sd = block.estimate_pose_sd[-1]
         walking = block.mode == Mode.WALK.value
         predicted, estimate = block.predicted_velocity_B, block.estimate_velocity_B
+        true = true_velocity(block)
         for name, values in {
             "t_s": block.t_s,
             "walking": walking,
@@ -54,10 +56,10 @@ class RunTotals:
             "forces": [np.isfinite(block.force_n).any()],
             "true_slip": _known(true_forward_slip(block)[walking]),
             "predicted_slip": _known(block.predicted_slip_B[walking, :, 0]),
-            "velocity_rmse": _squares((predicted - block.truth_velocity_B)[walking]),
-            "velocity_rms": _squares(block.truth_velocity_B[walking]),
+            "velocity_rmse": _squares((predicted - true)[walking]),
+            "velocity_rms": _squares(true[walking]),
             "force_rmse_n": _squares((block.predicted_force_n - block.force_n)[walking]),
-            "estimate_rmse": _squares((estimate - block.truth_velocity_B)[walking]),
+            "estimate_rmse": _squares((estimate - true)[walking]),
             "estimate_force_rmse_n": _squares((block.estimate_force_n - block.force_n)[walking]),
         }.items():
             self._columns[name].append(values)
@@ -103,30 +105,3 @@ def _squares(rows: FloatArray) -> FloatArray:
 
 def _known(values: FloatArray) -> FloatArray:
     return values[np.isfinite(values)]
-
-
-def unwrap_known(yaw: FloatArray) -> FloatArray:
-    """Return a copy of angles without jumps of a turn; NaN stays."""
-    yaw = yaw.copy()
-    known = np.isfinite(yaw)
-    yaw[known] = np.unwrap(yaw[known])
-    return yaw
-
-
-def true_pose(log: Recording) -> FloatArray:
-    """Return true x, y [m] and yaw [rad, unwrapped], (T, 3)."""
-    yaw = unwrap_known(yaw_of(log.truth_quaternion_xyzw))
-    return np.column_stack([log.truth_position_W[:, :2], yaw])
-
-
-def true_slip(log: Recording) -> FloatArray:
-    """Return the true velocity of the feet over the ground in the body's heading, (T, N, 2) [m/s]."""
-    yaw = yaw_of(log.truth_quaternion_xyzw)[:, None]
-    x, y = log.truth_foot_velocity_W[..., 0], log.truth_foot_velocity_W[..., 1]
-    cos, sin = np.cos(yaw), np.sin(yaw)
-    return np.stack([cos * x + sin * y, cos * y - sin * x], axis=-1)
-
-
-def true_forward_slip(log: Recording) -> FloatArray:
-    """Return the true forward slip of loaded feet, (T, N) [m/s]; NaN in the air."""
-    return np.where(log.truth_contact, true_slip(log)[..., 0], np.nan)

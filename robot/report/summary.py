@@ -12,7 +12,8 @@ from record.log.reader import LogContents, read_blocks
 from record.log.recording import Recording, join_recordings, thin_recording
 from robot.console.progress import ProgressLine
 from robot.control.effect_uses import TrueForces, true_forces_of_log
-from robot.report.run_totals import RunTotals, true_pose
+from robot.report.ground_truth import true_pose
+from robot.report.run_totals import RunTotals
 
 
 @dataclass(frozen=True, slots=True)

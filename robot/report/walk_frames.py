@@ -20,7 +20,7 @@ from model.values.tick import Mode
 from record.log.recording import Recording
 from robot.config.robot_file import parse_robot
 from robot.control.effect_uses import USES, Use, true_forces_of
-from robot.report.run_totals import true_slip
+from robot.report.ground_truth import true_slip, true_velocity
 
 # The paper's filter for foot velocities: second order, 25 samples at 100 Hz (sec:setup).
 WINDOW, ORDER = 25, 2
@@ -101,7 +101,7 @@ def walk_frames(log: Recording, name: str) -> WalkFrames:
         feet_velocity=feet.velocity_m_s,
         force=force_n,
         slip=true_slip(log),
-        velocity=log.truth_velocity_B,
+        velocity=true_velocity(log),
         slope=_slopes(log.truth_quaternion_xyzw),
     )
     whole: BoolArray = log.mode == Mode.WALK.value

@@ -1,8 +1,33 @@
-"""Requests of ``bigant robot``: the robot file for other programs."""
+"""Requests of ``bigant robot``: a robot file looked at, begun, and for other programs."""
 
 from pathlib import Path
 
-from robot.console.arguments import option, request, robot_file
+from robot.console.arguments import (
+    DEFAULT_ROBOT_FILE,
+    argument,
+    as_json,
+    option,
+    request,
+    robot_file,
+)
+
+
+@request("report.robot_show:show_robot", writes=True)
+class RobotShowRequest:
+    """``bigant robot show``: the robot of a file as the model walks it, and what is wrong with it.
+
+    Walks each gait of the file through kinematics and the quasi-static model and prints speed, stance,
+    static margin, tilt, clearance, slip, shaft speed and torque against their limits. Warns where the robot
+    tips, drags, rocks, slides or saturates, and of numbers that no robot has, with what to change. Exit
+    code 1: there is a warning.
+    """
+
+    robot: Path = argument(
+        "FILE", "robot file (default: config/bigant.toml)", nargs="?", default=DEFAULT_ROBOT_FILE
+    )
+    gait: str | None = option("only this gait (default: all of them)", "NAME")
+    out: Path | None = option("also a page with pictures (.html), or the pictures (.png)", "FILE")
+    json: bool = as_json("the figures over a cycle as JSON")
 
 
 @request("config.xml:export", writes=True)

@@ -24,7 +24,7 @@ from model.values.parameters import ContactParameters
 from model.values.tick import Mode
 from record.log.recording import Recording
 from robot.config.robot_file import RobotConfig, load_robot, parse_robot
-from robot.report.run_totals import true_forward_slip, unwrap_known
+from robot.report.ground_truth import true_forward_slip, true_velocity, unwrap_known
 
 FILTER_WINDOW, FILTER_ORDER = 25, 2
 TIMED = 5
@@ -141,7 +141,7 @@ def compare_walk(log: Recording) -> WalkComparison:
         angle_rad=log.angle_rad[walking],
         position_W=log.truth_position_W[walking],
         tilt_rad=tilt,
-        velocity_B=log.truth_velocity_B[walking],
+        velocity_B=true_velocity(log)[walking],
         force_n=force,
         slip_m_s=np.where(
             loaded, np.linalg.norm(log.truth_foot_velocity_W[walking, :, :2], axis=-1), np.nan

@@ -65,6 +65,8 @@ class FrameTracker:
         if truth is None or not known or not np.isfinite(truth.quaternion_xyzw).all():
             nowhere = Transform(MAP_FRAME, ODOM_FRAME, np.zeros(3), quaternion_of(0.0))
             transforms: tuple[Transform, ...] = (self._odom_in_map or nowhere, body)
+            if truth is not None and known:  # a place without an attitude
+                _extend(self.true, truth.position_W)
         else:
             if self._odom_in_map is None:
                 self._odom_in_map = _odom_in_map(truth, reckoned)

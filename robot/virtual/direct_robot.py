@@ -9,13 +9,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from drivers.dynamixel.mx106 import (
-    CURRENT_UNIT_A,
-    VELOCITY_UNIT_RAD_S,
-    VOLTAGE_UNIT_V,
-    angle_to_ticks,
-)
+from drivers.dynamixel.joints import angle_to_ticks
 from drivers.dynamixel.port import BITS_PER_BYTE
+from drivers.dynamixel.units import VELOCITY_UNIT_RAD_S, VOLTAGE_UNIT_V
 from model.values.arrays import IntArray, readonly
 from model.values.faults import Fault
 from model.values.readings import ServoReadings
@@ -49,6 +45,8 @@ class DirectRobot:
         self.world = robot.world
         self._rig, self._robot = rig, robot
         self._bus = config.servo_bus
+        self._measured = self._bus.measures_current
+        self._current_unit_a = np.where(self._measured, self._bus.current_unit_a, 1.0)
         wire_s = (SYNC_READ_BYTES + len(self._bus.ids)) * BITS_PER_BYTE / self._bus.baud_rate
         self._ask_ns = round(wire_s * 1e9)
         self._reads: list[int] = []
@@ -107,7 +105,7 @@ class DirectRobot:
         values = (
             motors.ticks,
             motors.rate_rad_s / VELOCITY_UNIT_RAD_S,
-            motors.current_a / CURRENT_UNIT_A,
+            np.where(self._measured, motors.current_a / self._current_unit_a, 0.0),
             motors.supply_v / VOLTAGE_UNIT_V,
             motors.temperature_c,
         )

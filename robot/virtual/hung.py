@@ -52,7 +52,8 @@ class HungRobot:
         self._settings = VirtualSettings(seed=seed, scenario=scenario)
         self.clock = new_clock()
         firmware = FirmwareBank(len(there.servo_bus.ids))
-        self.world = HungWorld(firmware, there.servo_bus, there.force_sensor)
+        supply_v = there.parameters.servo.supply_voltage
+        self.world = HungWorld(firmware, there.servo_bus, there.force_sensor, supply_v)
         devices = put_devices(
             self.world, firmware, there.servo_bus, there.force_sensor, seed, scenario
         )

@@ -11,7 +11,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from drivers.ati.foot_forces import foot_wrenches
-from drivers.dynamixel.mx106 import OperatingMode, angle_to_ticks, ticks_to_angle
+from drivers.dynamixel.joints import angle_to_ticks, ticks_to_angle
+from drivers.dynamixel.registers import OperatingMode
 from gap.interfaces import Cause
 from gap.interfaces import Effect as GapEffect
 from gap.machines.mujoco.simulator import RolloutSimulator

@@ -1,4 +1,4 @@
-"""The virtual MX-106 bus: protocol 2.0 behaviour of all servos, without any input or output of its own.
+"""The virtual servo bus: protocol 2.0 behaviour of all servos, without any input or output of its own.
 
 Bytes go in with the time at which they were sent, answers come out with the time at which their last
 byte is on the wire: ten bits a byte, the servo's return delay, and about 50 us of its own work. The wire
@@ -12,6 +12,7 @@ from collections import defaultdict, deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from drivers.dynamixel.catalog import MX_106
 from drivers.dynamixel.frames import (
     ALERT,
     BROADCAST_ID,
@@ -25,7 +26,8 @@ from drivers.dynamixel.frames import (
     StatusError,
     build_status,
 )
-from drivers.dynamixel.mx106 import BAUD_CODES, RETURN_DELAY_UNIT_S
+from drivers.dynamixel.servo_model import ServoModel
+from drivers.dynamixel.units import BAUD_CODES, RETURN_DELAY_UNIT_S
 from sim_hw.assumed import SERVO_ASSUMED, ServoAssumed
 from sim_hw.dynamixel.firmware import FirmwareBank
 from sim_hw.dynamixel.servo import VirtualServo
@@ -69,6 +71,7 @@ class VirtualServoBus:
         ids: Dynamixel ids, in the world's order.
         baud_rate: Baud rate they are set to.
         assumed: What is assumed about them.
+        models: Their models; MX-106 where none are given.
 
     Attributes:
         servos: The servos, in the world's order.
@@ -82,12 +85,14 @@ class VirtualServoBus:
         ids: tuple[int, ...],
         baud_rate: int,
         assumed: ServoAssumed = SERVO_ASSUMED,
+        models: Sequence[ServoModel] = (),
     ) -> None:
         self._world = world
         self._assumed = assumed
         code = BAUD_CODES[baud_rate]
         self.servos = tuple(
             VirtualServo(
+                model,
                 index,
                 ids[index - 1] if servo_id in assumed.shares_id else servo_id,
                 code,
@@ -95,7 +100,9 @@ class VirtualServoBus:
                 firmware,
                 assumed,
             )
-            for index, servo_id in enumerate(ids)
+            for index, (servo_id, model) in enumerate(
+                zip(ids, models or [MX_106] * len(ids), strict=True)
+            )
         )
         self._parser = FrameParser()
         self._replies: deque[Reply] = deque()

@@ -1,105 +1,124 @@
-"""The memory of one virtual MX-106: control table with access rules and indirect addressing.
+"""The memory of one virtual servo: control table with access rules and indirect addressing.
 
-Source: ROBOTIS e-manual, MX-106(2.0) and "Protocol 2.0". What a read across reserved gaps returns is
-not documented and has not been tried on a servo: ``ServoAssumed.reserved`` chooses between zeros (the
-default) and an Access Error. A write through indirect data is checked for the value it makes, byte by byte
-where only a part of a register is mapped; that too is assumed.
+The registers are those of its model. Source of the rules: ROBOTIS e-manual, MX-106(2.0) and "Protocol 2.0".
+What a read across reserved gaps returns is not documented and has not been tried on a servo:
+``ServoAssumed.reserved`` chooses between zeros (the default) and an Access Error. A write through indirect
+data is checked for the value it makes, byte by byte where only a part of a register is mapped; that too is
+assumed.
 """
 
+from functools import cache
+
 from drivers.dynamixel.frames import StatusError
-from drivers.dynamixel.mx106 import MODEL_NUMBER, REGISTER, REGISTERS, Register
+from drivers.dynamixel.registers import Register
+from drivers.dynamixel.servo_model import ServoModel
 from sim_hw.assumed import SERVO_ASSUMED, ServoAssumed
 
-SIZE = 662
 # Registers that hold a limit of others; exceeding one is Data Limit, not Data Range.
 LIMITED_BY = {
     "goal_pwm": "pwm_limit",
     "goal_current": "current_limit",
     "goal_velocity": "velocity_limit",
 }
-OPERATING_MODES = frozenset({0, 1, 3, 4, 5, 16})
-_AT: dict[int, Register] = {register.address: register for register in REGISTERS}
-_COVER: dict[int, Register] = {
-    register.address + i: register for register in REGISTERS for i in range(register.size)
-}
-_INDIRECT_DATA = {
-    REGISTER[f"indirect_data_{i}"].address: REGISTER[f"indirect_address_{i}"] for i in range(1, 57)
-}
+
+
+@cache
+def _places(model: ServoModel) -> tuple[dict[int, Register], dict[int, Register]]:
+    """Return the register of each byte, and the indirect address behind each byte of indirect data."""
+    table = model.table
+    cover = {one.address + i: one for one in table for i in range(one.size)}
+    addresses = [one for one in table if one.name.startswith("indirect_address_")]
+    data = [table[one.name.replace("address", "data")] for one in addresses]
+    return cover, {one.address: to for one, to in zip(data, addresses, strict=True)}
 
 
 class ControlTable:
     """One servo's registers.
 
     Args:
+        model: Its model.
         servo_id: Id.
         baud_code: Value of the baud rate register.
         return_delay: Value of the return delay register.
         assumed: What is assumed about the servo.
+
+    Attributes:
+        model: Its model.
     """
 
     def __init__(
         self,
+        model: ServoModel,
         servo_id: int,
         baud_code: int,
         return_delay: int,
         assumed: ServoAssumed = SERVO_ASSUMED,
     ) -> None:
         self._gaps_are_zeros = assumed.reserved == "zeros"
-        self._memory = bytearray(SIZE)
-        for register in REGISTERS:
+        self.model = model
+        self._registers = model.table.by_name
+        self._size = model.table.size
+        self._cover, self._pointers = _places(model)
+        self._memory = bytearray(self._size)
+        for register in model.table:
             self.set(register.name, register.initial or 0)
-        self.set("model_number", MODEL_NUMBER)
+        self.set("model_number", model.number)
         self.set("firmware_version", assumed.firmware)
         self.set("id", servo_id)
         self.set("baud_rate", baud_code)
         self.set("return_delay_time", return_delay)
 
+    def __contains__(self, name: str) -> bool:
+        """Whether its model has a register of this name."""
+        return name in self._registers
+
     def get(self, name: str) -> int:
         """Return a register's value."""
-        register = REGISTER[name]
+        register = self._registers[name]
         return register.decode(
             bytes(self._memory[register.address : register.address + register.size])
         )
 
     def set(self, name: str, value: int) -> None:
         """Set a register from inside the firmware; no rule applies."""
-        register = REGISTER[name]
+        register = self._registers[name]
         self._memory[register.address : register.address + register.size] = register.encode(value)
 
     def reset_ram(self) -> None:
         """Forget everything that is not kept without power."""
-        for register in REGISTERS:
+        for register in self._registers.values():
             if not register.eeprom:
                 self.set(register.name, register.initial or 0)
 
     def read(self, address: int, length: int) -> bytes | StatusError:
         """Return bytes as an instruction sees them, indirect data followed to their targets."""
-        if length == 0 or address + length > SIZE:
+        if length == 0 or address + length > self._size:
             return StatusError.DATA_LENGTH
         addresses = range(address, address + length)
-        if not self._gaps_are_zeros and not all(a in _COVER for a in addresses):
+        if not self._gaps_are_zeros and not all(a in self._cover for a in addresses):
             return StatusError.ACCESS
         return bytes(self._memory[self._target(a)] for a in addresses)
 
     def _target(self, address: int) -> int:
-        pointer = _INDIRECT_DATA.get(address)
+        pointer = self._pointers.get(address)
         return self.get(pointer.name) if pointer is not None else address
 
     def check_write(self, address: int, data: bytes) -> StatusError:
         """Say what a servo answers to a write, without doing it."""
-        if not data or address + len(data) > SIZE:
+        if not data or address + len(data) > self._size:
             return StatusError.DATA_LENGTH
         position = 0
         while position < len(data):
-            register = _COVER.get(address + position)
+            register = self._cover.get(address + position)
             if register is None:
                 return StatusError.ACCESS
-            pointer = _INDIRECT_DATA.get(register.address)
+            pointer = self._pointers.get(register.address)
             if pointer is not None:
                 error = self._check_byte(self.get(pointer.name), address, data)
                 position += 1
             else:
-                if _AT.get(address + position) is None or position + register.size > len(data):
+                begins = register.address == address + position
+                if not begins or position + register.size > len(data):
                     return StatusError.DATA_LENGTH
                 error = self._check(register, data[position : position + register.size])
                 position += register.size
@@ -109,15 +128,15 @@ class ControlTable:
 
     def _check_byte(self, target: int, address: int, data: bytes) -> StatusError:
         """Check the register at ``target`` as a write through indirect data makes it."""
-        register = _COVER.get(target)
+        register = self._cover.get(target)
         if register is None:
             return StatusError.ACCESS
-        if register.address in _INDIRECT_DATA:  # a cell that points at itself, as all do at first
+        if register.address in self._pointers:  # a cell that points at itself, as all do at first
             return StatusError.NONE
         made = bytearray(self._memory[register.address : register.address + register.size])
         for other, byte in enumerate(data):  # its other bytes may come with the same write
             place = self._target(address + other) - register.address
-            if 0 <= place < register.size and address + other in _INDIRECT_DATA:
+            if 0 <= place < register.size and address + other in self._pointers:
                 made[place] = byte
         return self._check(register, bytes(made))
 
@@ -134,7 +153,7 @@ class ControlTable:
         lowest = 0 if register.name == "bus_watchdog" else register.minimum
         if not lowest <= value <= register.maximum:
             return StatusError.DATA_RANGE
-        if register.name == "operating_mode" and value not in OPERATING_MODES:
+        if register.name == "operating_mode" and value not in self.model.modes:
             return StatusError.DATA_RANGE
         if register.name.startswith("goal_") and self.get("bus_watchdog") == -1:
             return StatusError.DATA_RANGE  # a tripped watchdog takes no goals until it is cleared
@@ -149,7 +168,7 @@ class ControlTable:
         for offset, byte in enumerate(data):
             target = self._target(address + offset)
             self._memory[target] = byte
-            register = _COVER[target]
+            register = self._cover[target]
             if register.name not in touched:
                 touched.append(register.name)
         return touched

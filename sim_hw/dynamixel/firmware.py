@@ -11,13 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from drivers.dynamixel.mx106 import (
-    CURRENT_UNIT_A,
-    DUTY_FULL,
-    TICK_RAD,
-    VELOCITY_UNIT_RAD_S,
-    OperatingMode,
-)
+from drivers.dynamixel.registers import OperatingMode
+from drivers.dynamixel.units import DUTY_FULL, TICK_RAD, VELOCITY_UNIT_RAD_S
 from model.compiled import compiled
 from model.values.arrays import BoolArray, FloatArray
 from sim_hw.dynamixel.goal_path import GoalPath
@@ -43,8 +38,9 @@ STATE = (
     "trajectory", "trajectory_rate", "ramp_velocity", "position_integral", "velocity_integral",
     "current_integral", "last_error",
 )  # fmt: skip
-# ``pwm`` is the last output; ``stopped``: held by a tripped watchdog.
-_NUMBERS = [(name, np.float64) for name in ("goal_position", *COPIED, *TURNED, *STATE, "pwm")]
+# One count of current [A], the last output; ``stopped``: held by a tripped watchdog.
+_OTHERS = ("current_unit", "pwm")
+_NUMBERS = [(name, np.float64) for name in ("goal_position", *COPIED, *TURNED, *STATE, *_OTHERS)]
 _SWITCHES = [("torque", np.bool_), ("stopped", np.bool_)]
 SERVO = np.dtype((np.record, np.dtype([*_NUMBERS, *_SWITCHES], align=True)))
 
@@ -111,7 +107,7 @@ def _velocity_loop(servo: Any, rate_rad_s: float, steps_ms: float) -> float:
 @compiled
 def _current_loop(servo: Any, current_a: float, steps_ms: float) -> float:
     """An integrating current loop; the firmware's own is undisclosed."""
-    error = (0.0 if servo.stopped else servo.goal_current * CURRENT_UNIT_A) - current_a
+    error = (0.0 if servo.stopped else servo.goal_current * servo.current_unit) - current_a
     integral: float = _bounded(servo.current_integral + 50.0 * error * steps_ms, DUTY_FULL)
     servo.current_integral = integral
     return integral

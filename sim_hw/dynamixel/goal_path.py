@@ -6,7 +6,7 @@ that are missed for a while. All in ticks, in the servo's own sense.
 
 import numpy as np
 
-from drivers.dynamixel.mx106 import TICK_RAD
+from drivers.dynamixel.units import TICK_RAD
 from model.values.arrays import FloatArray
 from sim_hw.plant.parameters import DriveParameters
 

@@ -1,10 +1,14 @@
-"""How a virtual MX-106 protects itself: which hardware errors it sees.
+"""How a virtual servo protects itself: which hardware errors it sees.
 
 The manual publishes no criterion for overload and no delay for the voltage error: overload here is a motor
-current above a limit for some seconds (``ServoAssumed``), and the voltage error has no delay.
+current above a limit for some seconds (``ServoAssumed``; in proportion to a model's stall current), and the
+voltage error has no delay.
 """
 
-from drivers.dynamixel.mx106 import VOLTAGE_UNIT_V, HardwareError
+from drivers.dynamixel.catalog import MX_106
+from drivers.dynamixel.registers import HardwareError
+from drivers.dynamixel.servo_model import MotorRatings
+from drivers.dynamixel.units import VOLTAGE_UNIT_V
 from sim_hw.assumed import ServoAssumed
 from sim_hw.dynamixel.control_table import ControlTable
 from sim_hw.interfaces import MotorWorld
@@ -17,12 +21,16 @@ class Protection:
         index: Its place in the world.
         world: The motors.
         assumed: When a load is an overload.
+        ratings: Of its motor.
     """
 
-    def __init__(self, index: int, world: MotorWorld, assumed: ServoAssumed) -> None:
+    def __init__(
+        self, index: int, world: MotorWorld, assumed: ServoAssumed, ratings: MotorRatings
+    ) -> None:
         self._index = index
         self._world = world
-        self._limit_a = assumed.overload_current_a
+        share = ratings.stall_current_a / MX_106.ratings.stall_current_a
+        self._limit_a = share * assumed.overload_current_a
         self._limit_ns = round(assumed.overload_s * 1e9)
         self._since_ns: int | None = None
 

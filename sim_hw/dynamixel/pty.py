@@ -18,7 +18,7 @@ import tty
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from drivers.dynamixel.mx106 import BAUD_CODES
+from drivers.dynamixel.units import BAUD_CODES
 from model.errors import ConnectionLost
 from sim_hw.dynamixel.bus import wire_ns
 from sim_hw.interfaces import ServoWire

@@ -1,10 +1,11 @@
-"""One virtual MX-106: what it measures, obeys, protects itself against.
+"""One virtual servo: what it measures, obeys, protects itself against.
 
 Decided here, as the manual does not say: a servo counts as standing still for the Clear instruction below
 its moving threshold; a homing offset beyond a quarter turn is cut to it in position mode; Protocol Type 1
 makes it deaf to protocol 2.0 at once, and it does not speak 1.0 here (see ``old_servos``); a time-based
-profile is worked out when its goal comes, as from rest. Not modelled: dual joint (slave) mode. Protections:
-``sim_hw.dynamixel.protection``.
+profile is worked out when its goal comes, as from rest; the load of a servo without a current is its own
+output. Not modelled: dual joint (slave) mode, and what X servos know since firmware 45 (fast reads, torque
+on by a goal, start-up configuration, backup of the table). Protections: ``sim_hw.dynamixel.protection``.
 """
 
 import math
@@ -12,16 +13,16 @@ import math
 import numpy as np
 
 from drivers.dynamixel.frames import Instruction, StatusError
-from drivers.dynamixel.mx106 import (
-    CURRENT_UNIT_A,
-    REGISTER,
+from drivers.dynamixel.registers import RAM_FROM, OperatingMode, Register
+from drivers.dynamixel.servo_model import ServoModel
+from drivers.dynamixel.units import (
+    DUTY_FULL,
+    LOAD_UNIT,
     TICK_RAD,
     TICKS_PER_TURN,
     VELOCITY_UNIT_RAD_S,
     VOLTAGE_UNIT_V,
     WATCHDOG_UNIT_S,
-    OperatingMode,
-    registers_between,
 )
 from sim_hw.assumed import SERVO_ASSUMED, ServoAssumed
 from sim_hw.dynamixel.control_table import ControlTable
@@ -29,8 +30,9 @@ from sim_hw.dynamixel.firmware import COPIED, POSITION_MODES, TURNED, FirmwareBa
 from sim_hw.dynamixel.protection import Protection
 from sim_hw.interfaces import MotorWorld
 
+# Registers that a change of mode sets: first and last of each run.
+GAINS, PROFILE = ("velocity_i_gain", "feedforward_1st_gain"), ("goal_velocity", "profile_velocity")
 CLEAR_MULTI_TURN = bytes.fromhex("01 44 58 4C 22")
-RAM_ONLY_FROM = REGISTER["torque_enable"].address
 RETURN_DELAY = 0  # set up as recommended; 250 when new
 REVERSE, TIME_BASED = 0x01, 0x04  # bits of Drive Mode
 PROTOCOL = 2
@@ -39,17 +41,13 @@ LARGEST_OFFSET_IN_POSITION_MODE = 1024
 PROFILE_ONGOING_TICKS = 0.5  # the trajectory is farther than this from its goal
 IN_POSITION, PROFILE_ONGOING = 0x01, 0x02  # bits of Moving Status
 NO_PROFILE, RECTANGULAR, TRAPEZOIDAL = 0x00, 0x10, 0x30  # its profile types
-# What a mode change sets (e-manual: gains of that mode; the same ones in all modes are assumed).
-MODE_DEFAULTS = (
-    *registers_between("velocity_i_gain", "feedforward_1st_gain"),
-    *registers_between("goal_velocity", "profile_velocity"),
-)
 
 
 class VirtualServo:
     """One servo: control table, its share of the firmware, its motor in the world.
 
     Args:
+        model: Its model.
         index: Its place in the world and in the firmware bank.
         servo_id: Dynamixel id.
         baud_code: Value of the baud rate register.
@@ -60,6 +58,7 @@ class VirtualServo:
 
     def __init__(
         self,
+        model: ServoModel,
         index: int,
         servo_id: int,
         baud_code: int,
@@ -67,13 +66,15 @@ class VirtualServo:
         firmware: FirmwareBank,
         assumed: ServoAssumed = SERVO_ASSUMED,
     ) -> None:
-        self.table = ControlTable(servo_id, baud_code, RETURN_DELAY, assumed)
+        self.table = ControlTable(model, servo_id, baud_code, RETURN_DELAY, assumed)
+        self._model = model
         self._assumed = assumed
-        self._protection = Protection(index, world, assumed)
+        self._protection = Protection(index, world, assumed, model.ratings)
         self._index = index
         self._world = world
         self._firmware = firmware
         self._loop = firmware.servos[index]  # a view: what is written here is what the loop runs on
+        self._loop.current_unit = model.current_unit_a
         self._rebase_ticks = 0  # turns taken off the continuous encoder by reboot or Clear
         self._heard_ns = 0
         self._awake_ns = 0  # deaf before: it is starting
@@ -172,7 +173,7 @@ class VirtualServo:
 
     def write_as_shadow(self, address: int, data: bytes, t_ns: int) -> None:
         """Write because the secondary id was meant: RAM only, never answered."""
-        if address >= RAM_ONLY_FROM and data:
+        if address >= RAM_FROM and data:
             self.write(address, data, t_ns)
 
     def read(self, address: int, length: int, t_ns: int) -> tuple[int, bytes]:
@@ -251,7 +252,7 @@ class VirtualServo:
         keep_id, keep_baud = parameters[0] in {0x01, 0x02}, parameters[0] == 0x02
         servo_id = self.servo_id if keep_id else 1
         baud = self.table.get("baud_rate") if keep_baud else 1
-        self.table = ControlTable(servo_id, baud, 250, self._assumed)
+        self.table = ControlTable(self._model, servo_id, baud, 250, self._assumed)
         self.restart(t_ns)
         return StatusError.NONE
 
@@ -304,14 +305,19 @@ class VirtualServo:
     def _changed_mode(self) -> None:
         mode = self.table.get("operating_mode")
         if self._assumed.gains_at_mode_change == "reset":
-            for register in MODE_DEFAULTS:
+            # e-manual: gains of that mode; the same ones in all modes are assumed
+            for register in (*self._between(*GAINS), *self._between(*PROFILE)):
                 self.table.set(register.name, register.initial or 0)
-        self.table.set("goal_pwm", self.table.get("pwm_limit"))
-        self.table.set("goal_current", self.table.get("current_limit"))
+        for goal, limit in (("goal_pwm", "pwm_limit"), ("goal_current", "current_limit")):
+            if goal in self.table:
+                self.table.set(goal, self.table.get(limit))
         if mode == OperatingMode.POSITION:
             self._into_one_turn()
         self._goal_is_here()
         self._firmware.restart(self._index, self._shaft())
+
+    def _between(self, first: str, last: str) -> list[Register]:
+        return self._model.table.between(first, last)
 
     def _goal_is_here(self) -> None:
         """A servo that starts, or changes its mode, takes its position for its goal."""
@@ -327,7 +333,8 @@ class VirtualServo:
         for name in COPIED:
             setattr(loop, name, get(name))
         for name in TURNED:
-            setattr(loop, name, sense * get(name))
+            if name in self.table:
+                setattr(loop, name, sense * get(name))
         if get("drive_mode") & TIME_BASED:
             self._plan_by_time()
 
@@ -363,7 +370,11 @@ class VirtualServo:
         put("moving", int(self._is_moving() or bool(status & PROFILE_ONGOING)))
         put("moving_status", status)
         put("present_pwm", round(sense * float(loop.pwm)))
-        put("present_current", round(sense * float(motors.current_a[i]) / CURRENT_UNIT_A))
+        if self._model.measures_current:
+            counts = float(motors.current_a[i]) / self._model.current_unit_a
+            put("present_current", round(sense * counts))
+        else:
+            put("present_load", round(sense * float(loop.pwm) / DUTY_FULL / LOAD_UNIT))
         put("present_velocity", round(sense * float(motors.rate_rad_s[i]) / VELOCITY_UNIT_RAD_S))
         put("present_position", round(self._encoder()) + self._offset)
         put("velocity_trajectory", round(sense * self._planned_velocity()))

@@ -8,8 +8,8 @@ weighs nothing here, and a press has no lever: forces are right, moments are zer
 import numpy as np
 
 from drivers.ati.settings import ForceSensorSettings
-from drivers.dynamixel.mx106 import TICK_RAD
 from drivers.dynamixel.settings import ServoBusSettings
+from drivers.dynamixel.units import TICK_RAD
 from model.errors import ConnectionLost
 from model.values.arrays import FloatArray
 from sim_hw.host.bench_world import BenchWorld
@@ -26,6 +26,7 @@ class HungWorld(BenchWorld):
         firmware: The servos' control loops.
         servo_bus: How the servos are really mounted.
         force_sensor: How the transducers are really mounted.
+        supply_v: Voltage at the servos.
     """
 
     def __init__(
@@ -33,8 +34,9 @@ class HungWorld(BenchWorld):
         firmware: FirmwareControl,
         servo_bus: ServoBusSettings,
         force_sensor: ForceSensorSettings,
+        supply_v: float,
     ) -> None:
-        super().__init__(firmware, servo_bus.zeros, weight_n=0.0)
+        super().__init__(firmware, servo_bus.zeros, 0.0, servo_bus.models, supply_v)
         self._mounted = servo_bus
         self._sensors = force_sensor
         self.turn_by_hand(np.resize(HANGING_RAD, len(servo_bus.ids)))

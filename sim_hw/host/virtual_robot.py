@@ -101,7 +101,9 @@ def put_devices(
     assumed = scenario if scenario is not None else Scenario()
     motors = DisturbedMotors(world, firmware)
     seen = world if scenario is None else motors
-    servos = VirtualServoBus(seen, firmware, ids, servo_bus.baud_rate, assumed=assumed.servo)
+    servos = VirtualServoBus(
+        seen, firmware, ids, servo_bus.baud_rate, assumed.servo, servo_bus.models
+    )
     wnet = VirtualWnet(world, transducers, seed=seed, noise=noise, assumed=assumed.force_unit)
     if scenario is None:
         return VirtualRobot(world, servos, wnet, firmware, servos, wnet, cameras)

@@ -6,8 +6,8 @@ It knows the mounting of the servos (sign, zero) and of the transducers, and not
 import numpy as np
 
 from drivers.ati.settings import ForceSensorSettings
-from drivers.dynamixel.mx106 import TICK_RAD
 from drivers.dynamixel.settings import ServoBusSettings
+from drivers.dynamixel.units import TICK_RAD
 from model.values.arrays import FloatArray
 from model.values.readings import BodyTruth
 from sim_hw.interfaces import FirmwareControl, MotorReadings

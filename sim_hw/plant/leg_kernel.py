@@ -82,7 +82,7 @@ def _gear_torque(row: FloatArray, twist: float, rate: float) -> float:
 def turn_legs(
     dt_s: float,
     substeps: int,
-    motor: FloatArray,
+    motors: FloatArray,
     geometry: FloatArray,
     rows: FloatArray,
     state: FloatArray,
@@ -100,7 +100,7 @@ def turn_legs(
     Args:
         dt_s: MuJoCo's step.
         substeps: Steps taken here in one of MuJoCo's.
-        motor: ``motor_row``.
+        motors: ``motor_row`` of each leg's motor, (N, 15).
         geometry: ``leg_geometry``.
         rows: ``leg_rows``.
         state: Legs, (N, 8); changed.
@@ -115,9 +115,9 @@ def turn_legs(
     """
     h = dt_s / substeps
     drawn = 0.0
-    kt, resistance, limit = motor[TORQUE_CONSTANT], motor[RESISTANCE], motor[DUTY_LIMIT]
     for k in range(len(duty)):
-        row, leg = rows[k], state[k]
+        row, leg, motor = rows[k], state[k], motors[k]
+        kt, resistance, limit = motor[TORQUE_CONSTANT], motor[RESISTANCE], motor[DUTY_LIMIT]
         level = min(max(duty[k], -limit), limit) if driven[k] else 0.0
         voltage = level * leg[SUPPLY]
         emf = kt * kt / resistance if driven[k] else 0.0
@@ -163,4 +163,4 @@ def turn_legs(
         leg[DUTY] = level
         drawn += abs(level * leg[CURRENT])
     for k in range(len(duty)):
-        state[k, SUPPLY] = motor[BATTERY_V] - motor[BATTERY_RESISTANCE] * drawn
+        state[k, SUPPLY] = motors[k, BATTERY_V] - motors[k, BATTERY_RESISTANCE] * drawn

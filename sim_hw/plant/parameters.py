@@ -9,6 +9,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from drivers.dynamixel.catalog import MODEL_BY_NAME, MX_106
+from drivers.dynamixel.servo_model import MotorRatings
 from model.values.arrays import FloatArray
 from model.values.parameters import (
     CrankParameters,
@@ -27,7 +29,7 @@ CLEARANCE_M = 0.03
 
 @dataclass(frozen=True, slots=True)
 class MotorParameters:
-    """A geared MX-106 seen at its output. Values: Rhoban/bam, model m4 for the MX-106.
+    """A geared motor seen at its output. Values: Rhoban/bam, model m4 for the MX-106; others by ``of``.
 
     The friction budget at speed w under motor torque tm and external torque te is
     ``viscous |w| + exp(-|w / stribeck_speed|^stribeck_power) (stribeck + load_stribeck |tm - te|) +
@@ -66,6 +68,36 @@ class MotorParameters:
     battery_v: float = 12.0
     battery_resistance: float = 0.05
     ambient_c: float = 25.0
+
+    @staticmethod
+    def of(ratings: MotorRatings, battery_v: float) -> "MotorParameters":
+        """Return another servo's motor: what was identified of the MX-106, scaled by both data sheets.
+
+        Stall torque and no-load speed keep the MX-106's ratio to the data sheet. Assumed to be as with it:
+        mechanical time constant, shape of the friction, how warm it gets at stall. The current at stall is
+        then 0.8 to 1.7 times the data sheet's.
+
+        Args:
+            ratings: Of the servo.
+            battery_v: Open-circuit voltage [V].
+        """
+        base, one = MotorParameters(), MX_106.ratings
+        volts = ratings.voltage_v / one.voltage_v
+        speed = ratings.no_load_rpm / one.no_load_rpm
+        torque = ratings.stall_torque_n_m / one.stall_torque_n_m
+        constant = volts / speed
+        resistance = constant * volts / torque
+        return replace(
+            base,
+            torque_constant=base.torque_constant * constant,
+            resistance=base.resistance * resistance,
+            armature=base.armature * (constant**2 / resistance),
+            stribeck=base.stribeck * torque,
+            stribeck_speed=base.stribeck_speed * speed,
+            viscous=base.viscous * (torque / speed),
+            thermal_resistance=base.thermal_resistance * (resistance / volts**2),
+            battery_v=battery_v,
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -239,7 +271,7 @@ class PlantParameters:
         payload_position: Of the payload in the body frame, (2,) [m].
         twist: Front against rear of the chassis about x [rad/N m].
         added_inertia: Horizontal inertia without weight [kg], and about z [kg m^2], (2,).
-        motor: The servos' motors.
+        motors: Each leg's motor, N of them; their battery is one.
         drive: Between command and crank.
         friction: Of the feet.
         ground: Under the feet.
@@ -264,6 +296,7 @@ class PlantParameters:
     drive: DriveParameters
     friction: FrictionParameters
     ground: GroundParameters
+    motors: tuple[MotorParameters, ...]
     foot_mass: float
     foot_radius: float = 0.005
     rolling_radius: float = 0.0
@@ -272,7 +305,6 @@ class PlantParameters:
     payload_position: FloatArray = field(default_factory=lambda: np.zeros(2))
     twist: float = 0.0
     added_inertia: FloatArray = field(default_factory=lambda: np.zeros(2))
-    motor: MotorParameters = field(default_factory=MotorParameters)
     disturbance: Disturbance = field(default_factory=Disturbance)
     clearance: float = CLEARANCE_M
     time_step_s: float = 0.001
@@ -304,7 +336,10 @@ class PlantParameters:
             ),
             ground=GroundParameters(np.zeros(2), np.full(legs, np.inf)),
             foot_mass=min(0.05, 0.04 * robot.body.mass / legs),
-            motor=MotorParameters(battery_v=robot.servo.supply_voltage),
+            motors=tuple(
+                MotorParameters.of(MODEL_BY_NAME[name].ratings, robot.servo.supply_voltage)
+                for name in robot.servo.models
+            ),
             clearance=_clearance(robot.leg),
         )
 

@@ -72,7 +72,7 @@ class Plant:
         self._torso = model.body("torso").id
         self._geometry = leg_geometry(p)
         zero = np.array([leg_point(g, 0.0)[4] for g in self._geometry])
-        self._rows, self._motor = leg_rows(p, zero), motor_row(p.motor)
+        self._rows, self._motors = leg_rows(p, zero), np.array([motor_row(one) for one in p.motors])
         self.jam_n_m: FloatArray = self._rows[:, JAM]
         state = self._state = np.zeros((p.legs, 8))
         self.shaft_angle_rad: FloatArray = state[:, SHAFT]
@@ -140,7 +140,8 @@ class Plant:
         mujoco.mju_mat2Quat(self._qpos[3:7], axes.ravel())
         self._state[:] = 0.0
         self.motor_angle_rad[:] = self.shaft_angle_rad[:] = angle_rad
-        self.temperature_c[:], self.supply_v[:] = p.motor.ambient_c, p.motor.battery_v
+        self.temperature_c[:] = [motor.ambient_c for motor in p.motors]
+        self.supply_v[:] = [motor.battery_v for motor in p.motors]
         x, z, _, _ = foot_path(p, angle_rad + p.drive.crank_offset)
         self._qpos[self._foot_q[:, 0]], self._qpos[self._foot_q[:, 2]] = x, z - p.leg_offset
         self.push(np.zeros(3), np.zeros(3))
@@ -160,7 +161,7 @@ class Plant:
             self._write_push(self._gusts.next())
         for _ in range(p.substeps):
             turn_legs(
-                dt_s, p.servo_substeps, self._motor, self._geometry, self._rows, self._state, duty,
+                dt_s, p.servo_substeps, self._motors, self._geometry, self._rows, self._state, duty,
                 driven, self._foot_q, self._foot_v, self._roll_v, self._qpos, self._qvel, self._applied,
             )  # fmt: skip
             if self._varies:

@@ -9,6 +9,7 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from drivers.dynamixel.catalog import MX_106
 from drivers.dynamixel.frames import (
     ALERT,
     BROADCAST_ID,
@@ -18,8 +19,8 @@ from drivers.dynamixel.frames import (
     StatusError,
     build_status,
 )
-from drivers.dynamixel.mx106 import EXTENDED_POSITION_LIMIT, REGISTER
 from drivers.dynamixel.port import ClockedPort
+from drivers.dynamixel.units import EXTENDED_POSITION_LIMIT
 from sim_hw.clock import VirtualClock
 
 RESPONSE_NS = 50_000  # what a servo takes before it answers
@@ -40,7 +41,7 @@ class Servo:
     refuses: dict[str, StatusError] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        fresh = {name: register.initial or 0 for name, register in REGISTER.items()}
+        fresh = {name: register.initial or 0 for name, register in MX_106.table.by_name.items()}
         fresh |= {
             "model_number": 321,
             "firmware_version": 44,
@@ -56,13 +57,13 @@ class Servo:
         """Return bytes of the control table, 0 where there is no register."""
         memory = bytearray(1000)
         for name, value in self.values.items():
-            register = REGISTER[name]
+            register = MX_106.table[name]
             memory[register.address : register.address + register.size] = register.encode(value)
         return bytes(memory[address : address + length])
 
     def write(self, address: int, data: bytes) -> StatusError:
         """Write one register."""
-        register = next(r for r in REGISTER.values() if r.address == address)
+        register = next(r for r in MX_106.table if r.address == address)
         assert len(data) == register.size, f"partial write of {register.name}"
         value = register.decode(data)
         if register.name in self.refuses:
@@ -133,7 +134,7 @@ class ScriptedServos:
         if frame.instruction == Instruction.PING:
             data = servo.memory(0, 2) + servo.memory(6, 1)
         elif frame.instruction == Instruction.READ:
-            names = [r.name for r in REGISTER.values() if r.address == address]
+            names = [r.name for r in MX_106.table if r.address == address]
             error = servo.refuses.get(names[0], StatusError.NONE) if names else StatusError.NONE
             data = b"" if error else servo.memory(address, int.from_bytes(rest, "little"))
         elif frame.instruction == Instruction.WRITE:

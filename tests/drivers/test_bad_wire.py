@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from drivers.dynamixel.bus import ServoBus
+from drivers.dynamixel.catalog import MX_106
 from drivers.dynamixel.frames import BROADCAST_ID, Frame, FrameParser, Instruction
-from drivers.dynamixel.mx106 import REGISTER
 from model.errors import BusError
 from sim_hw.clock import VirtualClock
 from sim_hw.dynamixel.bus import VirtualServoBus
@@ -23,7 +23,7 @@ FL = 3  # id; index 2
 
 def writes(frame: Frame, name: str) -> bool:
     """Whether a request writes a register."""
-    address = REGISTER[name].address.to_bytes(2, "little")
+    address = MX_106.table[name].address.to_bytes(2, "little")
     return frame.instruction == Instruction.WRITE and frame.parameters[:2] == address
 
 

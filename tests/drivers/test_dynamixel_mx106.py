@@ -6,23 +6,17 @@ from dynamixel_sdk import DXL_HIWORD, DXL_LOWORD
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.dynamixel.mx106 import (
+from drivers.dynamixel.catalog import MX_106, READ_ADDRESS, READ_LENGTH
+from drivers.dynamixel.joints import angle_to_ticks, joint_state, ticks_to_angle
+from drivers.dynamixel.registers import hardware_error_names
+from drivers.dynamixel.settings import ServoBusSettings
+from drivers.dynamixel.units import (
     BAUD_CODES,
-    CURRENT_UNIT_A,
     DUTY_FULL,
     EXTENDED_POSITION_LIMIT,
-    READ_ADDRESS,
-    READ_LENGTH,
-    REGISTER,
-    REGISTERS,
     TICKS_PER_TURN,
     VELOCITY_UNIT_RAD_S,
-    angle_to_ticks,
-    hardware_error_names,
-    joint_state,
-    ticks_to_angle,
 )
-from drivers.dynamixel.settings import ServoBusSettings
 from model.values.readings import ServoReadings
 
 PLUS, MINUS = np.array([1]), np.array([-1])
@@ -31,7 +25,7 @@ TURN = 2 * np.pi
 
 
 def test_registers_do_not_overlap() -> None:
-    taken = [a for r in REGISTERS for a in range(r.address, r.address + r.size)]
+    taken = [a for r in MX_106.table for a in range(r.address, r.address + r.size)]
     assert len(taken) == len(set(taken))
     assert max(taken) == 661
 
@@ -57,7 +51,7 @@ def test_registers_do_not_overlap() -> None:
 def test_registers_are_where_the_manual_says(
     name: str, address: int, size: int, writable: bool, eeprom: bool, initial: int | None
 ) -> None:
-    register = REGISTER[name]
+    register = MX_106.table[name]
     assert (register.address, register.size) == (address, size)
     assert (register.writable, register.eeprom) == (writable, eeprom)
     assert register.initial == initial
@@ -67,7 +61,7 @@ def test_one_block_holds_everything_measured() -> None:
     assert (READ_ADDRESS, READ_LENGTH) == (124, 23)
 
 
-@pytest.mark.parametrize("register", [r for r in REGISTERS if r.initial is not None])
+@pytest.mark.parametrize("register", [r for r in MX_106.table if r.initial is not None])
 def test_initial_values_are_allowed_and_survive_their_bytes(register) -> None:  # type: ignore[no-untyped-def]
     assert register.minimum <= register.initial <= register.maximum
     assert register.decode(register.encode(register.initial)) == register.initial
@@ -85,22 +79,22 @@ def test_initial_values_are_allowed_and_survive_their_bytes(register) -> None:  
     ],
 )
 def test_bytes_have_the_sign_that_the_register_has(name: str, data: str, value: int) -> None:
-    assert REGISTER[name].decode(bytes.fromhex(data)) == value
-    assert REGISTER[name].encode(value) == bytes.fromhex(data)
+    assert MX_106.table[name].decode(bytes.fromhex(data)) == value
+    assert MX_106.table[name].encode(value) == bytes.fromhex(data)
 
 
 @given(st.integers(-EXTENDED_POSITION_LIMIT, EXTENDED_POSITION_LIMIT))
 def test_goal_bytes_agree_with_the_sdk(ticks: int) -> None:
     words = DXL_LOWORD(ticks), DXL_HIWORD(ticks)
     expected = b"".join(word.to_bytes(2, "little") for word in words)
-    assert REGISTER["goal_position"].encode(ticks) == expected
+    assert MX_106.table["goal_position"].encode(ticks) == expected
 
 
 def test_a_value_that_does_not_fit_is_refused() -> None:
     with pytest.raises(OverflowError):
-        REGISTER["torque_enable"].encode(-1)
+        MX_106.table["torque_enable"].encode(-1)
     with pytest.raises(OverflowError):
-        REGISTER["present_position"].encode(1 << 31)
+        MX_106.table["present_position"].encode(1 << 31)
 
 
 def test_the_velocity_unit_is_one_tick_in_64_ms() -> None:
@@ -155,6 +149,7 @@ def settings() -> ServoBusSettings:
         ids=np.array([1, 2]),
         signs=np.array([1, -1]),
         zeros=np.array([2048, 2048]),
+        models=(MX_106,) * 2,
         baud_rate=1_000_000,
         watchdog_s=0.1,
         silent_limit=5,
@@ -182,7 +177,7 @@ def test_a_joint_state_is_in_the_leg_sense() -> None:
     state = joint_state(readings([True, True]), settings())
     np.testing.assert_allclose(state.angle_rad, [TURN / 4, -TURN / 4])
     np.testing.assert_allclose(state.rate_rad_s, np.array([-100, 100]) * VELOCITY_UNIT_RAD_S)
-    np.testing.assert_allclose(state.current_a, np.array([50, -50]) * CURRENT_UNIT_A)
+    np.testing.assert_allclose(state.current_a, np.array([50, -50]) * MX_106.current_unit_a)
     np.testing.assert_allclose(state.duty, [1, -1])
     np.testing.assert_allclose(state.voltage_v, [12.1, 12.1])
     np.testing.assert_allclose(state.temperature_c, [40, 40])

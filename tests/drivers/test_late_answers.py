@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks.soak_witness import MarkedBench, fits
 from drivers.dynamixel.bus import LONGEST_LEAD, ServoBus
-from drivers.dynamixel.mx106 import CURRENT_UNIT_A, REGISTER
+from drivers.dynamixel.catalog import COMMON, MX_106
 from drivers.dynamixel.requests import ServoRequests
 from robot.config.robot_file import load_robot
 from sim_hw.clock import VirtualClock
@@ -52,7 +52,7 @@ class Bench:
             for leg in np.flatnonzero(found.valid).tolist():
                 valid += 1
                 here = int(found.position_ticks[leg])
-                amps = float(found.current_counts[leg]) * CURRENT_UNIT_A
+                amps = float(found.current_counts[leg]) * MX_106.current_unit_a
                 wrong += not any(fits(here, amps, step, leg) for step in steps)
             self.clock.sleep_until_ns(began_ns + 10_000_000)
         return valid, wrong
@@ -116,13 +116,13 @@ def test_torque_that_is_on_never_passes_for_a_low_voltage() -> None:
     )
     bench = Bench(late)
     packets = bench.bus.servos()[2].packets
-    torque = REGISTER["torque_enable"].address
+    torque = COMMON["torque_enable"].address
     while packets.read_byte(3, torque).data != b"\x01":
         packets.write(3, torque, b"\x01")
     errors: Counter[bytes] = Counter()
     for _ in range(500):
         packets.read_byte(3, torque)
-        answer = packets.read_byte(3, REGISTER["hardware_error_status"].address)
+        answer = packets.read_byte(3, COMMON["hardware_error_status"].address)
         if answer.data is not None:
             errors[answer.data] += 1
     assert errors.keys() == {b"\x00"}

@@ -10,8 +10,9 @@ from importlib.resources import files
 
 import pytest
 
-from drivers.dynamixel import mx106
-from drivers.dynamixel.mx106 import REGISTERS, Register
+from drivers.dynamixel import units
+from drivers.dynamixel.catalog import MX_106
+from drivers.dynamixel.registers import Register
 
 # The e-manual's page of the MX-106(2.0): address, size, name, access, initial value, range. "-" is none.
 MANUAL = """
@@ -75,14 +76,14 @@ RAM_FROM = 64
 class Driver:
     """What the driver believes of the servo."""
 
-    registers: tuple[Register, ...] = REGISTERS
-    velocity_rad_s: float = mx106.VELOCITY_UNIT_RAD_S
-    current_a: float = mx106.CURRENT_UNIT_A
-    voltage_v: float = mx106.VOLTAGE_UNIT_V
-    duty_full: int = mx106.DUTY_FULL
-    turn_ticks: int = mx106.TICKS_PER_TURN
-    watchdog_s: float = mx106.WATCHDOG_UNIT_S
-    return_delay_s: float = mx106.RETURN_DELAY_UNIT_S
+    registers: tuple[Register, ...] = MX_106.table.registers
+    velocity_rad_s: float = units.VELOCITY_UNIT_RAD_S
+    current_a: float = MX_106.current_unit_a
+    voltage_v: float = units.VOLTAGE_UNIT_V
+    duty_full: int = units.DUTY_FULL
+    turn_ticks: int = units.TICKS_PER_TURN
+    watchdog_s: float = units.WATCHDOG_UNIT_S
+    return_delay_s: float = units.RETURN_DELAY_UNIT_S
 
     def direct(self) -> Mapping[str, Register]:
         """Its registers without the indirect ones, of which both sources list ranges only."""
@@ -170,15 +171,15 @@ def test_the_table_is_that_of_both_sources() -> None:
 
 def exchanged(one: str, other: str) -> Driver:
     """A driver that takes one register for the other: their addresses are exchanged."""
-    place = {r.name: r.address for r in REGISTERS}
+    place = {r.name: r.address for r in MX_106.table}
     swap = {one: place[other], other: place[one]}
-    return Driver(tuple(replace(r, address=swap.get(r.name, r.address)) for r in REGISTERS))
+    return Driver(tuple(replace(r, address=swap.get(r.name, r.address)) for r in MX_106.table))
 
 
 def changed(name: str, **what: object) -> Driver:
     """A driver with one register changed."""
     return Driver(
-        tuple(replace(r, **what) if r.name == name else r for r in REGISTERS)  # type: ignore[arg-type]
+        tuple(replace(r, **what) if r.name == name else r for r in MX_106.table)  # type: ignore[arg-type]
     )
 
 
@@ -191,8 +192,8 @@ def changed(name: str, **what: object) -> Driver:
         (exchanged("pwm_limit", "current_limit"), "both"),
         (exchanged("max_voltage_limit", "min_voltage_limit"), "both"),
         (exchanged("velocity_i_gain", "velocity_p_gain"), "both"),
-        (replace(Driver(), velocity_rad_s=1.1 * mx106.VELOCITY_UNIT_RAD_S), "both"),
-        (replace(Driver(), current_a=1.34 * mx106.CURRENT_UNIT_A), "manual"),
+        (replace(Driver(), velocity_rad_s=1.1 * units.VELOCITY_UNIT_RAD_S), "both"),
+        (replace(Driver(), current_a=1.34 * MX_106.current_unit_a), "manual"),
         (replace(Driver(), voltage_v=0.12), "manual"),
         (replace(Driver(), watchdog_s=0.01), "manual"),
         (changed("present_current", signed=False), "both"),

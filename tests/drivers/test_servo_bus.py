@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from drivers.dynamixel.bus import ServoBus
-from drivers.dynamixel.mx106 import REGISTER, HardwareError
+from drivers.dynamixel.catalog import MX_106
+from drivers.dynamixel.registers import HardwareError
 from model.errors import BusError
 from model.values.legs import JointCommand
 from robot.config.robot_file import load_robot
@@ -257,7 +258,7 @@ def test_torque_off_is_honest_about_a_servo_that_does_not_answer() -> None:
         (lambda servos: servos.silence(3), r"FL \(id 3\) does not answer .* 5 others do"),
         (lambda servos: [servos.silence(i) for i in range(1, 7)], "no servo answers on memory"),
         (lambda servos: servos.servos[2].table.set("model_number", 320), "protocol 1.0 firmware"),
-        (lambda servos: servos.servos[2].table.set("model_number", 29), "is model 29"),
+        (lambda servos: servos.servos[2].table.set("model_number", 35), "is model 35"),
         (lambda servos: servos.servos[4].table.set("homing_offset", 9), "homing offset of 9"),
         (
             lambda servos: servos.servos[4].table.set("hardware_error_status", 0x20),
@@ -300,7 +301,7 @@ def test_a_torque_left_on_is_switched_off_before_setting_up() -> None:
     bench = make_bench()
     bench.bus.connect()
     for servo in bench.servos.servos:
-        servo.write(REGISTER["torque_enable"].address, b"\x01", bench.clock.now_ns())
+        servo.write(MX_106.table["torque_enable"].address, b"\x01", bench.clock.now_ns())
     bench.bus.configure()
     assert all(s.table.get("torque_enable") == 0 for s in bench.servos.servos)
     assert all(s.table.get("operating_mode") == 4 for s in bench.servos.servos)

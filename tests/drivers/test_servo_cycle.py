@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.dynamixel.bus import POLL_EVERY_READS, ServoBus
+from drivers.dynamixel.catalog import MX_106
 from drivers.dynamixel.frames import BROADCAST_ID, Frame, Instruction
 from drivers.dynamixel.settings import ServoBusSettings
 from model.errors import BusError, ConnectionLost
@@ -20,6 +21,7 @@ SETTINGS = ServoBusSettings(
     ids=np.array(IDS),
     signs=np.array([1, 1, 1, -1, -1, -1]),
     zeros=np.full(6, 2048),
+    models=(MX_106,) * 6,
     baud_rate=1_000_000,
     watchdog_s=0.24,
     silent_limit=5,

@@ -22,9 +22,9 @@ from dynamixel_sdk import (
 
 from drivers.clock import MonotonicClock
 from drivers.dynamixel import port as servo_port
-from drivers.dynamixel.mx106 import BAUD_CODES
 from drivers.dynamixel.port import BusPort, ClockedPort
 from drivers.dynamixel.requests import ServoRequests
+from drivers.dynamixel.units import BAUD_CODES
 from model.errors import BusError, ConnectionLost
 from sim_hw.clock import VirtualClock
 from tests.drivers.scripted_servos import PtyServos, ScriptedPort, ScriptedServos, Servo

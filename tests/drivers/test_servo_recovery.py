@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from drivers.dynamixel.frames import Instruction
-from drivers.dynamixel.mx106 import HardwareError
 from drivers.dynamixel.recovery import Incident, IncidentKind, RecoveryPolicy, ServoRecovery
+from drivers.dynamixel.registers import HardwareError
 from tests.drivers.test_servo_bus import SETTINGS, Bench, armed
 
 TURN = 4096

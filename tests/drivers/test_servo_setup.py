@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from drivers.dynamixel.bus import ServoBus
+from drivers.dynamixel.catalog import MX_106
 from drivers.dynamixel.frames import Instruction, StatusError
-from drivers.dynamixel.mx106 import REGISTER
 from drivers.dynamixel.settings import ServoBusSettings
 from model.errors import BusError
 from tests.drivers.scripted_servos import ScriptedPort, ScriptedServos, Servo
@@ -20,6 +20,7 @@ SETTINGS = ServoBusSettings(
     ids=np.array([1, 2, 6]),
     signs=np.array([1, 1, -1]),
     zeros=np.array([2048, 2048, 2048]),
+    models=(MX_106,) * 3,
     baud_rate=1_000_000,
     watchdog_s=0.24,
     silent_limit=5,
@@ -91,7 +92,12 @@ def silence(*ids: int) -> Callable[[ScriptedServos], None]:
             (2, 6),
         ),
         (one("model_number", 320), "ML (id 2) has protocol 1.0 firmware", (2,)),
-        (one("model_number", 1060), "ML (id 2) is model 1060, no MX-106(2.0)", (2,)),
+        (
+            one("model_number", 1060),
+            "ML (id 2) is an XL430-W250 and the robot file says MX",
+            (2,),
+        ),
+        (one("model_number", 9999), "ML (id 2) is model 9999, which is not known here", (2,)),
         (one("homing_offset", -100), "ML (id 2) has a homing offset of -100: set it to 0", (2,)),
         (
             one("hardware_error_status", 0x24),
@@ -183,7 +189,7 @@ def test_a_port_that_does_not_open_in_the_way_of_the_sdk() -> None:
 
 
 def written(scripted: ScriptedServos, servo_id: int) -> list[tuple[str, int]]:
-    by_address = {r.address: r for r in REGISTER.values()}
+    by_address = {r.address: r for r in MX_106.table}
     found = []
     for frame in scripted.requests:
         if frame.instruction == Instruction.WRITE and frame.servo_id == servo_id:

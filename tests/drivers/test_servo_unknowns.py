@@ -3,9 +3,9 @@
 import pytest
 
 from drivers.dynamixel.bus import ServoBus
+from drivers.dynamixel.catalog import COMMON
 from drivers.dynamixel.checked_servo import CheckedServo
 from drivers.dynamixel.image import read_gains
-from drivers.dynamixel.mx106 import REGISTER
 from drivers.dynamixel.unknowns import NUDGE_TICKS, gains_at_mode_change, goal_at_torque_on
 from model.errors import BusError
 from robot.config.robot_file import load_robot
@@ -54,7 +54,7 @@ def test_a_goal_that_becomes_something_else_is_an_error() -> None:
         def write_verified(self, name: str, value: int) -> None:
             CheckedServo.write_verified(self, name, value)
             if (name, value) == ("torque_enable", 1):
-                goal = REGISTER["goal_position"]
+                goal = COMMON["goal_position"]
                 self.packets.write(self.servo_id, goal.address, goal.encode(4000))
 
     servo = servo_of("")

@@ -2,7 +2,7 @@
 
 import pytest
 
-from drivers.dynamixel.mx106 import REGISTER
+from drivers.dynamixel.catalog import MX_106
 from drivers.dynamixel.watchdog import prove_watchdog
 from model.errors import BusError
 from sim_hw.dynamixel.bus import VirtualServoBus
@@ -61,4 +61,4 @@ def test_a_servo_that_falls_silent_in_the_proof_leaves_no_torque() -> None:
     with pytest.raises(BusError, match="FR"):
         prove_watchdog(bench.bus)
     assert [s.table.get("torque_enable") for s in bench.servos.servos[:5]] == [0] * 5
-    assert REGISTER["torque_enable"].address == 64
+    assert MX_106.table["torque_enable"].address == 64

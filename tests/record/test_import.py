@@ -69,7 +69,7 @@ def test_a_trial_comes_in_as_it_is(tmp_path: Path) -> None:
 
 def test_good_data_raise_no_finding_but_what_is_absent(tmp_path: Path) -> None:
     _, report = bring(write_smooth(tmp_path))
-    assert {finding.kind for finding in report.findings} == {"absent"}
+    assert {finding.kind for finding in report.findings} == {"absent", "derived"}
     assert {f.column for f in report.findings} >= {"current_a", "foot_m", "body_angles_rad"}
     assert "missing: force_HL_x_n, force_HL_y_n" in found(report, "absent", "force_n").detail
     assert found(report, "absent", "current_a").detail == "not measured"
@@ -313,7 +313,38 @@ def test_what_a_log_has_no_place_for_is_named() -> None:
         "foot points where the body's pose is not known",
     )
     partly = (TableColumn("time_s", np.zeros(1)), TableColumn("body_x_m", np.ones(1)))
-    assert left_out(build_trial(make_header(), partly)) == ("body poses that are known in part",)
+    assert left_out(build_trial(make_header(), partly)) == ()
+    tilted = (TableColumn("time_s", np.zeros(1)), TableColumn("body_roll_rad", np.ones(1)))
+    assert left_out(build_trial(make_header(), tilted)) == (
+        "roll and pitch where not all three angles are known",
+    )
+
+
+@pytest.mark.parametrize(
+    "known",
+    [
+        ("body_x_m", "body_y_m"),
+        ("body_x_m", "body_y_m", "body_z_m"),
+        ("body_x_m", "body_y_m", "body_yaw_rad"),
+        ("body_yaw_rad",),
+    ],
+)
+def test_poses_known_in_part_are_kept_in_a_log_part_by_part(
+    known: tuple[str, ...], tmp_path: Path
+) -> None:
+    time_s = np.arange(5) / 100
+    given = {name: 0.3 + np.arange(5) * (at + 1) for at, name in enumerate(known)}
+    columns = [TableColumn(name, values) for name, values in given.items()]
+    trial = build_trial(make_header(HEXAPOD), [TableColumn("time_s", time_s), *columns])
+    write_trial_log(trial, tmp_path / "t.mcap")
+    export_trial(tmp_path / "t.mcap", tmp_path / "back.parquet", LogContents())
+    back = {c.name: c.values for c in read_trial(tmp_path / "back.parquet").columns()}
+    assert set(back) == {"time_s", *known}
+    for name, values in given.items():
+        wanted = values
+        if name == "body_yaw_rad":  # a log holds turns, not how many
+            wanted = np.unwrap(np.arctan2(np.sin(values), np.cos(values)))
+        np.testing.assert_allclose(back[name], wanted, atol=1e-12)
 
 
 def test_samples_closer_than_a_nanosecond_make_no_log(tmp_path: Path) -> None:

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from drivers.dynamixel.catalog import MX_106
 from drivers.dynamixel.frames import Frame, FrameParser, build_instruction
-from drivers.dynamixel.mx106 import REGISTER
 from model.values.arrays import FloatArray
 from sim_hw.ati.unit import VirtualWnet
 from sim_hw.dynamixel.bus import VirtualServoBus
@@ -69,13 +69,13 @@ class FaultyBus:
 
     def write(self, name: str, value: int, servo_id: int = 1) -> int:
         """Write a register, return the error number."""
-        register = REGISTER[name]
+        register = MX_106.table[name]
         data = register.address.to_bytes(2, "little") + register.encode(value)
         return self.ask(servo_id, 0x03, data)[0].error or 0
 
     def read(self, name: str, servo_id: int = 1) -> int:
         """Read a register."""
-        register = REGISTER[name]
+        register = MX_106.table[name]
         data = register.address.to_bytes(2, "little") + register.size.to_bytes(2, "little")
         return register.decode(self.ask(servo_id, 0x02, data)[0].parameters)
 

@@ -146,7 +146,7 @@ def test_half_the_step_gives_the_same_standing_and_walking() -> None:
 
 
 def test_stall_is_near_the_data_sheet() -> None:
-    motor = NOMINAL.motor
+    motor = NOMINAL.motors[0]
     stall = motor.torque_constant * 12.0 * motor.duty_limit / motor.resistance
     assert 12.0 * motor.duty_limit / motor.resistance == pytest.approx(5.2, rel=0.15), (
         "sheet: 5.2 A"
@@ -168,7 +168,9 @@ def test_a_free_shaft_reaches_the_no_load_speed() -> None:
 def test_dry_friction_holds_a_small_torque() -> None:
     plant = Plant(replace(NOMINAL, gravity=1e-9))
     plant.place(height_m=2.0, angle_rad=np.zeros(6))
-    small = 0.05 * NOMINAL.motor.resistance / NOMINAL.motor.torque_constant / 12.0  # 0.05 N m
+    small = (
+        0.05 * NOMINAL.motors[0].resistance / NOMINAL.motors[0].torque_constant / 12.0
+    )  # 0.05 N m
     for _ in range(300):
         plant.step(np.full(6, small), ON)
     assert np.abs(plant.shaft_angle_rad).max() < 1e-3
@@ -186,7 +188,7 @@ def test_no_current_flows_where_the_output_stage_is_off() -> None:
 def test_a_stalled_motor_heats_up() -> None:
     temperature = 25.0
     for _ in range(200):
-        temperature = warmed(motor_row(NOMINAL.motor), temperature, 2.5, 1.0)
+        temperature = warmed(motor_row(NOMINAL.motors[0]), temperature, 2.5, 1.0)
     assert 40 < temperature < 25 + 2.5 * 2.372 * 2.5**2
 
 

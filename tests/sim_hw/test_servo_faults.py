@@ -10,6 +10,7 @@ import pytest
 
 from drivers.clock import MonotonicClock
 from drivers.dynamixel.bus import ServoBus
+from drivers.dynamixel.catalog import MX_106
 from drivers.dynamixel.frames import (
     BROADCAST_ID,
     FrameParser,
@@ -17,7 +18,6 @@ from drivers.dynamixel.frames import (
     StatusError,
     build_instruction,
 )
-from drivers.dynamixel.mx106 import REGISTER
 from drivers.dynamixel.port import BusPort
 from drivers.dynamixel.requests import ServoRequests
 from drivers.dynamixel.scan import broadcast_ping, id_is_shared
@@ -337,7 +337,7 @@ def test_servos_that_share_an_id_talk_at_once() -> None:
     bus = FaultyBus("[servo]\nshares_id = [2]")
     assert bus.say(PING) == PONG, "the same bytes at the same time"
     bus.motors.ticks[1] = 2100
-    read = (REGISTER["present_position"].address.to_bytes(2, "little")) + b"\4\0"
+    read = (MX_106.table["present_position"].address.to_bytes(2, "little")) + b"\4\0"
     assert bus.ask(1, Instruction.READ, read) == []
     assert bus.ask(2, Instruction.PING) == []
     assert bus.write("led", 1) == 0
@@ -557,7 +557,7 @@ def test_factory_reset_keeps_what_it_is_told_to(how: int, kept: tuple[int, int])
 
 def test_a_value_out_of_range_does_not_slip_in_through_indirect_data() -> None:
     bus = FaultyBus("")
-    bus.write("indirect_address_1", REGISTER["torque_enable"].address)
+    bus.write("indirect_address_1", MX_106.table["torque_enable"].address)
     assert bus.write("indirect_data_1", 2) == StatusError.DATA_RANGE
     assert bus.write("indirect_data_1", 1) == 0
     assert bus.read("torque_enable") == 1

@@ -72,8 +72,8 @@ def test_it_falls_freely() -> None:
 @pytest.mark.parametrize("dry", [True, False])
 def test_a_lifted_leg_falls_unless_dry_friction_holds_it(dry: bool) -> None:
     """Torque off, five feet on the ground: J a = weight of the foot times the slope of its path."""
-    free = replace(NOMINAL.motor, stribeck=0.0, load=0.0, load_stribeck=0.0, viscous=0.0)
-    robot = Plant(NOMINAL if dry else replace(NOMINAL, motor=free, gravity=NOMINAL.gravity))
+    free = replace(NOMINAL.motors[0], stribeck=0.0, load=0.0, load_stribeck=0.0, viscous=0.0)
+    robot = Plant(NOMINAL if dry else replace(NOMINAL, motors=(free,) * NOMINAL.legs))
     angle = np.array([0.0, 2.6, 0.0, 0.0, 0.0, 0.0])
     robot.place(height_m=-STAND_Z - WEIGHT / NOMINAL.stiffness.sum(), angle_rad=angle)
     driven = np.array([True, False, True, True, True, True])
@@ -84,7 +84,7 @@ def test_a_lifted_leg_falls_unless_dry_friction_holds_it(dry: bool) -> None:
         assert turn == 0.0, "as an unpowered MX-106 does"
         return
     slope = foot_path(NOMINAL, angle)[3][1]
-    expected = -NOMINAL.foot_mass * NOMINAL.gravity * slope / NOMINAL.motor.armature
+    expected = -NOMINAL.foot_mass * NOMINAL.gravity * slope / NOMINAL.motors[0].armature
     assert turn == pytest.approx(0.5 * expected * 0.15**2, rel=0.2)
 
 
@@ -105,7 +105,7 @@ def test_a_step_of_the_servo() -> None:
 @pytest.mark.parametrize("load", [0.0, 1.0, 2.0])
 def test_speed_under_load_is_near_the_data_sheets_line(load: float) -> None:
     """12 V: 4.71 rad/s without load, 8.4 N m at standstill; the identified motor has more friction."""
-    motor = NOMINAL.motor
+    motor = NOMINAL.motors[0]
     stall = motor.torque_constant * 12.0 * motor.duty_limit / motor.resistance
     emf, rate = motor.torque_constant**2 / motor.resistance, 0.0
     for _ in range(2000):

@@ -10,6 +10,7 @@ import pytest
 import serial
 
 from drivers.clock import MonotonicClock
+from drivers.dynamixel.catalog import MX_106
 from drivers.dynamixel.frames import (
     BROADCAST_ID,
     Frame,
@@ -18,7 +19,6 @@ from drivers.dynamixel.frames import (
     StatusError,
     build_instruction,
 )
-from drivers.dynamixel.mx106 import REGISTER
 from drivers.dynamixel.port import BusPort
 from drivers.dynamixel.scan import broadcast_ping, scan
 from model.errors import BusError, ConnectionLost
@@ -55,12 +55,12 @@ class Wire:
         return [frame for frame in heard if isinstance(frame, Frame)]
 
     def write(self, name: str, value: int, servo_id: int = 1) -> int:
-        register = REGISTER[name]
+        register = MX_106.table[name]
         data = register.address.to_bytes(2, "little") + register.encode(value)
         return self.ask(servo_id, Instruction.WRITE, data)[0].error or 0
 
     def read(self, name: str, servo_id: int = 1) -> int:
-        register = REGISTER[name]
+        register = MX_106.table[name]
         data = register.address.to_bytes(2, "little") + register.size.to_bytes(2, "little")
         return register.decode(self.ask(servo_id, Instruction.READ, data)[0].parameters)
 

@@ -9,7 +9,7 @@ import numpy as np
 from drivers.dynamixel.bus import ServoBus
 from drivers.dynamixel.checked_servo import CheckedServo
 from drivers.dynamixel.image import GAINS, read_gains
-from drivers.dynamixel.mx106 import TICKS_PER_TURN
+from drivers.dynamixel.units import TICKS_PER_TURN
 from drivers.dynamixel.unknowns import NUDGE_TICKS, gains_at_mode_change, goal_at_torque_on
 from drivers.dynamixel.watchdog import TRIPPED, prove_watchdog
 from gaits.plan import Hold

@@ -8,6 +8,7 @@ from dynamixel_sdk import COMM_SUCCESS
 
 from drivers.ati.links import DatagramLink
 from drivers.dynamixel.bus import ServoBus
+from drivers.dynamixel.catalog import COMMON, READ_ADDRESS, READ_LENGTH
 from drivers.dynamixel.frames import (
     BROADCAST_ID,
     LARGEST_ID,
@@ -15,13 +16,13 @@ from drivers.dynamixel.frames import (
     StatusError,
     build_instruction,
 )
-from drivers.dynamixel.mx106 import MODEL_NUMBER, READ_ADDRESS, READ_LENGTH, REGISTER
-from drivers.dynamixel.mx106 import RETURN_DELAY_UNIT_S as DELAY_UNIT_S
+from drivers.dynamixel.model_words import mismatch_words, model_name
 from drivers.dynamixel.packets import STATUS_BYTES
 from drivers.dynamixel.port import BITS_PER_BYTE, ClockedPort
 from drivers.dynamixel.requests import ServoRequests
 from drivers.dynamixel.scan import ScannedServo, broadcast_ping, id_is_shared
 from drivers.dynamixel.setup import speaks_protocol_1
+from drivers.dynamixel.units import RETURN_DELAY_UNIT_S as DELAY_UNIT_S
 from model.values.wire import Wire
 from robot.bringup.first_day.day import Day, received
 from robot.bringup.preflight.finding import failed, passed, skipped, warned
@@ -32,7 +33,7 @@ LOOK_NS = 20_000_000
 TIMED_READS = 30
 # A reply of this many bytes fills an FTDI packet: no latency timer holds it back.
 FULL_PACKET_BYTES = 62
-FIRST_OF_FULL = REGISTER["indirect_address_1"].address
+FIRST_OF_FULL = COMMON["indirect_address_1"].address
 # Each pause between two pings is longer by this: every phase of a latency timer's grid comes up.
 PING_STEP_NS = 400_000
 PINGS = 40
@@ -104,11 +105,12 @@ def _who(day: Day, bus: ServoBus, answered: Sequence[ScannedServo]) -> bool:
     # a broadcast may be spoilt by a collision: each is asked by itself as well
     silent = [s for s in bus.servos() if s.servo_id in missing and not s.answers()]
     missing = [servo.servo_id for servo in silent]
+    models = dict(zip(map(int, bus.settings.ids), bus.settings.models, strict=True))
     for number, servo in there.items():
-        kind = f"model {servo.model}, firmware {servo.firmware}"
-        if servo.model != MODEL_NUMBER:
-            advice = "not an MX-106 with protocol 2.0 firmware: see bigant servo scan"
-            day.note(failed(f"id {number}", kind, advice))
+        words = mismatch_words(models[number], servo.model) if number in models else ""
+        if words:
+            kind = f"{model_name(servo.model)}, firmware {servo.firmware}"
+            day.note(failed(f"id {number}", kind, f"it {words}"))
     if missing:
         words = ", ".join(f"{number} ({legs[number]})" for number in missing)
         advice = "check its plug and power, then baud rate and id with bigant servo scan"
@@ -122,7 +124,7 @@ def _who(day: Day, bus: ServoBus, answered: Sequence[ScannedServo]) -> bool:
         old = [str(servo.servo_id) for servo in silent if speaks_protocol_1(servo)]
         if old:
             words += f"; id {', '.join(old)} answers in protocol 1.0"
-            advice = "put the MX-106(2.0) firmware on it with Dynamixel Wizard"
+            advice = f"put the {models[missing[0]].name} firmware on it with Dynamixel Wizard"
         day.note(failed("ids", f"no answer from {words}", advice))
         return False
     requests = ServoRequests(bus.servos()[0].port)
@@ -197,7 +199,7 @@ def _timing(day: Day, requests: ServoRequests) -> None:
     """Time one servo's own work by replies that no adapter keeps back, and the adapter by short ones."""
     port, known = requests.port, [int(i) for i in day.config.servo_bus.ids]
     length = FULL_PACKET_BYTES - STATUS_BYTES
-    delay = REGISTER["return_delay_time"]
+    delay = COMMON["return_delay_time"]
     answers = [requests.read(i, delay.address, delay.size).data for i in known]
     delays = [delay.decode(data) * DELAY_UNIT_S for data in answers if data is not None]
     byte_s = BITS_PER_BYTE / port.baudrate

@@ -4,9 +4,11 @@ import time
 from collections.abc import Iterator
 from contextlib import closing
 
+from drivers.dynamixel.catalog import MODEL_BY_NUMBER
 from drivers.dynamixel.checked_servo import CheckedServo
 from drivers.dynamixel.image import ServoImage, read_image
-from drivers.dynamixel.mx106 import REGISTER, REGISTERS
+from drivers.dynamixel.model_words import model_name
+from drivers.dynamixel.registers import RegisterTable
 from record.whole_file import write_text
 from robot.bringup.first_day.day import Day
 from robot.bringup.preflight.finding import Finding, failed, passed, warned
@@ -22,10 +24,10 @@ LONGEST_READ = 64
 REGISTERS_FILE = "servos.toml"
 
 
-def gaps() -> list[tuple[int, int]]:
-    """Return address and length of each gap of the control table, the longest cut short."""
+def gaps(table: RegisterTable) -> list[tuple[int, int]]:
+    """Return address and length of each gap of a control table, the longest cut short."""
     found, end = [], 0
-    for register in sorted(REGISTERS, key=lambda r: r.address):
+    for register in sorted(table, key=lambda r: r.address):
         if register.address > end:
             found.append((end, min(LONGEST_READ, register.address - end)))
         end = max(end, register.address + register.size)
@@ -49,12 +51,17 @@ def registers(day: Day) -> None:
 
 
 def _compare(day: Day, servo: CheckedServo, image: ServoImage) -> None:
-    wanted = wanted_of(day.config, day.config.servo_bus.baud_rate)
+    model = MODEL_BY_NUMBER.get(image.model)
+    if model is None or model.table is not servo.table:
+        words = f"id {servo.servo_id} is {model_name(image.model)}, not what the robot file says"
+        day.note(failed(servo.leg, words, "see what step 2 says of it"))
+        return
+    wanted = wanted_of(day.config, day.config.servo_bus.baud_rate, model)
     changes = differences(image, wanted, servo.servo_id)
     other = [
-        f"{name} {in_words(name, value)}"
+        f"{name} {in_words(name, value, model)}"
         for name, value in image.values.items()
-        if name not in OURS and value != REGISTER[name].initial
+        if name not in OURS and value != servo.table[name].initial
     ]
     factory = f"not as from the factory: {', '.join(other)}" if other else "as from the factory"
     if {change.name for change in changes} <= {"operating_mode"}:
@@ -62,7 +69,7 @@ def _compare(day: Day, servo: CheckedServo, image: ServoImage) -> None:
         day.note(passed(servo.leg, f"id {servo.servo_id}: as wanted{mode}; {factory}"))
         return
     words = ", ".join(
-        f"{c.name} {in_words(c.name, c.present)} instead of {in_words(c.name, c.wanted)}"
+        f"{c.name} {in_words(c.name, c.present, model)} instead of {in_words(c.name, c.wanted, model)}"
         for c in changes
     )
     verdict = failed if any(c.name in DANGEROUS for c in changes) else warned
@@ -74,7 +81,7 @@ def _compare(day: Day, servo: CheckedServo, image: ServoImage) -> None:
 def _gap_findings(day: Day, servos: list[CheckedServo]) -> Iterator[Finding]:
     seen: dict[str, list[str]] = {}
     for servo in servos:
-        for address, length in gaps():
+        for address, length in gaps(servo.table):
             answer = servo.packets.read(servo.servo_id, address, length)
             if answer.data is not None:
                 kind = "other bytes" if any(answer.data) else "zeros"

@@ -5,8 +5,8 @@ from contextlib import closing, nullcontext
 import numpy as np
 
 from drivers.dynamixel.checked_servo import CheckedServo
-from drivers.dynamixel.mx106 import TICKS_PER_TURN
 from drivers.dynamixel.reboot import REBOOT_LIMIT_S
+from drivers.dynamixel.units import TICKS_PER_TURN
 from model.errors import BusError
 from robot.bringup.first_day.day import Day
 from robot.bringup.preflight.computer import host_settings

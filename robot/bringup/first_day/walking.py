@@ -10,7 +10,7 @@ from model.values.faults import StopReason
 from model.values.tick import Mode, Tick
 from record.log.background import BackgroundWriter
 from robot.bringup.first_day.day import Day, run_header
-from robot.bringup.mapping.motion import TorqueStillOn
+from robot.bringup.mapping.motion import TorqueStillOn, current_words, largest
 from robot.bringup.preflight.finding import failed, passed, warned
 from robot.console.person import Hand, Work
 from robot.control.controller import Controller
@@ -31,7 +31,7 @@ class Watched:
     def __init__(self) -> None:
         self.faults: dict[str, int] = {}
         self.lag_rad = 0.0
-        self.current_a = 0.0
+        self.current_a = np.nan
         self.temperature_c = 0.0
         self.begin_rad: np.ndarray | None = None
         self.end_rad: np.ndarray | None = None
@@ -48,7 +48,7 @@ class Watched:
             self.end_rad = joints.angle_rad
             lag = np.abs(joints.angle_rad - tick.sent.angle_rad)
             self.lag_rad = max(self.lag_rad, float(np.nanmax(lag)))
-            self.current_a = max(self.current_a, float(np.nanmax(np.abs(joints.current_a))))
+            self.current_a = float(np.fmax(self.current_a, largest(joints.current_a)))
             self.temperature_c = max(self.temperature_c, float(np.nanmax(joints.temperature_c)))
 
 
@@ -110,7 +110,7 @@ def _shafts(day: Day, watched: Watched) -> None:
     turns = np.abs(watched.end_rad - watched.begin_rad) / (2 * np.pi)
     found = (
         f"turned {turns.min():.2f} to {turns.max():.2f} turns; at most {np.degrees(watched.lag_rad):.1f} "
-        f"deg behind, {watched.current_a:.2f} A, {watched.temperature_c:.0f} degC"
+        f"deg behind and {watched.temperature_c:.0f} degC, {current_words(watched.current_a)}"
     )
     late = [n for n, t in zip(day.config.servo_bus.names, turns, strict=True) if t < TURNED]
     if late:

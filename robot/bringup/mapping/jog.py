@@ -11,13 +11,19 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from drivers.dynamixel.bus import ServoBus
-from drivers.dynamixel.mx106 import TICKS_PER_TURN
 from drivers.dynamixel.port import ClockedPort
 from drivers.dynamixel.settings import ServoBusSettings
+from drivers.dynamixel.units import TICKS_PER_TURN
 from gaits.moves import LegMoves
 from gaits.plan import Hold
 from model.errors import BusError, ConfigError
-from robot.bringup.mapping.motion import GatedShafts, leg_settings, limp_afterwards
+from robot.bringup.mapping.motion import (
+    GatedShafts,
+    current_words,
+    largest,
+    leg_settings,
+    limp_afterwards,
+)
 from robot.bringup.preflight.finding import (
     Finding,
     exit_code,
@@ -67,7 +73,7 @@ class Jog:
         degrees: Angle asked for, in the leg's sense by the robot file.
         reached_deg: Angle reached, by the servo's own encoder.
         returned_deg: Angle left after the way back.
-        current_a: Largest current.
+        current_a: Largest current; NaN where the servo measures none.
         moved: Leg that moved, as seen; or ``none``, ``several``.
         direction: Where its foot went first, as seen; empty where nothing moved.
     """
@@ -133,7 +139,7 @@ def jog_leg(
         degrees=degrees,
         reached_deg=float(np.degrees(top.angle_rad[-1, 0] - begin[0])),
         returned_deg=float(np.degrees(back.angle_rad[-1, 0] - begin[0])),
-        current_a=float(np.nanmax(np.abs(np.concatenate([out.current_a, top.current_a])))),
+        current_a=largest(np.concatenate([out.current_a, top.current_a])),
         moved=moved,
         direction=direction,
     )
@@ -186,7 +192,7 @@ def jog_findings(jogs: Sequence[Jog], settings: ServoBusSettings) -> list[Findin
 def _followed(jog: Jog) -> Finding:
     moved = (
         f"{jog.reached_deg:+.1f} of {jog.degrees:+g} deg and back to {jog.returned_deg:+.1f}, "
-        f"{jog.current_a:.2f} A at most"
+        f"{current_words(jog.current_a)}"
     )
     seen = f"{jog.moved} moved {jog.direction}".rstrip()
     found = f"id {jog.servo_id}: {moved}; {seen}"

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from drivers.dynamixel.bus import ServoBus
-from drivers.dynamixel.mx106 import joint_state
+from drivers.dynamixel.joints import joint_state
 from drivers.dynamixel.settings import ServoBusSettings
 from gaits.plan import Plan
 from model.errors import BusError
@@ -57,6 +57,7 @@ def leg_settings(settings: ServoBusSettings, leg: int) -> ServoBusSettings:
         names=settings.names[one],
         ids=settings.ids[one],
         signs=settings.signs[one],
+        models=(settings.models[leg],),
         zeros=settings.zeros[one],
     )
 
@@ -145,3 +146,13 @@ class GatedShafts:
             meanwhile((clock.now_ns() - begin_ns) * 1e-9)
             deadline_ns = max(deadline_ns + self._period_ns, clock.now_ns())
         return JogTrack(np.array(goals), np.array(angles), np.array(currents))
+
+
+def largest(current_a: FloatArray) -> float:
+    """Return the largest magnitude of currents [A]; NaN where none is measured."""
+    return float(np.fmax.reduce(np.abs(current_a), axis=None))
+
+
+def current_words(current_a: float) -> str:
+    """Return the largest current for a person."""
+    return f"at most {current_a:.2f} A" if np.isfinite(current_a) else "current not measured"

@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from dataclasses import asdict
 
 from drivers.ati.discovery import DISCOVERY_PORT, DiscoveredUnit, discover
+from drivers.dynamixel.model_words import model_name
 from drivers.dynamixel.scan import ScannedServo, SerialPort, serial_ports
 from model.errors import BusError, ConfigError
 from robot.bringup.servo.access import scan_port
@@ -14,8 +15,6 @@ from robot.console.table import Column, table_lines
 from robot.requests.ft import FtScanRequest
 from robot.requests.servo import ServoScanRequest
 from robot.requests.single import DevicesRequest
-
-KINDS = {321: "MX-106 (protocol 2.0)", 320: "MX-106 (protocol 1.0)"}
 
 
 def list_devices(request: DevicesRequest) -> ExitCode:
@@ -76,7 +75,7 @@ def scan_servos(request: ServoScanRequest) -> ExitCode:
 
 def servo_line(servo: ScannedServo) -> str:
     """Return one servo as a line."""
-    kind = KINDS.get(servo.model, f"model {servo.model}")
+    kind = model_name(servo.model)
     return f"{servo.baud_rate:>8} baud  id {servo.servo_id:>3}  {kind}  firmware {servo.firmware}"
 
 

@@ -1,24 +1,27 @@
 """The servos' part of the pre-flight list."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
 from drivers.dynamixel.bus import ServoBus
+from drivers.dynamixel.catalog import MODEL_BY_NAME, READ_LENGTH
 from drivers.dynamixel.condition import ServoCondition, read_condition
-from drivers.dynamixel.mx106 import MODEL_NUMBER, READ_LENGTH, OperatingMode
+from drivers.dynamixel.model_words import mismatch_words
 from drivers.dynamixel.packets import STATUS_BYTES
 from drivers.dynamixel.port import BITS_PER_BYTE
+from drivers.dynamixel.registers import OperatingMode
+from drivers.dynamixel.servo_model import ServoModel
 from drivers.dynamixel.settings import ServoBusSettings
 from drivers.dynamixel.setup import (
-    FIRST_FIRMWARE_WITH_WATCHDOG,
     LONGEST_QUIET_RETURN_DELAY,
     WARN_LATENCY_MS,
 )
 from drivers.dynamixel.watchdog import prove_watchdog
 from model.errors import BusError, ConnectionLost
 from robot.bringup.preflight.finding import CheckVerdict, Finding, failed, passed, skipped, warned
-from robot.config.robot_file import RobotConfig, SafetyLimits
+from robot.config.robot_file import RobotConfig
+from robot.config.servo import SafetyLimits
 
 READS = 100
 WARM_MARGIN_C = 15.0
@@ -56,7 +59,8 @@ def servo_findings(bus: ServoBus, config: RobotConfig, *, armed: bool) -> Iterat
     yield _answer_finding(bus, missing, broken)
     if not conditions:
         return
-    findings = condition_findings(conditions, config.limits)
+    models = dict(zip(bus.settings.names, bus.settings.models, strict=True))
+    findings = condition_findings(conditions, config.limits, models)
     yield from findings
     well = not missing and not broken and all(f.verdict is not CheckVerdict.FAIL for f in findings)
     if not well:
@@ -116,24 +120,21 @@ def _answer_finding(bus: ServoBus, missing: list[str], broken: list[str]) -> Fin
     return passed("servos answer", f"all {count}")
 
 
-def condition_findings(conditions: Sequence[ServoCondition], limits: SafetyLimits) -> list[Finding]:
+def condition_findings(
+    conditions: Sequence[ServoCondition], limits: SafetyLimits, models: Mapping[str, ServoModel]
+) -> list[Finding]:
     """Judge what the servos say of themselves. Pure.
 
     Args:
         conditions: One servo or more.
         limits: Safety limits of the robot file.
+        models: Model of each leg's servo, by leg.
     """
     mode = OperatingMode.EXTENDED_POSITION
     on = _those(conditions, lambda c: c.torque, lambda _: "holds")
     return [
-        _judged(
-            "model",
-            failed,
-            _those(conditions, lambda c: c.model != MODEL_NUMBER, lambda c: f"is model {c.model}"),
-            "only MX-106 with protocol 2.0 firmware: check the ids",
-            "MX-106 (protocol 2.0)",
-        ),
-        _firmware(conditions),
+        _models(conditions, models),
+        _firmware(conditions, models),
         _judged(
             "operating mode",
             warned,
@@ -190,19 +191,33 @@ def _those(
     return ", ".join(f"{c.who} {words(c)}" for c in conditions if bad(c))
 
 
-def _firmware(conditions: Sequence[ServoCondition]) -> Finding:
+def _models(conditions: Sequence[ServoCondition], models: Mapping[str, ServoModel]) -> Finding:
+    """Judge whether each servo is what the robot file says; say whose current is not measured."""
+    wrong = [(c, mismatch_words(models[c.leg], c.model)) for c in conditions]
+    bad = "; ".join(f"{c.who} {words}" for c, words in wrong if words)
+    if bad:
+        return failed("model", bad, "check the ids, and model in [servo] of the robot file")
+    names = sorted({models[c.leg].name for c in conditions})
+    unmeasured = [name for name in names if not MODEL_BY_NAME[name].measures_current]
+    words = ", ".join(names)
+    if unmeasured:
+        words += f"; no limit on current is judged: an {', '.join(unmeasured)} measures none"
+    return passed("model", words)
+
+
+def _firmware(conditions: Sequence[ServoCondition], models: Mapping[str, ServoModel]) -> Finding:
     versions = sorted({c.firmware for c in conditions})
     found = "version " + ", ".join(str(v) for v in versions)
-    if versions[0] < FIRST_FIRMWARE_WITH_WATCHDOG:
-        old = _those(
-            conditions,
-            lambda c: c.firmware < FIRST_FIRMWARE_WITH_WATCHDOG,
-            lambda c: f"has {c.firmware}",
-        )
+    old = _those(
+        conditions,
+        lambda c: c.firmware < models[c.leg].watchdog_firmware,
+        lambda c: f"has {c.firmware}",
+    )
+    if old:
         return failed(
             "firmware", f"{old}: no watchdog", "update the firmware with Dynamixel Wizard"
         )
-    if len(versions) > 1:
+    if len({(c.model, c.firmware) for c in conditions}) > len({c.model for c in conditions}):
         return warned("firmware", found, "give all servos the same firmware")
     return passed("firmware", found)
 

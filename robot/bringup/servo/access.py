@@ -8,6 +8,7 @@ from pathlib import Path
 
 from drivers.clock import MonotonicClock
 from drivers.dynamixel.bus import ServoBus
+from drivers.dynamixel.catalog import MODEL_BY_NUMBER
 from drivers.dynamixel.checked_servo import CheckedServo
 from drivers.dynamixel.port import BusPort, ClockedPort
 from drivers.dynamixel.requests import ServoRequests
@@ -91,6 +92,18 @@ def servo_at(
 ) -> CheckedServo:
     """Return one servo, under its leg's name if it is one of a robot."""
     return CheckedServo(packets, leg_of(number, config), number)
+
+
+def scanned_servo(
+    port: ClockedPort,
+    packets: ServoRequests,
+    servo: ScannedServo,
+    config: RobotConfig | None = None,
+) -> CheckedServo:
+    """Return one servo that answered, with the registers of its model where that is known."""
+    one = servo_at(port, packets, servo.servo_id, config)
+    model = MODEL_BY_NUMBER.get(servo.model)
+    return one if model is None else replace(one, table=model.table)
 
 
 def leg_of(number: int, config: RobotConfig | None) -> str:

@@ -6,14 +6,22 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from drivers.dynamixel.image import GAINS, KEPT, ServoImage, changes_to, read_image
-from drivers.dynamixel.mx106 import MODEL_NUMBER, REGISTER
+from drivers.dynamixel.catalog import MODEL_BY_NUMBER
+from drivers.dynamixel.image import GAINS, ServoImage, changes_to, read_image
+from drivers.dynamixel.model_words import model_name, unknown_words
+from drivers.dynamixel.registers import RegisterTable
 from drivers.dynamixel.scan import ScannedServo
 from model.errors import BusError, ConfigError
 from model.parameters.tables import parse_table
 from model.parameters.toml_table import Table
 from record.toml_file import reading, toml_text
-from robot.bringup.servo.access import open_port, require_answers, scan_port, servo_at, write_new
+from robot.bringup.servo.access import (
+    open_port,
+    require_answers,
+    scan_port,
+    scanned_servo,
+    write_new,
+)
 from robot.bringup.servo.changes import Task, Writing
 from robot.console.exit_codes import ExitCode
 from robot.console.progress import StatusLine
@@ -47,22 +55,23 @@ def back_up(request: ServoBackupRequest) -> ExitCode:
     """
     servos = scan_port(request.port, request.baud)
     for servo in servos:
-        if servo.model != MODEL_NUMBER:
-            print(
-                f"id {servo.servo_id}: model {servo.model}, left out: its registers are not known"
-            )
-    known = [servo for servo in servos if servo.model == MODEL_NUMBER]
+        if servo.model not in MODEL_BY_NUMBER:
+            name = model_name(servo.model)
+            print(f"id {servo.servo_id}: {name}, left out: its registers are not known")
+    known = [servo for servo in servos if servo.model in MODEL_BY_NUMBER]
     images = []
     with StatusLine() as status:
-        for place, servo in enumerate(require_answers(known, request.port, "MX-106"), start=1):
+        for place, servo in enumerate(
+            require_answers(known, request.port, "servo known here"), start=1
+        ):
             status.step(f"reading servo {place} of {len(known)} ...")
             with open_port(request.port, servo.baud_rate) as (port, packets):
-                images.append(read_image(servo_at(port, packets, servo.servo_id)))
+                images.append(read_image(scanned_servo(port, packets, servo)))
     date = time.strftime("%Y-%m-%dT%H:%M:%S%z")
     write_new(request.out, backup_text(Backup(date, request.port, tuple(images))), "--out")
     ids = ", ".join(str(image.servo_id) for image in images)
-    count = len(images[0].values)
-    print(f"{len(images)} servos (ids {ids}), {count} registers each: {request.out}")
+    counts = " or ".join(map(str, sorted({len(image.values) for image in images})))
+    print(f"{len(images)} servos (ids {ids}), {counts} registers each: {request.out}")
     return ExitCode.OK
 
 
@@ -103,8 +112,8 @@ def _counterpart(image: ServoImage, servos: Sequence[ScannedServo], port: str) -
         )
     if here[0].model != image.model:
         raise BusError(
-            f"id {image.servo_id} is model {here[0].model} and the backup is of model {image.model};"
-            " nothing has been written: choose another backup",
+            f"id {image.servo_id} is {model_name(here[0].model)} and the backup is of "
+            f"{model_name(image.model)}; nothing has been written: choose another backup",
             port=port,
             ids=(image.servo_id,),
             register="model_number",
@@ -124,7 +133,9 @@ def backup_text(backup: Backup) -> str:
                 "id": servo.servo_id,
                 "model": servo.model,
                 "firmware": servo.firmware,
-                "eeprom": {name: servo.values[name] for name in KEPT},
+                "eeprom": {
+                    name: servo.values[name] for name in MODEL_BY_NUMBER[servo.model].table.kept
+                },
                 "gains": {name: servo.values[name] for name in GAINS},
             }
             for servo in backup.servos
@@ -156,20 +167,24 @@ def load_backup(path: Path) -> Backup:
 
 def _servo(table: Table) -> ServoImage:
     eeprom, gains = table.table("eeprom"), table.table("gains")
+    number = table.integer("model", minimum=0, maximum=65535)
+    if number not in MODEL_BY_NUMBER:
+        raise ConfigError(table.name("model"), unknown_words(number))
+    registers = MODEL_BY_NUMBER[number].table
     image = ServoImage(
         servo_id=table.integer("id", minimum=0, maximum=252),
-        model=table.integer("model", minimum=0, maximum=65535),
+        model=number,
         firmware=table.integer("firmware", minimum=0, maximum=255),
-        values=_values(eeprom, KEPT) | _values(gains, GAINS),
+        values=_values(eeprom, registers.kept, registers) | _values(gains, GAINS, registers),
     )
     if image.values["id"] != image.servo_id:
         raise ConfigError(table.name("id"), "has two different ids, here and in its eeprom table")
     return image
 
 
-def _values(table: Table, names: Sequence[str]) -> dict[str, int]:
+def _values(table: Table, names: Sequence[str], registers: RegisterTable) -> dict[str, int]:
     values = {}
     for name in names:
-        register = REGISTER[name]
+        register = registers[name]
         values[name] = table.integer(name, minimum=register.minimum, maximum=register.maximum)
     return values

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from drivers.dynamixel.catalog import MODEL_BY_NUMBER
 from drivers.dynamixel.image import (
     BAUD_OF_CODE,
     Change,
@@ -11,16 +12,12 @@ from drivers.dynamixel.image import (
     require_torque_off,
     write_changes,
 )
-from drivers.dynamixel.mx106 import (
-    CURRENT_UNIT_A,
-    VELOCITY_UNIT_RAD_S,
-    VOLTAGE_UNIT_V,
-    OperatingMode,
-    hardware_error_names,
-)
+from drivers.dynamixel.registers import OperatingMode, hardware_error_names
 from drivers.dynamixel.scan import ScannedServo, id_is_shared
+from drivers.dynamixel.servo_model import ServoModel
+from drivers.dynamixel.units import VELOCITY_UNIT_RAD_S, VOLTAGE_UNIT_V
 from model.errors import BusError
-from robot.bringup.servo.access import confirmed, open_port, servo_at
+from robot.bringup.servo.access import confirmed, open_port, scanned_servo
 from robot.config.robot_file import RobotConfig
 from robot.console.exit_codes import ExitCode
 from robot.console.progress import StatusLine
@@ -76,7 +73,10 @@ class Writing:
         changes = [self._read(task) for task in tasks]
         for task, some in zip(tasks, changes, strict=True):
             print(f"{task.title}: " + (f"{len(some)} {self.differ}" if some else self.same))
-            for line in (*([task.note] if task.note else []), *change_lines(some)):
+            for line in (
+                *([task.note] if task.note else []),
+                *change_lines(some, MODEL_BY_NUMBER[task.servo.model]),
+            ):
                 print(line)
         todo = [(task, some) for task, some in zip(tasks, changes, strict=True) if some]
         if not todo:
@@ -95,13 +95,13 @@ class Writing:
         with open_port(self.port, task.servo.baud_rate) as (port, packets):
             if id_is_shared(packets, number):
                 refuse_shared(number, self.port)
-            servo = servo_at(port, packets, number, self.config)
+            servo = scanned_servo(port, packets, task.servo, self.config)
             require_torque_off(servo)
             return task.changes_of(read_image(servo))
 
     def _write(self, task: Task, changes: Sequence[Change]) -> None:
         with open_port(self.port, task.servo.baud_rate) as (port, packets):
-            servo = servo_at(port, packets, task.servo.servo_id, self.config)
+            servo = scanned_servo(port, packets, task.servo, self.config)
             left = changes
             for _ in range(2):  # a change of mode sets gains back to that mode's own
                 servo = write_changes(servo, left)
@@ -131,8 +131,8 @@ def refuse_shared(number: int, port: str) -> None:
     )
 
 
-def in_words(name: str, value: int) -> str:
-    """Return a register's value with what it means."""
+def in_words(name: str, value: int, model: ServoModel) -> str:
+    """Return a register's value with what it means in a model."""
     if name == "baud_rate":
         return f"{value} ({BAUD_OF_CODE.get(value, '?')} baud)"
     if name == "operating_mode":
@@ -145,18 +145,19 @@ def in_words(name: str, value: int) -> str:
         "temperature_limit": "degC",
         "min_voltage_limit": f"{value * VOLTAGE_UNIT_V:.1f} V",
         "max_voltage_limit": f"{value * VOLTAGE_UNIT_V:.1f} V",
-        "current_limit": f"{value * CURRENT_UNIT_A:.2f} A",
+        "current_limit": f"{value * model.current_unit_a:.2f} A",
         "velocity_limit": f"{value * VELOCITY_UNIT_RAD_S:.2f} rad/s",
     }
     return f"{value} ({quantities[name]})" if name in quantities else str(value)
 
 
-def change_lines(changes: Sequence[Change]) -> list[str]:
+def change_lines(changes: Sequence[Change], model: ServoModel) -> list[str]:
     """Return changes as a table: register, what is there, what is wanted, why."""
     if not changes:
         return []
     rows = [
-        (c.name, in_words(c.name, c.present), in_words(c.name, c.wanted), c.why) for c in changes
+        (c.name, in_words(c.name, c.present, model), in_words(c.name, c.wanted, model), c.why)
+        for c in changes
     ]
     return table_lines(
         [Column(name) for name in ("register", "there", "wanted", "why")], rows, "  "

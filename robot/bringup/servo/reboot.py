@@ -3,8 +3,8 @@
 import sys
 from dataclasses import asdict
 
-from drivers.dynamixel.mx106 import hardware_error_names
 from drivers.dynamixel.reboot import Reboot, reboot_servo
+from drivers.dynamixel.registers import hardware_error_names
 from robot.bringup.servo.access import confirmed, open_port, require_answers, scan_port, servo_at
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode

@@ -8,7 +8,8 @@ from typing import TextIO
 
 from drivers.dynamixel.bus import ServoBus
 from drivers.dynamixel.frames import ALERT
-from drivers.dynamixel.mx106 import hardware_error_names, joint_state
+from drivers.dynamixel.joints import joint_state
+from drivers.dynamixel.registers import hardware_error_names
 from drivers.dynamixel.stats import JITTER_EDGES_US, ROUND_TRIP_EDGES_US, BusStats
 from model.errors import BusError, ConnectionLost
 from model.values.readings import ServoReadings

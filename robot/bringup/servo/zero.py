@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from drivers.dynamixel.bus import ServoBus
-from drivers.dynamixel.mx106 import TICKS_PER_TURN
+from drivers.dynamixel.units import TICKS_PER_TURN
 from model.errors import BusError, ConfigError
 from model.values.arrays import BoolArray
 from record.toml_file import toml_text

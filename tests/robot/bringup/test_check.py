@@ -12,7 +12,7 @@ from drivers.ati.console import Console
 from drivers.ati.packets import Led, battery_led
 from drivers.ati.stream import StreamCounters
 from drivers.dynamixel.condition import ServoCondition
-from drivers.dynamixel.mx106 import HardwareError
+from drivers.dynamixel.registers import HardwareError
 from model.errors import ConnectionLost, ForceStreamError
 from model.values.arrays import FloatArray
 from model.values.faults import StopReason
@@ -58,6 +58,7 @@ from tests.robot.light_servos import LightServos
 from tests.robot.sim_serve import Sim
 
 CONFIG = load_robot()
+MODELS = dict(zip(CONFIG.servo_bus.names, CONFIG.servo_bus.models, strict=True))
 UNIX_OFFSET_NS = 1_700_000_000_000_000_000
 PASS, WARN, FAIL, SKIP = CheckVerdict.PASS, CheckVerdict.WARN, CheckVerdict.FAIL, CheckVerdict.SKIP
 
@@ -160,7 +161,12 @@ SOUND = ServoCondition("HL", 1, 321, 45, 4, 0, 0, 0x34, False, 0, 12.0, 30.0)
 @pytest.mark.parametrize(
     ("change", "name", "verdict", "said"),
     [
-        ({"model": 311}, "model", FAIL, "HL (id 1) is model 311"),
+        (
+            {"model": 311},
+            "model",
+            FAIL,
+            "HL (id 1) is an MX-64(2.0) and the robot file says MX-106(2.0)",
+        ),
         ({"firmware": 37}, "firmware", FAIL, "no watchdog"),
         ({"firmware": 42}, "firmware", WARN, "42, 45"),
         ({"operating_mode": 3}, "operating mode", WARN, "in mode 3"),
@@ -179,7 +185,8 @@ def test_each_condition_out_of_order(
     change: dict[str, object], name: str, verdict: CheckVerdict, said: str
 ) -> None:
     other = replace(SOUND, leg="ML", servo_id=2)
-    findings = condition_findings([replace(SOUND, **change), other], CONFIG.limits)  # type: ignore[arg-type]
+    first = replace(SOUND, **change)  # type: ignore[arg-type]
+    findings = condition_findings([first, other], CONFIG.limits, MODELS)
     finding = by_name(findings)[name]
     assert finding.verdict is verdict
     assert said in finding.found

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from drivers.dynamixel.mx106 import REGISTER, HardwareError
+from drivers.dynamixel.catalog import MX_106
+from drivers.dynamixel.registers import HardwareError
 from robot.bringup.servo import access as servo_access
 from robot.bringup.servo.watch import watch
 from robot.cli import main as cli
@@ -105,7 +106,7 @@ def test_an_interactive_yes_is_a_yes(bench: Bench, monkeypatch: pytest.MonkeyPat
 
 def test_setup_refuses_torque(bench: Bench, capsys: Capture) -> None:
     bench.servo(1).table.set("homing_offset", 100)
-    bench.servo(1).write(REGISTER["torque_enable"].address, b"\x01", 0)
+    bench.servo(1).write(MX_106.table["torque_enable"].address, b"\x01", 0)
     assert bench.command("setup", "--yes") == ExitCode.HARDWARE
     assert "ML (id 2) has its torque on" in capsys.readouterr().err
     assert bench.values("homing_offset")[1] == 100
@@ -169,7 +170,10 @@ def test_setup_with_a_mistake(
 def test_setup_refuses_another_model(bench: Bench, capsys: Capture) -> None:
     bench.servo(4).table.set("model_number", 311)
     assert bench.command("setup", "--yes") == ExitCode.HARDWARE
-    assert "id 5 is model 311, no MX-106(2.0)" in capsys.readouterr().err
+    assert (
+        "(id 5) is an MX-64(2.0) and the robot file says MX-106(2.0): set model in [servo]"
+        in capsys.readouterr().err
+    )
 
 
 # backup and restore
@@ -214,7 +218,7 @@ def test_a_backup_is_never_overwritten(bench: Bench, tmp_path: Path, capsys: Cap
     ("change", "code", "said"),
     [
         ("missing", 3, "id 6 of the backup does not answer"),
-        ("model", 3, "id 1 is model 311 and the backup is of model 321"),
+        ("model", 3, "id 1 is MX-64(2.0) and the backup is of MX-106(2.0)"),
         ("torque", 3, "has its torque on"),
     ],
 )
@@ -229,7 +233,7 @@ def test_restore_refuses_before_anything_is_written(
     elif change == "model":
         bench.servo(0).table.set("model_number", 311)
     else:
-        bench.servo(4).write(REGISTER["torque_enable"].address, b"\x01", 0)
+        bench.servo(4).write(MX_106.table["torque_enable"].address, b"\x01", 0)
     assert bench.command("restore", str(path), "--baud", "1000000", "--yes") == code
     assert said in capsys.readouterr().err
     assert bench.values("temperature_limit")[1] == 60
@@ -446,7 +450,7 @@ def test_reboot_of_all_in_words(bench: Bench, capsys: Capture) -> None:
 
 
 def test_reboot_of_a_servo_that_holds_needs_a_yes(bench: Bench, capsys: Capture) -> None:
-    bench.servo(0).write(REGISTER["torque_enable"].address, b"\x01", 0)
+    bench.servo(0).write(MX_106.table["torque_enable"].address, b"\x01", 0)
     assert bench.command("reboot", "--id", "1") == ExitCode.VERDICT_FAILED
     assert "torque is on: HL (id 1)" in capsys.readouterr().err
     assert bench.values("torque_enable")[0] == 1

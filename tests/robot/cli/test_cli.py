@@ -247,7 +247,7 @@ def test_devices_finds_the_servos(capsys: pytest.CaptureFixture[str]) -> None:
         found = json.loads(capsys.readouterr().out)
         assert [s["servo_id"] for s in found["servos"]] == [1, 2, 3, 4, 5, 6]
         assert bigant(*words) == ExitCode.OK
-        assert "MX-106 (protocol 2.0)" in capsys.readouterr().out
+        assert "MX-106(2.0)" in capsys.readouterr().out
         code = bigant("devices", "--port", sim.port, "--baud", "57600", "--discover", "none")
         assert code == ExitCode.VERDICT_FAILED
     finally:
@@ -350,7 +350,7 @@ def test_a_full_disk_is_one_line() -> None:
 def test_when_the_host_dies_the_servos_stop_by_themselves(tmp_path: Path) -> None:
     """Kill -9 in mid-stride: the device process lives on, its watchdogs have tripped."""
     from drivers.clock import MonotonicClock
-    from drivers.dynamixel.mx106 import REGISTER
+    from drivers.dynamixel.catalog import MX_106
     from drivers.dynamixel.port import BusPort
     from drivers.dynamixel.requests import ServoRequests
 
@@ -370,10 +370,10 @@ def test_when_the_host_dies_the_servos_stop_by_themselves(tmp_path: Path) -> Non
             except BusError:  # the dead process's lock goes with it, in its own time
                 time.sleep(0.1)
         time.sleep(2 * WATCHDOG_S)  # a busy machine's virtual servos may be slow themselves
-        watchdog = REGISTER["bus_watchdog"]
+        watchdog = MX_106.table["bus_watchdog"]
         answers = [packets.read(i, watchdog.address, 1).data for i in range(1, 7)]
         here, later = (
-            [packets.read(i, REGISTER["present_position"].address, 4).data for i in range(1, 7)]
+            [packets.read(i, MX_106.table["present_position"].address, 4).data for i in range(1, 7)]
             for _ in range(2)
         )
         port.closePort()

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drivers.dynamixel.mx106 import HardwareError
+from drivers.dynamixel.registers import HardwareError
 from model.values.faults import FaultKind, ServoEvent, StopReason
 from model.values.tick import Mode
 from robot.config.safety import RecoverySettings

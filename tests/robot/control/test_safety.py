@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.dynamixel.mx106 import joint_state
+from drivers.dynamixel.joints import joint_state
 from model.values.faults import FaultKind
 from model.values.legs import JointCommand
 from model.values.readings import ServoReadings, silent_readings

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from drivers.dynamixel.mx106 import HardwareError
+from drivers.dynamixel.registers import HardwareError
 from model.errors import RecordError
 from model.values.faults import FaultKind, StopReason
 from model.values.tick import Intent, Mode, Tick

@@ -1,0 +1,69 @@
+"""Counts of the servos to angles, speeds and currents in the leg's sense, and angles to counts. Pure."""
+
+from functools import cache
+
+import numpy as np
+
+from drivers.dynamixel.settings import ServoBusSettings
+from drivers.dynamixel.units import DUTY_FULL, TICK_RAD, VELOCITY_UNIT_RAD_S, VOLTAGE_UNIT_V
+from model.values.arrays import FloatArray, IntArray, readonly
+from model.values.legs import JointState
+from model.values.readings import ServoReadings
+
+
+def ticks_to_angle(ticks: FloatArray | IntArray, sign: IntArray, zero: IntArray) -> FloatArray:
+    """Return shaft angles in the leg's sense, (N,) [rad].
+
+    Args:
+        ticks: Present or goal positions, (N,) [ticks].
+        sign: +1 or -1, (N,); the leg's sense.
+        zero: Position at shaft angle 0, (N,) [ticks].
+    """
+    return _signed(ticks - zero, sign) * TICK_RAD
+
+
+def angle_to_ticks(angle_rad: FloatArray, sign: IntArray, zero: IntArray) -> IntArray:
+    """Return the nearest positions, (N,) int64 [ticks]; the inverse of ``ticks_to_angle``.
+
+    Raises:
+        ValueError: An angle is not a number; it has no position.
+    """
+    if not np.isfinite(angle_rad).all():
+        raise ValueError("an angle is not a number and has no position")
+    ticks: IntArray = np.rint(zero + _signed(angle_rad, sign) / TICK_RAD).astype(np.int64)
+    return ticks
+
+
+def _signed(values: FloatArray | IntArray, sign: IntArray) -> FloatArray:
+    turned: FloatArray = sign.astype(np.float64) * values.astype(np.float64)
+    return turned
+
+
+DUTY = 3  # row of what ``joint_state`` makes
+
+
+@cache
+def _units(settings: ServoBusSettings) -> FloatArray:
+    """Units of its rows; the first four turn with the leg's sense, (6, N)."""
+    one = np.ones_like(settings.signs)
+    units = [TICK_RAD * one, VELOCITY_UNIT_RAD_S * one, settings.current_unit_a, one]
+    return np.vstack([*(unit * settings.signs for unit in units), VOLTAGE_UNIT_V * one, one])
+
+
+def joint_state(readings: ServoReadings, settings: ServoBusSettings) -> JointState:
+    """Calibrate one sync read into the leg's sense and SI units.
+
+    NaN where a servo was silent, and in the current of one that does not measure it.
+    """
+    valid = readings.valid
+    # all at once: one by one these are thirty calls of numpy on six numbers each
+    counts = np.array([
+        readings.position_ticks - settings.zeros, readings.velocity_counts, readings.current_counts,
+        readings.duty_counts, readings.voltage_counts, readings.temperature_c,
+    ])  # fmt: skip
+    rows = counts * _units(settings)
+    rows[DUTY] /= DUTY_FULL
+    if False in valid.tolist():
+        rows[:, ~valid] = np.nan
+    angle, rate, current, duty, voltage, temperature = readonly(rows)
+    return JointState(readings.t_ns, angle, rate, current, duty, voltage, temperature, valid)

@@ -1,0 +1,105 @@
+"""``bigant robot show``: the table, the page, the JSON, and its exit code."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from robot.cli import main as cli
+from robot.design.assumed import assumed_keys
+from tests.robot.design.robot_files import NOMINAL, text_with
+
+BEHIND = {"legs.shaft_position": lambda rows: [[x - 0.085, y, z] for x, y, z in rows]}
+
+
+def written(folder: Path, text: str) -> str:
+    path = folder / "lab.toml"
+    path.write_text(text, encoding="utf-8")
+    return str(path)
+
+
+def test_the_nominal_robot_in_one_screen(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run(["robot", "show"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("robot          BigANT, 6 legs: HL, ML, FL, HR, MR, FR")
+    [margin] = [line for line in lines if line.startswith("static margin")]
+    assert " ".join(margin.split()) == "static margin 67 mm at phase 0.60 86 mm at phase 0.16"
+    assert not any(line.startswith("warning") for line in lines)
+    assert len([line for line in lines if not line.startswith("assumed")]) < 50
+
+
+def test_a_bad_robot_is_a_bad_verdict_with_its_reason(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lab = written(tmp_path, text_with(BEHIND))
+    assert cli.run(["robot", "show", lab, "--gait", "tripod"]) == 1
+    printed = capsys.readouterr().out
+    assert "tripod tips" in printed
+    assert "+85 mm in x" in printed
+    assert "metachronal tips" not in printed
+    assert "metachronal slips" not in printed
+
+
+def test_another_gait_than_it_has(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run(["robot", "show", "--gait", "gallop"]) == 2
+    assert "this robot, which has tripod, metachronal" in capsys.readouterr().err
+
+
+def test_its_json_holds_a_cycle(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert cli.run(["robot", "show", written(tmp_path, text_with(BEHIND)), "--json"]) == 1
+    answer = json.loads(capsys.readouterr().out)
+    tripod, metachronal = answer["gaits"]
+    assert (tripod["name"], metachronal["name"]) == ("tripod", "metachronal")
+    assert len(tripod["margin_m"]) == len(tripod["phase"]) == len(tripod["load_n"])
+    assert min(tripod["margin_m"]) == pytest.approx(tripod["figures"]["margin_m"])
+    assert answer["concerns"][0]["topic"] == "tips"
+    assert "leg.*" in answer["assumed"]
+
+
+def test_the_page_draws_it_and_says_what_to_do(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "lab.html"
+    assert cli.run(["robot", "show", written(tmp_path, text_with(BEHIND)), "--out", str(out)]) == 1
+    page = out.read_text(encoding="utf-8")
+    assert page.count("<svg") == 5  # the robot, and two pictures a gait
+    assert "move the shafts by +85 mm" in page
+    assert not re.search(r"(src|href)=['\"](?!data:|#)", page)
+    assert f"page: {out}" in capsys.readouterr().out
+
+
+def test_a_robot_that_falls_has_a_page_as_well(tmp_path: Path) -> None:
+    beside = {"legs.shaft_position": lambda rows: [[x + 0.6, y, z] for x, y, z in rows]}
+    out = tmp_path / "lab.html"
+    assert cli.run(["robot", "show", written(tmp_path, text_with(beside)), "--out", str(out)]) == 1
+    assert "falls over" in out.read_text(encoding="utf-8")
+
+
+def test_pictures_alone(tmp_path: Path) -> None:
+    assert cli.run(["robot", "show", "--gait", "tripod", "--out", str(tmp_path / "robot.png")]) == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "robot-robot.png", "robot-tripod-feet-in-stance.png", "robot-tripod-over-one-cycle.png",
+    ]  # fmt: skip
+
+
+def test_keys_whose_comments_say_that_they_are_assumed() -> None:
+    text = """
+name = "assumed"                 # of no consequence
+[body]
+mass = 6.5                       # assumed; weighed
+text = "# assumed, but not in a comment"
+
+# a place, assumed
+place = [
+  1.0,
+]
+other = 1
+[leg]                            # made up
+crank = 1
+[gait.tripod]
+duty = 0.6                       # from the paper
+sweep = 1.0                      # rad, assumed
+"""
+    assert assumed_keys(text) == ("body.mass", "body.place", "leg.*", "gait.tripod.sweep")
+    assert "servo.max_speed" in assumed_keys(NOMINAL)
