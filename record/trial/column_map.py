@@ -27,6 +27,7 @@ import numpy as np
 from model.errors import ConfigError, RecordError
 from model.parameters.toml_table import Table, as_table
 from model.values.arrays import FloatArray
+from record.trial.body_pose import ORIENTATIONS, BodyColumns, BodyFrame, read_body
 from record.trial.cut import Cut, read_cut
 from record.trial.header import TrialHeader, errors_of, parse_header, parse_toml, read_text
 from record.trial.machine_names import MachineNames
@@ -93,7 +94,7 @@ class About:
     licence: str = ""
 
 
-NO_CUT, NOWHERE = Cut(), About()
+NO_CUT, NOWHERE, OURS = Cut(), About(), BodyFrame()
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +109,7 @@ class ColumnMap:
         each_array: Whether every array of a .npz file is a table of its own.
         cut: Which rows make the trial.
         about: Where the data come from.
+        body: The axes of a tracking system and its marker on the body.
     """
 
     sources: tuple[Source, ...] = ()
@@ -117,6 +119,7 @@ class ColumnMap:
     each_array: bool = False
     cut: Cut = NO_CUT
     about: About = NOWHERE
+    body: BodyFrame = OURS
 
 
 def map_names() -> tuple[str, ...]:
@@ -159,14 +162,19 @@ def read_column_map(path: Path) -> ColumnMap:
         delimiter = table.text("delimiter") if table.has("delimiter") else ","
         if len(delimiter) != 1:
             raise ConfigError("table.delimiter", f"must be one character, not {delimiter!r}")
+        frame, poses = read_body(top.maybe_table("body"))
         given = ColumnMap(
-            sources=tuple(one for ours in columns.names() for one in _sources(columns, ours)),
+            sources=(
+                *(one for ours in columns.names() for one in _sources(columns, ours)),
+                *_of_body(poses, columns),
+            ),
             delimiter=delimiter,
             header=None,
             period_s=table.number("period_s", above=0, otherwise=math.nan),
             each_array=table.flag("each_array", otherwise=False),
             cut=read_cut(top.maybe_table("cut")),
             about=About(*(about.maybe_text(field.name) for field in fields(About))),
+            body=frame,
         )
         header = {key: data[key] for key in ("trial", "noise") if top.has(key)}
         for one in (about, table, top):
@@ -174,6 +182,20 @@ def read_column_map(path: Path) -> ColumnMap:
     if not header:
         return given
     return replace(given, header=parse_header(header, path, columns.names()))
+
+
+def _of_body(poses: BodyColumns, columns: Table) -> Iterator[Source]:
+    """Return the columns that [body] names."""
+    for ours, (theirs, unit) in poses.items():
+        if columns.has(ours):
+            raise ConfigError(columns.name(ours), "is named in [body] too; leave one of them out")
+        yield Source(ours, theirs, factor=_factor(unit, "body.unit"))
+
+
+def _factor(unit: str, name: str) -> float:
+    if unit not in UNITS:
+        raise ConfigError(name, f"{unit!r} is not one of {', '.join(UNITS)}")
+    return UNITS[unit]
 
 
 def _sources(columns: Table, ours: str) -> Iterator[Source]:
@@ -187,8 +209,7 @@ def _sources(columns: Table, ours: str) -> Iterator[Source]:
 
 def _source(ours: str, table: Table) -> Source:
     theirs, unit = table.text("from"), table.maybe_text("unit") or "1"
-    if unit not in UNITS:
-        raise ConfigError(table.name("unit"), f"{unit!r} is not one of {', '.join(UNITS)}")
+    factor = _factor(unit, table.name("unit"))
     if unit == STAMPS and ours != "time_s":
         raise ConfigError(table.name("unit"), f"{STAMPS} is for time_s only")
     sign, scale = table.number("sign", otherwise=1.0), table.number("scale", otherwise=1.0)
@@ -199,7 +220,7 @@ def _source(ours: str, table: Table) -> Source:
     source = Source(
         ours,
         theirs,
-        factor=sign * scale * UNITS[unit],
+        factor=sign * scale * factor,
         offset=table.number("offset", otherwise=0.0),
         sign_bit=table.integer("sign_bit", minimum=0, maximum=31, otherwise=-1),
         signed_bits=table.integer("signed_bits", minimum=1, maximum=32, otherwise=0),
@@ -225,7 +246,7 @@ def complete_sources(
     Raises:
         RecordError: The map names a column that is not there, or one that we do not have.
     """
-    known = ("time_s", *(place.column for place in trial_places(machine)))
+    known = ("time_s", *ORIENTATIONS, *(place.column for place in trial_places(machine)))
     for source in given.sources:
         if source.ours not in known:
             raise RecordError(

@@ -14,6 +14,7 @@ import numpy as np
 
 from model.errors import RecordError
 from model.values.arrays import BoolArray, FloatArray, IntArray
+from record.trial.body_pose import ORIENTATIONS, posed
 from record.trial.column_map import ColumnMap, Source, complete_sources, summed
 from record.trial.derive import with_speeds
 from record.trial.header import LEGGED, TrialHeader, joints_of, read_header
@@ -117,7 +118,7 @@ def _import(
     order = _cut(table, given, in_time.order, cut)
     few = len(order) < max(given.cut.fewest_rows, 1)
     passed = _ColumnPass(in_time, tell)
-    columns = passed.columns(table, used, order)
+    columns = posed(passed.columns(table, used, order), given.body, findings)
     trial = None
     if few:
         for _ in columns:  # they are looked at all the same
@@ -130,7 +131,10 @@ def _import(
     findings += passed.unreadable
     findings += raw_findings(table, sources)
     findings += _unused(table, (*(s.theirs for s in sources), *given.cut.columns))
-    findings += _absent(header, {*names, *(trial.known_columns if trial is not None else ())})
+    if trial is not None:
+        filled = ("time_s", *trial.known_columns)
+        names = tuple(dict.fromkeys([*(n for n in names if n not in ORIENTATIONS), *filled]))
+    findings += _absent(header, names)
     findings += [*passed.empty_rows(), *in_time.findings, *cut, *last]
     dropped = passed.dropped()
     report = ImportReport(path, one.name, table.rows, 0 if few else len(order), dropped, names,

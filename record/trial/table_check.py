@@ -19,6 +19,12 @@ STUCK_S, STUCK_SAMPLES = 1.0, 20
 STUCK_SHAFT_S, MOVED_RAD = 0.5, 0.2
 GAP_PERIODS = 2.5
 RATE_TOLERANCE = 0.05
+MANY = 0.1  # share of steps from which on it is no lone jump
+# Machines are sampled at 2 Hz to 20 kHz; what lies between is in one of these units.
+SAMPLED_S = (5e-5, 0.5)
+TIME_UNITS = (("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9))
+# Units that are taken for ours by mistake, and what one of them is.
+MISTAKEN = {"rad": (("deg", np.pi / 180),), "m": (("mm", 1e-3), ("cm", 1e-2))}
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +115,11 @@ def _time(trial: Trial, rows: FloatArray) -> Iterator[TableFinding]:
         yield _finding("gap", "time_s", gaps, rows,
                      f"steps longer than {GAP_PERIODS:g} periods of {period:.4g} s; the longest "
                      f"{longest:.4g} s")  # fmt: skip
+    if not SAMPLED_S[0] <= period <= SAMPLED_S[1]:
+        fit = [unit for unit, size in TIME_UNITS if SAMPLED_S[0] <= period * size <= SAMPLED_S[1]]
+        hint = f'; if theirs are in {fit[0]}, map them with unit = "{fit[0]}"' if fit else ""
+        words = f"samples lie {period:.4g} s apart{hint}"
+        yield TableFinding("unit", "time_s", len(trial.time_s), 0, words)
     wanted = trial.header.sample_rate_hz
     if np.isfinite(wanted) and abs(period * wanted - 1) > RATE_TOLERANCE:
         yield TableFinding("rate", "time_s", len(trial.time_s), 0,
@@ -127,7 +138,15 @@ def _range(column: TableColumn, limits: Plausible, rows: FloatArray) -> Iterator
         worst = column.values[odd][np.argmax(np.abs(column.values[odd]))]
         yield _finding("range", column.name, odd, rows,
                      f"beyond {limits.lowest:.4g} to {limits.highest:.4g} {limits.unit}; the worst "
-                     f"{worst:.4g}")  # fmt: skip
+                     f"{worst:.4g}{_unit_hint(abs(worst), limits.highest, limits.unit)}")  # fmt: skip
+
+
+def _unit_hint(size: float, limit: float, unit: str) -> str:
+    """Words on the unit in which a value would be believable; empty for none."""
+    for name, factor in MISTAKEN.get(unit, ()):
+        if size * factor <= limit:
+            return f'; if theirs are in {name}, map them with unit = "{name}"'
+    return ""
 
 
 def _jumps(
@@ -143,7 +162,9 @@ def _jumps(
         odd[known[1:][fast]] = True
         worst = float(steps[fast][np.argmax(np.abs(steps[fast]))])
         wrapped = column.name.endswith("_rad") and abs(abs(worst) - 2 * np.pi) < 0.5
-        hint = "; a turn: it is not unwrapped" if wrapped else ""
+        speed = float(np.max(np.abs(steps) / np.diff(time_s[known])))
+        other = _unit_hint(speed, limits.rate, limits.unit) if fast.mean() > MANY else ""
+        hint = "; a turn: it is not unwrapped" if wrapped else other
         yield _finding("jump", column.name, odd, rows,
                      f"faster than {limits.rate:g} {limits.unit}/s; the largest step {worst:.4g}"
                      f"{hint}")  # fmt: skip
