@@ -52,6 +52,7 @@ class RunHeader:
         steer: -1 (right) to 1 (left), None where it is not known.
         seed: Seed of virtual noise, None without any.
         scenario: File of the faults of virtual hardware, empty for none.
+        warnings: What the model warned of in the robot file, one a line.
         trial: Header of the trial that the log was made from, empty for none.
     """
 
@@ -63,6 +64,7 @@ class RunHeader:
     steer: float | None = None
     seed: int | None = None
     scenario: str = ""
+    warnings: str = ""
     trial: str = ""
 
     def metadata(self) -> Mapping[str, str]:

@@ -27,6 +27,7 @@ from robot.console.table import row_lines
 from robot.control.controller import Controller
 from robot.control.effect_uses import true_forces_of, unused_notes
 from robot.control.stops import STOPS
+from robot.design.review import refuse_impossible, review_robot
 from robot.report.summary import read_summary
 from robot.report.summary_text import busy_words, summary_rows
 from robot.requests.single import DriveRequest
@@ -107,6 +108,7 @@ def drive_as(
     Raises:
         BigantError: Something is wrong before the robot moves.
     """
+    warnings = _design_warnings(request, config) if request.armed else ()
     tap = WireTap() if request.record_bytes else None
     with ExitStack() as stack:
         interrupts = stack.enter_context(Interrupts())
@@ -121,7 +123,9 @@ def drive_as(
             config, rig.calibrations, armed=request.armed, rate_hz=request.rate_hz
         )
         operator = operator_of(controller, interrupts, stack)
-        log = None if log_path is None else _open_log(log_path, request, rig, controller)
+        log = None
+        if log_path is not None:
+            log = _open_log(log_path, _header(request, config, warnings), rig, controller, request)
         sink = log if log is None or tap is None else TappedLog(log, tap)
         title = f"{config.name}  {request.hardware}" + ("" if request.armed else "  (readonly)")
         view = open_view(
@@ -142,6 +146,24 @@ def drive_as(
     if busy and not request.virtual_time:
         complain(busy)
     return code
+
+
+def _design_warnings(request: DriveRequest, config: RobotConfig) -> tuple[str, ...]:
+    """Print what is wrong with the robot file for this run, as the model has it; return the lines.
+
+    Raises:
+        ConfigError: The robot cannot stand.
+    """
+    robot = config.parameters
+    if request.teleop:  # where any gait may be chosen
+        review = review_robot(config)
+    else:
+        review = review_robot(config, [make_gait(request.gait or "", robot)], request.frequency_hz)
+    refuse_impossible(review)
+    lines = tuple(one.line for one in review.warnings)
+    for line in lines:
+        complain(f"warning: {line}")
+    return lines
 
 
 def check_hardware(request: DriveRequest) -> None:
@@ -214,17 +236,9 @@ def _operator(
     return ScriptedOperator(script, interrupts)
 
 
-def _open_log(
-    path: Path, request: DriveRequest, rig: Rig, controller: Controller
-) -> LogWriter | BackgroundWriter:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RecordError(
-            f"the folder {path.parent} cannot be made: {error.strerror}; choose another --log"
-        ) from error
-    header = RunHeader(
-        robot=controller.config.name,
+def _header(request: DriveRequest, config: RobotConfig, warnings: tuple[str, ...]) -> RunHeader:
+    return RunHeader(
+        robot=config.name,
         hardware=request.hardware,
         time="virtual" if request.virtual_time else "real",
         gait=request.gait or "",
@@ -232,7 +246,19 @@ def _open_log(
         steer=request.steer,
         seed=request.seed if request.virtual else None,
         scenario=request.scenario.name if request.scenario is not None else "",
+        warnings="\n".join(warnings),
     )
+
+
+def _open_log(
+    path: Path, header: RunHeader, rig: Rig, controller: Controller, request: DriveRequest
+) -> LogWriter | BackgroundWriter:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RecordError(
+            f"the folder {path.parent} cannot be made: {error.strerror}; choose another --log"
+        ) from error
     writer = open_log(path, header, rig, controller, with_bytes=request.record_bytes)
     return writer if request.virtual_time else BackgroundWriter(writer)
 

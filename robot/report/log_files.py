@@ -159,6 +159,7 @@ def _rows(survey: LogSurvey) -> list[tuple[str, str]]:
         ("robot file", f"{len(survey.config_text.encode())} bytes" if survey.config_text else "none"),
         ("software", m.get("software", "?") + (f" ({', '.join(versions)})" if versions else "")),
     ]  # fmt: skip
+    rows += [("warning", line) for line in m.get("warnings", "").splitlines()]
     if "merged" in m:
         rows.append(("merged from", m["merged"]))
     counts = [

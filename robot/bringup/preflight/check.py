@@ -12,6 +12,7 @@ from drivers.dynamixel.bus import ServoBus
 from model.errors import BigantError, ConfigError, ConnectionLost
 from record.whole_file import write_text
 from robot.bringup.preflight.computer import host_settings, software_findings
+from robot.bringup.preflight.design import design_findings
 from robot.bringup.preflight.finding import (
     CheckVerdict,
     Finding,
@@ -114,6 +115,7 @@ def _findings(
     target: Target, loop_s: float | None, figures: list[LoopFigures], status: StatusLine
 ) -> Iterator[Finding]:
     yield from software_findings()
+    yield from design_findings(target.config)
     status.step("looking at the servos ...")
     with closing(bus_of(target.port, None, target.config)) as bus:
         yield from _servo_findings(bus, target)
