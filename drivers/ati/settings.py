@@ -1,8 +1,11 @@
 """Settings of the force-torque unit, as the robot file has them. N legs."""
 
+import math
 from dataclasses import dataclass
 
-from model.values.arrays import FloatArray, IntArray
+import numpy as np
+
+from model.values.arrays import FloatArray, IntArray, readonly
 from model.values.force_calibration import ForceCalibration
 
 
@@ -42,3 +45,33 @@ class ForceSensorSettings:
     up: IntArray
     bias_n: FloatArray
     calibration: ForceCalibration | None = None
+
+    @property
+    def any(self) -> bool:
+        """Whether any leg has a transducer; else there is no unit to talk to."""
+        return bool((self.transducers > 0).any())
+
+
+def no_sensors(names: tuple[str, ...]) -> ForceSensorSettings:
+    """Return the settings of a robot whose legs have no force sensors."""
+    legs = len(names)
+    none, upright = (
+        readonly(np.zeros(legs, dtype=np.int64)),
+        readonly(np.ones(legs, dtype=np.int64)),
+    )
+    nowhere = readonly(np.zeros((legs, 3)))
+    return ForceSensorSettings(
+        names=names,
+        transducers=none,
+        address="",
+        udp_port=0,
+        console_port=0,
+        local_port=0,
+        rate_hz=0,
+        oversampling=0,
+        silent_limit_s=math.inf,
+        offset_m=nowhere,
+        yaw_rad=readonly(np.zeros(legs)),
+        up=upright,
+        bias_n=nowhere,
+    )

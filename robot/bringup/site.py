@@ -13,7 +13,7 @@ from model.errors import ConfigError
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.console.person import Person, TerminalPerson
 from robot.requests.single import VIRTUAL
-from robot.run.force_unit import NO_UNIT, check_no_unit, unit_settings
+from robot.run.force_unit import NO_UNIT, check_no_unit, wanted_unit
 from robot.run.hardware import real_wires
 from robot.run.rig import Wires
 
@@ -99,8 +99,7 @@ class RealSite:
         self.name = request.hardware
         self.armed = request.armed
         self._config = config
-        without = request.force_unit == NO_UNIT
-        self._unit = None if without else unit_settings(request.force_unit, config.force_sensor)
+        self._unit = wanted_unit(request.force_unit, config.force_sensor)
 
     def wires(self, tap: WireTap | None) -> Wires:
         """Return its wires."""

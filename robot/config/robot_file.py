@@ -25,7 +25,6 @@ from model.parameters.tables import (
     read_legs,
 )
 from model.parameters.toml_table import Table
-from model.values.arrays import IntArray, readonly
 from model.values.parameters import (
     LegParameters,
     RobotParameters,
@@ -33,6 +32,7 @@ from model.values.parameters import (
 from record.toml_file import reading
 from robot.config.calibration import read_calibration
 from robot.config.estimator import EstimatorConfig, read_estimator
+from robot.config.force_sensor import read_force_sensor, read_transducers
 from robot.config.gaits import read_gaits
 from robot.config.safety import BodyLimits, RecoverySettings, read_body_limits, read_recovery
 from robot.config.servo import SafetyLimits, read_servo
@@ -60,7 +60,7 @@ class RobotConfig:
         text: The file as it was read; it goes into every log.
         parameters: What the model and the gaits believe.
         servo_bus: Servo bus settings.
-        force_sensor: Force-torque unit settings.
+        force_sensor: Force-torque unit settings; without transducers for a robot that has none.
         calibration_file: Calibration file that the robot file names, empty for none.
         limits: Safety limits of the servos.
         loop: Loop settings.
@@ -103,6 +103,8 @@ def load_robot(
         calibration = file.parent / config.calibration_file
     if calibration is None:
         return config
+    if not config.force_sensor.any:
+        raise ConfigError(str(calibration), "calibrates force sensors, and the robot file has none")
     read = read_calibration(Path(calibration), config.parameters.legs.names)
     return replace(config, force_sensor=replace(config.force_sensor, calibration=read))
 
@@ -128,14 +130,13 @@ def parse_robot(text: str) -> RobotConfig:
     make_gaits(parameters)  # refuses what cannot be a gait
     loop = _loop(top.table("loop"))
     safety_table = top.maybe_table("safety")
-    force_table = top.table("force_sensor")
-    calibration_file = force_table.maybe_text("calibration")
+    force_sensor, calibration_file = read_force_sensor(top, legs.names, bus_columns.transducers)
     config = RobotConfig(
         name=name,
         text=text,
         parameters=parameters,
         servo_bus=_servo_bus(top.table("servo_bus"), legs, bus_columns, servo.models, loop),
-        force_sensor=_force_sensor(force_table, legs, bus_columns),
+        force_sensor=force_sensor,
         calibration_file=calibration_file,
         limits=servo.limits,
         loop=loop,
@@ -163,7 +164,7 @@ def _legs(table: Table) -> tuple[LegParameters, _WiringColumns]:
         ids=table.integers("dynamixel_id", count, minimum=0, maximum=252),
         signs=table.integers("servo_sign", count, minimum=-1, maximum=1),
         zeros=table.integers("servo_zero", count, minimum=0, maximum=4095),
-        transducers=table.integers("transducer", count, minimum=0, maximum=6),
+        transducers=read_transducers(table, count),
     )
     ids = dict(zip(names, columns.ids.tolist(), strict=True))
     _no_repeat(table.name("dynamixel_id"), ids, "two servos cannot share id")
@@ -227,40 +228,3 @@ def _baud_rate(table: Table, models: tuple[ServoModel, ...]) -> int:
             words = f"is more than an {model.name} can be set to ({model.baud_rates[-1]})"
             raise ConfigError(table.name("baud_rate"), words)
     return baud_rate
-
-
-def _mounted_up(table: Table, count: int) -> IntArray:
-    """Return which way up the sensors are, (N,); all of them upright without the key."""
-    if not table.has("up"):
-        return readonly(np.ones(count, dtype=np.int64))
-    up = table.integers("up", count, minimum=-1, maximum=1)
-    if np.any(up == 0):
-        raise ConfigError(table.name("up"), "must be 1 or -1, not 0")
-    return up
-
-
-def _force_sensor(
-    table: Table, legs: LegParameters, columns: _WiringColumns
-) -> ForceSensorSettings:
-    rate = table.integer("rate", minimum=5, maximum=4000)
-    oversampling = table.integer("oversampling", minimum=1, maximum=32)
-    if rate * oversampling > 4000:
-        raise ConfigError(
-            table.name("oversampling"),
-            f"rate x oversampling is {rate * oversampling}, the unit samples at most 4000 a second",
-        )
-    return ForceSensorSettings(
-        names=legs.names,
-        transducers=columns.transducers,
-        address=table.text("address"),
-        udp_port=table.integer("udp_port", minimum=1, maximum=65535),
-        console_port=table.integer("console_port", minimum=1, maximum=65535),
-        local_port=table.integer("local_port", minimum=0, maximum=65535),
-        rate_hz=rate,
-        oversampling=oversampling,
-        silent_limit_s=table.number("silent_limit", above=0, maximum=60),
-        offset_m=table.numbers("offset", (legs.count, 3)),
-        yaw_rad=table.numbers("yaw", (legs.count,)),
-        up=_mounted_up(table, legs.count),
-        bias_n=table.numbers("bias", (legs.count, 3)),
-    )

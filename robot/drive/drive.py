@@ -31,7 +31,7 @@ from robot.design.review import refuse_impossible, review_robot
 from robot.report.summary import read_summary
 from robot.report.summary_text import busy_words, summary_rows
 from robot.requests.single import DriveRequest
-from robot.run.force_unit import NO_UNIT, check_no_unit, unit_settings
+from robot.run.force_unit import NO_UNIT, check_no_unit, wanted_unit
 from robot.run.hardware import open_real
 from robot.run.header import TappedLog, open_log
 from robot.run.loop import Operator, RunResult, no_full_collection, run
@@ -195,9 +195,8 @@ def open_robot(config: RobotConfig, request: DriveRequest, tap: WireTap | None) 
     Raises:
         BigantError: It cannot be opened.
     """
-    with_forces = request.force_unit != NO_UNIT
     if not request.virtual:
-        unit = unit_settings(request.force_unit, config.force_sensor) if with_forces else None
+        unit = wanted_unit(request.force_unit, config.force_sensor)
         return open_real(config, request.hardware, unit, armed=request.armed, tap=tap)
     # here, so that the simulator is not in the process that drives a real robot
     from robot.virtual.open import VirtualSettings, open_in_memory, open_virtual
@@ -206,7 +205,9 @@ def open_robot(config: RobotConfig, request: DriveRequest, tap: WireTap | None) 
     scenario = None
     if request.scenario is not None:
         scenario = load_scenario(request.scenario, [int(i) for i in config.servo_bus.ids])
-    settings = VirtualSettings(request.seed, request.armed, with_forces, scenario, tap)
+    settings = VirtualSettings(
+        request.seed, request.armed, request.force_unit != NO_UNIT, scenario, tap
+    )
     return (open_in_memory if request.virtual_time else open_virtual)(config, settings)
 
 

@@ -25,7 +25,7 @@ from robot.control.stops import STOPS
 from robot.odometry.request import believed_robot
 from robot.odometry.track import Tracker
 from robot.requests.single import VIRTUAL, OdomRequest
-from robot.run.force_unit import NO_UNIT, check_no_unit, unit_settings
+from robot.run.force_unit import NO_UNIT, check_no_unit, wanted_unit
 from robot.run.hardware import open_real
 from robot.run.loop import run
 from robot.run.operator import Interrupts, ScriptedOperator, listening
@@ -143,7 +143,7 @@ def _beside_hardware(
         rig = open_virtual(config, VirtualSettings(armed=False, with_forces=with_forces))
     else:
         assert request.hardware is not None  # asked only with one
-        unit = unit_settings(request.force_unit, config.force_sensor) if with_forces else None
+        unit = wanted_unit(request.force_unit, config.force_sensor) if with_forces else None
         rig = open_real(config, request.hardware, unit, armed=False)
     stack.callback(rig.close)
     lines.offset_ns = time.time_ns() - rig.clock.now_ns()

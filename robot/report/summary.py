@@ -5,11 +5,13 @@ from pathlib import Path
 
 import numpy as np
 
+from model.errors import BigantError
 from model.motion.se2 import aligning, compose, seen_from
 from model.values.arrays import FloatArray
 from model.values.faults import StopReason
 from record.log.reader import LogContents, read_blocks
 from record.log.recording import Recording, join_recordings, thin_recording
+from robot.config.robot_file import parse_robot
 from robot.console.progress import ProgressLine
 from robot.control.effect_uses import TrueForces, true_forces_of_log
 from robot.report.ground_truth import true_pose
@@ -44,6 +46,7 @@ class Summary:
         estimate_sd: Its standard deviations of x, y [m], yaw [rad] at the end of the run.
         estimate_health: Share of the ticks with health ok, degraded, lost; of those in which it ran.
         forces: Whether any foot force was measured.
+        sensors: Whether the log's robot file has force sensors.
         faults: Ticks in which each kind of fault was, most frequent first.
         last_faults: Time [s] and words of each fault the last time it was, the newest first.
         late_p50_ms: Median lateness of a tick.
@@ -81,6 +84,7 @@ class Summary:
     estimate_sd: tuple[float, ...]
     estimate_health: tuple[float, ...]
     forces: bool
+    sensors: bool
     faults: tuple[tuple[str, int], ...]
     last_faults: tuple[tuple[float, str], ...]
     late_p50_ms: float
@@ -131,6 +135,13 @@ def read_summary(path: Path) -> tuple[Summary, Recording]:
     return summarise_totals(totals, replace(block, damage=contents.damage)), log
 
 
+def _has_sensors(config_text: str) -> bool:
+    try:
+        return parse_robot(config_text).force_sensor.any
+    except BigantError:
+        return True  # a log of another robot's software does not say that it has none
+
+
 def summarise_totals(totals: RunTotals, last: Recording) -> Summary:
     """Compute the figures of a log that was read in blocks.
 
@@ -170,6 +181,7 @@ def summarise_totals(totals: RunTotals, last: Recording) -> Summary:
         estimate_sd=tuple(totals.estimate_sd.tolist()),
         estimate_health=_health(totals.column("estimate_health")),
         forces=bool(totals.column("forces").any()),
+        sensors=_has_sensors(last.config_text),
         faults=tuple(totals.faults.most_common()),
         last_faults=_last_faults(totals),
         late_p50_ms=float(np.percentile(late_ms, 50)),

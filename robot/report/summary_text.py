@@ -22,7 +22,7 @@ def summary_rows(summary: Summary) -> list[Row]:
     if s.truth:
         rows.append(("drift of dead reckoning", _drift_words(s.walk_drift_m, s.drift_m)))
     if not s.forces:
-        rows.append(("foot forces", "none measured"))
+        rows.append(("foot forces", "none measured" if s.sensors else "no force sensors"))
     elif math.isfinite(s.force_rmse_n[0]):
         rows.append(("predicted foot force, RMSE", _force_words(s.force_rmse_n)))
     if math.isfinite(s.estimate_health[0]):

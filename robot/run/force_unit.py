@@ -20,8 +20,9 @@ def unit_settings(text: str | None, settings: ForceSensorSettings) -> ForceSenso
     """Return the settings with another address: HOST, HOST:UDP or HOST:UDP:CONSOLE.
 
     Raises:
-        ConfigError: The text makes no sense.
+        ConfigError: The text makes no sense, or the robot has no force sensors.
     """
+    require_sensors(settings)
     if text is None:
         return settings
     host, *ports = text.split(":")
@@ -33,6 +34,41 @@ def unit_settings(text: str | None, settings: ForceSensorSettings) -> ForceSenso
     if len(ports) == 2:
         settings = replace(settings, console_port=int(ports[1]))
     return settings
+
+
+def require_sensors(settings: ForceSensorSettings) -> None:
+    """Refuse what needs force sensors where the robot has none.
+
+    Raises:
+        ConfigError: It has none.
+    """
+    if not settings.any:
+        raise ConfigError(
+            "force_sensor",
+            "the robot file has no force sensors; with some, it has [force_sensor] and legs.transducer",
+        )
+
+
+def wanted_unit(text: str | None, settings: ForceSensorSettings) -> ForceSensorSettings | None:
+    """Return the unit that a robot is to run with, None for a robot without or where it is left out.
+
+    Args:
+        text: ``--force-unit``: an address, ``none``, or None for the robot file's.
+        settings: The robot file's.
+
+    Raises:
+        ConfigError: The address makes no sense, or the robot has no force sensors that it could be of.
+    """
+    if text == NO_UNIT or (text is None and not settings.any):
+        return None
+    return unit_settings(text, settings)
+
+
+def why_no_unit(settings: ForceSensorSettings) -> str:
+    """Return in words why a robot runs without its unit."""
+    return (
+        "left out with --force-unit none" if settings.any else "no force sensors in the robot file"
+    )
 
 
 def check_no_unit(text: str | None) -> None:

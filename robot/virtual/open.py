@@ -38,7 +38,7 @@ class VirtualSettings:
     Attributes:
         seed: Seed of its noise.
         armed: Whether torque may be switched on.
-        with_forces: Whether to use the force-torque unit.
+        with_forces: Whether to use the force-torque unit, if the robot has force sensors.
         scenario: What goes wrong, None for sound devices.
         tap: Listens in on all wires, from the first byte on; None for nobody.
         there: The robot that is really there; None for the one that the robot file says.
@@ -161,7 +161,7 @@ def memory_wires(
         clock,
         MemoryPort(robot.servo_wire, clock, config.servo_bus.baud_rate, timer_s),
         config.force_sensor,
-        links=links if settings.with_forces else None,
+        links=links if settings.with_forces and config.force_sensor.any else None,
         truth=_WorldTruth(robot, clock),
         tap=tap,
     )
@@ -185,6 +185,7 @@ def start_virtual(
         there.servo_bus,
         there.force_sensor,
         seed,
+        with_wnet=there.force_sensor.any,
         scenario=scenario,
         twin=file_twin(there, seed),
     )
@@ -209,7 +210,7 @@ def open_virtual(config: RobotConfig, settings: VirtualSettings) -> Rig:
         return open_real(
             config,
             devices.addresses.servo_port,
-            unit if settings.with_forces else None,
+            unit if settings.with_forces and config.force_sensor.any else None,
             armed=settings.armed,
             tap=settings.tap,
             truth=devices.truth,

@@ -40,9 +40,10 @@ def serve_robot(request: SimServeRequest) -> ExitCode:
             known = ", ".join(str(i) for i in bus.ids)
             raise ConfigError("--absent", f"{servo_id} is no servo of this robot; it has {known}")
         robot.servos.silence(servo_id)
+    with_unit = config.force_sensor.any and not request.no_force_unit
     with ExitStack() as stack:
         try:
-            _serve(robot, scenario, bus.baud_rate, stack, with_wnet=not request.no_force_unit)
+            _serve(robot, scenario, bus.baud_rate, stack, with_wnet=with_unit)
         except KeyboardInterrupt:
             print("stopped")
     return ExitCode.OK

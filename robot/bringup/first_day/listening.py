@@ -27,6 +27,7 @@ from model.values.wire import Wire
 from robot.bringup.first_day.day import Day, received
 from robot.bringup.preflight.finding import failed, passed, skipped, warned
 from robot.console.table import number_text
+from robot.run.force_unit import why_no_unit
 
 LISTEN_S = 3.0
 LOOK_NS = 20_000_000
@@ -69,7 +70,7 @@ def listen(day: Day) -> None:
     else:
         day.note(passed("servo bus", f"silent {what}"))
     if not links:
-        day.note(skipped("force unit", "left out with --force-unit none"))
+        day.note(skipped("force unit", why_no_unit(day.config.force_sensor)))
     elif unit:
         advice = "an earlier program never stopped it; the next one does (or switch it off and on)"
         day.note(warned("force unit", f"{len(unit)} bytes {what}", advice))

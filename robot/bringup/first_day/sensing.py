@@ -17,10 +17,9 @@ from robot.bringup.first_day.day import Day
 from robot.bringup.mapping.identify import PressedFeet, press_findings
 from robot.bringup.preflight.finding import Finding, failed, passed, skipped, warned
 from robot.bringup.preflight.forces import calibration_findings
-from robot.run.force_unit import started
+from robot.run.force_unit import started, why_no_unit
 from robot.run.rig import Wires
 
-NO_UNIT = "left out with --force-unit none"
 CONSOLE_FILE = "console.txt"
 # Bits of the first status word that ATI's pages do not explain.
 UNKNOWN_BITS = 0xC0C0_F000
@@ -35,7 +34,7 @@ def feet(day: Day) -> None:
     """Step 10: press each foot up, forward and left."""
     wires = day.wires()
     if wires.links is None:
-        day.note(skipped("force unit", NO_UNIT))
+        day.note(skipped("force unit", why_no_unit(day.config.force_sensor)))
         return
     pieces = list(_short_stream(day, wires))
     with started(ForceStream(*wires.links(), wires.unit, wires.clock)) as stream:
@@ -101,7 +100,7 @@ def console(day: Day) -> None:
     """Step 11: read the console; nothing is set."""
     wires = day.wires()
     if wires.links is None:
-        day.note(skipped("force unit", NO_UNIT))
+        day.note(skipped("force unit", why_no_unit(day.config.force_sensor)))
         return
     with ExitStack() as stack:
         datagrams, text = wires.links()

@@ -20,6 +20,7 @@ from robot.console.json_output import print_result
 from robot.console.progress import ProgressBar
 from robot.console.table import Column, table_lines
 from robot.requests.ft import FtCalibrateRequest
+from robot.run.force_unit import require_sensors
 from robot.virtual.walk import record_poses
 
 # Left-out poses are few: sensors that need no correction come out a few per cent better or worse.
@@ -89,6 +90,7 @@ def _check(request: FtCalibrateRequest) -> None:
 
 def _record(request: FtCalibrateRequest) -> None:
     config = load_robot(request.robot or DEFAULT_ROBOT_FILE)
+    require_sensors(config.force_sensor)
     with ProgressBar("recording poses") as bar:
         record_poses(
             config,

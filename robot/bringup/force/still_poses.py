@@ -21,6 +21,7 @@ from model.values.arrays import BoolArray, FloatArray
 from model.values.tick import Tick
 from record.log.reader import LogContents, read_ticks
 from robot.config.robot_file import RobotConfig, load_robot, parse_robot
+from robot.run.force_unit import require_sensors
 from robot.run.header import calibrations_of
 
 # All shafts within this of where the pose began [rad]; an encoder count is 0.0015.
@@ -68,7 +69,7 @@ def read_pose_logs(
 
     Raises:
         RecordError: A log cannot be read, or they are of different sensors.
-        ConfigError: A robot file cannot be used.
+        ConfigError: A robot file cannot be used, or is of a robot without force sensors.
     """
     logs: list[PoseLogs] = []
     for path, hung in [*((p, False) for p in standing), *((p, True) for p in hung_up)]:
@@ -79,6 +80,7 @@ def read_pose_logs(
         here = (
             load_robot(robot_file) if robot_file is not None else parse_robot(contents.config_text)
         )
+        require_sensors(here.force_sensor)
         legs = here.parameters.legs.names
         units = calibrations_of(contents.metadata, legs)
         if units is None:

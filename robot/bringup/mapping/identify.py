@@ -31,7 +31,7 @@ from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_result
 from robot.console.person import Hand, Person, Work
 from robot.requests.ft import FtIdentifyRequest
-from robot.run.force_unit import started
+from robot.run.force_unit import require_sensors, started
 
 PRESSES = (
     (Hand.PRESS_UP, "up"),
@@ -264,6 +264,7 @@ def identify(request: FtIdentifyRequest) -> ExitCode:
     """
     config = load_robot(request.robot)
     settings = config.force_sensor
+    require_sensors(settings)
     site = site_of(site_request(request, hardware=request.hardware or "unused"), config)
     person = site.person(yes=True, ask=False)
     wires = site.wires(None)

@@ -35,7 +35,7 @@ from robot.console.progress import StatusLine
 from robot.report.page import Section, report_page
 from robot.report.run_date import utc_words
 from robot.requests.single import VIRTUAL, CheckRequest
-from robot.run.force_unit import NO_UNIT, check_no_unit, open_force_links, unit_settings
+from robot.run.force_unit import NO_UNIT, check_no_unit, open_force_links, wanted_unit, why_no_unit
 from robot.run.hardware import open_real
 from robot.virtual.open import start_virtual
 
@@ -101,13 +101,13 @@ def _short(path: Path) -> str:
 
 def _target(request: CheckRequest, stack: ExitStack) -> Target:
     config = load_robot(request.robot)
-    without = request.force_unit == NO_UNIT
     if request.hardware == VIRTUAL:
         check_no_unit(request.force_unit)
         devices, unit = start_virtual(config, seed=0)
         stack.callback(devices.close)
-        return Target(config, devices.addresses.servo_port, None if without else unit, armed=True)
-    real = None if without else unit_settings(request.force_unit, config.force_sensor)
+        used = None if request.force_unit == NO_UNIT or not config.force_sensor.any else unit
+        return Target(config, devices.addresses.servo_port, used, armed=True)
+    real = wanted_unit(request.force_unit, config.force_sensor)
     return Target(config, request.hardware, real, request.armed)
 
 
@@ -120,7 +120,7 @@ def _findings(
     with closing(bus_of(target.port, None, target.config)) as bus:
         yield from _servo_findings(bus, target)
     if target.unit is None:
-        yield skipped("force unit", "left out with --force-unit none")
+        yield skipped("force unit", why_no_unit(target.config.force_sensor))
     else:
         status.step(f"listening to the force-torque unit, {LISTEN_S:g} s ...")
         yield from _force_findings(target.unit)
