@@ -6,6 +6,7 @@ ranges, units, data sheet); the tables agree with the model files of the ``dynam
 ``tests/drivers/test_servo_models.py``. Where editions of the e-manual differ, the newer one is taken.
 """
 
+import copyreg
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -175,3 +176,12 @@ COMMON = RegisterTable.of([
 READ_ADDRESS = COMMON["present_pwm"].address
 READ_LENGTH = COMMON["present_temperature"].end - READ_ADDRESS
 CURRENT_OR_LOAD = MX_106.table["present_current"]
+
+
+def model_named(name: str) -> ServoModel:
+    """Return the model of a name that is known."""
+    return MODEL_BY_NAME[name]
+
+
+# Another process, such as that of the virtual devices, takes a model from its own catalogue.
+copyreg.pickle(ServoModel, lambda model: (model_named, (model.name,)))

@@ -1,6 +1,7 @@
 """Every servo known here against ROBOTIS' model files and its e-manual, which know nothing of ours."""
 
 import math
+import pickle
 from functools import cache
 from importlib.resources import files
 from itertools import pairwise
@@ -260,3 +261,8 @@ def test_a_model_number_in_words() -> None:
     assert all(model.name in unknown for model in SERVO_MODELS)
     assert unknown.endswith("how to add one: docs/servos.md")
     assert DUTY_FULL == 885
+
+
+def test_a_model_in_another_process_is_the_same_model() -> None:
+    for model in MODEL_BY_NAME.values():
+        assert pickle.loads(pickle.dumps(model)) is model
