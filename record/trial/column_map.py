@@ -31,6 +31,7 @@ from record.trial.body_pose import ORIENTATIONS, BodyColumns, BodyFrame, read_bo
 from record.trial.cut import Cut, read_cut
 from record.trial.header import TrialHeader, errors_of, parse_header, parse_toml, read_text
 from record.trial.machine_names import MachineNames
+from record.trial.ros_bag import BagMap, read_bag_map
 from record.trial.table_check import TableFinding
 from record.trial.table_file import DataTable, TableColumn
 from record.trial.trial import trial_places
@@ -94,7 +95,7 @@ class About:
     licence: str = ""
 
 
-NO_CUT, NOWHERE, OURS = Cut(), About(), BodyFrame()
+NO_CUT, NOWHERE, OURS, CHOSEN = Cut(), About(), BodyFrame(), BagMap()
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,6 +111,7 @@ class ColumnMap:
         cut: Which rows make the trial.
         about: Where the data come from.
         body: The axes of a tracking system and its marker on the body.
+        bag: Which topics of a ROS 2 bag are what.
     """
 
     sources: tuple[Source, ...] = ()
@@ -120,6 +122,7 @@ class ColumnMap:
     cut: Cut = NO_CUT
     about: About = NOWHERE
     body: BodyFrame = OURS
+    bag: BagMap = CHOSEN
 
 
 def map_names() -> tuple[str, ...]:
@@ -175,6 +178,7 @@ def read_column_map(path: Path) -> ColumnMap:
             cut=read_cut(top.maybe_table("cut")),
             about=About(*(about.maybe_text(field.name) for field in fields(About))),
             body=frame,
+            bag=read_bag_map(top.maybe_table("bag")),
         )
         header = {key: data[key] for key in ("trial", "noise") if top.has(key)}
         for one in (about, table, top):

@@ -6,7 +6,7 @@ dropped and listed.
 """
 
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
 
@@ -91,12 +91,27 @@ def import_tables(
         path = trial_table(path)
     with open_tables(path, given) as tables:
         for one in tables:
-            yield _import(path, one, given, tell)
+            yield completed(import_part(path, one, given, tell))
 
 
-def _import(
+def completed(one: Imported) -> Imported:
+    """Return what was brought in with what follows from it, and with a list of what is absent."""
+    if one.trial is None:
+        return one
+    trial, derived = with_speeds(one.trial)
+    absent = _absent(trial.header, trial.known_columns)
+    names = tuple(dict.fromkeys([*one.report.columns, *trial.known_columns]))
+    report = replace(one.report, columns=names, findings=(*absent, *derived, *one.report.findings))
+    return Imported(trial, report)
+
+
+def import_part(
     path: Path, one: SourceTable, given: ColumnMap, tell: Callable[[float], None]
 ) -> Imported:
+    """Read one table, as far as it goes: what is absent in it may be in another one of the same run.
+
+    Arguments and errors are those of ``import_tables``.
+    """
     table = _with_time(one.table, given)
     findings: list[TableFinding] = [*one.findings]
     header = _header(path, table, given, findings)
@@ -126,15 +141,12 @@ def _import(
         words = f"only {len(order)} rows are left by the map's [cut]: no trial"
         last = [TableFinding("short", "", len(order), 0, words)]
     else:
-        trial, derived = with_speeds(build_trial(header, columns))
-        last = [*derived, *check_trial(trial, (order + 1).astype(np.float64))]
+        trial = build_trial(header, columns)
+        last = list(check_trial(trial, (order + 1).astype(np.float64)))
     findings += passed.unreadable
     findings += raw_findings(table, sources)
     findings += _unused(table, (*(s.theirs for s in sources), *given.cut.columns))
-    if trial is not None:
-        filled = ("time_s", *trial.known_columns)
-        names = tuple(dict.fromkeys([*(n for n in names if n not in ORIENTATIONS), *filled]))
-    findings += _absent(header, names)
+    names = tuple(name for name in names if name not in ORIENTATIONS)
     findings += [*passed.empty_rows(), *in_time.findings, *cut, *last]
     dropped = passed.dropped()
     report = ImportReport(path, one.name, table.rows, 0 if few else len(order), dropped, names,

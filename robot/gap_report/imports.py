@@ -1,7 +1,7 @@
 """``bigant import``: measured tables checked, written as logs or trials; what is odd there, in words."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
@@ -13,7 +13,9 @@ from model.errors import BigantError, ConfigError, RecordError
 from record.log.from_trial import left_out, write_trial_log
 from record.trial.column_map import ColumnMap, find_map, map_names, read_column_map
 from record.trial.header import TrialHeader
-from record.trial.import_table import Imported, ImportReport, import_tables
+from record.trial.import_run import import_run
+from record.trial.import_table import Imported, ImportReport
+from record.trial.ros_bag import is_bag, with_topics
 from record.trial.table_file import TableColumn
 from record.trial.trial import Trial, build_trial, write_trial
 from record.whole_file import write_text, writing
@@ -83,9 +85,13 @@ def imported(
     if not request.paths:
         raise ConfigError("TABLE", "name a table to import, or --maps to list the maps")
     for path in request.paths:
-        if path.suffix not in READ_SUFFIXES:
-            raise ConfigError("TABLE", f"must end in {', '.join(READ_SUFFIXES)}, not {path}")
+        if path.suffix not in READ_SUFFIXES and not is_bag(path):
+            raise ConfigError(
+                "TABLE", f"must end in {', '.join(READ_SUFFIXES)}, or be a ROS 2 bag, not {path}"
+            )
     given = read_column_map(find_map(request.map)) if request.map is not None else ColumnMap()
+    if request.topics is not None:
+        given = replace(given, bag=with_topics(given.bag, request.topics))
     if out is not None and not request.folder:
         if out.suffix not in SUFFIXES:
             words = f"must end in .mcap, .parquet or .csv, or be a folder, not {out}"
@@ -105,7 +111,7 @@ def _import_all(
             show((number + share) / len(request.paths), path.name)
 
         # reading and writing take about as long
-        tables = tuple(import_tables(path, given, lambda share: tell(0.5 * share)))
+        tables = tuple(import_run(path, given, lambda share: tell(0.5 * share)))
         if len(tables) > 1 and out is not None and not request.folder:
             raise RecordError(f"{path} holds {len(tables)} tables; give --out a folder, not {out}")
         for at, one in enumerate(tables):

@@ -205,20 +205,26 @@ class ReplayRequest:
 class ImportRequest:
     """``bigant import``: measured data from anywhere, checked, as logs or trials.
 
-    Reads the trial table (.parquet or .csv with NAME.toml beside it), and any other .csv, .parquet or .npz
-    through a map of its columns: your own file, or one of the maps that come with the program (--maps lists
-    them). Says what is absent, out of order, repeated, out of range, jumping, stuck, unsigned or empty, and
-    which faults of the data the diagnosis would see. Nothing is dropped without being listed.
+    Reads the trial table (.parquet or .csv with NAME.toml beside it), any other .csv, .parquet or .npz
+    through a map of its columns, and ROS 2 bags: your own map, or one that comes with the program (--maps
+    lists them). Says what is absent, out of order, repeated, out of range, jumping, stuck, unsigned or
+    empty, which faults of the data the diagnosis would see, and what can be asked of the run. Nothing is
+    dropped without being listed.
     """
 
     paths: tuple[Path, ...] = argument(
         "TABLE",
-        ".parquet, .csv, .npz, or NAME.toml; several with --out FOLDER",
+        ".parquet, .csv, .npz, NAME.toml, or a ROS 2 bag; several with --out FOLDER",
         nargs="*",
         default=(),
     )
     map: str | None = option(
         "which of its columns is which of ours", "NAME|MAP.toml", flags=("--map", "--columns")
+    )
+    topics: str | None = option(
+        "of a bag, where the map does not name them and several could be meant: joints=, commands=, pose=, "
+        "force_LEG=",
+        "WHAT=TOPIC,...",
     )
     maps: bool = flag("list the maps that come with the program")
     out: Path | None = option(
