@@ -5,8 +5,9 @@ from difflib import get_close_matches
 from gaits.buehler import BuehlerClock
 from gaits.cubic import CubicClock
 from gaits.gait import Gait
+from gaits.plugin import PluginGait
 from model.errors import ConfigError
-from model.values.parameters import BuehlerParameters, RobotParameters
+from model.values.parameters import BuehlerParameters, PluginParameters, RobotParameters
 
 
 def gait_names(robot: RobotParameters) -> tuple[str, ...]:
@@ -22,6 +23,8 @@ def make_gait(name: str, robot: RobotParameters) -> Gait:
     """
     for gait in robot.gaits:
         if gait.name == name:
+            if isinstance(gait, PluginParameters):
+                return PluginGait(gait, robot.legs)
             if isinstance(gait, BuehlerParameters):
                 return BuehlerClock(gait, robot.legs)
             return CubicClock(gait, robot.legs)

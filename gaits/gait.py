@@ -11,7 +11,7 @@ import numpy as np
 
 from model.errors import ConfigError
 from model.values.arrays import BoolArray, FloatArray
-from model.values.parameters import GaitParameters, LegParameters
+from model.values.parameters import ClockParameters, LegParameters
 
 TURN = 2 * np.pi
 # Full steering shortens the stance sweep on the inner side and lengthens it outside by this share.
@@ -79,7 +79,7 @@ class DelayedLegs:
 
     rounding = 0.0  # of the phase, so that stance includes its beginning and not its end
 
-    def __init__(self, parameters: GaitParameters, legs: LegParameters) -> None:
+    def __init__(self, parameters: ClockParameters, legs: LegParameters) -> None:
         self.name = parameters.name
         widest = float(parameters.stance_sweep.max()) * (1 + STEER_GAIN)
         if widest >= TURN:

@@ -201,12 +201,31 @@ class CubicParameters:
     cubic: FloatArray
 
 
-GaitParameters: TypeAlias = BuehlerParameters | CubicParameters
+@dataclass(frozen=True, slots=True)
+class PluginParameters:
+    """A gait that a Python file gives; ``gaits.plugin`` builds it.
+
+    Attributes:
+        name: Name of the gait, that of the file.
+        file: The file, as it was named.
+        text: What is in it.
+    """
+
+    name: str
+    file: str
+    text: str
+
+
+ClockParameters: TypeAlias = BuehlerParameters | CubicParameters
+GaitParameters: TypeAlias = ClockParameters | PluginParameters
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RobotParameters:
-    """Everything the model and the gaits need to know about one robot; its gaits in the file's order."""
+    """Everything the model and the gaits need to know about one robot.
+
+    Its gaits are in the order of the robot file; one of a Python file comes after them.
+    """
 
     body: BodyParameters
     legs: LegParameters

@@ -53,7 +53,7 @@ class TrialHeader:
     Attributes:
         kind: ``legged``, ``servo_bench`` or ``sliding_body``.
         joints: Names of joints, in the order of the machine's file.
-        gait: tripod, metachronal or other; empty where there is none.
+        gait: Name of the gait, as in the robot file; empty where there is none.
         frequency_hz: Cycles a second; NaN if not known.
         sample_rate_hz: Samples a second; NaN if not known.
         notes: Words.

@@ -5,7 +5,7 @@
     seconds = 30.0
     robots = ["bigant.toml"]                # beside this file
     [conditions]                            # the trials of every case: all gaits at all frequencies
-    gaits = ["tripod", "metachronal"]
+    gaits = ["tripod", "metachronal"]       # of the robot file; also FILE.py beside this file
     frequencies_hz = [0.1, 0.15]
     steer = [0.0, 0.0, 0.2, -0.2]           # one a trial, over and over
     [references]                            # runs of the healthy robot
@@ -27,11 +27,11 @@ from pathlib import Path
 
 import numpy as np
 
-from gaits.catalog import gait_names, no_such_gait
 from model.errors import ConfigError
 from model.parameters.tables import parse_table
 from model.parameters.toml_table import Table
 from record.toml_file import reading
+from robot.config.gait_file import with_gait
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.virtual.twin_run import WalkPlan, plan_of
 from sim_hw.twin.catalog import EFFECTS
@@ -86,13 +86,13 @@ def _scenario(path: Path, top: Table) -> CampaignScenario:
     robots = tuple(path.parent / name for name in campaign.texts("robots"))
     config, *_ = [load_robot(robot) for robot in robots]
     seconds = campaign.number("seconds", above=0)
-    conditions = _conditions(top.table("conditions"), config, seconds)
+    conditions = _conditions(top.table("conditions"), config, seconds, path.parent)
     cases = top.table("cases")
     scenario = CampaignScenario(
         seed=campaign.integer("seed", minimum=0, maximum=2**31),
         robots=robots,
         plans=conditions,
-        references=_references(top.table("references"), config, seconds, conditions),
+        references=_references(top.table("references"), config, seconds, path.parent, conditions),
         controls=cases.integer("controls", minimum=0, maximum=100000),
         effects=_effect_names(cases),
         severities=_severities(cases),
@@ -105,18 +105,24 @@ def _scenario(path: Path, top: Table) -> CampaignScenario:
     return scenario
 
 
-def _conditions(table: Table, config: RobotConfig, seconds: float) -> tuple[WalkPlan, ...]:
+def _conditions(
+    table: Table, config: RobotConfig, seconds: float, folder: Path
+) -> tuple[WalkPlan, ...]:
     gaits = table.texts("gaits")
-    known = gait_names(config.parameters)
+    names = []
     for gait in gaits:
-        if gait not in known:
-            raise ConfigError(table.name("gaits"), no_such_gait(gait, known).reason)
+        named = str(folder / gait) if gait.endswith(".py") else gait
+        try:
+            config, name = with_gait(config, named)
+        except ConfigError as error:
+            raise ConfigError(table.name("gaits"), f"{error}") from error
+        names.append(name)
     frequencies = _numbers(table, "frequencies_hz")
     steers = _numbers(table, "steer")
     if min(frequencies) <= 0 or max(abs(s) for s in steers) > 1:
         raise ConfigError(table.name("steer"), "must be from -1 to 1, and frequencies positive")
     table.done()
-    grid = [(gait, frequency) for gait in gaits for frequency in frequencies]
+    grid = [(gait, frequency) for gait in names for frequency in frequencies]
     return tuple(
         plan_of(config, gait, frequency, seconds, steers[at % len(steers)])
         for at, (gait, frequency) in enumerate(grid)
@@ -124,10 +130,14 @@ def _conditions(table: Table, config: RobotConfig, seconds: float) -> tuple[Walk
 
 
 def _references(
-    table: Table, config: RobotConfig, seconds: float, conditions: tuple[WalkPlan, ...]
+    table: Table,
+    config: RobotConfig,
+    seconds: float,
+    folder: Path,
+    conditions: tuple[WalkPlan, ...],
 ) -> tuple[WalkPlan, ...]:
     count = table.integer("count", minimum=0, maximum=1000)
-    own = _conditions(table, config, seconds) if table.has("gaits") else conditions
+    own = _conditions(table, config, seconds, folder) if table.has("gaits") else conditions
     table.done()
     return tuple(own[at % len(own)] for at in range(count))
 

@@ -25,8 +25,8 @@ from model.parameters.toml_table import Table
 from model.values.arrays import FloatArray, readonly
 from model.values.parameters import (
     BuehlerParameters,
+    ClockParameters,
     CubicParameters,
-    GaitParameters,
     LegParameters,
 )
 
@@ -36,7 +36,7 @@ FULL_TURN = 2 * np.pi
 GAIT_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
 
 
-def read_gaits(table: Table, legs: LegParameters) -> tuple[GaitParameters, ...]:
+def read_gaits(table: Table, legs: LegParameters) -> tuple[ClockParameters, ...]:
     """Read the gaits of a robot.
 
     Raises:
@@ -50,7 +50,7 @@ def read_gaits(table: Table, legs: LegParameters) -> tuple[GaitParameters, ...]:
     return tuple(_gait(name, table.table(name), legs) for name in table.names())
 
 
-def _gait(name: str, table: Table, legs: LegParameters) -> GaitParameters:
+def _gait(name: str, table: Table, legs: LegParameters) -> ClockParameters:
     kind = name if name in KINDS and not table.has("kind") else table.word("kind", KINDS)
     frequency = table.number("frequency", above=0)
     if kind == TRIPOD:
@@ -92,7 +92,7 @@ def _metachronal(name: str, frequency: float, table: Table, legs: LegParameters)
     )
 
 
-def _phases(name: str, frequency: float, table: Table, count: int) -> GaitParameters:
+def _phases(name: str, frequency: float, table: Table, count: int) -> ClockParameters:
     if table.has("blend") and table.has("cubic"):
         raise ConfigError(table.name("blend"), "and cubic exclude each other; leave one out")
     each = partial(_each, table, count)

@@ -100,6 +100,12 @@ def robot_file(text: str = "robot file (default: config/bigant.toml)") -> Any:
     return option(text, "FILE", default=DEFAULT_ROBOT_FILE)
 
 
+def gait_choice() -> Any:
+    """``--gait``: which names there are is known when the robot file has been read."""
+    text = "gait of the robot file (default: its first), or a Python file that gives one"
+    return option(text, "NAME|FILE.py")
+
+
 def servo_port() -> Any:
     """``--port`` of the servo bus."""
     return needed("serial port, for example /dev/ttyUSB0", "PORT")

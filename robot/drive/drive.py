@@ -11,7 +11,7 @@ from typing import TypeAlias
 
 from drivers.pose_udp import PoseListener
 from drivers.wire.tap import WireTap
-from gaits.catalog import default_gait, make_gait
+from gaits.catalog import make_gait
 from gaits.limits import check_gait
 from model.errors import ConfigError, RecordError
 from model.values.faults import StopReason
@@ -19,6 +19,7 @@ from model.values.tick import Intent, Request, Tick
 from record.log.background import BackgroundWriter
 from record.log.header import RunHeader
 from record.log.writer import LogWriter
+from robot.config.gait_file import with_gait
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.program_output import complain, stop_output
@@ -56,7 +57,7 @@ def drive(request: DriveRequest) -> ExitCode:
     config = load_robot(request.robot, request.calibration)
     for note in unused_notes(config.effects):
         complain(note)
-    name, frequency_hz = _gait_of(request, config)
+    config, name, frequency_hz = _gait_of(request, config)
     # the first controller of a process compiles; nothing may wait for that once the bus is open
     Controller(config, (), armed=False)
     check_hardware(request)
@@ -78,15 +79,15 @@ def drive(request: DriveRequest) -> ExitCode:
     return drive_as(decided, config, log, partial(_operator, decided, name, frequency_hz))
 
 
-def _gait_of(request: DriveRequest, config: RobotConfig) -> tuple[str, float]:
-    """Return name and frequency of the gait; an empty name if a robot without one is only listened to."""
-    robot = config.parameters
-    if request.readonly and request.gait is None and not robot.gaits:
-        return "", request.frequency_hz or 0.0
-    gait = make_gait(default_gait(robot) if request.gait is None else request.gait, robot)
+def _gait_of(request: DriveRequest, config: RobotConfig) -> tuple[RobotConfig, str, float]:
+    """Return the robot with the gait, its name and frequency; without a name if it is only listened to."""
+    if request.readonly and request.gait is None and not config.parameters.gaits:
+        return config, "", request.frequency_hz or 0.0
+    config, name = with_gait(config, request.gait)
+    gait = make_gait(name, config.parameters)
     frequency_hz = request.frequency_hz if request.frequency_hz is not None else gait.frequency_hz
-    check_gait(gait, frequency_hz, robot.servo)
-    return gait.name, frequency_hz
+    check_gait(gait, frequency_hz, config.parameters.servo)
+    return config, name, frequency_hz
 
 
 def usual_log(name: str) -> Path:

@@ -47,7 +47,7 @@ def propose_runs(request: GapNextRequest) -> ExitCode:
             f"bigant gap next knows the runs of legged robots, not of a {simulator.name}; vary its load "
             "and its speed by hand"
         )
-    proposer, note = proposer_of(runs.robot_text, runs.robot)
+    proposer, note = proposer_of(runs.robot_text, runs.robot, request.gait)
     if note:
         complain(f"note: {note}")
     effects = {effect.name: effect for effect in simulator.effects}

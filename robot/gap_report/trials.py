@@ -23,6 +23,7 @@ from record.log.reader import LogContents
 from record.toml_file import reading
 from record.trial.header import LEGGED, SERVO_BENCH
 from record.trial.trial import Trial, read_trial
+from robot.config.gait_file import with_gait
 from robot.config.robot_file import load_robot, parse_robot
 
 NO_GAITS = "gaits and servo limits are those of config/bigant.toml: the runs' robot file has none"
@@ -199,32 +200,46 @@ def robot_text(path: Path) -> str:
         return text
 
 
-def proposer_of(text: str, file: Path | None) -> tuple[LeggedProposer, str]:
+def proposer_of(
+    text: str, file: Path | None, gait: str | None = None
+) -> tuple[LeggedProposer, str]:
     """Return the runs that a robot can make by its file's text, and a note if something was assumed.
 
-    Command lines name the file; None stands for the default one.
+    Args:
+        text: The robot file's text.
+        file: What command lines name it; None stands for the default one.
+        gait: A Python file with a gait that is to be proposed as well.
 
     Raises:
+        ConfigError: The gait cannot be used.
         GapError: The file has other legs than the gaits that must stand in for its own.
     """
     machine = parse_machine(text)
     note = ""
     try:
-        own = parse_robot(text).parameters
+        config = parse_robot(text)
     except ConfigError:
-        own, note = load_robot().parameters, NO_GAITS
+        config, note = load_robot(), NO_GAITS
+    if not config.parameters.gaits:
+        config, note = load_robot(), NO_GAITS
+    own = config.parameters
     if own.legs.names != machine.legs.names:
         raise GapError(
             f"the robot file of the runs has no gaits, and those of {', '.join(own.legs.names)} do not "
             "fit its legs; add [gait] and [servo] to it"
         )
-    gaits = {gait.name: gait for gait in make_gaits(own)}
+    names: dict[str, str] = {}
+    if gait is not None:
+        config, name = with_gait(config, gait)
+        own, names = config.parameters, {name: gait}
+    gaits = {one.name: one for one in make_gaits(own)}
     proposer = LeggedProposer(
         legs=machine.legs.names,
         gaits=gaits,
-        limits_hz={name: frequency_limit(gait, own.servo) for name, gait in gaits.items()},
+        limits_hz={name: frequency_limit(one, own.servo) for name, one in gaits.items()},
         mass_kg=machine.mass_kg,
         robot_text=text,
         robot_option="" if file is None else f" --robot {file}",
+        gait_files=names,
     )
     return proposer, note

@@ -109,6 +109,7 @@ def replay_bus(
     scale: float = 1.0,
     config: RobotConfig | None = None,
     contents: LogContents | None = None,
+    gait: str | None = None,
 ) -> BusReplay:
     """Replay the bytes of a log.
 
@@ -117,6 +118,7 @@ def replay_bus(
         scale: Factor on all tolerances of the ticks; requests have none.
         config: Another robot file to try instead of the log's.
         contents: Filled on the way: robot file, metadata, damage, how far it is.
+        gait: What may be run of a gait that a Python file gave: see ``with_gaits_of_log``.
 
     Raises:
         RecordError: The log cannot be read, holds no bytes or no ticks, or its devices do not answer.
@@ -128,7 +130,7 @@ def replay_bus(
     if first is None:
         raise RecordError(f"{path} holds no ticks")
     began = time.perf_counter()
-    rebuilt = rebuild_controller(contents, config)
+    rebuilt = rebuild_controller(contents, config, gait)
     tape = Tape(pieces, VirtualClock(pieces[0].t_ns))
     names = rebuilt.controller.config.parameters.legs.names
     comparison = Comparison((*WIRE_FIELDS, *FIELDS), names, scale, first.t_ns)

@@ -46,7 +46,13 @@ def replay(request: ReplayRequest) -> ExitCode:
             complain(note)
     run = replay_bus if request.bus else replay_log
     with ProgressLine(f"replaying {request.path}", contents.progress):
-        result = run(request.path, scale=request.tolerance, config=config, contents=contents)
+        result = run(
+            request.path,
+            scale=request.tolerance,
+            config=config,
+            contents=contents,
+            gait=request.gait,
+        )
     fields = {**asdict(result), "equal": result.equal}
     print_result(fields, result_lines(result), as_json=request.json)
     return ExitCode.OK if result.equal else ExitCode.VERDICT_FAILED

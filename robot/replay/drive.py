@@ -121,7 +121,7 @@ def drive_again(request: ReplayRequest) -> ExitCode:
     # ids, zeros, limits, rate and watchdog of real servos are not taken from a log, whose ever it is
     path = request.robot or (DEFAULT_ROBOT_FILE if real else None)
     own = None if path is None else load_robot(path)
-    then = rebuild_controller(contents, own).controller
+    then = rebuild_controller(contents, own, request.gait).controller
     if real and own is not None:
         for line in differences(contents.config_text, own.text, str(path)):
             complain(f"bigant replay: {line}")

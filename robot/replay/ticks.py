@@ -51,6 +51,7 @@ def replay_log(
     scale: float = 1.0,
     config: RobotConfig | None = None,
     contents: LogContents | None = None,
+    gait: str | None = None,
 ) -> Replay:
     """Replay a log.
 
@@ -59,6 +60,7 @@ def replay_log(
         scale: Factor on all tolerances; 0 asks for the same bits.
         config: Another robot file to try instead of the log's.
         contents: Filled on the way: robot file, metadata, damage, how far it is.
+        gait: What may be run of a gait that a Python file gave: see ``with_gaits_of_log``.
 
     Raises:
         RecordError: The log cannot be read, or holds no ticks.
@@ -73,7 +75,7 @@ def replay_log(
         raise RecordError(
             f"{path} is imported data: no controller made it, so none can be held to it"
         )
-    rebuilt = rebuild_controller(contents, config)
+    rebuilt = rebuild_controller(contents, config, gait)
     began = time.perf_counter()
     controller, notes = rebuilt.controller, list(rebuilt.notes)
     fields = [f for f in FIELDS if rebuilt.forces_known or f.stage != "forces"]

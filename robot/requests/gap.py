@@ -156,6 +156,7 @@ class GapNextRequest:
         "a candidate in place of the first cause, besides those left open", "EFFECT[@LEG]"
     )
     robot: Path | None = option("robot file to use (default: the one that the runs name)", "FILE")
+    gait: str | None = option("propose runs with the gait of a Python file as well", "FILE.py")
     effects: Path | None = option(OWN_EFFECTS, "FILE.py")
     all: bool = flag("show all runs, not only 5")
     json: bool = as_json("all runs as JSON")

@@ -7,6 +7,7 @@ from robot.console.arguments import (
     as_json,
     between,
     flag,
+    gait_choice,
     option,
     random_seed,
     request,
@@ -26,7 +27,7 @@ class ModelRunRequest:
 
     system: str = argument("SYSTEM", ", ".join(SYSTEM_NAMES), choices=SYSTEM_NAMES)
     legs: int | None = option("legs of a disk or multipod, contacts of slither", "N")
-    gait: str | None = option("of bigant's robot file (default: its first)", "NAME")
+    gait: str | None = gait_choice()
     robot: Path | None = option("robot file of bigant", "FILE")
     cycles: float | None = option("length of the motion", "N")
     law: str = option("friction (viscous)", choices=LAW_NAMES, default="viscous")

@@ -9,6 +9,7 @@ from robot.console.arguments import (
     baud_now,
     between,
     flag,
+    gait_choice,
     needed,
     option,
     positive,
@@ -71,7 +72,7 @@ class SimRunRequest:
     """
 
     robot: Path = robot_file()
-    gait: str | None = option("of the robot file (default: its first)", "NAME")
+    gait: str | None = gait_choice()
     frequency_hz: float | None = option(
         "cycles a second (default: the robot file's)", "F", type=positive
     )

@@ -14,6 +14,7 @@ from robot.console.arguments import (
     discovery,
     file_name,
     flag,
+    gait_choice,
     hardware_port,
     option,
     positive,
@@ -45,7 +46,7 @@ class DriveRequest:
     """
 
     robot: Path = robot_file()
-    gait: str | None = option("of the robot file (default: its first)", "NAME")
+    gait: str | None = gait_choice()
     cycles: float | None = option("gait cycles (default: 3)", "N", type=positive, group=EITHER)
     duration_s: float | None = option(
         "seconds of walking", "S", flags=("--duration",), type=positive, group=EITHER
@@ -184,6 +185,10 @@ class ReplayRequest:
         type=between(0, sys.float_info.max),
     )
     robot: Path | None = option("try this robot file instead of the log's", "FILE")
+    gait: str | None = option(
+        "for a run with the gait of a Python file: that file, or 'recorded' to run the text in the log",
+        "FILE.py|recorded",
+    )
     json: bool = as_json()
     bus: bool = flag(
         "replay the recorded bytes through the drivers (log: bigant drive --record-bytes)",

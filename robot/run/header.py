@@ -26,6 +26,7 @@ from record.whole_file import whole_file
 from robot.config.calibration import CALIBRATION_KEY, calibration_text, parse_calibration
 from robot.config.robot_file import RobotConfig, parse_robot
 from robot.control.controller import Controller
+from robot.run.gait_texts import gait_metadata, with_gaits_of_log
 from robot.run.operator import Script
 from robot.run.rig import Rig
 
@@ -123,6 +124,7 @@ def controller_metadata(
         RATE_KEY: str(controller.rate_hz),
         ARMED_KEY: str(controller.armed).lower(),
         CALIBRATION_KEY: calibration_text(controller.config.force_sensor.calibration),
+        **gait_metadata(controller.config.parameters),
     }
 
 
@@ -190,19 +192,24 @@ class Rebuilt:
     notes: tuple[str, ...]
 
 
-def rebuild_controller(contents: LogContents, config: RobotConfig | None = None) -> Rebuilt:
+def rebuild_controller(
+    contents: LogContents, config: RobotConfig | None = None, gait: str | None = None
+) -> Rebuilt:
     """Build the controller that a log was made with.
 
     Args:
         contents: Robot file and metadata of the log.
         config: Another robot file to try instead of the log's.
+        gait: What may be run of a gait that a Python file gave: see ``with_gaits_of_log``.
 
     Raises:
-        RecordError: The log holds no robot file, or its metadata make no sense.
+        RecordError: The log holds no robot file, its metadata make no sense, or its run had the gait of a
+            Python file and ``gait`` does not say what may be run.
         ConfigError: The robot file is none of today's, or the other one has other legs.
     """
-    used = _config(contents, config)
-    metadata, notes = contents.metadata, []
+    metadata = contents.metadata
+    used, gait_notes = with_gaits_of_log(_config(contents, config), metadata, gait)
+    notes = list(gait_notes)
     names = used.parameters.legs.names
     recorded = calibrations_of(metadata, names)
     calibrations = (None,) * len(names) if recorded is None else recorded

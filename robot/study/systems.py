@@ -6,13 +6,14 @@ from pathlib import Path
 import numpy as np
 from scipy.constants import g as standard_gravity
 
-from gaits.catalog import default_gait, make_gait
+from gaits.catalog import make_gait
 from model.errors import ConfigError
 from model.kinematics.legs import leg_kinematics
 from model.quasistatic.frames import FrictionLaw
 from model.systems import disk, multipod, quadruped, slither, stairs
 from model.systems.system import System, even_times
 from model.values.parameters import RobotParameters
+from robot.config.gait_file import with_gait
 from robot.config.robot_file import load_robot
 from robot.console.arguments import DEFAULT_ROBOT_FILE
 
@@ -43,7 +44,7 @@ def build_system(
     Args:
         name: Of the system.
         legs: Number of legs or contacts.
-        gait: BigANT's gait.
+        gait: BigANT's gait, of its robot file or of a Python file.
         cycles: Length of the motion in gait cycles.
         robot_file: BigANT's robot file.
         law: Friction law; stairs need it, because where the feet land depends on it.
@@ -66,7 +67,7 @@ def build_system(
         raise ConfigError("--cycles", f"must be above 0 and up to {MOST_CYCLES:g}, not {length:g}")
     if name == "bigant":
         robot = load_robot(DEFAULT_ROBOT_FILE if robot_file is None else robot_file)
-        named = default_gait(robot.parameters) if gait is None else gait
+        robot, named = with_gait(robot, gait)
         return bigant(robot.parameters, robot.name, named, length)
     if name in WITH_LEGS:
         make, usual = WITH_LEGS[name]

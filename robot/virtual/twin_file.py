@@ -2,9 +2,9 @@
 
 import time
 
-from gaits.catalog import default_gait
 from model.errors import ConfigError
 from record.trial.trial import Trial, write_trial
+from robot.config.gait_file import with_gait
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import print_json
@@ -35,7 +35,7 @@ def twin_file(request: SimRunRequest) -> ExitCode:
     config = load_robot(request.robot)
     effects = tuple(parse_effect(text, EFFECTS) for text in request.effect)
     twin = make_twin(config, effects, request.seed)
-    gait = default_gait(config.parameters) if request.gait is None else request.gait
+    config, gait = with_gait(config, request.gait)
     plan = plan_of(config, gait, request.frequency_hz, request.seconds, request.steer)
     begin_s = time.perf_counter()
     with ProgressBar("walking") as bar:

@@ -14,10 +14,12 @@ from gaits.limits import check_gait
 from model.errors import ModelError, RecordError
 from model.values.arrays import FloatArray, readonly
 from model.values.legs import FootForces, JointState
+from model.values.parameters import PluginParameters
 from model.values.readings import BodyTruth
 from model.values.tick import Intent, Mode, Tick
 from record.trial.header import LEGGED, TrialHeader
 from record.trial.trial import Trial
+from robot.config.gait_file import with_plugin
 from robot.config.robot_file import RobotConfig
 from robot.control.controller import Controller
 from robot.run.header import virtual_header, whole_log
@@ -49,12 +51,18 @@ class WalkPlan:
         frequency_hz: Cycles a second.
         seconds: Length of the trial, from the first tick of walking on.
         steer: -1 (right) to 1 (left).
+        plugin: The gait, if a Python file gives it.
     """
 
     gait: str
     frequency_hz: float
     seconds: float
     steer: float
+    plugin: PluginParameters | None = None
+
+    def robot(self, config: RobotConfig) -> RobotConfig:
+        """Return a robot that has the gait."""
+        return config if self.plugin is None else with_plugin(config, self.plugin)
 
     @property
     def script(self) -> Script:
@@ -79,9 +87,11 @@ def plan_of(
         GaitRefused: It is too fast.
     """
     made = make_gait(gait, config.parameters)
+    plugins = [one for one in config.parameters.gaits if isinstance(one, PluginParameters)]
     frequency = frequency_hz if frequency_hz is not None else made.frequency_hz
     check_gait(made, frequency, config.parameters.servo)
-    return WalkPlan(gait, frequency, seconds, steer)
+    plugin = next((one for one in plugins if one.name == gait), None)
+    return WalkPlan(gait, frequency, seconds, steer, plugin)
 
 
 def make_twin(config: RobotConfig, effects: tuple[TwinEffect, ...], seed: int) -> Twin:
@@ -114,7 +124,7 @@ def walk_through_bytes(
         ModelError: The robot stopped before it was done.
         RecordError: The log cannot be written.
     """
-    walked = TwinRows(plan.seconds)
+    walked, config = TwinRows(plan.seconds), plan.robot(config)
     rig, _ = open_twin(config, twin, VirtualSettings(seed=twin.seed))
     with closing(rig), ExitStack() as stack:
         controller = Controller(config, rig.calibrations, armed=True)
@@ -149,7 +159,7 @@ def walk_fast(
     Raises:
         ModelError: The robot stopped before it was done.
     """
-    walked = TwinRows(plan.seconds)
+    walked, config = TwinRows(plan.seconds), plan.robot(config)
     rig, virtual = open_twin(config, twin, VirtualSettings(seed=twin.seed))
     with closing(rig):
         robot = _Filmed(config, rig, virtual)

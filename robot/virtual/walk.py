@@ -9,6 +9,7 @@ from model.errors import RecordError
 from model.values.tick import Tick
 from record.log.recording import Recording, build_recording
 from record.trial.machine_names import one_joint_a_leg
+from robot.config.gait_file import with_gait
 from robot.config.robot_file import RobotConfig
 from robot.control.controller import Controller
 from robot.run.header import controller_metadata, virtual_header, whole_log
@@ -37,19 +38,21 @@ def walk_in_memory(
 
     Args:
         config: Robot file.
-        gait: Name of the gait; walked at the frequency that the robot file gives it.
+        gait: Name of the gait, or a Python file that gives one; walked at its own frequency.
         cycles: Cycles to walk.
         seed: Seed of the plant and its sensors; the same seed gives the same walk.
         progress: Called with the share done, 0 to 1, after each tick.
 
     Raises:
+        ConfigError: The robot has no such gait.
         ModelError: The robot stopped before it was done.
     """
+    config, name = with_gait(config, gait)
     sink = TickList()
     with closing(open_in_memory(config, VirtualSettings(seed=seed))) as rig:
         start_ns = rig.clock.now_ns()
         controller = Controller(config, rig.calibrations, armed=True)
-        script = Script(gait, controller.book.gaits[gait].frequency_hz, cycles=cycles)
+        script = Script(name, controller.book.gaits[name].frequency_hz, cycles=cycles)
         rehearse(rig, controller, script, progress, sink)
     header = virtual_header(config, script, seed)
     return build_recording(

@@ -109,6 +109,31 @@ def test_a_robot_file_without_gaits_borrows_them_and_says_so() -> None:
     assert proposer.robot_text == bare
 
 
+def test_proposals_are_of_all_gaits_of_the_robot_and_of_one_in_a_python_file() -> None:
+    ripple = """
+[gait.ripple]
+kind = "phases"
+frequency = 0.1
+touchdown = [0.0, 0.3333, 0.6667, 0.5, 0.8333, 0.1667]
+duty = 0.6667
+stance_sweep = 2.0
+"""
+    proposer, _ = proposer_of(TEXT + ripple, None, "examples/own_gait.py")
+    made = proposer.proposals()
+    gaits = {one.trial.header.gait for one in made}
+    assert gaits == {"tripod", "metachronal", "ripple", "own_gait"}
+    commands = " ".join(one.command for one in made)
+    assert "bigant drive --gait ripple --frequency-hz 0.1 --cycles 2" in commands
+    assert "bigant drive --gait examples/own_gait.py --frequency-hz 0.12 --cycles 3" in commands
+
+
+def test_a_robot_that_has_no_gait_borrows_them_too() -> None:
+    still = TEXT[: TEXT.index("[gait.tripod]")]
+    proposer, note = proposer_of(still, None)
+    assert "config/bigant.toml" in note
+    assert set(proposer.gaits) == {"tripod", "metachronal"}
+
+
 def test_names_of_what_differs() -> None:
     delay, lag, law = (
         cause("command_delay", 0.04),

@@ -1,7 +1,7 @@
 """Runs that a legged robot could make to tell candidates apart: gait, frequency, steering, a weight."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -26,7 +26,8 @@ class LeggedProposer:
     """Makes the proposals of a robot.
 
     ``limits_hz`` are the highest frequencies of gaits that the servos follow; ``robot_option`` is what the
-    command line needs to name the robot file, empty for the default one.
+    command line needs to name the robot file, empty for the default one; ``gait_files`` are the Python
+    files of gaits that the robot file does not have.
     """
 
     legs: tuple[str, ...]
@@ -35,6 +36,7 @@ class LeggedProposer:
     mass_kg: float
     robot_text: str
     robot_option: str = ""
+    gait_files: Mapping[str, str] = field(default_factory=dict)
 
     def proposals(self) -> Sequence[Proposal]:
         """Return every gait at several frequencies, straight and turning, and with a weight."""
@@ -84,9 +86,8 @@ class LeggedProposer:
             TableColumn(f"command_{leg}_rad", angle[:, k]) for k, leg in enumerate(self.legs)
         ]
         trial = build_trial(header, (TableColumn("time_s", time_s), *columns))
-        command = (
-            f"bigant drive --gait {gait.name} --frequency-hz {frequency_hz:g} --cycles {cycles}"
-        )
+        named = self.gait_files.get(gait.name, gait.name)
+        command = f"bigant drive --gait {named} --frequency-hz {frequency_hz:g} --cycles {cycles}"
         command += f" --steer {steer:g}" if steer else ""
         minutes = seconds / 60 + (WEIGHT_MINUTES if known else WALK_UP_MINUTES)
         return Proposal(name, trial, minutes, limits, known, command + self.robot_option)
