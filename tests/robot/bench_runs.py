@@ -62,7 +62,13 @@ def bench_run(
     rig = open_in_memory(
         config,
         VirtualSettings(seed=seed, scenario=scenario),
-        bench=lambda firmware: BenchWorld(firmware, config.servo_bus.zeros, weight_n),
+        bench=lambda firmware: BenchWorld(
+            firmware,
+            config.servo_bus.zeros,
+            weight_n,
+            config.servo_bus.models,
+            config.parameters.servo.supply_voltage,
+        ),
     )
     kept = Kept()
     done = wish(Intent.CUT, reason=StopReason.COMPLETED)

@@ -1,8 +1,11 @@
 """Virtual servos on a bench for the servo commands: in memory, under a virtual clock, no plant."""
 
+from collections.abc import Sequence
+
 import pytest
 
 from drivers.dynamixel.port import ClockedPort
+from drivers.dynamixel.servo_model import ServoModel
 from model.errors import BusError
 from robot.bringup.servo import access as servo_access
 from robot.cli import main as cli
@@ -21,12 +24,15 @@ class Bench:
     """Servos on the port ``bench``; every servo command finds them there."""
 
     def __init__(
-        self, monkeypatch: pytest.MonkeyPatch, ids: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
+        self,
+        monkeypatch: pytest.MonkeyPatch,
+        ids: tuple[int, ...] = (1, 2, 3, 4, 5, 6),
+        models: Sequence[ServoModel] = (),
     ) -> None:
         firmware = FirmwareBank(len(ids))
         self.clock = VirtualClock(start_ns=1_000_000_000)
         self.motors = SimpleMotors(firmware, len(ids))
-        self.bus = VirtualServoBus(self.motors, firmware, ids, BAUD)
+        self.bus = VirtualServoBus(self.motors, firmware, ids, BAUD, models=models)
         self.ports: list[ClockedPort] = []
         for servo in self.bus.servos:
             servo.table.set("operating_mode", 4)
