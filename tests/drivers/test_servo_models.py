@@ -5,6 +5,7 @@ import pickle
 from functools import cache
 from importlib.resources import files
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -266,3 +267,21 @@ def test_a_model_number_in_words() -> None:
 def test_a_model_in_another_process_is_the_same_model() -> None:
     for model in MODEL_BY_NAME.values():
         assert pickle.loads(pickle.dumps(model)) is model
+
+
+def test_the_page_lists_every_model_with_its_figures() -> None:
+    page = (Path(__file__).resolve().parents[2] / "docs" / "servos.md").read_text("utf-8")
+    rows = [line.split(" | ") for line in page.splitlines() if line.startswith(("| MX", "| X"))]
+    assert [row[0].removeprefix("| ") for row in rows] == list(MODEL_BY_NAME)
+    for row in rows:
+        model = MODEL_BY_NAME[row[0].removeprefix("| ")]
+        assert int(row[1]) == model.number
+        assert row[2] == f"{model.lowest_voltage_v:g} to {model.highest_voltage_v:g} V"
+        milliamperes = model.current_unit_a * 1e3
+        measured = f"{milliamperes:g} mA, to {model.highest_current_a:.2f} A"
+        assert row[3] == (measured if model.measures_current else "none (a load)")
+        motor = model.ratings
+        figures = (
+            f"{motor.stall_torque_n_m:g} N m, {motor.stall_current_a:g} A, {motor.no_load_rpm:g}"
+        )
+        assert row[4].startswith(f"{figures} rpm at {motor.voltage_v:g} V")
