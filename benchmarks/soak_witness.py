@@ -22,6 +22,7 @@ from sim_hw.interfaces import MotorReadings
 FOLLOW_S, FOLLOW_SHARE, LEAST_TRAVEL_RAD = 0.6, 0.3, 0.15
 PATTERN_A = 0.5  # how far the currents' pattern goes
 KEPT_STEPS = 200  # half a second
+HALF_A_READ_NS = 5_000_000  # a read is stamped in its middle
 COUNTS_PER_N = 1e6
 NOISE_N = 0.15
 
@@ -169,7 +170,8 @@ class Witness:
                 self._findings.surprises.append(f"{name} left behind at {tick.t_ns}: {words}")
 
     def _check_servos(self, servos: ServoReadings, tick: Tick) -> None:
-        steps = [s for s in self._world.past if tick.t_ns - 5_000_000 <= s[0] <= servos.t_ns]
+        end_ns = servos.t_ns + HALF_A_READ_NS
+        steps = [s for s in self._world.past if tick.t_ns - 5_000_000 <= s[0] <= end_ns]
         for leg in np.flatnonzero(servos.valid).tolist():
             self._findings.readings += 1
             here = servos.position_ticks[leg]

@@ -146,6 +146,9 @@ class ServoBus:
     def read(self) -> ServoReadings:
         """Read every servo once. A silent one costs one timeout and hides no other.
 
+        The readings are stamped with the middle between request and last answer: when in that time a
+        servo looks at its shaft is not documented, so the stamp is wrong by half of it at most.
+
         Returns:
             Raw readings, (N,) each; see ``ServoReadings`` for what is missing.
 
@@ -153,13 +156,13 @@ class ServoBus:
             ConnectionLost: The port is gone.
         """
         answers = self._sync_read()
-        now_ns = self._port.clock.now_ns()
+        t_ns = (self._packets.sent_ns + self._port.clock.now_ns()) // 2
         valid: BoolArray = np.array([answer.data is not None for answer in answers])
-        self._seen_ns = np.where(valid, now_ns, self._seen_ns)
+        self._seen_ns = np.where(valid, t_ns, self._seen_ns)
         self._poll_hardware_error(answers)
-        age_ns = np.where(self._seen_ns == NEVER, NEVER, now_ns - self._seen_ns)
+        age_ns = np.where(self._seen_ns == NEVER, NEVER, t_ns - self._seen_ns)
         return ServoReadings(
-            t_ns=now_ns,
+            t_ns=t_ns,
             position_ticks=self._unshifted(_column(answers, COMMON["present_position"]), valid),
             velocity_counts=_column(answers, COMMON["present_velocity"]),
             current_counts=_column(answers, CURRENT_OR_LOAD),

@@ -83,6 +83,7 @@ class PacketHandler:
         self._frames: deque[Frame | BadFrame] = deque()
         # True from a timeout on, until the port has been given time to bring what was late.
         self.suspect_late = False
+        self.sent_ns = 0  # when the last request had been handed to the port
         self._owed_until_ns = 0
 
     def owed(self) -> bool:
@@ -135,6 +136,7 @@ class PacketHandler:
             self._drain()
             self.counters.requests += 1
             whole = self.port.writePort(frame) == len(frame)
+            self.sent_ns = self.port.clock.now_ns()
             return int(COMM_SUCCESS if whole else COMM_TX_FAIL)
         finally:
             self.port.is_using = False

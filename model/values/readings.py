@@ -12,7 +12,7 @@ class ServoReadings:
     """One sync read of all servos, before calibration.
 
     Attributes:
-        t_ns: When the read was complete.
+        t_ns: The middle of the read.
         position_ticks: Present Position, (N,) int64, 4096 a turn.
         velocity_counts: Present Velocity, (N,) int64.
         current_counts: Present Current, (N,) int64.

@@ -48,7 +48,8 @@ class Bench:
         for _ in range(reads):
             began_ns = self.clock.now_ns()
             found = self.bus.read()
-            steps = [s for s in self.world.past if began_ns - 5_000_000 <= s[0] <= found.t_ns]
+            end_ns = self.clock.now_ns()
+            steps = [s for s in self.world.past if began_ns - 5_000_000 <= s[0] <= end_ns]
             for leg in np.flatnonzero(found.valid).tolist():
                 valid += 1
                 here = int(found.position_ticks[leg])
