@@ -6,6 +6,7 @@ the modules; only the very first one on a machine compiles.
 """
 
 import hashlib
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
@@ -76,27 +77,54 @@ def _compile(function: Function, fastmath: Any) -> Function:
             if keep:
                 # the compiler's own stamp is that of one file, and knows nothing of those it calls; as part
                 # of the version it is looked at before types are read, which may be gone
-                file, stamp = made._cache._cache_file, _stamp(function.__module__.split(".")[0])
+                file, stamp = made._cache._cache_file, _stamp(function.__module__)
                 file._source_stamp, file._version = stamp, f"{file._version} {stamp}"
             typed: Function = made
             return typed
 
 
 @cache
-def _stamp(package: str) -> str:
-    """A digest of all sources of ``model`` and a package: no machine code outlives a change in any."""
+def _stamp(module: str) -> str:
+    """A digest of a module and of all that it imports of ours: no machine code outlives a change."""
     digest = hashlib.sha256()
-    for folder in sorted({"model", package}):
-        _digest(files(folder), digest.update)
+    for name, source in sorted(sources_of(module).items()):
+        digest.update(name.encode() + source)
     return digest.hexdigest()
 
 
-def _digest(folder: Traversable, update: Callable[[bytes], None]) -> None:
-    for entry in sorted(folder.iterdir(), key=lambda entry: entry.name):
-        if entry.name.endswith(".py"):
-            update(entry.read_bytes())
-        elif entry.is_dir() and entry.name != "__pycache__":
-            _digest(entry, update)
+def sources_of(module: str) -> dict[str, bytes]:
+    """Return the sources of a module and of every module of ``model`` or its own package that it imports.
+
+    Where a name is imported from a package, all modules of that package count.
+    """
+    packages = {"model", module.split(".")[0]}
+    found: dict[str, bytes] = {}
+    left = [module]
+    while left:
+        name = left.pop()
+        if name in found or name.split(".")[0] not in packages:
+            continue
+        found[name], members = _source(name)
+        left += members
+        left += [(first or second).decode() for first, second in IMPORTS.findall(found[name])]
+    return found
+
+
+IMPORTS = re.compile(
+    rb"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import|import[ \t]+([\w.]+))", re.MULTILINE
+)
+
+
+def _source(name: str) -> tuple[bytes, list[str]]:
+    """Return a module's source, and the modules in it if it is a package below the first level."""
+    top, *rest = name.split(".")
+    entry: Traversable = files(top).joinpath(*rest)
+    if not entry.is_dir():
+        *folders, last = rest
+        return files(top).joinpath(*folders, f"{last}.py").read_bytes(), []
+    inside = [each.name[:-3] for each in entry.iterdir() if each.name.endswith(".py")]
+    members = [f"{name}.{each}" for each in inside if each != "__init__"] if rest else []
+    return entry.joinpath("__init__.py").read_bytes(), members
 
 
 NUMBER, COUNT, FLAG = "float64", "int64", "boolean"

@@ -184,11 +184,29 @@ def test_without_a_compiler_it_gives_the_same(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not compiled.COMPILED, reason="numba is not installed")
-def test_machine_code_does_not_outlive_any_source_of_the_model() -> None:
+def test_machine_code_does_not_outlive_any_source_that_it_is_made_of() -> None:
     from model.traction.coulomb_frame import coulomb_frame
 
     kept = coulomb_frame._cache._cache_file  # type: ignore[attr-defined]
-    assert kept._source_stamp == compiled._stamp("model")
-    assert kept._version.endswith(compiled._stamp("model")), "looked at before any type is read"
-    assert compiled._stamp("gap") != compiled._stamp("model")
-    assert len(compiled._stamp("model")) == 64
+    stamp = compiled._stamp("model.traction.coulomb_frame")
+    assert kept._source_stamp == stamp
+    assert kept._version.endswith(stamp), "looked at before any type is read"
+    assert len(stamp) == 64
+
+
+@pytest.mark.skipif(not compiled.COMPILED, reason="numba is not installed")
+@pytest.mark.parametrize("module", ["model.estimator.frame_kernel", "sim_hw.plant.leg_kernel"])
+def test_the_sources_of_a_kernel_are_all_that_an_interpreter_loads_for_it(module: str) -> None:
+    """Importing the module alone loads no module of these packages that its stamp does not know."""
+    top = module.split(".")[0]
+    code = (
+        f"import sys, {module}\n"
+        f"print(*[m for m in sys.modules if m.split('.')[0] in ('model', '{top}')])"
+    )
+    loaded = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, check=True, capture_output=True, text=True
+    ).stdout.split()
+    sources = compiled.sources_of(module)
+    modules = {name for name in loaded if (ROOT / f"{name.replace('.', '/')}.py").exists()}
+    assert modules <= sources.keys()
+    assert "model.values.arrays" in modules
