@@ -157,6 +157,11 @@ class Simulator(Protocol):
         """Look for faults of the data themselves."""
 
 
+def places_for(effect: Effect, simulator: Simulator) -> tuple[str, ...]:
+    """Return the joints or legs, whichever an effect of single ones touches, by name."""
+    return effect.parts or simulator.joints
+
+
 def reach_of(observations: Sequence[Observation]) -> tuple[float, float]:
     """Return between which places all of them together touched their world; NaN if none knows."""
     known = [one.reach_m for one in observations if all(map(math.isfinite, one.reach_m))]
@@ -181,4 +186,5 @@ def check_causes(causes: Sequence[Cause], simulator: Simulator, part: str = "joi
         if cause.effect not in known:
             names = ", ".join(known) or "none"
             raise GapError(f"{cause.effect!r} is no effect of {simulator.name}; known are {names}")
-        check_cause(cause, known[cause.effect], simulator.joints, part)
+        effect = known[cause.effect]
+        check_cause(cause, effect, places_for(effect, simulator), part)

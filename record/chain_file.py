@@ -11,11 +11,13 @@ A robot file with ``kind = "chain"`` in [leg] names the file::
     joints = ["LF_coxa", "LF_femur"] # order of the joints in tables; without it leg by leg, foot last
     sign = [1, 1]                    # joint of the file = zero + sign * ours, one a joint
     zero = [0.0, 0.0]
+    radius = [0.0, 0.0]              # of feet that are balls; without it those of spheres in the file
 
 ``complete`` appends the table [leg.chain] (``model.parameters.chain_table``) to its text. Meshes, motors
 and whatever else has no bearing on the feet is not opened.
 """
 
+import warnings
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -25,12 +27,12 @@ import numpy as np
 
 from model.errors import ConfigError
 from model.parameters.chain_table import chain_lines
+from model.parameters.tables import CHAIN
 from model.parameters.toml_table import Table, parse_toml
 from model.values.arrays import FloatArray
 from model.values.parameters import ChainParameters
 from record.input_file import read_utf8
 
-CHAIN = "chain"
 # Of an MJCF or URDF, what kinematics do without; its files may be missing.
 BESIDE = (
     "keys", "actuators", "sensors", "equalities", "tendons", "pairs", "excludes", "tuples", "skins",
@@ -83,16 +85,18 @@ def complete(text: str, folder: Path) -> str:
 
 
 def _with_encoders(chain: ChainParameters, table: Table) -> ChainParameters:
-    """Signs and zeros of what a table's angles mean in the file's joints."""
+    """Signs and zeros of what a table's angles mean in the file's joints, and radii that are given."""
     count = chain.count
-    sign, zero = chain.sign, chain.zero
+    sign, zero, radius = chain.sign, chain.zero, chain.radius
     if table.has("sign"):
         sign = table.integers("sign", count, minimum=-1, maximum=1).astype(np.float64)
     if table.has("zero"):
         zero = zero + table.numbers("zero", (count,))
+    if table.has("radius"):
+        radius = table.numbers("radius", (len(radius),))
     return ChainParameters(
         chain.joints, chain.parent, chain.slides, chain.axis, chain.place, sign, zero,
-        chain.foot_joint, chain.foot,
+        chain.foot_joint, chain.foot, radius,
     )  # fmt: skip
 
 
@@ -128,7 +132,9 @@ def _compiled(path: Path) -> Any:
                 spec.delete(one)
         spec.compiler.fusestatic = False  # a link that is fixed may be a foot
         spec.compiler.boundmass, spec.compiler.boundinertia = LEAST_MASS_KG, LEAST_INERTIA
-        return spec.compile()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of inertias, which kinematics do without
+            return spec.compile()
     except OSError as error:
         raise ConfigError("leg.model", f"{path} cannot be read: {error.strerror}") from error
     except ValueError as error:  # MuJoCo's own words
@@ -173,6 +179,7 @@ class _FileModel:
             zero=0.0 - self._model.qpos0[address],
             foot_joint=np.array([rows[path[-1]] for path in paths], dtype=np.int64),
             foot=self._in_body(np.array([self._foot(n)[1] for n in self._names.feet]) - self._origin()),
+            radius=np.array([self._ball(name) for name in self._names.feet]),
         )  # fmt: skip
 
     def _in_body(self, vectors: FloatArray) -> FloatArray:
@@ -217,6 +224,15 @@ class _FileModel:
             return body, data.xpos[body].copy()
         words = f"{self._path} has no site, geom or body {name!r} (meshes are not opened)"
         raise ConfigError("leg.feet", f"{words}{self._bodies()}")
+
+    def _ball(self, name: str) -> float:
+        """Radius of a foot that is a sphere, 0 of anything else."""
+        kinds, geom = self._mujoco.mjtObj, self._id(self._mujoco.mjtObj.mjOBJ_GEOM, name)
+        site = self._id(kinds.mjOBJ_SITE, name)
+        sphere = int(self._mujoco.mjtGeom.mjGEOM_SPHERE)
+        if site >= 0 or geom < 0 or self._model.geom_type[geom] != sphere:
+            return 0.0
+        return float(self._model.geom_size[geom, 0])
 
     def _joints_to(self, leg: int) -> list[int]:
         """Joints between the body and a leg's foot, from the body on."""

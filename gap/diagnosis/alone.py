@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from gap.diagnosis.how_far import ChannelRms, channel_rms
-from gap.interfaces import Cause, Drive, Scope, Simulator
+from gap.interfaces import Cause, Drive, Scope, Simulator, places_for
 from gap.residuals.evidence import errors
 from gap.residuals.floor import rms
 from gap.residuals.parts import TrialPart, block_starts, split
@@ -97,7 +97,7 @@ def _causes(simulator: Simulator, names: Sequence[str]) -> tuple[Cause, ...]:
             known = ", ".join(effects)
             raise GapError(f"{name!r} is no effect that fits these trials; there are {known}")
         whole = Scope.ALL in effects[name].scopes
-        places = [()] if whole else [(joint,) for joint in simulator.joints]
+        places = [()] if whole else [(one,) for one in places_for(effects[name], simulator)]
         neutral = Candidate(effects[name], ()).neutral
         causes += [Cause(name, place, neutral) for place in places]
     return tuple(causes)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gap.interfaces import NOWHERE, Cause, Effect, Parameter, Scope, Simulator
+from gap.interfaces import NOWHERE, Cause, Effect, Parameter, Scope, Simulator, places_for
 
 STEP = 0.25  # of the spread, for differences about the neutral value
 FINE_STEP = 0.05  # about a fitted one
@@ -57,7 +57,7 @@ def candidates_of(simulator: Simulator, standing: Sequence[Cause] = ()) -> tuple
         if Scope.ALL in effect.scopes:
             listed.append(Candidate(effect, ()))
         if Scope.JOINT in effect.scopes:
-            listed += [Candidate(effect, (joint,)) for joint in simulator.joints]
+            listed += [Candidate(effect, (joint,)) for joint in places_for(effect, simulator)]
     return tuple(listed)
 
 

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from scipy import stats
 
-from gap.interfaces import Cause
+from gap.interfaces import Cause, places_for
 from gap.residuals.evidence import Evidence
 from gap.search.fit import Fitted
 from model.values.arrays import FloatArray
@@ -29,8 +29,10 @@ def chance_healthy(evidence: Evidence, healthy: Evidence, fitted: Fitted, added:
     seen = sizes_in_trials(evidence, fitted, added)
     if not len(seen):
         return 1.0  # it changes nothing where something is compared
-    joints = evidence.simulator.joints
-    places = [(joint,) for joint in joints] if len(added.joints) == 1 else [added.joints]
+    simulator = evidence.simulator
+    effect = next(one for one in simulator.effects if one.name == added.effect)
+    single = len(added.joints) == 1
+    places = [(place,) for place in places_for(effect, simulator)] if single else [added.joints]
     order = [added.joints, *(place for place in places if place != added.joints)]
     sizes = sizes_in_references(healthy, [replace(added, joints=place) for place in order])
     known, noise = sizes[0]

@@ -11,6 +11,7 @@ from enum import Enum
 from types import MappingProxyType
 
 from model.effects.causes import Effect, Parameter, Scope
+from model.values.machine_names import MachineNames
 
 STAGES = ("actuation", "kinematics", "support", "friction", "dynamics", "external", "sensing")
 NO_LIMIT_RAD_S = 10.0  # twice what the servos can do: no limit
@@ -205,3 +206,14 @@ CATALOGUE = (
         "Check the encoder's counts a turn and the gear ratio in the conversion."),
 )  # fmt: skip
 EFFECTS = MappingProxyType({effect.name: effect for effect in CATALOGUE})
+READS_SHAFTS = "encoder_scale"  # of the sensing stage, all else of which is about feet and body
+
+
+def touches_shafts(effect: Effect) -> bool:
+    """Whether an effect of single places is one of joints; others are of legs."""
+    return effect.stage == "actuation" or effect.name == READS_SHAFTS
+
+
+def places_of(effect: Effect, names: MachineNames) -> tuple[str, ...]:
+    """Return what an effect of single places can touch, by name."""
+    return names.joints if touches_shafts(effect) else names.legs

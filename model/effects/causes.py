@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 from model.errors import GapError
@@ -48,6 +48,7 @@ class Effect:
         scopes: What it can touch.
         physics: One sentence: what happens in the world.
         remedy: One sentence: what a person would check or change.
+        parts: Names of what it touches one of; empty for the joints of its machine.
     """
 
     name: str
@@ -56,6 +57,7 @@ class Effect:
     scopes: tuple[Scope, ...]
     physics: str
     remedy: str
+    parts: tuple[str, ...] = field(default=(), kw_only=True)
 
     def named(self, values: Sequence[float]) -> dict[str, float]:
         """Return values, one a parameter, by the names of their parameters."""

@@ -53,7 +53,7 @@ class FrameModel:
     def __init__(self, machine: LeggedMachine) -> None:
         self._machine = machine
         self._grid = _Moment(0.0, PERIOD_S, len(AROUND_S), PERIOD_S)
-        self.settings = settings_of(machine.effects, machine.legs.names)
+        self.settings = settings_of(machine.effects, machine.names)
         self._ratio = self.settings.each("encoder_scale")[0]
 
     def prepare(self) -> None:
@@ -72,8 +72,8 @@ class FrameModel:
         """Solve a frame.
 
         Args:
-            angle_rad: Shafts as their encoders have them, (N,); NaN where unknown.
-            rate_rad_s: Their speeds, (N,).
+            angle_rad: Shafts as their encoders have them, (J,); NaN where unknown.
+            rate_rad_s: Their speeds, (J,).
             pose: x, y [m], yaw [rad] since the run began, (3,).
             before: Body velocity of the frame before, (3,); NaN if there was none.
             dt_s: Time since then.
@@ -87,15 +87,15 @@ class FrameModel:
         points = contact_points(walked, settings)
         velocity = (points[2] - points[0]) / (2 * PERIOD_S) + (0.0 if moving else np.nan)
         if len(walked.rolling_m_s) == len(points):
-            velocity[:, 0] += walked.rolling_m_s[MIDDLE]
+            velocity[:, :2] += walked.rolling_m_s[MIDDLE]
         motion = FootMotion(readonly(points[MIDDLE].copy()), readonly(velocity))
         if not (np.isfinite(points).all() and np.isfinite(world).all()):
-            return FrameAnswer(motion, no_contact(len(angle), NO_SUPPORT))
+            return FrameAnswer(motion, no_contact(self._machine.legs.count, NO_SUPPORT))
         moved = np.tile(before, (len(AROUND_S), 1)) if np.isfinite(before).all() else None
         scene = Scene(self._machine, self._grid, settings, world)
         standing = stand(scene, walked, moved)
         if not np.isfinite(standing.load_n).all():
-            return FrameAnswer(motion, no_contact(len(angle), NO_SUPPORT))
+            return FrameAnswer(motion, no_contact(self._machine.legs.count, NO_SUPPORT))
         kept = Before(before, dt_s) if dt_s > 0 else None
         sliding = slide(scene, walked, standing, standing.load_n, before=kept)
         return FrameAnswer(motion, _contact(motion, standing, sliding))

@@ -5,7 +5,13 @@ from collections.abc import Iterable
 from model.effects.catalogue import CATALOGUE, ChainEffect
 from model.effects.causes import Cause
 from model.errors import GapError
-from model.values.parameters import CrankParameters, FourBarParameters, LegGeometry
+from model.values.parameters import ChainParameters, CrankParameters, FourBarParameters, LegGeometry
+
+# What is not known of a chain of joints.
+OF_ONE_JOINT = {
+    "link_length": "which links a chain has is said by its model alone; correct the model",
+    "foot_rolling": "how far the last link of several joints has turned is not looked at",
+}
 
 
 def effects_of(leg: LegGeometry) -> tuple[ChainEffect, ...]:
@@ -24,6 +30,8 @@ def why_not(effect: str, leg: LegGeometry) -> str:
             if effect == "foot_rolling" and leg.radius > 0:
                 return "the robot file has these legs roll already; it is radius in its [leg]"
             return ""
+        case ChainParameters():
+            return OF_ONE_JOINT.get(effect, "")
 
 
 def check_effects(causes: Iterable[Cause], leg: LegGeometry) -> None:

@@ -8,7 +8,7 @@ from model.effects.settings import Settings
 from model.kinematics.crank import crank_pose
 from model.kinematics.four_bar import LinkagePose, linkage_pose
 from model.values.arrays import FloatArray
-from model.values.parameters import CrankParameters, FourBarParameters, LegGeometry
+from model.values.parameters import CrankParameters, FourBarParameters
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,7 +30,9 @@ class FootPaths:
     rolled_m: FloatArray
 
 
-def foot_paths(leg: LegGeometry, angle_rad: FloatArray, settings: Settings) -> FootPaths:
+def foot_paths(
+    leg: FourBarParameters | CrankParameters, angle_rad: FloatArray, settings: Settings
+) -> FootPaths:
     """Return where shaft angles, (W, N), put the feet."""
     turns = settings.has("foot_rolling")
     turn = rolled = np.zeros((1, 1))

@@ -16,7 +16,8 @@ from model.parameters.tables import (
     read_leg,
     read_legs,
 )
-from model.values.parameters import ContactParameters, LegGeometry, LegParameters
+from model.values.machine_names import MachineNames
+from model.values.parameters import ContactParameters, LegGeometry, LegParameters, names_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,6 +45,11 @@ class LeggedMachine:
         return shaft + reach_m(self.leg)
 
     @property
+    def names(self) -> MachineNames:
+        """Names of joints and legs."""
+        return names_of(self.legs, self.leg)
+
+    @property
     def weight_n(self) -> float:
         """Weight."""
         return self.mass_kg * standard_gravity
@@ -57,14 +63,14 @@ def parse_machine(text: str) -> LeggedMachine:
     """
     try:
         top = parse_table(text)
-        legs = read_legs(top.table("legs"))
         leg = read_leg(top)
+        legs = read_legs(top.table("legs"), leg)
         return LeggedMachine(
             mass_kg=read_body(top.table("body")).mass,
             legs=legs,
             leg=leg,
             contact=read_contact(top.table("contact"), legs.count),
-            effects=causes_for(top, legs.names, leg),
+            effects=causes_for(top, legs, leg),
         )
     except ConfigError as error:
         raise GapError(f"the robot file cannot be used: {error}") from error

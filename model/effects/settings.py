@@ -12,10 +12,18 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from model.effects.catalogue import EFFECTS, TOGETHER, ChainEffect, Combine
+from model.effects.catalogue import (
+    EFFECTS,
+    TOGETHER,
+    ChainEffect,
+    Combine,
+    places_of,
+    touches_shafts,
+)
 from model.effects.causes import Cause, Effect, Scope, check_cause
 from model.errors import GapError
 from model.values.arrays import FloatArray, readonly
+from model.values.machine_names import MachineNames
 
 Rows = tuple[tuple[float, ...], ...]
 Signals = TypeVar("Signals")
@@ -28,8 +36,8 @@ class UserEffect:
     Attributes:
         effect: Its name, stage, parameters, scopes and words.
         act: ``act(signals, values, legs)`` returns changed signals of the stage
-            (``model.effects.signals``); values are in the order of the parameters, legs is a mask
-            (N,). At neutral values it must change nothing.
+            (``model.effects.signals``); values are in the order of the parameters, legs is a mask, (N,),
+            or (J,) of joints in the stage of the actuation. At neutral values it must change nothing.
     """
 
     effect: Effect
@@ -38,7 +46,7 @@ class UserEffect:
 
 @dataclass(frozen=True, slots=True)
 class Added:
-    """A user's effect in use, with its values and its legs, (N,) of True and False."""
+    """A user's effect in use, with its values and a mask of its legs, (N,), or joints, (J,)."""
 
     user: UserEffect
     values: tuple[float, ...]
@@ -47,16 +55,18 @@ class Added:
 
 @dataclass(frozen=True)
 class Settings:
-    """Everything that is added to a robot of N legs.
+    """Everything that is added to a robot of J joints and N legs.
 
     Attributes:
+        joints: J.
         legs: N.
         acting: The effects that do anything, in the order of the catalogue: name, and a row a parameter
-            of N numbers, or of one if it touches the whole robot; of effects whose causes act apart,
-            these rows for each cause.
+            of N numbers (J where it touches shafts), or of one if it touches the whole robot; of effects
+            whose causes act apart, these rows for each cause.
         added: Users' effects.
     """
 
+    joints: int
     legs: int
     acting: tuple[tuple[str, Rows], ...] = ()
     added: tuple[Added, ...] = ()
@@ -74,7 +84,7 @@ class Settings:
         return tuple(row[0] for row in self._rows(effect))
 
     def each(self, effect: str) -> FloatArray:
-        """Return the numbers of an effect of single legs, a row of N a parameter."""
+        """Return the numbers of an effect of single legs or joints, a row of N or J a parameter."""
         return _array(self._rows(effect))
 
     def apart(self, effect: str) -> tuple[Rows, ...]:
@@ -100,7 +110,11 @@ class Settings:
         return replace(self, acting=acting)
 
     def _rows(self, effect: str) -> Rows:
-        return self._acting[effect] if effect in self._acting else _neutral(effect, self.legs)
+        return (
+            self._acting[effect]
+            if effect in self._acting
+            else _neutral(effect, self.joints, self.legs)
+        )
 
 
 @lru_cache(maxsize=256)
@@ -110,65 +124,70 @@ def _array(rows: Rows) -> FloatArray:
 
 
 @cache
-def _neutral(effect: str, legs: int) -> Rows:
-    """A row a parameter at its neutral value: a number a leg, one if the effect has no legs."""
+def _neutral(effect: str, joints: int, legs: int) -> Rows:
+    """A row a parameter at its neutral value: a number a leg or joint, one if the effect has neither."""
     known = EFFECTS[effect]
-    width = legs if Scope.JOINT in known.scopes else 1
+    width = 1
+    if Scope.JOINT in known.scopes:
+        width = joints if touches_shafts(known) else legs
     return tuple((parameter.neutral,) * width for parameter in known.parameters)
 
 
 def settings_of(
-    causes: Sequence[Cause], legs: tuple[str, ...], added: Sequence[UserEffect] = ()
+    causes: Sequence[Cause], names: MachineNames, added: Sequence[UserEffect] = ()
 ) -> Settings:
     """Combine causes.
 
     Args:
         causes: Any number; two of one effect act together.
-        legs: Names of the legs.
+        names: Names of joints and legs.
         added: Users' effects that causes may name too.
 
     Raises:
         GapError: A cause is not of the catalogue, or its joints or values do not fit.
     """
+    counts = len(names.joints), len(names.legs)
     users = {user.effect.name: user for user in added}
     rows: dict[str, Rows] = {}
     extra = []
     for cause in causes:
         if cause.effect in users:
             user = users[cause.effect]
-            mask = check_cause(cause, user.effect, legs)
+            mask = check_cause(cause, user.effect, places_of(user.effect, names))
             extra.append(Added(user, cause.values, mask))
         elif cause.effect in EFFECTS:
             effect = EFFECTS[cause.effect]
-            mask = check_cause(cause, effect, legs)
-            rows[effect.name] = _combined(effect, rows.get(effect.name), cause.values, mask)
+            mask = check_cause(cause, effect, places_of(effect, names))
+            before = rows.get(effect.name)
+            none = _neutral(effect.name, *counts)
+            old = none if before is None or effect.apart else before
+            new = _combined(effect, old, cause.values, mask)
+            rows[effect.name] = (*(before or ()), *new) if effect.apart else new
         else:
             known = ", ".join([*EFFECTS, *users])
             raise GapError(f"{cause.effect!r} is no effect of this simulator; known are {known}")
     acting = tuple(
         (name, rows[name])
         for name, effect in EFFECTS.items()
-        if name in rows and _acts(effect, rows[name], len(legs))
+        if name in rows and _acts(effect, rows[name], _neutral(name, *counts))
     )
-    return Settings(len(legs), acting, tuple(extra))
+    return Settings(*counts, acting, tuple(extra))
 
 
 def _combined(
-    effect: ChainEffect, before: Rows | None, values: tuple[float, ...], mask: tuple[bool, ...]
+    effect: ChainEffect, old: Rows, values: tuple[float, ...], mask: tuple[bool, ...]
 ) -> Rows:
-    old = _neutral(effect.name, len(mask)) if before is None or effect.apart else before
-    rows = tuple(
+    return tuple(
         # a row of the whole robot has one number
         tuple(
             TOGETHER[how](x, value) if touched else x for x, touched in zip(row, mask, strict=False)
         )
         for row, value, how in zip(old, values, effect.combine, strict=True)
     )
-    return (*(before or ()), *rows) if effect.apart else rows
 
 
-def _acts(effect: ChainEffect, rows: Rows, legs: int) -> bool:
+def _acts(effect: ChainEffect, rows: Rows, neutral: Rows) -> bool:
     """Whether numbers do anything: those that only say where or how fast do not by themselves."""
     causes = len(rows) // max(len(effect.parameters), 1)
-    known = zip(rows, _neutral(effect.name, legs) * causes, effect.combine * causes, strict=True)
+    known = zip(rows, neutral * causes, effect.combine * causes, strict=True)
     return not rows or any(row != none for row, none, how in known if how is not Combine.SET)

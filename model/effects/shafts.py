@@ -1,6 +1,6 @@
 """Actuation and kinematics of a legged robot: commands to shafts, shafts to unloaded feet."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,14 +10,17 @@ from model.effects.leg_paths import foot_paths
 from model.effects.machine import LeggedMachine
 from model.effects.settings import Settings
 from model.effects.signals import FootSignals, ShaftSignals
+from model.kinematics.chain import ChainKinematics
 from model.motion.filters import lagged, play
-from model.values.arrays import FloatArray
+from model.values.arrays import FloatArray, readonly
+from model.values.parameters import ChainParameters
 
 # A free shaft in a play is dragged against its rear flank by its bearings, and falls against either by the
 # weight of foot and coupler, as fast as grease lets it. All three are assumed.
 BEARING_DRAG_NM = 0.003
 BEARING_DAMPING_NM_S = 0.02
 FOOT_WEIGHT_N = 0.5
+STILL = readonly(np.zeros((1, 1, 2)))  # of feet that do not roll
 MOVES_FEET = frozenset({"shaft_zero_offset", "link_length", "hip_mount_offset", "foot_rolling"})
 
 
@@ -28,8 +31,8 @@ class Feet:
     Attributes:
         rate_m_s: Velocity of the feet in the body frame, (W, N, 3).
         turn_rad: Angle of the foot's link from its angle at shaft angle 0, from +x to +z, (W, N).
-        rolling_m_s: How much faster along x the feet's matter moves than the places where they touch, as
-            they are round and turn, (W, N), or (1, 1) for not at all; in ``rate_m_s`` already.
+        rolling_m_s: How much faster along x and y the feet's matter moves than the places where they touch,
+            as they are round and turn, (W, N, 2), or (1, 1, 2) for not at all; in ``rate_m_s`` already.
     """
 
     signals: FootSignals
@@ -43,8 +46,8 @@ class Loads:
     """What the ground does to the shafts, W frames.
 
     Attributes:
-        torque_nm: Torque about each shaft, positive where it drives it on, (W, N).
-        flank_nm: The same for deciding which flank of a play a shaft lies against, (W, N).
+        torque_nm: Torque about each shaft, positive where it drives it on, (W, J).
+        flank_nm: The same for deciding which flank of a play a shaft lies against, (W, J).
     """
 
     torque_nm: FloatArray
@@ -63,9 +66,9 @@ def shafts(
     settings: Settings,
     loads: Loads | None,
 ) -> FloatArray:
-    """Where commands and loads put the shafts, (W, N) [rad], as an encoder sees them.
+    """Where commands and loads put the shafts, (W, J) [rad], as an encoder sees them.
 
-    Commands are (W, N), and the same with their delay; loads are needed where they move shafts.
+    Commands are (W, J), and the same with their delay; loads are needed where they move shafts.
     """
     angle = _limited(grid, _lagged(grid, acting_rad, settings), settings)
     if loads is None:
@@ -116,10 +119,12 @@ def _limited(grid: Grid, wanted: FloatArray, settings: Settings) -> FloatArray:
 
 
 def feet(machine: LeggedMachine, grid: Grid, shaft_rad: FloatArray, settings: Settings) -> Feet:
-    """Unloaded feet from encoder angles, (W, N) [rad]."""
+    """Unloaded feet from encoder angles, (W, J) [rad]."""
     crank = shaft_rad
     if settings.has("shaft_zero_offset"):
         crank = crank + settings.each("shaft_zero_offset")[0]
+    if isinstance(machine.leg, ChainParameters):
+        return _chain_feet(machine.leg, grid, crank, settings)
     paths = foot_paths(machine.leg, crank, settings)
     position = np.empty((*crank.shape, 3))
     position[..., 0] = paths.foot_m[..., 0]
@@ -131,26 +136,79 @@ def feet(machine: LeggedMachine, grid: Grid, shaft_rad: FloatArray, settings: Se
     signals = FootSignals(grid.time_s, crank, position, paths.slope_m_rad)
     signals = settings.acted("kinematics", signals)
     rate = grid.slope(signals.position_m, FOOT_WINDOW_S)
-    rolling = paths.rolled_m
-    if len(rolling) == len(rate):
-        rolling = grid.slope(rolling, FOOT_WINDOW_S)
-        rate[..., 0] += rolling
+    rolling = STILL
+    if len(paths.rolled_m) == len(rate):
+        rolling = np.zeros((*crank.shape, 2))
+        rolling[..., 0] = grid.slope(paths.rolled_m, FOOT_WINDOW_S)
+        rate[..., 0] += rolling[..., 0]
     return Feet(signals, rate, paths.turn_rad, rolling)
+
+
+def _chain_feet(
+    chain: ChainParameters, grid: Grid, angle_rad: FloatArray, settings: Settings
+) -> Feet:
+    """Unloaded feet of legs with several joints."""
+    kinematics = ChainKinematics(chain)
+    position = kinematics.feet(angle_rad, np.zeros_like(angle_rad)).position_m
+    if settings.has("hip_mount_offset"):
+        position[..., :2] += settings.each("hip_mount_offset").T
+    slope = np.full((1, len(chain.foot), 2), np.nan)
+    jacobian = kinematics.jacobian(angle_rad) if feels_loads(settings) else None
+    signals = FootSignals(grid.time_s, angle_rad, position, slope, jacobian)
+    signals = settings.acted("kinematics", signals)
+    rate, rolling = grid.slope(signals.position_m, FOOT_WINDOW_S), STILL
+    if chain.radius.any():
+        moved = kinematics.feet(angle_rad, grid.slope(angle_rad, FOOT_WINDOW_S)).velocity_m_s
+        rolling = (moved - grid.slope(position, FOOT_WINDOW_S))[..., :2]
+        rate[..., :2] += rolling
+    return Feet(signals, rate, np.zeros((1, 1)), rolling)
 
 
 def moves_feet(settings: Settings) -> Settings:
     """Return the part of settings that ``feet`` looks at, all else neutral."""
     acting = tuple(one for one in settings.acting if one[0] in MOVES_FEET)
-    return Settings(settings.legs, acting, settings.at("kinematics"))
+    return replace(settings, acting=acting, added=settings.at("kinematics"))
 
 
 def load_torque(signals: FootSignals, force_n: FloatArray) -> FloatArray:
-    """Torque of foot forces about the shafts, by virtual work, (W, N) [N m].
+    """Torque of foot forces about the shafts, by virtual work, (W, J) [N m].
 
     The force is the ground's on each foot, body axes, (W, N, 3).
     """
-    torque: FloatArray = (
-        signals.slope_m_rad[..., 0] * force_n[..., 0]
-        + signals.slope_m_rad[..., 1] * force_n[..., 2]
-    )
+    torque: FloatArray
+    if signals.jacobian_m_rad is not None:
+        torque = np.einsum("wnij,wni->wj", signals.jacobian_m_rad, force_n)
+    else:
+        torque = (
+            signals.slope_m_rad[..., 0] * force_n[..., 0]
+            + signals.slope_m_rad[..., 1] * force_n[..., 2]
+        )
     return torque
+
+
+def foot_weight_torque(signals: FootSignals) -> FloatArray:
+    """Torque of the weight of a foot and its link about each shaft, (W, J) [N m]."""
+    if signals.jacobian_m_rad is not None:
+        slope: FloatArray = signals.jacobian_m_rad[:, :, 2].sum(axis=1)
+        return -FOOT_WEIGHT_N * slope
+    return -FOOT_WEIGHT_N * signals.slope_m_rad[..., 1]
+
+
+def shaft_give(signals: FootSignals, compliance: FloatArray) -> FloatArray:
+    """How far feet give along x where shafts give by (J,) [rad/(N m)], (W, N) [m/N]."""
+    give: FloatArray
+    if signals.jacobian_m_rad is not None:
+        give = signals.jacobian_m_rad[:, :, 0] ** 2 @ compliance
+    else:
+        give = compliance * signals.slope_m_rad[..., 0] ** 2
+    return give
+
+
+def springing(signals: FootSignals, compliance: FloatArray, force_x_n: FloatArray) -> FloatArray:
+    """How far forces along x, (W, N), turn shafts that give, (W, J) [rad]."""
+    turn: FloatArray
+    if signals.jacobian_m_rad is not None:
+        turn = compliance * np.einsum("wnj,wn->wj", signals.jacobian_m_rad[:, :, 0], force_x_n)
+    else:
+        turn = compliance * signals.slope_m_rad[..., 0] * force_x_n
+    return turn

@@ -1,6 +1,6 @@
 """What passes a stage of the chain, and what a user's effect of that stage gets and returns.
 
-F frames of N legs; body axes unless noted. Return a changed copy
+F frames of J joints and N legs; body axes unless noted. Return a changed copy
 (``dataclasses.replace``); never write into the arrays.
 """
 
@@ -15,9 +15,9 @@ class ShaftSignals:
 
     Attributes:
         time_s: (F,).
-        command_rad: What was asked for, (F, N).
-        load_nm: Torque of the foot's force about the shaft, positive where it drives it on, (F, N).
-        shaft_rad: Where the shaft is, (F, N).
+        command_rad: What was asked for, (F, J).
+        load_nm: Torque of the foot's force about the shaft, positive where it drives it on, (F, J).
+        shaft_rad: Where the shaft is, (F, J).
     """
 
     time_s: FloatArray
@@ -32,15 +32,18 @@ class FootSignals:
 
     Attributes:
         time_s: (F,).
-        crank_rad: Crank angle, (F, N).
+        crank_rad: Crank angle, or angles of all joints, (F, J).
         position_m: Unloaded feet in the body frame, (F, N, 3).
-        slope_m_rad: Motion of the foot with its shaft, x and z, (F, N, 2).
+        slope_m_rad: Motion of the foot with its shaft, x and z, (F, N, 2); NaN, (1, N, 2), where a leg has
+            several joints.
+        jacobian_m_rad: Motion of such feet with all joints, (F, N, 3, J), where loads move them, else None.
     """
 
     time_s: FloatArray
     crank_rad: FloatArray
     position_m: FloatArray
     slope_m_rad: FloatArray
+    jacobian_m_rad: FloatArray | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -102,7 +105,7 @@ class SensorSignals:
 
     Attributes:
         time_s: (F,).
-        shaft_rad: Encoders, (F, N).
+        shaft_rad: Encoders, (F, J).
         foot_m: Foot markers in the body frame, with the leg's compression, (F, N, 3).
         force_n: Force-torque sensors, (F, N, 3).
         body_m: Body in the world, (F, 3).

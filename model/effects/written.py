@@ -12,12 +12,13 @@ Names and numbers are those of the catalogue.
 
 import difflib
 
-from model.effects.catalogue import EFFECTS
+from model.effects.catalogue import EFFECTS, places_of
 from model.effects.causes import Cause, check_cause
 from model.effects.leg_kinds import why_not
 from model.errors import ConfigError, GapError
 from model.parameters.toml_table import Table
-from model.values.parameters import LegGeometry
+from model.values.machine_names import MachineNames
+from model.values.parameters import LegGeometry, LegParameters, names_of
 
 EFFECTS_KEY = "effects"
 WHOLE_ROBOT = "all"
@@ -28,7 +29,7 @@ def table_name(effect: str, joints: tuple[str, ...]) -> str:
     return ".".join((EFFECTS_KEY, effect, *(joints or (WHOLE_ROBOT,))))
 
 
-def causes_of(top: Table, legs: tuple[str, ...]) -> tuple[Cause, ...]:
+def causes_of(top: Table, names: MachineNames) -> tuple[Cause, ...]:
     """Return the causes that a whole robot file holds, in its order; a number that is left out is neutral.
 
     Raises:
@@ -39,6 +40,7 @@ def causes_of(top: Table, legs: tuple[str, ...]) -> tuple[Cause, ...]:
     for name in table.names():
         places = table.table(name)
         for place in places.names():
+            legs = places_of(EFFECTS[name], names) if name in EFFECTS else names.legs
             if place != WHOLE_ROBOT and place not in legs:
                 known = ", ".join((WHOLE_ROBOT, *legs))
                 raise ConfigError(places.name(place), f"is no place; places are {known}")
@@ -47,14 +49,14 @@ def causes_of(top: Table, legs: tuple[str, ...]) -> tuple[Cause, ...]:
     return tuple(causes)
 
 
-def causes_for(top: Table, legs: tuple[str, ...], leg: LegGeometry) -> tuple[Cause, ...]:
+def causes_for(top: Table, legs: LegParameters, leg: LegGeometry) -> tuple[Cause, ...]:
     """Return the causes that a whole robot file holds, all such that its kind of leg can have them.
 
     Raises:
         ConfigError: An effect, a place or a number is not known or out of its bounds, or means nothing for
             such legs.
     """
-    causes = causes_of(top, legs)
+    causes = causes_of(top, names_of(legs, leg))
     for cause in causes:
         reason = why_not(cause.effect, leg)
         if reason:

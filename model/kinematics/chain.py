@@ -3,11 +3,12 @@
 Everything is known as drawn, in body axes, every joint at its drawn value. A joint then carries all that
 hangs on it along a screw, one behind the other from the body to the foot::
 
-    T_j = T_parent(j) exp(screw_j (zero_j + sign_j angle_j)),  foot = T_last foot_drawn
+    T_j = T_parent(j) exp(screw_j (zero_j + sign_j angle_j)),  foot = T_last foot_drawn - radius z
     d foot / d angle_j = sign_j a_j x (foot - p_j)   for a hinge,  sign_j a_j   for a slide
 
 with a_j, p_j axis and place as ``T_parent(j)`` has them now. This is the product of exponentials (Brockett
-1984; Lynch and Park, "Modern Robotics", chapters 4 and 5); it needs no frames on the links.
+1984; Lynch and Park, "Modern Robotics", chapters 4 and 5); it needs no frames on the links. The foot of a
+ball is where it touches level ground; what moves there is the ball's matter, which rolls.
 """
 
 from typing import NamedTuple
@@ -32,9 +33,10 @@ class ChainArrays(NamedTuple):
     zero: FloatArray
     foot_joint: IntArray
     foot: FloatArray
+    radius: FloatArray
 
 
-class Chain:
+class ChainKinematics:
     """All legs of a robot whose legs are chains.
 
     Args:
@@ -45,6 +47,11 @@ class Chain:
         self._arrays = _arrays(chain)
         self._joints, self._legs = chain.count, len(chain.foot)
 
+    @property
+    def joint_count(self) -> int:
+        """Number of joints J of all legs together."""
+        return self._joints
+
     def feet(self, angle_rad: FloatArray, rate_rad_s: FloatArray) -> FootMotion:
         """Return unloaded feet in the body frame.
 
@@ -53,7 +60,7 @@ class Chain:
             rate_rad_s: Joint speeds, (..., J) [rad/s], [m/s].
 
         Returns:
-            Positions and velocities, (..., N, 3).
+            Positions and velocities, (..., N, 3); of a ball where it touches, of its matter there.
 
         Raises:
             ModelError: The shapes are not those of this robot.
@@ -117,6 +124,15 @@ class Chain:
         return np.ascontiguousarray(array.reshape(-1, self._joints))
 
 
+def chain_reach_m(chain: ChainParameters) -> float:
+    """Return a distance from its first joint beyond which no foot comes [m]; of slides, as drawn."""
+    reaches = []
+    for leg, foot in enumerate(chain.foot):
+        points = np.array([*chain.place[list(chain.joints_of(leg))], foot])
+        reaches.append(float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum()))
+    return max(reaches)
+
+
 def _arrays(chain: ChainParameters) -> ChainArrays:
     """Own copies, all of the types that the kernels are compiled for."""
     return ChainArrays(
@@ -128,6 +144,7 @@ def _arrays(chain: ChainParameters) -> ChainArrays:
         zero=np.array(chain.zero, dtype=np.float64),
         foot_joint=np.array(chain.foot_joint, dtype=np.int64),
         foot=np.array(chain.foot, dtype=np.float64, order="C"),
+        radius=np.array(chain.radius, dtype=np.float64),
     )
 
 
@@ -220,6 +237,7 @@ def feet_kernel(
             for i in range(3):
                 position[f, n, i] = _carried(turns[j], chain.foot[n], i)
                 velocity[f, n, i] = 0.0
+            position[f, n, 2] -= chain.radius[n]
             while j >= 0:
                 x, y, z = _slope(lines[j], chain.slides[j], position[f, n])
                 speed = chain.sign[j] * rate[f, j]
@@ -247,6 +265,7 @@ def jacobian_kernel(angle: FloatArray, chain: ChainArrays, slope: FloatArray) ->
             j = chain.foot_joint[n]
             for i in range(3):
                 foot[i] = _carried(turns[j], chain.foot[n], i)
+            foot[2] -= chain.radius[n]
             while j >= 0:
                 x, y, z = _slope(lines[j], chain.slides[j], foot)
                 slope[f, n, 0, j] = chain.sign[j] * x
@@ -276,7 +295,7 @@ def prepare() -> None:
     """Compile for arrays in rows, read-only or not, and for nothing else after."""
     three, one = np.zeros((1, 3)), np.zeros(1)
     whole, flags = np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.bool_)
-    chain = ChainArrays(whole, flags, three, three, one, one, whole, three)
+    chain = ChainArrays(whole, flags, three, three, one, one, whole, three, one)
     compile_for(feet_kernel, *given(2, 2), chain, *out(3, 3))
     compile_for(jacobian_kernel, *given(2), chain, *out(4))
     compile_for(places_kernel, *given(2), chain, *out(3))

@@ -8,11 +8,13 @@ from typing import Protocol
 
 import numpy as np
 
+from model.kinematics.chain import ChainKinematics, chain_reach_m
 from model.kinematics.crank import CrankKinematics
 from model.kinematics.four_bar import FourBarKinematics
 from model.values.arrays import FloatArray
 from model.values.legs import FootMotion
 from model.values.parameters import (
+    ChainParameters,
     CrankParameters,
     FourBarParameters,
     LegGeometry,
@@ -65,6 +67,8 @@ def reach_m(leg: LegGeometry) -> float:
             return leg.crank + float(np.hypot(*leg.foot))
         case CrankParameters():
             return leg.length
+        case ChainParameters():
+            return chain_reach_m(leg)
 
 
 def leg_kinematics(robot: LeggedRobot) -> LegKinematics:
@@ -79,3 +83,5 @@ def leg_kinematics(robot: LeggedRobot) -> LegKinematics:
             return FourBarKinematics(leg, shaft_position)
         case CrankParameters():
             return CrankKinematics(leg, shaft_position)
+        case ChainParameters():
+            return ChainKinematics(leg)

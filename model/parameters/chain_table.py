@@ -36,7 +36,10 @@ def read_chain(table: Table, legs: int) -> ChainParameters:
         zero=table.numbers("zero", (count,)),
         foot_joint=table.integers("foot_joint", legs, minimum=0, maximum=count - 1),
         foot=table.numbers("foot", (legs, 3)),
+        radius=table.numbers("radius", (legs,)),
     )
+    if np.any(chain.radius < 0):
+        raise ConfigError(table.name("radius"), "must not be negative; 0 is a point")
     for row in np.flatnonzero(chain.parent >= np.arange(count)):
         words = f"{joints[row]} comes before the joint that carries it; list that one first"
         raise ConfigError(table.name("parent"), words)
@@ -59,6 +62,15 @@ def _signs(table: Table, count: int) -> FloatArray:
     return values
 
 
+def first_places(chain: ChainParameters) -> FloatArray:
+    """Return where legs are fixed to the body, (N, 3) [m]: the first joint that only one of them has."""
+    paths = [chain.joints_of(leg) for leg in range(len(chain.foot))]
+    shared = [row for row in range(chain.count) if sum(row in path for path in paths) > 1]
+    own = [next((row for row in path if row not in shared), path[-1]) for path in paths]
+    places: FloatArray = readonly(chain.place[own])
+    return places
+
+
 def chain_lines(chain: ChainParameters, source: str) -> list[str]:
     """Return [leg.chain] as lines of TOML, exact to the last bit.
 
@@ -78,6 +90,7 @@ def chain_lines(chain: ChainParameters, source: str) -> list[str]:
         f"zero = {chain.zero.tolist()}",
         f"foot_joint = {chain.foot_joint.tolist()}",
         *_rows("foot", chain.foot),
+        f"radius = {chain.radius.tolist()}",
     ]
 
 

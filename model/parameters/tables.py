@@ -11,9 +11,11 @@ import numpy as np
 from model.errors import ConfigError
 from model.kinematics.crank import check_crank
 from model.kinematics.four_bar import check_linkage
+from model.parameters.chain_table import first_places, read_chain
 from model.parameters.toml_table import Table, parse_toml
 from model.values.parameters import (
     BodyParameters,
+    ChainParameters,
     ContactParameters,
     CrankParameters,
     FourBarParameters,
@@ -24,7 +26,9 @@ from model.values.parameters import (
 FEWEST_LEGS = 3
 LEG_TABLE = "leg"
 OLD_LEG_TABLE = "linkage"
-FOUR_BAR, CRANK = LEG_KINDS = ("four_bar", "crank")
+FOUR_BAR, CRANK, CHAIN = LEG_KINDS = ("four_bar", "crank", "chain")
+# Of a chain, where its table of numbers came from.
+CHAIN_SOURCE = ("model", "feet", "body", "origin", "joints", "sign", "zero", "radius")
 
 
 def parse_table(text: str, what: str = "robot file") -> Table:
@@ -55,15 +59,27 @@ def read_body(table: Table) -> BodyParameters:
     return body
 
 
-def read_legs(table: Table) -> LegParameters:
-    """Read names and crank shafts of [legs].
+def read_leg_names(table: Table) -> tuple[str, ...]:
+    """Read the names of [legs].
 
     Raises:
-        ConfigError: A key is missing, or there are too few legs.
+        ConfigError: They are missing, or too few.
     """
     names = table.texts("order")
     if len(names) < FEWEST_LEGS:
         raise ConfigError(table.name("order"), f"needs three legs or more, not {len(names)}")
+    return names
+
+
+def read_legs(table: Table, leg: LegGeometry) -> LegParameters:
+    """Read names and crank shafts of [legs]; a chain knows itself where it is fixed to the body.
+
+    Raises:
+        ConfigError: A key is missing, or there are too few legs.
+    """
+    names = read_leg_names(table)
+    if isinstance(leg, ChainParameters):
+        return LegParameters(names, first_places(leg))
     return LegParameters(names, table.numbers("shaft_position", (len(names), 3)))
 
 
@@ -81,7 +97,18 @@ def read_leg(top: Table) -> LegGeometry:
     name = leg_table(top.names())
     table = top.table(name)
     kind = table.word("kind", LEG_KINDS) if name == LEG_TABLE else FOUR_BAR
+    if kind == CHAIN:
+        return _chain(table, len(read_leg_names(top.table("legs"))))
     return _crank(table) if kind == CRANK else _four_bar(table)
+
+
+def _chain(table: Table, legs: int) -> ChainParameters:
+    for key in CHAIN_SOURCE:
+        table.has(key)
+    if not table.has(CHAIN):
+        words = "is missing: the legs are in a file of their own; name the robot file where it lies"
+        raise ConfigError(table.name(CHAIN), words)
+    return read_chain(table.table(CHAIN), legs)
 
 
 def _crank(table: Table) -> CrankParameters:

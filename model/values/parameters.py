@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from model.values.arrays import BoolArray, FloatArray, IntArray
+from model.values.machine_names import MachineNames
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,10 +75,6 @@ class CrankParameters:
     radius: float
 
 
-# What a leg can be: the type says which kind.
-LegGeometry = FourBarParameters | CrankParameters
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class ChainParameters:
     """Legs of any number of joints as drawn, every joint at its drawn value; J joints, body axes.
@@ -94,7 +91,9 @@ class ChainParameters:
         sign: 1 or -1, (J,).
         zero: Drawn joint to joint at 0, (J,) [rad], [m] where it slides.
         foot_joint: Row of the joint that carries each foot, (N,).
-        foot: Foot points, (N, 3) [m].
+        foot: Middles of the feet, (N, 3) [m].
+        radius: Of feet that are balls, (N,) [m]: they touch the ground so far below their middle, in body
+            axes, and roll; 0 of points.
     """
 
     joints: tuple[str, ...]
@@ -106,6 +105,7 @@ class ChainParameters:
     zero: FloatArray
     foot_joint: IntArray
     foot: FloatArray
+    radius: FloatArray
 
     @property
     def count(self) -> int:
@@ -119,6 +119,16 @@ class ChainParameters:
             rows.append(joint)
             joint = int(self.parent[joint])
         return tuple(reversed(rows))
+
+
+# What a leg can be: the type says which kind.
+LegGeometry = FourBarParameters | CrankParameters | ChainParameters
+
+
+def names_of(legs: LegParameters, leg: LegGeometry) -> MachineNames:
+    """Return the names of a robot's joints and legs."""
+    joints = leg.joints if isinstance(leg, ChainParameters) else legs.names
+    return MachineNames(joints, legs.names)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -233,3 +243,8 @@ class RobotParameters:
     contact: ContactParameters
     servo: ServoParameters
     gaits: tuple[GaitParameters, ...]
+
+    @property
+    def names(self) -> MachineNames:
+        """Names of joints and legs."""
+        return names_of(self.legs, self.leg)

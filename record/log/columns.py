@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from model.errors import ConfigError
 from model.values.arrays import FloatArray
 from model.values.faults import Fault
+from model.values.machine_names import MachineNames
 from model.values.readings import ForceRecord, ServoReadings
 from record.log.reader import StampedTick
 from record.log.recording import Stack
 from record.log.tick_message import TRANSDUCERS
-from record.trial.machine_names import MachineNames
 from record.trial.table_file import Names, TableColumn, axis_words, column_names
 from record.trial.trial import BODY_POSITION
 

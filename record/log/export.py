@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from model.errors import RecordError
 from model.motion.se2 import yaw_of
 from model.values.arrays import FloatArray
+from model.values.machine_names import MachineNames, one_joint_a_leg
 from record.log.columns import GROUPS, TRIAL_PARTS, named, table_columns
 from record.log.reader import LogContents, StampedTick, tick_blocks
 from record.log.recording import LEGS, Stack, follow
@@ -24,7 +25,6 @@ from record.trial.header import (
     parse_toml,
     write_header,
 )
-from record.trial.machine_names import MachineNames, one_joint_a_leg
 from record.trial.table_file import TableColumn, check_suffix, copy_table, table_writer
 from record.trial.trial import BODY_ANGLES
 from record.trial.trial import COLUMNS as TRIAL_COLUMNS

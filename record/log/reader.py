@@ -15,6 +15,7 @@ from types import MappingProxyType
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
 
 from model.errors import RecordError
+from model.values.machine_names import MachineNames
 from model.values.tick import Tick
 from model.values.wire import WireBytes
 from record.log.damage import Damage, Pass, damage_words
@@ -31,7 +32,6 @@ from record.log.writer import (
     START_UNIX_KEY,
     TICK_TOPIC,
 )
-from record.trial.machine_names import MachineNames
 
 BLOCK_TICKS = 2000
 # Every layout of a tick that was ever written, by the SHA-256 of its definition's text. Whoever changes the

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
 from model.values.faults import Fault
+from model.values.machine_names import MachineNames
 from model.values.tick import Tick
 from record.log.estimate_message import HEALTHS
-from record.trial.machine_names import MachineNames
 
 NOT_RUNNING = -1
 LEGS, JOINTS = -1, -2  # in a shape: as many as there are legs, or joints

@@ -27,10 +27,10 @@ import numpy as np
 from model.errors import ConfigError, RecordError
 from model.parameters.toml_table import Table, as_table
 from model.values.arrays import FloatArray
+from model.values.machine_names import MachineNames
 from record.trial.body_pose import ORIENTATIONS, BodyColumns, BodyFrame, read_body
 from record.trial.cut import Cut, read_cut
 from record.trial.header import TrialHeader, errors_of, parse_header, parse_toml, read_text
-from record.trial.machine_names import MachineNames
 from record.trial.ros_bag import BagMap, read_bag_map
 from record.trial.table_check import TableFinding
 from record.trial.table_file import DataTable, TableColumn

@@ -10,11 +10,12 @@ from typing import Any
 
 from model.errors import ConfigError, RecordError
 from model.parameters import toml_table
+from model.parameters.tables import CHAIN
 from model.parameters.toml_table import Table
-from record.chain_file import CHAIN, complete
+from model.values.machine_names import MachineNames
+from record.chain_file import complete
 from record.input_file import read_utf8
 from record.toml_file import toml_text
-from record.trial.machine_names import MachineNames
 from record.whole_file import write_text
 
 LEGGED, SERVO_BENCH, SLIDING_BODY = "legged", "servo_bench", "sliding_body"

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from model.errors import RecordError
 from model.values.arrays import FloatArray
-from record.trial.machine_names import MachineNames
+from model.values.machine_names import MachineNames
 from record.whole_file import whole_file
 
 SUFFIXES = (".parquet", ".csv")

@@ -13,8 +13,8 @@ import numpy as np
 
 from model.errors import RecordError
 from model.values.arrays import BoolArray, FloatArray, readonly
+from model.values.machine_names import MachineNames
 from record.trial.header import TrialHeader, read_header, write_header
-from record.trial.machine_names import MachineNames
 from record.trial.table_file import (
     SUFFIXES,
     DataTable,

@@ -14,7 +14,9 @@ from model.effects.leg_kinds import check_effects
 from model.effects.machine import parse_machine
 from model.effects.written import EFFECTS_KEY, WHOLE_ROBOT, causes_of
 from model.errors import ConfigError, GapError
-from model.parameters.tables import LEG_TABLE, leg_table, parse_table, read_leg, read_legs
+from model.parameters.tables import LEG_TABLE, leg_table, parse_table, read_leg, read_leg_names
+from model.values.machine_names import MachineNames
+from model.values.parameters import ChainParameters
 from record.toml_file import toml_text
 from robot.config.robot_file import parse_robot
 
@@ -66,11 +68,13 @@ def edit_robot(text: str, correction: Correction, origin: str) -> Edited:
         GapError: An effect that is there already cannot grow, or such legs cannot have it.
     """
     top = parse_table(text)
-    legs = read_legs(top.table("legs")).names
-    there = causes_of(top, legs)
-    if top.has(leg_table(top.names())):
+    legs = read_leg_names(top.table("legs"))
+    leg = read_leg(top) if top.has(leg_table(top.names())) else None
+    joints = leg.joints if isinstance(leg, ChainParameters) else legs
+    there = causes_of(top, MachineNames(joints, legs))
+    if leg is not None:
         changes = (change.cause for change in correction.changes)
-        check_effects((*changes, *correction.effects), read_leg(top))
+        check_effects((*changes, *correction.effects), leg)
     document = _document(text)
     edits = tuple(_change(document, change, legs) for change in correction.changes)
     old = {(one.effect, one.joints) for one in there}

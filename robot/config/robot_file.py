@@ -26,9 +26,12 @@ from model.parameters.tables import (
 )
 from model.parameters.toml_table import Table
 from model.values.parameters import (
+    ChainParameters,
+    LegGeometry,
     LegParameters,
     RobotParameters,
 )
+from record.chain_file import complete
 from record.toml_file import reading
 from robot.config.calibration import read_calibration
 from robot.config.estimator import EstimatorConfig, read_estimator
@@ -36,6 +39,13 @@ from robot.config.force_sensor import read_force_sensor, read_transducers
 from robot.config.gaits import read_gaits
 from robot.config.safety import BodyLimits, RecoverySettings, read_body_limits, read_recovery
 from robot.config.servo import SafetyLimits, read_servo
+from robot.config.undriven import (
+    UNKNOWN,
+    no_force_sensor,
+    no_servo,
+    no_servo_bus,
+    not_driven,
+)
 from robot.console.arguments import DEFAULT_ROBOT_FILE
 
 LONGEST_LATE_S = 0.1
@@ -83,22 +93,33 @@ class RobotConfig:
     estimator: EstimatorConfig
     effects: tuple[Cause, ...] = ()
 
+    @property
+    def driven(self) -> bool:
+        """Whether the robot can be driven: its legs have one joint each."""
+        return not isinstance(self.parameters.leg, ChainParameters)
+
 
 def load_robot(
-    path: str | Path = DEFAULT_ROBOT_FILE, calibration: str | Path | None = None
+    path: str | Path = DEFAULT_ROBOT_FILE,
+    calibration: str | Path | None = None,
+    *,
+    driven: bool = True,
 ) -> RobotConfig:
     """Read a robot file, and the calibration of its force sensors where it has one.
 
     Args:
         path: The robot file; the nominal BigANT where none is named.
         calibration: Calibration file to take in place of the one that the robot file names.
+        driven: Whether the robot must be one that can be driven; legs of several joints cannot be.
 
     Raises:
-        ConfigError: A file cannot be read, or a key in it cannot be used.
+        ConfigError: A file cannot be read, a key in it cannot be used, or the robot cannot be driven.
     """
     file = Path(path)
     with reading(file, "the robot file") as text:
-        config = parse_robot(text)
+        config = parse_robot(complete(text, file.parent))
+    if driven and not config.driven:
+        raise not_driven()
     if calibration is None and config.calibration_file:
         calibration = file.parent / config.calibration_file
     if calibration is None:
@@ -116,13 +137,15 @@ def parse_robot(text: str) -> RobotConfig:
         ConfigError: It is no TOML, or a key in it cannot be used.
     """
     top = parse_table(text)
-    name = top.text("name")
-    legs, bus_columns = _legs(top.table("legs"))
+    name, leg = top.text("name"), read_leg(top)
+    if isinstance(leg, ChainParameters):
+        return _undriven(text, top, leg)
+    legs, bus_columns = _legs(top.table("legs"), leg)
     servo = read_servo(top.table("servo"), legs.count)
     parameters = RobotParameters(
         body=read_body(top.table("body")),
         legs=legs,
-        leg=read_leg(top),
+        leg=leg,
         contact=read_contact(top.table("contact"), legs.count),
         servo=servo.parameters,
         gaits=read_gaits(top.maybe_table("gait"), legs),
@@ -142,7 +165,35 @@ def parse_robot(text: str) -> RobotConfig:
         loop=loop,
         body_limits=read_body_limits(safety_table),
         recovery=read_recovery(safety_table),
-        effects=causes_for(top, legs.names, parameters.leg),
+        effects=causes_for(top, legs, parameters.leg),
+        estimator=read_estimator(top.maybe_table("estimator"), legs.count),
+    )
+    top.done()
+    return config
+
+
+def _undriven(text: str, top: Table, leg: ChainParameters) -> RobotConfig:
+    """A robot whose legs have several joints: what the model, the estimator and pictures need."""
+    legs = read_legs(top.table("legs"), leg)
+    config = RobotConfig(
+        name=top.text("name"),
+        text=text,
+        parameters=RobotParameters(
+            body=read_body(top.table("body")),
+            legs=legs,
+            leg=leg,
+            contact=read_contact(top.table("contact"), legs.count),
+            servo=no_servo(),
+            gaits=(),
+        ),
+        servo_bus=no_servo_bus(),
+        force_sensor=no_force_sensor(legs.names),
+        calibration_file="",
+        limits=SafetyLimits(UNKNOWN, UNKNOWN, UNKNOWN, UNKNOWN, UNKNOWN),
+        loop=LoopSettings(0, UNKNOWN, 0),
+        body_limits=BodyLimits(),
+        recovery=RecoverySettings(),
+        effects=causes_for(top, legs, leg),
         estimator=read_estimator(top.maybe_table("estimator"), legs.count),
     )
     top.done()
@@ -157,8 +208,8 @@ class _WiringColumns:
     transducers: np.ndarray
 
 
-def _legs(table: Table) -> tuple[LegParameters, _WiringColumns]:
-    legs = read_legs(table)
+def _legs(table: Table, leg: LegGeometry) -> tuple[LegParameters, _WiringColumns]:
+    legs = read_legs(table, leg)
     names, count = legs.names, legs.count
     columns = _WiringColumns(
         ids=table.integers("dynamixel_id", count, minimum=0, maximum=252),

@@ -28,6 +28,7 @@ from model.values.legs import FootMotion, JointCommand, no_feet
 from model.values.readings import silent_readings
 from model.values.tick import DeadReckoning, Inputs, Mode, Tick
 from robot.config.robot_file import RobotConfig
+from robot.config.undriven import not_driven
 from robot.control.body_watch import BodyInputs, BodyMemory, watch_body
 from robot.control.effects import model_of
 from robot.control.estimator_stage import EstimatorStage, estimator_stage
@@ -78,6 +79,8 @@ class Controller:
         gaits: Sequence[Gait] | None = None,
         estimate: bool = True,
     ) -> None:
+        if not config.driven:
+            raise not_driven()
         self.config = config
         self.armed = armed
         self.rate_hz = rate_hz if rate_hz is not None else config.loop.rate_hz

@@ -61,7 +61,7 @@ def true_forces_of(config: RobotConfig) -> TrueForces | None:
     """Return what takes a robot file's sensor errors out; None for a file that has none."""
     if not any(cause.effect in OF_FORCES for cause in config.effects):
         return None
-    return partial(true_forces, settings=settings_of(config.effects, config.parameters.legs.names))
+    return partial(true_forces, settings=settings_of(config.effects, config.parameters.names))
 
 
 def true_forces_of_log(config_text: str) -> TrueForces | None:

@@ -130,7 +130,7 @@ def drive_as(
         sink = log if log is None or tap is None else TappedLog(log, tap)
         title = f"{config.name}  {request.hardware}" + ("" if request.armed else "  (readonly)")
         view = open_view(
-            config.parameters.legs.names,
+            config.parameters.names,
             title,
             help_line(controller.book) if request.teleop else KEYS,
             true_forces=true_forces_of(config),

@@ -12,7 +12,7 @@ from model.effects.correction import correction_of
 from model.effects.machine import parse_machine
 from model.effects.written import table_name
 from model.errors import ConfigError, GapError
-from model.parameters.tables import parse_table, read_legs
+from model.parameters.tables import parse_table, read_leg_names
 from record.whole_file import check_room, write_text
 from robot.config.edit import Edited, check_edited, edit_robot
 from robot.console.exit_codes import ExitCode
@@ -46,7 +46,7 @@ def apply_diagnosis(request: GapApplyRequest) -> ExitCode:
     robot = request.robot or diagnosis.robot
     runs = read_runs(diagnosis.trials, diagnosis.references, robot) if diagnosis.trials else None
     text = _robot_text(diagnosis, runs, robot)
-    legs = read_legs(parse_table(text).table("legs")).names
+    legs = read_leg_names(parse_table(text).table("legs"))
     correction = correction_of(diagnosis.causes, legs)
     edited = edit_robot(text, correction, request.diagnosis.name)
     check_edited(edited.text, text)

@@ -27,7 +27,7 @@ def believed_robot(
     if robot is not None:
         config = robot
     elif request.robot is not None:
-        config = load_robot(request.robot)
+        config = load_robot(request.robot, driven=False)
     else:
         config = parse_robot(own) if own else load_robot()
     settings = config.estimator.settings

@@ -116,9 +116,12 @@ class Tracker:
         Raises:
             ConfigError: The robot has other legs than the tick.
         """
-        legs, own = len(tick.joints.angle_rad), self.config.parameters.legs.count
-        if legs != own:
-            raise ConfigError("--robot", f"has {own} legs, the log {legs}; choose another file")
+        legs, joints = len(tick.feet.position_m), len(tick.joints.angle_rad)
+        names = self.config.parameters.names
+        for word, own, there in (("legs", names.legs, legs), ("joints", names.joints, joints)):
+            if len(own) != there:
+                words = f"has {len(own)} {word}, the log {there}; choose another file"
+                raise ConfigError("--robot", words)
         forces = no_forces(legs) if self._no_forces else tick.forces
         self._memory, estimate = self._stage.step(
             self._memory, tick.t_ns, tick.joints, forces, tick.inputs.poses

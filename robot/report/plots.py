@@ -179,9 +179,9 @@ def _shafts(log: Recording) -> Figure:
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
     thin = _thin(log)
     lag_mrad = 1e3 * (log.angle_rad - log.sent_angle_rad)
-    for leg, name in enumerate(log.names):
-        top.plot(log.t_s[thin], log.angle_rad[thin, leg], lw=1.2, label=name)
-        bottom.plot(log.t_s[thin], lag_mrad[thin, leg], lw=0.8)
+    for joint, name in enumerate(log.joints):
+        top.plot(log.t_s[thin], log.angle_rad[thin, joint], lw=1.2, label=name)
+        bottom.plot(log.t_s[thin], lag_mrad[thin, joint], lw=0.8)
     top.set_ylabel("shaft angle [rad]")
     bottom.set_ylabel("measured\nless sent [mrad]")
     _clip(bottom, lag_mrad.ravel(), LEAST_MRAD)

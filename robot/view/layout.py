@@ -18,15 +18,16 @@ from foxglove.layouts import (
     ThreeDeePanel,
 )
 
+from model.values.machine_names import MachineNames
 from robot.view.foxglove import NEWS_TOPIC, SCENE_TOPIC, TRAJECTORY_TOPIC
 from robot.view.frames import BODY_FRAME
 
 
-def layout_text(names: tuple[str, ...]) -> str:
+def layout_text(names: MachineNames) -> str:
     """Return the layout as JSON, for the import of layouts.
 
     Args:
-        names: Leg names.
+        names: Names of joints and legs.
     """
     scene = ThreeDeePanel(
         title="Robot",
@@ -52,13 +53,13 @@ def layout_text(names: tuple[str, ...]) -> str:
         "/velocity.difference.vx_m_s", "/velocity.difference.vy_m_s",
     ])  # fmt: skip
     loads = _plot("Vertical foot forces, predicted - measured [N]", [
-        f"/force/{name}.difference.z_n" for name in names
+        f"/force/{name}.difference.z_n" for name in names.legs
     ])  # fmt: skip
-    first = _plot(f"Vertical force of {names[0]} [N]", [
-        f"/force/{names[0]}.measured.z_n", f"/force/{names[0]}.predicted.z_n",
+    first = _plot(f"Vertical force of {names.legs[0]} [N]", [
+        f"/force/{names.legs[0]}.measured.z_n", f"/force/{names.legs[0]}.predicted.z_n",
     ])  # fmt: skip
     health = _plot("Hottest is what counts [degrees C]", [
-        f"/servo/{name}.temperature_c" for name in names
+        f"/servo/{name}.temperature_c" for name in names.joints
     ])  # fmt: skip
     right = _column((velocity, 1.0), (difference, 1.0), (first, 1.0), (loads, 1.0), (health, 1.0))
     content = SplitContainer(

@@ -9,6 +9,7 @@ import numpy as np
 from model.values.arrays import FloatArray
 from model.values.estimate import Estimate, Health
 from model.values.faults import StopReason
+from model.values.machine_names import MachineNames
 from model.values.tick import Tick
 
 VELOCITY = ("vx_m_s", "vy_m_s", "yaw_rate_rad_s")
@@ -26,12 +27,12 @@ class News:
     fault: bool
 
 
-def numbers_of(tick: Tick, names: tuple[str, ...]) -> Iterator[tuple[str, Numbers]]:
+def numbers_of(tick: Tick, names: MachineNames) -> Iterator[tuple[str, Numbers]]:
     """Yield topic and message of each group of numbers; every field is there, NaN where it is not known.
 
     Args:
         tick: The tick.
-        names: Leg names.
+        names: Names of joints and legs.
     """
     estimate, truth, nothing = tick.estimate, tick.inputs.truth, np.full(3, np.nan)
     predicted = tick.contact.traction.velocity_B
@@ -46,7 +47,7 @@ def numbers_of(tick: Tick, names: tuple[str, ...]) -> Iterator[tuple[str, Number
         },
     )
     joints, measured, modelled = tick.joints, tick.forces.force_n, tick.contact.traction.force_B
-    for leg, name in enumerate(names):
+    for leg, name in enumerate(names.legs):
         yield (
             f"/force/{name}",
             {
@@ -55,15 +56,16 @@ def numbers_of(tick: Tick, names: tuple[str, ...]) -> Iterator[tuple[str, Number
                 **_group("difference", FORCE, modelled[leg] - measured[leg]),
             },
         )
+    for at, name in enumerate(names.joints):
         yield (
             f"/servo/{name}",
             {
-                "angle_rad": float(joints.angle_rad[leg]),
-                "sent_rad": float(tick.sent.angle_rad[leg]),
-                "rate_rad_s": float(joints.rate_rad_s[leg]),
-                "current_a": float(joints.current_a[leg]),
-                "temperature_c": float(joints.temperature_c[leg]),
-                "voltage_v": float(joints.voltage_v[leg]),
+                "angle_rad": float(joints.angle_rad[at]),
+                "sent_rad": float(tick.sent.angle_rad[at]),
+                "rate_rad_s": float(joints.rate_rad_s[at]),
+                "current_a": float(joints.current_a[at]),
+                "temperature_c": float(joints.temperature_c[at]),
+                "voltage_v": float(joints.voltage_v[at]),
             },
         )
     if estimate is not None:

@@ -60,7 +60,7 @@ class RerunView(Viewer):
         with writing(save, "--save"):
             save.open("wb").close()  # its own error would be a panic of another language
             try:
-                self._stream.save(save, default_blueprint=layout(self.names))
+                self._stream.save(save, default_blueprint=layout(self.names.legs))
             except RuntimeError as error:
                 raise OSError(str(error)) from error
         self._draw_what_stays()
@@ -157,7 +157,7 @@ class RerunView(Viewer):
     def close(self) -> None:
         """Write the numbers and finish the file."""
         for path, column in self._columns.items():
-            if (style := style_of(path, self.names)) is not None:
+            if (style := style_of(path, self.names.legs)) is not None:
                 colour, name = style
                 lines = rr.SeriesLines(colors=[_rgba(colour)], names=[name])
                 self._stream.log(path, lines, static=True)

@@ -4,11 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from model.kinematics.chain import ChainKinematics
 from model.kinematics.crank import crank_outline
 from model.kinematics.four_bar import linkage_pose
 from model.kinematics.legs import leg_kinematics
 from model.values.arrays import FloatArray
 from model.values.parameters import (
+    ChainParameters,
     CrankParameters,
     FourBarParameters,
     LegGeometry,
@@ -100,11 +102,11 @@ def legs_of(tick: Tick, parameters: RobotParameters) -> tuple[LegScene, ...]:
     loaded = np.asarray(tick.contact.support.contact)
     legs = []
     for leg, name in enumerate(parameters.legs.names):
-        if not np.isfinite(angles[leg]):
+        if not np.isfinite(feet[leg]).all():
             legs.append(LegScene(name, (), (), ()))
             continue
         foot = feet[leg]
-        links = _links(parameters.leg, shafts[leg], float(angles[leg]))
+        links = _links(parameters.leg, leg, shafts[leg], angles)
         forces = (
             *_arrow(foot, tick.forces.force_n[leg], MEASURED),
             *_arrow(foot, tick.contact.traction.force_B[leg], PREDICTED),
@@ -113,8 +115,15 @@ def legs_of(tick: Tick, parameters: RobotParameters) -> tuple[LegScene, ...]:
     return tuple(legs)
 
 
-def _links(geometry: LegGeometry, shaft: FloatArray, angle_rad: float) -> tuple[Strip, ...]:
-    """What a leg consists of, at a shaft angle."""
+def _links(
+    geometry: LegGeometry, leg: int, shaft: FloatArray, angles_rad: FloatArray
+) -> tuple[Strip, ...]:
+    """What a leg consists of, at the angles of all joints, (J,)."""
+    if isinstance(geometry, ChainParameters):
+        kinematics, joints = ChainKinematics(geometry), list(geometry.joints_of(leg))
+        foot = kinematics.feet(angles_rad, np.zeros_like(angles_rad)).position_m[leg]
+        return (Strip(np.stack([*kinematics.joint_places(angles_rad)[joints], foot]), LINK),)
+    angle_rad = float(angles_rad[leg])
     match geometry:
         case FourBarParameters():
             pose = linkage_pose(geometry, np.array(angle_rad))

@@ -7,14 +7,17 @@ of its own writes it, so a slow SSH link or Ctrl-S delays the picture and not th
 import queue
 import sys
 import threading
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from typing import TextIO
 
 import numpy as np
 
+from model.values.arrays import FloatArray
 from model.values.estimate import Health
 from model.values.faults import StopReason
 from model.values.legs import JointState
+from model.values.machine_names import MachineNames
 from model.values.tick import Mode, Tick
 from robot.console.screen_fit import Screen
 from robot.console.table import number_text
@@ -28,7 +31,7 @@ BOLD, RED, RESET = "\x1b[1m", "\x1b[31m", "\x1b[0m"
 
 
 def open_view(
-    names: tuple[str, ...],
+    names: MachineNames,
     title: str,
     help_line: str,
     stream: TextIO | None = None,
@@ -37,7 +40,7 @@ def open_view(
     """Return a screen when the output is a terminal, plain lines otherwise.
 
     Args:
-        names: Leg names.
+        names: Names of joints and legs.
         title: First line of the screen.
         help_line: What the keys do.
         stream: Where to draw; standard output by default.
@@ -102,7 +105,7 @@ class ScreenView:
 
     def __init__(
         self,
-        names: tuple[str, ...],
+        names: MachineNames,
         title: str,
         help_line: str,
         out: TextIO,
@@ -156,7 +159,7 @@ class ScreenView:
 
 
 def screen_lines(
-    tick: Tick, names: tuple[str, ...], seconds: float, worst_late_ns: int, missed: int
+    tick: Tick, names: MachineNames, seconds: float, worst_late_ns: int, missed: int
 ) -> list[str]:
     """Return what is measured, as lines of plain text; a pure function, so that it can be tested."""
     reason = "" if tick.stop_reason is StopReason.NONE else f"  ({tick.stop_reason.name})"
@@ -166,21 +169,35 @@ def screen_lines(
         f"loop late {timing.lateness_ns * 1e-6:6.2f} ms  worst {worst_late_ns * 1e-6:6.2f} ms  "
         f"missed {missed}",
         "",
-        "leg   angle rad   speed rad/s   current A   temp C   Fz measured N   Fz model N",
     ]
+    shafts = "   angle rad   speed rad/s   current A   temp C"
+    loads = "   Fz measured N   Fz model N"
     joints = tick.joints
-    columns = (  # values, digits, width
+    of_joints = (  # values, digits, width
         (joints.angle_rad, 3, 11),
         (joints.rate_rad_s, 3, 14),
         (joints.current_a, 2, 12),
         (joints.temperature_c, 0, 9),
-        (tick.forces.force_n[:, 2], 1, 16),
-        (tick.contact.support.load_n, 1, 13),
     )
-    for leg, name in enumerate(names):
-        cells = (number_text(values[leg], digits, width) for values, digits, width in columns)
-        lines.append(f"{name:<4}" + "".join(cells))
+    of_legs = ((tick.forces.force_n[:, 2], 1, 16), (tick.contact.support.load_n, 1, 13))
+    if names.one_joint_a_leg:
+        lines += _rows("leg" + shafts + loads, names.legs, (*of_joints, *of_legs))
+    else:
+        lines += [*_rows("joint" + shafts, names.joints, of_joints), ""]
+        lines += _rows("leg" + loads, names.legs, of_legs)
     return [*lines, "", *_velocity_lines(tick), *_pose_lines(tick)]
+
+
+def _rows(
+    head: str, names: tuple[str, ...], columns: Sequence[tuple[FloatArray, int, int]]
+) -> Iterator[str]:
+    """A heading and lines of numbers; each column with its digits and its width."""
+    word, _, rest = head.partition(" ")
+    width = max(3, len(word), *map(len, names))
+    yield f"{word:<{width}} {rest}"
+    for at, name in enumerate(names):
+        cells = (number_text(values[at], digits, size) for values, digits, size in columns)
+        yield f"{name:<{width}} " + "".join(cells)
 
 
 def fault_lines(tick: Tick) -> list[str]:

@@ -24,7 +24,7 @@ class Viewer(ABC):
 
     def __init__(self, parameters: RobotParameters) -> None:
         self.parameters = parameters
-        self.names = parameters.legs.names
+        self.names = parameters.names
         self.frames = FrameTracker()
         self.news = NewsTracker()
         self._next_trajectory_ns = 0

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from drivers.clock import Clock, MonotonicClock
 from model.errors import ConfigError, RecordError
+from model.values.machine_names import MachineNames
 from model.values.parameters import RobotParameters
 from record.log.follow import LogFollower
 from record.log.reader import LogContents, StampedTick, read_stamped_ticks
@@ -104,7 +105,7 @@ def _present(
         raise RecordError(f"{path} holds no ticks{': ' * bool(contents.damage)}{contents.damage}")
     ticks = chain((first,), ticks)
     if request.terminal:
-        _in_terminal(path, ticks, contents.names(len(first.tick.joints.angle_rad)))
+        _in_terminal(path, ticks, contents.machine(first.tick))
     else:
         _in_viewer(path, ticks, contents, request, clock)
     if contents.damage:
@@ -126,7 +127,7 @@ def ticks_with_true_forces(
         yield replace(item, tick=with_true_forces(item.tick, true_forces, start_ns))
 
 
-def _in_terminal(path: Path, ticks: Iterator[StampedTick], names: tuple[str, ...]) -> None:
+def _in_terminal(path: Path, ticks: Iterator[StampedTick], names: MachineNames) -> None:
     view = open_view(names, f"{path}  (watching)", "Ctrl-C: stop watching")
     try:
         for stamped in ticks:
@@ -144,7 +145,7 @@ def _in_viewer(
 ) -> None:
     parameters = _parameters(path, contents)
     if request.layout is not None:
-        _write_layout(request.layout, parameters.legs.names)
+        _write_layout(request.layout, parameters.names)
     saves_only = request.save is not None and (request.headless or not request.live)
     serve = None if saves_only else (request.host, request.port)
     view = _open_viewer(parameters, request, serve)
@@ -194,7 +195,7 @@ def _parameters(path: Path, contents: LogContents) -> RobotParameters:
         ) from error
 
 
-def _write_layout(path: Path, names: tuple[str, ...]) -> None:
+def _write_layout(path: Path, names: MachineNames) -> None:
     from robot.view.layout import layout_text
 
     write_text(path, layout_text(names), "--layout")

@@ -6,9 +6,9 @@ from pathlib import Path
 from gaits.limits import check_gait
 from gaits.standing_poses import StandingPoses
 from model.errors import RecordError
+from model.values.machine_names import one_joint_a_leg
 from model.values.tick import Tick
 from record.log.recording import Recording, build_recording
-from record.trial.machine_names import one_joint_a_leg
 from robot.config.gait_file import with_gait
 from robot.config.robot_file import RobotConfig
 from robot.control.controller import Controller

@@ -11,8 +11,10 @@ import numpy as np
 
 from drivers.dynamixel.catalog import MODEL_BY_NAME, MX_106
 from drivers.dynamixel.servo_model import MotorRatings
+from model.errors import ConfigError
 from model.values.arrays import FloatArray
 from model.values.parameters import (
+    ChainParameters,
     CrankParameters,
     FourBarParameters,
     LegGeometry,
@@ -241,6 +243,10 @@ def plant_legs(leg: LegGeometry, count: int) -> PlantLegs:
             )
         case CrankParameters():
             return CrankLegs(np.full(count, leg.length), np.full(count, leg.radius))
+        case ChainParameters():
+            raise ConfigError(
+                "leg.kind", "there is no virtual robot whose legs have several joints"
+            )
 
 
 def _clearance(leg: LegGeometry) -> float:

@@ -97,7 +97,7 @@ def test_fits_begin_where_a_place_is_likely() -> None:
 
 def test_two_lags_stand_one_behind_the_other() -> None:
     """A filter before a servo that lags itself is two filters: after a step of speed, w0 t - 2 T w0."""
-    names = machine().legs.names
+    names = machine().names
     inputs = simulator()._inputs(command_trial("tripod", 0.2, 8.0))
     both = settings_of([cause("servo_lag", 0.05), cause("servo_lag", 0.05)], names)
     one = settings_of([cause("servo_lag", 0.1)], names)

@@ -67,7 +67,7 @@ def walk(
 ) -> Trial:
     """A trial with everything measured, as the chain has it with these causes."""
     bare = command_trial(gait, frequency_hz, seconds, steer)
-    names = machine().legs.names
+    names = machine().names
     inputs = make_inputs(bare, names)
     read = LeggedChain(machine()).read(inputs, settings_of(causes, names, added), Drive.COMMAND)
     rng = np.random.default_rng(noise_seed)

@@ -1,6 +1,7 @@
 """Legs that are chains: feet and Jacobian against MuJoCo's own of random trees, and finite differences."""
 
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from model.errors import ConfigError, ModelError
-from model.kinematics.chain import Chain
+from model.kinematics.chain import ChainKinematics
 from model.parameters.chain_table import chain_lines, read_chain
 from model.parameters.tables import parse_table
 from model.values.arrays import FloatArray
@@ -26,7 +27,9 @@ def _compiled() -> None:
     one = np.zeros(1)
     whole = np.zeros(1, dtype=np.int64)
     up = np.array([[0.0, 0, 1]])
-    Chain(ChainParameters(("a",), whole - 1, whole > 0, up, up, one + 1, one, whole, up)).prepare()
+    ChainKinematics(
+        ChainParameters(("a",), whole - 1, whole > 0, up, up, one + 1, one, whole, up, one)
+    ).prepare()
 
 
 def example(name: str) -> ChainParameters:
@@ -114,9 +117,11 @@ def by_mujoco(
             point = data.site_xpos[site]
             mujoco.mj_jacSite(model, data, slope, None, site)
         else:
-            geom = model.geom(name).id
-            point = data.geom_xpos[geom]
-            mujoco.mj_jacGeom(model, data, slope, None, geom)
+            geom = model.geom(name)
+            point = (
+                data.geom_xpos[geom.id] - geom.size[0] * turn[:, 2]
+            )  # below the ball, in body axes
+            mujoco.mj_jac(model, data, slope, None, point, geom.bodyid[0])
         points.append(turn.T @ (point - place))
         slopes.append(turn.T @ slope[:, columns])
     return np.array(points), np.array(slopes)
@@ -135,7 +140,7 @@ def test_feet_and_jacobian_are_those_of_mujoco(tree: tuple[Any, int], seed: int)
         chain = read_chain_file(path, names)
     rng = np.random.default_rng(seed)
     angle = rng.uniform(-3, 3, (4, chain.count))
-    legs_of = Chain(chain)
+    legs_of = ChainKinematics(chain)
     feet = legs_of.feet(angle, np.zeros_like(angle)).position_m
     slope = legs_of.jacobian(angle)
     for f in range(len(angle)):
@@ -150,7 +155,7 @@ def test_the_example_robots_are_those_of_mujoco(name: str) -> None:
     model = mujoco.MjModel.from_xml_path(str(EXAMPLES / f"{name}.xml"))
     rng = np.random.default_rng(1)
     angle = rng.uniform(-1, 1, (50, chain.count))
-    legs = Chain(chain)
+    legs = ChainKinematics(chain)
     feet, slope = legs.feet(angle, np.zeros_like(angle)).position_m, legs.jacobian(angle)
     order = tuple(dict.fromkeys(joint.split("_")[0] for joint in chain.joints))
     for f in range(len(angle)):
@@ -163,8 +168,8 @@ def test_the_example_robots_are_those_of_mujoco(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["hexapod18", "quadruped12"])
 def test_the_jacobian_is_the_derivative_of_the_feet(name: str) -> None:
-    chain = example(name)
-    legs, step = Chain(chain), 1e-5
+    chain = replace(example(name), radius=np.zeros(len(example(name).foot)))  # points: a ball rolls
+    legs, step = ChainKinematics(chain), 1e-5
     angle = np.random.default_rng(2).uniform(-1, 1, (20, chain.count))
     slope = legs.jacobian(angle)
     for joint in range(chain.count):
@@ -174,11 +179,21 @@ def test_the_jacobian_is_the_derivative_of_the_feet(name: str) -> None:
         assert np.abs((ahead - behind) / (2 * step) - slope[..., joint]).max() < 1e-7
 
 
+def test_a_ball_moves_on_by_its_radius_times_the_turn_of_its_link() -> None:
+    chain = example("quadruped12")
+    ball, point = (replace(chain, radius=np.full(4, radius)) for radius in (0.02, 0.0))
+    still, knee = np.zeros(chain.count), np.eye(chain.count)[2]
+    at_ball, at_point = (ChainKinematics(one).feet(still, knee) for one in (ball, point))
+    assert np.allclose(at_ball.position_m - at_point.position_m, [0, 0, -0.02])
+    # a turn of 1 rad/s about y drags what is below the middle back
+    assert np.allclose(at_ball.velocity_m_s[0] - at_point.velocity_m_s[0], [-0.02, 0, 0])
+
+
 def test_the_velocity_is_the_jacobian_times_the_speeds() -> None:
     chain = example("hexapod18")
     rng = np.random.default_rng(3)
     angle, rate = rng.uniform(-1, 1, (2, 5, 7, chain.count))
-    legs = Chain(chain)
+    legs = ChainKinematics(chain)
     feet = legs.feet(angle, rate)
     assert feet.position_m.shape == feet.velocity_m_s.shape == (5, 7, 6, 3)
     want = np.einsum("...njk,...k->...nj", legs.jacobian(angle), rate)
@@ -191,10 +206,10 @@ def test_signs_and_zeros_say_what_a_joint_of_ours_is_in_the_file() -> None:
     sign, zero = rng.choice([-1.0, 1.0], chain.count), rng.uniform(-1, 1, chain.count)
     other = ChainParameters(
         chain.joints, chain.parent, chain.slides, chain.axis, chain.place, sign, zero,
-        chain.foot_joint, chain.foot,
+        chain.foot_joint, chain.foot, chain.radius,
     )  # fmt: skip
     angle = rng.uniform(-1, 1, chain.count)
-    here, there = Chain(other), Chain(chain)
+    here, there = ChainKinematics(other), ChainKinematics(chain)
     drawn = zero + sign * angle
     assert np.allclose(
         here.feet(angle, angle).position_m, there.feet(drawn, angle).position_m, atol=1e-15
@@ -206,28 +221,28 @@ def test_an_unknown_joint_makes_its_own_leg_unknown_and_no_other() -> None:
     chain = example("hexapod18")
     angle = np.zeros(chain.count)
     angle[4] = np.nan  # LM_femur
-    feet = Chain(chain).feet(angle, np.zeros(chain.count))
+    feet = ChainKinematics(chain).feet(angle, np.zeros(chain.count))
     assert np.isnan(feet.position_m[1]).any()
     assert np.isfinite(np.delete(feet.position_m, 1, axis=0)).all()
     rate = np.zeros(chain.count)
     rate[4] = np.nan
-    feet = Chain(chain).feet(np.zeros(chain.count), rate)
+    feet = ChainKinematics(chain).feet(np.zeros(chain.count), rate)
     assert np.isfinite(feet.position_m).all()
     assert np.isnan(feet.velocity_m_s[1]).any()
 
 
 def test_joints_lie_where_the_file_has_them() -> None:
     chain = example("quadruped12")
-    places = Chain(chain).joint_places(np.zeros((2, chain.count)))
+    places = ChainKinematics(chain).joint_places(np.zeros((2, chain.count)))
     assert places.shape == (2, 12, 3)
     assert np.allclose(places[0], chain.place)
     bent = np.zeros(chain.count)
     bent[1] = np.pi / 2  # LF_hip: the thigh points back
-    assert np.allclose(Chain(chain).joint_places(bent)[2], [-0.02, 0.11, 0.0])
+    assert np.allclose(ChainKinematics(chain).joint_places(bent)[2], [-0.02, 0.11, 0.0])
 
 
 def test_values_of_other_joints_are_refused() -> None:
-    legs = Chain(example("hexapod18"))
+    legs = ChainKinematics(example("hexapod18"))
     with pytest.raises(ModelError, match="18 joints"):
         legs.jacobian(np.zeros(6))
     with pytest.raises(ModelError, match="one speed an angle"):

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
 from model.errors import RecordError
+from model.values.machine_names import one_joint_a_leg
 from record.trial.header import TrialHeader, TrialNoise
-from record.trial.machine_names import one_joint_a_leg
 from record.trial.table_file import TableColumn, read_table
 from record.trial.trial import Trial, build_trial, read_trial, trial_places, write_trial
 

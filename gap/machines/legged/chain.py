@@ -21,14 +21,16 @@ from model.effects.pushes import Scene, gradient, resists_motion
 from model.effects.sensing import read_sensors, true_signals
 from model.effects.settings import Settings
 from model.effects.shafts import (
-    FOOT_WEIGHT_N,
     Feet,
     Loads,
     feels_loads,
     feet,
+    foot_weight_torque,
     load_torque,
     moves_feet,
+    shaft_give,
     shafts,
+    springing,
 )
 from model.effects.signals import SensorSignals
 from model.motion.se2 import integrate, turned
@@ -90,7 +92,7 @@ class LeggedChain:
         """Run all stages before the sensors, or remember them; the inputs are those of perfect sensors."""
         acting = tuple(one for one in settings.acting if EFFECTS[one[0]].stage != "sensing")
         added = tuple(one for one in settings.added if one.user.effect.stage != "sensing")
-        return self._plain_walk(known, Settings(settings.legs, acting, added), drive)
+        return self._plain_walk(known, replace(settings, acting=acting, added=added), drive)
 
     def _walk(self, known: LeggedInputs, settings: Settings, drive: Drive) -> Walk:
         measured = drive is Drive.MEASURED
@@ -131,7 +133,7 @@ class LeggedChain:
         machine, grid = self._machine, known.grid
         force, velocity = start.force_n, start.velocity_B
         measured = drive is Drive.MEASURED
-        loads, give, springing = None, None, None
+        loads, give, sprung = None, None, None
         if feels_loads(settings):
             # the lever is that of the shaft where it nearly is
             near = known.shaft_rad if measured else known.command_rad
@@ -140,12 +142,12 @@ class LeggedChain:
             flank = (
                 torque if start.flank_force_n is None else load_torque(lever, start.flank_force_n)
             )
-            loads = Loads(torque, flank - FOOT_WEIGHT_N * lever.slope_m_rad[..., 1])
+            loads = Loads(torque, flank + foot_weight_torque(lever))
             if not measured:
                 # a shaft that gives under friction is a foot that gives: too stiff for a loop of passes
                 (compliance,) = settings.each("servo_compliance")
-                give = compliance * lever.slope_m_rad[..., 0] ** 2
-                springing = compliance * lever.slope_m_rad[..., 0] * _finite(force[..., 0])
+                give = shaft_give(lever, compliance)
+                sprung = springing(lever, compliance, _finite(force[..., 0]))
         late = known.delayed_command(*settings.whole("command_delay"))
         own = shafts(grid, known.command_rad, late, settings, loads)
         angles = np.where(np.isfinite(known.shaft_rad), known.shaft_rad, own) if measured else own
@@ -163,8 +165,8 @@ class LeggedChain:
             seen = known.force_n[..., 2]
             load = np.where(np.isfinite(seen), np.maximum(seen, 0.0), load)
         held = walked
-        if springing is not None and springing.any():
-            held = feet(machine, grid, angles - springing, settings)
+        if sprung is not None and sprung.any():
+            held = feet(machine, grid, angles - sprung, settings)
         sliding = slide(scene, held, standing, load, give, velocity)
         return Walk(own, walked, standing, sliding, _integrated(known, sliding.velocity_B))
 

@@ -7,6 +7,7 @@ from gap.machines.legged.inputs import LeggedInputs
 from model.effects.grid import TWIST_WINDOW_S, Grid, body_velocity, down, placed_noise
 from model.effects.signals import SensorSignals
 from model.values.arrays import FloatArray, readonly
+from model.values.machine_names import MachineNames
 from record.trial.header import TrialNoise
 
 # Where a trial does not say how noisy its sensors are.
@@ -18,10 +19,11 @@ CONTACT_N = 1.0
 AXES = "xyz"
 
 
-def channels(legs: tuple[str, ...]) -> tuple[Channel, ...]:
-    """Return the channels of N legs, 8 N + 6, in the order of ``to_channels``."""
+def channels(names: MachineNames) -> tuple[Channel, ...]:
+    """Return the channels of J joints and N legs, J + 6 N + 6, in the order of ``to_channels``."""
+    legs = names.legs
     return (
-        *(Channel("shaft_error", leg, "actuation", "rad") for leg in legs),
+        *(Channel("shaft_error", joint, "actuation", "rad") for joint in names.joints),
         *(Channel(f"foot_{a}", leg, "kinematics", "m") for leg in legs for a in AXES),
         *(Channel("force_z", leg, "support", "N") for leg in legs),
         Channel("body_z", "", "support", "m"),
@@ -61,9 +63,10 @@ def make_observation(inputs: LeggedInputs, load_n: FloatArray, length_m: float) 
         load_n: Loads that the simulator as it stands predicts, (W, N); they tell contact switches.
         length_m: From the middle of the machine to its farthest foot.
     """
-    grid, legs = inputs.grid, inputs.command_rad.shape[1]
+    grid = inputs.grid
+    joints, legs = inputs.command_rad.shape[1], inputs.force_n.shape[1]
     values = to_channels(grid, inputs.command_rad, inputs)
-    noise = np.broadcast_to(_noise(grid, inputs.trial.header.noise, legs), values.shape)
+    noise = np.broadcast_to(_noise(grid, inputs.trial.header.noise, joints, legs), values.shape)
     time_s = grid.time_s[::2]
     return Observation(
         time_s=readonly(time_s.copy()),
@@ -82,7 +85,7 @@ def _reach(inputs: LeggedInputs, length_m: float) -> tuple[float, float]:
     return (float(x.min()) - length_m, float(x.max()) + length_m)
 
 
-def _noise(grid: Grid, given: TrialNoise, legs: int) -> FloatArray:
+def _noise(grid: Grid, given: TrialNoise, joints: int, legs: int) -> FloatArray:
     def sigma(name: str) -> float:
         value: float = getattr(given, name)
         return value if np.isfinite(value) and value > 0 else float(getattr(ASSUMED, name))
@@ -92,7 +95,7 @@ def _noise(grid: Grid, given: TrialNoise, legs: int) -> FloatArray:
     slope = grid.slope_noise(TWIST_WINDOW_S)
     fine = np.sqrt(max(grid.period_s / grid.source_period_s, 1.0))
     return np.concatenate([
-        np.full(legs, mean * sigma("shaft_rad")),
+        np.full(joints, mean * sigma("shaft_rad")),
         np.full(3 * legs, mean * sigma("foot_position_m")),
         np.full(legs, mean * sigma("force_n")),
         [mean * sigma("body_position_m")],
@@ -118,8 +121,8 @@ def _weight(
     grid: Grid, force_z: FloatArray, load_n: FloatArray, shape: tuple[int, ...]
 ) -> FloatArray:
     """Less where a foot touches down or lifts off, nothing at the ends, (F, C)."""
-    legs = load_n.shape[1]
     frames = grid.frames
+    before_loads = shape[1] - 3 * load_n.shape[1] - 6  # channels of shafts and free feet
     near = np.zeros(frames, dtype=bool)
     reach = max(1, round(SWITCH_S / grid.period_s))
     for loads in (force_z, load_n):
@@ -129,7 +132,7 @@ def _weight(
     weight = np.ones(shape)
     switching = near[::2]
     # shafts and free feet know nothing of it
-    weight[switching, 4 * legs :] = SWITCH_WEIGHT
+    weight[switching, before_loads:] = SWITCH_WEIGHT
     time_s = grid.time_s[::2]
     weight[(time_s < EDGE_S) | (time_s > grid.time_s[-1] - EDGE_S)] = 0.0
     return weight

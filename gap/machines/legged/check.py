@@ -62,7 +62,7 @@ def _leg_faults(
     inputs: LeggedInputs, walk: SensorSignals, *, swapped_axes: bool
 ) -> Iterator[DataFault]:
     """Each foot's vertical force against its predicted load."""
-    legs = inputs.trial.joints
+    legs = inputs.trial.legs
     alike = likeness(inputs.force_n[..., 2], walk.force_n[..., 2])
     each = np.diag(alike)
     overall = np.median(each[np.isfinite(each)]) if np.isfinite(each).any() else 0.0
@@ -85,7 +85,7 @@ def _means(feet: FloatArray, known: BoolArray) -> FloatArray:
 
 def _foot_faults(inputs: LeggedInputs, walk: SensorSignals) -> Iterator[DataFault]:
     """Foot markers against where the linkage puts the feet."""
-    legs = inputs.trial.joints
+    legs = inputs.trial.legs
     known: BoolArray = np.all(np.isfinite(inputs.foot_m + walk.foot_m), axis=2)
     if known.sum() < 20:
         return

@@ -8,6 +8,7 @@ from model.effects.grid import Grid, make_grid, place
 from model.effects.signals import SensorSignals
 from model.errors import GapError
 from model.values.arrays import FloatArray, readonly
+from model.values.machine_names import MachineNames
 from record.trial.trial import Trial
 
 
@@ -32,15 +33,15 @@ class LeggedInputs(SensorSignals):
         return np.where(np.isfinite(start), start, 0.0)
 
 
-def make_inputs(trial: Trial, legs: tuple[str, ...]) -> LeggedInputs:
+def make_inputs(trial: Trial, names: MachineNames) -> LeggedInputs:
     """Put a trial on the grid.
 
     Raises:
         GapError: It is another robot's, or too short.
     """
-    if trial.joints != legs:
+    if trial.header.names != names:
         raise GapError(
-            f"the trial has legs {', '.join(trial.joints)}, the simulator {', '.join(legs)}; "
+            f"the trial has legs {', '.join(trial.joints)}, the simulator {', '.join(names.joints)}; "
             "name the robot file that it was made with"
         )
     grid = make_grid(trial.time_s)

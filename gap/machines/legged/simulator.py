@@ -1,6 +1,7 @@
 """The legged robot's simulator under diagnosis: its chain, channels and catalogue of effects."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import lru_cache
 
 from gap.data.check import check_trial
@@ -9,7 +10,7 @@ from gap.machines.legged.chain import LeggedChain
 from gap.machines.legged.channels import channels, make_observation, to_channels
 from gap.machines.legged.check import check_legged
 from gap.machines.legged.inputs import LeggedInputs, make_inputs
-from model.effects.catalogue import STAGES
+from model.effects.catalogue import STAGES, places_of
 from model.effects.leg_kinds import check_effects, effects_of
 from model.effects.machine import LeggedMachine
 from model.effects.settings import Settings, UserEffect, settings_of
@@ -27,12 +28,12 @@ class LeggedSimulator:
 
     def __init__(self, machine: LeggedMachine, added: tuple[UserEffect, ...] = ()) -> None:
         self.machine = machine
-        self.joints = machine.legs.names
-        self.effects: tuple[Effect, ...] = (
-            *effects_of(machine.leg),
-            *(user.effect for user in added),
-        )
-        self.channels = channels(self.joints)
+        self.joints = machine.names.joints
+        effects = (*effects_of(machine.leg), *(user.effect for user in added))
+        self.effects: tuple[Effect, ...] = effects
+        if not machine.names.one_joint_a_leg:
+            self.effects = tuple(replace(e, parts=places_of(e, machine.names)) for e in effects)
+        self.channels = channels(machine.names)
         self._added = added
         self._chain = LeggedChain(machine)
         self._inputs = lru_cache(maxsize=TRIALS_REMEMBERED)(self._make_inputs)
@@ -71,7 +72,7 @@ class LeggedSimulator:
     def _settings(self, causes: Sequence[Cause]) -> Settings:
         check_effects(causes, self.machine.leg)
         # the robot file's own last: a step or a patch that is there stays where it is
-        return settings_of((*causes, *self.machine.effects), self.joints, self._added)
+        return settings_of((*causes, *self.machine.effects), self.machine.names, self._added)
 
     def _make_inputs(self, trial: Trial) -> LeggedInputs:
-        return make_inputs(trial, self.joints)
+        return make_inputs(trial, self.machine.names)

@@ -43,6 +43,7 @@ class RolloutSimulator(Delegate):
     ) -> None:
         super().__init__(LeggedSimulator(machine))
         self.name, self.effects = name, effects
+        self._names = machine.names
         self._channels_of = lru_cache(maxsize=ROLLOUTS_REMEMBERED)(self._roll)
         self._rollout = rollout
 
@@ -65,8 +66,8 @@ class RolloutSimulator(Delegate):
 
     def _roll(self, trial: Trial, causes: tuple[Cause, ...]) -> FloatArray:
         made = self._rollout(trial, causes)
-        wanted = make_inputs(trial, self.joints)
-        got = make_inputs(made, self.joints)
+        wanted = make_inputs(trial, self._names)
+        got = make_inputs(made, self._names)
         if got.grid.frames != wanted.grid.frames or got.grid.period_s != wanted.grid.period_s:
             raise GapError(
                 f"{self.name} answered with {got.grid.frames} frames of {got.grid.period_s:g} s, "

@@ -54,8 +54,8 @@ def with_effects(*causes: Cause) -> RobotConfig:
 def in_chain(*causes: Cause) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Loads, velocities and frames of the chain fed with the shafts of a walk."""
     trial = walk("metachronal", 0.1, 8.0)
-    inputs = make_inputs(trial, machine().legs.names)
-    settings = settings_of(causes, machine().legs.names)
+    inputs = make_inputs(trial, machine().names)
+    settings = settings_of(causes, machine().names)
     # shafts measured, forces not: loads are the model's own
     known = replace(inputs, force_n=np.full_like(inputs.force_n, np.nan))
     found = LeggedChain(machine()).walk(known, settings, Drive.MEASURED)
@@ -65,7 +65,7 @@ def in_chain(*causes: Cause) -> tuple[FloatArray, FloatArray, FloatArray]:
 def in_frames(config: RobotConfig) -> tuple[FloatArray, FloatArray]:
     """The same, frame by frame, as the controller asks."""
     trial = walk("metachronal", 0.1, 8.0)
-    inputs = make_inputs(trial, machine().legs.names)
+    inputs = make_inputs(trial, machine().names)
     model = model_of(config)
     assert model is not None
     rate = np.gradient(inputs.shaft_rad, inputs.grid.period_s, axis=0)

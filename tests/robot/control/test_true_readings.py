@@ -53,7 +53,7 @@ def test_view_shows_the_force_without_the_bias(logs: tuple[Path, Path]) -> None:
     for path in logs:
         contents = LogContents()
         *_, last = ticks_with_true_forces(read_stamped_ticks(path, contents), contents)
-        numbers = dict(numbers_of(last.tick, contents.names(6)))
+        numbers = dict(numbers_of(last.tick, contents.machine(last.tick)))
         shown.append(numbers["/force/ML"]["measured.z_n"])
     assert shown[1] == pytest.approx(shown[0], abs=0.3)
 
@@ -67,7 +67,7 @@ def test_the_screen_of_a_drive_shows_it_too(logs: tuple[Path, Path]) -> None:
     def screen(corrects: bool) -> str:
         out = io.StringIO()
         own = true_forces_of(config) if corrects else None
-        view = ScreenView(contents.names(6), "a title", "a help", out, own)
+        view = ScreenView(contents.machine(last.tick), "a title", "a help", out, own)
         view.show(tick)
         view.close()
         line = next(line for line in out.getvalue().splitlines() if line.startswith("ML"))

@@ -13,10 +13,10 @@ from model.kinematics.legs import leg_kinematics
 from model.quasistatic.frames import FrictionLaw, solve_frames
 from model.values.arrays import FloatArray
 from model.values.faults import StopReason
+from model.values.machine_names import one_joint_a_leg
 from model.values.parameters import ContactParameters
 from model.values.tick import Intent, Mode
 from record.log.recording import Recording, build_recording
-from record.trial.machine_names import one_joint_a_leg
 from robot.cli import main as cli
 from robot.config.robot_file import load_robot
 from robot.console.arguments import DEFAULT_ROBOT_FILE

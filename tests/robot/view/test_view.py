@@ -11,10 +11,13 @@ import numpy as np
 import pytest
 
 from model.values.faults import Fault, FaultKind, StopReason
+from model.values.machine_names import one_joint_a_leg
 from model.values.tick import Mode, Tick
 from robot.console.screen_fit import ESCAPE, HOME
 from robot.view.screen import LineView, ScreenView, fault_lines, open_view, screen_lines
 from tests.record.ticks import NAMES, PERIOD_NS, make_tick
+
+OWN = one_joint_a_leg(NAMES)
 
 
 class Terminal(io.StringIO):
@@ -27,7 +30,7 @@ def expected(value: float, digits: int) -> str:
 
 
 def cells_of(tick: Tick, leg: int = 0) -> list[str]:
-    lines = screen_lines(tick, NAMES, 1.5, 2_000_000, 3)
+    lines = screen_lines(tick, OWN, 1.5, 2_000_000, 3)
     return next(line for line in lines if line.startswith(NAMES[leg])).split()
 
 
@@ -43,12 +46,12 @@ def test_the_screen_shows_every_leg_with_its_numbers() -> None:
 
 def test_the_screen_says_mode_phase_lateness_and_missed() -> None:
     tick = replace(make_tick(5), mode=Mode.WALK, gait_phase=2.5, stop_reason=StopReason.NONE)
-    text = "\n".join(screen_lines(tick, NAMES, 1.5, 2_000_000, 3))
+    text = "\n".join(screen_lines(tick, OWN, 1.5, 2_000_000, 3))
     assert "mode WALK" in text
     assert "[##########..........]   2.50 cycles" in text
     assert "worst   2.00 ms  missed 3" in text
     assert re.search(r"predicted +-?\d", text)
-    known = "\n".join(screen_lines(make_tick(6), NAMES, 1.5, 0, 0))
+    known = "\n".join(screen_lines(make_tick(6), OWN, 1.5, 0, 0))
     assert re.search(r"estimated +-?\d", known)
     assert "estimated" not in text, "there is no estimate in this tick"
 
@@ -68,13 +71,13 @@ def test_faults_are_listed_and_their_absence_is_said() -> None:
 
 
 def test_no_line_is_wider_than_a_terminal() -> None:
-    assert max(len(line) for line in screen_lines(make_tick(5), NAMES, 1.0, 0, 0)) <= 80
+    assert max(len(line) for line in screen_lines(make_tick(5), OWN, 1.0, 0, 0)) <= 80
 
 
 def test_a_terminal_gets_a_screen_and_anything_else_lines() -> None:
-    assert isinstance(open_view(NAMES, "", "", io.StringIO()), LineView)
+    assert isinstance(open_view(OWN, "", "", io.StringIO()), LineView)
     terminal = Terminal()
-    screen = open_view(NAMES, "BigANT virtual", "Ctrl-C: stop", terminal)
+    screen = open_view(OWN, "BigANT virtual", "Ctrl-C: stop", terminal)
     assert isinstance(screen, ScreenView)
     screen.show(make_tick(5))
     screen.close()
@@ -106,7 +109,7 @@ def test_a_terminal_that_goes_away_does_not_stop_the_run() -> None:
         def write(self, _text: str) -> int:
             raise OSError("gone")
 
-    screen = open_view(NAMES, "", "", Gone())
+    screen = open_view(OWN, "", "", Gone())
     screen.show(make_tick(5))
     screen.close()
 
@@ -123,7 +126,7 @@ def test_a_terminal_that_takes_nothing_does_not_hold_the_loop(
             return 0
 
     monkeypatch.setattr("robot.view.screen.CLOSE_S", 0.1)
-    view = open_view(NAMES, "", "", Stopped())
+    view = open_view(OWN, "", "", Stopped())
     began_s = time.monotonic()
     for i in range(3000):
         view.show(replace(make_tick(0), t_ns=i * 1_000_000_000))
@@ -135,7 +138,7 @@ def test_a_terminal_that_takes_nothing_does_not_hold_the_loop(
 
 def test_a_screen_shows_no_escapes_of_others() -> None:
     terminal = Terminal()
-    screen = open_view(("F\x1b]0;mine\x07", *NAMES[1:]), "", "", terminal)
+    screen = open_view(one_joint_a_leg(("F\x1b]0;mine\x07", *NAMES[1:])), "", "", terminal)
     screen.show(make_tick(5))
     screen.close()
     assert "\x1b]0;" not in terminal.getvalue()
@@ -153,7 +156,7 @@ def test_the_screen_is_no_larger_than_the_terminal_and_does_not_scroll(
             lambda _out, s=(columns, rows): os.terminal_size(s),
         )
         terminal = Terminal()
-        screen = open_view(NAMES, "BigANT virtual", "a key  " * 20, terminal)
+        screen = open_view(OWN, "BigANT virtual", "a key  " * 20, terminal)
         screen.show(tick)
         screen.close()
         drawn = terminal.getvalue().rsplit(HOME, 1)[1].removesuffix("\r\n")

@@ -1,4 +1,4 @@
-"""What a machine's parts are called in the names of columns: its joints, and its legs.
+"""What a machine's parts are called: its joints, and its legs.
 
 A leg with one joint has one name for both. Where a leg has several, each of them has its own.
 """
@@ -11,6 +11,11 @@ class MachineNames(NamedTuple):
 
     joints: tuple[str, ...]
     legs: tuple[str, ...]
+
+    @property
+    def one_joint_a_leg(self) -> bool:
+        """Whether legs are called as their joints."""
+        return self.joints == self.legs
 
 
 def one_joint_a_leg(names: tuple[str, ...]) -> MachineNames:

@@ -1,0 +1,61 @@
+"""A robot that is not driven: its file says nothing of servos, force sensors and the loop.
+
+Legs of several joints are recorded, imported, modelled, estimated and diagnosed. What such a robot has no
+value of is NaN, and lists are empty: nothing here can pass for a limit. ``load_robot`` and the controller
+refuse it.
+"""
+
+import numpy as np
+
+from drivers.ati.settings import ForceSensorSettings
+from drivers.dynamixel.settings import ServoBusSettings
+from model.errors import ConfigError
+from model.values.arrays import IntArray, readonly
+from model.values.parameters import ServoParameters
+
+UNKNOWN = float("nan")
+
+
+def not_driven() -> ConfigError:
+    """Return why legs of several joints do not walk from here, and what can be done with them."""
+    return ConfigError(
+        "leg.kind",
+        "is chain, and legs of several joints are not driven: what they measured is brought in by bigant "
+        "import, and seen by show, view, odom and gap",
+    )
+
+
+def no_servo() -> ServoParameters:
+    """Return what is known of servos that the file does not name."""
+    return ServoParameters(UNKNOWN, UNKNOWN, UNKNOWN, UNKNOWN, ())
+
+
+def no_servo_bus() -> ServoBusSettings:
+    """Return a bus without servos."""
+    return ServoBusSettings((), _none(0), _none(0), _none(0), (), 0, UNKNOWN, 0)
+
+
+def no_force_sensor(legs: tuple[str, ...]) -> ForceSensorSettings:
+    """Return legs without force sensors of ours; what others measured comes in with their tables."""
+    count = len(legs)
+    unknown = readonly(np.full((count, 3), UNKNOWN))
+    return ForceSensorSettings(
+        names=legs,
+        transducers=_none(count),
+        address="",
+        udp_port=0,
+        console_port=0,
+        local_port=0,
+        rate_hz=0,
+        oversampling=0,
+        silent_limit_s=UNKNOWN,
+        offset_m=unknown,
+        yaw_rad=readonly(np.full(count, UNKNOWN)),
+        up=_none(count),
+        bias_n=unknown,
+    )
+
+
+def _none(count: int) -> IntArray:
+    zeros: IntArray = readonly(np.zeros(count, dtype=np.int64))
+    return zeros

@@ -1,0 +1,135 @@
+"""Robots whose legs have several joints, from a lab's table to odometry; MuJoCo walks, with its truth."""
+
+import runpy
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from model.errors import ConfigError, RecordError
+from model.motion.se2 import seen_from
+from model.values.arrays import FloatArray
+from record.log.reader import LogContents, read_log, read_stamped_ticks
+from record.trial.trial import read_trial
+from robot.cli import main as cli
+from robot.config.robot_file import load_robot, parse_robot
+from robot.console.exit_codes import ExitCode
+from robot.control.controller import Controller
+from robot.odometry.metrics import path_length
+from robot.odometry.track import TrackedLog, track_log
+from robot.replay.ticks import replay_log
+from robot.report.ground_truth import true_pose
+from robot.view.scene import legs_of
+
+EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
+JOINTS = {"hexapod18": 18, "quadruped12": 12}
+
+
+@pytest.fixture(scope="module", params=JOINTS)
+def imported(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Four cycles of a walk as the log that the import makes of a lab's table."""
+    name: str = request.param
+    table = tmp_path_factory.mktemp(name) / f"{name}.csv"
+    walk: Any = runpy.run_path(str(EXAMPLES / "chain_walk.py"))["walk"]
+    walk(name, table, 4.0, 5.0, 0)
+    log = table.with_suffix(".mcap")
+    words = ["import", str(table), "--map", str(table.with_suffix(".map.toml")), "--out", str(log)]
+    assert cli.run(words) == ExitCode.OK
+    return log
+
+
+@pytest.fixture(scope="module")
+def tracked(imported: Path) -> TrackedLog:
+    return track_log(imported)
+
+
+def smooth_length(pose: FloatArray) -> float:
+    """Length of a path without the noise of its markers."""
+    window = np.ones(25) / 25
+    xy = np.column_stack([np.convolve(column, window, "valid") for column in pose[:, :2].T])
+    return float(path_length(xy)[-1])
+
+
+def test_odometry_ends_within_five_per_cent_of_the_path(tracked: TrackedLog) -> None:
+    pose, truth = tracked.track.pose, true_pose(tracked.log)
+    off = seen_from(pose[0], pose[-1]) - seen_from(truth[0], truth[-1])
+    assert smooth_length(truth) > 0.2
+    assert np.hypot(*off[:2]) < 0.05 * smooth_length(truth)
+
+
+def test_a_log_names_its_joints_and_its_legs(imported: Path, tracked: TrackedLog) -> None:
+    names = tracked.config.parameters.names
+    assert len(names.joints) == JOINTS[imported.stem]
+    assert (tracked.log.names, tracked.log.joints) == (names.legs, names.joints)
+    assert tracked.log.angle_rad.shape[1] == len(names.joints)
+    assert tracked.log.force_n.shape[1:] == (len(names.legs), 3)
+    contents = LogContents()
+    first = next(read_stamped_ticks(imported, contents))
+    assert contents.machine(first.tick) == names
+
+
+def test_a_log_needs_neither_its_robot_file_nor_the_model(imported: Path, tmp_path: Path) -> None:
+    alone = tmp_path / "alone.mcap"
+    alone.write_bytes(imported.read_bytes())
+    text = read_log(alone).config_text
+    assert "[leg.chain]" in text
+    assert parse_robot(text).parameters.names.joints == track_log(alone).log.joints
+
+
+def test_a_trial_goes_to_a_table_and_back(imported: Path, tmp_path: Path) -> None:
+    out = tmp_path / "again.parquet"
+    assert (
+        cli.run(["log", "export", str(imported), "--format", "trial", "--out", str(out)])
+        == ExitCode.OK
+    )
+    trial, log = read_trial(out), read_log(imported)
+    assert (trial.joints, trial.legs) == (log.joints, log.names)
+    assert np.array_equal(trial.shaft_rad, log.angle_rad)
+    assert np.array_equal(trial.command_rad, log.sent_angle_rad)
+
+
+def test_pages_and_pictures_are_made(imported: Path, tmp_path: Path) -> None:
+    for words in (
+        ["show", str(imported), "--out", str(tmp_path / "show.html")],
+        ["odom", str(imported), "--compare", "--out", str(tmp_path / "odom.html")],
+        ["view", str(imported), "--save", str(tmp_path / "view.mcap"), "--headless"],
+    ):
+        assert cli.run(words) == ExitCode.OK, words
+
+
+def test_legs_are_drawn_from_joint_to_joint_to_the_foot(
+    tracked: TrackedLog, imported: Path
+) -> None:
+    tick = next(read_stamped_ticks(imported)).tick
+    legs = legs_of(tick, tracked.config.parameters)
+    assert [leg.name for leg in legs] == list(tracked.log.names)
+    for leg in legs:
+        (strip,) = leg.links
+        assert strip.points.shape == (4, 3)
+        assert np.array_equal(strip.points[-1], leg.feet[0].place)
+
+
+def test_what_needs_servos_refuses_in_a_sentence(imported: Path) -> None:
+    name = EXAMPLES / f"{imported.stem}.toml"
+    with pytest.raises(
+        ConfigError, match=r"leg\.kind: is chain, and legs of several joints are not"
+    ):
+        load_robot(name)
+    config = load_robot(name, driven=False)
+    with pytest.raises(ConfigError, match="are not driven"):
+        Controller(config, (None,) * len(config.parameters.legs.names), armed=False)
+    for words in (
+        ["drive", "--hardware", "virtual"],
+        ["check"],
+        ["sim", "serve"],
+    ):
+        assert cli.run([*words, "--robot", str(name)]) == ExitCode.USAGE, words
+    with pytest.raises(RecordError, match="is imported data: no controller made it"):
+        replay_log(imported)
+
+
+def test_another_robot_s_file_is_refused(imported: Path) -> None:
+    other = next(name for name in JOINTS if name != imported.stem)
+    words = ["odom", str(imported), "--robot", str(EXAMPLES / f"{other}.toml")]
+    assert cli.run(words) == ExitCode.USAGE
