@@ -98,16 +98,16 @@ def sources_of(module: str) -> dict[str, bytes]:
     Where a name is imported from a package, all modules of that package count.
     """
     packages = {"model", module.split(".")[0]}
-    found: dict[str, bytes] = {}
+    sources: dict[str, bytes] = {}
     left = [module]
     while left:
         name = left.pop()
-        if name in found or name.split(".")[0] not in packages:
+        if name in sources or name.split(".")[0] not in packages:
             continue
-        found[name], members = _source(name)
+        sources[name], members = _source(name)
         left += members
-        left += [(first or second).decode() for first, second in IMPORTS.findall(found[name])]
-    return found
+        left += [(first or second).decode() for first, second in IMPORTS.findall(sources[name])]
+    return sources
 
 
 IMPORTS = re.compile(
