@@ -1,42 +1,43 @@
 """``bigant import``: measured tables checked, written as logs or trials; what is odd there, in words."""
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
-from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
-from gap.interfaces import DataFault, Simulator
+from gap.interfaces import DataFault
 from model.errors import BigantError, ConfigError, RecordError
 from record.log.from_trial import left_out, write_trial_log
 from record.trial.column_map import ColumnMap, find_map, map_names, read_column_map
-from record.trial.header import TrialHeader
 from record.trial.import_run import import_run
 from record.trial.import_table import Imported, ImportReport
 from record.trial.ros_bag import is_bag, with_topics
-from record.trial.table_file import TableColumn
-from record.trial.trial import Trial, build_trial, write_trial
+from record.trial.trial import Trial, write_trial
 from record.whole_file import write_text, writing
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import json_text, print_result
 from robot.console.progress import ProgressBar
 from robot.console.table import row_lines
-from robot.gap_report.trials import simulator_for
+from robot.gap_report.abilities import Ability, abilities, ability_rows, machine_simulator
 from robot.requests.single import ImportRequest
 
 SUFFIXES = (".mcap", ".parquet", ".csv")
 READ_SUFFIXES = (".parquet", ".csv", ".npz", ".toml")
 SHOWN_ROWS = 10
+MOST_ASKED = 3
 
 
 class TableReport(NamedTuple):
-    """What the import found in a table, and the diagnosis in its data; what the file has no place for."""
+    """What the import found in a table, and the diagnosis in its data; what the file has no place for.
+
+    And what can be asked of the run.
+    """
 
     report: ImportReport
     faults: tuple[DataFault, ...]
     lost: tuple[str, ...]
+    asked: tuple[Ability, ...] = ()
 
 
 def silent(share: float, name: str) -> None:
@@ -104,7 +105,8 @@ def imported(
 def _import_all(
     request: ImportRequest, given: ColumnMap, show: Callable[[float, str], None]
 ) -> tuple[TableReport, ...]:
-    out, reports = request.out, []
+    out = request.out
+    reports: list[TableReport] = []
     for number, path in enumerate(request.paths):
 
         def tell(share: float, number: int = number, path: Path = path) -> None:
@@ -120,7 +122,9 @@ def _import_all(
             if out is not None and one.trial is not None:
                 target = out / f"{_name_of(one.report)}.parquet" if request.folder else out
                 lost = _write(one, one.trial, target, lambda share: tell(0.5 + 0.5 * share))
-            reports.append(TableReport(one.report, data_faults(one.trial), lost))
+            few = len(reports) < MOST_ASKED  # runs of one machine can mostly answer the same
+            asked = abilities(one.trial) if one.trial is not None and few else ()
+            reports.append(TableReport(one.report, data_faults(one.trial), lost, asked))
     return tuple(reports)
 
 
@@ -164,19 +168,21 @@ def data_faults(trial: Trial | None) -> tuple[DataFault, ...]:
     if trial is None or not trial.header.robot_text:
         return ()
     try:
-        return _simulator(trial.header).check(trial)
+        return machine_simulator(trial.header).check(trial)
     except BigantError:
         return ()  # a machine's file that cannot be simulated says so when it is diagnosed
 
 
-@lru_cache(maxsize=1)
-def _simulator(header: TrialHeader) -> Simulator:
-    return simulator_for([build_trial(header, (TableColumn("time_s", np.zeros(0)),))], None)
-
-
 def _as_json(reports: Sequence[TableReport]) -> object:
     """The report of one table, or of each of several under ``tables``."""
-    each = [{**asdict(one.report), "faults": one.faults} for one in reports]
+    each = [
+        {
+            **asdict(one.report),
+            "faults": one.faults,
+            "can_be_asked": [ability._asdict() for ability in one.asked],
+        }
+        for one in reports
+    ]
     return each[0] if len(each) == 1 else {"tables": each}
 
 
@@ -196,7 +202,8 @@ def lines_of_one(one: TableReport, most_rows: int | None = SHOWN_ROWS) -> list[s
         count = f" x{finding.count}{row}" if finding.count else ""
         rows.append((finding.kind, f"{finding.column}{count}".lstrip() + f": {finding.detail}"))
     rows += [("fault", f"{_fault(fault)}: {fault.evidence}") for fault in one.faults]
-    return [head, *(row_lines(rows) if rows else ["nothing odd found"])]
+    can = row_lines(ability_rows(one.asked)) if one.asked else []
+    return [head, *(row_lines(rows) if rows else ["nothing odd found"]), *can]
 
 
 def all_lines(reports: Sequence[TableReport]) -> list[str]:
@@ -226,7 +233,15 @@ def all_lines(reports: Sequence[TableReport]) -> list[str]:
         if len({words for _, words in own}) > 1:
             example = f"{first}: {example}"
         rows.append((kind, f"{column} {where}: {example}".lstrip()))
-    return [head, *(row_lines(rows) if rows else [])]
+    return [head, *(row_lines(rows) if rows else []), *_asked_of_all(reports)]
+
+
+def _asked_of_all(reports: Sequence[TableReport]) -> list[str]:
+    """What can be asked of the runs that were looked at: each answer once, with how often."""
+    asked = [one.asked for one in reports if one.asked]
+    counts = Counter(row for each in asked for row in ability_rows(each))
+    rows = [(label, f"{words} ({n} of {len(asked)})") for (label, words), n in counts.items()]
+    return row_lines(rows) if rows else []
 
 
 def _name_of(report: ImportReport) -> str:

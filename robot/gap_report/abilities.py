@@ -1,0 +1,124 @@
+"""What can be asked of a run that was brought in, and what not and why."""
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from gap.diagnosis.coverage import Coverage, coverage_of
+from gap.interfaces import Simulator
+from model.errors import BigantError
+from model.values.arrays import FloatArray
+from record.trial.header import LEGGED, TrialHeader
+from record.trial.table_file import TableColumn
+from record.trial.trial import Trial, build_trial
+from robot.gap_report.trials import simulator_for
+
+NO_ROBOT = 'no robot file; add robot = "FILE.toml" to [trial] in the map or beside the table'
+
+
+class Ability(NamedTuple):
+    """Something that may be asked of a run, such as odometry; whether it can, and words on it."""
+
+    question: str
+    answered: bool
+    words: str
+
+
+def abilities(trial: Trial) -> tuple[Ability, ...]:
+    """Say what can be asked of a trial, by what each command needs of it."""
+    return (
+        *((_odometry(trial), _truth(trial), _forces(trial)) if trial.header.kind == LEGGED else ()),
+        _diagnosis(trial),
+    )
+
+
+def _known(values: FloatArray) -> list[bool]:
+    """Whether anything is known in each column, (T, C)."""
+    return [bool(np.isfinite(column).any()) for column in values.T]
+
+
+def _odometry(trial: Trial) -> Ability:
+    known = _known(trial.shaft_rad + trial.shaft_rad_s)
+    lacking = [name for name, one in zip(trial.joints, known, strict=True) if not one]
+    if not trial.header.robot_text:
+        return Ability("odometry", False, NO_ROBOT)
+    if len(lacking) == len(trial.joints):
+        return Ability("odometry", False, "no shaft angles (shaft_J_rad)")
+    if lacking:
+        words = f"worse for want of shaft angles of {', '.join(lacking)}"
+        return Ability("odometry", True, words)
+    derived = "; speeds are worked out from angles" if trial.header.derived else ""
+    return Ability(
+        "odometry", True, f"shaft angles and speeds of all {len(trial.joints)} joints{derived}"
+    )
+
+
+def _truth(trial: Trial) -> Ability:
+    place, angles = _known(trial.body_position_m), _known(trial.body_angles_rad)
+    if not all(place[:2]):
+        return Ability("ground truth", False, "no places of the body (body_x_m, body_y_m)")
+    if all(angles):
+        return Ability("ground truth", True, "places and attitudes of the body")
+    if angles[2]:
+        return Ability("ground truth", True, "places and headings of the body, no roll and pitch")
+    words = "places of the body without an attitude: no relative errors, no velocities"
+    return Ability("ground truth", True, words)
+
+
+def _forces(trial: Trial) -> Ability:
+    known = _known(trial.force_n.sum(axis=2))
+    if not any(known):
+        return Ability("forces", False, "no sensors (force_J_x_n and so on)")
+    having = [name for name, one in zip(trial.legs, known, strict=True) if one]
+    return Ability("forces", True, f"of {', '.join(having)}")
+
+
+def _diagnosis(trial: Trial) -> Ability:
+    if not trial.header.robot_text:
+        return Ability("diagnosis", False, NO_ROBOT)
+    try:
+        coverage = coverage_of(machine_simulator(trial.header), trial)
+    except BigantError as error:
+        return Ability("diagnosis", False, str(error))
+    total = len(coverage.visible) + len(coverage.hidden)
+    if not coverage.measured:
+        return Ability("diagnosis", False, "nothing was measured that the simulator predicts")
+    words = (
+        f"{len(coverage.visible)} of {total} effects visible, in {_groups(coverage, measured=True)}"
+    )
+    missing = _groups(coverage, measured=False)
+    return Ability("diagnosis", True, words + (f"; not measured: {missing}" if missing else ""))
+
+
+def _groups(coverage: Coverage, *, measured: bool) -> str:
+    """Kinds of channels in a few words: shafts, feet, forces, body."""
+    channels = coverage.measured if measured else coverage.missing
+    kinds = dict.fromkeys(_kind(channel.name) for channel in channels)
+    if not measured:  # of a kind that is measured at some places, the rest is no news
+        have = {_kind(channel.name) for channel in coverage.measured}
+        kinds = {kind: None for kind in kinds if kind not in have}
+    return ", ".join(kinds)
+
+
+def _kind(channel: str) -> str:
+    for start, kind in (("shaft", "shafts"), ("foot", "feet (markers)"), ("force", "forces")):
+        if channel.startswith(start):
+            return kind
+    return "body" if channel.startswith(("body", "roll", "pitch")) else channel
+
+
+@lru_cache(maxsize=1)
+def machine_simulator(header: TrialHeader) -> Simulator:
+    """Return the simulator of a trial's machine.
+
+    Raises:
+        GapError: Its file cannot be used.
+    """
+    return simulator_for([build_trial(header, (TableColumn("time_s", np.zeros(0)),))], None)
+
+
+def ability_rows(each: Sequence[Ability]) -> list[tuple[str, str]]:
+    """Return label and words of each row of a report."""
+    return [(one.question, f"{'yes' if one.answered else 'no'}: {one.words}") for one in each]

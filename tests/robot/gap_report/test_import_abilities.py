@@ -1,0 +1,82 @@
+"""What an import says can be asked of a run, from what each command needs."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gap.diagnosis.coverage import coverage_of
+from record.trial.trial import Trial, write_trial
+from robot.cli import main as cli
+from robot.config.robot_file import load_robot
+from robot.gap_report.abilities import abilities, machine_simulator
+from robot.virtual.twin_run import make_twin, plan_of, walk_fast
+
+
+@pytest.fixture(scope="module")
+def whole() -> Trial:
+    config = load_robot()
+    plan = plan_of(config, "tripod", None, 8.0, 0.0)
+    return walk_fast(config, make_twin(config, (), 1), plan, lambda _: None)
+
+
+def without(trial: Trial, *fields: str) -> Trial:
+    return replace(trial, **{f: np.full_like(getattr(trial, f), np.nan) for f in fields})
+
+
+def said(trial: Trial) -> dict[str, tuple[bool, str]]:
+    return {one.question: (one.answered, one.words) for one in abilities(trial)}
+
+
+def test_with_everything_measured_everything_can_be_asked(whole: Trial) -> None:
+    answers = said(whole)
+    assert {question: answered for question, (answered, _) in answers.items()} == {
+        "odometry": True, "ground truth": True, "forces": True, "diagnosis": True,
+    }  # fmt: skip
+    assert "not measured" not in answers["diagnosis"][1]
+
+
+def test_each_no_names_what_is_missing(whole: Trial) -> None:
+    assert said(without(whole, "force_n"))["forces"] == (
+        False, "no sensors (force_J_x_n and so on)",
+    )  # fmt: skip
+    assert said(without(whole, "shaft_rad", "shaft_rad_s"))["odometry"][1].startswith("no shaft")
+    assert not said(without(whole, "body_position_m"))["ground truth"][0]
+    assert "without an attitude" in said(without(whole, "body_angles_rad"))["ground truth"][1]
+    nameless = replace(whole, header=replace(whole.header, robot_text="", robot_file=""))
+    assert "no robot file; add robot" in said(nameless)["diagnosis"][1]
+    assert "forces" in said(without(whole, "force_n"))["diagnosis"][1].split("not measured: ")[1]
+
+
+def test_fewer_effects_are_visible_with_fewer_sensors_and_never_one_more(whole: Trial) -> None:
+    simulator = machine_simulator(whole.header)
+    counts = []
+    seen = set(coverage_of(simulator, whole).visible)
+    total = len(seen) + len(coverage_of(simulator, whole).hidden)
+    for fields in (("foot_m",), ("foot_m", "force_n"), ("foot_m", "force_n", "body_position_m")):
+        coverage = coverage_of(simulator, without(whole, *fields))
+        assert set(coverage.visible) <= seen
+        assert len(coverage.visible) + len(coverage.hidden) == total
+        seen = set(coverage.visible)
+        counts.append(len(seen))
+    assert counts[0] > counts[1] >= counts[2] > 0
+    # what only forces can show
+    blind = coverage_of(simulator, without(whole, "force_n"))
+    assert {"force_gain", "force_bias", "force_delay"} <= set(blind.hidden)
+
+
+def test_the_command_prints_it_as_text_and_as_json(
+    whole: Trial, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = tmp_path / "run.parquet"
+    write_trial(without(whole, "force_n"), table)
+    assert cli.run(["import", str(table)]) == 0
+    shown = capsys.readouterr().out
+    assert "odometry      yes: shaft angles and speeds of all 6 joints" in shown
+    assert "forces        no: no sensors" in shown
+    assert "effects visible, in shafts, feet (markers), body; not measured: forces" in shown
+    assert cli.run(["import", str(table), "--json"]) == 0
+    answers = json.loads(capsys.readouterr().out)["can_be_asked"]
+    assert [one["question"] for one in answers if not one["answered"]] == ["forces"]
