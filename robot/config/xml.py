@@ -9,6 +9,8 @@ from xml.etree.ElementTree import Element, indent, tostring
 import mujoco
 import numpy as np
 
+from drivers.dynamixel.catalog import MODEL_BY_NAME, MX_106
+from drivers.dynamixel.servo_model import ServoModel
 from model.errors import ConfigError
 from model.values.arrays import FloatArray
 from model.values.parameters import CrankParameters, FourBarParameters, RobotParameters
@@ -21,6 +23,7 @@ from robot.requests.robot import RobotExportRequest
 
 TORSO_HALF_HEIGHT = 0.03
 POSITION_GAIN = 55.0  # N m/rad: the MX-106's own gain at 12 V
+GAIN_REGISTER = "position_p_gain"
 
 
 def export(request: RobotExportRequest) -> ExitCode:
@@ -43,6 +46,16 @@ def export(request: RobotExportRequest) -> ExitCode:
         mass = float(model.body_mass.sum())
         print(f"{path}: {model.njnt} joints, {mass:.3f} kg; MuJoCo loads it")
     return ExitCode.OK
+
+
+def position_gain(model: ServoModel, supply_v: float) -> float:
+    """Return a servo's own gain from the factory [N m/rad]: the MX-106's in proportion.
+
+    To its P gain, and to its stall torque at the supply voltage by the data sheet.
+    """
+    share = (model.table[GAIN_REGISTER].initial or 0) / (MX_106.table[GAIN_REGISTER].initial or 1)
+    torque = model.ratings.stall_torque_n_m / MX_106.ratings.stall_torque_n_m
+    return POSITION_GAIN * share * torque * (supply_v / model.ratings.voltage_v)
 
 
 def urdf_text(name: str, robot: RobotParameters) -> str:
@@ -93,12 +106,14 @@ def mjcf_text(name: str, robot: RobotParameters) -> str:
     add(torso, "geom", type="box", size=size, mass=0, contype=0, conaffinity=1)
     equality, actuator = add(top, "equality"), add(top, "actuator")
     legs, geometry = robot.legs, robot.leg
-    for leg, place, mu in zip(legs.names, legs.shaft_position, robot.contact.mu, strict=True):
+    each = zip(legs.names, legs.shaft_position, robot.contact.mu, robot.servo.models, strict=True)
+    for leg, place, mu, servo in each:
+        gain = position_gain(MODEL_BY_NAME[servo], robot.servo.supply_voltage)
         match geometry:
             case FourBarParameters():
                 four_bar_xml.mjcf_four_bar(torso, equality, geometry, leg, place, mu)
             case CrankParameters():
                 crank_xml.mjcf_crank(torso, geometry, leg, place, mu)
-        add(actuator, "position", name=f"{leg}_shaft", joint=f"{leg}_shaft", kp=POSITION_GAIN)
+        add(actuator, "position", name=f"{leg}_shaft", joint=f"{leg}_shaft", kp=gain)
     indent(top)
     return tostring(top, encoding="unicode") + "\n"

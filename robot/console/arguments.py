@@ -24,7 +24,7 @@ WRITES = "bigant_writes"  # and whether it writes files
 Kind = TypeVar("Kind")
 Request = TypeVar("Request", bound="DataclassInstance")
 
-# What an MX-106 can be set to, in the order in which a scan tries them.
+# What servos can be set to, in the order in which a scan tries them.
 BAUD_RATES = (57_600, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 115_200, 9_600, 4_500_000)
 
 
@@ -218,7 +218,7 @@ def between(
 
 
 def baud_rate(text: str) -> int:
-    """Read a baud rate that an MX-106 can be set to."""
+    """Read a baud rate that a servo can be set to."""
     if not text.isdecimal() or int(text) not in BAUD_RATES:
         known = ", ".join(str(rate) for rate in sorted(BAUD_RATES))
         raise argparse.ArgumentTypeError(f"must be one of {known}, not {text}")

@@ -210,7 +210,8 @@ def _all_well(
 ) -> bool:
     """Whether every servo has answered and nothing is beyond its limit, as in nearly every tick.
 
-    Six numbers are checked sooner as a list; where one is NaN the answer is no.
+    Six numbers are checked sooner as a list; where one is NaN the answer is no, but for a current that its
+    servo does not measure: it is not judged.
     """
     lags = joints.angle_rad - sent.angle_rad if sent.torque else np.zeros(1)
     return (
@@ -218,7 +219,7 @@ def _all_well(
         and max(readings.error_byte.tolist()) < ALERT_BIT
         and max(readings.hardware_error.tolist()) <= 0
         and all(t <= limits.max_temperature_c for t in joints.temperature_c.tolist())
-        and all(abs(a) <= limits.max_current_a for a in joints.current_a.tolist())
+        and not any(abs(a) > limits.max_current_a for a in joints.current_a.tolist())
         and all(v >= limits.min_voltage_v for v in joints.voltage_v.tolist())
         and all(abs(lag) <= limits.max_following_error_rad for lag in lags.tolist())
     )
