@@ -21,6 +21,7 @@ from robot.design.concern import Concern, Severity
 from robot.design.gait_concerns import gait_concerns
 from robot.design.gait_figures import WalkedGait, walk_gait
 from robot.design.leg_places import place_concerns, sign_concerns
+from robot.design.servo_concerns import servo_concerns
 
 TURN_SAMPLES = 90
 MEANINGLESS = frozenset({"units", "too stiff"})
@@ -93,6 +94,7 @@ def _file_concerns(config: RobotConfig, path_m: FloatArray) -> Iterator[Concern]
     yield from contact_concerns(robot.contact, robot.body, names, leg_m)
     yield from place_concerns(names, shafts)
     yield from sign_concerns(names, shafts, config.servo_bus.signs)
+    yield from servo_concerns(robot.servo, names)
     yield from sensor_concerns(config.force_sensor.offset_m, names, leg_m)
 
 
