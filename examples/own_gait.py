@@ -1,4 +1,4 @@
-"""A gait of one's own, for ``bigant drive --gait examples/own_gait.py``: a smooth ripple.
+"""A gait of one's own, for ``bigant drive --gait examples/own_gait.py``: a tripod without corners.
 
 Each shaft turns as 2 pi x - bend sin(2 pi x), which is slowest at mid-stance, x = 0, and smooth everywhere.
 """
@@ -10,17 +10,16 @@ STEER = 0.3  # share by which full steering changes that
 DOWN_RAD = 1.25  # of shaft angle on both sides of mid-stance
 
 
-class Ripple:
-    """On each side a wave from the hind to the front leg; the sides half a cycle apart."""
+class SmoothTripod:
+    """Every other leg of each side together, the others half a cycle later."""
 
     frequency_hz = 0.12
 
     def __init__(self, legs):
         x, y = legs.shaft_position[:, 0], legs.shaft_position[:, 1]
         self.side = np.sign(y)
-        beside = self.side[:, None] == self.side
-        rank = np.sum(beside & (x[None, :] < x[:, None]), axis=1)  # 0 for the hindmost
-        self.mid_stance = rank / beside.sum(axis=1) + np.where(y < 0, 0.5, 0.0)
+        behind = (self.side[:, None] == self.side) & (x[None, :] < x[:, None])
+        self.mid_stance = 0.5 * ((behind.sum(axis=1) + (y < 0)) % 2)
 
     def angle(self, phase, steer):
         """Shaft angles [rad] at phases of any shape (...), as (..., legs)."""
@@ -35,4 +34,4 @@ class Ripple:
 
 def make(legs):
     """Return the gait of a robot with these legs."""
-    return Ripple(legs)
+    return SmoothTripod(legs)

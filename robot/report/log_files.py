@@ -25,6 +25,7 @@ from robot.requests.log import (
     LogMergeRequest,
     LogRepairRequest,
 )
+from robot.run.gait_texts import gaits_of_log
 
 TOPICS = (
     Column("", "d"), Column(""), Column("", ".0f"), Column(""), Column("", ".3f"), Column(""), Column(""),
@@ -159,6 +160,10 @@ def _rows(survey: LogSurvey) -> list[tuple[str, str]]:
         ("robot file", f"{len(survey.config_text.encode())} bytes" if survey.config_text else "none"),
         ("software", m.get("software", "?") + (f" ({', '.join(versions)})" if versions else "")),
     ]  # fmt: skip
+    rows += [
+        ("gait file", f"{one.file}, {len(one.text.encode())} bytes (--json shows it)")
+        for one in gaits_of_log(m)
+    ]
     rows += [("warning", line) for line in m.get("warnings", "").splitlines()]
     if "merged" in m:
         rows.append(("merged from", m["merged"]))

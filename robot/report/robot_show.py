@@ -4,6 +4,7 @@ import sys
 
 from gaits.catalog import make_gait, make_gaits
 from record.whole_file import check_room, write_text
+from robot.config.gait_file import with_gait
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.installed import version_lines
@@ -33,8 +34,11 @@ def show_robot(request: RobotShowRequest) -> ExitCode:
     """
     check_room(request.out, "--out", ".html", ".png")
     config = load_robot(request.robot)
-    robot = config.parameters
-    gaits = make_gaits(robot) if request.gait is None else [make_gait(request.gait, robot)]
+    if request.gait is None:
+        gaits = make_gaits(config.parameters)
+    else:
+        config, name = with_gait(config, request.gait)
+        gaits = (make_gait(name, config.parameters),)
     review = review_robot(config, gaits)
     if request.json:
         print_json(review_json(review))

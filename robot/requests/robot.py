@@ -25,7 +25,9 @@ class RobotShowRequest:
     robot: Path = argument(
         "FILE", "robot file (default: config/bigant.toml)", nargs="?", default=DEFAULT_ROBOT_FILE
     )
-    gait: str | None = option("only this gait (default: all of them)", "NAME")
+    gait: str | None = option(
+        "only this gait, or the one of a Python file (default: all of them)", "NAME|FILE.py"
+    )
     out: Path | None = option("also a page with pictures (.html), or the pictures (.png)", "FILE")
     json: bool = as_json("the figures over a cycle as JSON")
 

@@ -61,8 +61,9 @@ def with_gaits_of_log(
     if allowed is None:
         files = " and ".join(one.file for one in recorded)
         raise RecordError(
-            f"the run had the gait of a Python file, {files}, whose text is in the log; to run that text "
-            f"add --gait {RECORDED} if you trust its author, or name your own copy with --gait FILE.py"
+            f"the run had the gait of a Python file, {files}; its text is in the log (bigant log info "
+            f"LOG --json). To run that text add --gait {RECORDED} if you trust its author; to run your own "
+            "copy name it with --gait FILE.py"
         )
     if allowed == RECORDED:
         for one in recorded:

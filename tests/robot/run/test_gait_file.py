@@ -1,6 +1,7 @@
 """Gaits of a robot file and of a Python file, walked: drive, replay, odometry, teleop, campaigns."""
 
 import json
+import re
 import shutil
 from collections import Counter
 from dataclasses import replace
@@ -84,10 +85,24 @@ def test_nothing_of_a_log_is_run_unless_a_person_says_so(
 ) -> None:
     assert bigant("replay", walked) == ExitCode.LOG
     error = capsys.readouterr().err.strip().splitlines()[-1]
-    assert "the run had the gait of a Python file, own_gait.py, whose text is in the log" in error
+    assert "the run had the gait of a Python file, own_gait.py; its text is in the log" in error
     assert "--gait recorded" in error
     with pytest.raises(RecordError, match="--gait recorded"):
         replay_log(walked)
+
+
+def test_the_text_can_be_read_before_it_is_run(
+    walked: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert bigant("log", "info", walked) == ExitCode.OK
+    assert re.search(r"gait file +own_gait\.py, \d+ bytes", capsys.readouterr().out)
+    assert bigant("log", "info", walked, "--json") == ExitCode.OK
+    assert "class SmoothTripod" in capsys.readouterr().out
+
+
+def test_robot_show_judges_a_gait_file(capsys: pytest.CaptureFixture[str]) -> None:
+    assert bigant("robot", "show", DEFAULT_ROBOT_FILE, "--gait", OWN) == ExitCode.OK
+    assert "own_gait" in capsys.readouterr().out
 
 
 def test_a_replay_runs_the_recorded_text_or_a_copy_of_it(walked: Path, tmp_path: Path) -> None:
