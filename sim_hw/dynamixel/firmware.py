@@ -33,11 +33,13 @@ COPIED = (
 )  # fmt: skip
 TURNED = ("goal_velocity", "goal_current", "goal_pwm")
 # What the loop keeps: trajectory [ticks], its rate [ticks/s], goal of the velocity loop on its ramp
-# [counts], integrals [PWM counts], last error [ticks].
+# [counts], integrals [PWM counts], the error behind its low pass [ticks].
 STATE = (
     "trajectory", "trajectory_rate", "ramp_velocity", "position_integral", "velocity_integral",
     "current_integral", "last_error",
 )  # fmt: skip
+# Time constant of the low pass on the error before its slope is taken [ms]; assumed, not disclosed.
+DERIVATIVE_MS = 8.0
 # One count of current [A], the last output; ``stopped``: held by a tripped watchdog.
 _OTHERS = ("current_unit", "pwm")
 _NUMBERS = [(name, np.float64) for name in ("goal_position", *COPIED, *TURNED, *STATE, *_OTHERS)]
@@ -77,9 +79,10 @@ def _advance_trajectory(servo: Any, goal: float, dt_s: float) -> None:
 @compiled
 def _position_loop(servo: Any, ticks: float, steps_ms: float) -> float:
     error = servo.trajectory - np.rint(ticks)  # the encoder counts whole ticks
-    # the D gain's time base is undisclosed; per millisecond gives the order of magnitude
-    derivative = (error - servo.last_error) / steps_ms
-    servo.last_error = error
+    # the D gain's time base is undisclosed; per millisecond gives the order of magnitude. Whole ticks and
+    # goals that jump have no slope within a millisecond: it is that of the error behind a low pass, assumed
+    derivative = (error - servo.last_error) / (DERIVATIVE_MS + steps_ms)
+    servo.last_error += derivative * steps_ms
     step = servo.position_i_gain / 65536 * error * steps_ms
     servo.position_integral = _bounded(servo.position_integral + step, DUTY_FULL)
     pwm: float = (
