@@ -29,6 +29,7 @@ from model.parameters.toml_table import Table, as_table
 from model.values.arrays import FloatArray
 from model.values.machine_names import MachineNames
 from record.trial.body_pose import ORIENTATIONS, BodyColumns, BodyFrame, read_body
+from record.trial.clock_alignment import Clock, read_clock
 from record.trial.cut import Cut, read_cut
 from record.trial.header import TrialHeader, errors_of, parse_header, parse_toml, read_text
 from record.trial.ros_bag import BagMap, read_bag_map
@@ -112,6 +113,7 @@ class ColumnMap:
         about: Where the data come from.
         body: The axes of a tracking system and its marker on the body.
         bag: Which topics of a ROS 2 bag are what.
+        files: Other files of the same run, with clocks of their own.
     """
 
     sources: tuple[Source, ...] = ()
@@ -123,6 +125,24 @@ class ColumnMap:
     about: About = NOWHERE
     body: BodyFrame = OURS
     bag: BagMap = CHOSEN
+    files: "tuple[OtherFile, ...]" = ()
+
+
+@dataclass(frozen=True, slots=True)
+class OtherFile:
+    """Another file of a run.
+
+    Attributes:
+        name: What the map calls it.
+        path: Beside the run's table; ``{name}`` in it is that table's name.
+        columns: Which of its columns is which.
+        clock: How its clock lies to that of the run's table.
+    """
+
+    name: str
+    path: str
+    columns: ColumnMap
+    clock: Clock
 
 
 def map_names() -> tuple[str, ...]:
@@ -161,31 +181,50 @@ def read_column_map(path: Path) -> ColumnMap:
     data = parse_toml(read_text(path), path)
     with errors_of(path):
         top = Table(data)
-        about, table, columns = (top.maybe_table(key) for key in ("about", "table", "columns"))
-        delimiter = table.text("delimiter") if table.has("delimiter") else ","
-        if len(delimiter) != 1:
-            raise ConfigError("table.delimiter", f"must be one character, not {delimiter!r}")
-        frame, poses = read_body(top.maybe_table("body"))
-        given = ColumnMap(
-            sources=(
-                *(one for ours in columns.names() for one in _sources(columns, ours)),
-                *_of_body(poses, columns),
-            ),
-            delimiter=delimiter,
-            header=None,
-            period_s=table.number("period_s", above=0, otherwise=math.nan),
-            each_array=table.flag("each_array", otherwise=False),
+        about, files = top.maybe_table("about"), top.maybe_table("file")
+        given = replace(
+            _one_table(top),
             cut=read_cut(top.maybe_table("cut")),
             about=About(*(about.maybe_text(field.name) for field in fields(About))),
-            body=frame,
             bag=read_bag_map(top.maybe_table("bag")),
+            files=tuple(_other_file(files, name) for name in files.names()),
         )
         header = {key: data[key] for key in ("trial", "noise") if top.has(key)}
-        for one in (about, table, top):
+        for one in (about, files, top):
             one.done()
     if not header:
         return given
-    return replace(given, header=parse_header(header, path, columns.names()))
+    return replace(given, header=parse_header(header, path, top.maybe_table("columns").names()))
+
+
+def _one_table(top: Table) -> ColumnMap:
+    """Read what a map says of one table: [table], [columns] and [body]."""
+    table, columns = top.maybe_table("table"), top.maybe_table("columns")
+    delimiter = table.text("delimiter") if table.has("delimiter") else ","
+    if len(delimiter) != 1:
+        raise ConfigError(table.name("delimiter"), f"must be one character, not {delimiter!r}")
+    frame, poses = read_body(top.maybe_table("body"))
+    given = ColumnMap(
+        sources=(
+            *(one for ours in columns.names() for one in _sources(columns, ours)),
+            *_of_body(poses, columns),
+        ),
+        delimiter=delimiter,
+        period_s=table.number("period_s", above=0, otherwise=math.nan),
+        each_array=table.flag("each_array", otherwise=False),
+        body=frame,
+    )
+    table.done()
+    return given
+
+
+def _other_file(files: Table, name: str) -> OtherFile:
+    table = files.table(name)
+    file = OtherFile(
+        name, table.text("path"), _one_table(table), read_clock(table.maybe_table("clock"))
+    )
+    table.done()
+    return file
 
 
 def _of_body(poses: BodyColumns, columns: Table) -> Iterator[Source]:

@@ -5,8 +5,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from model.errors import RecordError
-from record.trial.column_map import ColumnMap, Source
+from record.trial.clock_alignment import Predicted, align
+from record.trial.column_map import ColumnMap, OtherFile, Source
 from record.trial.cut import Cut
+from record.trial.derive import with_speeds
 from record.trial.header import LEGGED, TrialHeader
 from record.trial.import_table import Imported, completed, import_part, import_tables
 from record.trial.joined import joined
@@ -23,9 +25,10 @@ from record.trial.ros_bag import (
     joints_on,
     open_bag,
 )
-from record.trial.source_tables import SourceTable
+from record.trial.source_tables import ARRAYS, SourceTable, open_tables
 from record.trial.table_check import TableFinding
 from record.trial.table_file import DataTable
+from record.trial.trial import trial_table
 
 STAMP = "{}:stamp"
 EARLIEST_UNIX_S = (
@@ -34,7 +37,10 @@ EARLIEST_UNIX_S = (
 
 
 def import_run(
-    path: Path, given: ColumnMap, tell: Callable[[float], None] = lambda _: None
+    path: Path,
+    given: ColumnMap,
+    tell: Callable[[float], None] = lambda _: None,
+    predicted: Predicted | None = None,
 ) -> Iterator[Imported]:
     """Read every trial that a file or a bag holds.
 
@@ -42,15 +48,52 @@ def import_run(
         path: As for ``import_tables``, or a ROS 2 bag.
         given: Which of its columns or topics is which.
         tell: Told which share of it has been taken.
+        predicted: What the model of the run's machine makes of its shafts, to align other files' clocks.
 
     Raises:
-        RecordError: It cannot be read, or nothing in it is known.
+        RecordError: It cannot be read, nothing in it is known, or a clock cannot be aligned.
     """
+    if not is_bag(path) and not given.files:
+        yield from import_tables(path, given, tell)
+        return
     if is_bag(path):
         with open_bag(path) as bag:
-            yield completed(_import_bag(bag, given, tell))
-        return
-    yield from import_tables(path, given, tell)
+            one = _import_bag(bag, given, tell)
+    else:
+        (one,) = _parts(path, given, tell)
+    for other in given.files:
+        one = _with_file(one, other, predicted)
+    yield completed(one)
+
+
+def _parts(path: Path, given: ColumnMap, tell: Callable[[float], None]) -> tuple[Imported, ...]:
+    if path.suffix != ARRAYS:
+        path = trial_table(path)
+    with open_tables(path, given) as tables:
+        if len(tables) > 1:
+            raise RecordError(f"{path} holds several tables; [file] of a map is for one")
+        return tuple(import_part(path, one, given, tell) for one in tables)
+
+
+def _with_file(one: Imported, other: OtherFile, predicted: Predicted | None) -> Imported:
+    """Return a run with what another file of it measured, on the run's clock."""
+    if one.trial is None:
+        return one
+    path = one.report.path.parent / other.path.replace("{name}", one.report.path.stem)
+    given = replace(other.columns, header=one.trial.header)
+    (part,) = _parts(path, given, lambda _: None)
+    if part.trial is None:
+        return one
+    with_rates, _ = with_speeds(one.trial)
+    clock = align(with_rates, part.trial, other.clock, predicted)
+    finding = TableFinding("clock", other.name, part.report.kept, 0, f"{path.name}: {clock.words}")
+    part = replace(part, report=replace(part.report, name=other.name))
+    whole = together(one, part, clock.later_s)
+    assert whole.trial is not None, "both have one"
+    header = whole.trial.header
+    derived = (*header.derived, f"clock of {other.name}: {clock.words}")
+    trial = replace(whole.trial, header=replace(header, derived=derived))
+    return Imported(trial, replace(whole.report, findings=(finding, *whole.report.findings)))
 
 
 def _import_bag(bag: Bag, given: ColumnMap, tell: Callable[[float], None]) -> Imported:

@@ -6,8 +6,15 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+from scipy.constants import g as standard_gravity
+
 from gap.interfaces import DataFault
 from model.errors import BigantError, ConfigError, RecordError
+from model.kinematics.legs import leg_kinematics
+from model.quasistatic.frame import solve_frame
+from model.values.arrays import FloatArray
+from model.values.legs import FootMotion
 from record.log.from_trial import left_out, write_trial_log
 from record.trial.column_map import ColumnMap, find_map, map_names, read_column_map
 from record.trial.import_run import import_run
@@ -15,11 +22,18 @@ from record.trial.import_table import Imported, ImportReport
 from record.trial.ros_bag import is_bag, with_topics
 from record.trial.trial import Trial, write_trial
 from record.whole_file import write_text, writing
+from robot.config.robot_file import parse_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import json_text, print_result
 from robot.console.progress import ProgressBar
 from robot.console.table import row_lines
-from robot.gap_report.abilities import Ability, abilities, ability_rows, machine_simulator
+from robot.gap_report.abilities import (
+    NO_ROBOT,
+    Ability,
+    abilities,
+    ability_rows,
+    machine_simulator,
+)
 from robot.requests.single import ImportRequest
 
 SUFFIXES = (".mcap", ".parquet", ".csv")
@@ -102,6 +116,26 @@ def imported(
     return _import_all(request, given, show)
 
 
+def reckoned(trial: Trial) -> FloatArray:
+    """Return vx, vy, yaw rate and height that the robot's model makes of measured shafts, (T, 4).
+
+    Raises:
+        RecordError: The trial names no robot file.
+    """
+    if not trial.header.robot_text:
+        raise RecordError(f"a clock is aligned by the robot's model: {NO_ROBOT}")
+    robot = parse_robot(trial.header.robot_text).parameters
+    feet = leg_kinematics(robot).feet(trial.shaft_rad, trial.shaft_rad_s)
+    weight_n = robot.body.mass * standard_gravity
+    frames = zip(feet.position_m, feet.velocity_m_s, strict=True)
+    motion = np.full((len(trial.time_s), 4), np.nan)
+    for row, (places, speeds) in zip(motion, frames, strict=True):
+        if np.isfinite(places).all() and np.isfinite(speeds).all():
+            answer = solve_frame(FootMotion(places, speeds), robot.contact, weight_n)
+            row[:] = *answer.traction.velocity_B, answer.support.height_m
+    return motion
+
+
 def _import_all(
     request: ImportRequest, given: ColumnMap, show: Callable[[float, str], None]
 ) -> tuple[TableReport, ...]:
@@ -113,7 +147,7 @@ def _import_all(
             show((number + share) / len(request.paths), path.name)
 
         # reading and writing take about as long
-        tables = tuple(import_run(path, given, lambda share: tell(0.5 * share)))
+        tables = tuple(import_run(path, given, lambda share: tell(0.5 * share), reckoned))
         if len(tables) > 1 and out is not None and not request.folder:
             raise RecordError(f"{path} holds {len(tables)} tables; give --out a folder, not {out}")
         for at, one in enumerate(tables):

@@ -163,3 +163,29 @@ def test_velocities_that_were_not_recorded_are_the_slope_of_the_poses() -> None:
     error = true_velocity(poses) - log.truth_velocity_B
     size = np.sqrt(np.mean(log.truth_velocity_B**2, axis=0))
     assert (np.sqrt(np.mean(error**2, axis=0)) < 0.2 * size + [0.0, 5e-4, 2e-3]).all()
+
+
+def test_a_mocap_file_with_its_own_clock_is_aligned_by_the_motion_of_the_model(
+    table: Mapping[str, FloatArray], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    later_s, rng = 47.11, np.random.default_rng(0)
+    shafts = {name: values for name, values in table.items() if not name.startswith("body_")}
+    written(tmp_path, shafts)
+    poses = {"t": table["time_s"] - later_s} | {
+        name: table[name] + rng.normal(0, 3e-4, len(table[name])) for name in (*PLACE, *ANGLES)
+    }
+    np.savetxt(tmp_path / "run_mocap.csv", np.column_stack([*poses.values()])[::2], delimiter=",",
+               header=",".join(poses), comments="", fmt="%.9g")  # fmt: skip
+    (tmp_path / "map.toml").write_text(
+        '[trial]\nrobot = "bigant.toml"\ngait = "tripod"\n[file.mocap]\npath = "{name}_mocap.csv"\n'
+        'columns.time_s = "t"\nclock.by = "correlation"\n'
+    )
+    words = ["import", str(tmp_path / "run.csv"), "--map", str(tmp_path / "map.toml")]
+    assert cli.run([*words, "--out", str(tmp_path / "run.mcap")]) == ExitCode.OK
+    said = capsys.readouterr().out
+    offset, sd = (
+        float(w) for w in said.split("run_mocap.csv: ")[1].split(" s by")[0].split(" +- ")
+    )
+    assert sd < 0.05
+    assert abs(offset - later_s) < 3 * sd
+    assert compared(tmp_path / "run.mcap", capsys)["ways"][0]["end_percent"] < 5
