@@ -15,9 +15,11 @@ SAID = {
     "own_robot.py": "Octopod: 8 legs",
     "replay_test.py": "NOT EQUAL",
 }
-# Effects for --effects, a walk for tests/robot/odometry/test_chain_walks.py, and pictures of named systems,
-# which tests/robot/study/test_model_run.py draws.
-ELSEWHERE = {"worn_crank.py", "chain_walk.py"} | {path.name for path in EXAMPLES.glob("model_*.py")}
+# Effects for --effects, a gait for --gait, walks and data for tests/robot/odometry, and pictures of named
+# systems, which tests/robot/study/test_model_run.py draws.
+ELSEWHERE = {"worn_crank.py", "own_gait.py", "chain_walk.py", "lab_data.py"} | {
+    path.name for path in EXAMPLES.glob("model_*.py")
+}
 
 
 def test_every_example_is_run_by_some_test() -> None:

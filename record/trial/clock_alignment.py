@@ -48,7 +48,7 @@ class ClockEvent:
 
 
 @dataclass(frozen=True, slots=True)
-class Clock:
+class FileClock:
     """How the clock of another file lies to that of the run's table.
 
     Attributes:
@@ -69,7 +69,7 @@ class Clock:
 
 
 @dataclass(frozen=True, slots=True)
-class Alignment:
+class ClockAlignment:
     """What is added to the other's times [s], its standard deviation (0: as told), and how it was found."""
 
     later_s: float
@@ -77,7 +77,7 @@ class Alignment:
     words: str
 
 
-def read_clock(table: Table) -> Clock:
+def read_clock(table: Table) -> FileClock:
     """Read the table [file.NAME.clock].
 
     Raises:
@@ -90,7 +90,7 @@ def read_clock(table: Table) -> Clock:
         raise ConfigError(
             table.name("columns"), "must be a column of the table and one of the file"
         )
-    clock = Clock(
+    clock = FileClock(
         by=by,
         seconds=table.number("seconds") if by == OFFSET else 0.0,
         here=here,
@@ -111,7 +111,9 @@ def _event(table: Table) -> ClockEvent:
     return event
 
 
-def align(base: Trial, other: Trial, clock: Clock, predicted: Predicted | None) -> Alignment:
+def align(
+    base: Trial, other: Trial, clock: FileClock, predicted: Predicted | None
+) -> ClockAlignment:
     """Return where another file's clock lies.
 
     Args:
@@ -124,9 +126,9 @@ def align(base: Trial, other: Trial, clock: Clock, predicted: Predicted | None) 
         RecordError: The event never happens, nothing can be compared, or several offsets fit as well.
     """
     if clock.by == SAME:
-        return Alignment(0.0, 0.0, "taken as it is")
+        return ClockAlignment(0.0, 0.0, "taken as it is")
     if clock.by == OFFSET:
-        return Alignment(clock.seconds, 0.0, f"{clock.seconds:+.6g} s as the map says")
+        return ClockAlignment(clock.seconds, 0.0, f"{clock.seconds:+.6g} s as the map says")
     if clock.by == EVENT:
         assert clock.here is not None, "read with the clock"
         assert clock.there is not None, "read with the clock"
@@ -135,7 +137,7 @@ def align(base: Trial, other: Trial, clock: Clock, predicted: Predicted | None) 
             _first(other, clock.there, "the file"),
         )
         later_s, sd_s = here_s - there_s, math.hypot(here_sd, there_sd)
-        return Alignment(later_s, sd_s, f"{later_s:+.4f} +- {sd_s:.4f} s by the event")
+        return ClockAlignment(later_s, sd_s, f"{later_s:+.4f} +- {sd_s:.4f} s by the event")
     if clock.columns:
         first, then = (
             _rate(trial, _column(trial, name)[:, None])
@@ -150,7 +152,7 @@ def align(base: Trial, other: Trial, clock: Clock, predicted: Predicted | None) 
     words = (
         f"{later_s:+.4f} +- {lag.sd_s:.4f} s by the correlation of {name} ({lag.correlation:.2f})"
     )
-    return Alignment(later_s, lag.sd_s, words)
+    return ClockAlignment(later_s, lag.sd_s, words)
 
 
 def _column(trial: Trial, name: str) -> FloatArray:

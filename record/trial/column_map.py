@@ -29,7 +29,7 @@ from model.parameters.toml_table import Table, as_table
 from model.values.arrays import FloatArray
 from model.values.machine_names import MachineNames
 from record.trial.body_pose import ORIENTATIONS, BodyColumns, BodyFrame, read_body
-from record.trial.clock_alignment import Clock, read_clock
+from record.trial.clock_alignment import FileClock, read_clock
 from record.trial.cut import Cut, read_cut
 from record.trial.header import TrialHeader, errors_of, parse_header, parse_toml, read_text
 from record.trial.ros_bag import BagMap, read_bag_map
@@ -142,7 +142,7 @@ class OtherFile:
     name: str
     path: str
     columns: ColumnMap
-    clock: Clock
+    clock: FileClock
 
 
 def map_names() -> tuple[str, ...]:

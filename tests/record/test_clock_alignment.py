@@ -8,7 +8,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from model.errors import RecordError
 from model.values.arrays import FloatArray
-from record.trial.clock_alignment import Clock, ClockEvent, align
+from record.trial.clock_alignment import ClockEvent, FileClock, align
 from record.trial.column_map import read_column_map
 from record.trial.header import LEGGED, TrialHeader
 from record.trial.import_run import import_run
@@ -17,7 +17,7 @@ from record.trial.table_file import TableColumn
 from record.trial.trial import Trial, build_trial
 
 HEADER = TrialHeader(LEGGED, ("L",))
-BY_COLUMNS = Clock(by="correlation", columns=("shaft_L_rad", "foot_L_x_m"))
+BY_COLUMNS = FileClock(by="correlation", columns=("shaft_L_rad", "foot_L_x_m"))
 
 
 def measured(time_s: FloatArray, **columns: FloatArray) -> Trial:
@@ -83,7 +83,7 @@ def test_an_event_aligns_to_half_a_sample_of_each() -> None:
     base = measured(here_s, force_L_z_n=np.where(here_s >= tap_s, 50.0, 0.1))
     place = np.where(there_s >= tap_s, 0.19, 0.2)
     other = measured(there_s - later_s, body_z_m=place)
-    clock = Clock(
+    clock = FileClock(
         by="event",
         here=ClockEvent("force_L_z_n", "above", 30.0),
         there=ClockEvent("body_z_m", "moved", 0.005),
@@ -91,13 +91,13 @@ def test_an_event_aligns_to_half_a_sample_of_each() -> None:
     found = align(base, other, clock, None)
     assert abs(found.later_s - later_s) < 0.0075
     assert found.sd_s == pytest.approx(np.hypot(0.01, 0.005) / np.sqrt(12))
-    never = Clock(by="event", here=ClockEvent("force_L_z_n", "above", 99.0), there=clock.there)
+    never = FileClock(by="event", here=ClockEvent("force_L_z_n", "above", 99.0), there=clock.there)
     with pytest.raises(RecordError, match="never happens in the run's table"):
         align(base, other, never, None)
-    always = Clock(by="event", here=ClockEvent("force_L_z_n", "above", 0.0), there=clock.there)
+    always = FileClock(by="event", here=ClockEvent("force_L_z_n", "above", 0.0), there=clock.there)
     with pytest.raises(RecordError, match="is so from the beginning"):
         align(base, other, always, None)
-    absent = Clock(by="event", here=ClockEvent("shaft_L_rad", "above", 0.0), there=clock.there)
+    absent = FileClock(by="event", here=ClockEvent("shaft_L_rad", "above", 0.0), there=clock.there)
     with pytest.raises(RecordError, match="there is no shaft_L_rad to align by"):
         align(base, other, absent, None)
 
