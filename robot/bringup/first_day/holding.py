@@ -151,9 +151,15 @@ def _gain_findings(
         advice = "torque must not change gains: keep this step's log"
         day.note(failed("gains", changed, advice))
     else:
-        gains = ", ".join(f"{n} {v}" for n, v in zip(GAINS, on[0].gains, strict=True))
-        same = len({one.gains for one in on}) == 1
-        word = "the same on all" if same else "as before on each"
+        models = [model.name for model in day.config.servo_bus.models]
+        sets = {(name, one.gains) for name, one in zip(models, on, strict=True)}
+        gains = "; ".join(
+            (f"{name}: " if len(set(models)) > 1 else "")
+            + ", ".join(f"{n} {v}" for n, v in zip(GAINS, values, strict=True))
+            for name, values in sorted(sets)
+        )
+        same = len(sets) == len(set(models))
+        word = "the same on all" if len(sets) == 1 else "as before on each"
         day.note((passed if same else warned)(
             "gains", f"{word}: {gains}", *([] if same else ["are they meant to differ?"])
         ))  # fmt: skip
