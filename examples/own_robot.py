@@ -7,17 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from model.values.tick import Mode
-from robot.config.robot_file import load_robot
-from robot.virtual.walk import walk_in_memory
+import bigant
 
-robot = load_robot(Path(__file__).with_name("octopod.toml"))
+robot = bigant.load_robot(Path(__file__).with_name("octopod.toml"))
 legs = robot.parameters.legs.names
 print(f"{robot.name}: {len(legs)} legs, {', '.join(legs)}")
 
-log = walk_in_memory(robot, "tripod", cycles=0.3, seed=1, progress=lambda share: None)
-walking = log.mode == Mode.WALK.value
-way_m = float(np.sum(log.truth_velocity_B[walking, 0])) / robot.loop.rate_hz
-felt = np.isfinite(log.force_n[walking, :, 2]).any(axis=0)
+log = bigant.walk(robot, cycles=0.3, seed=1)
+distance_m = float(np.sum(log.truth_velocity_B[log.walking, 0])) / robot.loop.rate_hz
+felt = np.isfinite(log.force_n[log.walking, :, 2]).any(axis=0)
 with_sensor = ", ".join(name for name, one in zip(legs, felt, strict=True) if one)
-print(f"walked {1e3 * way_m:.0f} mm; with a transducer: {with_sensor}")
+print(f"walked {1e3 * distance_m:.0f} mm; with a transducer: {with_sensor}")
