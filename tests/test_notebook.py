@@ -1,4 +1,4 @@
-"""The notebook among the examples: its cells run in order with plain Python and give what is kept in the file."""
+"""The notebook among the examples: its cells run in order, in plain Python, and give what it keeps."""
 
 import json
 import re
