@@ -12,13 +12,14 @@ from model.systems.predict import predict as predict_system
 from model.systems.system import RATE_HZ, System
 from model.values.arrays import BoolArray, FloatArray
 from model.values.legs import FootMotion
+from robot.config.gait_file import with_gait
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.odometry.measured_feet import system_of_feet, system_of_log
 from robot.study.systems import bigant as system_of_gait
 
 
 def predict(
-    motion: System | Log | FootMotion | str = "tripod",
+    motion: System | Log | FootMotion | str | None = None,
     robot: RobotConfig | None = None,
     *,
     law: str = "coulomb",
@@ -28,8 +29,8 @@ def predict(
     """Run the model of slipping alone: no servos, no simulator, no estimator.
 
     Args:
-        motion: How the feet move in the body frame: a gait by its name; a log, whose measured joints are
-            taken; feet, (F, N, 3) at ``rate_hz``; or a named system (``robot.study.systems``).
+        motion: How the feet move in the body frame: a gait as for ``walk``; a log, for its measured joints;
+            feet, (F, N, 3) at ``rate_hz``; or a named system (``robot.study.systems``).
         robot: The robot; the log's own, or the nominal BigANT, if None. A system has its own.
         law: ``coulomb``, or ``viscous`` for the paper's ansatz.
         cycles: Length of a gait's motion.
@@ -49,7 +50,7 @@ def predict(
 
 
 def _system(
-    motion: System | Log | FootMotion | str,
+    motion: System | Log | FootMotion | str | None,
     robot: RobotConfig | None,
     cycles: float,
     rate_hz: float,
@@ -59,8 +60,9 @@ def _system(
     if isinstance(motion, Log):
         return system_of_log(motion, robot if robot is not None else motion.robot)
     config = robot if robot is not None else load_robot()
-    if isinstance(motion, str):
-        return system_of_gait(config.parameters, config.name, motion, cycles)
+    if motion is None or isinstance(motion, str):
+        config, gait = with_gait(config, motion)
+        return system_of_gait(config.parameters, config.name, gait, cycles)
     return system_of_feet(motion, config, np.arange(len(motion.position_m)) / rate_hz)
 
 
@@ -96,7 +98,7 @@ class GaitSamples:
 
 
 def sample_gait(
-    gait: str = "tripod",
+    gait: str | None = None,
     robot: RobotConfig | None = None,
     *,
     phase: FloatArray | None = None,
@@ -105,7 +107,7 @@ def sample_gait(
     """Return what a gait asks of every leg over a cycle, or at given phases.
 
     Args:
-        gait: Gait.
+        gait: As for ``walk``.
         robot: The robot; the nominal BigANT if None.
         phase: Phases, (F,) [cycles]; 361 over one cycle if None.
         steer: -1 (right) to 1 (left).
@@ -113,12 +115,13 @@ def sample_gait(
     Raises:
         ConfigError: There is no such gait.
     """
-    parameters = (robot if robot is not None else load_robot()).parameters
-    made = make_gait(gait, parameters)
+    config, name = with_gait(robot if robot is not None else load_robot(), gait)
+    parameters = config.parameters
+    made = make_gait(name, parameters)
     at = np.linspace(0.0, 1.0, 361) if phase is None else np.asarray(phase, dtype=np.float64)
     motion = made.motion(at, steer)
     return GaitSamples(
-        gait=gait,
+        gait=name,
         legs=parameters.legs.names,
         frequency_hz=made.frequency_hz,
         phase=at,

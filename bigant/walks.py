@@ -6,6 +6,7 @@ from pathlib import Path
 
 from bigant.logs import Log, new_log
 from record.trial.trial import Trial
+from robot.config.gait_file import with_gait
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.run.operator import Script
 from robot.virtual.twin_run import WalkPlan, make_twin, plan_of, walk_fast, walk_through_bytes
@@ -19,7 +20,7 @@ NAME = "walk.mcap"  # of a log that is not saved
 
 def walk(
     robot: RobotConfig | None = None,
-    gait: str = "tripod",
+    gait: str | None = None,
     *,
     cycles: float = 1.0,
     frequency_hz: float | None = None,
@@ -31,7 +32,7 @@ def walk(
 
     Args:
         robot: Robot file, read; the nominal BigANT if None.
-        gait: Gait.
+        gait: A gait of the robot file, whose first it is if None; or a Python file of one (``my_gait.py``).
         cycles: Cycles of the gait.
         frequency_hz: Cycles a second; the robot file's if None.
         steer: -1 (right) to 1 (left).
@@ -50,7 +51,8 @@ def walk(
         ModelError: The robot stopped before it was done.
     """
     config = robot if robot is not None else load_robot()
-    plan = _plan(config, gait, cycles, frequency_hz, steer)
+    config, name = with_gait(config, gait)
+    plan = _plan(config, name, cycles, frequency_hz, steer)
     if effects is None:
         script = Script(plan.gait, plan.frequency_hz, steer, cycles=cycles)
         return new_log(NAME, lambda path: record_walk(config, path, script, seed=seed))
@@ -64,7 +66,7 @@ def walk(
 
 def walk_trial(
     robot: RobotConfig | None = None,
-    gait: str = "tripod",
+    gait: str | None = None,
     *,
     cycles: float = 1.0,
     frequency_hz: float | None = None,
@@ -78,7 +80,8 @@ def walk_trial(
     errors are those of ``walk``.
     """
     config = robot if robot is not None else load_robot()
-    plan = _plan(config, gait, cycles, frequency_hz, steer)
+    config, name = with_gait(config, gait)
+    plan = _plan(config, name, cycles, frequency_hz, steer)
     return walk_fast(config, _twin(config, effects, seed), plan)
 
 
