@@ -109,8 +109,19 @@ def _roll_pitch_yaw(quaternion_wxyz: FloatArray) -> FloatArray:
     )
 
 
-def walk(name: str, out: Path, cycles: float, turn_deg: float, seed: int) -> None:
-    """Write the CSV, the map to import it with, and the robot's files beside them."""
+def walk(
+    name: str,
+    out: Path,
+    cycles: float,
+    turn_deg: float,
+    seed: int,
+    fault: tuple[str, float] = ("", 0),
+) -> None:
+    """Write the CSV, the map to import it with, and the robot's files beside them.
+
+    With a fault, a joint's encoder reads so much less than the truth [rad]: its servo, which goes by the
+    encoder, puts the joint as much too far.
+    """
     text = complete((HERE / f"{name}.toml").read_text(encoding="utf-8"), HERE)
     top = parse_table(text)
     order = top.table("legs").texts("order")
@@ -119,12 +130,15 @@ def walk(name: str, out: Path, cycles: float, turn_deg: float, seed: int) -> Non
     stand = legs.feet(stance, np.zeros_like(stance)).position_m
     time_s, feet = foot_targets(stand, name, cycles, math.radians(turn_deg))
     command = joint_angles(legs, feet, stance)
-    went = rolled(command, chain.joints, name)
+    unseen = np.array([fault[1] if joint == fault[0] else 0.0 for joint in chain.joints])
+    went = rolled(command + unseen, chain.joints, name)
     noise = np.random.default_rng(seed)
     columns = {
         "t": time_s,
         **_each("cmd", chain.joints, np.degrees(command)),
-        **_each("q", chain.joints, np.degrees(went["q"] + noise.normal(0, 1e-3, command.shape))),
+        **_each(
+            "q", chain.joints, np.degrees(went["q"] - unseen + noise.normal(0, 1e-3, command.shape))
+        ),
         **_each("qd", chain.joints, np.degrees(went["qd"] + noise.normal(0, 1e-2, command.shape))),
         **_each(
             "body", ("x", "y", "z"), 1e3 * went["place"] + noise.normal(0, 0.5, (len(feet), 3))
@@ -173,5 +187,8 @@ if __name__ == "__main__":
     parser.add_argument("--cycles", type=float, default=10.0)
     parser.add_argument("--turn-deg", type=float, default=0.0, help="to the left, a cycle")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--fault", nargs=2, default=("", "0"), metavar=("JOINT", "RAD"),
+                        help="a joint whose encoder reads so much less than the truth")  # fmt: skip
     given = parser.parse_args()
-    walk(given.robot, given.out, given.cycles, given.turn_deg, given.seed)
+    fault = (given.fault[0], float(given.fault[1]))
+    walk(given.robot, given.out, given.cycles, given.turn_deg, given.seed, fault)

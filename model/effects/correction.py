@@ -12,6 +12,7 @@ from model.effects.catalogue import EFFECTS, TOGETHER, Combine
 from model.effects.causes import Cause
 from model.effects.written import table_name
 from model.errors import GapError
+from model.values.parameters import ChainParameters, LegGeometry
 
 PAYLOAD = "payload"
 # Effects for which a robot file has a key: one number a leg in [contact], or a pair a leg.
@@ -42,8 +43,20 @@ class Correction:
     effects: tuple[Cause, ...]
 
 
-def correction_of(causes: Sequence[Cause], legs: tuple[str, ...]) -> Correction:
+def keyless_of(leg: LegGeometry) -> frozenset[str]:
+    """Return the effects for which the file of a robot with such legs has no key, though others have."""
+    return frozenset({"hip_mount_offset"} if isinstance(leg, ChainParameters) else ())
+
+
+def correction_of(
+    causes: Sequence[Cause], legs: tuple[str, ...], keyless: frozenset[str] = frozenset()
+) -> Correction:
     """Return what causes change in a robot file.
+
+    Args:
+        causes: The causes.
+        legs: Names of its legs.
+        keyless: Effects for which it has no key; see ``keyless_of``.
 
     Raises:
         GapError: A robot file cannot hold a cause.
@@ -51,7 +64,9 @@ def correction_of(causes: Sequence[Cause], legs: tuple[str, ...]) -> Correction:
     changes: list[KeyChange] = []
     effects: list[Cause] = []
     for cause in causes:
-        own = _key_changes(cause, [legs.index(leg) for leg in cause.joints or legs])
+        own = None
+        if cause.effect not in keyless and not set(cause.joints) - set(legs):
+            own = _key_changes(cause, [legs.index(leg) for leg in cause.joints or legs])
         if own is None:
             effects += _each_leg(cause)
         else:

@@ -8,11 +8,11 @@ from gap.diagnosis.how_far import HowFar
 from gap.diagnosis.remeasured import remeasure
 from gap.machines.legged.simulator import LeggedSimulator
 from model.effects.catalogue import CATALOGUE, EFFECTS
-from model.effects.correction import correction_of
+from model.effects.correction import correction_of, keyless_of
 from model.effects.machine import parse_machine
 from model.effects.written import table_name
 from model.errors import ConfigError, GapError
-from model.parameters.tables import parse_table, read_leg_names
+from model.parameters.tables import leg_table, parse_table, read_leg, read_leg_names
 from record.whole_file import check_room, write_text
 from robot.config.edit import Edited, check_edited, edit_robot
 from robot.console.exit_codes import ExitCode
@@ -46,8 +46,9 @@ def apply_diagnosis(request: GapApplyRequest) -> ExitCode:
     robot = request.robot or diagnosis.robot
     runs = read_runs(diagnosis.trials, diagnosis.references, robot) if diagnosis.trials else None
     text = _robot_text(diagnosis, runs, robot)
-    legs = read_leg_names(parse_table(text).table("legs"))
-    correction = correction_of(diagnosis.causes, legs)
+    top = parse_table(text)
+    keyless = keyless_of(read_leg(top)) if top.has(leg_table(top.names())) else frozenset()
+    correction = correction_of(diagnosis.causes, read_leg_names(top.table("legs")), keyless)
     edited = edit_robot(text, correction, request.diagnosis.name)
     check_edited(edited.text, text)
     write_text(out, edited.text)

@@ -18,6 +18,8 @@ from model.effects.catalogue import EFFECTS, STAGES
 from model.effects.machine import parse_machine
 from model.errors import ConfigError, GapError
 from model.parameters.tables import parse_table
+from model.values.parameters import ChainParameters
+from record.chain_file import complete
 from record.log.export import export_trial
 from record.log.reader import LogContents
 from record.toml_file import reading
@@ -189,7 +191,8 @@ def robot_text(path: Path) -> str:
     Raises:
         ConfigError: It cannot be read; or it is a whole robot file, and something in it is wrong.
     """
-    with reading(path, "the robot file") as text:
+    with reading(path, "the robot file") as own:
+        text = complete(own, path.parent)
         try:
             if parse_table(text).has("servo"):
                 parse_robot(text)  # a typing mistake must not pass for a default
@@ -212,9 +215,12 @@ def proposer_of(
 
     Raises:
         ConfigError: The gait cannot be used.
-        GapError: The file has other legs than the gaits that must stand in for its own.
+        GapError: The robot is not driven, or has other legs than the gaits that must stand in for its own.
     """
     machine = parse_machine(text)
+    if isinstance(machine.leg, ChainParameters):
+        words = "are not driven from here, so that there is no run to propose"
+        raise GapError(f"legs of several joints {words}; make one of your own and diagnose again")
     note = ""
     try:
         config = parse_robot(text)
