@@ -12,6 +12,7 @@ NAMES = {
     "legs": "benchmarks.legs",
     "parallel": "benchmarks.parallel",
     "loop": "benchmarks.loop_cost",
+    "chain": "benchmarks.chain_tick",
     "log_size": "benchmarks.log_size",
     "twin": "benchmarks.twin",
     "twin_steps": "benchmarks.twin_steps",

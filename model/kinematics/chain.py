@@ -11,6 +11,7 @@ with a_j, p_j axis and place as ``T_parent(j)`` has them now. This is the produc
 ball is where it touches level ground; what moves there is the ball's matter, which rolls.
 """
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -291,6 +292,7 @@ def places_kernel(angle: FloatArray, chain: ChainArrays, place: FloatArray) -> N
                 place[f, j, i] = lines[j, 3 + i]
 
 
+@cache
 def prepare() -> None:
     """Compile for arrays in rows, read-only or not, and for nothing else after."""
     three, one = np.zeros((1, 3)), np.zeros(1)
