@@ -46,6 +46,7 @@ COMMANDS = {
     "model figures": "our version of the paper's figures and tables",
     "odom": "odometry and foot forces from a log; 'odom tune' its noise",
     "robot show": "a robot file as the model walks it, and what is wrong",
+    "robot new": "begin a robot file: commented, and of a robot that walks",
     "robot export": "the robot file as URDF or MJCF",
     "replay": "a recorded run again, as a test: step, drivers or robot",
     "log info": "duration, rate, topics, versions, damage",

@@ -55,6 +55,10 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "bigant robot show",
         "bigant robot show examples/octopod.toml --gait metachronal --out octopod.html",
     ),
+    "robot new": (
+        "bigant robot new --name Lab --out lab.toml",
+        "bigant robot new --name Rollo --legs 6 --leg crank --servo XL430-W250 --out rollo.toml",
+    ),
     "robot export": ("bigant robot export --urdf bigant.urdf --mjcf bigant.xml",),
     "sim effects": ("bigant sim effects", "bigant sim effects --json"),
     "sim run": (

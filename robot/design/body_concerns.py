@@ -128,7 +128,7 @@ def sensor_concerns(
         names: Leg names.
         leg_m: Farthest that a foot comes from its shaft.
     """
-    away = np.sqrt((offset_m**2).sum(axis=1))
+    away = np.nan_to_num(np.sqrt((offset_m**2).sum(axis=1)))
     worst = int(away.argmax())
     if away[worst] > SENSOR_REACH * leg_m:
         yield warning(

@@ -17,6 +17,7 @@ IDLE_SHARE = 0.5  # of a leg's stance
 TILT_SHARE = 0.25  # of safety.max_tilt
 LEAST_LIFT = 0.01  # of the body's height
 HARDLY = 0.05  # of the speed of the feet
+LASTING_SHARE = 0.2  # of the stall torque: ROBOTIS e-manual, "performance graph"
 SLIDING, SLIPPING = 1.0, 0.3  # slip of the feet over the body's speed
 
 
@@ -196,5 +197,18 @@ def _servos(one: GaitFigures, servo: ServoParameters) -> Iterator[Concern]:
             "saturates", one.gait,
             f"shaft {one.torque_leg} needs up to {one.torque_most_nm:.3g} N m, servo.rated_torque_limit is "
             f"{servo.rated_torque_limit:.3g} N m",
+            "lighten the body, shorten the legs, or choose stronger servos",
+        )  # fmt: skip
+    if one.duty_most > 1:
+        yield warning(
+            "saturates", one.gait,
+            f"a servo needs {100 * one.duty_most:.0f} % of the supply voltage for its torque at its speed",
+            "lower the frequency, raise servo.supply_voltage, or choose other servos",
+        )  # fmt: skip
+    if one.stall_share > LASTING_SHARE:
+        yield warning(
+            "heats", one.gait,
+            f"the mean torque of a servo (root mean square) is {100 * one.stall_share:.0f} % of its stall "
+            "torque; servos of this kind last at up to 20 %",
             "lighten the body, shorten the legs, or choose stronger servos",
         )  # fmt: skip

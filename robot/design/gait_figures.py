@@ -12,6 +12,7 @@ from model.support.static_margin import static_margin
 from model.values.arrays import FloatArray
 from model.values.parameters import RobotParameters
 from robot.design.cycle import GaitCycle, most_torque, swing_share, walk_cycle
+from robot.design.motors import duty_of, motor_line
 from robot.design.shift import BestShift, best_shift
 
 STEERING = (0.0, -1.0, 1.0)
@@ -55,6 +56,8 @@ class GaitFigures:
         torque_peak_nm: Largest torque at any steering under Coulomb's law.
         torque_most_nm: Largest torque with friction at its limit, whatever its direction.
         torque_leg: The leg with that.
+        duty_most: Largest share of the supply voltage that a servo needs, by its data sheet.
+        stall_share: Largest root mean square torque over the servo's stall torque.
     """
 
     gait: str
@@ -87,6 +90,8 @@ class GaitFigures:
     torque_peak_nm: float
     torque_most_nm: float
     torque_leg: str
+    duty_most: float
+    stall_share: float
 
     @property
     def slip_share(self) -> float:
@@ -162,6 +167,8 @@ def walk_gait(robot: RobotParameters, gait: Gait, frequency_hz: float | None = N
         torque_peak_nm=_most(torque),
         torque_most_nm=_most(most),
         torque_leg=names[int(np.nan_to_num(most).max(axis=(0, 1)).argmax())],
+        duty_most=_most(np.array([_duty(robot, one) for one in cycles])),
+        stall_share=_most(_rms_of_legs(torque[0]) / motor_line(robot.servo).stall_nm),
     )
     return WalkedGait(figures, straight)
 
@@ -197,6 +204,10 @@ def _rms(values: FloatArray) -> float:
 def _rms_of_legs(torque_nm: FloatArray) -> FloatArray:
     rms: FloatArray = np.sqrt((torque_nm**2).mean(axis=0))
     return rms
+
+
+def _duty(robot: RobotParameters, cycle: GaitCycle) -> FloatArray:
+    return duty_of(robot.servo, cycle.torque_nm, cycle.shafts.slope * cycle.frequency_hz)
 
 
 def _lift(cycle: GaitCycle) -> FloatArray:

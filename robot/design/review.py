@@ -94,8 +94,10 @@ def _file_concerns(config: RobotConfig, path_m: FloatArray) -> Iterator[Concern]
     yield from contact_concerns(robot.contact, robot.body, names, leg_m)
     yield from place_concerns(names, shafts)
     yield from sign_concerns(names, shafts, config.servo_bus.signs)
+    sensors = config.force_sensor
+    offset = np.where(sensors.transducers[:, None] > 0, sensors.offset_m, 0.0)
+    yield from sensor_concerns(offset, names, leg_m)
     yield from servo_concerns(robot.servo, names)
-    yield from sensor_concerns(config.force_sensor.offset_m, names, leg_m)
 
 
 def warning_lines(review: RobotReview) -> list[str]:

@@ -68,7 +68,7 @@ def figure_rows(review: RobotReview) -> list[list[str]]:
         ("largest load", [_of(one.load_share, 100, "% of weight") for one in figures]),
         ("on swinging feet", [_of(one.dragged_share, 100, "% of weight") for one in figures]),
         ("forced slip", [_of(one.forced_slip_m_s, 1e3, "mm/s") for one in figures]),
-        ("slip, share of way", [_slip(one) for one in figures]),
+        ("slip over speed", [_slip(one) for one in figures]),
         ("shaft speed", [_limited(one.shaft_rad_s, servo.max_speed, "rad/s") for one in figures]),
         (
             "shaft acceleration",
@@ -79,6 +79,8 @@ def figure_rows(review: RobotReview) -> list[list[str]]:
             [_limited(one.torque_most_nm, servo.rated_torque_limit, "N m") for one in figures],
         ),
         ("torque, root mean square", [_of(one.torque_rms_nm, 1, "N m", 2) for one in figures]),
+        ("rms over stall torque", [_of(one.stall_share, 100, "%", 0) for one in figures]),
+        ("supply voltage used", [_of(one.duty_most, 100, "%", 0) for one in figures]),
     ]  # fmt: skip
     return [[label, *values] for label, values in rows]
 

@@ -6,10 +6,14 @@ from robot.console.arguments import (
     DEFAULT_ROBOT_FILE,
     argument,
     as_json,
+    between,
+    file_name,
     option,
     request,
     robot_file,
 )
+
+LEAST_LEGS, MOST_LEGS = 4, 24
 
 
 @request("report.robot_show:show_robot", writes=True)
@@ -30,6 +34,31 @@ class RobotShowRequest:
     )
     out: Path | None = option("also a page with pictures (.html), or the pictures (.png)", "FILE")
     json: bool = as_json("the figures over a cycle as JSON")
+
+
+@request("design.new_robot:new_robot", writes=True)
+class RobotNewRequest:
+    """``bigant robot new``: begin a robot file.
+
+    Writes a commented file of a robot that stands about its centre of mass and walks, with the servo's own
+    limits, gaits that suit the number of legs, and every value that is a stand-in marked as assumed. What
+    is not given as an option is asked for on a terminal; without one it is as usual.
+    """
+
+    name: str | None = option("name of the robot (Robot)", "NAME", type=file_name)
+    legs: int | None = option(
+        "number of legs (6)", "N", type=between(LEAST_LEGS, MOST_LEGS, whole=True)
+    )
+    leg: str | None = option("kind of leg (four_bar)", choices=("four_bar", "crank"))
+    servo: str | None = option("model of the servos (MX-106(2.0))", "MODEL")
+    leg_length: float | None = option(
+        "foot below shaft in mid-stance, m", "M", type=between(0.005, 5, "m")
+    )
+    length: float | None = option("hind feet to front feet, m", "M", type=between(0.005, 5, "m"))
+    width: float | None = option("left feet to right feet, m", "M", type=between(0.005, 5, "m"))
+    mass: float | None = option("mass of all of it, kg", "KG", type=between(0.02, 200, "kg"))
+    force_sensors: str | None = option("force sensors in the legs (none)", choices=("none", "ati"))
+    out: Path | None = option("the file (default: NAME.toml)", "FILE")
 
 
 @request("config.xml:export", writes=True)
