@@ -11,6 +11,7 @@ from robot.design.gait_figures import GaitFigures
 LEAST_FEET = 3  # a polygon
 # A margin smaller than this share of what the same gait has with its shafts moved is a mistake of places.
 MARGIN_SHARE = 0.25
+EDGE = 0.002  # of the feet's span: so near to tipping in any case
 WORTH_MOVING_M = 0.002
 DRAGGED_SHARE = 0.03  # of the weight
 IDLE_SHARE = 0.5  # of a leg's stance
@@ -84,10 +85,12 @@ def _balance(one: GaitFigures) -> Iterator[Concern]:
             f"{at} the centre of mass lies {margin} outside the feet in stance, {_where(-one.margin_B)}: "
             "it tips until a swinging foot catches it", _moving(one),
         )  # fmt: skip
-    elif (
-        one.feet_least >= LEAST_FEET
-        and one.margin_m < MARGIN_SHARE * one.centred.margin_m
-        and one.centred.margin_m - one.margin_m > WORTH_MOVING_M
+    elif one.feet_least >= LEAST_FEET and (
+        one.margin_m < EDGE * one.span_m
+        or (
+            one.margin_m < MARGIN_SHARE * one.centred.margin_m
+            and one.centred.margin_m - one.margin_m > WORTH_MOVING_M
+        )
     ):
         yield warning(
             "near tipping", one.gait,
@@ -195,7 +198,7 @@ def _servos(one: GaitFigures, servo: ServoParameters) -> Iterator[Concern]:
     if one.torque_most_nm > servo.rated_torque_limit:
         yield warning(
             "saturates", one.gait,
-            f"shaft {one.torque_leg} needs up to {one.torque_most_nm:.3g} N m, servo.rated_torque_limit is "
+            f"{one.torque_joint} needs up to {one.torque_most_nm:.3g} N m, servo.rated_torque_limit is "
             f"{servo.rated_torque_limit:.3g} N m",
             "lighten the body, shorten the legs, or choose stronger servos",
         )  # fmt: skip

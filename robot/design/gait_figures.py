@@ -10,7 +10,7 @@ from gaits.gait import Gait
 from gaits.limits import gait_peaks
 from model.support.static_margin import static_margin
 from model.values.arrays import FloatArray
-from model.values.parameters import RobotParameters
+from model.values.parameters import RobotParameters, names_of
 from robot.design.cycle import GaitCycle, most_torque, swing_share, walk_cycle
 from robot.design.motors import duty_of, motor_line
 from robot.design.shift import BestShift, best_shift
@@ -35,6 +35,7 @@ class GaitFigures:
         margin_m: Least static margin of the feet in stance, at any steering.
         margin_phase: Phase where it is least.
         margin_B: From the centre of mass to the nearest edge there, (2,) [m].
+        span_m: Width or length of all foot paths, the smaller.
         centred: How the margin would be with all shafts moved; not looked for where it is large as it is.
         falls: Share of the cycle in which the centre of mass is over no feet at all.
         unsolved: Share of the cycle for which the model has no answer though it should.
@@ -55,7 +56,7 @@ class GaitFigures:
         torque_rms_nm: Of the shaft with the largest one.
         torque_peak_nm: Largest torque at any steering under Coulomb's law.
         torque_most_nm: Largest torque with friction at its limit, whatever its direction.
-        torque_leg: The leg with that.
+        torque_joint: The joint with that.
         duty_most: Largest share of the supply voltage that a servo needs, by its data sheet.
         stall_share: Largest root mean square torque over the servo's stall torque.
     """
@@ -69,6 +70,7 @@ class GaitFigures:
     margin_m: float
     margin_phase: float
     margin_B: FloatArray  # noqa: N815 - frame suffix
+    span_m: float
     centred: BestShift
     falls: float
     unsolved: float
@@ -89,7 +91,7 @@ class GaitFigures:
     torque_rms_nm: float
     torque_peak_nm: float
     torque_most_nm: float
-    torque_leg: str
+    torque_joint: str
     duty_most: float
     stall_share: float
 
@@ -97,7 +99,9 @@ class GaitFigures:
     def slip_share(self) -> float:
         """Slip of the feet over the body's speed; infinite where it does not get on."""
         speed = abs(self.speed_m_s)
-        return self.slip_m_s / speed if speed > 0 else math.inf
+        if speed > 0:
+            return self.slip_m_s / speed
+        return math.inf if self.slip_m_s > 0 else 0.0
 
     @property
     def turn_radius_m(self) -> float:
@@ -123,6 +127,7 @@ def walk_gait(robot: RobotParameters, gait: Gait, frequency_hz: float | None = N
     """
     cycles = [walk_cycle(robot, gait, steer, frequency_hz) for steer in STEERING]
     straight, names = cycles[0], robot.legs.names
+    joints = names_of(robot.legs, robot.leg).joints
     slope, curvature = gait_peaks(gait)
     worst = min(cycles, key=lambda one: one.margin.margin_m.min())
     at = int(worst.margin.margin_m.argmin())
@@ -133,7 +138,7 @@ def walk_gait(robot: RobotParameters, gait: Gait, frequency_hz: float | None = N
     lift = _lift(straight)
     dragged = _dragged(cycles) / weight
     idle = _idle(straight)
-    feet = straight.stance.sum(axis=1)
+    feet, servos = straight.stance.sum(axis=1), robot.servo.models
     everywhere = np.ones_like(straight.stance)
     beside = static_margin(straight.feet.position_m[..., :2], everywhere).margin_m < 0
     figures = GaitFigures(
@@ -146,7 +151,8 @@ def walk_gait(robot: RobotParameters, gait: Gait, frequency_hz: float | None = N
         margin_m=float(worst.margin.margin_m[at]),
         margin_phase=float(worst.phase[at]),
         margin_B=worst.margin.nearest_m[at],
-        centred=_centred(straight, float(worst.margin.margin_m[at])),
+        span_m=float(np.ptp(straight.feet.position_m[..., :2], axis=(0, 1)).min()),
+        centred=_centred(cycles, float(worst.margin.margin_m[at])),
         falls=float(beside.mean()),
         unsolved=float(np.mean(~np.isfinite(answer.pose[:, 0]) & ~beside)),
         tilt_rad=float(np.hypot(*np.ptp(answer.pose[:, :2], axis=0))),
@@ -166,19 +172,21 @@ def walk_gait(robot: RobotParameters, gait: Gait, frequency_hz: float | None = N
         torque_rms_nm=_most(_rms_of_legs(torque[0])),
         torque_peak_nm=_most(torque),
         torque_most_nm=_most(most),
-        torque_leg=names[int(np.nan_to_num(most).max(axis=(0, 1)).argmax())],
-        duty_most=_most(np.array([_duty(robot, one) for one in cycles])),
-        stall_share=_most(_rms_of_legs(torque[0]) / motor_line(robot.servo).stall_nm),
+        torque_joint=joints[int(np.nan_to_num(most).max(axis=(0, 1)).argmax())],
+        duty_most=_most(np.array([_duty(robot, one) for one in cycles])) if servos else math.nan,
+        stall_share=_most(_rms_of_legs(torque[0]) / motor_line(robot.servo).stall_nm)
+        if servos
+        else math.nan,
     )
     return WalkedGait(figures, straight)
 
 
-def _centred(cycle: GaitCycle, margin_m: float) -> BestShift:
+def _centred(cycles: list[GaitCycle], margin_m: float) -> BestShift:
     """Return what moving the shafts would bring, where the margin is small beside the robot's size."""
-    feet = cycle.feet.position_m[..., :2]
+    feet = np.concatenate([cycle.feet.position_m[..., :2] for cycle in cycles])
     if margin_m > AMPLE_MARGIN * float(np.ptp(feet, axis=(0, 1)).min()):
         return BestShift(np.zeros(2), margin_m)
-    return best_shift(feet, cycle.stance)
+    return best_shift(feet, np.concatenate([cycle.stance for cycle in cycles]))
 
 
 def _known(values: FloatArray) -> FloatArray:
@@ -212,9 +220,9 @@ def _duty(robot: RobotParameters, cycle: GaitCycle) -> FloatArray:
 
 def _lift(cycle: GaitCycle) -> FloatArray:
     """Height that each foot reaches in its swing, (N,) [m]; infinite for one that never swings."""
-    height = np.where(cycle.stance, -np.inf, cycle.height_m)
-    lift = np.nan_to_num(height, nan=-np.inf).max(axis=0)
-    return np.where(np.isneginf(lift) & cycle.stance.all(axis=0), np.inf, lift)
+    height = np.where(cycle.stance | np.isnan(cycle.height_m), -np.inf, cycle.height_m)
+    lift: FloatArray = np.where(cycle.stance.all(axis=0), np.inf, height.max(axis=0))
+    return lift
 
 
 def _dragged(cycles: list[GaitCycle]) -> FloatArray:

@@ -22,6 +22,7 @@ from robot.design.gait_concerns import gait_concerns
 from robot.design.gait_figures import WalkedGait, walk_gait
 from robot.design.leg_places import place_concerns, sign_concerns
 from robot.design.servo_concerns import servo_concerns
+from robot.design.standing import StandingStill
 
 TURN_SAMPLES = 90
 MEANINGLESS = frozenset({"units", "too stiff"})
@@ -57,11 +58,14 @@ def review_robot(
 
     Args:
         config: The robot file.
-        gaits: Gaits to walk; all that are in the file if None.
+        gaits: Gaits to walk; if None all that are in the file, or standing where it has none.
         frequency_hz: Cycles a second; each gait's own if None.
     """
     robot = config.parameters
     chosen = make_gaits(robot) if gaits is None else gaits
+    if not robot.gaits and gaits is None:
+        joints = leg_kinematics(robot).joint_count
+        chosen = [StandingStill(joints, robot.legs.count)]
     walked = tuple(walk_gait(robot, gait, frequency_hz) for gait in chosen)
     path = foot_path(config)
     concerns = [*_file_concerns(config, path)]
@@ -73,11 +77,15 @@ def review_robot(
 
 
 def foot_path(config: RobotConfig) -> FloatArray:
-    """Return each foot over a whole turn of its shaft, relative to the shaft, (T, N, 3) [m]."""
+    """Return each foot over a whole turn of its shaft, relative to the shaft, (T, N, 3) [m].
+
+    Of legs of several joints: where the foot is with all joints at zero, T = 1.
+    """
     robot = config.parameters
-    turn = np.linspace(0.0, 2 * np.pi, TURN_SAMPLES + 1)
-    angle = np.repeat(turn[:, None], robot.legs.count, axis=1)
-    feet = leg_kinematics(robot).feet(angle, np.zeros_like(angle)).position_m
+    legs = leg_kinematics(robot)
+    turn = np.linspace(0.0, 2 * np.pi, TURN_SAMPLES + 1) if config.driven else np.zeros(1)
+    angle = np.repeat(turn[:, None], legs.joint_count, axis=1)
+    feet = legs.feet(angle, np.zeros_like(angle)).position_m
     path: FloatArray = feet - robot.legs.shaft_position
     return path
 
@@ -93,6 +101,8 @@ def _file_concerns(config: RobotConfig, path_m: FloatArray) -> Iterator[Concern]
         yield from body_concerns(robot.body, extent_m)
     yield from contact_concerns(robot.contact, robot.body, names, leg_m)
     yield from place_concerns(names, shafts)
+    if not config.driven:
+        return  # the file says nothing of servos and sensors
     yield from sign_concerns(names, shafts, config.servo_bus.signs)
     sensors = config.force_sensor
     offset = np.where(sensors.transducers[:, None] > 0, sensors.offset_m, 0.0)

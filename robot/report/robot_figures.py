@@ -6,12 +6,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
+from model.kinematics.chain import ChainKinematics
+from model.kinematics.crank import crank_outline
 from model.kinematics.four_bar import linkage_pose
 from model.support.static_margin import hull_edges
 from model.values.arrays import FloatArray
-from model.values.parameters import FourBarParameters
+from model.values.parameters import ChainParameters, FourBarParameters
 from robot.design.gait_figures import WalkedGait
 from robot.design.review import RobotReview
+from robot.design.standing import STANDING
 from robot.report.figure_style import NEUTRAL, TRUTH, leg_colour
 from robot.report.plots import STYLE
 
@@ -28,7 +31,8 @@ def draw_review(review: RobotReview) -> dict[str, Figure]:
         for one in review.gaits:
             gait = one.figures.gait
             pictures[f"{gait} feet in stance"] = _polygons(one)
-            pictures[f"{gait} over one cycle"] = _curves(review, one)
+            if gait != STANDING:
+                pictures[f"{gait} over one cycle"] = _curves(review, one)
         return pictures
 
 
@@ -56,7 +60,7 @@ def _robot(review: RobotReview) -> Figure:
     if heights:
         side.axhline(-1e3 * heights[0], color=GROUND, lw=1.2)
     above.set(ylabel="y, left [mm]", title="from above")
-    side.set(ylabel="z, up [mm]", title="from the side, at mid-stance")
+    side.set(ylabel="z, up [mm]", title="from the side, joints at zero")
     handles, labels = above.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=9, frameon=False)
     return figure
@@ -71,29 +75,39 @@ def _body(ax: Axes, shafts_mm: FloatArray, across: int) -> None:
 
 
 def _leg_bars(above: Axes, side: Axes, review: RobotReview) -> None:
-    """The leg at mid-stance: its bars where it is a four-bar, else a line from shaft to foot."""
-    robot, leg = review.config.parameters, review.config.parameters.leg
-    for k, shaft in enumerate(robot.legs.shaft_position):
-        colour, foot = leg_colour(k), shaft + review.path_m[0, k]
-        above.plot(*(np.array([shaft, foot])[:, :2] * 1e3).T, color=colour, lw=2, alpha=0.6)
-        if not isinstance(leg, FourBarParameters):
-            side.plot(*(np.array([shaft, foot])[:, ::2] * 1e3).T, color=colour, lw=2, alpha=0.6)
-            continue
-        pose, here = linkage_pose(leg, np.zeros(1)), shaft[[0, 2]]
-        crank, rocker, foot_point = (
-            here + part[0] for part in (pose.crank_pin, pose.rocker_pin, pose.foot)
-        )
-        pivot = here + leg.ground_pivot
-        for bar in ((here, crank), (pivot, rocker), (crank, rocker, foot_point, crank)):
-            side.plot(*(np.array(bar) * 1e3).T, color=colour, lw=1.4, alpha=0.7)
+    """All legs with their joints at zero."""
+    for k, lines in enumerate(leg_lines(review)):
+        for line in lines:
+            x, y, z = 1e3 * line.T
+            above.plot(x, y, color=leg_colour(k), lw=2, alpha=0.6)
+            side.plot(x, z, color=leg_colour(k), lw=1.4, alpha=0.7)
+
+
+def leg_lines(review: RobotReview) -> list[list[FloatArray]]:
+    """Return what each leg consists of with its joints at zero: lines of K places, (K, 3) [m]."""
+    robot = review.config.parameters
+    leg, shafts = robot.leg, robot.legs.shaft_position
+    feet = shafts + review.path_m[0]
+    if isinstance(leg, ChainParameters):
+        places = ChainKinematics(leg).joint_places(np.zeros(leg.count))
+        return [[np.stack([*places[list(leg.joints_of(k))], foot])] for k, foot in enumerate(feet)]
+    if isinstance(leg, FourBarParameters):
+        pose, here = linkage_pose(leg, np.zeros(1)), np.zeros(2)
+        crank, rocker, foot = pose.crank_pin[0], pose.rocker_pin[0], pose.foot[0]
+        flat = [[here, crank], [leg.ground_pivot, rocker], [crank, rocker, foot, crank]]
+    else:
+        sole = crank_outline(leg, 0.0)
+        flat = [[np.zeros(2), sole[0]], [*sole]]
+    return [[shaft + np.array([[x, 0.0, z] for x, z in line]) for line in flat] for shaft in shafts]
 
 
 def _polygons(one: WalkedGait) -> Figure:
     """The feet in stance and the centre of mass at some phases."""
     figure = Figure(figsize=(9, 2.6), layout="constrained")
-    axes = figure.subplots(1, SNAPSHOTS, sharex=True, sharey=True)
+    number = 1 if one.figures.gait == STANDING else SNAPSHOTS
+    axes = np.atleast_1d(figure.subplots(1, number, sharex=True, sharey=True))
     cycle = one.cycle
-    frames = (np.arange(SNAPSHOTS) * len(cycle.phase)) // SNAPSHOTS + len(cycle.phase) // 12
+    frames = (np.arange(number) * len(cycle.phase)) // number + len(cycle.phase) // 12
     feet = cycle.feet.position_m[..., :2] * 1e3
     for ax, frame in zip(axes, frames, strict=True):
         down = cycle.stance[frame]

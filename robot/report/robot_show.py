@@ -2,7 +2,7 @@
 
 import sys
 
-from gaits.catalog import make_gait, make_gaits
+from gaits.catalog import make_gait
 from record.whole_file import check_room, write_text
 from robot.config.gait_file import with_gait
 from robot.config.robot_file import load_robot
@@ -33,12 +33,11 @@ def show_robot(request: RobotShowRequest) -> ExitCode:
         RecordError: The page cannot be written.
     """
     check_room(request.out, "--out", ".html", ".png")
-    config = load_robot(request.robot)
-    if request.gait is None:
-        gaits = make_gaits(config.parameters)
-    else:
+    config = load_robot(request.robot, driven=False)
+    gaits = None
+    if request.gait is not None:
         config, name = with_gait(config, request.gait)
-        gaits = (make_gait(name, config.parameters),)
+        gaits = [make_gait(name, config.parameters)]
     review = review_robot(config, gaits)
     if request.json:
         print_json(review_json(review))

@@ -10,6 +10,13 @@ from robot.design.assumed import assumed_keys
 from robot.design.concern import Concern
 from robot.design.gait_figures import GaitFigures
 from robot.design.review import RobotReview
+from robot.design.standing import STANDING
+
+# What is worth saying of a robot that has no gait.
+OF_STANDING = frozenset({
+    "feet in stance", "static margin", "tilt over a cycle", "height, leg springs", "largest load",
+    "joint torque", "torque, root mean square",
+})  # fmt: skip
 
 
 def review_lines(review: RobotReview, columns: int | None) -> list[str]:
@@ -37,17 +44,19 @@ def robot_rows(review: RobotReview) -> list[tuple[str, str]]:
     shafts = robot.legs.shaft_position
     size = np.ptp(shafts, axis=0) * 1e3
     path = review.path_m
-    low = path[..., 2].min(axis=0)
+    feet = f"{-1e3 * path[..., 2].min():.0f} mm below the shafts"
+    if config.driven:
+        feet += (
+            f"; a turn takes them over {1e3 * np.ptp(path[..., 0], axis=0).max():.0f} mm and up by "
+            f"{1e3 * np.ptp(path[..., 2], axis=0).max():.0f} mm"
+        )
+    else:
+        feet += ", all joints at zero"
     sensors = int(np.count_nonzero(config.force_sensor.transducers))
     return [
         ("robot", f"{config.name}, {robot.legs.count} legs: {', '.join(robot.legs.names)}"),
         ("body", f"{robot.body.mass:g} kg; shafts over {size[0]:.0f} x {size[1]:.0f} mm"),
-        (
-            "feet",
-            f"{-1e3 * low.min():.0f} mm below the shafts; a turn takes them over "
-            f"{1e3 * np.ptp(path[..., 0], axis=0).max():.0f} mm and up by "
-            f"{1e3 * np.ptp(path[..., 2], axis=0).max():.0f} mm",
-        ),
+        ("feet", feet),
         ("force sensors", f"{sensors}" if sensors else "none"),
     ]
 
@@ -75,14 +84,15 @@ def figure_rows(review: RobotReview) -> list[list[str]]:
             [_limited(one.shaft_rad_s2, servo.max_acceleration, "rad/s^2") for one in figures],
         ),
         (
-            "shaft torque",
+            "joint torque",
             [_limited(one.torque_most_nm, servo.rated_torque_limit, "N m") for one in figures],
         ),
         ("torque, root mean square", [_of(one.torque_rms_nm, 1, "N m", 2) for one in figures]),
         ("rms over stall torque", [_of(one.stall_share, 100, "%", 0) for one in figures]),
         ("supply voltage used", [_of(one.duty_most, 100, "%", 0) for one in figures]),
     ]  # fmt: skip
-    return [[label, *values] for label, values in rows]
+    stands = all(one.gait == STANDING for one in figures)
+    return [[label, *values] for label, values in rows if not stands or label in OF_STANDING]
 
 
 def concern_rows(concerns: Sequence[Concern]) -> list[tuple[str, str]]:
@@ -163,6 +173,8 @@ def _slip(one: GaitFigures) -> str:
 
 
 def _limited(value: float, limit: float, unit: str) -> str:
+    if not math.isfinite(limit):
+        return _of(value, 1, unit, 2)
     if not math.isfinite(value):
         return f"unlimited of {limit:.3g} {unit}" if value > 0 else UNKNOWN
     return f"{value:.2f} of {limit:.3g} {unit}"

@@ -166,7 +166,7 @@ def test_the_afternoon_with_a_symmetric_robot_would_have_taken_a_minute() -> Non
     assert first.line == (
         "tripod tips: at phase 0.50 the centre of mass lies 11 mm outside the feet in stance, ahead: it "
         "tips until a swinging foot catches it; move the shafts by +85 mm in x (legs.shaft_position) or "
-        "the centre of mass by -85 mm in x: the margin is then 68 mm"
+        "the centre of mass by -85 mm in x: the margin is then 67 mm"
     )
     assert topics(review({}).warnings) == []
 

@@ -4,10 +4,15 @@ import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.constants import g as standard_gravity
 
 from robot.cli import main as cli
+from robot.config.robot_file import load_robot, parse_robot
 from robot.design.assumed import assumed_keys
+from robot.design.review import review_robot
+from robot.report.robot_figures import leg_lines
 from tests.robot.design.robot_files import NOMINAL, text_with
 
 BEHIND = {"legs.shaft_position": lambda rows: [[x - 0.085, y, z] for x, y, z in rows]}
@@ -103,3 +108,41 @@ sweep = 1.0                      # rad, assumed
 """
     assert assumed_keys(text) == ("body.mass", "body.place", "leg.*", "gait.tripod.sweep")
     assert "servo.max_speed" in assumed_keys(NOMINAL)
+
+
+@pytest.mark.parametrize("name", ["hexapod18", "quadruped12"])
+def test_a_robot_of_chains_stands(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Legs of several joints have no gait here: loads, margin and torques with all joints at zero."""
+    out = tmp_path / "robot.html"
+    assert cli.run(["robot", "show", f"examples/{name}.toml", "--out", str(out), "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    [standing] = answer["gaits"]
+    assert standing["name"] == "standing"
+    config = load_robot(Path(f"examples/{name}.toml"), driven=False)
+    robot = config.parameters
+    weight_n = robot.body.mass * standard_gravity
+    assert sum(standing["load_n"][0]) == pytest.approx(weight_n)
+    assert len(standing["torque_nm"][0]) > len(answer["legs"])
+    assert standing["figures"]["duty_most"] is None
+    assert standing["figures"]["margin_m"] > 0.05
+    assert out.read_text(encoding="utf-8").count("<svg") == 2
+
+
+def test_a_crank_is_drawn_with_its_half_circle() -> None:
+    text = text_with({"leg": {"kind": "crank", "length": 0.13, "radius": 0.06}})
+    text = text.replace("0.085,", "0.0,").replace("0.285,", "0.2,").replace("-0.115,", "-0.2,")
+    lines = leg_lines(review_robot(parse_robot(text)))
+    assert len(lines) == 6
+    sole = lines[0][1]
+    np.testing.assert_allclose(sole[-1], [-0.2, 0.25, -0.13], atol=1e-12)
+    centre = np.array([-0.2, 0.25, -0.07])
+    np.testing.assert_allclose(np.sqrt(((sole - centre) ** 2).sum(1)), 0.06, atol=1e-12)
+
+
+def test_a_gait_of_a_python_file(capsys: pytest.CaptureFixture[str]) -> None:
+    cli.run(["robot", "show", "--gait", "examples/own_gait.py"])
+    printed = capsys.readouterr().out
+    assert "own_gait" in printed
+    assert "tripod" not in printed.split("assumed")[0]
