@@ -12,7 +12,7 @@
     count = 6
     [cases]
     controls = 20                           # cases with nothing wrong
-    effects = ["*"]                         # names, or * for all that the diagnosis knows
+    effects = ["*"]                         # names, or * for all known ones that the robots can have
     severities = [[0.0, 0.3], [0.7, 1.0]]   # 0 mild to 1 strong; one case an effect and range
     repeats = 1
     pairs = 25                              # cases with two effects of different stages
@@ -22,11 +22,13 @@ Legs, signs, sizes and days are drawn; names of cases say nothing.
 """
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from model.effects.leg_kinds import why_not
 from model.errors import ConfigError
 from model.parameters.tables import parse_table
 from model.parameters.toml_table import Table
@@ -38,6 +40,7 @@ from sim_hw.twin.catalog import EFFECTS
 from sim_hw.twin.effects import LEG, EffectKind, EffectParameter, TwinEffect, find_kind
 
 ID_LETTERS = 10
+OF_FORCE_SENSORS = "force_"  # how the names of their effects begin
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +87,8 @@ def read_scenario(path: Path) -> CampaignScenario:
 def _scenario(path: Path, top: Table) -> CampaignScenario:
     campaign = top.table("campaign")
     robots = tuple(path.parent / name for name in campaign.texts("robots"))
-    config, *_ = [load_robot(robot) for robot in robots]
+    configs = [load_robot(robot) for robot in robots]
+    config = configs[0]
     seconds = campaign.number("seconds", above=0)
     conditions = _conditions(top.table("conditions"), config, seconds, path.parent)
     cases = top.table("cases")
@@ -94,7 +98,7 @@ def _scenario(path: Path, top: Table) -> CampaignScenario:
         plans=conditions,
         references=_references(top.table("references"), config, seconds, path.parent, conditions),
         controls=cases.integer("controls", minimum=0, maximum=100000),
-        effects=_effect_names(cases),
+        effects=_effect_names(cases, configs),
         severities=_severities(cases),
         repeats=cases.integer("repeats", minimum=1, maximum=1000),
         pairs=cases.integer("pairs", minimum=0, maximum=100000),
@@ -149,16 +153,29 @@ def _numbers(table: Table, key: str) -> tuple[float, ...]:
     return tuple(table.numbers(key, (len(value),)).tolist())
 
 
-def _effect_names(table: Table) -> tuple[str, ...]:
+def _effect_names(table: Table, configs: Sequence[RobotConfig]) -> tuple[str, ...]:
     names = table.texts("effects")
     if names == ("*",):
-        return tuple(k.name for k in EFFECTS if k.catalogued and k.apply is not None)
+        switched = (k.name for k in EFFECTS if k.catalogued and k.apply is not None)
+        return tuple(name for name in switched if not _why_not(name, configs))
     for name in names:
+        if why := _why_not(name, configs):
+            raise ConfigError(table.name("effects"), f"{name} cannot be: {why}")
         if find_kind(name, EFFECTS).apply is None:
             raise ConfigError(
                 table.name("effects"), f"{name} cannot be switched: every twin has it"
             )
     return names
+
+
+def _why_not(effect: str, configs: Sequence[RobotConfig]) -> str:
+    """Why one of the robots cannot have an effect, in words; empty if all can."""
+    for config in configs:
+        if why := why_not(effect, config.parameters.leg):
+            return why
+        if effect.startswith(OF_FORCE_SENSORS) and not config.force_sensor.any:
+            return f"{config.name} has no force sensors"
+    return ""
 
 
 def _severities(table: Table) -> tuple[tuple[float, float], ...]:

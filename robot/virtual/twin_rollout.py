@@ -17,6 +17,7 @@ from gap.interfaces import Cause
 from gap.interfaces import Effect as GapEffect
 from gap.machines.mujoco.simulator import RolloutSimulator
 from model.effects.catalogue import CATALOGUE
+from model.effects.leg_kinds import check_effects, why_not
 from model.effects.machine import parse_machine
 from model.errors import ConfigError, GapError
 from model.values.arrays import FloatArray, readonly
@@ -65,7 +66,7 @@ def twin_simulator(text: str, only: tuple[str, ...] = ()) -> RolloutSimulator:
         only: Names of the effects to look at; all for none.
 
     Raises:
-        GapError: The file cannot be used, or an effect is not one of the MuJoCo robot's.
+        GapError: The file cannot be used, or an effect is none of the MuJoCo robot's or of such legs.
     """
     effects = twin_catalogue()
     known = {effect.name for effect in effects}
@@ -78,7 +79,10 @@ def twin_simulator(text: str, only: tuple[str, ...] = ()) -> RolloutSimulator:
         config = parse_robot(text)
     except ConfigError as error:
         raise GapError(f"--sim mujoco needs a robot file that can be driven: {error}") from error
-    chosen = tuple(effect for effect in effects if not only or effect.name in only)
+    leg = config.parameters.leg
+    check_effects((Cause(name, (), ()) for name in only), leg)
+    fitting = (effect for effect in effects if not why_not(effect.name, leg))
+    chosen = tuple(effect for effect in fitting if not only or effect.name in only)
     return RolloutSimulator(NAME, parse_machine(text), chosen, TwinRollout(config))
 
 

@@ -6,13 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from model.errors import ConfigError, GapError
 from model.kinematics.legs import leg_kinematics
 from model.values.tick import Mode, Tick
 from record.log.reader import LogContents, read_ticks
+from robot.campaign.plan import read_scenario
 from robot.cli.main import run as command
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
 from robot.virtual.file_twin import file_twin
+from robot.virtual.twin_rollout import twin_simulator
 from sim_hw.plant.parameters import CrankLegs, PlantParameters
 from sim_hw.plant.plant import Plant
 
@@ -93,3 +96,45 @@ def test_effects_that_cranks_cannot_have_are_refused_by_the_twin(
     assert "cranks and have no links" in capsys.readouterr().err
     assert command([*words, "--effect", "foot_rolling:radius_m=0.01"]) == ExitCode.USAGE
     assert "roll already" in capsys.readouterr().err
+
+
+def test_the_mujoco_robot_is_diagnosed_with_the_effects_of_its_legs() -> None:
+    text = WHEEL.read_text(encoding="utf-8")
+    offered = {effect.name for effect in twin_simulator(text).effects}
+    assert offered.isdisjoint({"link_length", "foot_rolling"})
+    assert "leg_stiffness" in offered
+    with pytest.raises(GapError, match="cannot have link_length: a crank has no links"):
+        twin_simulator(text, ("link_length",))
+
+
+SCENARIO = """
+[campaign]
+seed = 1
+seconds = 10.0
+robots = ["{robot}"]
+[conditions]
+gaits = ["tripod"]
+frequencies_hz = [0.2]
+steer = [0.0]
+[references]
+count = 0
+[cases]
+controls = 0
+effects = {effects}
+severities = [[0.0, 0.3]]
+repeats = 1
+pairs = 0
+outside = 0
+"""
+
+
+def test_a_campaign_draws_what_the_robot_can_have(tmp_path: Path) -> None:
+    path = tmp_path / "scenario.toml"
+    path.write_text(SCENARIO.format(robot=WHEEL, effects='["*"]'), encoding="utf-8")
+    drawn = set(read_scenario(path).effects)
+    assert drawn.isdisjoint({"link_length", "foot_rolling", "force_gain", "force_delay"})
+    assert {"leg_stiffness", "pose_delay"} < drawn
+    for effect, why in (("link_length", "no links"), ("force_gain", "no force sensors")):
+        path.write_text(SCENARIO.format(robot=WHEEL, effects=f'["{effect}"]'), encoding="utf-8")
+        with pytest.raises(ConfigError, match=f"{effect} cannot be: .*{why}"):
+            read_scenario(path)
