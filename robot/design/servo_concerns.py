@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator, Sequence
 
-from drivers.dynamixel.catalog import MODEL_BY_NAME
 from model.values.parameters import ServoParameters
 from robot.design.concern import Concern, warning
+from robot.design.motors import motor_line
 
 # Of the no-load speed; beyond it a servo has hardly any torque left. As in BigANT's robot file.
 FAST_SHARE = 0.85
@@ -13,17 +13,15 @@ FAST_SHARE = 0.85
 def servo_concerns(servo: ServoParameters, names: Sequence[str]) -> Iterator[Concern]:
     """Yield what a model of servo cannot do at the supply voltage, by its data sheet.
 
-    Speed and torque are taken in proportion to the voltage, as the sheets have it.
-
     Args:
         servo: Table ``[servo]`` of the robot file.
         names: Leg names.
     """
+    line = motor_line(servo)
     for name in sorted(set(servo.models)):
-        ratings = MODEL_BY_NAME[name].ratings
-        volts = servo.supply_voltage / ratings.voltage_v
-        speed, torque = ratings.no_load_rad_s * volts, ratings.stall_torque_n_m * volts
-        legs = ", ".join(leg for leg, one in zip(names, servo.models, strict=True) if one == name)
+        one = servo.models.index(name)
+        speed, torque = line.no_load_rad_s[one], line.stall_nm[one]
+        legs = ", ".join(leg for leg, its in zip(names, servo.models, strict=True) if its == name)
         if servo.max_speed > speed:
             yield warning(
                 "too fast", "servo.max_speed",
