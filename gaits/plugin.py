@@ -114,9 +114,8 @@ class PluginGait:
             with np.errstate(all="ignore"):
                 return function(*arguments)
         except (Exception, SystemExit) as error:
-            words = " ".join(str(error).split())
-            place = f"{self._plugin.file}, line {self._line(error)}"
-            raise ConfigError(place, f"{type(error).__name__}: {words}") from error
+            words = ": ".join(filter(None, [type(error).__name__, " ".join(str(error).split())]))
+            raise ConfigError(f"{self._plugin.file}, line {self._line(error)}", words) from error
 
     def _line(self, error: BaseException) -> int:
         """Return the last line of the file that an error went through; the first if it is none."""

@@ -12,14 +12,12 @@ from typing import TypeAlias
 from drivers.pose_udp import PoseListener
 from drivers.wire.tap import WireTap
 from gaits.catalog import make_gait
-from gaits.limits import check_gait
 from model.errors import ConfigError, RecordError
 from model.values.faults import StopReason
 from model.values.tick import Intent, Request, Tick
 from record.log.background import BackgroundWriter
 from record.log.header import RunHeader
 from record.log.writer import LogWriter
-from robot.config.gait_file import with_gait
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.program_output import complain, stop_output
@@ -29,6 +27,7 @@ from robot.control.controller import Controller
 from robot.control.effect_uses import true_forces_of, unused_notes
 from robot.control.stops import STOPS
 from robot.design.review import refuse_impossible, review_robot
+from robot.drive.gait_choice import gait_of
 from robot.report.summary import read_summary
 from robot.report.summary_text import busy_words, summary_rows
 from robot.requests.single import DriveRequest
@@ -57,7 +56,7 @@ def drive(request: DriveRequest) -> ExitCode:
     config = load_robot(request.robot, request.calibration)
     for note in unused_notes(config.effects):
         complain(note)
-    config, name, frequency_hz = _gait_of(request, config)
+    config, name, frequency_hz = gait_of(request, config)
     # the first controller of a process compiles; nothing may wait for that once the bus is open
     Controller(config, (), armed=False)
     check_hardware(request)
@@ -77,17 +76,6 @@ def drive(request: DriveRequest) -> ExitCode:
     log = None if request.log == NO_LOG else Path(request.log or usual_log(name or "listen"))
     decided = replace(request, gait=name, frequency_hz=frequency_hz, armed=armed)
     return drive_as(decided, config, log, partial(_operator, decided, name, frequency_hz))
-
-
-def _gait_of(request: DriveRequest, config: RobotConfig) -> tuple[RobotConfig, str, float]:
-    """Return the robot with the gait, its name and frequency; without a name if it is only listened to."""
-    if request.readonly and request.gait is None and not config.parameters.gaits:
-        return config, "", request.frequency_hz or 0.0
-    config, name = with_gait(config, request.gait)
-    gait = make_gait(name, config.parameters)
-    frequency_hz = request.frequency_hz if request.frequency_hz is not None else gait.frequency_hz
-    check_gait(gait, frequency_hz, config.parameters.servo)
-    return config, name, frequency_hz
 
 
 def usual_log(name: str) -> Path:

@@ -164,6 +164,25 @@ def test_a_wrong_gait_file_is_one_line_and_exit_code_2(
         assert len(error.splitlines()) == 1
 
 
+def test_a_mistake_while_it_walks_ends_the_run_with_torque_off(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What no check can see: the file fails after thirty ticks."""
+    asked = "        turn = 2 * np.pi * (phase"
+    count = "        self.ticks = getattr(self, 'ticks', 0) + (phase.shape == (3,))\n"
+    late = OWN.read_text().replace(asked, f"{count}        assert self.ticks < 30\n{asked}")
+    line = late[: late.index("assert ")].count("\n") + 1
+    (tmp_path / "late.py").write_text(late)
+    log = tmp_path / "late.mcap"
+    words = ("--cycles", "0.2", "--virtual-time", "--log", log)
+    assert bigant("drive", "--gait", tmp_path / "late.py", *words) == ExitCode.USAGE
+    error = capsys.readouterr().err.strip().splitlines()[-1]
+    assert error.endswith(f"late.py, line {line}: AssertionError")
+    walked = read_log(log)
+    assert Mode(int(walked.mode[-1])) is Mode.WALK
+    assert not walked.damage
+
+
 @pytest.mark.slow
 def test_all_gaits_follow_each_other_without_a_jump() -> None:
     """Slow, move leg by leg, speed up: from each gait to the next, the last from a Python file."""
@@ -194,6 +213,21 @@ def _tilt(tick: Tick) -> float:
     assert tick.inputs.truth is not None
     x, y, _, _ = tick.inputs.truth.quaternion_xyzw
     return float(np.arccos(np.clip(1 - 2 * (x**2 + y**2), -1, 1)))
+
+
+def test_a_gait_that_takes_much_of_a_tick_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = "        turn = 2 * np.pi * (phase"
+    wait = f"        time.sleep(0.003 * (phase.shape == (3,)))\n{asked}"
+    slow = tmp_path / "slow.py"
+    slow.write_text(
+        OWN.read_text().replace(asked, wait).replace("import numpy", "import time\nimport numpy")
+    )
+    assert bigant("drive", "--gait", slow, "--hardware", "/dev/none") == ExitCode.HARDWARE
+    assert re.search(r"warning: slow takes \d\.\d of 10 ms of each tick", capsys.readouterr().err)
+    assert bigant("drive", "--gait", OWN, "--hardware", "/dev/none") == ExitCode.HARDWARE
+    assert "warning" not in capsys.readouterr().err
 
 
 def test_keys_and_help_name_the_gaits_of_the_robot() -> None:
