@@ -185,3 +185,20 @@ def model_named(name: str) -> ServoModel:
 
 # Another process, such as that of the virtual devices, takes a model from its own catalogue.
 copyreg.pickle(ServoModel, lambda model: (model_named, (model.name,)))
+
+
+def _every() -> RegisterTable:
+    items = list(MX_106.table)
+    taken = {address for one in items for address in range(one.address, one.end)}
+    for model in SERVO_MODELS:
+        for one in model.table:
+            bytes_of_it = range(one.address, one.end)
+            if taken.isdisjoint(bytes_of_it):
+                items.append(one)
+                taken.update(bytes_of_it)
+    return RegisterTable.of(sorted(items, key=lambda one: one.address))
+
+
+# To name what goes over a wire, where nobody says whose it is: the MX-106's registers, and what other
+# models have besides.
+EVERY = _every()

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from drivers.ati.packets import Malformed, UnitCommand, parse_command, parse_datagram
-from drivers.dynamixel.catalog import COMMON
+from drivers.dynamixel.catalog import EVERY
 from drivers.dynamixel.frames import BROADCAST_ID, BadFrame, Frame, FrameParser, Instruction
 from model.values.wire import Wire, WireBytes
 
@@ -99,7 +99,7 @@ def _instruction_name(code: int) -> str:
 def _span_name(data: bytes) -> str:
     """Name the registers of an address and a length."""
     address, length = int.from_bytes(data[:2], "little"), int.from_bytes(data[2:4], "little")
-    names = [r.name for r in COMMON if address <= r.address < address + length]
+    names = [r.name for r in EVERY if address <= r.address < address + length]
     if not names:
         return f"{length} bytes from {address}"
     return names[0] if len(names) == 1 else f"{names[0]} to {names[-1]}"
@@ -110,7 +110,7 @@ def _values(address: int, data: bytes) -> tuple[tuple[str, str], ...]:
     items = []
     at = 0
     while at < len(data):
-        register = next((r for r in COMMON if r.address == address + at), None)
+        register = next((r for r in EVERY if r.address == address + at), None)
         if register is None or at + register.size > len(data):
             items.append((f"bytes from {address + at}", data[at:].hex(" ")))
             break

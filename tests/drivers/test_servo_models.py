@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from drivers.dynamixel.catalog import (
     COMMON,
     CURRENT_OR_LOAD,
+    EVERY,
     MODEL_BY_NAME,
     MODEL_BY_NUMBER,
     MX_106,
@@ -22,13 +23,16 @@ from drivers.dynamixel.catalog import (
     READ_LENGTH,
     SERVO_MODELS,
 )
+from drivers.dynamixel.frames import Instruction, build_instruction
 from drivers.dynamixel.joints import joint_state
 from drivers.dynamixel.model_words import mismatch_words, model_name
 from drivers.dynamixel.registers import OperatingMode, Register
 from drivers.dynamixel.servo_model import ServoModel
 from drivers.dynamixel.settings import ServoBusSettings
 from drivers.dynamixel.units import DUTY_FULL, TICKS_PER_TURN, VELOCITY_UNIT_RAD_S
+from drivers.wire.words import wire_words
 from model.values.readings import ServoReadings
+from model.values.wire import Wire, WireBytes
 
 # The e-manual's pages: name, number, current unit [mA], current limit, velocity limit and its largest
 # value, the smallest and largest voltage limit and the initial smaller one [0.1 V], temperature limit, P
@@ -285,3 +289,19 @@ def test_the_page_lists_every_model_with_its_figures() -> None:
             f"{motor.stall_torque_n_m:g} N m, {motor.stall_current_a:g} A, {motor.no_load_rpm:g}"
         )
         assert row[4].startswith(f"{figures} rpm at {motor.voltage_v:g} V")
+
+
+def test_traffic_is_named_by_the_registers_of_all_models() -> None:
+    assert set(MX_106.table) <= set(EVERY)
+    assert {"pwm_slope", "external_port_mode_2", "external_port_data_3"} <= set(EVERY.by_name)
+    taken = [address for one in EVERY for address in range(one.address, one.end)]
+    assert len(taken) == len(set(taken))
+    write = build_instruction(3, Instruction.WRITE, bytes.fromhex("66 00 2C 01 3E 00"))
+    read = build_instruction(3, Instruction.READ, bytes.fromhex("3E 00 01 00"))
+    lines = [
+        words.line
+        for data in (write, read)
+        for words in wire_words(WireBytes(0, Wire.SERVO_BUS, True, data))
+    ]
+    assert lines[0].startswith("write to id 3: goal_current = 300")
+    assert lines[1] == "read pwm_slope of id 3"

@@ -2,11 +2,13 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from drivers.dynamixel.catalog import MODEL_BY_NAME
 from drivers.dynamixel.condition import ServoCondition
 from model.errors import ConfigError
+from robot.bringup.mapping.motion import current_words, largest
 from robot.bringup.preflight.finding import CheckVerdict
 from robot.bringup.preflight.servos import condition_findings
 from robot.bringup.servo.backup import load_backup
@@ -126,3 +128,11 @@ def test_the_check_judges_each_leg_by_its_model() -> None:
     assert found["model"].verdict is CheckVerdict.PASS
     assert "no limit on current is judged: an XC430-W240 measures none" in found["model"].found
     assert found["firmware"].verdict is CheckVerdict.PASS
+
+
+def test_a_current_that_is_not_measured_has_no_largest_value() -> None:
+    none = np.full((3, 2), np.nan)
+    assert np.isnan(largest(none))
+    assert current_words(largest(none)) == "current not measured"
+    none[1, 0] = -0.25
+    assert current_words(largest(none)) == "at most 0.25 A"
