@@ -17,6 +17,7 @@ NUMBER = re.compile(r"-?\d+(\.\d+)?(e-?\d+)?")
 WALK = "runs/docs/first_walk.mcap"
 FIRST = "runs/docs/first.mcap"
 TWIN = "runs/docs/twin"
+LAB = "runs/docs/lab.toml"  # a natural first file: shafts symmetric about the body
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,9 +72,15 @@ SHOWN = (
         ("sim", "run", "--seed", "1", "--fast", "--out", f"{TWIN}/healthy.parquet"),
         ("gap", "diagnose", f"{TWIN}/worn.parquet", "--reference", f"{TWIN}/healthy.parquet"),
     )),
+    Shown("robot", (
+        ("robot", "new", "--name", "Rollo", "--legs", "6", "--leg", "crank", "--servo", "XL430-W250",
+         "--out", "runs/docs/rollo.toml", "--overwrite"),
+        ("robot", "show"),
+    )),
+    Shown("robot_tips", (("robot", "show", LAB, "--gait", "tripod"),), code=1),
     Shown("preflight", (("check", "--hardware", "/dev/ttyUSB0", "--force-unit", "none"),), code=1),
 )  # fmt: skip
-PAGES = (DOCS.parent / "README.md", DOCS / "tutorial.md")
+PAGES = (DOCS.parent / "README.md", DOCS / "tutorial.md", DOCS / "robot_file.md")
 
 
 def write(names: tuple[str, ...]) -> None:
@@ -85,6 +92,12 @@ def write(names: tuple[str, ...]) -> None:
 
     OUTPUTS.mkdir(exist_ok=True)
     Path(TWIN).mkdir(parents=True, exist_ok=True)
+    from robot.console.arguments import DEFAULT_ROBOT_FILE
+
+    lab = DEFAULT_ROBOT_FILE.read_text(encoding="utf-8")
+    for shaft, symmetric in (("[-0.115,", "[-0.2,"), ("[0.085,", "[0.0,"), ("[0.285,", "[0.2,")):
+        lab = lab.replace(f" {shaft}", f" {symmetric}")
+    Path(LAB).write_text(lab, encoding="utf-8")
     for log in (WALK, FIRST):
         Path(log).unlink(missing_ok=True)  # a drive would keep it under another name
     for one in SHOWN:
