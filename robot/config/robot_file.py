@@ -39,6 +39,7 @@ from robot.config.force_sensor import read_force_sensor, read_transducers
 from robot.config.gaits import read_gaits
 from robot.config.safety import BodyLimits, RecoverySettings, read_body_limits, read_recovery
 from robot.config.servo import SafetyLimits, read_servo
+from robot.config.stance import check_stance
 from robot.config.undriven import (
     UNKNOWN,
     no_force_sensor,
@@ -151,6 +152,7 @@ def parse_robot(text: str) -> RobotConfig:
         gaits=read_gaits(top.maybe_table("gait"), legs),
     )
     make_gaits(parameters)  # refuses what cannot be a gait
+    check_stance(parameters)
     loop = _loop(top.table("loop"))
     safety_table = top.maybe_table("safety")
     force_sensor, calibration_file = read_force_sensor(top, legs.names, bus_columns.transducers)

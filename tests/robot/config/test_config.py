@@ -117,3 +117,19 @@ def test_a_robot_has_one_geometry_of_its_legs_and_of_a_known_kind() -> None:
         parse_robot(NOMINAL.replace('"four_bar"', '"wing"'))
     with pytest.raises(ConfigError, match=r"leg\.kind: is missing"):
         parse_robot(NOMINAL.replace('kind = "four_bar"', "#"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "degrees"),
+    [
+        ("stance_sweep = 1.2 ", "stance_sweep = 3.2 ", 97),
+        ("offset = -0.1 ", "offset = -1.1 ", 97),
+    ],
+)
+def test_a_crank_cannot_stand_level_or_up(old: str, new: str, degrees: int) -> None:
+    wheel = DEFAULT_ROBOT_FILE.parents[1] / "examples" / "wheel_hexapod.toml"
+    text = wheel.read_text(encoding="utf-8")
+    assert old in text
+    words = rf"gait\.tripod\.stance_sweep: turns HL to {degrees} deg from straight down in stance"
+    with pytest.raises(ConfigError, match=words):
+        parse_robot(text.replace(old, new))

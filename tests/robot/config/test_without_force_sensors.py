@@ -104,3 +104,15 @@ def test_the_virtual_check_leaves_the_unit_out(
     for probed in ("force units", "matrix (MULT)", "packet rate", "transducers", "battery light"):
         assert probed not in said
     assert re.search(r"^\d+ passed, \d+ warned, 0 failed, 1 skipped$", said, re.MULTILINE)
+
+
+@pytest.mark.parametrize("step", ["10", "11"])
+def test_the_first_day_skips_the_sensors(
+    step: str, file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = str(file.parent / "day")
+    words = ["bringup", "--robot", str(file), "--only", step, "--yes", "--folder", folder]
+    assert command(words) == 0
+    said = capsys.readouterr().out
+    assert re.search(r"skip +force unit +no force sensors in the robot file", said)
+    assert "  pass  " not in said
