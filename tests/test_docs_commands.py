@@ -24,6 +24,7 @@ LEFT_OUT = (
     (r"^sim (run|campaign|unseal|render)", "walks: tests/robot/virtual/test_twin_run.py"),
     (r"^model (figures|sensitivity)|^replay .*--drive|--bus", "over ten seconds: tests of their own"),
     (r"^drive", "walks: tests/robot/run/test_drive.py; the log below is from one"),
+    (r" lab/", "data of an example: tests/robot/odometry/test_lab_examples.py"),
     (r"^import (?!--maps)|^log (repair|merge)|lab\.toml|worn_crank", "files that only its reader has"),
 )  # fmt: skip
 LOGS = ("runs/first.mcap", "runs/first_walk.mcap")
