@@ -20,7 +20,7 @@ from model.kinematics.legs import leg_kinematics
 from model.values.estimate import Health
 from model.values.faults import Fault, FaultKind
 from model.values.machine_names import one_joint_a_leg
-from model.values.parameters import FourBarParameters
+from model.values.parameters import CrankParameters, FourBarParameters
 from model.values.tick import Mode
 from robot.cli import main as cli
 from robot.config.robot_file import load_robot
@@ -64,6 +64,22 @@ def test_feet_are_drawn_where_the_linkage_puts_them_and_forces_begin_there() -> 
         np.testing.assert_allclose(
             np.linalg.norm(crank[1] - crank[0]), PARAMETERS.leg.crank, rtol=1e-9
         )
+
+
+@pytest.mark.parametrize("radius", [0.0, 0.03, 0.045])
+def test_a_crank_is_drawn_from_its_shaft_to_its_toe_and_its_foot_is_lowest(radius: float) -> None:
+    leg = CrankParameters(0.09, radius)
+    angles = np.linspace(-1.2, 1.2, 6)
+    tick = make_tick(3)
+    tick = replace(tick, joints=replace(tick.joints, angle_rad=angles))
+    shafts = PARAMETERS.legs.shaft_position
+    for at, scene in enumerate(legs_of(tick, replace(PARAMETERS, leg=leg))):
+        points = np.concatenate([strip.points for strip in scene.links])
+        np.testing.assert_allclose(points[0], shafts[at], atol=1e-12)
+        toe = shafts[at] - leg.length * np.array([np.sin(angles[at]), 0.0, np.cos(angles[at])])
+        np.testing.assert_allclose(points[-1], toe, atol=1e-12)
+        # the half circle is drawn with corners: its lowest one is at most a chord's height off
+        assert points[:, 2].min() == pytest.approx(scene.feet[0].place[2], abs=0.005 * 0.045)
 
 
 def test_a_silent_servo_has_no_leg_and_an_unknown_force_no_arrow() -> None:
