@@ -103,7 +103,7 @@ def leg_lines(review: RobotReview) -> list[list[FloatArray]]:
 
 def _polygons(one: WalkedGait) -> Figure:
     """The feet in stance and the centre of mass at some phases."""
-    figure = Figure(figsize=(9, 2.6), layout="constrained")
+    figure = Figure(figsize=(9, 2.1), layout="constrained")
     number = 1 if one.figures.gait == STANDING else SNAPSHOTS
     axes = np.atleast_1d(figure.subplots(1, number, sharex=True, sharey=True))
     cycle = one.cycle

@@ -61,7 +61,7 @@ def _write_page(request: RobotShowRequest, review: RobotReview) -> str:
         return ", ".join(map(str, write_report(request.out, "", "", (), figures)))
     worst = review.warnings[0] if review.warnings else None
     kind = {None: "pass", Severity.WARNING: "warn", Severity.IMPOSSIBLE: "fail"}
-    marks = {Severity.NOTE: "skip", Severity.WARNING: "warn", Severity.IMPOSSIBLE: "fail"}
+    marks = {Severity.NOTE: "note", Severity.WARNING: "warn", Severity.IMPOSSIBLE: "fail"}
     concerns = [
         (marks[one.severity], f"{one.place}: {one.topic}", one.reason, one.advice)
         for one in review.concerns
@@ -73,12 +73,13 @@ def _write_page(request: RobotShowRequest, review: RobotReview) -> str:
     )  # fmt: skip
     page = report_page(
         review.config.name,
-        f"robot file {request.robot.name}; {assumed_words(review)}",
+        f"robot file {request.robot.name}, walked through the quasi-static model",
         [
             Section("What to look at", concerns, ("", "where", "what", "what to do")),
             *pictures(figures),
             Section("Gaits", figure_rows(review), ("", *names), range(1, len(names) + 1)),
-            Section("Robot", robot_rows(review)),
+            Section("Sizes", robot_rows(review)),
+            Section("Assumed", [("", assumed_words(review))]),
         ],
         verdict=verdict,
         kind=kind[None if worst is None else worst.severity],

@@ -2,18 +2,20 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from model.errors import ConfigError
-from robot.config.robot_file import load_robot
+from record.chain_file import complete
+from robot.config.robot_file import load_robot, parse_robot
 from robot.design.concern import Concern, Severity
 from robot.design.gait_concerns import gait_concerns
 from robot.design.leg_places import FRONT, HIND, LEFT, MIDDLE, RIGHT, named_place
 from robot.design.review import RobotReview, refuse_impossible, review_robot, warning_lines
-from tests.robot.design.robot_files import OCTOPOD, robot_with
+from tests.robot.design.robot_files import OCTOPOD, robot_with, text_with
 
 
 def moved(x: float = 0.0, y: float = 0.0) -> Callable[[Any], Any]:
@@ -244,3 +246,26 @@ def test_what_a_name_says_of_the_place(name: str, end: int | None, side: int | N
 
 def test_the_octopod_of_the_examples_has_no_warning() -> None:
     assert topics(review_robot(load_robot(OCTOPOD)).warnings) == []
+
+
+def chain_topics(changes: dict[str, Any]) -> list[str]:
+    """Warnings of the 18-joint hexapod with some keys of its file changed."""
+    folder = Path("examples")
+    text = text_with(changes, (folder / "hexapod18.toml").read_text(encoding="utf-8"))
+    return topics(review_robot(parse_robot(complete(text, folder))).warnings)
+
+
+def test_legs_of_chains_that_are_swapped_are_caught() -> None:
+    """The feet in another order than the names: left is right, front is hind, two of them."""
+    assert chain_topics({}) == []
+    for order in (
+        ["RF", "RM", "RH", "LF", "LM", "LH"],
+        ["LH", "LM", "LF", "RH", "RM", "RF"],
+        ["RF", "LM", "LH", "LF", "RM", "RH"],
+        ["LM", "LF", "LH", "RF", "RM", "RH"],
+    ):
+        assert chain_topics({"leg.feet": [f"{leg}_foot" for leg in order]}) == ["legs.order names"]
+
+
+def test_a_chain_whose_centre_of_mass_is_elsewhere_is_caught() -> None:
+    assert "standing falls" in chain_topics({"leg": lambda leg: {**leg, "origin": [0.6, 0.0, 0.0]}})
