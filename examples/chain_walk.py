@@ -1,8 +1,8 @@
 """A lab's walk of a robot whose legs have several joints: MuJoCo moves it, a CSV says what was measured.
 
-    python examples/chain_walk.py hexapod18 walk.csv    # or quadruped12
-    bigant import walk.csv --map walk.map.toml --out walk.mcap
-    bigant odom walk.mcap --compare
+    python examples/chain_walk.py hexapod18 chain.csv    # or quadruped12
+    bigant import chain.csv --map chain.map.toml --out chain.mcap
+    bigant odom chain.mcap --compare
 
 Feet follow a scripted gait by position servos on every joint; contacts, slip and tilt are MuJoCo's. The
 CSV has what a lab would have: time, commanded and measured joint angles [deg], joint speeds [deg/s], the

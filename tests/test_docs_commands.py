@@ -26,6 +26,7 @@ LEFT_OUT = (
     (r"^drive", "walks: tests/robot/run/test_drive.py; the log below is from one"),
     (r" lab/", "data of an example: tests/robot/odometry/test_lab_examples.py"),
     (r"^import (?!--maps)|^log (repair|merge)|lab\.toml|worn_crank", "files that only its reader has"),
+    (r"chain\.mcap", "a log of an example: tests/robot/odometry/test_chain_walks.py"),
 )  # fmt: skip
 LOGS = ("runs/first.mcap", "runs/first_walk.mcap")
 

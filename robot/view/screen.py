@@ -255,7 +255,7 @@ def _one_line(tick: Tick) -> str:
         text += f" (true {number_text(truth.velocity_B[0] * 1e3, 1)})"
     if estimate is not None and estimate.health is not Health.OK:
         text += f"  estimate {estimate.health.value}"
-    text += f"  {_hottest(tick.joints)}"
+    text += _hottest(tick.joints)
     if tick.stop_reason is not StopReason.NONE:
         text += f"  stopping: {tick.stop_reason.name}"
     return text
@@ -263,8 +263,10 @@ def _one_line(tick: Tick) -> str:
 
 def _hottest(joints: JointState) -> str:
     if not joints.valid.any():
-        return "no servo answers"
-    return f"hottest servo {np.nanmax(joints.temperature_c):.0f} C"
+        return "  no servo answers"
+    if not np.isfinite(joints.temperature_c).any():
+        return ""
+    return f"  hottest servo {np.nanmax(joints.temperature_c):.0f} C"
 
 
 def _phase_bar(phase: float) -> str:

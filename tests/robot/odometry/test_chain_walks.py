@@ -20,7 +20,9 @@ from robot.odometry.metrics import path_length
 from robot.odometry.track import TrackedLog, track_log
 from robot.replay.ticks import replay_log
 from robot.report.ground_truth import true_pose
+from robot.view.numbers import numbers_of
 from robot.view.scene import legs_of
+from robot.view.screen import screen_lines
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 JOINTS = {"hexapod18": 18, "quadruped12": 12}
@@ -108,6 +110,16 @@ def test_legs_are_drawn_from_joint_to_joint_to_the_foot(
         (strip,) = leg.links
         assert strip.points.shape == (4, 3)
         assert np.array_equal(strip.points[-1], leg.feet[0].place)
+
+
+def test_a_screen_has_rows_of_joints_and_of_legs(imported: Path, tracked: TrackedLog) -> None:
+    tick, names = next(read_stamped_ticks(imported)).tick, tracked.config.parameters.names
+    lines = screen_lines(tick, names, 0.0, 0, 0)
+    for name in (*names.joints, *names.legs):
+        assert sum(line.split()[:1] == [name] for line in lines) == 1, name
+    topics = dict(numbers_of(tick, names))
+    assert {f"/servo/{joint}" for joint in names.joints} <= topics.keys()
+    assert {f"/force/{leg}" for leg in names.legs} <= topics.keys()
 
 
 def test_what_needs_servos_refuses_in_a_sentence(imported: Path) -> None:
