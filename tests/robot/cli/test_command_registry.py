@@ -20,6 +20,7 @@ ROOT = Path(__file__).resolve().parents[3]
 # What does something rather than report: its result is a file, a moving robot, or a program.
 ACTS = {
     ("robot", "export"): "writes files",
+    ("robot", "new"): "writes a robot file; bigant robot show FILE --json",
     ("sim", "render"): "draws",
     ("drive",): "bigant show LOG --json has the summary",
     ("view",): "draws",
