@@ -25,6 +25,7 @@ from record.whole_file import write_text, writing
 from robot.config.robot_file import parse_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.json_output import json_text, print_result
+from robot.console.program_output import complain
 from robot.console.progress import ProgressBar
 from robot.console.table import row_lines
 from robot.gap_report.abilities import (
@@ -74,13 +75,17 @@ def bring_in(request: ImportRequest) -> ExitCode:
     if request.report is not None:
         whole = text if request.report.suffix == ".json" else "\n".join(all_lines(reports))
         write_text(request.report, whole + "\n", "--report")
+    empty = out is not None and not any(one.report.kept for one in reports)
+    verdict = ExitCode.VERDICT_FAILED if empty else ExitCode.OK
     if request.json:
         print(text)
-        return ExitCode.OK
+        return verdict
     print(*(lines_of_one(reports[0]) if len(reports) == 1 else all_lines(reports)), sep="\n")
-    if out is not None:
+    if empty:
+        complain(f"{out} is not written: no table has rows that make a trial; see 'short' above")
+    elif out is not None:
         print(_written(reports, out, folder=request.folder))
-    return ExitCode.OK
+    return verdict
 
 
 def imported(

@@ -11,6 +11,7 @@ from gap.diagnosis.coverage import coverage_of
 from record.trial.trial import Trial, write_trial
 from robot.cli import main as cli
 from robot.config.robot_file import load_robot
+from robot.console.exit_codes import ExitCode
 from robot.gap_report.abilities import abilities, machine_simulator
 from robot.virtual.twin_run import make_twin, plan_of, walk_fast
 
@@ -80,3 +81,14 @@ def test_the_command_prints_it_as_text_and_as_json(
     assert cli.run(["import", str(table), "--json"]) == 0
     answers = json.loads(capsys.readouterr().out)["can_be_asked"]
     assert [one["question"] for one in answers if not one["answered"]] == ["forces"]
+
+
+def test_an_import_that_leaves_nothing_writes_nothing_and_is_a_bad_verdict(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "t.csv").write_text("time_s,shaft_L_rad\n0,1\n0.01,1\n")
+    (tmp_path / "map.toml").write_text("[cut]\nfewest_rows = 9\n[trial]\nlegs = ['L']\n")
+    words = ["import", str(tmp_path / "t.csv"), "--map", str(tmp_path / "map.toml")]
+    assert cli.run([*words, "--out", str(tmp_path / "t.mcap")]) == ExitCode.VERDICT_FAILED
+    assert "t.mcap is not written" in capsys.readouterr().err
+    assert not (tmp_path / "t.mcap").exists()
