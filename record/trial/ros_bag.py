@@ -161,11 +161,21 @@ class Bag:
             RecordError: Nothing in it can be read.
         """
         rows: list[Mapping[str, float]] = []
+        pairs: set[str] = set()
         connections = [c for c in self._reader.connections if c.topic == topic.name]
         with _reading(self.path):
             for connection, received_ns, data in self._reader.messages(connections):
                 message = self._reader.deserialize(data, connection.msgtype)
                 rows += _rows_of(message, topic.kind, received_ns, frames)
+                if topic.kind == TRANSFORMS:
+                    pairs |= {
+                        f"{t.header.frame_id} -> {t.child_frame_id}" for t in message.transforms
+                    }
+        if len(pairs) > 1 and not frames:
+            raise RecordError(
+                f"{topic.name} of {self.path} holds {', '.join(sorted(pairs))}; say which in the map's "
+                "[bag]: frames = [parent, child]"
+            )
         if not rows:
             why = f" for {' -> '.join(frames)}" if frames else ""
             raise RecordError(f"{topic.name} of {self.path} holds no messages{why}")

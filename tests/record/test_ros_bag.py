@@ -186,6 +186,10 @@ def test_only_the_topics_that_are_asked_for_are_taken_apart(
         (MAP + '[bag.names]\nL = "lefft"\n', "/js has no joint lefft; it has left, right"),
         (MAP.replace('"base"', '"foot"') + '[bag.names]\nL = "left"\n', "no messages for map -> foot"),
         ('[bag]\njoints = "/wrench/L"\n[trial]\nlegs = ["L"]\n', "WrenchStamped, no JointState"),
+        (
+            MAP.replace('frames = ["map", "base"]\n', "") + '[bag.names]\nL = "left"\n',
+            "holds map -> base, map -> other; say which",
+        ),
         ("[bag]\njoint = 3\n", "bag.joint: is not a known key"),
     ],
 )  # fmt: skip
