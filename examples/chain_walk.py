@@ -6,7 +6,8 @@
 
 Feet follow a scripted gait by position servos on every joint; contacts, slip and tilt are MuJoCo's. The
 CSV has what a lab would have: time, commanded and measured joint angles [deg], joint speeds [deg/s], the
-body's pose [mm, deg] as motion capture gives it. The map says so, the robot's files are copied beside it.
+body's pose [mm, deg] as motion capture gives it and, with --forces, those of the ground on the feet [N].
+The map says so, the robot's files are copied beside it.
 """
 
 import argparse
@@ -84,12 +85,13 @@ def rolled(command: FloatArray, joints: tuple[str, ...], name: str) -> dict[str,
     steps = round(1 / (RATE_HZ * model.opt.timestep))
     data.ctrl[actuators] = command[0]
     mujoco.mj_step(model, data, nstep=round(SETTLE_S / model.opt.timestep))
-    rows: dict[str, list[FloatArray]] = {"q": [], "qd": [], "place": [], "angles": []}
+    rows: dict[str, list[FloatArray]] = {"q": [], "qd": [], "place": [], "angles": [], "force": []}
     for row in command:
         rows["q"].append(data.qpos[places].copy())
         rows["qd"].append(data.qvel[speeds].copy())
         rows["place"].append(data.qpos[:3].copy())
         rows["angles"].append(_roll_pitch_yaw(data.qpos[3:7]))
+        rows["force"].append(_foot_forces(model, data))
         data.ctrl[actuators] = row
         mujoco.mj_step(model, data, nstep=steps)
     return {key: np.array(values) for key, values in rows.items()}
@@ -98,6 +100,23 @@ def rolled(command: FloatArray, joints: tuple[str, ...], name: str) -> dict[str,
 def _feet(model: mujoco.MjModel) -> list[str]:
     names = [model.geom(geom).name for geom in range(model.ngeom)]
     return [name for name in names if name.endswith("_foot")]
+
+
+def _foot_forces(model: mujoco.MjModel, data: mujoco.MjData) -> FloatArray:
+    """Force of the ground on each foot in the order of the model, body axes, flat (3 N,)."""
+    feet = [model.geom(name).id for name in _feet(model)]
+    forces, one = np.zeros((len(feet), 3)), np.zeros(6)
+    for at in range(data.ncon):
+        contact = data.contact[at]
+        mujoco.mj_contactForce(model, data, at, one)
+        push = contact.frame.reshape(3, 3).T @ one[:3]  # on the second geom
+        if contact.geom2 in feet:
+            forces[feet.index(contact.geom2)] += push
+        elif contact.geom1 in feet:
+            forces[feet.index(contact.geom1)] -= push
+    turn = np.zeros(9)
+    mujoco.mju_quat2Mat(turn, data.qpos[3:7])
+    return (forces @ turn.reshape(3, 3)).ravel()
 
 
 def _roll_pitch_yaw(quaternion_wxyz: FloatArray) -> FloatArray:
@@ -116,6 +135,8 @@ def walk(
     turn_deg: float,
     seed: int,
     fault: tuple[str, float] = ("", 0),
+    *,
+    forces: bool = False,
 ) -> None:
     """Write the CSV, the map to import it with, and the robot's files beside them.
 
@@ -145,12 +166,18 @@ def walk(
         ),
         **_each("body", ("roll", "pitch", "yaw"), np.degrees(np.unwrap(went["angles"], axis=0))),
     }
+    if forces:
+        axes = tuple(f"{leg}_{axis}" for leg in order for axis in "xyz")
+        noisy = went["force"] + noise.normal(0, 0.1, went["force"].shape)
+        columns |= _each("F", axes, noisy)
     out.parent.mkdir(parents=True, exist_ok=True)
     with out.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(columns)
         writer.writerows(np.round(np.column_stack(list(columns.values())), 6).tolist())
-    out.with_suffix(".map.toml").write_text(map_text(name, chain.joints), encoding="utf-8")
+    out.with_suffix(".map.toml").write_text(
+        map_text(name, chain.joints, order if forces else ()), encoding="utf-8"
+    )
     for suffix in (".toml", ".xml"):
         shutil.copy(HERE / f"{name}{suffix}", out.parent / f"{name}{suffix}")
     moved = went["place"][-1] - went["place"][0]
@@ -162,7 +189,7 @@ def _each(word: str, names: tuple[str, ...], values: FloatArray) -> dict[str, Fl
     return {f"{word}_{name}": column for name, column in zip(names, values.T, strict=True)}
 
 
-def map_text(name: str, joints: tuple[str, ...]) -> str:
+def map_text(name: str, joints: tuple[str, ...], sensors: tuple[str, ...]) -> str:
     """Return which column is which of ours, for bigant import --map."""
     lines = ["[columns]", 'time_s = "t"']
     for joint in joints:
@@ -174,6 +201,7 @@ def map_text(name: str, joints: tuple[str, ...]) -> str:
     lines += [f'body_{axis}_m = {{ from = "body_{axis}", unit = "mm" }}' for axis in "xyz"]
     for angle in ("roll", "pitch", "yaw"):
         lines.append(f'body_{angle}_rad = {{ from = "body_{angle}", unit = "deg" }}')
+    lines += [f'force_{leg}_{axis}_n = "F_{leg}_{axis}"' for leg in sensors for axis in "xyz"]
     period_s = GAITS[name][2]
     lines += ["[trial]", f'robot = "{name}.toml"', 'gait = "other"',
               f"frequency_hz = {1 / period_s:g}", f"sample_rate_hz = {RATE_HZ}.0"]  # fmt: skip
@@ -189,6 +217,9 @@ if __name__ == "__main__":
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--fault", nargs=2, default=("", "0"), metavar=("JOINT", "RAD"),
                         help="a joint whose encoder reads so much less than the truth")  # fmt: skip
+    parser.add_argument("--forces", action="store_true", help="of the ground on the feet, too")
     given = parser.parse_args()
     fault = (given.fault[0], float(given.fault[1]))
-    walk(given.robot, given.out, given.cycles, given.turn_deg, given.seed, fault)
+    walk(
+        given.robot, given.out, given.cycles, given.turn_deg, given.seed, fault, forces=given.forces
+    )

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap.interfaces import Cause, Channel, Drive, Effect, Scope, Simulator, used
+from gap.interfaces import Cause, Channel, Drive, Effect, Scope, Simulator, places_for, used
 from model.values.arrays import BoolArray, FloatArray
 from record.trial.trial import Trial
 
@@ -51,7 +51,7 @@ def coverage_of(simulator: Simulator, trial: Trial) -> Coverage:
     visible = tuple(
         effect.name
         for effect in simulator.effects
-        if any(stands_out(cause) for cause in _examples(effect, simulator.joints))
+        if any(stands_out(cause) for cause in _examples(effect, places_for(effect, simulator)))
     )
     live = [bool(column.any()) for column in taking_part.T]
     pairs = list(zip(simulator.channels, live, strict=True))

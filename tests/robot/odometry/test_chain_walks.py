@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.constants import g as standard_gravity
 
 from model.errors import ConfigError, RecordError
 from model.motion.se2 import seen_from
@@ -20,6 +21,7 @@ from robot.odometry.metrics import path_length
 from robot.odometry.track import TrackedLog, track_log
 from robot.replay.ticks import replay_log
 from robot.report.ground_truth import true_pose
+from robot.requests.single import OdomRequest
 from robot.view.numbers import numbers_of
 from robot.view.scene import legs_of
 from robot.view.screen import screen_lines
@@ -145,3 +147,23 @@ def test_another_robot_s_file_is_refused(imported: Path) -> None:
     other = next(name for name in JOINTS if name != imported.stem)
     words = ["odom", str(imported), "--robot", str(EXAMPLES / f"{other}.toml")]
     assert cli.run(words) == ExitCode.USAGE
+
+
+def test_measured_forces_are_the_ground_s_and_the_import_says_what_they_show(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = tmp_path / "hexapod18.csv"
+    walk: Any = runpy.run_path(str(EXAMPLES / "chain_walk.py"))["walk"]
+    walk("hexapod18", table, 3.0, 0.0, 0, forces=True)
+    log = table.with_suffix(".mcap")
+    words = ["import", str(table), "--map", str(table.with_suffix(".map.toml")), "--out", str(log)]
+    assert cli.run(words) == ExitCode.OK
+    assert "forces        yes: of LF, LM, LH, RF, RM, RH" in capsys.readouterr().out
+    tracked = track_log(log)
+    weight_n = tracked.config.parameters.body.mass * standard_gravity
+    carried = np.median(tracked.log.force_n[..., 2].sum(axis=1))
+    assert carried == pytest.approx(weight_n, rel=0.02)
+    # loads by the model from joint angles alone are those that MuJoCo's contacts carry
+    alone = track_log(log, OdomRequest(no_forces=True)).track.force_B[100:, :, 2]
+    off = alone - tracked.log.force_n[100:, :, 2]
+    assert np.sqrt(np.mean(off**2)) < 0.08 * weight_n
