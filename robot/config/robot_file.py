@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from drivers.ati.settings import ForceSensorSettings
+from drivers.ati.settings import ForceSensorSettings, no_sensors
 from drivers.dynamixel.servo_model import ServoModel
 from drivers.dynamixel.settings import ServoBusSettings
 from gaits.catalog import make_gaits
@@ -42,7 +42,6 @@ from robot.config.servo import SafetyLimits, read_servo
 from robot.config.stance import check_stance
 from robot.config.undriven import (
     UNKNOWN,
-    no_force_sensor,
     no_servo,
     no_servo_bus,
     not_driven,
@@ -189,7 +188,7 @@ def _undriven(text: str, top: Table, leg: ChainParameters) -> RobotConfig:
             gaits=(),
         ),
         servo_bus=no_servo_bus(),
-        force_sensor=no_force_sensor(legs.names),
+        force_sensor=no_sensors(legs.names),
         calibration_file="",
         limits=SafetyLimits(UNKNOWN, UNKNOWN, UNKNOWN, UNKNOWN, UNKNOWN),
         loop=LoopSettings(0, UNKNOWN, 0),

@@ -7,7 +7,6 @@ refuse it.
 
 import numpy as np
 
-from drivers.ati.settings import ForceSensorSettings
 from drivers.dynamixel.settings import ServoBusSettings
 from model.errors import ConfigError
 from model.values.arrays import IntArray, readonly
@@ -32,30 +31,5 @@ def no_servo() -> ServoParameters:
 
 def no_servo_bus() -> ServoBusSettings:
     """Return a bus without servos."""
-    return ServoBusSettings((), _none(0), _none(0), _none(0), (), 0, UNKNOWN, 0)
-
-
-def no_force_sensor(legs: tuple[str, ...]) -> ForceSensorSettings:
-    """Return legs without force sensors of ours; what others measured comes in with their tables."""
-    count = len(legs)
-    unknown = readonly(np.full((count, 3), UNKNOWN))
-    return ForceSensorSettings(
-        names=legs,
-        transducers=_none(count),
-        address="",
-        udp_port=0,
-        console_port=0,
-        local_port=0,
-        rate_hz=0,
-        oversampling=0,
-        silent_limit_s=UNKNOWN,
-        offset_m=unknown,
-        yaw_rad=readonly(np.full(count, UNKNOWN)),
-        up=_none(count),
-        bias_n=unknown,
-    )
-
-
-def _none(count: int) -> IntArray:
-    zeros: IntArray = readonly(np.zeros(count, dtype=np.int64))
-    return zeros
+    nothing: IntArray = readonly(np.zeros(0, dtype=np.int64))
+    return ServoBusSettings((), nothing, nothing, nothing, (), 0, UNKNOWN, 0)

@@ -118,6 +118,10 @@ class Tracker:
         """
         legs, joints = len(tick.feet.position_m), len(tick.joints.angle_rad)
         names = self.config.parameters.names
+        if legs == joints == len(names.joints) > len(names.legs):
+            words = f"has {len(names.legs)} legs, and the log was imported without it, so that each joint"
+            hint = "passes for a leg; name it in the map, [trial] robot, and import again"
+            raise ConfigError("--robot", f"{words} {hint}")
         for word, own, there in (("legs", names.legs, legs), ("joints", names.joints, joints)):
             if len(own) != there:
                 words = f"has {len(own)} {word}, the log {there}; choose another file"

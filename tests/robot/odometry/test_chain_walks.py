@@ -167,3 +167,17 @@ def test_measured_forces_are_the_ground_s_and_the_import_says_what_they_show(
     alone = track_log(log, OdomRequest(no_forces=True)).track.force_B[100:, :, 2]
     off = alone - tracked.log.force_n[100:, :, 2]
     assert np.sqrt(np.mean(off**2)) < 0.08 * weight_n
+
+
+def test_a_table_imported_without_its_robot_says_how_to_name_it(
+    imported: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    given = imported.with_suffix(".map.toml").read_text(encoding="utf-8")
+    column_map, table, log = (tmp_path / f"bare.{kind}" for kind in ("map.toml", "csv", "mcap"))
+    column_map.write_text(given.split("[trial]")[0], encoding="utf-8")
+    table.write_bytes(imported.with_suffix(".csv").read_bytes())
+    words = ["import", str(table), "--map", str(column_map)]
+    assert cli.run([*words, "--out", str(log)]) == ExitCode.OK
+    robot = EXAMPLES / f"{imported.stem}.toml"
+    assert cli.run(["odom", str(log), "--robot", str(robot)]) == ExitCode.USAGE
+    assert "name it in the map, [trial] robot" in capsys.readouterr().err
