@@ -6,6 +6,7 @@ time, real drivers, virtual devices on a bench (``sim_hw.host.bench_world``), tr
 """
 
 import argparse
+from bisect import bisect_left
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -19,6 +20,7 @@ from drivers.dynamixel.units import TICKS_PER_TURN
 from model.errors import BusError, ForceStreamError, RecordError
 from model.values.arrays import FloatArray
 from model.values.faults import FaultKind, StopReason
+from model.values.legs import JointCommand
 from model.values.tick import Intent, Mode, Request, Tick
 from robot.config.robot_file import RobotConfig, parse_robot
 from robot.console.arguments import DEFAULT_ROBOT_FILE
@@ -41,7 +43,8 @@ FREQUENCY_HZ = 0.25
 CYCLE_S = 1.0 / FREQUENCY_HZ
 WALK_S = 1.5 * CYCLE_S
 LONGEST_S = 40.0  # who does neither for so long has not decided
-FULL_TURN = 0.9  # of a turn that each shaft must have made in that cycle
+FOLLOWED = 0.9  # of what its goals made in that cycle, each shaft must have made
+LEAST_TURNS = 0.7  # that the goals must have made: less is no walking
 RECOVERY = "\n[safety.recovery]\nmost = 2\nafter_restart = true\n"
 # How a case can end under other assumptions; only the first three are right.
 OUTCOMES = (
@@ -169,10 +172,11 @@ class _WatchedBench(BenchWorld):
     def stepped(self, t_ns: int) -> None:
         self.shafts.append((t_ns, self.motors().ticks))
 
-    def turns(self, duration_s: float) -> FloatArray:
-        """How far each shaft has turned in the last so many seconds, (N,) [turns]."""
-        end_ns, end = self.shafts[-1]
-        begin = next(ticks for t, ticks in self.shafts if t >= end_ns - duration_s * 1e9)
+    def turns(self, begin_ns: int, end_ns: int) -> FloatArray:
+        """How far each shaft has turned between two times, (N,) [turns]."""
+        begin, end = (
+            self.shafts[bisect_left(self.shafts, t, key=_time)][1] for t in (begin_ns, end_ns)
+        )
         return np.abs(end - begin) / TICKS_PER_TURN
 
 
@@ -227,7 +231,12 @@ def _walk(case: Case, config: RobotConfig, rig: Rig, bench: _WatchedBench) -> Ro
     stopped = [t for t in (after[:-1] if walked else after) if t.mode in {Mode.HOLD, Mode.LIMP}]
     safe_s = (stopped[0].t_ns - fault_ns) * 1e-9 if stopped else float("nan")
     names = np.array(config.servo_bus.names)
-    behind = names[bench.turns(CYCLE_S) < FULL_TURN] if walked else names[:0]
+    behind = names[:0]
+    if walked:
+        begin, end = _last_cycle(kept.ticks)
+        asked = np.abs(end.angle_rad - begin.angle_rad) / (2 * np.pi)
+        done = bench.turns(begin.t_ns, end.t_ns)
+        behind = names[(asked < LEAST_TURNS) | (done < FOLLOWED * asked)]
     return Row(
         case=case,
         begun=True,
@@ -240,6 +249,17 @@ def _walk(case: Case, config: RobotConfig, rig: Rig, bench: _WatchedBench) -> Ro
         safe_s=safe_s,
         left_behind=tuple(str(name) for name in behind),
     )
+
+
+def _time(step: tuple[int, FloatArray]) -> int:
+    return step[0]
+
+
+def _last_cycle(ticks: Sequence[Tick]) -> tuple[JointCommand, JointCommand]:
+    """Return the last goals, and those a cycle before them."""
+    sent = [tick.sent for tick in ticks if tick.sent.torque]
+    begin_ns = sent[-1].t_ns - round(CYCLE_S * 1e9)
+    return next(command for command in sent if command.t_ns >= begin_ns), sent[-1]
 
 
 def _counters(rig: Rig) -> dict[tuple[str, str], int]:
