@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from model.errors import RecordError
+from record.log.writer import TICK_TOPIC
 from record.trial.clock_alignment import Predicted, align
 from record.trial.column_map import ColumnMap, OtherFile, Source
 from record.trial.cut import Cut
@@ -58,12 +59,23 @@ def import_run(
         return
     if is_bag(path):
         with open_bag(path) as bag:
+            _refuse_own_log(bag, given)
             one = _import_bag(bag, given, tell)
     else:
         (one,) = _parts(path, given, tell)
     for other in given.files:
         one = _with_file(one, other, predicted)
     yield completed(one)
+
+
+def _refuse_own_log(bag: Bag, given: ColumnMap) -> None:
+    """Refuse a log of ours, whose topics hold less than it does, unless a map asks for topics."""
+    own = any(topic.name == TICK_TOPIC for topic in bag.topics)
+    if own and given.bag == BagMap():
+        raise RecordError(
+            f"{bag.path} is a log already: show, odom and gap take it as it is, and "
+            "bigant log export --format trial makes a table of it; --topics takes topics of it anyway"
+        )
 
 
 def _parts(path: Path, given: ColumnMap, tell: Callable[[float], None]) -> tuple[Imported, ...]:

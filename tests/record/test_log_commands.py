@@ -200,7 +200,7 @@ WRONG = (
     (("log", "export", "LOG", "--format", "csv", "--out", "OUT.xls"), "must end in .csv"),
     (("log", "export", "LOG", "--format", "tum", "--what", "truth"), "tum has its own"),
     (("import", "NONE.csv"), "there is no such file"),
-    (("import", "LOG"), "must end in .parquet, .csv, .npz, .toml"),
+    (("import", "LOG"), "is a log already: show, odom and gap take it as it is"),
     (("import", "TABLE", "--out", "OUT.xls"), "must end in .mcap, .parquet or .csv"),
     (("import", "TABLE", "--columns", "NONE"), "there is no map"),
     (("import", "TABLE", "--out", "TABLE"), "is the table itself"),
