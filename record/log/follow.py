@@ -27,7 +27,8 @@ from record.log.reader import (
 )
 from record.log.salvage import DAMAGE, LARGEST_CHUNK, MAGIC
 from record.log.tick_message import decode_tick
-from record.log.writer import LIBRARY, TICK_TOPIC
+from record.log.writer import LIBRARY
+from record.topics import TICK_TOPIC
 
 _FRAME, _LENGTH = struct.Struct("<BQ"), struct.Struct("<I")
 MOST_HEADER = 256  # bytes of an MCAP header: profile and library

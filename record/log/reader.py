@@ -30,8 +30,8 @@ from record.log.writer import (
     NAMES_KEY,
     START_KEY,
     START_UNIX_KEY,
-    TICK_TOPIC,
 )
+from record.topics import TICK_TOPIC
 
 BLOCK_TICKS = 2000
 # Every layout of a tick that was ever written, by the SHA-256 of its definition's text. Whoever changes the

@@ -13,7 +13,8 @@ from record.log.cdr import HEADER
 from record.log.damage import Damage, Pass
 from record.log.reader import LogContents, note_content, nothing_left
 from record.log.salvage import read_records
-from record.log.writer import RATE_KEY, TICK_TOPIC
+from record.log.writer import RATE_KEY
+from record.topics import TICK_TOPIC
 
 _TICK_HEAD = struct.Struct("<qq")  # t_ns and index, behind the CDR header
 

@@ -27,13 +27,13 @@ from record.log.wire_message import (
     encode_wire,
     wire_topic,
 )
+from record.topics import TICK_TOPIC
 from record.whole_file import clear_name, writing
 
 CHUNK_BYTES = 64 * 1024
 FLUSH_PERIOD_NS = 500_000_000
 DIAGNOSTICS_PERIOD_NS = 1_000_000_000
 LIBRARY = "bigant"
-TICK_TOPIC = "/bigant/tick"
 TICK_SCHEMA = "bigant_msgs/msg/Tick"
 CONFIG_NAME = "robot.toml"
 METADATA_NAME = "bigant"

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from model.errors import RecordError
-from record.log.writer import TICK_TOPIC
+from record.topics import TICK_TOPIC
 from record.trial.clock_alignment import Predicted, align
 from record.trial.column_map import ColumnMap, OtherFile, Source
 from record.trial.cut import Cut
