@@ -32,8 +32,8 @@ from record.log.writer import (
     METADATA_NAME,
     NAMES_KEY,
     START_KEY,
-    TICK_TOPIC,
 )
+from record.topics import TICK_TOPIC
 from robot.config.robot_file import load_robot
 from robot.control.controller import Controller
 from robot.replay.ticks import replay_log, step_through
