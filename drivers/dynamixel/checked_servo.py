@@ -93,7 +93,7 @@ class CheckedServo:
                 answer = self.packets.read_byte(self.servo_id, address)
             else:
                 answer = self.packets.read(self.servo_id, address, length)
-            if answer.data is not None or answer.error:
+            if answer.data is not None or answer.refused:
                 break
         return answer
 
@@ -107,7 +107,7 @@ class CheckedServo:
         data = register.encode(value)
         for _ in range(TRIES):
             answer = self.packets.write(self.servo_id, register.address, data)
-            if answer.ok or answer.error:
+            if answer.ok or answer.refused:
                 break
         if not answer.ok:
             raise self._refused(f"did not take {name} = {value}", answer, name)
@@ -147,7 +147,10 @@ class CheckedServo:
         Raises:
             BusError: It moves, or its firmware (before 42) cannot.
         """
-        answer = self.packets.ask(self.servo_id, Instruction.CLEAR, CLEAR_MULTI_TURN)
+        for _ in range(TRIES):  # twice does no harm
+            answer = self.packets.ask(self.servo_id, Instruction.CLEAR, CLEAR_MULTI_TURN)
+            if answer.ok or answer.refused:
+                break
         if not answer.ok:
             raise self._refused("did not set its turn counter back", answer, "present_position")
 
@@ -161,7 +164,7 @@ class CheckedServo:
             BusError: It said that it will not.
         """
         answer = self.packets.ask(self.servo_id, Instruction.REBOOT)
-        if answer.error and not answer.ok:
+        if answer.refused:
             raise self._refused("did not reboot", answer, "hardware_error_status")
         return answer.ok
 

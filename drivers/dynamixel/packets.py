@@ -54,6 +54,14 @@ class ServoAnswer:
         return self.code == COMM_SUCCESS and self.error & ~ALERT == StatusError.NONE
 
     @property
+    def refused(self) -> bool:
+        """Whether the servo understood the request and does not do it: asking again gives the same.
+
+        A CRC error is none: the request was damaged on the way, and the next one may arrive whole.
+        """
+        return self.error & ~ALERT not in {StatusError.NONE, StatusError.CRC}
+
+    @property
     def words(self) -> str:
         """What went wrong, for a person."""
         if self.code == COMM_RX_TIMEOUT:

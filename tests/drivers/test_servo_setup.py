@@ -9,7 +9,7 @@ import pytest
 
 from drivers.dynamixel.bus import ServoBus
 from drivers.dynamixel.catalog import MX_106
-from drivers.dynamixel.frames import Instruction, StatusError
+from drivers.dynamixel.frames import Instruction, StatusError, build_status
 from drivers.dynamixel.settings import ServoBusSettings
 from model.errors import BusError
 from tests.drivers.scripted_servos import ScriptedPort, ScriptedServos, Servo
@@ -282,6 +282,35 @@ def test_an_answer_lost_on_the_way_is_asked_for_again() -> None:
     bus.configure()
     assert lost == []
     assert written(scripted, 1)[:2] == [("torque_enable", 0)] * 2
+
+
+@pytest.mark.parametrize("instruction", [Instruction.READ, Instruction.WRITE])
+def test_a_request_that_was_damaged_on_the_way_is_sent_again(instruction: Instruction) -> None:
+    """A servo may say so, with a CRC error and nothing done: that is no refusal."""
+    scripted = three()
+    bus, _ = bus_of(scripted)
+    bus.connect()
+    damaged = [instruction]
+
+    def edit(servo_id: int, frame, at: int, data: bytes):  # type: ignore[no-untyped-def]
+        if damaged and frame.instruction == damaged[0]:
+            damaged.pop()
+            return [(at, build_status(servo_id, StatusError.CRC, b""))]
+        return [(at, data)]
+
+    scripted.edit = edit
+    bus.configure()
+    assert damaged == []
+
+
+def test_a_refusal_is_not_asked_again() -> None:
+    scripted = three()
+    scripted.servos[2].refuses["torque_enable"] = StatusError.ACCESS
+    bus, _ = bus_of(scripted)
+    bus.connect()
+    with pytest.raises(BusError, match="did not take torque_enable = 0: error: access"):
+        bus.configure()
+    assert written(scripted, 2).count(("torque_enable", 0)) == 1
 
 
 def test_a_baud_rate_in_the_settings_is_in_the_advice() -> None:
