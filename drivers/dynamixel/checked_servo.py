@@ -12,6 +12,8 @@ from model.errors import BusError
 
 # A servo that misses so many requests in a row is not there; one lost on the way is nothing.
 TRIES = 5
+# A value that is not kept is written again: an EEPROM cell bears few writes, so not often.
+WRITE_TRIES = 3
 CLEAR_MULTI_TURN = bytes.fromhex("01 44 58 4C 22")
 
 
@@ -113,16 +115,18 @@ class CheckedServo:
             raise self._refused(f"did not take {name} = {value}", answer, name)
 
     def write_verified(self, name: str, value: int) -> None:
-        """Write a register and read it back: a servo may take a value and not keep it.
+        """Write a register and read it back, again if it differs: a late word may be that of another write.
 
         Raises:
             BusError: The servo did not take or not keep the value.
         """
-        self.write(name, value)
-        kept = self.read(name)
-        if kept != value:
-            what = f"took {name} = {value} and has {kept}: switch its power off and on"
-            raise self.error(what, name)
+        for _ in range(WRITE_TRIES):
+            self.write(name, value)
+            kept = self.read(name)
+            if kept == value:
+                return
+        what = f"took {name} = {value} and has {kept}: switch its power off and on"
+        raise self.error(what, name)
 
     def ensure(self, name: str, value: int) -> None:
         """Write only what differs: an EEPROM cell bears a limited number of writes."""
