@@ -21,7 +21,7 @@ from sim_hw.interfaces import MotorReadings
 # A shaft that makes less than this share of its goal's travel in so long does not follow.
 FOLLOW_S, FOLLOW_SHARE, LEAST_TRAVEL_RAD = 0.6, 0.3, 0.15
 PATTERN_A = 0.5  # how far the currents' pattern goes
-KEPT_STEPS = 200  # half a second
+KEPT_STEPS = 8000  # twenty seconds: longer than a loop that cannot keep its period stands still
 HALF_A_READ_NS = 5_000_000  # a read is stamped in its middle
 COUNTS_PER_N = 1e6
 NOISE_N = 0.15
