@@ -26,8 +26,8 @@ import numpy as np
 
 from model.compiled import compile_for, compiled, given, out
 from model.errors import ConfigError
+from model.kinematics.one_shaft import OneShaftKinematics
 from model.values.arrays import FloatArray
-from model.values.legs import FootMotion
 from model.values.parameters import CrankParameters
 
 
@@ -96,7 +96,7 @@ def crank_outline(crank: CrankParameters, angle_rad: float, corners: int = 17) -
     return np.stack([x * c + z * s, z * c - x * s], axis=1)
 
 
-class CrankKinematics:
+class CrankKinematics(OneShaftKinematics):
     """All legs' cranks: shaft angles to feet in the body frame; joint k turns leg k.
 
     Args:
@@ -109,48 +109,7 @@ class CrankKinematics:
 
     def __init__(self, crank: CrankParameters, shaft_position: FloatArray) -> None:
         check_crank(crank)
-        self._numbers = _numbers(crank)
-        self._shaft_position = np.ascontiguousarray(shaft_position)
-
-    @property
-    def joint_count(self) -> int:
-        """Number of shafts, one a leg."""
-        return len(self._shaft_position)
-
-    def feet(self, angle_rad: FloatArray, rate_rad_s: FloatArray) -> FootMotion:
-        """Return unloaded feet in the body frame.
-
-        Args:
-            angle_rad: Shaft angles, (..., N) [rad]; NaN gives NaN.
-            rate_rad_s: Shaft speeds, (..., N) [rad/s].
-
-        Returns:
-            Positions and velocities of the leg's matter there, (..., N, 3).
-        """
-        angle = np.ascontiguousarray(angle_rad, dtype=np.float64)
-        rate = np.ascontiguousarray(rate_rad_s, dtype=np.float64)
-        shaft, shape = self._shaft_position, angle.shape
-        if shape[-1] != len(shaft) or rate.shape != shape:
-            raise ValueError(
-                f"angles {shape} and speeds {rate.shape} are not those of {len(shaft)} legs"
-            )
-        position, velocity = np.empty((*shape, 3)), np.empty((*shape, 3))
-        feet_kernel(
-            angle.ravel(), rate.ravel(), self._numbers, shaft, position.reshape(-1, 3),
-            velocity.reshape(-1, 3),
-        )  # fmt: skip
-        return FootMotion(position, velocity)
-
-    def jacobian(self, angle_rad: FloatArray) -> FloatArray:
-        """Return d foot velocity / d shaft speed, (..., N, 3, N) [m/rad], from angles (..., N) [rad]."""
-        angle = np.asarray(angle_rad, dtype=np.float64)
-        slope = self.feet(angle, np.ones_like(angle)).velocity_m_s
-        jacobian: FloatArray = slope[..., None] * np.eye(self.joint_count)[:, None, :]
-        return jacobian
-
-    def prepare(self) -> None:
-        """Load or make the machine code of ``feet`` now, so that no tick has to wait for it."""
-        prepare()
+        super().__init__(feet_kernel, prepare, _numbers(crank), shaft_position)
 
 
 def _numbers(crank: CrankParameters) -> FloatArray:

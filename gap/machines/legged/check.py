@@ -145,7 +145,7 @@ def _tilt(wanted: FloatArray, seen: FloatArray) -> Iterator[Sign]:
 
 
 def _clock_faults(inputs: LeggedInputs, walk: SensorSignals) -> Iterator[DataFault]:
-    """Streams that come later or earlier than the shafts let expect.
+    """Streams that come later or earlier than the shaft angles predict.
 
     Pose and foot markers have one clock: the stream of which the lag is known best tells it.
     """
