@@ -46,6 +46,10 @@ class Target:
     words: tuple[str, ...]
     weight: float = 1.0
 
+    def command(self, file: str, out: str) -> list[str]:
+        """Return the arguments with the names of the damaged file and of the new one."""
+        return [file if word == "FILE" else word.replace("OUT", out) for word in self.words]
+
 
 @dataclass(frozen=True, slots=True)
 class Ending:
@@ -62,6 +66,11 @@ class Ending:
     seconds: float
     peak_bytes: int
     output: str
+
+    @property
+    def last(self) -> str:
+        """The last line that it printed."""
+        return (self.output.strip().splitlines() or [""])[-1]
 
     @property
     def bad(self) -> str:
@@ -282,11 +291,7 @@ def run_case(case: int, seed: int, folder: Path) -> tuple[Target, Ending]:
         shutil.copy(beside, bad.with_suffix(".toml"))
     if target.file == "trial.toml":
         shutil.copy(folder / "trial.parquet", bad.with_suffix(".parquet"))
-    out = folder / f"out_{case}"
-    words = [
-        str(bad.name) if word == "FILE" else word.replace("OUT", out.name) for word in target.words
-    ]
-    ending = run_one(words, folder)
+    ending = run_one(target.command(bad.name, f"out_{case}"), folder)
     for left in [
         *folder.glob(f"out_{case}*"),
         *folder.glob(f"damaged_{case}*"),
@@ -312,15 +317,11 @@ def main() -> None:
         prepare()
         if options.good:
             for number, target in enumerate(TARGETS):
-                words = [
-                    target.file if word == "FILE" else word.replace("OUT", f"out_{number}")
-                    for word in target.words
-                ]
+                words = target.command(target.file, f"out_{number}")
                 ending = run_one(words, folder)
-                last = (ending.output.strip().splitlines() or [""])[-1]
                 print(
                     f"{ending.code} {ending.seconds:.1f} s {ending.peak_bytes / 1e6:.0f} MB "
-                    f"{' '.join(words)}: {ending.bad} {last[:120]}",
+                    f"{' '.join(words)}: {ending.bad} {ending.last[:120]}",
                     flush=True,
                 )
             return
@@ -340,8 +341,7 @@ def _run_all(first: int, files: int, seed: int, folder: Path) -> None:
         slowest, largest = max(slowest, ending.seconds), max(largest, ending.peak_bytes)
         if ending.bad:
             bad += 1
-            last = (ending.output.strip().splitlines() or [""])[-1]
-            print(f"case {case}: {ending.bad}: {' '.join(target.words)}: {last}", flush=True)
+            print(f"case {case}: {ending.bad}: {' '.join(target.words)}: {ending.last}", flush=True)
         if case % 250 == 249:
             print(f"{case + 1} files, {bad} bad", flush=True)
     print(f"{files} files, {bad} bad; exit codes {dict(sorted(codes.items()))}; "

@@ -165,16 +165,16 @@ def _one_run(
         findings.reasons[result.reason.name] += 1
         if not result.torque_off:
             findings.torque_kept[result.reason.name] += 1
+        by_adapter = slow and result.reason is StopReason.TIMING
         if result.reason is not StopReason.COMPLETED:
             stopped_ns = witness.stopped_ns.get(result.reason, 0)
             since_s = (stopped_ns - (witness.torque_ns or stopped_ns)) * 1e-9
             cause = cause_of(result.reason, scenario.faults, since_s)
-            if slow and result.reason is StopReason.TIMING:
-                cause = "a slow adapter"
+            cause = "a slow adapter" if by_adapter else cause
             findings.booked[f"{result.reason.name} by {cause or 'nothing'}"] += 1
             if not cause:
                 findings.surprises.append(f"run {seed[1]}: unexplained {result.detail}")
-        if result.reason not in ALLOWED and not (slow and result.reason is StopReason.TIMING):
+        if result.reason not in ALLOWED and not by_adapter:
             findings.surprises.append(f"run {seed[1]}: {result.reason.name}: {result.detail}")
     except (
         BusError,

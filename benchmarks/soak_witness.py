@@ -3,6 +3,7 @@
 from collections import Counter, deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import takewhile
 
 import numpy as np
 
@@ -23,6 +24,8 @@ FOLLOW_S, FOLLOW_SHARE, LEAST_TRAVEL_RAD = 0.6, 0.3, 0.15
 PATTERN_A = 0.5  # how far the currents' pattern goes
 KEPT_STEPS = 8000  # twenty seconds: longer than a loop that cannot keep its period stands still
 HALF_A_READ_NS = 5_000_000  # a read is stamped in its middle
+BEFORE_NS = 5_000_000  # a tick's reading may be of so long before it
+OLDEST_RECORD_NS = 100_000_000
 COUNTS_PER_N = 1e6
 NOISE_N = 0.15
 
@@ -171,7 +174,9 @@ class Witness:
 
     def _check_servos(self, servos: ServoReadings, tick: Tick) -> None:
         end_ns = servos.t_ns + HALF_A_READ_NS
-        steps = [s for s in self._world.past if tick.t_ns - 5_000_000 <= s[0] <= end_ns]
+        begin_ns = tick.t_ns - BEFORE_NS
+        recent = takewhile(lambda step: step[0] >= begin_ns, reversed(self._world.past))
+        steps = [step for step in recent if step[0] <= end_ns]
         for leg in np.flatnonzero(servos.valid).tolist():
             self._findings.readings += 1
             here = servos.position_ticks[leg]
@@ -185,7 +190,9 @@ class Witness:
     def _check_record(self, record: ForceRecord) -> None:
         self._findings.records += 1
         for t_ns, felt in reversed(self._world.sampled):
-            if 0 <= record.t_ns - t_ns <= 100_000_000 and _felt(record, felt):
+            if record.t_ns - t_ns > OLDEST_RECORD_NS:
+                break
+            if t_ns <= record.t_ns and _felt(record, felt):
                 return
         self._findings.wrong_records += 1
         if len(self._findings.surprises) < 20:

@@ -1,5 +1,6 @@
 """One servo by register name: what it does not give or take raises an error naming leg and id."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from drivers.dynamixel.catalog import COMMON
@@ -83,7 +84,7 @@ class CheckedServo:
         """
         registers = self.table.between(first, last)
         start = registers[0].address
-        answer = self._read_bytes(start, registers[-1].address + registers[-1].size - start)
+        answer = self._read_bytes(start, registers[-1].end - start)
         data = answer.data
         if data is None:
             raise self._refused(f"did not give {first} to {last}", answer, first)
@@ -107,10 +108,7 @@ class CheckedServo:
         """
         register = self.table[name]
         data = register.encode(value)
-        for _ in range(TRIES):
-            answer = self.packets.write(self.servo_id, register.address, data)
-            if answer.ok or answer.refused:
-                break
+        answer = _until_heard(lambda: self.packets.write(self.servo_id, register.address, data))
         if not answer.ok:
             raise self._refused(f"did not take {name} = {value}", answer, name)
 
@@ -151,10 +149,9 @@ class CheckedServo:
         Raises:
             BusError: It moves, or its firmware (before 42) cannot.
         """
-        for _ in range(TRIES):  # twice does no harm
-            answer = self.packets.ask(self.servo_id, Instruction.CLEAR, CLEAR_MULTI_TURN)
-            if answer.ok or answer.refused:
-                break
+        answer = _until_heard(  # twice does no harm
+            lambda: self.packets.ask(self.servo_id, Instruction.CLEAR, CLEAR_MULTI_TURN)
+        )
         if not answer.ok:
             raise self._refused("did not set its turn counter back", answer, "present_position")
 
@@ -178,3 +175,12 @@ class CheckedServo:
 
     def _refused(self, what: str, answer: ServoAnswer, register: str) -> BusError:
         return self.error(f"{what}: {answer.words}", register, answer.code)
+
+
+def _until_heard(ask: Callable[[], ServoAnswer]) -> ServoAnswer:
+    """Ask until the servo does it or refuses it, a few times."""
+    for _ in range(TRIES):
+        answer = ask()
+        if answer.ok or answer.refused:
+            break
+    return answer

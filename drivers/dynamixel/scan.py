@@ -129,7 +129,7 @@ def id_is_shared(packets: PacketHandler, servo_id: int) -> bool:
         servo_id: The id; at least one servo answers to it.
     """
     first, last = COMMON["realtime_tick"], COMMON["present_temperature"]
-    length = last.address + last.size - first.address
+    length = last.end - first.address
     parameters = first.address.to_bytes(2, "little") + length.to_bytes(2, "little")
     damaged, answered = 0, False
     for _ in range(PROBES):

@@ -33,6 +33,16 @@ class ServoBusSettings:
     silent_limit: int
 
     @property
+    def model_of_leg(self) -> dict[str, ServoModel]:
+        """Model of the servo by leg name."""
+        return dict(zip(self.names, self.models, strict=True))
+
+    @property
+    def model_of_id(self) -> dict[int, ServoModel]:
+        """Model of the servo by Dynamixel id."""
+        return dict(zip(self.ids.tolist(), self.models, strict=True))
+
+    @property
     def current_unit_a(self) -> FloatArray:
         """One count of each servo's current, (N,) [A]; NaN where it measures none."""
         units: FloatArray = np.array([model.current_unit_a for model in self.models])

@@ -166,8 +166,7 @@ def _missing_words(
 ) -> str:
     old = [servo for servo in missing if speaks_protocol_1(servo)]
     if old:
-        names = dict(zip(settings.names, settings.models, strict=True))
-        return f"{_who(old)}: {protocol_1_words(names[old[0].leg].name)}"
+        return f"{_who(old)}: {protocol_1_words(settings.model_of_leg[old[0].leg].name)}"
     where = f"on {port.name} at {settings.baud_rate} baud"
     others = len(settings.names) - len(missing)
     if not others:

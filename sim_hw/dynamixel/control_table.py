@@ -75,14 +75,12 @@ class ControlTable:
     def get(self, name: str) -> int:
         """Return a register's value."""
         register = self._registers[name]
-        return register.decode(
-            bytes(self._memory[register.address : register.address + register.size])
-        )
+        return register.decode(bytes(self._memory[register.address : register.end]))
 
     def set(self, name: str, value: int) -> None:
         """Set a register from inside the firmware; no rule applies."""
         register = self._registers[name]
-        self._memory[register.address : register.address + register.size] = register.encode(value)
+        self._memory[register.address : register.end] = register.encode(value)
 
     def reset_ram(self) -> None:
         """Forget everything that is not kept without power."""
@@ -133,7 +131,7 @@ class ControlTable:
             return StatusError.ACCESS
         if register.address in self._pointers:  # a cell that points at itself, as all do at first
             return StatusError.NONE
-        made = bytearray(self._memory[register.address : register.address + register.size])
+        made = bytearray(self._memory[register.address : register.end])
         for other, byte in enumerate(data):  # its other bytes may come with the same write
             place = self._target(address + other) - register.address
             if 0 <= place < register.size and address + other in self._pointers:

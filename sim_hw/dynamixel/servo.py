@@ -67,7 +67,6 @@ class VirtualServo:
         assumed: ServoAssumed = SERVO_ASSUMED,
     ) -> None:
         self.table = ControlTable(model, servo_id, baud_code, RETURN_DELAY, assumed)
-        self._model = model
         self._assumed = assumed
         self._protection = Protection(index, world, assumed, model.ratings)
         self._index = index
@@ -252,7 +251,7 @@ class VirtualServo:
         keep_id, keep_baud = parameters[0] in {0x01, 0x02}, parameters[0] == 0x02
         servo_id = self.servo_id if keep_id else 1
         baud = self.table.get("baud_rate") if keep_baud else 1
-        self.table = ControlTable(self._model, servo_id, baud, 250, self._assumed)
+        self.table = ControlTable(self.table.model, servo_id, baud, 250, self._assumed)
         self.restart(t_ns)
         return StatusError.NONE
 
@@ -317,7 +316,7 @@ class VirtualServo:
         self._firmware.restart(self._index, self._shaft())
 
     def _between(self, first: str, last: str) -> list[Register]:
-        return self._model.table.between(first, last)
+        return self.table.model.table.between(first, last)
 
     def _goal_is_here(self) -> None:
         """A servo that starts, or changes its mode, takes its position for its goal."""
@@ -370,8 +369,8 @@ class VirtualServo:
         put("moving", int(self._is_moving() or bool(status & PROFILE_ONGOING)))
         put("moving_status", status)
         put("present_pwm", round(sense * float(loop.pwm)))
-        if self._model.measures_current:
-            counts = float(motors.current_a[i]) / self._model.current_unit_a
+        if self.table.model.measures_current:
+            counts = float(motors.current_a[i]) / self.table.model.current_unit_a
             put("present_current", round(sense * counts))
         else:
             put("present_load", round(sense * float(loop.pwm) / DUTY_FULL / LOAD_UNIT))

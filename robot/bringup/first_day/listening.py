@@ -106,7 +106,7 @@ def _who(day: Day, bus: ServoBus, answered: Sequence[ScannedServo]) -> bool:
     # a broadcast may be spoilt by a collision: each is asked by itself as well
     silent = [s for s in bus.servos() if s.servo_id in missing and not s.answers()]
     missing = [servo.servo_id for servo in silent]
-    models = dict(zip(map(int, bus.settings.ids), bus.settings.models, strict=True))
+    models = bus.settings.model_of_id
     for number, servo in there.items():
         words = mismatch_words(models[number], servo.model) if number in models else ""
         if words:
@@ -122,10 +122,10 @@ def _who(day: Day, bus: ServoBus, answered: Sequence[ScannedServo]) -> bool:
                 "change dynamixel_id in [legs] of the robot file, or the servo: bigant servo setup "
                 f"--id {strangers[0]} --new-id {missing[0]}"
             )
-        old = [str(servo.servo_id) for servo in silent if speaks_protocol_1(servo)]
+        old = [servo.servo_id for servo in silent if speaks_protocol_1(servo)]
         if old:
-            words += f"; id {', '.join(old)} answers in protocol 1.0"
-            advice = f"put the {models[missing[0]].name} firmware on it with Dynamixel Wizard"
+            words += f"; id {', '.join(map(str, old))} answers in protocol 1.0"
+            advice = f"put the {models[old[0]].name} firmware on it with Dynamixel Wizard"
         day.note(failed("ids", f"no answer from {words}", advice))
         return False
     requests = ServoRequests(bus.servos()[0].port)

@@ -30,7 +30,7 @@ def gaps(table: RegisterTable) -> list[tuple[int, int]]:
     for register in sorted(table, key=lambda r: r.address):
         if register.address > end:
             found.append((end, min(LONGEST_READ, register.address - end)))
-        end = max(end, register.address + register.size)
+        end = max(end, register.end)
     return found
 
 

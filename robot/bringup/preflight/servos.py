@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 
 from drivers.dynamixel.bus import ServoBus
-from drivers.dynamixel.catalog import MODEL_BY_NAME, READ_LENGTH
+from drivers.dynamixel.catalog import READ_LENGTH
 from drivers.dynamixel.condition import ServoCondition, read_condition
 from drivers.dynamixel.model_words import mismatch_words
 from drivers.dynamixel.packets import STATUS_BYTES
@@ -59,8 +59,7 @@ def servo_findings(bus: ServoBus, config: RobotConfig, *, armed: bool) -> Iterat
     yield _answer_finding(bus, missing, broken)
     if not conditions:
         return
-    models = dict(zip(bus.settings.names, bus.settings.models, strict=True))
-    findings = condition_findings(conditions, config.limits, models)
+    findings = condition_findings(conditions, config.limits, bus.settings.model_of_leg)
     yield from findings
     well = not missing and not broken and all(f.verdict is not CheckVerdict.FAIL for f in findings)
     if not well:
@@ -197,9 +196,9 @@ def _models(conditions: Sequence[ServoCondition], models: Mapping[str, ServoMode
     bad = "; ".join(f"{c.who} {words}" for c, words in wrong if words)
     if bad:
         return failed("model", bad, "check the ids, and model in [servo] of the robot file")
-    names = sorted({models[c.leg].name for c in conditions})
-    unmeasured = [name for name in names if not MODEL_BY_NAME[name].measures_current]
-    words = ", ".join(names)
+    used = {models[c.leg] for c in conditions}
+    unmeasured = sorted(model.name for model in used if not model.measures_current)
+    words = ", ".join(sorted(model.name for model in used))
     if unmeasured:
         words += f"; no limit on current is judged: an {', '.join(unmeasured)} measures none"
     return passed("model", words)

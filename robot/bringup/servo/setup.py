@@ -187,8 +187,7 @@ def _of_their_models(
     Raises:
         BusError: One is of another, or of a model that is not known.
     """
-    bus = config.servo_bus
-    models = dict(zip(bus.ids.tolist(), bus.models, strict=True))
+    models = config.servo_bus.model_of_id
     for servo, new_id in pairs:
         words = ""
         if new_id in models:
