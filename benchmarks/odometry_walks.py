@@ -31,6 +31,7 @@ from robot.virtual.file_twin import file_twin
 from robot.virtual.open import VirtualSettings, open_twin
 from robot.virtual.rehearsal import rehearse
 from robot.virtual.walk import walk_in_memory
+from sim_hw.twin.twin import Twin
 
 SPREAD = 0.25
 CYCLES = 9.0  # half a metre in the slipping gait
@@ -74,12 +75,14 @@ class _WithTruth(DirectRobot):
 
 
 def walk_without_bytes(
-    config: RobotConfig, gait: str, cycles: float, seed: int, path: Path
+    config: RobotConfig, gait: str, cycles: float, seed: int, path: Path, twin: Twin | None = None
 ) -> None:
-    """Log what ``robot.virtual.walk`` records, without its bytes and without the estimator's answers."""
-    rig, robot = open_twin(
-        config, file_twin(config, seed), VirtualSettings(seed=seed), cameras=False
-    )
+    """Log what ``robot.virtual.walk`` records, without its bytes and without the estimator's answers.
+
+    The robot that is there is that of the robot file, or a ``twin``.
+    """
+    twin = twin if twin is not None else file_twin(config, seed)
+    rig, robot = open_twin(config, twin, VirtualSettings(seed=seed), cameras=False)
     start_ns = rig.clock.now_ns()
     quiet = replace(config, estimator=replace(config.estimator, enabled=False))
     controller = Controller(quiet, rig.calibrations, armed=True)
