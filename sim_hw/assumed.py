@@ -107,5 +107,24 @@ class AdapterAssumed:
     )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ImuAssumed:
+    """The virtual IMU; figures are of a small MEMS unit at rest in a warm room, assumed."""
+
+    rate_hz: float = within(100.0, 1.0, 1000.0, "Readings a second [Hz].")
+    yaw_rate_bias_rad_s: float = within(
+        0.005, -1.0, 1.0, "Bias of the gyro at the beginning [rad/s]."
+    )
+    yaw_rate_walk: float = within(
+        0.0, 0.0, 1.0, "Random walk of that bias [rad/s in a second, one sd]."
+    )
+    yaw_rate_noise_rad_s: float = within(0.002, 0.0, 1.0, "Noise of each yaw rate [rad/s, one sd].")
+    tilt: bool = value(True, "Whether it reports roll and pitch; else a gyro alone.")
+    roll_error_rad: float = within(0.0, -1.0, 1.0, "Added to the roll: it is mounted askew [rad].")
+    pitch_error_rad: float = within(0.0, -1.0, 1.0, "The same of the pitch [rad].")
+    tilt_noise_rad: float = within(0.001, 0.0, 1.0, "Noise of each angle [rad, one sd].")
+    delay_s: float = within(0.0, 0.0, 1.0, "Readings arrive so late [s]; their stamps are right.")
+
+
 SERVO_ASSUMED = ServoAssumed()
 WNET_ASSUMED = WnetAssumed()

@@ -187,6 +187,7 @@ class Estimator:
             nis=nis,
             before=(step.mean, covariance),
             transition=step.transition,
+            gyro_ns=inputs.t_ns if isfinite(inputs.yaw_rate_rad_s) else state.gyro_ns,
         )
         estimate = output.estimate(after, self.contact, self._record, model, used, verdict, held)
         return after, estimate

@@ -1,7 +1,7 @@
 """From the estimator's state to its estimate: health, covariances, parameters, predicted foot forces."""
 
 from dataclasses import dataclass
-from math import atan
+from math import atan, sqrt
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from model.values.arrays import BoolArray, FloatArray, readonly
 from model.values.estimate import (
     BIAS,
     FIXED,
+    GYRO_BIAS,
     NEVER,
     POSE,
     SCALE,
@@ -141,6 +142,8 @@ def estimate(
         force_age_s=np.nan if state.force_ns == NEVER else (state.t_ns - state.force_ns) * 1e-9,
         health=verdict.health,
         reason=verdict.reason,
+        gyro_bias_rad_s=np.nan if state.gyro_ns == NEVER else float(mean[GYRO_BIAS]),
+        gyro_bias_sd=(np.nan if state.gyro_ns == NEVER else sqrt(covariance[GYRO_BIAS, GYRO_BIAS])),
     )
 
 

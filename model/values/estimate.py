@@ -97,6 +97,7 @@ class EstimatorState:
         nis: Mean normalised innovation squared over degrees of freedom, last seconds; NaN at first.
         before: Mean and covariance before this tick's measurements (for smoothing).
         transition: (n, n) from the tick before to ``before`` (for smoothing).
+        gyro_ns: Time of the last tick with a yaw rate, -1 for never.
     """
 
     t_ns: int
@@ -119,6 +120,7 @@ class EstimatorState:
     nis: float
     before: tuple[FloatArray, FloatArray]
     transition: FloatArray
+    gyro_ns: int = NEVER
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -155,6 +157,8 @@ class Estimate:
         force_age_s: Age of the newest force record; NaN if there never was one.
         health: Verdict.
         reason: Why it is not ok; empty if it is.
+        gyro_bias_rad_s: Of the yaw gyro [rad/s]; NaN until it has reported a rate. So is its sd.
+        gyro_bias_sd: Its standard deviation [rad/s].
     """
 
     t_ns: int
@@ -185,6 +189,8 @@ class Estimate:
     force_age_s: float
     health: Health
     reason: str
+    gyro_bias_rad_s: float = np.nan
+    gyro_bias_sd: float = np.nan
 
     @property
     def pose(self) -> FloatArray:

@@ -1,4 +1,4 @@
-"""What devices report, before calibration: servos, forces, poses from outside; and ground truth."""
+"""What devices report, before calibration: servos, forces, IMU, poses from outside; and ground truth."""
 
 from dataclasses import dataclass
 
@@ -140,3 +140,21 @@ class PoseRecord:
     quaternion_xyzw: FloatArray
     sd_position_m: float
     sd_angle_rad: float
+
+
+@dataclass(frozen=True, slots=True)
+class ImuRecord:
+    """A reading of an inertial unit, as it reported it: its own axes, nothing subtracted.
+
+    Attributes:
+        t_ns: When it was measured, on the loop's clock.
+        yaw_rate_rad_s: About its z axis [rad/s]; NaN without a gyro. So are the angles without them.
+        roll_rad: About its x axis [rad], after ``pitch_rad``: a vector of its own is turned into the
+            world's by roll first, then pitch, then yaw.
+        pitch_rad: About its y axis [rad].
+    """
+
+    t_ns: int
+    yaw_rate_rad_s: float
+    roll_rad: float
+    pitch_rad: float

@@ -10,7 +10,13 @@ from model.values.contact import ContactSolution
 from model.values.estimate import Estimate
 from model.values.faults import Fault, ServoEvent, StopReason
 from model.values.legs import FootForces, FootMotion, JointCommand, JointState
-from model.values.readings import BodyTruth, ForceRecord, PoseRecord, ServoReadings
+from model.values.readings import (
+    BodyTruth,
+    ForceRecord,
+    ImuRecord,
+    PoseRecord,
+    ServoReadings,
+)
 
 
 class Mode(enum.Enum):
@@ -86,6 +92,7 @@ class Inputs:
         poses: Absolute poses received since the last tick, in the order in which they came.
         servo_events: Servos that lost their torque, were brought back or could not be, since the last
             tick. Each is among the faults too, which is all that a log keeps of it.
+        imu: Readings of an inertial unit received since the last tick, in the order in which they came.
     """
 
     servos: ServoReadings | None
@@ -96,6 +103,7 @@ class Inputs:
     faults: tuple[Fault, ...]
     poses: tuple[PoseRecord, ...] = ()
     servo_events: tuple[ServoEvent, ...] = ()
+    imu: tuple[ImuRecord, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -16,7 +16,7 @@ from model.values.faults import Fault
 from model.values.machine_names import MachineNames
 from model.values.readings import ForceRecord, ServoReadings
 from record.log.reader import StampedTick
-from record.log.recording import Stack
+from record.log.recording import Stack, newest_imu
 from record.log.tick_message import TRANSDUCERS
 from record.trial.table_file import Names, TableColumn, axis_words, column_names
 from record.trial.trial import BODY_POSITION
@@ -156,6 +156,12 @@ GROUPS: Mapping[str, tuple[Part, ...]] = MappingProxyType(
             Part("estimate_holding", "estimate.holding"),
             Part("estimate_health", "estimate.health.value", kind=object),
             Part("estimate_reason", "estimate.reason", kind=object),
+        ),
+        "imu": (
+            Part(("imu_yaw_rate_rad_s", "imu_roll_rad", "imu_pitch_rad"), "inputs.imu", newest_imu),
+            Part("imu_readings", "inputs.imu", len),
+            Part("estimate_gyro_bias_rad_s", "estimate.gyro_bias_rad_s"),
+            Part("estimate_gyro_bias_sd_rad_s", "estimate.gyro_bias_sd"),
         ),
         "truth": (
             Part(BODY_POSITION, "inputs.truth.position_W"),

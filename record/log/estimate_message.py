@@ -19,6 +19,7 @@ ESTIMATE_TEXT = (
     "float64[] mu\nfloat64[] mu_sd\nfloat64[] stiffness\nfloat64[] stiffness_sd\n"
     "float64[] force_b\nfloat64[] force_covariance\nfloat64[] load_share\n"
     "float64[] load_share_sd\nfloat64[] innovation\nbool[] contact\nbool[] slipping\n"
+    "float64 gyro_bias\nfloat64 gyro_bias_sd\n"
 )
 HEALTHS = (Health.OK, Health.DEGRADED, Health.LOST)  # codes 0, 1, 2
 # a covariance is symmetric to the last bit: six of its nine numbers are kept
@@ -26,8 +27,8 @@ _ROWS, _COLUMNS = np.tril_indices(3)
 _LOWER = 3 * _ROWS + _COLUMNS
 
 
-def write_estimate(w: CdrWriter, estimate: Estimate | None) -> None:
-    """Write an estimate: a sequence of one, or of none."""
+def write_estimate(w: CdrWriter, estimate: Estimate | None, *, with_gyro: bool = True) -> None:
+    """Write an estimate: a sequence of one, or of none; before layout 4 it had no gyro bias."""
     w.count(estimate is not None)
     if estimate is None:
         return
@@ -46,10 +47,12 @@ def write_estimate(w: CdrWriter, estimate: Estimate | None) -> None:
         e.innovation,
     )  # fmt: skip
     w.sequences(BOOLS, e.contact, e.slipping)
+    if with_gyro:
+        w.record("dd", e.gyro_bias_rad_s, e.gyro_bias_sd)
 
 
-def read_estimate(r: CdrReader) -> Estimate | None:
-    """Read an estimate, None if there is none.
+def read_estimate(r: CdrReader, *, with_gyro: bool = True) -> Estimate | None:
+    """Read an estimate, None if there is none; before layout 4 it had no gyro bias.
 
     Raises:
         ValueError: The message is damaged.
@@ -65,6 +68,7 @@ def read_estimate(r: CdrReader) -> Estimate | None:
     load_share, load_share_sd = r.sequences(FLOATS, 2)
     innovation = r.sequence(FLOATS)
     contact, slipping = r.sequences(BOOLS, 2)
+    bias, bias_sd = r.record("dd") if with_gyro else (np.nan, np.nan)
     return Estimate(
         t_ns=t_ns,
         position_m=planar[0:2],
@@ -94,6 +98,8 @@ def read_estimate(r: CdrReader) -> Estimate | None:
         force_age_s=numbers[14],
         health=HEALTHS[health],
         reason=reason,
+        gyro_bias_rad_s=bias,
+        gyro_bias_sd=bias_sd,
     )
 
 

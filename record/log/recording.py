@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
 from model.values.faults import Fault
 from model.values.machine_names import MachineNames
+from model.values.readings import ImuRecord
 from model.values.tick import Tick
 from record.log.estimate_message import HEALTHS
 
@@ -60,6 +61,14 @@ class Stack(NamedTuple):
         return np.array([nothing if value is None else value for value in values], self.kind)
 
 
+def newest_imu(readings: Sequence[ImuRecord]) -> FloatArray | None:
+    """Yaw rate [rad/s], roll, pitch [rad], (3,), of the newest reading; None where there is none."""
+    if not readings:
+        return None
+    newest = readings[-1]
+    return np.array([newest.yaw_rate_rad_s, newest.roll_rad, newest.pitch_rad])
+
+
 def _sd(covariance: FloatArray) -> FloatArray:
     return np.sqrt(np.diagonal(covariance))
 
@@ -89,6 +98,8 @@ class Recording:
         estimate_velocity_B: vx, vy [m/s], yaw rate [rad/s], (T, 3).
         estimate_force_n: Its forces, (T, N, 3).
         estimate_health: 0 ok, 1 degraded, 2 lost, -1 not running, (T,).
+        imu: The newest reading of the IMU in a tick, in its own axes: yaw rate [rad/s], roll, pitch [rad],
+            (T, 3); NaN where none came.
         truth_position_W: (T, 3); NaN where there is no truth. So in all fields of the truth.
         truth_quaternion_xyzw: (T, 4).
         truth_velocity_B: vx, vy [m/s], yaw rate [rad/s], (T, 3).
@@ -127,6 +138,7 @@ class Recording:
     estimate_health: Annotated[
         IntArray, Stack("estimate.health", change=HEALTHS.index, absent=NOT_RUNNING, kind=np.int64)
     ]
+    imu: Annotated[FloatArray, Stack("inputs.imu", (3,), newest_imu)]
     truth_position_W: Annotated[FloatArray, Stack("inputs.truth.position_W", (3,))]  # noqa: N815
     truth_quaternion_xyzw: Annotated[FloatArray, Stack("inputs.truth.quaternion_xyzw", (4,))]
     truth_velocity_B: Annotated[FloatArray, Stack("inputs.truth.planar_velocity_B", (3,))]  # noqa: N815

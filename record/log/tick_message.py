@@ -2,7 +2,8 @@
 
 Layout 1 is that of logs from before there was an estimator: no absolute poses among the inputs, no
 estimate at the end. Layout 2 has the bytes of layout 3 under names that misled: its ``estimate_*`` was
-dead reckoning, its ``odometry`` the estimate.
+dead reckoning, its ``odometry`` the estimate. Layout 3 is that of logs from before there was an IMU: no
+readings of one among the inputs, no gyro bias in the estimate.
 """
 
 from dataclasses import dataclass
@@ -13,14 +14,20 @@ import numpy as np
 from model.values.contact import ContactSolution, Support, Traction
 from model.values.faults import Fault, StopReason
 from model.values.legs import FootForces, FootMotion, JointCommand, JointState
-from model.values.readings import BodyTruth, ForceRecord, PoseRecord, ServoReadings
+from model.values.readings import (
+    BodyTruth,
+    ForceRecord,
+    ImuRecord,
+    PoseRecord,
+    ServoReadings,
+)
 from model.values.tick import DeadReckoning, Inputs, LoopTiming, Mode, Request, Tick
 from record.log.cdr import HEADER, CdrReader, CdrWriter
 from record.log.estimate_message import ESTIMATE_TEXT, read_estimate, write_estimate
 from record.log.fields import Fields
 
 TRANSDUCERS = 6
-LAYOUT = 3  # of ticks written today
+LAYOUT = 4  # of ticks written today
 _REQUEST = Fields(
     Request,
     "uint8 request_intent", "string request_gait", "float64 request_frequency_hz",
@@ -53,6 +60,10 @@ _POSE = Fields(
     PoseRecord,
     "int64 t_ns", "float64[3] position_w", "float64[4] quaternion_xyzw", "float64 sd_position_m",
     "float64 sd_angle_rad",
+)  # fmt: skip
+_IMU = Fields(
+    ImuRecord,
+    "int64 t_ns", "float64 yaw_rate_rad_s", "float64 roll_rad", "float64 pitch_rad",
 )  # fmt: skip
 _JOINTS = Fields(
     JointState,
@@ -90,12 +101,14 @@ TICK_DEFINITIONS = {
     "bigant_msgs/Fault": _FAULT.text,
     "bigant_msgs/ForceRecord": _FORCE_RECORD.text,
     "bigant_msgs/PoseRecord": _POSE.text,
+    "bigant_msgs/ImuRecord": _IMU.text,
     "bigant_msgs/Estimate": ESTIMATE_TEXT,
     "bigant_msgs/Tick": (
         f"int64 t_ns\nint64 index\nuint8 mode\nuint8 stop_reason\n{_REQUEST.text}{_TIMING.text}"
         f"bool servos_attached\n{_SERVOS.text}bigant_msgs/ForceRecord[] force_records\n"
         f"bool truth_known\n{_TRUTH.text}bigant_msgs/Fault[] input_faults\n"
-        f"bigant_msgs/PoseRecord[] pose_records\n{_JOINTS.text}{_FORCES.text}float64 gait_phase\n"
+        f"bigant_msgs/PoseRecord[] pose_records\nbigant_msgs/ImuRecord[] imu_records\n"
+        f"{_JOINTS.text}{_FORCES.text}float64 gait_phase\n"
         f"{_WISHED.text}{_SENT.text}{_FEET.text}{_SUPPORT.text}{_TRACTION.text}"
         f"{_DEAD_RECKONING.text}bigant_msgs/Fault[] faults\nbigant_msgs/Estimate[] estimate\n"
     ),
@@ -116,6 +129,7 @@ def encode_tick(tick: Tick) -> bytes:
     _TRUTH.write(w, inputs.truth or _no_truth(len(tick.feet.position_m)))
     _FAULT.write_all(w, inputs.faults)
     _POSE.write_all(w, inputs.poses)
+    _IMU.write_all(w, inputs.imu)
     _write_outputs(w, tick)
     return w.done()
 
@@ -146,7 +160,7 @@ def _write_outputs(w: CdrWriter, tick: Tick, layout: int = LAYOUT) -> None:
     _DEAD_RECKONING.write(w, tick.dead_reckoning)
     _FAULT.write_all(w, tick.faults)
     if layout > 1:
-        write_estimate(w, tick.estimate)
+        write_estimate(w, tick.estimate, with_gyro=layout > 3)
 
 
 def says_the_same(tick: Tick, message: bytes, inputs_end: int, layout: int = LAYOUT) -> bool:
@@ -231,7 +245,7 @@ def decode_tick(data: bytes, layout: int = LAYOUT, seen: TickInputs | None = Non
         contact=ContactSolution(_SUPPORT.read(r), _TRACTION.read(r)),
         dead_reckoning=_DEAD_RECKONING.read(r),
         faults=_FAULT.read_all(r),
-        estimate=read_estimate(r) if layout > 1 else None,
+        estimate=read_estimate(r, with_gyro=layout > 3) if layout > 1 else None,
     )
 
 
@@ -251,4 +265,5 @@ def _read_inputs(r: CdrReader, layout: int, *, with_truth: bool = True) -> Input
         truth=truth if truth_known else None,
         faults=_FAULT.read_all(r),
         poses=_POSE.read_all(r) if layout > 1 else (),
+        imu=_IMU.read_all(r) if layout > 3 else (),
     )

@@ -234,7 +234,7 @@ class Controller:
         memory, estimate = state.estimates.estimator, None
         if self._estimator is not None and memory is not None:
             memory, estimate = self._estimator.step(
-                memory, t_ns, senses.joints, senses.forces, inputs.poses
+                memory, t_ns, senses.joints, senses.forces, inputs.poses, inputs.imu
             )
         return Estimates(feet, contact, forces, dead_reckoning, estimate, memory, faults)
 

@@ -16,7 +16,7 @@ from model.values.arrays import FloatArray, readonly
 from model.values.estimate import POSE, Estimate, OdometryInputs
 from model.values.legs import FootForces, JointState
 from model.values.parameters import RobotParameters
-from model.values.readings import PoseRecord
+from model.values.readings import ImuRecord, PoseRecord
 from robot.config.estimator import EstimatorConfig
 from robot.config.robot_file import RobotConfig
 from robot.control.effects import EffectMemory, EffectsBeside
@@ -74,7 +74,8 @@ class EstimatorStage:
         t_ns: int,
         joints: JointState,
         forces: FootForces,
-        poses: tuple[PoseRecord, ...],
+        poses: tuple[PoseRecord, ...] = (),
+        imu: tuple[ImuRecord, ...] = (),
     ) -> tuple[StageMemory, Estimate]:
         """Advance by a tick.
 
@@ -85,6 +86,7 @@ class EstimatorStage:
             forces: Newest foot forces.
             poses: Absolute poses heard since the last tick. The first one ever says where the outside
                 world lies in ours, so that the estimate does not jump.
+            imu: Readings of the IMU since then; the newest one counts.
         """
         effects = memory.effects
         if self._effects is None:
@@ -95,6 +97,14 @@ class EstimatorStage:
                 effects, t_ns, joints.angle_rad, joints.rate_rad_s, forces
             )
             inputs = OdometryInputs(t_ns, tick.answer.feet, tick.forces, added=tick.added)
+        if imu:
+            newest_imu = imu[-1]
+            inputs = replace(
+                inputs,
+                yaw_rate_rad_s=newest_imu.yaw_rate_rad_s,
+                roll_rad=newest_imu.roll_rad,
+                pitch_rad=newest_imu.pitch_rad,
+            )
         before, alignment = memory.estimator, memory.alignment
         if poses:
             alignment, late, newest = self._sorted(before, alignment, t_ns, poses)

@@ -128,7 +128,7 @@ class Tracker:
                 raise ConfigError("--robot", words)
         forces = no_forces(legs) if self._no_forces else tick.forces
         self._memory, estimate = self._stage.step(
-            self._memory, tick.t_ns, tick.joints, forces, tick.inputs.poses
+            self._memory, tick.t_ns, tick.joints, forces, tick.inputs.poses, tick.inputs.imu
         )
         return estimate
 

@@ -97,7 +97,9 @@ class _Replayed:
         servos = reading.servos
         if inputs.servos is not None:
             servos = replace(servos, t_ns=inputs.servos.t_ns, age_ns=inputs.servos.age_ns)
-        return replace(reading, servos=servos, truth=inputs.truth, poses=inputs.poses)
+        return replace(
+            reading, servos=servos, truth=inputs.truth, poses=inputs.poses, imu=inputs.imu
+        )
 
     def actuate(self, allowed: Allowed) -> tuple[Fault, ...]:
         return self._rig.actuate(allowed)

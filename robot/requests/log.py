@@ -5,7 +5,7 @@ from pathlib import Path
 from robot.console.arguments import argument, as_json, needed, option, request
 
 FORMATS = ("trial", "csv", "parquet", "tum")
-GROUPS = "joints,commands,forces,model,odometry,truth,loop"
+GROUPS = "joints,commands,forces,model,odometry,imu,truth,loop"
 
 
 @request("report.log_files:info")

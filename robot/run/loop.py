@@ -179,6 +179,7 @@ def exchange(
     inputs = Inputs(
         reading.servos, reading.forces, wanted.request, wanted.timing, reading.truth,
         (*reading.faults, *wanted.faults), reading.poses, reading.servo_events,
+        reading.imu,
     )  # fmt: skip
     state, tick = controller.step(state, inputs, t_ns)
     return state, tick, devices.actuate(state.allowed)

@@ -20,7 +20,14 @@ from drivers.pose_udp import PoseListener
 from drivers.wire.tap import WireTap
 from model.errors import BusError, ConnectionLost
 from model.values.faults import Fault, FaultKind, ServoEvent
-from model.values.readings import BodyTruth, ForceRecord, PoseRecord, ServoReadings, silent_readings
+from model.values.readings import (
+    BodyTruth,
+    ForceRecord,
+    ImuRecord,
+    PoseRecord,
+    ServoReadings,
+    silent_readings,
+)
 from robot.config.safety import RecoverySettings
 from robot.control.safety import Allowed
 
@@ -44,6 +51,7 @@ class Reading:
         faults: Faults the drivers found.
         poses: Absolute poses since the last read.
         servo_events: Servos that lost their torque or were brought back since then; each is a fault too.
+        imu: Readings of an inertial unit since the last read.
     """
 
     servos: ServoReadings
@@ -52,6 +60,7 @@ class Reading:
     faults: tuple[Fault, ...] = ()
     poses: tuple[PoseRecord, ...] = ()
     servo_events: tuple[ServoEvent, ...] = ()
+    imu: tuple[ImuRecord, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

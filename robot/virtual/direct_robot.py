@@ -14,7 +14,7 @@ from drivers.dynamixel.port import BITS_PER_BYTE
 from drivers.dynamixel.units import VELOCITY_UNIT_RAD_S, VOLTAGE_UNIT_V
 from model.values.arrays import IntArray, readonly
 from model.values.faults import Fault
-from model.values.readings import ServoReadings
+from model.values.readings import ImuRecord, ServoReadings
 from robot.config.robot_file import RobotConfig
 from robot.control.safety import Allowed
 from robot.run.rig import Reading, Rig
@@ -25,6 +25,8 @@ from sim_hw.host.virtual_robot import VirtualRobot
 PATTERN = 10
 # A sync read without its ids, in bytes.
 SYNC_READ_BYTES = 14
+# Of the IMU in one read: what came while nobody listened is of no use.
+NEWEST_READINGS = 16
 
 
 class DirectRobot:
@@ -77,7 +79,7 @@ class DirectRobot:
             # forces come through the link, which parses what the unit sent
             reading = self._rig.read()
             self._reads.append(self.clock.now_ns() - start_ns)
-            return replace(reading, truth=None)
+            return replace(reading, truth=None, imu=self._readings_of_imu())
         world = self.world
         world.advance_to(start_ns + self._ask_ns)
         counts = self._counts()
@@ -98,7 +100,12 @@ class DirectRobot:
             valid=self._valid,
             age_ns=self._plain,
         )
-        return Reading(readings, tuple(self._robot.wnet.due(self.clock.now_ns())))
+        forces = tuple(self._robot.wnet.due(self.clock.now_ns()))
+        return Reading(readings, forces, imu=self._readings_of_imu())
+
+    def _readings_of_imu(self) -> tuple[ImuRecord, ...]:
+        imu = self._robot.imu
+        return imu.arrived(self.clock.now_ns())[-NEWEST_READINGS:] if imu is not None else ()
 
     def _counts(self) -> tuple[IntArray, ...]:
         motors = self.world.motors()

@@ -16,6 +16,7 @@ from robot.console.progress import StatusLine
 from robot.run.hardware import assemble, open_real
 from robot.run.rig import Rig, Wires
 from robot.virtual.file_twin import file_twin
+from sim_hw.assumed import ImuAssumed
 from sim_hw.ati.memory import MemoryDatagramLink, MemoryTextLink
 from sim_hw.clock import VirtualClock
 from sim_hw.dynamixel.firmware import FirmwareBank
@@ -42,6 +43,7 @@ class VirtualSettings:
         scenario: What goes wrong, None for sound devices.
         tap: Listens in on all wires, from the first byte on; None for nobody.
         there: The robot that is really there; None for the one that the robot file says.
+        imu: The IMU on its body, None for none.
     """
 
     seed: int = 0
@@ -50,6 +52,7 @@ class VirtualSettings:
     scenario: Scenario | None = None
     tap: WireTap | None = None
     there: RobotConfig | None = None
+    imu: ImuAssumed | None = None
 
 
 USUAL = VirtualSettings()
@@ -121,6 +124,7 @@ def open_twin(
         settings.seed,
         twin,
         settings.scenario,
+        settings.imu,
     )
     robot = robot if cameras else replace(robot, cameras=None)
     return _in_memory(config, robot, settings), robot

@@ -1,10 +1,11 @@
 """One virtual robot: a plant, the servos' firmware, and the two devices in front of them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from drivers.ati.settings import ForceSensorSettings
 from drivers.dynamixel.settings import ServoBusSettings
 from model.values.parameters import RobotParameters
+from sim_hw.assumed import ImuAssumed
 from sim_hw.ati.unit import NOISE, VirtualWnet, WnetWire
 from sim_hw.dynamixel.bus import VirtualServoBus
 from sim_hw.dynamixel.firmware import FirmwareBank
@@ -20,6 +21,7 @@ from sim_hw.host.world import World
 from sim_hw.interfaces import HostedWorld, ServoWire
 from sim_hw.plant.parameters import PlantParameters
 from sim_hw.plant.plant import Plant
+from sim_hw.twin.imu import VirtualImu
 from sim_hw.twin.motion_capture import MotionCapture
 from sim_hw.twin.twin import Twin
 
@@ -36,6 +38,7 @@ class VirtualRobot:
         servo_wire: The servos as the host's port sees them; with a scenario, its faults lie between.
         wnet_wire: The same for the force-torque unit.
         cameras: What sees body and feet; None where ground truth is taken as it is.
+        imu: The IMU on its body, None for none.
     """
 
     world: HostedWorld
@@ -45,6 +48,7 @@ class VirtualRobot:
     servo_wire: ServoWire
     wnet_wire: WnetWire
     cameras: MotionCapture | None
+    imu: VirtualImu | None = None
 
 
 def build_virtual_robot(
@@ -54,6 +58,7 @@ def build_virtual_robot(
     seed: int,
     twin: Twin | None = None,
     scenario: Scenario | None = None,
+    imu: ImuAssumed | None = None,
 ) -> VirtualRobot:
     """Build a virtual robot for a robot file.
 
@@ -64,14 +69,17 @@ def build_virtual_robot(
         seed: Seed of all noise.
         twin: What the robot and its sensors really are; None for the nominal robot and ground truth.
         scenario: What goes wrong; None for sound devices with nothing between them and the host.
+        imu: The IMU on its body, None for none.
     """
     plant = Plant(twin.plant if twin is not None else PlantParameters.nominal(robot), seed)
     firmware = FirmwareBank(robot.legs.count)
     sensors = twin.sensors if twin is not None else None
-    world = World(plant, firmware, servo_bus, force_sensor, sensors)
+    unit = VirtualImu(imu, seed) if imu is not None else None
+    world = World(plant, firmware, servo_bus, force_sensor, sensors, unit)
     if twin is not None and GoalPath.needed(twin.plant.drive):
         firmware.goal_path = GoalPath(twin.plant.drive, world.motors().ticks, plant.dt_s, seed)
-    return put_devices(world, firmware, servo_bus, force_sensor, seed, scenario, twin)
+    robot_there = put_devices(world, firmware, servo_bus, force_sensor, seed, scenario, twin)
+    return replace(robot_there, imu=unit)
 
 
 def put_devices(

@@ -12,6 +12,7 @@ from model.values.arrays import FloatArray
 from model.values.readings import BodyTruth
 from sim_hw.interfaces import FirmwareControl, MotorReadings
 from sim_hw.plant.plant import Plant
+from sim_hw.twin.imu import VirtualImu
 from sim_hw.twin.sensing import ForceChannel, SensorParameters
 
 # Forces are kept so long: a transducer averages over its sample period, and its stream may come late.
@@ -27,6 +28,7 @@ class World:
         servo_bus: How the servos are mounted.
         force_sensor: How the transducers are mounted.
         sensors: Errors of encoders and transducers; None for none.
+        imu: An IMU on the body, None for none.
     """
 
     def __init__(
@@ -36,8 +38,10 @@ class World:
         servo_bus: ServoBusSettings,
         force_sensor: ForceSensorSettings,
         sensors: SensorParameters | None = None,
+        imu: VirtualImu | None = None,
     ) -> None:
         self.plant = plant
+        self._imu = imu
         self._firmware = firmware
         signs = servo_bus.signs
         self._signs = signs.astype(np.float64)
@@ -64,6 +68,8 @@ class World:
         while self._now_ns + self._step_ns <= t_ns:
             self._now_ns += self._step_ns
             self._step()
+            if self._imu is not None and self._now_ns >= self._imu.due_ns:
+                self._imu.sample(self._now_ns, self.plant.places()[1])
 
     def stand_still_until(self, t_ns: int) -> None:
         """Skip the time until ``t_ns``, in which nothing happens; nothing if it is already there."""

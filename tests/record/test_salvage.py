@@ -286,6 +286,20 @@ def test_dead_reckoning_and_estimate_of_the_second_format_are_not_confused() -> 
     assert estimate.health is Health.OK
 
 
+def test_the_third_format_has_no_imu_and_no_gyro_bias() -> None:
+    contents = LogContents()
+    ticks = list(read_ticks(Path(__file__).parent / "logs" / "format_3.mcap", contents))
+    assert contents.damages == ()
+    assert indexes(ticks) == list(range(62))
+    assert all(tick.inputs.imu == () for tick in ticks)
+    last = ticks[-1]
+    assert last.mode is Mode.WALK
+    assert last.estimate is not None
+    assert np.isnan([last.estimate.gyro_bias_rad_s, last.estimate.gyro_bias_sd]).all()
+    assert last.estimate.health is Health.OK, "what comes behind it is read from its place"
+    assert last.estimate.position_m == pytest.approx([9.2e-4, 1.1e-4], abs=2e-3)
+
+
 def test_a_layout_that_nobody_knows_is_said_so(tmp_path: Path) -> None:
     """A log of a newer program: refused as a whole, not read as garbage."""
     from mcap.writer import CompressionType, Writer

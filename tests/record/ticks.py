@@ -6,7 +6,7 @@ from model.values.contact import ContactSolution, Support, Traction
 from model.values.estimate import Estimate, Health
 from model.values.faults import Fault, FaultKind, StopReason
 from model.values.legs import FootForces, FootMotion, JointCommand, JointState
-from model.values.readings import BodyTruth, ForceRecord, PoseRecord, ServoReadings
+from model.values.readings import BodyTruth, ForceRecord, ImuRecord, PoseRecord, ServoReadings
 from model.values.tick import DeadReckoning, Inputs, Intent, LoopTiming, Mode, Request, Tick
 
 NAMES = ("HL", "ML", "FL", "HR", "MR", "FR")
@@ -52,6 +52,9 @@ def make_tick(index: int, *, legs: int = 6, seed: int = 0) -> Tick:
         poses=tuple(
             PoseRecord(t_ns - k, floats(3), floats(4), 0.002, np.nan) for k in range(index % 2)
         ),
+        imu=tuple(
+            ImuRecord(t_ns - k, *rng.normal(size=3).tolist()) for k in range((index + 1) % 3)
+        ),
     )
     command = JointCommand(t_ns, floats(legs), floats(legs), torque=True)
     return Tick(
@@ -96,4 +99,5 @@ def make_estimate(rng: np.random.Generator, t_ns: int, legs: int) -> Estimate:
         contact=rng.random(legs) < 0.5, slipping=rng.random(legs) < 0.5, holding=True, nis=np.nan,
         nis_dof=7, log_likelihood=-3.5, innovation=np.full((legs, 3), np.nan), rejects=3,
         force_age_s=0.01, health=Health.DEGRADED, reason="no forces for 0.6 s",
+        gyro_bias_rad_s=0.01, gyro_bias_sd=0.001,
     )  # fmt: skip

@@ -148,9 +148,10 @@ def test_another_robot_file_shows_what_it_changes() -> None:
     assert replay_log(log_of("tripod"), config=parse_robot(CONFIG_TEXT)).equal
 
 
-def test_a_log_of_the_layout_before_is_replayed_in_full() -> None:
-    """Its names of dead reckoning and estimate were others; every output of today is compared."""
-    found = replay_log(LOGS / "format_2.mcap")
+@pytest.mark.parametrize("layout", [2, 3])
+def test_a_log_of_a_layout_before_is_replayed_in_full(layout: int) -> None:
+    """2 had other names for dead reckoning and estimate, 3 no IMU; every output of today is compared."""
+    found = replay_log(LOGS / f"format_{layout}.mcap")
     assert found.equal
     assert found.complete
     assert found.ticks == 62
