@@ -66,10 +66,10 @@ class VirtualImu:
     def arrived(self, now_ns: int) -> tuple[ImuRecord, ...]:
         """Return the readings that have arrived since the last call, oldest first."""
         latest_ns = now_ns - round(self._assumed.delay_s * 1e9)
-        found: list[ImuRecord] = []
+        arrived: list[ImuRecord] = []
         while self._waiting and self._waiting[0].t_ns <= latest_ns:
-            found.append(self._waiting.popleft())
-        return tuple(found)
+            arrived.append(self._waiting.popleft())
+        return tuple(arrived)
 
 
 def _turned_about_z(before: FloatArray, after: FloatArray) -> float:
