@@ -102,9 +102,7 @@ def world_log(folder: Path, seed: int) -> Path:
         config = load_robot()
         world = world_of(seed, config)
         part = kept.with_suffix(".part")
-        walk_without_bytes(
-            config, world.gait, CYCLES, seed, part, twin=twin_of(world, config)
-        )
+        walk_without_bytes(config, world.gait, CYCLES, seed, part, twin=twin_of(world, config))
         part.replace(kept)
     return kept
 

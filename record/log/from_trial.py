@@ -1,9 +1,11 @@
 """A trial as a log, so that everything that reads logs reads it: shafts, commands, forces, body.
 
-What the tick has no place for is named by ``left_out``. The model is not run: its outputs are invalid.
+What the tick has no place for is named by ``left_out``. The model is not run: its outputs are invalid. An
+estimator that the caller brings is stepped through the ticks; without one they hold no estimate.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +15,12 @@ from model.errors import RecordError
 from model.motion.se2 import heading_quaternion
 from model.values.arrays import FloatArray, IntArray, readonly
 from model.values.contact import no_contact
+from model.values.estimate import Estimate
 from model.values.faults import StopReason
 from model.values.legs import FootForces, JointCommand, JointState, no_feet
 from model.values.readings import BodyTruth
 from model.values.tick import DeadReckoning, Inputs, Intent, LoopTiming, Mode, Request, Tick
-from record.log.header import RunHeader
+from record.log.header import IMPORTED, RunHeader
 from record.log.writer import LogWriter
 from record.trial.header import LEGGED, header_text
 from record.trial.trial import Trial
@@ -30,7 +33,10 @@ TELL_TICKS = 500
 
 
 def write_trial_log(
-    trial: Trial, path: Path, tell: Callable[[float], None] = lambda _: None
+    trial: Trial,
+    path: Path,
+    tell: Callable[[float], None] = lambda _: None,
+    estimate: Callable[[Tick], Estimate] | None = None,
 ) -> None:
     """Write a trial as a log.
 
@@ -38,6 +44,7 @@ def write_trial_log(
         trial: The trial.
         path: The log.
         tell: Told now and then which share has been written.
+        estimate: Gets every tick in order, and returns what the log is to hold as its estimate.
 
     Raises:
         RecordError: It cannot be written.
@@ -52,7 +59,7 @@ def write_trial_log(
     phases = gait_phase(trial)
     metadata = RunHeader(
         robot=Path(header.robot_file).stem,
-        hardware="imported",
+        hardware=IMPORTED,
         gait=header.gait,
         frequency_hz=header.frequency_hz,
         trial=header_text(header),
@@ -71,7 +78,8 @@ def write_trial_log(
             if index % TELL_TICKS == 0:
                 tell(index / len(t_ns))
             now_ns = int(t_ns[index]) + offset_ns
-            writer.write(_tick(trial, index, now_ns, float(phases[index])))
+            tick = _tick(trial, index, now_ns, float(phases[index]))
+            writer.write(tick if estimate is None else replace(tick, estimate=estimate(tick)))
         writer.close()
         if writer.error is not None:
             raise writer.error

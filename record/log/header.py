@@ -19,6 +19,7 @@ PACKAGES = (
 )
 PREFIX = "version."
 NOT_INSTALLED = "not installed"
+IMPORTED = "imported"  # in place of the hardware: no controller made this log
 
 
 def version_of(package: str) -> str:
@@ -45,7 +46,7 @@ class RunHeader:
 
     Attributes:
         robot: Name of the robot.
-        hardware: ``virtual``, the serial port of the servo bus, or ``imported``.
+        hardware: ``virtual``, the serial port of the servo bus, or ``IMPORTED``.
         time: ``virtual`` or ``real``; empty where no loop of ours ran.
         gait: Gait that it began with.
         frequency_hz: Its frequency; None or NaN where it is not known.

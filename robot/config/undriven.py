@@ -20,7 +20,7 @@ def not_driven() -> ConfigError:
     return ConfigError(
         "leg.kind",
         "is chain, and legs of several joints are not driven: what they measured is brought in by bigant "
-        "import, and seen by show, view, odom and gap",
+        "import, and seen by show, view, odom, replay and gap",
     )
 
 

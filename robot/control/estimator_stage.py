@@ -8,15 +8,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.constants import g as standard_gravity
 
+from model.errors import ConfigError
 from model.estimator.filter import Estimator
 from model.estimator.history import EstimatorMemory, LateSample, advance, use_late
-from model.kinematics.legs import LegKinematics
+from model.kinematics.legs import LegKinematics, leg_kinematics
 from model.motion.se2 import aligning, compose, yaw_of
 from model.values.arrays import FloatArray, readonly
 from model.values.estimate import POSE, Estimate, OdometryInputs
 from model.values.legs import FootForces, JointState
 from model.values.parameters import RobotParameters
 from model.values.readings import ImuRecord, PoseRecord
+from model.values.tick import Tick
 from robot.config.estimator import EstimatorConfig
 from robot.config.robot_file import RobotConfig
 from robot.control.effects import EffectMemory, EffectsBeside
@@ -155,6 +157,44 @@ def estimator_stage(config: RobotConfig, kinematics: LegKinematics) -> Estimator
         effects = EffectsBeside(config, config.estimator.settings.law)
         effects.prepare()
     return EstimatorStage(config.parameters, config.estimator, kinematics, effects)
+
+
+class TickEstimator:
+    """The stage over ticks that are there already, such as those of a log, one after the other.
+
+    Args:
+        config: Robot file.
+    """
+
+    def __init__(self, config: RobotConfig) -> None:
+        self._names = config.parameters.names
+        self._stage = estimator_stage(config, leg_kinematics(config.parameters))
+        self.memory = self._stage.initial()
+
+    def step(self, tick: Tick, forces: FootForces | None = None) -> Estimate:
+        """Advance by a tick; ``forces`` stand in for those in it.
+
+        Raises:
+            ConfigError: The robot has other legs or joints than the tick.
+        """
+        self._check(len(tick.feet.position_m), len(tick.joints.angle_rad))
+        if forces is None:
+            forces = tick.forces
+        self.memory, estimate = self._stage.step(
+            self.memory, tick.t_ns, tick.joints, forces, tick.inputs.poses, tick.inputs.imu
+        )
+        return estimate
+
+    def _check(self, legs: int, joints: int) -> None:
+        names = self._names
+        if legs == joints == len(names.joints) > len(names.legs):
+            words = f"has {len(names.legs)} legs, and the log was imported without it, so that each joint"
+            hint = "passes for a leg; name it in the map, [trial] robot, and import again"
+            raise ConfigError("--robot", f"{words} {hint}")
+        for word, own, there in (("legs", names.legs, legs), ("joints", names.joints, joints)):
+            if len(own) != there:
+                words = f"has {len(own)} {word}, the log {there}; choose another file"
+                raise ConfigError("--robot", words)
 
 
 def planar(record: PoseRecord) -> FloatArray:

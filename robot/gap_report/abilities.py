@@ -8,11 +8,12 @@ import numpy as np
 
 from gap.diagnosis.coverage import Coverage, coverage_of
 from gap.interfaces import Simulator
-from model.errors import BigantError
+from model.errors import BigantError, ConfigError
 from model.values.arrays import FloatArray
 from record.trial.header import LEGGED, TrialHeader
 from record.trial.table_file import TableColumn
 from record.trial.trial import Trial, build_trial
+from robot.config.robot_file import parse_robot
 from robot.gap_report.trials import simulator_for
 
 NO_ROBOT = 'no robot file; add robot = "FILE.toml" to [trial] in the map or beside the table'
@@ -29,7 +30,11 @@ class Ability(NamedTuple):
 def abilities(trial: Trial) -> tuple[Ability, ...]:
     """Say what can be asked of a trial, by what each command needs of it."""
     return (
-        *((_odometry(trial), _truth(trial), _forces(trial)) if trial.header.kind == LEGGED else ()),
+        *(
+            (odometry_ability(trial), _truth(trial), _forces(trial))
+            if trial.header.kind == LEGGED
+            else ()
+        ),
         _diagnosis(trial),
     )
 
@@ -39,13 +44,21 @@ def _known(values: FloatArray) -> list[bool]:
     return [bool(np.isfinite(column).any()) for column in values.T]
 
 
-def _odometry(trial: Trial) -> Ability:
+def odometry_ability(trial: Trial) -> Ability:
+    """Say whether the estimator can run over a trial."""
     known = _known(trial.shaft_rad + trial.shaft_rad_s)
     lacking = [name for name, one in zip(trial.joints, known, strict=True) if not one]
     if not trial.header.robot_text:
         return Ability("odometry", False, NO_ROBOT)
     if len(lacking) == len(trial.joints):
         return Ability("odometry", False, "no shaft angles (shaft_J_rad)")
+    try:
+        names = parse_robot(trial.header.robot_text).parameters.names
+    except ConfigError as error:
+        return Ability("odometry", False, f"the robot file cannot be used: {error}")
+    if names != trial.header.names:
+        words = f"the robot file has {len(names.legs)} legs and {len(names.joints)} joints by other names"
+        return Ability("odometry", False, words)
     if lacking:
         words = f"worse for want of shaft angles of {', '.join(lacking)}"
         return Ability("odometry", True, words)

@@ -17,6 +17,7 @@ from model.values.arrays import FloatArray
 from model.values.legs import FootMotion
 from record.log.from_trial import left_out, write_trial_log
 from record.trial.column_map import ColumnMap, find_map, map_names, read_column_map
+from record.trial.header import LEGGED
 from record.trial.import_run import import_run
 from record.trial.import_table import Imported, ImportReport
 from record.trial.ros_bag import is_bag, with_topics
@@ -28,12 +29,14 @@ from robot.console.json_output import json_text, print_result
 from robot.console.program_output import complain
 from robot.console.progress import ProgressBar
 from robot.console.table import row_lines
+from robot.control.estimator_stage import TickEstimator
 from robot.gap_report.abilities import (
     NO_ROBOT,
     Ability,
     abilities,
     ability_rows,
     machine_simulator,
+    odometry_ability,
 )
 from robot.requests.single import ImportRequest
 
@@ -46,13 +49,14 @@ MOST_ASKED = 3
 class TableReport(NamedTuple):
     """What the import found in a table, and the diagnosis in its data; what the file has no place for.
 
-    And what can be asked of the run.
+    And what can be asked of the run, and whether the estimate was written with it.
     """
 
     report: ImportReport
     faults: tuple[DataFault, ...]
     lost: tuple[str, ...]
     asked: tuple[Ability, ...] = ()
+    estimated: bool = False
 
 
 def silent(share: float, name: str) -> None:
@@ -158,28 +162,40 @@ def _import_all(
         for at, one in enumerate(tables):
             tell(0.5 + 0.5 * at / len(tables))
             lost: tuple[str, ...] = ()
+            estimated = False
             if out is not None and one.trial is not None:
                 target = out / f"{_name_of(one.report)}.parquet" if request.folder else out
-                lost = _write(one, one.trial, target, lambda share: tell(0.5 + 0.5 * share))
+                lost, estimated = _write(
+                    one, one.trial, target, lambda share: tell(0.5 + 0.5 * share)
+                )
             few = len(reports) < MOST_ASKED  # runs of one machine can mostly answer the same
             asked = abilities(one.trial) if one.trial is not None and few else ()
-            reports.append(TableReport(one.report, data_faults(one.trial), lost, asked))
+            reports.append(TableReport(one.report, data_faults(one.trial), lost, asked, estimated))
     return tuple(reports)
 
 
 def _write(
     one: Imported, trial: Trial, out: Path, tell: Callable[[float], None]
-) -> tuple[str, ...]:
-    """Write a trial; return what there was no place for."""
+) -> tuple[tuple[str, ...], bool]:
+    """Write a trial; return what there was no place for, and whether the estimate is with it."""
     if out.resolve() == one.report.path.resolve():
         raise RecordError(f"{out} is the table itself; choose another --out")
     with writing(out.parent):
         out.parent.mkdir(parents=True, exist_ok=True)
     if out.suffix != ".mcap":
         write_trial(trial, out)
-        return ()
-    write_trial_log(trial, out, tell)
-    return left_out(trial)
+        return (), False
+    estimator = estimator_of(trial)
+    write_trial_log(trial, out, tell, None if estimator is None else estimator.step)
+    return left_out(trial), estimator is not None
+
+
+def estimator_of(trial: Trial) -> TickEstimator | None:
+    """Return the estimator of a trial's robot; None if it cannot run, or the robot file switches it off."""
+    if trial.header.kind != LEGGED or not odometry_ability(trial).answered:
+        return None
+    config = parse_robot(trial.header.robot_text)
+    return TickEstimator(config) if config.estimator.enabled else None
 
 
 def _written(reports: Sequence[TableReport], out: Path, *, folder: bool) -> str:
@@ -188,7 +204,8 @@ def _written(reports: Sequence[TableReport], out: Path, *, folder: bool) -> str:
     if folder:
         return f"{out}: {len(trials)} trials, {samples} samples"
     lost = f"; no place in a log for {', '.join(reports[0].lost)}" if reports[0].lost else ""
-    return f"{out}: {samples} samples{lost}"
+    estimated = ", with the estimate at each" if reports[0].estimated else ""
+    return f"{out}: {samples} samples{estimated}{lost}"
 
 
 def _list_maps(*, as_json: bool) -> ExitCode:
@@ -219,6 +236,7 @@ def _as_json(reports: Sequence[TableReport]) -> object:
             **asdict(one.report),
             "faults": one.faults,
             "can_be_asked": [ability._asdict() for ability in one.asked],
+            "estimated": one.estimated,
         }
         for one in reports
     ]

@@ -9,15 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from drivers.ati.foot_forces import no_forces
-from model.errors import ConfigError, ModelError
-from model.kinematics.legs import leg_kinematics
+from model.errors import ModelError
 from model.values.arrays import FloatArray, IntArray
 from model.values.estimate import Estimate, EstimatorState
 from model.values.tick import Tick
 from record.log.reader import LogContents, StampedTick, read_log
 from record.log.recording import Recording
 from robot.config.robot_file import RobotConfig
-from robot.control.estimator_stage import estimator_stage
+from robot.control.estimator_stage import TickEstimator
 from robot.odometry.request import believed_robot
 from robot.requests.single import OdomRequest
 
@@ -99,10 +98,8 @@ class Tracker:
     def __init__(
         self, config: RobotConfig, *, no_forces: bool = False, keep_states: bool = False
     ) -> None:
-        robot = config.parameters
         self.config = config
-        self._stage = estimator_stage(config, leg_kinematics(robot))
-        self._memory = self._stage.initial()
+        self._estimator = TickEstimator(config)
         self._no_forces = no_forces
         self._keep_states = keep_states
         self._unix_ns: list[int] = []
@@ -116,21 +113,8 @@ class Tracker:
         Raises:
             ConfigError: The robot has other legs than the tick.
         """
-        legs, joints = len(tick.feet.position_m), len(tick.joints.angle_rad)
-        names = self.config.parameters.names
-        if legs == joints == len(names.joints) > len(names.legs):
-            words = f"has {len(names.legs)} legs, and the log was imported without it, so that each joint"
-            hint = "passes for a leg; name it in the map, [trial] robot, and import again"
-            raise ConfigError("--robot", f"{words} {hint}")
-        for word, own, there in (("legs", names.legs, legs), ("joints", names.joints, joints)):
-            if len(own) != there:
-                words = f"has {len(own)} {word}, the log {there}; choose another file"
-                raise ConfigError("--robot", words)
-        forces = no_forces(legs) if self._no_forces else tick.forces
-        self._memory, estimate = self._stage.step(
-            self._memory, tick.t_ns, tick.joints, forces, tick.inputs.poses, tick.inputs.imu
-        )
-        return estimate
+        forces = no_forces(len(tick.feet.position_m)) if self._no_forces else tick.forces
+        return self._estimator.step(tick, forces)
 
     def take(self, item: StampedTick) -> None:
         """Advance by a tick, and keep the estimate."""
@@ -139,7 +123,7 @@ class Tracker:
         self._step_us.append((time.perf_counter_ns() - began) / 1e3)
         self._unix_ns.append(item.unix_ns)
         if self._keep_states:
-            memory = self._memory.estimator
+            memory = self._estimator.memory.estimator
             # a late pose changes the states of the moments before, too
             newest = [*(state for state, _ in memory.ticks[1:]), memory.state]
             self._states[len(self._states) + 1 - len(newest) :] = newest

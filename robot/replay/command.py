@@ -40,7 +40,8 @@ def replay(request: ReplayRequest) -> ExitCode:
         if getattr(request, name):
             raise ConfigError(f"--{name.replace('_', '-')}", "goes with --drive only")
     contents = LogContents()
-    config = None if request.robot is None else load_robot(request.robot)
+    # of legs that are not driven the estimator is replayed; a controller refuses them by itself
+    config = None if request.robot is None else load_robot(request.robot, driven=False)
     if config is not None:
         for note in unused_notes(config.effects):
             complain(note)

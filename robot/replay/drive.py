@@ -31,6 +31,7 @@ from robot.control.controller import Controller
 from robot.drive.drive import check_hardware, drive_as, usual_log
 from robot.replay.repeat import Repeat, compare_runs, overlay
 from robot.replay.repeat_plots import draw_repeat
+from robot.replay.ticks import imported
 from robot.report.pictures import write_report
 from robot.report.run_date import date_words
 from robot.requests.single import VIRTUAL, DriveRequest, ReplayRequest
@@ -117,6 +118,11 @@ def drive_again(request: ReplayRequest) -> ExitCode:
     contents = LogContents()
     with ProgressLine(f"reading {request.path}", contents.progress):
         wishes = read_wishes(request.path, contents)
+    if imported(contents):
+        raise RecordError(
+            f"{request.path} is imported data: no operator of ours walked it, so no wish can be repeated; "
+            "a robot that is driven walks by bigant drive"
+        )
     real = request.hardware != VIRTUAL
     # ids, zeros, limits, rate and watchdog of real servos are not taken from a log, whose ever it is
     path = request.robot or (DEFAULT_ROBOT_FILE if real else None)

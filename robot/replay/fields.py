@@ -59,7 +59,7 @@ class Field:
             value = self.change(value)
         if value is not None:
             return value
-        legs = len(tick.joints.angle_rad)
+        legs = len(tick.feet.position_m)
         return np.full([legs if size == LEGS else size for size in self.shape], np.nan)
 
 

@@ -1,6 +1,7 @@
 """A log's inputs through today's controller, and its outputs against the recorded ones.
 
-This is the step that the loop calls, and nothing beside it: a log is replayed by calling it in a row.
+This is the step that the loop calls, and nothing beside it: a log is replayed by calling it in a row. Of
+imported data, which no controller made, the estimator is what there is to replay: the same stage.
 """
 
 import time
@@ -9,9 +10,10 @@ from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 
-from model.errors import RecordError
+from model.errors import ConfigError, RecordError
 from model.values.faults import SERVO_EVENTS, Fault, FaultKind, ServoEvent
 from model.values.tick import Tick
+from record.log.header import IMPORTED
 from record.log.reader import (
     LogContents,
     TopicMessage,
@@ -20,16 +22,17 @@ from record.log.reader import (
     read_tick_messages,
     sound,
 )
-from record.log.salvage import DAMAGE
 from record.log.tick_message import TickInputs, decode_inputs, decode_tick, says_the_same
 from robot.config.robot_file import RobotConfig
 from robot.control.controller import Controller
+from robot.control.estimator_stage import TickEstimator
 from robot.replay.compare import ComparedRun, Comparison
 from robot.replay.fields import FIELDS
-from robot.run.header import rebuild_controller
+from robot.run.header import config_of, rebuild_controller
 
-# What the metadata of a log say of data that no run of ours made.
-IMPORTED = "imported"
+NOT_BY_A_CONTROLLER = (
+    "no controller made this log: the estimator is replayed, commands are not compared"
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,7 +66,7 @@ def replay_log(
         gait: What may be run of a gait that a Python file gave: see ``with_gaits_of_log``.
 
     Raises:
-        RecordError: The log cannot be read, or holds no ticks.
+        RecordError: The log cannot be read, or holds no ticks; or it is imported and holds no estimate.
         ConfigError: Its robot file is none of today's.
     """
     contents = contents if contents is not None else LogContents()
@@ -71,24 +74,31 @@ def replay_log(
     first_message = next(messages, None)
     if first_message is None:
         raise nothing_left(path, contents)
-    if contents.metadata.get("hardware") == IMPORTED:
-        raise RecordError(
-            f"{path} is imported data: no controller made it, so none can be held to it"
-        )
-    rebuilt = rebuild_controller(contents, config, gait)
-    began = time.perf_counter()
-    controller, notes = rebuilt.controller, list(rebuilt.notes)
-    fields = [f for f in FIELDS if rebuilt.forces_known or f.stage != "forces"]
-    if first_message.layout == 1:
-        notes.append("the log is older than the estimator: what that says is not compared")
-        fields = [f for f in fields if f.stage != "estimate"]
+    messages = chain((first_message,), messages)
+    notes: list[str] = []
+    if imported(contents):
+        robot = config if config is not None else config_of(contents)
+        estimator = _estimator_of(path, robot, first_message, gait)
+        began = time.perf_counter()
+        fields = [f for f in FIELDS if f.stage == "estimate"]
+        notes.append(NOT_BY_A_CONTROLLER)
+        steps = _estimate_through(path, messages, estimator, notes)
+    else:
+        rebuilt = rebuild_controller(contents, config, gait)
+        began = time.perf_counter()
+        controller = rebuilt.controller
+        robot = controller.config
+        notes += rebuilt.notes
+        fields = [f for f in FIELDS if rebuilt.forces_known or f.stage != "forces"]
+        if first_message.layout == 1:
+            notes.append("the log is older than the estimator: what that says is not compared")
+            fields = [f for f in fields if f.stage != "estimate"]
+        steps = step_through(path, messages, controller, notes)
     with sound(path, first_message):
         start_ns = now_ns = decode_inputs(first_message.data, first_message.layout).t_ns
-    comparison = Comparison(fields, controller.config.parameters.legs.names, scale, start_ns)
+    comparison = Comparison(fields, robot.parameters.legs.names, scale, start_ns)
     equal_bits = 0
-    for message, recorded, tick in step_through(
-        path, chain((first_message,), messages), controller, notes
-    ):
+    for message, recorded, tick in steps:
         now_ns = tick.t_ns
         # the same bits need no second look, and taking a message apart costs more than making one
         if says_the_same(tick, message.data, recorded.end, message.layout):
@@ -135,21 +145,73 @@ def step_through(
         RecordError: A tick is damaged.
     """
     state, names = controller.initial(), controller.config.servo_bus.names
-    for message in messages:
-        try:
-            recorded = decode_inputs(message.data, message.layout)
-            servos = recorded.inputs.servos
-            if servos is not None and len(servos.valid) != len(names):
-                raise ValueError(f"it has {len(servos.valid)} legs and not {len(names)}")
-        except DAMAGE as error:
+    for message, recorded in _in_order(path, messages, notes):
+        servos = recorded.inputs.servos
+        if servos is not None and len(servos.valid) != len(names):
+            error = ValueError(f"it has {len(servos.valid)} legs and not {len(names)}")
             raise damaged(path, message, error) from error
-        if recorded.index != state.index:
-            notes.append(_gap_words(state.index, recorded.index))
-            return
         events = servo_events(recorded.inputs.faults, names)
         inputs = replace(recorded.inputs, servo_events=events) if events else recorded.inputs
         state, tick = controller.step(state, inputs, recorded.t_ns)
         yield message, recorded, tick
+
+
+def _estimate_through(
+    path: Path, messages: Iterable[TopicMessage], estimator: TickEstimator, notes: list[str]
+) -> Iterator[tuple[TopicMessage, TickInputs, Tick]]:
+    """Step an estimator through recorded ticks: as ``step_through``, and all but the estimate is the log's.
+
+    Raises:
+        RecordError: A tick is damaged.
+        ConfigError: The robot has other legs than the log.
+    """
+    for message, recorded in _in_order(path, messages, notes):
+        with sound(path, message):
+            tick = decode_tick(message.data, message.layout, recorded)
+        yield message, recorded, replace(tick, estimate=estimator.step(tick))
+
+
+def _estimator_of(
+    path: Path, robot: RobotConfig, first_message: TopicMessage, gait: str | None
+) -> TickEstimator:
+    """Return the estimator of a robot file for imported ticks that hold an estimate to compare with.
+
+    Raises:
+        RecordError: They hold none.
+        ConfigError: A gait is named, and there is none to run.
+    """
+    with sound(path, first_message):
+        first = decode_tick(first_message.data, first_message.layout)
+    if first.estimate is None:
+        raise RecordError(
+            f"{path} holds no estimate to compare with, and no controller made it; import its table again "
+            "with its robot file, or see what the estimator makes of it: bigant odom LOG"
+        )
+    if gait is not None:
+        raise ConfigError("--gait", "no controller made this log, so no gait is run; leave it out")
+    return TickEstimator(robot)
+
+
+def imported(contents: LogContents) -> bool:
+    """Whether a log is imported data, which no controller made."""
+    return contents.metadata.get("hardware") == IMPORTED
+
+
+def _in_order(
+    path: Path, messages: Iterable[TopicMessage], notes: list[str]
+) -> Iterator[tuple[TopicMessage, TickInputs]]:
+    """Yield messages with their inputs from tick 0 to the first gap, which gets a line in ``notes``.
+
+    Raises:
+        RecordError: A tick is damaged.
+    """
+    for index, message in enumerate(messages):
+        with sound(path, message):
+            recorded = decode_inputs(message.data, message.layout)
+        if recorded.index != index:
+            notes.append(_gap_words(index, recorded.index))
+            return
+        yield message, recorded
 
 
 def servo_events(faults: Sequence[Fault], names: Sequence[str]) -> tuple[ServoEvent, ...]:

@@ -174,7 +174,8 @@ class ReplayRequest:
     Plain, the recorded inputs go through today's controller and every stage's output is compared with the
     recorded one. With --bus the recorded bytes of both devices go through today's drivers, which have to
     send what they sent then. With --drive the robot does the same run again, and the new measurements are
-    compared with the old. Exit code 0: equal (--drive: driven); 1: not.
+    compared with the old. Of imported data, which no controller made, the estimator is replayed. Exit code
+    0: equal (--drive: driven); 1: not.
     """
 
     path: Path = argument("LOG")

@@ -231,7 +231,7 @@ def rebuild_controller(
 
 def _config(contents: LogContents, config: RobotConfig | None) -> RobotConfig:
     """Return the robot file in use, with the sensors' calibration that the log holds."""
-    used = config if config is not None else _own_config(contents)
+    used = config if config is not None else config_of(contents)
     text = contents.metadata.get(CALIBRATION_KEY, "")
     if not text or (config is not None and config.force_sensor.calibration is not None):
         return used
@@ -239,11 +239,15 @@ def _config(contents: LogContents, config: RobotConfig | None) -> RobotConfig:
     return replace(used, force_sensor=replace(used.force_sensor, calibration=calibration))
 
 
-def _own_config(contents: LogContents) -> RobotConfig:
+def config_of(contents: LogContents) -> RobotConfig:
+    """Return the robot file of a log.
+
+    Raises:
+        RecordError: The log holds none.
+        ConfigError: It is none of today's.
+    """
     if not contents.config_text:
-        raise RecordError(
-            "the log holds no robot file, so its controller cannot be built; give one with --robot"
-        )
+        raise RecordError("the log holds no robot file to run it with; give one with --robot")
     try:
         return parse_robot(contents.config_text)
     except ConfigError as error:

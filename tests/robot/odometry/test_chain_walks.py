@@ -1,5 +1,6 @@
 """Robots whose legs have several joints, from a lab's table to odometry; MuJoCo walks, with its truth."""
 
+import re
 import runpy
 from pathlib import Path
 from typing import Any
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.constants import g as standard_gravity
 
-from model.errors import ConfigError, RecordError
+from model.errors import ConfigError
 from model.motion.se2 import seen_from
 from model.values.arrays import FloatArray
 from record.log.reader import LogContents, read_log, read_stamped_ticks
@@ -139,8 +140,35 @@ def test_what_needs_servos_refuses_in_a_sentence(imported: Path) -> None:
         ["sim", "serve"],
     ):
         assert cli.run([*words, "--robot", str(name)]) == ExitCode.USAGE, words
-    with pytest.raises(RecordError, match="is imported data: no controller made it"):
-        replay_log(imported)
+    assert cli.run(["replay", str(imported), "--drive", "--virtual-time"]) == ExitCode.LOG
+
+
+def test_a_replay_gives_the_estimates_of_the_import_in_every_bit(
+    imported: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    replayed = replay_log(imported, scale=0.0)
+    assert replayed.equal
+    assert replayed.equal_bits == replayed.ticks == len(read_log(imported).t_s)
+    assert {field.stage for field in replayed.fields} == {"estimate"}
+    assert not replayed.complete
+    assert cli.run(["replay", str(imported)]) == ExitCode.OK
+    said = capsys.readouterr().out
+    assert (
+        "no controller made this log: the estimator is replayed, commands are not compared" in said
+    )
+    # --robot takes legs that are not driven, too
+    robot = str(EXAMPLES / f"{imported.stem}.toml")
+    assert cli.run(["replay", str(imported), "--robot", robot]) == ExitCode.OK
+
+
+def test_another_friction_shows_in_the_replay_of_a_chain(imported: Path) -> None:
+    text = read_log(imported).config_text
+    slippery, count = re.subn(r"mu = \[0\.\d+", "mu = [0.31", text)
+    assert count == 1
+    replayed = replay_log(imported, config=parse_robot(slippery))
+    assert not replayed.equal
+    assert replayed.first is not None
+    assert replayed.first.stage == "estimate"
 
 
 def test_another_robot_s_file_is_refused(imported: Path) -> None:

@@ -32,8 +32,13 @@ def test_three_commands_from_the_data_to_the_page(
     assert "odometry      yes" in said
     assert "ground truth  yes: places and attitudes" in said
     assert "forces        no: no sensors" in said
+    assert "samples, with the estimate at each" in said
+    assert cli.run(["replay", str(log), "--tolerance", "0"]) == ExitCode.OK
+    assert "all of them the same in every bit" in capsys.readouterr().out
     assert cli.run(["show", str(log)]) == ExitCode.OK
-    assert "(true, walking)" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "(true, walking)" in said
+    assert "drift of the estimator" in said
     assert cli.run(["odom", str(log), "--compare", "--out", str(page)]) == ExitCode.OK
     assert "judged against the truth in the log" in page.read_text(encoding="utf-8")
     assert time.process_time() - began < LONGEST_S
