@@ -12,7 +12,15 @@ import numpy as np
 from model.errors import ModelError
 from model.estimator import frame_kernel, output, process, senses
 from model.estimator import measurements as measure
-from model.estimator.kalman import ABSOLUTE, Kalman, MeasurementStack, Updated, mended, sound
+from model.estimator.kalman import (
+    ABSOLUTE,
+    KINDS,
+    Kalman,
+    MeasurementStack,
+    Updated,
+    mended,
+    sound,
+)
 from model.estimator.neighbourhood import Neighbourhood, neighbourhood
 from model.estimator.process import ProcessStep
 from model.estimator.settings import EstimatorSettings, record_of
@@ -24,6 +32,7 @@ from model.values.estimate import (
     NEVER,
     POSE,
     SCALE,
+    TILT_BIAS,
     VELOCITY,
     AddedByEffects,
     Estimate,
@@ -35,6 +44,7 @@ from model.values.parameters import ContactParameters
 
 START_SD = 1e-4  # of pose [m, rad] and velocity [m/s, rad/s] at the beginning
 NIS_MEMORY_S = 5.0
+SENSOR_BIASES = np.array([GYRO_BIAS, *range(TILT_BIAS.start, TILT_BIAS.stop)])
 
 
 class Estimator:
@@ -66,6 +76,8 @@ class Estimator:
             self.size, self.settings.reject_limit, FIXED, self.settings.parameter_limit
         )
         self._record = record_of(self.settings, weight_n)
+        tilt_walk = self.settings.tilt_bias_walk
+        self._sensor_walk = np.square([self.settings.gyro_bias_walk, tilt_walk, tilt_walk])
         for module in (frame_kernel, process, measure, output):
             module.prepare()
 
@@ -83,12 +95,13 @@ class Estimator:
         sd[POSE] = sd[VELOCITY] = START_SD
         sd[BIAS] = [settings.bias_speed_sd, settings.bias_speed_sd, settings.bias_turn_sd]
         sd[SCALE], sd[GYRO_BIAS] = settings.scale_sd, settings.gyro_bias_sd
+        sd[TILT_BIAS] = settings.tilt_bias_sd
         nan = np.full((legs, 3), np.nan)
         covariance = np.diag(sd**2)
         return EstimatorState(
             t_ns=NEVER, mean=mean, covariance=covariance, feet=FootMotion(nan, nan),
             force_ns=NEVER, used_ns=NEVER, share=np.full(legs, np.nan),
-            contact=np.zeros(legs, dtype=bool), rejected=np.zeros((3, legs), dtype=np.int64),
+            contact=np.zeros(legs, dtype=bool), rejected=np.zeros((KINDS, legs), dtype=np.int64),
             rejects=0, idle_ns=NEVER, answer_ns=NEVER, fine_ns=NEVER, lost=False, airborne=False,
             anchored=False, far_poses=0, nis=np.nan, before=(mean, covariance),
             transition=np.eye(self.size),
@@ -130,6 +143,7 @@ class Estimator:
         held = held and not airborne
         serving = None if airborne else model
         step = self._predict(state, serving, dt_s, held, dead_legs, trouble)
+        step.noise[SENSOR_BIASES, SENSOR_BIASES] += self._sensor_walk * abs(dt_s)
         if airborne:
             trouble.append("picked up: the feet carry nothing")
         covariance = self._kalman.predict(state.covariance, step.transition, step.noise)
@@ -165,6 +179,8 @@ class Estimator:
         answered = serving is not None or state.answer_ns == NEVER
         answer_ns = inputs.t_ns if answered else state.answer_ns
         nis = _smoothed_nis(state.nis, used, settings.force_period_s)
+        gyro_doubt, tilt_doubt = senses.doubts(state, inputs, used.streak, dt_s)
+        trouble += senses.doubt_words(gyro_doubt, tilt_doubt)
         verdict = output.judge(state, inputs, force_ns, answer_ns, nis, settings, trouble)
         after = EstimatorState(
             t_ns=inputs.t_ns,
@@ -188,6 +204,8 @@ class Estimator:
             before=(step.mean, covariance),
             transition=step.transition,
             gyro_ns=inputs.t_ns if isfinite(inputs.yaw_rate_rad_s) else state.gyro_ns,
+            gyro_doubt=gyro_doubt,
+            tilt_doubt=tilt_doubt,
         )
         estimate = output.estimate(after, self.contact, self._record, model, used, verdict, held)
         return after, estimate
@@ -254,7 +272,7 @@ class Estimator:
         stacks: list[MeasurementStack] = []
         if model is not None:
             tilt = (inputs.roll_rad, inputs.pitch_rad)
-            stacks += measure.tilt_stacks(tilt, model, settings)
+            stacks += measure.tilt_stacks(mean, tilt, model, settings)
         if isfinite(inputs.yaw_rate_rad_s):
             stacks.append(measure.gyro_stack(mean, inputs.yaw_rate_rad_s, settings))
         pose = measure.pose_stack(mean, inputs, settings)

@@ -15,7 +15,9 @@ import numpy as np
 
 from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
 
-NO_STREAK, LOAD, FORCE, ABSOLUTE = -1, 0, 1, 2  # kinds of block; the first keeps no count
+# Kinds of block; the first keeps no count, the "leg" of a tilt is 0 for roll and 1 for pitch.
+NO_STREAK, LOAD, FORCE, ABSOLUTE, GYRO, TILT = -1, 0, 1, 2, 3, 4
+KINDS = 5
 LOG_TURN = log(tau)
 FARTHEST = 1e100  # normalised innovation squared of what no noise explains
 
@@ -49,7 +51,7 @@ class Updated:
         log_likelihood: Of the innovation of what was used; NaN if nothing was.
         numbers: How many numbers were used.
         rejects: Blocks that did not pass their gates at first.
-        streak: Rejections in a row by kind and leg, (3, N).
+        streak: Rejections in a row by kind and leg, (5, N).
         innovation: Of the feet's forces over the sd that the filter gives them, (N, 3); NaN where
             none was used.
     """
@@ -112,7 +114,7 @@ class Kalman:
             mean: (n,).
             covariance: P, (n, n).
             stack: The measurement; None for none.
-            streak: Rejections in a row by kind and leg, (3, N).
+            streak: Rejections in a row by kind and leg, (5, N).
         """
         nothing = _not_measured(streak.shape[1])
         if stack is None:
@@ -166,7 +168,7 @@ def _gate(
     Args:
         stack: The measurement.
         spread: Covariance of its innovation, (m, m).
-        streak: In and out: rejections in a row by kind and leg, (3, N).
+        streak: In and out: rejections in a row by kind and leg, (5, N).
         reject_limit: Rejections in a row after which a block is believed.
     """
     used, more, rejects = np.ones(len(spread), dtype=bool), np.zeros(len(spread)), 0

@@ -10,11 +10,19 @@ from typing import NamedTuple
 import numpy as np
 
 from model.compiled import COUNT, FLAG, compile_for, compiled, given, out
-from model.estimator.kalman import ABSOLUTE, FORCE, LOAD, NO_STREAK, MeasurementStack
+from model.estimator.kalman import (
+    ABSOLUTE,
+    FORCE,
+    GYRO,
+    LOAD,
+    NO_STREAK,
+    TILT,
+    MeasurementStack,
+)
 from model.estimator.neighbourhood import Neighbourhood
 from model.estimator.settings import EstimatorSettings, Record, record_of
 from model.values.arrays import BoolArray, FloatArray, IntArray
-from model.values.estimate import FIXED, GYRO_BIAS, POSE, SCALE, YAW, OdometryInputs
+from model.values.estimate import FIXED, GYRO_BIAS, POSE, SCALE, TILT_BIAS, YAW, OdometryInputs
 from model.values.legs import FootMotion
 
 VX, VY, TURN = 3, 4, 5  # velocity in the state
@@ -60,23 +68,31 @@ def gyro_stack(mean: FloatArray, yaw_rate: float, settings: EstimatorSettings) -
     rows = np.zeros((1, len(mean)))
     rows[0, TURN] = rows[0, GYRO_BIAS] = 1.0
     left = np.array([yaw_rate - mean[TURN] - mean[GYRO_BIAS]])
-    return _one_block(left, rows, np.array([settings.gyro_sd**2]), settings.gate_load)
+    return _one_block(left, rows, np.array([settings.gyro_sd**2]), settings.gate_load, GYRO)
 
 
 def tilt_stacks(
-    tilt: tuple[float, float], model: Neighbourhood, settings: EstimatorSettings
+    mean: FloatArray,
+    tilt: tuple[float, float],
+    model: Neighbourhood,
+    settings: EstimatorSettings,
 ) -> list[MeasurementStack]:
-    """Roll and pitch of an inclinometer against those of the support model: they tell of K."""
+    """Roll and pitch of an inclinometer against those of the support model: they tell of K.
+
+    What is between them for good, the inclinometer's mounting and the slope of the ground, is a state each.
+    """
     stacks = []
-    for measured, axis in zip(tilt, (1, 0), strict=True):
+    for number, (measured, axis) in enumerate(zip(tilt, (1, 0), strict=True)):
         if not isfinite(measured):
             continue
-        slope = model.pose[axis]
+        slope, offset = model.pose[axis], TILT_BIAS.start + number
+        rows = np.zeros((1, len(mean)))
         by_stiffness = model.pose_by_stiffness[axis] / (1 + slope**2)
-        rows = np.concatenate([np.zeros(FIXED + len(by_stiffness)), by_stiffness])[None]
-        left = np.array([measured - np.arctan(slope)])
+        rows[0, len(mean) - len(by_stiffness) :] = by_stiffness
+        rows[0, offset] = 1.0
+        left = np.array([measured - np.arctan(slope) - mean[offset]])
         noise = np.array([settings.tilt_sd**2])
-        stacks.append(_one_block(left, rows, noise, settings.gate_load))
+        stacks.append(_one_block(left, rows, noise, settings.gate_load, TILT, number))
     return stacks
 
 
@@ -119,9 +135,11 @@ def _one_block(
     rows: FloatArray,
     variance: FloatArray,
     gate: float,
-    kind: int = NO_STREAK,
+    kind: int,
+    place: int = 0,
 ) -> MeasurementStack:
-    return MeasurementStack(innovation, rows, variance, np.array([gate]), np.array([[0, kind, 0]]))
+    blocks = np.array([[0, kind, place]])
+    return MeasurementStack(innovation, rows, variance, np.array([gate]), blocks)
 
 
 def stacked(parts: list[MeasurementStack]) -> MeasurementStack | None:

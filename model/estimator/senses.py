@@ -1,4 +1,4 @@
-"""What a tick's sensors amount to: forces on a scale, feet in contact, standstill, silent encoders."""
+"""What a tick's sensors amount to: forces on a scale, contact, standstill, silent encoders, a wrong IMU."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -6,11 +6,15 @@ from math import isfinite
 
 import numpy as np
 
+from model.estimator.kalman import GYRO, TILT
 from model.estimator.neighbourhood import Neighbourhood
 from model.estimator.settings import EstimatorSettings
-from model.values.arrays import BoolArray, FloatArray, readonly
+from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
 from model.values.estimate import NEVER, EstimatorState, OdometryInputs
 from model.values.legs import FootMotion
+
+DOUBT_MEMORY_S = 5.0
+DOUBTED = 0.1  # share of rejected readings from which on a sensor is reported as wrong
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,3 +126,36 @@ def bridged(now: FootMotion, before: FootMotion) -> tuple[FootMotion, BoolArray]
     position = np.where(known[:, None], now.position_m, before.position_m)
     velocity = np.where(known[:, None], now.velocity_m_s, 0.0)
     return FootMotion(position, velocity), ~known
+
+
+def doubts(
+    before: EstimatorState, inputs: OdometryInputs, streak: IntArray, dt_s: float
+) -> tuple[float, float]:
+    """Share of the last seconds' yaw rates, and of roll and pitch, that were rejected.
+
+    Args:
+        before: State before the tick, with the shares so far.
+        inputs: What was measured in it.
+        streak: Rejections in a row after it, (5, N).
+        dt_s: Since the tick before [s].
+    """
+    now = min(1.0, max(0.0, dt_s) / DOUBT_MEMORY_S)
+    failed = np.count_nonzero(streak > before.rejected, axis=1) > 0
+    gyro, tilt = before.gyro_doubt, before.tilt_doubt
+    if isfinite(inputs.yaw_rate_rad_s):
+        gyro += now * (float(failed[GYRO]) - gyro)
+    if isfinite(inputs.roll_rad) or isfinite(inputs.pitch_rad):
+        tilt += now * (float(failed[TILT]) - tilt)
+    return gyro, tilt
+
+
+def doubt_words(gyro: float, tilt: float) -> list[str]:
+    """What to say of an IMU whose readings are rejected, by the shares of ``doubts``."""
+    words = []
+    if gyro > DOUBTED:
+        words.append(f"the yaw gyro contradicts the feet: {gyro:.0%} rejected (sign, axis, unit?)")
+    if tilt > DOUBTED:
+        words.append(
+            f"roll and pitch contradict the legs: {tilt:.0%} rejected (mounting, unit, stiffness?)"
+        )
+    return words

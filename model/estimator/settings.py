@@ -60,7 +60,10 @@ class EstimatorSettings:
         reject_limit: Rejections in a row after which a foot is believed again, with a larger sd.
         gyro_sd: Of a yaw gyro's reading [rad/s].
         gyro_bias_sd: Of its bias at the beginning [rad/s].
+        gyro_bias_walk: Random walk of that bias [rad/s in 1/sqrt(s)].
         tilt_sd: Of a measured roll or pitch [rad].
+        tilt_bias_sd: Of their offset at the beginning: how the IMU is mounted, and the slope [rad].
+        tilt_bias_walk: Random walk of that offset, as the robot turns on a slope [rad/sqrt(s)].
         pose_sd: Of an absolute position [m].
         yaw_sd: Of an absolute yaw [rad].
         idle_speed: Feet slower than this in the body stand still [m/s].
@@ -116,7 +119,10 @@ class EstimatorSettings:
     reject_limit: int = 10
     gyro_sd: float = 0.005
     gyro_bias_sd: float = 0.01
+    gyro_bias_walk: float = 0.0001
     tilt_sd: float = 0.01
+    tilt_bias_sd: float = 0.05
+    tilt_bias_walk: float = 0.0005
     pose_sd: float = 0.002
     yaw_sd: float = 0.005
     idle_speed: float = 0.002
@@ -166,4 +172,5 @@ def record_of(settings: EstimatorSettings, weight_n: float) -> Record:
 MAY_BE_ZERO = frozenset({
     "lag_s", "bias_speed_per_slip", "bias_turn_per_slip", "speed_per_slip", "turn_per_slip",
     "parameter_walk", "foot_speed_sd", "rest_speed", "bend",
+    "gyro_bias_walk", "tilt_bias_walk",
 })  # fmt: skip

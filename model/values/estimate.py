@@ -1,4 +1,4 @@
-"""What goes into the estimator, what it remembers, and what comes out. N legs, n = 11 + 2 N states."""
+"""What goes into the estimator, what it remembers, and what comes out. N legs, n = 13 + 2 N states."""
 
 import enum
 from dataclasses import dataclass
@@ -8,15 +8,17 @@ import numpy as np
 from model.values.arrays import BoolArray, FloatArray, IntArray
 from model.values.legs import FootForces, FootMotion
 
-# Places in the state: pose and yaw, body velocity, its bias, log of the common friction, gyro bias;
-# then log mu and log K of each leg, both relative to the robot file.
+# Places in the state: pose and yaw, body velocity, its bias, log of the common friction, gyro bias, offset
+# of measured roll and pitch against the model's (how the IMU is mounted, and the slope of the ground); then
+# log mu and log K of each leg, both relative to the robot file.
 POSE = slice(0, 3)
 YAW = 2
 VELOCITY = slice(3, 6)
 BIAS = slice(6, 9)
 SCALE = 9
 GYRO_BIAS = 10
-FIXED = 11
+TILT_BIAS = slice(11, 13)
+FIXED = 13
 NEVER = -1  # a time
 
 
@@ -83,9 +85,10 @@ class EstimatorState:
         used_ns: Time of the newest one used.
         share: Measured shares of the weight in it, (N,).
         contact: Feet taken to be loaded, (N,).
-        rejected: Rejections in a row, of each leg's load, of its horizontal force, and of the absolute
-            pose (first of the row), (3, N).
-        rejects: Rejections ever, all legs, and absolute poses.
+        rejected: Rejections in a row by kind of measurement (``model.estimator.kalman``): of each leg's
+            load, of its horizontal force; of the absolute pose and of the gyro (first of the row); of roll
+            and pitch (first two), (5, N).
+        rejects: Rejections ever, of all kinds.
         idle_ns: Since when the feet stand still in the body, -1 if they do not.
         answer_ns: Last time that the model had an answer, -1 for never.
         fine_ns: Since when all has been in order, -1 if it is not.
@@ -98,6 +101,8 @@ class EstimatorState:
         before: Mean and covariance before this tick's measurements (for smoothing).
         transition: (n, n) from the tick before to ``before`` (for smoothing).
         gyro_ns: Time of the last tick with a yaw rate, -1 for never.
+        gyro_doubt: Share of the last seconds' yaw rates that were rejected.
+        tilt_doubt: The same of roll and pitch.
     """
 
     t_ns: int
@@ -121,6 +126,8 @@ class EstimatorState:
     before: tuple[FloatArray, FloatArray]
     transition: FloatArray
     gyro_ns: int = NEVER
+    gyro_doubt: float = 0.0
+    tilt_doubt: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

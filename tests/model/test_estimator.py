@@ -20,9 +20,11 @@ from model.values.arrays import FloatArray
 from model.values.estimate import (
     FIXED,
     SCALE,
+    TILT_BIAS,
     VELOCITY,
     Estimate,
     EstimatorState,
+    Health,
     OdometryInputs,
 )
 from model.values.legs import FootForces, FootMotion
@@ -136,7 +138,7 @@ def test_measurement_rows_against_differences() -> None:
         )
         assert forces.rows.shape == (6 + 2 * 6 + 1, len(at))
         gyro = measure.gyro_stack(at, 0.2, SETTINGS)
-        tilts = measure.tilt_stacks((0.01, -0.02), model, SETTINGS)
+        tilts = measure.tilt_stacks(at, (0.01, -0.02), model, SETTINGS)
         stack = measure.stacked([forces, gyro, *tilts, pose])
         assert stack is not None
         return stack
@@ -370,27 +372,78 @@ def test_a_gyro_makes_the_yaw_rate_better_known() -> None:
     assert other.twist_covariance[2, 2] < one.twist_covariance[2, 2]
 
 
-def test_tilt_tells_of_stiffness() -> None:
-    feet = feet_at(0.0)
-    mean = np.zeros(FIXED + 12)
-    true = mean.copy()
-    true[stiffness_of(6)] = [0.3, 0, 0, 0, 0, -0.3]
-    slope = solved(true, feet).pose
-    still = FootMotion(feet.position_m, np.full((6, 3), 0.01))
+def test_at_standstill_a_gyro_tells_its_bias() -> None:
+    """Nothing moves, so what it reports is its bias; that walks, so its sd ends above that of a mean."""
+    feet = FootMotion(feet_at(0.0).position_m, np.zeros((6, 3)))
+    draw = np.random.default_rng(5)
     inputs = [
-        OdometryInputs(
-            i * PERIOD_NS,
-            still,
-            None,
-            np.nan,
-            float(np.arctan(slope[1])),
-            float(np.arctan(slope[0])),
-        )
-        for i in range(100)
+        OdometryInputs(i * PERIOD_NS, feet, yaw_rate_rad_s=0.013 + 0.002 * draw.normal())
+        for i in range(500)
     ]
-    said = run(inputs)[1][-1]
-    assert said.stiffness[0] > CONTACT.stiffness[0] > said.stiffness[5]
-    np.testing.assert_allclose(said.tilt_rad, np.arctan(slope[[1, 0]]), atol=1e-3)
+    said = run(inputs)[1]
+    assert said[-1].holding
+    assert said[-1].yaw_rad == pytest.approx(0, abs=1e-4)
+    error = said[-1].gyro_bias_rad_s - 0.013
+    assert abs(error) < 3 * said[-1].gyro_bias_sd < 0.001
+    assert SETTINGS.gyro_sd / np.sqrt(500) < said[-1].gyro_bias_sd
+    silent = run([replace(known, yaw_rate_rad_s=np.nan) for known in inputs])[1][-1]
+    assert np.isnan([silent.gyro_bias_rad_s, silent.gyro_bias_sd]).all(), "no gyro, no bias"
+
+
+@pytest.mark.parametrize("wrong", [-1.0, 180 / np.pi])
+def test_a_gyro_of_a_wrong_sign_or_unit_is_noticed(wrong: float) -> None:
+    world = simulate(SETTINGS, 14, 300)
+    turning = [  # the robot of these worlds hardly turns of itself: all feet move aside
+        replace(known, feet=turned(known.feet, 0.15)) for known in world.inputs
+    ]
+    plain = [replace(known, forces=None) for known in turning]
+    rates = [estimate.velocity_B[2] for estimate in run(plain)[1]]
+    assert np.abs(rates[50:]).min() > 0.05
+    for sign, health in ((1.0, Health.OK), (wrong, Health.DEGRADED)):
+        heard = [
+            replace(known, yaw_rate_rad_s=sign * float(rate))
+            for known, rate in zip(plain, rates, strict=True)
+        ]
+        last = run(heard)[1][-1]
+        assert last.health is health, last.reason
+        assert ("gyro contradicts the feet" in last.reason) is (sign != 1.0)
+        assert (last.rejects > 100) is (sign != 1.0)
+
+
+def turned(feet: FootMotion, rate: float) -> FootMotion:
+    """Feet that turn about the body's z axis against a yaw rate [rad/s]: the body turns by it."""
+    velocity = feet.velocity_m_s.copy()
+    velocity[:, 0] += rate * feet.position_m[:, 1]
+    velocity[:, 1] -= rate * feet.position_m[:, 0]
+    return FootMotion(feet.position_m, velocity)
+
+
+def tilted_walk(true: FloatArray, offset: FloatArray) -> list[OdometryInputs]:
+    """Six seconds without forces, with the roll and pitch of a robot of these parameters, askew."""
+    inputs = []
+    for i in range(600):
+        feet = feet_at(i * PERIOD_NS * 1e-9)
+        lifted = feet.position_m.copy()
+        lifted[:, 2] -= 0.01 * np.sin(2 * np.pi * (0.4 * i * PERIOD_NS * 1e-9 + np.arange(6) / 3))
+        feet = FootMotion(lifted, feet.velocity_m_s)
+        slope = solved(true, feet).pose
+        roll, pitch = np.arctan(slope[[1, 0]]) + offset
+        inputs.append(OdometryInputs(i * PERIOD_NS, feet, None, np.nan, float(roll), float(pitch)))
+    return inputs
+
+
+def test_tilt_tells_of_stiffness_and_of_how_the_imu_is_mounted() -> None:
+    true = np.zeros(FIXED + 12)
+    true[stiffness_of(6)] = [0.2, 0.1, 0, 0, -0.1, -0.2]
+    offset = np.array([0.03, -0.02])
+    states, said = run(tilted_walk(true, offset))
+    errors = np.log(said[-1].stiffness / CONTACT.stiffness) - true[stiffness_of(6)]
+    assert np.abs(errors - errors.mean()).max() < 0.05, (
+        "what is common to all springs tilts nothing"
+    )
+    np.testing.assert_allclose(states[-1].mean[TILT_BIAS], offset, atol=2e-3)
+    assert said[-1].health is Health.OK
+    assert said[-1].rejects == 0
 
 
 def test_smoothing_is_better_than_filtering_and_ends_with_it() -> None:
