@@ -68,9 +68,11 @@ SHOWN = (
     Shown("tutorial", (
         ("drive", "--virtual-time", "--cycles", "1", "--frequency-hz", "0.2", "--log", FIRST),
         ("log", "info", FIRST),
-        ("sim", "run", *WORN, "--fast", "--out", f"{TWIN}/worn.parquet"),
-        ("sim", "run", "--seed", "1", "--fast", "--out", f"{TWIN}/healthy.parquet"),
-        ("gap", "diagnose", f"{TWIN}/worn.parquet", "--reference", f"{TWIN}/healthy.parquet"),
+        ("sim", "run", *WORN, "--seed", "10", "--fast", "--overwrite", "--out", f"{TWIN}/worn.parquet"),
+        *(("sim", "run", "--seed", f"{k}", "--fast", "--overwrite", "--out", f"{TWIN}/healthy_{k}.parquet")
+          for k in (1, 2, 3)),
+        ("gap", "diagnose", f"{TWIN}/worn.parquet",
+         "--reference", *(f"{TWIN}/healthy_{k}.parquet" for k in (1, 2, 3))),
     )),
     Shown("robot", (
         ("robot", "new", "--name", "Rollo", "--legs", "6", "--leg", "crank", "--servo", "XL430-W250",
