@@ -5,12 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gaits.catalog import make_gaits
+from gaits.catalog import make_gait, make_gaits
 from gaits.gait import Gait
 from model.errors import ConfigError
 from model.kinematics.legs import leg_kinematics
 from model.values.arrays import FloatArray
 from robot.config.robot_file import RobotConfig
+from robot.console.program_output import complain
 from robot.design.body_concerns import (
     body_concerns,
     contact_concerns,
@@ -76,6 +77,19 @@ def review_robot(
     return RobotReview(config, path, walked, tuple(concerns))
 
 
+def review_for_run(
+    config: RobotConfig, gait: str | None = None, frequency_hz: float | None = None
+) -> RobotReview:
+    """Judge a robot file for a run of one gait, or of any where none is named.
+
+    Raises:
+        ConfigError: There is no such gait.
+    """
+    if gait is None:
+        return review_robot(config)
+    return review_robot(config, [make_gait(gait, config.parameters)], frequency_hz)
+
+
 def foot_path(config: RobotConfig) -> FloatArray:
     """Return each foot over a whole turn of its shaft, relative to the shaft, (T, N, 3) [m].
 
@@ -113,6 +127,17 @@ def _file_concerns(config: RobotConfig, path_m: FloatArray) -> Iterator[Concern]
 def warning_lines(review: RobotReview) -> list[str]:
     """Return each warning in one line; notes are left out."""
     return [f"warning: {one.line}" for one in review.warnings]
+
+
+def print_warnings(review: RobotReview) -> None:
+    """Print each warning beside the output, as all do that let the robot move."""
+    for line in warning_lines(review):
+        complain(line)
+
+
+def log_warnings(review: RobotReview) -> str:
+    """Return the warnings as the header of a log keeps them, one a line."""
+    return "\n".join(one.line for one in review.warnings)
 
 
 def refuse_impossible(review: RobotReview) -> None:

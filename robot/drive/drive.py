@@ -11,7 +11,6 @@ from typing import TypeAlias
 
 from drivers.pose_udp import PoseListener
 from drivers.wire.tap import WireTap
-from gaits.catalog import make_gait
 from model.errors import ConfigError, RecordError
 from model.values.faults import StopReason
 from model.values.tick import Intent, Request, Tick
@@ -26,7 +25,12 @@ from robot.console.table import row_lines
 from robot.control.controller import Controller
 from robot.control.effect_uses import true_forces_of, unused_notes
 from robot.control.stops import STOPS
-from robot.design.review import refuse_impossible, review_robot
+from robot.design.review import (
+    log_warnings,
+    print_warnings,
+    refuse_impossible,
+    review_for_run,
+)
 from robot.drive.gait_choice import gait_of
 from robot.report.summary import read_summary
 from robot.report.summary_text import busy_words, summary_rows
@@ -97,7 +101,7 @@ def drive_as(
     Raises:
         BigantError: Something is wrong before the robot moves.
     """
-    warnings = _design_warnings(request, config) if request.armed else ()
+    warnings = _design_warnings(request, config) if request.armed else ""
     tap = WireTap() if request.record_bytes else None
     with ExitStack() as stack:
         interrupts = stack.enter_context(Interrupts())
@@ -137,22 +141,17 @@ def drive_as(
     return code
 
 
-def _design_warnings(request: DriveRequest, config: RobotConfig) -> tuple[str, ...]:
-    """Print what is wrong with the robot file for this run, as the model has it; return the lines.
+def _design_warnings(request: DriveRequest, config: RobotConfig) -> str:
+    """Print what is wrong with the robot file for this run, as the model has it; return it for the log.
 
     Raises:
         ConfigError: The robot cannot stand.
     """
-    robot = config.parameters
-    if request.teleop:  # where any gait may be chosen
-        review = review_robot(config)
-    else:
-        review = review_robot(config, [make_gait(request.gait or "", robot)], request.frequency_hz)
+    gait = None if request.teleop else request.gait or ""  # at the keys any gait may be chosen
+    review = review_for_run(config, gait, request.frequency_hz)
     refuse_impossible(review)
-    lines = tuple(one.line for one in review.warnings)
-    for line in lines:
-        complain(f"warning: {line}")
-    return lines
+    print_warnings(review)
+    return log_warnings(review)
 
 
 def check_hardware(request: DriveRequest) -> None:
@@ -226,7 +225,7 @@ def _operator(
     return ScriptedOperator(script, interrupts)
 
 
-def _header(request: DriveRequest, config: RobotConfig, warnings: tuple[str, ...]) -> RunHeader:
+def _header(request: DriveRequest, config: RobotConfig, warnings: str) -> RunHeader:
     return RunHeader(
         robot=config.name,
         hardware=request.hardware,
@@ -236,7 +235,7 @@ def _header(request: DriveRequest, config: RobotConfig, warnings: tuple[str, ...
         steer=request.steer,
         seed=request.seed if request.virtual else None,
         scenario=request.scenario.name if request.scenario is not None else "",
-        warnings="\n".join(warnings),
+        warnings=warnings,
     )
 
 

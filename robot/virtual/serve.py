@@ -9,6 +9,7 @@ from drivers.clock import MonotonicClock
 from model.errors import ConfigError
 from robot.config.robot_file import load_robot
 from robot.console.exit_codes import ExitCode
+from robot.design.review import print_warnings, review_for_run
 from robot.requests.sim import SimServeRequest
 from robot.virtual.file_twin import file_twin
 from sim_hw.ati.sockets import WnetSockets
@@ -40,6 +41,7 @@ def serve_robot(request: SimServeRequest) -> ExitCode:
             known = ", ".join(str(i) for i in bus.ids)
             raise ConfigError("--absent", f"{servo_id} is no servo of this robot; it has {known}")
         robot.servos.silence(servo_id)
+    print_warnings(review_for_run(config))
     with_unit = config.force_sensor.any and not request.no_force_unit
     with ExitStack() as stack:
         try:

@@ -11,9 +11,11 @@ from model.values.tick import Mode, Tick
 from record.log.background import BackgroundWriter
 from robot.bringup.first_day.day import Day, run_header
 from robot.bringup.mapping.motion import TorqueStillOn, current_words, largest
-from robot.bringup.preflight.finding import failed, passed, warned
+from robot.bringup.preflight.design import design_findings
+from robot.bringup.preflight.finding import CheckVerdict, failed, passed, warned
 from robot.console.person import Hand, Work
 from robot.control.controller import Controller
+from robot.design.review import RobotReview, log_warnings, review_for_run
 from robot.run.hardware import assemble
 from robot.run.header import TappedLog, open_log
 from robot.run.loop import no_full_collection, run
@@ -54,16 +56,27 @@ class Watched:
 
 def hung_walk(day: Day) -> None:
     """Step 12: one cycle with the feet in the air; without the force unit, which would feel no weight."""
-    _walk(day, with_forces=False)
+    if (review := _judged(day)) is not None:
+        _walk(day, review, with_forces=False)
 
 
 def floor_walk(day: Day) -> None:
     """Step 13: one cycle on the floor, all watches on."""
-    day.person.does(Work(Hand.PUT_DOWN, DOWN))
-    _walk(day, with_forces=True)
+    if (review := _judged(day)) is not None:
+        day.person.does(Work(Hand.PUT_DOWN, DOWN))
+        _walk(day, review, with_forces=True)
 
 
-def _walk(day: Day, *, with_forces: bool) -> None:
+def _judged(day: Day) -> RobotReview | None:
+    """Judge the robot file for the walk, as ``bigant drive`` does; None if the robot cannot stand."""
+    gait = default_gait(day.config.parameters)
+    review = review_for_run(day.config, gait, day.options.frequency_hz)
+    findings = tuple(design_findings(review))
+    day.note(*findings)
+    return None if any(one.verdict is CheckVerdict.FAIL for one in findings) else review
+
+
+def _walk(day: Day, review: RobotReview, *, with_forces: bool) -> None:
     watched = Watched()
     with ExitStack() as stack:
         interrupts = stack.enter_context(Interrupts())
@@ -72,9 +85,14 @@ def _walk(day: Day, *, with_forces: bool) -> None:
         rig = assemble(day.config, wires, armed=True)
         stack.callback(rig.close)
         controller = Controller(day.config, rig.calibrations, armed=True)
-        gait = default_gait(day.config.parameters)
+        gait = review.gaits[0].figures.gait
         frequency_hz = day.options.frequency_hz or controller.book.gaits[gait].frequency_hz
-        header = replace(run_header(day.config, day.site), gait=gait, frequency_hz=frequency_hz)
+        header = replace(
+            run_header(day.config, day.site),
+            gait=gait,
+            frequency_hz=frequency_hz,
+            warnings=log_warnings(review),
+        )
         writer = open_log(day.log, header, rig, controller, with_bytes=True)
         log = TappedLog(writer if day.site.virtual else BackgroundWriter(writer), day.tap)
         stack.callback(log.close)

@@ -32,6 +32,7 @@ from robot.console.exit_codes import ExitCode
 from robot.console.installed import version_lines
 from robot.console.json_output import print_result
 from robot.console.progress import StatusLine
+from robot.design.review import review_for_run
 from robot.report.page import Section, report_page
 from robot.report.run_date import utc_words
 from robot.requests.single import VIRTUAL, CheckRequest
@@ -115,7 +116,7 @@ def _findings(
     target: Target, loop_s: float | None, figures: list[LoopFigures], status: StatusLine
 ) -> Iterator[Finding]:
     yield from software_findings()
-    yield from design_findings(target.config)
+    yield from design_findings(review_for_run(target.config))
     status.step("looking at the servos ...")
     with closing(bus_of(target.port, None, target.config)) as bus:
         yield from _servo_findings(bus, target)

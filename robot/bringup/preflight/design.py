@@ -3,16 +3,14 @@
 from collections.abc import Iterator
 
 from robot.bringup.preflight.finding import Finding, failed, passed, warned
-from robot.config.robot_file import RobotConfig
 from robot.design.concern import Severity
-from robot.design.review import review_robot
+from robot.design.review import RobotReview
 
 NAME = "robot file"
 
 
-def design_findings(config: RobotConfig) -> Iterator[Finding]:
-    """Judge a robot file: one finding for each warning, or one that there is none."""
-    review = review_robot(config)
+def design_findings(review: RobotReview) -> Iterator[Finding]:
+    """Judge a robot file by its review: one finding for each warning, or one that there is none."""
     for one in review.warnings:
         judged = failed if one.severity is Severity.IMPOSSIBLE else warned
         yield judged(NAME, f"{one.place} {one.topic}: {one.reason}", one.advice)

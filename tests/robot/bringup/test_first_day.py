@@ -18,6 +18,7 @@ from gaits.plan import Hold
 from model.errors import BusError, ConfigError
 from model.values.wire import Wire
 from record.log.reader import LogContents, read_wires
+from record.log.survey import survey_log
 from robot.bringup.first_day.bringup import FirstDay
 from robot.bringup.first_day.day import DayOptions
 from robot.bringup.first_day.record import FACTS_FILE, Record, load
@@ -25,6 +26,7 @@ from robot.bringup.first_day.steps import STEPS
 from robot.bringup.mapping.identify import Press, press_findings
 from robot.bringup.mapping.jog import Jog, jog_findings
 from robot.bringup.mapping.motion import GatedShafts, TorqueStillOn, limp_afterwards
+from robot.bringup.preflight.design import design_findings
 from robot.bringup.preflight.finding import CheckVerdict, Finding
 from robot.bringup.site import SiteRequest, VirtualSite
 from robot.cli import main as cli
@@ -32,9 +34,13 @@ from robot.config.robot_file import RobotConfig, load_robot, parse_robot
 from robot.console.arguments import DEFAULT_ROBOT_FILE
 from robot.console.exit_codes import ExitCode
 from robot.console.person import Consent, Hand, Sight, TerminalPerson, Work
+from robot.design.review import review_for_run
 from robot.virtual.hung import VirtualPerson
 from robot.virtual.open import VirtualSettings, open_in_memory
 from sim_hw.faults.scenario import load_scenario, parse_scenario
+from tests.robot.design.robot_files import robot_with
+from tests.robot.design.test_concerns import moved
+from tests.robot.other_servos import MIXED, MIXED_MODELS, other_robot
 
 CONFIG = load_robot()
 QUICK = DayOptions(loop_s=1.0, reboots=1, frequency_hz=0.3)
@@ -302,6 +308,19 @@ def test_a_servo_with_old_firmware_is_told_from_one_that_is_not_there(tmp_path: 
     assert "Dynamixel Wizard" in finding.advice
 
 
+def test_an_old_servo_is_told_the_firmware_of_its_own_model(tmp_path: Path) -> None:
+    """Not that of the first servo which does not answer."""
+    mixed = parse_robot(other_robot(*MIXED))
+    site = site_with(tmp_path, "[servo]\nold_firmware = [4]\n", config=mixed)
+    site.robot.devices.servos.silence(2)
+    day = first_day(tmp_path, site, config=mixed)
+    finding = findings_of(do_steps(day, (2,)), 2)["ids"]
+    assert finding.found == "no answer from 2 (ML), 4 (HR); id 4 answers in protocol 1.0"
+    models = dict(zip(IDS, MIXED_MODELS, strict=True))
+    assert models[2] != models[4]
+    assert finding.advice == f"put the {models[4]} firmware on it with Dynamixel Wizard"
+
+
 def test_a_reversed_servo_is_found_in_its_registers(tmp_path: Path) -> None:
     site = site_with(tmp_path)
     site.robot.devices.servos.servos[2].table.set("drive_mode", 1)
@@ -469,6 +488,31 @@ def test_no_walk_before_each_leg_was_turned_with_this_robot_file(tmp_path: Path)
     other = parse_robot(changed("servo_sign", "[1, 1, -1, -1, -1, -1]"))
     record = do_steps(first_day(tmp_path, site, config=other), (12,))
     assert record.latest[12].ended == "refused"
+
+
+@pytest.mark.parametrize("shifted_m", [-0.085, 0.6], ids=["tips", "falls over"])
+def test_the_robot_file_is_judged_before_the_first_walk(shifted_m: float, tmp_path: Path) -> None:
+    """By the same model as before a drive: a robot that tips walks, one that cannot stand does not."""
+    config = robot_with({"legs.shaft_position": moved(shifted_m)})
+    site = site_with(tmp_path, config=config)
+    day = first_day(tmp_path, site, config=config)
+    do_steps(day, (2, 3, 4, 5, 6))
+    outcome = do_steps(day, (12,)).latest[12]
+    judged = [one for one in outcome.findings if one.name == "robot file"]
+    review = review_for_run(config, "tripod", QUICK.frequency_hz)
+    assert judged == list(design_findings(review))
+    log = tmp_path / "day" / "step-12.mcap"
+    if shifted_m < 0:
+        assert {one.verdict for one in judged} == {CheckVerdict.WARN}
+        assert "+85 mm in x" in judged[0].advice
+        assert {"walk", "shafts"} <= findings_of(day.record, 12).keys()
+        kept = survey_log(log).metadata["warnings"].splitlines()
+        assert kept == [one.line for one in review.warnings]
+    else:
+        assert judged[0].verdict is CheckVerdict.FAIL
+        assert outcome.verdict is CheckVerdict.FAIL
+        assert not log.exists()
+    assert torque_of(site) == [0] * 6
 
 
 def test_a_skipped_step_is_not_repeated_and_proves_nothing(tmp_path: Path) -> None:

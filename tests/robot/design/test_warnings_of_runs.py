@@ -10,6 +10,7 @@ from robot.bringup.preflight.design import design_findings
 from robot.bringup.preflight.finding import CheckVerdict, exit_code
 from robot.cli import main as cli
 from robot.console.exit_codes import ExitCode
+from robot.design.review import review_for_run, review_robot, warning_lines
 from tests.robot.design.robot_files import robot_with, text_with
 from tests.robot.design.test_concerns import SYMMETRIC, moved
 
@@ -63,13 +64,28 @@ def test_who_only_listens_is_not_warned(tmp_path: Path, capsys: pytest.CaptureFi
     assert "tips" not in capsys.readouterr().err
 
 
+def test_a_robot_that_is_served_is_warned_of_with_all_its_gaits(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The lines of a drive that may choose any gait, before anything waits for a client."""
+    monkeypatch.setattr("robot.virtual.serve.serve", lambda *_, **__: None)
+    monkeypatch.setattr("signal.signal", lambda *_: None)
+    assert cli.run(["sim", "serve", "--robot", lab(tmp_path, SYMMETRIC)]) == 0
+    lines = capsys.readouterr().err.splitlines()
+    warnings = [line for line in lines if line.startswith("warning: ")]
+    assert warnings == warning_lines(review_robot(robot_with(SYMMETRIC)))
+    assert {"tripod", "metachronal"} <= {line.split()[1] for line in warnings}
+    assert cli.run(["sim", "serve"]) == 0
+    assert "warning: " not in capsys.readouterr().err
+
+
 def test_check_has_a_line_for_each_warning() -> None:
-    good = list(design_findings(robot_with({})))
+    good = list(design_findings(review_for_run(robot_with({}))))
     assert [one.verdict for one in good] == [CheckVerdict.PASS]
     assert good[0].found == "tripod 67 mm from tipping; metachronal 86 mm from tipping"
-    shaky = list(design_findings(robot_with(SYMMETRIC)))
+    shaky = list(design_findings(review_for_run(robot_with(SYMMETRIC))))
     assert {one.verdict for one in shaky} == {CheckVerdict.WARN}
     assert "+85 mm in x" in shaky[0].advice
     assert exit_code(shaky) is ExitCode.OK
-    falls = list(design_findings(robot_with({"legs.shaft_position": moved(0.6)})))
+    falls = list(design_findings(review_for_run(robot_with({"legs.shaft_position": moved(0.6)}))))
     assert falls[0].verdict is CheckVerdict.FAIL
