@@ -120,5 +120,4 @@ def odometry(
     path = path_of(log)
     request = OdomRequest(logs=(path,), law=law, no_forces=not forces, no_sway=not sway)
     tracked = track_log(path, request, robot=robot)
-    stride_m = stride_of(tracked.log) if tracked.log.has_truth else None
-    return Odometry(tracked, compare_methods(tracked, stride_m=stride_m), path)
+    return Odometry(tracked, compare_methods(tracked, stride_m=stride_of(tracked.log)), path)

@@ -16,6 +16,7 @@ from robot.console.progress import ProgressLine
 from robot.console.screen_fit import columns_of
 from robot.control.effect_uses import unused_notes
 from robot.odometry.compare import (
+    OWN_TRUTH,
     OdometryComparison,
     compare_methods,
     judged_part,
@@ -53,28 +54,27 @@ def odom(request: OdomRequest) -> ExitCode:
     check_shafts(log, path)
     for note in unused_notes(tracked.config.effects):
         complain(note)
-    fitted, stride_m, source = None, np.nan, ""
+    fitted, stride_m, stride_from = None, np.nan, OWN_TRUTH
     if request.fitted is not None:
         other = read_log(request.fitted)
         walk = walk_frames(other, request.fitted.name)
         fitted = fit_contact(walk, other.names, free_w=False, rest_m_s=1e-3).contact
-        stride_m, source = stride_of(other), "fitted log"
-    elif request.compare and log.has_truth:
-        stride_m, source = stride_of(log), "this log's own truth, so it ends well by itself"
-    comparison = compare_methods(tracked, fitted=fitted, stride_m=stride_m)
+        stride_m, stride_from = stride_of(other), f"{request.fitted.name}, as given with --fitted"
+    elif request.compare:
+        stride_m = stride_of(log)
+    comparison = compare_methods(tracked, fitted=fitted, stride_m=stride_m, stride_from=stride_from)
     shown = comparison if request.compare else comparison.of_estimator()
     if request.json:
         print_json(as_json(comparison))
     else:
         print(*table(shown, columns_of(sys.stdout)), sep="\n")
-        if source and np.isfinite(stride_m):
-            print(f"distance a stride: {1e3 * stride_m:.1f} mm a cycle, from {source}")
-    if request.out is not None:
-        from robot.odometry.files import write  # pictures and pages take a second to load
+    for out, option in ((request.out, "--out"), (request.html, "--html")):
+        if out is not None:
+            from robot.odometry.files import write  # pictures and pages take a second to load
 
-        write(shown, log, path, request.out)
-        if not request.json:
-            print(f"written: {request.out}")
+            write(shown, log, path, out, option)
+            if not request.json:
+                print(f"written: {out}")
     return _verdict(comparison, log, path, compare=request.compare)
 
 

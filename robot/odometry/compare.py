@@ -10,16 +10,19 @@ from model.kinematics.legs import leg_kinematics
 from model.motion.dead_reckoning import advance
 from model.motion.se2 import aligning, compose, integrate
 from model.quasistatic.frame import solve_frame
-from model.values.arrays import BoolArray, FloatArray
+from model.values.arrays import BoolArray, FloatArray, root_mean_square
 from model.values.legs import FootMotion
 from model.values.parameters import ContactParameters
 from model.values.tick import DeadReckoning, Mode
 from record.log.recording import Recording
 from robot.config.robot_file import RobotConfig
+from robot.control.effect_uses import true_forces_of
 from robot.control.effects import model_of
 from robot.odometry.metrics import Motion, TrackErrors, nees, track_errors, turned_to_fit
 from robot.odometry.track import Track, TrackedLog
 from robot.report.ground_truth import true_pose, true_velocity
+
+OWN_TRUTH = "this log's own ground truth, so it ends well by itself"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,6 +38,11 @@ class OdometryComparison:
         errors: One a method; empty without truth.
         twist_nees: (T,); NaN without truth.
         pose_nees: Of the displacement since the first of these ticks, (T,).
+        config: The robot that the estimator believed in.
+        measured_force_n: What the sensors measured, without the errors that the robot file knows of,
+            (T, N, 3) [N]; NaN without a sensor.
+        stride_m: Distance a cycle of the method that knows nothing else [m]; NaN without that method.
+        stride_from: What that distance was calibrated on.
     """
 
     names: tuple[str, ...]
@@ -45,10 +53,35 @@ class OdometryComparison:
     errors: tuple[TrackErrors, ...]
     twist_nees: FloatArray
     pose_nees: FloatArray
+    config: RobotConfig
+    measured_force_n: FloatArray
+    stride_m: float = np.nan
+    stride_from: str = ""
 
     def of_estimator(self) -> "OdometryComparison":
         """Return the same without the simpler methods."""
-        return replace(self, motions=self.motions[:1], errors=self.errors[:1])
+        return replace(
+            self, motions=self.motions[:1], errors=self.errors[:1], stride_m=np.nan, stride_from=""
+        )
+
+    @property
+    def judged_by_sensors(self) -> bool:
+        """Whether predicted forces are judged by the measured ones, for want of the true ones."""
+        return self.truth is None or not np.isfinite(self.truth.force_B).any()
+
+    @property
+    def reference_force_n(self) -> FloatArray:
+        """Foot forces that predicted ones are judged by, (T, N, 3) [N]; NaN where there are none."""
+        if self.truth is None or self.judged_by_sensors:
+            return self.measured_force_n
+        return self.truth.force_B
+
+    def leg_force_rmse(self, method: int) -> FloatArray:
+        """RMSE of a method's forces, (N, 3) [N], over ticks in which every method knows them."""
+        forces = [motion.force_B for motion in self.motions if motion.force_B.ndim]
+        known = np.isfinite(np.sum(forces, axis=0))
+        off = self.motions[method].force_B - self.reference_force_n
+        return root_mean_square(np.where(known, off, np.nan))
 
 
 def walking_part(log: Recording) -> slice:
@@ -64,14 +97,19 @@ def walking_part(log: Recording) -> slice:
 
 
 def compare_methods(
-    tracked: TrackedLog, *, fitted: ContactParameters | None = None, stride_m: float | None = None
+    tracked: TrackedLog,
+    *,
+    fitted: ContactParameters | None = None,
+    stride_m: float = np.nan,
+    stride_from: str = OWN_TRUTH,
 ) -> OdometryComparison:
     """Compare the estimator with the simpler methods and the truth.
 
     Args:
         tracked: A log with walking in it, and what the estimator reported.
         fitted: Parameters fitted offline to another walk, for the open loop.
-        stride_m: Distance a cycle, for the method that knows nothing else; None (or NaN) leaves it out.
+        stride_m: Distance a cycle, for the method that knows nothing else; NaN leaves it out.
+        stride_from: What it was calibrated on.
 
     Raises:
         RecordError: There is no walking.
@@ -87,24 +125,34 @@ def compare_methods(
         weight_n = float(np.nanmedian(force[..., 2].sum(axis=1)))  # with what rides along
         velocity, force = _solved(feet, fitted, weight_n)
         motions.append(_reckoned("open loop, fitted", velocity, t_s, start, force))
-    if stride_m is not None and np.isfinite(stride_m):
+    if np.isfinite(stride_m):
         velocity = np.zeros((len(t_s), 3))
         velocity[:, 0] = stride_m * np.nan_to_num(np.gradient(log.gait_phase[span], t_s))
         motions.append(_reckoned("distance a stride", velocity, t_s, start))
     velocity = _rigid_stance(feet, naive.force_B[..., 2] > 0)
     motions.append(_reckoned("rigid stance", velocity, t_s, start))
-    truth = true_motion(log, span)
-    if truth is None:
-        unknown = np.full(len(t_s), np.nan)
-        return OdometryComparison(
-            log.names, run, len(log.t_s), tuple(motions), None, (), unknown, unknown
-        )
-    truth = truth._replace(pose=_begun_at(start, truth.pose, run.pose))
-    return OdometryComparison(
+    unknown, without_errors = np.full(len(t_s), np.nan), true_forces_of(config)
+    measured_n = log.force_n[span]
+    alone = OdometryComparison(
         names=log.names,
         track=run,
         log_ticks=len(log.t_s),
         motions=tuple(motions),
+        truth=None,
+        errors=(),
+        twist_nees=unknown,
+        pose_nees=unknown,
+        config=config,
+        measured_force_n=measured_n if without_errors is None else without_errors(measured_n, t_s),
+        stride_m=stride_m,
+        stride_from=stride_from if np.isfinite(stride_m) else "",
+    )
+    truth = true_motion(log, span)
+    if truth is None:
+        return alone
+    truth = truth._replace(pose=_begun_at(start, truth.pose, run.pose))
+    return replace(
+        alone,
         truth=truth,
         errors=tuple(track_errors(one, truth) for one in motions),
         twist_nees=nees(

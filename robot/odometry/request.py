@@ -54,6 +54,9 @@ def check(request: OdomRequest) -> None:
         (live and request.compare, "--compare", whole),
         (live and request.smooth, "--smooth", whole),
         (live and request.fitted is not None, "--fitted", whole),
+        (live and request.html is not None, "--html", whole),
+        (request.tunes and request.html is not None, "--html",
+         "is not for odom tune; judge the file that it writes: bigant odom LOG --robot FILE --html ..."),
         (live and (several or request.logs == (TUNE,)), "LOG", "give one log to follow"),
         (live and request.logs and request.hardware is not None, "--live",
          "follows a LOG or reads --hardware PORT; give one of them"),
@@ -73,3 +76,4 @@ def check(request: OdomRequest) -> None:
         if broken:
             raise ConfigError(key, reason)
     check_room(request.out, "--out")
+    check_room(request.html, "--html", ".html")

@@ -1,8 +1,6 @@
 """A comparison of methods of dead reckoning as lines for a person and as JSON for a program."""
 
 import math
-import re
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict
 from typing import NamedTuple
@@ -11,60 +9,55 @@ import numpy as np
 
 from model.values.arrays import FloatArray, known_mean
 from model.values.estimate import Health
-from robot.console.table import Column, number_text, table_lines
+from robot.console.screen_fit import wrapped
+from robot.console.table import Column, number_text, row_lines, table_lines
 from robot.odometry.compare import OdometryComparison
+from robot.odometry.health import poor_health, share_of
 from robot.odometry.metrics import LENGTHS_M, TrackErrors, in_band, path_length
+from robot.odometry.sources import rejected_of, sources_of
 
 NAME_LETTERS, LEG_LETTERS = 18, 6
-PLACE_COLUMNS = len(LENGTHS_M) + 2
 MOST_REASONS = 5
-NUMBER = re.compile(r"[-+]?\d+(\.\d+)?")
-NOTES = (
-    ("RPE", "relative pose error: how far off the end of a piece of path of that length is, seen from "
-     "its beginning, over the length; the mean over all such pieces"),
-    ("end, yaw", "how far off the end of the walk is, over the length of the path"),
-    ("NEES", "squared error in units of the estimator's own covariance; the mean should be 3, more: "
-     "it believes itself too much"),
-    ("NIS", "the same of the measured forces against what the estimator expected; the mean should be 1"),
-    ("mu, K", "friction coefficient and vertical stiffness of a leg, as estimated"),
-)  # fmt: skip
-SHORT_NOTE = "RPE: relative pose error, mu: friction, K: leg stiffness; see docs/odometry.md"
+AXES = "xyz"
+PLACE_UNITS = ("%", "deg/m")
+NAIVE = 1  # place of the open loop among the methods
+IN_THREE = "3 is ideal, more: too sure"
+WORDS = "words such as RPE, NEES, NIS, mu, K: docs/glossary.md"
 
 
 def table(comparison: OdometryComparison, width: int | None = None) -> list[str]:
     """Lines of text; a table wider than ``width`` letters is set as two. None: as wide as it is."""
     run = comparison.track
-    (ahead_m, aside_m, yaw_rad), sd = displacement_and_sd(comparison)
-    lines = [
-        f"walking part: {walking_words(comparison)}",
-        f"displacement: {number_text(1e3 * ahead_m, 1)} mm ahead, "
-        f"{number_text(1e3 * aside_m, 1)} mm aside, {number_text(math.degrees(yaw_rad), 2)} deg",
-        f"standard deviation at the end: {1e3 * sd[0]:.1f} mm, {1e3 * sd[1]:.1f} mm, "
-        f"{math.degrees(sd[2]):.2f} deg",
-        f"step {np.median(run.step_us):.0f} us, 99 % below {np.percentile(run.step_us, 99):.0f} us",
-        *(
-            f"{'  ' * (label != 'health')}{label}: {words}"
-            for label, words in health_rows(comparison)
-        ),
+    step_us, slow_us = np.median(run.step_us), np.percentile(run.step_us, 99)
+    rows = [
+        ("walking", walking_words(comparison)),
+        ("moved", ", ".join(moved_words(comparison))),
+        ("step", f"{step_us:.0f} us (median), 99 % below {slow_us:.0f} us"),
+        *health_rows(comparison),
     ]
+    if not comparison.errors:
+        rows.append(("truth", "no truth in this log, so there are no errors to show"))
+    lines = row_lines(rows, width)
     if comparison.errors:
+        lines += [
+            "",
+            "error against the ground truth (RPE, end: % of path; velocities, forces: RMSE)",
+        ]
         columns, methods = error_columns(comparison.errors), [e.name for e in comparison.errors]
-        head = Column("", width=NAME_LETTERS)
-        whole = _figure_lines(head, methods, columns)
-        if width is not None and max(map(len, whole)) > width:
-            parts = (columns[:PLACE_COLUMNS], columns[PLACE_COLUMNS:])
-            whole = [line for part in parts for line in _figure_lines(head, methods, part)]
-        lines += whole
-        lines += [f"{label}: {words}" for label, words in consistency_rows(comparison)]
-        lines += [f"RPE: {words}" for words in short_walk(comparison)]
-    elif len(comparison.motions) > 1:
-        lines.append(
-            "no truth in this log: the methods are drawn beside each other (--out FILE.png)"
-        )
-    lines += _figure_lines(
-        Column("leg", width=LEG_LETTERS), comparison.names, leg_columns(comparison)
-    )
-    return [*lines, SHORT_NOTE]
+        first = Column("method", width=NAME_LETTERS)
+        of_place = sum(one.unit in PLACE_UNITS for one in columns)
+        lines += _fitted_lines(first, methods, columns, width, of_place)
+        lines += row_lines([*consistency_rows(comparison), *unknown_rows(comparison)], width)
+    elif sources_of(run):
+        lines += ["", *row_lines(innovation_rows(comparison), width)]
+    lines += ["", f"each leg at the end{force_words(comparison, '; ')}"]
+    columns = leg_columns(comparison)
+    first, of_leg = Column("leg", width=LEG_LETTERS), len(columns) - len(force_columns(comparison))
+    lines += _fitted_lines(first, comparison.names, columns, width, of_leg)
+    last = [*stride_words(comparison), WORDS]
+    if width is not None:
+        last = [piece for line in last for piece in wrapped(line, width)]
+    return [*lines, "", *last]
 
 
 class Figures(NamedTuple):
@@ -77,20 +70,33 @@ class Figures(NamedTuple):
     width: int = 5
 
 
+def _fitted_lines(
+    first: Column, names: Sequence[str], columns: Sequence[Figures], width: int | None, part: int
+) -> list[str]:
+    """Figures below their names and units, beside the names of their rows.
+
+    Those that are wider than ``width`` are two tables; the first has so many columns as ``part`` says.
+    """
+    whole = _figure_lines(first, names, columns)
+    if width is None or max(map(len, whole)) <= width:
+        return whole
+    parts = [some for some in (columns[:part], columns[part:]) if some]
+    return [line for some in parts for line in _figure_lines(first, names, some)]
+
+
 def _figure_lines(first: Column, names: Sequence[str], columns: Sequence[Figures]) -> list[str]:
-    """Figures below their names and units, beside the names of their rows."""
     heads = [first, *(Column(one.name, one.form, one.width) for one in columns)]
     units = ("", *(one.unit for one in columns))
     return table_lines(heads, [units, *zip(names, *(one.values for one in columns), strict=True)])
 
 
 def error_columns(errors: Sequence[TrackErrors]) -> list[Figures]:
-    """The errors of each method, a method a row; the first ``PLACE_COLUMNS`` are of the place."""
+    """The errors of each method, a method a row; a column of which nothing is known is left out."""
     rpe = np.array([e.rpe_percent for e in errors]).T
     velocity = 1e3 * np.array([e.velocity_rmse for e in errors]).T
     # over all feet
     force = np.array([np.sqrt((e.force_rmse_n**2).mean(axis=0)) for e in errors]).T
-    return [
+    columns = [
         *(
             Figures(f"RPE {length_m:g} m", "%", ".2f", values, width=9)
             for length_m, values in zip(LENGTHS_M, rpe, strict=True)
@@ -100,25 +106,43 @@ def error_columns(errors: Sequence[TrackErrors]) -> list[Figures]:
         Figures("vx", "mm/s", ".2f", velocity[0], width=6),
         Figures("vy", "mm/s", ".2f", velocity[1], width=6),
         Figures("yaw rate", "mrad/s", ".2f", velocity[2]),
-        *(Figures(f"F{axis}", "N", ".2f", force[k]) for k, axis in enumerate("xyz")),
+        *(Figures(f"F{axis}", "N", ".2f", force[k]) for k, axis in enumerate(AXES)),
     ]
+    return [one for one in columns if np.isfinite(one.values).any()]
 
 
 def leg_columns(comparison: OdometryComparison) -> list[Figures]:
-    """Friction and stiffness of each leg at the end, and the RMSE of its force if there is truth."""
+    """Friction and stiffness of each leg at the end, and the RMSE of its forces, if known."""
     last = comparison.track.estimates[-1]
-    columns = [
+    return [
         Figures("mu", "", ".3f", last.mu, width=6),
-        Figures("sd", "", ".3f", last.mu_sd),
+        Figures("sd", "", ".3f", last.mu * last.mu_sd),
         Figures("K", "N/m", ".0f", last.stiffness, width=7),
         Figures("sd", "N/m", ".0f", last.stiffness * last.stiffness_sd),
+        *force_columns(comparison),
     ]
-    if comparison.errors:
-        force = comparison.errors[0].force_rmse_n
-        columns += [
-            Figures(f"F{axis} RMSE", "N", ".2f", force[:, k]) for k, axis in enumerate("xyz")
-        ]
-    return columns
+
+
+def force_columns(comparison: OdometryComparison) -> list[Figures]:
+    """RMSE of the estimator's force on each foot, each axis beside the open loop's if that is compared."""
+    methods = [("", 0)]
+    if len(comparison.motions) > NAIVE:
+        methods.append(("open loop ", NAIVE))
+    rmse = [(name, comparison.leg_force_rmse(method)) for name, method in methods]
+    return [
+        Figures(f"{name}F{axis}", "N", ".2f", values[:, k])
+        for k, axis in enumerate(AXES)
+        for name, values in rmse
+        if np.isfinite(values).any()
+    ]
+
+
+def force_words(comparison: OdometryComparison, before: str = "") -> str:
+    """What the errors of forces are errors of; empty without any."""
+    if not force_columns(comparison):
+        return ""
+    reference = "measured" if comparison.judged_by_sensors else "true"
+    return f"{before}Fx, Fy, Fz: RMSE against the {reference} forces"
 
 
 def displacement_and_sd(comparison: OdometryComparison) -> tuple[FloatArray, FloatArray]:
@@ -127,52 +151,82 @@ def displacement_and_sd(comparison: OdometryComparison) -> tuple[FloatArray, Flo
     return run.pose[-1] - run.pose[0], np.sqrt(np.diagonal(run.displacement_covariance[-1]))
 
 
+def moved_words(comparison: OdometryComparison) -> tuple[str, str, str]:
+    """The displacement with its standard deviations: ahead, aside, turned."""
+    (ahead_m, aside_m, yaw_rad), sd = displacement_and_sd(comparison)
+    return (
+        f"{number_text(1e3 * ahead_m, 1)} +- {number_text(1e3 * sd[0], 1)} mm ahead",
+        f"{number_text(1e3 * aside_m, 1)} +- {number_text(1e3 * sd[1], 1)} mm aside",
+        f"turned {number_text(math.degrees(yaw_rad), 2)} +- {number_text(math.degrees(sd[2]), 2)} deg",
+    )
+
+
 def walking_words(comparison: OdometryComparison) -> str:
     """Which part of the log was judged."""
     t_s = comparison.track.t_s
-    return f"{len(t_s)} of {comparison.log_ticks} ticks, {t_s[-1] - t_s[0]:.1f} s"
+    return f"{t_s[-1] - t_s[0]:.1f} s, {len(t_s)} of {comparison.log_ticks} ticks"
 
 
 def health_rows(comparison: OdometryComparison) -> list[tuple[str, str]]:
-    """How often the estimator was well, and why it was not: label and words.
-
-    Reasons that differ in their numbers only are one row, with the numbers that were most frequent.
-    """
-    estimates = comparison.track.estimates
-    poor: dict[tuple[str, str], Counter[str]] = {}
-    for one in estimates:
-        if one.health is not Health.OK:
-            same = poor.setdefault((one.health.value, NUMBER.sub("#", one.reason)), Counter())
-            same[one.reason] += 1
-    fine = len(estimates) - sum(same.total() for same in poor.values())
-    rows = [("health", f"ok {100 * fine / len(estimates):.1f} % of ticks")]
-    for (health, _), same in sorted(poor.items(), key=lambda one: -one[1].total())[:MOST_REASONS]:
-        count, (reason, _) = same.total(), same.most_common(1)[0]
-        others = " (most often; other numbers, too)" if len(same) > 1 else ""
-        rows.append((health, f"{reason}{others}, {count} {'tick' if count == 1 else 'ticks'}"))
+    """How often the estimator was well, and why it was not: label and words."""
+    run = comparison.track
+    rows = [("health", f"ok {100 * share_of(run, Health.OK):.1f} % of ticks")]
+    for one in poor_health(run)[:MOST_REASONS]:
+        ticks = f"{one.ticks} {'tick' if one.ticks == 1 else 'ticks'}"
+        rows.append((f"  {one.health.value}", f"{one.words}, {ticks}, {one.times}"))
     return rows
 
 
-def short_walk(comparison: OdometryComparison) -> list[str]:
-    """Why there is no relative error over a length, if the walk is too short for all of them."""
-    if np.isfinite([e.rpe_percent for e in comparison.errors]).any() or comparison.truth is None:
+def unknown_rows(comparison: OdometryComparison) -> list[tuple[str, str]]:
+    """Which errors are not known, and why: label and words."""
+    if comparison.truth is None:
         return []
-    length_m = path_length(comparison.truth.pose)[-1]
-    return [f"none: the walk is {length_m:.2f} m long, the shortest piece is {LENGTHS_M[0]:g} m"]
+    rows, length_m = [], float(path_length(comparison.truth.pose)[-1])
+    heading = bool(np.isfinite(comparison.truth.pose[:, 2]).any())
+    if not heading:
+        rows.append(
+            ("unknown", "RPE, yaw, velocities, NEES: the ground truth has places without a heading")
+        )
+    elif not np.isfinite([e.rpe_percent for e in comparison.errors]).any():
+        words = f"RPE: the walk is {length_m:.2f} m long, the shortest piece {LENGTHS_M[0]:g} m"
+        rows.append(("unknown", words))
+    if length_m == 0.0:
+        rows.append(("unknown", "end, yaw: the ground truth does not move"))
+    return rows
 
 
 def consistency_rows(comparison: OdometryComparison) -> list[tuple[str, str]]:
     """Whether the estimator's covariances are as large as its errors: label and words."""
+    parts = [
+        f"{name} {number_text(known_mean(values), 2)} (in its 95 % band: {100 * in_band(values, 3):.0f} %)"
+        for name, values in (("velocity", comparison.twist_nees), ("pose", comparison.pose_nees))
+        if np.isfinite(values).any()
+    ]
+    rows = [("NEES", f"{', '.join(parts)}; {IN_THREE}")] if parts else []
+    return rows + innovation_rows(comparison)
+
+
+def innovation_rows(comparison: OdometryComparison) -> list[tuple[str, str]]:
+    """Whether measurements were as far off as the filter expected, and what it rejected."""
     run = comparison.track
-    rows = [
-        ("NEES (3 is ideal)", f"velocity {known_mean(comparison.twist_nees):.2f}, "
-         f"{100 * in_band(comparison.twist_nees, 3):.0f} % in the 95 % band; "
-         f"pose {known_mean(comparison.pose_nees):.2f}, {100 * in_band(comparison.pose_nees, 3):.0f} %")
-    ]  # fmt: skip
-    if len(run.nis_over_dof):
-        words = f"{known_mean(run.nis_over_dof):.2f}; {run.rejected} measurements rejected"
-        rows.append(("NIS over its numbers (1 is ideal)", words))
-    return rows
+    fits = sources_of(run)
+    if not fits:
+        return []
+    means = ", ".join(f"{one.name} {number_text(one.mean, 2)}" for one in fits)
+    rows = [("NIS", f"over its numbers: {means} (1 is ideal)")]
+    settings = comparison.config.estimator.settings
+    places = ", ".join(
+        f"{one.place} {one.count}" for one in rejected_of(run, comparison.names, settings)
+    )
+    return [*rows, ("rejected", f"{run.rejected} measurements{': ' * bool(places)}{places}")]
+
+
+def stride_words(comparison: OdometryComparison) -> list[str]:
+    """What the distance a stride is, and what it was calibrated on; nothing without that method."""
+    if not np.isfinite(comparison.stride_m):
+        return []
+    length = f"{1e3 * comparison.stride_m:.1f} mm a cycle"
+    return [f"distance a stride: {length}, calibrated on {comparison.stride_from}"]
 
 
 def as_json(comparison: OdometryComparison) -> dict[str, object]:
@@ -198,5 +252,12 @@ def as_json(comparison: OdometryComparison) -> dict[str, object]:
         "nees_velocity": known_mean(comparison.twist_nees),
         "nees_pose": known_mean(comparison.pose_nees),
         "nis_over_dof": known_mean(run.nis_over_dof),
+        "sources": [{"name": one.name, "nis_over_dof": one.mean} for one in sources_of(run)],
         "rejects": run.rejected,
+        "rejected": [
+            {"name": one.name, "leg": one.leg, "count": one.count, "why": one.why}
+            for one in rejected_of(run, comparison.names, comparison.config.estimator.settings)
+        ],
+        "stride_m": comparison.stride_m,
+        "stride_from": comparison.stride_from,
     }

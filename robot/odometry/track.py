@@ -10,7 +10,8 @@ import numpy as np
 
 from drivers.ati.foot_forces import no_forces
 from model.errors import ModelError
-from model.values.arrays import FloatArray, IntArray
+from model.estimator.kalman import ABSOLUTE
+from model.values.arrays import BoolArray, FloatArray, IntArray
 from model.values.estimate import Estimate, EstimatorState
 from model.values.tick import Tick
 from record.log.reader import LogContents, StampedTick, read_log
@@ -34,6 +35,8 @@ class Track:
         estimates: All of them, one a tick.
         states: What it remembered after each, for smoothing; empty unless asked for.
         step_us: Time of each step [us], with whatever else the machine was doing, (T,).
+        rejections: Measurements rejected in each, by kind and leg as in ``EstimatorState.rejected``,
+            (T, 5, N).
     """
 
     t_s: FloatArray
@@ -41,6 +44,7 @@ class Track:
     estimates: tuple[Estimate, ...]
     states: tuple[EstimatorState, ...]
     step_us: FloatArray
+    rejections: BoolArray
 
     def part(self, span: slice) -> "Track":
         """Return some of the ticks."""
@@ -106,6 +110,7 @@ class Tracker:
         self._estimates: list[Estimate] = []
         self._states: list[EstimatorState] = []
         self._step_us: list[float] = []
+        self._rejections: list[BoolArray] = []
 
     def step(self, tick: Tick) -> Estimate:
         """Advance by a tick; nothing is kept of it.
@@ -118,10 +123,12 @@ class Tracker:
 
     def take(self, item: StampedTick) -> None:
         """Advance by a tick, and keep the estimate."""
+        before = self._estimator.memory.estimator.state
         began = time.perf_counter_ns()
         self._estimates.append(self.step(item.tick))
         self._step_us.append((time.perf_counter_ns() - began) / 1e3)
         self._unix_ns.append(item.unix_ns)
+        self._rejections.append(_rejected(before, self._estimator.memory.estimator.state))
         if self._keep_states:
             memory = self._estimator.memory.estimator
             # a late pose changes the states of the moments before, too
@@ -143,7 +150,15 @@ class Tracker:
             estimates=tuple(self._estimates),
             states=tuple(self._states),
             step_us=np.array(self._step_us),
+            rejections=np.array(self._rejections),
         )
+
+
+def _rejected(before: EstimatorState, after: EstimatorState) -> BoolArray:
+    """Which measurements were rejected between two states, (5, N): each counts its rejections in a row."""
+    rejected: BoolArray = after.rejected > before.rejected
+    rejected[ABSOLUTE, 0] |= after.far_poses > before.far_poses
+    return rejected
 
 
 def track(items: Iterable[StampedTick], config: RobotConfig) -> Track:

@@ -6,13 +6,15 @@ from collections.abc import Mapping
 from record.log.reader import whole_number
 from record.log.writer import START_UNIX_KEY
 
+A_DAY_NS = 86_400_000_000_000
+
 
 def date_words(metadata: Mapping[str, str]) -> str:
     """Return when a run began; a run in virtual time has no date, whatever its stamps say."""
     if metadata.get("time") == "virtual":
         return "in virtual time, so without a date"
     begun_ns = whole_number(metadata.get(START_UNIX_KEY, ""), -1)
-    if begun_ns < 0:
+    if begun_ns < A_DAY_NS:  # an imported table whose time begins with itself
         return "of unknown date"
     return utc_words(begun_ns)
 

@@ -151,6 +151,9 @@ class OdomRequest:
     out: Path | None = option(
         ".tum, .mcap, .png or .html; tune: .toml, the robot file with what was found", "FILE"
     )
+    html: Path | None = option(
+        "the page: path, error bars, sensors, health, rejections, forces", "FILE"
+    )
     live: bool = flag(
         "follow LOG (default: newest in runs/) while it is written, or --hardware", group=WALKING
     )

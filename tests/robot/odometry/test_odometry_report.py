@@ -10,8 +10,9 @@ import pytest
 from model.values.estimate import Health
 from robot.odometry.compare import OdometryComparison, compare_methods
 from robot.odometry.figure import drawing
-from robot.odometry.files import odometry_page
+from robot.odometry.health import poor_health
 from robot.odometry.metrics import Motion, TrackErrors
+from robot.odometry.page import odometry_page
 from robot.odometry.table import health_rows, table
 from robot.odometry.track import track_log
 from robot.report.run_date import date_words
@@ -29,7 +30,7 @@ def found() -> OdometryComparison:
     truth = Motion("truth", told.track.pose, told.track.velocity_B, told.track.force_B)
     nothing = np.full(3, np.nan)
     errors = tuple(
-        TrackErrors(w.name, nothing, 0.5, -1e-9, np.full(3, -1e-9), np.full((6, 3), np.nan))
+        TrackErrors(w.name, nothing, 0.5, -1e-9, np.full(3, -1e-9), np.ones((6, 3)))
         for w in told.motions
     )
     ideal = np.full(ticks, 3.0)
@@ -51,9 +52,25 @@ def test_a_reason_keeps_its_numbers_and_reasons_that_differ_in_numbers_are_one_r
     rows = health_rows(with_reasons(found, [two, one, one, "no forces for 0.6 s"]))
     assert rows[0][0] == "health"
     assert rows[1:] == [
-        ("degraded", f"{one} (most often; other numbers, too), 3 ticks"),
-        ("degraded", "no forces for 0.6 s, 1 tick"),
+        ("  degraded", f"{one} (most often; other numbers, too), 3 ticks, 5.1 to 5.4 s"),
+        ("  degraded", "no forces for 0.6 s, 1 tick, 5.4 to 5.5 s"),
     ]
+
+
+def test_a_tick_with_two_reasons_counts_in_each_and_a_reason_s_worst_health_is_its_own(
+    found: OdometryComparison,
+) -> None:
+    both = with_reasons(found, ["no forces for 0.6 s; picked up", "picked up", "picked up"])
+    estimates = list(both.track.estimates)
+    estimates[2] = replace(estimates[2], health=Health.LOST)
+    estimates[5] = replace(estimates[5], health=Health.DEGRADED, reason="picked up")
+    up, forces = poor_health(replace(both.track, estimates=tuple(estimates)))
+    assert (up.health, up.reason, up.ticks) == (Health.LOST, "picked up", 4)
+    assert (forces.health, forces.ticks) == (Health.DEGRADED, 1)
+    t_s = both.track.t_s
+    np.testing.assert_array_equal(up.periods, [[t_s[0], t_s[3]], [t_s[5], t_s[6]]])
+    assert up.times.endswith(", 2 times")
+    assert up.share == pytest.approx(4 / len(estimates))
 
 
 def test_the_page_gives_the_reason_the_forces_the_part_and_what_words_mean(
@@ -67,7 +84,7 @@ def test_the_page_gives_the_reason_the_forces_the_part_and_what_words_mean(
         "Fz, N",
         "relative pose error",
         "NEES",
-        "none: the walk is",
+        "Unknown: RPE: the walk is",
     ):
         assert words in page, words
     part = f"{len(found.track.t_s)} of {found.log_ticks} ticks"
@@ -81,9 +98,9 @@ def test_a_narrow_terminal_gets_two_tables_with_the_same_numbers(found: Odometry
     narrow = table(found, 80)
     assert table(found, WIDE) == wide
     assert max(map(len, wide)) > 80 >= max(map(len, narrow))
-    assert Counter(" ".join(narrow).split()) - Counter(" ".join(wide).split()) == Counter(
-        " ".join(way.name for way in found.motions).split()
-    )
+    more = Counter(" ".join(narrow).split()) - Counter(" ".join(wide).split())
+    again = ["method", *(way.name for way in found.motions), "leg", *NAMES]
+    assert more == Counter(" ".join(again).split())
 
 
 def test_no_minus_before_a_zero_and_no_nan(found: OdometryComparison) -> None:
@@ -93,14 +110,16 @@ def test_no_minus_before_a_zero_and_no_nan(found: OdometryComparison) -> None:
 
 
 def test_the_picture_names_every_leg_and_says_what_is_stretched(found: OdometryComparison) -> None:
-    path, error, _, friction = drawing(found).axes
+    ahead = found.track.pose + np.linspace(0, 1, len(found.track.t_s))[:, None] * [0.5, 0, 0]
+    walk = Motion("truth", ahead, found.track.velocity_B, found.track.force_B)
+    path, error, _, friction = drawing(replace(found, truth=walk)).axes
     legend = friction.get_legend()
     assert legend is not None
     assert [text.get_text() for text in legend.get_texts()] == list(NAMES)
     ways = {line.get_color() for line in path.lines}
     assert not ways & {line.get_color() for line in friction.lines}
     assert "stretched" in path.get_ylabel()
-    assert "two sd, as the estimator says" in error.get_legend_handles_labels()[1]
+    assert "2 sd, as the estimator says" in error.get_legend_handles_labels()[1]
 
 
 def test_the_date_of_a_run_is_that_of_its_log_and_virtual_time_has_none() -> None:
