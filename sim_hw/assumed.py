@@ -1,9 +1,10 @@
 """What no source tells about the devices, as settings: each default is an assumption, not a finding.
 
-A scenario file can change every one of them (tables ``servo``, ``force_unit`` and ``adapter``), so that a
-driver can be tried against the other possibility as well.
+A scenario file can change every one of them (tables ``servo``, ``force_unit``, ``adapter`` and ``imu``), so
+that a driver can be tried against the other possibility as well.
 """
 
+import math
 from dataclasses import dataclass
 
 from sim_hw.typed_table import among, value, within
@@ -111,19 +112,26 @@ class AdapterAssumed:
 class ImuAssumed:
     """The virtual IMU; figures are of a small MEMS unit at rest in a warm room, assumed."""
 
-    rate_hz: float = within(100.0, 1.0, 1000.0, "Readings a second [Hz].")
-    yaw_rate_bias_rad_s: float = within(
-        0.005, -1.0, 1.0, "Bias of the gyro at the beginning [rad/s]."
-    )
+    rate_hz: float = within(100.0, 1.0, 1000.0, "Readings a second.")
+    yaw_rate_bias_rad_s: float = within(0.005, -1.0, 1.0, "Bias of the gyro at the beginning.")
     yaw_rate_walk: float = within(
         0.0, 0.0, 1.0, "Random walk of that bias [rad/s in a second, one sd]."
     )
-    yaw_rate_noise_rad_s: float = within(0.002, 0.0, 1.0, "Noise of each yaw rate [rad/s, one sd].")
+    yaw_rate_noise_rad_s: float = within(0.002, 0.0, 1.0, "Noise of each yaw rate (one sd).")
     tilt: bool = value(True, "Whether it reports roll and pitch; else a gyro alone.")
-    roll_error_rad: float = within(0.0, -1.0, 1.0, "Added to the roll: it is mounted askew [rad].")
+    roll_error_rad: float = within(0.0, -1.0, 1.0, "Added to the roll: it is mounted askew.")
     pitch_error_rad: float = within(0.0, -1.0, 1.0, "The same of the pitch [rad].")
-    tilt_noise_rad: float = within(0.001, 0.0, 1.0, "Noise of each angle [rad, one sd].")
-    delay_s: float = within(0.0, 0.0, 1.0, "Readings arrive so late [s]; their stamps are right.")
+    tilt_noise_rad: float = within(0.001, 0.0, 1.0, "Noise of each angle (one sd).")
+    delay_s: float = within(0.0, 0.0, 10.0, "Readings arrive so late; their stamps are right.")
+    loss: float = within(0.0, 0.0, 1.0, "Share of its lines that get lost.")
+    damage: float = within(0.0, 0.0, 1.0, "Share of its lines that arrive with a bit inverted.")
+    silent_after_s: float = within(
+        math.inf, 0.0, math.inf, "It falls silent so long after its first reading."
+    )
+    silent_for_s: float = within(math.inf, 0.0, math.inf, "For so long; for good if not given.")
+    stuck_after_s: float = within(
+        math.inf, 0.0, math.inf, "Its values never change from so long after its first reading on."
+    )
 
 
 SERVO_ASSUMED = ServoAssumed()

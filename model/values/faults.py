@@ -54,6 +54,8 @@ class FaultKind(enum.Enum):
     FORCE_ABSENT = 24  # a transducer that should be in the record is not
     FORCE_BATTERY = 25  # the force unit says that its battery is low
     POSE_BAD = 26  # a pose from outside that makes no sense
+    IMU_BAD = 27  # a line of the IMU that makes no sense, or one that never changes
+    IMU_STALE = 28  # no reading of the IMU that is fresh enough
 
 
 @dataclass(frozen=True, slots=True)

@@ -168,3 +168,9 @@ class Tick:
     dead_reckoning: DeadReckoning
     faults: tuple[Fault, ...]
     estimate: Estimate | None = None
+
+    @property
+    def imu_age_s(self) -> float:
+        """Age of the newest reading of the IMU in this tick [s]; NaN where none came."""
+        readings = self.inputs.imu
+        return (self.t_ns - readings[-1].t_ns) * 1e-9 if readings else np.nan

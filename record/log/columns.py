@@ -159,6 +159,7 @@ GROUPS: Mapping[str, tuple[Part, ...]] = MappingProxyType(
         ),
         "imu": (
             Part(("imu_yaw_rate_rad_s", "imu_roll_rad", "imu_pitch_rad"), "inputs.imu", newest_imu),
+            Part("imu_age_s", "imu_age_s"),
             Part("imu_readings", "inputs.imu", len),
             Part("estimate_gyro_bias_rad_s", "estimate.gyro_bias_rad_s"),
             Part("estimate_gyro_bias_sd_rad_s", "estimate.gyro_bias_sd"),

@@ -37,6 +37,7 @@ from robot.config.calibration import read_calibration
 from robot.config.estimator import EstimatorConfig, read_estimator
 from robot.config.force_sensor import read_force_sensor, read_transducers
 from robot.config.gaits import read_gaits
+from robot.config.imu import NO_IMU, ImuConfig, read_imu
 from robot.config.safety import BodyLimits, RecoverySettings, read_body_limits, read_recovery
 from robot.config.servo import SafetyLimits, read_servo
 from robot.config.stance import check_stance
@@ -78,6 +79,7 @@ class RobotConfig:
         recovery: Whether a servo that lost its torque may be brought back.
         effects: What the file adds to the nominal model.
         estimator: Odometry inside the loop.
+        imu: The IMU, if there is one.
     """
 
     name: str
@@ -92,6 +94,7 @@ class RobotConfig:
     recovery: RecoverySettings
     estimator: EstimatorConfig
     effects: tuple[Cause, ...] = ()
+    imu: ImuConfig = NO_IMU
 
     @property
     def driven(self) -> bool:
@@ -168,6 +171,7 @@ def parse_robot(text: str) -> RobotConfig:
         recovery=read_recovery(safety_table),
         effects=causes_for(top, legs, parameters.leg),
         estimator=read_estimator(top.maybe_table("estimator"), legs.count),
+        imu=read_imu(top.maybe_table("imu")),
     )
     top.done()
     return config
@@ -196,6 +200,7 @@ def _undriven(text: str, top: Table, leg: ChainParameters) -> RobotConfig:
         recovery=RecoverySettings(),
         effects=causes_for(top, legs, leg),
         estimator=read_estimator(top.maybe_table("estimator"), legs.count),
+        imu=read_imu(top.maybe_table("imu")),
     )
     top.done()
     return config

@@ -20,8 +20,10 @@ from model.values.parameters import RobotParameters
 from model.values.readings import ImuRecord, PoseRecord
 from model.values.tick import Tick
 from robot.config.estimator import EstimatorConfig
+from robot.config.imu import NO_IMU, ImuConfig
 from robot.config.robot_file import RobotConfig
 from robot.control.effects import EffectMemory, EffectsBeside
+from robot.control.imu import MountedImu
 
 FIRST = -1
 
@@ -49,6 +51,7 @@ class EstimatorStage:
         config: Settings.
         kinematics: Joints to feet.
         effects: What the robot file's effects add, None without any.
+        imu: How the IMU is mounted.
     """
 
     def __init__(
@@ -57,7 +60,9 @@ class EstimatorStage:
         config: EstimatorConfig,
         kinematics: LegKinematics,
         effects: EffectsBeside | None = None,
+        imu: ImuConfig = NO_IMU,
     ) -> None:
+        self._imu = MountedImu(imu)
         self._memory_s = config.memory
         self._kinematics = kinematics
         self._effects = effects
@@ -88,7 +93,7 @@ class EstimatorStage:
             forces: Newest foot forces.
             poses: Absolute poses heard since the last tick. The first one ever says where the outside
                 world lies in ours, so that the estimate does not jump.
-            imu: Readings of the IMU since then; the newest one counts.
+            imu: Readings of the IMU since then; the newest fresh one counts.
         """
         effects = memory.effects
         if self._effects is None:
@@ -100,13 +105,8 @@ class EstimatorStage:
             )
             inputs = OdometryInputs(t_ns, tick.answer.feet, tick.forces, added=tick.added)
         if imu:
-            newest_imu = imu[-1]
-            inputs = replace(
-                inputs,
-                yaw_rate_rad_s=newest_imu.yaw_rate_rad_s,
-                roll_rad=newest_imu.roll_rad,
-                pitch_rad=newest_imu.pitch_rad,
-            )
+            rate, roll, pitch = self._imu.of_body(imu, t_ns)
+            inputs = replace(inputs, yaw_rate_rad_s=rate, roll_rad=roll, pitch_rad=pitch)
         before, alignment = memory.estimator, memory.alignment
         if poses:
             alignment, late, newest = self._sorted(before, alignment, t_ns, poses)
@@ -156,7 +156,7 @@ def estimator_stage(config: RobotConfig, kinematics: LegKinematics) -> Estimator
     if config.effects:
         effects = EffectsBeside(config, config.estimator.settings.law)
         effects.prepare()
-    return EstimatorStage(config.parameters, config.estimator, kinematics, effects)
+    return EstimatorStage(config.parameters, config.estimator, kinematics, effects, config.imu)
 
 
 class TickEstimator:

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import TypeAlias
 
-from drivers.pose_udp import PoseListener
+from drivers.lines.poses import PoseListener
 from drivers.wire.tap import WireTap
 from model.errors import ConfigError, RecordError
 from model.values.faults import StopReason
@@ -17,6 +17,7 @@ from model.values.tick import Intent, Request, Tick
 from record.log.background import BackgroundWriter
 from record.log.header import RunHeader
 from record.log.writer import LogWriter
+from robot.config.imu import ImuConfig
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.program_output import complain, stop_output
@@ -36,7 +37,7 @@ from robot.report.summary import read_summary
 from robot.report.summary_text import busy_words, summary_rows
 from robot.requests.single import DriveRequest
 from robot.run.force_unit import NO_UNIT, check_no_unit, wanted_unit
-from robot.run.hardware import open_real
+from robot.run.hardware import imu_place, open_imu, open_real
 from robot.run.header import TappedLog, open_log
 from robot.run.loop import Operator, RunResult, no_full_collection, run
 from robot.run.operator import Interrupts, Script, ScriptedOperator
@@ -66,6 +67,8 @@ def drive(request: DriveRequest) -> ExitCode:
     check_hardware(request)
     if request.virtual_time and (request.pose_udp or config.estimator.pose_port):
         raise ConfigError("--pose-udp", "cannot be heard in virtual time; leave --virtual-time out")
+    if request.virtual_time and request.imu not in {None, NO_UNIT}:
+        raise ConfigError("--imu", "cannot be heard in virtual time; leave --virtual-time out")
     if request.rate_hz is not None and config.servo_bus.watchdog_s < 3 / request.rate_hz:
         raise ConfigError(
             "--rate-hz",
@@ -110,6 +113,9 @@ def drive_as(
         pose_port = request.pose_udp or config.estimator.pose_port
         if pose_port:
             rig.listen(PoseListener(pose_port, rig.clock, time.time_ns()))
+        imu = _imu_to_open(request, config.imu)
+        if imu is not None:
+            rig.listen_to_imu(open_imu(imu, rig.clock, "--imu" if request.imu else "imu"))
         for warning in rig.warnings:
             complain(f"warning: {warning}")
         controller = Controller(
@@ -139,6 +145,15 @@ def drive_as(
     if busy and not request.virtual_time:
         complain(busy)
     return code
+
+
+def _imu_to_open(request: DriveRequest, imu: ImuConfig) -> ImuConfig | None:
+    """Return the IMU that is to be opened here; None for none, or where the virtual robot has its own."""
+    if request.imu == NO_UNIT:
+        return None
+    if request.imu is not None:
+        return imu_place(request.imu, imu)
+    return None if request.virtual or not imu.any else imu
 
 
 def _design_warnings(request: DriveRequest, config: RobotConfig) -> str:
@@ -194,7 +209,12 @@ def open_robot(config: RobotConfig, request: DriveRequest, tap: WireTap | None) 
     if request.scenario is not None:
         scenario = load_scenario(request.scenario, [int(i) for i in config.servo_bus.ids])
     settings = VirtualSettings(
-        request.seed, request.armed, request.force_unit != NO_UNIT, scenario, tap
+        request.seed,
+        request.armed,
+        request.force_unit != NO_UNIT,
+        scenario,
+        tap,
+        with_imu=request.imu is None,
     )
     return (open_in_memory if request.virtual_time else open_virtual)(config, settings)
 

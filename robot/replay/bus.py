@@ -184,7 +184,8 @@ def _run(
     for recorded in ticks:
         tape.clock.sleep_until_ns(recorded.t_ns)
         inputs = recorded.inputs
-        others = (FaultKind.LOG_WRITE, FaultKind.POSE_BAD)  # not from these devices
+        # not from these devices
+        others = (FaultKind.LOG_WRITE, FaultKind.POSE_BAD, FaultKind.IMU_BAD, FaultKind.IMU_STALE)
         of_others = tuple(f for f in inputs.faults if f.kind in others)
         wanted = replace(inputs, faults=(*pending, *of_others))
         devices = _Replayed(rig, recorded)

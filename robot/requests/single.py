@@ -74,6 +74,11 @@ class DriveRequest:
         "PORT",
         type=between(1, 65535, whole=True),
     )
+    imu: str | None = option(
+        "hear an IMU on this UDP port of this machine, or on a serial port (default: robot file, else "
+        "none); none hears none",
+        "UDP|PORT|none",
+    )
     readonly: bool = flag("sense and log, never move")
     armed: bool = flag("allow torque on real hardware")
     teleop: bool = flag("drive with the keyboard")

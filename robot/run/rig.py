@@ -16,7 +16,8 @@ from drivers.clock import Clock
 from drivers.dynamixel.bus import ServoBus
 from drivers.dynamixel.port import ClockedPort
 from drivers.dynamixel.recovery import Incident, RecoveryPolicy, ServoRecovery
-from drivers.pose_udp import PoseListener
+from drivers.lines.imu import ImuListener
+from drivers.lines.poses import PoseListener
 from drivers.wire.tap import WireTap
 from model.errors import BusError, ConnectionLost
 from model.values.faults import Fault, FaultKind, ServoEvent
@@ -123,6 +124,7 @@ class Rig:
         self._truth = wires.truth
         self._closers = wires.closers
         self._poses: PoseListener | None = None
+        self._imu: ImuListener | None = None
         self._torque = False
         self._link_lost = ""
         self._recovery = ServoRecovery(bus, policy_of(recovery))
@@ -152,12 +154,22 @@ class Rig:
         if self._poses is not None:
             poses, bad = self._poses.read()
             faults.extend(bad)
+        imu, bad = self.read_imu()
+        faults.extend(bad)
         events, self._events = tuple(self._events), []
-        return Reading(servos, records, truth, tuple(faults), poses, events)
+        return Reading(servos, records, truth, tuple(faults), poses, events, imu)
 
     def listen(self, poses: PoseListener) -> None:
         """Receive absolute poses too; the rig closes the listener."""
         self._poses = poses
+
+    def listen_to_imu(self, imu: ImuListener) -> None:
+        """Receive an IMU's readings too; the rig closes the listener."""
+        self._imu = imu
+
+    def read_imu(self) -> tuple[tuple[ImuRecord, ...], tuple[Fault, ...]]:
+        """Return the readings of the IMU since the last read, and faults; nothing without one."""
+        return self._imu.read() if self._imu is not None else ((), ())
 
     def _read_servos(self, faults: list[Fault]) -> ServoReadings:
         if not self._link_lost:
@@ -238,6 +250,8 @@ class Rig:
             self.bus.close()
             if self._poses is not None:
                 self._poses.close()
+            if self._imu is not None:
+                self._imu.close()
             for closer in self._closers:
                 closer()
 

@@ -14,7 +14,7 @@ from drivers.dynamixel.port import BITS_PER_BYTE
 from drivers.dynamixel.units import VELOCITY_UNIT_RAD_S, VOLTAGE_UNIT_V
 from model.values.arrays import IntArray, readonly
 from model.values.faults import Fault
-from model.values.readings import ImuRecord, ServoReadings
+from model.values.readings import ServoReadings
 from robot.config.robot_file import RobotConfig
 from robot.control.safety import Allowed
 from robot.run.rig import Reading, Rig
@@ -25,8 +25,6 @@ from sim_hw.host.virtual_robot import VirtualRobot
 PATTERN = 10
 # A sync read without its ids, in bytes.
 SYNC_READ_BYTES = 14
-# Of the IMU in one read: what came while nobody listened is of no use.
-NEWEST_READINGS = 16
 
 
 class DirectRobot:
@@ -73,13 +71,13 @@ class DirectRobot:
         )
 
     def read(self) -> Reading:
-        """Read the servos, and the force records that have come since; no truth."""
+        """Read the servos, and the forces and readings of the IMU that have come since; no truth."""
         start_ns = self.clock.now_ns()
         if not self.direct:
             # forces come through the link, which parses what the unit sent
             reading = self._rig.read()
             self._reads.append(self.clock.now_ns() - start_ns)
-            return replace(reading, truth=None, imu=self._readings_of_imu())
+            return replace(reading, truth=None)
         world = self.world
         world.advance_to(start_ns + self._ask_ns)
         counts = self._counts()
@@ -101,11 +99,8 @@ class DirectRobot:
             age_ns=self._plain,
         )
         forces = tuple(self._robot.wnet.due(self.clock.now_ns()))
-        return Reading(readings, forces, imu=self._readings_of_imu())
-
-    def _readings_of_imu(self) -> tuple[ImuRecord, ...]:
-        imu = self._robot.imu
-        return imu.arrived(self.clock.now_ns())[-NEWEST_READINGS:] if imu is not None else ()
+        imu, faults = self._rig.read_imu()
+        return Reading(readings, forces, faults=faults, imu=imu)
 
     def _counts(self) -> tuple[IntArray, ...]:
         motors = self.world.motors()

@@ -9,11 +9,12 @@ from dataclasses import dataclass, replace
 from drivers.ati.links import DatagramLink, TextLink
 from drivers.ati.settings import ForceSensorSettings
 from drivers.clock import Clock
+from drivers.lines.imu import ImuListener
 from drivers.wire.tap import TappedDatagrams, TappedText, WireTap
 from model.values.readings import BodyTruth
 from robot.config.robot_file import RobotConfig
 from robot.console.progress import StatusLine
-from robot.run.hardware import assemble, open_real
+from robot.run.hardware import assemble, open_imu, open_real
 from robot.run.rig import Rig, Wires
 from robot.virtual.file_twin import file_twin
 from sim_hw.assumed import ImuAssumed
@@ -22,6 +23,7 @@ from sim_hw.clock import VirtualClock
 from sim_hw.dynamixel.firmware import FirmwareBank
 from sim_hw.dynamixel.port import MemoryPort
 from sim_hw.faults.scenario import Scenario
+from sim_hw.host.imu_lines import ImuSetup, MemoryImuLines
 from sim_hw.host.server import DeviceProcess, VirtualSetup
 from sim_hw.host.virtual_robot import VirtualRobot, build_virtual_robot, put_devices
 from sim_hw.interfaces import HostedWorld
@@ -43,7 +45,8 @@ class VirtualSettings:
         scenario: What goes wrong, None for sound devices.
         tap: Listens in on all wires, from the first byte on; None for nobody.
         there: The robot that is really there; None for the one that the robot file says.
-        imu: The IMU on its body, None for none.
+        imu: The IMU on its body; None for that of the scenario, or of a robot file that has one.
+        with_imu: Whether there is an IMU at all.
     """
 
     seed: int = 0
@@ -53,6 +56,7 @@ class VirtualSettings:
     tap: WireTap | None = None
     there: RobotConfig | None = None
     imu: ImuAssumed | None = None
+    with_imu: bool = True
 
 
 USUAL = VirtualSettings()
@@ -124,15 +128,20 @@ def open_twin(
         settings.seed,
         twin,
         settings.scenario,
-        settings.imu,
+        imu_setup(there, settings),
     )
     robot = robot if cameras else replace(robot, cameras=None)
     return _in_memory(config, robot, settings), robot
 
 
 def _in_memory(config: RobotConfig, robot: VirtualRobot, settings: VirtualSettings) -> Rig:
-    wires = memory_wires(config, robot, settings, new_clock())
-    return assemble(config, wires, armed=settings.armed)
+    clock = new_clock()
+    rig = assemble(config, memory_wires(config, robot, settings, clock), armed=settings.armed)
+    if robot.imu is not None:
+        lines = MemoryImuLines(robot.imu, robot.world, clock)
+        # its clock is ours: no time of day, so that the same run gives the same
+        rig.listen_to_imu(ImuListener(lines, clock, clock.now_ns(), config.imu.stale_after))
+    return rig
 
 
 def new_clock() -> VirtualClock:
@@ -172,26 +181,23 @@ def memory_wires(
 
 
 def start_virtual(
-    config: RobotConfig,
-    *,
-    seed: int,
-    scenario: Scenario | None = None,
-    there: RobotConfig | None = None,
+    config: RobotConfig, settings: VirtualSettings = USUAL
 ) -> tuple[DeviceProcess, ForceSensorSettings]:
-    """Start virtual devices in a process of their own; arguments as in ``VirtualSettings``.
+    """Start virtual devices in a process of their own.
 
     Returns:
         The process, to be closed, and where its force-torque unit is.
     """
-    there = there or config
+    there = settings.there or config
     setup = VirtualSetup(
         there.parameters,
         there.servo_bus,
         there.force_sensor,
-        seed,
+        settings.seed,
         with_wnet=there.force_sensor.any,
-        scenario=scenario,
-        twin=file_twin(there, seed),
+        scenario=settings.scenario,
+        twin=file_twin(there, settings.seed),
+        imu=imu_setup(there, settings),
     )
     with StatusLine() as line:
         devices = DeviceProcess(setup, lambda: line.say("starting the virtual robot"))
@@ -207,11 +213,9 @@ def start_virtual(
 
 def open_virtual(config: RobotConfig, settings: VirtualSettings) -> Rig:
     """Open a virtual robot in a process of its own: pseudo-terminal, sockets, real time."""
-    devices, unit = start_virtual(
-        config, seed=settings.seed, scenario=settings.scenario, there=settings.there
-    )
+    devices, unit = start_virtual(config, settings)
     try:
-        return open_real(
+        rig = open_real(
             config,
             devices.addresses.servo_port,
             unit if settings.with_forces and config.force_sensor.any else None,
@@ -223,3 +227,19 @@ def open_virtual(config: RobotConfig, settings: VirtualSettings) -> Rig:
     except BaseException:
         devices.close()
         raise
+    if devices.addresses.imu_port:
+        there = replace(config.imu, udp_port=0, port=devices.addresses.imu_port)
+        rig.listen_to_imu(open_imu(there, rig.clock))
+    return rig
+
+
+def imu_setup(there: RobotConfig, settings: VirtualSettings) -> ImuSetup | None:
+    """Return the IMU of the robot that is there; None for none."""
+    assumed = settings.imu
+    if assumed is None and settings.scenario is not None:
+        assumed = settings.scenario.imu
+    if assumed is None and there.imu.any:
+        assumed = ImuAssumed()
+    if assumed is None or not settings.with_imu:
+        return None
+    return ImuSetup(assumed, settings.seed, there.imu.to_body)

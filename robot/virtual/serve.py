@@ -12,9 +12,10 @@ from robot.console.exit_codes import ExitCode
 from robot.design.review import print_warnings, review_for_run
 from robot.requests.sim import SimServeRequest
 from robot.virtual.file_twin import file_twin
+from robot.virtual.open import VirtualSettings, imu_setup
 from sim_hw.ati.sockets import WnetSockets
 from sim_hw.faults.scenario import Scenario, load_scenario
-from sim_hw.host.server import open_servo_pty, serve
+from sim_hw.host.server import open_imu_pty, open_servo_pty, serve
 from sim_hw.host.virtual_robot import VirtualRobot, build_virtual_robot
 from sim_hw.interfaces import Served
 
@@ -35,6 +36,7 @@ def serve_robot(request: SimServeRequest) -> ExitCode:
     robot = build_virtual_robot(
         config.parameters, bus, config.force_sensor, request.seed,
         twin=file_twin(config, request.seed), scenario=scenario,
+        imu=imu_setup(config, VirtualSettings(seed=request.seed, scenario=scenario)),
     )  # fmt: skip
     for servo_id in request.absent:
         if servo_id not in bus.ids:
@@ -73,5 +75,14 @@ def _serve(
         devices.append(sockets)
         unit = f"127.0.0.1:{sockets.udp_port}:{sockets.console_port}"
     print(f"force unit  {unit}")
-    print(f"try: bigant drive --hardware {pty.device_name} --force-unit {unit} --armed", flush=True)
-    serve(robot, devices, MonotonicClock(), truth=None, control=None)
+    clock = MonotonicClock()
+    imu, with_imu = open_imu_pty(robot, clock, stack), ""
+    if imu is not None:
+        devices.append(imu)
+        print(f"imu         {imu.device_name}")
+        with_imu = f" --imu {imu.device_name}"
+    print(
+        f"try: bigant drive --hardware {pty.device_name} --force-unit {unit}{with_imu} --armed",
+        flush=True,
+    )
+    serve(robot, devices, clock, truth=None, control=None)

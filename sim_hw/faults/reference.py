@@ -11,12 +11,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, get_type_hints
 
-from sim_hw.assumed import AdapterAssumed, ServoAssumed, WnetAssumed
+from sim_hw.assumed import AdapterAssumed, ImuAssumed, ServoAssumed, WnetAssumed
 from sim_hw.faults.kinds import KINDS, ScenarioFault
 from sim_hw.faults.scenario import Course
 
 # What the ending of a name says about its unit.
 UNITS = (
+    ("_rad_s", "rad/s"),
+    ("_rad", "rad"),
     ("_n_m", "N m"),
     ("_s", "s"),
     ("_c", "degC"),
@@ -109,6 +111,7 @@ def tables() -> tuple[ReferenceTable, ...]:
         ("servo", ServoAssumed),
         ("force_unit", WnetAssumed),
         ("adapter", AdapterAssumed),
+        ("imu", ImuAssumed),
     )
     return tuple(ReferenceTable(name, _summary(kind), _settings(kind)) for name, kind in kinds)
 

@@ -1,8 +1,9 @@
 """A scenario: what goes wrong with the virtual hardware, and when. Read from a TOML file.
 
 Keys: ``seed``, ``begins`` (``power``: when the devices are first used; ``torque``: when a servo's torque is
-first switched on), the tables ``servo``, ``force_unit`` and ``adapter`` of ``sim_hw.assumed``, and any
-number of ``[[fault]]`` tables with a ``kind`` of ``sim_hw.faults.kinds``. See examples/faults_servo.toml.
+first switched on), the tables ``servo``, ``force_unit``, ``adapter`` and ``imu`` of ``sim_hw.assumed``, and
+any number of ``[[fault]]`` tables with a ``kind`` of ``sim_hw.faults.kinds``. See
+examples/faults_servo.toml.
 """
 
 from collections.abc import Collection, Mapping
@@ -13,11 +14,11 @@ from typing import Any
 from model.errors import ConfigError
 from model.parameters.toml_table import parse_toml
 from record.toml_file import reading
-from sim_hw.assumed import AdapterAssumed, ServoAssumed, WnetAssumed
+from sim_hw.assumed import AdapterAssumed, ImuAssumed, ServoAssumed, WnetAssumed
 from sim_hw.faults.kinds import KINDS, ScenarioFault
 from sim_hw.typed_table import among, read_table, suggestion, within
 
-TABLES = ("servo", "force_unit", "adapter", "fault")
+TABLES = ("servo", "force_unit", "adapter", "imu", "fault")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,6 +40,7 @@ class Scenario:
         servo: What is assumed about the servos.
         force_unit: What is assumed about the force-torque unit.
         adapter: The USB adapter of the servo bus.
+        imu: The IMU; None where the scenario says nothing of one.
         faults: What goes wrong.
     """
 
@@ -46,6 +48,7 @@ class Scenario:
     servo: ServoAssumed = field(default_factory=ServoAssumed)
     force_unit: WnetAssumed = field(default_factory=WnetAssumed)
     adapter: AdapterAssumed = field(default_factory=AdapterAssumed)
+    imu: ImuAssumed | None = None
     faults: tuple[ScenarioFault, ...] = ()
 
 
@@ -71,6 +74,7 @@ def parse_scenario(text: str, ids: Collection[int]) -> Scenario:
         servo=read_table(ServoAssumed, data.get("servo", {}), "servo"),
         force_unit=read_table(WnetAssumed, data.get("force_unit", {}), "force_unit"),
         adapter=read_table(AdapterAssumed, data.get("adapter", {}), "adapter"),
+        imu=read_table(ImuAssumed, data["imu"], "imu") if "imu" in data else None,
         faults=_faults(data.get("fault", [])),
     )
     _check_ids(scenario, ids)

@@ -8,6 +8,7 @@ existing, which is the case the servos' watchdog is for.
 import contextlib
 import os
 import select
+import time
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -27,6 +28,7 @@ from sim_hw.ati.sockets import WnetSockets
 from sim_hw.dynamixel.pty import PtyServoBus
 from sim_hw.faults.kinds import Unplug
 from sim_hw.faults.scenario import Scenario
+from sim_hw.host.imu_lines import ImuSetup, PtyImu
 from sim_hw.host.virtual_robot import VirtualRobot, build_virtual_robot
 from sim_hw.interfaces import Served
 from sim_hw.twin.twin import Twin
@@ -54,6 +56,7 @@ class VirtualSetup:
         with_wnet: False leaves the force-torque unit out.
         scenario: What goes wrong, None for sound devices.
         twin: What robot and sensors really are, None for the nominal ones.
+        imu: The IMU on its body, None for none.
     """
 
     robot: RobotParameters
@@ -64,6 +67,7 @@ class VirtualSetup:
     with_wnet: bool = True
     scenario: Scenario | None = None
     twin: Twin | None = None
+    imu: ImuSetup | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,11 +78,13 @@ class Addresses:
         servo_port: Device name of the pseudo-terminal.
         udp_port: UDP port of the force-torque unit on loopback, 0 if it is absent.
         console_port: Its console port, 0 if it is absent.
+        imu_port: Device name of the IMU's pseudo-terminal, empty if it is absent.
     """
 
     servo_port: str
     udp_port: int
     console_port: int
+    imu_port: str = ""
 
 
 def serve(
@@ -125,8 +131,9 @@ def _device_process(setup: VirtualSetup, control: Connection, truth_end: Connect
     # act on: the robot has to be there until it has stopped.
     os.setpgid(0, 0)
     robot = build_virtual_robot(
-        setup.robot, setup.servo_bus, setup.force_sensor, setup.seed, setup.twin, setup.scenario
-    )
+        setup.robot, setup.servo_bus, setup.force_sensor, setup.seed, setup.twin, setup.scenario,
+        setup.imu,
+    )  # fmt: skip
     for servo_id in setup.absent_ids:
         robot.servos.silence(servo_id)
     clock = MonotonicClock()
@@ -139,7 +146,11 @@ def _device_process(setup: VirtualSetup, control: Connection, truth_end: Connect
             stack.callback(sockets.close)
             devices.append(sockets)
             udp_port, console_port = sockets.udp_port, sockets.console_port
-        control.send(Addresses(pty.device_name, udp_port, console_port))
+        imu = open_imu_pty(robot, clock, stack)
+        if imu is not None:
+            devices.append(imu)
+        imu_port = imu.device_name if imu is not None else ""
+        control.send(Addresses(pty.device_name, udp_port, console_port, imu_port))
         serve(robot, devices, clock, truth_end, control)
 
 
@@ -161,6 +172,16 @@ def open_servo_pty(
     pty = PtyServoBus(robot.servo_wire, link, notice)
     stack.callback(pty.close)
     return pty
+
+
+def open_imu_pty(robot: VirtualRobot, clock: Clock, stack: ExitStack) -> PtyImu | None:
+    """Open the IMU of a virtual robot on a pseudo-terminal, closed with the stack; None without one."""
+    if robot.imu is None:
+        return None
+    robot.imu.offset_ns = time.time_ns() - clock.now_ns()
+    imu = PtyImu(robot.imu)
+    stack.callback(imu.close)
+    return imu
 
 
 class TruthReceiver:

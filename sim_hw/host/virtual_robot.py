@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from drivers.ati.settings import ForceSensorSettings
 from drivers.dynamixel.settings import ServoBusSettings
 from model.values.parameters import RobotParameters
-from sim_hw.assumed import ImuAssumed
 from sim_hw.ati.unit import NOISE, VirtualWnet, WnetWire
 from sim_hw.dynamixel.bus import VirtualServoBus
 from sim_hw.dynamixel.firmware import FirmwareBank
@@ -17,11 +16,11 @@ from sim_hw.faults.scenario import Scenario
 from sim_hw.faults.servo import FaultyServoWire, ServoLine
 from sim_hw.faults.time import ScenarioTime
 from sim_hw.faults.wnet import FaultyWnet
+from sim_hw.host.imu_lines import ImuSetup, PrintedImu
 from sim_hw.host.world import World
 from sim_hw.interfaces import HostedWorld, ServoWire
 from sim_hw.plant.parameters import PlantParameters
 from sim_hw.plant.plant import Plant
-from sim_hw.twin.imu import VirtualImu
 from sim_hw.twin.motion_capture import MotionCapture
 from sim_hw.twin.twin import Twin
 
@@ -38,7 +37,7 @@ class VirtualRobot:
         servo_wire: The servos as the host's port sees them; with a scenario, its faults lie between.
         wnet_wire: The same for the force-torque unit.
         cameras: What sees body and feet; None where ground truth is taken as it is.
-        imu: The IMU on its body, None for none.
+        imu: The IMU on its body, whose clock is the world's; None for none.
     """
 
     world: HostedWorld
@@ -48,7 +47,7 @@ class VirtualRobot:
     servo_wire: ServoWire
     wnet_wire: WnetWire
     cameras: MotionCapture | None
-    imu: VirtualImu | None = None
+    imu: PrintedImu | None = None
 
 
 def build_virtual_robot(
@@ -58,7 +57,7 @@ def build_virtual_robot(
     seed: int,
     twin: Twin | None = None,
     scenario: Scenario | None = None,
-    imu: ImuAssumed | None = None,
+    imu: ImuSetup | None = None,
 ) -> VirtualRobot:
     """Build a virtual robot for a robot file.
 
@@ -74,12 +73,13 @@ def build_virtual_robot(
     plant = Plant(twin.plant if twin is not None else PlantParameters.nominal(robot), seed)
     firmware = FirmwareBank(robot.legs.count)
     sensors = twin.sensors if twin is not None else None
-    unit = VirtualImu(imu, seed) if imu is not None else None
-    world = World(plant, firmware, servo_bus, force_sensor, sensors, unit)
+    printed = PrintedImu(imu) if imu is not None else None
+    watching = printed.imu if printed is not None else None
+    world = World(plant, firmware, servo_bus, force_sensor, sensors, watching)
     if twin is not None and GoalPath.needed(twin.plant.drive):
         firmware.goal_path = GoalPath(twin.plant.drive, world.motors().ticks, plant.dt_s, seed)
     robot_there = put_devices(world, firmware, servo_bus, force_sensor, seed, scenario, twin)
-    return replace(robot_there, imu=unit)
+    return replace(robot_there, imu=printed)
 
 
 def put_devices(

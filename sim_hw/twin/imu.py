@@ -8,6 +8,7 @@ from collections import deque
 from math import asin, atan2, nan
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from model.values.arrays import FloatArray
 from model.values.readings import ImuRecord
@@ -17,15 +18,17 @@ DIGITS = 7  # of what it reports: 0.1 microradian
 
 
 class VirtualImu:
-    """An IMU in the body's own axes.
+    """An IMU on the body.
 
     Args:
         assumed: Its errors, rate and delay.
         seed: Of its noise.
+        to_body: Turns a vector in its axes into the body's, (3, 3); None where they are the same.
     """
 
-    def __init__(self, assumed: ImuAssumed, seed: int) -> None:
+    def __init__(self, assumed: ImuAssumed, seed: int, to_body: FloatArray | None = None) -> None:
         self._assumed = assumed
+        self._mounting = None if to_body is None else Rotation.from_matrix(to_body)
         self._random = np.random.default_rng([seed, 0x49])
         self._period_ns = round(1e9 / assumed.rate_hz)
         self._bias = assumed.yaw_rate_bias_rad_s
@@ -45,6 +48,8 @@ class VirtualImu:
             t_ns: The time, not before ``due_ns``.
             quaternion_xyzw: Body to world, (4,), scalar last.
         """
+        if self._mounting is not None:
+            quaternion_xyzw = (Rotation.from_quat(quaternion_xyzw) * self._mounting).as_quat()
         before, self._last = self._last, (t_ns, quaternion_xyzw)
         self.due_ns = t_ns + self._period_ns - t_ns % self._period_ns
         if before is None:

@@ -5,7 +5,8 @@ import socket
 import numpy as np
 import pytest
 
-from drivers.pose_udp import LOOPBACK, MOST_LINES, PoseListener, parse_pose
+from drivers.lines.poses import MOST_LINES, PoseListener, parse_pose
+from drivers.lines.sources import LOOPBACK
 from model.errors import ConfigError
 from model.values.faults import FaultKind
 from sim_hw.clock import VirtualClock
@@ -87,4 +88,4 @@ def test_a_flood_holds_nobody_up() -> None:
         poses, (fault,) = listener.read()
     listener.close()
     assert len(poses) == MOST_LINES
-    assert "the rest is left out" in fault.detail
+    assert "only the newest are used" in fault.detail

@@ -43,6 +43,8 @@ class Sim:
         assert self.process.stdout is not None
         self.port = self.process.stdout.readline().split()[2]
         self.unit = self.process.stdout.readline().split()[2]
+        name, _, place = self.process.stdout.readline().partition(" ")
+        self.imu = place.strip() if name == "imu" else ""
 
     def close(self) -> None:
         self.process.send_signal(signal.SIGINT)

@@ -94,10 +94,10 @@ def test_it_watches_the_plant_at_its_own_rate_and_changes_nothing() -> None:
         assert isinstance(robot.world, World)
         begin_ns = rig.clock.now_ns()
         if robot.imu is not None:
-            robot.imu.arrived(begin_ns)
+            robot.imu.imu.arrived(begin_ns)
         robot.world.advance_to(begin_ns + 1_000_000_000)
         truths.append(robot.world.truth(begin_ns + 1_000_000_000))
-        seen = robot.imu.arrived(begin_ns + 1_000_000_000) if robot.imu is not None else ()
+        seen = robot.imu.imu.arrived(begin_ns + 1_000_000_000) if robot.imu is not None else ()
         counts.append(len(seen))
         step_ns = round(robot.world.plant.dt_s * 1e9)
         assert all(one.t_ns % 20_000_000 < step_ns for one in seen)

@@ -104,7 +104,7 @@ def _target(request: CheckRequest, stack: ExitStack) -> Target:
     config = load_robot(request.robot)
     if request.hardware == VIRTUAL:
         check_no_unit(request.force_unit)
-        devices, unit = start_virtual(config, seed=0)
+        devices, unit = start_virtual(config)
         stack.callback(devices.close)
         used = None if request.force_unit == NO_UNIT or not config.force_sensor.any else unit
         return Target(config, devices.addresses.servo_port, used, armed=True)

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.pose_udp import LOOPBACK, PoseListener
+from drivers.lines.poses import PoseListener
+from drivers.lines.sources import LOOPBACK
 from model.estimator.smoother import smooth
 from model.values.faults import StopReason
 from model.values.tick import Intent, Tick

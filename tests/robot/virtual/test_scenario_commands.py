@@ -115,4 +115,10 @@ def test_the_faults_are_listed_with_units(capsys: pytest.CaptureFixture[str]) ->
     assert bigant("sim", "faults", "--json") == ExitCode.OK
     listed = json.loads(capsys.readouterr().out)
     assert [fault["kind"] for fault in listed["faults"]] == list(KINDS)
-    assert [table["name"] for table in listed["tables"]] == ["", "servo", "force_unit", "adapter"]
+    assert [table["name"] for table in listed["tables"]] == [
+        "",
+        "servo",
+        "force_unit",
+        "adapter",
+        "imu",
+    ]
