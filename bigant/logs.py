@@ -2,7 +2,7 @@
 
 import shutil
 import weakref
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from tempfile import TemporaryDirectory, mkdtemp
@@ -124,26 +124,39 @@ def read_log(path: str | Path, notes: tuple[str, ...] = ()) -> Log:
 
 
 def import_table(
-    table: str | Path, columns: str | Path | None = None, out: str | Path | None = None
+    table: str | Path,
+    columns: str | Path | None = None,
+    out: str | Path | None = None,
+    topics: Mapping[str, str] | None = None,
 ) -> Log:
     """Bring measured data in as a log, as ``bigant import`` does; its ``notes`` say what is odd there.
 
+    Where the map names a robot file, the log holds the estimator's answer too, as after the command. Other
+    files of the same run, with clocks of their own, are named in the map: ``[file.NAME]``, docs/log.md.
+
     Args:
-        table: .csv, .parquet, .npz or NAME.toml.
-        columns: Map of its columns (MAP.toml), or the name of one that comes with the program; None if the
-            table has our names.
+        table: .csv, .parquet, .npz or NAME.toml; or a ROS 2 bag, its folder, its .mcap or its .db3.
+        columns: Map of its columns or topics and of the run's other files (MAP.toml), or the name of one
+            that comes with the program; None if a table has our names, or a bag's topics say what they are.
         out: Log (.mcap) to write; a temporary one if None.
+        topics: Of a bag, where several could be meant: ``{"joints": "/joint_states", "pose": "/mocap"}``,
+            also ``commands`` and ``force_LEG``.
 
     Raises:
-        ConfigError: ``out`` is no log, or the map is none.
-        RecordError: The table cannot be read, or nothing in it is known.
+        ConfigError: ``out`` is no log, the map is none, or ``topics`` names nothing.
+        RecordError: The data cannot be read, nothing in them is known, or a clock cannot be aligned.
     """
     if out is not None and Path(out).suffix != ".mcap":
         raise ConfigError("out", f"must end in .mcap, not {out}")
 
     def write(path: Path) -> list[str]:
-        name = None if columns is None else str(columns)
-        (report,) = imported(ImportRequest(paths=(Path(table),), map=name, out=path))
+        request = ImportRequest(
+            paths=(Path(table),),
+            map=None if columns is None else str(columns),
+            topics=",".join(f"{what}={topic}" for what, topic in (topics or {}).items()) or None,
+            out=path,
+        )
+        (report,) = imported(request)
         return lines_of_one(report)
 
     if out is None:

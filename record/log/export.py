@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from model.errors import RecordError
+from model.motion.attitude import roll_pitch_yaw
 from model.motion.se2 import yaw_of
 from model.values.arrays import FloatArray
 from model.values.machine_names import MachineNames, one_joint_a_leg
@@ -171,8 +172,8 @@ def _roll_pitch_yaw(quaternion: FloatArray, last_yaw: float) -> tuple[FloatArray
     known = np.isfinite(quaternion).all(axis=1)
     yaw = yaw_of(quaternion)
     if known.any():
-        turns = Rotation.from_quat(quaternion[known]).as_euler("ZYX")
-        angles[known, :2], yaw[known] = turns[:, :0:-1], turns[:, 0]
+        turns = roll_pitch_yaw(Rotation.from_quat(quaternion[known]))
+        angles[known, :2], yaw[known] = turns[:, :2], turns[:, 2]
     known = np.isfinite(yaw)
     if known.any():
         before = yaw[known][0] if np.isnan(last_yaw) else last_yaw

@@ -19,6 +19,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from model.errors import ConfigError, RecordError
+from model.motion.attitude import nose_vertical, roll_pitch_yaw
 from model.parameters.toml_table import Table
 from model.values.arrays import BoolArray, FloatArray
 from record.trial.table_check import TableFinding
@@ -165,7 +166,7 @@ def _body_columns(
     if turns is not None:
         turns = axes @ turns @ axes.T @ np.array(frame.marker_turn).T
         angles = _angles(turns)
-        findings += _lying(turns)
+        findings += [*_lying(turns), *_vertical(turns)]
         yield from map(TableColumn, BODY_ANGLES, angles.T)
     place = [held.get(name) for name in BODY_POSITION]
     if all(one is None for one in place):
@@ -259,10 +260,21 @@ def _angles(turns: FloatArray) -> FloatArray:
     angles = np.full((len(turns), 3), np.nan)
     known = np.isfinite(turns).all(axis=(1, 2))
     if known.any():
-        yaw_first = Rotation.from_matrix(turns[known]).as_euler("ZYX")
-        yaw_first[:, 0] = np.unwrap(yaw_first[:, 0])
-        angles[known] = yaw_first[:, ::-1]
+        angles[known] = roll_pitch_yaw(Rotation.from_matrix(turns[known]))
+        angles[known, 2] = np.unwrap(angles[known, 2])
     return angles
+
+
+def _vertical(turns: FloatArray) -> list[TableFinding]:
+    """Say where roll and yaw are one angle."""
+    vertical = np.flatnonzero(nose_vertical(turns))
+    if not len(vertical):
+        return []
+    words = (
+        "the nose points straight up or down, where roll and yaw are one angle: roll is 0, yaw takes all "
+        "of it; if the body lay level, check the order of the quaternion and which axis points up"
+    )
+    return [TableFinding("rotation", "body", len(vertical), int(vertical[0]) + 1, words)]
 
 
 def _lying(turns: FloatArray) -> list[TableFinding]:

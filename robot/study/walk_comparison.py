@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from model.errors import ModelError
 from model.kinematics.legs import leg_kinematics
+from model.motion.attitude import roll_pitch_yaw
 from model.motion.se2 import integrate
 from model.quasistatic.frames import FrameSolutions, FrictionLaw, solve_frames
 from model.traction.force_scale import force_scale
@@ -185,7 +186,7 @@ def _tilt(log: Recording) -> FloatArray:
     known = np.isfinite(log.truth_quaternion_xyzw).all(axis=1)
     if known.any():
         turned = Rotation.from_quat(log.truth_quaternion_xyzw[known])
-        tilt[known] = turned.as_euler("ZYX")[:, ::-1]
+        tilt[known] = roll_pitch_yaw(turned)
     tilt[:, 2] = unwrap_known(tilt[:, 2])
     return tilt
 

@@ -20,6 +20,7 @@ from model.effects.catalogue import CATALOGUE
 from model.effects.leg_kinds import check_effects, why_not
 from model.effects.machine import parse_machine
 from model.errors import ConfigError, GapError
+from model.motion.attitude import roll_pitch_yaw
 from model.values.arrays import FloatArray, readonly
 from record.trial.header import TrialNoise
 from record.trial.trial import Trial
@@ -203,7 +204,7 @@ def _begin_at(world: World, trial: Trial) -> None:
     start = np.where(np.isfinite(start), start, 0.0)
     state = world.plant.data.qpos
     turned = Rotation.from_quat(np.roll(state[3:7], -1))
-    yaw = turned.as_euler("ZYX")[0]
+    yaw = roll_pitch_yaw(turned)[2]
     state[0:2] = start[:2]
     state[3:7] = np.roll((Rotation.from_euler("z", start[2] - yaw) * turned).as_quat(), 1)
     world.plant.refresh()

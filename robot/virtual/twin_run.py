@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from gaits.catalog import make_gait
 from gaits.limits import check_gait
 from model.errors import ModelError, RecordError
+from model.motion.attitude import roll_pitch_yaw
 from model.values.arrays import FloatArray, readonly
 from model.values.legs import FootForces, JointState
 from model.values.parameters import PluginParameters
@@ -283,7 +284,7 @@ def trial_of(
 def body_of(poses: Poses) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Position (T, 3), roll, pitch and yaw (T, 3), and feet in the body (T, N, 3), as a trial has them."""
     turns = Rotation.from_quat(poses.quaternion_xyzw)
-    yaw, pitch, roll = turns.as_euler("ZYX").T
+    roll, pitch, yaw = roll_pitch_yaw(turns).T
     arms = poses.foot_position_W - poses.position_W[:, None, :]
     feet = np.einsum("tji,tnj->tni", turns.as_matrix(), arms)
     return poses.position_W, np.stack([roll, pitch, np.unwrap(yaw)], axis=1), feet

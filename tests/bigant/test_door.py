@@ -2,6 +2,8 @@
 
 import gc
 import json
+import runpy
+import shutil
 import subprocess
 import sys
 import typing
@@ -18,6 +20,7 @@ from robot.cli.main import run
 from tests.test_layers import ROOT
 
 SECONDS, FREQUENCY_HZ, SEED = 1.5, 0.3, 3
+LATER_S = 12.5  # how much later the clock of the shafts is
 
 
 @pytest.fixture(scope="module")
@@ -126,6 +129,66 @@ def test_a_table_of_a_lab_becomes_a_log_with_notes(walked: bigant.Log, tmp_path:
     assert (kept.path, kept.notes) == (tmp_path / "lab.mcap", log.notes)
     with pytest.raises(bigant.BigantError, match=r"must end in \.mcap"):
         bigant.import_table(table, columns, tmp_path / "lab.csv")
+
+
+@pytest.fixture(scope="module")
+def lab(walked: bigant.Log, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The walk as a ROS 2 bag, and as a table of shafts beside one of motion capture on another clock."""
+    folder = tmp_path_factory.mktemp("lab")
+    example = runpy.run_path(str(ROOT / "examples" / "lab_data.py"))
+    example["write_bag"](walked, folder / "bag")
+    shutil.copy(ROOT / "examples" / "lab_bag.toml", folder)
+    (folder / "bigant.toml").write_text(walked.robot.text, encoding="utf-8")
+    shafts = {f"shaft_{leg}_rad": walked.angle_rad[:, k] for k, leg in enumerate(walked.names)}
+    places = dict(zip(("body_x_m", "body_y_m", "body_z_m"), walked.truth_position_W.T, strict=True))
+    for name, t_s, columns in (
+        ("run.csv", walked.t_s, shafts),
+        ("run_mocap.csv", walked.t_s - LATER_S, places),
+    ):
+        header = ",".join(("time_s", *columns))
+        table = np.column_stack([t_s, *columns.values()])
+        np.savetxt(folder / name, table, "%.9g", ",", header=header, comments="")
+    (folder / "clocks.toml").write_text(
+        '[trial]\nrobot = "bigant.toml"\n[file.mocap]\n'
+        'path = "{name}_mocap.csv"\n'  # noqa: RUF027 - the map's own brace
+        f'clock = {{ by = "offset", seconds = {LATER_S} }}\n'
+    )
+    return folder
+
+
+def test_a_bag_becomes_the_log_that_the_command_makes(walked: bigant.Log, lab: Path) -> None:
+    log = bigant.import_table(lab / "bag", lab / "lab_bag.toml")
+    np.testing.assert_allclose(log.angle_rad, walked.angle_rad, atol=1e-12)
+    assert any("sensor_msgs/msg/JointState" in line for line in log.notes)
+    out = lab / "command.mcap"
+    words = ["import", str(lab / "bag"), "--map", str(lab / "lab_bag.toml"), "--out", str(out)]
+    assert run(words) == 0
+    other = read_log(out)
+    for name in ("t_s", "angle_rad", "truth_position_W", "estimate_pose"):
+        np.testing.assert_array_equal(getattr(log, name), getattr(other, name))
+    assert np.isfinite(log.estimate_pose).all()
+
+
+def test_topics_of_a_bag_are_named_as_in_the_command(lab: Path) -> None:
+    log = bigant.import_table(lab / "bag", topics={"joints": "/joint_commands"})
+    (read,) = (line for line in log.notes if line.startswith("read") and "/joint_commands" in line)
+    assert "shaft_hl_shaft_rad" in read
+    with pytest.raises(bigant.BigantError, match="is none of joints=, commands=, pose="):
+        bigant.import_table(lab / "bag", topics={"shafts": "/joint_states"})
+    with pytest.raises(bigant.BigantError, match="/no_such"):
+        bigant.import_table(lab / "bag", topics={"joints": "/no_such"})
+
+
+def test_other_files_of_a_run_come_by_the_map_with_their_clocks(
+    walked: bigant.Log, lab: Path
+) -> None:
+    log = bigant.import_table(lab / "run.csv", lab / "clocks.toml")
+    inner = slice(1, -1)  # the first and the last may lie outside of the other file by a rounding
+    np.testing.assert_allclose(
+        log.truth_position_W[inner], walked.truth_position_W[inner], atol=1e-6
+    )
+    assert any(line.startswith("clock") and "run_mocap.csv" in line for line in log.notes)
+    assert bigant.odometry(log).truth is not None
 
 
 def test_odometry_is_that_of_the_command(

@@ -199,3 +199,23 @@ def test_a_map_that_is_probably_wrong_is_said(
 ) -> None:
     one = brought(tmp_path, GOLDEN, column_map)
     assert words in "; ".join(f.detail for f in one.report.findings if f.kind == kind)
+
+
+@pytest.mark.parametrize("pitch", [np.pi / 2, -np.pi / 2])
+def test_a_nose_straight_up_or_down_is_said_and_warns_nobody(
+    pitch: float, recwarn: pytest.WarningsRecorder
+) -> None:
+    """Roll and yaw are one angle there: roll is 0, and the three still make the given attitude."""
+    angles = np.array([[0.1, 0.2, 0.3], [0.4, pitch, 0.9], [0.0, pitch, -0.5]])
+    turns = Rotation.from_euler("ZYX", angles[:, ::-1])
+    columns = [TableColumn(*one) for one in zip(QUATERNION, turns.as_quat().T, strict=True)]
+    findings: list[TableFinding] = []
+    out = {c.name: c.values for c in posed(columns, BodyFrame(), findings)}
+    back = np.column_stack([out[name] for name in BODY_ANGLES])
+    np.testing.assert_allclose(back[0], angles[0], atol=1e-12)
+    np.testing.assert_allclose(back[1:, 0], 0.0, atol=1e-7)
+    again = Rotation.from_euler("ZYX", back[:, ::-1]).as_matrix()
+    np.testing.assert_allclose(again, turns.as_matrix(), atol=2e-7)
+    (said,) = [one for one in findings if "straight up or down" in one.detail]
+    assert (said.kind, said.count, said.first_row) == ("rotation", 2, 2)
+    assert not recwarn.list
