@@ -3,7 +3,10 @@
 All have the registers of the MX-106(2.0) at the same addresses, but for a few that some do not have; what
 differs is here. How to add one: docs/servos.md. Sources: ROBOTIS e-manual, the page of each model (table,
 ranges, units, data sheet); the tables agree with the model files of the ``dynamixel_easy_sdk`` package, see
-``tests/drivers/test_servo_models.py``. Where editions of the e-manual differ, the newer one is taken.
+``tests/drivers/test_servo_models.py``. Where editions of the e-manual differ, the newer one is taken, as
+of https://emanual.robotis.com/docs/kr/dxl/x/xh540-v270/ (current limit 1188, 2047 before) and of
+https://emanual.robotis.com/docs/kr/dxl/x/xh430-v210/ (velocity limit 230, 380 before). Not sure is the
+initial velocity limit of the MX-64 (https://emanual.robotis.com/docs/en/dxl/mx/mx-64-2/): docs/servos.md.
 """
 
 import copyreg
@@ -156,7 +159,7 @@ SERVO_MODELS: tuple[ServoModel, ...] = (
     _x540("XH540-W150", 1110, _V(12.0, 7.1, 4.9, 70), _speed(300)),
     _x540("XH540-W270", 1100, _V(12.0, 9.9, 4.9, 39), _speed(167)),
     _x540("XH540-V150", 1150, _V(24.0, 6.4, 2.4, 60), _speed(230) | _current(1188) | _24_V),
-    _x540("XH540-V270", 1140, _V(24.0, 9.2, 2.4, 34), _speed(128) | _24_V),
+    _x540("XH540-V270", 1140, _V(24.0, 9.2, 2.4, 34), _speed(128) | _current(1188) | _24_V),
 )
 MODEL_BY_NAME = MappingProxyType({one.name: one for one in SERVO_MODELS})
 MODEL_BY_NUMBER = MappingProxyType({one.number: one for one in SERVO_MODELS})

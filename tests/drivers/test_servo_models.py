@@ -58,7 +58,7 @@ XM540-W270 1120 2.69 2047 128 1023 95 160 95 80 800 7 ports 10.6 4.4 30 12.0
 XH540-W150 1110 2.69 2047 300 1023 95 160 95 80 800 7 ports 7.1 4.9 70 12.0
 XH540-W270 1100 2.69 2047 167 1023 95 160 95 80 800 7 ports 9.9 4.9 39 12.0
 XH540-V150 1150 2.69 1188 230 1023 110 300 110 80 800 7 ports 6.4 2.4 60 24.0
-XH540-V270 1140 2.69 2047 128 1023 110 300 110 80 800 7 ports 9.2 2.4 34 24.0
+XH540-V270 1140 2.69 1188 128 1023 110 300 110 80 800 7 ports 9.2 2.4 34 24.0
 """
 ROWS = {line.split()[0]: line.split()[1:] for line in MANUAL.strip().splitlines()}
 each = pytest.mark.parametrize("model", SERVO_MODELS, ids=lambda model: model.name)
