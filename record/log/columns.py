@@ -19,7 +19,7 @@ from record.log.reader import StampedTick
 from record.log.recording import Stack, newest_imu
 from record.log.tick_message import TRANSDUCERS
 from record.trial.table_file import Names, TableColumn, axis_words, column_names
-from record.trial.trial import BODY_POSITION
+from record.trial.trial import BODY_POSITION, IMU
 
 ODOMETRY = "dead_reckoning,estimate"  # what ``odometry`` stands for in a list of groups
 RAW_SERVO = (
@@ -158,7 +158,7 @@ GROUPS: Mapping[str, tuple[Part, ...]] = MappingProxyType(
             Part("estimate_reason", "estimate.reason", kind=object),
         ),
         "imu": (
-            Part(("imu_yaw_rate_rad_s", "imu_roll_rad", "imu_pitch_rad"), "inputs.imu", newest_imu),
+            Part(IMU, "inputs.imu", newest_imu),
             Part("imu_age_s", "imu_age_s"),
             Part("imu_readings", "inputs.imu", len),
             Part("estimate_gyro_bias_rad_s", "estimate.gyro_bias_rad_s"),
@@ -208,6 +208,7 @@ TRIAL_PARTS = (
     Part("command_{joint}_rad", "sent.angle_rad"),
     *GROUPS["forces"],
     Part(BODY_POSITION, "inputs.truth.position_W"),
+    Part(IMU, "inputs.imu", newest_imu),
 )
 
 

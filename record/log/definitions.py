@@ -41,6 +41,12 @@ _PARTS = {
         "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/PoseWithCovariance pose\n"
         "geometry_msgs/TwistWithCovariance twist\n"
     ),
+    "sensor_msgs/Imu": (
+        "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\n"
+        "float64[9] orientation_covariance\ngeometry_msgs/Vector3 angular_velocity\n"
+        "float64[9] angular_velocity_covariance\ngeometry_msgs/Vector3 linear_acceleration\n"
+        "float64[9] linear_acceleration_covariance\n"
+    ),
     "tf2_msgs/TFMessage": "geometry_msgs/TransformStamped[] transforms\n",
     "diagnostic_msgs/KeyValue": "string key\nstring value\n",
     "diagnostic_msgs/DiagnosticStatus": (
@@ -87,3 +93,6 @@ DEFINITIONS = MappingProxyType(
         )
     }
 )
+# Of a topic that only a log with an IMU has.
+IMU_TYPE = "sensor_msgs/msg/Imu"
+IMU_DEFINITION = _full_text("sensor_msgs/Imu")

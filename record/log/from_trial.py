@@ -18,7 +18,7 @@ from model.values.contact import no_contact
 from model.values.estimate import Estimate
 from model.values.faults import StopReason
 from model.values.legs import FootForces, JointCommand, JointState, no_feet
-from model.values.readings import BodyTruth
+from model.values.readings import BodyTruth, ImuRecord
 from model.values.tick import DeadReckoning, Inputs, Intent, LoopTiming, Mode, Request, Tick
 from record.log.header import IMPORTED, RunHeader
 from record.log.writer import LogWriter
@@ -116,7 +116,10 @@ def _tick(trial: Trial, at: int, t_ns: int, phase: float) -> Tick:
         index=at,
         mode=Mode.WALK if walking else Mode.IDLE,
         stop_reason=StopReason.NONE,
-        inputs=Inputs(None, (), request, LoopTiming(t_ns, 0, 0, 0), _truth(trial, at, t_ns), ()),
+        inputs=Inputs(
+            None, (), request, LoopTiming(t_ns, 0, 0, 0), _truth(trial, at, t_ns), (),
+            imu=_imu(trial.imu[at], t_ns),
+        ),
         joints=JointState(
             t_ns, trial.shaft_rad[at], trial.shaft_rad_s[at], trial.current_a[at], trial.pwm[at],
             trial.voltage_v[at], trial.temperature_c[at], np.isfinite(trial.shaft_rad[at]),
@@ -132,6 +135,11 @@ def _tick(trial: Trial, at: int, t_ns: int, phase: float) -> Tick:
         ),
         faults=(),
     )  # fmt: skip
+
+
+def _imu(values: FloatArray, t_ns: int) -> tuple[ImuRecord, ...]:
+    """Return the reading of a sample; none where nothing of it is known."""
+    return (ImuRecord(t_ns, *values.tolist()),) if np.isfinite(values).any() else ()
 
 
 def gait_phase(trial: Trial) -> FloatArray:

@@ -7,22 +7,24 @@ servos measure current, which is in ``/bigant/tick``.
 
 import struct
 from functools import lru_cache
+from math import cos, isfinite, sin
 
 import numpy as np
 
 from model.motion.se2 import quaternion_of
 from model.values.arrays import FloatArray
 from model.values.estimate import Estimate
-from model.values.readings import BodyTruth
+from model.values.readings import BodyTruth, ImuRecord
 from model.values.tick import DeadReckoning, Tick
 from record.log.cdr import FLOATS, CdrWriter
 from record.log.estimate_message import HEALTHS
 
-BODY_FRAME, ODOM_FRAME, MAP_FRAME = "base_link", "odom", "map"
+BODY_FRAME, ODOM_FRAME, MAP_FRAME, IMU_FRAME = "base_link", "odom", "map", "imu"
 UNKNOWN_COVARIANCE = np.zeros(36)
 PLANAR = (0, 1, 5)  # x, y, yaw among ROS's six
 NOT_ESTIMATED = 1e6
 NO_MOMENT = bytes(24)
+COVARIANCE_UNKNOWN, NOT_MEASURED = np.zeros(9), np.array([-1.0, *[0.0] * 8])
 _PLANAR_PLACES = np.array([6 * row + column for row in PLANAR for column in PLANAR])
 _ONLY_UNKNOWN = np.diag(np.full(6, NOT_ESTIMATED)).ravel()
 OK, WARN, ERROR = 0, 1, 2
@@ -104,6 +106,27 @@ def truth_odometry(unix_ns: int, truth: BodyTruth) -> bytes:
 
 def _flat_pose(pose: DeadReckoning | Estimate) -> tuple[FloatArray, FloatArray]:
     return np.array([*pose.position_m, 0.0]), quaternion_of(pose.yaw_rad)
+
+
+def imu(unix_ns: int, reading: ImuRecord) -> bytes:
+    """sensor_msgs/msg/Imu in the IMU's own axes; a covariance of -1 stands before what is not measured.
+
+    Of the rates only that about z is; the orientation is roll and pitch with a yaw of 0.
+    """
+    known = isfinite(reading.roll_rad) and isfinite(reading.pitch_rad)
+    turn = np.full(4, np.nan)
+    if known:
+        half_roll, half_pitch = reading.roll_rad / 2, reading.pitch_rad / 2
+        (cr, sr), (cp, sp) = (cos(half_roll), sin(half_roll)), (cos(half_pitch), sin(half_pitch))
+        turn = np.array([sr * cp, cr * sp, -sr * sp, cr * cp])
+    w = CdrWriter()
+    _header(w, unix_ns, IMU_FRAME)
+    w.arrays(
+        FLOATS, turn, COVARIANCE_UNKNOWN if known else NOT_MEASURED,
+        np.array([np.nan, np.nan, reading.yaw_rate_rad_s]), COVARIANCE_UNKNOWN,
+        np.full(3, np.nan), NOT_MEASURED,
+    )  # fmt: skip
+    return w.done()
 
 
 def transform(unix_ns: int, pose: DeadReckoning | Estimate) -> bytes:

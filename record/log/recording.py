@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
+from model.values.estimate import Estimate
 from model.values.faults import Fault
 from model.values.machine_names import MachineNames
 from model.values.readings import ImuRecord
@@ -69,6 +70,10 @@ def newest_imu(readings: Sequence[ImuRecord]) -> FloatArray | None:
     return np.array([newest.yaw_rate_rad_s, newest.roll_rad, newest.pitch_rad])
 
 
+def _gyro_bias(estimate: Estimate) -> tuple[float, float]:
+    return estimate.gyro_bias_rad_s, estimate.gyro_bias_sd
+
+
 def _sd(covariance: FloatArray) -> FloatArray:
     return np.sqrt(np.diagonal(covariance))
 
@@ -98,6 +103,7 @@ class Recording:
         estimate_velocity_B: vx, vy [m/s], yaw rate [rad/s], (T, 3).
         estimate_force_n: Its forces, (T, N, 3).
         estimate_health: 0 ok, 1 degraded, 2 lost, -1 not running, (T,).
+        gyro_bias: The estimated bias of the yaw gyro and its sd [rad/s], (T, 2); NaN without a gyro.
         imu: The newest reading of the IMU in a tick, in its own axes: yaw rate [rad/s], roll, pitch [rad],
             (T, 3); NaN where none came.
         truth_position_W: (T, 3); NaN where there is no truth. So in all fields of the truth.
@@ -138,6 +144,7 @@ class Recording:
     estimate_health: Annotated[
         IntArray, Stack("estimate.health", change=HEALTHS.index, absent=NOT_RUNNING, kind=np.int64)
     ]
+    gyro_bias: Annotated[FloatArray, Stack("estimate", (2,), _gyro_bias)]
     imu: Annotated[FloatArray, Stack("inputs.imu", (3,), newest_imu)]
     truth_position_W: Annotated[FloatArray, Stack("inputs.truth.position_W", (3,))]  # noqa: N815
     truth_quaternion_xyzw: Annotated[FloatArray, Stack("inputs.truth.quaternion_xyzw", (4,))]

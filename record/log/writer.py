@@ -15,10 +15,11 @@ from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 
 from model.errors import RecordError
+from model.values.readings import ImuRecord
 from model.values.tick import Tick
 from model.values.wire import WireBytes
 from record.log import messages
-from record.log.definitions import DEFINITIONS
+from record.log.definitions import DEFINITIONS, IMU_DEFINITION, IMU_TYPE
 from record.log.tick_message import encode_tick
 from record.log.wire_message import (
     WIRE_DEFINITION,
@@ -41,6 +42,7 @@ NAMES_KEY = "leg_names"
 JOINTS_KEY = "joint_names"  # where they are others than those of the legs
 START_KEY = "start_ns"
 START_UNIX_KEY = "start_unix_ns"
+IMU_TOPIC = "/imu"
 RATE_KEY = "rate_hz"  # of the loop, where it is known
 # What rosbags and ros2 bag want to read beside a topic: reliable, volatile, keep the last ten.
 QOS = (
@@ -179,6 +181,8 @@ class LogWriter:
         truth = tick.inputs.truth
         if truth is not None:
             self._put("/odom_truth", unix_ns, messages.truth_odometry(unix_ns, truth))
+        if tick.inputs.imu:
+            self._write_imu(tick.inputs.imu, unix_ns)
         if tick.t_ns >= self._next_diagnostics_ns:
             self._next_diagnostics_ns = tick.t_ns + DIAGNOSTICS_PERIOD_NS
             self._put("/diagnostics", unix_ns, messages.diagnostics(unix_ns, self._joints, tick))
@@ -187,22 +191,31 @@ class LogWriter:
             self._next_flush_ns = tick.t_ns + FLUSH_PERIOD_NS
             self._flush()
 
+    def _write_imu(self, readings: tuple[ImuRecord, ...], unix_ns: int) -> None:
+        """Write readings with their own stamps; their topic begins with the first of them."""
+        if IMU_TOPIC not in self._channels:
+            self._add_topics(IMU_TYPE, IMU_DEFINITION, (IMU_TOPIC,))
+        for reading in readings:
+            data = messages.imu(reading.t_ns + self._offset_ns, reading)
+            self._put(IMU_TOPIC, unix_ns, data)
+
+    def _add_topics(self, kind: str, definition: str, names: tuple[str, ...]) -> None:
+        schema = self._writer.register_schema(kind, "ros2msg", definition.encode("utf-8"))
+        added = {
+            topic: self._writer.register_channel(
+                topic, "cdr", schema, {"offered_qos_profiles": QOS}
+            )
+            for topic in names
+        }
+        self._channels = MappingProxyType({**self._channels, **added})
+
     def write_wires(self, heard: tuple[WireBytes, ...]) -> None:
         """Write raw bytes of the devices, oldest first; their topics begin with the first of them."""
         self._guard(lambda: self._write_wires(heard))
 
     def _write_wires(self, heard: tuple[WireBytes, ...]) -> None:
         if heard and WIRE_TOPICS[0] not in self._channels:
-            schema = self._writer.register_schema(
-                WIRE_TYPE, "ros2msg", WIRE_DEFINITION.encode("utf-8")
-            )
-            added = {
-                topic: self._writer.register_channel(
-                    topic, "cdr", schema, {"offered_qos_profiles": QOS}
-                )
-                for topic in WIRE_TOPICS
-            }
-            self._channels = MappingProxyType({**self._channels, **added})
+            self._add_topics(WIRE_TYPE, WIRE_DEFINITION, WIRE_TOPICS)
         for piece in heard:
             channel, unix_ns = self._channels[wire_topic(piece.wire)], piece.t_ns + self._offset_ns
             self._writer.add_message(channel, unix_ns, encode_wire(piece), unix_ns, self._wires)

@@ -212,10 +212,7 @@ def _attitudes(
     known: BoolArray = np.asarray(np.isfinite(rows).all(axis=1))
     turns = np.full((len(rows), 3, 3), np.nan)
     if names == QUATERNION:
-        size = np.linalg.norm(rows, axis=1)
-        known = _sound(
-            known, np.abs(size - 1) < NORM_TOLERANCE, size, "quaternions of length 1", findings
-        )
+        known = sound_quaternions(rows, "body", findings)
         turns[known] = Rotation.from_quat(rows[known]).as_matrix()
     elif names == MATRIX:
         matrices = rows.reshape(-1, 3, 3)
@@ -223,7 +220,9 @@ def _attitudes(
         proper = (off < NORM_TOLERANCE) & (
             np.nan_to_num(np.linalg.det(np.nan_to_num(matrices))) > 0
         )
-        known = _sound(known, proper, off, "rotation matrices", findings)
+        known = _sound(
+            known & proper, known & ~proper, off, ("body", "rotation matrices"), findings
+        )
         turns[known] = matrices[known]
     else:
         order, given = frame.euler_order, rows[known]
@@ -233,26 +232,44 @@ def _attitudes(
     return turns
 
 
-def _sound(
-    known: BoolArray, sound: BoolArray, size: FloatArray, kind: str, findings: list[TableFinding]
-) -> BoolArray:
-    """Return which rows are rotations; the others are missing, and listed.
+def sound_quaternions(rows: FloatArray, whose: str, findings: list[TableFinding]) -> BoolArray:
+    """Return which quaternions, (T, 4), are rotations, (T,); the others are missing, and listed.
 
     Raises:
         RecordError: Most are not.
     """
-    bad = known & ~sound
+    known: BoolArray = np.asarray(np.isfinite(rows).all(axis=1))
+    size = np.linalg.norm(rows, axis=1)
+    proper = np.abs(size - 1) < NORM_TOLERANCE
+    words = (whose, "quaternions of length 1")
+    return _sound(known & proper, known & ~proper, size, words, findings)
+
+
+def _sound(
+    sound: BoolArray,
+    bad: BoolArray,
+    size: FloatArray,
+    words: tuple[str, str],
+    findings: list[TableFinding],
+) -> BoolArray:
+    """Return which rows are rotations; those that are not are listed under whose they are and their kind.
+
+    Raises:
+        RecordError: Most are not.
+    """
     if not bad.any():
-        return known
+        return sound
+    whose, kind = words
     worst, first = float(size[np.flatnonzero(bad)[0]]), int(np.flatnonzero(bad)[0]) + 1
-    if bad.sum() > MOST_BAD * known.sum():
+    known = int(bad.sum() + sound.sum())
+    if bad.sum() > MOST_BAD * known:
         raise RecordError(
-            f"the body's attitude is no {kind}: {int(bad.sum())} of {int(known.sum())} rows are off, the "
+            f"the {whose}'s attitude is no {kind}: {int(bad.sum())} of {known} rows are off, the "
             f"first (row {first}) by its size {worst:.3g}; check which columns are named, and their order"
         )
-    words = f"no {kind} (the first has size {worst:.3g}); taken as missing"
-    findings.append(TableFinding("rotation", "body", int(bad.sum()), first, words))
-    return known & sound
+    detail = f"no {kind} (the first has size {worst:.3g}); taken as missing"
+    findings.append(TableFinding("rotation", whose, int(bad.sum()), first, detail))
+    return sound
 
 
 def _angles(turns: FloatArray) -> FloatArray:

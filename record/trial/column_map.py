@@ -32,6 +32,7 @@ from record.trial.body_pose import ORIENTATIONS, BodyColumns, BodyFrame, read_bo
 from record.trial.clock_alignment import FileClock, read_clock
 from record.trial.cut import Cut, read_cut
 from record.trial.header import TrialHeader, errors_of, parse_header, parse_toml, read_text
+from record.trial.imu_tilt import IMU_QUATERNION
 from record.trial.ros_bag import BagMap, read_bag_map
 from record.trial.table_check import TableFinding
 from record.trial.table_file import DataTable, TableColumn
@@ -289,7 +290,12 @@ def complete_sources(
     Raises:
         RecordError: The map names a column that is not there, or one that we do not have.
     """
-    known = ("time_s", *ORIENTATIONS, *(place.column for place in trial_places(machine)))
+    known = (
+        "time_s",
+        *ORIENTATIONS,
+        *IMU_QUATERNION,
+        *(place.column for place in trial_places(machine)),
+    )
     for source in given.sources:
         if source.ours not in known:
             raise RecordError(

@@ -14,6 +14,7 @@ from record.trial.header import LEGGED, TrialHeader
 from record.trial.import_table import Imported, completed, import_part, import_tables
 from record.trial.joined import joined
 from record.trial.ros_bag import (
+    IMU_MESSAGE,
     JOINT_STATE,
     POSES,
     READ,
@@ -119,7 +120,14 @@ def _import_bag(bag: Bag, given: ColumnMap, tell: Callable[[float], None]) -> Im
         header = replace(header, joints=joints)
         topics = chosen_topics(bag, topics, header.names.legs)
     named = (source.theirs.partition(":")[0] for source in given.sources)
-    all_topics = (topics.joints, topics.commands, topics.pose, *topics.forces.values(), *named)
+    all_topics = (
+        topics.joints,
+        topics.commands,
+        topics.pose,
+        topics.imu,
+        *topics.forces.values(),
+        *named,
+    )
     wanted = [name for name in dict.fromkeys(all_topics) if name]
     if not wanted:
         raise RecordError(
@@ -129,6 +137,7 @@ def _import_bag(bag: Bag, given: ColumnMap, tell: Callable[[float], None]) -> Im
         **dict.fromkeys(topics.forces.values(), (WRENCH,)),
         **dict.fromkeys((topics.joints, topics.commands), (JOINT_STATE,)),
         topics.pose: POSES,
+        topics.imu: (IMU_MESSAGE,),
     }
     for number, name in enumerate(wanted):
         tell(0.8 * number / len(wanted))

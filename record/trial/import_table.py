@@ -18,11 +18,14 @@ from record.trial.body_pose import ORIENTATIONS, posed
 from record.trial.column_map import ColumnMap, Source, complete_sources, summed
 from record.trial.derive import with_speeds
 from record.trial.header import LEGGED, TrialHeader, joints_of, read_header
+from record.trial.imu_tilt import IMU_QUATERNION, levelled
 from record.trial.raw_check import raw_findings
 from record.trial.source_tables import SourceTable, open_tables
 from record.trial.table_check import TableFinding, check_trial
 from record.trial.table_file import DataTable, TableColumn
 from record.trial.trial import Trial, build_trial, trial_places, trial_table
+
+UNUSUAL = ("imu",)  # fields of a trial that nobody misses
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +136,8 @@ def import_part(
     order = _cut(table, given, in_time.order, cut)
     few = len(order) < max(given.cut.fewest_rows, 1)
     passed = _ColumnPass(in_time, tell)
-    columns = posed(passed.columns(table, used, order), given.body, findings)
+    columns = levelled(passed.columns(table, used, order), findings)
+    columns = posed(columns, given.body, findings)
     trial = None
     if few:
         for _ in columns:  # they are looked at all the same
@@ -146,7 +150,7 @@ def import_part(
     findings += passed.unreadable
     findings += raw_findings(table, sources)
     findings += _unused(table, (*(s.theirs for s in sources), *given.cut.columns))
-    names = tuple(name for name in names if name not in ORIENTATIONS)
+    names = tuple(name for name in names if name not in (*ORIENTATIONS, *IMU_QUATERNION))
     findings += [*passed.empty_rows(), *in_time.findings, *cut, *last]
     dropped = passed.dropped()
     report = ImportReport(path, one.name, table.rows, 0 if few else len(order), dropped, names,
@@ -207,7 +211,7 @@ def _absent(header: TrialHeader, have: Collection[str]) -> list[TableFinding]:
     for field, places in groupby(trial_places(header.names), key=lambda place: place.field):
         columns = [place.column for place in places]
         missing = [column for column in columns if column not in have]
-        if missing:
+        if missing and not (field in UNUSUAL and missing == columns):
             some = f"missing: {', '.join(missing)}"
             words = "not measured" if missing == columns else some
             findings.append(TableFinding("absent", field, len(missing), 0, words))

@@ -6,6 +6,7 @@
     pose = "/mocap/robot/pose"          # PoseStamped, PoseWithCovarianceStamped, Odometry
     frames = ["map", "base_link"]       # where pose is a topic of transforms: parent and child
     forces = { HL = "/wrench/HL" }      # WrenchStamped of each leg
+    imu = "/imu/data"                   # sensor_msgs/Imu, or left out
     names = { HL = "hind_left_crank" }  # our joint to the bag's, where they differ
 
 What is not said is taken where only one topic can be meant. A column is called TOPIC:FIELD, so that
@@ -28,6 +29,7 @@ from record.trial.table_file import DataTable, TableColumn
 
 BAG_SUFFIXES = (".mcap", ".db3")
 JOINT_STATE = "sensor_msgs/msg/JointState"
+IMU_MESSAGE = "sensor_msgs/msg/Imu"
 WRENCH = "geometry_msgs/msg/WrenchStamped"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 POSE, POSE_COVARIANCE = (
@@ -36,9 +38,13 @@ POSE, POSE_COVARIANCE = (
 )
 ODOMETRY = "nav_msgs/msg/Odometry"
 POSES = (POSE, POSE_COVARIANCE, ODOMETRY, TRANSFORMS)
-READ = (JOINT_STATE, WRENCH, *POSES)
+READ = (JOINT_STATE, WRENCH, IMU_MESSAGE, *POSES)
 # Words in the name of a topic of odometry that is no estimate but the truth.
 TRUE_WORDS = ("truth", "mocap", "vicon", "optitrack", "qualisys", "ground")
+IMU_FIELDS = (
+    ("imu_yaw_rate_rad_s", "angular_velocity.z"),
+    *((f"imu_quaternion_{axis}", f"orientation.{axis}") for axis in "xyzw"),
+)
 NO_NAMES: Mapping[str, str] = MappingProxyType({})
 
 
@@ -53,6 +59,7 @@ class BagMap:
         frames: Parent and child of its transform, where ``pose`` is a topic of transforms.
         forces: Leg to topic.
         names: Our joint to the bag's name of it.
+        imu: The IMU.
     """
 
     joints: str = ""
@@ -61,6 +68,7 @@ class BagMap:
     frames: tuple[str, ...] = ()
     forces: Mapping[str, str] = field(default_factory=lambda: NO_NAMES)
     names: Mapping[str, str] = field(default_factory=lambda: NO_NAMES)
+    imu: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +94,7 @@ def read_bag_map(table: Table) -> BagMap:
         frames=table.texts("frames") if table.has("frames") else (),
         forces={leg: forces.text(leg) for leg in forces.names()},
         names={joint: names.text(joint) for joint in names.names()},
+        imu=table.maybe_text("imu"),
     )
     table.done()
     return bag
@@ -105,12 +114,14 @@ def with_topics(given: BagMap, words: str) -> BagMap:
             given = replace(given, commands=topic)
         elif what == "pose" and topic:
             given = replace(given, pose=topic)
+        elif what == "imu" and topic:
+            given = replace(given, imu=topic)
         elif what.startswith("force_") and topic:
             given = replace(given, forces={**given.forces, what.removeprefix("force_"): topic})
         else:
             raise ConfigError(
                 "--topics",
-                f"{word.strip()!r} is none of joints=, commands=, pose= and force_LEG= with a topic",
+                f"{word.strip()!r} is none of joints=, commands=, pose=, imu= and force_LEG= with a topic",
             )
     return given
 
@@ -245,6 +256,8 @@ def _rows_of(
     elif kind == WRENCH:
         force = message.wrench.force
         row |= {f"force.{axis}": float(getattr(force, axis)) for axis in "xyz"}
+    elif kind == IMU_MESSAGE:
+        row |= _imu(message)
     else:
         pose = message.pose if kind == POSE else message.pose.pose
         row |= _pose(pose.position, pose.orientation)
@@ -256,6 +269,17 @@ def _pose(place: Any, turn: Any) -> Mapping[str, float]:
         **{f"position.{axis}": float(getattr(place, axis)) for axis in "xyz"},
         **{f"orientation.{axis}": float(getattr(turn, axis)) for axis in "xyzw"},
     }
+
+
+def _imu(message: Any) -> Mapping[str, float]:
+    """Rates and orientation; a covariance that begins with -1 says that one was not measured."""
+    rates, turn = message.angular_velocity, message.orientation
+    row: dict[str, float] = {}
+    if message.angular_velocity_covariance[0] != -1:
+        row |= {f"angular_velocity.{axis}": float(getattr(rates, axis)) for axis in "xyz"}
+    if message.orientation_covariance[0] != -1:
+        row |= {f"orientation.{axis}": float(getattr(turn, axis)) for axis in "xyzw"}
+    return row
 
 
 def chosen_topics(bag: Bag, given: BagMap, legs: Sequence[str]) -> BagMap:
@@ -276,6 +300,7 @@ def chosen_topics(bag: Bag, given: BagMap, legs: Sequence[str]) -> BagMap:
         predicted = "predict" in one.name or "estimat" in one.name
         if one.kind == WRENCH and leg in legs and not predicted:
             forces.setdefault(leg, one.name)
+    units = [one.name for one in bag.topics if one.kind == IMU_MESSAGE]
     return BagMap(
         joints=joints,
         commands=commands,
@@ -283,6 +308,7 @@ def chosen_topics(bag: Bag, given: BagMap, legs: Sequence[str]) -> BagMap:
         frames=given.frames,
         forces=forces,
         names=given.names,
+        imu=given.imu or (units[0] if len(units) == 1 else ""),
     )
 
 
@@ -323,6 +349,10 @@ def bag_columns(
     if given.pose:
         yield from ((f"body_{a}_m", f"{given.pose}:position.{a}") for a in "xyz")
         yield from ((f"body_quaternion_{a}", f"{given.pose}:orientation.{a}") for a in "xyzw")
+    if given.imu:
+        for column, field_name in IMU_FIELDS:
+            if f"{given.imu}:{field_name}" in tables[given.imu].names:
+                yield column, f"{given.imu}:{field_name}"
     for leg, topic in given.forces.items():
         yield from ((f"force_{leg}_{a}_n", f"{topic}:force.{a}") for a in "xyz")
 

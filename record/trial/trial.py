@@ -28,6 +28,7 @@ from record.trial.table_file import (
 )
 
 BODY_POSITION = ("body_x_m", "body_y_m", "body_z_m")
+IMU = ("imu_yaw_rate_rad_s", "imu_roll_rad", "imu_pitch_rad")
 BODY_ANGLES = ("body_roll_rad", "body_pitch_rad", "body_yaw_rad")
 # Field of a trial to the names of its columns; in braces joint or leg, and the letters of axes.
 COLUMNS: Mapping[str, Names] = {
@@ -43,6 +44,7 @@ COLUMNS: Mapping[str, Names] = {
     "force_n": "force_{leg}_{xyz}_n",
     "body_position_m": BODY_POSITION,
     "body_angles_rad": BODY_ANGLES,
+    "imu": IMU,
 }
 
 
@@ -66,6 +68,7 @@ class Trial:
         body_position_m: Body in the world, (T, 3).
         body_angles_rad: Roll, pitch, yaw of the body in the world, (T, 3): yaw about z, then pitch about y,
             then roll about x.
+        imu: Yaw rate [rad/s], roll and pitch [rad] of an IMU in its own axes, (T, 3).
     """
 
     header: TrialHeader
@@ -82,6 +85,7 @@ class Trial:
     force_n: FloatArray
     body_position_m: FloatArray
     body_angles_rad: FloatArray
+    imu: FloatArray
 
     @property
     def joints(self) -> tuple[str, ...]:

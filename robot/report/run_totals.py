@@ -23,6 +23,7 @@ class RunTotals:
         stop_s: When the robot began to stop, NaN if it did not.
         stop_cause: The faults that made it stop, in words.
         estimate_sd: The estimator's standard deviations of x, y [m], yaw [rad] at the end, NaN without it.
+        gyro_bias: The estimated bias of the yaw gyro and its sd [rad/s] at the end, NaN without a gyro.
     """
 
     def __init__(self) -> None:
@@ -31,12 +32,14 @@ class RunTotals:
         self.stop_s = float("nan")
         self.stop_cause = ""
         self.estimate_sd = np.full(3, np.nan)
+        self.gyro_bias = np.full(2, np.nan)
         self._columns: defaultdict[str, list[Any]] = defaultdict(list)
 
     def add(self, block: Recording) -> None:
         """Add the next block of the log."""
         self._add_faults(block)
         self.estimate_sd = block.estimate_pose_sd[-1]
+        self.gyro_bias = block.gyro_bias[-1]
         walking = block.mode == Mode.WALK.value
         predicted, estimate = block.predicted_velocity_B, block.estimate_velocity_B
         true = true_velocity(block)
@@ -53,6 +56,7 @@ class RunTotals:
             "missed": block.missed,
             "hottest_c": [np.fmax.reduce(block.temperature_c, axis=None)],
             "truth": [block.has_truth],
+            "imu": np.isfinite(block.imu).sum(axis=0, keepdims=True),
             "forces": [np.isfinite(block.force_n).any()],
             "true_slip": _known(true_forward_slip(block)[walking]),
             "predicted_slip": _known(block.predicted_slip_B[walking, :, 0]),

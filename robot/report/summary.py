@@ -47,6 +47,8 @@ class Summary:
         estimate_health: Share of the ticks with health ok, degraded, lost; of those in which it ran.
         forces: Whether any foot force was measured.
         sensors: Whether the log's robot file has force sensors.
+        imu_share: Share of the ticks with a yaw rate, a roll, a pitch of an IMU.
+        gyro_bias: The estimated bias of the yaw gyro and its sd at the end [rad/s].
         faults: Ticks in which each kind of fault was, most frequent first.
         last_faults: Time [s] and words of each fault the last time it was, the newest first.
         late_p50_ms: Median lateness of a tick.
@@ -85,6 +87,8 @@ class Summary:
     estimate_health: tuple[float, ...]
     forces: bool
     sensors: bool
+    imu_share: tuple[float, ...]
+    gyro_bias: tuple[float, ...]
     faults: tuple[tuple[str, int], ...]
     last_faults: tuple[tuple[float, str], ...]
     late_p50_ms: float
@@ -182,6 +186,8 @@ def summarise_totals(totals: RunTotals, last: Recording) -> Summary:
         estimate_health=_health(totals.column("estimate_health")),
         forces=bool(totals.column("forces").any()),
         sensors=_has_sensors(last.config_text),
+        imu_share=tuple((totals.column("imu").sum(axis=0) / len(t_s)).tolist()),
+        gyro_bias=tuple(totals.gyro_bias.tolist()),
         faults=tuple(totals.faults.most_common()),
         last_faults=_last_faults(totals),
         late_p50_ms=float(np.percentile(late_ms, 50)),

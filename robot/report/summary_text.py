@@ -25,6 +25,8 @@ def summary_rows(summary: Summary) -> list[Row]:
         rows.append(("foot forces", "none measured" if s.sensors else "no force sensors"))
     elif math.isfinite(s.force_rmse_n[0]):
         rows.append(("predicted foot force, RMSE", _force_words(s.force_rmse_n)))
+    if any(s.imu_share):
+        rows.append(("IMU", _imu_words(s)))
     if math.isfinite(s.estimate_health[0]):
         rows += _estimator_rows(s)
     rows += [
@@ -36,6 +38,19 @@ def summary_rows(summary: Summary) -> list[Row]:
     if s.damage:
         rows.append(("file", s.damage))
     return rows
+
+
+def _imu_words(s: Summary) -> str:
+    rate, roll, pitch = s.imu_share
+    parts = []
+    if rate:
+        parts.append(f"yaw rate in {rate:.0%} of the ticks")
+    if roll or pitch:
+        parts.append(f"roll and pitch in {max(roll, pitch):.0%}")
+    if math.isfinite(s.gyro_bias[0]):
+        bias, sd = (_milli(value) for value in s.gyro_bias)
+        parts.append(f"gyro bias {bias} +- {sd} mrad/s at the end")
+    return ", ".join(parts)
 
 
 def _ticks(count: int) -> str:

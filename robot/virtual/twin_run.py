@@ -278,6 +278,7 @@ def trial_of(
         force_n=readonly(np.array([row.forces.force_n for row in rows])),
         body_position_m=readonly(position),
         body_angles_rad=readonly(angles),
+        imu=readonly(np.full((len(t_ns), 3), np.nan)),
     )
 
 

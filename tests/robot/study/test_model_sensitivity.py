@@ -83,6 +83,7 @@ def synthetic(
         estimate_velocity_B=empty(3),
         estimate_force_n=empty(legs, 3),
         estimate_health=np.full(ticks, -1),
+        gyro_bias=empty(2),
         imu=empty(3),
         truth_position_W=known * np.zeros((ticks, 3)),
         truth_quaternion_xyzw=known * quaternion,
