@@ -13,7 +13,6 @@ The map says so, the robot's files are copied beside it.
 import argparse
 import csv
 import math
-import shutil
 from pathlib import Path
 
 import mujoco
@@ -178,8 +177,8 @@ def walk(
     out.with_suffix(".map.toml").write_text(
         map_text(name, chain.joints, order if forces else ()), encoding="utf-8"
     )
-    for suffix in (".toml", ".xml"):
-        shutil.copy(HERE / f"{name}{suffix}", out.parent / f"{name}{suffix}")
+    for file in (f"{name}.toml", f"{name}.xml"):  # which may lie there already
+        (out.parent / file).write_bytes((HERE / file).read_bytes())
     moved = went["place"][-1] - went["place"][0]
     print(f"{out}: {len(time_s)} rows, {len(chain.joints)} joints, {1e3 * moved[0]:.0f} mm ahead, "
           f"{np.degrees(went['angles'][-1, 2]):.0f} deg of yaw")  # fmt: skip

@@ -81,8 +81,8 @@ def main(folder: Path, gait: str = "tripod", cycles: float = 3.0, seed: int = 1)
     config = load_robot()
     walk = walk_in_memory(config, gait, cycles=cycles, seed=seed, progress=lambda _: None)
     (folder / "bigant.toml").write_text(config.text, encoding="utf-8")
-    for name in ("lab_csv.toml", "lab_bag.toml"):
-        shutil.copy(Path(__file__).with_name(name), folder / name)
+    for name in ("lab_csv.toml", "lab_bag.toml"):  # which may lie there already
+        (folder / name).write_bytes(Path(__file__).with_name(name).read_bytes())
     write_csv(walk, folder / "lab.csv")
     shutil.rmtree(folder / "bag", ignore_errors=True)
     write_bag(walk, folder / "bag")

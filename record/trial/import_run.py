@@ -210,7 +210,8 @@ def together(base: Imported, other: Imported, later_s: float = 0.0) -> Imported:
     report = replace(
         base.report,
         columns=tuple(dict.fromkeys([*base.report.columns, *other.report.columns])),
-        findings=(*base.report.findings, *findings),
+        # what is so of several topics is said once
+        findings=tuple(dict.fromkeys((*base.report.findings, *findings))),
         dropped=(*base.report.dropped, *dropped),
     )
     return Imported(joined(base.trial, other.trial, later_s), report)

@@ -44,6 +44,17 @@ def imported(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFa
     return log
 
 
+def test_the_example_runs_beside_its_own_robot_files(tmp_path: Path) -> None:
+    """As ``bigant examples --out`` lays them out, with the table written where they are."""
+    for name in ("chain_walk.py", "hexapod18.toml", "hexapod18.xml"):
+        (tmp_path / name).write_bytes((EXAMPLES / name).read_bytes())
+    walk: Any = runpy.run_path(str(tmp_path / "chain_walk.py"))["walk"]
+    walk("hexapod18", tmp_path / "chain.csv", 0.5, 0.0, 0)
+    for name in ("hexapod18.toml", "hexapod18.xml"):
+        assert (tmp_path / name).read_bytes() == (EXAMPLES / name).read_bytes()
+    assert (tmp_path / "chain.map.toml").exists()
+
+
 @pytest.fixture(scope="module")
 def tracked(imported: Path) -> TrackedLog:
     return track_log(imported)
