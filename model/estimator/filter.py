@@ -175,6 +175,8 @@ class Estimator:
             trouble.append(
                 f"absolute poses too far from the estimate (pose_limit): {far_poses} in a row not used"
             )
+        elif refused := int(used.streak[ABSOLUTE, 0]):
+            trouble.append(f"absolute poses contradict the estimate: {refused} in a row rejected")
         force_ns = inputs.forces.t_ns if heard.fresh and inputs.forces else state.force_ns
         answered = serving is not None or state.answer_ns == NEVER
         answer_ns = inputs.t_ns if answered else state.answer_ns
