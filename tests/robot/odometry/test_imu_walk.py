@@ -1,0 +1,144 @@
+"""A walk of the virtual robot with its IMU: bias known, yaw and stiffness better, a wrong sign noticed."""
+
+from dataclasses import replace
+from math import nan
+
+import numpy as np
+import pytest
+
+from drivers.ati.foot_forces import no_forces
+from model.motion.se2 import yaw_of
+from model.values.arrays import FloatArray
+from model.values.estimate import Estimate, Health
+from model.values.readings import ImuRecord
+from model.values.tick import Intent, Mode, Tick
+from robot.config.robot_file import RobotConfig, load_robot, parse_robot
+from robot.control.controller import Controller
+from robot.control.estimator_stage import TickEstimator
+from robot.run.operator import Script
+from robot.run.rig import Reading
+from robot.virtual.direct_robot import DirectRobot
+from robot.virtual.open import VirtualSettings, open_twin
+from robot.virtual.rehearsal import rehearse
+from robot.virtual.walk import TickList
+from sim_hw.assumed import ImuAssumed
+
+CONFIG = load_robot()
+RATE_HZ = 50
+BIAS_RAD_S = 0.02
+TRUE_STIFFNESS = np.array([2000.0, 3000.0, 2300.0, 2900.0, 2200.0, 2700.0])
+ASKEW = ImuAssumed(
+    yaw_rate_bias_rad_s=BIAS_RAD_S, yaw_rate_walk=0.00002, roll_error_rad=0.02, pitch_error_rad=-0.015
+)  # fmt: skip
+
+
+class WithTruth(DirectRobot):
+    """Ground truth beside what the robot reads."""
+
+    def read(self) -> Reading:
+        return replace(super().read(), truth=self.world.truth(self.clock.now_ns()))
+
+
+def plant() -> RobotConfig:
+    """The robot that is there: other legs than the robot file says, and more grip on its left."""
+    text = CONFIG.text
+    for key, before, values in (
+        ("stiffness", "2500.0", TRUE_STIFFNESS),
+        ("mu", "0.6", np.repeat([0.75, 0.45], 3)),
+    ):
+        row = f"{key} = [{', '.join([before] * 6)}]"
+        assert text.count(row) == 1
+        text = text.replace(row, f"{key} = {values.tolist()}")
+    return parse_robot(text)
+
+
+@pytest.fixture(scope="module")
+def walked() -> list[Tick]:
+    """It stands up, walks a cycle, and stands still."""
+    there = plant()
+    settings = VirtualSettings(seed=5, imu=ASKEW)
+    rig, robot = open_twin(there, None, settings, cameras=False)
+    controller = Controller(there, rig.calibrations, armed=True, rate_hz=RATE_HZ, estimate=False)
+    kept = TickList()
+    script = Script("metachronal", 0.2, cycles=1.0, end=Intent.STOP)
+    rehearse(WithTruth(there, rig, robot), controller, script, lambda _: None, kept)
+    rig.close()
+    return kept.ticks
+
+
+def estimated(
+    ticks: list[Tick], *, forces: bool, tilt: bool = True, sign: float | None = 1.0
+) -> list[Estimate]:
+    """What the estimator of the robot file makes of them; a ``sign`` of None leaves the IMU out."""
+    estimator, estimates = TickEstimator(CONFIG), []
+    for tick in ticks:
+        imu: tuple[ImuRecord, ...] = ()
+        if sign is not None:
+            imu = tuple(
+                ImuRecord(
+                    one.t_ns,
+                    sign * one.yaw_rate_rad_s,
+                    one.roll_rad if tilt else nan,
+                    one.pitch_rad if tilt else nan,
+                )
+                for one in tick.inputs.imu
+            )
+        seen = replace(tick, inputs=replace(tick.inputs, imu=imu))
+        estimates.append(estimator.step(seen, None if forces else no_forces(6)))
+    return estimates
+
+
+def yaw_errors(ticks: list[Tick], estimates: list[Estimate]) -> FloatArray:
+    """Estimated less true change of yaw while walking [rad]."""
+    rows = [k for k, tick in enumerate(ticks) if tick.mode is Mode.WALK]
+    truths = [truth for k in rows if (truth := ticks[k].inputs.truth) is not None]
+    true = np.unwrap([yaw_of(truth.quaternion_xyzw) for truth in truths])
+    yaw = np.array([estimates[k].yaw_rad for k in rows])
+    errors: FloatArray = (yaw - yaw[0]) - (true - true[0])
+    return errors
+
+
+def stiffness_errors(estimate: Estimate) -> FloatArray:
+    """Of log K without what is common to all legs, which tilts nothing, (6,)."""
+    errors: FloatArray = np.log(estimate.stiffness / TRUE_STIFFNESS)
+    errors -= errors.mean()
+    return errors
+
+
+def test_the_bias_of_the_gyro_is_recovered(walked: list[Tick]) -> None:
+    estimates = estimated(walked, forces=True)
+    last = estimates[-1]
+    assert abs(last.gyro_bias_rad_s - BIAS_RAD_S) < 3 * last.gyro_bias_sd < 0.003
+    # known before the first step: the robot stood still until then
+    first = next(k for k, tick in enumerate(walked) if tick.mode is Mode.WALK)
+    assert abs(estimates[first].gyro_bias_rad_s - BIAS_RAD_S) < 3 * estimates[first].gyro_bias_sd
+    assert np.abs(yaw_errors(walked, estimates)).max() < 0.01
+
+
+@pytest.mark.parametrize("forces", [True, False])
+def test_a_gyro_makes_the_yaw_better(walked: list[Tick], forces: bool) -> None:
+    alone = np.abs(yaw_errors(walked, estimated(walked, forces=forces, sign=None))).max()
+    helped = np.abs(yaw_errors(walked, estimated(walked, forces=forces, tilt=False))).max()
+    assert helped < 0.7 * alone
+
+
+def test_without_forces_roll_and_pitch_tell_the_stiffness_of_the_legs(walked: list[Tick]) -> None:
+    """The IMU is mounted one degree askew, and no sensor feels the ground."""
+    before = np.abs(stiffness_errors(estimated(walked, forces=False, sign=None)[-1])).max()
+    after = np.abs(stiffness_errors(estimated(walked, forces=False)[-1])).max()
+    assert before > 0.15
+    assert after < 0.5 * before
+
+
+def test_with_forces_an_imu_mounted_askew_does_no_harm(walked: list[Tick]) -> None:
+    plain, helped = estimated(walked, forces=True, sign=None), estimated(walked, forces=True)
+    both = [np.abs(stiffness_errors(each[-1])).max() for each in (plain, helped)]
+    assert both[1] < both[0] + 0.02
+    assert all(estimate.health is Health.OK for estimate in helped[RATE_HZ:])
+
+
+def test_a_gyro_of_the_wrong_sign_is_noticed(walked: list[Tick]) -> None:
+    sound, wrong = (estimated(walked, forces=True, tilt=False, sign=sign) for sign in (1.0, -1.0))
+    assert wrong[-1].rejects > sound[-1].rejects + 20
+    assert any("gyro contradicts the feet" in estimate.reason for estimate in wrong)
+    assert not any("gyro contradicts the feet" in estimate.reason for estimate in sound)
