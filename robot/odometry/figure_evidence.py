@@ -33,6 +33,8 @@ HEALTH_COLOURS = {Health.OK: "#009E73", Health.DEGRADED: "#E69F00", Health.LOST:
 ESTIMATOR, NAIVE, MEASURED, BAND = *METHOD_COLOURS[:3], "#808080"
 NAIVE_AT = 1  # place of the open loop among the methods
 MOST_IN_PANEL = 300
+LEAST_NIS = 1e-4
+LEAST_N = 2.0
 REASON = "#555555"
 LEAST_SPAN_S = 1 / 250  # of the time shown: a period as narrow as a hair is not seen
 
@@ -105,7 +107,7 @@ def innovation_figure(fits: Sequence[SourceFit], t_s: FloatArray) -> Figure:
         ax.set_yscale("log")
         ax.yaxis.set_major_formatter("{x:g}")
         ax.yaxis.set_minor_formatter("")
-        ax.set_ylim(min(0.3, 0.7 * ratio.min()), max(3.0, 1.4 * ratio.max()))
+        ax.set_ylim(max(LEAST_NIS, min(0.3, 0.7 * ratio.min())), max(3.0, 1.4 * ratio.max()))
         ax.set_xlim(t_s[0], t_s[-1])
         ax.set_title(one.name, loc="left", fontsize=8)
         words = f"mean {one.mean:.2f}, {100 * one.in_band(t_s):.0f} % of seconds in the band"
@@ -165,10 +167,7 @@ def force_figures(comparison: OdometryComparison) -> dict[str, Figure]:
     curves = [(comparison.reference_force_n, MEASURED, 1.4, "-")]
     curves += [(one.force_B, NAIVE, 0.8, "--") for one in naive]
     curves.append((run.force_B, ESTIMATOR, 0.9, "-"))
-    spans = [
-        max(2.0, float(np.nanpercentile(np.abs(comparison.reference_force_n[late, :, k]), 99.8)))
-        for k in range(3)
-    ]
+    spans = [_span_n(comparison.reference_force_n[late, :, k]) for k in range(3)]
     figures = {}
     for leg, name in enumerate(comparison.names):
         figure = Figure(figsize=(WIDTH_IN, 3.4), layout="constrained")
@@ -189,6 +188,12 @@ def force_figures(comparison: OdometryComparison) -> dict[str, Figure]:
         figure.legend(handles=samples, loc="outside upper center", ncols=3, frameon=False)
         figures[name] = figure
     return figures
+
+
+def _span_n(force_n: FloatArray) -> float:
+    """How far an axis of forces goes: as nearly all of them, and never so little that noise fills it."""
+    known = np.abs(force_n[np.isfinite(force_n)])
+    return max(LEAST_N, float(np.percentile(known, 99.8))) if len(known) else LEAST_N
 
 
 def _one(height_in: float) -> tuple[Figure, Axes]:

@@ -112,6 +112,7 @@ def test_pages_and_pictures_are_made(imported: Path, tmp_path: Path) -> None:
         ["view", str(imported), "--save", str(tmp_path / "view.mcap"), "--headless"],
     ):
         assert cli.run(words) == ExitCode.OK, words
+    assert "nan" not in (tmp_path / "odom.html").read_text(encoding="utf-8")
 
 
 def test_legs_are_drawn_from_joint_to_joint_to_the_foot(

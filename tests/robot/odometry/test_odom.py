@@ -15,6 +15,7 @@ from scipy.constants import g as standard_gravity
 
 from model.errors import RecordError
 from model.estimator.settings import EstimatorSettings
+from model.estimator.smoother import smooth
 from model.quasistatic.frames import FrictionLaw
 from model.values.arrays import FloatArray
 from model.values.tick import Mode
@@ -33,6 +34,7 @@ from robot.odometry.tune import read_walk, tune, whiteness
 from robot.requests.single import OdomRequest
 
 CONFIG = load_robot()
+HEAVY = "[effects.payload.all]\nmass_kg = 1.0\nx_m = 0.1\n"
 WEIGHT_N = CONFIG.parameters.body.mass * standard_gravity
 
 
@@ -227,14 +229,36 @@ def test_the_command_compares_and_writes(
     assert "open loop, naive" in shown
     assert (tmp_path / "a.truth.tum").exists()
     assert cli.run(["odom", str(log), "--compare", "--fitted", str(log), "--json"]) == ExitCode.OK
-    names = [way["name"] for way in json.loads(capsys.readouterr().out)["ways"]]
-    assert "open loop, fitted" in names
+    found = json.loads(capsys.readouterr().out)
+    assert "open loop, fitted" in [way["name"] for way in found["ways"]]
+    assert found["stride_from"] == f"{log.name}, as given with --fitted"
     smooth = tmp_path / "s.tum"
     assert cli.run(["odom", str(log), "--smooth", "--out", str(smooth)]) == ExitCode.OK
     one, other = np.loadtxt(tmp_path / "a.tum"), np.loadtxt(smooth)
     assert one.shape == other.shape
     np.testing.assert_allclose(one[-1], other[-1], atol=1e-9)
     assert np.abs(one - other).max() > 1e-6
+
+
+@pytest.mark.parametrize("words", ["", '[estimator]\nlaw = "viscous"', HEAVY])
+def test_smoothing_begins_from_the_states_of_the_same_filter(
+    words: str, log: Path, tmp_path: Path
+) -> None:
+    """With the settings and effects of the robot file: what --smooth keeps is what the filter reported."""
+    robot = tmp_path / "own.toml"
+    robot.write_text(f"{CONFIG.text}\n{words}\n", encoding="utf-8")
+    plain = track_log(log, OdomRequest(robot=robot)).track
+    kept = track_log(log, OdomRequest(robot=robot, smooth=True)).track
+    usual = track_log(log).track
+    np.testing.assert_array_equal(kept.pose, plain.pose)
+    np.testing.assert_array_equal(np.array([s.mean[:3] for s in kept.states]), plain.pose)
+    covariance = np.array([s.covariance[:3, :3] for s in kept.states])
+    np.testing.assert_array_equal(covariance, plain.column(lambda e: e.pose_covariance))
+    assert bool(words) == bool((usual.pose != plain.pose).any())
+    mean, spread = smooth(kept.states)
+    np.testing.assert_array_equal(mean[-1, :3], plain.pose[-1])
+    assert np.isfinite(mean).all()
+    assert (spread[:-1, 0, 0] <= covariance[:-1, 0, 0] + 1e-12).all()
 
 
 def test_evo_reads_the_trajectory(log: Path, tmp_path: Path) -> None:
@@ -297,7 +321,7 @@ def test_effects_of_the_robot_file_are_taken_into_account(
     stiffness, usual = (run.column(lambda e: e.stiffness) for run in (undone, plain))
     assert np.allclose(stiffness, usual, rtol=1e-3)
     heavy = tmp_path / "heavy.toml"
-    heavy.write_text(f"{CONFIG.text}\n[effects.payload.all]\nmass_kg = 1.0\nx_m = 0.1\n")
+    heavy.write_text(f"{CONFIG.text}\n{HEAVY}")
     loaded = replace(walk, config=load_robot(heavy))
     total = np.nansum(compare_methods(loaded).motions[1].force_B[..., 2], axis=1)
     assert np.median(total) == pytest.approx(WEIGHT_N + 9.80665, rel=1e-3)

@@ -1,0 +1,74 @@
+"""Draw the upper part of the page of ``bigant odom --compare --html``: docs/figures/odometry_page.png.
+
+The walk is one of the slipping gait, with an encoder that is silent for five seconds. Needs a Chromium;
+without one it says so and leaves the picture as it is.
+"""
+
+import shutil
+import subprocess
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from record.log.reader import LogContents, StampedTick, read_log, read_stamped_ticks
+from robot.cli import main as cli
+from robot.config.robot_file import load_robot
+from robot.odometry.compare import compare_methods, stride_of
+from robot.odometry.page import odometry_page
+from robot.odometry.track import TrackedLog, track
+
+OUT = Path(__file__).resolve().parent / "figures" / "odometry_page.png"
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+QUIET = (
+    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync",
+    "--hide-scrollbars",
+)  # fmt: skip
+SIZE = (1100, 2080)
+WALK = "drive --gait metachronal --cycles 2 --seed 5 --virtual-time --log"
+SILENT = (15.0, 20.0)  # seconds of the log in which the encoder of ML is
+ML = 1
+
+
+def without_encoder(item: StampedTick, seconds: float) -> StampedTick:
+    """The tick as it would be if the encoder of ML did not answer."""
+    if not SILENT[0] <= seconds < SILENT[1]:
+        return item
+    angle, rate = item.tick.joints.angle_rad.copy(), item.tick.joints.rate_rad_s.copy()
+    angle[ML] = rate[ML] = np.nan
+    joints = replace(item.tick.joints, angle_rad=angle, rate_rad_s=rate)
+    return replace(item, tick=replace(item.tick, joints=joints))
+
+
+def page_of_walk(log: Path) -> str:
+    """Walk, take the readings of an encoder away, and return the page."""
+    if code := cli.run([*WALK.split(), str(log)]):
+        raise SystemExit(code)
+    items, config = list(read_stamped_ticks(log, LogContents())), load_robot()
+    begun_ns = items[0].unix_ns
+    run = track([without_encoder(one, (one.unix_ns - begun_ns) * 1e-9) for one in items], config)
+    tracked = TrackedLog(read_log(log), config, run)
+    comparison = compare_methods(tracked, stride_m=stride_of(tracked.log))
+    return odometry_page(comparison, Path("runs") / log.name, "in virtual time")
+
+
+def main() -> None:
+    """Write the page, and a picture of it."""
+    program = next((path for name in BROWSERS if (path := shutil.which(name))), None)
+    if program is None:
+        print(f"{OUT.name} left as it is: needs a Chromium")
+        return
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        page = Path(folder) / "page.html"
+        page.write_text(page_of_walk(Path(folder) / "walk.mcap"), encoding="utf-8")
+        width, height = SIZE
+        words = (f"--user-data-dir={folder}/profile", f"--screenshot={OUT}",
+                 f"--window-size={width},{height}", page.as_uri())  # fmt: skip
+        subprocess.run([program, *QUIET, *words], check=True, capture_output=True, timeout=300)
+    print(OUT.name)
+
+
+if __name__ == "__main__":
+    main()
