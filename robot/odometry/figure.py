@@ -107,7 +107,7 @@ def _ellipse(place: FloatArray, covariance: FloatArray) -> Ellipse:
     angle = float(np.degrees(np.arctan2(axes[1, 0], axes[0, 0])))
     colour = METHOD_COLOURS[0]
     return Ellipse((float(place[0]), float(place[1])), width, height, angle=angle,
-                   facecolor=(*mpl.colors.to_rgb(colour), 0.15), edgecolor=colour, lw=0.6)  # fmt: skip
+                   facecolor=(*mpl.colors.to_rgb(colour), 0.07), edgecolor=colour, lw=0.6)  # fmt: skip
 
 
 def _limits(
