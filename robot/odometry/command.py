@@ -52,6 +52,8 @@ def odom(request: OdomRequest) -> ExitCode:
         tracked = track_log(path, request, contents)
     log = tracked.log
     check_shafts(log, path)
+    if not contents.config_text and request.robot is None:
+        complain(f"{path} holds no robot file: taken for a BigANT; name its own with --robot")
     for note in unused_notes(tracked.config.effects):
         complain(note)
     fitted, stride_m, stride_from = None, np.nan, OWN_TRUTH

@@ -77,8 +77,9 @@ def replay_log(
     messages = chain((first_message,), messages)
     notes: list[str] = []
     if imported(contents):
+        _check_estimate(path, first_message, gait)
         robot = config if config is not None else config_of(contents)
-        estimator = _estimator_of(path, robot, first_message, gait)
+        estimator = TickEstimator(robot)
         began = time.perf_counter()
         fields = [f for f in FIELDS if f.stage == "estimate"]
         notes.append(NOT_BY_A_CONTROLLER)
@@ -171,10 +172,8 @@ def _estimate_through(
         yield message, recorded, replace(tick, estimate=estimator.step(tick))
 
 
-def _estimator_of(
-    path: Path, robot: RobotConfig, first_message: TopicMessage, gait: str | None
-) -> TickEstimator:
-    """Return the estimator of a robot file for imported ticks that hold an estimate to compare with.
+def _check_estimate(path: Path, first_message: TopicMessage, gait: str | None) -> None:
+    """Refuse imported ticks without an estimate to compare with.
 
     Raises:
         RecordError: They hold none.
@@ -189,7 +188,6 @@ def _estimator_of(
         )
     if gait is not None:
         raise ConfigError("--gait", "no controller made this log, so no gait is run; leave it out")
-    return TickEstimator(robot)
 
 
 def imported(contents: LogContents) -> bool:

@@ -121,6 +121,21 @@ def test_nothing_to_compare_with_is_a_bad_verdict(
     assert "body_x_m" in said
 
 
+def test_a_log_without_a_robot_file_is_not_taken_for_a_bigant_in_silence(
+    table: Mapping[str, FloatArray], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = written(tmp_path, table)
+    legs = json.dumps(CONFIG.parameters.legs.names)
+    (tmp_path / "run.toml").write_text(f"[trial]\nlegs = {legs}\n", encoding="utf-8")
+    log = tmp_path / "run.mcap"
+    assert cli.run(["import", str(path), "--out", str(log)]) == ExitCode.OK
+    words = "holds no robot file: taken for a BigANT"
+    for more, said in ((["--robot", str(tmp_path / "bigant.toml")], False), ([], True)):
+        capsys.readouterr()
+        assert cli.run(["odom", str(log), *more]) == ExitCode.OK
+        assert (words in capsys.readouterr().err) is said
+
+
 def test_an_estimator_that_was_lost_most_of_the_time_is_a_bad_verdict(
     table: Mapping[str, FloatArray], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

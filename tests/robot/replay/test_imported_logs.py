@@ -147,3 +147,5 @@ def test_without_a_robot_to_believe_an_import_writes_no_estimate(
     assert words in said
     assert "with the estimate" not in said
     assert all(tick.estimate is None for tick in read_ticks(out))
+    assert run(["replay", str(out)]) == ExitCode.LOG
+    assert "holds no estimate to compare with" in capsys.readouterr().err
