@@ -51,7 +51,7 @@ class Stack(NamedTuple):
     absent: object = np.nan
     kind: type = np.float64
 
-    def of(self, ticks: Sequence[Tick], legs: int = 0, joints: int = 0) -> NDArray[Any]:
+    def of(self, ticks: Sequence[Any], legs: int = 0, joints: int = 0) -> NDArray[Any]:
         """Return the array of some ticks of so many legs and joints."""
         sizes = {LEGS: legs, JOINTS: joints}
         shape = tuple(sizes.get(size, size) for size in self.shape)

@@ -26,7 +26,7 @@ from robot.odometry.request import believed_robot
 from robot.odometry.track import Tracker
 from robot.requests.single import VIRTUAL, OdomRequest
 from robot.run.force_unit import NO_UNIT, check_no_unit, wanted_unit
-from robot.run.hardware import open_real
+from robot.run.hardware import open_imu, open_real
 from robot.run.loop import run
 from robot.run.operator import Interrupts, ScriptedOperator, listening
 from robot.view.log_source import newest_log
@@ -145,6 +145,8 @@ def _beside_hardware(
         assert request.hardware is not None  # asked only with one
         unit = wanted_unit(request.force_unit, config.force_sensor) if with_forces else None
         rig = open_real(config, request.hardware, unit, armed=False)
+        if config.imu.any:
+            rig.listen_to_imu(open_imu(config.imu, rig.clock))
     stack.callback(rig.close)
     lines.offset_ns = time.time_ns() - rig.clock.now_ns()
     controller = Controller(config, rig.calibrations, armed=False)

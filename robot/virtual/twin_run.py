@@ -16,8 +16,9 @@ from model.motion.attitude import roll_pitch_yaw
 from model.values.arrays import FloatArray, readonly
 from model.values.legs import FootForces, JointState
 from model.values.parameters import PluginParameters
-from model.values.readings import BodyTruth
+from model.values.readings import BodyTruth, ImuRecord
 from model.values.tick import Intent, Mode, Tick
+from record.log.recording import Stack, newest_imu
 from record.trial.header import LEGGED, TrialHeader
 from record.trial.trial import Trial
 from robot.config.gait_file import with_plugin
@@ -203,6 +204,7 @@ class Row(NamedTuple):
     joints: JointState
     forces: FootForces
     truth: BodyTruth | None
+    imu: tuple[ImuRecord, ...]
 
 
 class TwinRows:
@@ -224,8 +226,10 @@ class TwinRows:
         if tick.mode is not Mode.WALK:
             self.first += not self.rows
         elif not self.rows or tick.t_ns - self.rows[0].t_ns < self._length_ns:
-            truth = tick.inputs.truth
-            self.rows.append(Row(tick.t_ns, tick.sent.angle_rad, tick.joints, tick.forces, truth))
+            seen = tick.inputs
+            self.rows.append(
+                Row(tick.t_ns, tick.sent.angle_rad, tick.joints, tick.forces, seen.truth, seen.imu)
+            )
 
 
 def poses_of(places: Sequence[Place]) -> Poses:
@@ -278,7 +282,7 @@ def trial_of(
         force_n=readonly(np.array([row.forces.force_n for row in rows])),
         body_position_m=readonly(position),
         body_angles_rad=readonly(angles),
-        imu=readonly(np.full((len(t_ns), 3), np.nan)),
+        imu=readonly(Stack("imu", (3,), newest_imu).of(rows)),
     )
 
 

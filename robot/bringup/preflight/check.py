@@ -3,7 +3,7 @@
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from drivers.ati.settings import ForceSensorSettings
@@ -24,9 +24,12 @@ from robot.bringup.preflight.finding import (
     skipped,
 )
 from robot.bringup.preflight.forces import force_findings
+from robot.bringup.preflight.imu import NAME as IMU
+from robot.bringup.preflight.imu import imu_findings
 from robot.bringup.preflight.loop import LoopFigures, loop_finding, run_loop
 from robot.bringup.preflight.servos import servo_findings
 from robot.bringup.servo.access import bus_of
+from robot.config.imu import ImuConfig
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.console.exit_codes import ExitCode
 from robot.console.installed import version_lines
@@ -37,7 +40,7 @@ from robot.report.page import Section, report_page
 from robot.report.run_date import utc_words
 from robot.requests.single import VIRTUAL, CheckRequest
 from robot.run.force_unit import NO_UNIT, check_no_unit, open_force_links, wanted_unit, why_no_unit
-from robot.run.hardware import open_real
+from robot.run.hardware import open_imu, open_real
 from robot.virtual.open import start_virtual
 
 LISTEN_S = 3.0
@@ -54,12 +57,14 @@ class Target:
         port: Serial port.
         unit: Force-torque unit, None to leave it out.
         armed: Whether torque may be switched on for the proof of the watchdog.
+        imu: Where its IMU is; None where it has none.
     """
 
     config: RobotConfig
     port: str
     unit: ForceSensorSettings | None
     armed: bool
+    imu: ImuConfig | None = None
 
 
 def check(request: CheckRequest) -> ExitCode:
@@ -107,9 +112,13 @@ def _target(request: CheckRequest, stack: ExitStack) -> Target:
         devices, unit = start_virtual(config)
         stack.callback(devices.close)
         used = None if request.force_unit == NO_UNIT or not config.force_sensor.any else unit
-        return Target(config, devices.addresses.servo_port, used, armed=True)
+        imu = None
+        if devices.addresses.imu_port:
+            imu = replace(config.imu, udp_port=0, port=devices.addresses.imu_port)
+        return Target(config, devices.addresses.servo_port, used, armed=True, imu=imu)
     real = wanted_unit(request.force_unit, config.force_sensor)
-    return Target(config, request.hardware, real, request.armed)
+    imu = config.imu if config.imu.any else None
+    return Target(config, request.hardware, real, request.armed, imu)
 
 
 def _findings(
@@ -125,6 +134,9 @@ def _findings(
     else:
         status.step(f"listening to the force-torque unit, {LISTEN_S:g} s ...")
         yield from _force_findings(target.unit)
+    if target.imu is not None:
+        status.step(f"listening to the IMU, {LISTEN_S:g} s ...")
+        yield from _imu_findings(target.imu)
     if loop_s is not None:
         yield _loop_finding(target, loop_s, figures, status)
 
@@ -145,6 +157,17 @@ def _force_findings(unit: ForceSensorSettings) -> Iterator[Finding]:
         seconds=LISTEN_S,
         unix_offset_ns=time.time_ns() - clock.now_ns(),
     )
+
+
+def _imu_findings(imu: ImuConfig) -> Iterator[Finding]:
+    clock = MonotonicClock()
+    try:
+        listener = open_imu(imu, clock)
+    except ConfigError as error:
+        yield failed(IMU, str(error), "plug it in, or put its port right in the robot file")
+        return
+    with closing(listener):
+        yield from imu_findings(listener, imu, clock, LISTEN_S)
 
 
 def _loop_finding(

@@ -32,28 +32,31 @@ CONFIG = load_robot()
 FIELDS = (
     "time_s", "command_rad", "shaft_rad", "shaft_rad_s", "current_a", "voltage_v", "temperature_c",
     "foot_m", "force_n", "body_position_m", "body_angles_rad",
+    "imu",
 )  # fmt: skip
 
 
 def test_without_bytes_the_same_trial_comes_out() -> None:
-    """Also with what sits in servos, force unit and cameras: counts are equal, not just near.
+    """Also with what sits in servos, force unit, IMU and cameras: counts are equal, not just near.
 
     A reply in which three bytes happen to look like a header takes one byte, 10 us, more on the wire: that
     much the times of a few camera frames differ, nothing else.
     """
+    config = parse_robot(CONFIG.text + '\n[imu]\nport = "/dev/ttyIMU"\n')
     words = ("command_delay:delay_s=0.03", "force_lowpass:time_constant_s=0.05",
              "pose_delay:delay_s=0.04", "foot_friction@ML:ratio=0.5")  # fmt: skip
-    twin = make_twin(CONFIG, tuple(parse_effect(word, EFFECTS) for word in words), seed=4)
+    twin = make_twin(config, tuple(parse_effect(word, EFFECTS) for word in words), seed=4)
     plan = WalkPlan("metachronal", 0.2, 1.2, steer=0.3)
     shares: list[float] = []
-    fast = walk_fast(CONFIG, twin, plan, shares.append)
-    whole = walk_through_bytes(CONFIG, twin, plan, None, lambda _: None)
+    fast = walk_fast(config, twin, plan, shares.append)
+    whole = walk_through_bytes(config, twin, plan, None, lambda _: None)
     for field in FIELDS:
         near = 2e-6 if field in {"foot_m", "body_position_m", "body_angles_rad"} else 1e-9
         assert np.abs(getattr(fast, field) - getattr(whole, field)).max() < near, field
     assert len(fast.time_s) == 120
     assert shares == sorted(shares)
     assert np.isfinite(fast.force_n).all()
+    assert np.isfinite(fast.imu).all()
 
 
 def test_a_twins_log_can_be_replayed(tmp_path: Path) -> None:
