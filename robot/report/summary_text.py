@@ -3,6 +3,7 @@
 import math
 
 from model.values.faults import StopReason
+from record.log.header import IMPORTED
 from robot.console.table import number_text
 from robot.control.stops import STOPS
 from robot.report.summary import PERCENTILES, Summary, reason_of
@@ -13,13 +14,18 @@ MISSED_LIMIT = 0.02  # of the periods of a run
 
 
 def summary_rows(summary: Summary) -> list[Row]:
-    """Return label and text of each row of the table; what the run did not do has no row."""
+    """Return label and text of each row of the table; what the run did not do has no row.
+
+    Nor has what was not measured in imported data, in which no loop and no model of ours ran.
+    """
     s = summary
+    imported = s.hardware == IMPORTED
     going = reason_of(s.stop_reason) is StopReason.NONE
     ended = "not ended in this log" if going else f"ended: {s.stop_reason}"
-    rows = [("run", f"{s.gait} on {s.hardware}, {s.duration_s:.1f} s, {ended}")]
+    run = f"{s.gait} on {s.hardware}, {s.duration_s:.1f} s, {ended}"
+    rows = [("run", f"{s.gait}, imported data, {s.duration_s:.1f} s" if imported else run)]
     rows += [*_stop_rows(s), *_walk_rows(s)]
-    if s.truth:
+    if s.truth and (math.isfinite(s.drift_m) or not imported):
         rows.append(("drift of dead reckoning", _drift_words(s.walk_drift_m, s.drift_m)))
     if not s.forces:
         rows.append(("foot forces", "none measured" if s.sensors else "no force sensors"))
@@ -29,12 +35,16 @@ def summary_rows(summary: Summary) -> list[Row]:
         rows.append(("IMU", _imu_words(s)))
     if math.isfinite(s.estimate_health[0]):
         rows += _estimator_rows(s)
-    rows += [
-        ("loop", f"{s.ticks} ticks, late p50 {s.late_p50_ms:.2f} p99 {s.late_p99_ms:.2f} "
-         f"max {s.late_max_ms:.2f} ms, {s.missed} missed"),
-        ("hottest servo", f"{number_text(s.hottest_c, 0)} C"),
-        ("faults", ", ".join(f"{kind} in {_ticks(n)}" for kind, n in s.faults) or "none"),
-    ]  # fmt: skip
+    timing = (
+        f"{s.ticks} ticks, late p50 {s.late_p50_ms:.2f} p99 {s.late_p99_ms:.2f} "
+        f"max {s.late_max_ms:.2f} ms, {s.missed} missed"
+    )
+    rows.append(("samples", str(s.ticks)) if imported else ("loop", timing))
+    if math.isfinite(s.hottest_c) or not imported:
+        rows.append(("hottest servo", f"{number_text(s.hottest_c, 0)} C"))
+    if s.faults or not imported:
+        words = ", ".join(f"{kind} in {_ticks(n)}" for kind, n in s.faults) or "none"
+        rows.append(("faults", words))
     if s.damage:
         rows.append(("file", s.damage))
     return rows
@@ -85,11 +95,10 @@ def _walk_rows(s: Summary) -> list[Row]:
     ]  # fmt: skip
     if math.isfinite(s.slip_percentiles_m_s[0]):
         rows.append(("forward slip of loaded feet", f"{slip} mm/s ({source}, walking)"))
+    if s.truth and (math.isfinite(s.velocity_rmse[0]) or s.hardware != IMPORTED):
+        rows.append(("predicted velocity, RMSE", f"{_velocity_words(s.velocity_rmse)} (walking)"))
     if s.truth:
-        rows += [
-            ("predicted velocity, RMSE", f"{_velocity_words(s.velocity_rmse)} (walking)"),
-            ("true velocity, RMS", f"{_velocity_words(s.velocity_rms)} (walking)"),
-        ]
+        rows.append(("true velocity, RMS", f"{_velocity_words(s.velocity_rms)} (walking)"))
     return rows
 
 

@@ -1,6 +1,7 @@
 """Odometry of a lab's own table: angles and poses, no speeds and no forces; and what ends badly."""
 
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -79,6 +80,12 @@ def test_angles_and_poses_alone_give_odometry_judged_by_the_poses(
     assert "(true, walking)" in shown
     assert "1.00 cycles" in shown
     assert "nan" not in shown
+    # what nobody measured, and no loop or model of ours made, has no row
+    assert "tripod, imported data" in shown
+    assert not re.search(r"(^|\s)- (mm|C|mrad)", shown)
+    for row in ("hottest servo", "loop", "predicted velocity", "drift of dead reckoning"):
+        assert row not in shown
+    assert "drift of the estimator" in shown
 
 
 def test_what_was_worked_out_stands_in_the_log_s_header(
