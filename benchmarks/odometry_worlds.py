@@ -1,9 +1,9 @@
 """Virtual walks in worlds that differ from the robot file in many ways at once, for the odometry's bars.
 
-Each seed draws a world: stiffness and friction of every leg, law of friction, lengths and zeros of the legs,
-centre of mass, slope of the ground, delay of the forces, and in some worlds an encoder that dies on the way.
-The estimator is given the robot file. Walks are kept as logs in a folder, as ``benchmarks.odometry_walks``
-makes them; ``benchmarks.odometry_bars`` judges them.
+Each seed draws a world: stiffness and friction of every leg, law of friction, lengths and zeros of the
+legs, centre of mass, slope of the ground, delay of the forces, and in some worlds an encoder that dies on
+the way. The estimator is given the robot file. Walks are kept as logs in a folder, as
+``benchmarks.odometry_walks`` makes them; ``benchmarks.odometry_bars`` judges them.
 
 ``python -m benchmarks.odometry_worlds FOLDER`` makes them all.
 """
