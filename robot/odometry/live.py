@@ -124,7 +124,7 @@ def _beside_log(
             for stamped in follower.new_ticks():
                 if tracker is None:
                     config = believed_robot(request, follower.contents.config_text)
-                    tracker = Tracker(config, no_forces=request.no_forces)
+                    tracker = Tracker(config, no_forces=request.no_forces, no_imu=request.no_imu)
                 lines.take(stamped.unix_ns, tracker.step(stamped.tick))
             now_ns = clock.now_ns()
             ended = interrupts.count > 0 or (end_ns is not None and now_ns >= end_ns)
@@ -140,12 +140,15 @@ def _beside_hardware(
     with_forces = not request.no_forces and request.force_unit != NO_UNIT
     if request.hardware == VIRTUAL:
         check_no_unit(request.force_unit)
-        rig = open_virtual(config, VirtualSettings(armed=False, with_forces=with_forces))
+        settings = VirtualSettings(
+            armed=False, with_forces=with_forces, with_imu=not request.no_imu
+        )
+        rig = open_virtual(config, settings)
     else:
         assert request.hardware is not None  # asked only with one
         unit = wanted_unit(request.force_unit, config.force_sensor) if with_forces else None
         rig = open_real(config, request.hardware, unit, armed=False)
-        if config.imu.any:
+        if config.imu.any and not request.no_imu:
             rig.listen_to_imu(open_imu(config.imu, rig.clock))
     stack.callback(rig.close)
     lines.offset_ns = time.time_ns() - rig.clock.now_ns()

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -96,15 +96,20 @@ class Track:
 class Tracker:
     """The estimator stage over the ticks of somebody else's loop, with the robot file to believe in.
 
-    Foot forces can be kept from it, and what a smoother needs can be kept.
+    Foot forces and the IMU can be kept from it, and what a smoother needs can be kept.
     """
 
     def __init__(
-        self, config: RobotConfig, *, no_forces: bool = False, keep_states: bool = False
+        self,
+        config: RobotConfig,
+        *,
+        no_forces: bool = False,
+        no_imu: bool = False,
+        keep_states: bool = False,
     ) -> None:
         self.config = config
         self._estimator = TickEstimator(config)
-        self._no_forces = no_forces
+        self._no_forces, self._no_imu = no_forces, no_imu
         self._keep_states = keep_states
         self._unix_ns: list[int] = []
         self._estimates: list[Estimate] = []
@@ -119,6 +124,8 @@ class Tracker:
             ConfigError: The robot has other legs than the tick.
         """
         forces = no_forces(len(tick.feet.position_m)) if self._no_forces else tick.forces
+        if self._no_imu and tick.inputs.imu:
+            tick = replace(tick, inputs=replace(tick.inputs, imu=()))
         return self._estimator.step(tick, forces)
 
     def take(self, item: StampedTick) -> None:
@@ -205,7 +212,14 @@ def track_log(
     def take(item: StampedTick) -> None:
         if not trackers:  # the robot file comes before the first tick
             config = believed_robot(given, log_contents.config_text, robot)
-            trackers.append(Tracker(config, no_forces=given.no_forces, keep_states=given.smooth))
+            trackers.append(
+                Tracker(
+                    config,
+                    no_forces=given.no_forces,
+                    no_imu=given.no_imu,
+                    keep_states=given.smooth,
+                )
+            )
         trackers[0].take(item)
 
     log = read_log(path, log_contents, take)

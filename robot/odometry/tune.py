@@ -32,6 +32,7 @@ from robot.odometry.track import Track, track
 from robot.requests.single import OdomRequest
 
 NAMES = ("speed_per_slip", "turn_per_slip", "force_sd", "force_share_sd", "load_sd")
+OF_GYRO, OF_TILT = "gyro_sd", "tilt_sd"  # tuned too, where the walks have them
 # Settings may move this far from where they began; data that want more contradict the model.
 FACTOR = 30.0
 LONGEST_S = 30.0  # of each log
@@ -69,8 +70,9 @@ class Whiteness:
 def tune(
     walks: list[TuningWalk], start: EstimatorSettings, progress: Callable[[float], None]
 ) -> EstimatorSettings:
-    """Search the settings of ``NAMES`` from ``start`` by at least one walk; everything else stays."""
-    begin = np.log([getattr(start, name) for name in NAMES])
+    """Search the settings of ``tuned_names`` from ``start`` by at least one walk; all else stays."""
+    names = tuned_names(walks)
+    begin = np.log([getattr(start, name) for name in names])
     spent = 0
 
     def cost(point: FloatArray) -> float:
@@ -80,7 +82,7 @@ def tune(
         far = np.abs(point - begin).max() - math.log(FACTOR)
         if far > 0:
             return float(1e9 * (1 + far))
-        settings = _with(start, np.exp(point))
+        settings = _with(start, names, np.exp(point))
         return -sum(_likelihood(walk, settings) for walk in walks)
 
     simplex = np.vstack([begin, begin - 1.0 * np.eye(len(begin))])
@@ -88,11 +90,23 @@ def tune(
         cost, begin, method="Nelder-Mead",
         options={"maxfev": EVALUATIONS, "initial_simplex": simplex, "xatol": 0.05, "fatol": 1.0},
     )  # fmt: skip
-    return _with(start, [float(f"{value:.4g}") for value in np.exp(result.x)])
+    return _with(start, names, [float(f"{value:.4g}") for value in np.exp(result.x)])
 
 
-def _with(start: EstimatorSettings, values: Iterable[float]) -> EstimatorSettings:
-    return replace(start, **dict(zip(NAMES, map(float, values), strict=True)))  # type: ignore[arg-type]
+def tuned_names(walks: list[TuningWalk]) -> tuple[str, ...]:
+    """Return the settings that some walks can tell of: an IMU's only where there was one."""
+    readings = [
+        reading for walk in walks for item in walk.ticks for reading in item.tick.inputs.imu
+    ]
+    rates = any(math.isfinite(one.yaw_rate_rad_s) for one in readings)
+    tilts = any(math.isfinite(one.roll_rad) or math.isfinite(one.pitch_rad) for one in readings)
+    return (*NAMES, *([OF_GYRO] if rates else []), *([OF_TILT] if tilts else []))
+
+
+def _with(
+    start: EstimatorSettings, names: tuple[str, ...], values: Iterable[float]
+) -> EstimatorSettings:
+    return replace(start, **dict(zip(names, map(float, values), strict=True)))  # type: ignore[arg-type]
 
 
 def _likelihood(walk: TuningWalk, settings: EstimatorSettings) -> float:
@@ -116,13 +130,14 @@ def whiteness(walks: list[TuningWalk], settings: EstimatorSettings) -> Whiteness
     ratios, bands, pairs, rejected = [], [], [], 0
     for walk in walks:
         run = _track(walk, settings)
-        nis, dof = run.column(lambda e: e.nis), run.column(lambda e: e.nis_dof)
-        ratios.append(run.nis_over_dof)
+        innovation = run.column(lambda e: e.innovation)
+        felt = np.isfinite(innovation).any(axis=(1, 2))  # an IMU is heard between forces as well
+        nis, dof = run.column(lambda e: e.nis)[felt], run.column(lambda e: e.nis_dof)[felt]
+        ratios.append(nis / dof)
         bands += [
             in_band(nis[dof == d], d) * int((dof == d).sum()) for d in set(dof[dof > 0].tolist())
         ]
-        innovation = run.column(lambda e: e.innovation)[dof > 0]
-        pairs.append((innovation[:-1], innovation[1:]))
+        pairs.append((innovation[felt][:-1], innovation[felt][1:]))
         rejected += run.rejected
     ratio = np.concatenate(ratios)
     if not len(ratio):
@@ -148,7 +163,7 @@ def tune_command(request: OdomRequest) -> ExitCode:
         RecordError: A log cannot be read, or has no walking or no forces in it.
     """
     walks = [read_walk(path, request) for path in request.logs[1:]]
-    config = walks[0].config
+    config, names = walks[0].config, tuned_names(walks)
     start = config.estimator.settings
     before = whiteness(walks, start)
     with ProgressBar("tuning") as bar:
@@ -158,14 +173,14 @@ def tune_command(request: OdomRequest) -> ExitCode:
         given = (
             {"law": start.law.value, "sway": start.sway} if request.law or request.no_sway else {}
         )
-        values = {**given, **{name: getattr(settings, name) for name in NAMES}}
+        values = {**given, **{name: getattr(settings, name) for name in names}}
         write_text(request.out, with_estimator(config.text, values))
     if request.json:
-        tuned = {name: getattr(settings, name) for name in NAMES}
+        tuned = {name: getattr(settings, name) for name in names}
         print_json({"settings": tuned, "before": before, "after": after})
         return ExitCode.OK
     columns = (Column("setting"), Column("before", ".4g"), Column("tuned", ".4g"))
-    rows = [(name, getattr(start, name), getattr(settings, name)) for name in NAMES]
+    rows = [(name, getattr(start, name), getattr(settings, name)) for name in names]
     print(*table_lines(columns, rows), "", *_lines(before, after), sep="\n")
     if request.out is not None:
         print(f"written: {request.out}; bigant odom LOG --compare --robot {request.out} judges it")

@@ -148,6 +148,7 @@ class OdomRequest:
     )
     no_sway: bool = flag("leave out how the body moves as it tilts")
     no_forces: bool = flag("as if there were no force unit")
+    no_imu: bool = flag("as if there were no IMU")
     robot: Path | None = option("robot file to believe (default: the one in the log)", "FILE")
     fitted: Path | None = option(
         "with --compare: fit open loop and stride to this walk of known truth", "LOG"

@@ -7,14 +7,18 @@ import numpy as np
 import pytest
 
 from drivers.ati.foot_forces import no_forces
+from model.estimator.settings import EstimatorSettings
 from model.motion.se2 import yaw_of
 from model.values.arrays import FloatArray
 from model.values.estimate import Estimate, Health
 from model.values.readings import ImuRecord
 from model.values.tick import Intent, Mode, Tick
+from record.log.reader import StampedTick
 from robot.config.robot_file import RobotConfig, load_robot, parse_robot
 from robot.control.controller import Controller
 from robot.control.estimator_stage import TickEstimator
+from robot.odometry.track import Tracker
+from robot.odometry.tune import TuningWalk, tuned_names, whiteness
 from robot.run.operator import Script
 from robot.run.rig import Reading
 from robot.virtual.direct_robot import DirectRobot
@@ -142,3 +146,21 @@ def test_a_gyro_of_the_wrong_sign_is_noticed(walked: list[Tick]) -> None:
     assert wrong[-1].rejects > sound[-1].rejects + 20
     assert any("gyro contradicts the feet" in estimate.reason for estimate in wrong)
     assert not any("gyro contradicts the feet" in estimate.reason for estimate in sound)
+
+
+def test_an_imu_can_be_left_out_and_its_noise_is_tuned(walked: list[Tick]) -> None:
+    tracker, plain = Tracker(CONFIG, no_imu=True), estimated(walked, forces=True, sign=None)
+    assert [tracker.step(tick).pose.tolist() for tick in walked] == [e.pose.tolist() for e in plain]
+    walking = [tick for tick in walked if tick.mode is Mode.WALK][:100]
+    items = tuple(StampedTick(tick.t_ns, tick) for tick in walking)
+    blind = tuple(
+        StampedTick(tick.t_ns, replace(tick, inputs=replace(tick.inputs, imu=())))
+        for tick in walking
+    )
+    with_imu, without = TuningWalk(items, CONFIG), TuningWalk(blind, CONFIG)
+    assert tuned_names([with_imu])[-2:] == ("gyro_sd", "tilt_sd")
+    assert tuned_names([without]) == tuned_names([with_imu])[:-2]
+    found = [whiteness([walk], EstimatorSettings()) for walk in (with_imu, without)]
+    # an IMU between the forces does not hide that their innovations follow each other
+    np.testing.assert_allclose(found[0].lag_one, found[1].lag_one, atol=0.2)
+    assert np.isfinite(found[0].lag_one).all()
