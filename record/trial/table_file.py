@@ -64,18 +64,25 @@ class StoredColumn:
     """A column of a Parquet file that is read each time its values are asked for.
 
     Args:
-        file: The file.
+        file: The open file.
+        path: Its name, for messages.
         name: The column.
     """
 
-    def __init__(self, file: Any, name: str) -> None:
+    def __init__(self, file: Any, path: Path, name: str) -> None:
         self.name = name
         self._file = file
+        self._path = path
 
     @property
     def values(self) -> NDArray[Any]:
-        """A value a row, (T,); texts are an object array."""
-        return to_numpy(self._file.read(columns=[self.name], use_threads=False).column(0))
+        """A value a row, (T,); texts are an object array.
+
+        Raises:
+            RecordError: It is damaged.
+        """
+        with _named_errors(self._path):
+            return to_numpy(self._file.read(columns=[self.name], use_threads=False).column(0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -193,8 +200,16 @@ def _reading(path: Path) -> Iterator[None]:
     check_suffix(path)
     if not path.is_file():
         raise RecordError(f"the table {path} cannot be read: there is no such file")
+    with _named_errors(path):
+        yield
+
+
+@contextmanager
+def _named_errors(path: Path) -> Iterator[None]:
     try:
         yield
+    except UnicodeDecodeError as error:  # Arrow takes names and texts as they come
+        raise RecordError(f"the table {path} cannot be read: it is not UTF-8 text") from error
     except (OSError, pa.ArrowException) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise RecordError(f"the table {path} cannot be read: {reason}") from error
@@ -233,9 +248,9 @@ def read_table(path: Path, *, numbers: bool = False) -> DataTable:
             table = pacsv.read_csv(path, convert_options=_converted(kinds))
         else:
             table = pq.read_table(path)
-    names = _once_named(path, table.column_names)
-    columns = (TableColumn(name, to_numpy(table.column(at))) for at, name in enumerate(names))
-    return DataTable(tuple(columns), table.num_rows)
+        names = _once_named(path, table.column_names)
+        columns = [TableColumn(name, to_numpy(table.column(at))) for at, name in enumerate(names)]
+        return DataTable(tuple(columns), table.num_rows)
 
 
 @contextmanager
@@ -259,10 +274,10 @@ def open_table(path: Path, delimiter: str = ",") -> Iterator[DataTable]:
                 source = Path(folder) / "table.parquet"
                 _copy_csv(path, source, delimiter)
             file = pq.ParquetFile(source)
-        names = _once_named(path, file.schema_arrow.names)
+            names = _once_named(path, file.schema_arrow.names)
         with file:
             yield DataTable(
-                tuple(StoredColumn(file, name) for name in names), file.metadata.num_rows
+                tuple(StoredColumn(file, path, name) for name in names), file.metadata.num_rows
             )
 
 

@@ -3,7 +3,6 @@
 A case is diagnosed in a process of its own. Labels are read once the seal is open.
 """
 
-import json
 import math
 import time
 from collections.abc import Mapping
@@ -19,6 +18,7 @@ from gap.diagnosis.diagnose import diagnose_study
 from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Simulator
 from model.errors import RecordError
+from record.json_text import parse_json, read_json
 from record.trial.header import read_text
 from record.whole_file import write_text
 from robot.console.json_output import json_text
@@ -76,7 +76,7 @@ def parse_labels(text: str, source: str) -> dict[str, Label]:
         RecordError: The text holds no labels.
     """
     try:
-        return {name: _label(case) for name, case in json.loads(text)["cases"].items()}
+        return {name: _label(case) for name, case in parse_json(text)["cases"].items()}
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise RecordError(f"{source}: no labels of a campaign ({error!r})") from error
 
@@ -97,8 +97,8 @@ def read_answer(path: Path) -> CaseAnswer:
     """
     text = read_text(path)
     try:
-        return _answer(json.loads(text))
-    except (ValueError, KeyError, TypeError) as error:
+        return _answer(parse_json(text))
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise RecordError(
             f"{path}: no diagnosis ({error!r}); delete it to diagnose again"
         ) from error
@@ -195,7 +195,7 @@ def commission_case(request: CaseRequest, kept: Path) -> tuple[Cause, ...]:
         try:
             return tuple(
                 Cause(one["effect"], tuple(one["joints"]), tuple(map(float, one["values"])))
-                for one in json.loads(kept.read_text(encoding="utf-8"))
+                for one in read_json(kept)
             )
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise RecordError(f"{kept}: {error!r}; delete it to commission again") from error

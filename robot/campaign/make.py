@@ -10,6 +10,7 @@ from pathlib import Path
 
 from gap.worker_pool import worker_pool
 from model.errors import ConfigError, RecordError
+from record.trial.header import read_text
 from record.whole_file import write_text, writing
 from robot.campaign.plan import CampaignScenario, draw_cases, read_scenario
 from robot.campaign.run import campaign_jobs, drop_cases, level_stamps, run_jobs
@@ -100,7 +101,7 @@ def _labels(request: SimCampaignRequest, scenario: CampaignScenario) -> tuple[by
     entropy = hashlib.sha256(f"campaign {scenario.seed}".encode()).digest()
     labels = labels_of(draw_cases(scenario, entropy), entropy)
     if opened.exists():
-        _check_same(labels, opened.read_text(encoding="utf-8"), folder)
+        _check_same(labels, read_text(opened), folder)
     write_text(opened, labels.text)
     return entropy, ""
 

@@ -6,7 +6,6 @@ nobody can read them before.
 """
 
 import hashlib
-import json
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import Any
 
 from model.errors import ConfigError, RecordError
 from record.input_file import read_bytes
+from record.json_text import parse_json
 from record.toml_file import toml_text
 from record.whole_file import check_room, whole_file, write_text
 from robot.campaign.plan import CampaignCase
@@ -126,7 +126,7 @@ def unseal(folder: Path, key: bytes) -> Labels:
         raise RecordError(f"this key does not open {folder / SEALED_NAME}; give its own") from error
     if hashlib.sha256(text.encode()).hexdigest() != published[2]:
         raise RecordError(f"the labels in {folder / SEALED_NAME} are not those that were published")
-    return Labels(bytes.fromhex(json.loads(text)["entropy"]), text)
+    return Labels(bytes.fromhex(parse_json(text)["entropy"]), text)
 
 
 def open_seal(request: SimUnsealRequest) -> ExitCode:
@@ -141,7 +141,7 @@ def open_seal(request: SimUnsealRequest) -> ExitCode:
     labels = unseal(request.folder, read_key(request.key))
     text = labels.text
     if not (request.json if out is None else out.suffix == ".json"):
-        cases = json.loads(text)["cases"]
+        cases = parse_json(text)["cases"]
         for case in cases.values():
             del case["robot"]
             case["effects"] = [effect | effect.pop("parameters") for effect in case["effects"]]

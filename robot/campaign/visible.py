@@ -7,7 +7,6 @@ diagnoses.
 """
 
 import contextlib
-import json
 import math
 import warnings
 from collections.abc import Mapping, Sequence
@@ -22,8 +21,9 @@ from gap.diagnosis.how_far import how_far
 from gap.diagnosis.study import make_study
 from gap.interfaces import Cause, Simulator
 from gap.worker_pool import worker_pool
-from model.errors import GapError
+from model.errors import GapError, RecordError
 from model.values.arrays import FloatArray
+from record.json_text import read_json
 from record.trial.trial import Trial
 from robot.campaign.case import CaseFiles, Label, keep_json, read_case
 from robot.campaign.plan import CampaignScenario, read_scenario
@@ -81,13 +81,17 @@ def measure_visibility(
 
     Raises:
         ConfigError: The scenario file cannot be used.
+        RecordError: The file of kept figures is damaged.
     """
     kept = out / "seen.json"
     if kept.is_file():
-        return {
-            name: Visibility(*(math.nan if value is None else value for value in pair))
-            for name, pair in json.loads(kept.read_text()).items()
-        }
+        try:
+            return {
+                name: Visibility(*(math.nan if value is None else float(value) for value in pair))
+                for name, pair in read_json(kept).items()
+            }
+        except (OSError, ValueError, TypeError, AttributeError) as error:
+            raise RecordError(f"{kept}: {error!r}; delete it to measure again") from error
     plan = None if scenario is None else read_scenario(scenario)
     healthy: list[_Healthy] = []
     if plan is None:

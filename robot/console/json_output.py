@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from model.errors import ConfigError
+from record.json_text import read_json
 from record.whole_file import check_room, write_text
 from robot.console.arguments import STDOUT
 
@@ -71,7 +72,7 @@ def _is_json(path: Path) -> bool:
             first = file.read(FIRST_BYTES).lstrip()
         if first[:1] not in {b"{", b"["}:
             return not first
-        json.loads(path.read_text(encoding="utf-8"))
+        read_json(path)
     except (OSError, ValueError):
         return False
     return True

@@ -1,6 +1,5 @@
 """A diagnosis read back from its JSON: its causes, and the runs that it was made from."""
 
-import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,6 +7,7 @@ from typing import Any
 
 from gap.interfaces import Cause, Effect
 from model.errors import GapError
+from record.json_text import parse_json
 from record.trial.header import read_text
 
 
@@ -48,7 +48,7 @@ def read_diagnosis(path: Path, effects: tuple[Effect, ...]) -> ReadDiagnosis:
     """
     text = read_text(path)
     try:
-        answer = json.loads(text)
+        answer = parse_json(text)
     except ValueError as error:
         raise GapError(
             f"{path} is no JSON ({error}); give the file of: bigant gap diagnose --json"

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from model.errors import ConfigError, RecordError
 from model.values.parameters import PluginParameters, RobotParameters
+from record.json_text import parse_json
 from robot.config.gait_file import read_gait_file, with_plugin
 from robot.config.robot_file import RobotConfig
 
@@ -30,7 +31,7 @@ def gaits_of_log(metadata: Mapping[str, str]) -> tuple[PluginParameters, ...]:
     try:
         return tuple(
             PluginParameters(str(one["name"]), str(one["file"]), str(one["text"]))
-            for one in json.loads(metadata.get(GAIT_FILES_KEY, "[]"))
+            for one in parse_json(metadata.get(GAIT_FILES_KEY, "[]"))
         )
     except (ValueError, TypeError, KeyError) as error:
         raise RecordError(

@@ -18,6 +18,7 @@ from drivers.ati.calibration import Calibration
 from drivers.wire.tap import WireTap
 from model.errors import ConfigError, RecordError
 from model.values.tick import Tick
+from record.json_text import parse_json
 from record.log.background import BackgroundWriter
 from record.log.header import RunHeader
 from record.log.reader import LogContents
@@ -159,7 +160,7 @@ def calibrations_of(
     if not metadata.get(key):
         return None
     try:
-        texts = json.loads(metadata[key])
+        texts = parse_json(metadata[key])
         if key == UNITS_KEY:
             texts = [texts.get(name) for name in names]
         return tuple(None if values is None else _calibration(values) for values in texts)

@@ -1,6 +1,5 @@
 """Run time against legs, and parallel overhead, from a file of benchmark figures."""
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -10,6 +9,7 @@ from matplotlib.figure import Figure
 
 from model.errors import RecordError
 from model.values.arrays import FloatArray
+from record.json_text import read_json
 from robot.report.figure_style import COULOMB, NEUTRAL, TRUTH
 
 HOW_TO = "Make the file of benchmark figures first: python -m benchmarks"
@@ -30,7 +30,7 @@ def read_benchmark(path: Path) -> dict[str, Ribbon]:
     if not path.exists():
         return {}
     try:
-        table = json.loads(path.read_text(encoding="utf-8"))
+        table = read_json(path)
         ribbons = {
             name: {"x": table[over], "median": table[name]["median"], **table[name]}
             for name, over in OVER.items()

@@ -11,6 +11,7 @@ old id is assumed.
 from collections import defaultdict, deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 from drivers.dynamixel.catalog import MX_106
 from drivers.dynamixel.frames import (
@@ -55,6 +56,23 @@ class Reply:
     t_ns: int
     data: bytes
     servo_id: int
+
+
+class BusNeighbours(Protocol):
+    """Devices of another protocol on the same wire: see ``old_servos``."""
+
+    @property
+    def ids(self) -> tuple[int, ...]:
+        """Their ids; no servo of the bus answers to these."""
+        ...
+
+    def hear(self, data: bytes, t_ns: int, baud_rate: int) -> Sequence[Reply]:
+        """Return the answers to bytes of the host whose last one arrived at ``t_ns``."""
+        ...
+
+    def lose(self) -> None:
+        """Drop what was heard of a packet: somebody talked at the same time."""
+        ...
 
 
 # A servo, the error and the data of its answer; servos by id.
@@ -110,7 +128,14 @@ class VirtualServoBus:
         self._wire_free_ns = 0
         self._next_check_ns = 0
         self._silent: dict[int, bool] = {}
+        self._neighbours: list[BusNeighbours] = []
         self.collisions = 0
+
+    def join(self, neighbours: BusNeighbours) -> None:
+        """Put devices of another protocol on the wire, in place of the servos of their ids."""
+        self._neighbours.append(neighbours)
+        for servo_id in neighbours.ids:
+            self.silence(servo_id)
 
     def silence(self, servo_id: int, *, on: bool = True, chain_breaks: bool = False) -> None:
         """Take a servo off the wire, deaf and mute, or put it back.
@@ -157,6 +182,8 @@ class VirtualServoBus:
         if self._collide(start_ns, t_ns, baud_rate):
             self.collisions += 1
             self._parser.clear()
+            for neighbours in self._neighbours:
+                neighbours.lose()
             return
         code = BAUD_CODES.get(baud_rate)
         listening = [
@@ -171,6 +198,17 @@ class VirtualServoBus:
             elif item.error is None:
                 self._hear(item, listening, t_ns)
                 self._obey(item, t_ns, baud_rate, listening)
+        for neighbours in self._neighbours:
+            for reply in neighbours.hear(data, t_ns, baud_rate):
+                self._put(reply, baud_rate)
+
+    def _put(self, reply: Reply, baud_rate: int) -> None:
+        """Put a reply on the wire, in its place by time; those that overlap destroy each other."""
+        if self._collide(reply.t_ns - wire_ns(len(reply.data), baud_rate), reply.t_ns, baud_rate):
+            reply = Reply(reply.t_ns, garbled(reply.data), reply.servo_id)
+        self._replies.append(reply)
+        if len(self._replies) > 1 and self._replies[-2].t_ns > reply.t_ns:
+            self._replies = deque(sorted(self._replies, key=lambda one: one.t_ns))
 
     def _collide(self, start_ns: int, end_ns: int, baud_rate: int) -> bool:
         """Garble the replies on the wire in this time; return whether there were any."""
@@ -227,7 +265,7 @@ class VirtualServoBus:
                     frame = garbled(max(frame, sent[0][1], key=len))
                 end_ns = max(end_ns, sent[0][0] + wire_ns(len(sent.pop(0)[1]), baud_rate))
             self._wire_free_ns = end_ns
-            self._replies.append(Reply(end_ns, frame, servo_id))
+            self._put(Reply(end_ns, frame, servo_id), baud_rate)
 
     # What the servos do.
 

@@ -1,14 +1,12 @@
 """MX-106 with protocol 1.0 firmware (model 320) on the bus: enough of it to be recognised and refused.
 
 They answer protocol 1.0 pings and reads of one id, and any other instruction with the instruction error.
-They are deaf to protocol 2.0 and their motors do nothing. Broadcasts are not answered. Source: ROBOTIS
+Protocol 2.0 is noise to them and their motors do nothing. Broadcasts are not answered. Source: ROBOTIS
 e-manual, MX-106 and "Protocol 1.0": ``FF FF | id | length | instruction | parameters | checksum``, where
 length counts what follows it and the checksum is the inverted low byte of the sum from the id on.
 """
 
-from collections import deque
-
-from sim_hw.dynamixel.bus import LARGEST_BYTE_GAP_NS, Reply, VirtualServoBus, wire_ns
+from sim_hw.dynamixel.bus import LARGEST_BYTE_GAP_NS, Reply, wire_ns
 
 MODEL = 320
 FIRMWARE = 36  # assumed
@@ -71,61 +69,46 @@ def take_packet(buffer: bytearray) -> tuple[int, int, bytes] | None:
     return None
 
 
-class BusWithOldServos:
-    """A virtual bus with servos of the old firmware beside the new ones.
+class OldServos:
+    """Servos of the old firmware, for ``VirtualServoBus.join``: they are on the one wire with the new ones.
 
     Args:
-        bus: The new ones; those of the old ids are taken off it.
-        ids: Ids of the old ones.
+        ids: Their ids.
         baud_rate: Baud rate they are set to.
     """
 
-    def __init__(self, bus: VirtualServoBus, ids: tuple[int, ...], baud_rate: int) -> None:
-        self._bus = bus
+    def __init__(self, ids: tuple[int, ...], baud_rate: int) -> None:
         self._baud_rate = baud_rate
         self._tables = {servo_id: _table(servo_id, baud_rate) for servo_id in ids}
         self._buffer = bytearray()
         self._last_byte_ns = 0
-        self._replies: deque[Reply] = deque()
-        for servo_id in ids:
-            bus.silence(servo_id)
 
-    def poll(self, t_ns: int) -> None:
-        """Let time pass."""
-        self._bus.poll(t_ns)
+    @property
+    def ids(self) -> tuple[int, ...]:
+        """Their ids."""
+        return tuple(self._tables)
 
-    def receive(self, data: bytes, t_ns: int, baud_rate: int) -> None:
-        """Take bytes from the wire."""
-        self._bus.receive(data, t_ns, baud_rate)
+    def lose(self) -> None:
+        """Drop what was heard of a packet: somebody talked at the same time."""
+        self._buffer.clear()
+
+    def hear(self, data: bytes, t_ns: int, baud_rate: int) -> list[Reply]:
+        """Return the answers to bytes of the host whose last one arrived at ``t_ns``."""
         if baud_rate != self._baud_rate:
-            return
+            return []
         if t_ns - self._last_byte_ns > LARGEST_BYTE_GAP_NS + wire_ns(len(data), baud_rate):
             self._buffer.clear()
         self._last_byte_ns = t_ns
         self._buffer += data
+        replies: list[Reply] = []
         while (packet := take_packet(self._buffer)) is not None:
             servo_id, instruction, parameters = packet
             table = self._tables.get(servo_id)
             if table is not None:
                 answer = build_packet(servo_id, *_obey(table, instruction, parameters))
                 end_ns = t_ns + PROCESSING_NS + wire_ns(len(answer), baud_rate)
-                self._replies.append(Reply(end_ns, answer, servo_id))
-
-    def next_reply_ns(self) -> int | None:
-        """When the next reply is complete, None if none is under way."""
-        times = [self._bus.next_reply_ns(), self._replies[0].t_ns if self._replies else None]
-        return min((t for t in times if t is not None), default=None)
-
-    def due(self, t_ns: int) -> list[Reply]:
-        """Return all replies complete by a time, each by itself."""
-        ready = self._bus.due(t_ns)
-        while self._replies and self._replies[0].t_ns <= t_ns:
-            ready.append(self._replies.popleft())
-        return sorted(ready, key=lambda reply: reply.t_ns)
-
-    def replies(self, t_ns: int) -> bytes:
-        """Return the bytes of all replies complete by a time."""
-        return b"".join(reply.data for reply in self.due(t_ns))
+                replies.append(Reply(end_ns, answer, servo_id))
+        return replies
 
 
 def _table(servo_id: int, baud_rate: int) -> bytearray:

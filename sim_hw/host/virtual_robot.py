@@ -10,10 +10,10 @@ from sim_hw.dynamixel.bus import VirtualServoBus
 from sim_hw.dynamixel.firmware import FirmwareBank
 from sim_hw.dynamixel.goal_path import GoalPath
 from sim_hw.dynamixel.latency_timer import LatencyTimer
-from sim_hw.dynamixel.old_servos import BusWithOldServos
+from sim_hw.dynamixel.old_servos import OldServos
 from sim_hw.faults.mishaps import DisturbedMotors, ServoMishaps
 from sim_hw.faults.scenario import Scenario
-from sim_hw.faults.servo import FaultyServoWire, ServoLine
+from sim_hw.faults.servo import FaultyServoWire
 from sim_hw.faults.time import ScenarioTime
 from sim_hw.faults.wnet import FaultyWnet
 from sim_hw.host.imu_lines import ImuSetup, PrintedImu
@@ -136,10 +136,9 @@ def faulty_wire(
     baud_rate: int,
 ) -> ServoWire:
     """Return the wire to servos with a scenario on it: old servos, faults, adapter, in this order."""
-    line: ServoLine = servos
     if scenario.servo.old_firmware:
-        line = BusWithOldServos(servos, scenario.servo.old_firmware, baud_rate)
-    wire = FaultyServoWire(line, mishaps, scenario.faults, time, scenario.course.seed)
+        servos.join(OldServos(scenario.servo.old_firmware, baud_rate))
+    wire = FaultyServoWire(servos, mishaps, scenario.faults, time, scenario.course.seed)
     if scenario.adapter.latency_timer_s > 0:
         return LatencyTimer(wire, scenario.adapter.latency_timer_s)
     return wire

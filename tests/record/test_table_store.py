@@ -45,3 +45,22 @@ def test_a_parquet_file_and_its_mistakes(tmp_path: Path) -> None:
         pass
     with pytest.raises(RecordError, match="no such file"), open_table(tmp_path / "none.csv"):
         pass
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_names_and_texts_that_are_no_text(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"theirs{suffix}"
+    words = np.array(["early", "later"], dtype=object)
+    for good, bad in ((b"name", b"n\x9bme"), (b"early", b"e\x9bely")):
+        write_table(path, [TableColumn("name", words), TableColumn("n", np.arange(2))])
+        path.write_bytes(path.read_bytes().replace(good, bad[:2] + good[2:]))
+        if suffix == ".csv" and good == b"early":  # a column of texts that are none is one of bytes
+            assert len(read_table(path).columns) == 2
+            continue
+        with pytest.raises(RecordError, match="it is not UTF-8 text"):
+            read_table(path)
+        with (
+            pytest.raises(RecordError, match="it is not UTF-8 text"),
+            open_table(path) as table,
+        ):
+            assert table.columns[0].values is not None

@@ -282,6 +282,27 @@ def test_old_firmware_answers_protocol_1_only() -> None:
     assert bus.at(0.5).say(READ) == FIRST + THIRD
 
 
+def test_old_firmware_is_on_the_one_wire() -> None:
+    bus = FaultyBus("[servo]\nold_firmware = [2]")
+    old_ping, old_pong = bytes.fromhex("FF FF 02 02 01 FA"), bytes.fromhex("FF FF 02 02 00 FB")
+    assert bus.at(0.1).say(old_ping, wait_ms=0.06) == b"", "its answer is on the wire"
+    heard = bus.say(READ)
+    assert (len(heard), bus.bus.collisions) == (len(old_pong), 1), "garbled, and the read unheard"
+    assert heard != old_pong
+    # a request that is cut off by an answer is unheard by old ones too
+    assert bus.say(PING, wait_ms=0.06) == b""
+    assert old_pong not in bus.say(old_ping)
+    assert bus.bus.collisions == 2
+    # one of each protocol is asked in one breath: they answer at the same time
+    both = bus.say(PING + old_ping)
+    assert len(both) == len(PONG) + len(old_pong)
+    assert PONG not in both
+    assert old_pong not in both
+    # one behind the other: nothing is lost
+    assert bus.say(PING) + bus.say(old_ping) == PONG + old_pong
+    assert bus.say(READ) == FIRST + THIRD
+
+
 def test_old_firmware_is_recognised_and_refused_with_advice() -> None:
     bus = FaultyBus("[servo]\nold_firmware = [2]", ids=(1, 2, 3, 4, 5, 6))
     clock = VirtualClock(START_NS)

@@ -12,6 +12,7 @@ import tomlkit
 from drivers.dynamixel.settings import ServoBusSettings
 from model.errors import ConfigError
 from record.earlier_file import earlier_files
+from record.json_text import parse_json
 from record.toml_file import reading
 from record.whole_file import write_text
 from robot.bringup.first_day.day import Fact
@@ -150,7 +151,7 @@ def load(folder: Path) -> Record | None:
         return None
     with reading(path, "the state of the first day") as text:
         try:
-            data = json.loads(text)
+            data = parse_json(text)
             if data["kind"] != KIND or data["version"] != VERSION:
                 raise ValueError("it is of another program or version")
             outcomes = tuple(_outcome(one) for one in data["outcomes"])

@@ -9,7 +9,13 @@ import pytest
 from mcap.reader import NonSeekingReader
 from mcap.writer import Writer
 
+from model.errors import RecordError
+from robot.campaign.case import parse_labels, read_answer
+from robot.campaign.visible import measure_visibility
 from robot.cli.main import run
+from robot.run.gait_texts import GAIT_FILES_KEY, gaits_of_log
+from robot.run.header import CALIBRATIONS_KEY, calibrations_of
+from robot.study.figures_runtime import read_benchmark
 
 BAD_TOML = {
     "nested": "a = " + "[" * 5000 + "]" * 5000,
@@ -39,7 +45,7 @@ def one_line(words: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[int,
 
 
 @pytest.mark.parametrize("words", READERS, ids=lambda words: " ".join(words))
-@pytest.mark.parametrize("kind", [*BAD_TOML, "endless", "pipe"])
+@pytest.mark.parametrize("kind", [*BAD_TOML, "no text", "endless", "pipe"])
 def test_a_bad_toml_file(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], words: tuple[str, ...], kind: str
 ) -> None:
@@ -49,11 +55,43 @@ def test_a_bad_toml_file(
         path = Path("/dev/zero")
     elif kind == "pipe":
         os.mkfifo(path)
+    elif kind == "no text":
+        path.write_bytes(b"a = '\x9b'")
     else:
         path.write_text(BAD_TOML[kind])
     given = {"FILE": str(path), "TABLE": str(table)}
     code, line = one_line([given.get(word, word) for word in words], capsys)
     assert code in ({2, 4} if words[0] == "import" else {2}), line
+    assert path.name in line
+
+
+BAD_JSON = {
+    "nested": b"[" * 100_000,
+    "deep": b'{"verdict":' * 900 + b"1" + b"}" * 900,
+    "digits": b'{"verdict": ' + b"1" * 5000 + b"}",
+    "surrogate": b'{"verdict": "\\ud83e", "gap": {}, "causes": []}',
+    "no text": b'{"verdict": "\x9b"}',
+}
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("gap", "next", "FILE", "--json"),
+        ("gap", "apply", "FILE", "--out", "OUT", "--anyway"),
+        ("bringup", "--hardware", "virtual", "--folder", "FOLDER"),
+    ],
+    ids=lambda words: " ".join(words[:2]),
+)
+@pytest.mark.parametrize("kind", BAD_JSON)
+def test_a_bad_json_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], words: tuple[str, ...], kind: str
+) -> None:
+    path = tmp_path / ("first_day.json" if words[0] == "bringup" else "bad.json")
+    path.write_bytes(BAD_JSON[kind])
+    given = {"FILE": str(path), "FOLDER": str(tmp_path), "OUT": str(tmp_path / "new.toml")}
+    code, line = one_line([given.get(word, word) for word in words], capsys)
+    assert code in ({2} if words[0] == "bringup" else {1, 2, 4}), line
     assert path.name in line
 
 
@@ -169,3 +207,23 @@ def test_a_robot_that_the_simulator_cannot_build(
     code, line = one_line([*words, "--out", str(tmp_path / "a.csv")], capsys)
     assert code == 2
     assert "inertia" in line
+
+
+@pytest.mark.parametrize("kind", BAD_JSON)
+def test_bad_json_that_is_kept_for_another_time(tmp_path: Path, kind: str) -> None:
+    path = tmp_path / "seen.json"
+    path.write_bytes(BAD_JSON[kind])
+    with pytest.raises(RecordError):
+        read_answer(path)
+    with pytest.raises(RecordError):
+        read_benchmark(path)
+    with pytest.raises(RecordError):
+        measure_visibility((), {}, None, tmp_path, 1, ())
+    if kind != "no text":
+        text = BAD_JSON[kind].decode()
+        with pytest.raises(RecordError):
+            parse_labels(text, "labels.json")
+        with pytest.raises(RecordError):
+            gaits_of_log({GAIT_FILES_KEY: text})
+        with pytest.raises(RecordError):
+            calibrations_of({CALIBRATIONS_KEY: text}, ())
