@@ -1,5 +1,6 @@
 """The robot in three dimensions, drawn from measured poses: one moment, or a video."""
 
+import math
 import shutil
 import tempfile
 from collections.abc import Callable
@@ -30,6 +31,9 @@ SHOWN_N = 1.0
 PATH_S = 3.0
 MARGIN_M = 0.08
 FRAMES_A_SECOND = 10
+# Beyond these it is no run of a robot, and a picture would show nothing of it.
+FARTHEST_M, LARGEST_RAD, LARGEST_N = 1e4, 1e6, 1e6
+MOST_PICTURES = 36_000  # of a video: an hour of watching
 
 
 def render(request: SimRenderRequest) -> ExitCode:
@@ -37,7 +41,7 @@ def render(request: SimRenderRequest) -> ExitCode:
 
     Raises:
         ConfigError: --out is of no kind that can be drawn here.
-        RecordError: The run cannot be read, or holds no poses.
+        RecordError: The run cannot be read, holds no poses, or some that are no robot's.
     """
     out = request.out
     if out.suffix not in {".png", ".gif", ".mp4"}:
@@ -48,7 +52,10 @@ def render(request: SimRenderRequest) -> ExitCode:
         )
     if not out.parent.is_dir():
         raise ConfigError("--out", f"there is no folder {out.parent}; make it first")
-    drawing = RunDrawing(_trial(request.path))
+    trial = _trial(request.path)
+    if absurd := _absurd(trial):
+        raise RecordError(f"{request.path} cannot be drawn: {absurd}; leave that part of it out")
+    drawing = RunDrawing(trial)
     if not drawing.times:
         raise RecordError(f"{request.path} holds no poses of body and feet to draw")
     if out.suffix == ".png":
@@ -59,6 +66,12 @@ def render(request: SimRenderRequest) -> ExitCode:
         shown = drawing.picture(at, out)
         print(f"{out}: the robot at {shown:.2f} s")
         return ExitCode.OK
+    pictures = drawing.pictures(request.speed, FRAMES_A_SECOND)
+    if pictures > MOST_PICTURES:
+        words = f"gives {pictures:g} pictures; at most {MOST_PICTURES} can be drawn, so choose a higher one"
+        raise ConfigError(
+            "--speed", f"{request.speed:g} {words}, or cut the run with bigant log cut"
+        )
     with whole_file(out) as part, ProgressBar("drawing") as bar:
         frames = drawing.video(part, request.speed, FRAMES_A_SECOND, bar.show)
     print(f"{out}: {frames} pictures, {request.speed:g} times real time")
@@ -72,6 +85,22 @@ def _trial(path: Path) -> Trial:
         table = Path(folder) / "run.parquet"
         export_trial(path, table, LogContents())
         return read_trial(table)
+
+
+def _absurd(trial: Trial) -> str:
+    """Return the first thing that is no robot's, in words; empty if there is none. NaN is none."""
+    for what, values, most, unit in (
+        ("the body is", trial.body_position_m, FARTHEST_M, "m away"),
+        ("the body is turned by", trial.body_angles_rad, LARGEST_RAD, "rad"),
+        ("a foot is", trial.foot_m, FARTHEST_M, "m from the body"),
+        ("a foot carries", trial.force_n, LARGEST_N, "N"),
+    ):
+        rows = np.abs(values.reshape(len(values), math.prod(values.shape[1:])))
+        largest = np.where(np.isnan(rows), 0.0, rows).max(axis=1, initial=0.0)
+        if (largest > most).any():
+            at = int(np.argmax(largest > most))
+            return f"at {trial.time_s[at]:.2f} s {what} {largest[at]:.3g} {unit}"
+    return ""
 
 
 class RunDrawing:
@@ -101,6 +130,11 @@ class RunDrawing:
     def times(self) -> int:
         """Number of moments that can be drawn."""
         return len(self._time_s)
+
+    def pictures(self, speed: float, rate_hz: int) -> float:
+        """Return how many pictures a video has."""
+        first_s, last_s = self.span_s
+        return (last_s - first_s) / speed * rate_hz
 
     @property
     def middle_s(self) -> float:
