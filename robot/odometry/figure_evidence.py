@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import LogLocator
 
 from model.values.arrays import FloatArray
 from model.values.estimate import Health
@@ -33,7 +34,7 @@ HEALTH_COLOURS = {Health.OK: "#009E73", Health.DEGRADED: "#E69F00", Health.LOST:
 ESTIMATOR, NAIVE, MEASURED, BAND = *METHOD_COLOURS[:3], "#808080"
 NAIVE_AT = 1  # place of the open loop among the methods
 MOST_IN_PANEL = 300
-LEAST_NIS = 1e-4
+LEAST_NIS, FEW_DECADES = 1e-4, 30.0
 LEAST_N = 2.0
 REASON = "#555555"
 LEAST_SPAN_S = 1 / 250  # of the time shown: a period as narrow as a hair is not seen
@@ -98,16 +99,20 @@ def innovation_figure(fits: Sequence[SourceFit], t_s: FloatArray) -> Figure:
     figure = Figure(figsize=(WIDTH_IN, 0.7 + 1.25 * len(fits)), layout="constrained")
     axes = figure.subplots(len(fits), 1, sharex=True, squeeze=False)[:, 0]
     for ax, one in zip(axes, fits, strict=True):
-        middle_s, ratio, (low, high) = one.blocks(t_s)
+        middle_s, ratio, (least, most) = one.blocks(t_s)
         edge_s = np.repeat(middle_s, 2) + np.tile([-BLOCK_S / 2, BLOCK_S / 2], len(middle_s))
-        ax.fill_between(edge_s, np.repeat(low, 2), np.repeat(high, 2), color=BAND, alpha=0.35, lw=0,
+        ax.fill_between(edge_s, np.repeat(least, 2), np.repeat(most, 2), color=BAND, alpha=0.35, lw=0,
                         label="95 % band")  # fmt: skip
         ax.axhline(1.0, color=TRUTH, lw=0.7, ls=":", label="1 is ideal")
         ax.plot(middle_s, ratio, color=ESTIMATOR, lw=1, marker=".", ms=3, label="mean of a second")
         ax.set_yscale("log")
+        low, high = max(LEAST_NIS, min(0.3, 0.7 * ratio.min())), max(3.0, 1.4 * ratio.max())
+        ax.yaxis.set_major_locator(
+            LogLocator(subs=(1.0, 3.0) if high < FEW_DECADES * low else (1.0,))
+        )
         ax.yaxis.set_major_formatter("{x:g}")
         ax.yaxis.set_minor_formatter("")
-        ax.set_ylim(max(LEAST_NIS, min(0.3, 0.7 * ratio.min())), max(3.0, 1.4 * ratio.max()))
+        ax.set_ylim(low, high)
         ax.set_xlim(t_s[0], t_s[-1])
         ax.set_title(one.name, loc="left", fontsize=8)
         words = f"mean {one.mean:.2f}, {100 * one.in_band(t_s):.0f} % of seconds in the band"

@@ -37,6 +37,7 @@ class Track:
         step_us: Time of each step [us], with whatever else the machine was doing, (T,).
         rejections: Measurements rejected in each, by kind and leg as in ``EstimatorState.rejected``,
             (T, 5, N).
+        anchored: Whether an absolute position is in the estimate, (T,).
     """
 
     t_s: FloatArray
@@ -45,6 +46,7 @@ class Track:
     states: tuple[EstimatorState, ...]
     step_us: FloatArray
     rejections: BoolArray
+    anchored: BoolArray
 
     def part(self, span: slice) -> "Track":
         """Return some of the ticks."""
@@ -71,14 +73,21 @@ class Track:
 
     @cached_property
     def displacement_covariance(self) -> FloatArray:
-        """Covariance of the displacement since the first tick, (T, 3, 3): the growth of the pose's."""
+        """Covariance of the displacement since the first tick, (T, 3, 3): the growth of the pose's.
+
+        Once an absolute pose is used, the pose does not hang on the first one any more: then it is the
+        sum of both covariances.
+        """
         covariance = self.column(lambda e: e.pose_covariance)
         moved = self.pose - self.pose[0]
         # a turn at the first tick moves all later places
         carried = np.tile(np.eye(3), (len(moved), 1, 1))
         carried[:, 0, 2], carried[:, 1, 2] = -moved[:, 1], moved[:, 0]
         known = carried @ covariance[0] @ carried.transpose(0, 2, 1)
-        grown: FloatArray = covariance - known + START_SD**2 * np.eye(3)
+        free = np.logical_or.accumulate(self.anchored)
+        free[0] = False  # of no displacement nothing is unknown
+        sign = np.where(free, 1.0, -1.0)[:, None, None]
+        grown: FloatArray = covariance + sign * known + START_SD**2 * np.eye(3)
         return grown
 
     @cached_property
@@ -116,6 +125,7 @@ class Tracker:
         self._states: list[EstimatorState] = []
         self._step_us: list[float] = []
         self._rejections: list[BoolArray] = []
+        self._anchored: list[bool] = []
 
     def step(self, tick: Tick) -> Estimate:
         """Advance by a tick; nothing is kept of it.
@@ -135,7 +145,9 @@ class Tracker:
         self._estimates.append(self.step(item.tick))
         self._step_us.append((time.perf_counter_ns() - began) / 1e3)
         self._unix_ns.append(item.unix_ns)
-        self._rejections.append(_rejected(before, self._estimator.memory.estimator.state))
+        after = self._estimator.memory.estimator.state
+        self._rejections.append(_rejected(before, after))
+        self._anchored.append(after.anchored)
         if self._keep_states:
             memory = self._estimator.memory.estimator
             # a late pose changes the states of the moments before, too
@@ -158,6 +170,7 @@ class Tracker:
             states=tuple(self._states),
             step_us=np.array(self._step_us),
             rejections=np.array(self._rejections),
+            anchored=np.array(self._anchored),
         )
 
 

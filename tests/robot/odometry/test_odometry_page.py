@@ -14,8 +14,10 @@ import pytest
 from matplotlib.patches import Ellipse
 from scipy.stats import chi2
 
+from model.estimator.kalman import GYRO, TILT
 from model.values.arrays import BoolArray, FloatArray
 from model.values.estimate import Health
+from model.values.readings import PoseRecord
 from record.log.reader import StampedTick, read_stamped_ticks
 from record.log.recording import Recording
 from robot.cli import main as cli
@@ -138,6 +140,46 @@ def test_reasons_and_rejections_are_on_the_page_with_their_times(
 
 def nothing(log: Recording) -> FloatArray:
     return np.full(len(log.t_s), np.nan)
+
+
+def posed(item: StampedTick, number: int, astray: int) -> StampedTick:
+    """A tick that comes with its true pose, if it is a tenth; that of one tick is 5 m off."""
+    tick, truth = item.tick, item.tick.inputs.truth
+    if number % 10 or truth is None:
+        return item
+    off = np.array([5.0, 0.0, 0.0]) * (number == astray)
+    pose = PoseRecord(tick.t_ns, truth.position_W + off, truth.quaternion_xyzw, np.nan, np.nan)
+    return replace(item, tick=replace(tick, inputs=replace(tick.inputs, poses=(pose,))))
+
+
+def test_a_pose_that_is_metres_away_is_among_the_rejected(
+    log: Path, tracked: TrackedLog, found: OdometryComparison
+) -> None:
+    items = list(read_stamped_ticks(log))
+    run = track([posed(one, number, MIDDLE) for number, one in enumerate(items)], CONFIG)
+    comparison = compare_methods(replace(tracked, track=run))
+    rejected = rejected_of(comparison.track, found.names, CONFIG.estimator.settings)
+    (pose,) = [one for one in rejected if one.name == "absolute pose"]
+    assert (pose.count, pose.leg) == (1, "")
+    assert pose.periods[0, 0] == run.t_s[MIDDLE]
+    sd = np.sqrt(np.diagonal(comparison.track.displacement_covariance, axis1=1, axis2=2))
+    own = np.sqrt(np.diagonal(run.estimates[-1].pose_covariance))
+    assert (sd[0] < 1.1e-4).all()
+    assert (own < sd[-1]).all()
+    assert (sd[-1] < 3 * own).all(), "it does not grow: both ends are known to a few millimetres"
+    assert np.nanmean(comparison.pose_nees) < 6
+    assert "absolute pose 1 over 4.0 sd from what was expected, or over 1 m" in text_of(
+        page_of(comparison)
+    )
+
+
+def test_rejections_of_gyro_and_tilt_are_named(found: OdometryComparison) -> None:
+    rejections = np.zeros_like(found.track.rejections)
+    rejections[[10, 11, 50], GYRO, 0] = rejections[20, TILT, 1] = True
+    run = replace(found.track, rejections=rejections)
+    gyro, pitch = rejected_of(run, found.names, CONFIG.estimator.settings)
+    assert (gyro.place, gyro.count, len(gyro.periods)) == ("gyro", 3, 2)
+    assert (pitch.place, pitch.count) == ("tilt pitch", 1)
 
 
 def turned_off(log: Recording, known: BoolArray, *names: str) -> Recording:
