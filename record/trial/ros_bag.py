@@ -15,7 +15,7 @@ What is not said is taken where only one topic can be meant. A column is called 
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -25,6 +25,7 @@ import numpy as np
 
 from model.errors import ConfigError, RecordError
 from model.parameters.toml_table import Table
+from record.trial.foreign_file import foreign_file
 from record.trial.table_file import DataTable, TableColumn
 
 BAG_SUFFIXES = (".mcap", ".db3")
@@ -213,20 +214,15 @@ def open_bag(path: Path) -> Iterator[Bag]:
         reader = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE))
         reader.open()
     try:
-        yield Bag(path, reader)
+        with _reading(path):
+            bag = Bag(path, reader)
+        yield bag
     finally:
         reader.close()
 
 
-@contextmanager
-def _reading(path: Path) -> Iterator[None]:
-    from rosbags.highlevel import AnyReaderError
-
-    try:
-        yield
-    except (AnyReaderError, OSError, KeyError, ValueError, AssertionError) as error:
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise RecordError(f"{path} cannot be read as a ROS 2 bag: {reason}") from error
+def _reading(path: Path) -> AbstractContextManager[None]:
+    return foreign_file(f"{path} cannot be read as a ROS 2 bag")
 
 
 def _seconds(stamp: Any, received_ns: int) -> float:

@@ -6,7 +6,6 @@ In a .npz file the columns are its arrays: ``t`` of shape (T,) is a column of th
 listed.
 """
 
-import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ import numpy as np
 
 from model.errors import RecordError
 from record.trial.column_map import ColumnMap
+from record.trial.foreign_file import foreign_file
 from record.trial.table_check import TableFinding
 from record.trial.table_file import DataTable, TableColumn, open_table
 
@@ -54,11 +54,11 @@ def open_tables(path: Path, given: ColumnMap) -> Iterator[tuple[SourceTable, ...
 
 
 def _of_arrays(path: Path, given: ColumnMap) -> tuple[SourceTable, ...]:
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = [(name, np.asarray(file[name])) for name in file.files]
-    except (OSError, ValueError, zipfile.BadZipFile) as error:
-        raise RecordError(f"the arrays of {path} cannot be read: {error}") from error
+    with (
+        foreign_file(f"the arrays of {path} cannot be read"),
+        np.load(path, allow_pickle=False) as file,
+    ):
+        arrays = [(name, np.asarray(file[name])) for name in file.files]
     arrays = [
         (name, one) for name, one in arrays if one.ndim in {1, 2} and one.dtype.kind in "fiub"
     ]

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from model.errors import RecordError
 from model.values.arrays import FloatArray
 from model.values.machine_names import MachineNames
+from record.trial.foreign_file import foreign_file
 from record.whole_file import whole_file
 
 SUFFIXES = (".parquet", ".csv")
@@ -81,7 +82,7 @@ class StoredColumn:
         Raises:
             RecordError: It is damaged.
         """
-        with _named_errors(self._path):
+        with foreign_file(f"the table {self._path} cannot be read"):
             return to_numpy(self._file.read(columns=[self.name], use_threads=False).column(0))
 
 
@@ -200,19 +201,8 @@ def _reading(path: Path) -> Iterator[None]:
     check_suffix(path)
     if not path.is_file():
         raise RecordError(f"the table {path} cannot be read: there is no such file")
-    with _named_errors(path):
+    with foreign_file(f"the table {path} cannot be read"):
         yield
-
-
-@contextmanager
-def _named_errors(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except UnicodeDecodeError as error:  # Arrow takes names and texts as they come
-        raise RecordError(f"the table {path} cannot be read: it is not UTF-8 text") from error
-    except (OSError, pa.ArrowException) as error:
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise RecordError(f"the table {path} cannot be read: {reason}") from error
 
 
 def _once_named(path: Path, names: list[str]) -> list[str]:

@@ -1,6 +1,7 @@
 """ROS 2 bags written by rosbags come in as runs: joints, poses, transforms, forces, on their own stamps."""
 
 import math
+import random
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,6 +12,7 @@ import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
+from benchmarks.file_damage import damaged
 from model.errors import RecordError
 from record.trial.column_map import read_column_map
 from record.trial.import_run import import_run
@@ -217,6 +219,34 @@ def test_a_file_that_is_no_bag_and_a_wrong_option_are_refused(tmp_path: Path) ->
     with pytest.raises(Exception, match="'joint=/a' is none of joints="):
         with_topics(BagMap(), "joint=/a")
     assert with_topics(BagMap(), "joints=/a, force_HL=/w").forces == {"HL": "/w"}
+
+
+@pytest.mark.parametrize("plugin", StoragePlugin)
+def test_whatever_is_damaged_in_a_bag_is_one_error(tmp_path: Path, plugin: StoragePlugin) -> None:
+    write_run(tmp_path / "bag", plugin)
+    source = random.Random(7)
+    outcomes = set()
+    for path in sorted((tmp_path / "bag").iterdir()):
+        good = path.read_bytes()
+        for _ in range(25):
+            path.write_bytes(damaged(good, source))
+            try:
+                with open_bag(tmp_path / "bag") as bag:
+                    bag.table(bag.topic("/js"))
+            except RecordError:
+                outcomes.add("refused")
+            else:
+                outcomes.add("read")
+        path.write_bytes(
+            b"a: " + b"[" * 100_000 if path.suffix == ".yaml" else good[: len(good) // 2]
+        )
+        with (
+            pytest.raises(RecordError, match="cannot be read as a ROS 2 bag"),
+            open_bag(tmp_path / "bag") as bag,
+        ):
+            bag.table(bag.topic("/js"))
+        path.write_bytes(good)
+    assert outcomes == {"refused", "read"}
 
 
 def read_column_map_of(folder: Path) -> Any:

@@ -1,12 +1,17 @@
 """A table column by column is the table as a whole."""
 
+import random
+import zlib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from benchmarks.file_damage import damaged
 from model.errors import RecordError
 from record.trial import table_file
+from record.trial.column_map import ColumnMap, read_column_map
+from record.trial.source_tables import open_tables
 from record.trial.table_file import TableColumn, open_table, read_table, write_table
 
 
@@ -64,3 +69,28 @@ def test_names_and_texts_that_are_no_text(tmp_path: Path, suffix: str) -> None:
             open_table(path) as table,
         ):
             assert table.columns[0].values is not None
+
+
+def test_whatever_is_damaged_in_arrays_is_one_error(tmp_path: Path) -> None:
+    path, source = tmp_path / "theirs.npz", random.Random(3)
+    given = read_map(tmp_path)
+    np.savez_compressed(path, t=np.arange(50.0), pos=np.ones((50, 6)))
+    good = path.read_bytes()
+    with open_tables(path, given) as tables:
+        assert tables[0].table.rows == 50
+    kinds = set()
+    for _ in range(300):
+        path.write_bytes(damaged(good, source))
+        try:
+            with open_tables(path, given) as tables:
+                kinds.add(type(tables))
+        except RecordError as error:
+            kinds.add(type(error.__cause__))
+    assert zlib.error in kinds, "and not only what numpy says itself"
+
+
+def read_map(folder: Path) -> ColumnMap:
+    """Return the smallest map."""
+    path = folder / "map.toml"
+    path.write_text('[columns]\nt = "time_s"\n')
+    return read_column_map(path)
