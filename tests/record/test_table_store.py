@@ -78,7 +78,7 @@ def test_whatever_is_damaged_in_arrays_is_one_error(tmp_path: Path) -> None:
     good = path.read_bytes()
     with open_tables(path, given) as tables:
         assert tables[0].table.rows == 50
-    kinds = set()
+    kinds: set[type | None] = set()
     for _ in range(300):
         path.write_bytes(damaged(good, source))
         try:
