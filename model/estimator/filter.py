@@ -10,21 +10,23 @@ from math import isfinite
 import numpy as np
 
 from model.errors import ModelError
-from model.estimator import frame_kernel, output, process, senses
-from model.estimator import measurements as measure
-from model.estimator.kalman import (
-    ABSOLUTE,
-    KINDS,
-    Kalman,
-    MeasurementStack,
-    Updated,
-    mended,
-    sound,
+from model.estimator import (
+    frame_kernel,
+    health,
+    output,
+    process,
+    senses,
+    sources,
+    tolerance_kernel,
+    tolerances,
 )
+from model.estimator import measurements as measure
+from model.estimator.kalman import Kalman, MeasurementStack, Updated, mended, sound
 from model.estimator.neighbourhood import Neighbourhood, neighbourhood
 from model.estimator.process import ProcessStep
 from model.estimator.settings import EstimatorSettings, record_of
-from model.values.arrays import FloatArray
+from model.estimator.sources import ABSOLUTE, FORCE, LOAD
+from model.values.arrays import FloatArray, readonly
 from model.values.estimate import (
     BIAS,
     FIXED,
@@ -32,6 +34,7 @@ from model.values.estimate import (
     NEVER,
     POSE,
     SCALE,
+    SOURCES,
     TILT_BIAS,
     VELOCITY,
     AddedByEffects,
@@ -43,7 +46,6 @@ from model.values.legs import FootMotion
 from model.values.parameters import ContactParameters
 
 START_SD = 1e-4  # of pose [m, rad] and velocity [m/s, rad/s] at the beginning
-NIS_MEMORY_S = 5.0
 SENSOR_BIASES = np.array([GYRO_BIAS, *range(TILT_BIAS.start, TILT_BIAS.stop)])
 
 
@@ -54,6 +56,7 @@ class Estimator:
         contact: Leg springs and friction of the robot file: where the parameters start.
         weight_n: Weight carried [N].
         settings: Noise and limits.
+        names: What legs are called in reasons and remarks; by their number if empty.
 
     Raises:
         ModelError: Fewer than two legs, or a weight that is none.
@@ -64,6 +67,7 @@ class Estimator:
         contact: ContactParameters,
         weight_n: float,
         settings: EstimatorSettings | None = None,
+        names: tuple[str, ...] = (),
     ) -> None:
         if len(contact.mu) < 2 or not weight_n > 0:
             raise ModelError("the estimator needs at least two legs and a weight above 0")
@@ -71,14 +75,14 @@ class Estimator:
         self.contact = contact
         self.weight_n = weight_n
         self.legs = len(contact.mu)
+        self.names = names or tuple(f"leg {k + 1}" for k in range(self.legs))
         self.size = FIXED + 2 * self.legs
-        self._kalman = Kalman(
-            self.size, self.settings.reject_limit, FIXED, self.settings.parameter_limit
-        )
+        self._nothing = readonly(np.full((self.legs, 3), np.nan))
+        self._kalman = Kalman(self.size, FIXED, self.settings)
         self._record = record_of(self.settings, weight_n)
         tilt_walk = self.settings.tilt_bias_walk
         self._sensor_walk = np.square([self.settings.gyro_bias_walk, tilt_walk, tilt_walk])
-        for module in (frame_kernel, process, measure, output):
+        for module in (frame_kernel, tolerance_kernel, process, measure, output):
             module.prepare()
 
     def initial(self, pose: FloatArray | None = None) -> EstimatorState:
@@ -100,11 +104,13 @@ class Estimator:
         covariance = np.diag(sd**2)
         return EstimatorState(
             t_ns=NEVER, mean=mean, covariance=covariance, feet=FootMotion(nan, nan),
-            force_ns=NEVER, used_ns=NEVER, share=np.full(legs, np.nan),
-            contact=np.zeros(legs, dtype=bool), rejected=np.zeros((KINDS, legs), dtype=np.int64),
+            force_ns=NEVER, used_ns=NEVER, share=np.full(legs, np.nan), expected=nan,
+            contact=np.zeros(legs, dtype=bool), rejected=np.zeros((len(SOURCES), legs), dtype=np.int64),
             rejects=0, idle_ns=NEVER, answer_ns=NEVER, fine_ns=NEVER, lost=False, airborne=False,
-            anchored=False, far_poses=0, nis=np.nan, before=(mean, covariance),
-            transition=np.eye(self.size),
+            anchored=False, far_poses=0, before=(mean, covariance),
+            transition=np.eye(self.size), companions=tolerances.at_start(legs),
+            sources=sources.at_start(legs),
+            balance=readonly(np.full(3, np.nan)), strain=readonly(np.ones(3)),
         )  # fmt: skip
 
     def step(
@@ -144,9 +150,22 @@ class Estimator:
         serving = None if airborne else model
         step = self._predict(state, serving, dt_s, held, dead_legs, trouble)
         step.noise[SENSOR_BIASES, SENSOR_BIASES] += self._sensor_walk * abs(dt_s)
+        companions, apart = state.companions, None
+        if serving is not None and not held and 0 < dt_s <= settings.longest_gap_s:
+            companions, apart = tolerances.walk_along(
+                companions, state.mean, feet, self.contact, serving, self._record, dt_s
+            )
+            step.noise[VELOCITY, VELOCITY] = health.strained(
+                step.noise[VELOCITY, VELOCITY] + apart.velocity_covariance, state.strain
+            )
         if airborne:
             trouble.append("picked up: the feet carry nothing")
         covariance = self._kalman.predict(state.covariance, step.transition, step.noise)
+        if held:
+            _close_books(covariance)
+        if _has_place(inputs):  # what lies between the companions is then corrected as all the rest
+            covariance[POSE, POSE] += companions.pose_covariance
+            companions = companions.gathered()
         loaded = senses.contact(state, model, heard, self.weight_n, settings)
         # the model was solved at the parameters that the prediction leaves as they are
         answer = None if held else serving
@@ -160,8 +179,9 @@ class Estimator:
                 measure.Belief(step.mean, covariance), heard.share, feet, loaded & ~dead, answer,
                 self.contact.mu, self._record,
             )  # fmt: skip
+            self._add_doubt(forces, answer, state, dt_s, apart)
             measured.insert(0, forces)
-        used = self._correct(step.mean, covariance, measured, state)
+        used = self._correct(step.mean, covariance, measured, state, inputs.t_ns)
         mean, believed = used.mean, used.covariance
         if not (sound(believed) and isfinite(np.vdot(mean, mean))):
             trouble.append("the covariance had to be mended")
@@ -180,10 +200,8 @@ class Estimator:
         force_ns = inputs.forces.t_ns if heard.fresh and inputs.forces else state.force_ns
         answered = serving is not None or state.answer_ns == NEVER
         answer_ns = inputs.t_ns if answered else state.answer_ns
-        nis = _smoothed_nis(state.nis, used, settings.force_period_s)
-        gyro_doubt, tilt_doubt = senses.doubts(state, inputs, used.streak, dt_s)
-        trouble += senses.doubt_words(gyro_doubt, tilt_doubt)
-        verdict = output.judge(state, inputs, force_ns, answer_ns, nis, settings, trouble)
+        trouble += health.contradictions(used.sources, self.names)
+        verdict = health.judge(state, inputs, force_ns, answer_ns, settings, trouble, self.names)
         after = EstimatorState(
             t_ns=inputs.t_ns,
             mean=mean,
@@ -192,6 +210,7 @@ class Estimator:
             force_ns=force_ns,
             used_ns=inputs.t_ns if heard.use else state.used_ns,
             share=heard.share[:, 2] if heard.fresh else state.share,
+            expected=self._nothing if answer is None else answer.force_n / self.weight_n,
             contact=loaded,
             rejected=used.streak,
             rejects=state.rejects + used.rejects + far,
@@ -202,15 +221,37 @@ class Estimator:
             airborne=airborne,
             anchored=(anchored or pose_used) and not (airborne or verdict.lost),
             far_poses=far_poses,
-            nis=nis,
             before=(step.mean, covariance),
             transition=step.transition,
+            companions=companions,
+            sources=used.sources,
+            balance=health.balance(state, heard, step.mean, settings),
+            strain=health.strain(used.sources),
             gyro_ns=inputs.t_ns if isfinite(inputs.yaw_rate_rad_s) else state.gyro_ns,
-            gyro_doubt=gyro_doubt,
-            tilt_doubt=tilt_doubt,
         )
         estimate = output.estimate(after, self.contact, self._record, model, used, verdict, held)
         return after, estimate
+
+    def _add_doubt(
+        self,
+        stack: MeasurementStack,
+        answer: Neighbourhood,
+        state: EstimatorState,
+        dt_s: float,
+        apart: tolerances.Apart | None,
+    ) -> None:
+        """Add to the noise of forces what tolerances do to loads, and what a wrong time does to all."""
+        doubt = np.zeros((self.legs, 3))
+        if dt_s > 0:
+            change = answer.force_n / self.weight_n - state.expected
+            doubt += np.nan_to_num(self.settings.delay_sd / dt_s * change) ** 2
+        if apart is not None:
+            doubt[:, 2] += 0.5 * np.square(apart.load_share).sum(axis=0)
+        for first, kind, leg in stack.blocks.tolist():
+            if kind == LOAD:
+                stack.variance[first] += doubt[leg, 2]
+            elif kind == FORCE:
+                stack.variance[first : first + 2] += doubt[leg, :2]
 
     def _predict(
         self,
@@ -242,6 +283,7 @@ class Estimator:
         covariance: FloatArray,
         measured: list[MeasurementStack],
         state: EstimatorState,
+        t_ns: int,
     ) -> Updated:
         """Use what passes its gate."""
         if state.rejected[ABSOLUTE, 0] >= self.settings.reject_limit:
@@ -250,7 +292,9 @@ class Estimator:
                     # it keeps saying that we are elsewhere: then that is how little we know
                     elsewhere = part.innovation[:, None] ** 2 * part.rows
                     covariance = covariance + part.rows.T @ elsewhere
-        return self._kalman.update(mean, covariance, measure.stacked(measured), state.rejected)
+        return self._kalman.update(
+            mean, covariance, measure.stacked(measured), state.rejected, state.sources, t_ns
+        )
 
     def _pose_is_far(
         self, inputs: OdometryInputs, mean: FloatArray, covariance: FloatArray
@@ -294,15 +338,15 @@ def _with_effects(
     return changed
 
 
+def _close_books(covariance: FloatArray) -> None:
+    """Forget how errors of the pose and of all else go together, in place.
+
+    What is learned of a leg from now on no longer says where the robot went before it stood still. So a
+    displacement has a covariance of its own.
+    """
+    covariance[POSE, POSE.stop :] = 0.0
+    covariance[POSE.stop :, POSE] = 0.0
+
+
 def _has_place(inputs: OdometryInputs) -> bool:
     return inputs.pose_W is not None and bool(np.isfinite(inputs.pose_W[:2]).all())
-
-
-def _smoothed_nis(before: float, used: Updated, period_s: float) -> float:
-    if not isfinite(used.nis):
-        return before
-    now = used.nis / used.numbers
-    if not isfinite(before):
-        return now
-    share = period_s / NIS_MEMORY_S
-    return (1 - share) * before + share * now

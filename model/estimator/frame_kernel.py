@@ -45,7 +45,7 @@ def _lay_row(given: FloatArray, out: FloatArray) -> None:
 
 
 @compiled
-def _sway(
+def tilt_sway(
     feet: FloatArray,
     feet_velocity: FloatArray,
     ground: FloatArray,
@@ -198,7 +198,7 @@ def neighbourhood_kernel(
             springs[k] = spring[k] * stepped if stage == STIFFNESS else spring[k]
             reason = support_kernel(place, ground, springs, load, tilt, carried, work)
             if reason >= 0 and sway_step > 0.0:
-                dx, dy = _sway(
+                dx, dy = tilt_sway(
                     place, speed, ground, springs, load, sway_step, tilt[2], moved, spare
                 )
             springs[k] = spring[k]

@@ -6,19 +6,21 @@ symmetric and positive definite, are settled here; nothing else in the program k
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from math import inf, isfinite, log, tau
 from typing import NamedTuple
 
 import numpy as np
 
+from model.estimator import sources as source
+from model.estimator.settings import EstimatorSettings
+from model.estimator.sources import FORCE, LOAD, NO_SOURCE, NumberPlaces
 from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
+from model.values.estimate import SOURCES, SourceMemory
 
-# Kinds of block; the first keeps no count, the "leg" of a tilt is 0 for roll and 1 for pitch.
-NO_STREAK, LOAD, FORCE, ABSOLUTE, GYRO, TILT = -1, 0, 1, 2, 3, 4
-KINDS = 5
 LOG_TURN = log(tau)
+MOST_AT_A_GATE = 4.0  # variance over that of the settings
 FARTHEST = 1e100  # normalised innovation squared of what no noise explains
 
 
@@ -30,7 +32,7 @@ class MeasurementStack(NamedTuple):
         rows: H, (m, n).
         variance: Of the noise, independent from number to number, (m,).
         gates: Largest normalised innovation squared of each block, (B,); infinite for none.
-        blocks: Of each block: its first number, kind and leg, (B, 3).
+        blocks: Of each block: its first number, source (-1 for none) and leg or axis, (B, 3).
     """
 
     innovation: FloatArray
@@ -48,22 +50,28 @@ class Updated:
         mean: (n,).
         covariance: P, (n, n).
         nis: Normalised innovation squared of what was used; NaN if nothing was.
+        source_nis: The same by source, (S,); NaN where nothing was used.
+        source_dof: Numbers used of each, (S,).
         log_likelihood: Of the innovation of what was used; NaN if nothing was.
         numbers: How many numbers were used.
         rejects: Blocks that did not pass their gates at first.
-        streak: Rejections in a row by kind and leg, (5, N).
+        streak: Rejections in a row by source and leg, (S, N).
         innovation: Of the feet's forces over the sd that the filter gives them, (N, 3); NaN where
             none was used.
+        sources: What is known of the sources now.
     """
 
     mean: FloatArray
     covariance: FloatArray
     nis: float
+    source_nis: FloatArray
+    source_dof: IntArray
     log_likelihood: float
     numbers: int
     rejects: int
     streak: IntArray
     innovation: FloatArray
+    sources: SourceMemory
 
 
 class Kalman:
@@ -71,15 +79,16 @@ class Kalman:
 
     Args:
         size: Number of states n.
-        reject_limit: Rejections in a row after which a block is believed with more noise.
         first_limited: Place of the first state that is limited; all after it are.
-        limit: Largest size of those states.
+        settings: Rejections in a row after which a block is believed with more noise, largest size of
+            limited states, bounds of what is learned.
     """
 
-    def __init__(self, size: int, reject_limit: int, first_limited: int, limit: float) -> None:
+    def __init__(self, size: int, first_limited: int, settings: EstimatorSettings) -> None:
         from filterpy.kalman import KalmanFilter  # a second, which not every command needs
 
-        self._reject_limit, self._first_limited, self._limit = reject_limit, first_limited, limit
+        self._settings, self._first_limited = settings, first_limited
+        self._reject_limit, self._limit = settings.reject_limit, settings.parameter_limit
         self._filter = KalmanFilter(size, 1)
         self._no_error = readonly(np.zeros(size))
 
@@ -104,6 +113,8 @@ class Kalman:
         covariance: FloatArray,
         stack: MeasurementStack | None,
         streak: IntArray,
+        sources: SourceMemory,
+        t_ns: int,
     ) -> Updated:
         """Gate each block by its own normalised innovation, and use what passes at once.
 
@@ -114,23 +125,42 @@ class Kalman:
             mean: (n,).
             covariance: P, (n, n).
             stack: The measurement; None for none.
-            streak: Rejections in a row by kind and leg, (5, N).
+            streak: Rejections in a row by source and leg, (S, N).
+            sources: What was learned about the noise so far.
+            t_ns: Time of the tick.
         """
-        nothing = _not_measured(streak.shape[1])
+        legs = streak.shape[1]
+        nothing = _not_measured(legs)
+        none = Updated(
+            mean, covariance, np.nan, *_no_source(), np.nan, 0, 0, streak, nothing, sources
+        )
         if stack is None:
-            return Updated(mean, covariance, np.nan, np.nan, 0, 0, streak, nothing)
+            return none
         streak = streak.copy()
+        where = source.places(stack.blocks, len(stack.innovation), legs)
+        known, weighed = _noise(stack.variance, where, sources, self._settings.least_weight)
         spread = stack.rows @ covariance @ stack.rows.T
-        spread.flat[:: len(spread) + 1] += stack.variance
-        used, more, rejects = _gate(stack, spread, streak, self._reject_limit)
+        expected = spread.diagonal().copy()
+        doubted = spread.copy()
+        doubted.flat[:: len(spread) + 1] += weighed
+        gated = spread.copy()  # a gate does not get used to all that it sees
+        gated.flat[:: len(spread) + 1] += np.minimum(weighed, MOST_AT_A_GATE * stack.variance)
+        used, more, rejects = _gate(stack, gated, streak, self._reject_limit)
+        if self._settings.adaptive:
+            learned = source.learn(
+                sources, where, stack.innovation, expected, stack.variance, t_ns, self._settings
+            )
+        else:
+            learned = sources
         if not used.any():
-            return Updated(mean, covariance, np.nan, np.nan, 0, rejects, streak, nothing)
+            return replace(none, rejects=rejects, streak=streak, sources=learned)
         keep = used if rejects else slice(None)  # a view where all pass, as in nearly every tick
-        variance = (stack.variance + more)[keep]
-        sd = np.sqrt((spread.diagonal() + more)[keep])
-        over_sd = np.full(len(used), np.nan)
-        over_sd[keep] = left = stack.innovation[keep] / sd
+        variance = (weighed + more)[keep]
+        sd = np.sqrt((doubted.diagonal() + more)[keep])
+        left = stack.innovation[keep]
         normal = nothing.copy()
+        over_sd = np.full(len(used), np.nan)
+        over_sd[keep] = left / np.sqrt((expected + known + more)[keep])
         for first, kind, leg in stack.blocks.tolist():
             if kind == LOAD:
                 normal[leg, 2] = over_sd[first]
@@ -141,17 +171,56 @@ class Kalman:
         noise.flat[:: len(sd) + 1] = variance / sd**2
         error = self._filter
         error.x, error.P = self._no_error, covariance
-        error.update(left, noise, stack.rows[keep] / sd[:, None])
+        error.update(left / sd, noise, stack.rows[keep] / sd[:, None])
         after = mean + error.x
         limited = after[self._first_limited :]
         limited.clip(-self._limit, self._limit, out=limited)
-        nis = float(left @ error.SI @ left)
-        volume = np.linalg.slogdet(error.S)[1] + 2.0 * np.log(sd).sum() + len(left) * LOG_TURN
-        likelihood = -0.5 * (nis + float(volume))
-        covariance = symmetric(error.P)
+        fitted = spread[keep][:, keep] if rejects else spread
+        fitted.flat[:: len(fitted) + 1] += (known + more)[keep]
+        nis = _fit(left, fitted)
+        volume = np.linalg.slogdet(fitted)[1]
+        likelihood = -0.5 * (nis + float(volume) + len(left) * LOG_TURN)
         return Updated(
-            after, covariance, nis, likelihood, len(left), rejects, streak, readonly(normal)
-        )
+            after, symmetric(error.P), nis, *_by_source(left, fitted, where.source[keep]),
+            likelihood, len(left), rejects, streak, readonly(normal), learned,
+        )  # fmt: skip
+
+
+def _noise(
+    variance: FloatArray, where: NumberPlaces, sources: SourceMemory, least: float
+) -> tuple[FloatArray, FloatArray]:
+    """Variance of each number as learned, and that with which it weighs in, as errors last, (m,)."""
+    scale, colour = np.append(sources.scale, 1.0), np.append(sources.colour, 1.0)
+    known, counted = scale[where.source], colour[where.source]
+    return variance * known, variance * np.maximum(known * counted, least)
+
+
+def _fit(left: FloatArray, spread: FloatArray) -> float:
+    """Normalised innovation squared; over its sd, S is a matrix of correlations whatever the units."""
+    sd = np.sqrt(spread.diagonal())
+    normal = left / sd
+    return float(normal @ np.linalg.solve(spread / np.outer(sd, sd), normal))
+
+
+def _by_source(
+    left: FloatArray, spread: FloatArray, kinds: IntArray
+) -> tuple[FloatArray, IntArray]:
+    """Normalised innovation squared of each source by itself, and its numbers, (S,)."""
+    nis, dof = _no_source()
+    nis, dof = nis.copy(), dof.copy()
+    for kind in np.unique(kinds).tolist():
+        if kind != NO_SOURCE:
+            own = kinds == kind
+            nis[kind] = _fit(left[own], spread[np.ix_(own, own)])
+            dof[kind] = np.count_nonzero(own)
+    return readonly(nis), readonly(dof)
+
+
+@cache
+def _no_source() -> tuple[FloatArray, IntArray]:
+    """NIS and numbers by source where nothing was measured, (S,)."""
+    count = len(SOURCES)
+    return readonly(np.full(count, np.nan)), readonly(np.zeros(count, dtype=np.int64))
 
 
 @cache
@@ -168,7 +237,7 @@ def _gate(
     Args:
         stack: The measurement.
         spread: Covariance of its innovation, (m, m).
-        streak: In and out: rejections in a row by kind and leg, (5, N).
+        streak: In and out: rejections in a row by source and leg, (S, N).
         reject_limit: Rejections in a row after which a block is believed.
     """
     used, more, rejects = np.ones(len(spread), dtype=bool), np.zeros(len(spread)), 0
@@ -177,7 +246,7 @@ def _gate(
     left, own = stack.innovation.tolist(), spread.diagonal().tolist()
     beside = spread.diagonal(1).tolist()
     for (first, kind, leg), end, gate in zip(blocks, ends, stack.gates.tolist(), strict=True):
-        part, counted = slice(first, end), kind != NO_STREAK
+        part, counted = slice(first, end), kind != NO_SOURCE
         if not isfinite(sum(own[part])):
             distance = inf
         elif end - first == 1:

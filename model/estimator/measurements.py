@@ -10,17 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from model.compiled import COUNT, FLAG, compile_for, compiled, given, out
-from model.estimator.kalman import (
-    ABSOLUTE,
-    FORCE,
-    GYRO,
-    LOAD,
-    NO_STREAK,
-    TILT,
-    MeasurementStack,
-)
+from model.estimator.kalman import MeasurementStack
 from model.estimator.neighbourhood import Neighbourhood
 from model.estimator.settings import EstimatorSettings, Record, record_of
+from model.estimator.sources import ABSOLUTE, FORCE, GYRO, LOAD, NO_SOURCE, TILT
 from model.values.arrays import BoolArray, FloatArray, IntArray
 from model.values.estimate import FIXED, GYRO_BIAS, POSE, SCALE, TILT_BIAS, YAW, OdometryInputs
 from model.values.legs import FootMotion
@@ -82,17 +75,17 @@ def tilt_stacks(
     What is between them for good, the inclinometer's mounting and the slope of the ground, is a state each.
     """
     stacks = []
-    for number, (measured, axis) in enumerate(zip(tilt, (1, 0), strict=True)):
+    for place, (measured, axis) in enumerate(zip(tilt, (1, 0), strict=True)):
         if not isfinite(measured):
             continue
-        slope, offset = model.pose[axis], TILT_BIAS.start + number
+        slope, offset = model.pose[axis], TILT_BIAS.start + place
         rows = np.zeros((1, len(mean)))
         by_stiffness = model.pose_by_stiffness[axis] / (1 + slope**2)
         rows[0, len(mean) - len(by_stiffness) :] = by_stiffness
         rows[0, offset] = 1.0
         left = np.array([measured - np.arctan(slope) - mean[offset]])
         noise = np.array([settings.tilt_sd**2])
-        stacks.append(_one_block(left, rows, noise, settings.gate_load, TILT, number))
+        stacks.append(_one_block(left, rows, noise, settings.gate_load, TILT, place))
     return stacks
 
 
@@ -135,10 +128,10 @@ def _one_block(
     rows: FloatArray,
     variance: FloatArray,
     gate: float,
-    kind: int,
+    source: int,
     place: int = 0,
 ) -> MeasurementStack:
-    blocks = np.array([[0, kind, place]])
+    blocks = np.array([[0, source, place]])
     return MeasurementStack(innovation, rows, variance, np.array([gate]), blocks)
 
 
@@ -265,7 +258,7 @@ def feet_stack_kernel(
         rows[at, FIXED + k] = 1.0
     innovation[at], variance[at] = -total, setting["gauge_sd"] ** 2
     gates[block] = np.inf
-    blocks[block, 0], blocks[block, 1], blocks[block, 2] = at, NO_STREAK, 0
+    blocks[block, 0], blocks[block, 1], blocks[block, 2] = at, NO_SOURCE, 0
     return at + 1, block + 1
 
 

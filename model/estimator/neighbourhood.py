@@ -43,6 +43,11 @@ class Neighbourhood(NamedTuple):
         return self.rows[0, 8::3]
 
     @property
+    def force_n(self) -> FloatArray:
+        """Force on each foot, (N, 3) [N]."""
+        return self.rows[0, 6:].reshape(-1, 3)
+
+    @property
     def pose_by_stiffness(self) -> FloatArray:
         """Derivatives of the pose by log K, (3, N)."""
         legs = len(self.slip_B)

@@ -161,6 +161,9 @@ def walk_kernel(
             bias = setting["bias_speed_sd"] + setting["dead_leg_speed_sd"] * dead_legs
             bias += setting["bias_speed_per_slip"] * rms
             white = setting["speed_sd"] + setting["speed_per_slip"] * rms
+            if i == 1:
+                bias *= setting["side_share"]
+                white *= setting["side_share"]
         else:
             bias = setting["bias_turn_sd"] + setting["dead_leg_turn_sd"] * dead_legs
             bias += setting["bias_turn_per_slip"] * rms

@@ -6,15 +6,11 @@ from math import isfinite
 
 import numpy as np
 
-from model.estimator.kalman import GYRO, TILT
 from model.estimator.neighbourhood import Neighbourhood
 from model.estimator.settings import EstimatorSettings
-from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
+from model.values.arrays import BoolArray, FloatArray, readonly
 from model.values.estimate import NEVER, EstimatorState, OdometryInputs
 from model.values.legs import FootMotion
-
-DOUBT_MEMORY_S = 5.0
-DOUBTED = 0.1  # share of rejected readings from which on a sensor is reported as wrong
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,12 +20,14 @@ class Heard:
     Attributes:
         share: Over the weight, (N, 3); NaN where there are none.
         whole: Whether all feet have a load.
+        total: Vertical force of all feet over the weight of the robot file; NaN unless whole.
         fresh: Whether the record is a new one.
         use: Whether it is also time to use one.
     """
 
     share: FloatArray
     whole: bool
+    total: float
     fresh: bool
     use: bool
 
@@ -65,13 +63,17 @@ def hear(
     unit = total if whole and total > 0 else weight_n
     due_s = (inputs.t_ns - state.used_ns) * 1e-9
     due = state.used_ns == NEVER or due_s > settings.force_period_s - 1e-3
-    return Heard(force / unit, whole, fresh=True, use=due and not airborne), airborne
+    return Heard(
+        force / unit, whole, total / weight_n, fresh=True, use=due and not airborne
+    ), airborne
 
 
 @cache
 def _nothing(legs: int) -> Heard:
     """No forces at all, of so many feet."""
-    return Heard(readonly(np.full((legs, 3), np.nan)), whole=False, fresh=False, use=False)
+    return Heard(
+        readonly(np.full((legs, 3), np.nan)), whole=False, total=np.nan, fresh=False, use=False
+    )
 
 
 def idle_since(
@@ -126,36 +128,3 @@ def bridged(now: FootMotion, before: FootMotion) -> tuple[FootMotion, BoolArray]
     position = np.where(known[:, None], now.position_m, before.position_m)
     velocity = np.where(known[:, None], now.velocity_m_s, 0.0)
     return FootMotion(position, velocity), ~known
-
-
-def doubts(
-    before: EstimatorState, inputs: OdometryInputs, streak: IntArray, dt_s: float
-) -> tuple[float, float]:
-    """Share of the last seconds' yaw rates, and of roll and pitch, that were rejected.
-
-    Args:
-        before: State before the tick, with the shares so far.
-        inputs: What was measured in it.
-        streak: Rejections in a row after it, (5, N).
-        dt_s: Since the tick before [s].
-    """
-    now = min(1.0, max(0.0, dt_s) / DOUBT_MEMORY_S)
-    failed = np.count_nonzero(streak > before.rejected, axis=1) > 0
-    gyro, tilt = before.gyro_doubt, before.tilt_doubt
-    if isfinite(inputs.yaw_rate_rad_s):
-        gyro += now * (float(failed[GYRO]) - gyro)
-    if isfinite(inputs.roll_rad) or isfinite(inputs.pitch_rad):
-        tilt += now * (float(failed[TILT]) - tilt)
-    return gyro, tilt
-
-
-def doubt_words(gyro: float, tilt: float) -> list[str]:
-    """What to say of an IMU whose readings are rejected, by the shares of ``doubts``."""
-    words = []
-    if gyro > DOUBTED:
-        words.append(f"the yaw gyro contradicts the feet: {gyro:.0%} rejected (sign, axis, unit?)")
-    if tilt > DOUBTED:
-        words.append(
-            f"roll and pitch contradict the legs: {tilt:.0%} rejected (mounting, unit, stiffness?)"
-        )
-    return words

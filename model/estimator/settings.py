@@ -32,8 +32,12 @@ class EstimatorSettings:
         turn_sd: Of its yaw rate, the same [rad/s].
         speed_per_slip: What the white part of the speed grows by, over the root mean square slip.
         turn_per_slip: What that of the yaw rate grows by, over that slip [rad/m].
+        side_share: Noise and bias of the speed along y over those along x, in which legs swing.
         bend: Bias that doubt about mu and K adds, over the velocity's standard deviation from that doubt:
             the model is no linear function of them.
+        height_sd: Of a foot's height against the robot file, over the height of the body: lengths, zeros.
+        com_sd: Of the centre of mass along x and y, over that height.
+        slope_sd: Of the ground along x and y.
         parameter_sd: Of log mu and log K at the beginning.
         scale_sd: Of the log of the common friction at the beginning.
         parameter_walk: Random walk of log mu and log K while a foot tells of them [1/sqrt(s)].
@@ -51,6 +55,14 @@ class EstimatorSettings:
             way friction points is not known before.
         load_on: A foot counts as loaded above this share of the weight,
         load_off: and no longer below this one.
+        adaptive: Learn the noise of each source from its innovations.
+        learning_s: Memory of that [s].
+        health_s: Memory of what health is judged by [s].
+        least_scale: Smallest variance of a source's noise over that of these settings,
+        most_scale: and its largest.
+        least_weight: Smallest variance with which a source weighs in, over that of these settings: what is
+            known of its errors is their size, not where they come from.
+        delay_sd: Of the time for which forces are stamped [s].
         gate_load: Largest normalised innovation squared of a load, 1 degree of freedom.
         gate_pair: The same of a horizontal force, 2 degrees of freedom.
         gate_pose: The same of an absolute pose, 3 degrees of freedom.
@@ -88,15 +100,19 @@ class EstimatorSettings:
     lag_s: float = 0.005
     bias_time_s: float = 0.1
     bias_speed_sd: float = 0.0001
-    bias_speed_per_slip: float = 0.15
+    bias_speed_per_slip: float = 0.08
     bias_turn_sd: float = 0.00005
-    bias_turn_per_slip: float = 0.12
+    bias_turn_per_slip: float = 0.07
     foot_speed_sd: float = 0.001
-    speed_sd: float = 0.0003
-    turn_sd: float = 0.0005
-    speed_per_slip: float = 0.12
-    turn_per_slip: float = 0.07
+    speed_sd: float = 0.0007
+    turn_sd: float = 0.001
+    speed_per_slip: float = 0.08
+    turn_per_slip: float = 0.05
+    side_share: float = 0.5
     bend: float = 0.7
+    height_sd: float = 0.014
+    com_sd: float = 0.04
+    slope_sd: float = 0.02
     parameter_sd: float = 0.25
     scale_sd: float = 0.25
     parameter_walk: float = 0.01
@@ -112,6 +128,13 @@ class EstimatorSettings:
     clear_slip: float = 3.0
     load_on: float = 0.06
     load_off: float = 0.03
+    adaptive: bool = True
+    learning_s: float = 10.0
+    health_s: float = 4.0
+    least_scale: float = 0.02
+    most_scale: float = 25.0
+    least_weight: float = 1.0
+    delay_sd: float = 0.01
     gate_load: float = 10.8
     gate_pair: float = 13.8
     gate_pose: float = 16.3
@@ -171,6 +194,6 @@ def record_of(settings: EstimatorSettings, weight_n: float) -> Record:
 
 MAY_BE_ZERO = frozenset({
     "lag_s", "bias_speed_per_slip", "bias_turn_per_slip", "speed_per_slip", "turn_per_slip",
-    "parameter_walk", "foot_speed_sd", "rest_speed", "bend",
-    "gyro_bias_walk", "tilt_bias_walk",
+    "parameter_walk", "foot_speed_sd", "rest_speed", "bend", "height_sd", "com_sd", "slope_sd",
+    "delay_sd", "gyro_bias_walk", "tilt_bias_walk",
 })  # fmt: skip

@@ -1,11 +1,11 @@
 """What goes into the estimator, what it remembers, and what comes out. N legs, n = 13 + 2 N states."""
 
 import enum
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from model.values.arrays import BoolArray, FloatArray, IntArray
+from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
 from model.values.legs import FootForces, FootMotion
 
 # Places in the state: pose and yaw, body velocity, its bias, log of the common friction, gyro bias, offset
@@ -20,6 +20,10 @@ GYRO_BIAS = 10
 TILT_BIAS = slice(11, 13)
 FIXED = 13
 NEVER = -1  # a time
+
+
+# Where measurements come from: vertical forces, horizontal forces, absolute poses, yaw gyro, inclinometer.
+SOURCES = ("load", "friction", "pose", "gyro", "tilt")
 
 
 class Health(enum.Enum):
@@ -73,6 +77,58 @@ class OdometryInputs:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Companions:
+    """M robots that walk along, each with its own errors of the robot file.
+
+    Attributes:
+        twist: Velocity without sway, from which the next frame starts, (M, 3); NaN before the first.
+        resting: Feet at rest, (M, N).
+        apart: Pose less that of the file's robot: x, y [m] in the frame of the estimate, yaw [rad], (M, 3).
+    """
+
+    twist: FloatArray
+    resting: BoolArray
+    apart: FloatArray
+
+    @property
+    def pose_covariance(self) -> FloatArray:
+        """Of x, y, yaw, (3, 3): half of what up and down make together."""
+        moment: FloatArray = 0.5 * self.apart.T @ self.apart
+        return moment
+
+    def gathered(self) -> "Companions":
+        """The same robots, all at one place again: what lay between them is in the covariance."""
+        return replace(self, apart=readonly(np.zeros_like(self.apart)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SourceMemory:
+    """Innovations of the last seconds, source by source, S sources as in ``SOURCES``.
+
+    Sums fade with time.
+
+    Attributes:
+        t_ns: When each was last heard, -1 for never, (S,).
+        product: Of normalised innovations with those before them, (S,).
+        normal: The same squared, (S,).
+        last: Newest normalised innovation of each number that can be measured, NaN before the first.
+        bias: Mean innovation of each.
+        misfit: Innovations squared over what the settings expect of them, in the last moments, (S,).
+        scale: Variance of the noise over that of the settings, (S,).
+        colour: How many times as much it counts because errors last, (S,).
+    """
+
+    t_ns: IntArray
+    product: FloatArray
+    normal: FloatArray
+    last: FloatArray
+    bias: FloatArray
+    misfit: FloatArray
+    scale: FloatArray
+    colour: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class EstimatorState:
     """All that the estimator remembers from one tick to the next.
 
@@ -84,11 +140,11 @@ class EstimatorState:
         force_ns: Time of the newest force record seen, -1 for none.
         used_ns: Time of the newest one used.
         share: Measured shares of the weight in it, (N,).
+        expected: The model's forces at the last tick over the weight, (N, 3); NaN without an answer.
         contact: Feet taken to be loaded, (N,).
-        rejected: Rejections in a row by kind of measurement (``model.estimator.kalman``): of each leg's
-            load, of its horizontal force; of the absolute pose and of the gyro (first of the row); of roll
-            and pitch (first two), (5, N).
-        rejects: Rejections ever, of all kinds.
+        rejected: Rejections in a row by source and leg, (S, N); those of a body are in the first column, of
+            roll and pitch in the first two.
+        rejects: Rejections ever, of all sources.
         idle_ns: Since when the feet stand still in the body, -1 if they do not.
         answer_ns: Last time that the model had an answer, -1 for never.
         fine_ns: Since when all has been in order, -1 if it is not.
@@ -97,12 +153,15 @@ class EstimatorState:
         anchored: Whether an absolute position has been used since the robot was last carried or lost:
             from then on one that is too far off is never used.
         far_poses: Absolute poses in a row that were too far off; 0 again with the next one that is used.
-        nis: Mean normalised innovation squared over degrees of freedom, last seconds; NaN at first.
         before: Mean and covariance before this tick's measurements (for smoothing).
         transition: (n, n) from the tick before to ``before`` (for smoothing).
+        companions: Robots that differ from the file by its tolerances.
+        sources: What the innovations of each source have been like.
+        balance: Mean of all forces together over the weight, axes of the estimate's frame, (3,); NaN
+            before the first whole record.
+        strain: Variance of the noise of vx, vy and yaw rate over that of the settings, as innovations ask
+            for, (3,).
         gyro_ns: Time of the last tick with a yaw rate, -1 for never.
-        gyro_doubt: Share of the last seconds' yaw rates that were rejected.
-        tilt_doubt: The same of roll and pitch.
     """
 
     t_ns: int
@@ -112,6 +171,7 @@ class EstimatorState:
     force_ns: int
     used_ns: int
     share: FloatArray
+    expected: FloatArray
     contact: BoolArray
     rejected: IntArray
     rejects: int
@@ -122,12 +182,13 @@ class EstimatorState:
     airborne: bool
     anchored: bool
     far_poses: int
-    nis: float
     before: tuple[FloatArray, FloatArray]
     transition: FloatArray
+    companions: Companions
+    sources: SourceMemory
+    balance: FloatArray
+    strain: FloatArray
     gyro_ns: int = NEVER
-    gyro_doubt: float = 0.0
-    tilt_doubt: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -140,6 +201,8 @@ class Estimate:
         yaw_rad: Yaw, unwrapped [rad].
         velocity_B: vx, vy [m/s], yaw rate [rad/s], body axes, (3,).
         pose_covariance: Of x, y, yaw, (3, 3).
+        companion_pose: Part of it: by how much robots that differ from the file by its tolerances would be
+            elsewhere now, (M, 3).
         twist_covariance: Of the velocity, (3, 3).
         bias_B: What is added to the model's velocity, (3,).
         mu: Friction coefficients, (N,), their common part included.
@@ -157,6 +220,9 @@ class Estimate:
         holding: Whether pose and parameters are held because nothing moves.
         nis: Normalised innovation squared of this tick; NaN without a measurement.
         nis_dof: Its degrees of freedom.
+        source_nis: The same by source, (S,); NaN where it gave nothing.
+        source_dof: Numbers of each that were used, (S,).
+        noise_scale: Variance of each source's noise over that of the settings, as learned, (S,).
         log_likelihood: Of this tick's innovations; NaN without a measurement.
         innovation: Measured less predicted force over the sd that the filter gives it, (N, 3); NaN
             where none was used.
@@ -173,6 +239,7 @@ class Estimate:
     yaw_rad: float
     velocity_B: FloatArray  # noqa: N815
     pose_covariance: FloatArray
+    companion_pose: FloatArray
     twist_covariance: FloatArray
     bias_B: FloatArray  # noqa: N815
     mu: FloatArray
@@ -190,6 +257,9 @@ class Estimate:
     holding: bool
     nis: float
     nis_dof: int
+    source_nis: FloatArray
+    source_dof: IntArray
+    noise_scale: FloatArray
     log_likelihood: float
     innovation: FloatArray
     rejects: int
@@ -198,6 +268,7 @@ class Estimate:
     reason: str
     gyro_bias_rad_s: float = np.nan
     gyro_bias_sd: float = np.nan
+    remark: str = ""
 
     @property
     def pose(self) -> FloatArray:

@@ -6,9 +6,9 @@ one row, and of a covariance only the lower half, row by row, is kept.
 
 import numpy as np
 
-from model.values.arrays import FloatArray
+from model.values.arrays import FloatArray, readonly
 from model.values.estimate import Estimate, Health
-from record.log.cdr import BOOLS, FLOATS, CdrReader, CdrWriter
+from record.log.cdr import BOOLS, FLOATS, INTS, CdrReader, CdrWriter
 
 # planar: x, y, yaw; vx, vy, yaw rate; bias of the same; roll, pitch, height; NIS, log likelihood, age of
 # forces
@@ -20,15 +20,18 @@ ESTIMATE_TEXT = (
     "float64[] force_b\nfloat64[] force_covariance\nfloat64[] load_share\n"
     "float64[] load_share_sd\nfloat64[] innovation\nbool[] contact\nbool[] slipping\n"
     "float64 gyro_bias\nfloat64 gyro_bias_sd\n"
+    "string remark\nfloat64[] source_nis\nint64[] source_dof\nfloat64[] noise_scale\n"
 )
 HEALTHS = (Health.OK, Health.DEGRADED, Health.LOST)  # codes 0, 1, 2
 # a covariance is symmetric to the last bit: six of its nine numbers are kept
 _ROWS, _COLUMNS = np.tril_indices(3)
 _LOWER = 3 * _ROWS + _COLUMNS
+NOT_KEPT = readonly(np.empty((0, 3)))  # of the estimate: what a log does not hold
+NO_NUMBERS, NO_COUNTS = readonly(np.empty(0)), readonly(np.empty(0, dtype=np.int64))
 
 
-def write_estimate(w: CdrWriter, estimate: Estimate | None, *, with_gyro: bool = True) -> None:
-    """Write an estimate: a sequence of one, or of none; before layout 4 it had no gyro bias."""
+def write_estimate(w: CdrWriter, estimate: Estimate | None, *, with_sources: bool = True) -> None:
+    """Write an estimate: a sequence of one, or of none; before layout 4 without gyro bias and sources."""
     w.count(estimate is not None)
     if estimate is None:
         return
@@ -47,12 +50,16 @@ def write_estimate(w: CdrWriter, estimate: Estimate | None, *, with_gyro: bool =
         e.innovation,
     )  # fmt: skip
     w.sequences(BOOLS, e.contact, e.slipping)
-    if with_gyro:
+    if with_sources:
         w.record("dd", e.gyro_bias_rad_s, e.gyro_bias_sd)
+        w.texts(e.remark)
+        w.sequences(FLOATS, e.source_nis)
+        w.sequences(INTS, e.source_dof)
+        w.sequences(FLOATS, e.noise_scale)
 
 
-def read_estimate(r: CdrReader, *, with_gyro: bool = True) -> Estimate | None:
-    """Read an estimate, None if there is none; before layout 4 it had no gyro bias.
+def read_estimate(r: CdrReader, *, with_sources: bool = True) -> Estimate | None:
+    """Read an estimate, None if there is none; before layout 4 it had no gyro bias and no sources.
 
     Raises:
         ValueError: The message is damaged.
@@ -68,13 +75,19 @@ def read_estimate(r: CdrReader, *, with_gyro: bool = True) -> Estimate | None:
     load_share, load_share_sd = r.sequences(FLOATS, 2)
     innovation = r.sequence(FLOATS)
     contact, slipping = r.sequences(BOOLS, 2)
-    bias, bias_sd = r.record("dd") if with_gyro else (np.nan, np.nan)
+    bias, bias_sd, nis, dof, scale = np.nan, np.nan, NO_NUMBERS, NO_COUNTS, NO_NUMBERS
+    remark = ""
+    if with_sources:
+        bias, bias_sd = r.record("dd")
+        (remark,) = r.texts(1)
+        nis, dof, scale = r.sequence(FLOATS), r.sequence(INTS), r.sequence(FLOATS)
     return Estimate(
         t_ns=t_ns,
         position_m=planar[0:2],
         yaw_rad=numbers[2],
         velocity_B=planar[3:6],
         pose_covariance=_square(pose_covariance),
+        companion_pose=NOT_KEPT,
         twist_covariance=_square(twist_covariance),
         bias_B=planar[6:9],
         mu=mu,
@@ -92,6 +105,9 @@ def read_estimate(r: CdrReader, *, with_gyro: bool = True) -> Estimate | None:
         holding=holding,
         nis=numbers[12],
         nis_dof=nis_dof,
+        source_nis=nis,
+        source_dof=dof,
+        noise_scale=scale,
         log_likelihood=numbers[13],
         innovation=innovation.reshape(-1, 3),
         rejects=rejects,
@@ -100,6 +116,7 @@ def read_estimate(r: CdrReader, *, with_gyro: bool = True) -> Estimate | None:
         reason=reason,
         gyro_bias_rad_s=bias,
         gyro_bias_sd=bias_sd,
+        remark=remark,
     )
 
 

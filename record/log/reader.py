@@ -40,7 +40,7 @@ TICK_LAYOUTS: Mapping[str, int] = MappingProxyType({
     "ceb7071d66556ccbd75ba41874e19bdc2263bbc3daa277547a880aedce94cd93": 1,
     "66adf6cccffb1a8ca10215d6da78abaa78eee62b8d88ceb552652a780a6316c6": 2,
     "07ad6e8492b096df82ea7996ad847597fd5f08bea55f2f88a2831760d2ff1ac9": 3,
-    "539941cb3e619b1523efe5156360104c41137bac1fb10385eec98509d9cfd3eb": 4,
+    "5c1fb05dd35ef33839190c8c2a3c8c0bdf37a2ab84716a5b26483e588e4bdec3": 4,
 })  # fmt: skip
 
 

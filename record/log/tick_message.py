@@ -160,7 +160,7 @@ def _write_outputs(w: CdrWriter, tick: Tick, layout: int = LAYOUT) -> None:
     _DEAD_RECKONING.write(w, tick.dead_reckoning)
     _FAULT.write_all(w, tick.faults)
     if layout > 1:
-        write_estimate(w, tick.estimate, with_gyro=layout > 3)
+        write_estimate(w, tick.estimate, with_sources=layout > 3)
 
 
 def says_the_same(tick: Tick, message: bytes, inputs_end: int, layout: int = LAYOUT) -> bool:
@@ -245,7 +245,7 @@ def decode_tick(data: bytes, layout: int = LAYOUT, seen: TickInputs | None = Non
         contact=ContactSolution(_SUPPORT.read(r), _TRACTION.read(r)),
         dead_reckoning=_DEAD_RECKONING.read(r),
         faults=_FAULT.read_all(r),
-        estimate=read_estimate(r, with_gyro=layout > 3) if layout > 1 else None,
+        estimate=read_estimate(r, with_sources=layout > 3) if layout > 1 else None,
     )
 
 

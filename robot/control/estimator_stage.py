@@ -69,7 +69,7 @@ class EstimatorStage:
         weight_n = robot.body.mass * standard_gravity
         if effects is not None:
             weight_n = effects.weight_n
-        self._estimator = Estimator(robot.contact, weight_n, config.settings)
+        self._estimator = Estimator(robot.contact, weight_n, config.settings, robot.legs.names)
 
     def initial(self) -> StageMemory:
         """Return the memory before the first tick."""

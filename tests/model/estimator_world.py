@@ -8,6 +8,7 @@ from model.estimator.filter import Estimator
 from model.estimator.neighbourhood import neighbourhood
 from model.estimator.process import walking
 from model.estimator.settings import EstimatorSettings, record_of
+from model.estimator.tolerance_kernel import OTHERS, tolerance_kernel
 from model.values.arrays import FloatArray
 from model.values.estimate import FIXED, SCALE, VELOCITY, OdometryInputs
 from model.values.legs import FootForces, FootMotion
@@ -78,12 +79,21 @@ def simulate(settings: EstimatorSettings, seed: int, ticks: int, *, forces: bool
     truth = draw.multivariate_normal(start.mean, start.covariance)
     # what the gauge says is so
     truth[friction_of(6)] -= truth[friction_of(6)].mean()
+    # a robot that differs from the file by its tolerances
+    errors = draw.normal(size=(1, 6 + OTHERS))
+    own_twist, own_rest = np.full((1, 3), np.nan), np.zeros((1, 6), dtype=bool)
+    apart, loads = np.zeros((1, 3)), np.zeros((1, 6))
     made, poses, velocities = [], [], []
     for i in range(ticks):
         t_ns = i * PERIOD_NS
         feet = feet_at(t_ns * 1e-9)
         model = neighbourhood(truth, feet, CONTACT, record)
         assert model is not None
+        tolerance_kernel(
+            truth, feet.position_m, feet.velocity_m_s, CONTACT.stiffness, CONTACT.mu,
+            CONTACT.anisotropy, record, model.rows[0], errors, own_twist, own_rest, apart, loads,
+        )  # fmt: skip
+        model.rows[0, :3] += apart[0]
         if i:
             step = walking(truth, CERTAIN, model, record, PERIOD_NS * 1e-9)
             root = np.linalg.svd(step.noise, hermitian=True)
@@ -93,7 +103,7 @@ def simulate(settings: EstimatorSettings, seed: int, ticks: int, *, forces: bool
         velocities.append(truth[VELOCITY].copy())
         share = np.zeros((6, 3))
         noise = settings.load_sd * draw.normal(size=6)
-        share[:, 2] = model.load_n / WEIGHT_N + noise - noise.mean()  # the weight is known
+        share[:, 2] = loads[0] / WEIGHT_N + noise - noise.mean()  # the weight is known
         slip = slip_of_feet(truth[VELOCITY], feet, model.sway_B)
         size = np.sqrt((slip**2).sum(axis=1) + settings.creep_speed**2)[:, None]
         mu = CONTACT.mu * np.exp(truth[SCALE] + truth[friction_of(6)])

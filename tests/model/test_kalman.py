@@ -1,18 +1,22 @@
 """The filter against filterpy's used at once and in the open, and its gates."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from filterpy.kalman import ExtendedKalmanFilter
 
-from model.estimator.kalman import NO_STREAK, Kalman, MeasurementStack, sound
+from model.estimator.kalman import Kalman, MeasurementStack, sound
 from model.estimator.measurements import stacked
 from model.estimator.settings import EstimatorSettings
+from model.estimator.sources import NO_SOURCE, at_start
 from model.values.arrays import FloatArray
 from model.values.estimate import FIXED
 
 SETTINGS = EstimatorSettings()
 SIZE = FIXED + 12
-PATIENCE = (SETTINGS.reject_limit, FIXED, SETTINGS.parameter_limit)
+PATIENCE = (FIXED, SETTINGS)
+SOURCES = at_start(6)
 
 
 def stack_of(blocks: list[MeasurementStack]) -> MeasurementStack:
@@ -36,7 +40,7 @@ def near(one: object, other: object) -> None:
 
 def block(
     innovation: FloatArray, rows: FloatArray, variance: FloatArray, gate: float = np.inf,
-    kind: int = NO_STREAK, leg: int = 0,
+    kind: int = NO_SOURCE, leg: int = 0,
 ) -> MeasurementStack:  # fmt: skip
     return MeasurementStack(
         innovation, rows, variance, np.array([gate]), np.array([[0, kind, leg]])
@@ -45,11 +49,14 @@ def block(
 
 def test_gated_blocks_equal_filterpys_update_of_all_at_once() -> None:
     draw = np.random.default_rng(4)
-    theirs, kalman = ExtendedKalmanFilter(SIZE, 9), Kalman(SIZE, 10, FIXED, 1e6)
+    theirs, kalman = (
+        ExtendedKalmanFilter(SIZE, 9),
+        Kalman(SIZE, FIXED, replace(SETTINGS, parameter_limit=1e6)),
+    )
     transition, noise = problem(draw)
     theirs.x, theirs.F, theirs.Q = np.zeros(SIZE), transition, noise
     mean, covariance = np.zeros(SIZE), np.eye(SIZE)
-    streak = np.zeros((3, 6), dtype=np.int64)
+    streak = np.zeros((5, 6), dtype=np.int64)
     for _ in range(20):
         z, rows = draw.normal(size=9), draw.normal(size=(9, SIZE))
         variance = draw.uniform(0.05, 0.3, 9)
@@ -68,7 +75,7 @@ def test_gated_blocks_equal_filterpys_update_of_all_at_once() -> None:
         theirs.update(
             z, lambda _, rows=rows: rows, lambda x, rows=rows: rows @ x, np.diag(variance)
         )
-        used = kalman.update(mean, covariance, stack_of(blocks), streak)
+        used = kalman.update(mean, covariance, stack_of(blocks), streak, SOURCES, 0)
         mean, covariance = used.mean, used.covariance
         near(mean, theirs.x)
         near(covariance, theirs.P)
@@ -88,22 +95,22 @@ def test_a_block_outside_its_gate_is_left_out_until_it_has_insisted(numbers: int
     rows = np.eye(SIZE)[3 : 3 + numbers]
     far = block(np.full(numbers, 10.0), rows, np.full(numbers, 0.5), 16.0, 1, 3)
     mean, covariance = np.zeros(SIZE), np.eye(SIZE)
-    streak = np.zeros((3, 6), dtype=np.int64)
+    streak = np.zeros((5, 6), dtype=np.int64)
     for times in range(SETTINGS.reject_limit):
-        used = kalman.update(mean, covariance, far, streak)
+        used = kalman.update(mean, covariance, far, streak, SOURCES, 0)
         streak = used.streak
         assert (used.rejects, used.numbers, streak[1, 3]) == (1, 0, times + 1)
         assert np.isnan([used.nis, used.log_likelihood]).all()
         assert not used.mean.any()
         assert np.array_equal(used.covariance, covariance)
-    used = kalman.update(mean, covariance, far, streak)
+    used = kalman.update(mean, covariance, far, streak, SOURCES, 0)
     # the noise has grown until the block lies on its gate: each number has 1.5 times the factor
     factor = numbers * 100.0 / 1.5 / 16.0
     assert (used.rejects, used.numbers, used.streak[1, 3]) == (1, numbers, 11)
     near(used.mean[3 : 3 + numbers], np.full(numbers, 10.0 / (1.5 * factor)))
     assert used.nis == pytest.approx(16.0)
     close = far._replace(innovation=np.full(numbers, 0.1))
-    assert not kalman.update(mean, covariance, close, used.streak).streak.any()
+    assert not kalman.update(mean, covariance, close, used.streak, SOURCES, 0).streak.any()
 
 
 def test_what_was_not_used_changes_nothing() -> None:
@@ -112,8 +119,10 @@ def test_what_was_not_used_changes_nothing() -> None:
         for i, left in enumerate((9.0, 0.5))
     )
     mean, covariance = np.zeros(SIZE), np.eye(SIZE)
-    streak = np.zeros((3, 6), dtype=np.int64)
-    used = Kalman(SIZE, *PATIENCE).update(mean, covariance, stack_of([far, close]), streak)
+    streak = np.zeros((5, 6), dtype=np.int64)
+    used = Kalman(SIZE, *PATIENCE).update(
+        mean, covariance, stack_of([far, close]), streak, SOURCES, 0
+    )
     near(used.mean, np.where(np.arange(SIZE) == 1, 0.5 / 1.5, 0.0))
     near(used.covariance, np.diag(np.where(np.arange(SIZE) == 1, 0.5 / 1.5, 1.0)))
     assert (used.rejects, used.numbers) == (1, 1)
@@ -124,7 +133,7 @@ def test_what_was_not_used_changes_nothing() -> None:
 def test_parameters_go_no_farther_than_their_limit() -> None:
     one = block(np.array([-50.0, 50.0]), np.eye(SIZE)[[3, FIXED]], np.full(2, 0.5))
     used = Kalman(SIZE, *PATIENCE).update(
-        np.zeros(SIZE), np.eye(SIZE), one, np.zeros((3, 6), dtype=np.int64)
+        np.zeros(SIZE), np.eye(SIZE), one, np.zeros((5, 6), dtype=np.int64), SOURCES, 0
     )
     assert used.mean[FIXED] == SETTINGS.parameter_limit
     assert used.mean[3] == pytest.approx(-50.0 / 1.5)
@@ -135,9 +144,9 @@ def test_a_number_beyond_all_measure_harms_no_other(size: float) -> None:
     """Neither an overflow nor an inverse that fails, however long it insists."""
     pair = block(np.array([size, 1.0]), np.eye(SIZE)[3:5], np.full(2, 1e-6), 16.0, 1, 3)
     close = block(np.array([0.1]), np.eye(SIZE)[[7]], np.full(1, 1e-6), 10.0, 0, 1)
-    streak = np.full((3, 6), SETTINGS.reject_limit)
+    streak = np.full((5, 6), SETTINGS.reject_limit)
     used = Kalman(SIZE, *PATIENCE).update(
-        np.zeros(SIZE), np.eye(SIZE), stack_of([pair, close]), streak
+        np.zeros(SIZE), np.eye(SIZE), stack_of([pair, close]), streak, SOURCES, 0
     )
     assert used.mean[7] == pytest.approx(0.1, rel=1e-5)
     assert used.numbers == (3 if size == 1e12 else 1)

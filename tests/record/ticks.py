@@ -99,5 +99,6 @@ def make_estimate(rng: np.random.Generator, t_ns: int, legs: int) -> Estimate:
         contact=rng.random(legs) < 0.5, slipping=rng.random(legs) < 0.5, holding=True, nis=np.nan,
         nis_dof=7, log_likelihood=-3.5, innovation=np.full((legs, 3), np.nan), rejects=3,
         force_age_s=0.01, health=Health.DEGRADED, reason="no forces for 0.6 s",
-        gyro_bias_rad_s=0.01, gyro_bias_sd=0.001,
+        gyro_bias_rad_s=0.01, gyro_bias_sd=0.001, companion_pose=np.empty((0, 3)), source_nis=floats(5),
+        source_dof=np.arange(5), noise_scale=floats(5), remark="the ground rises",
     )  # fmt: skip

@@ -1,0 +1,191 @@
+"""Whether an estimate can be relied on, by what its measurements say of it, and what they say of the robot.
+
+Three answers. Health: whether the numbers may be used, with the reason. Strain: by how much the innovations
+ask for more noise of the velocity than the settings give. Remarks: what of the robot file or the ground
+does not agree with the measurements, though the covariance covers it.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import atan, cos, degrees, hypot, log, sin, sqrt
+
+import numpy as np
+
+from model.estimator.senses import Heard
+from model.estimator.settings import EstimatorSettings
+from model.estimator.sources import FORCE, GYRO, LOAD, TILT
+from model.values.arrays import FloatArray, readonly
+from model.values.estimate import (
+    FIXED,
+    NEVER,
+    YAW,
+    EstimatorState,
+    Health,
+    OdometryInputs,
+    SourceMemory,
+)
+
+RECORD_S = 0.01  # between two records of the forces
+# Mean normalised innovation squared of a source beyond which its noise, or the model, is not as the
+# settings say. Robots within the tolerances stay below (docs/odometry.md).
+USUAL = {LOAD: 1.5, FORCE: 3.0, GYRO: 1.2, TILT: 3.0}
+DEGRADED = {LOAD: 3.0, FORCE: 6.0, GYRO: 2.0, TILT: 6.0}
+MOST_STRAIN = 100.0
+LEAST_SLOPE = 0.03  # of the horizontal force to the vertical, which is that of the ground
+WEIGHT_SHARE = 0.1  # of the weight that may be missing, or too much
+RATIO, RATIO_SD = (
+    2.0,
+    0.15,
+)  # of friction and stiffness to the robot file's, and how well it must be known
+LOAD_SHARE = 0.05  # of the weight, by which a foot may carry more or less in the mean
+
+
+@dataclass(frozen=True, slots=True)
+class HealthVerdict:
+    """Health, the reason in words, and what the next step has to know of it.
+
+    Attributes:
+        health: Health.
+        reason: Why it is not ok; empty if it is.
+        fine_ns: Since when all has been in order, -1 if it is not.
+        lost: Whether the estimate is lost.
+        remark: What does not agree with the measurements, though the covariance covers it.
+    """
+
+    health: Health
+    reason: str
+    fine_ns: int
+    lost: bool
+    remark: str
+
+
+def balance(
+    before: EstimatorState, heard: Heard, mean: FloatArray, settings: EstimatorSettings
+) -> FloatArray:
+    """Mean of all forces together over the weight, axes of the estimate's frame, (3,).
+
+    Args:
+        before: State with the mean so far.
+        heard: Forces of the tick.
+        mean: State of the filter, (n,).
+        settings: Memory.
+    """
+    if not (heard.fresh and heard.whole):
+        return before.balance
+    x, y, _ = heard.share.sum(axis=0).tolist()
+    c, s = cos(mean[YAW]), sin(mean[YAW])
+    now = np.array([c * x - s * y, s * x + c * y, heard.total])
+    if not np.isfinite(before.balance).all():
+        return readonly(now)
+    part = RECORD_S / settings.learning_s
+    return readonly((1.0 - part) * before.balance + part * now)
+
+
+def strain(sources: SourceMemory) -> FloatArray:
+    """Variance of the noise of vx, vy, yaw rate over that of the settings, as innovations ask for, (3,)."""
+    misfit = sources.misfit
+    both = max(1.0, misfit[LOAD] / USUAL[LOAD], misfit[FORCE] / USUAL[FORCE])
+    turn = max(both, misfit[GYRO] / USUAL[GYRO])
+    return readonly(np.minimum([both, both, turn], MOST_STRAIN))
+
+
+def strained(noise: FloatArray, by: FloatArray) -> FloatArray:
+    """Covariance of a velocity's noise, (3, 3), with variances so many times as large, (3,)."""
+    root = np.sqrt(by)
+    covariance: FloatArray = noise * np.outer(root, root)
+    return covariance
+
+
+def contradictions(sources: SourceMemory, names: Sequence[str]) -> Iterator[str]:
+    """Say which sources do not agree with the model, and where most."""
+    legs = len(names)
+    misfit = sources.misfit
+    if misfit[LOAD] > DEGRADED[LOAD]:
+        worst = int(np.argmax(np.abs(sources.bias[:legs])))
+        yield (
+            f"loads are not those of the robot file (NIS {misfit[LOAD]:.1f}), "
+            f"most {names[worst]}: {100 * sources.bias[worst]:+.0f} % of the weight"
+        )
+    if misfit[FORCE] > DEGRADED[FORCE]:
+        pairs = np.abs(sources.bias[legs : 3 * legs]).reshape(legs, 2).sum(axis=1)
+        most = names[int(np.argmax(pairs))]
+        yield f"horizontal forces are not the model's (NIS {misfit[FORCE]:.1f}), most {most}"
+    if misfit[GYRO] > DEGRADED[GYRO]:
+        yield f"the yaw gyro contradicts the feet (NIS {misfit[GYRO]:.1f}): sign, axis, unit, or the feet?"
+    if misfit[TILT] > DEGRADED[TILT]:
+        yield f"roll and pitch contradict the legs (NIS {misfit[TILT]:.1f}): mounting, unit, stiffness?"
+
+
+def judge(
+    before: EstimatorState,
+    inputs: OdometryInputs,
+    force_ns: int,
+    answer_ns: int,
+    settings: EstimatorSettings,
+    trouble: list[str],
+    names: Sequence[str],
+) -> HealthVerdict:
+    """Judge a step.
+
+    Args:
+        before: State before it: since when all is fine, and whether all was lost.
+        inputs: What was known in it; with an absolute pose nothing is lost.
+        force_ns: Time of the newest force record, -1 for none.
+        answer_ns: Last time that the model had an answer, -1 for never.
+        settings: Limits.
+        trouble: What happened in it; the checks here add to it.
+        names: Of the legs.
+    """
+    if force_ns != NEVER:
+        age_s = (inputs.t_ns - force_ns) * 1e-9
+        if age_s > settings.stale_force_s:
+            trouble.append(f"no forces for {age_s:.1f} s")
+    silent_s = (inputs.t_ns - answer_ns) * 1e-9 if answer_ns != NEVER else 0.0
+    lost = (before.lost or silent_s > settings.lost_after_s) and inputs.pose_W is None
+    fine_ns = NEVER
+    if not trouble:
+        fine_ns = before.fine_ns if before.fine_ns != NEVER else inputs.t_ns
+        lost = lost and (inputs.t_ns - fine_ns) * 1e-9 < settings.recover_s
+    words, remark = "; ".join(trouble), remarks(before, names)
+    if lost:
+        words = words or "the feet have only just begun to carry again"
+        return HealthVerdict(Health.LOST, words, fine_ns, lost=True, remark=remark)
+    health = Health.DEGRADED if words else Health.OK
+    return HealthVerdict(health, words, fine_ns, lost=False, remark=remark)
+
+
+def remarks(state: EstimatorState, names: Sequence[str]) -> str:
+    """Say what of the robot file or the ground does not agree with the measurements."""
+    return "; ".join(
+        (*_of_forces(state.balance), *_of_legs(state, names), *_of_loads(state, names))
+    )
+
+
+def _of_forces(forces: FloatArray) -> Iterator[str]:
+    x, y, z = forces.tolist()
+    if not np.isfinite(x + y + z):
+        return
+    # feet push uphill against what gravity pulls down
+    steep = hypot(x, y)
+    if steep > LEAST_SLOPE:
+        uphill = degrees(np.arctan2(y, x))
+        yield f"the ground rises by {degrees(atan(steep)):.1f} degrees towards {uphill:.0f} degrees of yaw"
+    if abs(z - 1.0) > WEIGHT_SHARE:
+        yield f"the feet carry {z:.2f} of the robot file's weight"
+
+
+def _of_legs(state: EstimatorState, names: Sequence[str]) -> Iterator[str]:
+    legs = len(names)
+    if not (np.abs(state.mean[FIXED:]) > log(RATIO)).any():
+        return
+    for first, what in ((FIXED, "the friction"), (FIXED + legs, "the stiffness")):
+        for place, name in enumerate(names, start=first):
+            ratio, sd = np.exp(state.mean[place]), sqrt(state.covariance[place, place])
+            if sd < RATIO_SD and not 1 / RATIO < ratio < RATIO:
+                yield f"{name} has {ratio:.2g} times {what} of the robot file"
+
+
+def _of_loads(state: EstimatorState, names: Sequence[str]) -> Iterator[str]:
+    for k, name in enumerate(names):
+        if abs(state.sources.bias[k]) > LOAD_SHARE:
+            yield f"{name} carries {100 * state.sources.bias[k]:+.0f} % of the weight more than its model"

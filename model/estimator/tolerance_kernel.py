@@ -1,0 +1,116 @@
+"""The model at robots that differ from the file by its tolerances, compiled: what a wrong file would do.
+
+No noise that is drawn anew in every tick stands for a leg that is too long: its error comes back with each
+stride, is large where feet come down and lift off, and adds up. So a few robots walk along beside the one
+of the file, each with one foot, the centre of mass or the slope of the ground off by a standard deviation,
+up or down. How far their answers lie apart is what tolerances do.
+"""
+
+import numpy as np
+
+from model.compiled import FLAG, compile_for, compiled, given, out
+from model.estimator.frame_kernel import tilt_sway
+from model.estimator.settings import EstimatorSettings, Record, record_of
+from model.support.kernel import ROWS, support_kernel
+from model.traction.coulomb_frame import balance_frame
+from model.traction.coulomb_kernel import FootLaw
+from model.traction.kernel import FINE, foot_speeds, lay_anisotropy
+from model.values.arrays import BoolArray, FloatArray
+from model.values.estimate import FIXED, SCALE
+
+COM_X, COM_Y, SLOPE_X, SLOPE_Y = 0, 1, 2, 3  # behind the feet in a row of the design
+OTHERS = 4
+
+
+@compiled
+def tolerance_kernel(
+    mean: FloatArray, feet: FloatArray, feet_velocity: FloatArray, stiffness: FloatArray,
+    mu: FloatArray, anisotropy: FloatArray, settings: Record, answer: FloatArray,
+    design: FloatArray, twist: FloatArray, resting: BoolArray, apart: FloatArray, loads: FloatArray,
+) -> None:  # fmt: skip
+    """Solve a frame at M robots beside the one of the file.
+
+    Args:
+        mean: State of the estimator, (n,).
+        feet: (N, 3) [m], body frame.
+        feet_velocity: (N, 3) [m/s].
+        stiffness: Of the robot file, (N,) [N/m].
+        mu: Of the robot file, (N,).
+        anisotropy: (N, 2).
+        settings: Of ``record_of``.
+        answer: Row 0 of ``Neighbourhood``: the answer at the robot file.
+        design: Errors of each foot's height, of the centre of mass along x and y, and of the slope along x
+            and y of the world, in standard deviations, (M, N + 4).
+        twist: In and out: of each robot, from which its next frame starts, (M, 3); NaN at first.
+        resting: In and out: its feet at rest, (M, N).
+        apart: Out: its velocity less that of the file's robot, (M, 3).
+        loads: Out: its loads, (M, N) [N].
+    """
+    setting = settings[0]
+    load, height = setting["weight_n"], answer[5]
+    count, robots = feet.shape[0], design.shape[0]
+    work, spare, moved = np.empty((ROWS, count)), np.empty((ROWS, count)), np.empty((count, 3))
+    sway_step = setting["sway_step_s"]
+    lay_anisotropy(anisotropy, work)
+    place, speed, ground = feet.copy(), feet_velocity.copy(), np.empty(count)
+    spring, grip = np.empty(count), np.empty(count)
+    for k in range(count):
+        grip[k] = mu[k] * np.exp(mean[SCALE] + mean[FIXED + k])
+        spring[k] = stiffness[k] * np.exp(mean[FIXED + count + k])
+    tilt, carried, own = np.empty(3), np.empty(count), np.empty(3)
+    side, pull, rest = np.zeros((count, 2)), np.zeros((count, 2)), np.zeros(count, dtype=np.bool_)
+    outside, nothing = np.zeros(5), side[:0]
+    law = FootLaw(setting["coulomb"], 0.0, 1.0, 1.0, 1.0)
+    up, aside = setting["height_sd"] * height, setting["com_sd"] * height
+    c, s = np.cos(mean[2]), np.sin(mean[2])
+    for robot in range(robots):
+        steep_x = setting["slope_sd"] * design[robot, count + SLOPE_X]
+        steep_y = setting["slope_sd"] * design[robot, count + SLOPE_Y]
+        down_x, down_y = c * steep_x + s * steep_y, -s * steep_x + c * steep_y
+        # gravity acts below the centre of mass, and on a slope farther downhill
+        x = aside * design[robot, count + COM_X] + height * down_x
+        y = aside * design[robot, count + COM_Y] + height * down_y
+        for k in range(count):
+            ground[k] = up * design[robot, k]
+            place[k, 0], place[k, 1] = feet[k, 0] - x, feet[k, 1] - y
+        apart[robot, 0] = apart[robot, 1] = apart[robot, 2] = 0.0
+        for k in range(count):
+            loads[robot, k] = answer[8 + 3 * k]
+        if support_kernel(place, ground, spring, load, tilt, carried, work) < 0:
+            continue
+        if not foot_speeds(speed, work):
+            continue
+        sway_x, sway_y = 0.0, 0.0
+        if sway_step > 0.0:
+            sway_x, sway_y = tilt_sway(
+                place, speed, ground, spring, load, sway_step, tilt[2], moved, spare
+            )
+        outside[0], outside[1] = load * down_x, load * down_y
+        for i in range(3):
+            own[i] = twist[robot, i]
+        for k in range(count):
+            rest[k] = resting[robot, k]
+        reason, _ = balance_frame(
+            work, carried, grip, law, outside, nothing, True, own, side, pull, rest, False
+        )
+        if reason != FINE:
+            twist[robot, 0] = np.nan
+            continue
+        for i in range(3):
+            twist[robot, i] = own[i]
+        for k in range(count):
+            resting[robot, k] = rest[k]
+            loads[robot, k] = carried[k]
+        # the velocity of the body's origin, which lies beside that of gravity
+        apart[robot, 0] = own[0] + own[2] * y + sway_x - answer[0]
+        apart[robot, 1] = own[1] - own[2] * x + sway_y - answer[1]
+        apart[robot, 2] = own[2] - answer[2]
+
+
+def prepare() -> None:
+    """Load or make the machine code now, so that no tick has to wait for it."""
+    settings = record_of(EstimatorSettings(), 1.0)
+    compile_for(
+        tolerance_kernel, *given(1, 2, 2, 1, 1, 2), settings, *given(1, 2), *out(2),
+        *out(2, kind=FLAG), *out(2, 2),
+    )  # fmt: skip
