@@ -17,6 +17,9 @@ from model.values.estimate import NEVER, SOURCES, SourceMemory
 
 LOAD, FORCE, ABSOLUTE, GYRO, TILT = range(len(SOURCES))
 NO_SOURCE = -1
+# Whose errors are those of a model of them. Others are sensors' own, and what their innovations show beyond
+# is the motion's (``model.estimator.health.strain``).
+MODELLED = readonly(np.array([True, True, False, False, False]))
 AXES = 3  # of a pose; an inclinometer has two
 PRIOR_S = 2.0  # that innovations are white counts as much as so many seconds of them
 LONGEST_S = 0.2  # that one innovation stands for
@@ -143,8 +146,9 @@ def learn(
     scale = before.scale * np.exp(since_s / settings.learning_s * surplus)
     prior = PRIOR_S / settings.learning_s
     like = np.clip(memory.product / (memory.normal + prior), 0.0, 0.95)
+    scale = np.clip(scale, settings.least_scale, settings.most_scale)
     return replace(
         memory,
-        scale=readonly(np.clip(scale, settings.least_scale, settings.most_scale)),
-        colour=readonly((1.0 + like) / (1.0 - like)),
+        scale=readonly(np.where(MODELLED, scale, 1.0)),
+        colour=readonly(np.where(MODELLED, (1.0 + like) / (1.0 - like), 1.0)),
     )

@@ -6,12 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
-from model.estimator.kalman import ABSOLUTE, FORCE, GYRO, LOAD, TILT
 from model.estimator.settings import EstimatorSettings
-from model.values.arrays import BoolArray, FloatArray, IntArray
+from model.estimator.sources import ABSOLUTE, FORCE, GYRO, LOAD, TILT
+from model.values.arrays import FloatArray, IntArray
 from robot.odometry.health import periods
 from robot.odometry.track import Track
 
+NAMES = {
+    LOAD: "load", FORCE: "friction force", GYRO: "gyro", TILT: "tilt", ABSOLUTE: "absolute pose",
+}  # fmt: skip
 BLOCK_S = 1.0  # over which innovations are averaged in a picture
 
 
@@ -82,42 +85,30 @@ class Rejected:
 
 
 def sources_of(track: Track) -> list[SourceFit]:
-    """Return each kind of measurement that was used at least once.
-
-    Each foot's innovations are over their own standard deviation; so the squares of several feet add up to
-    as many as there are numbers on average, whatever their correlation.
-    """
-    normal = track.column(lambda e: e.innovation)
-    fits = [
-        _fit("load", normal[..., 2]),
-        _fit("friction force", normal[..., :2].reshape(len(normal), -1)),
-    ]
-    numbers = track.column(lambda e: e.nis_dof).astype(np.int64)
-    squared = np.nan_to_num(track.column(lambda e: e.nis))
-    together = SourceFit("all together", squared, numbers)
-    return [one for one in (*fits, together) if one.numbers.any()]
-
-
-def _fit(name: str, normal: FloatArray) -> SourceFit:
-    used: BoolArray = np.isfinite(normal)
-    return SourceFit(name, (np.where(used, normal, 0.0) ** 2).sum(axis=1), used.sum(axis=1))
+    """Return each kind of measurement that was used at least once."""
+    squared = np.nan_to_num(track.column(lambda e: e.source_nis))
+    numbers = track.column(lambda e: e.source_dof).astype(np.int64)
+    fits = [SourceFit(NAMES[kind], squared[:, kind], numbers[:, kind]) for kind in NAMES]
+    return [one for one in fits if one.numbers.any()]
 
 
 def rejected_of(track: Track, names: Sequence[str], settings: EstimatorSettings) -> list[Rejected]:
     """Return what was rejected since the first tick, by kind and leg, and why."""
     beyond = "over {:.1f} sd from what was expected"
     kinds = (
-        (LOAD, "load", names, beyond.format(settings.gate_load**0.5)),
-        (FORCE, "friction force", names, beyond.format(settings.gate_pair**0.5)),
-        (GYRO, "gyro", ("",), beyond.format(settings.gate_load**0.5)),
-        (TILT, "tilt", ("roll", "pitch"), beyond.format(settings.gate_load**0.5)),
-        (ABSOLUTE, "absolute pose", ("",), beyond.format(settings.gate_pose**0.5)
+        (LOAD, names, beyond.format(settings.gate_load**0.5)),
+        (FORCE, names, beyond.format(settings.gate_pair**0.5)),
+        (GYRO, ("",), beyond.format(settings.gate_load**0.5)),
+        (TILT, ("roll", "pitch"), beyond.format(settings.gate_load**0.5)),
+        (ABSOLUTE, ("",), beyond.format(settings.gate_pose**0.5)
          + f", or over {settings.pose_limit:g} m and 5 sd (pose_limit)"),
     )  # fmt: skip
     rows = []
-    for kind, name, legs, why in kinds:
+    for kind, legs, why in kinds:
         for leg, of in enumerate(legs):
             among = np.flatnonzero(track.rejections[:, kind, leg])
             if len(among):
-                rows.append(Rejected(name, of, len(among), periods(track.t_s, among.tolist()), why))
+                rows.append(
+                    Rejected(NAMES[kind], of, len(among), periods(track.t_s, among.tolist()), why)
+                )
     return rows

@@ -10,7 +10,7 @@ import numpy as np
 
 from drivers.ati.foot_forces import no_forces
 from model.errors import ModelError
-from model.estimator.kalman import ABSOLUTE
+from model.estimator.sources import ABSOLUTE
 from model.values.arrays import BoolArray, FloatArray, IntArray
 from model.values.estimate import Estimate, EstimatorState
 from model.values.tick import Tick
@@ -76,9 +76,11 @@ class Track:
         """Covariance of the displacement since the first tick, (T, 3, 3): the growth of the pose's.
 
         Once an absolute pose is used, the pose does not hang on the first one any more: then it is the
-        sum of both covariances.
+        sum of both covariances. What robots of other tolerances did before is theirs: only how far they part
+        from then on counts.
         """
-        covariance = self.column(lambda e: e.pose_covariance)
+        apart = self.column(lambda e: e.companion_pose)
+        covariance = self.column(lambda e: e.pose_covariance) - _spread(apart)
         moved = self.pose - self.pose[0]
         # a turn at the first tick moves all later places
         carried = np.tile(np.eye(3), (len(moved), 1, 1))
@@ -87,7 +89,10 @@ class Track:
         free = np.logical_or.accumulate(self.anchored)
         free[0] = False  # of no displacement nothing is unknown
         sign = np.where(free, 1.0, -1.0)[:, None, None]
-        grown: FloatArray = covariance + sign * known + START_SD**2 * np.eye(3)
+        since = apart - np.where(
+            free[:, None, None], 0.0, np.einsum("tij,mj->tmi", carried, apart[0])
+        )
+        grown: FloatArray = covariance + sign * known + _spread(since) + START_SD**2 * np.eye(3)
         return grown
 
     @cached_property
@@ -100,6 +105,12 @@ class Track:
     def rejected(self) -> int:
         """Measurements rejected since the first tick."""
         return self.estimates[-1].rejects - self.estimates[0].rejects
+
+
+def _spread(apart: FloatArray) -> FloatArray:
+    """Covariance of poses that companions, one up and one down for each error, have apart, (T, 3, 3)."""
+    covariance: FloatArray = 0.5 * np.einsum("tmi,tmj->tij", apart, apart)
+    return covariance
 
 
 class Tracker:
