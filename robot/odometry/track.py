@@ -75,9 +75,8 @@ class Track:
     def displacement_covariance(self) -> FloatArray:
         """Covariance of the displacement since the first tick, (T, 3, 3): the growth of the pose's.
 
-        Once an absolute pose is used, the pose does not hang on the first one any more: then it is the
-        sum of both covariances. What robots of other tolerances did before is theirs: only how far they part
-        from then on counts.
+        Once an absolute pose is used, the pose does not hang on the first one any more: then it is the sum
+        of both covariances. Of robots of other tolerances only how far they part from then on counts.
         """
         apart = self.column(lambda e: e.companion_pose)
         covariance = self.column(lambda e: e.pose_covariance) - _spread(apart)

@@ -14,7 +14,7 @@ import pytest
 from matplotlib.patches import Ellipse
 from scipy.stats import chi2
 
-from model.estimator.kalman import GYRO, TILT
+from model.estimator.sources import GYRO, TILT
 from model.values.arrays import BoolArray, FloatArray
 from model.values.estimate import Health
 from model.values.readings import PoseRecord
