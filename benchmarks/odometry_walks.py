@@ -31,6 +31,7 @@ from robot.virtual.file_twin import file_twin
 from robot.virtual.open import VirtualSettings, open_twin
 from robot.virtual.rehearsal import rehearse
 from robot.virtual.walk import walk_in_memory
+from sim_hw.assumed import ImuAssumed
 from sim_hw.twin.twin import Twin
 
 SPREAD = 0.25
@@ -75,14 +76,20 @@ class _WithTruth(DirectRobot):
 
 
 def walk_without_bytes(
-    config: RobotConfig, gait: str, cycles: float, seed: int, path: Path, twin: Twin | None = None
+    config: RobotConfig,
+    gait: str,
+    cycles: float,
+    seed: int,
+    path: Path,
+    twin: Twin | None = None,
+    imu: ImuAssumed | None = None,
 ) -> None:
     """Log what ``robot.virtual.walk`` records, without its bytes and without the estimator's answers.
 
-    The robot that is there is that of the robot file, or a ``twin``.
+    The robot that is there is that of the robot file, or a ``twin``; it has an ``imu`` if one is given.
     """
     twin = twin if twin is not None else file_twin(config, seed)
-    rig, robot = open_twin(config, twin, VirtualSettings(seed=seed), cameras=False)
+    rig, robot = open_twin(config, twin, VirtualSettings(seed=seed, imu=imu), cameras=False)
     start_ns = rig.clock.now_ns()
     quiet = replace(config, estimator=replace(config.estimator, enabled=False))
     controller = Controller(quiet, rig.calibrations, armed=True)

@@ -18,6 +18,7 @@ from benchmarks.odometry_walks import GAITS, walk_without_bytes
 from model.kinematics.legs import leg_kinematics
 from robot.config.robot_file import RobotConfig, load_robot
 from robot.virtual.file_twin import nominal_twin
+from sim_hw.assumed import ImuAssumed
 from sim_hw.twin.catalog import EFFECTS
 from sim_hw.twin.effects import TwinEffect, apply_effects
 from sim_hw.twin.twin import Twin
@@ -94,6 +95,12 @@ def twin_of(world: World, config: RobotConfig) -> Twin:
     return apply_effects(nominal_twin(config, world.seed), world.effects, EFFECTS)
 
 
+def imu_of(seed: int) -> ImuAssumed:
+    """Return the yaw gyro of a world: its bias and noise are those of small MEMS units."""
+    bias = float(np.random.default_rng([seed, 21]).normal(0.0, 0.005))
+    return ImuAssumed(yaw_rate_bias_rad_s=bias, yaw_rate_noise_rad_s=0.004, tilt=False)
+
+
 def world_log(folder: Path, seed: int) -> Path:
     """Return the log of a world's walk, made if it is not there yet."""
     kept = folder / f"world_{seed}.mcap"
@@ -102,7 +109,7 @@ def world_log(folder: Path, seed: int) -> Path:
         config = load_robot()
         world = world_of(seed, config)
         part = kept.with_suffix(".part")
-        walk_without_bytes(config, world.gait, CYCLES, seed, part, twin=twin_of(world, config))
+        walk_without_bytes(config, world.gait, CYCLES, seed, part, twin=twin_of(world, config), imu=imu_of(seed))
         part.replace(kept)
     return kept
 
