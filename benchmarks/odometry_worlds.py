@@ -109,7 +109,9 @@ def world_log(folder: Path, seed: int) -> Path:
         config = load_robot()
         world = world_of(seed, config)
         part = kept.with_suffix(".part")
-        walk_without_bytes(config, world.gait, CYCLES, seed, part, twin=twin_of(world, config), imu=imu_of(seed))
+        walk_without_bytes(
+            config, world.gait, CYCLES, seed, part, twin=twin_of(world, config), imu=imu_of(seed)
+        )
         part.replace(kept)
     return kept
 
