@@ -11,6 +11,7 @@ import numpy as np
 
 from model.errors import ModelError
 from model.estimator import (
+    force_blend,
     frame_kernel,
     health,
     output,
@@ -40,6 +41,7 @@ from model.values.estimate import (
     AddedByEffects,
     Estimate,
     EstimatorState,
+    ForceMemory,
     OdometryInputs,
 )
 from model.values.legs import FootMotion
@@ -82,7 +84,15 @@ class Estimator:
         self._record = record_of(self.settings, weight_n)
         tilt_walk = self.settings.tilt_bias_walk
         self._sensor_walk = np.square([self.settings.gyro_bias_walk, tilt_walk, tilt_walk])
-        for module in (frame_kernel, tolerance_kernel, process, measure, output):
+        for module in (
+            frame_kernel,
+            force_blend,
+            sources,
+            tolerance_kernel,
+            process,
+            measure,
+            output,
+        ):
             module.prepare()
 
     def initial(self, pose: FloatArray | None = None) -> EstimatorState:
@@ -109,7 +119,7 @@ class Estimator:
             rejects=0, idle_ns=NEVER, answer_ns=NEVER, fine_ns=NEVER, lost=False, airborne=False,
             anchored=False, far_poses=0, before=(mean, covariance),
             transition=np.eye(self.size), companions=tolerances.at_start(legs),
-            sources=sources.at_start(legs),
+            sources=sources.at_start(legs), forces=force_blend.at_start(),
             balance=readonly(np.full(3, np.nan)), strain=readonly(np.ones(3)),
         )  # fmt: skip
 
@@ -197,6 +207,7 @@ class Estimator:
             )
         elif refused := int(used.streak[ABSOLUTE, 0]):
             trouble.append(f"absolute poses contradict the estimate: {refused} in a row rejected")
+        predicted, compared = self._forces(state, feet, serving, heard)
         force_ns = inputs.forces.t_ns if heard.fresh and inputs.forces else state.force_ns
         answered = serving is not None or state.answer_ns == NEVER
         answer_ns = inputs.t_ns if answered else state.answer_ns
@@ -225,12 +236,32 @@ class Estimator:
             transition=step.transition,
             companions=companions,
             sources=used.sources,
+            forces=compared,
             balance=health.balance(state, heard, step.mean, settings),
             strain=health.strain(used.sources),
             gyro_ns=inputs.t_ns if isfinite(inputs.yaw_rate_rad_s) else state.gyro_ns,
         )
         estimate = output.estimate(after, self.contact, self._record, model, used, verdict, held)
+        if predicted is not None:
+            estimate = replace(estimate, force_B=predicted)
         return after, estimate
+
+    def _forces(
+        self,
+        state: EstimatorState,
+        feet: FootMotion,
+        answer: Neighbourhood | None,
+        heard: senses.Heard,
+    ) -> tuple[FloatArray | None, ForceMemory]:
+        """Predict forces, (N, 3) [N], None without an answer, and compare with a new record."""
+        if answer is None:
+            return None, state.forces
+        filtered = answer.force_n / self.weight_n
+        plain = force_blend.open_loop(feet, self.contact, self.weight_n)
+        predicted = readonly(self.weight_n * force_blend.blended(state.forces, filtered, plain))
+        if not heard.fresh:
+            return predicted, state.forces
+        return predicted, force_blend.learn(state.forces, heard.share, filtered, plain)
 
     def _add_doubt(
         self,

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from model.estimator import sources as source
-from model.estimator.settings import EstimatorSettings
+from model.estimator.settings import EstimatorSettings, record_of
 from model.estimator.sources import FORCE, LOAD, NO_SOURCE, NumberPlaces
 from model.values.arrays import BoolArray, FloatArray, IntArray, readonly
 from model.values.estimate import SOURCES, SourceMemory
@@ -88,6 +88,7 @@ class Kalman:
         from filterpy.kalman import KalmanFilter  # a second, which not every command needs
 
         self._settings, self._first_limited = settings, first_limited
+        self._record = record_of(settings, 1.0)
         self._reject_limit, self._limit = settings.reject_limit, settings.parameter_limit
         self._filter = KalmanFilter(size, 1)
         self._no_error = readonly(np.zeros(size))
@@ -148,7 +149,7 @@ class Kalman:
         used, more, rejects = _gate(stack, gated, streak, self._reject_limit)
         if self._settings.adaptive:
             learned = source.learn(
-                sources, where, stack.innovation, expected, stack.variance, t_ns, self._settings
+                sources, where, stack.innovation, expected, stack.variance, t_ns, self._record
             )
         else:
             learned = sources
@@ -197,6 +198,8 @@ def _noise(
 
 def _fit(left: FloatArray, spread: FloatArray) -> float:
     """Normalised innovation squared; over its sd, S is a matrix of correlations whatever the units."""
+    if len(left) == 1:
+        return float(left[0] ** 2 / spread[0, 0])
     sd = np.sqrt(spread.diagonal())
     normal = left / sd
     return float(normal @ np.linalg.solve(spread / np.outer(sd, sd), normal))
@@ -208,7 +211,7 @@ def _by_source(
     """Normalised innovation squared of each source by itself, and its numbers, (S,)."""
     nis, dof = _no_source()
     nis, dof = nis.copy(), dof.copy()
-    for kind in np.unique(kinds).tolist():
+    for kind in sorted(set(kinds.tolist())):
         if kind != NO_SOURCE:
             own = kinds == kind
             nis[kind] = _fit(left[own], spread[np.ix_(own, own)])

@@ -6,20 +6,20 @@ How much one is like the next gives the weight: n numbers whose errors last tell
 n (1 - r) / (1 + r) that do not, so that their noise counts (1 + r) / (1 - r) times as much.
 """
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from model.estimator.settings import EstimatorSettings
+from model.compiled import COUNT, compile_for, compiled, given, out
+from model.estimator.settings import EstimatorSettings, Record, record_of
 from model.values.arrays import FloatArray, IntArray, readonly
 from model.values.estimate import NEVER, SOURCES, SourceMemory
 
 LOAD, FORCE, ABSOLUTE, GYRO, TILT = range(len(SOURCES))
 NO_SOURCE = -1
-# Whose errors are those of a model of them. Others are sensors' own, and what their innovations show beyond
-# is the motion's (``model.estimator.health.strain``).
-MODELLED = readonly(np.array([True, True, False, False, False]))
+# Sources below this one are judged by a model of them, whose errors are learned. Others are sensors by
+# themselves, and what their innovations show beyond is the motion's (``model.estimator.health.strain``).
+MODELLED = ABSOLUTE
 AXES = 3  # of a pose; an inclinometer has two
 PRIOR_S = 2.0  # that innovations are white counts as much as so many seconds of them
 LONGEST_S = 0.2  # that one innovation stands for
@@ -83,7 +83,7 @@ def learn(
     expected: FloatArray,
     noise: FloatArray,
     t_ns: int,
-    settings: EstimatorSettings,
+    settings: Record,
 ) -> SourceMemory:
     """Take the innovations of a tick into account.
 
@@ -94,61 +94,73 @@ def learn(
         expected: Its variance by the state's covariance alone, (m,).
         noise: Variance of the measurement by the settings, (m,).
         t_ns: Time of the tick.
-        settings: Bounds and memory.
+        settings: Of ``record_of``: bounds and memory.
     """
-    heard = (where.source >= 0) & np.isfinite(innovation)
-    if not heard.any():
-        return before
-    source, place = where.source[heard], where.place[heard]
-    left, own, given = innovation[heard], expected[heard], noise[heard]
-    count = len(SOURCES)
-    size = np.bincount(source, minlength=count)
-    here = size > 0
-    total = own + before.scale[source] * given
-    normal = np.clip(left / np.sqrt(total), -USUAL, USUAL)
+    after = SourceMemory(*(getattr(before, name).copy() for name in before.__slots__))
+    learn_kernel(
+        *where, innovation, expected, noise, t_ns, settings, after.t_ns, after.product,
+        after.normal, after.last, after.bias, after.misfit, after.scale, after.colour,
+    )  # fmt: skip
+    for name in after.__slots__:
+        readonly(getattr(after, name))
+    return after
 
-    def mean(values: FloatArray) -> FloatArray:
-        summed = np.bincount(source, weights=values, minlength=count).astype(np.float64)
-        each: FloatArray = summed / np.maximum(size, 1)
-        return each
 
-    since_s = np.where(before.t_ns == NEVER, LONGEST_S, (t_ns - before.t_ns) * 1e-9)
-    since_s = np.where(here, np.clip(since_s, 0.0, LONGEST_S), 0.0)
-    keep = np.exp(-since_s / settings.learning_s)
-    last = before.last[place]
-    again = np.isfinite(last)
+@compiled
+def learn_kernel(
+    source: IntArray, place: IntArray, innovation: FloatArray, expected: FloatArray,
+    noise: FloatArray, t_ns: int, settings: Record, heard_ns: IntArray, product: FloatArray,
+    normal: FloatArray, last: FloatArray, bias: FloatArray, misfit: FloatArray,
+    scale: FloatArray, colour: FloatArray,
+) -> None:  # fmt: skip
+    """Take the innovations of a tick into account: arguments of ``learn``, and a memory in and out."""
+    setting = settings[0]
+    prior = PRIOR_S / setting["learning_s"]
+    for kind in range(heard_ns.size):
+        size, square, ratio, pairs, again = 0, 0.0, 0.0, 0.0, 0.0
+        since_s = LONGEST_S
+        if heard_ns[kind] != NEVER:
+            since_s = min(max((t_ns - heard_ns[kind]) * 1e-9, 0.0), LONGEST_S)
+        keep = np.exp(-since_s / setting["learning_s"])
+        for i in range(source.size):
+            left = innovation[i]
+            if source[i] != kind or not np.isfinite(left):
+                continue
+            sd = np.sqrt(expected[i] + scale[kind] * noise[i])
+            # no farther than an innovation can be believed to lie
+            now = min(max(left / sd, -USUAL), USUAL)
+            # against the settings' own noise, which does not get used to what it sees
+            plain = min(abs(left) / np.sqrt(expected[i] + noise[i]), FARTHEST)
+            size += 1
+            square += now * now
+            ratio += plain * plain
+            k = place[i]
+            if np.isfinite(last[k]):
+                pairs += now * last[k]
+                again += now * now
+            last[k] = now
+            bias[k] = keep * bias[k] + (1.0 - keep) * now * sd
+        if size == 0:
+            continue
+        heard_ns[kind] = t_ns
+        calm = np.exp(-since_s / setting["health_s"])
+        misfit[kind] = calm * misfit[kind] + (1.0 - calm) * ratio / size
+        if kind >= MODELLED:
+            continue
+        product[kind] = keep * product[kind] + (1.0 - keep) * pairs / size
+        normal[kind] = keep * normal[kind] + (1.0 - keep) * again / size
+        # the noise grows while innovations are larger than expected, and shrinks while they are smaller
+        surplus = square / size - EXPECTED
+        grown = scale[kind] * np.exp(since_s / setting["learning_s"] * surplus)
+        scale[kind] = min(max(grown, setting["least_scale"]), setting["most_scale"])
+        like = min(max(product[kind] / (normal[kind] + prior), 0.0), 0.95)
+        colour[kind] = (1.0 + like) / (1.0 - like)
 
-    # against the settings' own noise, which does not get used to what it sees
-    ratio = np.clip(left / np.sqrt(own + given), -FARTHEST, FARTHEST) ** 2
-    calm = np.exp(-since_s / settings.health_s)
-    misfit = calm * before.misfit + (1.0 - calm) * mean(ratio)
 
-    def faded(old: FloatArray, new: FloatArray) -> FloatArray:
-        return readonly(keep * old + (1.0 - keep) * np.where(here, new, 0.0))
-
-    after_last = before.last.copy()
-    after_last[place] = normal
-    after_bias = before.bias.copy()
-    fade = keep[source]
-    # no farther than an innovation can be believed to lie
-    after_bias[place] = fade * after_bias[place] + (1.0 - fade) * normal * np.sqrt(total)
-    memory = replace(
-        before,
-        t_ns=readonly(np.where(here, t_ns, before.t_ns)),
-        product=faded(before.product, mean(np.where(again, normal * np.nan_to_num(last), 0.0))),
-        normal=faded(before.normal, mean(np.where(again, normal**2, 0.0))),
-        last=readonly(after_last),
-        bias=readonly(after_bias),
-        misfit=readonly(misfit),
-    )
-    # the noise grows while innovations are larger than expected, and shrinks while they are smaller
-    surplus = np.where(here, mean(normal**2) - EXPECTED, 0.0)
-    scale = before.scale * np.exp(since_s / settings.learning_s * surplus)
-    prior = PRIOR_S / settings.learning_s
-    like = np.clip(memory.product / (memory.normal + prior), 0.0, 0.95)
-    scale = np.clip(scale, settings.least_scale, settings.most_scale)
-    return replace(
-        memory,
-        scale=readonly(np.where(MODELLED, scale, 1.0)),
-        colour=readonly(np.where(MODELLED, (1.0 + like) / (1.0 - like), 1.0)),
-    )
+def prepare() -> None:
+    """Load or make the machine code now, so that no tick has to wait for it."""
+    settings = record_of(EstimatorSettings(), 1.0)
+    compile_for(
+        learn_kernel, *out(1, 1, kind=COUNT), *given(1, 1, 1), COUNT, settings,
+        *out(1, kind=COUNT), *out(1, 1, 1, 1, 1, 1, 1),
+    )  # fmt: skip

@@ -102,6 +102,19 @@ class Companions:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class ForceMemory:
+    """How predicted horizontal forces of filter and open loop compared lately, axes x and y.
+
+    Attributes:
+        apart: Mean square of the filter's less the open loop's, over the weight, (2,).
+        agree: Mean of that difference times what the sensors measured beyond the open loop, (2,).
+    """
+
+    apart: FloatArray
+    agree: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class SourceMemory:
     """Innovations of the last seconds, source by source, S sources as in ``SOURCES``.
 
@@ -157,6 +170,7 @@ class EstimatorState:
         transition: (n, n) from the tick before to ``before`` (for smoothing).
         companions: Robots that differ from the file by its tolerances.
         sources: What the innovations of each source have been like.
+        forces: How predicted forces compared with measured ones.
         balance: Mean of all forces together over the weight, axes of the estimate's frame, (3,); NaN
             before the first whole record.
         strain: Variance of the noise of vx, vy and yaw rate over that of the settings, as innovations ask
@@ -186,6 +200,7 @@ class EstimatorState:
     transition: FloatArray
     companions: Companions
     sources: SourceMemory
+    forces: ForceMemory
     balance: FloatArray
     strain: FloatArray
     gyro_ns: int = NEVER
