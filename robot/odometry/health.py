@@ -76,6 +76,41 @@ def poor_health(track: Track) -> list[PoorHealth]:
     ]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Noticed:
+    """What measurements said of the robot file or the ground, though the estimate covers it.
+
+    Attributes:
+        words: As it was said last.
+        share: Of all ticks.
+        periods: Begin and end of each time without a break, (P, 2) [s].
+    """
+
+    words: str
+    share: float
+    periods: FloatArray
+
+    @property
+    def times(self) -> str:
+        """From when to when, in words."""
+        return period_words(self.periods)
+
+
+def noticed(track: Track) -> list[Noticed]:
+    """Return what was noticed, the longest first; remarks that differ in their numbers only are one."""
+    words: dict[str, str] = {}
+    rows: defaultdict[str, list[int]] = defaultdict(list)
+    for row, one in enumerate(track.estimates):
+        for remark in filter(None, one.remark.split(BETWEEN)):
+            kind = NUMBER.sub("#", remark)
+            words[kind] = remark
+            rows[kind].append(row)
+    return [
+        Noticed(words[kind], len(among) / len(track.estimates), periods(track.t_s, among))
+        for kind, among in sorted(rows.items(), key=lambda one: -len(one[1]))
+    ]
+
+
 def share_of(track: Track, health: Health) -> float:
     """Share of the ticks of a health."""
     return float(np.mean([one.health is health for one in track.estimates]))

@@ -168,6 +168,7 @@ def _line(estimate: Estimate, seconds: float) -> str:
     sd_x, sd_y, sd_yaw = np.sqrt(np.diagonal(estimate.pose_covariance))
     vx, vy, turn = estimate.velocity_B
     why = f": {estimate.reason}" if estimate.reason else ""
+    why += f"; noticed: {estimate.remark}" if estimate.remark else ""
     return (
         f"{seconds:7.2f} s  x {x:8.1f} +-{sd_x * 1e3:.1f}  y {y:7.1f} +-{sd_y * 1e3:.1f} mm  "
         f"yaw {np.degrees(estimate.yaw_rad):7.2f} +-{np.degrees(sd_yaw):.2f} deg  vx {vx * 1e3:6.1f} mm/s  "
@@ -188,5 +189,6 @@ def _json_line(estimate: Estimate) -> str:
         "stiffness_n_m": estimate.stiffness,
         "health": estimate.health.value,
         "reason": estimate.reason,
+        "noticed": estimate.remark,
     }
     return json_text(line, indent=None)

@@ -18,7 +18,7 @@ from robot.odometry import figure_evidence as evidence
 from robot.odometry import page_words as words
 from robot.odometry.compare import OdometryComparison
 from robot.odometry.figure import LAST_S
-from robot.odometry.health import period_words, poor_health, share_of
+from robot.odometry.health import noticed, period_words, poor_health, share_of
 from robot.odometry.sources import BLOCK_S, rejected_of, sources_of
 from robot.odometry.table import (
     NAIVE,
@@ -74,6 +74,7 @@ def odometry_page(comparison: OdometryComparison, log: Path, date: str) -> str:
             _path(comparison),
             *_errors(comparison),
             _health(comparison),
+            _noticed(comparison),
             _innovations(comparison),
             _rejected(comparison),
             _forces(comparison),
@@ -187,6 +188,15 @@ def _health(comparison: OdometryComparison) -> PagePart:
         rows,
         (3,),
         f"{more} more reasons, each rarer." * bool(more),
+    )
+
+
+def _noticed(comparison: OdometryComparison) -> PagePart:
+    rows = [(one.words, f"{100 * one.share:.1f} %", one.times) for one in noticed(comparison.track)]
+    text = words.NOTICED if rows else words.NOTHING_NOTICED
+    head = ("what the measurements say", "of the time", "from, to") if rows else ()
+    return PagePart(
+        "Robot file and ground", text, head=head, rows=rows, numbers=(1,) if rows else ()
     )
 
 

@@ -12,6 +12,9 @@ HEALTH = """What the estimator reports of itself: ok, degraded (it works, but do
 place is a guess)."""
 REASONS = "Each numbered row is a reason, listed below."
 NO_REASON = "It had no reason for doubt."
+NOTICED = """What the forces say of the robot file and the ground that is not as assumed. The estimate
+allows for it; a better robot file would make it better."""
+NOTHING_NOTICED = "The measurements say nothing against the robot file, nor of a slope."
 NIS = """NIS compares what the sensors measured with what the filter expected, in units of the variance that
 it expects; 1 is ideal. Above the band, sensors and filter disagree; below it, the filter allows for larger
 errors than there are."""

@@ -12,7 +12,7 @@ from model.values.estimate import Health
 from robot.console.screen_fit import wrapped
 from robot.console.table import Column, number_text, row_lines, table_lines
 from robot.odometry.compare import OdometryComparison
-from robot.odometry.health import poor_health, share_of
+from robot.odometry.health import noticed, poor_health, share_of
 from robot.odometry.metrics import LENGTHS_M, TrackErrors, in_band, path_length
 from robot.odometry.sources import rejected_of, sources_of
 
@@ -174,6 +174,8 @@ def health_rows(comparison: OdometryComparison) -> list[tuple[str, str]]:
     for one in poor_health(run)[:MOST_REASONS]:
         ticks = f"{one.ticks} {'tick' if one.ticks == 1 else 'ticks'}"
         rows.append((f"  {one.health.value}", f"{one.words}, {ticks}, {one.times}"))
+    remarks = noticed(run)[:MOST_REASONS]
+    rows.extend(("  noticed", f"{one.words}, {one.times}") for one in remarks)
     return rows
 
 
@@ -241,6 +243,10 @@ def as_json(comparison: OdometryComparison) -> dict[str, object]:
         "way_sd": sd,
         "health": last.health.value,
         "reason": last.reason,
+        "noticed": [
+            {"words": one.words, "share": one.share, "times_s": one.periods.tolist()}
+            for one in noticed(run)
+        ],
         "step_us": {"median": np.median(run.step_us), "p99": np.percentile(run.step_us, 99)},
         "legs": comparison.names,
         "mu": last.mu,

@@ -36,6 +36,7 @@ from robot.odometry.track import TrackedLog, track, track_log
 CONFIG = load_robot()
 TITLES = (
     "Path", "Errors", "Velocity errors and their bands", "Health over time",
+    "Robot file and ground",
     "Did the sensors agree with the filter?", "What was rejected, and why", "Foot forces",
     "Friction and stiffness of each leg", "What the words mean",
 )  # fmt: skip
