@@ -70,10 +70,17 @@ class World:
     parameters: FloatArray
 
 
-def simulate(settings: EstimatorSettings, seed: int, ticks: int, *, forces: bool = True) -> World:
-    """Draw a world from the filter's own process and measurement noise."""
+def simulate(
+    settings: EstimatorSettings,
+    seed: int,
+    ticks: int,
+    *,
+    forces: bool = True,
+    contact: ContactParameters = CONTACT,
+) -> World:
+    """Draw a world from the filter's own process and measurement noise, about this contact."""
     draw = np.random.default_rng(seed)
-    estimator = Estimator(CONTACT, WEIGHT_N, settings)
+    estimator = Estimator(contact, WEIGHT_N, settings)
     start = estimator.initial()
     record = record_of(settings, WEIGHT_N)
     truth = draw.multivariate_normal(start.mean, start.covariance)
@@ -87,11 +94,11 @@ def simulate(settings: EstimatorSettings, seed: int, ticks: int, *, forces: bool
     for i in range(ticks):
         t_ns = i * PERIOD_NS
         feet = feet_at(t_ns * 1e-9)
-        model = neighbourhood(truth, feet, CONTACT, record)
+        model = neighbourhood(truth, feet, contact, record)
         assert model is not None
         tolerance_kernel(
-            truth, feet.position_m, feet.velocity_m_s, CONTACT.stiffness, CONTACT.mu,
-            CONTACT.anisotropy, record, model.rows[0], errors, own_twist, own_rest, apart, loads,
+            truth, feet.position_m, feet.velocity_m_s, contact.stiffness, contact.mu,
+            contact.anisotropy, record, model.rows[0], errors, own_twist, own_rest, apart, loads,
         )  # fmt: skip
         model.rows[0, :3] += apart[0]
         if i:
@@ -106,7 +113,7 @@ def simulate(settings: EstimatorSettings, seed: int, ticks: int, *, forces: bool
         share[:, 2] = loads[0] / WEIGHT_N + noise - noise.mean()  # the weight is known
         slip = slip_of_feet(truth[VELOCITY], feet, model.sway_B)
         size = np.sqrt((slip**2).sum(axis=1) + settings.creep_speed**2)[:, None]
-        mu = CONTACT.mu * np.exp(truth[SCALE] + truth[friction_of(6)])
+        mu = contact.mu * np.exp(truth[SCALE] + truth[friction_of(6)])
         share[:, :2] = -(mu * share[:, 2])[:, None] * slip / size
         level = (share[:, :2] ** 2).sum(axis=1, keepdims=True)
         sd = np.sqrt(settings.force_sd**2 + settings.force_share_sd**2 * level)

@@ -9,7 +9,7 @@ from filterpy.kalman import ExtendedKalmanFilter
 from model.estimator.kalman import Kalman, MeasurementStack, sound
 from model.estimator.measurements import stacked
 from model.estimator.settings import EstimatorSettings
-from model.estimator.sources import NO_SOURCE, at_start
+from model.estimator.sources import FORCE, LOAD, NO_SOURCE, at_start
 from model.values.arrays import FloatArray
 from model.values.estimate import FIXED
 
@@ -152,3 +152,59 @@ def test_a_number_beyond_all_measure_harms_no_other(size: float) -> None:
     assert used.numbers == (3 if size == 1e12 else 1)
     assert np.isfinite(used.mean).all()
     assert sound(used.covariance)
+
+
+def test_each_source_has_its_own_nis_and_they_add_up_where_nothing_correlates_them() -> None:
+    draw = np.random.default_rng(8)
+    blocks = [
+        block(draw.normal(size=2), np.eye(SIZE)[[0, 1]], np.full(2, 0.3), np.inf, FORCE, 2),
+        block(draw.normal(size=1), np.eye(SIZE)[[2]], np.full(1, 0.2), np.inf, LOAD, 1),
+        block(draw.normal(size=1), np.eye(SIZE)[[3]], np.full(1, 0.2), np.inf, LOAD, 4),
+        block(np.full(1, 0.4), np.eye(SIZE)[[4]], np.full(1, 0.7)),  # of no source
+    ]
+    streak = np.zeros((5, 6), dtype=np.int64)
+    update = Kalman(SIZE, *PATIENCE).update
+    apart = update(np.zeros(SIZE), np.eye(SIZE), stack_of(blocks), streak, SOURCES, 0)
+    assert apart.source_dof.tolist() == [2, 2, 0, 0, 0]
+    assert apart.numbers == apart.source_dof.sum() + 1
+    gauge = 0.4**2 / 1.7
+    assert np.nansum(apart.source_nis) + gauge == pytest.approx(apart.nis)
+    assert np.isnan(apart.source_nis[2:]).all()
+    # where the state correlates them, each is judged by its own part of S
+    root = draw.normal(size=(SIZE, SIZE))
+    covariance = root @ root.T / SIZE
+    together = update(np.zeros(SIZE), covariance, stack_of(blocks), streak, SOURCES, 0)
+    for source, numbers, variance in ((FORCE, [0, 1], 0.3), (LOAD, [2, 3], 0.2)):
+        left = stack_of(blocks).innovation[numbers]
+        own = covariance[np.ix_(numbers, numbers)] + variance * np.eye(2)
+        assert together.source_nis[source] == pytest.approx(left @ np.linalg.solve(own, left))
+
+
+@pytest.mark.parametrize(("scale", "colour"), [(25.0, 1.0), (1.0, 30.0), (25.0, 30.0), (2.0, 1.5)])
+def test_a_gate_opens_by_no_more_than_four_times_the_settings_variance(
+    scale: float, colour: float
+) -> None:
+    learned = replace(SOURCES, scale=np.full(5, scale), colour=np.full(5, colour))
+    kalman, gate, variance, known = Kalman(SIZE, *PATIENCE), 10.8, 0.5, 0.1
+    opens = min(scale * colour, 4.0)
+    edge = np.sqrt(gate * (known + opens * variance))
+    for left, rejects in ((0.999 * edge, 0), (1.001 * edge, 1)):
+        one = block(np.full(1, left), np.eye(SIZE)[[5]], np.full(1, variance), gate, LOAD, 3)
+        used = kalman.update(
+            np.zeros(SIZE), known * np.eye(SIZE), one, np.zeros((5, 6), dtype=np.int64), learned, 0
+        )
+        assert (used.rejects, used.numbers) == (rejects, 1 - rejects)
+        if not rejects:  # though it weighs in with all the noise that was learned
+            assert used.mean[5] == pytest.approx(left * known / (known + scale * colour * variance))
+            # what it is judged by does not count errors that last twice
+            assert used.nis == pytest.approx(left**2 / (known + scale * variance))
+
+
+def test_what_was_learned_makes_no_number_weigh_more_than_the_settings_say() -> None:
+    quiet = replace(SOURCES, scale=np.full(5, 0.05))
+    one = block(np.full(1, 0.1), np.eye(SIZE)[[5]], np.full(1, 0.5), 10.8, LOAD, 3)
+    used = Kalman(SIZE, *PATIENCE).update(
+        np.zeros(SIZE), np.eye(SIZE), one, np.zeros((5, 6), dtype=np.int64), quiet, 0
+    )
+    assert SETTINGS.least_weight == 1.0
+    assert used.mean[5] == pytest.approx(0.1 / 1.5)
