@@ -1,4 +1,4 @@
-"""Predicted forces between filter and open loop: each alone where it is the nearer, and always in balance."""
+"""Predicted forces between filter and open loop: each alone where it is the nearer, always in balance."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What is learned of each source, from innovations that were drawn: their size and their memory are known."""
+"""What is learned of each source, from drawn innovations whose size and memory are known."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Robots beside the file's: each against the public model of such a robot, and what they do to an estimate."""
+"""Robots beside the file's: each against the public model of such a robot, and their spread."""
 
 import subprocess
 import sys
@@ -142,7 +142,7 @@ def test_tolerances_of_nothing_spread_nothing(monkeypatch: pytest.MonkeyPatch) -
             estimate.pose_covariance, state.covariance[POSE, POSE], rtol=1e-9, atol=1e-18
         )
 
-    def alone(before: Companions, *_: object) -> tuple[Companions, None]:
+    def alone(before: Companions, *_: object) -> tuple[Companions, Apart]:
         return before, _NOTHING
 
     monkeypatch.setattr(tolerances, "walk_along", alone)
