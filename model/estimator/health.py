@@ -187,5 +187,7 @@ def _of_legs(state: EstimatorState, names: Sequence[str]) -> Iterator[str]:
 
 def _of_loads(state: EstimatorState, names: Sequence[str]) -> Iterator[str]:
     for k, name in enumerate(names):
-        if abs(state.sources.bias[k]) > LOAD_SHARE:
-            yield f"{name} carries {100 * state.sources.bias[k]:+.0f} % of the weight more than its model"
+        surplus = state.sources.bias[k]
+        if abs(surplus) > LOAD_SHARE:
+            side = "more" if surplus > 0 else "less"
+            yield f"{name} carries {100 * abs(surplus):.0f} % of the weight {side} than the model says"
