@@ -20,6 +20,7 @@ from model.values.estimate import FIXED, SCALE
 
 COM_X, COM_Y, SLOPE_X, SLOPE_Y = 0, 1, 2, 3  # behind the feet in a row of the design
 OTHERS = 4
+CREEP_M_S = 1e-5  # of feet that hold a robot on a slope
 
 
 @compiled
@@ -61,6 +62,8 @@ def tolerance_kernel(
     side, pull, rest = np.zeros((count, 2)), np.zeros((count, 2)), np.zeros(count, dtype=np.bool_)
     outside, nothing = np.zeros(5), side[:0]
     law = FootLaw(setting["coulomb"], 0.0, 1.0, 1.0, 1.0)
+    # the exact law knows no push: on a slope feet that hold creep, too slowly to matter
+    pushed = FootLaw(setting["coulomb"], CREEP_M_S, 1.0, 1.0, 1.0)
     up, aside = setting["height_sd"] * height, setting["com_sd"] * height
     c, s = np.cos(mean[2]), np.sin(mean[2])
     for robot in range(robots):
@@ -90,9 +93,11 @@ def tolerance_kernel(
             own[i] = twist[robot, i]
         for k in range(count):
             rest[k] = resting[robot, k]
+        steep = down_x != 0.0 or down_y != 0.0
         reason, _ = balance_frame(
-            work, carried, grip, law, outside, nothing, True, own, side, pull, rest, False
-        )
+            work, carried, grip, pushed if steep else law, outside, nothing, True, own, side, pull,
+            rest, False,
+        )  # fmt: skip
         if reason != FINE:
             twist[robot, 0] = np.nan
             continue

@@ -13,7 +13,7 @@ from model.estimator.filter import Estimator
 from model.estimator.kalman import sound
 from model.estimator.neighbourhood import Neighbourhood, neighbourhood
 from model.estimator.settings import EstimatorSettings, Record, record_of
-from model.estimator.tolerance_kernel import COM_X, COM_Y, OTHERS
+from model.estimator.tolerance_kernel import COM_X, COM_Y, CREEP_M_S, OTHERS, SLOPE_X, SLOPE_Y
 from model.estimator.tolerances import Apart
 from model.quasistatic.frames import FrictionLaw, solve_frames
 from model.values.arrays import FloatArray
@@ -116,6 +116,29 @@ def test_a_centre_of_mass_off_is_the_model_seen_from_there(axis: int, sign: int)
     np.testing.assert_allclose(
         at_file.load_n / WEIGHT_N + apart.load_share[robot], share, rtol=0, atol=1e-9
     )
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("axis", [SLOPE_X, SLOPE_Y])
+def test_on_a_slope_friction_balances_gravity(axis: int, sign: int) -> None:
+    at_file, _, apart = one_step(FLAT)
+    robot = (0 if sign > 0 else ROBOTS // 2) + 6 + axis
+    feet, contact, yaw = some_feet(), of_mean(some_mean()), some_mean()[YAW]
+    down_world = sign * FLAT.slope_sd * np.eye(2)[axis - SLOPE_X]
+    turn = np.array([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]])
+    down = turn @ down_world
+    vx, vy, turning = at_file.velocity_B + apart.velocity_B[robot]
+    slip = feet.velocity_m_s[:, :2] + np.array([vx, vy])
+    slip += turning * np.stack([-feet.position_m[:, 1], feet.position_m[:, 0]], axis=1)
+    load = at_file.load_n + WEIGHT_N * apart.load_share[robot]
+    speed = np.sqrt((slip**2).sum(axis=1) + CREEP_M_S**2)
+    friction = -(contact.mu * load / speed)[:, None] * slip
+    np.testing.assert_allclose(friction.sum(axis=0), -WEIGHT_N * down, atol=1e-4)
+    # about the point below which gravity acts
+    arm = feet.position_m[:, :2] - at_file.pose[2] * down
+    moment = arm[:, 0] * friction[:, 1] - arm[:, 1] * friction[:, 0]
+    assert moment.sum() == pytest.approx(0, abs=1e-4)
+    assert load.sum() == pytest.approx(WEIGHT_N)
 
 
 def run(
