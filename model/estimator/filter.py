@@ -120,7 +120,7 @@ class Estimator:
             anchored=False, far_poses=0, before=(mean, covariance),
             transition=np.eye(self.size), companions=tolerances.at_start(legs),
             sources=sources.at_start(legs), forces=force_blend.at_start(),
-            balance=readonly(np.full(3, np.nan)), strain=readonly(np.ones(3)),
+            balance=health.UNKNOWN, strain=readonly(np.ones(3)),
         )  # fmt: skip
 
     def step(

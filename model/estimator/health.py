@@ -25,6 +25,8 @@ from model.values.estimate import (
     SourceMemory,
 )
 
+UNKNOWN = readonly(np.zeros(4))  # mean of all forces before the first record
+ENOUGH = 100.0  # records of all forces before something is said of their mean
 RECORD_S = 0.01  # between two records of the forces
 # Mean normalised innovation squared of a source beyond which its noise, or the model, is not as the
 # settings say. Robots within the tolerances stay below (docs/odometry.md).
@@ -62,7 +64,7 @@ class HealthVerdict:
 def balance(
     before: EstimatorState, heard: Heard, mean: FloatArray, settings: EstimatorSettings
 ) -> FloatArray:
-    """Mean of all forces together over the weight, axes of the estimate's frame, (3,).
+    """Mean of all forces together over the weight, axes of the estimate's frame, and of how many, (4,).
 
     Args:
         before: State with the mean so far.
@@ -74,11 +76,12 @@ def balance(
         return before.balance
     x, y, _ = heard.share.sum(axis=0).tolist()
     c, s = cos(mean[YAW]), sin(mean[YAW])
-    now = np.array([c * x - s * y, s * x + c * y, heard.total])
-    if not np.isfinite(before.balance).all():
-        return readonly(now)
-    part = RECORD_S / settings.learning_s
-    return readonly((1.0 - part) * before.balance + part * now)
+    count = before.balance[3] + 1.0
+    now = np.array([c * x - s * y, s * x + c * y, heard.total, count])
+    part = max(RECORD_S / settings.learning_s, 1.0 / count)  # at first, all records count alike
+    after = (1.0 - part) * before.balance + part * now
+    after[3] = count
+    return readonly(after)
 
 
 def strain(sources: SourceMemory) -> FloatArray:
@@ -162,8 +165,8 @@ def remarks(state: EstimatorState, names: Sequence[str]) -> str:
 
 
 def _of_forces(forces: FloatArray) -> Iterator[str]:
-    x, y, z = forces.tolist()
-    if not np.isfinite(x + y + z):
+    x, y, z, count = forces.tolist()
+    if count < ENOUGH:
         return
     # feet push uphill against what gravity pulls down
     steep = hypot(x, y)

@@ -171,8 +171,8 @@ class EstimatorState:
         companions: Robots that differ from the file by its tolerances.
         sources: What the innovations of each source have been like.
         forces: How predicted forces compared with measured ones.
-        balance: Mean of all forces together over the weight, axes of the estimate's frame, (3,); NaN
-            before the first whole record.
+        balance: Mean of all forces together over the weight, axes of the estimate's frame, and of how many
+            records, (4,).
         strain: Variance of the noise of vx, vy and yaw rate over that of the settings, as innovations ask
             for, (3,).
         gyro_ns: Time of the last tick with a yaw rate, -1 for never.

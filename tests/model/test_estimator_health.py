@@ -208,4 +208,4 @@ def test_without_forces_there_is_nothing_to_remark() -> None:
     for known in CLEAN[:200]:
         state, estimate = estimator.step(state, replace(known, forces=None))
         assert (estimate.health, estimate.remark) == (Health.OK, "")
-    assert np.isnan(state.balance).all()
+    assert not state.balance.any()
