@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from mcap.reader import make_reader
 
 from model.errors import RecordError
 from record.log.follow import LogFollower
@@ -53,7 +54,11 @@ def test_a_broken_chunk_is_an_error_with_advice(tmp_path: Path) -> None:
     path = tmp_path / "log.mcap"
     write_log(path, 60)
     data = bytearray(path.read_bytes())
-    middle = len(data) // 3
+    with path.open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None
+    chunk = summary.chunk_indexes[0]
+    middle = chunk.chunk_start_offset + chunk.chunk_length // 2
     data[middle : middle + 40] = bytes(40)
     path.write_bytes(data)
     with LogFollower(path) as follower, pytest.raises(RecordError, match="bigant log repair"):
